@@ -1,0 +1,31 @@
+"""Where shaders, models and data lie: beside the package when installed, at the top of a checkout."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from simgl.errors import AssetError
+
+_PACKAGE = Path(__file__).resolve().parent
+
+
+def _find(name: str) -> Path:
+    for candidate in (_PACKAGE / name, _PACKAGE.parent / name):
+        if candidate.is_dir():
+            return candidate
+    raise AssetError(f'no folder "{name}" in {_PACKAGE} or {_PACKAGE.parent}; reinstall simgl')
+
+
+def shaders() -> Path:
+    """The folder of GLSL files."""
+    return _find("shaders")
+
+
+def models() -> Path:
+    """The folder of shipped spacecraft, one folder each."""
+    return _find("models")
+
+
+def data() -> Path:
+    """The folder of maps, spectra and camera presets."""
+    return _PACKAGE / "data"

@@ -1,0 +1,70 @@
+"""The exceptions of simgl, one tree.
+
+SimglError
+    ConfigError      a scenario, camera file, option or message holds an impossible value
+    AssetError       a model, mesh, map or preset is missing or unreadable
+    OutputError      a result cannot be written
+    ContextError     no usable OpenGL context
+    ShaderError      a shader does not assemble, compile or match its Python side
+    BridgeError      the link to a client or server failed
+
+Each message is one line that names the place, the value given and what is allowed; the parts stay
+available as attributes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+
+class SimglError(Exception):
+    """Anything that simgl reports on purpose."""
+
+
+class ConfigError(SimglError):
+    """An impossible value in a file, option or message.
+
+    where : the file, table or message, e.g. ``approach.toml [camera.navcam]``
+    key : the key inside it
+    problem : what is wrong, with the value given and what is allowed
+    """
+
+    def __init__(self, where: str, key: str, problem: str) -> None:
+        self.where = where
+        self.key = key
+        self.problem = problem
+        super().__init__(f"{where}: {key} {problem}" if key else f"{where}: {problem}")
+
+
+class AssetError(SimglError):
+    """A file that simgl reads is missing or broken."""
+
+
+class OutputError(SimglError):
+    """A result cannot be written."""
+
+
+class ContextError(SimglError):
+    """No usable OpenGL context; ``remedy`` is the line that mends it."""
+
+    def __init__(self, reason: str, remedy: str) -> None:
+        self.reason = reason
+        self.remedy = remedy
+        super().__init__(f"{reason}; {remedy}")
+
+
+class ShaderError(SimglError):
+    """A shader does not assemble, compile or match its Python side."""
+
+
+class BridgeError(SimglError):
+    """The link between a client and a server failed."""
+
+
+def did_you_mean(given: str, allowed: Iterable[str]) -> str:
+    """A suggestion for a misspelt name, then every allowed one: ``did you mean "x"? (allowed: ...)``."""
+    names = sorted(allowed)
+    close = get_close_matches(given, names, n=1)
+    listing = f"(allowed: {', '.join(names)})" if names else "(none is allowed here)"
+    return f'did you mean "{close[0]}"? {listing}' if close else listing

@@ -1,0 +1,1 @@
+"""OpenGL floor: context, shaders, uniform blocks, state, timers; knows nothing of spacecraft."""

@@ -1,0 +1,100 @@
+"""Uniform blocks whose GLSL text is generated from the numpy dtype that packs them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from simgl.errors import ShaderError
+
+_SCALARS = {"f4": ("float", "vec"), "i4": ("int", "ivec"), "u4": ("uint", "uvec")}
+
+
+def _glsl_type(name: str, dtype: np.dtype[Any]) -> tuple[str, str, int]:
+    """GLSL type, array suffix and std140 alignment of one field."""
+    base, shape = (dtype.subdtype or (dtype, ()))
+    scalar, vector = _SCALARS.get(base.str[1:], ("", ""))
+    if not scalar:
+        raise ShaderError(f'block field "{name}": {base} has no GLSL type')
+    if shape == ():
+        return scalar, "", 4
+    if shape == (2,):
+        return f"{vector}2", "", 8
+    if shape == (4,):
+        return f"{vector}4", "", 16
+    if shape == (4, 4) and scalar == "float":
+        return "mat4", "", 16
+    if len(shape) == 2 and shape[1] == 4:
+        return f"{vector}4", f"[{shape[0]}]", 16
+    if len(shape) == 3 and shape[1:] == (4, 4) and scalar == "float":
+        return "mat4", f"[{shape[0]}]", 16
+    raise ShaderError(f'block field "{name}": shape {shape} has no std140 layout without padding')
+
+
+@dataclass(frozen=True)
+class Block:
+    """A std140 uniform block, described once.
+
+    name : of the block in GLSL
+    binding : the binding point that it keeps in every program
+    dtype : structured; field names become GLSL names, C-order matrices go up untransposed
+    """
+
+    name: str
+    binding: int
+    dtype: np.dtype[Any]
+
+    @property
+    def include(self) -> str:
+        """The name under which shaders include the generated text."""
+        return f"block/{self.name.lower()}"
+
+    @property
+    def glsl(self) -> str:
+        """The block's declaration; raises ShaderError where numpy and std140 disagree."""
+        lines, offset = [], 0
+        assert self.dtype.fields is not None
+        for field in self.dtype.names or ():
+            dtype, start = self.dtype.fields[field][:2]
+            kind, suffix, alignment = _glsl_type(field, dtype)
+            if start % alignment or start != offset:
+                raise ShaderError(
+                    f'block {self.name}: field "{field}" lies at byte {start}, std140 wants '
+                    f"a multiple of {alignment}; reorder the dtype"
+                )
+            offset = start + dtype.itemsize
+            lines.append(f"    {kind} {field}{suffix};")
+        if self.dtype.itemsize % 16:
+            raise ShaderError(f"block {self.name}: size {self.dtype.itemsize} is no multiple of 16")
+        body = "\n".join(lines)
+        return f"layout(std140, row_major) uniform {self.name} {{\n{body}\n}};\n"
+
+
+class UniformBuffer:
+    """A block's bytes on the GPU."""
+
+    def __init__(self, ctx: moderngl.Context, block: Block) -> None:
+        self.block = block
+        self._buffer = ctx.buffer(reserve=block.dtype.itemsize)
+
+    def write(self, values: Mapping[str, Any]) -> None:
+        """Pack and upload; every field must be given."""
+        data = np.zeros((), dtype=self.block.dtype)
+        missing = set(self.block.dtype.names or ()) ^ set(values)
+        if missing:
+            raise ShaderError(f"block {self.block.name}: fields {sorted(missing)} do not match")
+        for name, value in values.items():
+            data[name] = value
+        self._buffer.write(data.tobytes())
+
+    def bind(self) -> None:
+        """Bind to the block's binding point."""
+        self._buffer.bind_to_uniform_block(self.block.binding)
+
+    def release(self) -> None:
+        """Free the buffer."""
+        self._buffer.release()

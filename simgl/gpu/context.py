@@ -1,0 +1,139 @@
+"""A headless OpenGL context: EGL first, OSMesa where EGL is missing; every failure with its remedy."""
+
+from __future__ import annotations
+
+import ctypes
+import ctypes.util
+import os
+from dataclasses import dataclass
+from typing import Any
+
+import moderngl
+
+from simgl.errors import ContextError
+from simgl.gpu.osmesa import OSMesaContext
+
+REQUIRED_VERSION = 330
+BACKENDS = ("auto", "egl", "osmesa")
+
+
+@dataclass(frozen=True)
+class GlReport:
+    """What an open context is."""
+
+    backend: str
+    vendor: str
+    renderer: str
+    version: str
+    software: bool
+
+
+def _library(name: str, fallback: str) -> ctypes.CDLL | None:
+    try:
+        return ctypes.CDLL(ctypes.util.find_library(name) or fallback)
+    except OSError:
+        return None
+
+
+def egl_device_count() -> int | None:
+    """Number of EGL devices; None where libEGL or its device query is missing."""
+    egl = _library("EGL", "libEGL.so.1")
+    if egl is None:
+        return None
+    egl.eglGetProcAddress.restype = ctypes.c_void_p
+    egl.eglGetProcAddress.argtypes = [ctypes.c_char_p]
+    address = egl.eglGetProcAddress(b"eglQueryDevicesEXT")
+    if not address:
+        return None
+    pointer = ctypes.POINTER(ctypes.c_int)
+    query = ctypes.CFUNCTYPE(ctypes.c_uint, ctypes.c_int, ctypes.c_void_p, pointer)(address)
+    count = ctypes.c_int(0)
+    return count.value if query(0, None, ctypes.byref(count)) else 0
+
+
+def _why_egl_fails(device_index: int, error: Exception) -> ContextError:
+    """The reason why EGL gave no context, found by looking at each thing that it needs."""
+    if _library("EGL", "libEGL.so.1") is None:
+        return ContextError("libEGL.so.1 is missing", "apt-get install libegl1")
+    if _library("GL", "libGL.so.1") is None:
+        return ContextError("libGL.so.1 is missing", "apt-get install libgl1")
+    devices = egl_device_count()
+    if not devices:
+        return ContextError(
+            "EGL knows no vendor (no file in glvnd/egl_vendor.d) or no device",
+            "apt-get install libegl-mesa0, or install the GPU driver's EGL library",
+        )
+    if not 0 <= device_index < devices:
+        return ContextError(
+            f"EGL device {device_index} does not exist, there are {devices} (0..{devices - 1})",
+            f"choose --device 0..{devices - 1}",
+        )
+    text = str(error)
+    if "version" in text.lower():
+        return ContextError(
+            f"EGL device {device_index} offers less than OpenGL 3.3 ({text})",
+            "LIBGL_ALWAYS_SOFTWARE=1 selects Mesa's llvmpipe",
+        )
+    return ContextError(
+        f"EGL device {device_index} gives no OpenGL context ({text})",
+        "apt-get install libgl1-mesa-dri (the DRI drivers)",
+    )
+
+
+def _open_egl(device_index: int) -> moderngl.Context:
+    devices = egl_device_count()
+    if devices and not 0 <= device_index < devices:
+        raise _why_egl_fails(device_index, ValueError("no such device"))
+    options: dict[str, Any] = {"backend": "egl", "device_index": device_index}
+    try:
+        ctx = moderngl.create_context(standalone=True, require=REQUIRED_VERSION, **options)
+    except Exception as error:  # noqa: BLE001 - glcontext raises bare Exception for every cause
+        raise _why_egl_fails(device_index, error) from None
+    return ctx
+
+
+def _open_osmesa() -> moderngl.Context:
+    return moderngl.create_context(context=OSMesaContext(), require=REQUIRED_VERSION)
+
+
+def open_context(backend: str = "auto", device_index: int = 0) -> moderngl.Context:
+    """A current headless context of at least OpenGL 3.3.
+
+    backend : "auto", "egl" or "osmesa"; SIMGL_BACKEND sets what "auto" means
+    device_index : of the EGL device; SIMGL_DEVICE sets the default
+
+    Raises ContextError with the reason and the line that mends it.
+    """
+    if backend == "auto":
+        backend = os.environ.get("SIMGL_BACKEND", "auto")
+        device_index = device_index or int(os.environ.get("SIMGL_DEVICE", "0"))
+    if backend not in BACKENDS:
+        raise ContextError(f'no backend "{backend}"', f"choose one of {', '.join(BACKENDS)}")
+    if backend == "egl":
+        return _open_egl(device_index)
+    if backend == "osmesa":
+        return _open_osmesa()
+    try:
+        return _open_egl(device_index)
+    except ContextError as egl_error:
+        try:
+            return _open_osmesa()
+        except ContextError:
+            raise egl_error from None
+
+
+def is_software(ctx: moderngl.Context) -> bool:
+    """Whether the renderer runs on the CPU."""
+    name = ctx.info["GL_RENDERER"].lower()
+    return any(word in name for word in ("llvmpipe", "softpipe", "swrast", "software"))
+
+
+def report(ctx: moderngl.Context, backend: str) -> GlReport:
+    """What the context is."""
+    return GlReport(
+        backend=backend,
+        vendor=ctx.info["GL_VENDOR"],
+        renderer=ctx.info["GL_RENDERER"],
+        version=ctx.info["GL_VERSION"],
+        software=is_software(ctx),
+    )

@@ -1,0 +1,73 @@
+"""Programs made from shader files and checked once against what their pass declares."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import moderngl
+
+from simgl import assets
+from simgl.errors import ShaderError
+from simgl.gpu.blocks import Block
+from simgl.gpu.glsl import Stage, assemble
+
+
+def _compile(ctx: moderngl.Context, stages: Mapping[str, Stage]) -> moderngl.Program:
+    try:
+        return ctx.program(**{kind: stage.text for kind, stage in stages.items()})
+    except moderngl.Error as error:
+        log = str(error)
+        failed = next((k for k in stages if k in log.split("=")[0]), None)
+        stage = stages[failed] if failed else next(reversed(stages.values()))
+        lines = [line for line in log.splitlines() if line.strip(" =")]
+        raise ShaderError("\n".join(stage.explain(line) for line in lines)) from None
+
+
+def load_program(
+    ctx: moderngl.Context,
+    name: str,
+    *,
+    vertex: str | None = None,
+    blocks: Sequence[Block] = (),
+    samplers: Sequence[str] = (),
+    defines: Mapping[str, int | float] | None = None,
+) -> moderngl.Program:
+    """The program of ``NAME.vert`` and ``NAME.frag``, its blocks and samplers bound and checked.
+
+    name : e.g. ``surface/surface``
+    vertex : another vertex stage, e.g. ``common/fullscreen.vert``
+    samplers : texture units are their places in this sequence
+
+    Raises ShaderError where a block's size differs from its dtype, or a sampler or block is
+    declared on one side only.
+    """
+    generated = {block.include: block.glsl for block in blocks}
+    stages = {
+        "vertex_shader": assemble(assets.shaders(), vertex or f"{name}.vert", defines, generated),
+        "fragment_shader": assemble(assets.shaders(), f"{name}.frag", defines, generated),
+    }
+    program = _compile(ctx, stages)
+    declared = {block.name: block for block in blocks}
+    found_samplers = set()
+    for key in program:
+        member = program[key]
+        if isinstance(member, moderngl.UniformBlock):
+            block = declared.pop(key, None)
+            if block is None:
+                raise ShaderError(f"{name}: the shader has a block {key} that the pass does not give")
+            if member.size != block.dtype.itemsize:
+                raise ShaderError(
+                    f"{name}: block {key} has {member.size} bytes in GLSL, "
+                    f"{block.dtype.itemsize} in numpy"
+                )
+            member.binding = block.binding
+        elif isinstance(member, moderngl.Uniform):
+            if key not in samplers:
+                raise ShaderError(f"{name}: uniform {key} is no declared sampler")
+            member.value = list(samplers).index(key)
+            found_samplers.add(key)
+    if unused := sorted(set(samplers) - found_samplers):
+        raise ShaderError(f"{name}: samplers {unused} are declared but not used by the shader")
+    if declared:
+        raise ShaderError(f"{name}: blocks {sorted(declared)} are declared but not used")
+    return program

@@ -1,0 +1,69 @@
+"""The complete OpenGL state of a pass; nothing is inherited from the pass before."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import moderngl
+
+# A framebuffer of any attachments; the alias keeps signatures short.
+Target = moderngl.Framebuffer
+
+ONE_MINUS_SRC1_COLOR = 0x88FA  # GL 3.3 core, absent from moderngl's names
+
+
+@dataclass(frozen=True, kw_only=True)
+class State:
+    """What a draw depends on besides its program and textures.
+
+    depth : test (less) and write depth
+    cull : "back", "front" or None
+    blend : (source, destination) factors, or None
+    write_color : write the colour attachments
+    polygon_offset : (factor, units)
+    """
+
+    depth: bool = False
+    cull: str | None = None
+    blend: tuple[int, int] | None = None
+    write_color: bool = True
+    polygon_offset: tuple[float, float] = (0.0, 0.0)
+
+    def apply(
+        self,
+        ctx: moderngl.Context,
+        target: Target,
+        viewport: tuple[int, int, int, int],
+        scissor: tuple[int, int, int, int] | None = None,
+    ) -> None:
+        """Bind the target and set every piece of state; viewport and scissor in pixels."""
+        target.use()
+        target.viewport = viewport
+        target.scissor = scissor
+        if target.color_attachments:
+            one = (self.write_color,) * 4
+            count = len(target.color_attachments)
+            target.color_mask = one if count == 1 else (one,) * count  # type: ignore[assignment]
+        target.depth_mask = self.depth
+        flags = moderngl.NOTHING
+        if self.depth:
+            flags |= moderngl.DEPTH_TEST
+        if self.cull is not None:
+            flags |= moderngl.CULL_FACE
+        if self.blend is not None:
+            flags |= moderngl.BLEND
+        ctx.enable_only(flags)
+        ctx.depth_func = "<"
+        ctx.cull_face = self.cull or "back"
+        # Row 0 of every target is the top of the picture, which mirrors the winding.
+        ctx.front_face = "cw"
+        ctx.blend_func = self.blend or (moderngl.ONE, moderngl.ZERO)
+        ctx.blend_equation = moderngl.FUNC_ADD
+        ctx.polygon_offset = self.polygon_offset
+        ctx.wireframe = False
+
+
+def clear_depth(ctx: moderngl.Context, target: Target) -> None:
+    """Reset the depth of a whole target to the far plane, keeping its colours."""
+    State(depth=True, write_color=False).apply(ctx, target, (0, 0, *target.size))
+    target.clear(depth=1.0)

@@ -1,0 +1,54 @@
+"""Render targets: a texture for each attachment and the framebuffer over them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Format:
+    """Channels and moderngl type of an attachment: ("f4", 4) is RGBA32F."""
+
+    dtype: str
+    channels: int = 1
+
+
+class ImageTarget:
+    """A framebuffer of image size whose attachments can be read, sampled and released."""
+
+    def __init__(
+        self,
+        ctx: moderngl.Context,
+        size: tuple[int, int],
+        formats: Sequence[Format],
+        *,
+        depth: bool = False,
+    ) -> None:
+        self.size = size
+        self.formats = tuple(formats)
+        self.textures = [ctx.texture(size, f.channels, dtype=f.dtype, alignment=1) for f in formats]
+        for texture in self.textures:
+            texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self._depth = ctx.depth_renderbuffer(size) if depth else None
+        self.framebuffer = ctx.framebuffer(self.textures, self._depth)
+
+    def read(self, attachment: int = 0) -> NDArray[Any]:
+        """(height, width) or (height, width, channels) values; row 0 is the top of the picture."""
+        kind = self.formats[attachment]
+        data = np.frombuffer(self.textures[attachment].read(alignment=1), dtype=f"<{kind.dtype}")
+        shape = (self.size[1], self.size[0], kind.channels)
+        return data.reshape(shape if kind.channels > 1 else shape[:2])
+
+    def release(self) -> None:
+        """Free the framebuffer and its attachments."""
+        self.framebuffer.release()
+        for texture in self.textures:
+            texture.release()
+        if self._depth is not None:
+            self._depth.release()

@@ -1,0 +1,44 @@
+"""How long each pass takes: GPU timer queries where they are real, fences and a clock elsewhere.
+
+A software renderer runs a draw when somebody waits for it, so its timer queries measure the
+recording; there, every timed section ends with a full finish.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import moderngl
+
+from simgl.gpu.context import is_software
+
+
+class PassTimer:
+    """Collects seconds by pass name. A disabled timer costs nothing and changes nothing."""
+
+    def __init__(self, ctx: moderngl.Context, *, enabled: bool = False) -> None:
+        self._ctx = ctx
+        self._software = is_software(ctx)
+        self.enabled = enabled
+        self.seconds: dict[str, float] = {}
+
+    @contextmanager
+    def measure(self, name: str) -> Iterator[None]:
+        """Time a section; sections of the same name add up until ``seconds`` is cleared."""
+        if not self.enabled:
+            yield
+            return
+        if self._software:
+            self._ctx.finish()
+            start = time.perf_counter()
+            yield
+            self._ctx.finish()
+            elapsed = time.perf_counter() - start
+        else:
+            query = self._ctx.query(time=True)
+            with query:
+                yield
+            elapsed = query.elapsed * 1e-9
+        self.seconds[name] = self.seconds.get(name, 0.0) + elapsed

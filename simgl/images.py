@@ -1,0 +1,131 @@
+"""The frames that a capture gives: each one a frozen array with one unit."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from simgl.scene.camera import Camera
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FrameInfo:
+    """What a frame is a picture of.
+
+    epoch_tai_ns : mid-exposure, TAI nanoseconds since 1970-01-01T00:00:00 TAI
+    position : (3,) of the pinhole in GCRF [m]
+    R_camera_from_icrf : (3, 3)
+    sun_direction_icrf : (3,) unit, from the camera towards the Sun
+    sun_irradiance : (4,) at the camera, unobstructed [W m-2]
+    """
+
+    scenario: str
+    camera: Camera
+    epoch_tai_ns: int
+    position: Array
+    R_camera_from_icrf: Array
+    sun_direction_icrf: Array
+    sun_irradiance: Array
+    seed: int
+    renderer: str
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RadianceFrame:
+    """radiance : (height, width, 4) float32, bands R, G, B, N [W m-2 sr-1]."""
+
+    info: FrameInfo
+    radiance: NDArray[np.float32]
+
+    def _repr_png_(self) -> bytes:
+        return png_bytes(display_from_radiance(self.radiance))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ElectronFrame:
+    """electrons : (height, width) float32, mean before noise and saturation [e-]."""
+
+    info: FrameInfo
+    electrons: NDArray[np.float32]
+
+    def _repr_png_(self) -> bytes:
+        share = self.electrons / np.float32(self.info.camera.detector.full_well)
+        return png_bytes(display_from_linear(share))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class DigitalFrame:
+    """dn : (height, width) uint16, from the converter [DN]."""
+
+    info: FrameInfo
+    dn: NDArray[np.uint16]
+
+    def _repr_png_(self) -> bytes:
+        return png_bytes(display_from_dn(self.dn, self.info.camera))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TruthFrame:
+    """What each pixel's centre sees.
+
+    depth : (height, width) float32 along the boresight [m]; 0 where no spacecraft is
+    part_id : (height, width) uint32, instance * 65536 + part + 1; 0 where no spacecraft is
+    part_names : id to "spacecraft/part"
+    """
+
+    info: FrameInfo
+    depth: NDArray[np.float32]
+    part_id: NDArray[np.uint32]
+    part_names: dict[int, str]
+
+    def _repr_png_(self) -> bytes:
+        seen = self.depth > 0
+        near = float(self.depth[seen].min()) if np.any(seen) else 1.0
+        nearness = np.where(seen, near / np.maximum(self.depth, near), 0.0)
+        return png_bytes(display_from_linear(nearness.astype(np.float32)))
+
+
+def srgb_from_linear(linear: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """8-bit sRGB code values of linear light 0..1 (IEC 61966-2-1); brighter saturates."""
+    x = np.clip(linear, 0.0, 1.0)
+    encoded = np.where(x <= 0.0031308, 12.92 * x, 1.055 * np.power(x, 1.0 / 2.4) - 0.055)
+    return np.round(255.0 * encoded).astype(np.uint8)
+
+
+def display_from_linear(linear: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """(height, width, 3) sRGB grey picture of a linear value 0..1."""
+    return np.repeat(srgb_from_linear(linear)[..., None], 3, axis=2)
+
+
+def display_from_dn(dn: NDArray[np.uint16], camera: Camera) -> NDArray[np.uint8]:
+    """(height, width, 3) sRGB grey picture of digital numbers, pedestal black, full scale white."""
+    d = camera.detector
+    span = 2**d.bits - 1 - d.pedestal
+    return display_from_linear(((dn.astype(np.float32) - d.pedestal) / span).astype(np.float32))
+
+
+def display_from_radiance(
+    radiance: NDArray[np.float32], white: float | None = None
+) -> NDArray[np.uint8]:
+    """(height, width, 3) sRGB picture of the red, green and blue bands.
+
+    white : green-band radiance shown as full white [W m-2 sr-1]; by default that of a white surface
+        that faces the Sun at 1 au, so that pictures of one scene compare
+    The bands' solar irradiances are the white point: a grey surface in sunlight looks grey.
+    """
+    solar = np.array([154.4, 174.8, 171.9], dtype=np.float32)  # 5777 K, 1367 W m-2, R G B
+    scale = solar / np.pi if white is None else solar / solar[1] * white
+    return srgb_from_linear(radiance[..., :3] / scale)
+
+
+def png_bytes(picture: NDArray[np.uint8]) -> bytes:
+    """An 8-bit picture as PNG."""
+    buffer = io.BytesIO()
+    Image.fromarray(picture).save(buffer, format="PNG")
+    return buffer.getvalue()

@@ -1,0 +1,118 @@
+"""Earth and Sun: the background of the picture, one full-screen draw."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import moderngl
+import numpy as np
+from PIL import Image
+
+from simgl import assets
+from simgl.gpu.blocks import Block, UniformBuffer
+from simgl.gpu.fullscreen import Fullscreen
+from simgl.gpu.program import load_program
+from simgl.gpu.state import State
+from simgl.view import FrameView
+
+_PLANET = Block(
+    "Planet",
+    4,
+    np.dtype(
+        [
+            ("sphere_from_camera", "f4", (4, 4)),
+            ("camera_in_sphere", "f4", 4),
+            # Equatorial radius over each semi-axis: the ellipsoid's normal from a point on the sphere.
+            ("sphere_axes", "f4", 4),
+            ("sun_direction", "f4", 4),
+            ("sun_direction_itrf", "f4", 4),
+            ("sun_radiance", "f4", 4),
+            ("earth_sun_irradiance", "f4", 4),
+            ("earth_albedo", "f4", 4),
+            # fx, fy, cx, cy [pixels]
+            ("intrinsics", "f4", 4),
+            ("outside", "f4"),
+            ("sun_angular_radius", "f4"),
+            ("has_earth", "f4"),
+            ("albedo_from_map", "f4"),
+        ]
+    ),
+)
+
+
+@lru_cache(maxsize=1)
+def _day_map() -> tuple[Image.Image, Image.Image]:
+    """Red, green, blue and near-infrared reflectance of the cloud-free Earth, as square roots."""
+    folder = assets.data() / "earth"
+    with Image.open(folder / "day_rgb.jpg") as rgb, Image.open(folder / "day_nir.jpg") as nir:
+        return rgb.convert("RGB"), nir.convert("L")
+
+
+def _map_texture(ctx: moderngl.Context, image: Image.Image) -> moderngl.Texture:
+    channels = len(image.getbands())
+    texture = ctx.texture(image.size, channels, image.tobytes(), alignment=1)
+    texture.build_mipmaps()
+    texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
+    texture.repeat_x, texture.repeat_y = True, False
+    return texture
+
+
+class PlanetPass:
+    """Draws the Earth as an exact ellipsoid, and the Sun's disc, behind everything."""
+
+    state = State()
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        self._program = load_program(
+            ctx,
+            "planet/planet",
+            vertex=Fullscreen.vertex_shader,
+            blocks=[_PLANET],
+            samplers=["day_map_rgb", "day_map_nir"],
+        )
+        self._fullscreen = Fullscreen(ctx, self._program)
+        self._block = UniformBuffer(ctx, _PLANET)
+        self._maps = [_map_texture(ctx, image) for image in _day_map()]
+
+    def draw(self, view: FrameView, target: moderngl.Framebuffer) -> None:
+        """Fill the whole target with what lies behind the spacecraft [W m-2 sr-1]."""
+        self.state.apply(self._ctx, target, (0, 0, *target.size))
+        self._block.write(_values(view))
+        self._block.bind()
+        for unit, texture in enumerate(self._maps):
+            texture.use(unit)
+        self._fullscreen.draw()
+
+    def release(self) -> None:
+        """Free everything."""
+        for resource in (self._fullscreen, self._block, self._program, *self._maps):
+            resource.release()
+
+
+def _values(view: FrameView) -> dict[str, object]:
+    k = view.camera.intrinsics
+    values: dict[str, object] = {
+        "sun_direction": (*view.sun_direction, 0.0),
+        "sun_radiance": view.sun_radiance,
+        "sun_angular_radius": view.sun_angular_radius,
+        "intrinsics": (k[0, 0], k[1, 1], k[0, 2], k[1, 2]),
+    }
+    planet = view.planet
+    if planet is None:
+        empty = {name: 0.0 for name in _PLANET.dtype.names or () if name not in values}
+        return values | empty
+    matrix = np.zeros((4, 4), dtype=np.float32)
+    matrix[:3, :3] = planet.sphere_from_camera
+    radii = np.array(planet.earth.radii)
+    return values | {
+        "sphere_from_camera": matrix,
+        "camera_in_sphere": (*planet.camera_in_sphere, 0.0),
+        "sphere_axes": (*(radii[0] / radii), 0.0),
+        "sun_direction_itrf": (*planet.sun_direction_itrf, 0.0),
+        "earth_sun_irradiance": planet.sun_irradiance,
+        "earth_albedo": planet.earth.albedo or (0.0, 0.0, 0.0, 0.0),
+        "outside": planet.outside,
+        "has_earth": 1.0,
+        "albedo_from_map": float(planet.earth.albedo is None),
+    }

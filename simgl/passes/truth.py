@@ -1,0 +1,47 @@
+"""Truth: depth and part of what each pixel's centre sees."""
+
+from __future__ import annotations
+
+import moderngl
+
+from simgl.gpu.blocks import UniformBuffer
+from simgl.gpu.program import load_program
+from simgl.gpu.state import State, clear_depth
+from simgl.passes.blocks import CRAFT, TILE, craft_values
+from simgl.passes.meshes import MeshStore
+from simgl.view import Tile
+
+
+class TruthPass:
+    """Draws depth along the boresight [m] and instance * 65536 + part + 1; both 0 where empty."""
+
+    state = State(depth=True)
+
+    def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
+        self._ctx, self._meshes = ctx, meshes
+        self._program = load_program(ctx, "truth/truth", blocks=[TILE, CRAFT])
+        self._tile = UniformBuffer(ctx, TILE)
+        self._craft = UniformBuffer(ctx, CRAFT)
+
+    def draw(self, tile: Tile | None, target: moderngl.Framebuffer) -> None:
+        """Fill a target of R32F and R32UI attachments with depth; None draws nothing."""
+        viewport = (0, 0, *target.size)
+        self.state.apply(self._ctx, target, viewport)
+        target.clear(0.0, 0.0, 0.0, 0.0, depth=1.0)
+        if tile is None:
+            return
+        self._tile.bind()
+        self._craft.bind()
+        for index, clip_from_camera in enumerate(tile.slices):
+            if index:
+                clear_depth(self._ctx, target)
+            self.state.apply(self._ctx, target, viewport)
+            self._tile.write({"clip_from_camera": clip_from_camera})
+            for craft in tile.craft:
+                self._craft.write(craft_values(craft))
+                self._meshes.geometry(craft.model.mesh).draw(self._program)
+
+    def release(self) -> None:
+        """Free everything."""
+        for resource in (self._tile, self._craft, self._program):
+            resource.release()

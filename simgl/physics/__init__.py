@@ -1,0 +1,1 @@
+"""Numbers, frames, spectra and ephemerides; float64, SI, no graphics."""

@@ -1,0 +1,86 @@
+"""How much of the Sun's disc a point in space sees past an ellipsoidal Earth without atmosphere."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(64)
+
+
+def limb_angle(position: Array, direction: Array, radii: Array) -> float:
+    """Angle between nadir and the ellipsoid's limb on the side of a direction [rad].
+
+    position : (3,) observer from the ellipsoid's centre, in its own axes [m], outside it
+    direction : (3,) unit; the limb is sought in the plane of nadir and this direction
+    radii : (3,) semi-axes [m]
+
+    A ray grazes where the discriminant of its intersection with the unit sphere vanishes, after
+    space is scaled by the semi-axes; that is a quadratic in the tangent of the angle.
+    """
+    nadir = -position / np.linalg.norm(position)
+    side = direction - np.dot(direction, nadir) * nadir
+    length = float(np.linalg.norm(side))
+    if length < 1e-12:
+        side = np.cross(nadir, np.eye(3)[int(np.argmin(np.abs(nadir)))])
+        length = float(np.linalg.norm(side))
+    side = side / length
+    o, n, e = position / radii, nadir / radii, side / radii
+    c = float(np.dot(o, o)) - 1.0
+    p, q = float(np.dot(o, n)), float(np.dot(o, e))
+    a2 = q * q - c * float(np.dot(e, e))
+    a1 = p * q - c * float(np.dot(n, e))
+    a0 = p * p - c * float(np.dot(n, n))
+    # Outside the ellipsoid a2 < 0 < a0, so exactly one tangent is positive.
+    tangent = (-a1 - np.sqrt(a1 * a1 - a2 * a0)) / a2
+    return float(np.arctan(tangent))
+
+
+def visible_disc_fraction(disc_radius: float, body_radius: float, separation: float) -> float:
+    """Fraction of a small disc's solid angle that lies outside a circular body.
+
+    All three are angles on the sky [rad]: the disc's radius, the body's radius, and the distance of
+    their centres. Exact on the sphere: the disc is cut into arcs about the body's centre, each with
+    the half-width of spherical trigonometry, and integrated by Gauss-Legendre quadrature after a
+    substitution that removes the square-root ends.
+    """
+    low, high = separation - disc_radius, separation + disc_radius
+    if body_radius <= low:
+        return 1.0
+    if body_radius >= high:
+        return 0.0
+
+    def arcs(start: float) -> float:
+        # theta = separation - disc_radius cos(phi): arcs vanish smoothly at both ends.
+        first = float(np.arccos(np.clip((separation - start) / disc_radius, -1.0, 1.0)))
+        phi = first + 0.5 * (np.pi - first) * (_NODES + 1.0)
+        theta = separation - disc_radius * np.cos(phi)
+        cosine = (np.cos(disc_radius) - np.cos(theta) * np.cos(separation)) / (
+            np.sin(theta) * np.sin(separation)
+        )
+        half_width = np.arccos(np.clip(cosine, -1.0, 1.0))
+        step = 0.5 * (np.pi - first) * _WEIGHTS * disc_radius * np.sin(phi)
+        return float(np.sum(2.0 * half_width * np.sin(theta) * step))
+
+    return arcs(body_radius) / arcs(low)
+
+
+def sunlit_fraction(
+    position: Array, sun_direction: Array, sun_angular_radius: float, radii: Array
+) -> float:
+    """Fraction of the Sun's disc visible past an ellipsoid.
+
+    position : (3,) from the ellipsoid's centre, in its axes [m]; outside it
+    sun_direction : (3,) unit, in the same axes
+    sun_angular_radius : [rad]
+    radii : (3,) semi-axes [m]
+    """
+    nadir = -position / np.linalg.norm(position)
+    cross = float(np.linalg.norm(np.cross(nadir, sun_direction)))
+    separation = float(np.arctan2(cross, np.dot(nadir, sun_direction)))
+    if separation - sun_angular_radius > 0.5 * np.pi:
+        return 1.0
+    limb = limb_angle(position, sun_direction, radii)
+    return visible_disc_fraction(sun_angular_radius, limb, separation)

@@ -1,0 +1,103 @@
+"""Time scales, Sun, Moon and the Earth's rotation, from the SOFA routines in pyerfa.
+
+Time inside simgl is an integer count of TAI nanoseconds since 1970-01-01T00:00:00 TAI (the scale of
+POSIX CLOCK_TAI). Earth-orientation parameters are left at zero, which displaces the ground by at
+most about 30 m. After the last leap second known to pyerfa, TAI - UTC stays at its last value.
+"""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import erfa
+import numpy as np
+from numpy.typing import NDArray
+
+from simgl.physics.constants import ASTRONOMICAL_UNIT
+
+Array = NDArray[np.float64]
+
+NANOSECONDS_PER_DAY = 86_400_000_000_000
+_JD_1970 = 2440587.5
+# UTC has had its present form since 1972; the Earth series used here ends in 2100 (SOFA epv00).
+FIRST_YEAR, LAST_YEAR = 1972, 2099
+
+_ISO = re.compile(
+    r"(\d{4})-(\d{2})-(\d{2})(?:[T ](\d{2}):(\d{2})(?::(\d{2})(?:\.(\d{1,9}))?)?)?Z?"
+)
+
+
+@contextmanager
+def _future_leap_seconds_accepted() -> Iterator[None]:
+    """SOFA calls years beyond its leap-second table dubious; that is stated above, not an error."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("error", category=erfa.ErfaWarning)
+        warnings.filterwarnings("ignore", message=".*dubious year.*")
+        yield
+
+
+def tai_ns_from_utc(utc: str) -> int:
+    """TAI nanoseconds of an ISO 8601 UTC text such as ``2026-03-20T12:00:00.5``.
+
+    Raises ValueError for a text that is no date, or a year outside 1972 to 2099.
+    """
+    match = _ISO.fullmatch(utc.strip())
+    if match is None:
+        raise ValueError(f'must be a UTC time such as "2026-03-20T12:00:00", got "{utc}"')
+    year, month, day, hour, minute, second = (int(g or 0) for g in match.groups()[:6])
+    nanosecond = int((match[7] or "0").ljust(9, "0"))
+    if not FIRST_YEAR <= year <= LAST_YEAR:
+        raise ValueError(f'must lie in the years {FIRST_YEAR} to {LAST_YEAR}, got "{utc}"')
+    with _future_leap_seconds_accepted():
+        try:
+            day_start = erfa.dtf2d("UTC", year, month, day, 0, 0, 0.0)
+            erfa.dtf2d("UTC", year, month, day, hour, minute, float(second))
+            tai = erfa.utctai(*day_start)
+        except erfa.ErfaError as error:
+            raise ValueError(f'must be a real date and time, got "{utc}" ({error})') from None
+        except erfa.ErfaWarning as warning:
+            raise ValueError(f'must be a real date and time, got "{utc}" ({warning})') from None
+    midnight = round(((tai[0] - _JD_1970) + tai[1]) * 86400.0)
+    return ((midnight + hour * 3600 + minute * 60 + second) * 1_000_000_000) + nanosecond
+
+
+def utc_from_tai_ns(tai_ns: int) -> str:
+    """ISO 8601 UTC text, to the nanosecond where it needs it."""
+    whole, nanosecond = divmod(tai_ns, 1_000_000_000)
+    with _future_leap_seconds_accepted():
+        utc = erfa.taiutc(_JD_1970 + whole // 86400, (whole % 86400) / 86400.0)
+        year, month, day, fields = erfa.d2dtf("UTC", 0, *utc)
+    hour, minute, second = (int(fields[name]) for name in ("h", "m", "s"))
+    fraction = f".{nanosecond:09d}".rstrip("0") if nanosecond else ""
+    return f"{year:04d}-{month:02d}-{day:02d}T{hour:02d}:{minute:02d}:{second:02d}{fraction}"
+
+
+def julian_date_tt(tai_ns: int) -> tuple[float, float]:
+    """Terrestrial Time as a two-part Julian date."""
+    days, rest = divmod(tai_ns, NANOSECONDS_PER_DAY)
+    tt: tuple[float, float] = erfa.taitt(_JD_1970 + days, rest / NANOSECONDS_PER_DAY)
+    return tt
+
+
+def sun_position(tai_ns: int) -> Array:
+    """(3,) geometric position of the Sun's centre in GCRF [m]; within 0.01 arcsec of DE421."""
+    heliocentric, _ = erfa.epv00(*julian_date_tt(tai_ns))
+    return np.asarray(-heliocentric["p"] * ASTRONOMICAL_UNIT)
+
+
+def moon_position(tai_ns: int) -> Array:
+    """(3,) position of the Moon's centre in GCRF [m]; within 10 arcsec (SOFA moon98)."""
+    return np.asarray(erfa.moon98(*julian_date_tt(tai_ns))["p"] * ASTRONOMICAL_UNIT)
+
+
+def itrf_from_icrf(tai_ns: int) -> Array:
+    """R_itrf_from_icrf by the IAU 2006/2000A precession-nutation, UT1 taken as UTC."""
+    tt = julian_date_tt(tai_ns)
+    days, rest = divmod(tai_ns, NANOSECONDS_PER_DAY)
+    with _future_leap_seconds_accepted():
+        utc = erfa.taiutc(_JD_1970 + days, rest / NANOSECONDS_PER_DAY)
+        ut1 = erfa.utcut1(*utc, 0.0)
+    return np.asarray(erfa.c2t06a(*tt, *ut1, 0.0, 0.0))

@@ -1,0 +1,96 @@
+"""Bands and spectra: what part of a black body's light falls into each band, in watts and photons."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simgl.physics.constants import BOLTZMANN, LIGHT_SPEED, PLANCK, STEFAN_BOLTZMANN
+
+Array = NDArray[np.float64]
+
+# Gauss-Legendre of this order integrates Planck's law over a 300 nm band to better than 1e-12.
+_ORDER = 48
+
+
+@dataclass(frozen=True)
+class Bands:
+    """Four wavelength intervals, stored in the order of the R, G, B, N channels.
+
+    names : channel names
+    edges : (4, 2) lower and upper wavelength [m]
+    """
+
+    names: tuple[str, str, str, str] = ("R", "G", "B", "N")
+    edges: tuple[tuple[float, float], ...] = (
+        (600e-9, 700e-9),
+        (500e-9, 600e-9),
+        (400e-9, 500e-9),
+        (700e-9, 1000e-9),
+    )
+
+
+BANDS = Bands()
+
+
+@dataclass(frozen=True, eq=False)
+class BandLight:
+    """A light per band in two measures of one spectrum.
+
+    irradiance : (4,) [W m-2]
+    photon_irradiance : (4,) [photons s-1 m-2]
+    """
+
+    irradiance: Array
+    photon_irradiance: Array
+
+    @property
+    def photons_per_joule(self) -> Array:
+        """(4,) photons that carry one joule of this spectrum in each band [J-1]."""
+        return self.photon_irradiance / self.irradiance
+
+
+def planck_radiance(wavelength: Array, temperature: float) -> Array:
+    """Spectral radiance of a black body [W m-2 sr-1 m-1] at wavelength [m], temperature [K]."""
+    first = 2.0 * PLANCK * LIGHT_SPEED**2 / wavelength**5
+    exponent = PLANCK * LIGHT_SPEED / (wavelength * BOLTZMANN * temperature)
+    return np.asarray(first / np.expm1(exponent))
+
+
+def _nodes(edges: tuple[float, float]) -> tuple[Array, Array]:
+    x, w = np.polynomial.legendre.leggauss(_ORDER)
+    low, high = edges
+    half = 0.5 * (high - low)
+    return low + half * (x + 1.0), half * w
+
+
+def black_body_light(total_irradiance: float, temperature: float, bands: Bands = BANDS) -> BandLight:
+    """Light of a black body of given total irradiance [W m-2] over all wavelengths."""
+    scale = total_irradiance * np.pi / (STEFAN_BOLTZMANN * temperature**4)
+    watts, photons = [], []
+    for edges in bands.edges:
+        wavelength, weight = _nodes(edges)
+        spectral = scale * planck_radiance(wavelength, temperature)
+        watts.append(np.sum(weight * spectral))
+        photons.append(np.sum(weight * spectral * wavelength) / (PLANCK * LIGHT_SPEED))
+    return BandLight(np.array(watts), np.array(photons))
+
+
+def photon_mean(
+    wavelength: Array, value: Array, temperature: float, bands: Bands = BANDS
+) -> Array:
+    """(4,) mean of a tabulated curve over each band, weighted by a black body's photons.
+
+    wavelength : (n,) increasing [m]
+    value : (n,) the curve, linear between its points and zero outside
+    """
+    means = []
+    for low, high in bands.edges:
+        # A curve with corners wants many points; 1 nm resolves any datasheet curve.
+        points = np.arange(low, high, 1e-9) + 0.5e-9
+        photons = planck_radiance(points, temperature) * points
+        curve = np.interp(points, wavelength, value, left=0.0, right=0.0)
+        means.append(np.sum(photons * curve) / np.sum(photons))
+    return np.array(means)

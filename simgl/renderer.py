@@ -1,0 +1,128 @@
+"""The ordered lists of passes that turn a view into radiance, electrons, digital numbers and truth."""
+
+from __future__ import annotations
+
+from types import TracebackType
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from simgl.gpu.context import is_software
+from simgl.gpu.targets import Format, ImageTarget
+from simgl.gpu.timers import PassTimer
+from simgl.passes.detector import DetectorPass
+from simgl.passes.meshes import MeshStore
+from simgl.passes.optics import OpticsPass
+from simgl.passes.planet import PlanetPass
+from simgl.passes.resolve import ResolvePass
+from simgl.passes.shadow import ShadowPass
+from simgl.passes.surface import SurfacePass
+from simgl.passes.truth import TruthPass
+from simgl.scene.camera import Camera
+from simgl.view import FrameView, truth_tile
+
+_RADIANCE = (Format("f4", 4),)
+_ELECTRONS = (Format("f4"),)
+_DN = (Format("u2"),)
+_TRUTH = (Format("f4"), Format("u4"))
+
+# Geometry samples that one tile may take before its lattice gets coarser. On a CPU renderer a shaded
+# sample costs about 0.1 us, so this is some 40 ms; a GPU is bounded by memory (512 MiB of samples).
+_SAMPLE_BUDGET_CPU = 400_000
+_SAMPLE_BUDGET_GPU = 16_000_000
+
+
+class Renderer:
+    """Owns every pass and target of one OpenGL context."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        self.timer = PassTimer(ctx)
+        self.sample_budget = _SAMPLE_BUDGET_CPU if is_software(ctx) else _SAMPLE_BUDGET_GPU
+        self._meshes = MeshStore(ctx)
+        self._shadow = ShadowPass(ctx, self._meshes)
+        self._surface = SurfacePass(ctx, self._meshes)
+        self._planet = PlanetPass(ctx)
+        self._resolve = ResolvePass(ctx)
+        self._truth = TruthPass(ctx, self._meshes)
+        self._optics = OpticsPass(ctx)
+        self._detector = DetectorPass(ctx)
+        self._targets: dict[tuple[tuple[int, int], tuple[Format, ...]], ImageTarget] = {}
+
+    def radiance(self, view: FrameView) -> ImageTarget:
+        """Radiance per band [W m-2 sr-1], RGBA32F; valid until the next call at this size."""
+        target = self._target(view.camera, _RADIANCE)
+        with self.timer.measure("planet"):
+            self._planet.draw(view, target.framebuffer)
+        for tile in view.tiles:
+            with self.timer.measure("shadow"):
+                maps = {craft.name: self._shadow.draw(craft.shadow) for craft in tile.craft}
+            with self.timer.measure("surface"):
+                samples = self._surface.draw(tile, maps)
+            with self.timer.measure("resolve"):
+                self._resolve.draw(tile, samples, target.framebuffer)
+        return target
+
+    def electrons(
+        self, camera: Camera, photons_per_joule: NDArray[np.float64], radiance: ImageTarget
+    ) -> ImageTarget:
+        """Mean electrons [e-], R32F."""
+        target = self._target(camera, _ELECTRONS)
+        with self.timer.measure("optics"):
+            source = radiance.textures[0]
+            self._optics.draw(camera, photons_per_joule, source, target.framebuffer)
+        return target
+
+    def digital(
+        self, camera: Camera, tai_ns: int, seed: int, electrons: ImageTarget
+    ) -> ImageTarget:
+        """Digital numbers, R16UI."""
+        target = self._target(camera, _DN)
+        with self.timer.measure("detector"):
+            self._detector.draw(camera, tai_ns, seed, electrons.textures[0], target.framebuffer)
+        return target
+
+    def truth(self, view: FrameView) -> ImageTarget:
+        """Depth [m] and part ids at pixel centres, R32F and R32UI."""
+        target = self._target(view.camera, _TRUTH, depth=True)
+        with self.timer.measure("truth"):
+            self._truth.draw(truth_tile(view), target.framebuffer)
+        return target
+
+    def _target(
+        self, camera: Camera, formats: tuple[Format, ...], *, depth: bool = False
+    ) -> ImageTarget:
+        size = (camera.detector.width, camera.detector.height)
+        key = (size, formats)
+        if key not in self._targets:
+            self._targets[key] = ImageTarget(self._ctx, size, formats, depth=depth)
+        return self._targets[key]
+
+    def release(self) -> None:
+        """Free everything that this renderer made."""
+        for target in self._targets.values():
+            target.release()
+        self._targets.clear()
+        for owner in (
+            self._shadow,
+            self._surface,
+            self._planet,
+            self._resolve,
+            self._truth,
+            self._optics,
+            self._detector,
+            self._meshes,
+        ):
+            owner.release()
+
+    def __enter__(self) -> Renderer:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.release()

@@ -1,0 +1,1 @@
+"""Scenario files: TOML, strict, turned into the pure data that everything else works on."""

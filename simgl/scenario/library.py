@@ -1,0 +1,159 @@
+"""Models and camera presets by name, shipped or from the user's files."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import trimesh
+from msgspec import Meta
+from numpy.typing import NDArray
+
+from simgl import assets
+from simgl.errors import AssetError, ConfigError, did_you_mean
+from simgl.scenario.gltf import face_normals, read_gltf
+from simgl.scenario.schema import CameraPresetTable, Positive, Table, Vector
+from simgl.scenario.strict import convert, read_toml
+from simgl.scene.materials import Material
+from simgl.scene.mesh import Mesh
+from simgl.scene.spacecraft import SpacecraftModel
+
+_AXES = {
+    sign + axis: (1.0 if sign == "+" else -1.0) * np.eye(3)[i]
+    for i, axis in enumerate("xyz")
+    for sign in "+-"
+}
+_MESH_SUFFIXES = (".glb", ".gltf", ".obj", ".stl")
+
+# Bare aluminium-like grey for meshes that carry no material (OBJ and STL are read as shape only).
+_PLAIN = Material(name="plain", reflectance=(0.5, 0.5, 0.5, 0.5), roughness=0.6)
+
+
+class AxesTable(Table, kw_only=True):
+    """Body axes named by the file's axes: ``x = "+z"`` says that body x is the file's z."""
+
+    x: str
+    y: str
+    z: str
+
+
+class JointTable(Table, kw_only=True):
+    """How a part can move; 0 is the position stored in the file."""
+
+    name: str
+    part: str
+    kind: str
+    axis_body: Vector
+    origin_body_m: Vector
+    range_deg: tuple[float, float]
+
+
+class ModelTable(Table, kw_only=True):
+    """``models/NAME/model.toml``."""
+
+    name: str
+    file: str
+    description: str
+    source: str
+    unit_m: Positive
+    axes: AxesTable
+    joint: Annotated[tuple[JointTable, ...], Meta(max_length=256)] = ()
+    keypoints: dict[str, Vector] = {}
+
+
+def shipped_models() -> list[str]:
+    """Names of the models that come with simgl."""
+    return sorted(p.parent.name for p in assets.models().glob("*/model.toml"))
+
+
+def shipped_presets() -> list[str]:
+    """Names of the camera presets that come with simgl."""
+    return sorted(p.stem for p in (assets.data() / "cameras").glob("*.toml"))
+
+
+def _body_from_file(axes: AxesTable, where: str) -> NDArray[np.float64]:
+    for key in ("x", "y", "z"):
+        if getattr(axes, key) not in _AXES:
+            problem = f'must be one of {", ".join(_AXES)}, got "{getattr(axes, key)}"'
+            raise ConfigError(where, f"axes.{key}", problem)
+    matrix = np.stack([_AXES[axes.x], _AXES[axes.y], _AXES[axes.z]])
+    if not np.isclose(np.linalg.det(matrix), 1.0):
+        raise ConfigError(where, "axes", "must be right-handed and use each axis once")
+    return matrix
+
+
+def _read_model_folder(folder: Path) -> SpacecraftModel:
+    where = str(folder / "model.toml")
+    table = convert(read_toml(folder / "model.toml"), ModelTable, where)
+    body_from_file = table.unit_m * _body_from_file(table.axes, where)
+    model = read_gltf(folder / table.file, table.name, body_from_file)
+    for joint in table.joint:
+        if joint.part not in model.parts:
+            suggestion = did_you_mean(joint.part, model.parts)
+            raise ConfigError(where, f"joint {joint.name}", f'names no part: {suggestion}')
+    return replace(model, keypoints={k: np.array(v) for k, v in table.keypoints.items()})
+
+
+def _read_plain_mesh(path: Path, unit_m: float) -> SpacecraftModel:
+    try:
+        loaded = trimesh.load(path, force="mesh", process=False)
+    except Exception as error:  # noqa: BLE001 - trimesh raises whatever its parsers raise
+        raise AssetError(f"{path}: not a readable mesh ({error})") from None
+    points = np.asarray(getattr(loaded, "vertices", ()), dtype=np.float64)
+    faces = np.asarray(getattr(loaded, "faces", ()), dtype=np.int64)
+    if faces.size == 0:
+        raise AssetError(f"{path}: holds no triangles")
+    if not np.all(np.isfinite(points)):
+        raise AssetError(f"{path}: holds vertices that are not finite")
+    corners = points[faces.ravel()] * unit_m
+    label = np.zeros(len(corners), dtype=np.uint32)
+    mesh = Mesh(
+        positions=corners.astype(np.float32),
+        normals=np.repeat(face_normals(points, faces), 3, axis=0).astype(np.float32),
+        triangles=np.arange(len(corners), dtype=np.uint32).reshape(-1, 3),
+        part=label,
+        material=label,
+    )
+    return SpacecraftModel(
+        name=path.stem, mesh=mesh, parts=(path.stem,), materials=(_PLAIN,), open_sheets=True
+    )
+
+
+@lru_cache(maxsize=32)
+def load_model(name: str, base: Path = Path(), unit_m: float | None = None) -> SpacecraftModel:
+    """A shipped model by name, or a mesh file by path.
+
+    name : a shipped name, or a path to .glb, .gltf, .obj or .stl
+    base : folder that a relative path starts from
+    unit_m : metres per unit of the file, for files that are not in metres
+    """
+    if "/" not in name and Path(name).suffix.lower() not in _MESH_SUFFIXES:
+        if name not in shipped_models():
+            raise AssetError(f'no model "{name}"; {did_you_mean(name, shipped_models())}')
+        return _read_model_folder(assets.models() / name)
+    path = base / name
+    if not path.is_file():
+        raise AssetError(f"{path}: no such model file")
+    if path.suffix.lower() in (".glb", ".gltf"):
+        return read_gltf(path, path.stem, (unit_m or 1.0) * np.eye(3))
+    if path.suffix.lower() in _MESH_SUFFIXES:
+        return _read_plain_mesh(path, unit_m or 1.0)
+    raise AssetError(f"{path}: not a mesh that simgl reads ({', '.join(_MESH_SUFFIXES)})")
+
+
+@lru_cache(maxsize=32)
+def load_preset(name: str, base: Path = Path()) -> CameraPresetTable:
+    """A camera preset by shipped name, or by the path of a .toml file."""
+    if name.endswith(".toml"):
+        path = base / name
+    else:
+        if name not in shipped_presets():
+            raise AssetError(f'no camera preset "{name}"; {did_you_mean(name, shipped_presets())}')
+        path = assets.data() / "cameras" / f"{name}.toml"
+    preset = convert(read_toml(path), CameraPresetTable, str(path))
+    if len(preset.qe) != len(preset.qe_wavelength_nm):
+        raise ConfigError(str(path), "qe", "needs one value for each qe_wavelength_nm")
+    return preset

@@ -1,0 +1,110 @@
+"""A scenario: everything that does not change while it runs, and the laws of what does."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from simgl.physics.constants import SOLAR_RADIUS
+from simgl.physics.ephemeris import itrf_from_icrf, sun_position
+from simgl.physics.frames import Pose
+from simgl.physics.spectrum import BandLight
+from simgl.scene.camera import Camera
+from simgl.scene.earth import Earth
+from simgl.scene.spacecraft import SpacecraftModel
+from simgl.scene.state import (
+    BodyState,
+    CameraState,
+    EarthState,
+    SceneState,
+    Sun,
+    SunAtPosition,
+    SunInDirection,
+)
+from simgl.scene.trajectory import Motion, Mount, camera_pose, poses
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class EphemerisSun:
+    """The real Sun's place with a given light and size.
+
+    light_at_1_au : per band
+    radius : [m]
+    visible : draw the disc
+    """
+
+    light_at_1_au: BandLight
+    radius: float = SOLAR_RADIUS
+    visible: bool = True
+
+    def at(self, tai_ns: int) -> Sun:
+        """The Sun at an epoch."""
+        return SunAtPosition(
+            position=sun_position(tai_ns),
+            light_at_1_au=self.light_at_1_au,
+            radius=self.radius,
+            visible=self.visible,
+        )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Scenario:
+    """What a scenario file describes, in SI units.
+
+    seed : of all noise
+    samples_per_pixel : of geometry; None lets the renderer choose by cost
+    """
+
+    name: str
+    source: Path | None
+    epoch_tai_ns: int
+    sun: EphemerisSun | SunInDirection
+    earth: Earth | None
+    models: Mapping[str, SpacecraftModel]
+    motions: Mapping[str, Motion]
+    cameras: Mapping[str, Camera]
+    mounts: Mapping[str, Mount]
+    seed: int = 0
+    samples_per_pixel: int | None = None
+
+    def at(self, tai_ns: int) -> SceneState:
+        """The scene at an epoch [TAI ns]."""
+        return self.with_poses(tai_ns, poses(self.motions, tai_ns))
+
+    def with_poses(
+        self,
+        tai_ns: int,
+        bodies: Mapping[str, Pose],
+        exposure_times: Mapping[str, float] | None = None,
+    ) -> SceneState:
+        """The scene with given poses, e.g. those that a simulation sent.
+
+        exposure_times : camera name to exposure [s], where it differs from the file
+        """
+        cameras = dict(self.cameras)
+        for name, seconds in (exposure_times or {}).items():
+            cameras[name] = replace(cameras[name], exposure_time=seconds)
+        states = {}
+        for name, camera in cameras.items():
+            position, R_camera_from_icrf = camera_pose(self.mounts[name], bodies)
+            states[name] = CameraState(
+                camera=camera, position=position, R_camera_from_icrf=R_camera_from_icrf
+            )
+        earth = None
+        if self.earth is not None:
+            earth = EarthState(
+                earth=self.earth,
+                position=np.zeros(3),
+                R_itrf_from_icrf=itrf_from_icrf(tai_ns),
+            )
+        sun = self.sun.at(tai_ns) if isinstance(self.sun, EphemerisSun) else self.sun
+        return SceneState(
+            tai_ns=tai_ns,
+            sun=sun,
+            earth=earth,
+            bodies={n: BodyState(model=m, pose=bodies[n]) for n, m in self.models.items()},
+            cameras=states,
+        )

@@ -1,0 +1,214 @@
+"""What a scenario file may say: every table, key, unit and limit.
+
+The unit is part of the key. Unknown keys are errors. Bands are in the order R, G, B, N (600-700,
+500-600, 400-500, 700-1000 nm).
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from msgspec import Meta, Struct
+
+Positive = Annotated[float, Meta(gt=0.0)]
+NonNegative = Annotated[float, Meta(ge=0.0)]
+Fraction = Annotated[float, Meta(ge=0.0, le=1.0)]
+Vector = tuple[float, float, float]
+# One number for all bands, or four. The limits 0..1 are checked by the loader: msgspec 0.22 mixes
+# up the limits of a number with the length of a tuple where the two form a union.
+BandValues = float | tuple[float, float, float, float]
+Quaternion = tuple[float, float, float, float]
+
+
+class Table(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """A table of the file."""
+
+
+class EpochTable(Table, kw_only=True):
+    """``[epoch]``: the time of the scene; orbits start here."""
+
+    utc: str
+
+
+class SunTable(Table, kw_only=True):
+    """``[sun]``: omitted, the ephemeris Sun with 1361 W/m2 at 1 au and 5772 K.
+
+    irradiance_w_m2 : total, at 1 au; with a fixed direction, at the scene
+    temperature_k : of the black body that gives the spectrum
+    angular_diameter_deg : as seen from 1 au; default from the nominal solar radius
+    direction_icrf : fixes the direction towards the Sun by hand
+    visible : draw the disc
+    """
+
+    irradiance_w_m2: NonNegative | None = None
+    temperature_k: Annotated[float, Meta(ge=1000.0, le=50000.0)] | None = None
+    angular_diameter_deg: Annotated[float, Meta(gt=0.0, le=10.0)] | None = None
+    direction_icrf: Vector | None = None
+    visible: bool = True
+
+
+class EarthTable(Table, kw_only=True):
+    """``[earth]``: omitted, WGS84 with the shipped day map.
+
+    shape : "wgs84", "sphere" or "none"
+    radius_km : of the sphere
+    albedo : Lambert, one number or four bands, instead of the day map
+    """
+
+    shape: Literal["wgs84", "sphere", "none"] = "wgs84"
+    radius_km: Positive | None = None
+    albedo: BandValues | None = None
+
+
+class MaterialTable(Table, kw_only=True):
+    """An inline material; without roughness it is Lambertian."""
+
+    reflectance: BandValues
+    metallic: Fraction = 0.0
+    roughness: Annotated[float, Meta(ge=0.01, le=1.0)] | None = None
+
+
+class PlateTable(Table, kw_only=True):
+    """A thin plate facing +z of its body frame, centred on the origin."""
+
+    width_m: Positive
+    height_m: Positive
+    material: MaterialTable
+
+
+class SphereTable(Table, kw_only=True):
+    """A sphere about the body origin."""
+
+    radius_m: Positive
+    material: MaterialTable
+
+
+class BoxTable(Table, kw_only=True):
+    """A box about the body origin; edges along x, y, z."""
+
+    size_m: tuple[Positive, Positive, Positive]
+    material: MaterialTable
+
+
+class CylinderTable(Table, kw_only=True):
+    """A closed cylinder along z about the body origin."""
+
+    radius_m: Positive
+    length_m: Positive
+    material: MaterialTable
+
+
+class PrimitiveTable(Table, kw_only=True):
+    """Exactly one calibration shape."""
+
+    plate: PlateTable | None = None
+    sphere: SphereTable | None = None
+    box: BoxTable | None = None
+    cylinder: CylinderTable | None = None
+
+
+class OrbitTable(Table, kw_only=True):
+    """A two-body orbit; size by ``altitude_km`` (circular) or ``semi_major_axis_km``."""
+
+    altitude_km: Positive | None = None
+    semi_major_axis_km: Positive | None = None
+    eccentricity: Annotated[float, Meta(ge=0.0, lt=1.0)] = 0.0
+    inclination_deg: Annotated[float, Meta(ge=0.0, le=180.0)] = 0.0
+    raan_deg: float = 0.0
+    argument_of_perigee_deg: float = 0.0
+    true_anomaly_deg: float = 0.0
+
+
+class PointAtTable(Table, kw_only=True):
+    """Attitude that turns a body axis towards another spacecraft."""
+
+    target: str
+    axis_body: Vector
+
+
+class SpacecraftTable(Table, kw_only=True):
+    """``[spacecraft.NAME]``: a model, a place and an attitude.
+
+    model : name of a shipped model, path of a glTF/OBJ/STL file, or a primitive
+    unit_m : metres per unit of a model file that does not say it (OBJ, STL)
+    place : exactly one of ``orbit``, ``relative_to`` with ``position_lvlh_m``, ``position_icrf_m``
+    attitude : "lvlh" (default on an orbit), "icrf" (default at a fixed place), or one of the keys
+        ``quaternion_icrf_from_body_xyzw``, ``quaternion_lvlh_from_body_xyzw``, ``point_at``
+    """
+
+    model: str | PrimitiveTable
+    unit_m: Positive | None = None
+    orbit: OrbitTable | None = None
+    relative_to: str | None = None
+    position_lvlh_m: Vector | None = None
+    velocity_lvlh_m_s: Vector | None = None
+    position_icrf_m: Vector | None = None
+    velocity_icrf_m_s: Vector | None = None
+    attitude: Literal["lvlh", "icrf"] | None = None
+    quaternion_icrf_from_body_xyzw: Quaternion | None = None
+    quaternion_lvlh_from_body_xyzw: Quaternion | None = None
+    point_at: PointAtTable | None = None
+
+
+class OrbitingTable(Table, kw_only=True):
+    """A camera placed about a spacecraft by azimuth, elevation and range in its LVLH axes."""
+
+    target: str
+    azimuth_deg: float
+    elevation_deg: Annotated[float, Meta(ge=-89.9, le=89.9)] = 0.0
+    range_m: Positive
+
+
+class CameraPresetTable(Table, kw_only=True):
+    """A camera preset file, ``NAME.toml``: every value that a detector needs, with its source."""
+
+    source: str
+    width_px: Annotated[int, Meta(ge=1, le=16384)]
+    height_px: Annotated[int, Meta(ge=1, le=16384)]
+    pixel_pitch_um: Positive
+    qe_wavelength_nm: tuple[float, ...]
+    qe: tuple[Fraction, ...]
+    full_well_e: Positive
+    read_noise_e: NonNegative
+    bits: Annotated[int, Meta(ge=8, le=16)]
+    pedestal_dn: NonNegative
+    gain_e_per_dn: Positive
+
+
+class CameraTable(Table, kw_only=True):
+    """``[camera.NAME]``: a preset, changed where a key is given, on a mount.
+
+    mount : ``on`` (a spacecraft), or ``about`` (azimuth, elevation, range), or ``position_icrf_m``
+    look_at : the spacecraft kept in the centre; else ``boresight`` in body or ICRF axes
+    quantum_efficiency : electrons per photon, one number or four bands
+    """
+
+    preset: str = "mt9m034"
+    on: str | None = None
+    position_body_m: Vector | None = None
+    keypoint: str | None = None
+    about: OrbitingTable | None = None
+    position_icrf_m: Vector | None = None
+    look_at: str | None = None
+    boresight: Vector | None = None
+    up: Vector | None = None
+    focal_length_mm: Positive = 13.0
+    f_number: Positive = 4.0
+    exposure_time_s: Positive = 0.0005
+    transmission: BandValues = 1.0
+    width_px: Annotated[int, Meta(ge=1, le=16384)] | None = None
+    height_px: Annotated[int, Meta(ge=1, le=16384)] | None = None
+    pixel_pitch_um: Positive | None = None
+    quantum_efficiency: BandValues | None = None
+    full_well_e: Positive | None = None
+    read_noise_e: NonNegative | None = None
+    bits: Annotated[int, Meta(ge=8, le=16)] | None = None
+    pedestal_dn: NonNegative | None = None
+    gain_e_per_dn: Positive | None = None
+
+
+class RenderTable(Table, kw_only=True):
+    """``[render]``: noise seed and geometry samples per pixel (omitted: chosen by cost)."""
+
+    seed: Annotated[int, Meta(ge=0, le=2**32 - 1)] = 0
+    samples_per_pixel: Literal[1, 5, 13, 25, 37, 101, 401] | None = None

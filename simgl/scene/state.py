@@ -1,0 +1,149 @@
+"""The scene at one instant: float64, SI, ICRF axes. A picture is a pure function of this."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simgl.physics.constants import ASTRONOMICAL_UNIT
+from simgl.physics.frames import Pose, unit
+from simgl.physics.spectrum import BandLight
+from simgl.scene.camera import Camera
+from simgl.scene.earth import Earth
+from simgl.scene.spacecraft import SpacecraftModel
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SunSeen:
+    """The Sun from one place.
+
+    direction_icrf : (3,) unit, towards the Sun
+    irradiance : (4,) per band on a surface that faces it, unobstructed [W m-2]
+    angular_radius : of the disc [rad]
+    """
+
+    direction_icrf: Array
+    irradiance: Array
+    angular_radius: float
+
+    @property
+    def radiance(self) -> Array:
+        """(4,) of the uniform disc [W m-2 sr-1]."""
+        return np.asarray(self.irradiance / (np.pi * np.sin(self.angular_radius) ** 2))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SunAtPosition:
+    """A Sun at a place in the solar system; its light falls with the distance squared.
+
+    position : (3,) [m]
+    light_at_1_au : per band
+    radius : of the photosphere [m]
+    visible : whether the disc itself is drawn
+    """
+
+    position: Array
+    light_at_1_au: BandLight
+    radius: float
+    visible: bool = True
+
+    def seen_from(self, point: Array) -> SunSeen:
+        """The Sun from a point [m]."""
+        offset = self.position - point
+        distance = float(np.linalg.norm(offset))
+        return SunSeen(
+            direction_icrf=offset / distance,
+            irradiance=self.light_at_1_au.irradiance * (ASTRONOMICAL_UNIT / distance) ** 2,
+            angular_radius=float(np.arcsin(self.radius / distance)),
+        )
+
+    @property
+    def photons_per_joule(self) -> Array:
+        """(4,) [J-1]."""
+        return self.light_at_1_au.photons_per_joule
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SunInDirection:
+    """A Sun infinitely far away, its irradiance given at the scene.
+
+    direction_icrf : (3,) unit, towards the Sun
+    light : per band, at the scene
+    angular_radius : [rad]
+    visible : whether the disc itself is drawn
+    """
+
+    direction_icrf: Array
+    light: BandLight
+    angular_radius: float
+    visible: bool = True
+
+    def seen_from(self, point: Array) -> SunSeen:  # noqa: ARG002 - the same from everywhere
+        """The Sun from any point."""
+        return SunSeen(
+            direction_icrf=unit(self.direction_icrf),
+            irradiance=self.light.irradiance,
+            angular_radius=self.angular_radius,
+        )
+
+    @property
+    def photons_per_joule(self) -> Array:
+        """(4,) [J-1]."""
+        return self.light.photons_per_joule
+
+
+Sun = SunAtPosition | SunInDirection
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class EarthState:
+    """The Earth at an instant.
+
+    position : (3,) of its centre [m]; the origin, unless a whole scene is shifted
+    R_itrf_from_icrf : (3, 3)
+    """
+
+    earth: Earth
+    position: Array
+    R_itrf_from_icrf: Array
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BodyState:
+    """A spacecraft at an instant."""
+
+    model: SpacecraftModel
+    pose: Pose
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CameraState:
+    """A camera at an instant.
+
+    position : (3,) of the pinhole [m]
+    R_camera_from_icrf : (3, 3)
+    """
+
+    camera: Camera
+    position: Array
+    R_camera_from_icrf: Array
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SceneState:
+    """Everything that a picture depends on, at one instant.
+
+    tai_ns : TAI nanoseconds since 1970-01-01T00:00:00 TAI
+    earth : None for a scene in deep space
+    """
+
+    tai_ns: int
+    sun: Sun
+    earth: EarthState | None
+    bodies: Mapping[str, BodyState]
+    cameras: Mapping[str, CameraState]

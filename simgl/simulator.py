@@ -1,0 +1,157 @@
+"""From a scenario to exposures: the object that most programs hold."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from enum import StrEnum
+from types import TracebackType
+
+import moderngl
+
+from simgl.errors import ConfigError, did_you_mean
+from simgl.gpu.context import open_context
+from simgl.gpu.targets import ImageTarget
+from simgl.gpu.timers import PassTimer
+from simgl.images import DigitalFrame, ElectronFrame, FrameInfo, RadianceFrame, TruthFrame
+from simgl.renderer import Renderer
+from simgl.scenario.scenario import Scenario
+from simgl.scene.state import SceneState
+from simgl.view import FrameView, frame_view
+
+
+class Product(StrEnum):
+    """What a capture can bring to the CPU."""
+
+    DN = "dn"
+    ELECTRONS = "electrons"
+    RADIANCE = "radiance"
+    TRUTH = "truth"
+
+
+ALL_PRODUCTS = frozenset(Product)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Exposure:
+    """One picture in the forms that were asked for; the others are None."""
+
+    info: FrameInfo
+    digital: DigitalFrame | None = None
+    electrons: ElectronFrame | None = None
+    radiance: RadianceFrame | None = None
+    truth: TruthFrame | None = None
+
+    def _repr_png_(self) -> bytes:
+        for frame in (self.digital, self.radiance, self.electrons, self.truth):
+            if frame is not None:
+                return frame._repr_png_()
+        return b""
+
+
+class Simulator:
+    """Takes pictures of a scenario. A picture depends on the state given to it and on nothing else.
+
+    >>> with Simulator(load_scenario("approach.toml")) as simulator:
+    ...     exposure = simulator.capture(simulator.scenario.at(epoch), "navcam")
+    """
+
+    def __init__(self, scenario: Scenario, ctx: moderngl.Context | None = None) -> None:
+        self.scenario = scenario
+        self._own_ctx = ctx is None
+        self._ctx = open_context() if ctx is None else ctx
+        self._renderer = Renderer(self._ctx)
+        self.renderer_name = f"{self._ctx.info['GL_RENDERER']}, {self._ctx.info['GL_VERSION']}"
+
+    @property
+    def timer(self) -> PassTimer:
+        """Times of the passes, once enabled."""
+        return self._renderer.timer
+
+    def capture(
+        self,
+        state: SceneState,
+        camera: str,
+        products: Collection[Product] = frozenset({Product.DN}),
+    ) -> Exposure:
+        """The picture that a camera of the scene takes.
+
+        Raises ConfigError for an unknown camera or one that is inside a body.
+        """
+        if camera not in state.cameras:
+            problem = f'is not in the scenario; {did_you_mean(camera, state.cameras)}'
+            raise ConfigError(self.scenario.name, f'camera "{camera}"', problem)
+        view = frame_view(
+            state,
+            camera,
+            sample_budget=self._renderer.sample_budget,
+            samples_per_pixel=self.scenario.samples_per_pixel,
+        )
+        info = self._info(state, camera)
+        radiance = self._renderer.radiance(view)
+        frames: dict[str, object] = {}
+        if Product.RADIANCE in products:
+            frames["radiance"] = RadianceFrame(info=info, radiance=radiance.read())
+        if Product.TRUTH in products:
+            frames["truth"] = self._truth(state, view, info)
+        if Product.DN in products or Product.ELECTRONS in products:
+            electrons = self._renderer.electrons(
+                view.camera, state.sun.photons_per_joule, radiance
+            )
+            if Product.ELECTRONS in products:
+                frames["electrons"] = ElectronFrame(info=info, electrons=electrons.read())
+            if Product.DN in products:
+                frames["digital"] = self._digital(state, view, info, electrons)
+        return Exposure(info=info, **frames)  # type: ignore[arg-type]
+
+    def _digital(
+        self, state: SceneState, view: FrameView, info: FrameInfo, electrons: ImageTarget
+    ) -> DigitalFrame:
+        target = self._renderer.digital(
+            view.camera, state.tai_ns, self.scenario.seed, electrons
+        )
+        with self._renderer.timer.measure("read"):
+            return DigitalFrame(info=info, dn=target.read())
+
+    def _truth(self, state: SceneState, view: FrameView, info: FrameInfo) -> TruthFrame:
+        target = self._renderer.truth(view)
+        names = {
+            (instance + 1) * 65536 + part + 1: f"{name}/{part_name}"
+            for instance, (name, body) in enumerate(state.bodies.items())
+            for part, part_name in enumerate(body.model.parts)
+        }
+        return TruthFrame(
+            info=info, depth=target.read(0), part_id=target.read(1), part_names=names
+        )
+
+    def _info(self, state: SceneState, name: str) -> FrameInfo:
+        camera = state.cameras[name]
+        sun = state.sun.seen_from(camera.position)
+        return FrameInfo(
+            scenario=self.scenario.name,
+            camera=camera.camera,
+            epoch_tai_ns=state.tai_ns,
+            position=camera.position,
+            R_camera_from_icrf=camera.R_camera_from_icrf,
+            sun_direction_icrf=sun.direction_icrf,
+            sun_irradiance=sun.irradiance,
+            seed=self.scenario.seed,
+            renderer=self.renderer_name,
+        )
+
+    def close(self) -> None:
+        """Free the renderer, and the context if this simulator opened it."""
+        self._renderer.release()
+        if self._own_ctx:
+            self._ctx.release()
+
+    def __enter__(self) -> Simulator:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
