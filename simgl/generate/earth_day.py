@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-WIDTH = 2048
+WIDTH = 4096
 BRIGHTNESS = 0.6
 
 Floats = NDArray[np.float64]
@@ -50,7 +50,7 @@ def make(folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     for name, reflectance in (("day_rgb.jpg", rgb), ("day_nir.jpg", nir)):
         code = np.round(255.0 * np.sqrt(reflectance)).astype(np.uint8)
-        Image.fromarray(code).save(folder / name, quality=88)
+        Image.fromarray(code).save(folder / name, quality=90, subsampling=0)
 
 
 if __name__ == "__main__":

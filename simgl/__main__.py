@@ -1,0 +1,5 @@
+"""``python -m simgl``."""
+
+from simgl.cli import main
+
+main()

@@ -1,0 +1,175 @@
+"""The command line. Bad input gives one clear line and exit code 2."""
+
+from __future__ import annotations
+
+import sys
+from importlib.metadata import entry_points
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from simgl import __version__
+from simgl.errors import ConfigError, SimglError
+
+app = typer.Typer(
+    help="Camera images of spacecraft in low Earth orbit, in physical units.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="rich",
+)
+console = Console()
+
+
+@app.callback(invoke_without_command=True)
+def _version(
+    version: Annotated[bool, typer.Option("--version", help="Print the version and stop.")] = False,
+) -> None:
+    if version:
+        console.print(__version__)
+        raise typer.Exit
+
+
+@app.command()
+def doctor(
+    device: Annotated[int | None, typer.Option(help="Look at this EGL device only.")] = None,
+) -> None:
+    """Say what OpenGL is found, and the line that mends what is missing.
+
+    Example: simgl doctor --device 0
+    """
+    from simgl.doctor import examine
+
+    findings = examine(device)
+    for finding in findings:
+        title = f"{finding.backend} {finding.device_index}"
+        if finding.found is not None:
+            kind = "CPU renderer" if finding.found.software else "GPU"
+            console.print(
+                f"[green]ok[/]      {title}: {finding.found.renderer}, "
+                f"OpenGL {finding.found.version} ({kind})",
+                highlight=False,
+            )
+        elif finding.error is not None:
+            needed = "[yellow]missing[/]" if finding.backend == "osmesa" else "[red]failed[/] "
+            console.print(
+                f"{needed} {title}: {finding.error.reason}\n        mend: {finding.error.remedy}",
+                highlight=False,
+            )
+    usable = [f for f in findings if f.found is not None]
+    if not usable:
+        console.print("No usable OpenGL.", style="red")
+        raise typer.Exit(2)
+    console.print(f"simgl {__version__} will render with {usable[0].backend}.", highlight=False)
+
+
+@app.command()
+def render(
+    scenario: Annotated[Path, typer.Argument(help="Scenario file (TOML).")],
+    out: Annotated[Path, typer.Option(help="Folder for the results.")],
+    camera: Annotated[
+        list[str] | None, typer.Option(help="Camera name; all cameras if not given.")
+    ] = None,
+    at: Annotated[str | None, typer.Option(help="UTC epoch; the scenario's if not given.")] = None,
+) -> None:
+    """Render one epoch: radiance EXR, DN as 16-bit PNG, and a picture to look at.
+
+    Example: simgl render examples/azimuths.toml --camera azimuth_28 --out out/azimuths
+    """
+    from simgl.errors import did_you_mean
+    from simgl.output import write_exposure
+    from simgl.physics.ephemeris import tai_ns_from_utc
+    from simgl.scenario.loader import load_scenario
+    from simgl.simulator import Product, Simulator
+
+    loaded = load_scenario(scenario)
+    try:
+        epoch = loaded.epoch_tai_ns if at is None else tai_ns_from_utc(at)
+    except ValueError as error:
+        raise ConfigError("command line", "--at", str(error)) from None
+    for name in camera or []:
+        if name not in loaded.cameras:
+            problem = f'"{name}" is not in {scenario}; {did_you_mean(name, loaded.cameras)}'
+            raise ConfigError("command line", "--camera", problem)
+    if not loaded.cameras:
+        raise ConfigError(str(scenario), "camera", "is missing; a picture needs a [camera.NAME]")
+    _check_writable(out)
+    state = loaded.at(epoch)
+    with Simulator(loaded) as simulator:
+        for name in camera or loaded.cameras:
+            products = {Product.DN, Product.RADIANCE, Product.TRUTH}
+            exposure = simulator.capture(state, name, products)
+            for path in write_exposure(exposure, out, name):
+                console.print(str(path), highlight=False, soft_wrap=True)
+
+
+def _check_writable(folder: Path) -> None:
+    """Fail before the work, not after it."""
+    from simgl.output import complete_file
+
+    probe = folder / "write_probe"
+    with complete_file(probe) as temporary:
+        temporary.write_bytes(b"")
+    probe.unlink()
+
+
+@app.command()
+def bench(
+    json: Annotated[Path | None, typer.Option(help="Write the results to this file too.")] = None,
+    scene: Annotated[list[str] | None, typer.Option(help="Only these scenes.")] = None,
+    frames: Annotated[int, typer.Option(min=5, help="Timed frames of each scene.")] = 60,
+) -> None:
+    """Time each pass and the whole frame, in process and through the bridge.
+
+    Example: simgl bench --json bench.json
+    """
+    from simgl.bench import run, table
+
+    results = run(scenes=scene, frames=frames, console=console)
+    console.print(table(results))
+    if json is not None:
+        from simgl.output import complete_file
+
+        with complete_file(json) as temporary:
+            temporary.write_bytes(results.to_json())
+
+
+@app.command()
+def view(
+    scenario: Annotated[Path, typer.Argument(help="Scenario file (TOML).")],
+    target: Annotated[
+        str | None, typer.Option(help="Spacecraft to circle; the first if not given.")
+    ] = None,
+    screenshot: Annotated[
+        Path | None, typer.Option(help="Save the first frame here and close.")
+    ] = None,
+) -> None:
+    """Look at a scenario in a window: drag to orbit, scroll for range, space plays time.
+
+    Example: simgl view examples/azimuths.toml
+    """
+    from simgl.viewer import run
+
+    run(scenario, target, screenshot)
+
+
+def _load_further_commands() -> None:
+    """Commands of other packages join through the entry-point group ``simgl.commands``."""
+    for entry in entry_points(group="simgl.commands"):
+        app.command(name=entry.name)(entry.load())
+
+
+def main() -> None:
+    """Entry point: run a command, turn a SimglError into one line and exit code 2."""
+    try:
+        _load_further_commands()
+        app()
+    except SimglError as error:
+        print(f"simgl: {error}", file=sys.stderr)
+        sys.exit(2)
+
+
+if __name__ == "__main__":
+    main()

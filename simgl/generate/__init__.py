@@ -1,0 +1,1 @@
+"""Generators of the spacecraft models that ship with simgl."""

@@ -1,0 +1,45 @@
+"""Writes the shipped models: python -m simgl.generate [NAME ...] [--out models]."""
+
+import argparse
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+from simgl.generate.craft import Craft
+from simgl.generate.cubesat_12u import cubesat_12u
+from simgl.generate.glb import glb_bytes
+from simgl.generate.record import record_text
+from simgl.generate.space_rider import space_rider
+
+GENERATORS: Mapping[str, Callable[[], Craft]] = {
+    "cubesat_12u": cubesat_12u,
+    "space_rider": space_rider,
+}
+
+
+def write_model(name: str, out: Path) -> Path:
+    """Writes one model's two files under `out`/`name` and returns that folder."""
+    craft = GENERATORS[name]()
+    folder = out / name
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / f"{name}.glb").write_bytes(glb_bytes(craft))
+    (folder / "model.toml").write_text(record_text(craft), encoding="utf-8", newline="\n")
+    return folder
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """The command line."""
+    parser = argparse.ArgumentParser(prog="python -m simgl.generate", description=__doc__)
+    parser.add_argument(
+        "names", nargs="*", metavar="NAME", help=f"of {', '.join(GENERATORS)}; default: all"
+    )
+    parser.add_argument("--out", type=Path, default=Path("models"), help="default: models")
+    options = parser.parse_args(arguments)
+    unknown = sorted(set(options.names) - set(GENERATORS))
+    if unknown:
+        parser.error(f"no generator for {', '.join(unknown)}; there is {', '.join(GENERATORS)}")
+    for name in options.names or GENERATORS:
+        print(write_model(name, options.out))
+
+
+if __name__ == "__main__":
+    main()

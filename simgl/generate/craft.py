@@ -1,0 +1,58 @@
+"""What a generator returns: parts, joints and keypoints of one spacecraft, in body axes.
+
+Body axes: x forward, y starboard (right), z down. Metres, radians.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from scipy.spatial.transform import Rotation
+
+from simgl.generate.shapes import Shape
+
+Vec3 = tuple[float, float, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Joint:
+    """A hinge of one part.
+
+    axis_body : unit; origin_body : a point on the hinge line [m]
+    angles : least and greatest angle from the stored position, right-handed [rad]
+    """
+
+    name: str
+    part: str
+    axis_body: Vec3
+    origin_body: Vec3
+    angles: tuple[float, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Part:
+    """A named rigid piece of the craft.
+
+    shapes : in the part's own frame [m]
+    origin_body : where the part's origin lies in the body frame [m]
+    R_body_from_part : how the part's frame is turned in the stored position
+    """
+
+    name: str
+    shapes: tuple[Shape, ...]
+    origin_body: Vec3 = (0.0, 0.0, 0.0)
+    R_body_from_part: Rotation = field(default_factory=Rotation.identity)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Craft:
+    """A spacecraft: the text that goes with it, its parts and the points worth naming.
+
+    keypoints : name to position in the body frame [m]
+    """
+
+    name: str
+    description: str
+    source: str
+    parts: tuple[Part, ...]
+    joints: tuple[Joint, ...]
+    keypoints: Mapping[str, Vec3]

@@ -1,0 +1,135 @@
+"""Exposures on disk: EXR in physical units, 16-bit PNG in DN, sRGB PNG for people.
+
+Every file is written under a temporary name beside its place and renamed when complete, so that a
+reader never finds half of one.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import OpenEXR
+from PIL import Image
+
+from simgl.errors import OutputError
+from simgl.images import (
+    DigitalFrame,
+    FrameInfo,
+    RadianceFrame,
+    TruthFrame,
+    display_from_radiance,
+)
+from simgl.physics.ephemeris import utc_from_tai_ns
+from simgl.physics.frames import quaternion_from_matrix
+from simgl.simulator import Exposure
+
+
+@contextmanager
+def complete_file(path: Path) -> Iterator[Path]:
+    """A temporary path that becomes ``path`` if the block succeeds, and vanishes if it fails.
+
+    Raises OutputError where the folder cannot be written.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(prefix=f".{path.stem}.", suffix=path.suffix, dir=path.parent)
+    except OSError as error:
+        raise OutputError(f"{path.parent}: cannot be written ({error.strerror})") from None
+    os.close(handle)
+    temporary = Path(name)
+    try:
+        yield temporary
+        temporary.chmod(0o644)
+        temporary.replace(path)
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be written ({error.strerror})") from None
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _text(values: Any) -> str:
+    return " ".join(f"{v:.17g}" for v in np.ravel(values))
+
+
+def _header(info: FrameInfo) -> dict[str, Any]:
+    """Header entries, the unit in each name; numbers as text, since EXR floats have 7 digits."""
+    from simgl import __version__
+
+    camera = info.camera
+    k = camera.intrinsics
+    return {
+        "compression": OpenEXR.ZIP_COMPRESSION,
+        "type": OpenEXR.scanlineimage,
+        "simglVersion": __version__,
+        "renderer": info.renderer,
+        "scenario": info.scenario,
+        "camera": camera.name,
+        "bandsNm": "R 600-700, G 500-600, B 400-500, N 700-1000",
+        "unitsRGBN": "W m-2 sr-1, integrated over the band",
+        "unitsZ": "m along the boresight, 0 where no spacecraft is",
+        "epochUtc": utc_from_tai_ns(info.epoch_tai_ns),
+        "epochTaiNs": str(info.epoch_tai_ns),
+        "epochIs": "mid-exposure; TAI nanoseconds since 1970-01-01T00:00:00 TAI",
+        "exposureTimeS": f"{camera.exposure_time:.17g}",
+        "positionGcrfM": _text(info.position),
+        "quaternionCameraFromIcrfXyzw": _text(quaternion_from_matrix(info.R_camera_from_icrf)),
+        "cameraAxes": "x right, y down, z boresight",
+        "intrinsicsFxFyCxCyPx": _text((k[0, 0], k[1, 1], k[0, 2], k[1, 2])),
+        "fNumber": f"{camera.lens.f_number:.17g}",
+        "sunDirectionIcrf": _text(info.sun_direction_icrf),
+        "sunIrradianceRGBNWM2": _text(info.sun_irradiance),
+        "seed": str(info.seed),
+    }
+
+
+def write_exr(path: Path, radiance: RadianceFrame, truth: TruthFrame | None = None) -> None:
+    """Float32 channels R G B N [W m-2 sr-1]; with truth also Z [m] and uint32 partId."""
+    channels: dict[str, Any] = {
+        name: np.ascontiguousarray(radiance.radiance[..., i]) for i, name in enumerate("RGBN")
+    }
+    header = _header(radiance.info)
+    if truth is not None:
+        channels["Z"] = np.ascontiguousarray(truth.depth)
+        channels["partId"] = np.ascontiguousarray(truth.part_id)
+        seen = np.unique(truth.part_id)
+        names = {i: truth.part_names[i] for i in seen.tolist() if i}
+        header["partNames"] = ", ".join(f"{i}={name}" for i, name in names.items()) or "none seen"
+    with complete_file(path) as temporary:
+        OpenEXR.File(header, channels).write(str(temporary))
+
+
+def write_dn_png(path: Path, frame: DigitalFrame) -> None:
+    """Digital numbers as they are, in a 16-bit grey PNG."""
+    with complete_file(path) as temporary:
+        Image.fromarray(frame.dn).save(temporary)
+
+
+def write_view_png(path: Path, frame: RadianceFrame) -> None:
+    """An sRGB picture to look at: a white surface that faces the Sun is white."""
+    with complete_file(path) as temporary:
+        Image.fromarray(display_from_radiance(frame.radiance)).save(temporary)
+
+
+def write_exposure(exposure: Exposure, folder: Path, name: str) -> list[Path]:
+    """Every frame of an exposure as ``NAME.radiance.exr``, ``NAME.dn.png``, ``NAME.view.png``.
+
+    returns : the paths written
+    """
+    writers: list[tuple[str, Callable[[Path], None]]] = []
+    if (radiance := exposure.radiance) is not None:
+        writers.append(("radiance.exr", lambda p: write_exr(p, radiance, exposure.truth)))
+        writers.append(("view.png", lambda p: write_view_png(p, radiance)))
+    if (digital := exposure.digital) is not None:
+        writers.append(("dn.png", lambda p: write_dn_png(p, digital)))
+    paths = []
+    for suffix, write in writers:
+        path = folder / f"{name}.{suffix}"
+        write(path)
+        paths.append(path)
+    return paths
