@@ -101,6 +101,8 @@ class Renderer:
 
     def release(self) -> None:
         """Free everything that this renderer made."""
+        # moderngl binds the last framebuffer again whenever it makes one; it must not be a freed one.
+        self._ctx.detect_framebuffer(0).use()
         for target in self._targets.values():
             target.release()
         self._targets.clear()

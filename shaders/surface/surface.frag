@@ -14,20 +14,35 @@ flat in uint material;
 
 out vec4 radiance;
 
+// Share of the sunlight that reaches this point past the casters in the shadow map.
+//
+// n, facet : interpolated and geometric normal, camera axes; wi towards the Sun
+float sunlit(vec3 n, vec3 facet, vec3 wi) {
+    // The Sun's centre is below the surface's own horizon: disc_cosine has cut the disc already, and
+    // no map along the centre's rays can tell more. At most 0.1 % of the full sunlight is left here.
+    if (dot(n, wi) <= 0.0) return 1.0;
+    float texels = float(textureSize(shadow_map, 0).x);
+    mat3 light_from_camera = mat3(light_from_body) * transpose(mat3(camera_from_body));
+    // The smooth surface that the normals stand for lies above its facets by the sagitta of an edge;
+    // a quarter of a texel lifts the receiver there. Facets that already face away use its plane.
+    vec3 place = light_clip + light_from_camera * n * (0.5 * light_unscale.x / texels);
+    vec3 plane_normal = dot(facet, wi) > 0.0 ? facet : n;
+    vec2 slope = plane_slope(light_from_camera * plane_normal * light_unscale.yyz, texels);
+    return lit_fraction(shadow_map, place, slope, light_unscale.w / texels);
+}
+
 void main() {
-    // Of the facet itself; the interpolated normal bends away from it.
-    vec3 facet = cross(dFdx(position), dFdy(position));
+    // Of the facet itself, towards the viewer; the interpolated normal bends away from it.
+    vec3 facet = normalize(cross(dFdx(position), dFdy(position)));
     vec3 wo = normalize(-position);
     vec3 wi = sun_direction.xyz;
     // Both sides of an open sheet are surface: its normal turns to the viewer.
     vec3 n = normalize(gl_FrontFacing ? normal : -normal);
+    facet = dot(facet, wo) < 0.0 ? -facet : facet;
     radiance = vec4(0.0);
     float facing = disc_cosine(dot(n, wi), sun_angular_radius);
     if (facing <= 0.0) return;
-    float texels = float(textureSize(shadow_map, 0).x);
-    vec3 facet_clip = mat3(light_from_body) * (facet * mat3(camera_from_body)) * light_unscale.xyz;
-    vec2 slope = plane_slope(facet_clip, texels);
-    float lit = lit_fraction(shadow_map, light_clip, slope, light_unscale.w / texels);
+    float lit = sunlit(n, facet, wi);
     if (lit <= 0.0) return;
     vec4 reflectance = material_reflectance[material];
     vec4 law = material_law[material];   // metallic, roughness, 1 if Lambertian

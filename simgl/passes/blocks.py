@@ -24,7 +24,7 @@ CRAFT = Block(
             ("light_from_body", "f4", (4, 4)),
             ("sun_direction", "f4", 4),
             ("sun_irradiance", "f4", 4),
-            # xyz: squared half-sizes of the shadow map's box [m2]; w: half-width over half-depth.
+            # Shadow map's box: half-width [m], squared half-width and half-depth [m2], their ratio.
             ("light_unscale", "f4", 4),
             ("sun_angular_radius", "f4"),
             ("instance", "u4"),
@@ -54,7 +54,7 @@ def craft_values(craft: CraftView) -> dict[str, Any]:
         "light_from_body": craft.shadow.light_from_body,
         "sun_direction": (*craft.sun_direction, 0.0),
         "sun_irradiance": craft.sun_irradiance,
-        "light_unscale": (width**2, width**2, depth**2, width / depth),
+        "light_unscale": (width, width**2, depth**2, width / depth),
         "sun_angular_radius": craft.sun_angular_radius,
         "instance": craft.instance,
         "craft_padding": 0.0,

@@ -1,0 +1,60 @@
+"""Metallic-roughness reflection of glTF 2.0 (Appendix B), term by term."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def lambda_smith(cosine: Array, alpha: float) -> Array:
+    """Smith's auxiliary function of the GGX distribution (Heitz 2014, eq. 72)."""
+    tangent2 = (1.0 - cosine**2) / cosine**2
+    return np.asarray(0.5 * (np.sqrt(1.0 + alpha**2 * tangent2) - 1.0))
+
+
+def ggx(NoH: Array, alpha: float) -> Array:
+    """Normal distribution of Walter et al. (2007) [sr-1]."""
+    return np.asarray(alpha**2 / (np.pi * (NoH**2 * (alpha**2 - 1.0) + 1.0) ** 2))
+
+
+def schlick(f0: Array, VoH: Array) -> Array:
+    """Fresnel reflectance after Schlick (1994)."""
+    return np.asarray(f0 + (1.0 - f0) * (1.0 - VoH) ** 5)
+
+
+def brdf(
+    reflectance: float, metallic: float, roughness: float, n: Array, wi: Array, wo: Array
+) -> Array:
+    """Bidirectional reflectance [sr-1] of one band.
+
+    n, wi, wo : (k, 3) unit normal and directions away from the surface, both above it
+    returns : (k,)
+    """
+    h = wi + wo
+    h = h / np.linalg.norm(h, axis=-1, keepdims=True)
+    NoL, NoV, NoH, VoH = (np.sum(a * b, axis=-1) for a, b in ((n, wi), (n, wo), (n, h), (wo, h)))
+    alpha = roughness**2
+    masking = 1.0 / (1.0 + lambda_smith(NoL, alpha) + lambda_smith(NoV, alpha))
+    lobe = ggx(NoH, alpha) * masking / (4.0 * NoL * NoV)
+    f0 = np.asarray((1.0 - metallic) * 0.04 + metallic * reflectance)
+    fresnel = schlick(f0, VoH)
+    base = (1.0 - metallic) * reflectance / np.pi
+    return np.asarray((1.0 - fresnel) * base + fresnel * lobe)
+
+
+def disc_cosine(cosine: Array, radius: float) -> Array:
+    """Irradiance of a small uniform disc on a plane, over that on a plane which faces it.
+
+    cosine : (k,) between the plane's normal and the disc's centre
+    radius : angular, of the disc [rad]
+
+    Direct quadrature over strips of the disc, each at its own height above the plane's horizon.
+    """
+    strips = 20_001
+    height = np.linspace(-1.0, 1.0, strips)
+    share = np.sqrt(1.0 - height**2)
+    share /= share.sum()
+    elevation = np.arcsin(cosine)[:, None] + radius * height[None, :]
+    return np.asarray(np.sum(share * np.maximum(np.sin(elevation), 0.0), axis=1))

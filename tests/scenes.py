@@ -1,0 +1,60 @@
+"""Small scenes with hand-made answers, as scenario tables."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from simgl.scenario.loader import scenario_from_dict
+from simgl.scenario.scenario import Scenario
+from simgl.simulator import ALL_PRODUCTS, Exposure, Simulator
+
+Table = dict[str, Any]
+
+# The Sun of the source study: 1367 W m-2, 5777 K, 0.526 deg.
+SUN: Table = {"irradiance_w_m2": 1367.0, "temperature_k": 5777.0, "angular_diameter_deg": 0.526}
+TOTAL = 1367.0
+# All of that irradiance that falls into the four bands; a grey surface scales with it.
+IN_BANDS = 154.43947526 + 174.7738123 + 171.94738469 + 313.35751052
+
+
+def lambert(reflectance: float) -> Table:
+    """An inline Lambertian material."""
+    return {"reflectance": reflectance}
+
+
+def scene(
+    craft: Mapping[str, Table],
+    camera: Table,
+    *,
+    sun_direction: tuple[float, float, float] = (0.0, 0.0, 1.0),
+    earth: Table | None = None,
+    render: Table | None = None,
+) -> Scenario:
+    """A scene in deep space (or over a given Earth) with a Sun fixed by hand and one camera, "cam"."""
+    size = {"width_px": 128, "height_px": 128}
+    data: Table = {
+        "epoch": {"utc": "2026-03-20T12:00:00"},
+        "sun": {**SUN, "direction_icrf": list(sun_direction)},
+        "earth": earth or {"shape": "none"},
+        "spacecraft": dict(craft),
+        "camera": {"cam": {**size, **camera}},
+        "render": render or {},
+    }
+    return scenario_from_dict(data)
+
+
+def capture(gl: moderngl.Context, scenario: Scenario) -> Exposure:
+    """Every product of camera "cam" at the scenario's epoch."""
+    with Simulator(scenario, gl) as simulator:
+        return simulator.capture(scenario.at(scenario.epoch_tai_ns), "cam", ALL_PRODUCTS)
+
+
+def radiance(gl: moderngl.Context, scenario: Scenario) -> np.ndarray[Any, np.dtype[np.float32]]:
+    """(height, width, 4) radiance of camera "cam"."""
+    frame = capture(gl, scenario).radiance
+    assert frame is not None
+    return frame.radiance
