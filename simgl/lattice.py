@@ -1,71 +1,66 @@
 """Sampling lattices: how many points of the scene a pixel averages, and where they lie.
 
-Spacecraft are rasterised on a square grid that is turned against the pixel grid, so that the n
-samples of a pixel have n different columns and n different rows: an edge along the rows or columns of
-the image then falls on n steps, not on sqrt(n). With coprime integers a > b >= 0 of odd a + b and
-n = a^2 + b^2, raster coordinates are u = a x + b y, v = b (w - x) + a y; every pixel holds the same
-pattern, its middle is a sample, and the mean of the n positions is the pixel's centre.
+Spacecraft are rasterised on a finer square grid that is turned against the pixel grid by an angle
+whose tangent is far from any simple fraction. An edge along the rows or columns of the image then
+crosses the samples of different pixels at different places: its position comes out right to a small
+part of a pixel even with few samples, where a grid along the pixels would make every row step at
+once. A pixel's value is the mean of the samples inside it, n on average.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+# The continued fraction of sqrt(5) - 2, [0; 4, 4, 4, ...], has no large terms, so the columns of the
+# samples spread evenly at every scale.
+ANGLE = float(np.arctan(np.sqrt(5.0) - 2.0))
+
+# A unit square holds at least one sample if the lattice's covering radius, 1 / sqrt(2 n), is below
+# one half: n > 2. Fewer than five leave edges coarse; beyond 256 float32 sums stop gaining.
+FEWEST, MOST = 5, 256
+
 
 @dataclass(frozen=True)
 class Lattice:
-    """The turned grid of integers a, b."""
+    """A square grid of ``scale`` samples per pixel edge, turned by ``angle`` [rad]."""
 
-    a: int
-    b: int
+    scale: float
+    angle: float
 
     @property
-    def samples(self) -> int:
-        """Per pixel."""
-        return self.a**2 + self.b**2
+    def turn(self) -> NDArray[np.float64]:
+        """(2, 2) matrix from pixel to raster directions."""
+        c, s = self.scale * np.cos(self.angle), self.scale * np.sin(self.angle)
+        return np.array([[c, s], [-s, c]])
 
     def raster_size(self, width: int, height: int) -> tuple[int, int]:
-        """Texels that hold an image of width x height pixels."""
-        return self.a * width + self.b * height, self.b * width + self.a * height
+        """Texels that hold every sample of a rectangle of width x height pixels."""
+        extent = np.abs(self.turn) @ np.array([width, height])
+        columns, rows = np.ceil(extent - 1e-9).astype(int)
+        return int(columns), int(rows)
 
     def raster_from_pixel(self, width: int) -> NDArray[np.float64]:
-        """(2, 3) affine map from pixel coordinates (x, y, 1) to raster coordinates."""
-        return np.array([[self.a, self.b, 0.0], [-self.b, self.a, self.b * width]])
+        """(2, 3) affine map from pixel coordinates (x, y, 1) in the rectangle to the raster."""
+        return np.column_stack([self.turn, [0.0, -self.turn[1, 0] * width]])
 
-    @cached_property
-    def offsets(self) -> NDArray[np.int32]:
-        """(n, 2) raster texels of a pixel, relative to the texel of its centre."""
-        reach = np.arange(-self.a - self.b, self.a + self.b + 1)
-        p, q = (g.ravel() for g in np.meshgrid(reach, reach, indexing="ij"))
-        # In units of 1/n pixel; odd n keeps every sample off the pixel's border.
-        x, y = self.a * p - self.b * q, self.b * p + self.a * q
-        inside = (2 * np.abs(x) < self.samples) & (2 * np.abs(y) < self.samples)
-        return np.stack([p[inside], q[inside]], axis=1).astype(np.int32)
+    @property
+    def reach(self) -> int:
+        """Texels from that of a pixel's centre within which all its samples lie."""
+        return int(np.ceil(0.5 * np.abs(self.turn[0]).sum() + 0.5))
 
 
-LATTICES = {
-    lattice.samples: lattice
-    for lattice in (
-        Lattice(1, 0),
-        Lattice(2, 1),
-        Lattice(3, 2),
-        Lattice(4, 3),
-        Lattice(6, 1),
-        Lattice(10, 1),
-        Lattice(20, 1),
-    )
-}
-MAX_SAMPLES = max(LATTICES)
+# One sample at the very centre of each pixel.
+PIXEL_CENTRES = Lattice(1.0, 0.0)
 
-# Without an order a pixel averages at least this many samples: one is no anti-aliasing.
-_FEWEST = 5
+
+def turned_lattice(samples_per_pixel: float) -> Lattice:
+    """The lattice of so many samples per pixel on average."""
+    return Lattice(float(np.sqrt(samples_per_pixel)), ANGLE)
 
 
 def choose_lattice(pixels: int, sample_budget: int) -> Lattice:
-    """The finest lattice that puts at most ``sample_budget`` samples on so many pixels."""
-    affordable = [n for n in LATTICES if n >= _FEWEST and n * pixels <= sample_budget]
-    return LATTICES[max(affordable, default=_FEWEST)]
+    """The finest lattice that puts about ``sample_budget`` samples on so many pixels."""
+    return turned_lattice(min(max(sample_budget // pixels, FEWEST), MOST))

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simgl.errors import ConfigError
-from simgl.lattice import LATTICES, Lattice, choose_lattice
+from simgl.lattice import PIXEL_CENTRES, Lattice, choose_lattice, turned_lattice
 from simgl.physics.eclipse import sunlit_fraction
 from simgl.scene.camera import Camera
 from simgl.scene.earth import Earth
@@ -147,7 +147,7 @@ def frame_view(
     seen = state.sun.seen_from(camera.position)
     visible = state.sun.visible
     planet = None if state.earth is None else _planet(state, state.earth, camera)
-    fixed = None if samples_per_pixel is None else LATTICES[samples_per_pixel]
+    fixed = None if samples_per_pixel is None else turned_lattice(samples_per_pixel)
     return FrameView(
         camera=camera.camera,
         sun_direction=_float32(camera.R_camera_from_icrf @ seen.direction_icrf),
@@ -165,7 +165,7 @@ def truth_tile(view: FrameView) -> Tile | None:
         return None
     d = view.camera.detector
     depths = np.concatenate([_hull_in_camera(c)[:, 2] for c in craft])
-    return _tile((0, 0, d.width, d.height), craft, depths, view.camera, LATTICES[1])
+    return _tile((0, 0, d.width, d.height), craft, depths, view.camera, PIXEL_CENTRES)
 
 
 def _float32(values: Array) -> Floats:

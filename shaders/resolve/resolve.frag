@@ -1,5 +1,5 @@
 // Spacecraft samples of a tile averaged over each pixel and laid over what is behind them. The mean
-// over the covered samples' share goes out as colour, the share itself as the second source, so that
+// over all samples of the pixel goes out as colour, the covered share as the second source, so that
 // blending computes mean + (1 - share) * background in float32.
 #include "block/resolve"
 
@@ -9,27 +9,27 @@ layout(location = 0, index = 0) out vec4 radiance;
 layout(location = 0, index = 1) out vec4 share;
 
 void main() {
-    ivec2 pixel = ivec2(gl_FragCoord.xy) - tile_origin.xy;
-    ivec2 centre = ivec2(raster.x * pixel.x + raster.y * pixel.y,
-                         raster.x * pixel.y - raster.y * pixel.x) + raster.zw;
+    mat2 to_raster = mat2(raster_from_pixel.xy, raster_from_pixel.zw);
+    mat2 to_pixel = mat2(pixel_from_raster.xy, pixel_from_raster.zw);
+    vec2 corner = floor(gl_FragCoord.xy) - tile_origin;
+    ivec2 centre = ivec2(floor(to_raster * (corner + 0.5) + raster_origin));
+    ivec2 last = textureSize(samples, 0) - 1;
     vec4 sum = vec4(0.0);
-    float covered = 0.0;
-    for (int k = 0; k < sample_count; k += 2) {
-        // Two texel offsets travel in one ivec4.
-        ivec4 pair = sample_offsets[k >> 1];
-        vec4 first = texelFetch(samples, centre + pair.xy, 0);
-        if (first.r >= 0.0) {
-            sum += first;
-            covered += 1.0;
-        }
-        if (k + 1 < sample_count) {
-            vec4 second = texelFetch(samples, centre + pair.zw, 0);
-            if (second.r >= 0.0) {
-                sum += second;
+    float count = 0.0, covered = 0.0;
+    for (int j = -reach; j <= reach; ++j) {
+        for (int i = -reach; i <= reach; ++i) {
+            ivec2 texel = centre + ivec2(i, j);
+            // From the texel alone, so that neighbouring pixels agree on whose sample it is.
+            vec2 place = floor(to_pixel * (vec2(texel) + 0.5 - raster_origin));
+            if (place != corner) continue;
+            count += 1.0;
+            vec4 L = texelFetch(samples, clamp(texel, ivec2(0), last), 0);
+            if (L.r >= 0.0) {
+                sum += L;
                 covered += 1.0;
             }
         }
     }
-    radiance = sum / float(sample_count);
-    share = vec4(covered / float(sample_count));
+    radiance = sum / max(count, 1.0);
+    share = vec4(covered / max(count, 1.0));
 }

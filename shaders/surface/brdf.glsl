@@ -25,10 +25,9 @@ vec4 F_schlick(vec4 f0, float VoH) {
 }
 
 // Bidirectional reflectance [sr-1] per band for unit normal `n` and directions `wi`, `wo` away from
-// the surface, both above it.
-vec4 brdf(vec4 reflectance, float metallic, float roughness, vec3 n, vec3 wi, vec3 wo) {
+// the surface, both above it; `alpha` is the lobe's width, roughness^2.
+vec4 brdf(vec4 reflectance, float metallic, float alpha, vec3 n, vec3 wi, vec3 wo) {
     vec3 h = normalize(wi + wo);
-    float alpha = roughness * roughness;
     float NoL = max(dot(n, wi), 1e-6);
     // An interpolated normal can lean away from the viewer by a facet's angle.
     float NoV = max(dot(n, wo), 1e-4);

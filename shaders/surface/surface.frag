@@ -14,6 +14,15 @@ flat in uint material;
 
 out vec4 radiance;
 
+// Roughness of the normals within one sample's cell, alpha^2 of a microfacet lobe. A uniform cell
+// spreads the normal by (|dn/du|^2 + |dn/dv|^2) / 12 per slope, and alpha^2 is twice a slope's
+// variance; a lobe so widened is the mean over the cell (after Tokuyoshi & Kaplanyan 2019, whose cap
+// of 0.18 keeps silhouettes, where the expansion fails, from going dull).
+float cell_roughness(vec3 n) {
+    vec3 du = dFdx(n), dv = dFdy(n);
+    return min((dot(du, du) + dot(dv, dv)) / 6.0, 0.18);
+}
+
 // Share of the sunlight that reaches this point past the casters in the shadow map.
 //
 // n, facet : interpolated and geometric normal, camera axes; wi towards the Sun
@@ -38,6 +47,7 @@ void main() {
     vec3 wi = sun_direction.xyz;
     // Both sides of an open sheet are surface: its normal turns to the viewer.
     vec3 n = normalize(gl_FrontFacing ? normal : -normal);
+    float widening = cell_roughness(n);
     facet = dot(facet, wo) < 0.0 ? -facet : facet;
     radiance = vec4(0.0);
     float facing = disc_cosine(dot(n, wi), sun_angular_radius);
@@ -46,6 +56,7 @@ void main() {
     if (lit <= 0.0) return;
     vec4 reflectance = material_reflectance[material];
     vec4 law = material_law[material];   // metallic, roughness, 1 if Lambertian
-    vec4 f = law.z > 0.5 ? reflectance / PI : brdf(reflectance, law.x, law.y, n, wi, wo);
+    float alpha = sqrt(pow(law.y, 4.0) + widening);
+    vec4 f = law.z > 0.5 ? reflectance / PI : brdf(reflectance, law.x, alpha, n, wi, wo);
     radiance = f * sun_irradiance * facing * lit;
 }

@@ -47,8 +47,19 @@ def load_program(
         "fragment_shader": assemble(assets.shaders(), f"{name}.frag", defines, generated),
     }
     program = _compile(ctx, stages)
+    try:
+        _bind_and_check(name, program, blocks, samplers)
+    except ShaderError:
+        program.release()
+        raise
+    return program
+
+
+def _bind_and_check(
+    name: str, program: moderngl.Program, blocks: Sequence[Block], samplers: Sequence[str]
+) -> None:
     declared = {block.name: block for block in blocks}
-    found_samplers = set()
+    unused = set(samplers)
     for key in program:
         member = program[key]
         if isinstance(member, moderngl.UniformBlock):
@@ -65,9 +76,8 @@ def load_program(
             if key not in samplers:
                 raise ShaderError(f"{name}: uniform {key} is no declared sampler")
             member.value = list(samplers).index(key)
-            found_samplers.add(key)
-    if unused := sorted(set(samplers) - found_samplers):
-        raise ShaderError(f"{name}: samplers {unused} are declared but not used by the shader")
+            unused.discard(key)
+    if unused:
+        raise ShaderError(f"{name}: samplers {sorted(unused)} are declared but not used")
     if declared:
         raise ShaderError(f"{name}: blocks {sorted(declared)} are declared but not used")
-    return program

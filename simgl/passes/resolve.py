@@ -9,21 +9,20 @@ from simgl.gpu.blocks import Block, UniformBuffer
 from simgl.gpu.fullscreen import Fullscreen
 from simgl.gpu.program import load_program
 from simgl.gpu.state import ONE_MINUS_SRC1_COLOR, State
-from simgl.lattice import MAX_SAMPLES
 from simgl.view import Tile
-
-_PAIRS = (MAX_SAMPLES + 1) // 2
 
 _RESOLVE = Block(
     "Resolve",
     5,
     np.dtype(
         [
-            ("sample_offsets", "i4", (_PAIRS, 4)),
-            # a, b and the raster texel at the centre of the tile's first pixel
-            ("raster", "i4", 4),
-            ("tile_origin", "i4", 4),
-            ("sample_count", "i4"),
+            # Columns of the 2 x 2 matrices from pixel to raster directions and back.
+            ("raster_from_pixel", "f4", 4),
+            ("pixel_from_raster", "f4", 4),
+            # Raster coordinates of the tile's corner, and the tile's place in the image.
+            ("raster_origin", "f4", 2),
+            ("tile_origin", "f4", 2),
+            ("reach", "i4"),
             ("resolve_padding_a", "i4"),
             ("resolve_padding_b", "i4"),
             ("resolve_padding_c", "i4"),
@@ -65,15 +64,13 @@ class ResolvePass:
 
 
 def _values(tile: Tile) -> dict[str, object]:
-    lattice = tile.lattice
-    offsets = np.zeros((_PAIRS * 2, 2), dtype=np.int32)
-    offsets[: lattice.samples] = lattice.offsets
-    centre = lattice.raster_from_pixel(tile.width) @ np.array([0.5, 0.5, 1.0])
+    turn = tile.lattice.turn
     return {
-        "sample_offsets": offsets.reshape(_PAIRS, 4),
-        "raster": (lattice.a, lattice.b, *np.floor(centre).astype(int)),
-        "tile_origin": (tile.x, tile.y, 0, 0),
-        "sample_count": lattice.samples,
+        "raster_from_pixel": turn.T.ravel(),
+        "pixel_from_raster": np.linalg.inv(turn).T.ravel(),
+        "raster_origin": tile.lattice.raster_from_pixel(tile.width)[:, 2],
+        "tile_origin": (tile.x, tile.y),
+        "reach": tile.lattice.reach,
         "resolve_padding_a": 0,
         "resolve_padding_b": 0,
         "resolve_padding_c": 0,

@@ -10,6 +10,8 @@ from typing import Annotated, Literal
 
 from msgspec import Meta, Struct
 
+from simgl.lattice import FEWEST, MOST
+
 Positive = Annotated[float, Meta(gt=0.0)]
 NonNegative = Annotated[float, Meta(ge=0.0)]
 Fraction = Annotated[float, Meta(ge=0.0, le=1.0)]
@@ -24,13 +26,13 @@ class Table(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """A table of the file."""
 
 
-class EpochTable(Table, kw_only=True):
+class EpochTable(Table, frozen=True, kw_only=True):
     """``[epoch]``: the time of the scene; orbits start here."""
 
     utc: str
 
 
-class SunTable(Table, kw_only=True):
+class SunTable(Table, frozen=True, kw_only=True):
     """``[sun]``: omitted, the ephemeris Sun with 1361 W/m2 at 1 au and 5772 K.
 
     irradiance_w_m2 : total, at 1 au; with a fixed direction, at the scene
@@ -47,7 +49,7 @@ class SunTable(Table, kw_only=True):
     visible: bool = True
 
 
-class EarthTable(Table, kw_only=True):
+class EarthTable(Table, frozen=True, kw_only=True):
     """``[earth]``: omitted, WGS84 with the shipped day map.
 
     shape : "wgs84", "sphere" or "none"
@@ -60,7 +62,7 @@ class EarthTable(Table, kw_only=True):
     albedo: BandValues | None = None
 
 
-class MaterialTable(Table, kw_only=True):
+class MaterialTable(Table, frozen=True, kw_only=True):
     """An inline material; without roughness it is Lambertian."""
 
     reflectance: BandValues
@@ -68,7 +70,7 @@ class MaterialTable(Table, kw_only=True):
     roughness: Annotated[float, Meta(ge=0.01, le=1.0)] | None = None
 
 
-class PlateTable(Table, kw_only=True):
+class PlateTable(Table, frozen=True, kw_only=True):
     """A thin plate facing +z of its body frame, centred on the origin."""
 
     width_m: Positive
@@ -76,21 +78,21 @@ class PlateTable(Table, kw_only=True):
     material: MaterialTable
 
 
-class SphereTable(Table, kw_only=True):
+class SphereTable(Table, frozen=True, kw_only=True):
     """A sphere about the body origin."""
 
     radius_m: Positive
     material: MaterialTable
 
 
-class BoxTable(Table, kw_only=True):
+class BoxTable(Table, frozen=True, kw_only=True):
     """A box about the body origin; edges along x, y, z."""
 
     size_m: tuple[Positive, Positive, Positive]
     material: MaterialTable
 
 
-class CylinderTable(Table, kw_only=True):
+class CylinderTable(Table, frozen=True, kw_only=True):
     """A closed cylinder along z about the body origin."""
 
     radius_m: Positive
@@ -98,7 +100,7 @@ class CylinderTable(Table, kw_only=True):
     material: MaterialTable
 
 
-class PrimitiveTable(Table, kw_only=True):
+class PrimitiveTable(Table, frozen=True, kw_only=True):
     """Exactly one calibration shape."""
 
     plate: PlateTable | None = None
@@ -107,7 +109,7 @@ class PrimitiveTable(Table, kw_only=True):
     cylinder: CylinderTable | None = None
 
 
-class OrbitTable(Table, kw_only=True):
+class OrbitTable(Table, frozen=True, kw_only=True):
     """A two-body orbit; size by ``altitude_km`` (circular) or ``semi_major_axis_km``."""
 
     altitude_km: Positive | None = None
@@ -119,14 +121,14 @@ class OrbitTable(Table, kw_only=True):
     true_anomaly_deg: float = 0.0
 
 
-class PointAtTable(Table, kw_only=True):
+class PointAtTable(Table, frozen=True, kw_only=True):
     """Attitude that turns a body axis towards another spacecraft."""
 
     target: str
     axis_body: Vector
 
 
-class SpacecraftTable(Table, kw_only=True):
+class SpacecraftTable(Table, frozen=True, kw_only=True):
     """``[spacecraft.NAME]``: a model, a place and an attitude.
 
     model : name of a shipped model, path of a glTF/OBJ/STL file, or a primitive
@@ -150,7 +152,7 @@ class SpacecraftTable(Table, kw_only=True):
     point_at: PointAtTable | None = None
 
 
-class OrbitingTable(Table, kw_only=True):
+class OrbitingTable(Table, frozen=True, kw_only=True):
     """A camera placed about a spacecraft by azimuth, elevation and range in its LVLH axes."""
 
     target: str
@@ -159,7 +161,7 @@ class OrbitingTable(Table, kw_only=True):
     range_m: Positive
 
 
-class CameraPresetTable(Table, kw_only=True):
+class CameraPresetTable(Table, frozen=True, kw_only=True):
     """A camera preset file, ``NAME.toml``: every value that a detector needs, with its source."""
 
     source: str
@@ -175,7 +177,7 @@ class CameraPresetTable(Table, kw_only=True):
     gain_e_per_dn: Positive
 
 
-class CameraTable(Table, kw_only=True):
+class CameraTable(Table, frozen=True, kw_only=True):
     """``[camera.NAME]``: a preset, changed where a key is given, on a mount.
 
     mount : ``on`` (a spacecraft), or ``about`` (azimuth, elevation, range), or ``position_icrf_m``
@@ -207,8 +209,8 @@ class CameraTable(Table, kw_only=True):
     gain_e_per_dn: Positive | None = None
 
 
-class RenderTable(Table, kw_only=True):
-    """``[render]``: noise seed and geometry samples per pixel (omitted: chosen by cost)."""
+class RenderTable(Table, frozen=True, kw_only=True):
+    """``[render]``: noise seed and mean geometry samples per pixel (omitted: chosen by cost)."""
 
     seed: Annotated[int, Meta(ge=0, le=2**32 - 1)] = 0
-    samples_per_pixel: Literal[1, 5, 13, 25, 37, 101, 401] | None = None
+    samples_per_pixel: Annotated[int, Meta(ge=FEWEST, le=MOST)] | None = None
