@@ -69,14 +69,15 @@ def _why_egl_fails(device_index: int, error: Exception) -> ContextError:
             f"choose --device 0..{devices - 1}",
         )
     text = str(error)
-    if "version" in text.lower():
+    # EGL initialises before it looks at versions: a context refused later is one too old.
+    if "eglCreateContext" in text or "version" in text.lower():
         return ContextError(
-            f"EGL device {device_index} offers less than OpenGL 3.3 ({text})",
-            "LIBGL_ALWAYS_SOFTWARE=1 selects Mesa's llvmpipe",
+            f"EGL device {device_index} offers no OpenGL 3.3 core, its version is too low ({text})",
+            "LIBGL_ALWAYS_SOFTWARE=1 selects Mesa's llvmpipe, which offers 4.5",
         )
     return ContextError(
-        f"EGL device {device_index} gives no OpenGL context ({text})",
-        "apt-get install libgl1-mesa-dri (the DRI drivers)",
+        f"EGL device {device_index} has no working driver ({text})",
+        "apt-get install libgl1-mesa-dri (the DRI drivers), or repair the GPU driver",
     )
 
 

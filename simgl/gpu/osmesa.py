@@ -40,7 +40,8 @@ class OSMesaContext:
         self._context = self._library.OSMesaCreateContextAttribs(attributes, None)
         if not self._context:
             raise ContextError(
-                "libOSMesa offers no OpenGL 3.3 core context", "install Mesa 20 or newer"
+                "libOSMesa offers no OpenGL 3.3 core, its version is too low",
+                "install Mesa 20 or newer",
             )
         # OSMesa needs a window buffer even if every picture goes to a framebuffer object.
         self._pixels = (ctypes.c_ubyte * (4 * 4 * 4))()

@@ -1,0 +1,181 @@
+"""The benchmark: how long a frame takes, end to end and pass by pass, on this machine.
+
+A frame is everything from an epoch to the DN array on the CPU: poses, view, passes, read-back. Through
+the bridge it is the client's whole round trip to a server process. Frame times are taken without pass
+timers; the passes are timed in a second run, since on a CPU renderer each timer waits for the pass.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import time
+from collections.abc import Callable, Sequence
+from importlib.metadata import entry_points
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+from simgl import __version__, assets
+from simgl.errors import ConfigError, did_you_mean
+from simgl.scenario.loader import load_scenario
+from simgl.scenario.scenario import Scenario
+from simgl.simulator import Simulator
+
+# Entry points of this group time frames through a link: (scenario file, camera, epochs) -> seconds.
+LINKS_GROUP = "simgl.bench_links"
+Link = Callable[[Path, str, Sequence[int]], list[float]]
+
+WARM_UP = 5
+STEP_NS = 1_000_000_000
+
+
+class Percentiles(msgspec.Struct, frozen=True, kw_only=True):
+    """Of the frame time [ms]."""
+
+    p50: float
+    p95: float
+    p99: float
+
+
+class SceneResult(msgspec.Struct, frozen=True, kw_only=True):
+    """One scene, in process or through the bridge; ``passes_ms`` are medians."""
+
+    name: str
+    width: int
+    height: int
+    triangles: int
+    frames: int
+    frame_ms: Percentiles
+    through_bridge: bool
+    passes_ms: dict[str, float]
+
+
+class Results(msgspec.Struct, frozen=True, kw_only=True):
+    """What ``simgl bench --json`` writes."""
+
+    machine: str
+    renderer: str
+    version: str
+    scenes: list[SceneResult]
+
+    def to_json(self) -> bytes:
+        """Indented JSON text."""
+        return msgspec.json.format(msgspec.json.encode(self), indent=2) + b"\n"
+
+
+def machine() -> str:
+    """Processor, number of cores that this process may use, operating system."""
+    name = platform.processor() or platform.machine()
+    cpuinfo = Path("/proc/cpuinfo")
+    if cpuinfo.exists():
+        lines = cpuinfo.read_text().splitlines()
+        models = [line.partition(":")[2].strip() for line in lines if "model name" in line]
+        name = models[0] if models else name
+    return f"{name}, {len(os.sched_getaffinity(0))} cores, {platform.system()}"
+
+
+def _percentiles(seconds: Sequence[float]) -> Percentiles:
+    p50, p95, p99 = np.percentile(np.array(seconds) * 1e3, [50, 95, 99])
+    return Percentiles(p50=round(p50, 3), p95=round(p95, 3), p99=round(p99, 3))
+
+
+def _epochs(scenario: Scenario, frames: int) -> list[int]:
+    return [scenario.epoch_tai_ns + i * STEP_NS for i in range(WARM_UP + frames)]
+
+
+def _frame_times(simulator: Simulator, camera: str, epochs: Sequence[int]) -> list[float]:
+    seconds = []
+    for epoch in epochs:
+        start = time.perf_counter()
+        simulator.capture(simulator.scenario.at(epoch), camera)
+        seconds.append(time.perf_counter() - start)
+    return seconds[WARM_UP:]
+
+
+def _pass_times(simulator: Simulator, camera: str, epochs: Sequence[int]) -> dict[str, float]:
+    simulator.timer.enabled = True
+    runs: dict[str, list[float]] = {}
+    for epoch in epochs:
+        simulator.timer.seconds.clear()
+        simulator.capture(simulator.scenario.at(epoch), camera)
+        for name, seconds in simulator.timer.seconds.items():
+            runs.setdefault(name, []).append(seconds * 1e3)
+    simulator.timer.enabled = False
+    return {name: round(float(np.median(values)), 3) for name, values in runs.items()}
+
+
+def scene_files() -> dict[str, Path]:
+    """The shipped benchmark scenes by name."""
+    return {p.stem: p for p in sorted((assets.data() / "bench").glob("*.toml"))}
+
+
+def _one_scene(path: Path, frames: int) -> tuple[str, list[SceneResult]]:
+    """Renderer name, and the results in process and through every link."""
+    scenario = load_scenario(path)
+    camera = next(iter(scenario.cameras))
+    detector = scenario.cameras[camera].detector
+    epochs = _epochs(scenario, frames)
+
+    def result(seconds: Sequence[float], passes: dict[str, float], bridge: bool) -> SceneResult:
+        return SceneResult(
+            name=path.stem,
+            width=detector.width,
+            height=detector.height,
+            triangles=sum(len(m.mesh.triangles) for m in scenario.models.values()),
+            frames=frames,
+            frame_ms=_percentiles(seconds),
+            through_bridge=bridge,
+            passes_ms=passes,
+        )
+
+    with Simulator(scenario) as simulator:
+        renderer = simulator.renderer_name
+        seconds = _frame_times(simulator, camera, epochs)
+        passes = _pass_times(simulator, camera, epochs[: WARM_UP + frames // 3])
+    results = [result(seconds, passes, False)]
+    for entry in entry_points(group=LINKS_GROUP):
+        link: Link = entry.load()
+        results.append(result(link(path, camera, epochs)[WARM_UP:], {}, True))
+    return renderer, results
+
+
+def run(*, scenes: Sequence[str] | None, frames: int, console: Console) -> Results:
+    """Run the named scenes (all, if None), with a progress bar."""
+    files = scene_files()
+    for name in scenes or ():
+        if name not in files:
+            problem = f'names no scene: "{name}"; {did_you_mean(name, files)}'
+            raise ConfigError("command line", "--scene", problem)
+    chosen = scenes or list(files)
+    renderer, results = "", []
+    with Progress(console=console, transient=True) as progress:
+        for name in progress.track(chosen, description="bench"):
+            renderer, of_scene = _one_scene(files[name], frames)
+            results += of_scene
+    return Results(machine=machine(), renderer=renderer, version=__version__, scenes=results)
+
+
+def table(results: Results) -> Table:
+    """The results as a table for a terminal."""
+    out = Table(title=f"simgl {results.version} on {results.machine}\n{results.renderer}")
+    for column in ("scene", "size", "triangles", "bridge", "p50 ms", "p95 ms", "p99 ms", "fps"):
+        out.add_column(column, justify="left" if column == "scene" else "right")
+    out.add_column("passes, median ms")
+    for scene in results.scenes:
+        out.add_row(
+            scene.name,
+            f"{scene.width} x {scene.height}",
+            f"{scene.triangles:,}",
+            "yes" if scene.through_bridge else "no",
+            f"{scene.frame_ms.p50:.1f}",
+            f"{scene.frame_ms.p95:.1f}",
+            f"{scene.frame_ms.p99:.1f}",
+            f"{1e3 / scene.frame_ms.p50:.1f}",
+            ", ".join(f"{name} {ms:.1f}" for name, ms in scene.passes_ms.items()),
+        )
+    return out
