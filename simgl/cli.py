@@ -51,12 +51,14 @@ def doctor(
                 f"[green]ok[/]      {title}: {finding.found.renderer}, "
                 f"OpenGL {finding.found.version} ({kind})",
                 highlight=False,
+                soft_wrap=True,
             )
         elif finding.error is not None:
             needed = "[yellow]missing[/]" if finding.backend == "osmesa" else "[red]failed[/] "
             console.print(
                 f"{needed} {title}: {finding.error.reason}\n        mend: {finding.error.remedy}",
                 highlight=False,
+                soft_wrap=True,
             )
     usable = [f for f in findings if f.found is not None]
     if not usable:
@@ -79,7 +81,7 @@ def render(
     Example: simgl render examples/azimuths.toml --camera azimuth_28 --out out/azimuths
     """
     from simgl.errors import did_you_mean
-    from simgl.output import write_exposure
+    from simgl.output import check_writable, write_exposure
     from simgl.physics.ephemeris import tai_ns_from_utc
     from simgl.scenario.loader import load_scenario
     from simgl.simulator import Product, Simulator
@@ -95,24 +97,14 @@ def render(
             raise ConfigError("command line", "--camera", problem)
     if not loaded.cameras:
         raise ConfigError(str(scenario), "camera", "is missing; a picture needs a [camera.NAME]")
-    _check_writable(out)
+    check_writable(out)
     state = loaded.at(epoch)
     with Simulator(loaded) as simulator:
         for name in camera or loaded.cameras:
             products = {Product.DN, Product.RADIANCE, Product.TRUTH}
             exposure = simulator.capture(state, name, products)
             for path in write_exposure(exposure, out, name):
-                console.print(str(path), highlight=False, soft_wrap=True)
-
-
-def _check_writable(folder: Path) -> None:
-    """Fail before the work, not after it."""
-    from simgl.output import complete_file
-
-    probe = folder / "write_probe"
-    with complete_file(probe) as temporary:
-        temporary.write_bytes(b"")
-    probe.unlink()
+                console.print(str(path), highlight=False, markup=False, soft_wrap=True)
 
 
 @app.command()
@@ -150,7 +142,7 @@ def view(
 
     Example: simgl view examples/azimuths.toml
     """
-    from simgl.viewer import run
+    from simgl.viewer.window import run
 
     run(scenario, target, screenshot)
 

@@ -13,6 +13,9 @@ from simgl.scene.camera import Camera
 
 Array = NDArray[np.float64]
 
+# Shown as full white, R G B: a white surface that faces a 5777 K Sun of 1367 W m-2 [W m-2 sr-1].
+WHITE_RADIANCE = np.array([154.4, 174.8, 171.9], dtype=np.float32) / np.float32(np.pi)
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FrameInfo:
@@ -110,18 +113,13 @@ def display_from_dn(dn: NDArray[np.uint16], camera: Camera) -> NDArray[np.uint8]
     return display_from_linear(((dn.astype(np.float32) - d.pedestal) / span).astype(np.float32))
 
 
-def display_from_radiance(
-    radiance: NDArray[np.float32], white: float | None = None
-) -> NDArray[np.uint8]:
+def display_from_radiance(radiance: NDArray[np.float32]) -> NDArray[np.uint8]:
     """(height, width, 3) sRGB picture of the red, green and blue bands.
 
-    white : green-band radiance shown as full white [W m-2 sr-1]; by default that of a white surface
-        that faces the Sun at 1 au, so that pictures of one scene compare
-    The bands' solar irradiances are the white point: a grey surface in sunlight looks grey.
+    A white surface that faces the Sun at 1 au is white, so that pictures compare; a grey surface in
+    sunlight looks grey.
     """
-    solar = np.array([154.4, 174.8, 171.9], dtype=np.float32)  # 5777 K, 1367 W m-2, R G B
-    scale = solar / np.pi if white is None else solar / solar[1] * white
-    return srgb_from_linear(radiance[..., :3] / scale)
+    return srgb_from_linear(radiance[..., :3] / WHITE_RADIANCE)
 
 
 def png_bytes(picture: NDArray[np.uint8]) -> bytes:

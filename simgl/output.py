@@ -30,6 +30,17 @@ from simgl.physics.frames import quaternion_from_matrix
 from simgl.simulator import Exposure
 
 
+def check_writable(folder: Path) -> None:
+    """Make the folder where it is missing; raises OutputError where files cannot be put into it."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(prefix=".", dir=folder)
+    except OSError as error:
+        raise OutputError(f"{folder}: cannot be written ({error.strerror})") from None
+    os.close(handle)
+    Path(name).unlink()
+
+
 @contextmanager
 def complete_file(path: Path) -> Iterator[Path]:
     """A temporary path that becomes ``path`` if the block succeeds, and vanishes if it fails.
@@ -38,7 +49,8 @@ def complete_file(path: Path) -> Iterator[Path]:
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=f".{path.stem}.", suffix=path.suffix, dir=path.parent)
+        prefix = f".{path.stem}."
+        handle, name = tempfile.mkstemp(prefix=prefix, suffix=path.suffix, dir=path.parent)
     except OSError as error:
         raise OutputError(f"{path.parent}: cannot be written ({error.strerror})") from None
     os.close(handle)

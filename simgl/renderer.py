@@ -27,6 +27,9 @@ _ELECTRONS = (Format("f4"),)
 _DN = (Format("u2"),)
 _TRUTH = (Format("f4"), Format("u4"))
 
+# Four targets for each of eight image sizes; a window that is resized leaves no more behind.
+_TARGETS_KEPT = 32
+
 # Geometry samples that one tile may take before its lattice gets coarser. On a CPU renderer a shaded
 # sample costs about 0.1 us, so this is some 40 ms; a GPU is bounded by memory (512 MiB of samples).
 _SAMPLE_BUDGET_CPU = 400_000
@@ -95,9 +98,15 @@ class Renderer:
     ) -> ImageTarget:
         size = (camera.detector.width, camera.detector.height)
         key = (size, formats)
-        if key not in self._targets:
-            self._targets[key] = ImageTarget(self._ctx, size, formats, depth=depth)
-        return self._targets[key]
+        target = self._targets.pop(key, None)
+        if target is None:
+            if len(self._targets) >= _TARGETS_KEPT:
+                self._ctx.detect_framebuffer(0).use()
+                self._targets.pop(next(iter(self._targets))).release()
+            target = ImageTarget(self._ctx, size, formats, depth=depth)
+        # Back in as the newest: the first is always the one unused for longest.
+        self._targets[key] = target
+        return target
 
     def release(self) -> None:
         """Free everything that this renderer made."""

@@ -1,1 +1,1 @@
-"""Passes: one file each, with its blocks, its complete GL state and its draw. None imports another."""
+"""Passes: one file each, with its blocks, its complete state and its draw. None imports another."""

@@ -22,7 +22,7 @@ _PLANET = Block(
         [
             ("sphere_from_camera", "f4", (4, 4)),
             ("camera_in_sphere", "f4", 4),
-            # Equatorial radius over each semi-axis: the ellipsoid's normal from a point on the sphere.
+            # Equatorial radius over each semi-axis: makes the ellipsoid's normal of a sphere's point.
             ("sphere_axes", "f4", 4),
             ("sun_direction", "f4", 4),
             ("sun_direction_itrf", "f4", 4),

@@ -38,19 +38,39 @@ def limb_angle(position: Array, direction: Array, radii: Array) -> float:
     return float(np.arctan(tangent))
 
 
+def _overlap(a: float, b: float, d: float) -> float:
+    """Solid angle common to two circles on the sky of radii a, b at a distance d < a + b [sr].
+
+    Sectors less triangles (Tovchigrechko & Vakser 2001). The rounding of the cosines leaves 1e-8
+    of a disc as small as the Sun's, which is why the quadrature below serves where it can.
+    """
+    if d <= abs(a - b):
+        return float(4.0 * np.pi * np.sin(0.5 * min(a, b)) ** 2)
+    ca, cb, cd = np.cos([a, b, d])
+    sa, sb, sd = np.sin([a, b, d])
+    corner = np.arccos(np.clip((cd - ca * cb) / (sa * sb), -1.0, 1.0))
+    at_a = np.arccos(np.clip((cb - cd * ca) / (sd * sa), -1.0, 1.0))
+    at_b = np.arccos(np.clip((ca - cd * cb) / (sd * sb), -1.0, 1.0))
+    return float(2.0 * (np.pi - corner - at_a * ca - at_b * cb))
+
+
 def visible_disc_fraction(disc_radius: float, body_radius: float, separation: float) -> float:
     """Fraction of a small disc's solid angle that lies outside a circular body.
 
     All three are angles on the sky [rad]: the disc's radius, the body's radius, and the distance of
     their centres. Exact on the sphere: the disc is cut into arcs about the body's centre, each with
     the half-width of spherical trigonometry, and integrated by Gauss-Legendre quadrature after a
-    substitution that removes the square-root ends.
+    substitution that removes the square-root ends. Where the disc reaches over the body's centre,
+    as in deep space, the overlap is taken in closed form.
     """
     low, high = separation - disc_radius, separation + disc_radius
     if body_radius <= low:
         return 1.0
     if body_radius >= high:
         return 0.0
+    if low < 0.0:
+        solid_angle = 4.0 * np.pi * np.sin(0.5 * disc_radius) ** 2
+        return 1.0 - _overlap(disc_radius, body_radius, separation) / float(solid_angle)
 
     def arcs(start: float) -> float:
         # theta = separation - disc_radius cos(phi): arcs vanish smoothly at both ends.

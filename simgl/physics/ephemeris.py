@@ -7,6 +7,7 @@ most about 30 m. After the last leap second known to pyerfa, TAI - UTC stays at 
 
 from __future__ import annotations
 
+import json
 import re
 import warnings
 from collections.abc import Iterator
@@ -25,9 +26,7 @@ _JD_1970 = 2440587.5
 # UTC has had its present form since 1972; the Earth series used here ends in 2100 (SOFA epv00).
 FIRST_YEAR, LAST_YEAR = 1972, 2099
 
-_ISO = re.compile(
-    r"(\d{4})-(\d{2})-(\d{2})(?:[T ](\d{2}):(\d{2})(?::(\d{2})(?:\.(\d{1,9}))?)?)?Z?"
-)
+_ISO = re.compile(r"(\d{4})-(\d{2})-(\d{2})(?:[T ](\d{2}):(\d{2})(?::(\d{2})(?:\.(\d{1,9}))?)?)?Z?")
 
 
 @contextmanager
@@ -45,22 +44,26 @@ def tai_ns_from_utc(utc: str) -> int:
     Raises ValueError for a text that is no date, or a year outside 1972 to 2099.
     """
     match = _ISO.fullmatch(utc.strip())
+    got = f"got {json.dumps(utc, ensure_ascii=False)}"
     if match is None:
-        raise ValueError(f'must be a UTC time such as "2026-03-20T12:00:00", got "{utc}"')
+        raise ValueError(f'must be a UTC time such as "2026-03-20T12:00:00", {got}')
     year, month, day, hour, minute, second = (int(g or 0) for g in match.groups()[:6])
     nanosecond = int((match[7] or "0").ljust(9, "0"))
     if not FIRST_YEAR <= year <= LAST_YEAR:
-        raise ValueError(f'must lie in the years {FIRST_YEAR} to {LAST_YEAR}, got "{utc}"')
+        raise ValueError(f"must lie in the years {FIRST_YEAR} to {LAST_YEAR}, {got}")
     with _future_leap_seconds_accepted():
         try:
             day_start = erfa.dtf2d("UTC", year, month, day, 0, 0, 0.0)
             erfa.dtf2d("UTC", year, month, day, hour, minute, float(second))
             tai = erfa.utctai(*day_start)
         except erfa.ErfaError as error:
-            raise ValueError(f'must be a real date and time, got "{utc}" ({error})') from None
-        except erfa.ErfaWarning as warning:
-            raise ValueError(f'must be a real date and time, got "{utc}" ({warning})') from None
-    midnight = round(((tai[0] - _JD_1970) + tai[1]) * 86400.0)
+            # pyerfa ends its text with SOFA's reason in quotes: ... yielded 1 of "bad day"
+            reason = str(error).split('"')[-2]
+            raise ValueError(f"must be a real date and time, {got} ({reason})") from None
+        except erfa.ErfaWarning:
+            problem = "that minute has no such second"
+            raise ValueError(f"must be a real date and time, {got} ({problem})") from None
+    midnight = round(float((tai[0] - _JD_1970) + tai[1]) * 86400.0)
     return ((midnight + hour * 3600 + minute * 60 + second) * 1_000_000_000) + nanosecond
 
 

@@ -2,8 +2,8 @@
 
 Conventions: column vectors, ``v_a = R_a_from_b @ v_b``, so adjacent names cancel. Quaternions are
 Hamilton, scalar last; ``q_a_from_b_xyzw`` turns components in b into components in a. Camera axes:
-z along the boresight, x right, y down. LVLH: z to nadir, y along minus the orbit normal, x completes
-(along the velocity of a circular orbit).
+z along the boresight, x right, y down. LVLH: z to nadir, y along minus the orbit normal, x to
+complete (along the velocity of a circular orbit).
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def unit(vector: ArrayLike) -> Array:
 
 
 def matrix_from_quaternion(q_a_from_b_xyzw: ArrayLike) -> Array:
-    """R_a_from_b of a unit quaternion; raises ValueError that says how far off a non-unit one is."""
+    """R_a_from_b of a unit quaternion; the ValueError says how far off a non-unit one is."""
     q = np.asarray(q_a_from_b_xyzw, dtype=np.float64)
     if q.shape != (4,) or not np.all(np.isfinite(q)):
         raise ValueError(f"must be four finite numbers x y z w, got {q.tolist()}")

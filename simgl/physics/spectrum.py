@@ -1,4 +1,4 @@
-"""Bands and spectra: what part of a black body's light falls into each band, in watts and photons."""
+"""Bands and spectra: what part of a black body's light falls into each band, watts and photons."""
 
 from __future__ import annotations
 
@@ -66,7 +66,9 @@ def _nodes(edges: tuple[float, float]) -> tuple[Array, Array]:
     return low + half * (x + 1.0), half * w
 
 
-def black_body_light(total_irradiance: float, temperature: float, bands: Bands = BANDS) -> BandLight:
+def black_body_light(
+    total_irradiance: float, temperature: float, bands: Bands = BANDS
+) -> BandLight:
     """Light of a black body of given total irradiance [W m-2] over all wavelengths."""
     scale = total_irradiance * np.pi / (STEFAN_BOLTZMANN * temperature**4)
     watts, photons = [], []
@@ -78,9 +80,7 @@ def black_body_light(total_irradiance: float, temperature: float, bands: Bands =
     return BandLight(np.array(watts), np.array(photons))
 
 
-def photon_mean(
-    wavelength: Array, value: Array, temperature: float, bands: Bands = BANDS
-) -> Array:
+def photon_mean(wavelength: Array, value: Array, temperature: float, bands: Bands = BANDS) -> Array:
     """(4,) mean of a tabulated curve over each band, weighted by a black body's photons.
 
     wavelength : (n,) increasing [m]

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import io
 from dataclasses import replace
 from functools import lru_cache
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 import trimesh
-from msgspec import Meta
+from msgspec import Meta, field
 from numpy.typing import NDArray
 
 from simgl import assets
@@ -32,7 +34,7 @@ _MESH_SUFFIXES = (".glb", ".gltf", ".obj", ".stl")
 _PLAIN = Material(name="plain", reflectance=(0.5, 0.5, 0.5, 0.5), roughness=0.6)
 
 
-class AxesTable(Table, kw_only=True):
+class AxesTable(Table, frozen=True, kw_only=True):
     """Body axes named by the file's axes: ``x = "+z"`` says that body x is the file's z."""
 
     x: str
@@ -40,7 +42,7 @@ class AxesTable(Table, kw_only=True):
     z: str
 
 
-class JointTable(Table, kw_only=True):
+class JointTable(Table, frozen=True, kw_only=True):
     """How a part can move; 0 is the position stored in the file."""
 
     name: str
@@ -51,7 +53,7 @@ class JointTable(Table, kw_only=True):
     range_deg: tuple[float, float]
 
 
-class ModelTable(Table, kw_only=True):
+class ModelTable(Table, frozen=True, kw_only=True):
     """``models/NAME/model.toml``."""
 
     name: str
@@ -61,7 +63,7 @@ class ModelTable(Table, kw_only=True):
     unit_m: Positive
     axes: AxesTable
     joint: Annotated[tuple[JointTable, ...], Meta(max_length=256)] = ()
-    keypoints: dict[str, Vector] = {}
+    keypoints: dict[str, Vector] = field(default_factory=dict)
 
 
 def shipped_models() -> list[str]:
@@ -93,25 +95,42 @@ def _read_model_folder(folder: Path) -> SpacecraftModel:
     for joint in table.joint:
         if joint.part not in model.parts:
             suggestion = did_you_mean(joint.part, model.parts)
-            raise ConfigError(where, f"joint {joint.name}", f'names no part: {suggestion}')
+            raise ConfigError(where, f"joint {joint.name}", f"names no part: {suggestion}")
     return replace(model, keypoints={k: np.array(v) for k, v in table.keypoints.items()})
 
 
+def _is_binary_stl(content: bytes) -> bool:
+    """Whether the count of triangles after the 80-byte title fits the length."""
+    return len(content) >= 84 and len(content) == 84 + 50 * int.from_bytes(content[80:84], "little")
+
+
 def _read_plain_mesh(path: Path, unit_m: float) -> SpacecraftModel:
+    kind = path.suffix[1:].lower()
     try:
-        loaded = trimesh.load(path, force="mesh", process=False)
-    except Exception as error:  # noqa: BLE001 - trimesh raises whatever its parsers raise
-        raise AssetError(f"{path}: not a readable mesh ({error})") from None
+        content = path.read_bytes()
+    except OSError as error:
+        raise AssetError(f"{path}: cannot be read ({error.strerror})") from None
+    source: io.BytesIO | io.StringIO = io.BytesIO(content)
+    if not (kind == "stl" and _is_binary_stl(content)):
+        # Names and comments may be in any encoding; what matters is ASCII.
+        source = io.StringIO(content.decode("utf-8", errors="replace"))
+        kind = {"stl": "stl_ascii"}.get(kind, kind)
+    try:
+        loaded = trimesh.load(source, file_type=kind, force="mesh", process=False)
+    except Exception as error:  # trimesh raises whatever its parsers raise
+        raise AssetError(f"{path}: is not a readable {path.suffix[1:].upper()} file") from error
     points = np.asarray(getattr(loaded, "vertices", ()), dtype=np.float64)
     faces = np.asarray(getattr(loaded, "faces", ()), dtype=np.int64)
     if faces.size == 0:
-        raise AssetError(f"{path}: holds no triangles")
-    if not np.all(np.isfinite(points)):
+        hint = f"is it a whole {path.suffix[1:].upper()} file?"
+        raise AssetError(f"{path}: holds no triangles; {hint}")
+    with np.errstate(over="ignore"):  # a coordinate beyond float32 becomes infinite
+        corners = (points[faces.ravel()] * unit_m).astype(np.float32)
+    if not np.all(np.isfinite(corners)):
         raise AssetError(f"{path}: holds vertices that are not finite")
-    corners = points[faces.ravel()] * unit_m
     label = np.zeros(len(corners), dtype=np.uint32)
     mesh = Mesh(
-        positions=corners.astype(np.float32),
+        positions=corners,
         normals=np.repeat(face_normals(points, faces), 3, axis=0).astype(np.float32),
         triangles=np.arange(len(corners), dtype=np.uint32).reshape(-1, 3),
         part=label,
@@ -133,6 +152,8 @@ def load_model(name: str, base: Path = Path(), unit_m: float | None = None) -> S
     if "/" not in name and Path(name).suffix.lower() not in _MESH_SUFFIXES:
         if name not in shipped_models():
             raise AssetError(f'no model "{name}"; {did_you_mean(name, shipped_models())}')
+        if unit_m is not None:
+            raise AssetError(f'model "{name}" knows its unit; unit_m goes with a mesh file')
         return _read_model_folder(assets.models() / name)
     path = base / name
     if not path.is_file():
@@ -156,4 +177,6 @@ def load_preset(name: str, base: Path = Path()) -> CameraPresetTable:
     preset = convert(read_toml(path), CameraPresetTable, str(path))
     if len(preset.qe) != len(preset.qe_wavelength_nm):
         raise ConfigError(str(path), "qe", "needs one value for each qe_wavelength_nm")
+    if any(b <= a for a, b in pairwise(preset.qe_wavelength_nm)):
+        raise ConfigError(str(path), "qe_wavelength_nm", "must increase")
     return preset

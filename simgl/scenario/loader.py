@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, TypeVar
@@ -32,7 +33,7 @@ from simgl.scenario.schema import (
     SpacecraftTable,
     SunTable,
 )
-from simgl.scenario.strict import convert, read_toml
+from simgl.scenario.strict import convert, read_toml, shown, shown_key
 from simgl.scene import mesh as shapes
 from simgl.scene.camera import Camera, Detector, Lens
 from simgl.scene.earth import Earth
@@ -56,6 +57,15 @@ from simgl.scene.trajectory import (
 )
 
 _TABLES = ("epoch", "sun", "earth", "spacecraft", "camera", "render")
+_NAME = re.compile(r"[A-Za-z0-9_-]+")
+# Keys that say nothing without another one: refused alone, not passed over.
+_GOES_WITH = {
+    "position_lvlh_m": "relative_to",
+    "velocity_lvlh_m_s": "relative_to",
+    "velocity_icrf_m_s": "position_icrf_m",
+    "position_body_m": "on",
+    "keypoint": "on",
+}
 _FOUR = tuple[float, float, float, float]
 _Named = TypeVar("_Named", SpacecraftTable, CameraTable)
 
@@ -73,7 +83,8 @@ def scenario_from_dict(
     where = str(source) if source else name
     for key in data:
         if key not in _TABLES:
-            raise ConfigError(where, key, f"is not a table here; {did_you_mean(key, _TABLES)}")
+            problem = f"is not a table here; {did_you_mean(key, _TABLES)}"
+            raise ConfigError(where, shown_key(key), problem)
     base = source.parent if source else Path()
     epoch = _epoch(data, where)
     craft = _named_tables(data, "spacecraft", SpacecraftTable, where)
@@ -84,9 +95,10 @@ def scenario_from_dict(
     temperature = SOLAR_TEMPERATURE if sun.temperature_k is None else sun.temperature_k
     built = [_Craft(f"{where} [spacecraft.{n}]", n, t, craft, epoch) for n, t in craft.items()]
     models = {c.name: c.model(base) for c in built}
-    lenses = {n: _camera(f"{where} [camera.{n}]", n, t, temperature, base) for n, t in cameras.items()}
-    mounts = {n: _mount(f"{where} [camera.{n}]", t, models) for n, t in cameras.items()}
-    return Scenario(
+    places = {n: f"{where} [camera.{n}]" for n in cameras}
+    lenses = {n: _camera(places[n], n, t, temperature, base) for n, t in cameras.items()}
+    mounts = {n: _mount(places[n], t, models) for n, t in cameras.items()}
+    scenario = Scenario(
         name=name,
         source=source,
         epoch_tai_ns=epoch,
@@ -99,6 +111,9 @@ def scenario_from_dict(
         seed=render.seed,
         samples_per_pixel=render.samples_per_pixel,
     )
+    # Laws that contradict each other, such as relative places in a circle, show here.
+    scenario.poses(epoch)
+    return scenario
 
 
 def _named_tables(
@@ -107,6 +122,11 @@ def _named_tables(
     tables = data.get(kind, {})
     if not isinstance(tables, dict) or not all(isinstance(t, dict) for t in tables.values()):
         raise ConfigError(where, kind, f"must be tables [{kind}.NAME]")
+    for name in tables:
+        # Names become file names, message fields and parts of error messages.
+        if not _NAME.fullmatch(name):
+            problem = "must be a name of letters, digits, _ and -"
+            raise ConfigError(where, f"{kind}.{shown_key(name)}", problem)
     return {n: convert(t, table, f"{where} [{kind}.{n}]") for n, t in tables.items()}
 
 
@@ -157,6 +177,8 @@ def _earth(table: EarthTable, where: str) -> Earth | None:
         raise ConfigError(where, "radius_km", f'goes with shape = "sphere", got "{table.shape}"')
     albedo = None if table.albedo is None else _fractions(table.albedo, where, "albedo")
     if table.shape == "none":
+        if albedo is not None:
+            raise ConfigError(where, "albedo", 'goes with an Earth, got shape = "none"')
         return None
     if table.shape == "sphere":
         if table.radius_km is None:
@@ -181,15 +203,20 @@ class _Craft:
         self.all_craft, self.epoch_tai_ns = all_craft, epoch_tai_ns
 
     def _check_name(self, key: str, name: str) -> str:
+        if name == self.name:
+            raise ConfigError(self.where, key, "names the spacecraft itself; name another one")
         others = [n for n in self.all_craft if n != self.name]
         if name not in others:
-            problem = f'names no other spacecraft: "{name}"; {did_you_mean(name, others)}'
+            problem = f"names no other spacecraft: {shown(name)}; {did_you_mean(name, others)}"
             raise ConfigError(self.where, key, problem)
         return name
 
     def model(self, base: Path) -> SpacecraftModel:
         source = self.table.model
         if isinstance(source, PrimitiveTable):
+            if self.table.unit_m is not None:
+                problem = "goes with a mesh file; a primitive is in metres"
+                raise ConfigError(self.where, "unit_m", problem)
             return _primitive(source, self.where, self.name)
         try:
             return load_model(source, base, self.table.unit_m)
@@ -198,11 +225,7 @@ class _Craft:
 
     def trajectory(self) -> Trajectory:
         t = self.table
-        given = [k for k in ("orbit", "relative_to", "position_icrf_m") if getattr(t, k) is not None]
-        if len(given) != 1:
-            found = " and ".join(given) if given else "none of them"
-            problem = "needs exactly one of orbit, relative_to, position_icrf_m; got " + found
-            raise ConfigError(self.where, "place", problem)
+        _exactly_one(t, self.where, "place", ("orbit", "relative_to", "position_icrf_m"))
         if t.orbit is not None:
             return _orbit(t.orbit, self.where, self.epoch_tai_ns)
         if t.relative_to is not None:
@@ -252,9 +275,23 @@ class _Craft:
             raise ConfigError(self.where, key, str(error)) from None
 
 
+def _exactly_one(
+    table: SpacecraftTable | CameraTable, where: str, what: str, keys: tuple[str, ...]
+) -> None:
+    """One of the keys is given, and no key that goes with another of them."""
+    given = [k for k in keys if getattr(table, k) is not None]
+    if len(given) != 1:
+        found = " and ".join(given) if given else "none of them"
+        problem = f"needs exactly one of {', '.join(keys)}; got {found}"
+        raise ConfigError(where, what, problem)
+    for key, needed in _GOES_WITH.items():
+        if getattr(table, key, None) is not None and needed not in given:
+            raise ConfigError(where, key, f"goes with {needed}, not with {given[0]}")
+
+
 def _primitive(table: PrimitiveTable, where: str, name: str) -> SpacecraftModel:
-    shape = [s for s in (table.plate, table.sphere, table.box, table.cylinder) if s is not None]
-    if len(shape) != 1:
+    shapes_given = [s for s in table.__struct_fields__ if getattr(table, s) is not None]
+    if len(shapes_given) != 1:
         raise ConfigError(where, "model", "needs exactly one of plate, sphere, box, cylinder")
     if table.plate is not None:
         mesh = shapes.plate(table.plate.width_m, table.plate.height_m)
@@ -265,10 +302,12 @@ def _primitive(table: PrimitiveTable, where: str, name: str) -> SpacecraftModel:
     else:
         assert table.cylinder is not None
         mesh = shapes.cylinder(table.cylinder.radius_m, table.cylinder.length_m)
-    given = shape[0].material
+    given = getattr(table, shapes_given[0]).material
     material = Material(
         name=name,
-        reflectance=_fractions(given.reflectance, where, "material.reflectance"),
+        reflectance=_fractions(
+            given.reflectance, where, f"model.{shapes_given[0]}.material.reflectance"
+        ),
         metallic=given.metallic,
         roughness=given.roughness,
     )
@@ -348,30 +387,29 @@ def _camera(
 
 
 def _mount(where: str, table: CameraTable, models: dict[str, SpacecraftModel]) -> Mount:
-    given = [k for k in ("on", "about", "position_icrf_m") if getattr(table, k) is not None]
-    if len(given) != 1:
-        found = " and ".join(given) if given else "none of them"
-        problem = f"needs exactly one of on, about, position_icrf_m; got {found}"
-        raise ConfigError(where, "mount", problem)
+    _exactly_one(table, where, "mount", ("on", "about", "position_icrf_m"))
 
     def craft(key: str, name: str) -> str:
         if name not in models:
             raise ConfigError(
-                where, key, f'names no spacecraft: "{name}"; {did_you_mean(name, models)}'
+                where, key, f"names no spacecraft: {shown(name)}; {did_you_mean(name, models)}"
             )
         return name
 
     look_at = None if table.look_at is None else craft("look_at", table.look_at)
     if table.about is not None:
         about = table.about
+        for key in ("look_at", "boresight", "up"):
+            if getattr(table, key) is not None:
+                raise ConfigError(where, key, "contradicts about, which looks at its target")
         return OrbitingMount(
             target=craft("about.target", about.target),
             azimuth=np.radians(about.azimuth_deg),
             elevation=np.radians(about.elevation_deg),
             range=about.range_m,
         )
-    if look_at is None and table.boresight is None:
-        raise ConfigError(where, "look_at", "or boresight is missing")
+    if (look_at is None) == (table.boresight is None):
+        raise ConfigError(where, "look_at", "or boresight is needed, and not both")
     boresight = _direction(table.boresight or (1.0, 0.0, 0.0), where, "boresight")
     up = _direction(table.up or (0.0, 0.0, -1.0), where, "up")
     if table.on is None:
@@ -383,11 +421,10 @@ def _mount(where: str, table: CameraTable, models: dict[str, SpacecraftModel]) -
         )
     model = models[craft("on", table.on)]
     if (table.keypoint is None) == (table.position_body_m is None):
-        problem = "needs exactly one of position_body_m and keypoint"
-        raise ConfigError(where, "position_body_m", problem)
+        raise ConfigError(where, "position_body_m", "or keypoint is needed, and not both")
     if table.keypoint is not None and table.keypoint not in model.keypoints:
         suggestion = did_you_mean(table.keypoint, model.keypoints)
-        problem = f'is not on "{model.name}": "{table.keypoint}"; {suggestion}'
+        problem = f'is not on "{model.name}": {shown(table.keypoint)}; {suggestion}'
         raise ConfigError(where, "keypoint", problem)
     position = model.keypoints[table.keypoint] if table.keypoint else table.position_body_m
     return BodyMount(

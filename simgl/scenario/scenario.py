@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
+from simgl.errors import ConfigError
 from simgl.physics.constants import SOLAR_RADIUS
 from simgl.physics.ephemeris import itrf_from_icrf, sun_position
 from simgl.physics.frames import Pose
@@ -72,7 +74,21 @@ class Scenario:
 
     def at(self, tai_ns: int) -> SceneState:
         """The scene at an epoch [TAI ns]."""
-        return self.with_poses(tai_ns, poses(self.motions, tai_ns))
+        return self.with_poses(tai_ns, self.poses(tai_ns))
+
+    def poses(self, tai_ns: int) -> dict[str, Pose]:
+        """Every spacecraft's pose at an epoch [TAI ns]."""
+        with self._named_in_errors():
+            return poses(self.motions, tai_ns)
+
+    @contextmanager
+    def _named_in_errors(self) -> Iterator[None]:
+        """The laws of motion know their tables but not the file: its name goes before."""
+        try:
+            yield
+        except ConfigError as error:
+            where = f"{self.source or self.name} {error.where}"
+            raise ConfigError(where, error.key, error.problem) from None
 
     def with_poses(
         self,
@@ -89,7 +105,8 @@ class Scenario:
             cameras[name] = replace(cameras[name], exposure_time=seconds)
         states = {}
         for name, camera in cameras.items():
-            position, R_camera_from_icrf = camera_pose(self.mounts[name], bodies)
+            with self._named_in_errors():
+                position, R_camera_from_icrf = camera_pose(name, self.mounts[name], bodies)
             states[name] = CameraState(
                 camera=camera, position=position, R_camera_from_icrf=R_camera_from_icrf
             )

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import math
 import re
 import tomllib
+from decimal import Decimal
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -17,6 +19,16 @@ T = TypeVar("T", bound=msgspec.Struct)
 
 _PATH = re.compile(r"^(.*?)(?: - at `\$(.*)`)?$", re.DOTALL)
 _STEP = re.compile(r"\.(\w+)|\[(\d+|\.\.\.)\]")
+_BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
+_HOLDERS = (
+    inspect.StructType,
+    inspect.DictType,
+    inspect.ListType,
+    inspect.TupleType,
+    inspect.VarTupleType,
+)
+# No length, angle or flux of a scene is larger, and its square is still finite in float32.
+LARGEST = 1e18
 _WORDS = {
     "float": "a number",
     "int": "a whole number",
@@ -37,35 +49,61 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise ConfigError(str(path), "", f"is not UTF-8 text (byte {error.start})") from None
     try:
         return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except ValueError as error:
         raise ConfigError(str(path), "", f"is not valid TOML: {error}") from None
 
 
-def _shown(value: Any) -> str:
-    return f'"{value}"' if isinstance(value, str) else str(value)
+def shown_key(key: str) -> str:
+    """A key as a TOML file would write it, on one line."""
+    return key if _BARE_KEY.fullmatch(key) else json.dumps(key, ensure_ascii=False)
 
 
-def _check_finite(value: Any, where: str, key: str) -> None:
+def shown(value: Any) -> str:
+    """A value as a TOML file would write it, on one short line."""
+    if isinstance(value, dict):
+        return "a table"
+    if isinstance(value, list) and any(isinstance(inner, dict) for inner in value):
+        return "a list of tables"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(shown, value))}]" if len(value) <= 8 else f"{len(value)} values"
+    if isinstance(value, bool | str):
+        return json.dumps(value, ensure_ascii=False)
+    return str(value)
+
+
+def _check_size(value: Any, where: str, key: str) -> None:
     if isinstance(value, float) and not math.isfinite(value):
         raise ConfigError(where, key, f"must be finite, got {value}")
+    if isinstance(value, int | float) and abs(value) > LARGEST:
+        # A whole number may be too large even for a float.
+        value = Decimal(value)
+        raise ConfigError(where, key, f"must lie within +-{LARGEST:g}, got {value:.6g}")
     if isinstance(value, dict):
         for name, inner in value.items():
-            _check_finite(inner, where, f"{key}.{name}" if key else name)
+            _check_size(inner, where, f"{key}.{shown_key(name)}" if key else shown_key(name))
     if isinstance(value, list):
         for index, inner in enumerate(value):
-            _check_finite(inner, where, f"{key}[{index}]")
+            _check_size(inner, where, f"{key}[{index}]")
 
 
-def _field_names(table: type[msgspec.Struct], keys: list[str]) -> list[str]:
-    """Names allowed in the table reached from ``table`` by a path of keys."""
+def _reached(table: type[msgspec.Struct], steps: list[str]) -> inspect.Type:
+    """The type that a path of keys and indices leads to; of a union, the part that has members."""
     node: inspect.Type = inspect.type_info(table)
-    for key in keys:
-        assert isinstance(node, inspect.StructType)
-        node = next(field.type for field in node.fields if field.encode_name == key)
+    for step in (*steps, None):
         if isinstance(node, inspect.UnionType):
-            node = next(t for t in node.types if isinstance(t, inspect.StructType))
-    assert isinstance(node, inspect.StructType)
-    return [field.encode_name for field in node.fields]
+            node = next((t for t in node.types if isinstance(t, _HOLDERS)), node)
+        if step is None:
+            break
+        if isinstance(node, inspect.StructType):
+            node = next(field.type for field in node.fields if field.encode_name == step)
+        elif isinstance(node, inspect.DictType):
+            node = node.value_type
+        elif isinstance(node, inspect.TupleType):
+            node = node.item_types[int(step)]
+        else:
+            assert isinstance(node, inspect.VarTupleType | inspect.ListType)
+            node = node.item_type
+    return node
 
 
 def _explain(error: msgspec.ValidationError, data: Any, table: type[T], where: str) -> ConfigError:
@@ -73,25 +111,29 @@ def _explain(error: msgspec.ValidationError, data: Any, table: type[T], where: s
     assert match is not None
     message, path = match[1], match[2] or ""
     steps = [name or index for name, index in _STEP.findall(path)]
-    keys = [name for name, _ in _STEP.findall(path) if name]
     key = path.lstrip(".")
-    if unknown := re.fullmatch(r"Object contains unknown field `(.*)`", message):
-        allowed = _field_names(table, keys)
-        full = f"{key}.{unknown[1]}" if key else unknown[1]
+    if unknown := re.fullmatch(r"Object contains unknown field `(.*)`", message, re.DOTALL):
+        node = _reached(table, steps)
+        assert isinstance(node, inspect.StructType)
+        allowed = [field.encode_name for field in node.fields]
+        name = shown_key(unknown[1])
+        full = f"{key}.{name}" if key else name
         return ConfigError(where, full, f"is not a key here; {did_you_mean(unknown[1], allowed)}")
     if missing := re.fullmatch(r"Object missing required field `(.*)`", message):
         full = f"{key}.{missing[1]}" if key else missing[1]
         return ConfigError(where, full, "is missing")
-    value = data
-    for step in steps:
-        value = value[int(step)] if isinstance(value, list) else value[step]
     wanted = re.sub(r"^Expected ", "", message)
     wanted = re.sub(r", got (`[^`]*`|\d+)$", "", wanted)
     wanted = re.sub(r"`(\w+)((?: \| \w+)*)`", lambda m: _alternatives(m[1] + m[2]), wanted)
-    if enum := re.fullmatch(r"Invalid enum value .*", message):
-        del enum
-        wanted = f"one of {_enum_values(table, keys)}"
-    return ConfigError(where, key, f"must be {wanted}, got {_shown(value)}")
+    if message.startswith("Invalid enum value"):
+        wanted = f"one of {_literals(_reached(table, steps))}"
+    if "..." in steps:
+        # msgspec does not say under which of the file's own names it stumbled.
+        return ConfigError(where, key.partition("[...]")[0], f"must hold {wanted} in every entry")
+    value = data
+    for step in steps:
+        value = value[int(step)] if isinstance(value, list) else value[step]
+    return ConfigError(where, key, f"must be {wanted}, got {shown(value)}")
 
 
 def _alternatives(types: str) -> str:
@@ -99,23 +141,22 @@ def _alternatives(types: str) -> str:
     return " or ".join(words)
 
 
-def _enum_values(table: type[msgspec.Struct], keys: list[str]) -> str:
-    node: inspect.Type = inspect.type_info(table)
-    for key in keys:
-        if isinstance(node, inspect.UnionType):
-            node = next(t for t in node.types if isinstance(t, inspect.StructType))
-        assert isinstance(node, inspect.StructType)
-        node = next(field.type for field in node.fields if field.encode_name == key)
+def _literals(node: inspect.Type) -> str:
     options = node.types if isinstance(node, inspect.UnionType) else (node,)
     values = [v for t in options if isinstance(t, inspect.LiteralType) for v in t.values]
-    return ", ".join(_shown(v) for v in values)
+    return ", ".join(shown(v) for v in values)
 
 
 def convert(data: Any, table: type[T], where: str) -> T:
     """Data as a schema table; ``where`` opens the error message, e.g. ``a.toml [camera.nav]``."""
+    _check_size(data, where, "")
+    return fitted(data, table, where)
+
+
+def fitted(data: Any, table: type[T], where: str) -> T:
+    """Like ``convert``, for data whose numbers may be of any size."""
     if not isinstance(data, dict):
-        raise ConfigError(where, "", f"must be a table, got {_shown(data)}")
-    _check_finite(data, where, "")
+        raise ConfigError(where, "", f"must be a table, got {shown(data)}")
     try:
         return msgspec.convert(data, table)
     except msgspec.ValidationError as error:

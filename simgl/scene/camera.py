@@ -60,8 +60,8 @@ class Camera:
     def intrinsics(self) -> NDArray[np.float64]:
         """(3, 3) matrix from camera axes to pixel coordinates.
 
-        The centre of the pixel in column i, row j lies at (i + 0.5, j + 0.5); the principal point is
-        the middle of the image.
+        The centre of the pixel in column i, row j lies at (i + 0.5, j + 0.5); the principal point
+        is the middle of the image.
         """
         f, d = self.focal_length_px, self.detector
         return np.array([[f, 0.0, 0.5 * d.width], [0.0, f, 0.5 * d.height], [0.0, 0.0, 1.0]])

@@ -25,7 +25,7 @@ class Material:
                 raise ValueError(
                     f'material "{self.name}": reflectance and metallic lie in 0..1, got {value:g}'
                 )
-        # A point Sun on a surface smoother than this has a highlight narrower than a float resolves.
+        # On a smoother surface a point Sun has a highlight narrower than a float resolves.
         if self.roughness is not None and not 0.01 <= self.roughness <= 1.0:
             raise ValueError(
                 f'material "{self.name}": roughness lies in 0.01..1, got {self.roughness:g}'

@@ -42,7 +42,7 @@ class Mesh:
     def centre(self) -> NDArray[np.float64]:
         """(3,) middle of the bounding box [m]."""
         low, high = self.positions.min(axis=0), self.positions.max(axis=0)
-        return 0.5 * (low.astype(np.float64) + high.astype(np.float64))
+        return np.asarray(0.5 * (low.astype(np.float64) + high.astype(np.float64)))
 
     @cached_property
     def radius(self) -> float:
@@ -58,7 +58,7 @@ class Mesh:
         """
         points = self.positions.astype(np.float64)
         try:
-            return points[ConvexHull(points).vertices]
+            return np.asarray(points[ConvexHull(points).vertices])
         except QhullError:
             low, high = points.min(axis=0), points.max(axis=0)
             choice = np.indices((2, 2, 2)).reshape(3, -1).T
@@ -95,7 +95,9 @@ def _single(positions: ArrayLike, normals: ArrayLike, triangles: ArrayLike) -> M
 
 def box(size: tuple[float, float, float]) -> Mesh:
     """A box about the origin; size along x, y, z [m]."""
-    positions, normals, triangles = [], [], []
+    positions: list[NDArray[np.float64]] = []
+    normals: list[NDArray[np.float64]] = []
+    triangles: list[tuple[int, int, int]] = []
     half = 0.5 * np.asarray(size)
     for axis in range(3):
         for sign in (-1.0, 1.0):

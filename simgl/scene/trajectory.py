@@ -20,7 +20,6 @@ from simgl.physics.frames import (
     lvlh_angular_velocity,
     lvlh_from_icrf,
     rotation_between,
-    unit,
 )
 
 Array = NDArray[np.float64]
@@ -114,9 +113,9 @@ class Motion:
     attitude: Attitude
 
 
-def _position(law: Trajectory, tai_ns: int, reference: tuple[Array, Array] | None) -> tuple[
-    Array, Array
-]:
+def _position(
+    law: Trajectory, tai_ns: int, reference: tuple[Array, Array] | None
+) -> tuple[Array, Array]:
     if isinstance(law, FixedPosition):
         return law.position, law.velocity
     if isinstance(law, KeplerianOrbit):
@@ -129,24 +128,25 @@ def _position(law: Trajectory, tai_ns: int, reference: tuple[Array, Array] | Non
     return r + offset, v + R_icrf_from_lvlh @ law.velocity_lvlh + np.cross(rate, offset)
 
 
-def _lvlh(name: str, position: Array, velocity: Array) -> Array:
-    """R_lvlh_from_icrf, or the reason why this spacecraft has none."""
+def _lvlh(where: str, key: str, name: str, position: Array, velocity: Array) -> Array:
+    """R_lvlh_from_icrf, or the reason why spacecraft ``name`` has none."""
     if np.linalg.norm(np.cross(position, velocity)) == 0.0:
-        raise ConfigError(
-            f"[spacecraft.{name}]", "attitude", "needs an orbit: LVLH is undefined without velocity"
-        )
+        problem = f'needs LVLH axes, which "{name}" lacks: it does not move about the Earth'
+        raise ConfigError(where, key, problem)
     return lvlh_from_icrf(position, velocity)
 
 
-def _attitude(
-    name: str, law: Attitude, states: Mapping[str, tuple[Array, Array]]
-) -> Array:
+def _attitude(name: str, law: Attitude, states: Mapping[str, tuple[Array, Array]]) -> Array:
     position, velocity = states[name]
     if isinstance(law, FixedAttitude):
         return law.R_icrf_from_body
     if isinstance(law, LvlhAttitude):
-        return np.asarray(_lvlh(name, position, velocity).T @ law.R_lvlh_from_body)
+        R_lvlh_from_icrf = _lvlh(f"[spacecraft.{name}]", "attitude", name, position, velocity)
+        return np.asarray(R_lvlh_from_icrf.T @ law.R_lvlh_from_body)
     line = states[law.target][0] - position
+    if not np.any(line):
+        problem = f'cannot point at "{law.target}", which is at the same place'
+        raise ConfigError(f"[spacecraft.{name}]", "point_at", problem)
     moving = np.linalg.norm(np.cross(position, velocity)) > 0.0
     start = lvlh_from_icrf(position, velocity).T if moving else np.eye(3)
     return np.asarray(rotation_between(start @ law.axis_body, line) @ start)
@@ -165,10 +165,10 @@ def poses(motions: Mapping[str, Motion], tai_ns: int) -> dict[str, Pose]:
             raise ConfigError(f"[spacecraft.{name}]", "relative_to", f"runs in a circle: {circle}")
         if name not in states:
             law = motions[name].trajectory
-            relative = isinstance(law, RelativePosition)
-            reference = resolve(law.reference, (*chain, name)) if relative else None
-            if reference is not None:
-                _lvlh(law.reference, *reference)  # type: ignore[union-attr]
+            reference = None
+            if isinstance(law, RelativePosition):
+                reference = resolve(law.reference, (*chain, name))
+                _lvlh(f"[spacecraft.{name}]", "relative_to", law.reference, *reference)
             states[name] = _position(law, tai_ns, reference)
         return states[name]
 
@@ -233,11 +233,15 @@ class OrbitingMount:
 Mount = BodyMount | FreeMount | OrbitingMount
 
 
-def camera_pose(mount: Mount, bodies: Mapping[str, Pose]) -> tuple[Array, Array]:
-    """Position (3,) [m] and R_camera_from_icrf of a mounted camera."""
+def camera_pose(name: str, mount: Mount, bodies: Mapping[str, Pose]) -> tuple[Array, Array]:
+    """Position (3,) [m] and R_camera_from_icrf of the camera ``name`` on its mount.
+
+    Raises ConfigError where the mount gives it no direction to look.
+    """
+    where = f"[camera.{name}]"
     if isinstance(mount, OrbitingMount):
         target = bodies[mount.target]
-        R_icrf_from_lvlh = _lvlh(mount.target, target.position, target.velocity).T
+        R_icrf_from_lvlh = _lvlh(where, "about", mount.target, target.position, target.velocity).T
         ca, sa = np.cos(mount.azimuth), np.sin(mount.azimuth)
         ce, se = np.cos(mount.elevation), np.sin(mount.elevation)
         out = R_icrf_from_lvlh @ np.array([-ca * ce, -se, -sa * ce])
@@ -251,5 +255,8 @@ def camera_pose(mount: Mount, bodies: Mapping[str, Pose]) -> tuple[Array, Array]
     else:
         position, boresight, up = mount.position, mount.boresight_icrf, mount.up_icrf
     if mount.look_at is not None:
-        boresight = unit(bodies[mount.look_at].position - position)
+        boresight = bodies[mount.look_at].position - position
+        if not np.any(boresight):
+            problem = f'cannot look at "{mount.look_at}", whose origin is at the pinhole'
+            raise ConfigError(where, "look_at", problem)
     return position, camera_from_directions(boresight, up)

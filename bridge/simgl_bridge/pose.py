@@ -1,0 +1,50 @@
+"""The pose of a spacecraft as a client program holds it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from simgl.physics.frames import Pose, quaternion_from_matrix
+from simgl_bridge.messages import SentPose
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BodyPose:
+    """Where a spacecraft is and how it is turned.
+
+    position_m : (3,) origin of the body frame, Earth-centred, ICRF axes [m]
+    velocity_m_s : (3,) in the same axes [m s-1]; cameras and laws that use LVLH need it
+    q_icrf_from_body_xyzw : (4,) unit, Hamilton, scalar last; turns body into ICRF components
+    """
+
+    position_m: ArrayLike
+    velocity_m_s: ArrayLike
+    q_icrf_from_body_xyzw: ArrayLike
+
+    @classmethod
+    def from_pose(cls, pose: Pose) -> BodyPose:
+        """The same pose, from simgl's own type."""
+        return cls(
+            position_m=pose.position,
+            velocity_m_s=pose.velocity,
+            q_icrf_from_body_xyzw=quaternion_from_matrix(pose.R_icrf_from_body),
+        )
+
+    def as_sent(self) -> SentPose:
+        """The pose as it travels; ValueError for a wrong shape. The server checks the values."""
+        x, y, z = _floats("position_m", self.position_m, 3)
+        vx, vy, vz = _floats("velocity_m_s", self.velocity_m_s, 3)
+        qx, qy, qz, qw = _floats("q_icrf_from_body_xyzw", self.q_icrf_from_body_xyzw, 4)
+        return SentPose(
+            position_m=(x, y, z), velocity_m_s=(vx, vy, vz), q_icrf_from_body_xyzw=(qx, qy, qz, qw)
+        )
+
+
+def _floats(field: str, values: ArrayLike, count: int) -> list[float]:
+    array = np.asarray(values, dtype=np.float64)
+    if array.shape != (count,):
+        raise ValueError(f"{field} must be {count} numbers, got shape {array.shape}")
+    return [float(v) for v in array]

@@ -1,0 +1,174 @@
+"""Between messages and the frames of a multipart message: ``simgl/1``, header, raw planes."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import Any
+
+import msgspec
+
+from simgl.errors import BridgeError, did_you_mean
+from simgl_bridge.messages import (
+    Bye,
+    Error,
+    ErrorCode,
+    Hello,
+    Images,
+    Message,
+    Ping,
+    Pong,
+    Render,
+    SentPose,
+    Welcome,
+)
+
+VERSION = "simgl/1"
+# A request with 100 spacecraft takes 15 kB.
+LARGEST_HEADER = 64 * 1024
+
+REQUESTS: tuple[type[Message], ...] = (Hello, Render, Ping, Bye)
+REPLIES: tuple[type[Message], ...] = (Welcome, Images, Error, Pong)
+
+_PATH = re.compile(r"^(.*?)(?: - at `(key` in `)?\$(.*)`)?$", re.DOTALL)
+_STEP = re.compile(r"\.(\w+)|\[(\d+|\.\.\.)\]")
+_WORDS = {
+    "float": "a number",
+    "int": "a whole number",
+    "str": "a text",
+    "array": "a list",
+    "object": "a map",
+    "null": "nil",
+}
+_ENCODER = msgspec.msgpack.Encoder()
+
+
+class BadMessageError(BridgeError):
+    """A message that cannot be understood; the parts are those of an Error reply."""
+
+    def __init__(self, code: ErrorCode, field: str, problem: str, id: int | None = None) -> None:
+        self.code = code
+        self.field = field
+        self.problem = problem
+        self.id = id
+        super().__init__(f"{field} {problem}" if field else problem)
+
+
+def pack(message: Message) -> list[bytes]:
+    """The first two frames of a message; planes follow as they are."""
+    return [VERSION.encode(), _ENCODER.encode(message)]
+
+
+def unpack_request(frames: Sequence[bytes]) -> Message:
+    """The request in a multipart message; a BadMessageError has what the Error reply needs."""
+    if len(frames) != 2:
+        problem = f"must be 2 frames, version and header, got {len(frames)}"
+        raise BadMessageError(ErrorCode.BAD_FRAMING, "message", problem)
+    _check_version(frames[0])
+    if len(frames[1]) > LARGEST_HEADER:
+        problem = f"must be at most {LARGEST_HEADER} bytes, got {len(frames[1])}"
+        raise BadMessageError(ErrorCode.TOO_LARGE, "header", problem)
+    data, kind = _opened(frames[1], REQUESTS)
+    try:
+        return msgspec.convert(data, kind)
+    except msgspec.ValidationError as error:
+        field, problem = _explain(str(error), data)
+        id = _readable_id(data)
+        raise BadMessageError(ErrorCode.BAD_VALUE, field, problem, id) from None
+
+
+def unpack_reply(frames: Sequence[bytes | memoryview]) -> Message:
+    """The reply at the head of a multipart message; raises BadMessageError."""
+    if len(frames) < 2:
+        problem = f"must be 2 frames or more, got {len(frames)}"
+        raise BadMessageError(ErrorCode.BAD_FRAMING, "reply", problem)
+    _check_version(bytes(frames[0][:16]))
+    data, kind = _opened(frames[1], REPLIES)
+    try:
+        return msgspec.convert(data, kind)
+    except msgspec.ValidationError as error:
+        problem = f"is malformed ({error})"
+        raise BadMessageError(ErrorCode.BAD_VALUE, "reply", problem) from None
+
+
+def _check_version(frame: bytes) -> None:
+    if frame != VERSION.encode():
+        problem = f'must be "{VERSION}", got {shown(frame[:16].decode("latin-1"))}'
+        raise BadMessageError(ErrorCode.VERSION, "version", problem)
+
+
+def _opened(
+    header: bytes | memoryview, kinds: tuple[type[Message], ...]
+) -> tuple[dict[Any, Any], type[Message]]:
+    """The content of a header and the message type that it claims to be."""
+    try:
+        data = msgspec.msgpack.decode(header)
+    # Broken UTF-8 is a ValueError like DecodeError; nesting without end is a RecursionError.
+    except (ValueError, RecursionError) as error:
+        problem = f"is not MessagePack ({error})"
+        raise BadMessageError(ErrorCode.BAD_HEADER, "header", problem) from None
+    if not isinstance(data, dict) or not isinstance(data.get("type"), str):
+        problem = f'must be a map with a text "type", got {shown(data)}'
+        raise BadMessageError(ErrorCode.BAD_HEADER, "header", problem)
+    kind = next((k for k in kinds if k.__struct_config__.tag == data["type"]), None)
+    if kind is None:
+        names = [str(k.__struct_config__.tag) for k in kinds]
+        hint = did_you_mean(data["type"][:60], names)
+        problem = f"{shown(data['type'])} is not known here; {hint}"
+        raise BadMessageError(ErrorCode.UNKNOWN_TYPE, "type", problem, _readable_id(data))
+    return data, kind
+
+
+def _readable_id(data: dict[Any, Any]) -> int | None:
+    """The id of a message that may be wrong in everything else."""
+    id = data.get("id")
+    return id if type(id) is int and 0 <= id < 2**63 else None
+
+
+def _explain(error: str, data: dict[Any, Any]) -> tuple[str, str]:
+    """Field and problem of a message that msgspec refuses."""
+    match = _PATH.match(error)
+    assert match is not None
+    message, in_key, path = match[1], match[2], match[3] or ""
+    if in_key:
+        return path.lstrip(".") or "header", "must have texts as names"
+    value: Any = data
+    field = ""
+    for key, index in _STEP.findall(path):
+        # msgspec does not say which entry of a map is wrong; the only map of a request is of poses.
+        step = key or (_wrong_pose(value) if index == "..." else int(index))
+        value = value[step]
+        label = _short(str(step))
+        field += f"[{label}]" if isinstance(step, int) else f".{label}" if field else label
+    if missing := re.fullmatch(r"Object missing required field `(.*)`", message):
+        return f"{field}.{missing[1]}" if field else missing[1], "is missing"
+    wanted = re.sub(r"^Expected ", "", message)
+    wanted = re.sub(r", got (`[^`]*`|\d+)$", "", wanted)
+    wanted = re.sub(r"`([\w |]+)`", lambda m: _alternatives(m[1]), wanted)
+    return field, f"must be {wanted}, got {shown(value)}"
+
+
+def _wrong_pose(poses: dict[str, Any]) -> str:
+    for name, pose in poses.items():
+        try:
+            msgspec.convert(pose, SentPose)
+        except msgspec.ValidationError:
+            return name
+    raise AssertionError("msgspec refused a map of poses that are all right")
+
+
+def _alternatives(types: str) -> str:
+    return " or ".join(_WORDS.get(t, t) for t in types.split(" | "))
+
+
+def _short(text: str) -> str:
+    """A text of at most 60 characters that stays on one line."""
+    cut = text if len(text) <= 60 else f"{text[:57]}..."
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in cut)
+
+
+def shown(value: Any) -> str:
+    """A value for an error text, cut where it is long; texts in double quotes."""
+    if isinstance(value, str):
+        return f'"{_short(value)}"'
+    return _short(repr(value) if value is not None else "nil")

@@ -1,0 +1,66 @@
+"""Display: a radiance picture as a screen shows it."""
+
+from __future__ import annotations
+
+import moderngl
+import numpy as np
+
+from simgl.gpu.blocks import Block, UniformBuffer
+from simgl.gpu.fullscreen import Fullscreen
+from simgl.gpu.program import load_program
+from simgl.gpu.state import State
+from simgl.images import WHITE_RADIANCE
+
+_DISPLAY = Block(
+    "Display",
+    8,
+    np.dtype(
+        [
+            # R, G, B shown as full white [W m-2 sr-1]; the fourth is not shown
+            ("white_radiance", "f4", 4),
+            # x, y, width, height of the picture in the window [px], y upwards
+            ("rectangle", "f4", 4),
+        ]
+    ),
+)
+
+
+class DisplayPass:
+    """Exposure, white point and sRGB transfer, from a picture to a part of a window."""
+
+    state = State()
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        self._program = load_program(
+            ctx,
+            "display/display",
+            vertex=Fullscreen.vertex_shader,
+            blocks=[_DISPLAY],
+            samplers=["radiance"],
+        )
+        self._fullscreen = Fullscreen(ctx, self._program)
+        self._block = UniformBuffer(ctx, _DISPLAY)
+
+    def draw(
+        self,
+        radiance: moderngl.Texture,
+        target: moderngl.Framebuffer,
+        rectangle: tuple[int, int, int, int],
+        exposure_value: float = 0.0,
+    ) -> None:
+        """Fill a rectangle (x, y, width, height; y upwards) of an 8-bit target, its top row last.
+
+        exposure_value : brightens by two to this power [EV]; at 0 the Sun's white is full white
+        """
+        self.state.apply(self._ctx, target, rectangle)
+        white = WHITE_RADIANCE * 2.0**-exposure_value
+        self._block.write({"white_radiance": (*white, 1.0), "rectangle": rectangle})
+        self._block.bind()
+        radiance.use(0)
+        self._fullscreen.draw()
+
+    def release(self) -> None:
+        """Free everything."""
+        for resource in (self._fullscreen, self._block, self._program):
+            resource.release()

@@ -1,0 +1,1 @@
+"""Published or independently computed numbers, each with its source."""

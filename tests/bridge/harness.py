@@ -1,0 +1,148 @@
+"""A small scenario and a server of it on a thread of this process."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
+from contextlib import ExitStack
+from dataclasses import dataclass
+from typing import Any
+
+import msgspec
+import zmq
+from simgl_bridge.server import Server
+
+from simgl import Exposure, Product, Scenario, Simulator
+from simgl.scene.state import SceneState
+
+SCENARIO = """
+[epoch]
+utc = "2026-03-20T12:00:00"
+[sun]
+irradiance_w_m2 = 1367.0
+angular_diameter_deg = 0.5
+direction_icrf = [0.6, 0.0, 0.8]
+[earth]
+shape = "none"
+[spacecraft.target]
+model = { box = { size_m = [2.0, 1.0, 1.0], material = { reflectance = 0.5 } } }
+position_icrf_m = [0.0, 0.0, 0.0]
+[spacecraft.chaser]
+model = { box = { size_m = [0.2, 0.2, 0.2], material = { reflectance = 0.2 } } }
+position_icrf_m = [0.0, 0.0, 60.0]
+[camera.nav]
+on = "chaser"
+position_body_m = [0.0, 0.0, -0.2]
+boresight = [0.0, 0.0, -1.0]
+up = [0.0, 1.0, 0.0]
+width_px = 64
+height_px = 48
+focal_length_mm = 2.0
+exposure_time_s = 0.0002
+[camera.side]
+position_icrf_m = [50.0, 0.0, 10.0]
+look_at = "target"
+width_px = 48
+height_px = 40
+focal_length_mm = 2.0
+[render]
+seed = 7
+"""
+
+
+class WatchedSimulator(Simulator):
+    """A simulator that counts its captures, and runs a hook before each one."""
+
+    captures = 0
+    hook: Callable[[], None] | None = None
+
+    def capture(
+        self, state: SceneState, camera: str, products: Any = frozenset({Product.DN})
+    ) -> Exposure:
+        self.captures += 1
+        if self.hook is not None:
+            self.hook()
+        return super().capture(state, camera, products)
+
+
+@dataclass
+class Running:
+    """A server on a thread: what a test needs of it."""
+
+    address: str
+    simulator: WatchedSimulator
+    stop: threading.Event
+    thread: threading.Thread
+
+
+def start(scenario: Scenario, address: str = "tcp://127.0.0.1:*") -> Running:
+    """Open simulator and server on a new thread, where OpenGL then stays."""
+    stop = threading.Event()
+    ready: Future[tuple[str, WatchedSimulator]] = Future()
+
+    def run() -> None:
+        with ExitStack() as stack:
+            try:
+                simulator = WatchedSimulator(scenario)
+                stack.callback(simulator.close)
+                server = stack.enter_context(Server(simulator, address))
+            except BaseException as error:
+                ready.set_exception(error)
+                return
+            ready.set_result((server.address, simulator))
+            server.serve(stop)
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    bound, simulator = ready.result(timeout=60)
+    return Running(bound, simulator, stop, thread)
+
+
+def finish(running: Running) -> None:
+    """Stop a server and wait for its thread."""
+    running.stop.set()
+    running.thread.join(timeout=20)
+    assert not running.thread.is_alive()
+
+
+class RawLink:
+    """A DEALER socket that sends any frames at all, and never waits beyond five seconds."""
+
+    def __init__(self, address: str, identity: bytes = b"") -> None:
+        self._context = zmq.Context()
+        self._socket = self._context.socket(zmq.DEALER)
+        self._socket.linger = 0
+        if identity:
+            self._socket.setsockopt(zmq.IDENTITY, identity)
+        self._socket.connect(address)
+
+    def send(self, frames: Sequence[bytes]) -> None:
+        """Send frames as they are."""
+        self._socket.send_multipart(frames)
+
+    def receive(self) -> list[bytes]:
+        """The next reply's frames."""
+        assert self._socket.poll(5000), "no reply within 5 s"
+        return self._socket.recv_multipart()
+
+    def ask(self, frames: Sequence[bytes]) -> dict[str, Any]:
+        """Header of the reply to frames."""
+        self.send(frames)
+        return header_of(self.receive())
+
+    def ask_map(self, request: object) -> dict[str, Any]:
+        """Header of the reply to a header given as a plain object."""
+        return self.ask([b"simgl/1", msgspec.msgpack.encode(request)])
+
+    def close(self) -> None:
+        """Hang up."""
+        self._context.destroy(linger=0)
+
+
+def header_of(frames: Sequence[bytes]) -> dict[str, Any]:
+    """The decoded header of a reply."""
+    assert frames[0] == b"simgl/1"
+    header = msgspec.msgpack.decode(frames[1])
+    assert isinstance(header, dict)
+    return header

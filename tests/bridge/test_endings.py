@@ -1,0 +1,221 @@
+"""Every wait ends; servers and clients come and go."""
+
+from __future__ import annotations
+
+import signal
+import stat
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+import zmq
+from simgl_bridge import Client, launched_server
+from simgl_bridge.address import check_bindable
+
+from simgl import Scenario
+from simgl.errors import BridgeError, ConfigError
+from tests.bridge.harness import RawLink, Running
+
+Starter = Callable[..., Running]
+
+
+def test_without_a_server_the_client_gives_up_and_names_the_address() -> None:
+    start = time.monotonic()
+    with pytest.raises(BridgeError) as caught:
+        Client("tcp://127.0.0.1:1", timeout_s=0.3)
+    assert str(caught.value) == (
+        "tcp://127.0.0.1:1: no connection within 0.3 s for hello; no image received before"
+    )
+    assert 0.25 < time.monotonic() - start < 2.0
+
+
+def test_a_malformed_address_is_named() -> None:
+    with pytest.raises(BridgeError, match=r"^nonsense: is no address"):
+        Client("nonsense")
+
+
+@pytest.mark.parametrize("timeout", [0.0, -1.0, float("inf"), float("nan")])
+def test_a_wait_without_end_is_refused(timeout: float) -> None:
+    with pytest.raises(ConfigError, match="timeout_s must be finite, above 0 s"):
+        Client("tcp://127.0.0.1:1", timeout_s=timeout)
+
+
+def test_a_slow_picture_is_a_timeout_and_its_late_reply_is_dropped(
+    start_server: Starter, scenario: Scenario
+) -> None:
+    running = start_server(scenario)
+    now = scenario.epoch_tai_ns
+    with Client(running.address, timeout_s=5.0) as client:
+        client.render(now, "nav")
+        client.timeout_s = 0.3
+        running.simulator.hook = lambda: time.sleep(0.6)
+        with pytest.raises(BridgeError) as caught:
+            client.render(now + 1, "nav")
+        running.simulator.hook = None
+        assert str(caught.value) == (
+            f"{running.address}: no answer within 0.3 s for render; last image was sequence 1"
+        )
+        client.timeout_s = 5.0
+        late = client.render(now + 2, "nav")
+        assert (late.tai_ns, late.sequence) == (now + 2, 3)
+
+
+def test_a_retry_gets_the_picture_that_was_late_without_a_second_one(
+    start_server: Starter, scenario: Scenario
+) -> None:
+    running = start_server(scenario)
+    with Client(running.address, timeout_s=5.0) as client:
+        client.render(scenario.epoch_tai_ns, "nav")
+        client.timeout_s = 0.8
+        running.simulator.hook = lambda: time.sleep(1.0)
+        image = client.render(scenario.epoch_tai_ns + 1, "nav", retry=True)
+        assert image.sequence == 2
+        assert client.ping() < 0.8
+    assert running.simulator.captures == 2
+
+
+def test_a_stop_in_the_middle_of_a_frame_sends_the_frame_first(
+    start_server: Starter, scenario: Scenario
+) -> None:
+    running = start_server(scenario)
+    with Client(running.address, timeout_s=5.0) as client:
+        running.simulator.hook = running.stop.set
+        image = client.render(scenario.epoch_tai_ns, "nav")
+    assert image.sequence == 1
+    running.thread.join(timeout=10)
+    assert not running.thread.is_alive()
+
+
+def test_a_restarted_server_is_noticed(start_server: Starter, scenario: Scenario) -> None:
+    first = start_server(scenario)
+    with Client(first.address, timeout_s=10.0) as client:
+        first.stop.set()
+        first.thread.join(timeout=10)
+        start_server(scenario, first.address)
+        with pytest.raises(BridgeError, match="the server was restarted; connect again"):
+            client.render(scenario.epoch_tai_ns, "nav")
+
+
+def test_a_client_back_with_its_identity_takes_over(running: Running) -> None:
+    first = RawLink(running.address, identity=b"frozen")
+    assert first.ask_map({"type": "ping", "id": 1})["type"] == "pong"
+    second = RawLink(running.address, identity=b"frozen")
+    assert second.ask_map({"type": "ping", "id": 2})["id"] == 2
+    first.close()
+    second.close()
+
+
+@pytest.mark.parametrize(
+    "address",
+    [
+        "tcp://0.0.0.0:5563",
+        "tcp://*:5563",
+        "tcp://192.168.1.4:5563",
+        "tcp://example.org:5563",
+        "tcp://127.0.0.1.example.org:5563",
+        "tcp://[::]:5563",
+        "udp://127.0.0.1:5563",
+        "127.0.0.1:5563",
+        "",
+    ],
+)
+def test_an_address_beyond_this_machine_is_refused(address: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        check_bindable(address)
+    assert str(caught.value) == (
+        "simgl serve: --address must be tcp://127.0.0.1:PORT or ipc://PATH, "
+        f'got "{address}": the link has no authentication yet and stays on this machine'
+    )
+
+
+@pytest.mark.parametrize(
+    ("address", "reason"),
+    [
+        ("tcp://127.0.0.1:70000", "a port is at most 65535"),
+        ("ipc://@simgl", "an abstract name has no file permissions"),
+        ("ipc:///no/such/folder/simgl", "its folder does not exist"),
+        ("ipc://", "something that is no socket stands there"),
+        ("ipc:///tmp/" + "x" * 110, "longer than 107 bytes"),
+    ],
+)
+def test_an_address_that_cannot_be_is_refused(address: str, reason: str) -> None:
+    with pytest.raises(ConfigError, match=reason):
+        check_bindable(address)
+
+
+def test_a_file_is_not_replaced_by_a_socket(tmp_path: Path) -> None:
+    (tmp_path / "notes.txt").write_text("keep me")
+    with pytest.raises(ConfigError, match="something that is no socket stands there"):
+        check_bindable(f"ipc://{tmp_path / 'notes.txt'}")
+    assert (tmp_path / "notes.txt").read_text() == "keep me"
+
+
+def test_an_ipc_server_is_for_its_user_alone(
+    start_server: Starter, scenario: Scenario, tmp_path: Path
+) -> None:
+    path = tmp_path / "s"
+    running = start_server(scenario, f"ipc://{path}")
+    assert stat.S_IMODE(path.stat().st_mode) == 0o600
+    with Client(running.address, timeout_s=5.0) as client:
+        assert client.render(scenario.epoch_tai_ns, "side").dn.shape == (40, 48)
+
+
+def test_an_address_in_use_is_an_error(start_server: Starter, scenario: Scenario) -> None:
+    with zmq.Context() as context, context.socket(zmq.ROUTER) as other:
+        other.bind("tcp://127.0.0.1:*")
+        address = other.get_string(zmq.LAST_ENDPOINT)
+        with pytest.raises(BridgeError, match=rf"^{address}: cannot be bound \(Address already"):
+            start_server(scenario, address)
+
+
+def test_a_launched_server_answers_and_ends_with_code_0(
+    scenario_path: Path, scenario: Scenario
+) -> None:
+    with launched_server(scenario_path) as (process, address):
+        with Client(address, timeout_s=20.0) as client:
+            assert client.render(scenario.epoch_tai_ns, "nav").sequence == 1
+        assert process.poll() is None
+    assert process.returncode == 0
+
+
+def test_a_killed_server_is_an_error_within_the_deadline(scenario_path: Path) -> None:
+    with launched_server(scenario_path) as (process, address):
+        with Client(address, timeout_s=20.0) as client:
+            client.timeout_s = 0.5
+            process.kill()
+            process.wait(10)
+            start = time.monotonic()
+            with pytest.raises(BridgeError, match=f"^{address}: no .* within 0.5 s for render"):
+                client.render(client.welcome.epoch_tai_ns, "nav")
+            assert time.monotonic() - start < 2.0
+        assert time.monotonic() - start < 3.0
+    assert process.returncode == -signal.SIGKILL
+
+
+def test_a_launch_that_fails_brings_the_reason(tmp_path: Path) -> None:
+    with (
+        pytest.raises(
+            BridgeError, match=r"ended with code 2: simgl: .*absent\.toml: cannot be read"
+        ),
+        launched_server(tmp_path / "absent.toml"),
+    ):
+        pass
+
+
+def test_the_command_says_when_it_is_ready_and_sigint_ends_it_with_code_0(
+    scenario_path: Path,
+) -> None:
+    command = [sys.executable, "-m", "simgl_bridge.command", str(scenario_path)]
+    command += ["--address", "tcp://127.0.0.1:*"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        line = process.stdout.readline()
+        process.send_signal(signal.SIGINT)
+        rest = process.stdout.read()
+        assert process.wait(20) == 0
+    assert line.startswith('simgl serves "small" at tcp://127.0.0.1:')
+    assert line.endswith("cameras: nav 64x48, side 48x40; bodies: target, chaser\n")
+    assert rest == ""

@@ -1,0 +1,791 @@
+"""A small valid scenario file, and ways to damage it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+UTC = 'utc = "2026-03-20T12:00:00"'
+EPOCH = f"[epoch]\n{UTC}\n"
+SUNWARD = "direction_icrf = [1.0, 0.0, 0.0]"
+SHAPE = 'shape = "none"'
+PLACE = "position_icrf_m = [7.0e6, 0.0, 0.0]"
+PLATE = "model.plate = { width_m = 1.0, height_m = 1.0, material = { reflectance = 0.5 } }"
+MODEL = 'model = "cubesat_12u"'
+ORBIT = "orbit = { altitude_km = 400.0, inclination_deg = 51.6 }"
+PINHOLE = "position_icrf_m = [7.0e6, 0.0, 10.0]"
+LOOK = 'look_at = "plate"'
+SEED = "seed = 1"
+
+VALID = f"""\
+{EPOCH}
+[sun]
+{SUNWARD}
+
+[earth]
+{SHAPE}
+
+[spacecraft.plate]
+{PLACE}
+{PLATE}
+
+[spacecraft.chaser]
+{MODEL}
+{ORBIT}
+
+[camera.nav]
+{PINHOLE}
+{LOOK}
+
+[render]
+{SEED}
+"""
+
+
+@dataclass(frozen=True)
+class Damage:
+    """One passage of the valid file replaced by another, and the complaint that must follow.
+
+    message : after the file's name; FILE and FOLDER stand for the paths where they come again
+    """
+
+    name: str
+    old: str
+    new: str
+    message: str
+
+    def text(self) -> str:
+        """The damaged file."""
+        assert VALID.count(self.old) == 1, self.old
+        return VALID.replace(self.old, self.new)
+
+    def complaint(self, path: Path) -> str:
+        """The whole line for a file at this path."""
+        rest = self.message.replace("FILE", str(path)).replace("FOLDER", str(path.parent))
+        return f"{path}{rest}"
+
+
+def written(folder: Path, text: str, name: str = "scene.toml") -> Path:
+    """A scenario file of the given text."""
+    path = folder / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+BAD_VALUES = (
+    Damage(
+        "unknown table",
+        "[render]",
+        "[rendering]",
+        ': rendering is not a table here; did you mean "render"? (allowed: camera, earth, '
+        "epoch, render, spacecraft, sun)",
+    ),
+    Damage(
+        "unknown table on two lines",
+        "[render]",
+        '["a\\nb"]',
+        ': "a\\nb" is not a table here; (allowed: camera, earth, epoch, render, spacecraft, sun)',
+    ),
+    Damage(
+        "unknown key",
+        SEED,
+        "sead = 1",
+        '[render]: sead is not a key here; did you mean "seed"? (allowed: samples_per_pixel, seed)',
+    ),
+    Damage(
+        "unknown key on two lines",
+        SEED,
+        '"a\\nb" = 1',
+        ' [render]: "a\\nb" is not a key here; (allowed: samples_per_pixel, seed)',
+    ),
+    Damage(
+        "unknown key of a primitive",
+        "width_m = 1.0",
+        "widht_m = 1.0",
+        '[spacecraft.plate]: model.plate.widht_m is not a key here; did you mean "width_m"? '
+        "(allowed: height_m, material, width_m)",
+    ),
+    Damage(
+        "unknown key of a material",
+        "{ reflectance = 0.5 }",
+        "{ reflectance = 0.5, rough = 0.2 }",
+        "[spacecraft.plate]: model.plate.material.rough is not a key here; did you mean "
+        '"roughness"? (allowed: metallic, reflectance, roughness)',
+    ),
+    Damage(
+        "unknown primitive",
+        "model.plate",
+        "model.cone",
+        "[spacecraft.plate]: model.cone is not a key here; (allowed: box, cylinder, plate, sphere)",
+    ),
+    Damage(
+        "unknown key of a camera",
+        "[camera.nav]\n",
+        "[camera.nav]\nfov_deg = 20.0\n",
+        "[camera.nav]: fov_deg is not a key here; (allowed: about, bits, boresight, "
+        "exposure_time_s, f_number, focal_length_mm, full_well_e, gain_e_per_dn, height_px, "
+        "keypoint, look_at, on, pedestal_dn, pixel_pitch_um, position_body_m, position_icrf_m, "
+        "preset, quantum_efficiency, read_noise_e, transmission, up, width_px)",
+    ),
+    Damage(
+        "epoch is no table",
+        EPOCH,
+        'epoch = "2026-03-20T12:00:00"\n',
+        ' [epoch]: must be a table, got "2026-03-20T12:00:00"',
+    ),
+    Damage(
+        "sun is a list of tables",
+        "[sun]",
+        "[[sun]]",
+        " [sun]: must be a table, got a list of tables",
+    ),
+    Damage(
+        "camera without a name", "[camera.nav]", "[camera]", ": camera must be tables [camera.NAME]"
+    ),
+    Damage(
+        "cameras as a list", "[camera.nav]", "[[camera]]", ": camera must be tables [camera.NAME]"
+    ),
+    Damage(
+        "camera name that is a path",
+        "[camera.nav]",
+        '[camera."../nav"]',
+        ': camera."../nav" must be a name of letters, digits, _ and -',
+    ),
+    Damage(
+        "spacecraft name on two lines",
+        "[spacecraft.chaser]",
+        '[spacecraft."a\\nb"]',
+        ': spacecraft."a\\nb" must be a name of letters, digits, _ and -',
+    ),
+    Damage("no epoch", EPOCH, "", ': epoch is missing; write [epoch] utc = "2026-03-20T12:00:00"'),
+    Damage("no utc", f"{UTC}\n", "", " [epoch]: utc is missing"),
+    Damage(
+        "TOML date",
+        UTC,
+        "utc = 2026-03-20T12:00:00",
+        " [epoch]: utc must be a text, got 2026-03-20 12:00:00",
+    ),
+    Damage(
+        "no date",
+        UTC,
+        'utc = "today"',
+        ' [epoch]: utc must be a UTC time such as "2026-03-20T12:00:00", got "today"',
+    ),
+    Damage(
+        "impossible day",
+        UTC,
+        'utc = "2026-02-30T12:00:00"',
+        ' [epoch]: utc must be a real date and time, got "2026-02-30T12:00:00" (bad day)',
+    ),
+    Damage(
+        "impossible hour",
+        UTC,
+        'utc = "2026-03-20T25:00:00"',
+        ' [epoch]: utc must be a real date and time, got "2026-03-20T25:00:00" (bad hour)',
+    ),
+    Damage(
+        "no leap second",
+        UTC,
+        'utc = "2026-03-20T23:59:60"',
+        '[epoch]: utc must be a real date and time, got "2026-03-20T23:59:60" (that minute has '
+        "no such second)",
+    ),
+    Damage(
+        "year too early",
+        UTC,
+        'utc = "1969-07-20T20:17:40"',
+        ' [epoch]: utc must lie in the years 1972 to 2099, got "1969-07-20T20:17:40"',
+    ),
+    Damage(
+        "year too late",
+        UTC,
+        'utc = "2100-01-01T00:00:00"',
+        ' [epoch]: utc must lie in the years 1972 to 2099, got "2100-01-01T00:00:00"',
+    ),
+    Damage(
+        "text for a number",
+        "width_m = 1.0",
+        'width_m = "1 m"',
+        ' [spacecraft.plate]: model.plate.width_m must be a number, got "1 m"',
+    ),
+    Damage(
+        "true for a number",
+        "width_m = 1.0",
+        "width_m = true",
+        " [spacecraft.plate]: model.plate.width_m must be a number, got true",
+    ),
+    Damage(
+        "number for a text", LOOK, "look_at = 3", " [camera.nav]: look_at must be a text, got 3"
+    ),
+    Damage(
+        "fraction for a whole number",
+        SEED,
+        "seed = 1.5",
+        " [render]: seed must be a whole number, got 1.5",
+    ),
+    Damage(
+        "number for true or false",
+        SUNWARD,
+        "visible = 1",
+        " [sun]: visible must be true or false, got 1",
+    ),
+    Damage(
+        "number for a list",
+        PINHOLE,
+        "position_icrf_m = 7.0e6",
+        " [camera.nav]: position_icrf_m must be a list, got 7000000.0",
+    ),
+    Damage(
+        "table for a list",
+        PINHOLE,
+        "position_icrf_m = { x = 7.0e6 }",
+        " [camera.nav]: position_icrf_m must be a list, got a table",
+    ),
+    Damage(
+        "text in a list",
+        PINHOLE,
+        'position_icrf_m = [7.0e6, "0", 10.0]',
+        ' [camera.nav]: position_icrf_m[1] must be a number, got "0"',
+    ),
+    Damage(
+        "list too short",
+        PINHOLE,
+        "position_icrf_m = [7.0e6, 0.0]",
+        " [camera.nav]: position_icrf_m must be a list of length 3, got [7000000.0, 0.0]",
+    ),
+    Damage(
+        "list too long",
+        PINHOLE,
+        "position_icrf_m = [7.0e6, 0.0, 1.0, 2.0]",
+        "[camera.nav]: position_icrf_m must be a list of length 3, got [7000000.0, 0.0, 1.0, 2.0]",
+    ),
+    Damage(
+        "orbit as a list",
+        ORBIT,
+        "orbit = [400.0]",
+        " [spacecraft.chaser]: orbit must be a table, got [400.0]",
+    ),
+    Damage(
+        "three bands",
+        "reflectance = 0.5",
+        "reflectance = [0.5, 0.5, 0.5]",
+        "[spacecraft.plate]: model.plate.material.reflectance must be a list of length 4, got "
+        "[0.5, 0.5, 0.5]",
+    ),
+    Damage(
+        "colour name for bands",
+        "reflectance = 0.5",
+        'reflectance = "white"',
+        "[spacecraft.plate]: model.plate.material.reflectance must be a number or a list, got "
+        '"white"',
+    ),
+    Damage(
+        "number for a model",
+        MODEL,
+        "model = 12",
+        " [spacecraft.chaser]: model must be a text or a table, got 12",
+    ),
+    Damage(
+        "nan",
+        "width_m = 1.0",
+        "width_m = nan",
+        " [spacecraft.plate]: model.plate.width_m must be finite, got nan",
+    ),
+    Damage(
+        "infinity in a list",
+        PINHOLE,
+        "position_icrf_m = [7.0e6, -inf, 10.0]",
+        " [camera.nav]: position_icrf_m[1] must be finite, got -inf",
+    ),
+    Damage(
+        "beyond all sizes",
+        PINHOLE,
+        "position_icrf_m = [1.0e300, 0.0, 10.0]",
+        " [camera.nav]: position_icrf_m[0] must lie within +-1e+18, got 1.00000e+300",
+    ),
+    Damage(
+        "whole number beyond all sizes",
+        SEED,
+        "seed = 1" + "0" * 30,
+        " [render]: seed must lie within +-1e+18, got 1.00000e+30",
+    ),
+    Damage(
+        "negative length",
+        "width_m = 1.0",
+        "width_m = -1.0",
+        " [spacecraft.plate]: model.plate.width_m must be a number > 0.0, got -1.0",
+    ),
+    Damage(
+        "zero length",
+        "height_m = 1.0",
+        "height_m = 0",
+        " [spacecraft.plate]: model.plate.height_m must be a number > 0.0, got 0",
+    ),
+    Damage(
+        "negative exposure",
+        LOOK,
+        f"{LOOK}\nexposure_time_s = -0.001",
+        " [camera.nav]: exposure_time_s must be a number > 0.0, got -0.001",
+    ),
+    Damage(
+        "negative seed", SEED, "seed = -1", " [render]: seed must be a whole number >= 0, got -1"
+    ),
+    Damage(
+        "seed of 33 bits",
+        SEED,
+        "seed = 4294967296",
+        " [render]: seed must be a whole number <= 4294967295, got 4294967296",
+    ),
+    Damage(
+        "too few samples",
+        SEED,
+        "samples_per_pixel = 4",
+        " [render]: samples_per_pixel must be a whole number >= 5, got 4",
+    ),
+    Damage(
+        "no pixels",
+        LOOK,
+        f"{LOOK}\nwidth_px = 0",
+        " [camera.nav]: width_px must be a whole number >= 1, got 0",
+    ),
+    Damage(
+        "too many pixels",
+        LOOK,
+        f"{LOOK}\nheight_px = 16385",
+        " [camera.nav]: height_px must be a whole number <= 16384, got 16385",
+    ),
+    Damage(
+        "too many bits",
+        LOOK,
+        f"{LOOK}\nbits = 20",
+        " [camera.nav]: bits must be a whole number <= 16, got 20",
+    ),
+    Damage(
+        "pedestal above full scale",
+        LOOK,
+        f"{LOOK}\npedestal_dn = 4095",
+        " [camera.nav]: pedestal_dn must lie below the largest DN, 4095, got 4095",
+    ),
+    Damage(
+        "efficiency above one",
+        LOOK,
+        f"{LOOK}\nquantum_efficiency = [0.5, 1.1, 0.5, 0.5]",
+        " [camera.nav]: quantum_efficiency must lie in 0..1, got 1.1",
+    ),
+    Damage(
+        "negative transmission",
+        LOOK,
+        f"{LOOK}\ntransmission = -0.5",
+        " [camera.nav]: transmission must lie in 0..1, got -0.5",
+    ),
+    Damage(
+        "reflectance above one",
+        "reflectance = 0.5",
+        "reflectance = 1.5",
+        " [spacecraft.plate]: model.plate.material.reflectance must lie in 0..1, got 1.5",
+    ),
+    Damage(
+        "mirror too smooth",
+        "reflectance = 0.5",
+        "reflectance = 0.5, roughness = 0.001",
+        "[spacecraft.plate]: model.plate.material.roughness must be a number >= 0.01, got 0.001",
+    ),
+    Damage(
+        "more than metal",
+        "reflectance = 0.5",
+        "reflectance = 0.5, metallic = 1.5",
+        " [spacecraft.plate]: model.plate.material.metallic must be a number <= 1.0, got 1.5",
+    ),
+    Damage("albedo above one", SHAPE, "albedo = 1.3", " [earth]: albedo must lie in 0..1, got 1.3"),
+    Damage(
+        "negative albedo of a band",
+        SHAPE,
+        "albedo = [0.1, 0.2, -0.3, 0.2]",
+        " [earth]: albedo must lie in 0..1, got -0.3",
+    ),
+    Damage(
+        "cold Sun",
+        SUNWARD,
+        "temperature_k = 300.0",
+        " [sun]: temperature_k must be a number >= 1000.0, got 300.0",
+    ),
+    Damage(
+        "negative sunlight",
+        SUNWARD,
+        "irradiance_w_m2 = -1361.0",
+        " [sun]: irradiance_w_m2 must be a number >= 0.0, got -1361.0",
+    ),
+    Damage(
+        "huge Sun",
+        SUNWARD,
+        "angular_diameter_deg = 11.0",
+        " [sun]: angular_diameter_deg must be a number <= 10.0, got 11.0",
+    ),
+    Damage(
+        "open orbit",
+        ORBIT,
+        "orbit = { semi_major_axis_km = 7000.0, eccentricity = 1.0 }",
+        " [spacecraft.chaser]: orbit.eccentricity must be a number < 1.0, got 1.0",
+    ),
+    Damage(
+        "inclination above 180",
+        ORBIT,
+        "orbit = { altitude_km = 400.0, inclination_deg = 200.0 }",
+        " [spacecraft.chaser]: orbit.inclination_deg must be a number <= 180.0, got 200.0",
+    ),
+    Damage(
+        "elevation at the pole",
+        f"{PINHOLE}\n{LOOK}",
+        'about = { target = "plate", azimuth_deg = 0.0, elevation_deg = 90.0, range_m = 5.0 }',
+        " [camera.nav]: about.elevation_deg must be a number <= 89.9, got 90.0",
+    ),
+    Damage(
+        "whole number beyond a float",
+        SEED,
+        "seed = 1" + "0" * 400,
+        " [render]: seed must lie within +-1e+18, got 1.00000e+400",
+    ),
+    Damage(
+        "unknown shape",
+        SHAPE,
+        'shape = "flat"',
+        ' [earth]: shape must be one of "none", "sphere", "wgs84", got "flat"',
+    ),
+    Damage(
+        "radius without a sphere",
+        SHAPE,
+        "radius_km = 6371.0",
+        ' [earth]: radius_km goes with shape = "sphere", got "wgs84"',
+    ),
+    Damage(
+        "sphere without a radius",
+        SHAPE,
+        'shape = "sphere"',
+        ' [earth]: radius_km is missing; shape = "sphere" needs it',
+    ),
+    Damage(
+        "Sun in no direction",
+        SUNWARD,
+        "direction_icrf = [0.0, 0.0, 0.0]",
+        " [sun]: direction_icrf needs a direction, got [0.0, 0.0, 0.0]",
+    ),
+    Damage(
+        "albedo of no Earth",
+        SHAPE,
+        f"{SHAPE}\nalbedo = 0.3",
+        ' [earth]: albedo goes with an Earth, got shape = "none"',
+    ),
+    Damage(
+        "two places",
+        PLACE,
+        PLACE + "\norbit = { altitude_km = 400.0, inclination_deg = 51.6 }",
+        "[spacecraft.plate]: place needs exactly one of orbit, relative_to, position_icrf_m; "
+        "got orbit and position_icrf_m",
+    ),
+    Damage(
+        "no place",
+        f"{PLACE}\n",
+        "",
+        "[spacecraft.plate]: place needs exactly one of orbit, relative_to, position_icrf_m; "
+        "got none of them",
+    ),
+    Damage(
+        "velocity of another place",
+        ORBIT,
+        f"{ORBIT}\nvelocity_icrf_m_s = [0.0, 0.0, 0.0]",
+        " [spacecraft.chaser]: velocity_icrf_m_s goes with position_icrf_m, not with orbit",
+    ),
+    Damage(
+        "relative place without a reference",
+        ORBIT,
+        f"{ORBIT}\nposition_lvlh_m = [0.0, 0.0, 0.0]",
+        " [spacecraft.chaser]: position_lvlh_m goes with relative_to, not with orbit",
+    ),
+    Damage(
+        "reference unknown",
+        PLACE,
+        'relative_to = "chasr"\nposition_lvlh_m = [0.0, 0.0, 0.0]',
+        '[spacecraft.plate]: relative_to names no other spacecraft: "chasr"; did you mean '
+        '"chaser"? (allowed: chaser)',
+    ),
+    Damage(
+        "reference is itself",
+        PLACE,
+        'relative_to = "plate"\nposition_lvlh_m = [0.0, 0.0, 0.0]',
+        " [spacecraft.plate]: relative_to names the spacecraft itself; name another one",
+    ),
+    Damage(
+        "reference without a place",
+        PLACE,
+        'relative_to = "chaser"',
+        " [spacecraft.plate]: position_lvlh_m is missing beside relative_to",
+    ),
+    Damage(
+        "reference that does not move",
+        ORBIT,
+        'relative_to = "plate"\nposition_lvlh_m = [1.0, 0.0, 0.0]',
+        '[spacecraft.chaser]: relative_to needs LVLH axes, which "plate" lacks: it does not '
+        "move about the Earth",
+    ),
+    Damage(
+        "orbit of no size",
+        ORBIT,
+        "orbit = { inclination_deg = 51.6 }",
+        "[spacecraft.chaser]: orbit needs exactly one of altitude_km (circular) and "
+        "semi_major_axis_km",
+    ),
+    Damage(
+        "orbit of two sizes",
+        ORBIT,
+        "orbit = { altitude_km = 400.0, semi_major_axis_km = 6778.0 }",
+        "[spacecraft.chaser]: orbit needs exactly one of altitude_km (circular) and "
+        "semi_major_axis_km",
+    ),
+    Damage(
+        "eccentric altitude",
+        ORBIT,
+        "orbit = { altitude_km = 400.0, eccentricity = 0.1 }",
+        " [spacecraft.chaser]: orbit.eccentricity goes with semi_major_axis_km",
+    ),
+    Damage(
+        "perigee underground",
+        ORBIT,
+        "orbit = { semi_major_axis_km = 7000.0, eccentricity = 0.2 }",
+        " [spacecraft.chaser]: orbit has its perigee 778.1 km underground",
+    ),
+    Damage(
+        "misspelt attitude",
+        ORBIT,
+        f'{ORBIT}\nattitude = "lvhl"',
+        ' [spacecraft.chaser]: attitude must be one of "icrf", "lvlh", got "lvhl"',
+    ),
+    Damage(
+        "two attitudes",
+        ORBIT,
+        ORBIT + '\nattitude = "icrf"\npoint_at = { target = "plate", axis_body = [1.0, 0.0, 0.0] }',
+        " [spacecraft.chaser]: point_at contradicts attitude; give one of them",
+    ),
+    Damage(
+        "quaternion off by a tenth",
+        ORBIT,
+        f"{ORBIT}\nquaternion_icrf_from_body_xyzw = [0.0, 0.0, 0.0, 0.9]",
+        "[spacecraft.chaser]: quaternion_icrf_from_body_xyzw must be a unit quaternion, got "
+        "norm 0.9 (off by -0.1, allowed 0.0001)",
+    ),
+    Damage(
+        "quaternion of zeros",
+        ORBIT,
+        f"{ORBIT}\nquaternion_lvlh_from_body_xyzw = [0.0, 0.0, 0.0, 0.0]",
+        "[spacecraft.chaser]: quaternion_lvlh_from_body_xyzw must be a unit quaternion, got "
+        "norm 0 (off by -1, allowed 0.0001)",
+    ),
+    Damage(
+        "quaternion of three",
+        ORBIT,
+        f"{ORBIT}\nquaternion_icrf_from_body_xyzw = [0.0, 0.0, 1.0]",
+        "[spacecraft.chaser]: quaternion_icrf_from_body_xyzw must be a list of length 4, got "
+        "[0.0, 0.0, 1.0]",
+    ),
+    Damage(
+        "pointing at itself",
+        ORBIT,
+        ORBIT + '\npoint_at = { target = "chaser", axis_body = [1.0, 0.0, 0.0] }',
+        " [spacecraft.chaser]: point_at.target names the spacecraft itself; name another one",
+    ),
+    Damage(
+        "pointing at nobody",
+        ORBIT,
+        ORBIT + '\npoint_at = { target = "plait", axis_body = [1.0, 0.0, 0.0] }',
+        '[spacecraft.chaser]: point_at.target names no other spacecraft: "plait"; did you mean '
+        '"plate"? (allowed: plate)',
+    ),
+    Damage(
+        "pointing with no axis",
+        ORBIT,
+        ORBIT + '\npoint_at = { target = "plate", axis_body = [0.0, 0.0, 0.0] }',
+        " [spacecraft.chaser]: point_at.axis_body needs a direction, got [0.0, 0.0, 0.0]",
+    ),
+    Damage(
+        "LVLH without an orbit",
+        PLACE,
+        f'{PLACE}\nattitude = "lvlh"',
+        '[spacecraft.plate]: attitude needs LVLH axes, which "plate" lacks: it does not move '
+        "about the Earth",
+    ),
+    Damage("no model", f"{PLATE}\n", "", " [spacecraft.plate]: model is missing"),
+    Damage(
+        "empty model",
+        PLATE,
+        "model = {}",
+        " [spacecraft.plate]: model needs exactly one of plate, sphere, box, cylinder",
+    ),
+    Damage(
+        "two primitives",
+        PLATE,
+        PLATE + "\nmodel.sphere = { radius_m = 1.0, material = { reflectance = 0.5 } }",
+        " [spacecraft.plate]: model needs exactly one of plate, sphere, box, cylinder",
+    ),
+    Damage(
+        "material without reflectance",
+        "reflectance = 0.5",
+        "metallic = 1.0",
+        " [spacecraft.plate]: model.plate.material.reflectance is missing",
+    ),
+    Damage(
+        "unit of a primitive",
+        PLACE,
+        f"{PLACE}\nunit_m = 0.001",
+        " [spacecraft.plate]: unit_m goes with a mesh file; a primitive is in metres",
+    ),
+    Damage(
+        "unit of zero",
+        MODEL,
+        f"{MODEL}\nunit_m = 0.0",
+        " [spacecraft.chaser]: unit_m must be a number > 0.0, got 0.0",
+    ),
+    Damage(
+        "two mounts",
+        PINHOLE,
+        f'{PINHOLE}\non = "chaser"',
+        "[camera.nav]: mount needs exactly one of on, about, position_icrf_m; got on and "
+        "position_icrf_m",
+    ),
+    Damage(
+        "no mount",
+        f"{PINHOLE}\n",
+        "",
+        " [camera.nav]: mount needs exactly one of on, about, position_icrf_m; got none of them",
+    ),
+    Damage(
+        "looking at nobody",
+        LOOK,
+        'look_at = "plait"',
+        '[camera.nav]: look_at names no spacecraft: "plait"; did you mean "plate"? (allowed: '
+        "chaser, plate)",
+    ),
+    Damage(
+        "looking nowhere",
+        f"{LOOK}\n",
+        "",
+        " [camera.nav]: look_at or boresight is needed, and not both",
+    ),
+    Damage(
+        "looking two ways",
+        LOOK,
+        f"{LOOK}\nboresight = [0.0, 0.0, -1.0]",
+        " [camera.nav]: look_at or boresight is needed, and not both",
+    ),
+    Damage(
+        "boresight of zeros",
+        LOOK,
+        "boresight = [0.0, 0.0, 0.0]",
+        " [camera.nav]: boresight needs a direction, got [0.0, 0.0, 0.0]",
+    ),
+    Damage(
+        "up of zeros",
+        LOOK,
+        f"{LOOK}\nup = [0.0, 0.0, 0.0]",
+        " [camera.nav]: up needs a direction, got [0.0, 0.0, 0.0]",
+    ),
+    Damage(
+        "on nobody",
+        PINHOLE,
+        'on = "chase"\nposition_body_m = [0.0, 0.0, 1.0]',
+        '[camera.nav]: on names no spacecraft: "chase"; did you mean "chaser"? (allowed: '
+        "chaser, plate)",
+    ),
+    Damage(
+        "on a body but nowhere",
+        PINHOLE,
+        'on = "chaser"',
+        " [camera.nav]: position_body_m or keypoint is needed, and not both",
+    ),
+    Damage(
+        "on a body at two places",
+        PINHOLE,
+        'on = "chaser"\nkeypoint = "docking_port"\nposition_body_m = [0.0, 0.0, 1.0]',
+        " [camera.nav]: position_body_m or keypoint is needed, and not both",
+    ),
+    Damage(
+        "misspelt keypoint",
+        PINHOLE,
+        'on = "chaser"\nkeypoint = "docking_prt"',
+        '[camera.nav]: keypoint is not on "cubesat_12u": "docking_prt"; did you mean '
+        '"docking_port"? (allowed: camera_aperture, corner_front_bottom_left, '
+        "corner_front_bottom_right, corner_front_top_left, corner_front_top_right, "
+        "corner_rear_bottom_left, corner_rear_bottom_right, corner_rear_top_left, "
+        "corner_rear_top_right, docking_port, panel_tip_left, panel_tip_right)",
+    ),
+    Damage(
+        "keypoint of a primitive",
+        PINHOLE,
+        'on = "plate"\nkeypoint = "tip"',
+        ' [camera.nav]: keypoint is not on "plate": "tip"; (none is allowed here)',
+    ),
+    Damage(
+        "keypoint without a body",
+        PINHOLE,
+        f'{PINHOLE}\nkeypoint = "docking_port"',
+        " [camera.nav]: keypoint goes with on, not with position_icrf_m",
+    ),
+    Damage(
+        "about nobody",
+        f"{PINHOLE}\n{LOOK}",
+        'about = { target = "x", azimuth_deg = 0.0, range_m = 5.0 }',
+        ' [camera.nav]: about.target names no spacecraft: "x"; (allowed: chaser, plate)',
+    ),
+    Damage(
+        "about at no range",
+        f"{PINHOLE}\n{LOOK}",
+        'about = { target = "chaser", azimuth_deg = 0.0 }',
+        " [camera.nav]: about.range_m is missing",
+    ),
+    Damage(
+        "about and looking elsewhere",
+        PINHOLE,
+        'about = { target = "chaser", azimuth_deg = 0.0, range_m = 5.0 }',
+        " [camera.nav]: look_at contradicts about, which looks at its target",
+    ),
+)
+
+BAD_FILES = (
+    Damage(
+        "misspelt model",
+        MODEL,
+        'model = "cubesat_21u"',
+        '[spacecraft.chaser]: model: no model "cubesat_21u"; did you mean "cubesat_12u"? '
+        "(allowed: cubesat_12u, space_rider)",
+    ),
+    Damage(
+        "model file missing",
+        MODEL,
+        'model = "no/craft.glb"',
+        " [spacecraft.chaser]: model: FOLDER/no/craft.glb: no such model file",
+    ),
+    Damage(
+        "model file of another kind",
+        MODEL,
+        'model = "./scene.toml"',
+        "[spacecraft.chaser]: model: FILE: not a mesh that simgl reads (.glb, .gltf, .obj, .stl)",
+    ),
+    Damage(
+        "unit of a shipped model",
+        MODEL,
+        f"{MODEL}\nunit_m = 0.001",
+        '[spacecraft.chaser]: model: model "cubesat_12u" knows its unit; unit_m goes with a '
+        "mesh file",
+    ),
+    Damage(
+        "misspelt preset",
+        LOOK,
+        f'{LOOK}\npreset = "mt9m043"',
+        '[camera.nav]: preset: no camera preset "mt9m043"; did you mean "mt9m034"? (allowed: '
+        "mt9m034)",
+    ),
+    Damage(
+        "preset file missing",
+        LOOK,
+        f'{LOOK}\npreset = "mine.toml"',
+        " [camera.nav]: preset: FOLDER/mine.toml: cannot be read (No such file or directory)",
+    ),
+)
