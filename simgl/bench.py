@@ -16,7 +16,7 @@ from pathlib import Path
 
 import msgspec
 import numpy as np
-from rich.console import Console
+from rich.console import Console, Group
 from rich.progress import Progress
 from rich.table import Table
 
@@ -80,8 +80,8 @@ def machine() -> str:
 
 
 def _percentiles(seconds: Sequence[float]) -> Percentiles:
-    p50, p95, p99 = np.percentile(np.array(seconds) * 1e3, [50, 95, 99])
-    return Percentiles(p50=round(p50, 3), p95=round(p95, 3), p99=round(p99, 3))
+    p50, p95, p99 = np.percentile(np.array(seconds) * 1e3, [50, 95, 99]).round(3).tolist()
+    return Percentiles(p50=p50, p95=p95, p99=p99)
 
 
 def _epochs(scenario: Scenario, frames: int) -> list[int]:
@@ -160,22 +160,29 @@ def run(*, scenes: Sequence[str] | None, frames: int, console: Console) -> Resul
     return Results(machine=machine(), renderer=renderer, version=__version__, scenes=results)
 
 
-def table(results: Results) -> Table:
-    """The results as a table for a terminal."""
-    out = Table(title=f"simgl {results.version} on {results.machine}\n{results.renderer}")
-    for column in ("scene", "size", "triangles", "bridge", "p50 ms", "p95 ms", "p99 ms", "fps"):
-        out.add_column(column, justify="left" if column == "scene" else "right")
-    out.add_column("passes, median ms")
+def tables(results: Results) -> Group:
+    """Frame times and pass times for a terminal."""
+    frames = Table(title=f"simgl {results.version} on {results.machine}\n{results.renderer}")
+    frames.add_column("scene", no_wrap=True)
+    for column in ("size", "triangles", "bridge", "p50 ms", "p95 ms", "p99 ms", "fps"):
+        frames.add_column(column, justify="right")
     for scene in results.scenes:
-        out.add_row(
+        frames.add_row(
             scene.name,
-            f"{scene.width} x {scene.height}",
+            f"{scene.width}x{scene.height}",
             f"{scene.triangles:,}",
             "yes" if scene.through_bridge else "no",
             f"{scene.frame_ms.p50:.1f}",
             f"{scene.frame_ms.p95:.1f}",
             f"{scene.frame_ms.p99:.1f}",
             f"{1e3 / scene.frame_ms.p50:.1f}",
-            ", ".join(f"{name} {ms:.1f}" for name, ms in scene.passes_ms.items()),
         )
-    return out
+    timed = [scene for scene in results.scenes if scene.passes_ms]
+    passes = Table(title="passes, median ms")
+    passes.add_column("pass")
+    for scene in timed:
+        passes.add_column(scene.name, justify="right")
+    for name in dict.fromkeys(name for scene in timed for name in scene.passes_ms):
+        cells = [scene.passes_ms.get(name) for scene in timed]
+        passes.add_row(name, *("" if ms is None else f"{ms:.1f}" for ms in cells))
+    return Group(frames, passes)

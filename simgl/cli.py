@@ -117,10 +117,10 @@ def bench(
 
     Example: simgl bench --json bench.json
     """
-    from simgl.bench import run, table
+    from simgl.bench import run, tables
 
     results = run(scenes=scene, frames=frames, console=console)
-    console.print(table(results))
+    console.print(tables(results))
     if json is not None:
         from simgl.output import complete_file
 

@@ -55,7 +55,8 @@ def main(
 
         console.print(f"image server {address}, {client.welcome.renderer}")
         start = time.perf_counter()
-        flight = _fly_with_progress(scenario, camera, take_image, Settings(frames=frames, seed=seed))
+        settings = Settings(frames=frames, seed=seed)
+        flight = _fly_with_progress(scenario, camera, take_image, settings)
         wall_time = time.perf_counter() - start
         summary = summarise(flight, wall_time, client.welcome.renderer)
 

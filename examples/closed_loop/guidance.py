@@ -1,4 +1,4 @@
-"""A glideslope along the V-bar: hops between waypoints, each one closer and slower than the last."""
+"""A glideslope along the V-bar: hops between waypoints, the last ones ever shorter."""
 
 from __future__ import annotations
 

@@ -10,15 +10,16 @@ from numpy.typing import NDArray
 
 from examples.closed_loop import spacecraft
 from examples.closed_loop.guidance import Glideslope
-from examples.closed_loop.navigation import (
-    Estimate,
-    after_push,
-    predict,
-    sighting,
-    update,
-)
+from examples.closed_loop.navigation import Estimate, after_push, predict, sighting, update
 from examples.closed_loop.spacecraft import Orbit, relative_state
-from examples.closed_loop.vision import Image, Pinhole, Silhouette, SPACE_RIDER_WING, find_target, locate
+from examples.closed_loop.vision import (
+    SPACE_RIDER_WING,
+    Image,
+    Pinhole,
+    Silhouette,
+    find_target,
+    locate,
+)
 from simgl import Scenario
 from simgl.physics.frames import Pose, camera_from_directions
 from simgl.scene.trajectory import BodyMount, LvlhAttitude, poses
@@ -89,7 +90,10 @@ class Frame:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Picture:
-    """One image kept for the report; ``centre`` is where the filter puts the target's origin [px]."""
+    """One image kept for the report.
+
+    centre : where the filter puts the target's origin (u, v) [px]
+    """
 
     dn: Image
     silhouette: Silhouette | None
@@ -110,7 +114,7 @@ class Flight:
     def miss(self) -> Array:
         """(frame,) true distance from the hold point [m]."""
         hold = np.array([-self.settings.plan.hold, 0.0, 0.0])
-        return np.linalg.norm([f.true[:3] - hold for f in self.frames], axis=1)
+        return np.asarray(np.linalg.norm([f.true[:3] - hold for f in self.frames], axis=1))
 
     @property
     def arrived(self) -> bool:
@@ -123,7 +127,7 @@ def fly(
     camera: Pinhole,
     take_image: TakeImage,
     settings: Settings,
-    on_frame: Callable[[Frame], None] = lambda frame: None,
+    on_frame: Callable[[Frame], None] = lambda _: None,
 ) -> Flight:
     """Fly the approach of a scenario with ``target``, ``chaser`` and a camera ``navcam`` on it."""
     rng = np.random.default_rng(settings.seed)
@@ -229,7 +233,7 @@ def fly(
 
 
 def first_guess(true: Array, rng: np.random.Generator) -> Estimate:
-    """What the ground tells the chaser: the true relative state with an error of the stated size."""
+    """What the ground tells the chaser: the true relative state, with errors of the stated size."""
     distance = float(np.linalg.norm(true[:3]))
     sideways = FIRST_ANGLE_ERROR * distance
     sigma = np.array([FIRST_RANGE_ERROR * distance, sideways, sideways, *[FIRST_SPEED_ERROR] * 3])

@@ -69,8 +69,8 @@ def sighting(position: Array, *, tip_error: float, span: float, drawing_error: f
     span : between the tips [m]
     drawing_error : of the target's known shape along the line of sight [m, 1 sigma]
 
-    The range is span / angle, so that its error grows with the square of the range; the error across
-    the line of sight grows with the range.
+    The range is span / angle, so that its error grows with the square of the range; the error
+    across the line of sight grows with the range.
     """
     distance = float(np.linalg.norm(position))
     range_error = np.hypot(np.sqrt(2.0) * tip_error * distance**2 / span, drawing_error)
@@ -102,7 +102,7 @@ def after_push(estimate: Estimate, delta_v: Array) -> Estimate:
 
 
 def update(estimate: Estimate, seen: Sighting) -> tuple[Estimate, bool]:
-    """The estimate after a sighting, and whether it passed the gate; a rejected one has no effect."""
+    """The estimate after a sighting, and whether it passed the gate; else nothing changes."""
     H = np.eye(3, 6)
     innovation = seen.position - H @ estimate.mean
     spread = H @ estimate.covariance @ H.T + seen.covariance

@@ -32,4 +32,5 @@ def velocity_to_reach(
 ) -> Array:
     """(3,) velocity [m s-1] that carries from one position [m] to another in a time [s]."""
     flow = transition(mean_motion, duration)
-    return np.linalg.solve(flow[:3, 3:], aim - flow[:3, :3] @ position)
+    velocity = np.linalg.solve(flow[:3, 3:], aim - flow[:3, :3] @ position)
+    return np.asarray(velocity, dtype=np.float64)

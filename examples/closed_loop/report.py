@@ -150,7 +150,8 @@ def plot(flight: Flight) -> Figure:
     c.set_xlabel("time [s]")
     _dress(c, "error [m]", "Lateral error in LVLH, estimated - true")
 
-    d.plot(time, [f.delta_v for f in frames], drawstyle="steps-post", color="tab:red", label="spent")
+    spent = [f.delta_v for f in frames]
+    d.plot(time, spent, drawstyle="steps-post", color="tab:red", label="spent")
     d.set_xlabel("time [s]")
     _dress(d, "velocity change [m/s]", "Thrusters")
     return figure
@@ -176,7 +177,7 @@ def strip(pictures: list[Picture]) -> Figure:
     figure = Figure(figsize=(4.0 * columns, 4.25 * rows), layout="constrained")
     cells = figure.subplots(rows, columns, squeeze=False).ravel()
     figure.supxlabel(
-        "green: bright region found; orange: wing tips; red: the target's origin as the filter has it. "
+        "green: what was found; orange: wing tips; red: the target's origin by the filter. "
         "Grey is the square root of the signal.",
         fontsize="medium",
     )

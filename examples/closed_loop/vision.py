@@ -14,9 +14,11 @@ from scipy import ndimage
 
 Array = NDArray[np.float64]
 Image = NDArray[np.uint16]
+Mask = NDArray[np.bool_]
 
 BORDER = 16  # [px] the frame around the image that serves as dark sample
 DETECTION_SIGMA = 6.0  # 360 000 pixels of normal noise exceed it 4e-4 times per image
+SPECK = 0.01  # of the largest region; a smaller one is no part of the target
 SMALLEST_SPAN = 8  # [px] a shorter target has no wing to measure
 CONSISTENT = 3.0  # [px] rays of both tips must meet the two tips within this
 
@@ -87,7 +89,7 @@ class Silhouette:
 
 
 def find_target(dn: Image, camera: Pinhole, pattern: TipPattern) -> Silhouette | None:
-    """The largest connected bright region of the image, or None in an empty one."""
+    """The largest bright region of the image with its neighbours, or None in an empty one."""
     signal = dn.astype(np.float64) - camera.pedestal_dn
     border = np.concatenate(
         [signal[:BORDER].ravel(), signal[-BORDER:].ravel(),
@@ -97,13 +99,9 @@ def find_target(dn: Image, camera: Pinhole, pattern: TipPattern) -> Silhouette |
     # Median absolute deviation to sigma of a normal; rounding alone gives 1/sqrt(12) DN.
     noise = np.hypot(1.4826 * float(np.median(np.abs(border - dark))), 12.0**-0.5)
     signal -= dark
-    bright = signal > DETECTION_SIGMA * noise
-    # One pixel of growth joins a wing to the body where its thin yoke is lost in the noise.
-    regions, count = ndimage.label(ndimage.binary_dilation(bright, iterations=1))
-    if count == 0:
+    target = _largest_group(signal > DETECTION_SIGMA * noise)
+    if target is None:
         return None
-    sizes = np.bincount(regions[bright], minlength=count + 1)
-    target = bright & (regions == int(np.argmax(sizes)))
     rows, columns = np.flatnonzero(target.any(axis=1)), np.flatnonzero(target.any(axis=0))
     left, right = int(columns[0]), int(columns[-1]) + 1
     top, bottom = int(rows[0]), int(rows[-1]) + 1
@@ -119,8 +117,33 @@ def find_target(dn: Image, camera: Pinhole, pattern: TipPattern) -> Silhouette |
     )
 
 
+def _largest_group(bright: Mask) -> Mask | None:
+    """The largest connected region and, step by step, those beside it.
+
+    Shadow and dark paint cut a spacecraft into pieces; a piece belongs to it where the gap is less
+    than a quarter of what is already found. Specks, such as stars, are left out.
+    """
+    regions, count = ndimage.label(bright, structure=np.ones((3, 3)))
+    if count == 0:
+        return None
+    areas = np.bincount(regions.ravel(), minlength=count + 1)[1:]
+    boxes = np.array(
+        [[c.start, r.start, c.stop, r.stop] for r, c in ndimage.find_objects(regions)]
+    )
+    member = areas == areas.max()
+    able = areas >= SPECK * areas.max()
+    while True:
+        low, high = boxes[member, :2].min(axis=0), boxes[member, 2:].max(axis=0)
+        reach = 0.25 * float((high - low).max())
+        beside = np.all((boxes[:, :2] < high + reach) & (boxes[:, 2:] > low - reach), axis=1)
+        grown = member | (able & beside)
+        if np.array_equal(grown, member):
+            return np.asarray(np.concatenate([[False], member])[regions])
+        member = grown
+
+
 def _tips(
-    signal: Array, target: NDArray[np.bool_], left: int, right: int, pattern: TipPattern
+    signal: Array, target: Mask, left: int, right: int, pattern: TipPattern
 ) -> tuple[tuple[float, float], tuple[float, float]]:
     """Both wing tips (u, v) of a target that covers the columns ``left`` up to ``right`` [px]."""
     width = signal.shape[1]
@@ -131,7 +154,7 @@ def _tips(
 
 
 def _tip(
-    signal: Array, target: NDArray[np.bool_], left: int, scale: float, pattern: TipPattern
+    signal: Array, target: Mask, left: int, scale: float, pattern: TipPattern
 ) -> tuple[float, float]:
     """Middle (u, v) of the wing's outer edge near column ``left``; ``scale`` in px per metre."""
     length = max(int(pattern.length * scale), 4)
@@ -188,7 +211,10 @@ def fit_tip(profile: Array, rough: float, scale: float, pattern: TipPattern) -> 
 
 
 def locate(
-    silhouette: Silhouette, camera: Pinhole, R_lvlh_from_camera: Array, tips_lvlh: tuple[Array, Array]
+    silhouette: Silhouette,
+    camera: Pinhole,
+    R_lvlh_from_camera: Array,
+    tips_lvlh: tuple[Array, Array],
 ) -> Array | None:
     """(3,) position of the camera from the target's origin in LVLH [m], from two rays.
 
@@ -204,7 +230,7 @@ def locate(
     for flat, tip in zip(across, tips_lvlh, strict=True):
         weights += flat
         sums += flat @ tip
-    position = np.linalg.solve(weights, sums)
+    position = np.asarray(np.linalg.solve(weights, sums), dtype=np.float64)
     misses = [
         np.linalg.norm(flat @ (tip - position)) / np.linalg.norm(tip - position)
         for flat, tip in zip(across, tips_lvlh, strict=True)

@@ -81,7 +81,7 @@ def test_clohessy_wiltshire_transition_agrees_with_two_body_orbits(axis: int) ->
     ended = relative_state(two_body(chaser, duration), two_body(target, duration))
     # The linear equations leave out gravity terms of second order, at most 3 n^2 d^2 / r for a
     # distance d; the farthest of these starts drifts to d = 300 m. Integrated twice over t, with a
-    # factor 2 for the growth of the free motion: 3 n^2 d^2 t^2 / r = 0.018 m, and over t for the rate.
+    # factor 2 for the growth of the free motion: 3 n^2 d^2 t^2 / r = 0.018 m, and once for the rate.
     bound = 3.0 * MEAN_MOTION**2 * 300.0**2 / RADIUS * duration
     predicted = transition(MEAN_MOTION, duration) @ start
     np.testing.assert_allclose(ended[:3], predicted[:3], atol=bound * duration)
@@ -104,7 +104,8 @@ def test_gravity_is_the_gradient_of_its_potential() -> None:
     def potential(p: Array) -> float:
         r = float(np.linalg.norm(p))
         legendre = 0.5 * (3.0 * (p[2] / r) ** 2 - 1.0)
-        return EARTH_MU / r * (1.0 - EARTH_J2 * (WGS84_EQUATORIAL_RADIUS / r) ** 2 * legendre)
+        bulge = EARTH_J2 * (WGS84_EQUATORIAL_RADIUS / r) ** 2 * legendre
+        return float(EARTH_MU / r * (1.0 - bulge))
 
     # Central difference with h = 100 m: h^2 r^-4 mu = 2e-9, and rounding of 6e7 eps / h = 1e-10.
     h = 100.0
@@ -123,7 +124,8 @@ def test_one_step_of_truth_is_a_small_part_of_a_millimetre_from_a_fine_integrati
 def covered(begin: float, end: float, count: int) -> Array:
     """(count,) share of each pixel that an interval covers."""
     pixels = np.arange(count, dtype=np.float64)
-    return np.clip(np.minimum(end, pixels + 1.0) - np.maximum(begin, pixels), 0.0, 1.0)
+    overlap = np.minimum(end, pixels + 1.0) - np.maximum(begin, pixels)
+    return np.asarray(np.clip(overlap, 0.0, 1.0))
 
 
 def rectangle(left: float, top: float, width: float, height: float, signal: float = 900.0) -> Image:
@@ -140,10 +142,12 @@ PLAIN = TipPattern(span=10.0, bars=(), cells=((0.0, 5.0),), length=1.6)
 def test_both_tips_follow_the_target_by_parts_of_a_pixel(shift: float) -> None:
     found = find_target(rectangle(200.0 + shift, 310.0 - shift, 60.0, 11.0), CAMERA, PLAIN)
     assert found is not None
+    assert found.left_tip is not None
+    assert found.right_tip is not None
     # Noise of 1 DN over 11 rows and 900 DN signal is 4e-4 px; the fit's grid is 0.01 px and the
     # threshold costs nothing: 0.05 px leaves room for rounding to whole DN.
-    np.testing.assert_allclose(found.left_tip, (200.0 + shift, 315.5 - shift), atol=0.05)
-    np.testing.assert_allclose(found.right_tip, (260.0 + shift, 315.5 - shift), atol=0.05)
+    assert found.left_tip == pytest.approx((200.0 + shift, 315.5 - shift), abs=0.05)
+    assert found.right_tip == pytest.approx((260.0 + shift, 315.5 - shift), abs=0.05)
 
 
 @pytest.mark.parametrize("scale", [5.3, 11.0, 53.0])
@@ -171,6 +175,16 @@ def test_the_largest_region_is_the_target() -> None:
     found = find_target(sky.clip(0).astype(np.uint16), CAMERA, PLAIN)
     assert found is not None
     assert found.box == (300, 300, 350, 310)
+
+
+def test_a_target_that_shadow_cuts_in_pieces_is_one_target() -> None:
+    sky = rectangle(200.0, 300.0, 40.0, 20.0).astype(np.int64)
+    sky += rectangle(245.0, 300.0, 30.0, 20.0) - 64
+    sky += rectangle(210.0, 285.0, 10.0, 10.0) - 64
+    sky += rectangle(280.0, 305.0, 2.0, 2.0, signal=3000.0) - 64  # a star
+    found = find_target(sky.clip(0).astype(np.uint16), CAMERA, PLAIN)
+    assert found is not None
+    assert found.box == (200, 285, 275, 320)
 
 
 def test_a_target_cut_by_the_border_has_no_tips_and_no_place() -> None:
@@ -224,18 +238,19 @@ def test_the_filter_rejects_an_outlier_and_takes_a_good_sighting() -> None:
     def seen_from(position: Array) -> tuple[Estimate, bool]:
         return update(before, sighting(position, tip_error=3e-4, span=10.0, drawing_error=0.0))
 
-    after, accepted = seen_from(there + [0.3, 0.0, 0.1])
+    after, accepted = seen_from(there + np.array([0.3, 0.0, 0.1]))
     assert accepted
     assert np.all(after.position_sigma < before.position_sigma)
     # 5 m is 22 standard deviations of the innovation, hypot(0.2, 0.11) = 0.23 m.
-    after, accepted = seen_from(there + [5.0, 0.0, 0.0])
+    after, accepted = seen_from(there + np.array([5.0, 0.0, 0.0]))
     assert not accepted
     assert after is before
 
 
 def test_a_sighting_with_the_same_error_as_the_estimate_meets_it_half_way() -> None:
     there = np.array([-50.0, 0.0, 0.0])
-    seen = sighting(there + [0.0, 0.02, 0.0], tip_error=3e-4, span=10.0, drawing_error=0.0)
+    beside_it = there + np.array([0.0, 0.02, 0.0])
+    seen = sighting(beside_it, tip_error=3e-4, span=10.0, drawing_error=0.0)
     after, _ = update(estimate_at(there, sigma=3e-4 * 50.0), seen)
     # The sighting lies 0.02 / 50 rad off the axis, which mixes range error into the mean at 1e-4.
     np.testing.assert_allclose(after.mean[1], 0.01, rtol=1e-2)

@@ -90,7 +90,8 @@ BAD_VALUES = (
         "unknown key",
         SEED,
         "sead = 1",
-        '[render]: sead is not a key here; did you mean "seed"? (allowed: samples_per_pixel, seed)',
+        ' [render]: sead is not a key here; did you mean "seed"? (allowed: samples_per_pixel, '
+        "seed)",
     ),
     Damage(
         "unknown key on two lines",
@@ -102,27 +103,28 @@ BAD_VALUES = (
         "unknown key of a primitive",
         "width_m = 1.0",
         "widht_m = 1.0",
-        '[spacecraft.plate]: model.plate.widht_m is not a key here; did you mean "width_m"? '
+        ' [spacecraft.plate]: model.plate.widht_m is not a key here; did you mean "width_m"? '
         "(allowed: height_m, material, width_m)",
     ),
     Damage(
         "unknown key of a material",
         "{ reflectance = 0.5 }",
         "{ reflectance = 0.5, rough = 0.2 }",
-        "[spacecraft.plate]: model.plate.material.rough is not a key here; did you mean "
+        " [spacecraft.plate]: model.plate.material.rough is not a key here; did you mean "
         '"roughness"? (allowed: metallic, reflectance, roughness)',
     ),
     Damage(
         "unknown primitive",
         "model.plate",
         "model.cone",
-        "[spacecraft.plate]: model.cone is not a key here; (allowed: box, cylinder, plate, sphere)",
+        " [spacecraft.plate]: model.cone is not a key here; (allowed: box, cylinder, plate, "
+        "sphere)",
     ),
     Damage(
         "unknown key of a camera",
         "[camera.nav]\n",
         "[camera.nav]\nfov_deg = 20.0\n",
-        "[camera.nav]: fov_deg is not a key here; (allowed: about, bits, boresight, "
+        " [camera.nav]: fov_deg is not a key here; (allowed: about, bits, boresight, "
         "exposure_time_s, f_number, focal_length_mm, full_well_e, gain_e_per_dn, height_px, "
         "keypoint, look_at, on, pedestal_dn, pixel_pitch_um, position_body_m, position_icrf_m, "
         "preset, quantum_efficiency, read_noise_e, transmission, up, width_px)",
@@ -187,8 +189,8 @@ BAD_VALUES = (
         "no leap second",
         UTC,
         'utc = "2026-03-20T23:59:60"',
-        '[epoch]: utc must be a real date and time, got "2026-03-20T23:59:60" (that minute has '
-        "no such second)",
+        ' [epoch]: utc must be a real date and time, got "2026-03-20T23:59:60" (that minute '
+        "has no such second)",
     ),
     Damage(
         "year too early",
@@ -257,7 +259,7 @@ BAD_VALUES = (
         "list too long",
         PINHOLE,
         "position_icrf_m = [7.0e6, 0.0, 1.0, 2.0]",
-        "[camera.nav]: position_icrf_m must be a list of length 3, got [7000000.0, 0.0, 1.0, 2.0]",
+        " [camera.nav]: position_icrf_m must be a list of length 3, got [7000000.0, 0.0, 1.0, 2.0]",
     ),
     Damage(
         "orbit as a list",
@@ -269,14 +271,14 @@ BAD_VALUES = (
         "three bands",
         "reflectance = 0.5",
         "reflectance = [0.5, 0.5, 0.5]",
-        "[spacecraft.plate]: model.plate.material.reflectance must be a list of length 4, got "
+        " [spacecraft.plate]: model.plate.material.reflectance must be a list of length 4, got "
         "[0.5, 0.5, 0.5]",
     ),
     Damage(
         "colour name for bands",
         "reflectance = 0.5",
         'reflectance = "white"',
-        "[spacecraft.plate]: model.plate.material.reflectance must be a number or a list, got "
+        " [spacecraft.plate]: model.plate.material.reflectance must be a number or a list, got "
         '"white"',
     ),
     Damage(
@@ -388,7 +390,7 @@ BAD_VALUES = (
         "mirror too smooth",
         "reflectance = 0.5",
         "reflectance = 0.5, roughness = 0.001",
-        "[spacecraft.plate]: model.plate.material.roughness must be a number >= 0.01, got 0.001",
+        " [spacecraft.plate]: model.plate.material.roughness must be a number >= 0.01, got 0.001",
     ),
     Damage(
         "more than metal",
@@ -479,14 +481,14 @@ BAD_VALUES = (
         "two places",
         PLACE,
         PLACE + "\norbit = { altitude_km = 400.0, inclination_deg = 51.6 }",
-        "[spacecraft.plate]: place needs exactly one of orbit, relative_to, position_icrf_m; "
+        " [spacecraft.plate]: place needs exactly one of orbit, relative_to, position_icrf_m; "
         "got orbit and position_icrf_m",
     ),
     Damage(
         "no place",
         f"{PLACE}\n",
         "",
-        "[spacecraft.plate]: place needs exactly one of orbit, relative_to, position_icrf_m; "
+        " [spacecraft.plate]: place needs exactly one of orbit, relative_to, position_icrf_m; "
         "got none of them",
     ),
     Damage(
@@ -505,7 +507,7 @@ BAD_VALUES = (
         "reference unknown",
         PLACE,
         'relative_to = "chasr"\nposition_lvlh_m = [0.0, 0.0, 0.0]',
-        '[spacecraft.plate]: relative_to names no other spacecraft: "chasr"; did you mean '
+        ' [spacecraft.plate]: relative_to names no other spacecraft: "chasr"; did you mean '
         '"chaser"? (allowed: chaser)',
     ),
     Damage(
@@ -524,21 +526,21 @@ BAD_VALUES = (
         "reference that does not move",
         ORBIT,
         'relative_to = "plate"\nposition_lvlh_m = [1.0, 0.0, 0.0]',
-        '[spacecraft.chaser]: relative_to needs LVLH axes, which "plate" lacks: it does not '
+        ' [spacecraft.chaser]: relative_to needs LVLH axes, which "plate" lacks: it does not '
         "move about the Earth",
     ),
     Damage(
         "orbit of no size",
         ORBIT,
         "orbit = { inclination_deg = 51.6 }",
-        "[spacecraft.chaser]: orbit needs exactly one of altitude_km (circular) and "
+        " [spacecraft.chaser]: orbit needs exactly one of altitude_km (circular) and "
         "semi_major_axis_km",
     ),
     Damage(
         "orbit of two sizes",
         ORBIT,
         "orbit = { altitude_km = 400.0, semi_major_axis_km = 6778.0 }",
-        "[spacecraft.chaser]: orbit needs exactly one of altitude_km (circular) and "
+        " [spacecraft.chaser]: orbit needs exactly one of altitude_km (circular) and "
         "semi_major_axis_km",
     ),
     Damage(
@@ -569,21 +571,21 @@ BAD_VALUES = (
         "quaternion off by a tenth",
         ORBIT,
         f"{ORBIT}\nquaternion_icrf_from_body_xyzw = [0.0, 0.0, 0.0, 0.9]",
-        "[spacecraft.chaser]: quaternion_icrf_from_body_xyzw must be a unit quaternion, got "
+        " [spacecraft.chaser]: quaternion_icrf_from_body_xyzw must be a unit quaternion, got "
         "norm 0.9 (off by -0.1, allowed 0.0001)",
     ),
     Damage(
         "quaternion of zeros",
         ORBIT,
         f"{ORBIT}\nquaternion_lvlh_from_body_xyzw = [0.0, 0.0, 0.0, 0.0]",
-        "[spacecraft.chaser]: quaternion_lvlh_from_body_xyzw must be a unit quaternion, got "
+        " [spacecraft.chaser]: quaternion_lvlh_from_body_xyzw must be a unit quaternion, got "
         "norm 0 (off by -1, allowed 0.0001)",
     ),
     Damage(
         "quaternion of three",
         ORBIT,
         f"{ORBIT}\nquaternion_icrf_from_body_xyzw = [0.0, 0.0, 1.0]",
-        "[spacecraft.chaser]: quaternion_icrf_from_body_xyzw must be a list of length 4, got "
+        " [spacecraft.chaser]: quaternion_icrf_from_body_xyzw must be a list of length 4, got "
         "[0.0, 0.0, 1.0]",
     ),
     Damage(
@@ -596,8 +598,8 @@ BAD_VALUES = (
         "pointing at nobody",
         ORBIT,
         ORBIT + '\npoint_at = { target = "plait", axis_body = [1.0, 0.0, 0.0] }',
-        '[spacecraft.chaser]: point_at.target names no other spacecraft: "plait"; did you mean '
-        '"plate"? (allowed: plate)',
+        ' [spacecraft.chaser]: point_at.target names no other spacecraft: "plait"; did you '
+        'mean "plate"? (allowed: plate)',
     ),
     Damage(
         "pointing with no axis",
@@ -609,7 +611,7 @@ BAD_VALUES = (
         "LVLH without an orbit",
         PLACE,
         f'{PLACE}\nattitude = "lvlh"',
-        '[spacecraft.plate]: attitude needs LVLH axes, which "plate" lacks: it does not move '
+        ' [spacecraft.plate]: attitude needs LVLH axes, which "plate" lacks: it does not move '
         "about the Earth",
     ),
     Damage("no model", f"{PLATE}\n", "", " [spacecraft.plate]: model is missing"),
@@ -647,7 +649,7 @@ BAD_VALUES = (
         "two mounts",
         PINHOLE,
         f'{PINHOLE}\non = "chaser"',
-        "[camera.nav]: mount needs exactly one of on, about, position_icrf_m; got on and "
+        " [camera.nav]: mount needs exactly one of on, about, position_icrf_m; got on and "
         "position_icrf_m",
     ),
     Damage(
@@ -660,7 +662,7 @@ BAD_VALUES = (
         "looking at nobody",
         LOOK,
         'look_at = "plait"',
-        '[camera.nav]: look_at names no spacecraft: "plait"; did you mean "plate"? (allowed: '
+        ' [camera.nav]: look_at names no spacecraft: "plait"; did you mean "plate"? (allowed: '
         "chaser, plate)",
     ),
     Damage(
@@ -691,7 +693,7 @@ BAD_VALUES = (
         "on nobody",
         PINHOLE,
         'on = "chase"\nposition_body_m = [0.0, 0.0, 1.0]',
-        '[camera.nav]: on names no spacecraft: "chase"; did you mean "chaser"? (allowed: '
+        ' [camera.nav]: on names no spacecraft: "chase"; did you mean "chaser"? (allowed: '
         "chaser, plate)",
     ),
     Damage(
@@ -710,7 +712,7 @@ BAD_VALUES = (
         "misspelt keypoint",
         PINHOLE,
         'on = "chaser"\nkeypoint = "docking_prt"',
-        '[camera.nav]: keypoint is not on "cubesat_12u": "docking_prt"; did you mean '
+        ' [camera.nav]: keypoint is not on "cubesat_12u": "docking_prt"; did you mean '
         '"docking_port"? (allowed: camera_aperture, corner_front_bottom_left, '
         "corner_front_bottom_right, corner_front_top_left, corner_front_top_right, "
         "corner_rear_bottom_left, corner_rear_bottom_right, corner_rear_top_left, "
@@ -753,7 +755,7 @@ BAD_FILES = (
         "misspelt model",
         MODEL,
         'model = "cubesat_21u"',
-        '[spacecraft.chaser]: model: no model "cubesat_21u"; did you mean "cubesat_12u"? '
+        ' [spacecraft.chaser]: model: no model "cubesat_21u"; did you mean "cubesat_12u"? '
         "(allowed: cubesat_12u, space_rider)",
     ),
     Damage(
@@ -766,20 +768,20 @@ BAD_FILES = (
         "model file of another kind",
         MODEL,
         'model = "./scene.toml"',
-        "[spacecraft.chaser]: model: FILE: not a mesh that simgl reads (.glb, .gltf, .obj, .stl)",
+        " [spacecraft.chaser]: model: FILE: not a mesh that simgl reads (.glb, .gltf, .obj, .stl)",
     ),
     Damage(
         "unit of a shipped model",
         MODEL,
         f"{MODEL}\nunit_m = 0.001",
-        '[spacecraft.chaser]: model: model "cubesat_12u" knows its unit; unit_m goes with a '
+        ' [spacecraft.chaser]: model: model "cubesat_12u" knows its unit; unit_m goes with a '
         "mesh file",
     ),
     Damage(
         "misspelt preset",
         LOOK,
         f'{LOOK}\npreset = "mt9m043"',
-        '[camera.nav]: preset: no camera preset "mt9m043"; did you mean "mt9m034"? (allowed: '
+        ' [camera.nav]: preset: no camera preset "mt9m043"; did you mean "mt9m034"? (allowed: '
         "mt9m034)",
     ),
     Damage(

@@ -1,0 +1,50 @@
+"""The benchmark: its report has the promised form, and its scenes are what they say."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from simgl.bench import run, scene_files
+from simgl.errors import ConfigError
+from simgl.scenario.loader import load_scenario
+
+
+def test_the_json_report_has_the_promised_form(tmp_path: Path) -> None:
+    out = tmp_path / "bench.json"
+    command = [sys.executable, "-m", "simgl", "bench", "--scene", "source_600", "--frames", "5"]
+    subprocess.run([*command, "--json", str(out)], check=True, capture_output=True, timeout=240)
+    report = json.loads(out.read_text())
+    assert set(report) == {"machine", "renderer", "version", "scenes"}
+    for scene in report["scenes"]:
+        assert scene["name"] == "source_600"
+        assert (scene["width"], scene["height"]) == (600, 600)
+        assert scene["triangles"] > 50_000
+        assert scene["frames"] == 5
+        times = scene["frame_ms"]
+        assert 0.0 < times["p50"] <= times["p95"] <= times["p99"]
+    here, there = report["scenes"]
+    assert (here["through_bridge"], there["through_bridge"]) == (False, True)
+    passes = {"planet", "shadow", "surface", "resolve", "optics", "detector", "read"}
+    assert set(here["passes_ms"]) == passes
+    # The passes are what a frame consists of, besides some milliseconds of Python.
+    assert sum(here["passes_ms"].values()) < 3.0 * here["frame_ms"]["p99"]
+
+
+def test_the_source_case_is_what_it_says() -> None:
+    scenario = load_scenario(scene_files()["source_600"])
+    state = scenario.at(scenario.epoch_tai_ns)
+    camera, target = state.cameras["observer"], state.bodies["space_rider"]
+    distance = ((camera.position - target.pose.position) ** 2).sum() ** 0.5
+    assert distance == pytest.approx(200.0, rel=1e-9)
+    assert camera.camera.detector.width == camera.camera.detector.height == 600
+
+
+def test_an_unknown_scene_is_refused() -> None:
+    with pytest.raises(ConfigError, match=r'--scene names no scene: "source"; did you mean "source_'):
+        run(scenes=["source"], frames=5, console=Console())
