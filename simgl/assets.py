@@ -1,4 +1,4 @@
-"""Where shaders, models and data lie: beside the package when installed, at the top of a checkout."""
+"""Where shaders, models and data lie: in the package when installed, else atop a checkout."""
 
 from __future__ import annotations
 

@@ -1,8 +1,9 @@
 """The benchmark: how long a frame takes, end to end and pass by pass, on this machine.
 
-A frame is everything from an epoch to the DN array on the CPU: poses, view, passes, read-back. Through
-the bridge it is the client's whole round trip to a server process. Frame times are taken without pass
-timers; the passes are timed in a second run, since on a CPU renderer each timer waits for the pass.
+A frame is everything from an epoch to the DN array on the CPU: poses, view, passes, read-back.
+Through the bridge it is the client's whole round trip to a server process. Frame times are taken
+without pass timers; the passes are timed in a second run, since on a CPU renderer each timer waits
+for the pass.
 """
 
 from __future__ import annotations

@@ -97,8 +97,8 @@ def render(
             raise ConfigError("command line", "--camera", problem)
     if not loaded.cameras:
         raise ConfigError(str(scenario), "camera", "is missing; a picture needs a [camera.NAME]")
-    check_writable(out)
     state = loaded.at(epoch)
+    check_writable(out)
     with Simulator(loaded) as simulator:
         for name in camera or loaded.cameras:
             products = {Product.DN, Product.RADIANCE, Product.TRUTH}

@@ -63,7 +63,7 @@ class BridgeError(SimglError):
 
 
 def did_you_mean(given: str, allowed: Iterable[str]) -> str:
-    """A suggestion for a misspelt name, then every allowed one: ``did you mean "x"? (allowed: ...)``."""
+    """A suggestion for a misspelt name, then all that are allowed."""
     names = sorted(allowed)
     close = get_close_matches(given, names, n=1)
     listing = f"(allowed: {', '.join(names)})" if names else "(none is allowed here)"

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-# The continued fraction of sqrt(5) - 2, [0; 4, 4, 4, ...], has no large terms, so the columns of the
-# samples spread evenly at every scale.
+# The continued fraction of sqrt(5) - 2, [0; 4, 4, 4, ...], has no large terms, so the columns of
+# the samples spread evenly at every scale.
 ANGLE = float(np.arctan(np.sqrt(5.0) - 2.0))
 
 # A unit square holds at least one sample if the lattice's covering radius, 1 / sqrt(2 n), is below

@@ -1,4 +1,4 @@
-"""The ordered lists of passes that turn a view into radiance, electrons, digital numbers and truth."""
+"""The ordered passes that turn a view into radiance, electrons, digital numbers and truth."""
 
 from __future__ import annotations
 
@@ -30,9 +30,10 @@ _TRUTH = (Format("f4"), Format("u4"))
 # Four targets for each of eight image sizes; a window that is resized leaves no more behind.
 _TARGETS_KEPT = 32
 
-# Geometry samples that one tile may take before its lattice gets coarser. On a CPU renderer a shaded
-# sample costs about 0.1 us, so this is some 40 ms; a GPU is bounded by memory (512 MiB of samples).
-_SAMPLE_BUDGET_CPU = 400_000
+# Geometry samples that one tile may take before its lattice gets coarser. On a CPU renderer a
+# shaded sample costs about 0.1 us, so this is some 25 ms; a GPU is bounded by memory (512 MiB of
+# samples).
+_SAMPLE_BUDGET_CPU = 250_000
 _SAMPLE_BUDGET_GPU = 16_000_000
 
 
@@ -110,7 +111,7 @@ class Renderer:
 
     def release(self) -> None:
         """Free everything that this renderer made."""
-        # moderngl binds the last framebuffer again whenever it makes one; it must not be a freed one.
+        # moderngl binds the last framebuffer again whenever it makes one: not a freed one, then.
         self._ctx.detect_framebuffer(0).use()
         for target in self._targets.values():
             target.release()

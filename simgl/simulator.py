@@ -79,7 +79,7 @@ class Simulator:
         Raises ConfigError for an unknown camera or one that is inside a body.
         """
         if camera not in state.cameras:
-            problem = f'is not in the scenario; {did_you_mean(camera, state.cameras)}'
+            problem = f"is not in the scenario; {did_you_mean(camera, state.cameras)}"
             raise ConfigError(self.scenario.name, f'camera "{camera}"', problem)
         view = frame_view(
             state,
@@ -95,9 +95,7 @@ class Simulator:
         if Product.TRUTH in products:
             frames["truth"] = self._truth(state, view, info)
         if Product.DN in products or Product.ELECTRONS in products:
-            electrons = self._renderer.electrons(
-                view.camera, state.sun.photons_per_joule, radiance
-            )
+            electrons = self._renderer.electrons(view.camera, state.sun.photons_per_joule, radiance)
             if Product.ELECTRONS in products:
                 frames["electrons"] = ElectronFrame(info=info, electrons=electrons.read())
             if Product.DN in products:
@@ -107,9 +105,7 @@ class Simulator:
     def _digital(
         self, state: SceneState, view: FrameView, info: FrameInfo, electrons: ImageTarget
     ) -> DigitalFrame:
-        target = self._renderer.digital(
-            view.camera, state.tai_ns, self.scenario.seed, electrons
-        )
+        target = self._renderer.digital(view.camera, state.tai_ns, self.scenario.seed, electrons)
         with self._renderer.timer.measure("read"):
             return DigitalFrame(info=info, dn=target.read())
 
@@ -120,9 +116,7 @@ class Simulator:
             for instance, (name, body) in enumerate(state.bodies.items())
             for part, part_name in enumerate(body.model.parts)
         }
-        return TruthFrame(
-            info=info, depth=target.read(0), part_id=target.read(1), part_names=names
-        )
+        return TruthFrame(info=info, depth=target.read(0), part_id=target.read(1), part_names=names)
 
     def _info(self, state: SceneState, name: str) -> FrameInfo:
         camera = state.cameras[name]

@@ -272,8 +272,8 @@ def _sunlit(state: SceneState, body: BodyState) -> float:
 def _shadow(state: SceneState, receiver: BodyState, sun_direction_icrf: Array) -> ShadowView:
     """A parallel projection along the sunlight that just holds the receiver.
 
-    Light axes: z away from the Sun, x and y any. Casters are all bodies whose bounding sphere, moved
-    along the light, meets the receiver's.
+    Light axes: z away from the Sun, x and y any. Casters are all bodies whose bounding sphere,
+    moved along the light, meets the receiver's.
     """
     pose, mesh = receiver.pose, receiver.model.mesh
     sun_body = pose.R_icrf_from_body.T @ sun_direction_icrf
@@ -367,9 +367,7 @@ def _overlap(a: tuple[int, int, int, int], b: tuple[int, int, int, int]) -> bool
     return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
 
 
-def _union(
-    a: tuple[int, int, int, int], b: tuple[int, int, int, int]
-) -> tuple[int, int, int, int]:
+def _union(a: tuple[int, int, int, int], b: tuple[int, int, int, int]) -> tuple[int, int, int, int]:
     return min(a[0], b[0]), min(a[1], b[1]), max(a[2], b[2]), max(a[3], b[3])
 
 

@@ -34,7 +34,7 @@ def scene(
     earth: Table | None = None,
     render: Table | None = None,
 ) -> Scenario:
-    """A scene in deep space (or over a given Earth) with a Sun fixed by hand and one camera, "cam"."""
+    """A scene in deep space (or over an Earth), the Sun fixed by hand, with one camera, "cam"."""
     size = {"width_px": 128, "height_px": 128}
     data: Table = {
         "epoch": {"utc": "2026-03-20T12:00:00"},

@@ -1,4 +1,4 @@
-"""Frame times as a client of the bridge sees them; ``simgl bench`` finds this by its entry point."""
+"""Frame times as a client of the bridge sees them; ``simgl bench`` finds this by entry point."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ from examples.closed_loop.loop import Flight, Frame, Settings, TakeImage, fly
 from examples.closed_loop.report import summarise, write_report
 from examples.closed_loop.vision import Image, Pinhole
 from simgl import Scenario, SimglError, load_scenario
-from simgl.output import complete_file
+from simgl.output import check_writable
 from simgl.physics.frames import Pose
 
 SCENARIO = Path(__file__).parents[1] / "approach.toml"
@@ -32,7 +32,7 @@ def main(
 
     Example: python -m examples.closed_loop --out out/demo
     """
-    _check_writable(out)
+    check_writable(out)
     scenario = load_scenario(SCENARIO)
     with (
         launched_server(SCENARIO) as (_, address),
@@ -95,14 +95,6 @@ def _fly_with_progress(
             )
 
         return fly(scenario, camera, take_image, settings, on_frame)
-
-
-def _check_writable(folder: Path) -> None:
-    """Fail before the flight, not after it."""
-    probe = folder / "write_probe"
-    with complete_file(probe) as temporary:
-        temporary.write_bytes(b"")
-    probe.unlink()
 
 
 if __name__ == "__main__":

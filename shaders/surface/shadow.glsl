@@ -8,8 +8,14 @@ vec2 plane_slope(vec3 n, float texels) {
     return -n.xy / (abs(n.z) < 1e-9 ? 1e-9 : n.z) / texels;
 }
 
-// Fraction of a receiver's neighbourhood in the shadow map that is lit: a bilinear blend of 3 x 3
-// texel tests. Each test compares with the depth of the receiver's own plane at that texel, so that
+// Weights of three neighbouring texels in a quadratic B-spline, for an offset -0.5..0.5 from the
+// middle one: smooth in the offset, so that a filtered edge has no steps.
+vec3 spline_weights(float x) {
+    return vec3(0.5 * (0.5 - x) * (0.5 - x), 0.75 - x * x, 0.5 * (0.5 + x) * (0.5 + x));
+}
+
+// Fraction of a receiver's neighbourhood in the shadow map that is lit: 3 x 3 texel tests, weighted
+// by a spline. Each test compares with the depth of the receiver's own plane at that texel, so that
 // a plane does not shadow itself at any incidence.
 //
 // map : depth of the nearest caster, 0..1 along the light
@@ -23,19 +29,17 @@ float lit_fraction(sampler2D map, vec3 p, vec2 plane, float unit_depth) {
     float slack = 4e-6 + 0.004 * (unit_depth + dot(plane, plane) / unit_depth);
     vec2 size = vec2(textureSize(map, 0));
     vec2 place = (0.5 * p.xy + 0.5) * size - 0.5;
-    float depth = 0.5 * p.z + 0.5 - slack;
-    ivec2 corner = ivec2(floor(place));
-    vec2 f = place - vec2(corner);
+    ivec2 middle = clamp(ivec2(floor(place + 0.5)), ivec2(1), ivec2(size) - 2);
+    vec2 offset = clamp(place - vec2(middle), -0.5, 0.5);
+    float depth = 0.5 * p.z + 0.5 - slack - dot(plane, place - vec2(middle));
+    vec3 wx = spline_weights(offset.x), wy = spline_weights(offset.y);
     float lit = 0.0;
-    for (int j = -1; j <= 2; ++j) {
-        float wy = j == -1 ? 1.0 - f.y : (j == 2 ? f.y : 1.0);
-        for (int i = -1; i <= 2; ++i) {
-            float wx = i == -1 ? 1.0 - f.x : (i == 2 ? f.x : 1.0);
-            ivec2 texel = corner + ivec2(i, j);
-            float own = depth + dot(plane, vec2(texel) - place);
-            float caster = texelFetch(map, clamp(texel, ivec2(0), ivec2(size) - 1), 0).r;
-            lit += own <= caster ? wx * wy : 0.0;
-        }
+    for (int j = -1; j <= 1; ++j) {
+        vec3 own = depth + float(j) * plane.y + plane.x * vec3(-1.0, 0.0, 1.0);
+        vec3 caster = vec3(texelFetch(map, middle + ivec2(-1, j), 0).r,
+                           texelFetch(map, middle + ivec2(0, j), 0).r,
+                           texelFetch(map, middle + ivec2(1, j), 0).r);
+        lit += wy[j + 1] * dot(wx, vec3(lessThanEqual(own, caster)));
     }
-    return lit / 9.0;
+    return lit;
 }

@@ -16,7 +16,7 @@ _SCALARS = {"f4": ("float", "vec"), "i4": ("int", "ivec"), "u4": ("uint", "uvec"
 
 def _glsl_type(name: str, dtype: np.dtype[Any]) -> tuple[str, str, int]:
     """GLSL type, array suffix and std140 alignment of one field."""
-    base, shape = (dtype.subdtype or (dtype, ()))
+    base, shape = dtype.subdtype or (dtype, ())
     scalar, vector = _SCALARS.get(base.str[1:], ("", ""))
     if not scalar:
         raise ShaderError(f'block field "{name}": {base} has no GLSL type')

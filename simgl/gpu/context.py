@@ -1,4 +1,4 @@
-"""A headless OpenGL context: EGL first, OSMesa where EGL is missing; every failure with its remedy."""
+"""A headless OpenGL context: EGL, else OSMesa; every failure with its remedy."""
 
 from __future__ import annotations
 
@@ -88,13 +88,14 @@ def _open_egl(device_index: int) -> moderngl.Context:
     options: dict[str, Any] = {"backend": "egl", "device_index": device_index}
     try:
         ctx = moderngl.create_context(standalone=True, require=REQUIRED_VERSION, **options)
-    except Exception as error:  # noqa: BLE001 - glcontext raises bare Exception for every cause
+    except Exception as error:
         raise _why_egl_fails(device_index, error) from None
     return ctx
 
 
 def _open_osmesa() -> moderngl.Context:
-    return moderngl.create_context(context=OSMesaContext(), require=REQUIRED_VERSION)
+    functions: Any = OSMesaContext()
+    return moderngl.create_context(context=functions, require=REQUIRED_VERSION)
 
 
 def open_context(backend: str = "auto", device_index: int = 0) -> moderngl.Context:

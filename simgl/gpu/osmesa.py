@@ -1,4 +1,4 @@
-"""An OpenGL context from libOSMesa, for machines without EGL; passed to moderngl as ``context=``."""
+"""An OpenGL context from libOSMesa, for machines without EGL; moderngl takes it as ``context=``."""
 
 from __future__ import annotations
 

@@ -12,13 +12,13 @@ from simgl.gpu.blocks import Block
 from simgl.gpu.glsl import Stage, assemble
 
 
-def _compile(ctx: moderngl.Context, stages: Mapping[str, Stage]) -> moderngl.Program:
+def _compile(ctx: moderngl.Context, vertex: Stage, fragment: Stage) -> moderngl.Program:
     try:
-        return ctx.program(**{kind: stage.text for kind, stage in stages.items()})
+        return ctx.program(vertex_shader=vertex.text, fragment_shader=fragment.text)
     except moderngl.Error as error:
         log = str(error)
-        failed = next((k for k in stages if k in log.split("=")[0]), None)
-        stage = stages[failed] if failed else next(reversed(stages.values()))
+        # moderngl names the failed stage in the log's head, above a line of "=".
+        stage = vertex if "vertex_shader" in log.partition("=")[0] else fragment
         lines = [line for line in log.splitlines() if line.strip(" =")]
         raise ShaderError("\n".join(stage.explain(line) for line in lines)) from None
 
@@ -42,11 +42,12 @@ def load_program(
     declared on one side only.
     """
     generated = {block.include: block.glsl for block in blocks}
-    stages = {
-        "vertex_shader": assemble(assets.shaders(), vertex or f"{name}.vert", defines, generated),
-        "fragment_shader": assemble(assets.shaders(), f"{name}.frag", defines, generated),
-    }
-    program = _compile(ctx, stages)
+    root = assets.shaders()
+    program = _compile(
+        ctx,
+        assemble(root, vertex or f"{name}.vert", defines, generated),
+        assemble(root, f"{name}.frag", defines, generated),
+    )
     try:
         _bind_and_check(name, program, blocks, samplers)
     except ShaderError:
@@ -65,7 +66,9 @@ def _bind_and_check(
         if isinstance(member, moderngl.UniformBlock):
             block = declared.pop(key, None)
             if block is None:
-                raise ShaderError(f"{name}: the shader has a block {key} that the pass does not give")
+                raise ShaderError(
+                    f"{name}: the shader has a block {key} that the pass does not give"
+                )
             if member.size != block.dtype.itemsize:
                 raise ShaderError(
                     f"{name}: block {key} has {member.size} bytes in GLSL, "

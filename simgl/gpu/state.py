@@ -20,14 +20,12 @@ class State:
     cull : "back", "front" or None
     blend : (source, destination) factors, or None
     write_color : write the colour attachments
-    polygon_offset : (factor, units)
     """
 
     depth: bool = False
     cull: str | None = None
     blend: tuple[int, int] | None = None
     write_color: bool = True
-    polygon_offset: tuple[float, float] = (0.0, 0.0)
 
     def apply(
         self,
@@ -39,7 +37,7 @@ class State:
         """Bind the target and set every piece of state; viewport and scissor in pixels."""
         target.use()
         target.viewport = viewport
-        target.scissor = scissor
+        target.scissor = scissor  # type: ignore[assignment]
         if target.color_attachments:
             one = (self.write_color,) * 4
             count = len(target.color_attachments)
@@ -58,8 +56,8 @@ class State:
         # Row 0 of every target is the top of the picture, which mirrors the winding.
         ctx.front_face = "cw"
         ctx.blend_func = self.blend or (moderngl.ONE, moderngl.ZERO)
-        ctx.blend_equation = moderngl.FUNC_ADD
-        ctx.polygon_offset = self.polygon_offset
+        ctx.blend_equation = moderngl.FUNC_ADD  # type: ignore[assignment]
+        ctx.polygon_offset = 0.0, 0.0
         ctx.wireframe = False
 
 

@@ -22,7 +22,7 @@ _PLANET = Block(
         [
             ("sphere_from_camera", "f4", (4, 4)),
             ("camera_in_sphere", "f4", 4),
-            # Equatorial radius over each semi-axis: makes the ellipsoid's normal of a sphere's point.
+            # Equatorial radius over each semi-axis: turns a sphere's point into the normal.
             ("sphere_axes", "f4", 4),
             ("sun_direction", "f4", 4),
             ("sun_direction_itrf", "f4", 4),
@@ -86,8 +86,10 @@ class PlanetPass:
 
     def release(self) -> None:
         """Free everything."""
-        for resource in (self._fullscreen, self._block, self._program, *self._maps):
+        for resource in (self._fullscreen, self._block, self._program):
             resource.release()
+        for texture in self._maps:
+            texture.release()
 
 
 def _values(view: FrameView) -> dict[str, object]:

@@ -24,8 +24,7 @@ _CASTER = Block("Caster", 3, np.dtype([("caster_light_from_body", "f4", (4, 4))]
 class ShadowPass:
     """Draws the casters of a ShadowView into a depth texture, or finds it already drawn."""
 
-    # Both sides cast, so that an open sheet does; the lookup knows the receiver's plane and needs no
-    # offset.
+    # Both sides cast, so that an open sheet does. No offset: the lookup knows the receiver's plane.
     state = State(depth=True, write_color=False)
 
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:

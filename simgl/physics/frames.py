@@ -98,4 +98,7 @@ def rotation_between(source: ArrayLike, target: ArrayLike) -> Array:
         if cosine > 0.0:
             return np.eye(3)
         axis = np.cross(a, np.eye(3)[int(np.argmin(np.abs(a)))])
+    # Of nearly opposite vectors the cross product is rounding; only what is square to a turns
+    # a into b.
+    axis = axis - np.dot(axis, a) * a
     return np.asarray(Rotation.from_rotvec(unit(axis) * np.arctan2(sine, cosine)).as_matrix())

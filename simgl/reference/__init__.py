@@ -1,1 +1,1 @@
-"""What the shaders compute, in numpy float64 that reads like the textbook. Tests compare the two."""
+"""What the shaders compute, in numpy that reads like the textbook; tests compare the two."""

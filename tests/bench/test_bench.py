@@ -46,5 +46,5 @@ def test_the_source_case_is_what_it_says() -> None:
 
 
 def test_an_unknown_scene_is_refused() -> None:
-    with pytest.raises(ConfigError, match=r'--scene names no scene: "source"; did you mean "source_'):
+    with pytest.raises(ConfigError, match=r'names no scene: "source"; did you mean "source_600"'):
         run(scenes=["source"], frames=5, console=Console())

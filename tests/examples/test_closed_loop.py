@@ -81,7 +81,7 @@ def test_clohessy_wiltshire_transition_agrees_with_two_body_orbits(axis: int) ->
     ended = relative_state(two_body(chaser, duration), two_body(target, duration))
     # The linear equations leave out gravity terms of second order, at most 3 n^2 d^2 / r for a
     # distance d; the farthest of these starts drifts to d = 300 m. Integrated twice over t, with a
-    # factor 2 for the growth of the free motion: 3 n^2 d^2 t^2 / r = 0.018 m, and once for the rate.
+    # factor 2 for the growth of the free motion: 3 n^2 d^2 t^2 / r = 0.018 m; once for the rate.
     bound = 3.0 * MEAN_MOTION**2 * 300.0**2 / RADIUS * duration
     predicted = transition(MEAN_MOTION, duration) @ start
     np.testing.assert_allclose(ended[:3], predicted[:3], atol=bound * duration)
@@ -371,4 +371,3 @@ def test_the_first_image_writes_an_exr(tmp_path: Path) -> None:
     )
     assert done.returncode == 0, done.stderr
     assert list((tmp_path / "out" / "first_image").glob("navcam*.exr"))
-    assert "gl" not in script.read_text().replace("simgl", "").lower().split()

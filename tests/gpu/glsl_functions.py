@@ -19,7 +19,7 @@ def evaluate(
     *,
     result: str = "vec4",
 ) -> np.ndarray[Any, Any]:
-    """(n, 4) values of ``expression`` over (n, k) inputs, named ``in_value[0]`` to ``in_value[k-1]``.
+    """(n, 4) values of ``expression`` over (n, k) inputs, ``in_value[0]`` to ``in_value[k-1]``.
 
     inputs : float32 or uint32; result : "vec4" or "uvec4"
     """
@@ -27,7 +27,9 @@ def evaluate(
     count, width = inputs.shape
     sampler = "usampler2D" if unsigned else "sampler2D"
     kind = "uint" if unsigned else "float"
-    text = "\n".join(f'#include "{name}"' for name in includes) + f"""
+    text = (
+        "\n".join(f'#include "{name}"' for name in includes)
+        + f"""
 uniform {sampler} table;
 out {result} value;
 void main() {{
@@ -37,6 +39,7 @@ void main() {{
     value = {expression};
 }}
 """
+    )
     vertex = assemble(assets.shaders(), "common/fullscreen.vert")
     fragment = assemble(assets.shaders(), "test", blocks={"test": text})
     program = gl.program(vertex_shader=vertex.text, fragment_shader=fragment.text)

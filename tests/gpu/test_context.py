@@ -103,7 +103,9 @@ def test_a_version_too_low_is_named() -> None:
 
 
 def test_a_wrong_device_is_named() -> None:
-    with pytest.raises(ContextError, match=r"EGL device 99 does not exist, there are \d+ .*--device"):
+    with pytest.raises(
+        ContextError, match=r"EGL device 99 does not exist, there are \d+ .*--device"
+    ):
         open_context("egl", 99)
 
 

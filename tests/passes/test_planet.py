@@ -1,4 +1,4 @@
-"""The Earth: an exact ellipsoid in the right place, turned the right way, with the right radiance."""
+"""The Earth: an exact ellipsoid in its place, turned the right way, with the right radiance."""
 
 from __future__ import annotations
 
@@ -64,8 +64,8 @@ def test_the_limb_of_the_wgs84_ellipsoid_lies_where_geometry_puts_it(gl: moderng
         # The boresight is the middle of the image; the limb must cross it there. Under the limb the
         # ground is lit; its radiance is read 3 pixels inside.
         covered = np.clip(column / column[70], 0.0, 1.0)[:70].sum()
-        # float32 ray and discriminant: some 3 m of tangent height at 2,900 km is 1e-6 rad; a pixel is
-        # 7.5e-5 rad.
+        # float32 ray and discriminant: some 3 m of tangent height at 2,900 km is 1e-6 rad; a pixel
+        # is 7.5e-5 rad.
         np.testing.assert_allclose(70 - covered, 64.0, atol=0.1)
 
 

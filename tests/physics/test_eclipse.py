@@ -26,9 +26,7 @@ def direction(longitude: float, latitude: float) -> Array:
     return np.array([c * np.cos(longitude), c * np.sin(longitude), np.sin(latitude)])
 
 
-directions = st.builds(
-    direction, st.floats(-np.pi, np.pi), st.floats(-1.5, 1.5)
-)
+directions = st.builds(direction, st.floats(-np.pi, np.pi), st.floats(-1.5, 1.5))
 
 
 def at_depression(beta: float) -> float:
@@ -113,9 +111,7 @@ def test_half_of_the_disc_is_seen_past_a_straight_edge() -> None:
 
 @quick
 @given(directions, directions, st.floats(1e5, 4e7))
-def test_the_limb_ray_touches_the_ellipsoid(
-    place: Array, towards: Array, altitude: float
-) -> None:
+def test_the_limb_ray_touches_the_ellipsoid(place: Array, towards: Array, altitude: float) -> None:
     position = place * (WGS84_EQUATORIAL_RADIUS + altitude)
     assume(np.linalg.norm(np.cross(place, towards)) > 1e-3)
     angle = limb_angle(position, towards, WGS84)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from datetime import UTC, datetime
 
 import numpy as np
@@ -86,7 +87,7 @@ def test_tai_to_utc_and_back_keeps_every_nanosecond(tai_ns: int) -> None:
 
 @quick
 @given(
-    st.datetimes(datetime(1972, 1, 1), datetime(2099, 12, 31)),  # noqa: DTZ001 - UTC by name
+    st.datetimes(datetime(1972, 1, 1), datetime(2099, 12, 31)),
     st.integers(0, 999_999_999),
 )
 def test_utc_to_tai_and_back_keeps_every_text(moment: datetime, nanosecond: int) -> None:
@@ -142,9 +143,8 @@ def test_the_usual_spellings_of_an_instant_mean_the_same(utc: str) -> None:
     ],
 )
 def test_an_impossible_instant_is_refused_in_plain_words(utc: str, message: str) -> None:
-    with pytest.raises(ValueError, match=".") as caught:
+    with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
         tai_ns_from_utc(utc)
-    assert str(caught.value) == message
 
 
 def test_terrestrial_time_leads_tai_by_32_184_seconds() -> None:
@@ -177,7 +177,9 @@ def test_the_moon_stands_where_de421_puts_it(place: Places) -> None:
 def test_the_earth_turns_without_stretching(tai_ns: int) -> None:
     R_itrf_from_icrf = itrf_from_icrf(tai_ns)
     # Products of four rotations: some 1e-16 each.
-    np.testing.assert_allclose(R_itrf_from_icrf @ R_itrf_from_icrf.T, np.eye(3), atol=1e-14)
+    np.testing.assert_allclose(
+        R_itrf_from_icrf @ R_itrf_from_icrf.T, np.eye(3), rtol=0.0, atol=1e-14
+    )
     assert np.linalg.det(R_itrf_from_icrf) > 0.0
 
 
@@ -266,9 +268,7 @@ def _sun_longitude_by_the_almanac(utc: str) -> float:
     g = np.radians(357.528 + 0.9856003 * days)
     ecliptic = np.radians(mean + 1.915 * np.sin(g) + 0.020 * np.sin(2 * g))
     obliquity = np.radians(23.439 - 4e-7 * days)
-    right_ascension = np.degrees(
-        np.arctan2(np.cos(obliquity) * np.sin(ecliptic), np.cos(ecliptic))
-    )
+    right_ascension = np.degrees(np.arctan2(np.cos(obliquity) * np.sin(ecliptic), np.cos(ecliptic)))
     equation_of_time = (mean - right_ascension + 180.0) % 360.0 - 180.0  # [deg]
     hour = (days + 0.5) % 1.0 * 24.0
     return float(((12.0 - hour) * 15.0 - equation_of_time + 180.0) % 360.0 - 180.0)

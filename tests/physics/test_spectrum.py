@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -65,7 +67,7 @@ def test_band_light_is_plancks_integral(temperature: float) -> None:
 def test_a_black_body_radiates_sigma_t_to_the_fourth() -> None:
     # Bands that tile 0.1 um to 1 mm leave 2e-6 of a 1000 K body outside (Rayleigh-Jeans tail).
     edges = [1e-7 * 1.2**i for i in range(51)]
-    tiles = list(zip(edges, edges[1:], strict=False))
+    tiles = list(pairwise(edges))
     total = sum(
         black_body_light(1.0, 1000.0, Bands(edges=tuple(tiles[i : i + 4]))).irradiance.sum()
         for i in range(0, len(tiles), 4)

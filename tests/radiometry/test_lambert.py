@@ -18,8 +18,8 @@ def tilted_sun(degrees: float) -> tuple[float, float, float]:
     return float(np.sin(t)), 0.0, float(np.cos(t))
 
 
-# Irradiance on a plate tilted from a 0.526 deg Sun of 1367 W m-2; past 89.7 deg its own horizon cuts
-# the disc. Quadrature over the disc, independent of this code.
+# Irradiance on a plate tilted from a 0.526 deg Sun of 1367 W m-2; past 89.7 deg its own horizon
+# cuts the disc. Quadrature over the disc, independent of this code.
 @pytest.mark.parametrize(
     ("tilt", "expected", "tolerance"),
     [
@@ -78,8 +78,9 @@ def test_lambert_sphere_follows_its_phase_law(gl: moderngl.Context, phase: float
     y, x = (np.mgrid[0:320, 0:320] + 0.5 - 160.0) / f
     cos4 = 1.0 / (1.0 + x * x + y * y) ** 2
     irradiance = float(np.sum(image * cos4) / f**2)
-    # 192 segments: chords lose up to 2.7e-4 of a disc's area, more of a thin crescent; the silhouette
-    # falls on some 900 edge pixels of 5 or more samples. 0.5 % is what the crescent needs.
+    # 192 segments: chords lose up to 2.7e-4 of a disc's area, more of a thin crescent; the
+    # silhouette falls on some 900 edge pixels of 5 or more
+    # samples. The crescent needs 0.5 %.
     np.testing.assert_allclose(irradiance, truth[phase], rtol=5e-3)
 
 
@@ -155,4 +156,6 @@ def test_cos4_at_the_corner_of_a_wide_lens(gl: moderngl.Context) -> None:
     middle = np.hypot(0.5, 0.5) * 3.75e-6
     f = 4e-3
     expected = ((f**2 + middle**2) / (f**2 + r**2)) ** 2
-    np.testing.assert_allclose(frame.electrons[0, 0] / frame.electrons[480, 640], expected, rtol=5e-6)
+    np.testing.assert_allclose(
+        frame.electrons[0, 0] / frame.electrons[480, 640], expected, rtol=5e-6
+    )

@@ -30,7 +30,9 @@ def test_philox_known_answers(
     expected = np.array([int(word, 16) for word in answer.split()], dtype=np.uint32)
     c, k = np.array([counter], dtype=np.uint32), np.array(key, dtype=np.uint32)
     np.testing.assert_array_equal(philox(c, k)[0], expected)
-    words = "uvec4(in_value[0], in_value[1], in_value[2], in_value[3]), uvec2(in_value[4], in_value[5])"
+    words = (
+        "uvec4(in_value[0], in_value[1], in_value[2], in_value[3]), uvec2(in_value[4], in_value[5])"
+    )
     inputs = np.array([counter + key], dtype=np.uint32)
     got = evaluate(gl, ["common/philox.glsl"], f"philox({words})", inputs, result="uvec4")
     np.testing.assert_array_equal(got[0], expected)
@@ -62,7 +64,9 @@ def test_gaussian_agrees(gl: moderngl.Context) -> None:
     np.testing.assert_array_equal(got[:, 1], uniform_01(words[:, 0]).astype(np.float32))
 
 
-@pytest.mark.parametrize(("metallic", "roughness"), [(0.0, 0.3), (1.0, 0.3), (0.5, 0.7), (0.0, 1.0)])
+@pytest.mark.parametrize(
+    ("metallic", "roughness"), [(0.0, 0.3), (1.0, 0.3), (0.5, 0.7), (0.0, 1.0)]
+)
 def test_brdf_agrees(gl: moderngl.Context, metallic: float, roughness: float) -> None:
     rng = np.random.default_rng(5)
     directions = rng.normal(size=(2, 2000, 3))
@@ -77,8 +81,8 @@ def test_brdf_agrees(gl: moderngl.Context, metallic: float, roughness: float) ->
     n = np.array([[0.0, 0.0, 1.0]])
     for band, rho in enumerate((0.6, 0.2, 0.9, 0.0)):
         expected = reference.brdf(rho, metallic, roughness, n, wi, wo)
-        # float32 through some 30 operations; the distribution's denominator loses up to 1/alpha^2 of
-        # that at its peak: 6e-8 x 10 / 0.09^2 = 7e-5
+        # float32 through some 30 operations; the distribution's denominator loses up to 1/alpha^2
+        # of that at its peak: 6e-8 x 10 / 0.09^2 = 7e-5
         np.testing.assert_allclose(got[:, band], expected, rtol=1e-4, atol=1e-7)
 
 

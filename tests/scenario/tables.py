@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from simgl.scenario.library import shipped_models, shipped_presets
+
 UTC = 'utc = "2026-03-20T12:00:00"'
 EPOCH = f"[epoch]\n{UTC}\n"
 SUNWARD = "direction_icrf = [1.0, 0.0, 0.0]"
@@ -46,7 +48,7 @@ VALID = f"""\
 class Damage:
     """One passage of the valid file replaced by another, and the complaint that must follow.
 
-    message : after the file's name; FILE and FOLDER stand for the paths where they come again
+    message : after the file's name; FILE, FOLDER, MODELS and PRESETS stand for what they are here
     """
 
     name: str
@@ -61,7 +63,15 @@ class Damage:
 
     def complaint(self, path: Path) -> str:
         """The whole line for a file at this path."""
-        rest = self.message.replace("FILE", str(path)).replace("FOLDER", str(path.parent))
+        meanings = {
+            "FILE": str(path),
+            "FOLDER": str(path.parent),
+            "MODELS": ", ".join(shipped_models()),
+            "PRESETS": ", ".join(shipped_presets()),
+        }
+        rest = self.message
+        for word, meaning in meanings.items():
+            rest = rest.replace(word, meaning)
         return f"{path}{rest}"
 
 
@@ -119,15 +129,6 @@ BAD_VALUES = (
         "model.cone",
         " [spacecraft.plate]: model.cone is not a key here; (allowed: box, cylinder, plate, "
         "sphere)",
-    ),
-    Damage(
-        "unknown key of a camera",
-        "[camera.nav]\n",
-        "[camera.nav]\nfov_deg = 20.0\n",
-        " [camera.nav]: fov_deg is not a key here; (allowed: about, bits, boresight, "
-        "exposure_time_s, f_number, focal_length_mm, full_well_e, gain_e_per_dn, height_px, "
-        "keypoint, look_at, on, pedestal_dn, pixel_pitch_um, position_body_m, position_icrf_m, "
-        "preset, quantum_efficiency, read_noise_e, transmission, up, width_px)",
     ),
     Damage(
         "epoch is no table",
@@ -709,16 +710,6 @@ BAD_VALUES = (
         " [camera.nav]: position_body_m or keypoint is needed, and not both",
     ),
     Damage(
-        "misspelt keypoint",
-        PINHOLE,
-        'on = "chaser"\nkeypoint = "docking_prt"',
-        ' [camera.nav]: keypoint is not on "cubesat_12u": "docking_prt"; did you mean '
-        '"docking_port"? (allowed: camera_aperture, corner_front_bottom_left, '
-        "corner_front_bottom_right, corner_front_top_left, corner_front_top_right, "
-        "corner_rear_bottom_left, corner_rear_bottom_right, corner_rear_top_left, "
-        "corner_rear_top_right, docking_port, panel_tip_left, panel_tip_right)",
-    ),
-    Damage(
         "keypoint of a primitive",
         PINHOLE,
         'on = "plate"\nkeypoint = "tip"',
@@ -756,7 +747,7 @@ BAD_FILES = (
         MODEL,
         'model = "cubesat_21u"',
         ' [spacecraft.chaser]: model: no model "cubesat_21u"; did you mean "cubesat_12u"? '
-        "(allowed: cubesat_12u, space_rider)",
+        "(allowed: MODELS)",
     ),
     Damage(
         "model file missing",

@@ -57,7 +57,7 @@ def test_a_shape_is_closed_and_its_triangles_face_outwards(name: str) -> None:
 def test_vertex_normals_are_unit_and_side_with_their_facets(name: str) -> None:
     mesh = SHAPES[name]
     length = np.linalg.norm(mesh.normals.astype(np.float64), axis=1)
-    np.testing.assert_allclose(length, 1.0, atol=4 * FLOAT32)
+    np.testing.assert_allclose(length, 1.0, rtol=0.0, atol=4 * FLOAT32)
     a, b, c = np.moveaxis(mesh.positions[mesh.triangles].astype(np.float64), 1, 0)
     facet = np.cross(b - a, c - a)
     assert np.all(np.linalg.norm(facet, axis=1) > 0.0)
@@ -98,7 +98,7 @@ def test_volume_and_area_of_a_sphere_are_those_of_the_ball_less_its_facets_sag()
 
 def test_a_sphere_has_its_own_radial_normals() -> None:
     mesh = SHAPES["sphere"]
-    np.testing.assert_allclose(mesh.positions, 1.5 * mesh.normals, atol=4 * FLOAT32)
+    np.testing.assert_allclose(mesh.positions, 1.5 * mesh.normals, rtol=0.0, atol=4 * FLOAT32)
 
 
 def test_a_plate_faces_plus_z_from_the_plane_z_0() -> None:

@@ -68,7 +68,7 @@ def test_angular_momentum_keeps_its_size_and_stands_on_the_plane(
     size = np.sqrt(MU * law.semi_major_axis * (1.0 - law.eccentricity**2))
     si, ci = np.sin(law.inclination), np.cos(law.inclination)
     normal = np.array([np.sin(law.raan) * si, -np.cos(law.raan) * si, ci])
-    np.testing.assert_allclose(np.cross(r, v) / size, normal, atol=1e-11)
+    np.testing.assert_allclose(np.cross(r, v) / size, normal, rtol=0.0, atol=1e-11)
 
 
 @quick
@@ -116,16 +116,16 @@ def test_a_circular_equatorial_orbit_goes_round_at_sqrt_mu_over_a() -> None:
     quarter = round(0.5e9 * np.pi * np.sqrt(7.0e6**3 / MU))
     speed = np.sqrt(MU / 7.0e6)
     r, v = law.state(EPOCH)
-    np.testing.assert_allclose(r, [7.0e6, 0.0, 0.0], atol=1e-8)
-    np.testing.assert_allclose(v, [0.0, speed, 0.0], atol=1e-11)
+    np.testing.assert_allclose(r, [7.0e6, 0.0, 0.0], rtol=0.0, atol=1e-8)
+    np.testing.assert_allclose(v, [0.0, speed, 0.0], rtol=0.0, atol=1e-11)
     r, v = law.state(EPOCH + quarter)
     # Half a nanosecond of 7.5 km/s is 4e-6 m.
-    np.testing.assert_allclose(r, [0.0, 7.0e6, 0.0], atol=1e-5)
-    np.testing.assert_allclose(v, [-speed, 0.0, 0.0], atol=1e-8)
+    np.testing.assert_allclose(r, [0.0, 7.0e6, 0.0], rtol=0.0, atol=1e-5)
+    np.testing.assert_allclose(v, [-speed, 0.0, 0.0], rtol=0.0, atol=1e-8)
 
 
 def test_inclination_lifts_the_orbit_at_the_ascending_node() -> None:
     law = orbit(inclination=0.9, raan=0.5, perigee=0.0, anomaly=0.0)
     r, v = law.state(EPOCH)
-    np.testing.assert_allclose(r / 7.0e6, [np.cos(0.5), np.sin(0.5), 0.0], atol=1e-15)
+    np.testing.assert_allclose(r / 7.0e6, [np.cos(0.5), np.sin(0.5), 0.0], rtol=0.0, atol=1e-15)
     assert abs(v[2] / np.linalg.norm(v) - np.sin(0.9)) < 1e-15

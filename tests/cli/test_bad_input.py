@@ -1,0 +1,210 @@
+"""Bad input to the command line: exit code 2, one line on stderr, and nothing left behind."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import moderngl
+import pytest
+
+from simgl import cli
+from simgl.simulator import Simulator
+
+SCENE = """\
+[epoch]
+utc = "2026-03-20T12:00:00"
+[sun]
+direction_icrf = [0.0, 0.0, 1.0]
+[earth]
+shape = "none"
+[spacecraft.block]
+position_icrf_m = [7.0e6, 0.0, 0.0]
+model.box = { size_m = [2.0, 2.0, 2.0], material = { reflectance = 0.5 } }
+[camera.nav]
+position_icrf_m = [7.0e6, 0.0, 20.0]
+look_at = "block"
+width_px = 48
+height_px = 32
+focal_length_mm = 0.6
+[render]
+samples_per_pixel = 5
+"""
+PINHOLE = "position_icrf_m = [7.0e6, 0.0, 20.0]"
+
+Run = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture
+def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
+    """Runs ``simgl ARGUMENTS`` here; returns exit code, stdout and stderr."""
+    # Further commands belong to other packages.
+    monkeypatch.setattr(cli, "entry_points", lambda group: ())  # noqa: ARG005
+
+    def run(*arguments: object) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["simgl", *map(str, arguments)])
+        with pytest.raises(SystemExit) as ended:
+            cli.main()
+        code = ended.value.code
+        assert isinstance(code, int | None)
+        out, err = capsys.readouterr()
+        return code or 0, out, err
+
+    return run
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Path:
+    """The scenario file."""
+    path = tmp_path / "scene.toml"
+    path.write_text(SCENE)
+    return path
+
+
+@pytest.fixture
+def out(tmp_path: Path) -> Path:
+    """An output folder with a picture of yesterday in it."""
+    folder = tmp_path / "out"
+    folder.mkdir()
+    (folder / "nav.dn.png").write_bytes(b"yesterday")
+    return folder
+
+
+def untouched(folder: Path) -> bool:
+    """Whether an output folder holds yesterday's picture and nothing else, hidden files included."""
+    return (
+        os.listdir(folder) == ["nav.dn.png"]
+        and (folder / "nav.dn.png").read_bytes() == b"yesterday"
+    )
+
+
+def refused(run: Run, *arguments: object) -> str:
+    """The complaint about a command: one line on stderr, exit code 2, silent stdout."""
+    code, stdout, stderr = run(*arguments)
+    assert code == 2
+    assert stdout == ""
+    assert stderr.endswith("\n")
+    assert stderr.count("\n") == 1
+    assert stderr.startswith("simgl: ")
+    return stderr.removeprefix("simgl: ").rstrip("\n")
+
+
+def test_a_missing_scenario(run: Run, tmp_path: Path, out: Path) -> None:
+    path = tmp_path / "no.toml"
+    message = refused(run, "render", path, "--out", out)
+    assert message == f"{path}: cannot be read (No such file or directory)"
+    assert untouched(out)
+
+
+def test_an_unknown_camera(run: Run, scene: Path, out: Path) -> None:
+    message = refused(run, "render", scene, "--out", out, "--camera", "nab")
+    assert message == (
+        f'command line: --camera "nab" is not in {scene}; did you mean "nav"? (allowed: nav)'
+    )
+    assert untouched(out)
+
+
+def test_a_bad_epoch(run: Run, scene: Path, out: Path) -> None:
+    message = refused(run, "render", scene, "--out", out, "--at", "noon")
+    assert message == (
+        'command line: --at must be a UTC time such as "2026-03-20T12:00:00", got "noon"'
+    )
+    message = refused(run, "render", scene, "--out", out, "--at", "2150-01-01")
+    assert message == 'command line: --at must lie in the years 1972 to 2099, got "2150-01-01"'
+    assert untouched(out)
+
+
+def test_a_pose_that_is_no_number(run: Run, scene: Path, out: Path) -> None:
+    scene.write_text(SCENE.replace("[7.0e6, 0.0, 0.0]", "[7.0e6, nan, 0.0]"))
+    message = refused(run, "render", scene, "--out", out)
+    expected = f"{scene} [spacecraft.block]: position_icrf_m[1] must be finite, got nan"
+    assert message == expected
+    assert untouched(out)
+
+
+def test_a_scenario_without_a_camera(run: Run, scene: Path, out: Path) -> None:
+    scene.write_text(SCENE[: SCENE.index("[camera.nav]")])
+    message = refused(run, "render", scene, "--out", out)
+    assert message == f"{scene}: camera is missing; a picture needs a [camera.NAME]"
+    assert untouched(out)
+
+
+def test_a_file_in_place_of_the_output_folder(run: Run, scene: Path, tmp_path: Path) -> None:
+    file = tmp_path / "taken"
+    file.write_text("mine")
+    message = refused(run, "render", scene, "--out", file)
+    assert message == f"{file}: cannot be written (File exists)"
+    message = refused(run, "render", scene, "--out", file / "below")
+    assert message == f"{file / 'below'}: cannot be written (Not a directory)"
+    assert file.read_text() == "mine"
+    assert sorted(os.listdir(tmp_path)) == ["scene.toml", "taken"]
+
+
+@pytest.fixture
+def shared_context(gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Simulators draw in the tests' own context."""
+    monkeypatch.setattr("simgl.simulator.Simulator", partial(Simulator, ctx=gl))
+
+
+@pytest.mark.usefixtures("shared_context")
+def test_a_camera_inside_a_body(run: Run, scene: Path, out: Path) -> None:
+    scene.write_text(SCENE.replace(PINHOLE, "position_icrf_m = [7000000.0, 0.25, 0.5]"))
+    message = refused(run, "render", scene, "--out", out)
+    assert message.endswith(
+        '[camera.nav]: position is inside the body of "block" (at 0.000, 0.250, 0.500 m in its axes)'
+    )
+    assert untouched(out)
+
+
+@pytest.mark.usefixtures("shared_context")
+def test_a_camera_below_the_ground(run: Run, scene: Path, out: Path) -> None:
+    text = SCENE.replace('shape = "none"', 'shape = "sphere"\nradius_km = 6371.0\nalbedo = 0.3')
+    scene.write_text(text.replace(PINHOLE, "position_icrf_m = [6.37e6, 0.0, 20.0]"))
+    message = refused(run, "render", scene, "--out", out)
+    assert message.endswith("[camera.nav]: position is 1000 m below the Earth's surface")
+    assert untouched(out)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "mention"),
+    [
+        (["render"], "Missing argument 'SCENARIO'"),
+        (["render", "scene.toml"], "Missing option '--out'"),
+        (["rendre"], "No such command 'rendre'"),
+        (["render", "scene.toml", "--out", "x", "--fps", "3"], "No such option: --fps"),
+    ],
+)
+def test_a_wrong_command_is_explained_by_its_usage(
+    run: Run, arguments: list[str], mention: str
+) -> None:
+    code, stdout, stderr = run(*arguments)
+    assert code == 2
+    assert stdout == ""
+    assert mention in stderr
+    assert "Traceback" not in stderr
+
+
+@pytest.mark.parametrize("command", ["doctor", "render", "bench", "view"])
+def test_every_command_has_help_with_an_example(run: Run, command: str) -> None:
+    code, stdout, _ = run(command, "--help")
+    assert code == 0
+    assert f"Example: simgl {command}" in stdout
+
+
+def test_the_module_runs_as_a_program_and_fails_in_one_line(tmp_path: Path) -> None:
+    path = tmp_path / "no.toml"
+    ended = subprocess.run(
+        [sys.executable, "-m", "simgl", "render", str(path), "--out", str(tmp_path / "out")],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=60,
+    )
+    assert ended.returncode == 2
+    assert ended.stdout == ""
+    assert ended.stderr == f"simgl: {path}: cannot be read (No such file or directory)\n"
+    assert not (tmp_path / "out").exists()

@@ -1,0 +1,187 @@
+"""``simgl render``: the files it writes hold what the capture held."""
+
+from __future__ import annotations
+
+import os
+import sys
+from functools import partial
+from pathlib import Path
+
+import moderngl
+import numpy as np
+import OpenEXR
+import pytest
+from PIL import Image
+
+from simgl import __version__, cli
+from simgl.errors import OutputError
+from simgl.images import display_from_radiance
+from simgl.output import complete_file, write_exposure
+from simgl.scenario.loader import load_scenario
+from simgl.simulator import ALL_PRODUCTS, Exposure, Simulator
+from tests.cli.test_bad_input import SCENE
+
+FILES = ["nav.dn.png", "nav.radiance.exr", "nav.view.png"]
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Path:
+    """The scenario file."""
+    path = tmp_path / "scene.toml"
+    path.write_text(SCENE)
+    return path
+
+
+@pytest.fixture
+def exposure(gl: moderngl.Context, scene: Path) -> Exposure:
+    """A capture of the scene."""
+    scenario = load_scenario(scene)
+    with Simulator(scenario, gl) as simulator:
+        return simulator.capture(scenario.at(scenario.epoch_tai_ns), "nav", ALL_PRODUCTS)
+
+
+def test_render_writes_the_three_files_and_names_them(
+    gl: moderngl.Context,
+    scene: Path,
+    exposure: Exposure,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    # Brackets in a path are a path, not markup.
+    out = tmp_path / "new" / "run [bold] 1"
+    monkeypatch.setattr("simgl.simulator.Simulator", partial(Simulator, ctx=gl))
+    monkeypatch.setattr(cli, "entry_points", lambda group: ())  # noqa: ARG005
+    monkeypatch.setattr(sys, "argv", ["simgl", "render", str(scene), "--out", str(out)])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert not ended.value.code
+    assert sorted(os.listdir(out)) == FILES
+    assert sorted(capsys.readouterr().out.splitlines()) == [str(out / name) for name in FILES]
+    assert exposure.digital is not None
+    # Same scenario, seed and driver, same bits.
+    np.testing.assert_array_equal(np.asarray(Image.open(out / "nav.dn.png")), exposure.digital.dn)
+
+
+def test_the_exr_holds_radiance_depth_and_parts_bit_for_bit(
+    exposure: Exposure, tmp_path: Path
+) -> None:
+    write_exposure(exposure, tmp_path, "nav")
+    with OpenEXR.File(str(tmp_path / "nav.radiance.exr"), separate_channels=True) as file:
+        channels = {name: c.pixels for name, c in file.parts[0].channels.items()}
+    assert sorted(channels) == ["B", "G", "N", "R", "Z", "partId"]
+    assert exposure.radiance is not None
+    assert exposure.truth is not None
+    for index, band in enumerate("RGBN"):
+        assert channels[band].dtype == np.float32
+        np.testing.assert_array_equal(channels[band], exposure.radiance.radiance[..., index])
+    assert channels["Z"].dtype == np.float32
+    np.testing.assert_array_equal(channels["Z"], exposure.truth.depth)
+    assert channels["partId"].dtype == np.uint32
+    np.testing.assert_array_equal(channels["partId"], exposure.truth.part_id)
+    # The block is there: 19 m in front of the middle pixel, part 1 of spacecraft 1.
+    assert channels["Z"][16, 24] == pytest.approx(19.0, abs=1e-4)
+    assert channels["partId"][16, 24] == 65536 + 1
+
+
+def test_the_exr_header_says_what_it_is_with_units(exposure: Exposure, tmp_path: Path) -> None:
+    write_exposure(exposure, tmp_path, "nav")
+    with OpenEXR.File(str(tmp_path / "nav.radiance.exr")) as file:
+        header = file.header()
+    expected = {
+        "simglVersion": __version__,
+        "scenario": "scene",
+        "camera": "nav",
+        "bandsNm": "R 600-700, G 500-600, B 400-500, N 700-1000",
+        "unitsRGBN": "W m-2 sr-1, integrated over the band",
+        "unitsZ": "m along the boresight, 0 where no spacecraft is",
+        "epochUtc": "2026-03-20T12:00:00",
+        # 2026-03-20T12:00:00 is POSIX second 1774008000, and TAI is 37 s ahead.
+        "epochTaiNs": "1774008037000000000",
+        "exposureTimeS": "0.00050000000000000001",
+        "positionGcrfM": "7000000 0 20",
+        "fNumber": "4",
+        "sunDirectionIcrf": "0 0 1",
+        "seed": "0",
+        "partNames": "65537=block/block",
+    }
+    assert {key: header[key] for key in expected} == expected
+    fx, fy, cx, cy = map(float, header["intrinsicsFxFyCxCyPx"].split())
+    assert fx == fy == pytest.approx(160.0)  # 0.6 mm / 3.75 um
+    assert (cx, cy) == (24.0, 16.0)
+    # Looking along -z with -z called up, which is the boresight: x of ICRF serves instead.
+    q = np.array([float(v) for v in header["quaternionCameraFromIcrfXyzw"].split()])
+    assert np.linalg.norm(q) == pytest.approx(1.0, abs=1e-15)
+    light = [float(v) for v in header["sunIrradianceRGBNWM2"].split()]
+    # 5772 K and 1361 W/m2: close to the source study's 5777 K and 1367 W/m2.
+    np.testing.assert_allclose(light, [154.439, 174.774, 171.947, 313.358], rtol=0.01)
+
+
+def test_the_dn_png_has_16_bits_and_equals_the_capture(exposure: Exposure, tmp_path: Path) -> None:
+    write_exposure(exposure, tmp_path, "nav")
+    content = (tmp_path / "nav.dn.png").read_bytes()
+    # Bit depth and colour type stand in the header chunk: 16 bits, grey.
+    assert (content[24], content[25]) == (16, 0)
+    picture = Image.open(tmp_path / "nav.dn.png")
+    assert picture.size == (48, 32)
+    assert exposure.digital is not None
+    np.testing.assert_array_equal(np.asarray(picture), exposure.digital.dn)
+
+
+def test_the_view_png_is_the_radiance_as_srgb(exposure: Exposure, tmp_path: Path) -> None:
+    write_exposure(exposure, tmp_path, "nav")
+    picture = np.asarray(Image.open(tmp_path / "nav.view.png"))
+    assert picture.shape == (32, 48, 3)
+    assert exposure.radiance is not None
+    np.testing.assert_array_equal(picture, display_from_radiance(exposure.radiance.radiance))
+    # A Lambert plate of 0.5 that faces the Sun: 1.055 0.5^(1/2.4) - 0.055 of full scale.
+    np.testing.assert_allclose(picture[16, 24], 255 * (1.055 * 0.5 ** (1 / 2.4) - 0.055), atol=1.5)
+
+
+def test_an_exposure_writes_only_what_it_holds(exposure: Exposure, tmp_path: Path) -> None:
+    paths = write_exposure(Exposure(info=exposure.info, digital=exposure.digital), tmp_path, "a")
+    assert paths == [tmp_path / "a.dn.png"]
+    assert exposure.radiance is not None
+    paths = write_exposure(Exposure(info=exposure.info, radiance=exposure.radiance), tmp_path, "b")
+    assert paths == [tmp_path / "b.radiance.exr", tmp_path / "b.view.png"]
+    with OpenEXR.File(str(paths[0]), separate_channels=True) as file:
+        assert sorted(file.parts[0].channels) == ["B", "G", "N", "R"]
+
+
+def test_a_file_that_fails_half_way_leaves_the_old_one_and_nothing_else(tmp_path: Path) -> None:
+    path = tmp_path / "a.exr"
+    path.write_text("yesterday")
+
+    def write_half() -> None:
+        with complete_file(path) as temporary:
+            temporary.write_text("half")
+            assert path.read_text() == "yesterday"
+            raise RuntimeError("the disk is gone")
+
+    with pytest.raises(RuntimeError, match="the disk is gone"):
+        write_half()
+    assert os.listdir(tmp_path) == ["a.exr"]
+    assert path.read_text() == "yesterday"
+
+
+def test_a_complete_file_replaces_the_old_one_and_others_may_read_it(tmp_path: Path) -> None:
+    path = tmp_path / "deep" / "a.txt"
+    for content in ("one", "two"):
+        with complete_file(path) as temporary:
+            temporary.write_text(content)
+        assert path.read_text() == content
+    assert os.listdir(path.parent) == ["a.txt"]
+    assert path.stat().st_mode & 0o777 == 0o644
+
+
+def test_a_folder_in_place_of_the_file_is_refused(exposure: Exposure, tmp_path: Path) -> None:
+    path = tmp_path / "a.dn.png"
+    path.mkdir()
+    digital = Exposure(info=exposure.info, digital=exposure.digital)
+    with pytest.raises(OutputError) as caught:
+        write_exposure(digital, tmp_path, "a")
+    assert str(caught.value) == f"{path}: cannot be written (Is a directory)"
+    assert os.listdir(tmp_path) == ["scene.toml", "a.dn.png"] or sorted(os.listdir(tmp_path)) == [
+        "a.dn.png",
+        "scene.toml",
+    ]

@@ -1,0 +1,118 @@
+"""Small promises of the source: names, docstrings, sizes, and who may speak to the terminal."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+import simgl
+from tests.hygiene.source import PACKAGE, Module, imports, modules
+
+LONGEST = 450  # lines
+# The outlines of one hull: mostly numbers.
+LONGER = {"simgl.generate.reentry_module"}
+
+# Commands and the window talk to the person who started them; everything else returns or raises.
+SPEAKERS = {"simgl.cli", "simgl.generate.__main__", "simgl.viewer.window"}
+
+each_module = pytest.mark.parametrize("module", modules(), ids=lambda m: m.name)
+
+# Modules whose import needs a display or starts the program.
+_NOT_IMPORTED = {"simgl.__main__", "simgl.generate.__main__"}
+
+
+def public_definitions(
+    body: list[ast.stmt], prefix: str = ""
+) -> Iterator[tuple[str, ast.FunctionDef | ast.ClassDef]]:
+    """Public functions, classes and methods with their dotted names."""
+    for node in body:
+        if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_"):
+            yield f"{prefix}{node.name}", node
+            if isinstance(node, ast.ClassDef):
+                yield from public_definitions(node.body, f"{prefix}{node.name}.")
+
+
+def test_all_of_simgl_is_sorted_and_is_what_can_be_imported() -> None:
+    assert simgl.__all__ == sorted(simgl.__all__)
+    init = next(m for m in modules() if m.name == "simgl")
+    named = {i.rpartition(".")[2] for i in imports(init) if i.startswith("simgl.")}
+    assert set(simgl.__all__) == named | {"__version__"}
+    for name in simgl.__all__:
+        assert hasattr(simgl, name)
+
+
+@each_module
+def test_a_modules_all_is_sorted_and_real(module: Module) -> None:
+    if "__all__" not in module.text or module.name in _NOT_IMPORTED:
+        return
+    loaded = import_module(module.name)
+    assert list(loaded.__all__) == sorted(loaded.__all__)
+    for name in loaded.__all__:
+        assert hasattr(loaded, name), f"{module.name}.__all__ names {name}"
+
+
+@each_module
+def test_every_module_says_what_it_is(module: Module) -> None:
+    docstring = ast.get_docstring(module.tree)
+    assert docstring
+    assert docstring.splitlines()[0].endswith((".", "``.")), docstring.splitlines()[0]
+
+
+@each_module
+def test_every_public_function_and_class_says_what_it_does(module: Module) -> None:
+    silent = [n for n, node in public_definitions(module.tree.body) if not ast.get_docstring(node)]
+    assert not silent, f"{module.name}: no docstring on {', '.join(silent)}"
+
+
+@each_module
+def test_no_module_is_longer_than_a_few_pages(module: Module) -> None:
+    assert (module.text.count("\n") > LONGEST) == (module.name in LONGER)
+
+
+@each_module
+def test_only_what_a_person_started_prints(module: Module) -> None:
+    if module.name in SPEAKERS:
+        return
+    calls = [
+        node.lineno
+        for node in ast.walk(module.tree)
+        if isinstance(node, ast.Call)
+        and isinstance(node.func, ast.Name)
+        and node.func.id == "print"
+    ]
+    assert not calls, f"{module.name}: print in lines {calls}"
+
+
+@each_module
+def test_no_except_is_bare_or_passes_in_silence(module: Module) -> None:
+    for node in ast.walk(module.tree):
+        if isinstance(node, ast.ExceptHandler):
+            place = f"{module.name}:{node.lineno}"
+            assert node.type is not None, f"{place}: says no exception"
+            quiet = all(isinstance(s, ast.Pass) for s in node.body)
+            assert not quiet, f"{place}: passes over {ast.unparse(node.type)}"
+
+
+@each_module
+def test_noise_never_takes_its_seed_from_the_clock(module: Module) -> None:
+    # Counter-based noise in shaders, a generator given as an argument elsewhere.
+    assert not re.search(r"default_rng\(\s*\)|np\.random\.(?!Generator|default_rng)", module.text)
+
+
+@pytest.mark.parametrize("folder", ["shaders", "models"])
+def test_data_folders_hold_no_python(folder: str) -> None:
+    # The wheel's builder refuses an editable install otherwise.
+    assert not list((PACKAGE.parent / folder).rglob("*.py"))
+
+
+def test_no_left_over_marks() -> None:
+    marks = re.compile(r"\b(TODO|FIXME|XXX|HACK)\b")
+    root = PACKAGE.parent
+    files: list[Path] = [m.path for m in modules()]
+    files += [p for p in (root / "shaders").rglob("*") if p.is_file()]
+    assert not [str(p.relative_to(root)) for p in files if marks.search(p.read_text("utf-8"))]
