@@ -82,15 +82,11 @@ def render(
     """
     from simgl.errors import did_you_mean
     from simgl.output import check_writable, write_exposure
-    from simgl.physics.ephemeris import tai_ns_from_utc
     from simgl.scenario.loader import load_scenario
     from simgl.simulator import Product, Simulator
 
     loaded = load_scenario(scenario)
-    try:
-        epoch = loaded.epoch_tai_ns if at is None else tai_ns_from_utc(at)
-    except ValueError as error:
-        raise ConfigError("command line", "--at", str(error)) from None
+    epoch = _epoch(loaded.epoch_tai_ns, at)
     for name in camera or []:
         if name not in loaded.cameras:
             problem = f'"{name}" is not in {scenario}; {did_you_mean(name, loaded.cameras)}'
@@ -105,6 +101,50 @@ def render(
             exposure = simulator.capture(state, name, products)
             for path in write_exposure(exposure, out, name):
                 console.print(str(path), highlight=False, markup=False, soft_wrap=True)
+
+
+@app.command()
+def assess(
+    scenario: Annotated[Path, typer.Argument(help="Scenario file (TOML).")],
+    camera: Annotated[str, typer.Option(help="Camera name.")],
+    target: Annotated[str, typer.Option(help="Spacecraft to look for.")],
+    at: Annotated[str | None, typer.Option(help="UTC epoch; the scenario's if not given.")] = None,
+) -> None:
+    """Say how well one image shows a target: light, phase, saturated and dark pixels.
+
+    Example: simgl assess examples/approach.toml --camera navcam --target target
+    """
+    import math
+
+    from simgl.assess.frame import assess_frame
+    from simgl.scenario.loader import load_scenario
+    from simgl.simulator import ALL_PRODUCTS, Simulator
+
+    loaded = load_scenario(scenario)
+    state = loaded.at(_epoch(loaded.epoch_tai_ns, at))
+    with Simulator(loaded) as simulator:
+        found = assess_frame(simulator.capture(state, camera, ALL_PRODUCTS), state, target)
+    console.print(
+        f"range                 {found.range:.2f} m\n"
+        f"phase angle           {math.degrees(found.phase_angle):.1f} deg\n"
+        f"Sun to boresight      {math.degrees(found.sun_to_boresight):.1f} deg\n"
+        f"Sun's disc in sight   {100 * found.sunlit_fraction:.1f} %\n"
+        f"target's pixels       {found.target_pixels}\n"
+        f"saturated dark usable {100 * found.saturated:.1f} % {100 * found.dark:.1f} % "
+        f"{100 * found.usable:.1f} %\n"
+        f"median signal/noise   {found.median_snr:.1f}",
+        highlight=False,
+    )
+
+
+def _epoch(default_tai_ns: int, at: str | None) -> int:
+    """TAI ns of the option ``--at``, or the scenario's own epoch."""
+    from simgl.physics.ephemeris import tai_ns_from_utc
+
+    try:
+        return default_tai_ns if at is None else tai_ns_from_utc(at)
+    except ValueError as error:
+        raise ConfigError("command line", "--at", str(error)) from None
 
 
 @app.command()

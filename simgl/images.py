@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from simgl.scene.camera import Camera
+from simgl.scene.camera import Camera, Detector
 
 Array = NDArray[np.float64]
 
@@ -92,6 +92,17 @@ class TruthFrame:
         near = float(self.depth[seen].min()) if np.any(seen) else 1.0
         nearness = np.where(seen, near / np.maximum(self.depth, near), 0.0)
         return png_bytes(display_from_linear(nearness.astype(np.float32)))
+
+
+def saturated(dn: NDArray[np.uint16], detector: Detector) -> NDArray[np.bool_]:
+    """Pixels at the converter's largest number, or at the full well.
+
+    Read noise is added after the full well, so a full pixel may read lower: three sigma are allowed
+    for, which misses one full pixel in 740.
+    """
+    full = (detector.full_well - 3.0 * detector.read_noise) * detector.gain_dn_per_e
+    level = min(2.0**detector.bits - 1.0, np.floor(full + detector.pedestal))
+    return np.asarray(dn >= level)
 
 
 def srgb_from_linear(linear: NDArray[np.float32]) -> NDArray[np.uint8]:

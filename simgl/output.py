@@ -66,7 +66,8 @@ def complete_file(path: Path) -> Iterator[Path]:
 
 
 def _text(values: Any) -> str:
-    return " ".join(f"{v:.17g}" for v in np.ravel(values))
+    """Numbers in the fewest digits that read back to the same float64."""
+    return " ".join(repr(float(v)) for v in np.ravel(values))
 
 
 def _header(info: FrameInfo) -> dict[str, Any]:
@@ -88,12 +89,12 @@ def _header(info: FrameInfo) -> dict[str, Any]:
         "epochUtc": utc_from_tai_ns(info.epoch_tai_ns),
         "epochTaiNs": str(info.epoch_tai_ns),
         "epochIs": "mid-exposure; TAI nanoseconds since 1970-01-01T00:00:00 TAI",
-        "exposureTimeS": f"{camera.exposure_time:.17g}",
+        "exposureTimeS": _text(camera.exposure_time),
         "positionGcrfM": _text(info.position),
         "quaternionCameraFromIcrfXyzw": _text(quaternion_from_matrix(info.R_camera_from_icrf)),
         "cameraAxes": "x right, y down, z boresight",
         "intrinsicsFxFyCxCyPx": _text((k[0, 0], k[1, 1], k[0, 2], k[1, 2])),
-        "fNumber": f"{camera.lens.f_number:.17g}",
+        "fNumber": _text(camera.lens.f_number),
         "sunDirectionIcrf": _text(info.sun_direction_icrf),
         "sunIrradianceRGBNWM2": _text(info.sun_irradiance),
         "seed": str(info.seed),

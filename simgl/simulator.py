@@ -60,7 +60,8 @@ class Simulator:
         self.scenario = scenario
         self._own_ctx = ctx is None
         self._ctx = open_context() if ctx is None else ctx
-        self._renderer = Renderer(self._ctx)
+        with self._ctx:
+            self._renderer = Renderer(self._ctx)
         self.renderer_name = f"{self._ctx.info['GL_RENDERER']}, {self._ctx.info['GL_VERSION']}"
 
     @property
@@ -87,7 +88,13 @@ class Simulator:
             sample_budget=self._renderer.sample_budget,
             samples_per_pixel=self.scenario.samples_per_pixel,
         )
-        info = self._info(state, camera)
+        # Another simulator of this process may have made its own context current.
+        with self._ctx:
+            return self._expose(state, view, self._info(state, camera), products)
+
+    def _expose(
+        self, state: SceneState, view: FrameView, info: FrameInfo, products: Collection[Product]
+    ) -> Exposure:
         radiance = self._renderer.radiance(view)
         frames: dict[str, object] = {}
         if Product.RADIANCE in products:
@@ -135,7 +142,8 @@ class Simulator:
 
     def close(self) -> None:
         """Free the renderer, and the context if this simulator opened it."""
-        self._renderer.release()
+        with self._ctx:
+            self._renderer.release()
         if self._own_ctx:
             self._ctx.release()
 

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from simgl.errors import ConfigError
 from simgl.lattice import PIXEL_CENTRES, Lattice, choose_lattice, turned_lattice
-from simgl.physics.eclipse import sunlit_fraction
 from simgl.scene.camera import Camera
 from simgl.scene.earth import Earth
 from simgl.scene.spacecraft import SpacecraftModel
@@ -248,25 +247,14 @@ def _craft(state: SceneState, camera: CameraState) -> list[CraftView]:
                 model=body.model,
                 camera_from_body=_float32(_camera_from_body(camera, body)),
                 sun_direction=_float32(camera.R_camera_from_icrf @ sun.direction_icrf),
-                sun_irradiance=_float32(sun.irradiance * _sunlit(state, body)),
+                sun_irradiance=_float32(
+                    sun.irradiance * state.sunlit_fraction(body.pose.position)
+                ),
                 sun_angular_radius=sun.angular_radius,
                 shadow=_shadow(state, body, sun.direction_icrf),
             )
         )
     return views
-
-
-def _sunlit(state: SceneState, body: BodyState) -> float:
-    if state.earth is None:
-        return 1.0
-    sun = state.sun.seen_from(body.pose.position)
-    R = state.earth.R_itrf_from_icrf
-    return sunlit_fraction(
-        R @ (body.pose.position - state.earth.position),
-        R @ sun.direction_icrf,
-        sun.angular_radius,
-        np.array(state.earth.earth.radii),
-    )
 
 
 def _shadow(state: SceneState, receiver: BodyState, sun_direction_icrf: Array) -> ShadowView:

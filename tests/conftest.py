@@ -38,11 +38,12 @@ def _living_objects() -> dict[str, set[int]]:
 @pytest.fixture
 def gl(_session_context: moderngl.Context) -> Iterator[moderngl.Context]:
     """A headless context; fails a test that leaves an OpenGL error or object behind."""
-    ctx = _session_context
-    assert ctx.error == "GL_NO_ERROR"
-    before = _living_objects()
-    yield ctx
-    assert ctx.error == "GL_NO_ERROR"
-    after = _living_objects()
+    # Current for this test, whatever contexts other tests opened and closed.
+    with _session_context as ctx:
+        assert ctx.error == "GL_NO_ERROR"
+        before = _living_objects()
+        yield ctx
+        assert ctx.error == "GL_NO_ERROR"
+        after = _living_objects()
     left: dict[str, Any] = {k: sorted(after[k] - before[k]) for k in _KINDS if after[k] - before[k]}
     assert not left, f"OpenGL objects left in the context: {left}"

@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simgl.errors import ConfigError, did_you_mean
+from simgl.images import saturated
 from simgl.physics.constants import LIGHT_SPEED
 from simgl.physics.ephemeris import FIRST_YEAR, LAST_YEAR, tai_ns_from_utc
 from simgl.physics.frames import Pose, matrix_from_quaternion, quaternion_from_matrix
 from simgl.scenario.scenario import Scenario
-from simgl.scene.camera import Detector
 from simgl.scene.state import SceneState
 from simgl.scene.trajectory import FixedAttitude, FixedPosition, Motion, poses
 from simgl.simulator import Exposure, Product, Simulator
@@ -89,21 +89,10 @@ def take_picture(simulator: Simulator, request: Render) -> Picture:
     return Picture(
         exposure=exposure,
         exposure_time=camera.exposure_time,
-        saturated_pixels=None if dn is None else count_saturated(dn, camera.detector),
+        saturated_pixels=None if dn is None else int(saturated(dn, camera.detector).sum()),
         planes=planes,
         pixels=tuple(frames.values()),
     )
-
-
-def count_saturated(dn: NDArray[np.uint16], detector: Detector) -> int:
-    """Pixels at the converter's largest number, or at the full well.
-
-    Read noise is added after the full well, so a full pixel may read lower: three sigma are allowed
-    for, which misses one full pixel in 740.
-    """
-    full = (detector.full_well - 3.0 * detector.read_noise) * detector.gain_dn_per_e
-    level = min(2.0**detector.bits - 1.0, math.floor(full + detector.pedestal))
-    return int(np.count_nonzero(dn >= level))
 
 
 def requested_state(scenario: Scenario, request: Render) -> SceneState:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import ctypes.util
-from types import TracebackType
 
 from simgl.errors import ContextError
 
@@ -31,6 +30,7 @@ class OSMesaContext:
         self._library.OSMesaCreateContextAttribs.argtypes = [ctypes.c_void_p, ctypes.c_void_p]
         self._library.OSMesaGetProcAddress.restype = ctypes.c_void_p
         self._library.OSMesaGetProcAddress.argtypes = [ctypes.c_char_p]
+        self._library.OSMesaGetCurrentContext.restype = ctypes.c_void_p
         self._library.OSMesaMakeCurrent.argtypes = [ctypes.c_void_p, ctypes.c_void_p] + [
             ctypes.c_int
         ] * 3
@@ -52,18 +52,16 @@ class OSMesaContext:
         return self._library.OSMesaGetProcAddress(name.encode()) or 0
 
     def __enter__(self) -> OSMesaContext:
+        self._previous = self._library.OSMesaGetCurrentContext()
         made = self._library.OSMesaMakeCurrent(self._context, self._pixels, _UNSIGNED_BYTE, 4, 4)
         if not made:
             raise ContextError("libOSMesa cannot make its context current", "reinstall libosmesa6")
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """The context stays current; another one takes over when it is entered."""
+    def __exit__(self, *_: object) -> None:
+        """The context that was current before is so again, if it was one of OSMesa's."""
+        if self._previous and self._previous != self._context:
+            self._library.OSMesaMakeCurrent(self._previous, self._pixels, _UNSIGNED_BYTE, 4, 4)
 
     def release(self) -> None:
         """Destroy the context."""

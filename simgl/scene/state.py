@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simgl.physics.constants import ASTRONOMICAL_UNIT
+from simgl.physics.eclipse import sunlit_fraction
 from simgl.physics.frames import Pose, unit
 from simgl.physics.spectrum import BandLight
 from simgl.scene.camera import Camera
@@ -147,3 +148,15 @@ class SceneState:
     earth: EarthState | None
     bodies: Mapping[str, BodyState]
     cameras: Mapping[str, CameraState]
+
+    def sunlit_fraction(self, point: Array) -> float:
+        """Fraction of the Sun's disc that a point (3,) [m] sees past the Earth."""
+        if self.earth is None:
+            return 1.0
+        sun = self.sun.seen_from(point)
+        return sunlit_fraction(
+            self.earth.R_itrf_from_icrf @ (point - self.earth.position),
+            self.earth.R_itrf_from_icrf @ sun.direction_icrf,
+            sun.angular_radius,
+            np.array(self.earth.earth.radii),
+        )

@@ -10,9 +10,10 @@ import pytest
 from msgspec import msgpack
 from simgl_bridge import BodyPose, Client, RemoteError
 from simgl_bridge.messages import Render, SentPose, state_hash
-from simgl_bridge.picture import count_saturated, requested_state
+from simgl_bridge.picture import requested_state
 
 from simgl import Product, Scenario, Simulator, scenario_from_dict
+from simgl.images import saturated
 from simgl.physics.frames import Pose, matrix_from_quaternion
 from simgl.scene.camera import Detector
 from tests.bridge.harness import RawLink, Running
@@ -233,11 +234,11 @@ def test_saturated_pixels_are_those_at_full_scale_or_full_well() -> None:
         gain_dn_per_e=0.1,
     )
     dn = np.array([[255, 254], [0, 255]], dtype=np.uint16)
-    assert count_saturated(dn, converter_first) == 2
+    assert saturated(dn, converter_first).sum() == 2
     # Full well at 10 + 100 DN; three sigma of read noise are 1.2 DN.
     well_first = replace(converter_first, full_well=1000.0)
     dn = np.array([[110, 108], [107, 111]], dtype=np.uint16)
-    assert count_saturated(dn, well_first) == 3
+    assert saturated(dn, well_first).sum() == 3
 
 
 def test_a_pose_says_which_field_has_the_wrong_shape() -> None:

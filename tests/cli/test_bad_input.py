@@ -14,27 +14,7 @@ import pytest
 
 from simgl import cli
 from simgl.simulator import Simulator
-
-SCENE = """\
-[epoch]
-utc = "2026-03-20T12:00:00"
-[sun]
-direction_icrf = [0.0, 0.0, 1.0]
-[earth]
-shape = "none"
-[spacecraft.block]
-position_icrf_m = [7.0e6, 0.0, 0.0]
-model.box = { size_m = [2.0, 2.0, 2.0], material = { reflectance = 0.5 } }
-[camera.nav]
-position_icrf_m = [7.0e6, 0.0, 20.0]
-look_at = "block"
-width_px = 48
-height_px = 32
-focal_length_mm = 0.6
-[render]
-samples_per_pixel = 5
-"""
-PINHOLE = "position_icrf_m = [7.0e6, 0.0, 20.0]"
+from tests.cli.small_scene import PINHOLE, SCENE
 
 Run = Callable[..., tuple[int, str, str]]
 
@@ -75,7 +55,7 @@ def out(tmp_path: Path) -> Path:
 
 
 def untouched(folder: Path) -> bool:
-    """Whether an output folder holds yesterday's picture and nothing else, hidden files included."""
+    """Whether a folder holds yesterday's picture and nothing else, hidden files included."""
     return (
         os.listdir(folder) == ["nav.dn.png"]
         and (folder / "nav.dn.png").read_bytes() == b"yesterday"
@@ -155,7 +135,8 @@ def test_a_camera_inside_a_body(run: Run, scene: Path, out: Path) -> None:
     scene.write_text(SCENE.replace(PINHOLE, "position_icrf_m = [7000000.0, 0.25, 0.5]"))
     message = refused(run, "render", scene, "--out", out)
     assert message.endswith(
-        '[camera.nav]: position is inside the body of "block" (at 0.000, 0.250, 0.500 m in its axes)'
+        '[camera.nav]: position is inside the body of "block" '
+        "(at 0.000, 0.250, 0.500 m in its axes)"
     )
     assert untouched(out)
 
@@ -172,7 +153,7 @@ def test_a_camera_below_the_ground(run: Run, scene: Path, out: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "mention"),
     [
-        (["render"], "Missing argument 'SCENARIO'"),
+        (["render"], "Missing argument"),
         (["render", "scene.toml"], "Missing option '--out'"),
         (["rendre"], "No such command 'rendre'"),
         (["render", "scene.toml", "--out", "x", "--fps", "3"], "No such option: --fps"),

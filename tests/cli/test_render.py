@@ -17,9 +17,10 @@ from simgl import __version__, cli
 from simgl.errors import OutputError
 from simgl.images import display_from_radiance
 from simgl.output import complete_file, write_exposure
+from simgl.physics.frames import matrix_from_quaternion
 from simgl.scenario.loader import load_scenario
 from simgl.simulator import ALL_PRODUCTS, Exposure, Simulator
-from tests.cli.test_bad_input import SCENE
+from tests.cli.small_scene import SCENE
 
 FILES = ["nav.dn.png", "nav.radiance.exr", "nav.view.png"]
 
@@ -87,7 +88,7 @@ def test_the_exr_holds_radiance_depth_and_parts_bit_for_bit(
 def test_the_exr_header_says_what_it_is_with_units(exposure: Exposure, tmp_path: Path) -> None:
     write_exposure(exposure, tmp_path, "nav")
     with OpenEXR.File(str(tmp_path / "nav.radiance.exr")) as file:
-        header = file.header()
+        header = dict(file.header())
     expected = {
         "simglVersion": __version__,
         "scenario": "scene",
@@ -98,10 +99,10 @@ def test_the_exr_header_says_what_it_is_with_units(exposure: Exposure, tmp_path:
         "epochUtc": "2026-03-20T12:00:00",
         # 2026-03-20T12:00:00 is POSIX second 1774008000, and TAI is 37 s ahead.
         "epochTaiNs": "1774008037000000000",
-        "exposureTimeS": "0.00050000000000000001",
-        "positionGcrfM": "7000000 0 20",
-        "fNumber": "4",
-        "sunDirectionIcrf": "0 0 1",
+        "exposureTimeS": "0.0005",
+        "positionGcrfM": "7000000.0 0.0 20.0",
+        "fNumber": "4.0",
+        "sunDirectionIcrf": "0.0 0.0 1.0",
         "seed": "0",
         "partNames": "65537=block/block",
     }
@@ -109,9 +110,13 @@ def test_the_exr_header_says_what_it_is_with_units(exposure: Exposure, tmp_path:
     fx, fy, cx, cy = map(float, header["intrinsicsFxFyCxCyPx"].split())
     assert fx == fy == pytest.approx(160.0)  # 0.6 mm / 3.75 um
     assert (cx, cy) == (24.0, 16.0)
-    # Looking along -z with -z called up, which is the boresight: x of ICRF serves instead.
+    # The camera looks along -z: its boresight z is -z of ICRF.
     q = np.array([float(v) for v in header["quaternionCameraFromIcrfXyzw"].split()])
-    assert np.linalg.norm(q) == pytest.approx(1.0, abs=1e-15)
+    R_camera_from_icrf = matrix_from_quaternion(q)
+    np.testing.assert_allclose(
+        R_camera_from_icrf, exposure.info.R_camera_from_icrf, rtol=0.0, atol=1e-15
+    )
+    np.testing.assert_allclose(R_camera_from_icrf[2], [0.0, 0.0, -1.0], rtol=0.0, atol=1e-15)
     light = [float(v) for v in header["sunIrradianceRGBNWM2"].split()]
     # 5772 K and 1361 W/m2: close to the source study's 5777 K and 1367 W/m2.
     np.testing.assert_allclose(light, [154.439, 174.774, 171.947, 313.358], rtol=0.01)
@@ -134,8 +139,11 @@ def test_the_view_png_is_the_radiance_as_srgb(exposure: Exposure, tmp_path: Path
     assert picture.shape == (32, 48, 3)
     assert exposure.radiance is not None
     np.testing.assert_array_equal(picture, display_from_radiance(exposure.radiance.radiance))
-    # A Lambert plate of 0.5 that faces the Sun: 1.055 0.5^(1/2.4) - 0.055 of full scale.
-    np.testing.assert_allclose(picture[16, 24], 255 * (1.055 * 0.5 ** (1 / 2.4) - 0.055), atol=1.5)
+    # A Lambert face of 0.5 towards the Sun of 1361 W/m2, where 1367 W/m2 on white is full scale.
+    linear = 0.5 * 1361.0 / 1367.0
+    expected = 255.0 * (1.055 * linear ** (1 / 2.4) - 0.055)
+    # Rounding to a whole code, and 5 K of temperature that shift the bands by 1e-3: 0.6 codes.
+    np.testing.assert_allclose(picture[16, 24], expected, rtol=0.0, atol=0.6)
 
 
 def test_an_exposure_writes_only_what_it_holds(exposure: Exposure, tmp_path: Path) -> None:
@@ -174,6 +182,17 @@ def test_a_complete_file_replaces_the_old_one_and_others_may_read_it(tmp_path: P
     assert path.stat().st_mode & 0o777 == 0o644
 
 
+def test_whoever_reads_the_old_file_meanwhile_reads_all_of_it(tmp_path: Path) -> None:
+    path = tmp_path / "a.txt"
+    path.write_text("yesterday")
+    with path.open() as reader:
+        with complete_file(path) as temporary:
+            temporary.write_text("today")
+        # Renamed over, not written over.
+        assert reader.read() == "yesterday"
+    assert path.read_text() == "today"
+
+
 def test_a_folder_in_place_of_the_file_is_refused(exposure: Exposure, tmp_path: Path) -> None:
     path = tmp_path / "a.dn.png"
     path.mkdir()
@@ -181,7 +200,4 @@ def test_a_folder_in_place_of_the_file_is_refused(exposure: Exposure, tmp_path: 
     with pytest.raises(OutputError) as caught:
         write_exposure(digital, tmp_path, "a")
     assert str(caught.value) == f"{path}: cannot be written (Is a directory)"
-    assert os.listdir(tmp_path) == ["scene.toml", "a.dn.png"] or sorted(os.listdir(tmp_path)) == [
-        "a.dn.png",
-        "scene.toml",
-    ]
+    assert sorted(os.listdir(tmp_path)) == ["a.dn.png", "scene.toml"]

@@ -1,0 +1,1 @@
+"""Lighting assessment: what an image is worth to whoever has to use it."""

@@ -1,0 +1,48 @@
+"""Frames as people see them: transfer curve, white point, notebooks."""
+
+from __future__ import annotations
+
+import io
+
+import moderngl
+import numpy as np
+from PIL import Image
+
+from simgl.images import display_from_dn, display_from_radiance, srgb_from_linear
+from tests.scenes import capture, lambert, scene
+
+
+def test_srgb_has_its_published_values() -> None:
+    linear = np.array([0.0, 0.0031308, 0.18, 0.5, 1.0, 7.0], dtype=np.float32)
+    # IEC 61966-2-1: 18 % grey is code 118, 50 % is 188; brighter than white saturates.
+    np.testing.assert_array_equal(srgb_from_linear(linear), [0, 10, 118, 188, 255, 255])
+
+
+def test_a_white_surface_in_the_sun_is_white_and_a_grey_one_grey() -> None:
+    white = np.array([154.439, 174.774, 171.947, 313.358], dtype=np.float32) / np.float32(np.pi)
+    picture = display_from_radiance(np.stack([white, 0.18 * white])[None])
+    np.testing.assert_allclose(picture[0, 0], 255, atol=1)
+    np.testing.assert_allclose(picture[0, 1], 118, atol=1)
+
+
+def test_every_frame_shows_itself_in_a_notebook(gl: moderngl.Context) -> None:
+    ball = {"sphere": {"radius_m": 1.0, "material": lambert(0.8)}}
+    scenario = scene(
+        {"ball": {"model": ball, "position_icrf_m": [0, 0, 0]}},
+        {"position_icrf_m": [0, 0, 90], "look_at": "ball", "exposure_time_s": 1e-4},
+    )
+    exposure = capture(gl, scenario)
+    frames = (exposure, exposure.radiance, exposure.digital, exposure.electrons, exposure.truth)
+    for frame in frames:
+        assert frame is not None
+        with Image.open(io.BytesIO(frame._repr_png_())) as picture:
+            assert picture.size == (128, 128)
+            pixels = np.asarray(picture.convert("L"))
+        assert pixels[64, 64] > pixels[0, 0] + 50
+
+
+def test_dn_shows_the_pedestal_black_and_full_scale_white() -> None:
+    scenario = scene({}, {"position_icrf_m": [0, 0, 0], "boresight": [1, 0, 0]})
+    dn = np.array([[0, 64, 4095]], dtype=np.uint16)
+    picture = display_from_dn(dn, scenario.cameras["cam"])
+    np.testing.assert_array_equal(picture[0, :, 0], [0, 0, 255])
