@@ -93,6 +93,9 @@ def render(
             raise ConfigError("command line", "--camera", problem)
     if not loaded.cameras:
         raise ConfigError(str(scenario), "camera", "is missing; a picture needs a [camera.NAME]")
+    for craft, model in loaded.models.items():
+        for note in model.notes:
+            console.print(f"note: {craft}: {note}", highlight=False, markup=False, soft_wrap=True)
     state = loaded.at(epoch)
     check_writable(out)
     with Simulator(loaded) as simulator:

@@ -82,12 +82,16 @@ class Simulator:
         if camera not in state.cameras:
             problem = f"is not in the scenario; {did_you_mean(camera, state.cameras)}"
             raise ConfigError(self.scenario.name, f'camera "{camera}"', problem)
-        view = frame_view(
-            state,
-            camera,
-            sample_budget=self._renderer.sample_budget,
-            samples_per_pixel=self.scenario.samples_per_pixel,
-        )
+        try:
+            view = frame_view(
+                state,
+                camera,
+                sample_budget=self._renderer.sample_budget,
+                samples_per_pixel=self.scenario.samples_per_pixel,
+            )
+        except ConfigError as error:
+            where = f"{self.scenario.source or self.scenario.name} {error.where}"
+            raise ConfigError(where, error.key, error.problem) from None
         # Another simulator of this process may have made its own context current.
         with self._ctx:
             return self._expose(state, view, self._info(state, camera), products)

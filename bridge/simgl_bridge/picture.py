@@ -179,7 +179,9 @@ def _not_there(name: str, allowed: Mapping[str, object]) -> str:
 
 
 def _bad_scene(error: ConfigError, id: int) -> BadMessageError:
-    field = f"{error.where} {error.key}".strip()
+    # The table alone: where the scenario file lies is the server's affair.
+    table = error.where[max(error.where.rfind("["), 0) :]
+    field = f"{table} {error.key}".strip()
     return BadMessageError(ErrorCode.BAD_SCENE, field, error.problem, id)
 
 

@@ -27,9 +27,7 @@ def transition(mean_motion: float, duration: float) -> Array:
     return np.asarray(expm(rate * duration))
 
 
-def velocity_to_reach(
-    mean_motion: float, duration: float, position: Array, aim: Array
-) -> Array:
+def velocity_to_reach(mean_motion: float, duration: float, position: Array, aim: Array) -> Array:
     """(3,) velocity [m s-1] that carries from one position [m] to another in a time [s]."""
     flow = transition(mean_motion, duration)
     velocity = np.linalg.solve(flow[:3, 3:], aim - flow[:3, :3] @ position)

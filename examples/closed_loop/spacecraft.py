@@ -106,6 +106,4 @@ def jittered(R_icrf_from_body: Array, size: float, rng: np.random.Generator) -> 
 
 def pose(orbit: Orbit, R_icrf_from_body: Array) -> Pose:
     """What the image server needs to know of a craft."""
-    return Pose(
-        position=orbit.position, velocity=orbit.velocity, R_icrf_from_body=R_icrf_from_body
-    )
+    return Pose(position=orbit.position, velocity=orbit.velocity, R_icrf_from_body=R_icrf_from_body)

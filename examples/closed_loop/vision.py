@@ -127,9 +127,7 @@ def _largest_group(bright: Mask) -> Mask | None:
     if count == 0:
         return None
     areas = np.bincount(regions.ravel(), minlength=count + 1)[1:]
-    boxes = np.array(
-        [[c.start, r.start, c.stop, r.stop] for r, c in ndimage.find_objects(regions)]
-    )
+    boxes = np.array([[c.start, r.start, c.stop, r.stop] for r, c in ndimage.find_objects(regions)])
     member = areas == areas.max()
     able = areas >= SPECK * areas.max()
     while True:

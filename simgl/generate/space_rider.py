@@ -17,19 +17,15 @@ from simgl.generate.fittings import (
     star_tracker,
 )
 from simgl.generate.reentry_module import (
-    BAY_X,
-    BELLY_Z,
     FLAP_ANGLE,
     FLAP_HINGE,
-    FLOOR_Z,
-    NOSE_X,
-    TOP_Z,
     base_ring,
     bay_doors,
     body,
     body_flaps,
     cargo_bay,
 )
+from simgl.generate.reentry_skin import BAY_X, BELLY_Z, FLOOR_Z, NOSE_X, TOP_Z
 from simgl.generate.shapes import (
     Shape,
     box,

@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 
 from simgl.errors import AssetError, ConfigError
 from simgl.scenario.strict import fitted
-from simgl.scene.materials import Material
+from simgl.scene.materials import SMOOTHEST, Material
 from simgl.scene.mesh import Mesh
 from simgl.scene.spacecraft import SpacecraftModel
 
@@ -61,6 +61,8 @@ class _Pbr(_Object, frozen=True):
     base_color_factor: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
     metallic_factor: float = 1.0
     roughness_factor: float = 1.0
+    base_color_texture: Any = None
+    metallic_roughness_texture: Any = None
 
 
 class _MaterialExtras(_Object, frozen=True, rename=None):
@@ -71,6 +73,10 @@ class _Surface(_Object, frozen=True):
     name: str | None = None
     pbr_metallic_roughness: _Pbr = _Pbr()
     double_sided: bool = False
+    normal_texture: Any = None
+    occlusion_texture: Any = None
+    emissive_texture: Any = None
+    emissive_factor: _Triple = (0.0, 0.0, 0.0)
     extras: Any = None
 
 
@@ -247,10 +253,33 @@ def _material(path: Path, index: int, surface: _Surface) -> Material:
             # A file that says nothing of the near infrared is taken to be as bright as in red.
             reflectance=(red, green, blue, red if nir is None else nir),
             metallic=pbr.metallic_factor,
-            roughness=max(pbr.roughness_factor, 0.01),
+            roughness=max(pbr.roughness_factor, SMOOTHEST),
         )
     except ValueError as error:
         raise AssetError(f"{path}: {error}") from None
+
+
+def _notes(index: int, surface: _Surface) -> list[str]:
+    """What a material asks for and does not get."""
+    name = surface.name or f"material_{index}"
+    pbr = surface.pbr_metallic_roughness
+    asked = {
+        "base colour texture": pbr.base_color_texture,
+        "metallic-roughness texture": pbr.metallic_roughness_texture,
+        "normal map": surface.normal_texture,
+        "occlusion texture": surface.occlusion_texture,
+        "emissive texture": surface.emissive_texture,
+        "emission": any(surface.emissive_factor) or None,
+        "transparency": pbr.base_color_factor[3] < 1.0 or None,
+    }
+    notes = [
+        f'material "{name}": {what} is not drawn' for what, it in asked.items() if it is not None
+    ]
+    if pbr.roughness_factor < SMOOTHEST:
+        notes.append(
+            f'material "{name}": roughness {pbr.roughness_factor:g} is raised to {SMOOTHEST:g}'
+        )
+    return notes
 
 
 def face_normals(positions: NDArray[Any], triangles: NDArray[Any]) -> NDArray[np.float64]:
@@ -344,4 +373,5 @@ def read_gltf(path: Path, name: str, body_from_file: NDArray[np.float64]) -> Spa
         parts=tuple(parts),
         materials=tuple(materials),
         open_sheets=any(m.double_sided for m in file.gltf.materials),
+        notes=tuple(n for i, m in enumerate(file.gltf.materials) for n in _notes(i, m)),
     )

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+# On a smoother surface a point Sun has a highlight narrower than a float resolves.
+SMOOTHEST = 0.01
+
 
 @dataclass(frozen=True, kw_only=True)
 class Material:
@@ -25,8 +28,8 @@ class Material:
                 raise ValueError(
                     f'material "{self.name}": reflectance and metallic lie in 0..1, got {value:g}'
                 )
-        # On a smoother surface a point Sun has a highlight narrower than a float resolves.
-        if self.roughness is not None and not 0.01 <= self.roughness <= 1.0:
+        if self.roughness is not None and not SMOOTHEST <= self.roughness <= 1.0:
             raise ValueError(
-                f'material "{self.name}": roughness lies in 0.01..1, got {self.roughness:g}'
+                f'material "{self.name}": roughness lies in {SMOOTHEST:g}..1, '
+                f"got {self.roughness:g}"
             )

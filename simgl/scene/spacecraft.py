@@ -20,6 +20,7 @@ class SpacecraftModel:
     materials : indexed by ``mesh.material``
     keypoints : name to (3,) position [m]
     open_sheets : some surfaces are seen from both sides, so none may be culled
+    notes : what the file asks for and does not get, one line each
     """
 
     name: str
@@ -28,3 +29,4 @@ class SpacecraftModel:
     materials: tuple[Material, ...]
     keypoints: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
     open_sheets: bool = False
+    notes: tuple[str, ...] = ()
