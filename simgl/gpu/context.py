@@ -66,7 +66,7 @@ def _why_egl_fails(device_index: int, error: Exception) -> ContextError:
     if not 0 <= device_index < devices:
         return ContextError(
             f"EGL device {device_index} does not exist, there are {devices} (0..{devices - 1})",
-            f"choose --device 0..{devices - 1}",
+            f"choose one of 0..{devices - 1} by SIMGL_DEVICE",
         )
     text = str(error)
     # EGL initialises before it looks at versions: a context refused later is one too old.
@@ -98,6 +98,13 @@ def _open_osmesa() -> moderngl.Context:
     return moderngl.create_context(context=functions, require=REQUIRED_VERSION)
 
 
+def _device_from_environment() -> int:
+    value = os.environ.get("SIMGL_DEVICE", "0")
+    if not value.isdecimal():
+        raise ContextError(f'SIMGL_DEVICE is no device index: "{value}"', "set it to 0, 1, ...")
+    return int(value)
+
+
 def open_context(backend: str = "auto", device_index: int = 0) -> moderngl.Context:
     """A current headless context of at least OpenGL 3.3.
 
@@ -108,7 +115,7 @@ def open_context(backend: str = "auto", device_index: int = 0) -> moderngl.Conte
     """
     if backend == "auto":
         backend = os.environ.get("SIMGL_BACKEND", "auto")
-        device_index = device_index or int(os.environ.get("SIMGL_DEVICE", "0"))
+        device_index = device_index or _device_from_environment()
     if backend not in BACKENDS:
         raise ContextError(f'no backend "{backend}"', f"choose one of {', '.join(BACKENDS)}")
     if backend == "egl":
@@ -118,6 +125,9 @@ def open_context(backend: str = "auto", device_index: int = 0) -> moderngl.Conte
     try:
         return _open_egl(device_index)
     except ContextError as egl_error:
+        # A device that was asked for by number is not replaced by another renderer in silence.
+        if device_index:
+            raise
         try:
             return _open_osmesa()
         except ContextError:

@@ -23,6 +23,8 @@ class PassTimer:
         self._software = is_software(ctx)
         self.enabled = enabled
         self.seconds: dict[str, float] = {}
+        # moderngl cannot free a query, so each name keeps its own.
+        self._queries: dict[str, moderngl.Query] = {}
 
     @contextmanager
     def measure(self, name: str) -> Iterator[None]:
@@ -37,7 +39,9 @@ class PassTimer:
             self._ctx.finish()
             elapsed = time.perf_counter() - start
         else:
-            query = self._ctx.query(time=True)
+            if name not in self._queries:
+                self._queries[name] = self._ctx.query(time=True)
+            query = self._queries[name]
             with query:
                 yield
             elapsed = query.elapsed * 1e-9

@@ -104,9 +104,17 @@ def test_a_version_too_low_is_named() -> None:
 
 def test_a_wrong_device_is_named() -> None:
     with pytest.raises(
-        ContextError, match=r"EGL device 99 does not exist, there are \d+ .*--device"
+        ContextError, match=r"EGL device 99 does not exist, there are \d+ .*SIMGL_D"
     ):
         open_context("egl", 99)
+
+
+def test_the_device_comes_from_the_environment() -> None:
+    assert probe("auto", SIMGL_DEVICE="0").startswith("opened")
+    assert "EGL device 99 does not exist" in probe("auto", SIMGL_DEVICE="99")
+    assert probe("auto", SIMGL_DEVICE="first") == (
+        'SIMGL_DEVICE is no device index: "first" | set it to 0, 1, ...'
+    )
 
 
 def test_a_wrong_backend_is_named() -> None:

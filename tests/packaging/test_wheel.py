@@ -1,0 +1,55 @@
+"""The wheel holds what a user needs, and nothing else."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> zipfile.ZipFile:
+    folder = tmp_path_factory.mktemp("wheel")
+    command = [sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", str(folder)]
+    subprocess.run([*command, str(ROOT)], check=True, capture_output=True, timeout=120)
+    return zipfile.ZipFile(next(folder.glob("*.whl")))
+
+
+def beneath(folder: Path, suffixes: set[str]) -> set[str]:
+    return {
+        p.relative_to(folder).as_posix()
+        for p in folder.rglob("*")
+        if p.suffix in suffixes and "__pycache__" not in p.parts
+    }
+
+
+def test_every_module_shader_model_and_map_is_in_the_wheel(wheel: zipfile.ZipFile) -> None:
+    names = set(wheel.namelist())
+    expected = {f"simgl/{p}" for p in beneath(ROOT / "simgl", {".py", ".toml", ".jpg", ".typed"})}
+    expected |= {f"simgl_bridge/{p}" for p in beneath(ROOT / "bridge/simgl_bridge", {".py"})}
+    expected |= {
+        f"simgl/shaders/{p}" for p in beneath(ROOT / "shaders", {".glsl", ".vert", ".frag"})
+    }
+    expected |= {f"simgl/models/{p}" for p in beneath(ROOT / "models", {".glb", ".toml"})}
+    assert {"simgl/py.typed", "simgl/shaders/surface/surface.frag"} <= expected
+    assert expected <= names
+
+
+def test_tests_and_examples_stay_out(wheel: zipfile.ZipFile) -> None:
+    tops = {name.split("/")[0] for name in wheel.namelist()}
+    assert {t for t in tops if not t.endswith(".dist-info")} == {"simgl", "simgl_bridge"}
+
+
+def test_licence_notice_and_commands_come_along(wheel: zipfile.ZipFile) -> None:
+    info = next(n for n in wheel.namelist() if n.endswith(".dist-info/METADATA")).split("/")[0]
+    assert f"{info}/licenses/LICENSE" in wheel.namelist()
+    assert f"{info}/licenses/NOTICE" in wheel.namelist()
+    entry_points = wheel.read(f"{info}/entry_points.txt").decode()
+    assert "simgl = simgl.cli:main" in entry_points
+    assert "serve = simgl_bridge.command:serve" in entry_points
+    assert "License-Expression: Apache-2.0" in wheel.read(f"{info}/METADATA").decode()
