@@ -6,7 +6,6 @@ import errno
 import time
 import traceback
 import uuid
-from types import TracebackType
 from typing import Protocol
 
 import zmq
@@ -213,12 +212,7 @@ class Server:
     def __enter__(self) -> Server:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
 

@@ -82,9 +82,10 @@ class UniformBuffer:
         self._buffer = ctx.buffer(reserve=block.dtype.itemsize)
 
     def write(self, values: Mapping[str, Any]) -> None:
-        """Pack and upload; every field must be given."""
+        """Pack and upload; every field must be given, but for those named ``..._padding...``."""
         data = np.zeros((), dtype=self.block.dtype)
-        missing = set(self.block.dtype.names or ()) ^ set(values)
+        fields = {name for name in self.block.dtype.names or () if "_padding" not in name}
+        missing = fields ^ set(values)
         if missing:
             raise ShaderError(f"block {self.block.name}: fields {sorted(missing)} do not match")
         for name, value in values.items():

@@ -1,22 +1,38 @@
-"""The one triangle that full-screen passes draw."""
+"""Full-screen draws: a fragment shader over a viewport, with one uniform block and its textures."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from typing import Any
+
 import moderngl
 
+from simgl.gpu.blocks import Block, UniformBuffer
+from simgl.gpu.program import load_program
 
-class Fullscreen:
-    """A draw call without vertex data over the whole viewport."""
 
-    vertex_shader = "common/fullscreen.vert"
+class FullscreenProgram:
+    """The shader ``NAME.frag``, drawn as one triangle over the current viewport."""
 
-    def __init__(self, ctx: moderngl.Context, program: moderngl.Program) -> None:
-        self._array = ctx.vertex_array(program, [])
+    def __init__(
+        self, ctx: moderngl.Context, name: str, block: Block, samplers: Sequence[str]
+    ) -> None:
+        self._program = load_program(
+            ctx, name, vertex="common/fullscreen.vert", blocks=[block], samplers=samplers
+        )
+        self._array = ctx.vertex_array(self._program, [])
+        self._block = UniformBuffer(ctx, block)
 
-    def draw(self) -> None:
-        """Draw it."""
+    def draw(self, values: Mapping[str, Any], textures: Sequence[moderngl.Texture]) -> None:
+        """Fill the block, bind the textures in the order of the samplers, and draw."""
+        self._block.write(values)
+        self._block.bind()
+        for unit, texture in enumerate(textures):
+            texture.use(unit)
         self._array.render(moderngl.TRIANGLES, vertices=3)
 
     def release(self) -> None:
-        """Free the vertex array."""
+        """Free everything."""
         self._array.release()
+        self._block.release()
+        self._program.release()

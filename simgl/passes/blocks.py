@@ -57,7 +57,6 @@ def craft_values(craft: CraftView) -> dict[str, Any]:
         "light_unscale": (width, width**2, depth**2, width / depth),
         "sun_angular_radius": craft.sun_angular_radius,
         "instance": craft.instance,
-        "craft_padding": 0.0,
     }
 
 

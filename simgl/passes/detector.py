@@ -7,9 +7,8 @@ import zlib
 import moderngl
 import numpy as np
 
-from simgl.gpu.blocks import Block, UniformBuffer
-from simgl.gpu.fullscreen import Fullscreen
-from simgl.gpu.program import load_program
+from simgl.gpu.blocks import Block
+from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.state import State
 from simgl.scene.camera import Camera
 
@@ -42,15 +41,7 @@ class DetectorPass:
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        self._program = load_program(
-            ctx,
-            "detector/detector",
-            vertex=Fullscreen.vertex_shader,
-            blocks=[_DETECTOR],
-            samplers=["mean_electrons"],
-        )
-        self._fullscreen = Fullscreen(ctx, self._program)
-        self._block = UniformBuffer(ctx, _DETECTOR)
+        self._program = FullscreenProgram(ctx, "detector/detector", _DETECTOR, ["mean_electrons"])
 
     def draw(
         self,
@@ -63,27 +54,19 @@ class DetectorPass:
         """Fill an R16UI target with DN. Equal camera name, epoch and seed give equal noise."""
         d = camera.detector
         self.state.apply(self._ctx, target, (0, 0, *target.size))
-        self._block.write(
-            {
-                "frame": (tai_ns & 0xFFFFFFFF, (tai_ns >> 32) & 0xFFFFFFFF),
-                "seed": seed,
-                # Two cameras of one scene must not share their noise; stream numbers are below 16.
-                "camera_salt": zlib.crc32(camera.name.encode()) & 0xFFFFFFF0,
-                "full_well": d.full_well,
-                "read_noise": d.read_noise,
-                "gain_dn_per_e": d.gain_dn_per_e,
-                "pedestal": d.pedestal,
-                "largest_dn": 2**d.bits - 1,
-                "detector_padding_a": 0.0,
-                "detector_padding_b": 0.0,
-                "detector_padding_c": 0.0,
-            }
-        )
-        self._block.bind()
-        mean_electrons.use(0)
-        self._fullscreen.draw()
+        values = {
+            "frame": (tai_ns & 0xFFFFFFFF, (tai_ns >> 32) & 0xFFFFFFFF),
+            "seed": seed,
+            # Two cameras of one scene must not share their noise; stream numbers are below 16.
+            "camera_salt": zlib.crc32(camera.name.encode()) & 0xFFFFFFF0,
+            "full_well": d.full_well,
+            "read_noise": d.read_noise,
+            "gain_dn_per_e": d.gain_dn_per_e,
+            "pedestal": d.pedestal,
+            "largest_dn": 2**d.bits - 1,
+        }
+        self._program.draw(values, [mean_electrons])
 
     def release(self) -> None:
         """Free everything."""
-        for resource in (self._fullscreen, self._block, self._program):
-            resource.release()
+        self._program.release()

@@ -5,9 +5,8 @@ from __future__ import annotations
 import moderngl
 import numpy as np
 
-from simgl.gpu.blocks import Block, UniformBuffer
-from simgl.gpu.fullscreen import Fullscreen
-from simgl.gpu.program import load_program
+from simgl.gpu.blocks import Block
+from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.state import State
 from simgl.images import WHITE_RADIANCE
 
@@ -32,15 +31,7 @@ class DisplayPass:
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        self._program = load_program(
-            ctx,
-            "display/display",
-            vertex=Fullscreen.vertex_shader,
-            blocks=[_DISPLAY],
-            samplers=["radiance"],
-        )
-        self._fullscreen = Fullscreen(ctx, self._program)
-        self._block = UniformBuffer(ctx, _DISPLAY)
+        self._program = FullscreenProgram(ctx, "display/display", _DISPLAY, ["radiance"])
 
     def draw(
         self,
@@ -55,12 +46,8 @@ class DisplayPass:
         """
         self.state.apply(self._ctx, target, rectangle)
         white = WHITE_RADIANCE * 2.0**-exposure_value
-        self._block.write({"white_radiance": (*white, 1.0), "rectangle": rectangle})
-        self._block.bind()
-        radiance.use(0)
-        self._fullscreen.draw()
+        self._program.draw({"white_radiance": (*white, 1.0), "rectangle": rectangle}, [radiance])
 
     def release(self) -> None:
         """Free everything."""
-        for resource in (self._fullscreen, self._block, self._program):
-            resource.release()
+        self._program.release()

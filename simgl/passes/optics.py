@@ -5,9 +5,8 @@ from __future__ import annotations
 import moderngl
 import numpy as np
 
-from simgl.gpu.blocks import Block, UniformBuffer
-from simgl.gpu.fullscreen import Fullscreen
-from simgl.gpu.program import load_program
+from simgl.gpu.blocks import Block
+from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.state import State
 from simgl.scene.camera import Camera
 from simgl.scene.radiometry import electrons_per_radiance
@@ -26,15 +25,7 @@ class OpticsPass:
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        self._program = load_program(
-            ctx,
-            "optics/optics",
-            vertex=Fullscreen.vertex_shader,
-            blocks=[_OPTICS],
-            samplers=["radiance"],
-        )
-        self._fullscreen = Fullscreen(ctx, self._program)
-        self._block = UniformBuffer(ctx, _OPTICS)
+        self._program = FullscreenProgram(ctx, "optics/optics", _OPTICS, ["radiance"])
 
     def draw(
         self,
@@ -49,17 +40,12 @@ class OpticsPass:
         """
         k = camera.intrinsics
         self.state.apply(self._ctx, target, (0, 0, *target.size))
-        self._block.write(
-            {
-                "intrinsics": (k[0, 0], k[1, 1], k[0, 2], k[1, 2]),
-                "electrons_per_radiance": electrons_per_radiance(camera, photons_per_joule),
-            }
-        )
-        self._block.bind()
-        radiance.use(0)
-        self._fullscreen.draw()
+        values = {
+            "intrinsics": (k[0, 0], k[1, 1], k[0, 2], k[1, 2]),
+            "electrons_per_radiance": electrons_per_radiance(camera, photons_per_joule),
+        }
+        self._program.draw(values, [radiance])
 
     def release(self) -> None:
         """Free everything."""
-        for resource in (self._fullscreen, self._block, self._program):
-            resource.release()
+        self._program.release()

@@ -9,9 +9,8 @@ import numpy as np
 from PIL import Image
 
 from simgl import assets
-from simgl.gpu.blocks import Block, UniformBuffer
-from simgl.gpu.fullscreen import Fullscreen
-from simgl.gpu.program import load_program
+from simgl.gpu.blocks import Block
+from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.state import State
 from simgl.view import FrameView
 
@@ -64,30 +63,19 @@ class PlanetPass:
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        self._program = load_program(
-            ctx,
-            "planet/planet",
-            vertex=Fullscreen.vertex_shader,
-            blocks=[_PLANET],
-            samplers=["day_map_rgb", "day_map_nir"],
+        self._program = FullscreenProgram(
+            ctx, "planet/planet", _PLANET, ["day_map_rgb", "day_map_nir"]
         )
-        self._fullscreen = Fullscreen(ctx, self._program)
-        self._block = UniformBuffer(ctx, _PLANET)
         self._maps = [_map_texture(ctx, image) for image in _day_map()]
 
     def draw(self, view: FrameView, target: moderngl.Framebuffer) -> None:
         """Fill the whole target with what lies behind the spacecraft [W m-2 sr-1]."""
         self.state.apply(self._ctx, target, (0, 0, *target.size))
-        self._block.write(_values(view))
-        self._block.bind()
-        for unit, texture in enumerate(self._maps):
-            texture.use(unit)
-        self._fullscreen.draw()
+        self._program.draw(_values(view), self._maps)
 
     def release(self) -> None:
         """Free everything."""
-        for resource in (self._fullscreen, self._block, self._program):
-            resource.release()
+        self._program.release()
         for texture in self._maps:
             texture.release()
 

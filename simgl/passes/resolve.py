@@ -5,9 +5,8 @@ from __future__ import annotations
 import moderngl
 import numpy as np
 
-from simgl.gpu.blocks import Block, UniformBuffer
-from simgl.gpu.fullscreen import Fullscreen
-from simgl.gpu.program import load_program
+from simgl.gpu.blocks import Block
+from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.state import ONE_MINUS_SRC1_COLOR, State
 from simgl.view import Tile
 
@@ -38,29 +37,17 @@ class ResolvePass:
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        self._program = load_program(
-            ctx,
-            "resolve/resolve",
-            vertex=Fullscreen.vertex_shader,
-            blocks=[_RESOLVE],
-            samplers=["samples"],
-        )
-        self._fullscreen = Fullscreen(ctx, self._program)
-        self._block = UniformBuffer(ctx, _RESOLVE)
+        self._program = FullscreenProgram(ctx, "resolve/resolve", _RESOLVE, ["samples"])
 
     def draw(self, tile: Tile, samples: moderngl.Texture, target: moderngl.Framebuffer) -> None:
         """Lay the tile over the radiance that the target already holds."""
         box = (tile.x, tile.y, tile.width, tile.height)
         self.state.apply(self._ctx, target, (0, 0, *target.size), box)
-        self._block.write(_values(tile))
-        self._block.bind()
-        samples.use(0)
-        self._fullscreen.draw()
+        self._program.draw(_values(tile), [samples])
 
     def release(self) -> None:
         """Free everything."""
-        for resource in (self._fullscreen, self._block, self._program):
-            resource.release()
+        self._program.release()
 
 
 def _values(tile: Tile) -> dict[str, object]:
@@ -71,7 +58,4 @@ def _values(tile: Tile) -> dict[str, object]:
         "raster_origin": tile.lattice.raster_from_pixel(tile.width)[:, 2],
         "tile_origin": (tile.x, tile.y),
         "reach": tile.lattice.reach,
-        "resolve_padding_a": 0,
-        "resolve_padding_b": 0,
-        "resolve_padding_c": 0,
     }
