@@ -57,6 +57,7 @@ void main() {
     vec4 reflectance = material_reflectance[material];
     vec4 law = material_law[material];   // metallic, roughness, 1 if Lambertian
     float alpha = sqrt(pow(law.y, 4.0) + widening);
-    vec4 f = law.z > 0.5 ? reflectance / PI : brdf(reflectance, law.x, alpha, n, wi, wo);
+    vec4 f = law.z > 0.5 ? reflectance / PI : brdf(reflectance, law.x, alpha, n, wi, wo,
+                                                           sun_angular_radius);
     radiance = f * sun_irradiance * facing * lit;
 }

@@ -44,6 +44,43 @@ def brdf(
     return np.asarray((1.0 - fresnel) * base + fresnel * lobe)
 
 
+def disc_mean_brdf(
+    reflectance: float,
+    metallic: float,
+    roughness: float,
+    n: Array,
+    wi: Array,
+    wo: Array,
+    radius: float,
+) -> Array:
+    """(k,) mean of ``brdf`` [sr-1] over a uniform disc of light, weighted by its cosines.
+
+    wi : (k, 3) towards the disc's centre
+    radius : angular, of the disc [rad]
+
+    Direct quadrature on rings of equal width.
+    """
+    rings, points = 100, 96
+    distance = radius * (np.arange(rings) + 0.5) / rings
+    turn = 2.0 * np.pi * (np.arange(points) + 0.5) / points
+    offset = np.stack(
+        [np.outer(distance, np.cos(turn)).ravel(), np.outer(distance, np.sin(turn)).ravel()], axis=1
+    )
+    share = np.repeat(distance, points)
+    helper = np.where(np.abs(wi[:, :1]) < 0.9, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
+    x = np.cross(wi, helper)
+    x /= np.linalg.norm(x, axis=1, keepdims=True)
+    y = np.cross(wi, x)
+    total, weight = np.zeros(len(wi)), np.zeros(len(wi))
+    for (along_x, along_y), area in zip(offset, share, strict=True):
+        light = wi + along_x * x + along_y * y
+        light /= np.linalg.norm(light, axis=1, keepdims=True)
+        cosine = area * np.sum(n * light, axis=1)
+        total += brdf(reflectance, metallic, roughness, n, light, wo) * cosine
+        weight += cosine
+    return total / weight
+
+
 def disc_cosine(cosine: Array, radius: float) -> Array:
     """Irradiance of a small uniform disc on a plane, over that on a plane which faces it.
 
