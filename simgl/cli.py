@@ -131,7 +131,7 @@ def assess(
         f"range                 {found.range:.2f} m\n"
         f"phase angle           {math.degrees(found.phase_angle):.1f} deg\n"
         f"Sun to boresight      {math.degrees(found.sun_to_boresight):.1f} deg\n"
-        f"Sun's disc in sight   {100 * found.sunlit_fraction:.1f} %\n"
+        f"sunlight on target    {100 * found.sunlight:.1f} %\n"
         f"target's pixels       {found.target_pixels}\n"
         f"saturated dark usable {100 * found.saturated:.1f} % {100 * found.dark:.1f} % "
         f"{100 * found.usable:.1f} %\n"

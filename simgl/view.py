@@ -247,7 +247,7 @@ def _craft(state: SceneState, camera: CameraState) -> list[CraftView]:
                 model=body.model,
                 camera_from_body=_float32(_camera_from_body(camera, body)),
                 sun_direction=_float32(camera.R_camera_from_icrf @ sun.direction_icrf),
-                sun_irradiance=_float32(sun.irradiance * state.sunlit_fraction(body.pose.position)),
+                sun_irradiance=_float32(sun.irradiance * state.sunlight(body.pose.position)),
                 sun_angular_radius=sun.angular_radius,
                 shadow=_shadow(state, body, sun.direction_icrf),
             )

@@ -26,7 +26,8 @@ class FrameAssessment:
     range : camera to the target's body origin [m]
     phase_angle : Sun - target - camera [rad]
     sun_to_boresight : [rad]
-    sunlit_fraction : of the Sun's disc seen from the target past the Earth
+    sunlight : share of the Sun's light that reaches the target past Earth, air and Moon, over all
+        bands
     target_pixels : whose centre sees the target
     saturated, dark, usable : shares of them; together 1, all 0 where there are none
     median_snr : signal over noise of the target's pixels; 0 where there are none
@@ -36,7 +37,7 @@ class FrameAssessment:
     range: float
     phase_angle: float
     sun_to_boresight: float
-    sunlit_fraction: float
+    sunlight: float
     target_pixels: int
     saturated: float
     dark: float
@@ -81,7 +82,7 @@ def assess_frame(exposure: Exposure, state: SceneState, target: str) -> FrameAss
         range=float(np.linalg.norm(to_camera)),
         phase_angle=_angle(sun.direction_icrf, unit(to_camera)),
         sun_to_boresight=_angle(info.sun_direction_icrf, info.R_camera_from_icrf[2]),
-        sunlit_fraction=state.sunlit_fraction(position),
+        sunlight=float(sun.irradiance @ state.sunlight(position) / sun.irradiance.sum()),
         target_pixels=count,
         saturated=share(full),
         dark=share(dark),

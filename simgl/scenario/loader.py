@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from simgl.errors import AssetError, ConfigError, did_you_mean
+from simgl.physics.air import ATMOSPHERES
 from simgl.physics.constants import (
     ASTRONOMICAL_UNIT,
     SOLAR_CONSTANT,
@@ -179,13 +180,17 @@ def _earth(table: EarthTable, where: str) -> Earth | None:
     if table.shape == "none":
         if albedo is not None:
             raise ConfigError(where, "albedo", 'goes with an Earth, got shape = "none"')
+        if table.atmosphere is not None:
+            raise ConfigError(where, "atmosphere", 'goes with an Earth, got shape = "none"')
         return None
+    default = "standard" if table.shape == "wgs84" else "none"
+    air = ATMOSPHERES.get(table.atmosphere or default)
     if table.shape == "sphere":
         if table.radius_km is None:
             raise ConfigError(where, "radius_km", 'is missing; shape = "sphere" needs it')
         radius = table.radius_km * 1e3
-        return Earth(equatorial_radius=radius, polar_radius=radius, albedo=albedo)
-    return Earth(albedo=albedo)
+        return Earth(equatorial_radius=radius, polar_radius=radius, albedo=albedo, air=air)
+    return Earth(albedo=albedo, air=air)
 
 
 class _Craft:

@@ -11,7 +11,7 @@ import numpy as np
 
 from simgl.errors import ConfigError
 from simgl.physics.constants import SOLAR_RADIUS
-from simgl.physics.ephemeris import itrf_from_icrf, sun_position
+from simgl.physics.ephemeris import itrf_from_icrf, moon_position, sun_position
 from simgl.physics.frames import Pose
 from simgl.physics.spectrum import BandLight
 from simgl.scene.camera import Camera
@@ -117,11 +117,16 @@ class Scenario:
                 position=np.zeros(3),
                 R_itrf_from_icrf=itrf_from_icrf(tai_ns),
             )
-        sun = self.sun.at(tai_ns) if isinstance(self.sun, EphemerisSun) else self.sun
+        sun: Sun
+        if isinstance(self.sun, EphemerisSun):
+            sun, moon = self.sun.at(tai_ns), moon_position(tai_ns)
+        else:
+            sun, moon = self.sun, None
         return SceneState(
             tai_ns=tai_ns,
             sun=sun,
             earth=earth,
+            moon=moon,
             bodies={n: BodyState(model=m, pose=bodies[n]) for n, m in self.models.items()},
             cameras=states,
         )

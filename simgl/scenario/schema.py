@@ -55,11 +55,15 @@ class EarthTable(Table, frozen=True, kw_only=True):
     shape : "wgs84", "sphere" or "none"
     radius_km : of the sphere
     albedo : Lambert, one number or four bands, instead of the day map
+    atmosphere : "standard", "source" (the lighting study's own set) or "none"; default "standard"
+        with WGS84 and "none" with a sphere. Sunlight that grazes it on its way to a spacecraft is
+        dimmed and reddened; the picture of the Earth does not show it yet
     """
 
     shape: Literal["wgs84", "sphere", "none"] = "wgs84"
     radius_km: Positive | None = None
     albedo: BandValues | None = None
+    atmosphere: Literal["standard", "source", "none"] | None = None
 
 
 class MaterialTable(Table, frozen=True, kw_only=True):

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simgl.physics.constants import ASTRONOMICAL_UNIT
-from simgl.physics.eclipse import sunlit_fraction
+from simgl.physics.eclipse import past_the_moon, sunlit_fraction, sunlit_transmission
 from simgl.physics.frames import Pose, unit
 from simgl.physics.spectrum import BandLight
 from simgl.scene.camera import Camera
@@ -141,22 +141,28 @@ class SceneState:
 
     tai_ns : TAI nanoseconds since 1970-01-01T00:00:00 TAI
     earth : None for a scene in deep space
+    moon : (3,) of its centre [m]; None where the Sun was fixed by hand
     """
 
     tai_ns: int
     sun: Sun
     earth: EarthState | None
+    moon: Array | None
     bodies: Mapping[str, BodyState]
     cameras: Mapping[str, CameraState]
 
-    def sunlit_fraction(self, point: Array) -> float:
-        """Fraction of the Sun's disc that a point (3,) [m] sees past the Earth."""
-        if self.earth is None:
-            return 1.0
+    def sunlight(self, point: Array) -> Array:
+        """(4,) share of the Sun's light that reaches a point (3,) [m] past Earth, air and Moon."""
         sun = self.sun.seen_from(point)
-        return sunlit_fraction(
-            self.earth.R_itrf_from_icrf @ (point - self.earth.position),
-            self.earth.R_itrf_from_icrf @ sun.direction_icrf,
-            sun.angular_radius,
-            np.array(self.earth.earth.radii),
-        )
+        share = np.ones(4)
+        if self.earth is not None:
+            position = self.earth.R_itrf_from_icrf @ (point - self.earth.position)
+            direction = self.earth.R_itrf_from_icrf @ sun.direction_icrf
+            radii, air = np.array(self.earth.earth.radii), self.earth.earth.air
+            if air is None:
+                share *= sunlit_fraction(position, direction, sun.angular_radius, radii)
+            else:
+                share *= sunlit_transmission(position, direction, sun.angular_radius, radii, air)
+        if self.moon is not None:
+            share *= past_the_moon(point, self.moon, sun.direction_icrf, sun.angular_radius)
+        return share

@@ -29,7 +29,7 @@ def test_geometry_is_that_of_the_scene(gl: moderngl.Context) -> None:
     assert found.range == pytest.approx(50.0, abs=1e-9)
     assert np.degrees(found.phase_angle) == pytest.approx(60.0, abs=1e-9)
     assert np.degrees(found.sun_to_boresight) == pytest.approx(120.0, abs=1e-9)
-    assert found.sunlit_fraction == 1.0
+    assert found.sunlight == 1.0
     # 1 m at 50 m and 3,466.7 px focal length: 69.3 pixels on a side.
     assert found.target_pixels == pytest.approx(69.33**2, rel=0.03)
 

@@ -22,3 +22,20 @@ FRACTIONS = (
     (20.0293, 0.01870),
     (20.0556, 0.0),
 )
+
+# Light past the lighting study's atmosphere, seen from 500 km over the same sphere: (tangent height
+# of the Sun's centre [km], red, green, blue share). Uniform disc, no refraction. Source: Monte Carlo
+# of that atmosphere with air up to 100 km, made independently of this code.
+REDDENED = (
+    (-10.0, 0.0003, 0.0, 0.0),
+    (-5.0, 0.0189, 0.0017, 0.0),
+    (0.0, 0.0857, 0.0165, 0.0005),
+    (5.0, 0.2104, 0.0675, 0.0073),
+    (10.0, 0.3823, 0.1723, 0.0393),
+    (15.0, 0.5692, 0.3279, 0.1194),
+    (20.0, 0.7252, 0.5085, 0.2547),
+    (25.0, 0.8365, 0.6757, 0.4292),
+    (30.0, 0.9072, 0.8028, 0.6072),
+    (40.0, 0.9721, 0.9368, 0.8553),
+    (60.0, 0.9977, 0.9946, 0.9869),
+)

@@ -119,6 +119,7 @@ def _everything(
             position=turn @ centre + shift,
             R_itrf_from_icrf=turn.T,
         ),
+        moon=turn @ np.array([2.0e8, 3.0e8, 1.0e8]) + shift,
         bodies=bodies,
         cameras=cameras,
     )

@@ -479,6 +479,12 @@ BAD_VALUES = (
         ' [earth]: albedo goes with an Earth, got shape = "none"',
     ),
     Damage(
+        "atmosphere of no Earth",
+        SHAPE,
+        f'{SHAPE}\natmosphere = "source"',
+        ' [earth]: atmosphere goes with an Earth, got shape = "none"',
+    ),
+    Damage(
         "two places",
         PLACE,
         PLACE + "\norbit = { altitude_km = 400.0, inclination_deg = 51.6 }",
