@@ -59,7 +59,7 @@ class Renderer:
             self._planet.draw(view, target.framebuffer)
         for tile in view.tiles:
             with self.timer.measure("shadow"):
-                maps = {craft.name: self._shadow.draw(craft.shadow) for craft in tile.craft}
+                maps = self._shadow.draw([craft.shadow for craft in tile.craft])
             with self.timer.measure("surface"):
                 samples = self._surface.draw(tile, maps)
             with self.timer.measure("resolve"):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import OrderedDict
+from collections.abc import Sequence
 
 import moderngl
 import numpy as np
@@ -15,7 +16,7 @@ from simgl.view import ShadowView
 
 # Texels along an edge: 6 mm on a craft of 13 m.
 SIZE = 2048
-# Maps kept for views that come back; more spacecraft than this in one picture redraw each frame.
+# Maps kept for views that come back; a picture of more spacecraft keeps as many as it needs.
 KEPT = 8
 
 _CASTER = Block("Caster", 3, np.dtype([("caster_light_from_body", "f4", (4, 4))]))
@@ -33,19 +34,28 @@ class ShadowPass:
         self._caster = UniformBuffer(ctx, _CASTER)
         self._maps: OrderedDict[bytes, moderngl.Framebuffer] = OrderedDict()
 
-    def draw(self, view: ShadowView) -> moderngl.Texture:
-        """The depth texture of a view: nearest caster, 0..1 along the light."""
-        if view.key in self._maps:
-            self._maps.move_to_end(view.key)
-        else:
-            self._maps[view.key] = self._free_map()
-            self._draw(view, self._maps[view.key])
-        texture = self._maps[view.key].depth_attachment
+    def draw(self, views: Sequence[ShadowView]) -> list[moderngl.Texture]:
+        """The depth texture of each view: nearest caster, 0..1 along the light.
+
+        They stay as they are until the next call.
+        """
+        for view in views:
+            if view.key in self._maps:
+                self._maps.move_to_end(view.key)
+        kept = max(KEPT, len(views))
+        for view in views:
+            if view.key not in self._maps:
+                self._maps[view.key] = self._free_map(kept)
+                self._draw(view, self._maps[view.key])
+        return [self._texture(view.key) for view in views]
+
+    def _texture(self, key: bytes) -> moderngl.Texture:
+        texture = self._maps[key].depth_attachment
         assert isinstance(texture, moderngl.Texture)
         return texture
 
-    def _free_map(self) -> moderngl.Framebuffer:
-        if len(self._maps) >= KEPT:
+    def _free_map(self, kept: int) -> moderngl.Framebuffer:
+        if len(self._maps) >= kept:
             return self._maps.popitem(last=False)[1]
         depth = self._ctx.depth_texture((SIZE, SIZE))
         depth.compare_func = ""

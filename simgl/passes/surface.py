@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import moderngl
 
 from simgl.gpu.blocks import UniformBuffer
@@ -34,10 +36,10 @@ class SurfacePass:
         self._materials: dict[tuple[Material, ...], UniformBuffer] = {}
         self._target: moderngl.Framebuffer | None = None
 
-    def draw(self, tile: Tile, shadow_maps: dict[str, moderngl.Texture]) -> moderngl.Texture:
+    def draw(self, tile: Tile, shadow_maps: Sequence[moderngl.Texture]) -> moderngl.Texture:
         """RGBA32F samples of the tile [W m-2 sr-1], valid until the next draw.
 
-        shadow_maps : by name of the spacecraft
+        shadow_maps : one for each spacecraft of the tile
         """
         size = tile.lattice.raster_size(tile.width, tile.height)
         target = self._sized_target(size)
@@ -50,12 +52,12 @@ class SurfacePass:
             if index:
                 clear_depth(self._ctx, target)
             self._tile.write({"clip_from_camera": clip_from_camera})
-            for craft in tile.craft:
+            for craft, shadow_map in zip(tile.craft, shadow_maps, strict=True):
                 state = self.open_sheets if craft.model.open_sheets else self.closed
                 state.apply(self._ctx, target, viewport, viewport)
                 self._craft.write(craft_values(craft))
                 self._material_buffer(craft).bind()
-                shadow_maps[craft.name].use(0)
+                shadow_map.use(0)
                 self._meshes.geometry(craft.model.mesh).draw(self._program)
         texture = target.color_attachments[0]
         assert isinstance(texture, moderngl.Texture)

@@ -24,8 +24,8 @@ FRACTIONS = (
 )
 
 # Light past the lighting study's atmosphere, seen from 500 km over the same sphere: (tangent height
-# of the Sun's centre [km], red, green, blue share). Uniform disc, no refraction. Source: Monte Carlo
-# of that atmosphere with air up to 100 km, made independently of this code.
+# of the Sun's centre [km], red, green, blue share). Uniform disc, no refraction. Source: a Monte
+# Carlo of that atmosphere with air up to 100 km, made independently of this code.
 REDDENED = (
     (-10.0, 0.0003, 0.0, 0.0),
     (-5.0, 0.0189, 0.0017, 0.0),

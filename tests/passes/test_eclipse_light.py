@@ -22,7 +22,7 @@ def test_a_plate_facing_the_setting_sun_has_its_share_of_the_light(
     place = (R + ALTITUDE) * np.array([np.sin(angle), 0.0, -np.cos(angle)])
     scenario = scene(
         {"plate": {"model": PLATE, "position_icrf_m": place.tolist()}},
-        {"position_icrf_m": (place + [0.0, 0.0, 50.0]).tolist(), "look_at": "plate"},
+        {"position_icrf_m": (place + np.array([0.0, 0.0, 50.0])).tolist(), "look_at": "plate"},
         earth={"shape": "sphere", "radius_km": 6371.0, "albedo": 0.0, "atmosphere": atmosphere},
     )
     state = scenario.at(scenario.epoch_tai_ns)

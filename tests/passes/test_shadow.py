@@ -123,6 +123,34 @@ def test_a_thin_boom_casts(gl: moderngl.Context) -> None:
     np.testing.assert_allclose(missing, 0.02, atol=0.003)
 
 
+def test_a_dozen_craft_in_one_tile_keep_their_own_shadows(gl: moderngl.Context) -> None:
+    """Plates in a row, every second one under a blind: more maps than are kept between frames."""
+    craft: dict[str, Any] = {}
+    for i in range(12):
+        x = 1.5 * (i - 5.5)
+        craft[f"plate_{i}"] = {"model": plate(1.0), "position_icrf_m": [x, 0, 0]}
+        if i % 2:
+            craft[f"blind_{i}"] = {"model": plate(1.2), "position_icrf_m": [x, 0, 40.0]}
+    # One long rod in front puts all of them into one tile.
+    craft["rod"] = {"model": box((18.0, 0.05, 0.05)), "position_icrf_m": [0, 0.9, 0]}
+    scenario = scene(
+        craft,
+        {
+            "position_icrf_m": [0, -30.0, 0.5],
+            "boresight": [0, 30, -0.5],
+            "up": [0, 0, 1],
+            "focal_length_mm": 4.0,
+            "width_px": 800,
+        },
+    )
+    image = radiance(gl, scenario)[..., 1]
+    f = scenario.cameras["cam"].focal_length_px
+    for i in range(12):
+        column = int(400 + 1.5 * (i - 5.5) * f / 30.0)
+        # The plate's rows; the rod lies behind them.
+        assert (image[64:72, column].max() > 1.0) == (i % 2 == 0), i
+
+
 def test_one_craft_shadows_another_far_behind_it(gl: moderngl.Context) -> None:
     scenario = scene(
         {
