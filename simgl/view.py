@@ -45,14 +45,13 @@ class ShadowView:
 
     key : equal keys mean equal maps
     light_from_body : (4, 4) float32, of the receiver
-    half_width, half_depth : of the map's box [m]
+    half_size : of the map's cube [m]; what lies before it towards the Sun is flattened onto it
     """
 
     key: bytes
     casters: tuple[ShadowCaster, ...]
     light_from_body: Floats
-    half_width: float
-    half_depth: float
+    half_size: float
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -269,7 +268,6 @@ def _shadow(state: SceneState, receiver: BodyState, sun_direction_icrf: Array) -
     R_light_from_body = np.stack([x, np.cross(z, x), z])
     centre = R_light_from_body @ mesh.centre
     radius = 1.01 * mesh.radius
-    front, back = -radius, radius
     casters = []
     for other in state.bodies.values():
         R = R_light_from_body @ pose.R_icrf_from_body.T @ other.pose.R_icrf_from_body
@@ -280,13 +278,9 @@ def _shadow(state: SceneState, receiver: BodyState, sun_direction_icrf: Array) -
         reach = other.model.mesh.radius + radius
         if np.hypot(place[0], place[1]) > reach or place[2] > reach:
             continue
-        front = min(front, float(place[2]) - 1.01 * other.model.mesh.radius)
         casters.append((other.model, _matrix(R, offset)))
-    depth = 0.5 * (back - front)
-    clip_from_light = np.diag([1.0 / radius, 1.0 / radius, 1.0 / depth, 1.0])
-    clip_from_light[:3, 3] = -np.array(
-        [centre[0] / radius, centre[1] / radius, (centre[2] + 0.5 * (back + front)) / depth]
-    )
+    clip_from_light = np.diag([1.0 / radius, 1.0 / radius, 1.0 / radius, 1.0])
+    clip_from_light[:3, 3] = -centre / radius
     drawn = tuple(
         ShadowCaster(model=model, light_from_body=_float32(clip_from_light @ light_from_other))
         for model, light_from_other in casters
@@ -297,8 +291,7 @@ def _shadow(state: SceneState, receiver: BodyState, sun_direction_icrf: Array) -
         key=key,
         casters=drawn,
         light_from_body=_float32(own),
-        half_width=radius,
-        half_depth=depth,
+        half_size=radius,
     )
 
 
@@ -307,13 +300,24 @@ def _hull_in_camera(craft: CraftView) -> Array:
     return np.asarray(craft.model.mesh.hull @ m[:3, :3].T + m[:3, 3])
 
 
+def _before_the_camera(hull: Array) -> Array:
+    """Points whose hull is the part of a convex hull that lies at least ``NEAREST`` away."""
+    near = hull[:, 2] < NEAREST
+    if not np.any(near):
+        return hull
+    back, front = hull[near][:, None], hull[~near][None, :]
+    # Where each line from a point in front to one behind crosses the nearest plane.
+    share = (NEAREST - back[..., 2]) / (front[..., 2] - back[..., 2])
+    crossing = back + share[..., None] * (front - back)
+    return np.concatenate([hull[~near], crossing.reshape(-1, 3)])
+
+
 def _pixel_box(hull: Array, camera: Camera) -> tuple[int, int, int, int] | None:
     """x0, y0, x1, y1 of the pixels that a hull can touch; None where it is out of view."""
     d = camera.detector
     if np.all(hull[:, 2] < NEAREST):
         return None
-    if np.any(hull[:, 2] < NEAREST):
-        return 0, 0, d.width, d.height
+    hull = _before_the_camera(hull)
     xy = hull[:, :2] / hull[:, 2:] * camera.focal_length_px + 0.5 * np.array([d.width, d.height])
     limits = np.array([d.width, d.height])
     low = np.clip(np.floor(xy.min(axis=0)), 0, limits).astype(int)

@@ -1,10 +1,9 @@
 // Slope of a plane in the shadow map, depth 0..1 per texel along both axes of the map.
 //
-// n : geometric normal of the plane, turned into the light's axes and divided by the map's squared
-//     scales, so that it is the plane's normal in clip space
+// n : geometric normal of the plane in the light's axes, of any length
 // texels : edge of the map
 vec2 plane_slope(vec3 n, float texels) {
-    // dz/dx = -n.x / n.z in clip space; depth is half of z and a texel 2 / texels of x.
+    // The map is a cube: dz/dx = -n.x / n.z; depth is half of z and a texel 2 / texels of x.
     return -n.xy / (abs(n.z) < 1e-9 ? 1e-9 : n.z) / texels;
 }
 
@@ -21,13 +20,13 @@ vec3 spline_weights(float x) {
 // map : depth of the nearest caster, 0..1 along the light
 // p : receiver in the map's clip space
 // plane : slope of the receiver's plane, depth 0..1 per texel
-// unit_depth : depth 0..1 that is as long as a texel
-float lit_fraction(sampler2D map, vec3 p, vec2 plane, float unit_depth) {
+float lit_fraction(sampler2D map, vec3 p, vec2 plane) {
     // Rounding: 24-bit depth and float32 vertices are good to 1e-6 of the map's depth. The plane's
     // normal comes from differences of neighbouring positions, good to about 1e-3 rad, which at
     // incidence t tilts the plane by 1e-3 / cos^2 t = 1e-3 (1 + slope^2) over up to 3 texels.
-    float slack = 4e-6 + 0.004 * (unit_depth + dot(plane, plane) / unit_depth);
     vec2 size = vec2(textureSize(map, 0));
+    float texel = 1.0 / size.x;   // as a depth
+    float slack = 4e-6 + 0.004 * (texel + dot(plane, plane) / texel);
     vec2 place = (0.5 * p.xy + 0.5) * size - 0.5;
     ivec2 middle = clamp(ivec2(floor(place + 0.5)), ivec2(1), ivec2(size) - 2);
     vec2 offset = clamp(place - vec2(middle), -0.5, 0.5);

@@ -34,10 +34,10 @@ float sunlit(vec3 n, vec3 facet, vec3 wi) {
     mat3 light_from_camera = mat3(light_from_body) * transpose(mat3(camera_from_body));
     // The smooth surface that the normals stand for lies above its facets by the sagitta of an edge;
     // a quarter of a texel lifts the receiver there. Facets that already face away use its plane.
-    vec3 place = light_clip + light_from_camera * n * (0.5 * light_unscale.x / texels);
+    vec3 place = light_clip + light_from_camera * n * (0.5 * light_half_size / texels);
     vec3 plane_normal = dot(facet, wi) > 0.0 ? facet : n;
-    vec2 slope = plane_slope(light_from_camera * plane_normal * light_unscale.yyz, texels);
-    return lit_fraction(shadow_map, place, slope, light_unscale.w / texels);
+    vec2 slope = plane_slope(light_from_camera * plane_normal, texels);
+    return lit_fraction(shadow_map, place, slope);
 }
 
 void main() {

@@ -9,7 +9,9 @@ import moderngl
 # A framebuffer of any attachments; the alias keeps signatures short.
 Target = moderngl.Framebuffer
 
-ONE_MINUS_SRC1_COLOR = 0x88FA  # GL 3.3 core, absent from moderngl's names
+# GL 3.3 core, absent from moderngl's names.
+ONE_MINUS_SRC1_COLOR = 0x88FA
+DEPTH_CLAMP = 0x864F
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -17,12 +19,14 @@ class State:
     """What a draw depends on besides its program and textures.
 
     depth : test (less) and write depth
+    depth_clamp : what lies outside the depth range is drawn at its end, not cut off
     cull : "back", "front" or None
     blend : (source, destination) factors, or None
     write_color : write the colour attachments
     """
 
     depth: bool = False
+    depth_clamp: bool = False
     cull: str | None = None
     blend: tuple[int, int] | None = None
     write_color: bool = True
@@ -51,6 +55,10 @@ class State:
         if self.blend is not None:
             flags |= moderngl.BLEND
         ctx.enable_only(flags)
+        if self.depth_clamp:
+            ctx.enable_direct(DEPTH_CLAMP)
+        else:
+            ctx.disable_direct(DEPTH_CLAMP)
         ctx.depth_func = "<"
         ctx.cull_face = self.cull or "back"
         # Row 0 of every target is the top of the picture, which mirrors the winding.

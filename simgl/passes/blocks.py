@@ -24,11 +24,11 @@ CRAFT = Block(
             ("light_from_body", "f4", (4, 4)),
             ("sun_direction", "f4", 4),
             ("sun_irradiance", "f4", 4),
-            # Shadow map's box: half-width [m], squared half-width and half-depth [m2], their ratio.
-            ("light_unscale", "f4", 4),
             ("sun_angular_radius", "f4"),
+            # Half the edge of the shadow map's cube [m].
+            ("light_half_size", "f4"),
             ("instance", "u4"),
-            ("craft_padding", "f4", 2),
+            ("craft_padding", "f4"),
         ]
     ),
 )
@@ -48,14 +48,13 @@ MATERIALS = Block(
 
 def craft_values(craft: CraftView) -> dict[str, Any]:
     """The Craft block of a spacecraft."""
-    width, depth = craft.shadow.half_width, craft.shadow.half_depth
     return {
         "camera_from_body": craft.camera_from_body,
         "light_from_body": craft.shadow.light_from_body,
         "sun_direction": (*craft.sun_direction, 0.0),
         "sun_irradiance": craft.sun_irradiance,
-        "light_unscale": (width, width**2, depth**2, width / depth),
         "sun_angular_radius": craft.sun_angular_radius,
+        "light_half_size": craft.shadow.half_size,
         "instance": craft.instance,
     }
 

@@ -26,7 +26,8 @@ class ShadowPass:
     """Draws the casters of a ShadowView into a depth texture, or finds it already drawn."""
 
     # Both sides cast, so that an open sheet does. No offset: the lookup knows the receiver's plane.
-    state = State(depth=True, write_color=False)
+    # Casters far towards the Sun are flattened onto the map's front, which keeps its depth fine.
+    state = State(depth=True, depth_clamp=True, write_color=False)
 
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
         self._ctx, self._meshes = ctx, meshes

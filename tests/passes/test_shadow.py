@@ -151,14 +151,24 @@ def test_a_dozen_craft_in_one_tile_keep_their_own_shadows(gl: moderngl.Context) 
         assert (image[64:72, column].max() > 1.0) == (i % 2 == 0), i
 
 
-def test_one_craft_shadows_another_far_behind_it(gl: moderngl.Context) -> None:
+@pytest.mark.parametrize("distance", [10.0, 400.0, 50_000.0])
+def test_one_craft_shadows_another_however_far_behind_it(
+    gl: moderngl.Context, distance: float
+) -> None:
     scenario = scene(
         {
             "screen": {"model": plate(2.0), "position_icrf_m": [0, 0, 0]},
-            "blind": {"model": plate(1.0), "position_icrf_m": [0.0, 0.0, 400.0]},
+            "blind": {"model": plate(1.0), "position_icrf_m": [0.0, 0.0, distance]},
         },
-        {"position_icrf_m": [30.0, 0, 100], "look_at": "screen"},
+        {
+            "position_icrf_m": [30.0, 0, 100],
+            "boresight": [-30, 0, -100],
+            "up": [0, 1, 0],
+        },
     )
     image = radiance(gl, scenario)[..., 1]
+    full = 0.5 / np.pi * GREEN
     assert image[64, 64] == 0.0
-    assert image.max() > 20.0
+    # The screen is 69 px high, the shadow half of that: a column off the middle, and one outside.
+    np.testing.assert_allclose(image[64 - 27, 64], full, rtol=1e-5)
+    np.testing.assert_allclose(image[64, 64 + 26], full, rtol=1e-5)

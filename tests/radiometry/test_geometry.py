@@ -22,6 +22,7 @@ from simgl.scene.state import (
     SunInDirection,
 )
 from simgl.simulator import Product, Simulator
+from simgl.view import frame_view
 from tests.scenes import capture, lambert, radiance, scene
 
 PLATE = {"plate": {"width_m": 1.0, "height_m": 0.8, "material": lambert(0.5)}}
@@ -223,3 +224,35 @@ def test_the_sun_in_the_frame_is_finite_and_has_its_radiance(gl: moderngl.Contex
     np.testing.assert_allclose(image[..., 1].sum() / f**2, 174.7738123, rtol=2e-3)
     # Full well 24500 e- at 6.078 e- per DN over a pedestal of 64, with 4 e- of read noise.
     assert abs(int(exposure.digital.dn[64, 64]) - 4094) <= 4
+
+
+def test_a_craft_beside_the_camera_costs_and_shows_nothing(gl: moderngl.Context) -> None:
+    """A box across the camera's plane, out of its field: no tile is drawn for it."""
+    box = {"box": {"size_m": [1.0, 1.0, 4.0], "material": lambert(0.5)}}
+    scenario = scene(
+        {"beside": {"model": box, "position_icrf_m": [1.2, 0.0, 0.0]}},
+        {"position_icrf_m": [0, 0, 0], "boresight": [0, 0, -1], "up": [0, 1, 0]},
+    )
+    view = frame_view(scenario.at(scenario.epoch_tai_ns), "cam", sample_budget=1000)
+    assert view.tiles == ()
+    assert radiance(gl, scenario).max() == 0.0
+
+
+def test_a_craft_that_reaches_past_the_camera_is_drawn_where_it_is_seen(
+    gl: moderngl.Context,
+) -> None:
+    """A long beam from behind the camera runs towards the middle of the picture."""
+    beam = {"box": {"size_m": [0.02, 0.02, 20.0], "material": lambert(0.5)}}
+    scenario = scene(
+        {"beam": {"model": beam, "position_icrf_m": [0.1, 0.0, -5.0]}},
+        {"position_icrf_m": [0, 0, 0], "boresight": [0, 0, -1], "up": [0, 1, 0]},
+        sun_direction=(-0.8, 0.0, 0.6),
+    )
+    view = frame_view(scenario.at(scenario.epoch_tai_ns), "cam", sample_budget=1000)
+    (tile,) = view.tiles
+    # Its far end, 15 m away and 0.09 m to the right, stands 20.8 px off the middle.
+    assert tile.x == 84
+    assert tile.x + tile.width == 128
+    image = radiance(gl, scenario)[..., 1]
+    assert image[64, 120] > 1.0
+    assert image[64, :80].max() == 0.0
