@@ -33,12 +33,13 @@ def scene(
     sun_direction: tuple[float, float, float] = (0.0, 0.0, 1.0),
     earth: Table | None = None,
     render: Table | None = None,
+    sun: Table | None = None,
 ) -> Scenario:
     """A scene in deep space (or over an Earth), the Sun fixed by hand, with one camera, "cam"."""
     size = {"width_px": 128, "height_px": 128}
     data: Table = {
         "epoch": {"utc": "2026-03-20T12:00:00"},
-        "sun": {**SUN, "direction_icrf": list(sun_direction)},
+        "sun": {**SUN, "direction_icrf": list(sun_direction), **(sun or {})},
         "earth": earth or {"shape": "none"},
         "spacecraft": dict(craft),
         "camera": {"cam": {**size, **camera}},

@@ -37,19 +37,19 @@ BANDS = Bands()
 
 @dataclass(frozen=True, eq=False)
 class BandLight:
-    """A light per band in two measures of one spectrum.
+    """A light per band, in watts and in photons.
 
     irradiance : (4,) [W m-2]
-    photon_irradiance : (4,) [photons s-1 m-2]
+    photons_per_joule : (4,) photons that carry one joule of this spectrum in each band [J-1]
     """
 
     irradiance: Array
-    photon_irradiance: Array
+    photons_per_joule: Array
 
     @property
-    def photons_per_joule(self) -> Array:
-        """(4,) photons that carry one joule of this spectrum in each band [J-1]."""
-        return self.photon_irradiance / self.irradiance
+    def photon_irradiance(self) -> Array:
+        """(4,) [photons s-1 m-2]."""
+        return self.irradiance * self.photons_per_joule
 
 
 def planck_radiance(wavelength: Array, temperature: float) -> Array:
@@ -70,14 +70,18 @@ def black_body_light(
     total_irradiance: float, temperature: float, bands: Bands = BANDS
 ) -> BandLight:
     """Light of a black body of given total irradiance [W m-2] over all wavelengths."""
-    scale = total_irradiance * np.pi / (STEFAN_BOLTZMANN * temperature**4)
-    watts, photons = [], []
+    share, photons = [], []
     for edges in bands.edges:
         wavelength, weight = _nodes(edges)
-        spectral = scale * planck_radiance(wavelength, temperature)
-        watts.append(np.sum(weight * spectral))
-        photons.append(np.sum(weight * spectral * wavelength) / (PLANCK * LIGHT_SPEED))
-    return BandLight(np.array(watts), np.array(photons))
+        power = weight * planck_radiance(wavelength, temperature)
+        share.append(np.sum(power))
+        photons.append(np.sum(power * wavelength) / (PLANCK * LIGHT_SPEED))
+    # sigma T^4 / pi is the radiance over all wavelengths.
+    total = STEFAN_BOLTZMANN * temperature**4 / np.pi
+    return BandLight(
+        irradiance=total_irradiance / total * np.array(share),
+        photons_per_joule=np.array(photons) / np.array(share),
+    )
 
 
 def photon_mean(wavelength: Array, value: Array, temperature: float, bands: Bands = BANDS) -> Array:

@@ -199,8 +199,9 @@ class CameraTable(Table, frozen=True, kw_only=True):
     boresight: Vector | None = None
     up: Vector | None = None
     focal_length_mm: Positive = 13.0
-    f_number: Positive = 4.0
-    exposure_time_s: Positive = 0.0005
+    # No lens in air is faster than f/0.5 (Abbe's sine condition).
+    f_number: Annotated[float, Meta(ge=0.5)] = 4.0
+    exposure_time_s: Annotated[float, Meta(gt=0.0, le=3600.0)] = 0.0005
     transmission: BandValues = 1.0
     width_px: Annotated[int, Meta(ge=1, le=16384)] | None = None
     height_px: Annotated[int, Meta(ge=1, le=16384)] | None = None

@@ -159,3 +159,16 @@ def test_cos4_at_the_corner_of_a_wide_lens(gl: moderngl.Context) -> None:
     np.testing.assert_allclose(
         frame.electrons[0, 0] / frame.electrons[480, 640], expected, rtol=5e-6
     )
+
+
+def test_without_a_sun_there_are_no_electrons(gl: moderngl.Context) -> None:
+    scenario = scene(
+        {"plate": {"model": PLATE, "position_icrf_m": [0, 0, 0]}},
+        {"position_icrf_m": [0, 0, 50], "look_at": "plate", "read_noise_e": 0.0},
+        sun={"irradiance_w_m2": 0.0},
+    )
+    exposure = capture(gl, scenario)
+    assert exposure.electrons is not None
+    assert exposure.digital is not None
+    assert np.all(exposure.electrons.electrons == 0.0)
+    assert np.all(exposure.digital.dn == 64)

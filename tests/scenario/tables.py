@@ -325,6 +325,18 @@ BAD_VALUES = (
         " [spacecraft.plate]: model.plate.height_m must be a number > 0.0, got 0",
     ),
     Damage(
+        "lens faster than light allows",
+        LOOK,
+        f"{LOOK}\nf_number = 0.4",
+        " [camera.nav]: f_number must be a number >= 0.5, got 0.4",
+    ),
+    Damage(
+        "exposure of a day",
+        LOOK,
+        f"{LOOK}\nexposure_time_s = 86400",
+        " [camera.nav]: exposure_time_s must be a number <= 3600.0, got 86400",
+    ),
+    Damage(
         "negative exposure",
         LOOK,
         f"{LOOK}\nexposure_time_s = -0.001",
