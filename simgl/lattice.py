@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 ANGLE = float(np.arctan(np.sqrt(5.0) - 2.0))
 
 # A unit square holds at least one sample if the lattice's covering radius, 1 / sqrt(2 n), is below
-# one half: n > 2. Fewer than five leave edges coarse; beyond 256 float32 sums stop gaining.
-FEWEST, MOST = 5, 256
+# one half: n > 2. Fewer than five leave edges coarse. A distant craft of a fraction of a pixel needs
+# thousands to have the right flux; there they cost nothing.
+FEWEST, MOST = 5, 16384
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import moderngl
 
+from simgl.errors import ConfigError
 from simgl.gpu.blocks import UniformBuffer
 from simgl.gpu.program import load_program
 from simgl.gpu.state import State, clear_depth
@@ -77,7 +78,13 @@ class SurfacePass:
             assert self._target is not None
             return self._target
         self._release_target()
-        grown = tuple(-(-max(h, s) // _GRAIN) * _GRAIN for h, s in zip(have, size, strict=True))
+        largest = int(self._ctx.info["GL_MAX_TEXTURE_SIZE"])
+        if max(size) > largest:
+            problem = f"needs a raster of {size[0]} x {size[1]} samples, {largest} are possible"
+            raise ConfigError("[render]", "samples_per_pixel", f"{problem}; ask for fewer")
+        grown = tuple(
+            min(-(-max(h, s) // _GRAIN) * _GRAIN, largest) for h, s in zip(have, size, strict=True)
+        )
         color = self._ctx.texture(grown, 4, dtype="f4")  # type: ignore[arg-type]
         color.filter = (moderngl.NEAREST, moderngl.NEAREST)
         depth = self._ctx.depth_renderbuffer(grown)  # type: ignore[arg-type]

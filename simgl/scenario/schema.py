@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 
 from msgspec import Meta, Struct
 
-from simgl.lattice import FEWEST, MOST
+from simgl.lattice import FEWEST
 
 Positive = Annotated[float, Meta(gt=0.0)]
 NonNegative = Annotated[float, Meta(ge=0.0)]
@@ -218,4 +218,4 @@ class RenderTable(Table, frozen=True, kw_only=True):
     """``[render]``: noise seed and mean geometry samples per pixel (omitted: chosen by cost)."""
 
     seed: Annotated[int, Meta(ge=0, le=2**32 - 1)] = 0
-    samples_per_pixel: Annotated[int, Meta(ge=FEWEST, le=MOST)] | None = None
+    samples_per_pixel: Annotated[int, Meta(ge=FEWEST, le=256)] | None = None

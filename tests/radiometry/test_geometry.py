@@ -10,6 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from simgl.errors import ConfigError
 from simgl.physics.frames import Pose
 from simgl.scenario.scenario import Scenario
 from simgl.scene.earth import Earth
@@ -256,3 +257,38 @@ def test_a_craft_that_reaches_past_the_camera_is_drawn_where_it_is_seen(
     image = radiance(gl, scenario)[..., 1]
     assert image[64, 120] > 1.0
     assert image[64, :80].max() == 0.0
+
+
+@pytest.mark.parametrize("diameter_px", [0.1, 0.3, 1.0, 4.0])
+def test_a_craft_of_a_fraction_of_a_pixel_has_the_right_flux(
+    gl: moderngl.Context, diameter_px: float
+) -> None:
+    """A full Lambert sphere sends 2/3 rho E R^2 / d^2 to the camera, however small it looks."""
+    ball = {"sphere": {"radius_m": 0.5, "material": lambert(0.5)}}
+    scenario = scene(
+        {"ball": {"model": ball, "position_icrf_m": [0, 0, 0]}},
+        {"position_icrf_m": [0, 0, 3466.67 / diameter_px], "boresight": [0.0021, 0.0013, -1]},
+    )
+    f = scenario.cameras["cam"].focal_length_px
+    image = radiance(gl, scenario)[..., 1].astype(np.float64)
+    expected = 2.0 / 3.0 * 0.5 * 174.7738123 * (0.5 / (3466.67 / diameter_px)) ** 2
+    # At 0.1 px the ball holds some 100 samples: a few per cent; more from 0.3 px on.
+    np.testing.assert_allclose(
+        image.sum() / f**2, expected, rtol=0.03 if diameter_px < 0.2 else 0.01
+    )
+
+
+def test_more_samples_than_a_texture_holds_are_refused(gl: moderngl.Context) -> None:
+    scenario = scene(
+        {"target": {"model": PLATE, "position_icrf_m": [0, 0, 0]}},
+        {
+            "position_icrf_m": [0, 0, 1],
+            "boresight": [0, 0, -1],
+            "up": [0, 1, 0],
+            "width_px": 1400,
+            "height_px": 16,
+        },
+        render={"samples_per_pixel": 256},
+    )
+    with pytest.raises(ConfigError, match=r"samples_per_pixel needs a raster of \d+ x \d+ samples"):
+        radiance(gl, scenario)
