@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 ANGLE = float(np.arctan(np.sqrt(5.0) - 2.0))
 
 # A unit square holds at least one sample if the lattice's covering radius, 1 / sqrt(2 n), is below
-# one half: n > 2. Fewer than five leave edges coarse. A distant craft of a fraction of a pixel needs
-# thousands to have the right flux; there they cost nothing.
+# one half: n > 2. Fewer than five leave edges coarse. A distant craft of a fraction of a pixel
+# needs thousands to have the right flux; there they cost nothing.
 FEWEST, MOST = 5, 16384
 
 
