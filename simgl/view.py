@@ -115,8 +115,9 @@ class PlanetView:
 class FrameView:
     """Everything that the passes need for one picture.
 
+    planet : None where there is no Earth, or none in the field of view
     sun_direction : (3,) float32, camera axes, from the camera
-    sun_radiance : (4,) float32 of the disc [W m-2 sr-1]; zero where it is not to be seen
+    sun_radiance : (4,) float32 of the disc [W m-2 sr-1]; zero where it is not drawn or out of view
     sun_angular_radius : [rad]
     """
 
@@ -143,7 +144,7 @@ def frame_view(
     """
     camera = state.cameras[camera_name]
     seen = state.sun.seen_from(camera.position)
-    visible = state.sun.visible
+    visible = state.sun.visible and _in_field(camera, seen.direction_icrf, seen.angular_radius)
     planet = None if state.earth is None else _planet(state, state.earth, camera)
     fixed = None if samples_per_pixel is None else turned_lattice(samples_per_pixel)
     return FrameView(
@@ -170,7 +171,18 @@ def _float32(values: Array) -> Floats:
     return np.asarray(values, dtype=np.float32)
 
 
-def _planet(state: SceneState, earth: EarthState, camera: CameraState) -> PlanetView:
+def _in_field(camera: CameraState, direction_icrf: Array, angular_radius: float) -> bool:
+    """Whether a disc on the sky may touch the picture."""
+    d = camera.camera.detector
+    half_diagonal = np.arctan(0.5 * np.hypot(d.width, d.height) / camera.camera.focal_length_px)
+    boresight = camera.R_camera_from_icrf[2]
+    sine = np.linalg.norm(np.cross(boresight, direction_icrf))
+    off_axis = np.arctan2(sine, np.dot(boresight, direction_icrf))
+    # Nearly a pixel more than enough: a disc's edge is drawn over one.
+    return bool(off_axis < half_diagonal + angular_radius + 1.0 / camera.camera.focal_length_px)
+
+
+def _planet(state: SceneState, earth: EarthState, camera: CameraState) -> PlanetView | None:
     radii = np.array(earth.earth.radii)
     stretch = radii[0] / radii
     position = earth.R_itrf_from_icrf @ (camera.position - earth.position)
@@ -182,6 +194,11 @@ def _planet(state: SceneState, earth: EarthState, camera: CameraState) -> Planet
             "position",
             f"is {-0.5 * outside * radii[0]:.0f} m below the Earth's surface",
         )
+    distance = float(np.linalg.norm(position))
+    towards_earth = (earth.position - camera.position) / distance
+    largest = np.arcsin(min(float(radii.max()) / distance, 1.0))
+    if not _in_field(camera, towards_earth, largest):
+        return None
     R_itrf_from_camera = earth.R_itrf_from_icrf @ camera.R_camera_from_icrf.T
     sun = state.sun.seen_from(earth.position)
     return PlanetView(

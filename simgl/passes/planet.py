@@ -71,6 +71,9 @@ class PlanetPass:
     def draw(self, view: FrameView, target: moderngl.Framebuffer) -> None:
         """Fill the whole target with what lies behind the spacecraft [W m-2 sr-1]."""
         self.state.apply(self._ctx, target, (0, 0, *target.size))
+        if view.planet is None and not view.sun_radiance.any():
+            target.clear(0.0, 0.0, 0.0, 0.0)
+            return
         self._program.draw(_values(view), self._maps)
 
     def release(self) -> None:

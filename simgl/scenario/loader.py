@@ -34,7 +34,7 @@ from simgl.scenario.schema import (
     SpacecraftTable,
     SunTable,
 )
-from simgl.scenario.strict import convert, read_toml, shown, shown_key
+from simgl.scenario.strict import convert, plain, read_toml, shown, shown_key
 from simgl.scene import mesh as shapes
 from simgl.scene.camera import Camera, Detector, Lens
 from simgl.scene.earth import Earth
@@ -80,8 +80,12 @@ def load_scenario(path: str | Path) -> Scenario:
 def scenario_from_dict(
     data: dict[str, Any], *, name: str = "scenario", source: Path | None = None
 ) -> Scenario:
-    """A scenario from the content of a file; relative paths start at the folder of ``source``."""
+    """A scenario from the content of a file; relative paths start at the folder of ``source``.
+
+    Numbers and arrays of numpy serve as well as Python's.
+    """
     where = str(source) if source else name
+    data = plain(data)
     for key in data:
         if key not in _TABLES:
             problem = f"is not a table here; {did_you_mean(key, _TABLES)}"

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import msgspec
+import numpy as np
 from msgspec import inspect
 
 from simgl.errors import AssetError, ConfigError, did_you_mean
@@ -51,6 +52,15 @@ def read_toml(path: Path) -> dict[str, Any]:
         return tomllib.loads(text)
     except ValueError as error:
         raise ConfigError(str(path), "", f"is not valid TOML: {error}") from None
+
+
+def plain(value: Any) -> Any:
+    """The value with numpy's numbers and arrays as Python's."""
+    if isinstance(value, dict):
+        return {key: plain(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(inner) for inner in value]
+    return value.tolist() if isinstance(value, np.generic | np.ndarray) else value
 
 
 def shown_key(key: str) -> str:

@@ -160,3 +160,28 @@ def test_a_craft_behind_the_earth_is_not_seen(gl: moderngl.Context) -> None:
             earth={**SPHERE, "albedo": 0.0},
         )
         assert (radiance(gl, scenario).max() > 0.0) == seen
+
+
+@pytest.mark.parametrize("off_axis_deg", [0.0, 40.0, 62.0, 69.0, 80.0, 180.0])
+def test_the_earth_at_the_edge_of_the_field_is_neither_lost_nor_invented(
+    gl: moderngl.Context, off_axis_deg: float
+) -> None:
+    """At 400 km the Earth's limb stands 70.2 deg from nadir; the field's corners reach 1.5 deg."""
+    a = np.radians(off_axis_deg)
+    scenario = scene(
+        {},
+        {
+            "position_icrf_m": [6.771e6, 0, 0],
+            "boresight": [-np.cos(a), 0.0, np.sin(a)],
+            "up": [0, 1, 0],
+        },
+        sun_direction=(1.0, 0.0, 1.0),
+        earth=SPHERE,
+        sun={"visible": False},
+    )
+    image = radiance(gl, scenario)[..., 1]
+    seen = 70.2 - off_axis_deg > -1.5
+    assert (image.max() > 0.0) == seen
+    if off_axis_deg == 69.0:
+        # The limb crosses the picture's middle half: 1.2 deg is 72 of 128 pixels off the middle.
+        assert (image[64] > 0.0).sum() >= 126

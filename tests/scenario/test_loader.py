@@ -262,3 +262,15 @@ def test_poses_that_a_simulation_sends_replace_the_files_laws(tmp_path: Path) ->
     np.testing.assert_array_equal(state.bodies["chaser"].pose.position, [1.0, 2.0, 3.0])
     assert state.cameras["nav"].camera.exposure_time == 0.25
     assert scenario.cameras["nav"].exposure_time == 0.0005
+
+
+def test_numbers_and_arrays_of_numpy_serve_in_a_dictionary() -> None:
+    data = {
+        "epoch": {"utc": "2026-03-20T12:00:00"},
+        "earth": {"shape": "none"},
+        "sun": {"direction_icrf": np.array([0.0, 0.0, 1.0]), "irradiance_w_m2": np.float32(1367.0)},
+        "camera": {"cam": {"position_icrf_m": (0, np.float64(1.0), 2), "boresight": [1, 0, 0]}},
+    }
+    scenario = scenario_from_dict(data)
+    position = scenario.at(scenario.epoch_tai_ns).cameras["cam"].position
+    np.testing.assert_array_equal(position, [0.0, 1.0, 2.0])
