@@ -1,0 +1,54 @@
+"""What the tables of a scenario file share: band values, directions, exclusive keys."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from simgl.errors import ConfigError
+from simgl.physics.frames import unit
+from simgl.scenario.schema import CameraTable, SpacecraftTable
+
+Four = tuple[float, float, float, float]
+
+# Keys that say nothing without another one: refused alone, not passed over.
+_GOES_WITH = {
+    "position_lvlh_m": "relative_to",
+    "velocity_lvlh_m_s": "relative_to",
+    "velocity_icrf_m_s": "position_icrf_m",
+    "position_body_m": "on",
+    "keypoint": "on",
+}
+
+
+def fractions(value: float | Sequence[float], where: str, key: str) -> Four:
+    """Four band values 0..1 from one number or four."""
+    r, g, b, n = (value,) * 4 if isinstance(value, (int, float)) else value
+    for one in (r, g, b, n):
+        if not 0.0 <= one <= 1.0:
+            raise ConfigError(where, key, f"must lie in 0..1, got {one:g}")
+    return float(r), float(g), float(b), float(n)
+
+
+def direction(value: Sequence[float], where: str, key: str) -> np.ndarray[Any, Any]:
+    """(3,) unit vector from three numbers."""
+    try:
+        return unit(value)
+    except ValueError as error:
+        raise ConfigError(where, key, str(error)) from None
+
+
+def exactly_one(
+    table: SpacecraftTable | CameraTable, where: str, what: str, keys: tuple[str, ...]
+) -> None:
+    """One of the keys is given, and no key that goes with another of them."""
+    given = [k for k in keys if getattr(table, k) is not None]
+    if len(given) != 1:
+        found = " and ".join(given) if given else "none of them"
+        problem = f"needs exactly one of {', '.join(keys)}; got {found}"
+        raise ConfigError(where, what, problem)
+    for key, needed in _GOES_WITH.items():
+        if getattr(table, key, None) is not None and needed not in given:
+            raise ConfigError(where, key, f"goes with {needed}, not with {given[0]}")

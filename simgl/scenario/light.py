@@ -1,0 +1,53 @@
+"""The ``[sun]`` and ``[earth]`` tables."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from simgl.errors import ConfigError
+from simgl.physics.air import ATMOSPHERES
+from simgl.physics.constants import ASTRONOMICAL_UNIT, SOLAR_CONSTANT, SOLAR_RADIUS
+from simgl.physics.spectrum import black_body_light
+from simgl.scenario.fields import direction, fractions
+from simgl.scenario.scenario import EphemerisSun
+from simgl.scenario.schema import EarthTable, SunTable
+from simgl.scene.earth import Earth
+from simgl.scene.state import SunInDirection
+
+
+def read_sun(table: SunTable, temperature: float, where: str) -> EphemerisSun | SunInDirection:
+    """The Sun of a scenario; temperature of its spectrum [K]."""
+    total = SOLAR_CONSTANT if table.irradiance_w_m2 is None else table.irradiance_w_m2
+    light = black_body_light(total, temperature)
+    radius = SOLAR_RADIUS
+    if table.angular_diameter_deg is not None:
+        radius = ASTRONOMICAL_UNIT * np.sin(np.radians(0.5 * table.angular_diameter_deg))
+    if table.direction_icrf is None:
+        return EphemerisSun(light_at_1_au=light, radius=radius, visible=table.visible)
+    return SunInDirection(
+        direction_icrf=direction(table.direction_icrf, where, "direction_icrf"),
+        light=light,
+        angular_radius=float(np.arcsin(radius / ASTRONOMICAL_UNIT)),
+        visible=table.visible,
+    )
+
+
+def read_earth(table: EarthTable, where: str) -> Earth | None:
+    """The Earth of a scenario; None in deep space."""
+    if table.radius_km is not None and table.shape != "sphere":
+        raise ConfigError(where, "radius_km", f'goes with shape = "sphere", got "{table.shape}"')
+    albedo = None if table.albedo is None else fractions(table.albedo, where, "albedo")
+    if table.shape == "none":
+        if albedo is not None:
+            raise ConfigError(where, "albedo", 'goes with an Earth, got shape = "none"')
+        if table.atmosphere is not None:
+            raise ConfigError(where, "atmosphere", 'goes with an Earth, got shape = "none"')
+        return None
+    default = "standard" if table.shape == "wgs84" else "none"
+    air = ATMOSPHERES.get(table.atmosphere or default)
+    if table.shape == "sphere":
+        if table.radius_km is None:
+            raise ConfigError(where, "radius_km", 'is missing; shape = "sphere" needs it')
+        radius = table.radius_km * 1e3
+        return Earth(equatorial_radius=radius, polar_radius=radius, albedo=albedo, air=air)
+    return Earth(albedo=albedo, air=air)
