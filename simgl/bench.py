@@ -18,7 +18,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 from rich.console import Console, Group
-from rich.progress import Progress
+from rich.progress import Progress, TaskID
 from rich.table import Table
 
 from simgl import __version__, assets
@@ -26,6 +26,7 @@ from simgl.errors import ConfigError, did_you_mean
 from simgl.scenario.loader import load_scenario
 from simgl.scenario.scenario import Scenario
 from simgl.simulator import Simulator
+from simgl.transport.bake import Progress as Report
 
 # Entry points of this group time frames through a link: (scenario file, camera, epochs) -> seconds.
 LINKS_GROUP = "simgl.bench_links"
@@ -115,7 +116,7 @@ def scene_files() -> dict[str, Path]:
     return {p.stem: p for p in sorted((assets.data() / "bench").glob("*.toml"))}
 
 
-def _one_scene(path: Path, frames: int) -> tuple[str, list[SceneResult]]:
+def _one_scene(path: Path, frames: int, progress: Report) -> tuple[str, list[SceneResult]]:
     """Renderer name, and the results in process and through every link."""
     scenario = load_scenario(path)
     camera = next(iter(scenario.cameras))
@@ -134,7 +135,7 @@ def _one_scene(path: Path, frames: int) -> tuple[str, list[SceneResult]]:
             passes_ms=passes,
         )
 
-    with Simulator(scenario) as simulator:
+    with Simulator(scenario, progress=progress) as simulator:
         renderer = simulator.renderer_name
         seconds = _frame_times(simulator, camera, epochs)
         passes = _pass_times(simulator, camera, epochs[: WARM_UP + frames // 3])
@@ -156,7 +157,12 @@ def run(*, scenes: Sequence[str] | None, frames: int, console: Console) -> Resul
     renderer, results = "", []
     with Progress(console=console, transient=True) as progress:
         for name in progress.track(chosen, description="bench"):
-            renderer, of_scene = _one_scene(files[name], frames)
+            tracing = progress.add_task(f"{name}: tracing light between surfaces", visible=False)
+
+            def report(done: int, total: int, task: TaskID = tracing) -> None:
+                progress.update(task, completed=done, total=total, visible=done < total)
+
+            renderer, of_scene = _one_scene(files[name], frames, report)
             results += of_scene
     return Results(machine=machine(), renderer=renderer, version=__version__, scenes=results)
 

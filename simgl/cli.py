@@ -82,6 +82,7 @@ def render(
     """
     from simgl.errors import did_you_mean
     from simgl.output import check_writable, write_exposure
+    from simgl.progress import bake_bar
     from simgl.scenario.loader import load_scenario
     from simgl.simulator import Product, Simulator
 
@@ -98,7 +99,9 @@ def render(
             console.print(f"note: {craft}: {note}", highlight=False, markup=False, soft_wrap=True)
     state = loaded.at(epoch)
     check_writable(out)
-    with Simulator(loaded) as simulator:
+    with bake_bar() as progress:
+        ready = Simulator(loaded, progress=progress)
+    with ready as simulator:
         for name in camera or loaded.cameras:
             products = {Product.DN, Product.RADIANCE, Product.TRUTH}
             exposure = simulator.capture(state, name, products)
@@ -120,12 +123,15 @@ def assess(
     import math
 
     from simgl.assess.frame import assess_frame
+    from simgl.progress import bake_bar
     from simgl.scenario.loader import load_scenario
     from simgl.simulator import ALL_PRODUCTS, Simulator
 
     loaded = load_scenario(scenario)
     state = loaded.at(_epoch(loaded.epoch_tai_ns, at))
-    with Simulator(loaded) as simulator:
+    with bake_bar() as progress:
+        ready = Simulator(loaded, progress=progress)
+    with ready as simulator:
         found = assess_frame(simulator.capture(state, camera, ALL_PRODUCTS), state, target)
     console.print(
         f"range                 {found.range:.2f} m\n"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
@@ -10,14 +12,19 @@ from simgl.gpu.context import is_software
 from simgl.gpu.targets import Format, ImageTarget
 from simgl.gpu.timers import PassTimer
 from simgl.passes.detector import DetectorPass
+from simgl.passes.exchange import ExchangePass
+from simgl.passes.lamp_shadow import LampShadowPass
 from simgl.passes.meshes import MeshStore
 from simgl.passes.optics import OpticsPass
 from simgl.passes.planet import PlanetPass
+from simgl.passes.probe import ProbePass
 from simgl.passes.resolve import ResolvePass
 from simgl.passes.shadow import ShadowPass
 from simgl.passes.surface import SurfacePass
 from simgl.passes.truth import TruthPass
 from simgl.scene.camera import Camera
+from simgl.scene.spacecraft import SpacecraftModel
+from simgl.transport.bake import Progress
 from simgl.view import FrameView, truth_tile
 
 _RADIANCE = (Format("f4", 4),)
@@ -44,24 +51,40 @@ class Renderer:
         self.sample_budget = _SAMPLE_BUDGET_CPU if is_software(ctx) else _SAMPLE_BUDGET_GPU
         self._meshes = MeshStore(ctx)
         self._shadow = ShadowPass(ctx, self._meshes)
+        self._lamp_shadow = LampShadowPass(ctx, self._meshes)
         self._surface = SurfacePass(ctx, self._meshes)
         self._planet = PlanetPass(ctx)
+        self._probe = ProbePass(ctx, self._planet.draw)
+        self._exchange = ExchangePass(ctx)
         self._resolve = ResolvePass(ctx)
         self._truth = TruthPass(ctx, self._meshes)
         self._optics = OpticsPass(ctx)
         self._detector = DetectorPass(ctx)
         self._targets: dict[tuple[tuple[int, int], tuple[Format, ...]], ImageTarget] = {}
 
+    def prepare(self, models: Iterable[SpacecraftModel], progress: Progress | None = None) -> None:
+        """Trace how the surfaces of models see each other, so that no frame waits for it."""
+        for model in models:
+            self._exchange.transport(model, progress)
+
     def radiance(self, view: FrameView) -> ImageTarget:
         """Radiance per band [W m-2 sr-1], RGBA32F; valid until the next call at this size."""
         target = self._target(view.camera, _RADIANCE)
         with self.timer.measure("planet"):
-            self._planet.draw(view, target.framebuffer)
+            self._planet.draw(view.background, target.framebuffer, (0, 0, *target.size))
+        with self.timer.measure("lamp_shadow"):
+            lamp_maps = self._lamp_shadow.draw(view.lamps)
         for tile in view.tiles:
+            with self.timer.measure("probe"):
+                probes = self._probe.draw([craft.sky for craft in tile.craft])
+            with self.timer.measure("exchange"):
+                around = [probe.sky if probe else None for probe in probes]
+                lightings = self._exchange.draw(tile.craft, around)
             with self.timer.measure("shadow"):
                 maps = self._shadow.draw([craft.shadow for craft in tile.craft])
             with self.timer.measure("surface"):
-                samples = self._surface.draw(tile, maps)
+                skies = [probe.textures if probe else () for probe in probes]
+                samples = self._surface.draw(tile, maps, skies, lightings, view.lamps, lamp_maps)
             with self.timer.measure("resolve"):
                 self._resolve.draw(tile, samples, target.framebuffer)
         return target
@@ -116,8 +139,11 @@ class Renderer:
         self._targets.clear()
         for owner in (
             self._shadow,
+            self._lamp_shadow,
             self._surface,
             self._planet,
+            self._probe,
+            self._exchange,
             self._resolve,
             self._truth,
             self._optics,

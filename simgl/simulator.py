@@ -16,6 +16,7 @@ from simgl.images import DigitalFrame, ElectronFrame, FrameInfo, RadianceFrame, 
 from simgl.renderer import Renderer
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState
+from simgl.transport.bake import Progress
 from simgl.view import FrameView, frame_view
 
 
@@ -53,14 +54,24 @@ class Simulator:
 
     >>> with Simulator(load_scenario("approach.toml")) as simulator:
     ...     exposure = simulator.capture(simulator.scenario.at(epoch), "navcam")
+
+    progress : told the steps done and their number while light between surfaces is traced, some
+        seconds for a new model
     """
 
-    def __init__(self, scenario: Scenario, ctx: moderngl.Context | None = None) -> None:
+    def __init__(
+        self,
+        scenario: Scenario,
+        ctx: moderngl.Context | None = None,
+        progress: Progress | None = None,
+    ) -> None:
         self.scenario = scenario
         self._own_ctx = ctx is None
         self._ctx = open_context() if ctx is None else ctx
         with self._ctx:
             self._renderer = Renderer(self._ctx)
+        if scenario.inter_reflection:
+            self._renderer.prepare(scenario.models.values(), progress)
         self.renderer_name = f"{self._ctx.info['GL_RENDERER']}, {self._ctx.info['GL_VERSION']}"
 
     @property
@@ -87,6 +98,7 @@ class Simulator:
                 camera,
                 sample_budget=self._renderer.sample_budget,
                 samples_per_pixel=self.scenario.samples_per_pixel,
+                inter_reflection=self.scenario.inter_reflection,
             )
         except ConfigError as error:
             where = f"{self.scenario.source or self.scenario.name} {error.where}"

@@ -1,7 +1,8 @@
 """From the float64 scene to what one camera draws, float32 and relative to the camera.
 
-The one place where large coordinates are subtracted. Camera axes are used throughout (z boresight,
-x right, y down); the projection puts row 0 of the picture at row 0 of the target.
+Large coordinates are subtracted here, and the Earth's in ``background``. Camera axes are used
+throughout (z boresight, x right, y down); the projection puts row 0 of the picture at row 0 of the
+target.
 """
 
 from __future__ import annotations
@@ -12,12 +13,15 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from simgl.background import Background, SkyView, background, sky_view
 from simgl.errors import ConfigError
+from simgl.lamps import LampView, lamp_views
 from simgl.lattice import PIXEL_CENTRES, Lattice, choose_lattice, turned_lattice
 from simgl.scene.camera import Camera
-from simgl.scene.earth import Earth
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import BodyState, CameraState, EarthState, SceneState
+from simgl.shadows import ShadowView, shadow_view
+from simgl.transport.view import ExchangeView, exchange_view
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
@@ -29,32 +33,6 @@ SLICE_RATIO = 64.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ShadowCaster:
-    """A spacecraft in a shadow map.
-
-    light_from_body : (4, 4) float32, to the map's clip space
-    """
-
-    model: SpacecraftModel
-    light_from_body: Floats
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class ShadowView:
-    """One shadow map, fitted to the spacecraft that receives it.
-
-    key : equal keys mean equal maps
-    light_from_body : (4, 4) float32, of the receiver
-    half_size : of the map's cube [m]; what lies before it towards the Sun is flattened onto it
-    """
-
-    key: bytes
-    casters: tuple[ShadowCaster, ...]
-    light_from_body: Floats
-    half_size: float
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
 class CraftView:
     """A spacecraft before the camera.
 
@@ -62,7 +40,10 @@ class CraftView:
     camera_from_body : (4, 4) float32
     sun_direction : (3,) float32 unit, camera axes
     sun_irradiance : (4,) float32 [W m-2], the eclipse by the Earth included
+    sun_limb : (2, 4) limb darkening u and v per band: 1 - u (1 - mu) - v (1 - mu)^2
     sun_angular_radius : [rad]
+    sky : None where there is no Earth
+    exchange : None where light between its surfaces is left out
     """
 
     name: str
@@ -71,8 +52,11 @@ class CraftView:
     camera_from_body: Floats
     sun_direction: Floats
     sun_irradiance: Floats
+    sun_limb: Floats
     sun_angular_radius: float
     shadow: ShadowView
+    sky: SkyView | None
+    exchange: ExchangeView | None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -93,40 +77,16 @@ class Tile:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class PlanetView:
-    """The Earth before the camera, in a space where it is the unit sphere.
-
-    sphere_from_camera : (3, 3) float32, turns and stretches directions
-    camera_in_sphere : (3,) float32, place of the pinhole
-    outside : |camera|^2 - 1, taken in float64
-    sun_direction_itrf : (3,) float32
-    sun_irradiance : (4,) float32 at the Earth [W m-2]
-    """
-
-    earth: Earth
-    sphere_from_camera: Floats
-    camera_in_sphere: Floats
-    outside: float
-    sun_direction_itrf: Floats
-    sun_irradiance: Floats
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
 class FrameView:
     """Everything that the passes need for one picture.
 
-    planet : None where there is no Earth, or none in the field of view
-    sun_direction : (3,) float32, camera axes, from the camera
-    sun_radiance : (4,) float32 of the disc [W m-2 sr-1]; zero where it is not drawn or out of view
-    sun_angular_radius : [rad]
+    background : Earth and Sun
     """
 
     camera: Camera
-    sun_direction: Floats
-    sun_radiance: Floats
-    sun_angular_radius: float
-    planet: PlanetView | None
+    background: Background
     tiles: tuple[Tile, ...]
+    lamps: tuple[LampView, ...]
 
 
 def frame_view(
@@ -135,25 +95,22 @@ def frame_view(
     *,
     sample_budget: int,
     samples_per_pixel: int | None = None,
+    inter_reflection: bool = True,
 ) -> FrameView:
     """What one camera of the scene draws.
 
     sample_budget : geometry samples that a tile may take where ``samples_per_pixel`` is None
+    inter_reflection : light between the surfaces of a spacecraft, and the Earth hidden by them
 
     Raises ConfigError where the camera is inside a body or the Earth.
     """
     camera = state.cameras[camera_name]
-    seen = state.sun.seen_from(camera.position)
-    visible = state.sun.visible and _in_field(camera, seen.direction_icrf, seen.angular_radius)
-    planet = None if state.earth is None else _planet(state, state.earth, camera)
     fixed = None if samples_per_pixel is None else turned_lattice(samples_per_pixel)
     return FrameView(
         camera=camera.camera,
-        sun_direction=_float32(camera.R_camera_from_icrf @ seen.direction_icrf),
-        sun_radiance=_float32(seen.radiance if visible else np.zeros(4)),
-        sun_angular_radius=seen.angular_radius,
-        planet=planet,
-        tiles=_tiles(state, camera, sample_budget, fixed),
+        background=background(state, camera),
+        tiles=_tiles(_craft(state, camera, inter_reflection), camera, sample_budget, fixed),
+        lamps=lamp_views(state, camera),
     )
 
 
@@ -169,46 +126,6 @@ def truth_tile(view: FrameView) -> Tile | None:
 
 def _float32(values: Array) -> Floats:
     return np.asarray(values, dtype=np.float32)
-
-
-def _in_field(camera: CameraState, direction_icrf: Array, angular_radius: float) -> bool:
-    """Whether a disc on the sky may touch the picture."""
-    d = camera.camera.detector
-    half_diagonal = np.arctan(0.5 * np.hypot(d.width, d.height) / camera.camera.focal_length_px)
-    boresight = camera.R_camera_from_icrf[2]
-    sine = np.linalg.norm(np.cross(boresight, direction_icrf))
-    off_axis = np.arctan2(sine, np.dot(boresight, direction_icrf))
-    # Nearly a pixel more than enough: a disc's edge is drawn over one.
-    return bool(off_axis < half_diagonal + angular_radius + 1.0 / camera.camera.focal_length_px)
-
-
-def _planet(state: SceneState, earth: EarthState, camera: CameraState) -> PlanetView | None:
-    radii = np.array(earth.earth.radii)
-    stretch = radii[0] / radii
-    position = earth.R_itrf_from_icrf @ (camera.position - earth.position)
-    in_sphere = position / radii
-    outside = float(np.dot(in_sphere, in_sphere)) - 1.0
-    if outside <= 0.0:
-        raise ConfigError(
-            f"[camera.{camera.camera.name}]",
-            "position",
-            f"is {-0.5 * outside * radii[0]:.0f} m below the Earth's surface",
-        )
-    distance = float(np.linalg.norm(position))
-    towards_earth = (earth.position - camera.position) / distance
-    largest = np.arcsin(min(float(radii.max()) / distance, 1.0))
-    if not _in_field(camera, towards_earth, largest):
-        return None
-    R_itrf_from_camera = earth.R_itrf_from_icrf @ camera.R_camera_from_icrf.T
-    sun = state.sun.seen_from(earth.position)
-    return PlanetView(
-        earth=earth.earth,
-        sphere_from_camera=_float32(stretch[:, None] * R_itrf_from_camera),
-        camera_in_sphere=_float32(in_sphere),
-        outside=outside,
-        sun_direction_itrf=_float32(earth.R_itrf_from_icrf @ sun.direction_icrf),
-        sun_irradiance=_float32(sun.irradiance),
-    )
 
 
 def _hidden_by_earth(earth: EarthState | None, camera: Array, body: Array) -> bool:
@@ -249,67 +166,31 @@ def _refuse_inside(camera: CameraState, name: str, body: BodyState) -> None:
         )
 
 
-def _craft(state: SceneState, camera: CameraState) -> list[CraftView]:
+def _craft(state: SceneState, camera: CameraState, inter_reflection: bool) -> list[CraftView]:
     views = []
     for index, (name, body) in enumerate(state.bodies.items()):
         _refuse_inside(camera, name, body)
         if _hidden_by_earth(state.earth, camera.position, body.pose.position):
             continue
         sun = state.sun.seen_from(body.pose.position)
+        camera_from_body = _camera_from_body(camera, body)
+        body_from_camera = np.asarray(np.linalg.inv(camera_from_body))
         views.append(
             CraftView(
                 name=name,
                 instance=index + 1,
                 model=body.model,
-                camera_from_body=_float32(_camera_from_body(camera, body)),
+                camera_from_body=_float32(camera_from_body),
                 sun_direction=_float32(camera.R_camera_from_icrf @ sun.direction_icrf),
                 sun_irradiance=_float32(sun.irradiance * state.sunlight(body.pose.position)),
+                sun_limb=_float32(sun.limb),
                 sun_angular_radius=sun.angular_radius,
-                shadow=_shadow(state, body, sun.direction_icrf),
+                sky=sky_view(state, name, body),
+                exchange=exchange_view(state, body) if inter_reflection else None,
+                shadow=shadow_view(state, body, camera.camera, body_from_camera),
             )
         )
     return views
-
-
-def _shadow(state: SceneState, receiver: BodyState, sun_direction_icrf: Array) -> ShadowView:
-    """A parallel projection along the sunlight that just holds the receiver.
-
-    Light axes: z away from the Sun, x and y any. Casters are all bodies whose bounding sphere,
-    moved along the light, meets the receiver's.
-    """
-    pose, mesh = receiver.pose, receiver.model.mesh
-    sun_body = pose.R_icrf_from_body.T @ sun_direction_icrf
-    z = -sun_body
-    x = np.cross(z, np.eye(3)[int(np.argmin(np.abs(z)))])
-    x /= np.linalg.norm(x)
-    R_light_from_body = np.stack([x, np.cross(z, x), z])
-    centre = R_light_from_body @ mesh.centre
-    radius = 1.01 * mesh.radius
-    casters = []
-    for other in state.bodies.values():
-        R = R_light_from_body @ pose.R_icrf_from_body.T @ other.pose.R_icrf_from_body
-        offset = R_light_from_body @ (
-            pose.R_icrf_from_body.T @ (other.pose.position - pose.position)
-        )
-        place = R @ other.model.mesh.centre + offset - centre
-        reach = other.model.mesh.radius + radius
-        if np.hypot(place[0], place[1]) > reach or place[2] > reach:
-            continue
-        casters.append((other.model, _matrix(R, offset)))
-    clip_from_light = np.diag([1.0 / radius, 1.0 / radius, 1.0 / radius, 1.0])
-    clip_from_light[:3, 3] = -centre / radius
-    drawn = tuple(
-        ShadowCaster(model=model, light_from_body=_float32(clip_from_light @ light_from_other))
-        for model, light_from_other in casters
-    )
-    key = b"".join(c.model.mesh.digest.encode() + c.light_from_body.tobytes() for c in drawn)
-    own = clip_from_light @ _matrix(R_light_from_body, np.zeros(3))
-    return ShadowView(
-        key=key,
-        casters=drawn,
-        light_from_body=_float32(own),
-        half_size=radius,
-    )
 
 
 def _hull_in_camera(craft: CraftView) -> Array:
@@ -345,10 +226,10 @@ def _pixel_box(hull: Array, camera: Camera) -> tuple[int, int, int, int] | None:
 
 
 def _tiles(
-    state: SceneState, camera: CameraState, sample_budget: int, fixed: Lattice | None
+    views: list[CraftView], camera: CameraState, sample_budget: int, fixed: Lattice | None
 ) -> tuple[Tile, ...]:
     groups: list[tuple[tuple[int, int, int, int], list[tuple[CraftView, Array]]]] = []
-    for craft in _craft(state, camera):
+    for craft in views:
         hull = _hull_in_camera(craft)
         box = _pixel_box(hull, camera.camera)
         if box is None:

@@ -34,6 +34,7 @@ def scene(
     earth: Table | None = None,
     render: Table | None = None,
     sun: Table | None = None,
+    lamp: Table | None = None,
 ) -> Scenario:
     """A scene in deep space (or over an Earth), the Sun fixed by hand, with one camera, "cam"."""
     size = {"width_px": 128, "height_px": 128}
@@ -43,6 +44,7 @@ def scene(
         "earth": earth or {"shape": "none"},
         "spacecraft": dict(craft),
         "camera": {"cam": {**size, **camera}},
+        "lamp": lamp or {},
         "render": render or {},
     }
     return scenario_from_dict(data)

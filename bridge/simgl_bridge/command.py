@@ -14,6 +14,7 @@ from typing import Annotated
 import typer
 
 from simgl.errors import SimglError
+from simgl.progress import bake_bar
 from simgl.scenario.loader import load_scenario
 from simgl.simulator import Simulator
 from simgl_bridge.address import DEFAULT_ADDRESS, check_bindable
@@ -55,7 +56,9 @@ def serve(
     check_bindable(address)
     with _stop_on_signals() as stop:
         loaded = load_scenario(scenario)
-        with Simulator(loaded) as simulator, Server(simulator, address) as server:
+        with bake_bar() as progress:
+            ready = Simulator(loaded, progress=progress)
+        with ready as simulator, Server(simulator, address) as server:
             print(server.summary, flush=True)
             server.serve(stop)
 

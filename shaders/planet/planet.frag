@@ -18,6 +18,16 @@ float coverage(float value) {
     return clamp(0.5 + value / max(gradient, 1e-30), 0.0, 1.0);
 }
 
+// Radiance of the Sun's disc where the ray passes `off` [rad] from its centre; 0 outside.
+vec4 sun_disc(float off) {
+    float width = length(vec2(dFdx(off), dFdy(off)));
+    float seen = coverage(sun_angular_radius - off);
+    // The pixel's part that lies on the disc.
+    float near = clamp((off - 0.5 * width) / sun_angular_radius, -1.0, 0.999);
+    float far = min((off + 0.5 * width) / sun_angular_radius, 1.0);
+    return sun_radiance * limb_mean(near, far, sun_limb_u, sun_limb_v) * seen;
+}
+
 // Reflectance at geodetic latitude and longitude [rad]; `footprint` of the pixel [rad of latitude].
 vec4 surface_reflectance(float latitude, float longitude, float footprint) {
     if (albedo_from_map < 0.5) return earth_albedo;
@@ -32,7 +42,7 @@ vec4 surface_reflectance(float latitude, float longitude, float footprint) {
 void main() {
     vec3 ray = pixel_ray(gl_FragCoord.xy);
     float off_sun = atan(length(cross(ray, sun_direction.xyz)), dot(ray, sun_direction.xyz));
-    vec4 sky = sun_radiance * coverage(sun_angular_radius - off_sun);
+    vec4 sky = sun_disc(off_sun);
 
     // In sphere space |o + t d| = 1: t^2 dd + 2 t od + (oo - 1) = 0, oo - 1 taken in float64 outside.
     vec3 o = camera_in_sphere.xyz;

@@ -56,17 +56,36 @@ vec4 F_schlick(vec4 f0, float VoH) {
     return f0 + (1.0 - f0) * pow(1.0 - VoH, 5.0);
 }
 
-// Bidirectional reflectance [sr-1] per band, its mean over a small disc of light, for unit normal `n`
-// and directions `wi` (the disc's centre), `wo` away from the surface, both above it; `alpha` is the
-// lobe's width, roughness^2, `radius` the disc's angular radius [rad].
-vec4 brdf(vec4 reflectance, float metallic, float alpha, vec3 n, vec3 wi, vec3 wo, float radius) {
-    vec3 h = normalize(wi + wo);
+// The microfacet lobe without its Fresnel term [sr-1], its mean over a small disc of light.
+//
+// n : unit normal; wi (the disc's centre), wo : unit, away from the surface, above it
+// h : unit, half way between them; VoH : cosine between wo and h
+// alpha : the lobe's width, roughness^2; radius : angular, of the disc [rad]
+float lobe(float alpha, vec3 n, vec3 wi, vec3 wo, vec3 h, float VoH, float radius) {
     float NoL = max(dot(n, wi), 1e-6);
     // An interpolated normal can lean away from the viewer by a facet's angle.
     float NoV = max(dot(n, wo), 1e-4);
+    return D_ggx_disc(n, h, wo, VoH, alpha, radius) * V_smith(NoL, NoV, alpha);
+}
+
+// Bidirectional reflectance [sr-1] per band, its mean over a small disc of light; arguments as for
+// the lobe. `gain` makes up for light that meets several microfacets; 1 is the model of glTF.
+vec4 brdf(vec4 reflectance, float metallic, float alpha, vec4 gain, vec3 n, vec3 wi, vec3 wo,
+          float radius) {
+    vec3 h = normalize(wi + wo);
     float VoH = clamp(dot(wo, h), 1e-4, 1.0);
-    float lobe = D_ggx_disc(n, h, wo, VoH, alpha, radius) * V_smith(NoL, NoV, alpha);
     vec4 F = F_schlick(mix(vec4(0.04), reflectance, metallic), VoH);
     vec4 base = (1.0 - metallic) * reflectance / PI;
-    return (1.0 - F) * base + F * lobe;
+    return (1.0 - F) * base + F * gain * lobe(alpha, n, wi, wo, h, VoH, radius);
+}
+
+vec4 brdf(vec4 reflectance, float metallic, float alpha, vec3 n, vec3 wi, vec3 wo, float radius) {
+    return brdf(reflectance, metallic, alpha, vec4(1.0), n, wi, wo, radius);
+}
+
+// Reflectance of a clear dielectric layer alone [sr-1], `f0` its reflectance at normal incidence.
+float coat_brdf(float f0, float alpha, vec3 n, vec3 wi, vec3 wo, float radius) {
+    vec3 h = normalize(wi + wo);
+    float VoH = clamp(dot(wo, h), 1e-4, 1.0);
+    return F_schlick(vec4(f0), VoH).r * lobe(alpha, n, wi, wo, h, VoH, radius);
 }

@@ -1,17 +1,34 @@
+#include "block/craft"
 #include "block/materials"
+#include "surface/albedo.glsl"
 #include "surface/brdf.glsl"
+#include "surface/cells.glsl"
+#include "surface/crinkle.glsl"
 
 // A point of a spacecraft's surface as light meets it; camera axes.
 struct Surface {
     vec3 place;          // [m]
+    vec3 body;           // the same in body axes, good to float32 however far the camera is [m]
     vec3 wo;             // unit, towards the viewer
     vec3 facet;          // unit normal of the triangle, on the viewer's side
     vec3 n;              // unit normal to shade with
+    vec3 plain_n;        // the same without relief: normal maps, crinkles
     vec4 reflectance;    // base colour per band
     float metallic;
     float alpha;         // width of the microfacet lobe
     bool lambertian;
+    vec4 gain;           // of the lobe, for light that meets several microfacets
+    float coat;          // share that a clear coat covers
+    float coat_alpha;    // width of its lobe
+    vec4 emission;       // radiance of its own [W m-2 sr-1]
+    bool there;          // not cut away
 };
+#ifdef DETAILED
+#include "surface/detail.glsl"
+#endif
+
+// Reflectance of clear coats at normal incidence: glass or varnish of index 1.5.
+const float COAT_F0 = 0.04;
 
 // Roughness of the normals within one sample's cell, alpha^2 of a microfacet lobe. A uniform cell
 // spreads the normal by (|dn/du|^2 + |dn/dv|^2) / 12 per slope, and alpha^2 is twice a slope's
@@ -22,29 +39,170 @@ float cell_roughness(vec3 n) {
     return min((dot(du, du) + dot(dv, dv)) / 6.0, 0.18);
 }
 
+float viewer_cosine(Surface s) {
+    // An interpolated normal can lean away from the viewer by a facet's angle.
+    return clamp(dot(s.n, s.wo), 1e-4, 1.0);
+}
+
+vec4 normal_reflectance(Surface s) {
+    return mix(vec4(0.04), s.reflectance, s.metallic);
+}
+
+// Light that left one microfacet and met others is missing from the lobe; it is returned in the
+// lobe's own shape, so that F0 = 1 reflects everything (Turquin 2019, eq. 16).
+vec4 scattered_again(vec4 f0, float NoV, float alpha) {
+    float once = lobe_albedo(vec4(1.0), NoV, alpha).r;
+    return 1.0 + f0 * (1.0 - once) / once;
+}
+
+// Solar cells: where there is a gap or a metal line, another reflectance, and no glass in gaps.
+//
+// dx, dy : steps of the place to the neighbouring samples, camera axes [m]
+void lay_cells(inout Surface s, uint material, vec3 dx, vec3 dy) {
+    mat3 body_from_camera = transpose(mat3(camera_from_body));
+    vec3 box = abs(body_from_camera * dx) + abs(body_from_camera * dy);
+    vec3 n = body_from_camera * s.n;
+    vec3 sizes = material_cells[material].xyz;
+    vec2 share = cell_shares(s.body, box, n, sizes, material_lines[material]);
+    s.reflectance = share.x * s.reflectance + share.y * material_metal_reflectance[material]
+                  + (1.0 - share.x - share.y) * material_gap_reflectance[material];
+    s.coat *= share.x + share.y;
+}
+
+// A crumpled foil: the facets' own normals where they are larger than the sample's footprint, a
+// lobe widened by their slopes where they are smaller. Arguments as for lay_cells.
+//
+// facets : mean spacing [m], slope
+void crumple(inout Surface s, vec2 facets, vec3 dx, vec3 dy) {
+    mat3 body_from_camera = transpose(mat3(camera_from_body));
+    float footprint = sqrt(max(dot(dx, dx), dot(dy, dy)));
+    float spread;
+    vec3 n = crinkled_normal(s.body, body_from_camera * s.n, footprint, facets.x, facets.y, spread);
+    n = mat3(camera_from_body) * n;
+    // A facet that faces away is seen edge-on.
+    s.n = normalize(n + max(0.05 - dot(n, s.wo), 0.0) * s.wo);
+    s.alpha = sqrt(widened(s.alpha * s.alpha, spread));
+    s.coat_alpha = sqrt(widened(s.coat_alpha * s.coat_alpha, spread));
+}
+
 // The surface seen by this sample. Call it outside any branch: it takes derivatives.
 //
-// place, normal : interpolated, camera axes; material : row of the Materials block
-Surface surface_at(vec3 place, vec3 normal, uint material) {
+// place, normal : interpolated, camera axes; body : place in body axes
+// material : row of the Materials block
+Surface surface_at(vec3 place, vec3 body, vec3 normal, uint material) {
     Surface s;
     s.place = place;
+    s.body = body;
     s.wo = normalize(-place);
-    vec3 facet = normalize(cross(dFdx(place), dFdy(place)));
+    vec3 dx = mat3(camera_from_body) * dFdx(body), dy = mat3(camera_from_body) * dFdy(body);
+    vec3 facet = normalize(cross(dx, dy));
     s.facet = dot(facet, s.wo) < 0.0 ? -facet : facet;
     // Both sides of an open sheet are surface: its normal turns to the viewer.
     s.n = normalize(gl_FrontFacing ? normal : -normal);
-    vec4 law = material_law[material];   // metallic, roughness, 1 if Lambertian
+    s.plain_n = s.n;
+    vec4 law = material_law[material];   // metallic, roughness, 1 if Lambertian, 1 if it conserves
     s.reflectance = material_reflectance[material];
     s.metallic = law.x;
-    s.alpha = sqrt(pow(law.y, 4.0) + cell_roughness(s.n));
+    s.emission = material_emission[material];
+    s.there = true;
+    float roughness2 = pow(law.y, 4.0);
+#ifdef DETAILED
+    wear(s, roughness2, material, dx, dy);
+#endif
+    float cell = cell_roughness(s.n);
+    s.alpha = sqrt(roughness2 + cell);
     s.lambertian = law.z > 0.5;
+    s.coat = 0.0;
+    s.coat_alpha = 1.0;
+    s.gain = vec4(1.0);
+#ifdef LAYERED
+    vec4 layers = material_layers[material];   // of the coat: strength, roughness; of the crinkle
+    s.coat = layers.x;
+    s.coat_alpha = sqrt(pow(layers.y, 4.0) + cell);
+    // Loops that run once or not at all: a CPU renderer skips a loop that no sample needs, but runs
+    // both sides of every branch.
+    bool cells = material_cells[material].x > 0.0, crinkle = layers.z > 0.0, conserving = law.w > 0.5;
+    for (int once = 0; once < int(cells); ++once) lay_cells(s, material, dx, dy);
+    for (int once = 0; once < int(crinkle); ++once) crumple(s, layers.zw, dx, dy);
+    for (int once = 0; once < int(conserving); ++once)
+        s.gain = scattered_again(normal_reflectance(s), viewer_cosine(s), s.alpha);
+#endif
     return s;
+}
+
+// Share of the light from a direction that the relief around a point lets through. Slopes as steep
+// as its own shade it where light comes in flatter than they are, all of it at the horizon of the
+// surface without relief.
+float past_relief(Surface s, vec3 wi) {
+    float steep = length(cross(s.plain_n, s.n));
+    return steep < 1e-4 ? 1.0 : clamp(dot(s.plain_n, wi) / steep, 0.0, 1.0);
+}
+
+// Share of the light that crosses the clear coat along a direction, once.
+float coat_transmission(Surface s, float cosine) {
+    return 1.0 - s.coat * F_schlick(vec4(COAT_F0), clamp(cosine, 0.0, 1.0)).r;
+}
+
+// Share of a uniform sky's irradiance that crosses the clear coat: the mean of Schlick's term is
+// F0 + (1 - F0) / 21.
+float coat_sky_transmission(Surface s) {
+    return 1.0 - s.coat * (COAT_F0 + (1.0 - COAT_F0) / 21.0);
 }
 
 // Bidirectional reflectance [sr-1] per band, its mean over a small uniform disc of light.
 //
 // wi : unit, towards the disc's centre; radius : angular, of the disc [rad]
 vec4 reflection(Surface s, vec3 wi, float radius) {
-    if (s.lambertian) return s.reflectance / PI;
-    return brdf(s.reflectance, s.metallic, s.alpha, s.n, wi, s.wo, radius);
+    vec4 f = s.reflectance / PI;
+    if (!s.lambertian)
+        f = brdf(s.reflectance, s.metallic, s.alpha, s.gain, s.n, wi, s.wo, radius);
+    for (int once = 0; once < int(s.coat > 0.0); ++once) {
+        f *= coat_transmission(s, dot(s.n, wi)) * coat_transmission(s, viewer_cosine(s));
+        f += s.coat * coat_brdf(COAT_F0, s.coat_alpha, s.n, wi, s.wo, radius);
+    }
+    return f;
+}
+
+// Share of a uniform irradiance that leaves diffusely towards the viewer: the radiance is this
+// times E / PI.
+vec4 diffuse_albedo(Surface s) {
+    vec4 share = s.reflectance;
+    float NoV = viewer_cosine(s);
+    if (!s.lambertian)
+        share *= (1.0 - s.metallic) * (1.0 - normal_reflectance(s)) * base_share(NoV);
+    if (s.coat > 0.0) share *= coat_sky_transmission(s) * coat_transmission(s, NoV);
+    return share;
+}
+
+// Directional albedo of the base's specular lobe, of width s.alpha: the radiance is this times the
+// radiance that the lobe sees.
+vec4 glossy_albedo(Surface s) {
+    if (s.lambertian) return vec4(0.0);
+    float NoV = viewer_cosine(s);
+    vec4 share = s.gain * lobe_albedo(normal_reflectance(s), NoV, s.alpha);
+    if (s.coat > 0.0) {
+        // A narrow lobe sees what lies at the viewer's own incidence, a wide one much of the sky.
+        float out_transmission = coat_transmission(s, NoV);
+        float wide = s.alpha / (s.alpha + NoV);
+        share *= mix(out_transmission, coat_sky_transmission(s), wide) * out_transmission;
+    }
+    return share;
+}
+
+// Directional albedo of the clear coat's lobe, of width s.coat_alpha; grey.
+float coat_albedo(Surface s) {
+    float share = 0.0;
+    for (int once = 0; once < int(s.coat > 0.0); ++once)
+        share = s.coat * lobe_albedo(vec4(COAT_F0), viewer_cosine(s), s.coat_alpha).r;
+    return share;
+}
+
+// What a surface turns to the viewer of light from all around, lobe by lobe.
+struct Albedo {
+    vec4 diffuse, glossy;
+    float coat;
+};
+
+Albedo albedo_of(Surface s) {
+    return Albedo(diffuse_albedo(s), glossy_albedo(s), coat_albedo(s));
 }

@@ -1,44 +1,200 @@
-// Slope of a plane in the shadow map, depth 0..1 per texel along both axes of the map.
+#include "common/sun.glsl"
+
+// The Sun's disc past the casters of a shadow map.
 //
-// n : geometric normal of the plane in the light's axes, of any length
-// texels : edge of the map
-vec2 plane_slope(vec3 n, float texels) {
-    // The map is a cube: dz/dx = -n.x / n.z; depth is half of z and a texel 2 / texels of x.
-    return -n.xy / (abs(n.z) < 1e-9 ? 1e-9 : n.z) / texels;
+// A map holds, for each texel of a square across the light, where the light first meets a surface
+// (its rows 0..size) and where it first leaves a solid again (rows size..2 size): the casters as
+// slabs. A second texture of the same form holds the next slabs behind. From a receiver, directions within the Sun's disc are straight lines over the map, so many
+// texels for each metre of height; a direction is blocked where its line runs through a slab. The
+// edge that a shadow gets from the caster's lower end and the one from its upper end both come out.
+
+// Loops here that run once or not at all are branches: a CPU renderer skips a loop that no sample
+// needs, but runs both sides of every branch.
+
+// Besides the directions that stand for the disc, so many near its middle look for casters.
+const int NEAR_TAPS = 3;
+// Cosine and sine of the golden angle, 2.39996323 rad, between successive directions.
+const mat2 GOLDEN_TURN = mat2(-0.73736888, 0.67549029, -0.67549029, -0.73736888);
+
+struct SunMap {
+    float texel;   // edge [m]
+    float top;     // height [m] of depth 0
+    float depth;   // [m] from there to depth 1
+    int size;      // texels along an edge
+    bool solid;    // all casters are closed
+    int taps;      // directions that stand for the disc, at most 28
+};
+
+// The casters over a receiver at one texel: heights [m] above the receiver.
+struct Slab {
+    float high, low;
+    bool casts;
+    bool ends;   // above the receiver
+};
+
+// Depth of the highest caster within `reach` texels around a place, or more around it.
+//
+// tops : bounds, see shadow/tops.frag
+float highest_depth(sampler2D tops, int size, vec2 place, float reach) {
+    int cell = reach > 8.0 ? 64 : 8;
+    ivec2 at = clamp(ivec2(place) / cell, ivec2(0), ivec2(size / cell - 1));
+    at.x += reach > 64.0 ? size / 8 + size / 64 : reach > 8.0 ? size / 8 : 0;
+    return texelFetch(tops, at, 0).r;
 }
 
-// Weights of three neighbouring texels in a quadratic B-spline, for an offset -0.5..0.5 from the
-// middle one: smooth in the offset, so that a filtered edge has no steps.
-vec3 spline_weights(float x) {
-    return vec3(0.5 * (0.5 - x) * (0.5 - x), 0.75 - x * x, 0.5 * (0.5 + x) * (0.5 + x));
-}
-
-// Fraction of a receiver's neighbourhood in the shadow map that is lit: 3 x 3 texel tests, weighted
-// by a spline. Each test compares with the depth of the receiver's own plane at that texel, so that
-// a plane does not shadow itself at any incidence.
+// What stands over the receiver at an offset [texels] from it.
 //
-// map : depth of the nearest caster, 0..1 along the light
-// p : receiver in the map's clip space
-// plane : slope of the receiver's plane, depth 0..1 per texel
-float lit_fraction(sampler2D map, vec3 p, vec2 plane) {
-    // Rounding: 24-bit depth and float32 vertices are good to 1e-6 of the map's depth. The plane's
-    // normal comes from differences of neighbouring positions, good to about 1e-3 rad, which at
-    // incidence t tilts the plane by 1e-3 / cos^2 t = 1e-3 (1 + slope^2) over up to 3 texels.
-    vec2 size = vec2(textureSize(map, 0));
-    float texel = 1.0 / size.x;   // as a depth
-    float slack = 4e-6 + 0.004 * (texel + dot(plane, plane) / texel);
-    vec2 place = (0.5 * p.xy + 0.5) * size - 0.5;
-    ivec2 middle = clamp(ivec2(floor(place + 0.5)), ivec2(1), ivec2(size) - 2);
-    vec2 offset = clamp(place - vec2(middle), -0.5, 0.5);
-    float depth = 0.5 * p.z + 0.5 - slack - dot(plane, place - vec2(middle));
-    vec3 wx = spline_weights(offset.x), wy = spline_weights(offset.y);
-    float lit = 0.0;
-    for (int j = -1; j <= 1; ++j) {
-        vec3 own = depth + float(j) * plane.y + plane.x * vec3(-1.0, 0.0, 1.0);
-        vec3 caster = vec3(texelFetch(map, middle + ivec2(-1, j), 0).r,
-                           texelFetch(map, middle + ivec2(0, j), 0).r,
-                           texelFetch(map, middle + ivec2(1, j), 0).r);
-        lit += wy[j + 1] * dot(wx, vec3(lessThanEqual(own, caster)));
+// here : receiver, column, row [texels] and height [m]
+// slope : of the receiver's own plane, height per texel [m]; what lies in it casts nothing on it
+Slab slab_at(sampler2D depths, SunMap map, vec3 here, vec2 slope, float slack, vec2 offset) {
+    ivec2 at = clamp(ivec2(floor(here.xy + offset)), ivec2(0), ivec2(map.size - 1));
+    float above = map.top - here.z;
+    Slab slab;
+    slab.high = above - map.depth * texelFetch(depths, at, 0).r;
+    // The texel tells of its middle.
+    vec2 middle = vec2(at) + 0.5 - here.xy;
+    float plane = dot(slope, middle) + slack * (1.0 + abs(middle.x) + abs(middle.y));
+    slab.casts = slab.high > plane;
+    slab.low = slab.high;
+    slab.ends = true;
+    if (slab.casts) {
+        float low = above - map.depth * texelFetch(depths, at + ivec2(0, map.size), 0).r;
+        // No end above the receiver: a sheet, or a solid that the receiver's own body runs into.
+        slab.ends = low >= plane;
+        if (!slab.ends) low = map.solid ? plane : slab.high;
+        slab.low = min(low, slab.high);
     }
+    return slab;
+}
+
+// Whether a line from the receiver meets a slab: down the line from the highest caster.
+//
+// ray, reach : texels per metre of height, of this line and at the disc's edge
+// top, bottom : between which heights the slabs around lie
+bool meets_caster(sampler2D depths, sampler2D behind, SunMap map, vec3 here, vec2 slope, float slack, vec2 ray,
+                  float reach, float top, float bottom) {
+    float height = top;
+    bool lowest = false;
+    for (int look = 0; look < 3; ++look) {
+        // Near contact the disc shrinks below a texel; then the texel's own width smooths.
+        float wider = sqrt(1.0 + 0.6 / max(height * height * reach * reach, 1e-6));
+        vec2 offset = wider * height * ray;
+        Slab slab = slab_at(depths, map, here, slope, slack, offset);
+        bool over = slab.casts && slab.low > 1.05 * height;
+        for (int once = 0; once < int(over); ++once) {
+            Slab next = slab_at(behind, map, here, slope, slack, offset);
+            if (next.casts) slab = next;
+        }
+        float meets = clamp(height, slab.low, slab.high);
+        if (slab.casts && abs(meets - height) <= 0.05 * height) return true;
+        if (lowest && !slab.casts) return false;
+        lowest = lowest || !slab.casts;
+        height = slab.casts ? meets : bottom;
+    }
+    return false;
+}
+
+// Lit share of the receiver's four nearest texels, for casters so near that the Sun is a point.
+float lit_by_neighbours(sampler2D depths, SunMap map, vec3 here, vec2 slope, float slack) {
+    ivec2 first = clamp(ivec2(floor(here.xy - 0.5)), ivec2(0), ivec2(map.size - 2));
+    vec2 offset = vec2(first) + 0.5 - here.xy;
+    vec2 weight = clamp(-offset, 0.0, 1.0);
+    // As a depth of the receiver's own plane, a little above it.
+    float own = (map.top - here.z - dot(slope, offset) - 3.0 * slack) / map.depth;
+    vec2 next = -slope / map.depth;
+    vec4 plane = own + vec4(0.0, next.x, next.y, next.x + next.y);
+    vec4 caster = vec4(texelFetch(depths, first, 0).r, texelFetch(depths, first + ivec2(1, 0), 0).r,
+                       texelFetch(depths, first + ivec2(0, 1), 0).r,
+                       texelFetch(depths, first + ivec2(1, 1), 0).r);
+    vec4 lit = vec4(lessThanEqual(plane, caster));
+    return mix(mix(lit.x, lit.y, weight.x), mix(lit.z, lit.w, weight.x), weight.y);
+}
+
+// Share of the disc's light that passes the casters around a receiver, per band.
+//
+// high : no caster that matters stands higher over the receiver [m]; the rest as below
+vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, vec3 here, vec2 slope, float slack,
+               float high, float reach, vec4 limb_u, vec4 limb_v, vec2 turn) {
+    // Directions are tried first at that height. What they meet tells between which heights the slabs
+    // around lie; lower casters near the receiver are looked for on rings towards the disc's middle.
+    vec2 first = vec2(cos(6.28318531 * turn.x), sin(6.28318531 * turn.x));
+    vec2 direction = first;
+    float spread = sqrt(high * high * reach * reach + 0.6);
+    float top = 0.0, bottom = high, deepest = high;
+    int blocked = 0;
+    for (int k = 0; k < map.taps + NEAR_TAPS; ++k) {
+        float r = k < map.taps ? sqrt((float(k) + turn.y) / float(map.taps))
+                           : exp2(-1.5 * (float(k - map.taps) + turn.y));
+        vec2 offset = r * spread * direction;
+        Slab slab = slab_at(depths, map, here, slope, slack, offset);
+        direction = GOLDEN_TURN * direction;
+        if (!slab.casts) continue;
+        top = max(top, slab.high);
+        if (slab.high >= 0.95 * high) blocked |= 1 << k;
+        if (slab.ends) bottom = min(bottom, slab.low);
+        for (int once = 0; once < int(slab.ends); ++once) {
+            Slab next = slab_at(behind, map, here, slope, slack, offset);
+            if (next.casts) {
+                slab.low = next.low;
+                if (next.ends) bottom = min(bottom, next.low);
+            }
+        }
+        deepest = min(deepest, slab.low);
+    }
+    if (top <= 0.0) return vec4(1.0);
+    // All that stands around is as high as that: nothing is left to try.
+    bool settled = deepest >= 0.95 * high;
+    // Where no slab ends above the receiver, they all run down to it.
+    if (bottom == high) bottom = max(deepest, 0.05 * top);
+
+    vec4 lit = vec4(0.0), all = vec4(0.0);
+    direction = first;
+    for (int k = 0; k < map.taps; ++k) {
+        float r = sqrt((float(k) + turn.y) / float(map.taps));
+        vec2 ray = r * reach * direction;   // texels per metre of height
+        direction = GOLDEN_TURN * direction;
+        // Below the surface's own horizon: the disc's cosine leaves it out.
+        if (dot(slope, ray) >= 1.0) continue;
+        vec4 light = limb_profile(sqrt(1.0 - r * r), limb_u, limb_v);
+        all += light;
+        bool shaded = ((blocked >> k) & 1) == 1;
+        if (!shaded && !settled)
+            shaded = meets_caster(depths, behind, map, here, slope, slack, ray, reach, top,
+                                  bottom);
+        if (!shaded) lit += light;
+    }
+    return lit / max(all, 1e-6);
+}
+
+// Share of the disc's light that reaches a receiver, per band.
+//
+// here, slope : as above
+// reach : texels per metre of height to the disc's edge
+// limb_u, limb_v : darkening of the disc towards its limb, per band
+// turn : two numbers 0..1 that vary from sample to sample
+vec4 unshaded(sampler2D depths, sampler2D behind, sampler2D tops, SunMap map, vec3 here,
+              vec2 slope, float reach, vec4 limb_u, vec4 limb_v, vec2 turn) {
+    // Rounding: 24-bit depth and float32 vertices are good to a few 1e-7 of the map's depth. The plane's
+    // normal comes from differences of neighbouring positions, good to about 1e-3 rad, which at
+    // incidence t tilts the plane by 1e-3 / cos^2 t = 1e-3 (1 + slope^2).
+    vec2 gradient = slope / map.texel;
+    float slack = 1e-6 * map.depth + 0.002 * map.texel * (1.0 + dot(gradient, gradient));
+
+    // How high the casters reach that can matter: higher ones are farther off on the map.
+    float high = map.top - here.z;
+    for (int i = 0; i < 3; ++i) {
+        float around = high * reach + 1.0;
+        float depth = highest_depth(tops, map.size, here.xy, around);
+        high = min(high, map.top - map.depth * depth - here.z);
+        if (around <= 8.0 || high <= slack) break;
+    }
+    vec4 lit = vec4(1.0);
+    // The disc spans less than a texel: only the texels smooth the edge.
+    bool near = high > slack && high * reach < 1.0;
+    for (int once = 0; once < int(near); ++once)
+        lit = vec4(lit_by_neighbours(depths, map, here, slope, slack));
+    bool far = high > slack && !near;
+    for (int once = 0; once < int(far); ++once)
+        lit = disc_past(depths, behind, map, here, slope, slack, high, reach, limb_u, limb_v, turn);
     return lit;
 }

@@ -1,33 +1,78 @@
 #include "block/craft"
+#include "block/shadow"
 #include "common/sun.glsl"
 #include "surface/material.glsl"
 #include "surface/shadow.glsl"
 
-uniform sampler2D shadow_map;
+uniform sampler2D whole_depths;
+uniform sampler2D whole_behind;
+uniform sampler2D whole_tops;
+#ifdef CLOSE_MAP
+uniform sampler2D close_depths;
+uniform sampler2D close_behind;
+uniform sampler2D close_tops;
+#endif
 
-// Share of the sunlight that reaches a surface past the casters in the shadow map.
-//
-// clip : the surface's place in the map's clip space
-float sunlit(Surface s, vec3 clip) {
+// Numbers 0..1 that spread evenly over any neighbourhood of samples, after the plastic number's
+// relatives (M. Roberts 2018).
+vec2 evenly_spread(vec2 sample_index) {
+    return fract(0.5 + vec2(dot(sample_index, vec2(0.7548776662, 0.5698402910)),
+                            dot(sample_index, vec2(0.8566748838, 0.7338918566))));
+}
+
+// Share of the sunlight that reaches a surface past the casters, per band.
+vec4 sunlit(Surface s) {
     vec3 wi = sun_direction.xyz;
-    // The Sun's centre is below the surface's own horizon: disc_cosine has cut the disc already, and
-    // no map along the centre's rays can tell more. At most 0.1 % of the full sunlight is left here.
-    if (dot(s.n, wi) <= 0.0) return 1.0;
-    float texels = float(textureSize(shadow_map, 0).x);
-    mat3 light_from_camera = mat3(light_from_body) * transpose(mat3(camera_from_body));
+    vec4 frame = shadow_frame[0];   // texel, top, depth, inset
+    vec3 here = (shadow_from_body[0] * vec4(s.body, 1.0)).xyz;
+    bool is_close = false;
+#ifdef CLOSE_MAP
+    int size = textureSize(close_depths, 0).x;
+    vec3 closer = (shadow_from_body[1] * vec4(s.body, 1.0)).xyz;
+    vec2 inside = min(closer.xy, float(size) - closer.xy);
+    is_close = min(inside.x, inside.y) > shadow_frame[1].w;
+    if (is_close) {
+        frame = shadow_frame[1];
+        here = closer;
+    }
+#endif
     // The smooth surface that the normals stand for lies above its facets by the sagitta of an edge;
     // a quarter of a texel lifts the receiver there. Facets that already face away use its plane.
-    vec3 place = clip + light_from_camera * s.n * (0.5 * light_half_size / texels);
-    vec3 plane_normal = dot(s.facet, wi) > 0.0 ? s.facet : s.n;
-    vec2 slope = plane_slope(light_from_camera * plane_normal, texels);
-    return lit_fraction(shadow_map, place, slope);
+    vec3 n = mat3(light_from_camera) * s.plain_n;
+    vec3 plane = dot(s.facet, wi) > 0.0 ? mat3(light_from_camera) * s.facet : n;
+    here += n * vec3(0.25, 0.25, 0.25 * frame.x);
+    vec2 slope = -plane.xy / max(plane.z, 1e-9) * frame.x;
+    float reach = tan(sun_angular_radius) / frame.x;
+    vec2 turn = evenly_spread(floor(gl_FragCoord.xy));
+    SunMap map = SunMap(frame.x, frame.y, frame.z, textureSize(whole_depths, 0).x,
+                        shadow_solid > 0.5, int(shadow_taps));
+    vec4 lit = vec4(1.0);
+    for (int once = 0; once < int(!is_close); ++once)
+        lit = unshaded(whole_depths, whole_behind, whole_tops, map, here, slope, reach, sun_limb_u,
+                       sun_limb_v, turn);
+#ifdef CLOSE_MAP
+    map.size = size;
+    for (int once = 0; once < int(is_close); ++once)
+        lit = unshaded(close_depths, close_behind, close_tops, map, here, slope, reach, sun_limb_u,
+                       sun_limb_v, turn);
+#endif
+    return lit;
 }
 
 // Radiance of the sunlight that a surface turns to the viewer [W m-2 sr-1].
-vec4 sun_light(Surface s, vec3 clip) {
-    float facing = disc_cosine(dot(s.n, sun_direction.xyz), sun_angular_radius);
-    if (facing <= 0.0) return vec4(0.0);
-    float lit = sunlit(s, clip);
-    if (lit <= 0.0) return vec4(0.0);
-    return reflection(s, sun_direction.xyz, sun_angular_radius) * sun_irradiance * facing * lit;
+vec4 sun_light(Surface s) {
+    vec3 wi = sun_direction.xyz;
+    float facing = disc_cosine(dot(s.n, wi), sun_angular_radius);
+    facing *= past_relief(s, wi);
+    vec4 light = vec4(0.0);
+    // One turn or none: see surface/shadow.glsl.
+    for (int once = 0; once < int(facing > 0.0); ++once) {
+        vec4 lit = vec4(1.0);
+        // With the Sun's centre below the surface's own horizon disc_cosine has cut the disc
+        // already, and no map along the centre's rays can tell more. At most 0.1 % of the full
+        // sunlight is left there.
+        for (int above = 0; above < int(dot(s.n, wi) > 0.0); ++above) lit = sunlit(s);
+        light = reflection(s, wi, sun_angular_radius) * sun_irradiance * facing * lit;
+    }
+    return light;
 }

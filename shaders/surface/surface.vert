@@ -5,17 +5,49 @@
 in vec3 in_position;   // body axes [m]
 in vec3 in_normal;     // body axes, unit
 in uvec2 in_labels;    // part, material
+#ifdef DETAILED
+in vec2 in_uv;         // place in the images
+in vec4 in_tint;       // factors of the base colour
+#endif
+#ifdef EXCHANGE
+in vec4 in_bounced;
+in float in_earth_share;
+out vec4 bounced;      // of surface/bounce.glsl
+out float earth_share;
+#ifdef TWO_SIDED
+in vec4 in_bounced_back;
+in float in_earth_share_back;
+out vec4 bounced_back;
+out float earth_share_back;
+#endif
+#endif
 
 out vec3 position;     // camera axes [m]
 out vec3 normal;       // camera axes
-out vec3 light_clip;   // clip space of the shadow map
+out vec3 body_position;   // [m]
 flat out uint material;
+#ifdef DETAILED
+out vec2 uv;
+out vec4 tint;
+#endif
 
 void main() {
     vec4 p = camera_from_body * vec4(in_position, 1.0);
     position = p.xyz;
     normal = mat3(camera_from_body) * in_normal;
-    light_clip = (light_from_body * vec4(in_position, 1.0)).xyz;
+    body_position = in_position;
     material = in_labels.y;
+#ifdef DETAILED
+    uv = in_uv;
+    tint = in_tint;
+#endif
+#ifdef EXCHANGE
+    bounced = in_bounced;
+    earth_share = in_earth_share;
+#ifdef TWO_SIDED
+    bounced_back = in_bounced_back;
+    earth_share_back = in_earth_share_back;
+#endif
+#endif
     gl_Position = clip_from_camera * p;
 }

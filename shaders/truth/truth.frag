@@ -1,5 +1,8 @@
 // Depth along the boresight [m], and which part of which spacecraft: instance * 65536 + part + 1.
 #include "block/craft"
+#ifdef CUT_OUT
+#include "surface/cut_out.glsl"
+#endif
 
 in float depth;
 flat in uint part;
@@ -10,4 +13,7 @@ layout(location = 1) out uint out_part;
 void main() {
     out_depth = depth;
     out_part = instance * 65536u + part + 1u;
+#ifdef CUT_OUT
+    cut_out();
+#endif
 }

@@ -65,6 +65,9 @@ class _Buffer:
 
 
 def _gltf_material(name: str, material: Material) -> Any:
+    extras: dict[str, Any] = {"nir_reflectance": material.nir}
+    if material.finish is not None:
+        extras["simgl_finish"] = material.finish
     return gltf.Material(
         name=name,
         pbrMetallicRoughness=gltf.PbrMetallicRoughness(
@@ -76,7 +79,7 @@ def _gltf_material(name: str, material: Material) -> Any:
         alphaCutoff=None,
         doubleSided=None,
         emissiveFactor=None,
-        extras={"nir_reflectance": material.nir},
+        extras=extras,
     )
 
 

@@ -15,20 +15,29 @@ class Material:
     rgb : reflectance in 600-700, 500-600 and 400-500 nm; nir : in 700-1000 nm
     metallic : 1 where the reflectance is that of a bare metal, else 0
     roughness : perceptual roughness, the square root of the microfacet width
+    finish : of simgl/data/finishes.toml, which simgl draws instead; the rest is for other readers
+        of the file
     """
 
     rgb: tuple[float, float, float]
     nir: float
     metallic: float
     roughness: float
+    finish: str | None = None
 
 
-def _painted(red: float, green: float, blue: float, nir: float, roughness: float) -> Material:
-    return Material(rgb=(red, green, blue), nir=nir, metallic=0.0, roughness=roughness)
+def _painted(
+    red: float, green: float, blue: float, nir: float, roughness: float, finish: str | None = None
+) -> Material:
+    rgb = (red, green, blue)
+    return Material(rgb=rgb, nir=nir, metallic=0.0, roughness=roughness, finish=finish)
 
 
-def _metal(red: float, green: float, blue: float, nir: float, roughness: float) -> Material:
-    return Material(rgb=(red, green, blue), nir=nir, metallic=1.0, roughness=roughness)
+def _metal(
+    red: float, green: float, blue: float, nir: float, roughness: float, finish: str | None = None
+) -> Material:
+    rgb = (red, green, blue)
+    return Material(rgb=rgb, nir=nir, metallic=1.0, roughness=roughness, finish=finish)
 
 
 MATERIALS = {
@@ -43,13 +52,13 @@ MATERIALS = {
     "grey_paint": _painted(0.36, 0.37, 0.38, 0.40, 0.60),
     "black_paint": _painted(0.030, 0.030, 0.032, 0.04, 0.60),
     "beta_cloth": _painted(0.78, 0.78, 0.76, 0.74, 0.85),
-    "gold_foil": _metal(0.82, 0.62, 0.30, 0.90, 0.50),
-    "silver_foil": _metal(0.88, 0.88, 0.87, 0.90, 0.42),
+    "gold_foil": _metal(0.76, 0.56, 0.16, 0.80, 0.50, "mli_gold"),
+    "silver_foil": _metal(0.88, 0.89, 0.89, 0.84, 0.42, "mli_silver"),
     "aluminium": _metal(0.86, 0.87, 0.88, 0.86, 0.45),
     "anodised_dark": _metal(0.22, 0.22, 0.24, 0.28, 0.45),
     "titanium": _metal(0.54, 0.50, 0.45, 0.60, 0.40),
     "nozzle_inside": _metal(0.20, 0.18, 0.17, 0.26, 0.60),
-    "solar_cell": _painted(0.040, 0.050, 0.090, 0.12, 0.20),
+    "solar_cell": _painted(0.034, 0.036, 0.056, 0.07, 0.20, "cell_under_glass"),
     "panel_grid": _painted(0.70, 0.71, 0.72, 0.70, 0.45),
     "lens_glass": _painted(0.015, 0.018, 0.030, 0.02, 0.06),
     "circuit_green": _painted(0.06, 0.16, 0.08, 0.30, 0.55),

@@ -29,19 +29,23 @@ def load_program(
     *,
     vertex: str | None = None,
     blocks: Sequence[Block] = (),
-    samplers: Sequence[str] = (),
+    spare: Sequence[Block] = (),
+    samplers: Sequence[str] | Mapping[str, int] = (),
     defines: Mapping[str, int | float] | None = None,
 ) -> moderngl.Program:
     """The program of ``NAME.vert`` and ``NAME.frag``, its blocks and samplers bound and checked.
 
     name : e.g. ``surface/surface``
     vertex : another vertex stage, e.g. ``common/fullscreen.vert``
-    samplers : texture units are their places in this sequence
+    spare : blocks that only other variants of the shader read, by its ``#ifdef``
+    samplers : texture units are their places in this sequence, or given by name
 
     Raises ShaderError where a block's size differs from its dtype, or a sampler or block is
     declared on one side only.
     """
-    generated = {block.include: block.glsl for block in blocks}
+    generated = {block.include: block.glsl for block in (*blocks, *spare)}
+    if not isinstance(samplers, Mapping):
+        samplers = {sampler: unit for unit, sampler in enumerate(samplers)}
     root = assets.shaders()
     program = _compile(
         ctx,
@@ -57,7 +61,7 @@ def load_program(
 
 
 def _bind_and_check(
-    name: str, program: moderngl.Program, blocks: Sequence[Block], samplers: Sequence[str]
+    name: str, program: moderngl.Program, blocks: Sequence[Block], samplers: Mapping[str, int]
 ) -> None:
     declared = {block.name: block for block in blocks}
     unused = set(samplers)
@@ -78,7 +82,7 @@ def _bind_and_check(
         elif isinstance(member, moderngl.Uniform):
             if key not in samplers:
                 raise ShaderError(f"{name}: uniform {key} is no declared sampler")
-            member.value = list(samplers).index(key)
+            member.value = samplers[key]
             unused.discard(key)
     if unused:
         raise ShaderError(f"{name}: samplers {sorted(unused)} are declared but not used")

@@ -12,6 +12,7 @@ Target = moderngl.Framebuffer
 # GL 3.3 core, absent from moderngl's names.
 ONE_MINUS_SRC1_COLOR = 0x88FA
 DEPTH_CLAMP = 0x864F
+TEXTURE_CUBE_MAP_SEAMLESS = 0x884F
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,6 +60,7 @@ class State:
             ctx.enable_direct(DEPTH_CLAMP)
         else:
             ctx.disable_direct(DEPTH_CLAMP)
+        ctx.enable_direct(TEXTURE_CUBE_MAP_SEAMLESS)
         ctx.depth_func = "<"
         ctx.cull_face = self.cull or "back"
         # Row 0 of every target is the top of the picture, which mirrors the winding.

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from simgl.errors import AssetError
 from simgl.gpu.blocks import Block
+from simgl.lamps import MAP_SIZE, LampView
+from simgl.lattice import Lattice
 from simgl.scene.materials import Material
+from simgl.scene.textures import Image, SurfaceTextures
 from simgl.view import CraftView
 
 MAX_MATERIALS = 64
+MAX_LAMPS = 4
 
 TILE = Block("Tile", 0, np.dtype([("clip_from_camera", "f4", (4, 4))]))
 
@@ -21,14 +26,50 @@ CRAFT = Block(
     np.dtype(
         [
             ("camera_from_body", "f4", (4, 4)),
-            ("light_from_body", "f4", (4, 4)),
             ("sun_direction", "f4", 4),
             ("sun_irradiance", "f4", 4),
+            # Darkening of the Sun's disc towards its limb, u and v per band (physics/sun.py).
+            ("sun_limb_u", "f4", 4),
+            ("sun_limb_v", "f4", 4),
             ("sun_angular_radius", "f4"),
-            # Half the edge of the shadow map's cube [m].
-            ("light_half_size", "f4"),
             ("instance", "u4"),
-            ("craft_padding", "f4"),
+            ("craft_padding", "f4", 2),
+        ]
+    ),
+)
+
+SHADOW = Block(
+    "Shadow",
+    9,
+    np.dtype(
+        [
+            # Rows: x, y across the sunlight, height towards the Sun.
+            ("light_from_camera", "f4", (4, 4)),
+            # Whole and close map. Rows: column, row [texels], height [m].
+            ("shadow_from_body", "f4", (2, 4, 4)),
+            # Edge of a texel, height of depth 0, height from there to depth 1 [m]; inset [texels].
+            ("shadow_frame", "f4", (2, 4)),
+            # 1 where all casters are closed.
+            ("shadow_solid", "f4"),
+            # Directions within the Sun's disc that a sample tries.
+            ("shadow_taps", "f4"),
+            ("shadow_padding", "f4", 2),
+        ]
+    ),
+)
+
+LAMPS = Block(
+    "Lamps",
+    12,
+    np.dtype(
+        [
+            # Six rows a lamp: place and radius of the aperture [m]; axis and half angle of the cone
+            # [rad]; intensity [W sr-1]; column and row of its map (simgl/lamps.py); edge [rad] and
+            # corner of the map.
+            ("lamp_rows", "f4", (6 * MAX_LAMPS, 4)),
+            ("lamp_count", "i4"),
+            ("lamp_map_size", "i4"),
+            ("lamp_padding", "i4", 2),
         ]
     ),
 )
@@ -39,8 +80,23 @@ MATERIALS = Block(
     np.dtype(
         [
             ("material_reflectance", "f4", (MAX_MATERIALS, 4)),
-            # metallic, roughness, 1 where Lambertian, unused
+            # metallic, roughness, 1 where Lambertian, 1 where it conserves energy
             ("material_law", "f4", (MAX_MATERIALS, 4)),
+            # Clear coat: strength, roughness. Crinkle: facet size [m], slope. 0: there is none.
+            ("material_layers", "f4", (MAX_MATERIALS, 4)),
+            # Solar cells: width, height, gap [m]; width 0 where there are none.
+            ("material_cells", "f4", (MAX_MATERIALS, 4)),
+            # Pitch and width of their fingers, pitch and width of their busbars [m].
+            ("material_lines", "f4", (MAX_MATERIALS, 4)),
+            ("material_gap_reflectance", "f4", (MAX_MATERIALS, 4)),
+            ("material_metal_reflectance", "f4", (MAX_MATERIALS, 4)),
+            # [W m-2 sr-1]
+            ("material_emission", "f4", (MAX_MATERIALS, 4)),
+            # Images of base colour, law, normal, emission: 16 times the layer plus the wrap along u
+            # plus 4 times that along v; -1 where there is none.
+            ("material_images", "f4", (MAX_MATERIALS, 4)),
+            # Scale of the normal map, coverage, coverage below which nothing is there.
+            ("material_image_use", "f4", (MAX_MATERIALS, 4)),
         ]
     ),
 )
@@ -50,25 +106,107 @@ def craft_values(craft: CraftView) -> dict[str, Any]:
     """The Craft block of a spacecraft."""
     return {
         "camera_from_body": craft.camera_from_body,
-        "light_from_body": craft.shadow.light_from_body,
         "sun_direction": (*craft.sun_direction, 0.0),
         "sun_irradiance": craft.sun_irradiance,
+        "sun_limb_u": craft.sun_limb[0],
+        "sun_limb_v": craft.sun_limb[1],
         "sun_angular_radius": craft.sun_angular_radius,
-        "light_half_size": craft.shadow.half_size,
         "instance": craft.instance,
     }
 
 
-def material_values(model_name: str, materials: tuple[Material, ...]) -> dict[str, Any]:
+# Directions that stand for the Sun's disc in a pixel, and in a sample.
+_DIRECTIONS_PER_PIXEL = 80.0
+_FEWEST_DIRECTIONS, _MOST_DIRECTIONS = 4, 16
+
+
+def shadow_values(craft: CraftView, lattice: Lattice) -> dict[str, Any]:
+    """The Shadow block of a spacecraft drawn on a lattice."""
+    taps = np.ceil(_DIRECTIONS_PER_PIXEL / lattice.scale**2)
+    maps = [m for m in (craft.shadow.whole, craft.shadow.close) if m is not None]
+    from_body = np.zeros((2, 4, 4), dtype=np.float32)
+    frame = np.zeros((2, 4), dtype=np.float32)
+    for row, one in enumerate(maps):
+        from_body[row] = one.texel_from_body
+        frame[row] = one.texel, one.top, one.depth, one.inset
+    light_from_camera = np.eye(4, dtype=np.float32)
+    light_from_camera[:3, :3] = craft.shadow.R_light_from_body @ craft.camera_from_body[:3, :3].T
+    return {
+        "light_from_camera": light_from_camera,
+        "shadow_from_body": from_body,
+        "shadow_frame": frame,
+        "shadow_taps": np.clip(taps, _FEWEST_DIRECTIONS, _MOST_DIRECTIONS),
+        "shadow_solid": not any(c.model.open_sheets for c in maps[0].casters),
+    }
+
+
+def _worn(layer: int | None, images: tuple[Image, ...]) -> float:
+    """How the Materials block tells a layer."""
+    if layer is None:
+        return -1.0
+    u, v = images[layer].wrap
+    return 16.0 * layer + u + 4.0 * v
+
+
+def lamp_corner(index: int) -> tuple[int, int]:
+    """First column and row of a lamp's map in the texture that holds them all."""
+    return MAP_SIZE * (index % 2), MAP_SIZE * (index // 2)
+
+
+def lamp_values(lamps: Sequence[LampView]) -> dict[str, Any]:
+    """The Lamps block."""
+    rows = np.zeros((6 * MAX_LAMPS, 4), dtype=np.float32)
+    for index, view in enumerate(lamps):
+        rows[6 * index : 6 * index + 6] = (
+            (*view.place, view.lamp.radius),
+            (*view.axis, view.lamp.half_angle),
+            view.intensity,
+            view.column,
+            view.row,
+            (view.lamp.edge, *lamp_corner(index), 0.0),
+        )
+    return {"lamp_rows": rows, "lamp_count": len(lamps), "lamp_map_size": MAP_SIZE}
+
+
+def material_values(
+    model_name: str, materials: tuple[Material, ...], textures: SurfaceTextures
+) -> dict[str, Any]:
     """The Materials block of a model."""
     if len(materials) > MAX_MATERIALS:
         raise AssetError(
             f'model "{model_name}" has {len(materials)} materials, at most {MAX_MATERIALS} fit'
         )
-    reflectance = np.zeros((MAX_MATERIALS, 4), dtype=np.float32)
-    law = np.zeros((MAX_MATERIALS, 4), dtype=np.float32)
+    names = [name for name in MATERIALS.dtype.names or () if name.startswith("material_")]
+    values = {name: np.zeros((MAX_MATERIALS, 4), dtype=np.float32) for name in names}
     for row, material in enumerate(materials):
-        reflectance[row] = material.reflectance
-        lambertian = material.roughness is None
-        law[row] = material.metallic, material.roughness or 1.0, float(lambertian), 0.0
-    return {"material_reflectance": reflectance, "material_law": law}
+        values["material_reflectance"][row] = material.reflectance
+        values["material_emission"][row] = material.emission
+        maps = material.maps
+        values["material_images"][row] = (
+            _worn(maps.base_colour, textures.base_colour),
+            _worn(maps.law, textures.law),
+            _worn(maps.normal, textures.normal),
+            _worn(maps.emission, textures.emission),
+        )
+        cutoff = -1.0 if material.cutoff is None else material.cutoff
+        values["material_image_use"][row, :3] = maps.normal_scale, material.coverage, cutoff
+        flags = float(material.roughness is None), float(material.conserving)
+        values["material_law"][row] = material.metallic, material.roughness or 1.0, *flags
+        if material.coat is not None:
+            coat = material.coat
+            values["material_layers"][row, :2] = coat.strength, coat.roughness
+        if material.crinkle is not None:
+            crinkle = material.crinkle
+            values["material_layers"][row, 2:] = crinkle.facet_size, crinkle.slope
+        if material.cells is not None:
+            cells = material.cells
+            values["material_cells"][row, :3] = cells.width, cells.height, cells.gap
+            values["material_lines"][row] = (
+                cells.finger_pitch,
+                cells.finger_width,
+                cells.busbar_pitch,
+                cells.busbar_width,
+            )
+            values["material_gap_reflectance"][row] = cells.gap_reflectance
+            values["material_metal_reflectance"][row] = cells.metal_reflectance
+    return values

@@ -1,19 +1,40 @@
-"""Spacecraft meshes on the GPU, uploaded once and shared by the passes that draw them."""
+"""Spacecraft on the GPU, uploaded once and shared by the passes that draw them."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import moderngl
 import numpy as np
 
-from simgl.gpu.geometry import Geometry
+from simgl.gpu.blocks import UniformBuffer
+from simgl.gpu.geometry import DETAIL, Geometry, Values
+from simgl.passes.blocks import MATERIALS, material_values
+from simgl.passes.textures import TextureStore
+from simgl.scene.materials import Material
 from simgl.scene.mesh import Mesh
+from simgl.scene.spacecraft import SpacecraftModel
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class VertexLighting:
+    """A mesh that is finer where light varies, with the light of its vertices.
+
+    defines : what a program needs that reads them
+    """
+
+    mesh: Mesh
+    values: Values
+    defines: tuple[str, ...]
 
 
 class MeshStore:
-    """Geometries by the content of their mesh."""
+    """Geometries, materials and images by their content."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
+        self._textures = TextureStore(ctx)
+        self._materials: dict[tuple[tuple[Material, ...], str], UniformBuffer] = {}
         self._geometries: dict[str, Geometry] = {}
 
     def geometry(self, mesh: Mesh) -> Geometry:
@@ -21,12 +42,36 @@ class MeshStore:
         if mesh.digest not in self._geometries:
             labels = np.stack([mesh.part, mesh.material], axis=1)
             self._geometries[mesh.digest] = Geometry(
-                self._ctx, mesh.positions, mesh.normals, labels, mesh.triangles
+                self._ctx, mesh.positions, mesh.normals, labels, mesh.triangles, _details(mesh)
             )
         return self._geometries[mesh.digest]
+
+    def bind_surface(self, model: SpacecraftModel) -> None:
+        """Bind the Materials block of a model, and its images where it has any detail."""
+        key = model.materials, model.textures.digest
+        if key not in self._materials:
+            self._materials[key] = UniformBuffer(self._ctx, MATERIALS)
+            values = material_values(model.name, model.materials, model.textures)
+            self._materials[key].write(values)
+        self._materials[key].bind()
+        if "DETAILED" in model.variant:
+            self._textures.bind(model.textures)
 
     def release(self) -> None:
         """Free all of them."""
         for geometry in self._geometries.values():
             geometry.release()
         self._geometries.clear()
+        for buffer in self._materials.values():
+            buffer.release()
+        self._materials.clear()
+        self._textures.release()
+
+
+def _details(mesh: Mesh) -> np.ndarray[tuple[int, ...], np.dtype[np.void]] | None:
+    if mesh.uv is None and mesh.colour is None:
+        return None
+    details = np.zeros(len(mesh.positions), dtype=DETAIL)
+    details["uv"] = 0.0 if mesh.uv is None else mesh.uv
+    details["tint"] = 1.0 if mesh.colour is None else mesh.colour
+    return details

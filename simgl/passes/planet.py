@@ -9,10 +9,10 @@ import numpy as np
 from PIL import Image
 
 from simgl import assets
+from simgl.background import Background
 from simgl.gpu.blocks import Block
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.state import State
-from simgl.view import FrameView
 
 _PLANET = Block(
     "Planet",
@@ -26,6 +26,8 @@ _PLANET = Block(
             ("sun_direction", "f4", 4),
             ("sun_direction_itrf", "f4", 4),
             ("sun_radiance", "f4", 4),
+            ("sun_limb_u", "f4", 4),
+            ("sun_limb_v", "f4", 4),
             ("earth_sun_irradiance", "f4", 4),
             ("earth_albedo", "f4", 4),
             # fx, fy, cx, cy [pixels]
@@ -68,13 +70,18 @@ class PlanetPass:
         )
         self._maps = [_map_texture(ctx, image) for image in _day_map()]
 
-    def draw(self, view: FrameView, target: moderngl.Framebuffer) -> None:
-        """Fill the whole target with what lies behind the spacecraft [W m-2 sr-1]."""
-        self.state.apply(self._ctx, target, (0, 0, *target.size))
-        if view.planet is None and not view.sun_radiance.any():
-            target.clear(0.0, 0.0, 0.0, 0.0)
+    def draw(
+        self, background: Background, target: moderngl.Framebuffer, area: tuple[int, int, int, int]
+    ) -> None:
+        """Fill a rectangle with what lies behind the spacecraft [W m-2 sr-1].
+
+        area : x, y, width, height [pixels]
+        """
+        self.state.apply(self._ctx, target, area, area)
+        if background.planet is None and not background.sun_radiance.any():
+            target.clear(0.0, 0.0, 0.0, 0.0, viewport=area)
             return
-        self._program.draw(_values(view), self._maps)
+        self._program.draw(_values(background, area), self._maps)
 
     def release(self) -> None:
         """Free everything."""
@@ -83,13 +90,15 @@ class PlanetPass:
             texture.release()
 
 
-def _values(view: FrameView) -> dict[str, object]:
-    k = view.camera.intrinsics
+def _values(view: Background, area: tuple[int, int, int, int]) -> dict[str, object]:
+    k = view.intrinsics
     values: dict[str, object] = {
         "sun_direction": (*view.sun_direction, 0.0),
         "sun_radiance": view.sun_radiance,
+        "sun_limb_u": view.sun_limb[0],
+        "sun_limb_v": view.sun_limb[1],
         "sun_angular_radius": view.sun_angular_radius,
-        "intrinsics": (k[0, 0], k[1, 1], k[0, 2], k[1, 2]),
+        "intrinsics": (k[0, 0], k[1, 1], k[0, 2] + area[0], k[1, 2] + area[1]),
     }
     planet = view.planet
     if planet is None:

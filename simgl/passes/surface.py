@@ -10,15 +10,50 @@ from simgl.errors import ConfigError
 from simgl.gpu.blocks import UniformBuffer
 from simgl.gpu.program import load_program
 from simgl.gpu.state import State, clear_depth
-from simgl.passes.blocks import CRAFT, MATERIALS, TILE, craft_values, material_values
-from simgl.passes.meshes import MeshStore
-from simgl.scene.materials import Material
+from simgl.lamps import LampView
+from simgl.passes.blocks import (
+    CRAFT,
+    LAMPS,
+    MATERIALS,
+    SHADOW,
+    TILE,
+    craft_values,
+    lamp_values,
+    shadow_values,
+)
+from simgl.passes.lobes import LOBE_UNIT, lobe_texture
+from simgl.passes.meshes import MeshStore, VertexLighting
+from simgl.passes.textures import IMAGE_UNITS
 from simgl.view import CraftView, Tile
 
 # Targets grow in these steps, so that a moving spacecraft does not reallocate at every frame.
 _GRAIN = 256
 
 EMPTY = -1.0
+
+# In the order of the shadow pass's textures.
+_SHADOW_UNITS = {
+    "whole_depths": 0,
+    "whole_behind": 1,
+    "whole_tops": 2,
+}
+_CLOSE_UNITS = {"close_depths": 3, "close_behind": 8, "close_tops": 9}
+_MAP_UNITS = (*_SHADOW_UNITS.values(), *_CLOSE_UNITS.values())
+_BLOCKS = (TILE, CRAFT, SHADOW, MATERIALS)
+_SKY_UNIT = 4
+
+_SkyTexture = moderngl.TextureCube | moderngl.Texture3D | moderngl.Texture
+_LAMP_UNIT = 7
+_LOBES = {"lobe_table": LOBE_UNIT}
+# What each variant of the shader reads besides.
+_MORE_UNITS = {
+    "SKY": {"sky_cube": 4, "sky_lobes": 5, "sky_irradiance": 6} | _LOBES,
+    "EXCHANGE": _LOBES,
+    "LAYERED": _LOBES,
+    "LAMPS": {"lamp_maps": _LAMP_UNIT},
+    "DETAILED": IMAGE_UNITS,
+    "CLOSE_MAP": _CLOSE_UNITS,
+}
 
 
 class SurfacePass:
@@ -29,18 +64,30 @@ class SurfacePass:
 
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
         self._ctx, self._meshes = ctx, meshes
-        self._program = load_program(
-            ctx, "surface/surface", blocks=[TILE, CRAFT, MATERIALS], samplers=["shadow_map"]
-        )
+        self._lobes = lobe_texture(ctx)
+        self._programs: dict[tuple[str, ...], moderngl.Program] = {}
+        self._program_for(())
         self._tile = UniformBuffer(ctx, TILE)
         self._craft = UniformBuffer(ctx, CRAFT)
-        self._materials: dict[tuple[Material, ...], UniformBuffer] = {}
+        self._shadow = UniformBuffer(ctx, SHADOW)
+        self._lamps = UniformBuffer(ctx, LAMPS)
         self._target: moderngl.Framebuffer | None = None
 
-    def draw(self, tile: Tile, shadow_maps: Sequence[moderngl.Texture]) -> moderngl.Texture:
+    def draw(
+        self,
+        tile: Tile,
+        shadow_maps: Sequence[Sequence[moderngl.Texture]],
+        skies: Sequence[Sequence[_SkyTexture]],
+        lightings: Sequence[VertexLighting | None],
+        lamps: Sequence[LampView] = (),
+        lamp_maps: moderngl.Texture | None = None,
+    ) -> moderngl.Texture:
         """RGBA32F samples of the tile [W m-2 sr-1], valid until the next draw.
 
-        shadow_maps : one for each spacecraft of the tile
+        shadow_maps : for each spacecraft of the tile, in the order of the samplers
+        skies : likewise its cube, lobes and irradiance; nothing where it has no sky
+        lightings : likewise what its own surfaces do to its light; None where they do nothing
+        lamp_maps : of the lamps, which light every spacecraft
         """
         size = tile.lattice.raster_size(tile.width, tile.height)
         target = self._sized_target(size)
@@ -49,28 +96,63 @@ class SurfacePass:
         target.clear(EMPTY, EMPTY, EMPTY, EMPTY, depth=1.0, viewport=viewport)
         self._tile.bind()
         self._craft.bind()
+        self._shadow.bind()
+        self._lamps.bind()
+        self._lamps.write(lamp_values(lamps))
+        if lamp_maps is not None:
+            lamp_maps.use(_LAMP_UNIT)
+        self._lobes.use(LOBE_UNIT)
         for index, clip_from_camera in enumerate(tile.slices):
             if index:
                 clear_depth(self._ctx, target)
             self._tile.write({"clip_from_camera": clip_from_camera})
-            for craft, shadow_map in zip(tile.craft, shadow_maps, strict=True):
+            for craft, maps, sky, own in zip(
+                tile.craft, shadow_maps, skies, lightings, strict=True
+            ):
                 state = self.open_sheets if craft.model.open_sheets else self.closed
                 state.apply(self._ctx, target, viewport, viewport)
                 self._craft.write(craft_values(craft))
-                self._material_buffer(craft).bind()
-                shadow_map.use(0)
-                self._meshes.geometry(craft.model.mesh).draw(self._program)
-        texture = target.color_attachments[0]
-        assert isinstance(texture, moderngl.Texture)
-        return texture
+                self._meshes.bind_surface(craft.model)
+                self._shadow.write(shadow_values(craft, tile.lattice))
+                for unit, texture in zip(_MAP_UNITS, maps, strict=False):
+                    texture.use(unit)
+                for unit, around in enumerate(sky, start=_SKY_UNIT):
+                    around.use(unit)
+                variant = craft.model.variant + self._lights(craft, sky, lamps)
+                if own is None:
+                    program = self._program_for(variant)
+                    self._meshes.geometry(craft.model.mesh).draw(program)
+                else:
+                    program = self._program_for(variant + own.defines)
+                    self._meshes.geometry(own.mesh).draw(program, own.values)
+        samples = target.color_attachments[0]
+        assert isinstance(samples, moderngl.Texture)
+        return samples
 
-    def _material_buffer(self, craft: CraftView) -> UniformBuffer:
-        key = craft.model.materials
-        if key not in self._materials:
-            buffer = UniformBuffer(self._ctx, MATERIALS)
-            buffer.write(material_values(craft.model.name, craft.model.materials))
-            self._materials[key] = buffer
-        return self._materials[key]
+    @staticmethod
+    def _lights(
+        craft: CraftView, sky: Sequence[_SkyTexture], lamps: Sequence[LampView]
+    ) -> tuple[str, ...]:
+        """Defines of the lights that a spacecraft needs besides the Sun's."""
+        present = {"CLOSE_MAP": craft.shadow.close is not None, "SKY": sky, "LAMPS": lamps}
+        return tuple(define for define, there in present.items() if there)
+
+    def _program_for(self, variant: tuple[str, ...]) -> moderngl.Program:
+        """The program for models of a variant; those without images do not pay for them."""
+        if variant not in self._programs:
+            samplers = dict(_SHADOW_UNITS)
+            for define, units in _MORE_UNITS.items():
+                if define in variant:
+                    samplers |= units
+            self._programs[variant] = load_program(
+                self._ctx,
+                "surface/surface",
+                blocks=(*_BLOCKS, LAMPS) if "LAMPS" in variant else _BLOCKS,
+                spare=[LAMPS],
+                samplers=samplers,
+                defines=dict.fromkeys(variant, 1),
+            )
+        return self._programs[variant]
 
     def _sized_target(self, size: tuple[int, int]) -> moderngl.Framebuffer:
         have = self._target.size if self._target is not None else (0, 0)
@@ -102,6 +184,8 @@ class SurfacePass:
     def release(self) -> None:
         """Free everything."""
         self._release_target()
-        for buffer in (self._tile, self._craft, *self._materials.values()):
+        for buffer in (self._tile, self._craft, self._shadow, self._lamps):
             buffer.release()
-        self._program.release()
+        self._lobes.release()
+        for program in self._programs.values():
+            program.release()

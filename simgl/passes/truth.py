@@ -5,10 +5,10 @@ from __future__ import annotations
 import moderngl
 
 from simgl.gpu.blocks import UniformBuffer
-from simgl.gpu.program import load_program
 from simgl.gpu.state import State, clear_depth
 from simgl.passes.blocks import CRAFT, TILE, craft_values
 from simgl.passes.meshes import MeshStore
+from simgl.passes.outline import OutlineProgram
 from simgl.view import Tile
 
 
@@ -18,8 +18,8 @@ class TruthPass:
     state = State(depth=True)
 
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
-        self._ctx, self._meshes = ctx, meshes
-        self._program = load_program(ctx, "truth/truth", blocks=[TILE, CRAFT])
+        self._ctx = ctx
+        self._program = OutlineProgram(ctx, meshes, "truth/truth", [TILE, CRAFT])
         self._tile = UniformBuffer(ctx, TILE)
         self._craft = UniformBuffer(ctx, CRAFT)
 
@@ -39,7 +39,7 @@ class TruthPass:
             self._tile.write({"clip_from_camera": clip_from_camera})
             for craft in tile.craft:
                 self._craft.write(craft_values(craft))
-                self._meshes.geometry(craft.model.mesh).draw(self._program)
+                self._program.draw(craft.model)
 
     def release(self) -> None:
         """Free everything."""

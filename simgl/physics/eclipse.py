@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from simgl.physics.air import Atmosphere, grazing_optical_depth
 from simgl.physics.constants import MOON_RADIUS
+from simgl.physics.sun import UNIFORM, limb_profile
 
 Array = NDArray[np.float64]
 
@@ -14,6 +15,8 @@ Array = NDArray[np.float64]
 AIR_TOP = 120e3
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(64)
+# Along one arc of the disc, where the profile is a smooth function of the sine's angle.
+_ACROSS_NODES, _ACROSS_WEIGHTS = np.polynomial.legendre.leggauss(16)
 
 
 def limb_angle(position: Array, direction: Array, radii: Array) -> float:
@@ -101,6 +104,61 @@ def _arcs(disc_radius: float, separation: float, start: float) -> tuple[Array, A
     return 2.0 * half_width * np.sin(theta) * step, theta
 
 
+def visible_light_fraction(
+    disc_radius: float, body_radius: float, separation: float, limb: Array
+) -> Array:
+    """(4,) fraction of a small disc's light that comes from outside a circular body.
+
+    disc_radius, body_radius, separation : as for ``visible_disc_fraction``
+    limb : (2, 4) darkening of the disc towards its limb; uniform is the other function's result
+
+    The disc is cut into rings about its own centre, each with the angle that the body hides of it
+    by the half-angle formula of spherical trigonometry.
+    """
+    if not limb.any():
+        return np.full(4, visible_disc_fraction(disc_radius, body_radius, separation))
+    # A ring is hidden in part between these two radii.
+    first = min(abs(separation - body_radius), disc_radius)
+    last = min(separation + body_radius, disc_radius)
+    hidden, whole = np.zeros(4), np.zeros(4)
+    for low, high in ((0.0, first), (first, last), (last, disc_radius)):
+        # r = R sin t takes out the root of the profile at the limb, the cosine those of the angle.
+        start, end = np.arcsin(low / disc_radius), np.arcsin(high / disc_radius)
+        turn = 0.5 * np.pi * (_NODES + 1.0)
+        t = start + 0.5 * (end - start) * (1.0 - np.cos(turn))
+        r = disc_radius * np.sin(t)
+        step = 0.25 * np.pi * (end - start) * np.sin(turn) * _WEIGHTS * disc_radius * np.cos(t)
+        light = (np.sin(r) * step)[:, None] * limb_profile(np.cos(t), limb)
+        whole += np.sum(light, axis=0)
+        hidden += _hidden_share(r, body_radius, separation) @ light
+    return np.asarray(np.clip(1.0 - hidden / whole, 0.0, 1.0))
+
+
+def _hidden_share(r: Array, body_radius: float, separation: float) -> Array:
+    """(k,) share of circles of radii (k,) that a circular body hides, its centre off theirs."""
+    half = 0.5 * (r + body_radius + separation)
+    # Negative where no triangle closes: the circle lies wholly inside the body or outside it.
+    inside = np.sin(half - r) * np.sin(half - separation)
+    outside = np.sin(half) * np.sin(half - body_radius)
+    roots = np.sqrt(np.maximum([inside, outside], 0.0))
+    return np.asarray(2.0 / np.pi * np.arctan2(roots[0], roots[1]))
+
+
+def _arc_profile(disc_radius: float, separation: float, theta: Array, limb: Array) -> Array:
+    """(k, 4) mean of a disc's profile along the arcs that ``_arcs`` cuts, at distances (k,)."""
+    # With haversines, mu^2 = 1 - hav(r) / hav(disc_radius), and along an arc of half-width w
+    # hav(r) = hav(theta - separation) + sin(theta) sin(separation) hav(angle).
+    stretch = np.sin(theta) * np.sin(separation) / np.sin(0.5 * disc_radius) ** 2
+    top = 1.0 - (np.sin(0.5 * (theta - separation)) / np.sin(0.5 * disc_radius)) ** 2
+    half_width = 2.0 * np.arcsin(np.sqrt(np.clip(top / stretch, 0.0, 1.0)))
+    turn = 0.5 * np.pi * _ACROSS_NODES
+    angle = half_width[:, None] * np.sin(turn)
+    mu2 = top[:, None] - stretch[:, None] * np.sin(0.5 * angle) ** 2
+    profile = limb_profile(np.sqrt(np.clip(mu2, 0.0, 1.0)), limb)
+    weight = 0.25 * np.pi * np.cos(turn) * _ACROSS_WEIGHTS
+    return np.asarray(np.einsum("j,kjb->kb", weight, profile))
+
+
 def _from_nadir(position: Array, direction: Array) -> float:
     """Angle between a direction and the one to the centre [rad]."""
     nadir = -position / np.linalg.norm(position)
@@ -118,11 +176,26 @@ def sunlit_fraction(
     sun_angular_radius : [rad]
     radii : (3,) semi-axes [m]
     """
+    share = sunlit_shares(position, sun_direction, sun_angular_radius, radii, UNIFORM)
+    return float(share[0])
+
+
+def sunlit_shares(
+    position: Array,
+    sun_direction: Array,
+    sun_angular_radius: float,
+    radii: Array,
+    limb: Array,
+) -> Array:
+    """(4,) share of the Sun's light in each band that passes an ellipsoid without atmosphere.
+
+    Arguments as for ``sunlit_fraction``; limb : (2, 4) darkening of the Sun's disc.
+    """
     separation = _from_nadir(position, sun_direction)
     if separation - sun_angular_radius > 0.5 * np.pi:
-        return 1.0
-    limb = limb_angle(position, sun_direction, radii)
-    return visible_disc_fraction(sun_angular_radius, limb, separation)
+        return np.ones(4)
+    edge = limb_angle(position, sun_direction, radii)
+    return visible_light_fraction(sun_angular_radius, edge, separation, limb)
 
 
 def sunlit_transmission(
@@ -131,36 +204,48 @@ def sunlit_transmission(
     sun_angular_radius: float,
     radii: Array,
     air: Atmosphere,
+    limb: Array = UNIFORM,
 ) -> Array:
     """(4,) share of the Sun's light in each band that reaches a point past the Earth and its air.
 
     The disc's mean of the transmission along each grazing ray, zero where the ray meets the ground.
-    Arguments as for ``sunlit_fraction``; the point lies above the air.
+    Arguments as for ``sunlit_shares``; the point lies above the air.
     """
     separation = _from_nadir(position, sun_direction)
     if separation - sun_angular_radius > 0.5 * np.pi:
         return np.ones(4)
-    limb = limb_angle(position, sun_direction, radii)
+    edge = limb_angle(position, sun_direction, radii)
     distance = float(np.linalg.norm(position))
     low, high = separation - sun_angular_radius, separation + sun_angular_radius
     # The sphere that has the ellipsoid's limb on this side.
-    radius = distance * float(np.sin(limb))
-    if high <= limb:
+    radius = distance * float(np.sin(edge))
+    if high <= edge:
         return np.zeros(4)
-    if low >= limb and distance * np.sin(low) - radius > AIR_TOP:
+    if low >= edge and distance * np.sin(low) - radius > AIR_TOP:
         return np.ones(4)
-    outside, theta = _arcs(sun_angular_radius, separation, max(limb, low))
-    whole, _ = _arcs(sun_angular_radius, separation, low)
+    outside, theta = _arcs(sun_angular_radius, separation, max(edge, low))
+    whole, everywhere = _arcs(sun_angular_radius, separation, low)
     depth = grazing_optical_depth(air, radius, distance * np.sin(theta) - radius)
-    return np.asarray(outside @ np.exp(-depth) / np.sum(whole))
+    if not limb.any():
+        return np.asarray(outside @ np.exp(-depth) / np.sum(whole))
+    seen = _arc_profile(sun_angular_radius, separation, theta, limb)
+    total = _arc_profile(sun_angular_radius, separation, everywhere, limb)
+    return np.asarray(outside @ (seen * np.exp(-depth)) / (whole @ total))
 
 
 def past_the_moon(
-    point: Array, moon: Array, sun_direction: Array, sun_angular_radius: float
-) -> float:
-    """Fraction of the Sun's disc that a point (3,) sees past the Moon's centre at (3,) [m]."""
+    point: Array,
+    moon: Array,
+    sun_direction: Array,
+    sun_angular_radius: float,
+    limb: Array = UNIFORM,
+) -> Array:
+    """(4,) share of the Sun's light that a point (3,) gets past the Moon's centre at (3,) [m].
+
+    limb : (2, 4) darkening of the Sun's disc
+    """
     offset = moon - point
     distance = float(np.linalg.norm(offset))
     separation = _from_nadir(-offset, sun_direction)
     moon_angular_radius = float(np.arcsin(MOON_RADIUS / distance))
-    return visible_disc_fraction(sun_angular_radius, moon_angular_radius, separation)
+    return visible_light_fraction(sun_angular_radius, moon_angular_radius, separation, limb)

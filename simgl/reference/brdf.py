@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
-def lambda_smith(cosine: Array, alpha: float) -> Array:
+def lambda_smith(cosine: Array, alpha: float | Array) -> Array:
     """Smith's auxiliary function of the GGX distribution (Heitz 2014, eq. 72)."""
     tangent2 = (1.0 - cosine**2) / cosine**2
     return np.asarray(0.5 * (np.sqrt(1.0 + alpha**2 * tangent2) - 1.0))

@@ -10,12 +10,12 @@ import numpy as np
 from simgl.errors import AssetError, ConfigError, did_you_mean
 from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS
 from simgl.physics.frames import matrix_from_quaternion
-from simgl.scenario.fields import direction, exactly_one, fractions
+from simgl.scenario.fields import direction, exactly_one
+from simgl.scenario.finishes import material_of
 from simgl.scenario.library import load_model
 from simgl.scenario.schema import OrbitTable, PrimitiveTable, SpacecraftTable
 from simgl.scenario.strict import shown
 from simgl.scene import mesh as shapes
-from simgl.scene.materials import Material
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.trajectory import (
     Attitude,
@@ -133,14 +133,7 @@ def _primitive(table: PrimitiveTable, where: str, name: str) -> SpacecraftModel:
         assert table.cylinder is not None
         mesh = shapes.cylinder(table.cylinder.radius_m, table.cylinder.length_m)
     given = getattr(table, shapes_given[0]).material
-    material = Material(
-        name=name,
-        reflectance=fractions(
-            given.reflectance, where, f"model.{shapes_given[0]}.material.reflectance"
-        ),
-        metallic=given.metallic,
-        roughness=given.roughness,
-    )
+    material = material_of(given, name, where, f"model.{shapes_given[0]}.material")
     return SpacecraftModel(name=name, mesh=mesh, parts=(name,), materials=(material,))
 
 

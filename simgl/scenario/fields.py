@@ -23,13 +23,27 @@ _GOES_WITH = {
 }
 
 
+def _bands(value: float | Sequence[float]) -> Four:
+    r, g, b, n = (value,) * 4 if isinstance(value, (int, float)) else value
+    return float(r), float(g), float(b), float(n)
+
+
 def fractions(value: float | Sequence[float], where: str, key: str) -> Four:
     """Four band values 0..1 from one number or four."""
-    r, g, b, n = (value,) * 4 if isinstance(value, (int, float)) else value
-    for one in (r, g, b, n):
+    bands = _bands(value)
+    for one in bands:
         if not 0.0 <= one <= 1.0:
             raise ConfigError(where, key, f"must lie in 0..1, got {one:g}")
-    return float(r), float(g), float(b), float(n)
+    return bands
+
+
+def amounts(value: float | Sequence[float], where: str, key: str) -> Four:
+    """Four band values of 0 or more from one number or four."""
+    bands = _bands(value)
+    for one in bands:
+        if one < 0.0:
+            raise ConfigError(where, key, f"must be 0 or more, got {one:g}")
+    return bands
 
 
 def direction(value: Sequence[float], where: str, key: str) -> np.ndarray[Any, Any]:

@@ -8,6 +8,7 @@ from simgl.errors import ConfigError
 from simgl.physics.air import ATMOSPHERES
 from simgl.physics.constants import ASTRONOMICAL_UNIT, SOLAR_CONSTANT, SOLAR_RADIUS
 from simgl.physics.spectrum import black_body_light
+from simgl.physics.sun import UNIFORM, astm_g173_light, limb_darkening
 from simgl.scenario.fields import direction, fractions
 from simgl.scenario.scenario import EphemerisSun
 from simgl.scenario.schema import EarthTable, SunTable
@@ -18,17 +19,27 @@ from simgl.scene.state import SunInDirection
 def read_sun(table: SunTable, temperature: float, where: str) -> EphemerisSun | SunInDirection:
     """The Sun of a scenario; temperature of its spectrum [K]."""
     total = SOLAR_CONSTANT if table.irradiance_w_m2 is None else table.irradiance_w_m2
-    light = black_body_light(total, temperature)
+    if table.spectrum == "astm_g173":
+        if table.temperature_k is not None:
+            raise ConfigError(where, "temperature_k", 'contradicts spectrum = "astm_g173"')
+        light = astm_g173_light(total)
+    else:
+        light = black_body_light(total, temperature)
+    # A disc that is given by hand is the uniform one of textbook cases.
+    by_hand = table.angular_diameter_deg is not None or table.direction_icrf is not None
+    darkened = not by_hand if table.limb_darkening is None else table.limb_darkening
+    limb = limb_darkening(temperature) if darkened else UNIFORM
     radius = SOLAR_RADIUS
     if table.angular_diameter_deg is not None:
         radius = ASTRONOMICAL_UNIT * np.sin(np.radians(0.5 * table.angular_diameter_deg))
     if table.direction_icrf is None:
-        return EphemerisSun(light_at_1_au=light, radius=radius, visible=table.visible)
+        return EphemerisSun(light_at_1_au=light, radius=radius, visible=table.visible, limb=limb)
     return SunInDirection(
         direction_icrf=direction(table.direction_icrf, where, "direction_icrf"),
         light=light,
         angular_radius=float(np.arcsin(radius / ASTRONOMICAL_UNIT)),
         visible=table.visible,
+        limb=limb,
     )
 
 

@@ -11,12 +11,14 @@ from simgl.physics.constants import SOLAR_TEMPERATURE
 from simgl.physics.ephemeris import tai_ns_from_utc
 from simgl.scenario.cameras import read_camera, read_mount
 from simgl.scenario.craft import Craft
+from simgl.scenario.lamps import read_lamps
 from simgl.scenario.light import read_earth, read_sun
 from simgl.scenario.scenario import Scenario
 from simgl.scenario.schema import (
     CameraTable,
     EarthTable,
     EpochTable,
+    LampTable,
     RenderTable,
     SpacecraftTable,
     SunTable,
@@ -24,9 +26,9 @@ from simgl.scenario.schema import (
 from simgl.scenario.strict import convert, plain, read_toml, shown_key
 from simgl.scene.trajectory import Motion
 
-_TABLES = ("epoch", "sun", "earth", "spacecraft", "camera", "render")
+_TABLES = ("epoch", "sun", "earth", "spacecraft", "camera", "lamp", "render")
 _NAME = re.compile(r"[A-Za-z0-9_-]+")
-_Named = TypeVar("_Named", SpacecraftTable, CameraTable)
+_Named = TypeVar("_Named", SpacecraftTable, CameraTable, LampTable)
 
 
 def load_scenario(path: str | Path) -> Scenario:
@@ -52,6 +54,7 @@ def scenario_from_dict(
     epoch = _epoch(data, where)
     craft = _named_tables(data, "spacecraft", SpacecraftTable, where)
     cameras = _named_tables(data, "camera", CameraTable, where)
+    lamps = _named_tables(data, "lamp", LampTable, where)
     sun = convert(data.get("sun", {}), SunTable, f"{where} [sun]")
     earth = convert(data.get("earth", {}), EarthTable, f"{where} [earth]")
     render = convert(data.get("render", {}), RenderTable, f"{where} [render]")
@@ -71,8 +74,10 @@ def scenario_from_dict(
         motions={c.name: Motion(trajectory=c.trajectory(), attitude=c.attitude()) for c in built},
         cameras=lenses,
         mounts=mounts,
+        lamps=read_lamps(where, lamps, models),
         seed=render.seed,
         samples_per_pixel=render.samples_per_pixel,
+        inter_reflection=render.inter_reflection,
     )
     # Laws that contradict each other, such as relative places in a circle, show here.
     scenario.poses(epoch)

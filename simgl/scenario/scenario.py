@@ -4,18 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from simgl.errors import ConfigError
 from simgl.physics.constants import SOLAR_RADIUS
 from simgl.physics.ephemeris import itrf_from_icrf, moon_position, sun_position
 from simgl.physics.frames import Pose
 from simgl.physics.spectrum import BandLight
+from simgl.physics.sun import UNIFORM
 from simgl.scene.camera import Camera
 from simgl.scene.earth import Earth
+from simgl.scene.lamps import Lamp, lamp_state
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import (
     BodyState,
@@ -36,11 +39,13 @@ class EphemerisSun:
     light_at_1_au : per band
     radius : [m]
     visible : draw the disc
+    limb : (2, 4) darkening of the disc towards its limb
     """
 
     light_at_1_au: BandLight
     radius: float = SOLAR_RADIUS
     visible: bool = True
+    limb: NDArray[np.float64] = field(default_factory=UNIFORM.copy)
 
     def at(self, tai_ns: int) -> Sun:
         """The Sun at an epoch."""
@@ -49,6 +54,7 @@ class EphemerisSun:
             light_at_1_au=self.light_at_1_au,
             radius=self.radius,
             visible=self.visible,
+            limb=self.limb,
         )
 
 
@@ -58,6 +64,7 @@ class Scenario:
 
     seed : of all noise
     samples_per_pixel : of geometry; None lets the renderer choose by cost
+    inter_reflection : light between the surfaces of a spacecraft, and the Earth hidden by them
     """
 
     name: str
@@ -69,8 +76,10 @@ class Scenario:
     motions: Mapping[str, Motion]
     cameras: Mapping[str, Camera]
     mounts: Mapping[str, Mount]
+    lamps: Mapping[str, Lamp] = field(default_factory=dict)
     seed: int = 0
     samples_per_pixel: int | None = None
+    inter_reflection: bool = True
 
     def at(self, tai_ns: int) -> SceneState:
         """The scene at an epoch [TAI ns]."""
@@ -110,6 +119,8 @@ class Scenario:
             states[name] = CameraState(
                 camera=camera, position=position, R_camera_from_icrf=R_camera_from_icrf
             )
+        with self._named_in_errors():
+            lamps = tuple(lamp_state(lamp, bodies) for lamp in self.lamps.values())
         earth = None
         if self.earth is not None:
             earth = EarthState(
@@ -129,4 +140,5 @@ class Scenario:
             moon=moon,
             bodies={n: BodyState(model=m, pose=bodies[n]) for n, m in self.models.items()},
             cameras=states,
+            lamps=lamps,
         )

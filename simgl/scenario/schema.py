@@ -11,9 +11,11 @@ from typing import Annotated, Literal
 from msgspec import Meta, Struct
 
 from simgl.lattice import FEWEST
+from simgl.scene.layers import SMOOTHEST
 
 Positive = Annotated[float, Meta(gt=0.0)]
 NonNegative = Annotated[float, Meta(ge=0.0)]
+Roughness = Annotated[float, Meta(ge=SMOOTHEST, le=1.0)]
 Fraction = Annotated[float, Meta(ge=0.0, le=1.0)]
 Vector = tuple[float, float, float]
 # One number for all bands, or four. The limits 0..1 are checked by the loader: msgspec 0.22 mixes
@@ -36,16 +38,21 @@ class SunTable(Table, frozen=True, kw_only=True):
     """``[sun]``: omitted, the ephemeris Sun with 1361 W/m2 at 1 au and 5772 K.
 
     irradiance_w_m2 : total, at 1 au; with a fixed direction, at the scene
+    spectrum : "planck", or "astm_g173", the measured one outside the air; only its shape counts
     temperature_k : of the black body that gives the spectrum
     angular_diameter_deg : as seen from 1 au; default from the nominal solar radius
     direction_icrf : fixes the direction towards the Sun by hand
+    limb_darkening : the disc is darker towards its edge; omitted, it is, unless
+        ``angular_diameter_deg`` or ``direction_icrf`` is given, whose disc is uniform
     visible : draw the disc
     """
 
     irradiance_w_m2: NonNegative | None = None
+    spectrum: Literal["planck", "astm_g173"] = "planck"
     temperature_k: Annotated[float, Meta(ge=1000.0, le=50000.0)] | None = None
     angular_diameter_deg: Annotated[float, Meta(gt=0.0, le=10.0)] | None = None
     direction_icrf: Vector | None = None
+    limb_darkening: bool | None = None
     visible: bool = True
 
 
@@ -66,12 +73,59 @@ class EarthTable(Table, frozen=True, kw_only=True):
     atmosphere: Literal["standard", "source", "none"] | None = None
 
 
+class CoatTable(Table, frozen=True, kw_only=True):
+    """A clear layer of index 1.5: cover glass, varnish."""
+
+    strength: Fraction = 1.0
+    roughness: Roughness = SMOOTHEST
+
+
+class CellsTable(Table, frozen=True, kw_only=True):
+    """Solar cells laid side by side, seen along the body axis nearest to the normal.
+
+    Columns and fingers repeat along the first of the other two axes, rows and busbars along the
+    second, from the origin.
+    """
+
+    width_m: Positive
+    height_m: Positive
+    gap_m: NonNegative = 0.0
+    finger_pitch_m: Positive = 1.0
+    finger_width_m: NonNegative = 0.0
+    busbar_pitch_m: Positive = 1.0
+    busbar_width_m: NonNegative = 0.0
+    gap_reflectance: BandValues = 0.0
+    metal_reflectance: BandValues = 0.0
+
+
+class CrinkleTable(Table, frozen=True, kw_only=True):
+    """Facets of a crumpled foil: their mean spacing, and the width of their slopes."""
+
+    facet_size_m: Positive
+    slope: Fraction
+
+
 class MaterialTable(Table, frozen=True, kw_only=True):
-    """An inline material; without roughness it is Lambertian."""
+    """A material; without roughness it is Lambertian.
+
+    conserving : keeps the light that meets several microfacets, which the model of glTF loses
+    emission_w_m2_sr : radiance of its own, one number or four bands, 0 or more
+    """
 
     reflectance: BandValues
     metallic: Fraction = 0.0
-    roughness: Annotated[float, Meta(ge=0.01, le=1.0)] | None = None
+    roughness: Roughness | None = None
+    conserving: bool = False
+    coat: CoatTable | None = None
+    cells: CellsTable | None = None
+    crinkle: CrinkleTable | None = None
+    emission_w_m2_sr: BandValues = 0.0
+
+
+class FinishTable(MaterialTable, frozen=True, kw_only=True):
+    """A finish in ``simgl/data/finishes.toml``: a material with where its numbers come from."""
+
+    source: str
 
 
 class PlateTable(Table, frozen=True, kw_only=True):
@@ -79,21 +133,21 @@ class PlateTable(Table, frozen=True, kw_only=True):
 
     width_m: Positive
     height_m: Positive
-    material: MaterialTable
+    material: str | MaterialTable
 
 
 class SphereTable(Table, frozen=True, kw_only=True):
     """A sphere about the body origin."""
 
     radius_m: Positive
-    material: MaterialTable
+    material: str | MaterialTable
 
 
 class BoxTable(Table, frozen=True, kw_only=True):
     """A box about the body origin; edges along x, y, z."""
 
     size_m: tuple[Positive, Positive, Positive]
-    material: MaterialTable
+    material: str | MaterialTable
 
 
 class CylinderTable(Table, frozen=True, kw_only=True):
@@ -101,7 +155,7 @@ class CylinderTable(Table, frozen=True, kw_only=True):
 
     radius_m: Positive
     length_m: Positive
-    material: MaterialTable
+    material: str | MaterialTable
 
 
 class PrimitiveTable(Table, frozen=True, kw_only=True):
@@ -214,8 +268,38 @@ class CameraTable(Table, frozen=True, kw_only=True):
     gain_e_per_dn: Positive | None = None
 
 
+class LampTable(Table, frozen=True, kw_only=True):
+    """``[lamp.NAME]``: a spot light on a spacecraft, with its own shadows.
+
+    on : the spacecraft that carries it, at ``position_body_m`` or a ``keypoint``
+    look_at : the spacecraft that the beam follows; else ``boresight`` in body axes
+    half_angle_deg : of the cone within which the intensity is uniform
+    edge_deg : width of the smooth fall to zero around the cone
+    power_w : optical, radiated in the whole beam: one number over all wavelengths, split over the
+        bands by ``temperature_k`` (of a black body) or ``band_shares``; or four, one for each band
+    radius_m : of the aperture. Nothing closer along the beam, and nothing within 1 cm, casts
+    """
+
+    on: str
+    position_body_m: Vector | None = None
+    keypoint: str | None = None
+    look_at: str | None = None
+    boresight: Vector | None = None
+    half_angle_deg: Annotated[float, Meta(ge=0.1, le=75.0)]
+    edge_deg: Annotated[float, Meta(ge=0.01, le=60.0)] = 2.0
+    # The limits are checked by the loader, as for BandValues.
+    power_w: float | tuple[float, float, float, float]
+    temperature_k: Annotated[float, Meta(ge=1000.0, le=50000.0)] | None = None
+    band_shares: tuple[Fraction, Fraction, Fraction, Fraction] | None = None
+    radius_m: Annotated[float, Meta(ge=0.001, le=1.0)] = 0.02
+
+
 class RenderTable(Table, frozen=True, kw_only=True):
-    """``[render]``: noise seed and mean geometry samples per pixel (omitted: chosen by cost)."""
+    """``[render]``: noise seed and mean geometry samples per pixel (omitted: chosen by cost).
+
+    inter_reflection : light between the surfaces of a spacecraft, and the Earth hidden by them
+    """
 
     seed: Annotated[int, Meta(ge=0, le=2**32 - 1)] = 0
     samples_per_pixel: Annotated[int, Meta(ge=FEWEST, le=256)] | None = None
+    inter_reflection: bool = True

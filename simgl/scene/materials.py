@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from math import isfinite
 
-# On a smoother surface a point Sun has a highlight narrower than a float resolves.
-SMOOTHEST = 0.01
+from simgl.scene.layers import SMOOTHEST, Bands, Cells, Coat, Crinkle
+from simgl.scene.textures import Maps
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -15,12 +16,34 @@ class Material:
     reflectance : base colour per band R, G, B, N, 0..1
     metallic : 0 dielectric (diffuse base under a 4 % specular), 1 metal (reflectance is F0)
     roughness : perceptual roughness, alpha = roughness^2; None means purely Lambertian
+    emission : radiance that the surface gives off by itself, the same to all sides [W m-2 sr-1]
+    coverage : 0..1, of what the base colour's image and the vertex colours say; counts only against
+        ``cutoff``: where their product is less, there is no surface. None: all of it is there
+    maps : images that multiply reflectance, metallic, roughness and emission or tilt the normal;
+        the near infrared follows an image's red
+    conserving : light that meets several microfacets is kept; False is the model of glTF, whose
+        lobe loses it and gets darker with roughness
+    coat, cells, crinkle : what lies on or in the surface
     """
 
     name: str
-    reflectance: tuple[float, float, float, float]
+    reflectance: Bands
     metallic: float = 0.0
     roughness: float | None = None
+    emission: Bands = (0.0, 0.0, 0.0, 0.0)
+    coverage: float = 1.0
+    cutoff: float | None = None
+    maps: Maps = field(default_factory=Maps)
+    conserving: bool = False
+    coat: Coat | None = None
+    cells: Cells | None = None
+    crinkle: Crinkle | None = None
+
+    @property
+    def layered(self) -> bool:
+        """Whether it has more than one reflection law, the same all over."""
+        layers = self.coat, self.cells, self.crinkle
+        return self.conserving or any(layer is not None for layer in layers)
 
     def __post_init__(self) -> None:
         for value in (*self.reflectance, self.metallic):
@@ -33,3 +56,8 @@ class Material:
                 f'material "{self.name}": roughness lies in {SMOOTHEST:g}..1, '
                 f"got {self.roughness:g}"
             )
+        for value in self.emission:
+            if not (value >= 0.0 and isfinite(value)):
+                raise ValueError(
+                    f'material "{self.name}": emission must be 0 or more, got {value:g}'
+                )

@@ -22,6 +22,8 @@ class Mesh:
     triangles : (m, 3) uint32 vertex indices, counter-clockwise seen from outside
     part : (n,) uint32 index of the part that a vertex belongs to
     material : (n,) uint32 index of its material
+    uv : (n, 2) float32 place in its material's images, v down from the top row; None without images
+    colour : (n, 4) float32 factors of red, green, blue reflectance and of coverage; None for all 1
     """
 
     positions: Floats
@@ -29,6 +31,8 @@ class Mesh:
     triangles: NDArray[np.uint32]
     part: NDArray[np.uint32]
     material: NDArray[np.uint32]
+    uv: Floats | None = None
+    colour: Floats | None = None
 
     @cached_property
     def digest(self) -> str:
@@ -36,6 +40,10 @@ class Mesh:
         h = hashlib.sha256()
         for array in (self.positions, self.normals, self.triangles, self.part, self.material):
             h.update(np.ascontiguousarray(array).tobytes())
+        for name, optional in (("uv", self.uv), ("colour", self.colour)):
+            if optional is not None:
+                h.update(name.encode())
+                h.update(np.ascontiguousarray(optional).tobytes())
         return h.hexdigest()
 
     @cached_property

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from simgl.physics.constants import ASTRONOMICAL_UNIT
-from simgl.physics.eclipse import past_the_moon, sunlit_fraction, sunlit_transmission
+from simgl.physics.eclipse import past_the_moon, sunlit_shares, sunlit_transmission
 from simgl.physics.frames import Pose, unit
 from simgl.physics.spectrum import BandLight
+from simgl.physics.sun import UNIFORM
 from simgl.scene.camera import Camera
 from simgl.scene.earth import Earth
+from simgl.scene.lamps import LampState
 from simgl.scene.spacecraft import SpacecraftModel
 
 Array = NDArray[np.float64]
@@ -26,15 +28,17 @@ class SunSeen:
     direction_icrf : (3,) unit, towards the Sun
     irradiance : (4,) per band on a surface that faces it, unobstructed [W m-2]
     angular_radius : of the disc [rad]
+    limb : (2, 4) darkening of the disc towards its limb, zeros where it is uniform
     """
 
     direction_icrf: Array
     irradiance: Array
     angular_radius: float
+    limb: Array = field(default_factory=UNIFORM.copy)
 
     @property
     def radiance(self) -> Array:
-        """(4,) of the uniform disc [W m-2 sr-1]."""
+        """(4,) mean over the disc [W m-2 sr-1]."""
         return np.asarray(self.irradiance / (np.pi * np.sin(self.angular_radius) ** 2))
 
 
@@ -46,12 +50,14 @@ class SunAtPosition:
     light_at_1_au : per band
     radius : of the photosphere [m]
     visible : whether the disc itself is drawn
+    limb : (2, 4) darkening of the disc towards its limb
     """
 
     position: Array
     light_at_1_au: BandLight
     radius: float
     visible: bool = True
+    limb: Array = field(default_factory=UNIFORM.copy)
 
     def seen_from(self, point: Array) -> SunSeen:
         """The Sun from a point [m]."""
@@ -61,6 +67,7 @@ class SunAtPosition:
             direction_icrf=offset / distance,
             irradiance=self.light_at_1_au.irradiance * (ASTRONOMICAL_UNIT / distance) ** 2,
             angular_radius=float(np.arcsin(self.radius / distance)),
+            limb=self.limb,
         )
 
     @property
@@ -77,12 +84,14 @@ class SunInDirection:
     light : per band, at the scene
     angular_radius : [rad]
     visible : whether the disc itself is drawn
+    limb : (2, 4) darkening of the disc towards its limb
     """
 
     direction_icrf: Array
     light: BandLight
     angular_radius: float
     visible: bool = True
+    limb: Array = field(default_factory=UNIFORM.copy)
 
     def seen_from(self, point: Array) -> SunSeen:  # noqa: ARG002 - the same from everywhere
         """The Sun from any point."""
@@ -90,6 +99,7 @@ class SunInDirection:
             direction_icrf=unit(self.direction_icrf),
             irradiance=self.light.irradiance,
             angular_radius=self.angular_radius,
+            limb=self.limb,
         )
 
     @property
@@ -150,6 +160,7 @@ class SceneState:
     moon: Array | None
     bodies: Mapping[str, BodyState]
     cameras: Mapping[str, CameraState]
+    lamps: tuple[LampState, ...] = ()
 
     def sunlight(self, point: Array) -> Array:
         """(4,) share of the Sun's light that reaches a point (3,) [m] past Earth, air and Moon."""
@@ -159,10 +170,12 @@ class SceneState:
             position = self.earth.R_itrf_from_icrf @ (point - self.earth.position)
             direction = self.earth.R_itrf_from_icrf @ sun.direction_icrf
             radii, air = np.array(self.earth.earth.radii), self.earth.earth.air
+            disc = (sun.angular_radius, radii)
             if air is None:
-                share *= sunlit_fraction(position, direction, sun.angular_radius, radii)
+                share *= sunlit_shares(position, direction, *disc, sun.limb)
             else:
-                share *= sunlit_transmission(position, direction, sun.angular_radius, radii, air)
+                share *= sunlit_transmission(position, direction, *disc, air, sun.limb)
         if self.moon is not None:
-            share *= past_the_moon(point, self.moon, sun.direction_icrf, sun.angular_radius)
+            towards = sun.direction_icrf
+            share *= past_the_moon(point, self.moon, towards, sun.angular_radius, sun.limb)
         return share

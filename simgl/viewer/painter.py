@@ -15,6 +15,7 @@ from simgl.renderer import Renderer
 from simgl.scenario.scenario import Scenario
 from simgl.scene.camera import Camera, Detector, Lens
 from simgl.scene.state import CameraState, SceneState
+from simgl.transport.bake import Progress
 from simgl.view import frame_view
 from simgl.viewer.look import Look
 from simgl.viewer.orbit import FIELD_OF_VIEW, orbit_axes
@@ -84,9 +85,13 @@ def viewer_state(scenario: Scenario, look: Look, window: Size) -> SceneState:
 class Painter:
     """Draws looks into a window's framebuffer, the radiance only where it changed."""
 
-    def __init__(self, ctx: moderngl.Context, scenario: Scenario) -> None:
+    def __init__(
+        self, ctx: moderngl.Context, scenario: Scenario, progress: Progress | None = None
+    ) -> None:
         self.scenario = scenario
         self._renderer = Renderer(ctx)
+        if scenario.inter_reflection:
+            self._renderer.prepare(scenario.models.values(), progress)
         self._display = DisplayPass(ctx)
         self._picture: ImageTarget | None = None
 
@@ -97,6 +102,7 @@ class Painter:
             _VIEWER,
             sample_budget=self._renderer.sample_budget,
             samples_per_pixel=self.scenario.samples_per_pixel,
+            inter_reflection=self.scenario.inter_reflection,
         )
         self._picture = self._renderer.radiance(view)
 

@@ -19,6 +19,7 @@ from simgl.errors import ConfigError, ContextError, OutputError
 from simgl.gpu.context import REQUIRED_VERSION
 from simgl.images import png_bytes
 from simgl.output import complete_file
+from simgl.progress import bake_bar
 from simgl.scenario.loader import load_scenario
 from simgl.viewer.look import COMMANDS, HELP, Look, opening_look, title
 from simgl.viewer.painter import Painter, Size, read_window
@@ -242,7 +243,9 @@ def run(scenario_path: Path, target: str | None = None, screenshot: Path | None 
         functions: Any = _WindowContext()
         ctx = moderngl.create_context(context=functions, require=REQUIRED_VERSION)
         try:
-            with Painter(ctx, scenario) as painter:
+            with bake_bar() as progress:
+                ready = Painter(ctx, scenario, progress)
+            with ready as painter:
                 session = _Session(window, ctx, painter, look)
                 if screenshot is None:
                     print(HELP)

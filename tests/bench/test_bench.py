@@ -30,7 +30,15 @@ def test_the_json_report_has_the_promised_form(tmp_path: Path) -> None:
         assert 0.0 < times["p50"] <= times["p95"] <= times["p99"]
     here, there = report["scenes"]
     assert (here["through_bridge"], there["through_bridge"]) == (False, True)
-    passes = {"planet", "shadow", "surface", "resolve", "optics", "detector", "read"}
+    passes = {"probe", "exchange", "lamp_shadow"} | {
+        "planet",
+        "shadow",
+        "surface",
+        "resolve",
+        "optics",
+        "detector",
+        "read",
+    }
     assert set(here["passes_ms"]) == passes
     # The passes are what a frame consists of, besides some milliseconds of Python.
     assert sum(here["passes_ms"].values()) < 3.0 * here["frame_ms"]["p99"]

@@ -343,3 +343,4 @@ def test_materials_reflect_between_nothing_and_everything(name: str) -> None:
             *stated.rgb, 1.0, stated.metallic, stated.roughness, stated.nir
         ], material.name  # fmt: skip
         assert all(0.0 <= number <= 1.0 for number in numbers), material.name
+        assert material.extras.get("simgl_finish") == stated.finish, material.name

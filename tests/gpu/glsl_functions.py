@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import moderngl
 import numpy as np
 
 from simgl import assets
+from simgl.gpu.blocks import Block
 from simgl.gpu.glsl import assemble
 
 
@@ -18,10 +20,15 @@ def evaluate(
     inputs: np.ndarray[Any, Any],
     *,
     result: str = "vec4",
+    textures: Mapping[str, moderngl.Texture] | None = None,
+    blocks: Sequence[Block] = (),
+    declarations: str = "",
 ) -> np.ndarray[Any, Any]:
     """(n, 4) values of ``expression`` over (n, k) inputs, ``in_value[0]`` to ``in_value[k-1]``.
 
     inputs : float32 or uint32; result : "vec4" or "uvec4"
+    textures : by the name of their sampler; blocks : that the includes declare, left unset
+    declarations : GLSL functions that the expression calls
     """
     unsigned = inputs.dtype == np.uint32
     count, width = inputs.shape
@@ -32,6 +39,7 @@ def evaluate(
         + f"""
 uniform {sampler} table;
 out {result} value;
+{declarations}
 void main() {{
     {kind} in_value[{width}];
     for (int k = 0; k < {width}; ++k)
@@ -40,8 +48,9 @@ void main() {{
 }}
 """
     )
+    generated = {block.include: block.glsl for block in blocks}
     vertex = assemble(assets.shaders(), "common/fullscreen.vert")
-    fragment = assemble(assets.shaders(), "test", blocks={"test": text})
+    fragment = assemble(assets.shaders(), "test", blocks={"test": text, **generated})
     program = gl.program(vertex_shader=vertex.text, fragment_shader=fragment.text)
     dtype = "u4" if unsigned else "f4"
     table = gl.texture((count, width), 1, np.ascontiguousarray(inputs.T).tobytes(), dtype=dtype)
@@ -51,6 +60,9 @@ void main() {{
     target.use()
     gl.enable_only(moderngl.NOTHING)
     table.use(0)
+    for unit, (name, texture) in enumerate((textures or {}).items(), start=1):
+        texture.use(unit)
+        program[name] = unit
     array = gl.vertex_array(program, [])
     array.render(moderngl.TRIANGLES, vertices=3)
     raw = out.read()

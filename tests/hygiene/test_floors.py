@@ -13,14 +13,21 @@ FLOORS = {
     "physics": 1,
     "scene": 2,
     "lattice": 2,
+    "sky": 2,
     "scenario": 3,
     "reference": 3,
+    "background": 3,
+    "lamps": 3,
+    "rays": 3,
+    "shadows": 3,
+    "transport": 3,
     "view": 3,
     "images": 3,
     "gpu": 3,
     "generate": 3,
     "passes": 4,
     "renderer": 5,
+    "progress": 6,
     "simulator": 6,
     "output": 6,
     "assess": 7,
@@ -33,7 +40,16 @@ FLOORS = {
 }
 
 # Rooms of one floor that may look into each other, one way.
-NEIGHBOURS = {("assets", "errors"), ("output", "simulator")}
+NEIGHBOURS = {
+    ("assets", "errors"),
+    ("output", "simulator"),
+    ("view", "background"),
+    ("view", "lamps"),
+    ("view", "transport"),
+    ("view", "shadows"),
+    ("shadows", "rays"),
+    ("transport", "rays"),
+}
 
 # Where a room may look is less than its floor allows.
 KEPT_APART = {
@@ -46,7 +62,13 @@ KEPT_APART = {
 }
 
 # Shared by passes; every other pass stands alone.
-SHARED_PASSES = {"simgl.passes.blocks", "simgl.passes.meshes"}
+SHARED_PASSES = {
+    "simgl.passes.blocks",
+    "simgl.passes.lobes",
+    "simgl.passes.meshes",
+    "simgl.passes.outline",
+    "simgl.passes.textures",
+}
 
 each_module = pytest.mark.parametrize("module", modules(), ids=lambda m: m.name)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import io
 import json
 import struct
 from pathlib import Path
@@ -10,10 +11,19 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+from PIL import Image
 
 Json = dict[str, Any]
 
 FLOAT, UNSIGNED_SHORT = 5126, 5123
+
+
+def png(pixels: ArrayLike) -> bytes:
+    """A PNG file of (height, width[, 3 or 4]) values, 8 bits each or grey of 16."""
+    array = np.asarray(pixels)
+    file = io.BytesIO()
+    Image.fromarray(array if array.dtype == np.uint16 else array.astype(np.uint8)).save(file, "PNG")
+    return file.getvalue()
 
 
 class Document:
@@ -30,23 +40,29 @@ class Document:
             "materials": [],
             "accessors": [],
             "bufferViews": [],
+            "images": [],
+            "samplers": [],
+            "textures": [],
         }
 
-    def accessor(self, values: ArrayLike, component: int = FLOAT) -> int:
-        """Vectors of floats or scalar indices; returns the accessor's number."""
-        array = np.asarray(values, dtype="<f4" if component == FLOAT else "<u2")
-        content = array.tobytes()
+    def view(self, content: bytes) -> int:
+        """Any bytes; returns the number of their buffer view."""
         self.json["bufferViews"].append(
             {"buffer": 0, "byteOffset": len(self.data), "byteLength": len(content)}
         )
         # Four-byte alignment, as the format asks.
         self.data += content + b"\0" * (-len(content) % 4)
+        return len(self.json["bufferViews"]) - 1
+
+    def accessor(self, values: ArrayLike, component: int = FLOAT) -> int:
+        """Vectors of floats or scalar indices; returns the accessor's number."""
+        array = np.asarray(values, dtype="<f4" if component == FLOAT else "<u2")
         self.json["accessors"].append(
             {
-                "bufferView": len(self.json["bufferViews"]) - 1,
+                "bufferView": self.view(array.tobytes()),
                 "componentType": component,
                 "count": len(array),
-                "type": "VEC3" if array.ndim == 2 else "SCALAR",
+                "type": "SCALAR" if array.ndim == 1 else f"VEC{array.shape[1]}",
             }
         )
         return len(self.json["accessors"]) - 1
@@ -55,6 +71,16 @@ class Document:
         """A mesh of one primitive; returns its number."""
         self.json["meshes"].append({"primitives": [primitive]})
         return len(self.json["meshes"]) - 1
+
+    def texture(self, pixels: ArrayLike, **sampler: int) -> int:
+        """An embedded PNG of (height, width[, 3 or 4]) bytes; returns the texture's number."""
+        self.json["images"].append({"bufferView": self.view(png(pixels)), "mimeType": "image/png"})
+        texture = {"source": len(self.json["images"]) - 1}
+        if sampler:
+            self.json["samplers"].append(sampler)
+            texture["sampler"] = len(self.json["samplers"]) - 1
+        self.json["textures"].append(texture)
+        return len(self.json["textures"]) - 1
 
     def _whole(self, buffer: Json) -> bytes:
         content = {k: v for k, v in self.json.items() if v != []}
@@ -89,4 +115,29 @@ def triangle(**node: Any) -> Document:
     points = document.accessor([[0, 0, 0], [1, 0, 0], [0, 1, 0]])
     mesh = document.mesh(attributes={"POSITION": points})
     document.json["nodes"].append({"name": "facet", "mesh": mesh, **node})
+    return document
+
+
+# Corners of the image: left and right end, bottom and top; v runs down from the top row.
+UPRIGHT = ((0.0, 1.0), (1.0, 1.0), (1.0, 0.0), (0.0, 0.0))
+
+
+def square(uv: ArrayLike = UPRIGHT, **attributes: int) -> Document:
+    """One part: a square of 2 m facing +z, x to the right and y up, in material 0.
+
+    uv : of its corners (-1,-1) (1,-1) (1,1) (-1,1)
+    """
+    document = Document()
+    corners = [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]
+    mesh = document.mesh(
+        attributes={
+            "POSITION": document.accessor(corners),
+            "NORMAL": document.accessor([[0, 0, 1]] * 4),
+            "TEXCOORD_0": document.accessor(uv),
+            **attributes,
+        },
+        indices=document.accessor([0, 1, 2, 0, 2, 3], UNSIGNED_SHORT),
+        material=0,
+    )
+    document.json["nodes"].append({"name": "square", "mesh": mesh})
     return document

@@ -43,6 +43,19 @@ VALID = f"""\
 {SEED}
 """
 
+# A lamp on the chaser, put before [render].
+RENDER = "[render]"
+LAMP = """\
+[lamp.spot]
+on = "chaser"
+keypoint = "docking_port"
+look_at = "plate"
+half_angle_deg = 10.0
+power_w = 5.0
+temperature_k = 3000.0
+
+[render]"""
+
 
 @dataclass(frozen=True)
 class Damage:
@@ -88,26 +101,28 @@ BAD_VALUES = (
         "[render]",
         "[rendering]",
         ': rendering is not a table here; did you mean "render"? (allowed: camera, earth, '
-        "epoch, render, spacecraft, sun)",
+        "epoch, lamp, render, spacecraft, sun)",
     ),
     Damage(
         "unknown table on two lines",
         "[render]",
         '["a\\nb"]',
-        ': "a\\nb" is not a table here; (allowed: camera, earth, epoch, render, spacecraft, sun)',
+        ': "a\\nb" is not a table here; (allowed: camera, earth, epoch, lamp, render, '
+        "spacecraft, sun)",
     ),
     Damage(
         "unknown key",
         SEED,
         "sead = 1",
-        ' [render]: sead is not a key here; did you mean "seed"? (allowed: samples_per_pixel, '
-        "seed)",
+        ' [render]: sead is not a key here; did you mean "seed"? (allowed: '
+        "inter_reflection, samples_per_pixel, seed)",
     ),
     Damage(
         "unknown key on two lines",
         SEED,
         '"a\\nb" = 1',
-        ' [render]: "a\\nb" is not a key here; (allowed: samples_per_pixel, seed)',
+        ' [render]: "a\\nb" is not a key here; (allowed: inter_reflection, '
+        "samples_per_pixel, seed)",
     ),
     Damage(
         "unknown key of a primitive",
@@ -121,7 +136,8 @@ BAD_VALUES = (
         "{ reflectance = 0.5 }",
         "{ reflectance = 0.5, rough = 0.2 }",
         " [spacecraft.plate]: model.plate.material.rough is not a key here; did you mean "
-        '"roughness"? (allowed: metallic, reflectance, roughness)',
+        '"roughness"? (allowed: cells, coat, conserving, crinkle, emission_w_m2_sr, metallic, '
+        "reflectance, roughness)",
     ),
     Damage(
         "unknown primitive",
@@ -398,6 +414,72 @@ BAD_VALUES = (
         "reflectance = 0.5",
         "reflectance = 1.5",
         " [spacecraft.plate]: model.plate.material.reflectance must lie in 0..1, got 1.5",
+    ),
+    Damage(
+        "unknown finish",
+        "{ reflectance = 0.5 }",
+        '"white_pant"',
+        ' [spacecraft.plate]: model.plate.material names no finish "white_pant"; did you mean '
+        '"white_paint"? (allowed: bare_aluminium, black_paint, cell_under_glass, lambert_white, '
+        "mirror, mli_gold, mli_silver, solar_cell, white_paint)",
+    ),
+    Damage(
+        "number for a material",
+        "{ reflectance = 0.5 }",
+        "0.5",
+        " [spacecraft.plate]: model.plate.material must be a text or a table, got 0.5",
+    ),
+    Damage(
+        "more than a whole coat",
+        "reflectance = 0.5",
+        "reflectance = 0.5, coat = { strength = 1.1 }",
+        " [spacecraft.plate]: model.plate.material.coat.strength must be a number <= 1.0, got 1.1",
+    ),
+    Damage(
+        "coat too smooth",
+        "reflectance = 0.5",
+        "reflectance = 0.5, coat = { roughness = 0.0 }",
+        " [spacecraft.plate]: model.plate.material.coat.roughness must be a number >= 0.01, "
+        "got 0.0",
+    ),
+    Damage(
+        "crinkle without facets",
+        "reflectance = 0.5",
+        "reflectance = 0.5, crinkle = { slope = 0.1 }",
+        " [spacecraft.plate]: model.plate.material.crinkle.facet_size_m is missing",
+    ),
+    Damage(
+        "unknown key of a crinkle",
+        "reflectance = 0.5",
+        "reflectance = 0.5, crinkle = { facet_size = 0.02, slope = 0.1 }",
+        " [spacecraft.plate]: model.plate.material.crinkle.facet_size is not a key here; did you "
+        'mean "facet_size_m"? (allowed: facet_size_m, slope)',
+    ),
+    Damage(
+        "facets too steep",
+        "reflectance = 0.5",
+        "reflectance = 0.5, crinkle = { facet_size_m = 0.02, slope = 2.0 }",
+        " [spacecraft.plate]: model.plate.material.crinkle.slope must be a number <= 1.0, got 2.0",
+    ),
+    Damage(
+        "cells without height",
+        "reflectance = 0.5",
+        "reflectance = 0.5, cells = { width_m = 0.04 }",
+        " [spacecraft.plate]: model.plate.material.cells.height_m is missing",
+    ),
+    Damage(
+        "fingers wider than their pitch",
+        "reflectance = 0.5",
+        "reflectance = 0.5, cells = { width_m = 0.04, height_m = 0.08, finger_pitch_m = 0.001, "
+        "finger_width_m = 0.002 }",
+        " [spacecraft.plate]: model.plate.material.cells.finger_width_m must be less than "
+        "finger_pitch_m = 0.001, got 0.002",
+    ),
+    Damage(
+        "gap brighter than white",
+        "reflectance = 0.5",
+        "reflectance = 0.5, cells = { width_m = 0.04, height_m = 0.08, gap_reflectance = 1.5 }",
+        " [spacecraft.plate]: model.plate.material.cells.gap_reflectance must lie in 0..1, got 1.5",
     ),
     Damage(
         "mirror too smooth",
@@ -756,6 +838,126 @@ BAD_VALUES = (
         PINHOLE,
         'about = { target = "chaser", azimuth_deg = 0.0, range_m = 5.0 }',
         " [camera.nav]: look_at contradicts about, which looks at its target",
+    ),
+    Damage(
+        "temperature of a measured Sun",
+        SUNWARD,
+        f'{SUNWARD}\nspectrum = "astm_g173"\ntemperature_k = 5777.0',
+        ' [sun]: temperature_k contradicts spectrum = "astm_g173"',
+    ),
+    Damage(
+        "spectrum that is not known",
+        SUNWARD,
+        f'{SUNWARD}\nspectrum = "am0"',
+        ' [sun]: spectrum must be one of "astm_g173", "planck", got "am0"',
+    ),
+    Damage(
+        "limb darkening by a number",
+        SUNWARD,
+        f"{SUNWARD}\nlimb_darkening = 0.6",
+        " [sun]: limb_darkening must be true or false, got 0.6",
+    ),
+    Damage(
+        "lamp on nothing",
+        RENDER,
+        LAMP.replace('on = "chaser"', 'on = "chasr"'),
+        ' [lamp.spot]: on names no spacecraft: "chasr"; did you mean "chaser"? (allowed: chaser, '
+        "plate)",
+    ),
+    Damage(
+        "lamp in two places",
+        RENDER,
+        LAMP.replace("look_at", "position_body_m = [0.0, 0.0, 0.0]\nlook_at"),
+        " [lamp.spot]: position_body_m or keypoint is needed, and not both",
+    ),
+    Damage(
+        "lamp at a keypoint of none",
+        RENDER,
+        LAMP.replace('on = "chaser"', 'on = "plate"').replace(
+            'look_at = "plate"', 'look_at = "chaser"'
+        ),
+        ' [lamp.spot]: keypoint is not on "plate": "docking_port"; (none is allowed here)',
+    ),
+    Damage(
+        "lamp in two directions",
+        RENDER,
+        LAMP.replace("half", "boresight = [1.0, 0.0, 0.0]\nhalf"),
+        " [lamp.spot]: look_at or boresight is needed, and not both",
+    ),
+    Damage(
+        "lamp that looks at its carrier",
+        RENDER,
+        LAMP.replace('look_at = "plate"', 'look_at = "chaser"'),
+        " [lamp.spot]: look_at names the spacecraft that carries it",
+    ),
+    Damage(
+        "lamp that looks at nothing",
+        RENDER,
+        LAMP.replace('look_at = "plate"', 'look_at = "plat"'),
+        ' [lamp.spot]: look_at names no spacecraft: "plat"; did you mean "plate"? (allowed: '
+        "chaser, plate)",
+    ),
+    Damage(
+        "lamp in no direction",
+        RENDER,
+        LAMP.replace('look_at = "plate"', "boresight = [0.0, 0.0, 0.0]"),
+        " [lamp.spot]: boresight needs a direction, got [0.0, 0.0, 0.0]",
+    ),
+    Damage(
+        "lamp wider than its map",
+        RENDER,
+        LAMP.replace("10.0", "74.0"),
+        " [lamp.spot]: half_angle_deg and edge_deg must together stay within 75, got 76",
+    ),
+    Damage(
+        "lamp without spectrum",
+        RENDER,
+        LAMP.replace("temperature_k = 3000.0", ""),
+        " [lamp.spot]: power_w as one number needs temperature_k or band_shares; got neither of "
+        "them",
+    ),
+    Damage(
+        "lamp of two spectra",
+        RENDER,
+        LAMP.replace("temperature", "band_shares = [0.2, 0.3, 0.2, 0.0]\ntemperature"),
+        " [lamp.spot]: power_w as one number needs temperature_k or band_shares; got temperature_k "
+        "and band_shares",
+    ),
+    Damage(
+        "lamp with power per band and a spectrum",
+        RENDER,
+        LAMP.replace("5.0", "[1.0, 1.0, 1.0, 1.0]"),
+        " [lamp.spot]: temperature_k contradicts power_w for each band; give power_w as one number",
+    ),
+    Damage(
+        "lamp that takes light",
+        RENDER,
+        LAMP.replace("5.0", "-5.0"),
+        " [lamp.spot]: power_w must not be negative, got -5",
+    ),
+    Damage(
+        "lamp that takes light in one band",
+        RENDER,
+        LAMP.replace("5.0", "[1.0, 1.0, -2.0, 1.0]").replace("temperature_k = 3000.0", ""),
+        " [lamp.spot]: power_w must not be negative, got -2",
+    ),
+    Damage(
+        "lamp that radiates more than it is given",
+        RENDER,
+        LAMP.replace("temperature_k = 3000.0", "band_shares = [0.5, 0.3, 0.3, 0.2]"),
+        " [lamp.spot]: band_shares must add up to at most 1, got 1.3",
+    ),
+    Damage(
+        "lamp without power",
+        RENDER,
+        LAMP.replace("power_w = 5.0", ""),
+        " [lamp.spot]: power_w is missing",
+    ),
+    Damage(
+        "too many lamps",
+        RENDER,
+        "".join(LAMP.replace(RENDER, "").replace("spot", f"l{i}") for i in range(5)) + RENDER,
+        ": lamp holds 5 lamps, at most 4 are possible",
     ),
 )
 

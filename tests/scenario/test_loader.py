@@ -10,6 +10,8 @@ import pytest
 
 from simgl.errors import AssetError, ConfigError, SimglError
 from simgl.physics.ephemeris import tai_ns_from_utc
+from simgl.physics.spectrum import black_body_light
+from simgl.physics.sun import UNIFORM, astm_g173_light, limb_darkening
 from simgl.scenario.loader import load_scenario, scenario_from_dict
 from simgl.scenario.scenario import EphemerisSun
 from simgl.scene.state import SunInDirection
@@ -274,3 +276,59 @@ def test_numbers_and_arrays_of_numpy_serve_in_a_dictionary() -> None:
     scenario = scenario_from_dict(data)
     position = scenario.at(scenario.epoch_tai_ns).cameras["cam"].position
     np.testing.assert_array_equal(position, [0.0, 1.0, 2.0])
+
+
+@pytest.mark.parametrize(
+    ("table", "darkened"),
+    [
+        ({}, True),
+        ({"angular_diameter_deg": 0.526}, False),
+        ({"direction_icrf": [1.0, 0.0, 0.0]}, False),
+        ({"limb_darkening": False}, False),
+        ({"direction_icrf": [1.0, 0.0, 0.0], "limb_darkening": True}, True),
+        ({"angular_diameter_deg": 0.526, "limb_darkening": True}, True),
+    ],
+)
+def test_the_suns_disc_darkens_unless_it_is_given_by_hand(
+    table: dict[str, object], darkened: bool
+) -> None:
+    scenario = scenario_from_dict({"epoch": {"utc": "2026-03-20T12:00:00"}, "sun": table})
+    seen = scenario.at(scenario.epoch_tai_ns).sun.seen_from(np.array([7e6, 0.0, 0.0]))
+    np.testing.assert_array_equal(seen.limb, limb_darkening() if darkened else UNIFORM)
+
+
+def test_a_measured_spectrum_is_scaled_to_the_given_irradiance() -> None:
+    table = {"spectrum": "astm_g173", "irradiance_w_m2": 1000.0}
+    scenario = scenario_from_dict({"epoch": {"utc": "2026-03-20T12:00:00"}, "sun": table})
+    assert isinstance(scenario.sun, EphemerisSun)
+    light, expected = scenario.sun.light_at_1_au, astm_g173_light(1000.0)
+    np.testing.assert_array_equal(light.irradiance, expected.irradiance)
+    np.testing.assert_array_equal(light.photons_per_joule, expected.photons_per_joule)
+
+
+@pytest.mark.parametrize(
+    ("spectrum", "power"),
+    [
+        ({"power_w": [1.0, 2.0, 3.0, 4.0]}, [1.0, 2.0, 3.0, 4.0]),
+        ({"power_w": 10.0, "band_shares": [0.1, 0.2, 0.3, 0.4]}, [1.0, 2.0, 3.0, 4.0]),
+        (
+            {"power_w": 10.0, "temperature_k": 3000.0},
+            black_body_light(10.0, 3000.0).irradiance.tolist(),
+        ),
+    ],
+)
+def test_a_lamps_power_goes_to_the_bands(spectrum: dict[str, object], power: list[float]) -> None:
+    craft = {"model": "cubesat_12u", "position_icrf_m": [7e6, 0.0, 0.0]}
+    lamp = {"on": "a", "keypoint": "docking_port", "boresight": [0, 0, 2.0], "half_angle_deg": 30}
+    scenario = scenario_from_dict(
+        {
+            "epoch": {"utc": "2026-03-20T12:00:00"},
+            "spacecraft": {"a": craft},
+            "lamp": {"spot": {**lamp, **spectrum}},
+        }
+    )
+    (state,) = scenario.at(scenario.epoch_tai_ns).lamps
+    np.testing.assert_allclose(state.lamp.power, power, rtol=1e-15)
+    np.testing.assert_allclose(state.lamp.half_angle, np.pi / 6.0, rtol=1e-15)
+    np.testing.assert_allclose(state.direction, [0.0, 0.0, 1.0], atol=1e-15)
+    np.testing.assert_allclose(state.position, [7e6 + 0.176, 0.06, 0.0], atol=1e-8)

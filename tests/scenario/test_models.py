@@ -167,23 +167,6 @@ def test_a_doubly_sided_material_opens_the_model(tmp_path: Path) -> None:
     assert load_model(str(document.write_gltf(tmp_path / "open.gltf"))).open_sheets
 
 
-def test_what_a_material_asks_for_and_does_not_get_is_noted(tmp_path: Path) -> None:
-    document = triangle()
-    assert load_model(str(document.write_gltf(tmp_path / "plain.gltf"))).notes == ()
-    pbr = {
-        "baseColorFactor": [1.0, 1.0, 1.0, 0.5],
-        "baseColorTexture": {"index": 0},
-        "roughnessFactor": 0.0,
-    }
-    document.json["materials"] = [{"name": "foil", "pbrMetallicRoughness": pbr}]
-    model = load_model(str(document.write_gltf(tmp_path / "rich.gltf")))
-    assert model.notes == (
-        'material "foil": base colour texture is not drawn',
-        'material "foil": transparency is not drawn',
-        'material "foil": roughness 0 is raised to 0.01',
-    )
-
-
 def _without_position(j: Any) -> None:
     j["meshes"][0]["primitives"][0]["attributes"] = {}
 

@@ -1,0 +1,17 @@
+// Casters seen from a lamp.
+#include "block/lampcaster"
+#ifdef CUT_OUT
+#include "surface/cut_out_vertex.glsl"
+#endif
+
+in vec3 in_position;   // body axes [m]
+#ifdef CUT_OUT
+in uvec2 in_labels;    // part, material
+#endif
+
+void main() {
+#ifdef CUT_OUT
+    hand_on(in_labels.y);
+#endif
+    gl_Position = lamp_clip_from_body * vec4(in_position, 1.0);
+}

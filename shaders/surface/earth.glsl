@@ -1,0 +1,60 @@
+#include "block/craft"
+#include "surface/material.glsl"
+
+// What the spacecraft sees around it (simgl/sky.py), body axes [W m-2 sr-1].
+uniform samplerCube sky_cube;
+// What glossy lobes of roughness 0.2, 0.4 ... 1 see of it: slices of octahedral maps by the lobe's
+// axis.
+uniform sampler3D sky_lobes;
+// Irradiance of a plane by its normal, an octahedral map [W m-2].
+uniform sampler2D sky_irradiance;
+
+const float SKY_LOBES = 5.0;
+// A smoother lobe is narrower than a texel of the cube.
+const float SMOOTH = 0.05;
+
+// Place of a direction on an octahedral map, -1..1 (Meyer et al. 2010).
+vec2 octahedral(vec3 d) {
+    vec2 p = d.xy / (abs(d.x) + abs(d.y) + abs(d.z));
+    vec2 side = vec2(p.x < 0.0 ? -1.0 : 1.0, p.y < 0.0 ? -1.0 : 1.0);
+    return d.z < 0.0 ? (1.0 - abs(p.yx)) * side : p;
+}
+
+// Texture coordinates there. The outermost of the map's `points` lie on the square's edges.
+vec2 octahedral_place(vec3 d, float points) {
+    return 0.5 + 0.5 * octahedral(d) * (1.0 - 1.0 / points);
+}
+
+// Mean radiance of the sky that a lobe of width `alpha` about a direction sees.
+vec4 glossy_sky(vec3 d, float alpha) {
+    const float smoothest = 1.0 / SKY_LOBES;
+    float roughness = sqrt(alpha);
+    vec2 place = octahedral_place(d, float(textureSize(sky_lobes, 0).x));
+    // Below the first slice's roughness the texture repeats that slice.
+    vec4 lobe = textureLod(sky_lobes, vec3(place, roughness - 0.5 * smoothest), 0.0);
+    vec4 mirror = textureLod(sky_cube, d, 0.0);
+    return mix(mirror, lobe, clamp((roughness - SMOOTH) / (smoothest - SMOOTH), 0.0, 1.0));
+}
+
+// Axis of the lobe that a viewer sees: the mirror direction for a smooth surface, turned towards the
+// normal for a rough one (Lagarde and de Rousiers 2014, section 4.9.3).
+vec3 lobe_axis(Surface s, float alpha) {
+    float smoothness = 1.0 - min(alpha, 1.0);
+    return mix(s.n, reflect(-s.wo, s.n), smoothness * (sqrt(smoothness) + min(alpha, 1.0)));
+}
+
+// Radiance of the Earth's light that a surface turns to the viewer [W m-2 sr-1].
+vec4 earth_light(Surface s, Albedo albedo) {
+    mat3 body_from_camera = transpose(mat3(camera_from_body));
+    vec2 place = octahedral_place(body_from_camera * s.n, float(textureSize(sky_irradiance, 0).x));
+    vec4 light = albedo.diffuse / PI * textureLod(sky_irradiance, place, 0.0);
+    // The base's lobe and the coat's, in a loop: a CPU renderer skips what no sample needs of a
+    // loop, but runs both sides of every branch.
+    int lobes = s.coat > 0.0 ? 2 : s.lambertian ? 0 : 1;
+    for (int k = 0; k < lobes; ++k) {
+        float alpha = k == 0 ? s.alpha : s.coat_alpha;
+        vec4 share = k == 0 ? albedo.glossy : vec4(albedo.coat);
+        light += share * glossy_sky(body_from_camera * lobe_axis(s, alpha), alpha);
+    }
+    return light;
+}

@@ -1,0 +1,205 @@
+"""Earth and Sun before one pinhole, float32 in its axes: behind a picture, or on a face of a sky.
+
+A pinhole's axes: z boresight, x along columns, y along rows.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simgl.errors import ConfigError
+from simgl.scene.earth import Earth
+from simgl.scene.state import BodyState, CameraState, EarthState, SceneState, SunSeen
+from simgl.sky import DOWN, FORWARD, RIGHT
+
+Array = NDArray[np.float64]
+Floats = NDArray[np.float32]
+
+# Texels along an edge of a sky's faces. What the Sun's disc sends past the terminator onto a plate
+# that looks away from it (3e-7 of full daylight) comes out within 5 %; an even sky needs far fewer.
+SKY_TEXELS = 128
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PlanetView:
+    """The Earth before a pinhole, in a space where it is the unit sphere.
+
+    sphere_from_camera : (3, 3) float32, turns and stretches directions
+    camera_in_sphere : (3,) float32, place of the pinhole
+    outside : |camera|^2 - 1, taken in float64
+    sun_direction_itrf : (3,) float32
+    sun_irradiance : (4,) float32 at the Earth [W m-2]
+    """
+
+    earth: Earth
+    sphere_from_camera: Floats
+    camera_in_sphere: Floats
+    outside: float
+    sun_direction_itrf: Floats
+    sun_irradiance: Floats
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Background:
+    """Everything behind the spacecraft, for one pinhole.
+
+    intrinsics : (3, 3) float32 [pixels]
+    sun_direction : (3,) float32, in the pinhole's axes
+    sun_radiance : (4,) float32, mean of the disc [W m-2 sr-1]; zero where it is not drawn or out of
+        view
+    sun_limb : (2, 4) float32 limb darkening u and v per band: 1 - u (1 - mu) - v (1 - mu)^2
+    sun_angular_radius : [rad]
+    planet : None where there is no Earth, or none in the field of view
+    """
+
+    intrinsics: Floats
+    sun_direction: Floats
+    sun_radiance: Floats
+    sun_limb: Floats
+    sun_angular_radius: float
+    planet: PlanetView | None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SkyView:
+    """What a spacecraft sees around it.
+
+    faces : six pinholes at the spacecraft, in its body axes; see ``simgl.sky`` for their order
+    key : equal keys mean equal skies
+    """
+
+    faces: tuple[Background, ...]
+    key: tuple[object, ...]
+
+
+def background(state: SceneState, camera: CameraState) -> Background:
+    """What a camera sees behind the spacecraft.
+
+    Raises ConfigError where the camera is inside the Earth.
+    """
+    optics, R = camera.camera, camera.R_camera_from_icrf
+    d = optics.detector
+    half_diagonal = float(np.arctan(0.5 * np.hypot(d.width, d.height) / optics.focal_length_px))
+    field = _Field(half_diagonal, 1.0 / optics.focal_length_px)
+    seen = state.sun.seen_from(camera.position)
+    visible = state.sun.visible and field.holds(R[2], seen.direction_icrf, seen.angular_radius)
+    earth = None
+    if state.earth is not None:
+        earth = _earth_from(state, state.earth, camera.position, f"[camera.{optics.name}]")
+    return _background(optics.intrinsics, R, field, seen, earth, sun_drawn=visible)
+
+
+def sky_view(state: SceneState, name: str, body: BodyState) -> SkyView | None:
+    """What a spacecraft sees around it, the Sun's disc left out; None where there is no Earth.
+
+    Raises ConfigError where the spacecraft is inside the Earth.
+    """
+    if state.earth is None:
+        return None
+    half = 0.5 * SKY_TEXELS
+    intrinsics = np.array([[half, 0.0, half], [0.0, half, half], [0.0, 0.0, 1.0]])
+    field = _Field(float(np.arctan(np.sqrt(2.0))), 1.0 / half)
+    seen = state.sun.seen_from(body.pose.position)
+    earth = _earth_from(state, state.earth, body.pose.position, f"[spacecraft.{name}]")
+    R_body_from_icrf = body.pose.R_icrf_from_body.T
+    faces = tuple(
+        _background(intrinsics, axes @ R_body_from_icrf, field, seen, earth, sun_drawn=False)
+        for axes in np.stack([RIGHT, DOWN, FORWARD], axis=1)
+    )
+    return SkyView(faces=faces, key=tuple(part for face in faces for part in _key(face)))
+
+
+@dataclass(frozen=True)
+class _Field:
+    """The cone around a picture: its half angle, and the angle of a pixel [rad]."""
+
+    half_diagonal: float
+    pixel: float
+
+    def holds(self, boresight: Array, direction: Array, angular_radius: float) -> bool:
+        """Whether a disc on the sky may touch the picture."""
+        sine = np.linalg.norm(np.cross(boresight, direction))
+        off_axis = np.arctan2(sine, np.dot(boresight, direction))
+        # Nearly a pixel more than enough: a disc's edge is drawn over one.
+        return bool(off_axis < self.half_diagonal + angular_radius + self.pixel)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _EarthFrom:
+    """The Earth from one place: its direction and largest angular radius, and a view along ICRF."""
+
+    direction_icrf: Array
+    angular_radius: float
+    sphere_from_icrf: Array
+    view: PlanetView
+
+
+def _earth_from(state: SceneState, earth: EarthState, place: Array, who: str) -> _EarthFrom:
+    radii = np.array(earth.earth.radii)
+    position = earth.R_itrf_from_icrf @ (place - earth.position)
+    in_sphere = position / radii
+    outside = float(np.dot(in_sphere, in_sphere)) - 1.0
+    if outside <= 0.0:
+        depth = -0.5 * outside * radii[0]
+        raise ConfigError(who, "position", f"is {depth:.0f} m below the Earth's surface")
+    distance = float(np.linalg.norm(position))
+    sphere_from_icrf = (radii[0] / radii)[:, None] * earth.R_itrf_from_icrf
+    sun = state.sun.seen_from(earth.position)
+    return _EarthFrom(
+        direction_icrf=(earth.position - place) / distance,
+        angular_radius=float(np.arcsin(min(float(radii.max()) / distance, 1.0))),
+        sphere_from_icrf=sphere_from_icrf,
+        view=PlanetView(
+            earth=earth.earth,
+            sphere_from_camera=_float32(sphere_from_icrf),
+            camera_in_sphere=_float32(in_sphere),
+            outside=outside,
+            sun_direction_itrf=_float32(earth.R_itrf_from_icrf @ sun.direction_icrf),
+            sun_irradiance=_float32(sun.irradiance),
+        ),
+    )
+
+
+def _background(
+    intrinsics: Array,
+    R_camera_from_icrf: Array,
+    field: _Field,
+    sun: SunSeen,
+    earth: _EarthFrom | None,
+    *,
+    sun_drawn: bool,
+) -> Background:
+    planet = None
+    boresight = R_camera_from_icrf[2]
+    if earth is not None and field.holds(boresight, earth.direction_icrf, earth.angular_radius):
+        turned = _float32(earth.sphere_from_icrf @ R_camera_from_icrf.T)
+        planet = replace(earth.view, sphere_from_camera=turned)
+    return Background(
+        intrinsics=_float32(intrinsics),
+        sun_direction=_float32(R_camera_from_icrf @ sun.direction_icrf),
+        sun_radiance=_float32(sun.radiance if sun_drawn else np.zeros(4)),
+        sun_limb=_float32(sun.limb),
+        sun_angular_radius=sun.angular_radius,
+        planet=planet,
+    )
+
+
+def _key(part: Background | PlanetView) -> tuple[object, ...]:
+    """Every value of a view, in a form that can be compared."""
+    key: list[object] = []
+    for field in fields(part):
+        value = getattr(part, field.name)
+        if isinstance(value, np.ndarray):
+            key.append(value.tobytes())
+        elif isinstance(value, PlanetView):
+            key.extend(_key(value))
+        else:
+            key.append(value)
+    return tuple(key)
+
+
+def _float32(values: Array) -> Floats:
+    return np.asarray(values, dtype=np.float32)

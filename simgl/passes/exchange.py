@@ -1,0 +1,130 @@
+"""Light between the surfaces of each spacecraft, as values of its vertices."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import moderngl
+import numpy as np
+
+from simgl.gpu.geometry import Values
+from simgl.passes.meshes import VertexLighting
+from simgl.scene.means import mean_materials
+from simgl.scene.spacecraft import SpacecraftModel
+from simgl.sky import SkyRadiance, cell_radiance
+from simgl.transport.bake import Progress
+from simgl.transport.cache import transport_of
+from simgl.transport.directions import CELLS_ACROSS
+from simgl.transport.solve import (
+    Reflectors,
+    lamp_irradiance,
+    radiosity,
+    reflectors,
+    sky_irradiance,
+    sun_cosines,
+    vertex_light,
+)
+from simgl.transport.transport import Floats, Transport
+from simgl.transport.view import ExchangeView, Neighbour
+from simgl.view import CraftView
+
+_FRONT = {"in_bounced": "4f", "in_earth_share": "1f"}
+_BACK = {"in_bounced_back": "4f", "in_earth_share_back": "1f"}
+
+
+class ExchangePass:
+    """Solves the exchange for spacecraft with surfaces that see each other; others have none."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        self._transports: dict[tuple[str, bool], Transport | None] = {}
+        self._reflectors: dict[tuple[object, ...], Reflectors] = {}
+        self._cosines: dict[int, tuple[bytes, Floats]] = {}
+        self._buffers: dict[tuple[int, int], moderngl.Buffer] = {}
+
+    def transport(
+        self, model: SpacecraftModel, progress: Progress | None = None
+    ) -> Transport | None:
+        """How a model's surfaces see each other; traced at the first call, if no file has it."""
+        key = model.mesh.digest, model.open_sheets
+        if key not in self._transports:
+            self._transports[key] = transport_of(
+                model.mesh, open_sheets=model.open_sheets, progress=progress
+            )
+        return self._transports[key]
+
+    def draw(
+        self, craft: Sequence[CraftView], skies: Sequence[SkyRadiance | None]
+    ) -> list[VertexLighting | None]:
+        """The values of each spacecraft; None where nothing sees itself. Valid until the next call.
+
+        skies : what each sees around it
+        """
+        return [self._of_craft(c, sky) for c, sky in zip(craft, skies, strict=True)]
+
+    def _of_craft(self, craft: CraftView, sky: SkyRadiance | None) -> VertexLighting | None:
+        if craft.exchange is None:
+            return None
+        transport = self.transport(craft.model)
+        if transport is None:
+            return None
+        surface = self._surface(craft.model, transport)
+        cells = None if sky is None else cell_radiance(sky, CELLS_ACROSS)
+        cosines = self._sun_cosines(craft.instance, transport, craft.exchange)
+        direct = cosines[:, None] * craft.exchange.sun_irradiance.astype(np.float32)
+        if cells is not None:
+            direct = direct + sky_irradiance(transport, cells)
+        if craft.exchange.lamps:
+            around = [n.blocker() for n in craft.exchange.around]
+            for lamp in craft.exchange.lamps:
+                direct = direct + lamp_irradiance(transport, lamp, around)
+        exitance = radiosity(transport, surface, direct)
+        light = vertex_light(transport, exitance, cells)
+        values = np.empty((len(transport.mesh.positions), transport.sides, 5), dtype=np.float32)
+        values[..., :4] = np.swapaxes(light.bounced, 0, 1)
+        values[..., 4] = light.earth_share.T
+        buffer = self._buffer(craft.instance, values.nbytes)
+        buffer.write(values)
+        two_sided = transport.sides == 2
+        return VertexLighting(
+            mesh=transport.mesh,
+            values=Values(
+                buffer=buffer,
+                layout=_FRONT | _BACK if two_sided else _FRONT,
+            ),
+            defines=("EXCHANGE", "TWO_SIDED") if two_sided else ("EXCHANGE",),
+        )
+
+    def _surface(self, model: SpacecraftModel, transport: Transport) -> Reflectors:
+        key = model.mesh.digest, model.open_sheets, model.materials, model.textures.digest
+        if key not in self._reflectors:
+            self._reflectors[key] = reflectors(transport, mean_materials(model))
+        return self._reflectors[key]
+
+    def _sun_cosines(self, instance: int, transport: Transport, view: ExchangeView) -> Floats:
+        """Traced anew only where Sun or spacecraft have moved in the body's axes."""
+        key = _sun_key(transport, view)
+        if self._cosines.get(instance, (b"",))[0] != key:
+            blockers = [n.blocker() for n in view.before_sun]
+            self._cosines[instance] = key, sun_cosines(transport, view.sun_direction, blockers)
+        return self._cosines[instance][1]
+
+    def _buffer(self, instance: int, size: int) -> moderngl.Buffer:
+        key = instance, size
+        if key not in self._buffers:
+            self._buffers[key] = self._ctx.buffer(reserve=size, dynamic=True)
+        return self._buffers[key]
+
+    def release(self) -> None:
+        """Free everything."""
+        for buffer in self._buffers.values():
+            buffer.release()
+        self._buffers.clear()
+
+
+def _sun_key(transport: Transport, view: ExchangeView) -> bytes:
+    def place(neighbour: Neighbour) -> bytes:
+        return neighbour.mesh.digest.encode() + neighbour.other_from_body.tobytes()
+
+    parts = [transport.mesh.digest.encode(), view.sun_direction.tobytes()]
+    return b"".join(parts + [place(n) for n in view.before_sun])

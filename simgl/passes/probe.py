@@ -1,0 +1,102 @@
+"""The sky of each spacecraft: the background around it, and the light that surfaces get of it."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import moderngl
+
+from simgl.background import SKY_TEXELS, Background, SkyView
+from simgl.gpu.targets import Format, ImageTarget
+from simgl.sky import COARSE, FINE, ROUGHNESS, SkyRadiance, irradiance, prefiltered
+
+# Skies kept for views that come back; a picture of more spacecraft keeps as many as it needs.
+KEPT = 8
+
+Textures = tuple[moderngl.TextureCube, moderngl.Texture3D, moderngl.Texture]
+DrawBackground = Callable[[Background, moderngl.Framebuffer, tuple[int, int, int, int]], None]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Probe:
+    """The sky of one spacecraft.
+
+    sky : on the CPU
+    cube : its radiance as a cube map, body axes
+    lobes : what glossy lobes see, an octahedral map for each of ``simgl.sky.ROUGHNESS``
+    irradiance : an octahedral map by normal
+    """
+
+    sky: SkyRadiance
+    cube: moderngl.TextureCube
+    lobes: moderngl.Texture3D
+    irradiance: moderngl.Texture
+
+    @property
+    def textures(self) -> Textures:
+        """What the surface shader reads."""
+        return self.cube, self.lobes, self.irradiance
+
+
+class ProbePass:
+    """Draws a spacecraft's sky with the pass that draws backgrounds, or finds it already drawn."""
+
+    def __init__(self, ctx: moderngl.Context, draw_background: DrawBackground) -> None:
+        self._ctx, self._draw_background = ctx, draw_background
+        self._target: ImageTarget | None = None
+        self._probes: OrderedDict[tuple[object, ...], Probe] = OrderedDict()
+
+    def draw(self, views: Sequence[SkyView | None]) -> list[Probe | None]:
+        """The probe of each view, None for none. They stay as they are until the next call."""
+        wanted = [view for view in views if view is not None]
+        for view in wanted:
+            if view.key in self._probes:
+                self._probes.move_to_end(view.key)
+        kept = max(KEPT, len(wanted))
+        for view in wanted:
+            if view.key not in self._probes:
+                self._probes[view.key] = self._drawn(view, kept)
+        return [None if view is None else self._probes[view.key] for view in views]
+
+    def _drawn(self, view: SkyView, kept: int) -> Probe:
+        sky = self._look(view)
+        plane_irradiance = irradiance(sky)
+        cube, lobes, plane = self._free_textures(kept)
+        for face, radiance in enumerate(sky.radiance):
+            cube.write(face, radiance.tobytes())
+        lobes.write(prefiltered(sky, plane_irradiance).tobytes())
+        plane.write(plane_irradiance.tobytes())
+        return Probe(sky=sky, cube=cube, lobes=lobes, irradiance=plane)
+
+    def _look(self, view: SkyView) -> SkyRadiance:
+        n = SKY_TEXELS
+        if self._target is None:
+            self._target = ImageTarget(self._ctx, (n, 6 * n), (Format("f4", 4),))
+        for row, face in enumerate(view.faces):
+            self._draw_background(face, self._target.framebuffer, (0, row * n, n, n))
+        return SkyRadiance(radiance=self._target.read().reshape(6, n, n, 4))
+
+    def _free_textures(self, kept: int) -> Textures:
+        if len(self._probes) >= kept:
+            return self._probes.popitem(last=False)[1].textures
+        cube = self._ctx.texture_cube((SKY_TEXELS, SKY_TEXELS), 4, dtype="f4")
+        lobes = self._ctx.texture3d((FINE, FINE, len(ROUGHNESS)), 4, dtype="f4")
+        plane = self._ctx.texture((COARSE, COARSE), 4, dtype="f4")
+        lobes.repeat_x = lobes.repeat_y = lobes.repeat_z = False
+        plane.repeat_x = plane.repeat_y = False
+        for texture in (cube, lobes, plane):
+            texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+        return cube, lobes, plane
+
+    def release(self) -> None:
+        """Free everything."""
+        for probe in self._probes.values():
+            for texture in probe.textures:
+                texture.release()
+        self._probes.clear()
+        if self._target is not None:
+            self._ctx.detect_framebuffer(0).use()
+            self._target.release()
+            self._target = None

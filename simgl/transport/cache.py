@@ -1,0 +1,121 @@
+"""Bakes kept as files: a body is traced once on a machine."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+import warnings
+import zipfile
+from dataclasses import astuple, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+
+from simgl.scene.mesh import Mesh
+from simgl.transport.bake import BakeSettings, Progress, bake, sees_itself
+from simgl.transport.transport import Transport
+
+# Part of every key: a change in how bakes are made or stored makes the old files strangers.
+VERSION = 1
+
+_MATRICES = ("form_factors", "sky", "gather", "occluded", "whole")
+
+
+def cache_folder() -> Path:
+    """``$XDG_CACHE_HOME/simgl/transport``, or the same under ``~/.cache``."""
+    base = os.environ.get("XDG_CACHE_HOME")
+    return (Path(base) if base else Path.home() / ".cache") / "simgl" / "transport"
+
+
+def transport_of(
+    mesh: Mesh,
+    *,
+    open_sheets: bool,
+    settings: BakeSettings = BakeSettings(),
+    progress: Progress | None = None,
+) -> Transport | None:
+    """The transport of a body, from the file of an earlier bake where there is one.
+
+    None where no surface of it sees another. A folder that cannot be written only costs the next
+    bake; a damaged file is made anew.
+    """
+    if not sees_itself(mesh, 2 if open_sheets else 1):
+        return None
+    path = cache_folder() / f"{_key(mesh, open_sheets, settings)}.npz"
+    found = _read(path)
+    if found is None:
+        found = bake(mesh, open_sheets=open_sheets, settings=settings, progress=progress)
+        assert found is not None
+        _write(path, found)
+    return found
+
+
+def _key(mesh: Mesh, open_sheets: bool, settings: BakeSettings) -> str:
+    what = f"{VERSION} {mesh.digest} {open_sheets} {astuple(settings)}"
+    return hashlib.sha256(what.encode()).hexdigest()
+
+
+def _read(path: Path) -> Transport | None:
+    """The bake in a file; None where there is none, or no whole one."""
+    try:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as data:
+            return _unpacked({name: data[name] for name in data.files})
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        return None
+
+
+def _write(path: Path, transport: Transport) -> None:
+    """Written beside its place and renamed: a reader never meets half a file."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".part", delete=False) as part:
+            temporary = Path(part.name)
+            try:
+                np.savez(part, **_packed(transport))
+            except BaseException:
+                temporary.unlink()
+                raise
+        temporary.replace(path)
+    except OSError as error:
+        message = (
+            f"{path.parent}: {error.strerror}; light between surfaces is traced again next time"
+        )
+        warnings.warn(message, RuntimeWarning, stacklevel=4)
+
+
+def _packed(transport: Transport) -> dict[str, Any]:
+    data: dict[str, Any] = {}
+    for field in fields(transport):
+        value = getattr(transport, field.name)
+        if field.name in _MATRICES:
+            data |= {
+                f"{field.name}.data": value.data,
+                f"{field.name}.indices": value.indices,
+                f"{field.name}.indptr": value.indptr,
+                f"{field.name}.shape": np.array(value.shape),
+            }
+        elif field.name == "mesh":
+            arrays = {f.name: getattr(value, f.name) for f in fields(value)}
+            data |= {f"mesh.{name}": array for name, array in arrays.items() if array is not None}
+        else:
+            data[field.name] = np.asarray(value)
+    return data
+
+
+def _unpacked(data: dict[str, Any]) -> Transport:
+    mesh = {name[5:]: array for name, array in data.items() if name.startswith("mesh.")}
+    matrices = {
+        name: sparse.csr_matrix(
+            (data[f"{name}.data"], data[f"{name}.indices"], data[f"{name}.indptr"]),
+            shape=tuple(data[f"{name}.shape"]),
+        )
+        for name in _MATRICES
+    }
+    plain = {name: array for name, array in data.items() if "." not in name}
+    plain["sides"] = int(plain["sides"])
+    return Transport(mesh=Mesh(**mesh), **matrices, **plain)

@@ -1,0 +1,66 @@
+"""Directions over a hemisphere, and the cells of the sky that they reach."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simgl.sky import DOWN, RIGHT
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+# Cells of a body's sky: 4 x 4 on each face of the cube of simgl/sky.py, in its order.
+CELLS_ACROSS = 4
+SKY_CELLS = 6 * CELLS_ACROSS**2
+
+_GOLDEN_ANGLE = np.pi * (3.0 - np.sqrt(5.0))
+# Components of a unit normal are rounded to this, 2 deg, where only its directions' cells matter.
+_NORMAL_STEP = 1.0 / 32.0
+
+
+def cosine_directions(count: int) -> Array:
+    """(count, 3) unit directions about +z whose density follows the cosine to it.
+
+    A sunflower's seeds on the unit disc (Vogel 1979), raised to the hemisphere: the density on the
+    disc is even, so that on the hemisphere it is the cosine (Malley's method).
+    """
+    i = np.arange(count)
+    r2 = (i + 0.5) / count
+    radius, turn = np.sqrt(r2), i * _GOLDEN_ANGLE
+    return np.stack([radius * np.cos(turn), radius * np.sin(turn), np.sqrt(1.0 - r2)], axis=1)
+
+
+def frames(normals: Array) -> Array:
+    """(n, 3, 3) rotations whose third column is the unit normal (n, 3) (Duff et al. 2017)."""
+    x, y, z = normals.T
+    sign = np.where(z < 0.0, -1.0, 1.0)
+    a = -1.0 / (sign + z)
+    b = x * y * a
+    t = np.stack([1.0 + sign * x * x * a, sign * b, -sign * x], axis=1)
+    s = np.stack([b, sign + y * y * a, -y], axis=1)
+    return np.stack([t, s, normals], axis=2)
+
+
+def rounded_normals(normals: Array) -> tuple[Array, Indices]:
+    """(b, 3) unit normals and, for each of the (n, 3) given, the row (n,) of one within 2 deg."""
+    steps = np.round(normals / _NORMAL_STEP).astype(np.int64) + 64
+    keys = (steps[:, 0] * 128 + steps[:, 1]) * 128 + steps[:, 2]
+    unique, row = np.unique(keys, return_inverse=True)
+    corners = np.stack([unique // 16384, unique // 128 % 128, unique % 128], axis=1) - 64.0
+    return corners / np.linalg.norm(corners, axis=1, keepdims=True), row.ravel()
+
+
+def sky_cell(directions: Array) -> Indices:
+    """(...) cell of the sky, 0..95, that each direction (..., 3) in body axes points to."""
+    size = np.abs(directions)
+    axis = np.argmax(size, axis=-1)
+    along = np.take_along_axis(directions, axis[..., None], axis=-1)[..., 0]
+    face = 2 * axis + (along < 0.0)
+    across = np.sum(RIGHT[face] * directions, axis=-1) / np.abs(along)
+    down = np.sum(DOWN[face] * directions, axis=-1) / np.abs(along)
+    column, row = (
+        np.clip((0.5 * (place + 1.0) * CELLS_ACROSS).astype(np.int64), 0, CELLS_ACROSS - 1)
+        for place in (across, down)
+    )
+    return np.asarray((face * CELLS_ACROSS + row) * CELLS_ACROSS + column)
