@@ -75,6 +75,9 @@ def render(
         list[str] | None, typer.Option(help="Camera name; all cameras if not given.")
     ] = None,
     at: Annotated[str | None, typer.Option(help="UTC epoch; the scenario's if not given.")] = None,
+    layers: Annotated[
+        bool, typer.Option("--layers", help="Also the radiance in parts, one for each light.")
+    ] = False,
 ) -> None:
     """Render one epoch: radiance EXR, DN as 16-bit PNG, and a picture to look at.
 
@@ -98,12 +101,14 @@ def render(
         for note in model.notes:
             console.print(f"note: {craft}: {note}", highlight=False, markup=False, soft_wrap=True)
     state = loaded.at(epoch)
+    products = {Product.DN, Product.RADIANCE, Product.TRUTH}
+    if layers:
+        products.add(Product.LAYERS)
     check_writable(out)
     with bake_bar() as progress:
         ready = Simulator(loaded, progress=progress)
     with ready as simulator:
         for name in camera or loaded.cameras:
-            products = {Product.DN, Product.RADIANCE, Product.TRUTH}
             exposure = simulator.capture(state, name, products)
             for path in write_exposure(exposure, out, name):
                 console.print(str(path), highlight=False, markup=False, soft_wrap=True)
@@ -125,14 +130,15 @@ def assess(
     from simgl.assess.frame import assess_frame
     from simgl.progress import bake_bar
     from simgl.scenario.loader import load_scenario
-    from simgl.simulator import ALL_PRODUCTS, Simulator
+    from simgl.simulator import Product, Simulator
 
     loaded = load_scenario(scenario)
     state = loaded.at(_epoch(loaded.epoch_tai_ns, at))
     with bake_bar() as progress:
         ready = Simulator(loaded, progress=progress)
     with ready as simulator:
-        found = assess_frame(simulator.capture(state, camera, ALL_PRODUCTS), state, target)
+        products = {Product.DN, Product.ELECTRONS, Product.TRUTH}
+        found = assess_frame(simulator.capture(state, camera, products), state, target)
     console.print(
         f"range                 {found.range:.2f} m\n"
         f"phase angle           {math.degrees(found.phase_angle):.1f} deg\n"

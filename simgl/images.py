@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import io
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
+from PIL import Image, ImageDraw, ImageFont
 
 from simgl.scene.camera import Camera, Detector
 
@@ -48,6 +50,28 @@ class RadianceFrame:
 
     def _repr_png_(self) -> bytes:
         return png_bytes(display_from_radiance(self.radiance))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LayersFrame:
+    """A radiance frame in parts that sum to it.
+
+    layers : (height, width, 4) float32 each, bands R, G, B, N [W m-2 sr-1]. Off the spacecraft come
+        the light of "sun", "earth" and "lamp" that met no other surface of it, the light that did
+        ("inter_reflected"), and what is "emitted"; past the spacecraft are seen the Earth, the sky
+        and the Sun's disc ("background")
+    """
+
+    info: FrameInfo
+    layers: Mapping[str, NDArray[np.float32]]
+
+    @property
+    def total(self) -> NDArray[np.float32]:
+        """(height, width, 4) the whole picture [W m-2 sr-1]."""
+        return np.asarray(np.sum(tuple(self.layers.values()), axis=0), dtype=np.float32)
+
+    def _repr_png_(self) -> bytes:
+        return png_bytes(display_from_layers(self))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -124,13 +148,50 @@ def display_from_dn(dn: NDArray[np.uint16], camera: Camera) -> NDArray[np.uint8]
     return display_from_linear(((dn.astype(np.float32) - d.pedestal) / span).astype(np.float32))
 
 
-def display_from_radiance(radiance: NDArray[np.float32]) -> NDArray[np.uint8]:
+def display_from_radiance(radiance: NDArray[np.float32], gain: float = 1.0) -> NDArray[np.uint8]:
     """(height, width, 3) sRGB picture of the red, green and blue bands.
 
     A white surface that faces the Sun at 1 au is white, so that pictures compare; a grey surface in
-    sunlight looks grey.
+    sunlight looks grey. A gain brightens the picture.
     """
-    return srgb_from_linear(radiance[..., :3] / WHITE_RADIANCE)
+    return srgb_from_linear(radiance[..., :3] * (np.float32(gain) / WHITE_RADIANCE))
+
+
+def display_gain(radiance: NDArray[np.float32]) -> float:
+    """Power of two that shows all but the brightest hundredth of the lit pixels; 1 for black."""
+    brightest = (radiance[..., :3] / WHITE_RADIANCE).max(axis=-1)
+    lit = brightest[brightest > 0.0]
+    return 2.0 ** -math.ceil(math.log2(float(np.percentile(lit, 99.0)))) if lit.size else 1.0
+
+
+def display_from_layers(frame: LayersFrame) -> NDArray[np.uint8]:
+    """sRGB picture of the whole and its layers side by side, each under its name and gain.
+
+    Layers that are black even at a thousand times the gain of the whole are left out.
+    """
+    whole = display_gain(frame.total)
+    panels = {f"whole x {whole:g}": display_from_radiance(frame.total, whole)}
+    for name, radiance in frame.layers.items():
+        gain = min(display_gain(radiance), 1024.0 * whole)
+        picture = display_from_radiance(radiance, gain)
+        if picture.any():
+            panels[f"{name} x {gain:g}"] = picture
+    return contact_sheet(panels, columns=3)
+
+
+def contact_sheet(panels: Mapping[str, NDArray[np.uint8]], columns: int) -> NDArray[np.uint8]:
+    """(rows, columns, 3) pictures of one size on a grid, each with its name above it."""
+    height, width = next(iter(panels.values())).shape[:2]
+    line = max(11, width // 20)
+    font = ImageFont.load_default(size=0.7 * line)
+    rows = -(-len(panels) // columns)
+    sheet = Image.new("RGB", (columns * width, rows * (height + line)), "white")
+    pen = ImageDraw.Draw(sheet)
+    for index, (name, picture) in enumerate(panels.items()):
+        x, y = index % columns * width, index // columns * (height + line)
+        pen.text((x + line // 4, y + line // 2), name, fill="black", font=font, anchor="lm")
+        sheet.paste(Image.fromarray(picture), (x, y + line))
+    return np.asarray(sheet)
 
 
 def png_bytes(picture: NDArray[np.uint8]) -> bytes:

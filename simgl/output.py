@@ -21,8 +21,10 @@ from simgl.errors import OutputError
 from simgl.images import (
     DigitalFrame,
     FrameInfo,
+    LayersFrame,
     RadianceFrame,
     TruthFrame,
+    display_from_layers,
     display_from_radiance,
 )
 from simgl.physics.ephemeris import utc_from_tai_ns
@@ -117,6 +119,23 @@ def write_exr(path: Path, radiance: RadianceFrame, truth: TruthFrame | None = No
         OpenEXR.File(header, channels).write(str(temporary))
 
 
+def write_layers_exr(path: Path, frame: LayersFrame) -> None:
+    """Float32 channels ``sun.R`` ... [W m-2 sr-1] of each layer; R G B N are their sum."""
+    channels = {
+        f"{prefix}{band}": np.ascontiguousarray(radiance[..., i])
+        for prefix, radiance in [
+            ("", frame.total),
+            *((f"{n}.", r) for n, r in frame.layers.items()),
+        ]
+        for i, band in enumerate("RGBN")
+    }
+    header = _header(frame.info) | {
+        "layers": f"R, G, B, N of {', '.join(frame.layers)} and their sum"
+    }
+    with complete_file(path) as temporary:
+        OpenEXR.File(header, channels).write(str(temporary))
+
+
 def write_dn_png(path: Path, frame: DigitalFrame) -> None:
     """Digital numbers as they are, in a 16-bit grey PNG."""
     with complete_file(path) as temporary:
@@ -129,8 +148,15 @@ def write_view_png(path: Path, frame: RadianceFrame) -> None:
         Image.fromarray(display_from_radiance(frame.radiance)).save(temporary)
 
 
+def write_layers_png(path: Path, frame: LayersFrame) -> None:
+    """An sRGB picture of the whole and its layers side by side, each with its own gain."""
+    with complete_file(path) as temporary:
+        Image.fromarray(display_from_layers(frame)).save(temporary)
+
+
 def write_exposure(exposure: Exposure, folder: Path, name: str) -> list[Path]:
-    """Every frame of an exposure as ``NAME.radiance.exr``, ``NAME.dn.png``, ``NAME.view.png``.
+    """Every frame of an exposure as ``NAME.radiance.exr``, ``NAME.dn.png``, ``NAME.view.png``;
+    its layers as ``NAME.layers.exr`` and ``NAME.layers.png``.
 
     returns : the paths written
     """
@@ -138,6 +164,9 @@ def write_exposure(exposure: Exposure, folder: Path, name: str) -> list[Path]:
     if (radiance := exposure.radiance) is not None:
         writers.append(("radiance.exr", lambda p: write_exr(p, radiance, exposure.truth)))
         writers.append(("view.png", lambda p: write_view_png(p, radiance)))
+    if (layers := exposure.layers) is not None:
+        writers.append(("layers.exr", lambda p: write_layers_exr(p, layers)))
+        writers.append(("layers.png", lambda p: write_layers_png(p, layers)))
     if (digital := exposure.digital) is not None:
         writers.append(("dn.png", lambda p: write_dn_png(p, digital)))
     paths = []

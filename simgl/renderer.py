@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 import moderngl
 import numpy as np
@@ -20,12 +20,12 @@ from simgl.passes.planet import PlanetPass
 from simgl.passes.probe import ProbePass
 from simgl.passes.resolve import ResolvePass
 from simgl.passes.shadow import ShadowPass
-from simgl.passes.surface import SurfacePass
+from simgl.passes.surface import LIGHTS, SurfacePass
 from simgl.passes.truth import TruthPass
 from simgl.scene.camera import Camera
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.transport.bake import Progress
-from simgl.view import FrameView, truth_tile
+from simgl.view import FrameView, Tile, truth_tile
 
 _RADIANCE = (Format("f4", 4),)
 _ELECTRONS = (Format("f4"),)
@@ -36,9 +36,9 @@ _TRUTH = (Format("f4"), Format("u4"))
 _TARGETS_KEPT = 32
 
 # Geometry samples that one tile may take before its lattice gets coarser. On a CPU renderer a
-# shaded sample costs about 0.1 us, so this is some 25 ms; a GPU is bounded by memory (512 MiB of
-# samples).
-_SAMPLE_BUDGET_CPU = 250_000
+# shaded sample under all lights costs about 0.3 us, so this is some 30 ms; a GPU is bounded by memory
+# (512 MiB of samples).
+_SAMPLE_BUDGET_CPU = 100_000
 _SAMPLE_BUDGET_GPU = 16_000_000
 
 
@@ -70,8 +70,42 @@ class Renderer:
     def radiance(self, view: FrameView) -> ImageTarget:
         """Radiance per band [W m-2 sr-1], RGBA32F; valid until the next call at this size."""
         target = self._target(view.camera, _RADIANCE)
+        self._background(view, target)
+        for tile, (samples,) in self._samples(view):
+            with self.timer.measure("resolve"):
+                self._resolve.draw(tile, samples, target.framebuffer)
+        return target
+
+    def layers(self, view: FrameView) -> dict[str, NDArray[np.float32]]:
+        """The radiance in parts: what each of ``LIGHTS`` gives the spacecraft, and "background".
+
+        returns : (height, width, 4) each [W m-2 sr-1]
+        """
+        size = view.camera.detector.width, view.camera.detector.height
+        names = (*LIGHTS, "background")
+        targets = {name: ImageTarget(self._ctx, size, _RADIANCE) for name in names}
+        try:
+            self._background(view, targets["background"])
+            for name in LIGHTS:
+                targets[name].framebuffer.clear()
+            for tile, lights in self._samples(view, apart=True):
+                for name, samples in zip(LIGHTS, lights, strict=True):
+                    self._resolve.draw(tile, samples, targets[name].framebuffer)
+                self._resolve.hide(tile, lights[0], targets["background"].framebuffer)
+            return {name: target.read() for name, target in targets.items()}
+        finally:
+            self._ctx.detect_framebuffer(0).use()
+            for target in targets.values():
+                target.release()
+
+    def _background(self, view: FrameView, target: ImageTarget) -> None:
         with self.timer.measure("planet"):
             self._planet.draw(view.background, target.framebuffer, (0, 0, *target.size))
+
+    def _samples(
+        self, view: FrameView, *, apart: bool = False
+    ) -> Iterator[tuple[Tile, tuple[moderngl.Texture, ...]]]:
+        """Each tile with the samples of its spacecraft, valid until the next one."""
         with self.timer.measure("lamp_shadow"):
             lamp_maps = self._lamp_shadow.draw(view.lamps)
         for tile in view.tiles:
@@ -84,10 +118,10 @@ class Renderer:
                 maps = self._shadow.draw([craft.shadow for craft in tile.craft])
             with self.timer.measure("surface"):
                 skies = [probe.textures if probe else () for probe in probes]
-                samples = self._surface.draw(tile, maps, skies, lightings, view.lamps, lamp_maps)
-            with self.timer.measure("resolve"):
-                self._resolve.draw(tile, samples, target.framebuffer)
-        return target
+                samples = self._surface.draw(
+                    tile, maps, skies, lightings, view.lamps, lamp_maps, apart=apart
+                )
+            yield tile, samples
 
     def electrons(
         self, camera: Camera, photons_per_joule: NDArray[np.float64], radiance: ImageTarget

@@ -68,6 +68,11 @@ class ShadowMap:
     depth: float
     inset: float
 
+    @property
+    def bounds_width(self) -> int:
+        """Cells beside each other: of 8 texels along an edge, and twice of 64."""
+        return self.size // 8 + 2 * (self.size // 64)
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ShadowView:
@@ -81,6 +86,11 @@ class ShadowView:
     R_light_from_body: Floats
     whole: ShadowMap
     close: ShadowMap | None
+
+    @property
+    def maps(self) -> tuple[ShadowMap, ...]:
+        """Those that there are."""
+        return (self.whole,) if self.close is None else (self.whole, self.close)
 
 
 @dataclass(frozen=True, kw_only=True)

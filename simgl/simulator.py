@@ -12,7 +12,14 @@ from simgl.errors import ConfigError, did_you_mean
 from simgl.gpu.context import open_context
 from simgl.gpu.targets import ImageTarget
 from simgl.gpu.timers import PassTimer
-from simgl.images import DigitalFrame, ElectronFrame, FrameInfo, RadianceFrame, TruthFrame
+from simgl.images import (
+    DigitalFrame,
+    ElectronFrame,
+    FrameInfo,
+    LayersFrame,
+    RadianceFrame,
+    TruthFrame,
+)
 from simgl.renderer import Renderer
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState
@@ -26,6 +33,7 @@ class Product(StrEnum):
     DN = "dn"
     ELECTRONS = "electrons"
     RADIANCE = "radiance"
+    LAYERS = "layers"
     TRUTH = "truth"
 
 
@@ -40,10 +48,12 @@ class Exposure:
     digital: DigitalFrame | None = None
     electrons: ElectronFrame | None = None
     radiance: RadianceFrame | None = None
+    layers: LayersFrame | None = None
     truth: TruthFrame | None = None
 
     def _repr_png_(self) -> bytes:
-        for frame in (self.digital, self.radiance, self.electrons, self.truth):
+        frames = (self.digital, self.radiance, self.electrons, self.truth, self.layers)
+        for frame in frames:
             if frame is not None:
                 return frame._repr_png_()
         return b""
@@ -114,6 +124,8 @@ class Simulator:
         frames: dict[str, object] = {}
         if Product.RADIANCE in products:
             frames["radiance"] = RadianceFrame(info=info, radiance=radiance.read())
+        if Product.LAYERS in products:
+            frames["layers"] = LayersFrame(info=info, layers=self._renderer.layers(view))
         if Product.TRUTH in products:
             frames["truth"] = self._truth(state, view, info)
         if Product.DN in products or Product.ELECTRONS in products:

@@ -10,9 +10,12 @@ import numpy as np
 
 from simgl.scenario.loader import scenario_from_dict
 from simgl.scenario.scenario import Scenario
-from simgl.simulator import ALL_PRODUCTS, Exposure, Simulator
+from simgl.simulator import Exposure, Product, Simulator
 
 Table = dict[str, Any]
+
+# All that one pass over the scene gives.
+USUAL_PRODUCTS = frozenset(Product) - {Product.LAYERS}
 
 # The Sun of the source study: 1367 W m-2, 5777 K, 0.526 deg.
 SUN: Table = {"irradiance_w_m2": 1367.0, "temperature_k": 5777.0, "angular_diameter_deg": 0.526}
@@ -51,9 +54,9 @@ def scene(
 
 
 def capture(gl: moderngl.Context, scenario: Scenario) -> Exposure:
-    """Every product of camera "cam" at the scenario's epoch."""
+    """The usual products of camera "cam" at the scenario's epoch."""
     with Simulator(scenario, gl) as simulator:
-        return simulator.capture(scenario.at(scenario.epoch_tai_ns), "cam", ALL_PRODUCTS)
+        return simulator.capture(scenario.at(scenario.epoch_tai_ns), "cam", USUAL_PRODUCTS)
 
 
 def radiance(gl: moderngl.Context, scenario: Scenario) -> np.ndarray[Any, np.dtype[np.float32]]:

@@ -1,12 +1,17 @@
-// Nearest depth in each square cell of 8 x 8 texels.
+// Nearest and farthest depth in each square cell of 8 x 8 texels, or 8 x 8 smaller cells.
+#include "block/tops"
+
 uniform sampler2D source;
 
-out float nearest;
+out vec2 bounds;
 
 void main() {
-    ivec2 first = ivec2(gl_FragCoord.xy) * 8;
-    nearest = 1.0;
+    ivec2 first = ivec2(gl_FragCoord.xy) * 8 + ivec2(int(first_column), 0);
+    bounds = vec2(1.0, 0.0);
     for (int j = 0; j < 8; ++j)
-        for (int i = 0; i < 8; ++i)
-            nearest = min(nearest, texelFetch(source, first + ivec2(i, j), 0).r);
+        for (int i = 0; i < 8; ++i) {
+            vec2 texel = texelFetch(source, first + ivec2(i, j), 0).rg;
+            bounds.x = min(bounds.x, texel.x);
+            bounds.y = max(bounds.y, from_map > 0.5 ? texel.x : texel.y);
+        }
 }

@@ -2,12 +2,14 @@
 #include "surface/cut_out.glsl"
 #endif
 #ifdef BEHIND
+#include "block/caster"
+
 uniform sampler2D before;   // another map; its lower half: where the light leaves the casters
 
 // Leaves what the light would meet after it left those casters.
 void skip_before() {
     ivec2 at = ivec2(gl_FragCoord.xy);
-    int size = textureSize(before, 0).x;
+    int size = int(caster_map_size);
     float left = texelFetch(before, ivec2(at.x, at.y % size + size), 0).r;
     // Two steps of 24-bit depth: a surface does not lie behind itself.
     if (gl_FragCoord.z <= left + 1.2e-7) discard;

@@ -21,6 +21,8 @@ struct SunMap {
     float top;     // height [m] of depth 0
     float depth;   // [m] from there to depth 1
     int size;      // texels along an edge
+    int column;    // of its first texel in the textures
+    int bounds;    // column of its first cell in the texture of bounds
     bool solid;    // all casters are closed
     int taps;      // directions that stand for the disc, at most 28
 };
@@ -32,14 +34,14 @@ struct Slab {
     bool ends;   // above the receiver
 };
 
-// Depth of the highest caster within `reach` texels around a place, or more around it.
+// Nearest and farthest depth within `reach` texels around a place, or more around it.
 //
 // tops : bounds, see shadow/tops.frag
-float highest_depth(sampler2D tops, int size, vec2 place, float reach) {
-    int cell = reach > 8.0 ? 64 : 8;
-    ivec2 at = clamp(ivec2(place) / cell, ivec2(0), ivec2(size / cell - 1));
-    at.x += reach > 64.0 ? size / 8 + size / 64 : reach > 8.0 ? size / 8 : 0;
-    return texelFetch(tops, at, 0).r;
+vec2 depths_around(sampler2D tops, SunMap map, vec2 place, float reach) {
+    int shift = reach > 8.0 ? 6 : 3;   // cells of 64 or 8 texels
+    ivec2 at = clamp(ivec2(place) >> shift, ivec2(0), ivec2((map.size >> shift) - 1));
+    at.x += map.bounds + (reach > 8.0 ? map.size >> 3 : 0) + (reach > 64.0 ? map.size >> 6 : 0);
+    return texelFetch(tops, at, 0).rg;
 }
 
 // What stands over the receiver at an offset [texels] from it.
@@ -50,7 +52,7 @@ Slab slab_at(sampler2D depths, SunMap map, vec3 here, vec2 slope, float slack, v
     ivec2 at = clamp(ivec2(floor(here.xy + offset)), ivec2(0), ivec2(map.size - 1));
     float above = map.top - here.z;
     Slab slab;
-    slab.high = above - map.depth * texelFetch(depths, at, 0).r;
+    slab.high = above - map.depth * texelFetch(depths, at + ivec2(map.column, 0), 0).r;
     // The texel tells of its middle.
     vec2 middle = vec2(at) + 0.5 - here.xy;
     float plane = dot(slope, middle) + slack * (1.0 + abs(middle.x) + abs(middle.y));
@@ -58,7 +60,7 @@ Slab slab_at(sampler2D depths, SunMap map, vec3 here, vec2 slope, float slack, v
     slab.low = slab.high;
     slab.ends = true;
     if (slab.casts) {
-        float low = above - map.depth * texelFetch(depths, at + ivec2(0, map.size), 0).r;
+        float low = above - map.depth * texelFetch(depths, at + ivec2(map.column, map.size), 0).r;
         // No end above the receiver: a sheet, or a solid that the receiver's own body runs into.
         slab.ends = low >= plane;
         if (!slab.ends) low = map.solid ? plane : slab.high;
@@ -103,6 +105,7 @@ float lit_by_neighbours(sampler2D depths, SunMap map, vec3 here, vec2 slope, flo
     float own = (map.top - here.z - dot(slope, offset) - 3.0 * slack) / map.depth;
     vec2 next = -slope / map.depth;
     vec4 plane = own + vec4(0.0, next.x, next.y, next.x + next.y);
+    first.x += map.column;
     vec4 caster = vec4(texelFetch(depths, first, 0).r, texelFetch(depths, first + ivec2(1, 0), 0).r,
                        texelFetch(depths, first + ivec2(0, 1), 0).r,
                        texelFetch(depths, first + ivec2(1, 1), 0).r);
@@ -122,9 +125,10 @@ vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, vec3 here, vec2 s
     float spread = sqrt(high * high * reach * reach + 0.6);
     float top = 0.0, bottom = high, deepest = high;
     int blocked = 0;
+    float share = 1.0 / float(map.taps), near = 1.0 - 0.6 * turn.y;
     for (int k = 0; k < map.taps + NEAR_TAPS; ++k) {
-        float r = k < map.taps ? sqrt((float(k) + turn.y) / float(map.taps))
-                           : exp2(-1.5 * (float(k - map.taps) + turn.y));
+        if (k >= map.taps) near *= 0.35;
+        float r = k < map.taps ? sqrt((float(k) + turn.y) * share) : near;
         vec2 offset = r * spread * direction;
         Slab slab = slab_at(depths, map, here, slope, slack, offset);
         direction = GOLDEN_TURN * direction;
@@ -132,13 +136,6 @@ vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, vec3 here, vec2 s
         top = max(top, slab.high);
         if (slab.high >= 0.95 * high) blocked |= 1 << k;
         if (slab.ends) bottom = min(bottom, slab.low);
-        for (int once = 0; once < int(slab.ends); ++once) {
-            Slab next = slab_at(behind, map, here, slope, slack, offset);
-            if (next.casts) {
-                slab.low = next.low;
-                if (next.ends) bottom = min(bottom, next.low);
-            }
-        }
         deepest = min(deepest, slab.low);
     }
     if (top <= 0.0) return vec4(1.0);
@@ -147,23 +144,26 @@ vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, vec3 here, vec2 s
     // Where no slab ends above the receiver, they all run down to it.
     if (bottom == high) bottom = max(deepest, 0.05 * top);
 
-    vec4 lit = vec4(0.0), all = vec4(0.0);
+    // Sums of 1, fall and fall^2, where 1 - fall is the cosine of emergence from the Sun's surface.
+    vec3 lit = vec3(0.0), all = vec3(0.0);
     direction = first;
     for (int k = 0; k < map.taps; ++k) {
-        float r = sqrt((float(k) + turn.y) / float(map.taps));
-        vec2 ray = r * reach * direction;   // texels per metre of height
+        float r2 = (float(k) + turn.y) * share;
+        vec2 ray = sqrt(r2) * reach * direction;   // texels per metre of height
         direction = GOLDEN_TURN * direction;
+        float fall = 1.0 - sqrt(1.0 - r2);
         // Below the surface's own horizon: the disc's cosine leaves it out.
-        if (dot(slope, ray) >= 1.0) continue;
-        vec4 light = limb_profile(sqrt(1.0 - r * r), limb_u, limb_v);
-        all += light;
+        vec3 light = dot(slope, ray) < 1.0 ? vec3(1.0, fall, fall * fall) : vec3(0.0);
         bool shaded = ((blocked >> k) & 1) == 1;
         if (!shaded && !settled)
             shaded = meets_caster(depths, behind, map, here, slope, slack, ray, reach, top,
                                   bottom);
-        if (!shaded) lit += light;
+        all += light;
+        lit += shaded ? vec3(0.0) : light;
     }
-    return lit / max(all, 1e-6);
+    // The law of limb_profile, summed.
+    return (lit.x - limb_u * lit.y - limb_v * lit.z)
+         / max(all.x - limb_u * all.y - limb_v * all.z, 1e-6);
 }
 
 // Share of the disc's light that reaches a receiver, per band.
@@ -181,13 +181,19 @@ vec4 unshaded(sampler2D depths, sampler2D behind, sampler2D tops, SunMap map, ve
     float slack = 1e-6 * map.depth + 0.002 * map.texel * (1.0 + dot(gradient, gradient));
 
     // How high the casters reach that can matter: higher ones are farther off on the map.
-    float high = map.top - here.z;
+    float above = map.top - here.z, high = above, low = 0.0, around = 1e9;
     for (int i = 0; i < 3; ++i) {
-        float around = high * reach + 1.0;
-        float depth = highest_depth(tops, map.size, here.xy, around);
-        high = min(high, map.top - map.depth * depth - here.z);
         if (around <= 8.0 || high <= slack) break;
+        around = high * reach + 1.0;
+        vec2 depths_there = depths_around(tops, map, here.xy, around);
+        high = min(high, above - map.depth * depths_there.x);
+        low = above - map.depth * depths_there.y;
     }
+    // Where casters of much the same height stand over all of the neighbourhood, all is dark. They
+    // stand over the receiver's own plane where they are higher than it is anywhere there.
+    float window = around > 8.0 ? 128.0 : 16.0;
+    float plane = (abs(slope.x) + abs(slope.y)) * window + slack * (1.0 + 2.0 * window);
+    if (around <= 64.0 && low > plane && (high - low) * reach < 4.0) return vec4(0.0);
     vec4 lit = vec4(1.0);
     // The disc spans less than a texel: only the texels smooth the edge.
     bool near = high > slack && high * reach < 1.0;

@@ -4,14 +4,10 @@
 #include "surface/material.glsl"
 #include "surface/shadow.glsl"
 
-uniform sampler2D whole_depths;
-uniform sampler2D whole_behind;
-uniform sampler2D whole_tops;
-#ifdef CLOSE_MAP
-uniform sampler2D close_depths;
-uniform sampler2D close_behind;
-uniform sampler2D close_tops;
-#endif
+// The whole map, and right of it the close one where there is one.
+uniform sampler2D sun_depths;
+uniform sampler2D sun_behind;
+uniform sampler2D sun_tops;
 
 // Numbers 0..1 that spread evenly over any neighbourhood of samples, after the plastic number's
 // relatives (M. Roberts 2018).
@@ -23,40 +19,27 @@ vec2 evenly_spread(vec2 sample_index) {
 // Share of the sunlight that reaches a surface past the casters, per band.
 vec4 sunlit(Surface s) {
     vec3 wi = sun_direction.xyz;
-    vec4 frame = shadow_frame[0];   // texel, top, depth, inset
+    // Both maps: edge of a texel, top, depth, inset; size, column, column of the bounds.
+    vec4 frame = shadow_frame[0], sheet = shadow_sheet[0];
     vec3 here = (shadow_from_body[0] * vec4(s.body, 1.0)).xyz;
-    bool is_close = false;
-#ifdef CLOSE_MAP
-    int size = textureSize(close_depths, 0).x;
     vec3 closer = (shadow_from_body[1] * vec4(s.body, 1.0)).xyz;
-    vec2 inside = min(closer.xy, float(size) - closer.xy);
-    is_close = min(inside.x, inside.y) > shadow_frame[1].w;
-    if (is_close) {
+    vec2 inside = min(closer.xy, shadow_sheet[1].x - closer.xy);
+    if (min(inside.x, inside.y) > shadow_frame[1].w) {
         frame = shadow_frame[1];
+        sheet = shadow_sheet[1];
         here = closer;
     }
-#endif
     // The smooth surface that the normals stand for lies above its facets by the sagitta of an edge;
     // a quarter of a texel lifts the receiver there. Facets that already face away use its plane.
     vec3 n = mat3(light_from_camera) * s.plain_n;
     vec3 plane = dot(s.facet, wi) > 0.0 ? mat3(light_from_camera) * s.facet : n;
     here += n * vec3(0.25, 0.25, 0.25 * frame.x);
     vec2 slope = -plane.xy / max(plane.z, 1e-9) * frame.x;
-    float reach = tan(sun_angular_radius) / frame.x;
     vec2 turn = evenly_spread(floor(gl_FragCoord.xy));
-    SunMap map = SunMap(frame.x, frame.y, frame.z, textureSize(whole_depths, 0).x,
+    SunMap map = SunMap(frame.x, frame.y, frame.z, int(sheet.x), int(sheet.y), int(sheet.z),
                         shadow_solid > 0.5, int(shadow_taps));
-    vec4 lit = vec4(1.0);
-    for (int once = 0; once < int(!is_close); ++once)
-        lit = unshaded(whole_depths, whole_behind, whole_tops, map, here, slope, reach, sun_limb_u,
-                       sun_limb_v, turn);
-#ifdef CLOSE_MAP
-    map.size = size;
-    for (int once = 0; once < int(is_close); ++once)
-        lit = unshaded(close_depths, close_behind, close_tops, map, here, slope, reach, sun_limb_u,
-                       sun_limb_v, turn);
-#endif
-    return lit;
+    return unshaded(sun_depths, sun_behind, sun_tops, map, here, slope, sheet.w, sun_limb_u,
+                    sun_limb_v, turn);
 }
 
 // Radiance of the sunlight that a surface turns to the viewer [W m-2 sr-1].

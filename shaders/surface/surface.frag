@@ -1,4 +1,5 @@
-// Radiance of a spacecraft's surface [W m-2 sr-1], the sum over all light that reaches it.
+// Radiance of a spacecraft's surface [W m-2 sr-1]: the sum over all light that reaches it, or each
+// light apart.
 #include "surface/sun.glsl"
 #include "surface/bounce.glsl"
 #ifdef SKY
@@ -13,22 +14,36 @@ in vec3 normal;
 in vec3 body_position;
 flat in uint material;
 
-out vec4 radiance;
+#ifdef APART
+// In the order of LIGHTS in simgl/passes/surface.py.
+layout(location = 0) out vec4 radiance[5];
+#else
+layout(location = 0) out vec4 radiance;
+#endif
 
 void main() {
     Surface s = surface_at(position, body_position, normal, material);
-    radiance = sun_light(s) + s.emission;
+    vec4 sun = sun_light(s), earth = vec4(0.0), other_surfaces = vec4(0.0), lamps = vec4(0.0);
 #if defined(SKY) || defined(EXCHANGE)
     Albedo albedo = albedo_of(s);
 #endif
 #ifdef SKY
-    radiance += earth_light(s, albedo) * past_the_craft();
+    earth = earth_light(s, albedo) * past_the_craft();
 #endif
 #ifdef EXCHANGE
-    radiance += bounced_light(albedo);
+    other_surfaces = bounced_light(albedo);
 #endif
 #ifdef LAMPS
-    radiance += lamp_light(s);
+    lamps = lamp_light(s);
+#endif
+#ifdef APART
+    radiance[0] = sun;
+    radiance[1] = earth;
+    radiance[2] = other_surfaces;
+    radiance[3] = lamps;
+    radiance[4] = s.emission;
+#else
+    radiance = sun + s.emission + earth + other_surfaces + lamps;
 #endif
 #ifdef CUT_OUT
     if (!s.there) discard;

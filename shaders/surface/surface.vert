@@ -22,6 +22,7 @@ out float earth_share_back;
 #endif
 #endif
 
+out float gl_ClipDistance[4];
 out vec3 position;     // camera axes [m]
 out vec3 normal;       // camera axes
 out vec3 body_position;   // [m]
@@ -49,5 +50,7 @@ void main() {
     earth_share_back = in_earth_share_back;
 #endif
 #endif
+    vec4 inside = tile_edges * vec4(position, 0.0);
+    for (int edge = 0; edge < 4; ++edge) gl_ClipDistance[edge] = inside[edge];
     gl_Position = clip_from_camera * p;
 }

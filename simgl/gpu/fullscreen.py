@@ -12,26 +12,21 @@ from simgl.gpu.program import load_program
 
 
 class FullscreenProgram:
-    """The shader ``NAME.frag``, drawn as one triangle over the current viewport.
-
-    block : its uniforms; None where it needs none
-    """
+    """The shader ``NAME.frag``, drawn as one triangle over the current viewport."""
 
     def __init__(
-        self, ctx: moderngl.Context, name: str, block: Block | None, samplers: Sequence[str]
+        self, ctx: moderngl.Context, name: str, block: Block, samplers: Sequence[str]
     ) -> None:
-        blocks = [] if block is None else [block]
         self._program = load_program(
-            ctx, name, vertex="common/fullscreen.vert", blocks=blocks, samplers=samplers
+            ctx, name, vertex="common/fullscreen.vert", blocks=[block], samplers=samplers
         )
         self._array = ctx.vertex_array(self._program, [])
-        self._block = None if block is None else UniformBuffer(ctx, block)
+        self._block = UniformBuffer(ctx, block)
 
     def draw(self, values: Mapping[str, Any], textures: Sequence[moderngl.Texture]) -> None:
         """Fill the block, bind the textures in the order of the samplers, and draw."""
-        if self._block is not None:
-            self._block.write(values)
-            self._block.bind()
+        self._block.write(values)
+        self._block.bind()
         for unit, texture in enumerate(textures):
             texture.use(unit)
         self._array.render(moderngl.TRIANGLES, vertices=3)
@@ -39,6 +34,5 @@ class FullscreenProgram:
     def release(self) -> None:
         """Free everything."""
         self._array.release()
-        if self._block is not None:
-            self._block.release()
+        self._block.release()
         self._program.release()

@@ -12,6 +12,8 @@ Target = moderngl.Framebuffer
 # GL 3.3 core, absent from moderngl's names.
 ONE_MINUS_SRC1_COLOR = 0x88FA
 DEPTH_CLAMP = 0x864F
+CLIP_DISTANCE0 = 0x3000
+_CLIP_PLANES = 4
 TEXTURE_CUBE_MAP_SEAMLESS = 0x884F
 
 
@@ -24,6 +26,7 @@ class State:
     cull : "back", "front" or None
     blend : (source, destination) factors, or None
     write_color : write the colour attachments
+    clip_planes : so many of gl_ClipDistance cut what is drawn
     """
 
     depth: bool = False
@@ -31,6 +34,7 @@ class State:
     cull: str | None = None
     blend: tuple[int, int] | None = None
     write_color: bool = True
+    clip_planes: int = 0
 
     def apply(
         self,
@@ -61,6 +65,9 @@ class State:
         else:
             ctx.disable_direct(DEPTH_CLAMP)
         ctx.enable_direct(TEXTURE_CUBE_MAP_SEAMLESS)
+        for plane in range(_CLIP_PLANES):
+            switch = ctx.enable_direct if plane < self.clip_planes else ctx.disable_direct
+            switch(CLIP_DISTANCE0 + plane)
         ctx.depth_func = "<"
         ctx.cull_face = self.cull or "back"
         # Row 0 of every target is the top of the picture, which mirrors the winding.

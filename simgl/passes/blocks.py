@@ -13,12 +13,23 @@ from simgl.lamps import MAP_SIZE, LampView
 from simgl.lattice import Lattice
 from simgl.scene.materials import Material
 from simgl.scene.textures import Image, SurfaceTextures
-from simgl.view import CraftView
+from simgl.view import CraftView, Tile
 
 MAX_MATERIALS = 64
 MAX_LAMPS = 4
 
-TILE = Block("Tile", 0, np.dtype([("clip_from_camera", "f4", (4, 4))]))
+TILE = Block(
+    "Tile",
+    0,
+    np.dtype(
+        [
+            ("clip_from_camera", "f4", (4, 4)),
+            # Planes through the pinhole and the tile's edges: inside, their products with a place in
+            # camera axes are positive.
+            ("tile_edges", "f4", (4, 4)),
+        ]
+    ),
+)
 
 CRAFT = Block(
     "Craft",
@@ -49,6 +60,9 @@ SHADOW = Block(
             ("shadow_from_body", "f4", (2, 4, 4)),
             # Edge of a texel, height of depth 0, height from there to depth 1 [m]; inset [texels].
             ("shadow_frame", "f4", (2, 4)),
+            # Texels along an edge, first column among the depths, and among the bounds; texels that
+            # the Sun's radius spans for each metre of height.
+            ("shadow_sheet", "f4", (2, 4)),
             # 1 where all casters are closed.
             ("shadow_solid", "f4"),
             # Directions within the Sun's disc that a sample tries.
@@ -102,6 +116,11 @@ MATERIALS = Block(
 )
 
 
+def tile_values(tile: Tile, clip_from_camera: Any) -> dict[str, Any]:
+    """The Tile block for one depth slice of a tile."""
+    return {"clip_from_camera": clip_from_camera, "tile_edges": tile.edges}
+
+
 def craft_values(craft: CraftView) -> dict[str, Any]:
     """The Craft block of a spacecraft."""
     return {
@@ -116,25 +135,33 @@ def craft_values(craft: CraftView) -> dict[str, Any]:
 
 
 # Directions that stand for the Sun's disc in a pixel, and in a sample.
-_DIRECTIONS_PER_PIXEL = 80.0
-_FEWEST_DIRECTIONS, _MOST_DIRECTIONS = 4, 16
+_DIRECTIONS_PER_PIXEL = 150.0
+_FEWEST_DIRECTIONS, _MOST_DIRECTIONS = 4, 28
 
 
 def shadow_values(craft: CraftView, lattice: Lattice) -> dict[str, Any]:
     """The Shadow block of a spacecraft drawn on a lattice."""
     taps = np.ceil(_DIRECTIONS_PER_PIXEL / lattice.scale**2)
-    maps = [m for m in (craft.shadow.whole, craft.shadow.close) if m is not None]
+    maps = craft.shadow.maps
     from_body = np.zeros((2, 4, 4), dtype=np.float32)
     frame = np.zeros((2, 4), dtype=np.float32)
+    sheet = np.zeros((2, 4), dtype=np.float32)
+    # Nothing lies within the inset of a map that is not there.
+    frame[1, 3] = np.inf
+    column = bounds = 0
     for row, one in enumerate(maps):
         from_body[row] = one.texel_from_body
         frame[row] = one.texel, one.top, one.depth, one.inset
+        sheet[row] = one.size, column, bounds, np.tan(craft.sun_angular_radius) / one.texel
+        column += one.size
+        bounds += one.bounds_width
     light_from_camera = np.eye(4, dtype=np.float32)
     light_from_camera[:3, :3] = craft.shadow.R_light_from_body @ craft.camera_from_body[:3, :3].T
     return {
         "light_from_camera": light_from_camera,
         "shadow_from_body": from_body,
         "shadow_frame": frame,
+        "shadow_sheet": sheet,
         "shadow_taps": np.clip(taps, _FEWEST_DIRECTIONS, _MOST_DIRECTIONS),
         "shadow_solid": not any(c.model.open_sheets for c in maps[0].casters),
     }

@@ -34,6 +34,7 @@ class ResolvePass:
     """Each pixel of a tile becomes mean of samples + (1 - covered share) x background."""
 
     state = State(blend=(moderngl.ONE, ONE_MINUS_SRC1_COLOR))
+    hiding = State(blend=(moderngl.ZERO, ONE_MINUS_SRC1_COLOR))
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
@@ -41,8 +42,17 @@ class ResolvePass:
 
     def draw(self, tile: Tile, samples: moderngl.Texture, target: moderngl.Framebuffer) -> None:
         """Lay the tile over the radiance that the target already holds."""
+        self._draw(self.state, tile, samples, target)
+
+    def hide(self, tile: Tile, samples: moderngl.Texture, target: moderngl.Framebuffer) -> None:
+        """Leave of what the target holds only what is seen past the tile's spacecraft."""
+        self._draw(self.hiding, tile, samples, target)
+
+    def _draw(
+        self, state: State, tile: Tile, samples: moderngl.Texture, target: moderngl.Framebuffer
+    ) -> None:
         box = (tile.x, tile.y, tile.width, tile.height)
-        self.state.apply(self._ctx, target, (0, 0, *target.size), box)
+        state.apply(self._ctx, target, (0, 0, *target.size), box)
         self._program.draw(_values(tile), [samples])
 
     def release(self) -> None:

@@ -18,7 +18,18 @@ from simgl.shadows import ShadowMap, ShadowView
 # Maps kept for views that come back; a picture of more spacecraft keeps as many as it needs.
 KEPT = 8
 
-_CASTER = Block("Caster", 3, np.dtype([("caster_clip_from_body", "f4", (4, 4))]))
+_CASTER = Block(
+    "Caster",
+    3,
+    np.dtype(
+        [
+            ("caster_clip_from_body", "f4", (4, 4)),
+            ("caster_map_size", "f4"),
+            ("caster_padding", "f4"),
+            ("caster_padding_2", "f4", 2),
+        ]
+    ),
+)
 _TOPS = Block(
     "Tops",
     10,
@@ -26,8 +37,11 @@ _TOPS = Block(
         [
             # Texels across which the highest caster's penumbra reaches at the map's bottom.
             ("full_reach", "f4"),
+            # Of the map in the source, or of its bounds in the target.
+            ("first_column", "f4"),
+            # 1 where the source is a map, 0 where it holds cells.
+            ("from_map", "f4"),
             ("tops_padding", "f4"),
-            ("tops_padding_2", "f4", 2),
         ]
     ),
 )
@@ -50,13 +64,13 @@ class ShadowPass:
         self._behind = OutlineProgram(
             ctx, meshes, "shadow/shadow", [_CASTER], {"before": 0}, {"BEHIND": 1}
         )
-        self._cells = FullscreenProgram(ctx, "shadow/cells", None, ["source"])
+        self._cells = FullscreenProgram(ctx, "shadow/cells", _TOPS, ["source"])
         self._tops = FullscreenProgram(ctx, "shadow/tops", _TOPS, ["fine", "coarse"])
         self._caster = UniformBuffer(ctx, _CASTER)
-        self._maps: OrderedDict[bytes, _Target] = OrderedDict()
+        self._drawn: OrderedDict[bytes, _Sheet] = OrderedDict()
 
     def draw(self, views: Sequence[ShadowView]) -> list[tuple[moderngl.Texture, ...]]:
-        """Depths, behind and tops of each view's whole map, and of its close one if it has one.
+        """Depths, behind and tops of each view's maps, the close one right of the whole one.
 
         depths : nearest surface that faces the Sun, 0..1, and below it nearest that faces away
         behind : the same for what lies behind the surface that faces away
@@ -64,68 +78,69 @@ class ShadowPass:
 
         They stay as they are until the next call.
         """
-        wanted = [m for v in views for m in (v.whole, v.close) if m is not None]
-        for one in wanted:
-            if one.key in self._maps:
-                self._maps.move_to_end(one.key)
-        kept = max(KEPT, len(wanted))
-        for one in wanted:
-            if one.key not in self._maps:
-                self._maps[one.key] = self._free_map(one.size, kept)
-                self._draw(one, self._maps[one.key])
-        return [
-            tuple(
-                texture
-                for one in (view.whole, view.close)
-                if one is not None
-                for texture in self._maps[one.key].textures
-            )
-            for view in views
-        ]
+        keys = [b"".join(one.key for one in view.maps) for view in views]
+        for key in keys:
+            if key in self._drawn:
+                self._drawn.move_to_end(key)
+        kept = max(KEPT, len(views))
+        for key, view in zip(keys, views, strict=True):
+            if key not in self._drawn:
+                self._drawn[key] = self._free_sheet(view.maps, kept)
+                self._draw(view, self._drawn[key])
+        return [self._drawn[key].textures for key in keys]
 
-    def _free_map(self, size: int, kept: int) -> _Target:
-        if len(self._maps) >= kept:
-            oldest = self._maps.popitem(last=False)[1]
-            if oldest.size == size:
+    def _free_sheet(self, maps: Sequence[ShadowMap], kept: int) -> _Sheet:
+        if len(self._drawn) >= kept:
+            oldest = self._drawn.popitem(last=False)[1]
+            if oldest.sizes == tuple(one.size for one in maps):
                 return oldest
             self._ctx.detect_framebuffer(0).use()
             oldest.release()
-        return _Target(self._ctx, size)
+        return _Sheet(self._ctx, maps)
 
-    def _draw(self, one: ShadowMap, target: _Target) -> None:
+    def _draw(self, view: ShadowView, sheet: _Sheet) -> None:
         self._caster.bind()
-        self._layers(one, target.depths, self._program)
-        target.textures[0].use(0)
-        self._layers(one, target.behind, self._behind)
-        source = target.textures[0]
-        for cells in (target.fine, target.coarse):
-            self.bounds.apply(self._ctx, cells, (0, 0, *cells.size))
-            self._cells.draw({}, [source])
-            source = _colour(cells)
-        self.bounds.apply(self._ctx, target.tops, (0, 0, *target.tops.size))
-        reach = {"full_reach": one.inset - 2.0}
-        self._tops.draw(reach, [_colour(target.fine), _colour(target.coarse)])
+        for program, target in ((self._program, sheet.depths), (self._behind, sheet.behind)):
+            self.open_sheets.apply(self._ctx, target, (0, 0, *target.size))
+            target.clear(depth=1.0)
+            sheet.textures[0].use(0)
+            column = 0
+            for one in view.maps:
+                self._layers(one, target, column, program)
+                column += one.size
+        column = columns = 0
+        for one, cells in zip(view.maps, sheet.cells, strict=True):
+            fine, coarse = cells
+            self.bounds.apply(self._ctx, fine, (0, 0, *fine.size))
+            self._cells.draw(_where(column=column, from_map=True), [sheet.textures[0]])
+            self.bounds.apply(self._ctx, coarse, (0, 0, *coarse.size))
+            self._cells.draw(_where(column=0), [_colour(fine)])
+            area = (columns, 0, one.bounds_width, one.size // 8)
+            self.bounds.apply(self._ctx, sheet.tops, area)
+            where = _where(column=columns, full_reach=one.inset - 2.0)
+            self._tops.draw(where, [_colour(level) for level in cells])
+            column += one.size
+            columns += area[2]
 
     def _layers(
-        self, one: ShadowMap, target: moderngl.Framebuffer, program: OutlineProgram
+        self, one: ShadowMap, target: moderngl.Framebuffer, column: int, program: OutlineProgram
     ) -> None:
         """Nearest surfaces that face the Sun into the upper rows, those that face away below."""
         size = one.size
-        self.open_sheets.apply(self._ctx, target, (0, 0, size, 2 * size))
-        target.clear(depth=1.0)
         for row, state in ((0, self.towards_sun), (size, self.from_sun)):
-            area = (0, row, size, size)
+            area = (column, row, size, size)
             for caster in one.casters:
                 chosen = self.open_sheets if caster.model.open_sheets else state
                 chosen.apply(self._ctx, target, area, area)
-                self._caster.write({"caster_clip_from_body": caster.clip_from_body})
+                clip = caster.clip_from_body
+                self._caster.write({"caster_clip_from_body": clip, "caster_map_size": size})
                 program.draw(caster.model)
 
     def release(self) -> None:
         """Free everything."""
-        for target in self._maps.values():
-            target.release()
-        self._maps.clear()
+        for sheet in self._drawn.values():
+            sheet.release()
+        self._drawn.clear()
         self._caster.release()
         self._cells.release()
         self._tops.release()
@@ -133,31 +148,38 @@ class ShadowPass:
         self._behind.release()
 
 
-class _Target:
-    """The textures of one map, and what draws into them."""
+class _Sheet:
+    """The textures of a view's maps side by side, and what draws into them."""
 
-    def __init__(self, ctx: moderngl.Context, size: int) -> None:
-        self.size = size
-        depths, behind = (ctx.depth_texture((size, 2 * size)) for _ in range(2))
+    def __init__(self, ctx: moderngl.Context, maps: Sequence[ShadowMap]) -> None:
+        self.sizes = sizes = tuple(one.size for one in maps)
+        whole = (sum(sizes), 2 * max(sizes))
+        depths, behind = (ctx.depth_texture(whole) for _ in range(2))
         depths.compare_func = behind.compare_func = ""
         self.depths = ctx.framebuffer(depth_attachment=depths)
         self.behind = ctx.framebuffer(depth_attachment=behind)
-        edges = size // 8, size // 64
-        fine, coarse = (ctx.texture((edge, edge), 1, dtype="f4") for edge in edges)
-        tops = ctx.texture((edges[0] + 2 * edges[1], edges[0]), 1, dtype="f4")
-        for texture in (depths, behind, fine, coarse, tops):
-            texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        self.fine, self.coarse = ctx.framebuffer([fine]), ctx.framebuffer([coarse])
+        # Cells of 8 and of 64 texels of each map.
+        edges = [(size // 8, size // 64) for size in sizes]
+        cells = [[ctx.texture((e, e), 2, dtype="f4") for e in pair] for pair in edges]
+        tops = ctx.texture((sum(one.bounds_width for one in maps), max(sizes) // 8), 2, dtype="f4")
+        self.cells = [[ctx.framebuffer([level]) for level in pair] for pair in cells]
         self.tops = ctx.framebuffer([tops])
         self.textures = (depths, behind, tops)
-        self._owned = (depths, behind, fine, coarse, tops)
+        self._owned = (depths, behind, tops, *(level for pair in cells for level in pair))
+        for texture in self._owned:
+            texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
 
     def release(self) -> None:
         """Free everything."""
-        for framebuffer in (self.depths, self.behind, self.fine, self.coarse, self.tops):
+        levels = (level for pair in self.cells for level in pair)
+        for framebuffer in (self.depths, self.behind, self.tops, *levels):
             framebuffer.release()
         for texture in self._owned:
             texture.release()
+
+
+def _where(*, column: int, full_reach: float = 0.0, from_map: bool = False) -> dict[str, float]:
+    return {"first_column": column, "full_reach": full_reach, "from_map": from_map}
 
 
 def _colour(target: moderngl.Framebuffer) -> moderngl.Texture:

@@ -20,6 +20,7 @@ from simgl.passes.blocks import (
     craft_values,
     lamp_values,
     shadow_values,
+    tile_values,
 )
 from simgl.passes.lobes import LOBE_UNIT, lobe_texture
 from simgl.passes.meshes import MeshStore, VertexLighting
@@ -31,14 +32,15 @@ _GRAIN = 256
 
 EMPTY = -1.0
 
+# The terms of a surface's radiance, in the order of the targets of shaders/surface/surface.frag.
+LIGHTS = ("sun", "earth", "inter_reflected", "lamp", "emitted")
+
 # In the order of the shadow pass's textures.
 _SHADOW_UNITS = {
-    "whole_depths": 0,
-    "whole_behind": 1,
-    "whole_tops": 2,
+    "sun_depths": 0,
+    "sun_behind": 1,
+    "sun_tops": 2,
 }
-_CLOSE_UNITS = {"close_depths": 3, "close_behind": 8, "close_tops": 9}
-_MAP_UNITS = (*_SHADOW_UNITS.values(), *_CLOSE_UNITS.values())
 _BLOCKS = (TILE, CRAFT, SHADOW, MATERIALS)
 _SKY_UNIT = 4
 
@@ -52,15 +54,16 @@ _MORE_UNITS = {
     "LAYERED": _LOBES,
     "LAMPS": {"lamp_maps": _LAMP_UNIT},
     "DETAILED": IMAGE_UNITS,
-    "CLOSE_MAP": _CLOSE_UNITS,
 }
 
 
 class SurfacePass:
     """Draws the spacecraft of a tile on its sampling lattice; empty samples hold -1."""
 
-    closed = State(depth=True, cull="back")
-    open_sheets = State(depth=True)
+    # The lattice is turned against the image, so that its raster holds more than the tile: what lies
+    # outside is cut away.
+    closed = State(depth=True, cull="back", clip_planes=4)
+    open_sheets = State(depth=True, clip_planes=4)
 
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
         self._ctx, self._meshes = ctx, meshes
@@ -71,7 +74,8 @@ class SurfacePass:
         self._craft = UniformBuffer(ctx, CRAFT)
         self._shadow = UniformBuffer(ctx, SHADOW)
         self._lamps = UniformBuffer(ctx, LAMPS)
-        self._target: moderngl.Framebuffer | None = None
+        # By the number of their colour attachments.
+        self._targets: dict[int, moderngl.Framebuffer] = {}
 
     def draw(
         self,
@@ -81,16 +85,19 @@ class SurfacePass:
         lightings: Sequence[VertexLighting | None],
         lamps: Sequence[LampView] = (),
         lamp_maps: moderngl.Texture | None = None,
-    ) -> moderngl.Texture:
+        *,
+        apart: bool = False,
+    ) -> tuple[moderngl.Texture, ...]:
         """RGBA32F samples of the tile [W m-2 sr-1], valid until the next draw.
 
         shadow_maps : for each spacecraft of the tile, in the order of the samplers
         skies : likewise its cube, lobes and irradiance; nothing where it has no sky
         lightings : likewise what its own surfaces do to its light; None where they do nothing
         lamp_maps : of the lamps, which light every spacecraft
+        returns : one texture, or with ``apart`` one for each of ``LIGHTS``
         """
         size = tile.lattice.raster_size(tile.width, tile.height)
-        target = self._sized_target(size)
+        target = self._sized_target(size, len(LIGHTS) if apart else 1)
         viewport = (0, 0, *size)
         self.closed.apply(self._ctx, target, viewport, viewport)
         target.clear(EMPTY, EMPTY, EMPTY, EMPTY, depth=1.0, viewport=viewport)
@@ -105,7 +112,7 @@ class SurfacePass:
         for index, clip_from_camera in enumerate(tile.slices):
             if index:
                 clear_depth(self._ctx, target)
-            self._tile.write({"clip_from_camera": clip_from_camera})
+            self._tile.write(tile_values(tile, clip_from_camera))
             for craft, maps, sky, own in zip(
                 tile.craft, shadow_maps, skies, lightings, strict=True
             ):
@@ -114,27 +121,26 @@ class SurfacePass:
                 self._craft.write(craft_values(craft))
                 self._meshes.bind_surface(craft.model)
                 self._shadow.write(shadow_values(craft, tile.lattice))
-                for unit, texture in zip(_MAP_UNITS, maps, strict=False):
+                for unit, texture in zip(_SHADOW_UNITS.values(), maps, strict=True):
                     texture.use(unit)
                 for unit, around in enumerate(sky, start=_SKY_UNIT):
                     around.use(unit)
                 variant = craft.model.variant + self._lights(craft, sky, lamps)
+                variant += ("APART",) if apart else ()
                 if own is None:
                     program = self._program_for(variant)
                     self._meshes.geometry(craft.model.mesh).draw(program)
                 else:
                     program = self._program_for(variant + own.defines)
                     self._meshes.geometry(own.mesh).draw(program, own.values)
-        samples = target.color_attachments[0]
-        assert isinstance(samples, moderngl.Texture)
-        return samples
+        return tuple(t for t in target.color_attachments if isinstance(t, moderngl.Texture))
 
     @staticmethod
     def _lights(
         craft: CraftView, sky: Sequence[_SkyTexture], lamps: Sequence[LampView]
     ) -> tuple[str, ...]:
         """Defines of the lights that a spacecraft needs besides the Sun's."""
-        present = {"CLOSE_MAP": craft.shadow.close is not None, "SKY": sky, "LAMPS": lamps}
+        present = {"SKY": sky, "LAMPS": lamps}
         return tuple(define for define, there in present.items() if there)
 
     def _program_for(self, variant: tuple[str, ...]) -> moderngl.Program:
@@ -154,12 +160,12 @@ class SurfacePass:
             )
         return self._programs[variant]
 
-    def _sized_target(self, size: tuple[int, int]) -> moderngl.Framebuffer:
-        have = self._target.size if self._target is not None else (0, 0)
-        if have[0] >= size[0] and have[1] >= size[1]:
-            assert self._target is not None
-            return self._target
-        self._release_target()
+    def _sized_target(self, size: tuple[int, int], attachments: int) -> moderngl.Framebuffer:
+        target = self._targets.get(attachments)
+        have = target.size if target is not None else (0, 0)
+        if target is not None and have[0] >= size[0] and have[1] >= size[1]:
+            return target
+        self._release_target(attachments)
         largest = int(self._ctx.info["GL_MAX_TEXTURE_SIZE"])
         if max(size) > largest:
             problem = f"needs a raster of {size[0]} x {size[1]} samples, {largest} are possible"
@@ -167,23 +173,27 @@ class SurfacePass:
         grown = tuple(
             min(-(-max(h, s) // _GRAIN) * _GRAIN, largest) for h, s in zip(have, size, strict=True)
         )
-        color = self._ctx.texture(grown, 4, dtype="f4")  # type: ignore[arg-type]
-        color.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        colours = []
+        for _ in range(attachments):
+            colours.append(self._ctx.texture(grown, 4, dtype="f4"))  # type: ignore[arg-type]
+            colours[-1].filter = (moderngl.NEAREST, moderngl.NEAREST)
         depth = self._ctx.depth_renderbuffer(grown)  # type: ignore[arg-type]
-        self._target = self._ctx.framebuffer([color], depth)
-        return self._target
+        self._targets[attachments] = self._ctx.framebuffer(colours, depth)
+        return self._targets[attachments]
 
-    def _release_target(self) -> None:
-        if self._target is not None:
-            self._target.color_attachments[0].release()
-            assert self._target.depth_attachment is not None
-            self._target.depth_attachment.release()
-            self._target.release()
-            self._target = None
+    def _release_target(self, attachments: int) -> None:
+        target = self._targets.pop(attachments, None)
+        if target is not None:
+            for colour in target.color_attachments:
+                colour.release()
+            assert target.depth_attachment is not None
+            target.depth_attachment.release()
+            target.release()
 
     def release(self) -> None:
         """Free everything."""
-        self._release_target()
+        for attachments in tuple(self._targets):
+            self._release_target(attachments)
         for buffer in (self._tile, self._craft, self._shadow, self._lamps):
             buffer.release()
         self._lobes.release()

@@ -6,7 +6,7 @@ import moderngl
 
 from simgl.gpu.blocks import UniformBuffer
 from simgl.gpu.state import State, clear_depth
-from simgl.passes.blocks import CRAFT, TILE, craft_values
+from simgl.passes.blocks import CRAFT, TILE, craft_values, tile_values
 from simgl.passes.meshes import MeshStore
 from simgl.passes.outline import OutlineProgram
 from simgl.view import Tile
@@ -36,7 +36,7 @@ class TruthPass:
             if index:
                 clear_depth(self._ctx, target)
             self.state.apply(self._ctx, target, viewport)
-            self._tile.write({"clip_from_camera": clip_from_camera})
+            self._tile.write(tile_values(tile, clip_from_camera))
             for craft in tile.craft:
                 self._craft.write(craft_values(craft))
                 self._program.draw(craft.model)

@@ -13,6 +13,7 @@ from scipy.spatial import ConvexHull, QhullError
 from simgl.rays import RayTracer
 from simgl.scene.mesh import Mesh
 from simgl.transport.directions import SKY_CELLS, cosine_directions, frames, sky_cell
+from simgl.transport.outside import brought_out
 from simgl.transport.patches import SAMPLES, Patches, cluster
 from simgl.transport.remesh import subdivided
 from simgl.transport.sites import (
@@ -99,6 +100,8 @@ def bake(
     fine = _refined(mesh, sides, settings)
     tracer = RayTracer(fine)
     sites = sites_of(fine, sides)
+    if sides == 1:
+        sites = brought_out(fine, tracer, sites)
     total = len(sites.origins) + settings.patches
     report(0, total)
     seen = cast(fine, tracer, sites, sides, settings.site_rays, lambda done: report(done, total))

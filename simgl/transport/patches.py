@@ -7,8 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
 
 from simgl.scene.mesh import Mesh
+from simgl.transport.remesh import position_ids
 from simgl.transport.sites import LIFT, face_normals
 
 Array = NDArray[np.float64]
@@ -42,8 +45,10 @@ def cluster(mesh: Mesh, sides: int, exposure: Array, count: int) -> Patches:
     exposure : (m * sides,) share of the directions above each triangle's side in which it sees the
         body
 
-    Triangles of one part that face alike start as one patch; the patch that gives most light to
-    others (area times exposure) is halved along its longest extent until there are enough.
+    Triangles of one part that face alike and touch start as one patch, but the small ones of a part
+    that face alike as one together: a liner and the wall behind it, one lit and one dark, stay
+    apart. The patch that gives most light to others (area times exposure) is halved along its
+    longest extent until there are enough.
     """
     faces, areas = face_normals(mesh)
     triangles = mesh.triangles.astype(np.int64)
@@ -54,7 +59,12 @@ def cluster(mesh: Mesh, sides: int, exposure: Array, count: int) -> Patches:
     kind = ((part * 3 + facing[:, 0]) * 3 + facing[:, 1]) * 3 + facing[:, 2]
     kinds = np.concatenate([kind + side * (int(kind.max()) + 1) for side in range(sides)])
     weight = np.tile(areas, sides) * exposure
-    groups = _halved(_grouped(kinds), np.tile(centroids, (sides, 1)), weight, count)
+    piece = np.tile(_pieces(mesh, kind), sides) + kinds.max() + 1
+    piece = piece + np.repeat(np.arange(sides), len(areas)) * (int(piece.max()) + 1)
+    big = np.bincount(piece, weight)[piece] > weight.sum() / count
+    groups = _halved(
+        _grouped(np.where(big, piece, kinds)), np.tile(centroids, (sides, 1)), weight, count
+    )
     of_side = np.empty(len(kinds), dtype=np.int64)
     for number, members in enumerate(groups):
         of_side[members] = number
@@ -69,6 +79,18 @@ def cluster(mesh: Mesh, sides: int, exposure: Array, count: int) -> Patches:
     return Patches(
         of_side=of_side, areas=patch_areas, materials=shares, points=points, normals=normals
     )
+
+
+def _pieces(mesh: Mesh, kind: Indices) -> Indices:
+    """(m,) a number for each set of triangles of one kind that hang together by their corners."""
+    triangles = mesh.triangles.astype(np.int64)
+    place = position_ids(mesh.positions)[triangles]
+    corner = np.unique(kind[:, None] * (int(place.max()) + 1) + place, return_inverse=True)[1]
+    corner = corner.reshape(-1, 3)
+    number = int(corner.max()) + 1
+    links = np.concatenate([corner[:, :2], corner[:, 1:]])
+    graph = sparse.coo_matrix((np.ones(len(links)), links.T), shape=(number, number))
+    return np.asarray(connected_components(graph, directed=False)[1][corner[:, 0]], dtype=np.int64)
 
 
 def _grouped(kinds: Indices) -> list[Indices]:

@@ -30,6 +30,10 @@ LIFT = 2e-5
 INWARDS = 5.0 * LIFT
 # A site where this share of the rays meets surfaces from behind lies inside another part.
 BURIED = 0.25
+# What lies closer than this share of the body's radius sends little of its light anywhere else.
+GAP = 0.005
+# A site's rays start in turn at so many places.
+PLACES = 8
 
 _SITES_AT_ONCE = 4096
 
@@ -38,7 +42,7 @@ _SITES_AT_ONCE = 4096
 class Sites:
     """Distinct (place, normal) pairs of a mesh's vertices.
 
-    origins : (s, 3) where rays start [m]
+    origins : (s, PLACES, 3) where rays start [m]
     normals : (s, 3) unit, towards the side that is lit
     of_vertex : (sides, v) the site of each vertex, on its front and, with two sides, its back
     """
@@ -52,7 +56,7 @@ class Sites:
 class SiteRays:
     """What the rays of all sites met.
 
-    hit_share : (s,) of the rays, that met the body
+    hit_share : (s,) of the rays, that met the body; across a narrow gap they count little
     hits : (s, t) csr, counts of rays to each (triangle, side): column = triangle + side * triangles
     occluded : (s, 96) csr, counts of rays that met the body on their way to a cell of the sky
     whole : (b, 96) counts of all rays to a cell, by the rounded normal
@@ -119,8 +123,9 @@ def sites_of(mesh: Mesh, sides: int) -> Sites:
     inwards = np.minimum(INWARDS * mesh.radius, 0.2 * reach)
     place += unit_rows(towards) * inwards[:, None]
     both = [1.0, -1.0][:sides]
+    origins = np.concatenate([place + sign * LIFT * mesh.radius * n for sign in both])
     return Sites(
-        origins=np.concatenate([place + sign * LIFT * mesh.radius * n for sign in both]),
+        origins=np.repeat(origins[:, None], PLACES, axis=1),
         normals=np.concatenate([sign * n for sign in both]),
         of_vertex=np.stack([row + side * sites for side in range(sides)]),
     )
@@ -132,7 +137,10 @@ _KEY_WEIGHTS = np.array([2**33, 2**22, 2**11, 1], dtype=np.int64)
 def cast(
     mesh: Mesh, tracer: RayTracer, sites: Sites, sides: int, rays: int, tick: Callable[[int], None]
 ) -> SiteRays:
-    """Cosine-weighted rays from every site; ``tick`` is told how many sites are done."""
+    """Cosine-weighted rays from every site; ``tick`` is told how many sites are done.
+
+    rays : of a site, a multiple of ``PLACES``
+    """
     pattern = cosine_directions(rays)
     faces, _ = face_normals(mesh)
     rounded, whole_row = rounded_normals(sites.normals)
@@ -143,14 +151,16 @@ def cast(
     for start in range(0, count, _SITES_AT_ONCE):
         stop = min(start + _SITES_AT_ONCE, count)
         directions = _turned(rounded[whole_row[start:stop]], pattern)
-        origins = np.repeat(sites.origins[start:stop], rays, axis=0)
-        triangle, _ = tracer.hits(origins, directions.reshape(-1, 3))
+        # Ray i starts at place i modulo their number: each has its own part of the sunflower.
+        origins = np.tile(sites.origins[start:stop], (1, rays // PLACES, 1)).reshape(-1, 3)
+        triangle, distance = tracer.hits(origins, directions.reshape(-1, 3))
         met = np.flatnonzero(triangle >= 0)
         triangle = triangle[met].astype(np.int64)
         site = start + met // rays
         along = np.einsum("ij,ij->i", faces[triangle], directions.reshape(-1, 3)[met])
         behind = along > 0.0
-        hit_share += np.bincount(site, minlength=count)
+        reach = distance[met].astype(np.float64)
+        hit_share += np.bincount(site, reach / (reach + GAP * mesh.radius), minlength=count)
         behind_share += np.bincount(site[behind], minlength=count)
         if sides == 1:
             counted = ~behind
@@ -198,7 +208,8 @@ def nearest_open(mesh: Mesh, sites: Sites, buried: NDArray[np.bool_]) -> Indices
         [side[triangles[:, [k, (k + 1) % 3]]] for side in sites.of_vertex for k in range(3)]
     )
     links = np.concatenate([links, links[:, ::-1]])
-    distance = np.linalg.norm(sites.origins[links[:, 0]] - sites.origins[links[:, 1]], axis=1)
+    place = sites.origins[:, 0]
+    distance = np.linalg.norm(place[links[:, 0]] - place[links[:, 1]], axis=1)
     links = links[np.argsort(-distance, kind="stable")]
     while True:
         usable = links[open_[links[:, 0]] & ~open_[links[:, 1]]]

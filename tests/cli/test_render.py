@@ -19,8 +19,9 @@ from simgl.images import display_from_radiance
 from simgl.output import complete_file, write_exposure
 from simgl.physics.frames import matrix_from_quaternion
 from simgl.scenario.loader import load_scenario
-from simgl.simulator import ALL_PRODUCTS, Exposure, Simulator
+from simgl.simulator import Exposure, Product, Simulator
 from tests.cli.small_scene import SCENE
+from tests.scenes import USUAL_PRODUCTS
 
 FILES = ["nav.dn.png", "nav.radiance.exr", "nav.view.png"]
 
@@ -38,7 +39,7 @@ def exposure(gl: moderngl.Context, scene: Path) -> Exposure:
     """A capture of the scene."""
     scenario = load_scenario(scene)
     with Simulator(scenario, gl) as simulator:
-        return simulator.capture(scenario.at(scenario.epoch_tai_ns), "nav", ALL_PRODUCTS)
+        return simulator.capture(scenario.at(scenario.epoch_tai_ns), "nav", USUAL_PRODUCTS)
 
 
 def test_render_writes_the_three_files_and_names_them(
@@ -201,3 +202,57 @@ def test_a_folder_in_place_of_the_file_is_refused(exposure: Exposure, tmp_path: 
         write_exposure(digital, tmp_path, "a")
     assert str(caught.value) == f"{path}: cannot be written (Is a directory)"
     assert sorted(os.listdir(tmp_path)) == ["a.dn.png", "scene.toml"]
+
+
+def test_layers_are_written_where_they_are_asked_for(
+    gl: moderngl.Context,
+    scene: Path,
+    exposure: Exposure,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("simgl.simulator.Simulator", partial(Simulator, ctx=gl))
+    monkeypatch.setattr(cli, "entry_points", lambda group: ())  # noqa: ARG005
+    out = tmp_path / "out"
+    arguments = ["simgl", "render", str(scene), "--out", str(out), "--layers"]
+    monkeypatch.setattr(sys, "argv", arguments)
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert not ended.value.code
+    assert sorted(os.listdir(out)) == sorted([*FILES, "nav.layers.exr", "nav.layers.png"])
+    with OpenEXR.File(str(out / "nav.layers.exr"), separate_channels=True) as file:
+        channels = {name: c.pixels for name, c in file.parts[0].channels.items()}
+        header = dict(file.header())
+    names = ["sun", "earth", "inter_reflected", "lamp", "emitted", "background"]
+    assert set(channels) == {f"{n}.{b}" for n in names for b in "RGBN"} | set("RGBN")
+    assert header["layers"] == f"R, G, B, N of {', '.join(names)} and their sum"
+    assert header["unitsRGBN"] == "W m-2 sr-1, integrated over the band"
+    assert header["epochTaiNs"] == "1774008037000000000"
+    assert exposure.radiance is not None
+    for index, band in enumerate("RGBN"):
+        assert channels[f"sun.{band}"].dtype == np.float32
+        # The block in deep space has the Sun's light alone.
+        np.testing.assert_array_equal(channels[f"sun.{band}"], channels[band])
+        np.testing.assert_allclose(
+            channels[band], exposure.radiance.radiance[..., index], rtol=1e-6, atol=1e-6
+        )
+        assert not any(channels[f"{name}.{band}"].any() for name in names[1:])
+    # The whole and the Sun's layer, each with its name above it.
+    sheet = np.asarray(Image.open(out / "nav.layers.png"))
+    assert sheet.shape == (32 + 11, 3 * 48, 3)
+    np.testing.assert_array_equal(sheet[11:, :48], sheet[11:, 48:96])
+    assert sheet[11 + 16, 24].min() > 128
+
+
+def test_a_layers_file_that_cannot_be_written_is_refused_by_name(
+    gl: moderngl.Context, scene: Path, tmp_path: Path
+) -> None:
+    scenario = load_scenario(scene)
+    with Simulator(scenario, gl) as simulator:
+        exposure = simulator.capture(scenario.at(scenario.epoch_tai_ns), "nav", {Product.LAYERS})
+    (tmp_path / "out" / "a.layers.exr").mkdir(parents=True)
+    with pytest.raises(OutputError) as caught:
+        write_exposure(exposure, tmp_path / "out", "a")
+    path = tmp_path / "out" / "a.layers.exr"
+    assert str(caught.value) == f"{path}: cannot be written (Is a directory)"
+    assert os.listdir(tmp_path / "out") == ["a.layers.exr"]

@@ -8,7 +8,14 @@ import moderngl
 import numpy as np
 from PIL import Image
 
-from simgl.images import display_from_dn, display_from_radiance, srgb_from_linear
+from simgl.images import (
+    WHITE_RADIANCE,
+    contact_sheet,
+    display_from_dn,
+    display_from_radiance,
+    display_gain,
+    srgb_from_linear,
+)
 from tests.scenes import capture, lambert, scene
 
 
@@ -46,3 +53,26 @@ def test_dn_shows_the_pedestal_black_and_full_scale_white() -> None:
     dn = np.array([[0, 64, 4095]], dtype=np.uint16)
     picture = display_from_dn(dn, scenario.cameras["cam"])
     np.testing.assert_array_equal(picture[0, :, 0], [0, 0, 255])
+
+
+def test_a_gain_is_the_power_of_two_that_keeps_the_picture_below_white() -> None:
+    picture = np.zeros((10, 10, 4), dtype=np.float32)
+    assert display_gain(picture) == 1.0
+    # A tenth of the pixels at 0.3 of white: twice 0.3 fits, four times does not.
+    picture[0, :, 1] = 0.3 * WHITE_RADIANCE[1]
+    assert display_gain(picture) == 2.0
+    assert display_gain(256.0 * picture) == 1.0 / 128.0
+
+
+def test_a_contact_sheet_holds_the_pictures_row_by_row() -> None:
+    shades = [10, 20, 30, 40]
+    panels = {str(v): np.full((20, 40, 3), v, dtype=np.uint8) for v in shades}
+    sheet = contact_sheet(panels, columns=3)
+    assert sheet.shape == (2 * (20 + 11), 3 * 40, 3)
+    for index, v in enumerate(shades):
+        x, y = 40 * (index % 3), 31 * (index // 3) + 11
+        assert np.all(sheet[y : y + 20, x : x + 40] == v)
+        # Its name stands above it, black on white.
+        assert sheet[y - 11 : y, x : x + 40].min() < 128
+        assert sheet[y - 11 : y, x : x + 40].max() == 255
+    assert np.all(sheet[31:, 40:] == 255)

@@ -30,11 +30,12 @@ from simgl.transport.solve import (
 )
 from simgl.transport.transport import Transport
 from tests.scenes import IN_BANDS, radiance, scene
-from tests.transport.shapes import FLOOR, LID, OPEN_BOX, joined, moved, quads
+from tests.transport.shapes import FLOOR, LID, OPEN_BOX, Quad, joined, moved, quads
 
 Array = NDArray[np.float64]
 
 SUN = np.array([-1.0, 0.0, 1.0]) / np.sqrt(2.0)
+QUICK = BakeSettings(patches=200, patch_rays=128, site_rays=128, added_triangles=300)
 
 
 def white(reflectance: float, count: int = 6, emission: float = 0.0) -> list[Material]:
@@ -240,14 +241,17 @@ def test_a_lamp_lights_patches_by_the_inverse_square_within_its_cone() -> None:
         intensity=np.full(4, 10.0),
     )
     found = lamp_irradiance(transport, lamp)
-    centre = transport.points.mean(axis=1)
-    distance = np.linalg.norm(centre[:, :2] - [1.0, 0.5], axis=1)
+    # Every second sample point of a patch stands for it.
+    points = transport.points[:, ::2]
+    offset = np.linalg.norm(points[..., :2] - [1.0, 0.5], axis=2)
     floor = inside(transport) & (transport.normals[:, 0, 2] > 0.9)
-    lit = floor & (distance < 0.10)
-    cosine = 0.9 / np.hypot(0.9, distance)
-    expected = 10.0 * cosine**3 / 0.81
-    # A patch of 5 cm is one value here and a mean there: its spread squared, (0.05 / 0.9)^2.
-    np.testing.assert_allclose(found[lit, 0], expected[lit], rtol=5e-3)
+    lit = floor & (offset.max(axis=1) < 0.15)
+    assert np.count_nonzero(lit) >= 4
+    height = 0.9 - points[..., 2]
+    expected = (10.0 * height / np.hypot(height, offset) ** 3).mean(axis=1)
+    # float32 places: 1e-7 of 1 m, three powers of it.
+    np.testing.assert_allclose(found[lit, 0], expected[lit], rtol=1e-5)
+    distance = offset.min(axis=1)
     assert found[floor & (distance > 0.30)].max() == 0.0
 
 
@@ -312,6 +316,84 @@ def test_no_vertex_of_a_ball_lies_inside_it() -> None:
     found = cast(mesh, RayTracer(mesh), sites_of(mesh, 1), 1, 64, lambda _done: None)
     assert not np.any(found.buried)
     assert found.hit_share.max() == 0.0
+
+
+def test_the_outside_of_a_smooth_two_sided_ball_sees_nothing_of_itself() -> None:
+    mesh = sphere(1.0, 96)
+    sites = sites_of(mesh, 2)
+    found = cast(mesh, RayTracer(mesh), sites, 2, 256, lambda _done: None)
+    front, back = (found.hit_share[row] for row in sites.of_vertex)
+    assert front.max() == 0.0
+    # Inside, every ray meets the ball, most of them far away.
+    assert back.min() > 0.9
+
+
+def two_sided_ball(*, on: bool) -> Scenario:
+    """A ball of double-sided facets, seen from behind the Sun's side but for a crescent."""
+    empty = scene(
+        {},
+        {
+            "position_icrf_m": [0.0, 0.0, 6.0],
+            "boresight": [0.0, 0.0, -1.0],
+            "up": [0.0, 1.0, 0.0],
+            "focal_length_mm": 8.0,
+            "pixel_pitch_um": 20.0,
+        },
+        sun_direction=(0.8, 0.0, -0.6),
+        render={"inter_reflection": on, "samples_per_pixel": 16},
+    )
+    model = SpacecraftModel(
+        name="ball",
+        mesh=sphere(1.0, 96),
+        parts=("ball",),
+        materials=tuple(white(0.8, 1)),
+        open_sheets=True,
+    )
+    still = Motion(
+        trajectory=FixedPosition(position=np.zeros(3), velocity=np.zeros(3)),
+        attitude=FixedAttitude(R_icrf_from_body=np.eye(3)),
+    )
+    return replace(empty, models={"ball": model}, motions={"ball": still})
+
+
+def test_the_shadow_side_of_a_two_sided_ball_is_dark(gl: moderngl.Context) -> None:
+    found, plain = (radiance(gl, two_sided_ball(on=on)) for on in (True, False))
+    assert plain.max() > 1.0
+    assert found[:, :64].max() == 0.0
+    np.testing.assert_array_equal(found, plain)
+
+
+UP: Quad = ((-0.5, -0.5, 0.0), (0.5, -0.5, 0.0), (0.5, 0.5, 0.0), (-0.5, 0.5, 0.0))
+
+
+def test_a_board_whose_corners_are_inside_blocks_is_lit_between_them() -> None:
+    """Solar cells on a panel: all that is seen of the panel are the gaps."""
+    board = moved(plate(1.0, 1.0), (0.0, 0.0, 0.0))
+    blocks = [
+        moved(box((0.3, 0.3, 0.02)), (x, y, 0.0)) for x in (-0.45, 0.45) for y in (-0.45, 0.45)
+    ]
+    transport = bake(joined(board, *blocks), open_sheets=False, settings=QUICK)
+    assert transport is not None
+    above = np.zeros((SKY_CELLS, 4), dtype=np.float32)
+    above[4 * 16 : 5 * 16] = 100.0
+    share = vertex_light(transport, None, above).earth_share[0]
+    mesh = transport.mesh
+    corner = (mesh.normals[:, 2] > 0.9) & (mesh.positions[:, 2] == 0.0)
+    assert np.count_nonzero(corner) >= 4
+    # The foot of one wall sees half of the sky; a place in a gap is at most that near to a block.
+    assert share[corner].min() > 0.45
+
+
+def test_patches_do_not_mix_a_liner_with_the_wall_behind_it() -> None:
+    """One lit and one dark, 1 cm apart: their mean would be the light of neither."""
+    wall, liner = plate(1.0, 1.0), moved(plate(0.98, 0.98), (0.0, 0.0, 0.01))
+    roof = quads([UP])
+    roof = moved(replace(roof, triangles=roof.triangles[:, ::-1], normals=-roof.normals), (0, 0, 1))
+    transport = bake(joined(wall, liner, roof), open_sheets=False, settings=QUICK)
+    assert transport is not None
+    upward = transport.normals[:, :, 2].min(axis=1) > 0.9
+    height = transport.points[upward, :, 2]
+    assert np.ptp(height, axis=1).max() < 0.005
 
 
 def test_a_free_surface_under_a_uniform_sky_gets_pi_times_its_radiance() -> None:

@@ -1,0 +1,1 @@
+"""Pictures of one spacecraft in each light, taken apart from one rendering; docs/gallery.md."""

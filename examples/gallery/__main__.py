@@ -1,0 +1,39 @@
+"""Render the pictures of docs/gallery.md: ``python -m examples.gallery --out docs/pictures``."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from PIL import Image
+
+from examples.gallery.pictures import pictures
+from simgl import SimglError
+from simgl.output import check_writable, complete_file
+from simgl.progress import bake_bar
+
+QUALITY = 88
+
+
+def main(
+    out: Annotated[Path, typer.Option(help="Folder for the pictures.")] = Path("out/gallery"),
+    shrink: Annotated[int, typer.Option(min=1, max=16, help="Make them smaller by this.")] = 1,
+) -> None:
+    """Render every picture of the gallery as JPEG."""
+    check_writable(out)
+    with bake_bar() as progress:
+        for name, picture in pictures(shrink, progress):
+            path = out / f"{name}.jpg"
+            with complete_file(path) as temporary:
+                Image.fromarray(picture).save(temporary, quality=QUALITY)
+            print(path)
+
+
+if __name__ == "__main__":
+    try:
+        typer.run(main)
+    except SimglError as error:
+        print(f"gallery: {error}", file=sys.stderr)
+        sys.exit(2)

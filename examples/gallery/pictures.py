@@ -1,0 +1,99 @@
+"""The pictures of the gallery: which light each of them shows, and how bright."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simgl import Product, Scenario, Simulator, load_scenario
+from simgl.images import LayersFrame, contact_sheet, display_from_layers, display_from_radiance
+from simgl.scene.camera import Camera
+from simgl.transport.bake import Progress
+
+Picture = NDArray[np.uint8]
+
+BAY = Path(__file__).with_name("bay.toml")
+BOARD = Path(__file__).parents[1] / "materials.toml"
+AZIMUTHS = Path(__file__).parents[1] / "azimuths.toml"
+
+# What of the daylight each picture shows, one light more in each.
+DAYLIGHT = {
+    "sun": ("sun", "background"),
+    "earth": ("sun", "background", "earth"),
+    "all": ("sun", "background", "earth", "inter_reflected"),
+}
+HALF_AN_ORBIT_NS = 2_777 * 10**9
+# The lamp's pictures are brighter than those of the day by this.
+LAMP_GAIN = 128.0
+
+
+def pictures(shrink: int = 1, progress: Progress | None = None) -> Iterator[tuple[str, Picture]]:
+    """Name and 8-bit sRGB picture, one after the other.
+
+    shrink : pictures are smaller by this factor
+    progress : told of the light between surfaces while it is traced
+    """
+    scenario = smaller(load_scenario(BAY), shrink)
+    with Simulator(scenario, progress=progress) as simulator:
+        for camera in scenario.cameras:
+            day = _layers(simulator, scenario.epoch_tai_ns, camera)
+            for name, lights in DAYLIGHT.items():
+                seen = np.sum([day.layers[light] for light in lights], axis=0)
+                yield f"{camera}_{name}", display_from_radiance(seen)
+            if camera == "bay":
+                yield f"{camera}_layers", display_from_layers(_halved(day))
+            night = _layers(simulator, scenario.epoch_tai_ns + HALF_AN_ORBIT_NS, camera)
+            yield f"{camera}_lamp", display_from_radiance(night.total, LAMP_GAIN)
+    yield "azimuths", contact_sheet(_by_camera(AZIMUTHS, 3 * shrink), columns=3)
+    yield "materials", _by_camera(BOARD, shrink)["board"]
+
+
+def _by_camera(scenario_file: Path, shrink: int) -> dict[str, Picture]:
+    """The picture of each camera at the scenario's epoch."""
+    scenario = smaller(load_scenario(scenario_file), shrink)
+    state = scenario.at(scenario.epoch_tai_ns)
+    found = {}
+    with Simulator(scenario) as simulator:
+        for camera in scenario.cameras:
+            radiance = simulator.capture(state, camera, {Product.RADIANCE}).radiance
+            assert radiance is not None
+            found[camera] = display_from_radiance(radiance.radiance)
+    return found
+
+
+def _layers(simulator: Simulator, tai_ns: int, camera: str) -> LayersFrame:
+    state = simulator.scenario.at(tai_ns)
+    frame = simulator.capture(state, camera, {Product.LAYERS}).layers
+    assert frame is not None
+    return frame
+
+
+def _halved(frame: LayersFrame) -> LayersFrame:
+    """Each four pixels as one."""
+
+    def half(layer: NDArray[np.float32]) -> NDArray[np.float32]:
+        height, width = (side // 2 * 2 for side in layer.shape[:2])
+        blocks = layer[:height, :width].reshape(height // 2, 2, width // 2, 2, 4)
+        return np.asarray(blocks.mean(axis=(1, 3)), dtype=np.float32)
+
+    return replace(frame, layers={name: half(layer) for name, layer in frame.layers.items()})
+
+
+def smaller(scenario: Scenario, shrink: int) -> Scenario:
+    """A scenario whose cameras have fewer, larger pixels and the same field."""
+
+    def camera_of(camera: Camera) -> Camera:
+        d = camera.detector
+        pixels = replace(
+            d,
+            width=d.width // shrink,
+            height=d.height // shrink,
+            pixel_pitch=d.pixel_pitch * shrink,
+        )
+        return replace(camera, detector=pixels)
+
+    return replace(scenario, cameras={n: camera_of(c) for n, c in scenario.cameras.items()})
