@@ -36,9 +36,9 @@ _TRUTH = (Format("f4"), Format("u4"))
 _TARGETS_KEPT = 32
 
 # Geometry samples that one tile may take before its lattice gets coarser. On a CPU renderer a
-# shaded sample under all lights costs about 0.3 us, so this is some 30 ms; a GPU is bounded by memory
-# (512 MiB of samples).
-_SAMPLE_BUDGET_CPU = 100_000
+# shaded sample under all lights costs about 0.5 us, so this is some 30 ms; a GPU is bounded by
+# memory (512 MiB of samples).
+_SAMPLE_BUDGET_CPU = 60_000
 _SAMPLE_BUDGET_GPU = 16_000_000
 
 
@@ -99,6 +99,10 @@ class Renderer:
                 target.release()
 
     def _background(self, view: FrameView, target: ImageTarget) -> None:
+        # The first probes before the planet: they are read back, and would wait for it.
+        for tile in view.tiles[:1]:
+            with self.timer.measure("probe"):
+                self._probe.draw([craft.sky for craft in tile.craft])
         with self.timer.measure("planet"):
             self._planet.draw(view.background, target.framebuffer, (0, 0, *target.size))
 
@@ -111,11 +115,12 @@ class Renderer:
         for tile in view.tiles:
             with self.timer.measure("probe"):
                 probes = self._probe.draw([craft.sky for craft in tile.craft])
+            with self.timer.measure("shadow"):
+                maps = self._shadow.draw([craft.shadow for craft in tile.craft])
+            # On the CPU, while the renderer is busy with what it was given before.
             with self.timer.measure("exchange"):
                 around = [probe.sky if probe else None for probe in probes]
                 lightings = self._exchange.draw(tile.craft, around)
-            with self.timer.measure("shadow"):
-                maps = self._shadow.draw([craft.shadow for craft in tile.craft])
             with self.timer.measure("surface"):
                 skies = [probe.textures if probe else () for probe in probes]
                 samples = self._surface.draw(

@@ -64,8 +64,8 @@ class Tile:
     """A rectangle of the image that holds spacecraft, drawn on its own sampling lattice.
 
     x, y, width, height : pixels
-    edges : (4, 4) float32, normals of the planes through the pinhole and the rectangle's edges, half
-        a pixel outside it; towards its inside, the last column unused
+    edges : (4, 4) float32, normals of the planes through the pinhole and the rectangle's edges,
+        half a pixel outside it; towards its inside, the last column unused
     slices : clip_from_camera (4, 4) float32 of each depth slice, farthest first
     """
 
@@ -295,7 +295,10 @@ def _tile(
 
 
 def _edges(tile_from_camera: Array, width: int, height: int) -> Floats:
-    """The planes of a tile's edges as rows; ``tile_from_camera`` (3, 3) gives homogeneous pixels."""
+    """The planes of a tile's edges as rows.
+
+    tile_from_camera : (3, 3), to homogeneous pixels from the tile's corner
+    """
     x, y, one = tile_from_camera
     edges = np.zeros((4, 4))
     edges[:, :3] = x + 0.5 * one, (width + 0.5) * one - x, y + 0.5 * one, (height + 0.5) * one - y

@@ -4,7 +4,8 @@
 //
 // A map holds, for each texel of a square across the light, where the light first meets a surface
 // (its rows 0..size) and where it first leaves a solid again (rows size..2 size): the casters as
-// slabs. A second texture of the same form holds the next slabs behind. From a receiver, directions within the Sun's disc are straight lines over the map, so many
+// slabs. A second texture holds where it would meet
+// the next surface behind. From a receiver, directions within the Sun's disc are straight lines over the map, so many
 // texels for each metre of height; a direction is blocked where its line runs through a slab. The
 // edge that a shadow gets from the caster's lower end and the one from its upper end both come out.
 
@@ -69,6 +70,16 @@ Slab slab_at(sampler2D depths, SunMap map, vec3 here, vec2 slope, float slack, v
     return slab;
 }
 
+// What stands there below the slabs, its lower end unknown: a solid is taken to reach the receiver.
+Slab slab_behind(sampler2D behind, SunMap map, vec3 here, vec2 slope, float slack, vec2 offset) {
+    ivec2 at = clamp(ivec2(floor(here.xy + offset)), ivec2(0), ivec2(map.size - 1));
+    vec2 middle = vec2(at) + 0.5 - here.xy;
+    float plane = dot(slope, middle) + slack * (1.0 + abs(middle.x) + abs(middle.y));
+    float depth = texelFetch(behind, at + ivec2(map.column, 0), 0).r;
+    float high = map.top - here.z - map.depth * depth;
+    return Slab(high, map.solid ? min(plane, high) : high, high > plane, false);
+}
+
 // Whether a line from the receiver meets a slab: down the line from the highest caster.
 //
 // ray, reach : texels per metre of height, of this line and at the disc's edge
@@ -84,7 +95,7 @@ bool meets_caster(sampler2D depths, sampler2D behind, SunMap map, vec3 here, vec
         Slab slab = slab_at(depths, map, here, slope, slack, offset);
         bool over = slab.casts && slab.low > 1.05 * height;
         for (int once = 0; once < int(over); ++once) {
-            Slab next = slab_at(behind, map, here, slope, slack, offset);
+            Slab next = slab_behind(behind, map, here, slope, slack, offset);
             if (next.casts) slab = next;
         }
         float meets = clamp(height, slab.low, slab.high);

@@ -24,8 +24,8 @@ TILE = Block(
     np.dtype(
         [
             ("clip_from_camera", "f4", (4, 4)),
-            # Planes through the pinhole and the tile's edges: inside, their products with a place in
-            # camera axes are positive.
+            # Planes through the pinhole and the tile's edges: inside, their products with a place
+            # in camera axes are positive.
             ("tile_edges", "f4", (4, 4)),
         ]
     ),
@@ -135,7 +135,7 @@ def craft_values(craft: CraftView) -> dict[str, Any]:
 
 
 # Directions that stand for the Sun's disc in a pixel, and in a sample.
-_DIRECTIONS_PER_PIXEL = 150.0
+_DIRECTIONS_PER_PIXEL = 300.0
 _FEWEST_DIRECTIONS, _MOST_DIRECTIONS = 4, 28
 
 

@@ -73,7 +73,7 @@ class ShadowPass:
         """Depths, behind and tops of each view's maps, the close one right of the whole one.
 
         depths : nearest surface that faces the Sun, 0..1, and below it nearest that faces away
-        behind : the same for what lies behind the surface that faces away
+        behind : nearest that faces the Sun behind the one that faces away
         tops : bounds on the nearest depth around each place, see ``shadow/tops.frag``
 
         They stay as they are until the next call.
@@ -100,14 +100,17 @@ class ShadowPass:
 
     def _draw(self, view: ShadowView, sheet: _Sheet) -> None:
         self._caster.bind()
-        for program, target in ((self._program, sheet.depths), (self._behind, sheet.behind)):
+        for target in (sheet.depths, sheet.behind):
             self.open_sheets.apply(self._ctx, target, (0, 0, *target.size))
             target.clear(depth=1.0)
+        column = 0
+        for one in view.maps:
+            corner = (column, 0)
+            self._layer(one, sheet.depths, corner, self.towards_sun, self._program)
+            self._layer(one, sheet.depths, (column, one.size), self.from_sun, self._program)
             sheet.textures[0].use(0)
-            column = 0
-            for one in view.maps:
-                self._layers(one, target, column, program)
-                column += one.size
+            self._layer(one, sheet.behind, corner, self.towards_sun, self._behind)
+            column += one.size
         column = columns = 0
         for one, cells in zip(view.maps, sheet.cells, strict=True):
             fine, coarse = cells
@@ -122,19 +125,22 @@ class ShadowPass:
             column += one.size
             columns += area[2]
 
-    def _layers(
-        self, one: ShadowMap, target: moderngl.Framebuffer, column: int, program: OutlineProgram
+    def _layer(
+        self,
+        one: ShadowMap,
+        target: moderngl.Framebuffer,
+        corner: tuple[int, int],
+        state: State,
+        program: OutlineProgram,
     ) -> None:
-        """Nearest surfaces that face the Sun into the upper rows, those that face away below."""
-        size = one.size
-        for row, state in ((0, self.towards_sun), (size, self.from_sun)):
-            area = (column, row, size, size)
-            for caster in one.casters:
-                chosen = self.open_sheets if caster.model.open_sheets else state
-                chosen.apply(self._ctx, target, area, area)
-                clip = caster.clip_from_body
-                self._caster.write({"caster_clip_from_body": clip, "caster_map_size": size})
-                program.draw(caster.model)
+        """Nearest depth of the casters' surfaces into a square of the target."""
+        area = (*corner, one.size, one.size)
+        for caster in one.casters:
+            chosen = self.open_sheets if caster.model.open_sheets else state
+            chosen.apply(self._ctx, target, area, area)
+            clip = caster.clip_from_body
+            self._caster.write({"caster_clip_from_body": clip, "caster_map_size": one.size})
+            program.draw(caster.model)
 
     def release(self) -> None:
         """Free everything."""
@@ -153,8 +159,8 @@ class _Sheet:
 
     def __init__(self, ctx: moderngl.Context, maps: Sequence[ShadowMap]) -> None:
         self.sizes = sizes = tuple(one.size for one in maps)
-        whole = (sum(sizes), 2 * max(sizes))
-        depths, behind = (ctx.depth_texture(whole) for _ in range(2))
+        depths = ctx.depth_texture((sum(sizes), 2 * max(sizes)))
+        behind = ctx.depth_texture((sum(sizes), max(sizes)))
         depths.compare_func = behind.compare_func = ""
         self.depths = ctx.framebuffer(depth_attachment=depths)
         self.behind = ctx.framebuffer(depth_attachment=behind)

@@ -60,8 +60,8 @@ _MORE_UNITS = {
 class SurfacePass:
     """Draws the spacecraft of a tile on its sampling lattice; empty samples hold -1."""
 
-    # The lattice is turned against the image, so that its raster holds more than the tile: what lies
-    # outside is cut away.
+    # The lattice is turned against the image, so that its raster holds more than the tile: what
+    # lies outside is cut away.
     closed = State(depth=True, cull="back", clip_planes=4)
     open_sheets = State(depth=True, clip_planes=4)
 
@@ -125,7 +125,7 @@ class SurfacePass:
                     texture.use(unit)
                 for unit, around in enumerate(sky, start=_SKY_UNIT):
                     around.use(unit)
-                variant = craft.model.variant + self._lights(craft, sky, lamps)
+                variant = craft.model.variant + _lights(sky, lamps)
                 variant += ("APART",) if apart else ()
                 if own is None:
                     program = self._program_for(variant)
@@ -134,14 +134,6 @@ class SurfacePass:
                     program = self._program_for(variant + own.defines)
                     self._meshes.geometry(own.mesh).draw(program, own.values)
         return tuple(t for t in target.color_attachments if isinstance(t, moderngl.Texture))
-
-    @staticmethod
-    def _lights(
-        craft: CraftView, sky: Sequence[_SkyTexture], lamps: Sequence[LampView]
-    ) -> tuple[str, ...]:
-        """Defines of the lights that a spacecraft needs besides the Sun's."""
-        present = {"SKY": sky, "LAMPS": lamps}
-        return tuple(define for define, there in present.items() if there)
 
     def _program_for(self, variant: tuple[str, ...]) -> moderngl.Program:
         """The program for models of a variant; those without images do not pay for them."""
@@ -199,3 +191,9 @@ class SurfacePass:
         self._lobes.release()
         for program in self._programs.values():
             program.release()
+
+
+def _lights(sky: Sequence[_SkyTexture], lamps: Sequence[LampView]) -> tuple[str, ...]:
+    """Defines of the lights that a spacecraft needs besides the Sun's."""
+    present = {"SKY": sky, "LAMPS": lamps}
+    return tuple(define for define, there in present.items() if there)

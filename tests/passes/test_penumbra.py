@@ -22,14 +22,14 @@ def plate(width: float, height: float, reflectance: float = 0.5) -> Table:
 
 
 def lit_share(
-    gl: moderngl.Context, craft: dict[str, Table], *, span: float, sun: Table | None = None
+    gl: moderngl.Context, craft: dict[str, Table], *, span: float, size: int = 400
 ) -> tuple[Array, Array]:
     """Ground coordinate x and lit share along it, on the middle row of a view from far above.
 
     span : width of the view on the plane z = 0 [m]
     """
     # Seen obliquely from the side, so that no blocker hides the plate.
-    height, size = 1000.0, 400
+    height = 1000.0
     pitch = 3.75e-6
     focal_mm = pitch * size / span * np.hypot(height, 600.0) * 1e3
     scenario = scene(
@@ -42,7 +42,6 @@ def lit_share(
             "width_px": size,
             "height_px": 8,
         },
-        sun=sun,
     )
     image = radiance(gl, scenario)[..., 1].astype(np.float64)
     x = (np.arange(size) + 0.5 - size / 2) * span / size
@@ -92,6 +91,7 @@ def test_a_solids_shadow_has_one_edge_from_each_of_its_ends(gl: moderngl.Context
             },
         },
         span=0.32,
+        size=1000,
     )
     levels = np.array([0.01, 0.10, 0.50, 0.90, 0.99])
     truth = np.array([0.1429, 0.1434, 0.1450, 0.1475, 0.1484])
