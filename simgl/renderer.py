@@ -36,9 +36,9 @@ _TRUTH = (Format("f4"), Format("u4"))
 _TARGETS_KEPT = 32
 
 # Geometry samples that one tile may take before its lattice gets coarser. On a CPU renderer a
-# shaded sample under all lights costs about 0.5 us, so this is some 30 ms; a GPU is bounded by
+# shaded sample under all lights costs about 0.3 us, so this is some 40 ms; a GPU is bounded by
 # memory (512 MiB of samples).
-_SAMPLE_BUDGET_CPU = 60_000
+_SAMPLE_BUDGET_CPU = 125_000
 _SAMPLE_BUDGET_GPU = 16_000_000
 
 

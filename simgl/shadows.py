@@ -24,9 +24,9 @@ Floats = NDArray[np.float32]
 # Texels along a map's edge.
 SIZES = (512, 768, 1024, 1536, 2048)
 # Of these, so many fall on the width of a pixel.
-_TEXELS_PER_PIXEL = 2.0
+_TEXELS_PER_PIXEL = 3.0
 # A close map is drawn where the whole one has fewer texels per pixel than this.
-_ENOUGH = 1.5
+_ENOUGH = 2.0
 # Heights in a map reach so many radii of the receiver, which keeps them good to 2e-3 of the radius.
 # Casters beyond are flattened onto that height; those of the receiver's size cover 1 % of the Sun.
 _HIGHEST = 2000.0

@@ -25,7 +25,7 @@ from simgl.passes.blocks import (
 from simgl.passes.lobes import LOBE_UNIT, lobe_texture
 from simgl.passes.meshes import MeshStore, VertexLighting
 from simgl.passes.textures import IMAGE_UNITS
-from simgl.view import CraftView, Tile
+from simgl.view import Tile
 
 # Targets grow in these steps, so that a moving spacecraft does not reallocate at every frame.
 _GRAIN = 256

@@ -119,7 +119,8 @@ def test_a_thin_boom_casts(gl: moderngl.Context) -> None:
     ground = (np.arange(128) + 0.5 - 64.0) / f * 120.0
     band = np.abs(ground + 0.5) < 0.1
     missing = (1.0 - image[20:108, band] / full).sum(axis=1) / f * 120.0
-    # The rod's square section seen at 45 deg throws 2 cm on the plate, half a pixel. A row alone scatters by its samples, by 18 %; 88 of them by 2 %.
+    # The rod's square section seen at 45 deg throws 2 cm on the plate, half a pixel. A row alone
+    # scatters by its samples, by 18 %; 88 of them by 2 %.
     np.testing.assert_allclose(missing.mean(), 0.02, rtol=0.04)
     assert missing.min() > 0.0
 
