@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from simgl.physics.frames import camera_from_directions
 from simgl.scene.lamps import Lamp, LampState
-from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import BodyState, CameraState, SceneState
+from simgl.shadows import Caster
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
@@ -26,17 +26,6 @@ MAP_SIZE = 1024
 _NEAREST = 0.01
 # The filter looks two texels beyond a receiver.
 _MARGIN = 1.0 + 8.0 / MAP_SIZE
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class LampCaster:
-    """A spacecraft in a lamp's map.
-
-    clip_from_body : (4, 4) float32
-    """
-
-    model: SpacecraftModel
-    clip_from_body: Floats
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -53,7 +42,7 @@ class LampView:
 
     lamp: Lamp
     key: bytes
-    casters: tuple[LampCaster, ...]
+    casters: tuple[Caster, ...]
     place: Floats
     axis: Floats
     column: Floats
@@ -145,9 +134,7 @@ def _in_beam(
     return _Seen(body=body, R_lamp_from_body=R, offset=offset, low=low, high=high, far=far)
 
 
-def _caster(seen: _Seen, clip_from_lamp: Array) -> LampCaster:
+def _caster(seen: _Seen, clip_from_lamp: Array) -> Caster:
     lamp_from_body = np.eye(4)
     lamp_from_body[:3, :3], lamp_from_body[:3, 3] = seen.R_lamp_from_body, seen.offset
-    return LampCaster(
-        model=seen.body.model, clip_from_body=_float32(clip_from_lamp @ lamp_from_body)
-    )
+    return Caster(model=seen.body.model, clip_from_body=_float32(clip_from_lamp @ lamp_from_body))

@@ -37,8 +37,8 @@ _PROBES = (32, 24)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ShadowCaster:
-    """A spacecraft in a shadow map.
+class Caster:
+    """A spacecraft in a shadow map, of the Sun or of a lamp.
 
     clip_from_body : (4, 4) float32
     """
@@ -60,7 +60,7 @@ class ShadowMap:
     """
 
     key: bytes
-    casters: tuple[ShadowCaster, ...]
+    casters: tuple[Caster, ...]
     size: int
     texel_from_body: Floats
     texel: float
@@ -94,7 +94,7 @@ class ShadowView:
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Caster:
+class _Near:
     """A body near the light's path: pose relative to the receiver's light axes."""
 
     model: SpacecraftModel
@@ -156,7 +156,7 @@ def _light_axes(sun_body: Array) -> Array:
 
 def _casters(
     state: SceneState, receiver: BodyState, R_light: Array, tangent: float
-) -> tuple[_Caster, ...]:
+) -> tuple[_Near, ...]:
     """All bodies whose shadow may touch the receiver."""
     pose, mesh = receiver.pose, receiver.model.mesh
     R_light_from_icrf = R_light @ pose.R_icrf_from_body.T
@@ -174,12 +174,12 @@ def _casters(
             blur = (place[2] - mesh.radius) * tangent
             if blur > 0.0 and (other.model.mesh.radius / blur) ** 2 < _LEAST_SHARE:
                 continue
-        found.append(_Caster(model=other.model, R_light_from_other=R, offset=offset))
+        found.append(_Near(model=other.model, R_light_from_other=R, offset=offset))
     return tuple(found)
 
 
 def _map(
-    casters: tuple[_Caster, ...],
+    casters: tuple[_Near, ...],
     R_light: Array,
     middle: Array,
     half: float,
@@ -204,7 +204,7 @@ def _map(
         matrix = np.eye(4)
         matrix[:3, :3], matrix[:3, 3] = caster.R_light_from_other, caster.offset
         clip = np.asarray(clip_from_light @ matrix, dtype=np.float32)
-        drawn.append(ShadowCaster(model=caster.model, clip_from_body=clip))
+        drawn.append(Caster(model=caster.model, clip_from_body=clip))
     texel = 2.0 * reach / size
     texel_from_body = np.eye(4)
     texel_from_body[:3, :3] = R_light

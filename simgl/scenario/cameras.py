@@ -7,12 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from simgl.errors import AssetError, ConfigError, did_you_mean
+from simgl.errors import AssetError, ConfigError
 from simgl.physics.spectrum import photon_mean
-from simgl.scenario.fields import Four, direction, exactly_one, fractions
+from simgl.scenario.fields import Four, craft_named, direction, exactly_one, fractions, place_on
 from simgl.scenario.library import load_preset
 from simgl.scenario.schema import CameraPresetTable, CameraTable
-from simgl.scenario.strict import shown
 from simgl.scene.camera import Camera, Detector, Lens
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.trajectory import BodyMount, FreeMount, Mount, OrbitingMount
@@ -74,11 +73,7 @@ def read_mount(where: str, table: CameraTable, models: dict[str, SpacecraftModel
     exactly_one(table, where, "mount", ("on", "about", "position_icrf_m"))
 
     def craft(key: str, name: str) -> str:
-        if name not in models:
-            raise ConfigError(
-                where, key, f"names no spacecraft: {shown(name)}; {did_you_mean(name, models)}"
-            )
-        return name
+        return craft_named(name, models, where, key)
 
     look_at = None if table.look_at is None else craft("look_at", table.look_at)
     if table.about is not None:
@@ -104,16 +99,9 @@ def read_mount(where: str, table: CameraTable, models: dict[str, SpacecraftModel
             look_at=look_at,
         )
     model = models[craft("on", table.on)]
-    if (table.keypoint is None) == (table.position_body_m is None):
-        raise ConfigError(where, "position_body_m", "or keypoint is needed, and not both")
-    if table.keypoint is not None and table.keypoint not in model.keypoints:
-        suggestion = did_you_mean(table.keypoint, model.keypoints)
-        problem = f'is not on "{model.name}": {shown(table.keypoint)}; {suggestion}'
-        raise ConfigError(where, "keypoint", problem)
-    position = model.keypoints[table.keypoint] if table.keypoint else table.position_body_m
     return BodyMount(
         spacecraft=table.on,
-        position_body=np.asarray(position, dtype=np.float64),
+        position_body=place_on(model, table, where),
         boresight_body=boresight,
         up_body=up,
         look_at=look_at,

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from simgl.errors import ConfigError
+from simgl.errors import ConfigError, did_you_mean
 from simgl.physics.frames import unit
-from simgl.scenario.schema import CameraTable, SpacecraftTable
+from simgl.scenario.schema import CameraTable, LampTable, SpacecraftTable
+from simgl.scenario.strict import shown
+from simgl.scene.spacecraft import SpacecraftModel
 
 Four = tuple[float, float, float, float]
 
@@ -52,6 +55,28 @@ def direction(value: Sequence[float], where: str, key: str) -> np.ndarray[Any, A
         return unit(value)
     except ValueError as error:
         raise ConfigError(where, key, str(error)) from None
+
+
+def craft_named(name: str, models: Mapping[str, SpacecraftModel], where: str, key: str) -> str:
+    """The name of a spacecraft, which must be in the scenario."""
+    if name not in models:
+        problem = f"names no spacecraft: {shown(name)}; {did_you_mean(name, models)}"
+        raise ConfigError(where, key, problem)
+    return name
+
+
+def place_on(
+    model: SpacecraftModel, table: CameraTable | LampTable, where: str
+) -> NDArray[np.float64]:
+    """(3,) place in body axes [m], given by exactly one of a keypoint and coordinates."""
+    if (table.keypoint is None) == (table.position_body_m is None):
+        raise ConfigError(where, "position_body_m", "or keypoint is needed, and not both")
+    if table.keypoint is not None and table.keypoint not in model.keypoints:
+        suggestion = did_you_mean(table.keypoint, model.keypoints)
+        problem = f'is not on "{model.name}": {shown(table.keypoint)}; {suggestion}'
+        raise ConfigError(where, "keypoint", problem)
+    position = model.keypoints[table.keypoint] if table.keypoint else table.position_body_m
+    return np.asarray(position, dtype=np.float64)
 
 
 def exactly_one(

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simgl.errors import ConfigError, did_you_mean
+from simgl.errors import ConfigError
 from simgl.physics.spectrum import black_body_light
-from simgl.scenario.fields import direction
+from simgl.scenario.fields import craft_named, direction, place_on
 from simgl.scenario.schema import LampTable
-from simgl.scenario.strict import shown
 from simgl.scene.lamps import Lamp
 from simgl.scene.spacecraft import SpacecraftModel
 
@@ -30,20 +29,10 @@ def read_lamps(
 
 
 def _lamp(where: str, name: str, table: LampTable, models: dict[str, SpacecraftModel]) -> Lamp:
-    def craft(key: str, given: str) -> str:
-        if given not in models:
-            problem = f"names no spacecraft: {shown(given)}; {did_you_mean(given, models)}"
-            raise ConfigError(where, key, problem)
-        return given
+    def craft(key: str, name: str) -> str:
+        return craft_named(name, models, where, key)
 
     model = models[craft("on", table.on)]
-    if (table.keypoint is None) == (table.position_body_m is None):
-        raise ConfigError(where, "position_body_m", "or keypoint is needed, and not both")
-    if table.keypoint is not None and table.keypoint not in model.keypoints:
-        suggestion = did_you_mean(table.keypoint, model.keypoints)
-        problem = f'is not on "{model.name}": {shown(table.keypoint)}; {suggestion}'
-        raise ConfigError(where, "keypoint", problem)
-    position = model.keypoints[table.keypoint] if table.keypoint else table.position_body_m
     if (table.look_at is None) == (table.boresight is None):
         raise ConfigError(where, "look_at", "or boresight is needed, and not both")
     if table.look_at == table.on:
@@ -55,7 +44,7 @@ def _lamp(where: str, name: str, table: LampTable, models: dict[str, SpacecraftM
     return Lamp(
         name=name,
         spacecraft=table.on,
-        position_body=np.asarray(position, dtype=np.float64),
+        position_body=place_on(model, table, where),
         boresight_body=direction(table.boresight or (1.0, 0.0, 0.0), where, "boresight"),
         look_at=None if table.look_at is None else craft("look_at", table.look_at),
         power=_power(where, table),

@@ -48,6 +48,7 @@ NEIGHBOURS = {
     ("view", "transport"),
     ("view", "shadows"),
     ("shadows", "rays"),
+    ("lamps", "shadows"),
     ("transport", "rays"),
 }
 

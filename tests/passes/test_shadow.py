@@ -122,7 +122,7 @@ def test_a_thin_boom_casts(gl: moderngl.Context) -> None:
     # The rod's square section seen at 45 deg throws 2 cm on the plate, half a pixel. A row alone
     # scatters by its samples, by 18 %; 88 of them by 2 %.
     np.testing.assert_allclose(missing.mean(), 0.02, rtol=0.04)
-    assert missing.min() > 0.0
+    np.testing.assert_allclose(missing[44], 0.02, atol=0.003)
 
 
 def test_a_dozen_craft_in_one_tile_keep_their_own_shadows(gl: moderngl.Context) -> None:
