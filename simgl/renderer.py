@@ -13,6 +13,7 @@ from simgl.gpu.targets import Format, ImageTarget
 from simgl.gpu.timers import PassTimer
 from simgl.passes.detector import DetectorPass
 from simgl.passes.exchange import ExchangePass
+from simgl.passes.exposure import ExposurePass
 from simgl.passes.lamp_shadow import LampShadowPass
 from simgl.passes.meshes import MeshStore
 from simgl.passes.optics import OpticsPass
@@ -25,15 +26,15 @@ from simgl.passes.truth import TruthPass
 from simgl.scene.camera import Camera
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.transport.bake import Progress
-from simgl.view import FrameView, Tile, truth_tile
+from simgl.view.frame import FrameView, Tile, truth_tile
 
-_RADIANCE = (Format("f4", 4),)
+_BANDS = (Format("f4", 4),)
 _ELECTRONS = (Format("f4"),)
 _DN = (Format("u2"),)
 _TRUTH = (Format("f4"), Format("u4"))
 
-# Four targets for each of eight image sizes; a window that is resized leaves no more behind.
-_TARGETS_KEPT = 32
+# Five targets for each of eight image sizes; a window that is resized leaves no more behind.
+_TARGETS_KEPT = 40
 
 # Geometry samples that one tile may take before its lattice gets coarser. On a CPU renderer a
 # shaded sample under all lights costs about 0.3 us, so this is some 40 ms; a GPU is bounded by
@@ -59,8 +60,9 @@ class Renderer:
         self._resolve = ResolvePass(ctx)
         self._truth = TruthPass(ctx, self._meshes)
         self._optics = OpticsPass(ctx)
+        self._exposure = ExposurePass(ctx)
         self._detector = DetectorPass(ctx)
-        self._targets: dict[tuple[tuple[int, int], tuple[Format, ...]], ImageTarget] = {}
+        self._targets: dict[tuple[str, tuple[int, int]], ImageTarget] = {}
 
     def prepare(self, models: Iterable[SpacecraftModel], progress: Progress | None = None) -> None:
         """Trace how the surfaces of models see each other, so that no frame waits for it."""
@@ -69,7 +71,7 @@ class Renderer:
 
     def radiance(self, view: FrameView) -> ImageTarget:
         """Radiance per band [W m-2 sr-1], RGBA32F; valid until the next call at this size."""
-        target = self._target(view.camera, _RADIANCE)
+        target = self._target("radiance", view.camera, _BANDS)
         self._background(view, target)
         for tile, (samples,) in self._samples(view):
             with self.timer.measure("resolve"):
@@ -83,7 +85,7 @@ class Renderer:
         """
         size = view.camera.detector.width, view.camera.detector.height
         names = (*LIGHTS, "background")
-        targets = {name: ImageTarget(self._ctx, size, _RADIANCE) for name in names}
+        targets = {name: ImageTarget(self._ctx, size, _BANDS) for name in names}
         try:
             self._background(view, targets["background"])
             for name in LIGHTS:
@@ -128,37 +130,44 @@ class Renderer:
                 )
             yield tile, samples
 
+    def irradiance(self, camera: Camera, radiance: ImageTarget) -> ImageTarget:
+        """Irradiance of the image plane per band [W m-2], RGBA32F."""
+        target = self._target("irradiance", camera, _BANDS)
+        with self.timer.measure("optics"):
+            self._optics.draw(camera, radiance.textures[0], target.framebuffer)
+        return target
+
     def electrons(
-        self, camera: Camera, photons_per_joule: NDArray[np.float64], radiance: ImageTarget
+        self, camera: Camera, photons_per_joule: NDArray[np.float64], irradiance: ImageTarget
     ) -> ImageTarget:
         """Mean electrons [e-], R32F."""
-        target = self._target(camera, _ELECTRONS)
-        with self.timer.measure("optics"):
-            source = radiance.textures[0]
-            self._optics.draw(camera, photons_per_joule, source, target.framebuffer)
+        target = self._target("electrons", camera, _ELECTRONS)
+        with self.timer.measure("exposure"):
+            source = irradiance.textures[0]
+            self._exposure.draw(camera, photons_per_joule, source, target.framebuffer)
         return target
 
     def digital(
         self, camera: Camera, tai_ns: int, seed: int, electrons: ImageTarget
     ) -> ImageTarget:
         """Digital numbers, R16UI."""
-        target = self._target(camera, _DN)
+        target = self._target("dn", camera, _DN)
         with self.timer.measure("detector"):
             self._detector.draw(camera, tai_ns, seed, electrons.textures[0], target.framebuffer)
         return target
 
     def truth(self, view: FrameView) -> ImageTarget:
         """Depth [m] and part ids at pixel centres, R32F and R32UI."""
-        target = self._target(view.camera, _TRUTH, depth=True)
+        target = self._target("truth", view.camera, _TRUTH, depth=True)
         with self.timer.measure("truth"):
             self._truth.draw(truth_tile(view), target.framebuffer)
         return target
 
     def _target(
-        self, camera: Camera, formats: tuple[Format, ...], *, depth: bool = False
+        self, use: str, camera: Camera, formats: tuple[Format, ...], *, depth: bool = False
     ) -> ImageTarget:
         size = (camera.detector.width, camera.detector.height)
-        key = (size, formats)
+        key = (use, size)
         target = self._targets.pop(key, None)
         if target is None:
             if len(self._targets) >= _TARGETS_KEPT:
@@ -186,6 +195,7 @@ class Renderer:
             self._resolve,
             self._truth,
             self._optics,
+            self._exposure,
             self._detector,
             self._meshes,
         ):

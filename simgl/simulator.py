@@ -24,7 +24,7 @@ from simgl.renderer import Renderer
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState
 from simgl.transport.bake import Progress
-from simgl.view import FrameView, frame_view
+from simgl.view.frame import FrameView, frame_view
 
 
 class Product(StrEnum):
@@ -129,7 +129,10 @@ class Simulator:
         if Product.TRUTH in products:
             frames["truth"] = self._truth(state, view, info)
         if Product.DN in products or Product.ELECTRONS in products:
-            electrons = self._renderer.electrons(view.camera, state.sun.photons_per_joule, radiance)
+            irradiance = self._renderer.irradiance(view.camera, radiance)
+            electrons = self._renderer.electrons(
+                view.camera, state.sun.photons_per_joule, irradiance
+            )
             if Product.ELECTRONS in products:
                 frames["electrons"] = ElectronFrame(info=info, electrons=electrons.read())
             if Product.DN in products:

@@ -9,11 +9,11 @@ import numpy as np
 
 from simgl.errors import AssetError
 from simgl.gpu.blocks import Block
-from simgl.lamps import MAP_SIZE, LampView
 from simgl.lattice import Lattice
 from simgl.scene.materials import Material
 from simgl.scene.textures import Image, SurfaceTextures
-from simgl.view import CraftView, Tile
+from simgl.view.frame import CraftView, Tile
+from simgl.view.lamps import MAP_SIZE, LampView
 
 MAX_MATERIALS = 64
 MAX_LAMPS = 4
@@ -78,7 +78,7 @@ LAMPS = Block(
     np.dtype(
         [
             # Six rows a lamp: place and radius of the aperture [m]; axis and half angle of the cone
-            # [rad]; intensity [W sr-1]; column and row of its map (simgl/lamps.py); edge [rad] and
+            # [rad]; intensity [W sr-1]; column and row of its map (simgl.view.lamps); edge and
             # corner of the map.
             ("lamp_rows", "f4", (6 * MAX_LAMPS, 4)),
             ("lamp_count", "i4"),

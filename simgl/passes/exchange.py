@@ -26,7 +26,7 @@ from simgl.transport.solve import (
 )
 from simgl.transport.transport import Floats, Transport
 from simgl.transport.view import ExchangeView, Neighbour
-from simgl.view import CraftView
+from simgl.view.frame import CraftView
 
 _FRONT = {"in_bounced": "4f", "in_earth_share": "1f"}
 _BACK = {"in_bounced_back": "4f", "in_earth_share_back": "1f"}

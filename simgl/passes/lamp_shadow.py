@@ -9,10 +9,10 @@ import numpy as np
 
 from simgl.gpu.blocks import Block, UniformBuffer
 from simgl.gpu.state import State
-from simgl.lamps import MAP_SIZE, LampView
 from simgl.passes.blocks import MAX_LAMPS, lamp_corner
 from simgl.passes.meshes import MeshStore
 from simgl.passes.outline import OutlineProgram
+from simgl.view.lamps import MAP_SIZE, LampView
 
 _CASTER = Block("LampCaster", 13, np.dtype([("lamp_clip_from_body", "f4", (4, 4))]))
 

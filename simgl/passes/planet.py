@@ -9,10 +9,10 @@ import numpy as np
 from PIL import Image
 
 from simgl import assets
-from simgl.background import Background
 from simgl.gpu.blocks import Block
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.state import State
+from simgl.view.background import Background
 
 _PLANET = Block(
     "Planet",

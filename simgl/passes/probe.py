@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import moderngl
 
-from simgl.background import SKY_TEXELS, Background, SkyView
 from simgl.gpu.targets import Format, ImageTarget
 from simgl.sky import COARSE, FINE, ROUGHNESS, SkyRadiance, irradiance, prefiltered
+from simgl.view.background import SKY_TEXELS, Background, SkyView
 
 # Skies kept for views that come back; a picture of more spacecraft keeps as many as it needs.
 KEPT = 8

@@ -8,7 +8,7 @@ import numpy as np
 from simgl.gpu.blocks import Block
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.state import ONE_MINUS_SRC1_COLOR, State
-from simgl.view import Tile
+from simgl.view.frame import Tile
 
 _RESOLVE = Block(
     "Resolve",

@@ -13,7 +13,7 @@ from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.state import State
 from simgl.passes.meshes import MeshStore
 from simgl.passes.outline import OutlineProgram
-from simgl.shadows import ShadowMap, ShadowView
+from simgl.view.shadows import ShadowMap, ShadowView
 
 # Maps kept for views that come back; a picture of more spacecraft keeps as many as it needs.
 KEPT = 8

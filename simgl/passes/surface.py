@@ -10,7 +10,6 @@ from simgl.errors import ConfigError
 from simgl.gpu.blocks import UniformBuffer
 from simgl.gpu.program import load_program
 from simgl.gpu.state import State, clear_depth
-from simgl.lamps import LampView
 from simgl.passes.blocks import (
     CRAFT,
     LAMPS,
@@ -25,7 +24,8 @@ from simgl.passes.blocks import (
 from simgl.passes.lobes import LOBE_UNIT, lobe_texture
 from simgl.passes.meshes import MeshStore, VertexLighting
 from simgl.passes.textures import IMAGE_UNITS
-from simgl.view import Tile
+from simgl.view.frame import Tile
+from simgl.view.lamps import LampView
 
 # Targets grow in these steps, so that a moving spacecraft does not reallocate at every frame.
 _GRAIN = 256

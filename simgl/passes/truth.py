@@ -9,7 +9,7 @@ from simgl.gpu.state import State, clear_depth
 from simgl.passes.blocks import CRAFT, TILE, craft_values, tile_values
 from simgl.passes.meshes import MeshStore
 from simgl.passes.outline import OutlineProgram
-from simgl.view import Tile
+from simgl.view.frame import Tile
 
 
 class TruthPass:

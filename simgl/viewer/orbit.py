@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from simgl.physics.frames import Pose, lvlh_from_icrf
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import SceneState
-from simgl.view import NEAREST
+from simgl.view.frame import NEAREST
 
 Array = NDArray[np.float64]
 

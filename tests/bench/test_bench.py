@@ -36,6 +36,7 @@ def test_the_json_report_has_the_promised_form(tmp_path: Path) -> None:
         "surface",
         "resolve",
         "optics",
+        "exposure",
         "detector",
         "read",
     }

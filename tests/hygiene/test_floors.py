@@ -16,10 +16,7 @@ FLOORS = {
     "sky": 2,
     "scenario": 3,
     "reference": 3,
-    "background": 3,
-    "lamps": 3,
     "rays": 3,
-    "shadows": 3,
     "transport": 3,
     "view": 3,
     "images": 3,
@@ -43,12 +40,8 @@ FLOORS = {
 NEIGHBOURS = {
     ("assets", "errors"),
     ("output", "simulator"),
-    ("view", "background"),
-    ("view", "lamps"),
+    ("view", "rays"),
     ("view", "transport"),
-    ("view", "shadows"),
-    ("shadows", "rays"),
-    ("lamps", "shadows"),
     ("transport", "rays"),
 }
 

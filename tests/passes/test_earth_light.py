@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from simgl.background import Background, SkyView, sky_view
 from simgl.passes.probe import ProbePass
 from simgl.scenario.scenario import Scenario
+from simgl.view.background import Background, SkyView, sky_view
 from tests.scenes import IN_BANDS, TOTAL, Table, lambert, radiance, scene
 
 Array = np.ndarray[Any, np.dtype[np.float64]]

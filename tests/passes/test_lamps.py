@@ -8,10 +8,10 @@ import moderngl
 import numpy as np
 import pytest
 
-from simgl.lamps import MAP_SIZE, lamp_views
 from simgl.scenario.scenario import Scenario
 from simgl.scene.lamps import beam_solid_angle, lamp_irradiance
 from simgl.simulator import Product, Simulator
+from simgl.view.lamps import MAP_SIZE, lamp_views
 from tests.scenes import lambert, radiance, scene
 
 Array = np.ndarray[Any, np.dtype[np.float64]]

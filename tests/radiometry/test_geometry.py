@@ -23,7 +23,7 @@ from simgl.scene.state import (
     SunInDirection,
 )
 from simgl.simulator import Product, Simulator
-from simgl.view import frame_view
+from simgl.view.frame import frame_view
 from tests.scenes import capture, lambert, radiance, scene
 
 PLATE = {"plate": {"width_m": 1.0, "height_m": 0.8, "material": lambert(0.5)}}

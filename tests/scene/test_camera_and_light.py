@@ -7,12 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from simgl.physics.spectrum import black_body_light
 from simgl.scene.camera import Camera, Detector, Lens
 from simgl.scene.earth import Earth
 from simgl.scene.materials import Material
-from simgl.scene.radiometry import electrons_per_radiance
+from simgl.scene.radiometry import electrons_per_irradiance, irradiance_per_radiance
 from simgl.scene.state import SunAtPosition, SunInDirection
 
 AU = 149597870700.0  # [m]
@@ -33,6 +34,13 @@ CAMERA = Camera(
     ),
     exposure_time=1e-3,
 )
+
+
+def electrons_per_radiance(
+    camera: Camera, photons_per_joule: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """The whole camera equation [e- W-1 m2 sr]."""
+    return irradiance_per_radiance(camera) * electrons_per_irradiance(camera, photons_per_joule)
 
 
 def test_thirteen_millimetres_are_3466_67_pixels_of_3_75_um() -> None:

@@ -24,7 +24,7 @@ from simgl.renderer import Renderer
 from simgl.scenario.loader import load_scenario, scenario_from_dict
 from simgl.scenario.scenario import Scenario
 from simgl.scene.trajectory import OrbitingMount
-from simgl.view import frame_view
+from simgl.view.frame import frame_view
 from simgl.viewer.look import HELP, Look, opening_look, title
 from simgl.viewer.orbit import FIELD_OF_VIEW, OrbitCamera, orbit_axes
 from simgl.viewer.painter import Painter, fitted, read_window, viewer_state, window_camera

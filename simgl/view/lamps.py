@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from simgl.physics.frames import camera_from_directions
 from simgl.scene.lamps import Lamp, LampState
 from simgl.scene.state import BodyState, CameraState, SceneState
-from simgl.shadows import Caster
+from simgl.view.shadows import Caster
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]

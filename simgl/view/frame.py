@@ -13,15 +13,15 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from simgl.background import Background, SkyView, background, sky_view
 from simgl.errors import ConfigError
-from simgl.lamps import LampView, lamp_views
 from simgl.lattice import PIXEL_CENTRES, Lattice, choose_lattice, turned_lattice
 from simgl.scene.camera import Camera
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import BodyState, CameraState, EarthState, SceneState
-from simgl.shadows import ShadowView, shadow_view
 from simgl.transport.view import ExchangeView, exchange_view
+from simgl.view.background import Background, SkyView, background, sky_view
+from simgl.view.lamps import LampView, lamp_views
+from simgl.view.shadows import ShadowView, shadow_view
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
