@@ -1,6 +1,5 @@
 // Spacecraft vertices from body axes to camera axes and to the tile's raster.
-#include "block/tile"
-#include "block/craft"
+#include "surface/placed.glsl"
 
 in vec3 in_position;   // body axes [m]
 in vec3 in_normal;     // body axes, unit
@@ -22,7 +21,6 @@ out float earth_share_back;
 #endif
 #endif
 
-out float gl_ClipDistance[4];
 out vec3 position;     // camera axes [m]
 out vec3 normal;       // camera axes
 out vec3 body_position;   // [m]
@@ -33,8 +31,7 @@ out vec4 tint;
 #endif
 
 void main() {
-    vec4 p = camera_from_body * vec4(in_position, 1.0);
-    position = p.xyz;
+    position = placed(in_position);
     normal = mat3(camera_from_body) * in_normal;
     body_position = in_position;
     material = in_labels.y;
@@ -50,7 +47,4 @@ void main() {
     earth_share_back = in_earth_share_back;
 #endif
 #endif
-    vec4 inside = tile_edges * vec4(position, 0.0);
-    for (int edge = 0; edge < 4; ++edge) gl_ClipDistance[edge] = inside[edge];
-    gl_Position = clip_from_camera * p;
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import moderngl
 
@@ -58,24 +59,33 @@ _MORE_UNITS = {
 
 
 class SurfacePass:
-    """Draws the spacecraft of a tile on its sampling lattice; empty samples hold -1."""
+    """Draws the spacecraft of a tile on its sampling lattice; empty samples hold -1.
+
+    Their depth comes first, so that no light is worked out for what they hide of each other.
+    """
 
     # The lattice is turned against the image, so that its raster holds more than the tile: what
     # lies outside is cut away.
     closed = State(depth=True, cull="back", clip_planes=4)
     open_sheets = State(depth=True, clip_planes=4)
+    # A little behind the surfaces: they are in front of it whatever a driver rounds, and the picture
+    # is the same with and without.
+    hiding = replace(closed, write_color=False, depth_offset=(1.0, 8.0))
+    hiding_sheets = replace(open_sheets, write_color=False, depth_offset=(1.0, 8.0))
 
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
         self._ctx, self._meshes = ctx, meshes
         self._lobes = lobe_texture(ctx)
         self._programs: dict[tuple[str, ...], moderngl.Program] = {}
         self._program_for(())
+        self._nearest = load_program(ctx, "surface/nearest", blocks=(TILE, CRAFT))
         self._tile = UniformBuffer(ctx, TILE)
         self._craft = UniformBuffer(ctx, CRAFT)
         self._shadow = UniformBuffer(ctx, SHADOW)
         self._lamps = UniformBuffer(ctx, LAMPS)
-        # By the number of their colour attachments.
+        # By the number of their colour attachments; and the depth of each alone.
         self._targets: dict[int, moderngl.Framebuffer] = {}
+        self._depths: dict[int, moderngl.Framebuffer] = {}
 
     def draw(
         self,
@@ -97,7 +107,8 @@ class SurfacePass:
         returns : one texture, or with ``apart`` one for each of ``LIGHTS``
         """
         size = tile.lattice.raster_size(tile.width, tile.height)
-        target = self._sized_target(size, len(LIGHTS) if apart else 1)
+        attachments = len(LIGHTS) if apart else 1
+        target = self._sized_target(size, attachments)
         viewport = (0, 0, *size)
         self.closed.apply(self._ctx, target, viewport, viewport)
         target.clear(EMPTY, EMPTY, EMPTY, EMPTY, depth=1.0, viewport=viewport)
@@ -113,6 +124,7 @@ class SurfacePass:
             if index:
                 clear_depth(self._ctx, target)
             self._tile.write(tile_values(tile, clip_from_camera))
+            self._hide(tile, lightings, self._depths[attachments], viewport)
             for craft, maps, sky, own in zip(
                 tile.craft, shadow_maps, skies, lightings, strict=True
             ):
@@ -134,6 +146,23 @@ class SurfacePass:
                     program = self._program_for(variant + own.defines)
                     self._meshes.geometry(own.mesh).draw(program, own.values)
         return tuple(t for t in target.color_attachments if isinstance(t, moderngl.Texture))
+
+    def _hide(
+        self,
+        tile: Tile,
+        lightings: Sequence[VertexLighting | None],
+        target: moderngl.Framebuffer,
+        viewport: tuple[int, int, int, int],
+    ) -> None:
+        """Depth of what hides what lies behind it."""
+        for craft, own in zip(tile.craft, lightings, strict=True):
+            if "CUT_OUT" in craft.model.variant:
+                continue
+            state = self.hiding_sheets if craft.model.open_sheets else self.hiding
+            state.apply(self._ctx, target, viewport, viewport)
+            self._craft.write(craft_values(craft))
+            mesh = craft.model.mesh if own is None else own.mesh
+            self._meshes.geometry(mesh).draw(self._nearest)
 
     def _program_for(self, variant: tuple[str, ...]) -> moderngl.Program:
         """The program for models of a variant; those without images do not pay for them."""
@@ -171,11 +200,13 @@ class SurfacePass:
             colours[-1].filter = (moderngl.NEAREST, moderngl.NEAREST)
         depth = self._ctx.depth_renderbuffer(grown)  # type: ignore[arg-type]
         self._targets[attachments] = self._ctx.framebuffer(colours, depth)
+        self._depths[attachments] = self._ctx.framebuffer(depth_attachment=depth)
         return self._targets[attachments]
 
     def _release_target(self, attachments: int) -> None:
         target = self._targets.pop(attachments, None)
         if target is not None:
+            self._depths.pop(attachments).release()
             for colour in target.color_attachments:
                 colour.release()
             assert target.depth_attachment is not None
@@ -189,6 +220,7 @@ class SurfacePass:
         for buffer in (self._tile, self._craft, self._shadow, self._lamps):
             buffer.release()
         self._lobes.release()
+        self._nearest.release()
         for program in self._programs.values():
             program.release()
 
