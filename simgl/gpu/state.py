@@ -22,8 +22,6 @@ class State:
     """What a draw depends on besides its program and textures.
 
     depth : test (less) and write depth
-    depth_offset : farther than it is, by so many times its slope across a pixel and so many of the
-        depth buffer's steps
     depth_clamp : what lies outside the depth range is drawn at its end, not cut off
     cull : "back", "front" or None
     blend : (source, destination) factors, or None
@@ -32,7 +30,6 @@ class State:
     """
 
     depth: bool = False
-    depth_offset: tuple[float, float] = (0.0, 0.0)
     depth_clamp: bool = False
     cull: str | None = None
     blend: tuple[int, int] | None = None
@@ -77,7 +74,7 @@ class State:
         ctx.front_face = "cw"
         ctx.blend_func = self.blend or (moderngl.ONE, moderngl.ZERO)
         ctx.blend_equation = moderngl.FUNC_ADD  # type: ignore[assignment]
-        ctx.polygon_offset = self.depth_offset
+        ctx.polygon_offset = 0.0, 0.0
         ctx.wireframe = False
 
 

@@ -27,6 +27,9 @@ TILE = Block(
             # Planes through the pinhole and the tile's edges: inside, their products with a place
             # in camera axes are positive.
             ("tile_edges", "f4", (4, 4)),
+            # Steps of the line of sight from one sample to the next along rows and along columns,
+            # camera axes at depth 1.
+            ("sample_steps", "f4", (2, 4)),
         ]
     ),
 )
@@ -118,7 +121,11 @@ MATERIALS = Block(
 
 def tile_values(tile: Tile, clip_from_camera: Any) -> dict[str, Any]:
     """The Tile block for one depth slice of a tile."""
-    return {"clip_from_camera": clip_from_camera, "tile_edges": tile.edges}
+    return {
+        "clip_from_camera": clip_from_camera,
+        "tile_edges": tile.edges,
+        "sample_steps": tile.sample_steps,
+    }
 
 
 def craft_values(craft: CraftView) -> dict[str, Any]:

@@ -46,14 +46,18 @@ class MeshStore:
             )
         return self._geometries[mesh.digest]
 
-    def bind_surface(self, model: SpacecraftModel) -> None:
-        """Bind the Materials block of a model, and its images where it has any detail."""
+    def bind_materials(self, model: SpacecraftModel) -> None:
+        """Bind the Materials block of a model."""
         key = model.materials, model.textures.digest
         if key not in self._materials:
             self._materials[key] = UniformBuffer(self._ctx, MATERIALS)
             values = material_values(model.name, model.materials, model.textures)
             self._materials[key].write(values)
         self._materials[key].bind()
+
+    def bind_surface(self, model: SpacecraftModel) -> None:
+        """Bind the Materials block of a model, and its images where it has any detail."""
+        self.bind_materials(model)
         if "DETAILED" in model.variant:
             self._textures.bind(model.textures)
 

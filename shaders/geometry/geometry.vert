@@ -1,5 +1,6 @@
 // Spacecraft vertices from body axes to camera axes and to the tile's raster.
-#include "surface/placed.glsl"
+#include "block/tile"
+#include "block/craft"
 
 in vec3 in_position;   // body axes [m]
 in vec3 in_normal;     // body axes, unit
@@ -11,7 +12,7 @@ in vec4 in_tint;       // factors of the base colour
 #ifdef EXCHANGE
 in vec4 in_bounced;
 in float in_earth_share;
-out vec4 bounced;      // of surface/bounce.glsl
+out vec4 bounced;      // of geometry/geometry.frag
 out float earth_share;
 #ifdef TWO_SIDED
 in vec4 in_bounced_back;
@@ -21,7 +22,7 @@ out float earth_share_back;
 #endif
 #endif
 
-out vec3 position;     // camera axes [m]
+out float gl_ClipDistance[4];
 out vec3 normal;       // camera axes
 out vec3 body_position;   // [m]
 flat out uint material;
@@ -31,7 +32,10 @@ out vec4 tint;
 #endif
 
 void main() {
-    position = placed(in_position);
+    vec4 p = camera_from_body * vec4(in_position, 1.0);
+    vec4 inside = tile_edges * vec4(p.xyz, 0.0);
+    for (int edge = 0; edge < 4; ++edge) gl_ClipDistance[edge] = inside[edge];
+    gl_Position = clip_from_camera * p;
     normal = mat3(camera_from_body) * in_normal;
     body_position = in_position;
     material = in_labels.y;
