@@ -33,14 +33,21 @@ struct Slab {
     bool ends;   // above the receiver
 };
 
-// Nearest and farthest depth within `reach` texels around a place, or more around it.
-//
-// tops : bounds, see shadow/tops.frag
-vec2 depths_around(sampler2D tops, SunMap map, vec2 place, float reach) {
-    int shift = reach > 8.0 ? 6 : 3;   // cells of 64 or 8 texels
+// Bounds on the casters' depths, from left to right (shadow/tops.frag): around cells of 8, 16, 32 and
+// 64 texels, and for cells of 64 in the cone to the Sun's disc.
+const int CONE = 4;
+
+// Nearest and farthest depth in a cell of a level and around it, so at least within the cell's edge.
+vec2 depths_around(sampler2D tops, SunMap map, vec2 place, int level) {
+    int shift = min(3 + level, 6);
     ivec2 at = clamp(ivec2(place) >> shift, ivec2(0), ivec2((map.size >> shift) - 1));
-    at.x += map.bounds + (reach > 8.0 ? map.size >> 3 : 0) + (reach > 64.0 ? map.size >> 6 : 0);
+    at.x += map.bounds + (map.size >> 2) - (map.size >> (2 + level));
     return texelFetch(tops, at, 0).rg;
+}
+
+// The finest level that tells of all within `reach` texels.
+int level_for(float reach) {
+    return int(reach > 8.0) + int(reach > 16.0) + int(reach > 32.0) + int(reach > 64.0);
 }
 
 // What the bounds tell of the casters around a receiver.
@@ -62,19 +69,21 @@ Around casters_around(sampler2D tops, SunMap map, vec3 here, vec2 slope, float r
     float slack = 1e-6 * map.depth + 0.002 * map.texel * (1.0 + dot(gradient, gradient));
 
     // How high the casters reach that can matter: higher ones are farther off on the map.
-    float above = map.top - here.z, high = above, low = 0.0, around = 1e9;
-    for (int i = 0; i < 3; ++i) {
-        if (around <= 8.0 || high <= slack) break;
-        around = high * reach + 1.0;
-        vec2 depths_there = depths_around(tops, map, here.xy, around);
+    float above = map.top - here.z, high = above, low = 0.0;
+    int level = CONE + 1;
+    for (int i = 0; i < 4; ++i) {
+        int finer = level_for(high * reach + 1.0);
+        if (finer >= level || high <= slack) break;
+        level = finer;
+        vec2 depths_there = depths_around(tops, map, here.xy, level);
         high = min(high, above - map.depth * depths_there.x);
         low = above - map.depth * depths_there.y;
     }
     // Where casters of much the same height stand over all of the neighbourhood, all is dark. They
     // stand over the receiver's own plane where they are higher than it is anywhere there.
-    float window = around > 8.0 ? 128.0 : 16.0;
+    float window = float(16 << level);
     float plane = (abs(slope.x) + abs(slope.y)) * window + slack * (1.0 + 2.0 * window);
-    bool dark = around <= 64.0 && low > plane && (high - low) * reach < 4.0;
+    bool dark = level < CONE && low > plane && (high - low) * reach < 4.0;
     // The disc spans less than a texel: only the texels smooth the edge.
     bool near = !dark && high > slack && high * reach < 1.0;
     return Around(high, slack, dark, near, !dark && !near && high > slack);
