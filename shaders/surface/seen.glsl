@@ -16,6 +16,17 @@ uniform sampler2D worn_emission;
 uniform sampler2D worn_normal;
 #endif
 
+uint material_at(ivec2 at) {
+    return uint(texelFetch(seen_place, at, 0).w) & 63u;
+}
+
+// Whether a material is more than one reflection law, the same all over.
+bool is_layered(uint material) {
+    vec4 layers = material_layers[material];
+    return max(max(layers.x, layers.z), material_cells[material].x) > 0.0
+        || material_law[material].w > 0.5;
+}
+
 #ifdef LAYERED
 // Step of the place from one sample to the next, on the triangle's plane, camera axes [m].
 //
@@ -31,7 +42,7 @@ vec3 place_step(Surface s, vec3 step) {
 Surface surface_seen(ivec2 at) {
     vec4 place = texelFetch(seen_place, at, 0), shape = texelFetch(seen_shape, at, 0);
     vec4 plane = texelFetch(seen_plane, at, 0);
-    uint material = uint(place.w) & 63u;
+    uint material = material_at(at);
     Surface s;
     s.body = place.xyz;
     s.place = (camera_from_body * vec4(s.body, 1.0)).xyz;

@@ -17,6 +17,8 @@ layout(location = 0) out vec4 radiance[5];
 layout(location = 0) out vec4 radiance;
 #endif
 
+// Of a spacecraft that has layered materials, those are drawn with LAYERED, the others with PLAIN.
+
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
     Surface s = surface_seen(at);
@@ -41,5 +43,8 @@ void main() {
     radiance[4] = s.emission;
 #else
     radiance = sun + s.emission + earth + other_surfaces + lamps;
+#endif
+#ifdef PLAIN
+    if (is_layered(material_at(at))) discard;
 #endif
 }

@@ -13,12 +13,12 @@ _GRAIN = 256
 class GrowingTarget:
     """Framebuffers over RGBA32F textures that share one depth buffer, and one of the depth alone.
 
-    groups : number of textures in each framebuffer
+    groups : for each framebuffer its textures, counted from 0
     """
 
-    def __init__(self, ctx: moderngl.Context, groups: Sequence[int]) -> None:
+    def __init__(self, ctx: moderngl.Context, groups: Sequence[Sequence[int]]) -> None:
         self._ctx = ctx
-        self._groups = tuple(groups)
+        self._groups = tuple(tuple(group) for group in groups)
         self._size = (0, 0)
         self._framebuffers: list[moderngl.Framebuffer] = []
         self._textures: list[moderngl.Texture] = []
@@ -33,11 +33,11 @@ class GrowingTarget:
         self.release()
         self._size = columns, rows
         self._depth = self._ctx.depth_renderbuffer(self._size)
-        for count in self._groups:
-            textures = [self._ctx.texture(self._size, 4, dtype="f4") for _ in range(count)]
-            for texture in textures:
-                texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-            self._textures += textures
+        for _ in range(1 + max(index for group in self._groups for index in group)):
+            self._textures.append(self._ctx.texture(self._size, 4, dtype="f4"))
+            self._textures[-1].filter = (moderngl.NEAREST, moderngl.NEAREST)
+        for group in self._groups:
+            textures = [self._textures[index] for index in group]
             self._framebuffers.append(self._ctx.framebuffer(textures, self._depth))
         self._framebuffers.append(self._ctx.framebuffer(depth_attachment=self._depth))
         return self._framebuffers

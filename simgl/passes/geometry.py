@@ -15,7 +15,7 @@ from simgl.passes.meshes import MeshStore, VertexLighting
 from simgl.passes.textures import IMAGE_UNITS
 from simgl.view.frame import Tile
 
-# Of a sample that sees nothing, in every channel.
+# The first target of a sample that sees nothing; the others are left as they are.
 EMPTY = -1.0
 # The targets of shaders/geometry/geometry.frag; those with images and vertex colours have more.
 _PLAIN, _DETAILED = 4, 7
@@ -34,7 +34,7 @@ class GeometryPass:
         self._programs: dict[tuple[str, ...], moderngl.Program] = {}
         self._tile = UniformBuffer(ctx, TILE)
         self._craft = UniformBuffer(ctx, CRAFT)
-        self._targets = {count: GrowingTarget(ctx, [count]) for count in (_PLAIN, _DETAILED)}
+        self._targets = {n: GrowingTarget(ctx, [range(n), [0]]) for n in (_PLAIN, _DETAILED)}
 
     def draw(
         self, tile: Tile, lightings: Sequence[VertexLighting | None]
@@ -45,10 +45,10 @@ class GeometryPass:
         """
         detailed = any("DETAILED" in craft.model.variant for craft in tile.craft)
         size = tile.lattice.raster_size(tile.width, tile.height)
-        target = self._targets[_DETAILED if detailed else _PLAIN].at_least(size)[0]
+        target, first, _ = self._targets[_DETAILED if detailed else _PLAIN].at_least(size)
         viewport = (0, 0, *size)
-        self.closed.apply(self._ctx, target, viewport, viewport)
-        target.clear(EMPTY, EMPTY, EMPTY, EMPTY, depth=1.0, viewport=viewport)
+        self.closed.apply(self._ctx, first, viewport, viewport)
+        first.clear(EMPTY, EMPTY, EMPTY, EMPTY, depth=1.0, viewport=viewport)
         self._tile.bind()
         self._craft.bind()
         for index, clip_from_camera in enumerate(tile.slices):

@@ -100,7 +100,8 @@ class SurfacePass:
         1      own, sunlight unknown
         0.5    own, sunlight known without search
         0.75   own, sunlight searched through the disc
-        0.25   lit
+        0.25   lit, of one reflection law
+        0.375  lit, of several
     """
 
     state = State(depth=True)
@@ -114,13 +115,13 @@ class SurfacePass:
         name, blocks = "surface/sunlight", [CRAFT, SHADOW]
         self._known = _Screen(ctx, name, 0.0, blocks, known)
         self._searched = _Screen(ctx, name, 0.5, blocks, searched, ["SEARCH"])
-        self._lit: dict[tuple[str, ...], _Screen] = {}
+        self._lit: dict[tuple[str, ...], tuple[_Screen, ...]] = {}
         self._tile = UniformBuffer(ctx, TILE)
         self._craft = UniformBuffer(ctx, CRAFT)
         self._shadow = UniformBuffer(ctx, SHADOW)
         self._lamps = UniformBuffer(ctx, LAMPS)
-        # By the number of colours: radiance whole or by light. The first group is the sunlight.
-        self._targets = {n: GrowingTarget(ctx, [1, n]) for n in (1, len(LIGHTS))}
+        # By the number of radiances, whole or by light; before them the sunlight's share.
+        self._targets = {n: GrowingTarget(ctx, [[0], range(1, 1 + n)]) for n in (1, len(LIGHTS))}
 
     def draw(
         self,
@@ -169,7 +170,8 @@ class SurfacePass:
             variant = [d for d in craft.model.variant if d != "CUT_OUT"]
             present = {"SKY": sky, "EXCHANGE": exchange, "LAMPS": lamps, "APART": apart}
             variant += [define for define, there in present.items() if there]
-            self._lit_for(tuple(variant)).draw()
+            for screen in self._lit_for(tuple(variant)):
+                screen.draw()
         return textures_of(target)
 
     def _write(self, tile: Tile, lamps: Sequence[LampView]) -> None:
@@ -193,22 +195,28 @@ class SurfacePass:
         for unit, around in zip(_SKY_UNITS.values(), sky, strict=bool(sky)):
             around.use(unit)
 
-    def _lit_for(self, variant: tuple[str, ...]) -> _Screen:
-        """The shader for spacecraft of a variant, without what they do not need."""
+    def _lit_for(self, variant: tuple[str, ...]) -> tuple[_Screen, ...]:
+        """The shaders for spacecraft of a variant, without what they do not need."""
         if variant not in self._lit:
-            samplers = _seen("seen_place", "seen_shape") | {"sunlight": _SUNLIGHT_UNIT}
-            blocks = [CRAFT, MATERIALS]
-            for define, units in _MORE_UNITS.items():
-                if define in variant:
-                    samplers |= units
-            if "LAYERED" in variant:
-                blocks.append(TILE)
-            if "LAMPS" in variant:
-                blocks.append(LAMPS)
-            self._lit[variant] = _Screen(
-                self._ctx, "surface/surface", -0.5, blocks, samplers, variant
-            )
+            plain = tuple(define for define in variant if define != "LAYERED")
+            if plain == variant:
+                self._lit[variant] = (self._lit_screen(variant, -0.5),)
+            else:
+                first = self._lit_screen((*plain, "PLAIN"), -0.5)
+                self._lit[variant] = first, self._lit_screen(variant, -0.25)
         return self._lit[variant]
+
+    def _lit_screen(self, variant: tuple[str, ...], depth: float) -> _Screen:
+        samplers = _seen("seen_place", "seen_shape") | {"sunlight": _SUNLIGHT_UNIT}
+        blocks = [CRAFT, MATERIALS]
+        for define, units in _MORE_UNITS.items():
+            if define in variant:
+                samplers |= units
+        if "LAYERED" in variant:
+            blocks.append(TILE)
+        if "LAMPS" in variant:
+            blocks.append(LAMPS)
+        return _Screen(self._ctx, "surface/surface", depth, blocks, samplers, variant)
 
     def release(self) -> None:
         """Free everything."""
@@ -217,5 +225,5 @@ class SurfacePass:
         for buffer in (self._tile, self._craft, self._shadow, self._lamps):
             buffer.release()
         self._lobes.release()
-        for screen in (self._others, self._known, self._searched, *self._lit.values()):
+        for screen in (self._others, self._known, self._searched, *sum(self._lit.values(), ())):
             screen.release()
