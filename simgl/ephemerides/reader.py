@@ -15,7 +15,7 @@ from simgl.ephemerides.tle import read_tle
 from simgl.errors import ConfigError, did_you_mean
 from simgl.scene.orbits import TwoLineElements
 from simgl.scene.samples import Path as SampledPath
-from simgl.scene.samples import SampledRotations, SampledStates, default_gap_ns
+from simgl.scene.samples import SampledAngles, SampledRotations, SampledStates, default_gap_ns
 
 _KINDS = "a CCSDS OEM or AEM in key-value form, two-line elements, or a table (CSV) with a header"
 _Record = TypeVar("_Record", StateRecord, AttitudeRecord, TwoLineElements)
@@ -103,6 +103,24 @@ def read_rotations(
     )
     rotations.check_turns(_LARGEST_TURN)
     return rotations, record.frame == "lvlh"
+
+
+def read_angles(
+    path: Path, epoch_tai_ns: int, *, longest_gap_s: float | None = None
+) -> SampledAngles:
+    """How the joints of an object move, from a table.
+
+    Raises ConfigError or AssetError with one line that names file and place.
+    """
+    lines = lines_of(path, text_of(path))
+    if _kind(lines, path) != "table":
+        raise ConfigError(str(path), "", "is no table of joint angles (CSV) with a header")
+    table = Table(lines, epoch_tai_ns)
+    names, angles = table.joint_angles()
+    gap = default_gap_ns(table.tai_ns) if longest_gap_s is None else round(longest_gap_s * 1e9)
+    return SampledAngles(
+        source=str(path), tai_ns=table.tai_ns, names=names, angles=angles, longest_gap_ns=gap
+    )
 
 
 def _gap(record: StateRecord | AttitudeRecord, longest_gap_s: float | None) -> int:

@@ -61,9 +61,7 @@ def scenario_from_dict(
     temperature = SOLAR_TEMPERATURE if sun.temperature_k is None else sun.temperature_k
     bodies = {n: f"{where} [spacecraft.{n}]" for n in craft}
     models = {n: read_model(bodies[n], n, t, base) for n, t in craft.items()}
-    motions = {
-        n: MotionReader(bodies[n], n, t, craft, epoch, base).motion() for n, t in craft.items()
-    }
+    laws = {n: MotionReader(bodies[n], n, t, craft, epoch, base) for n, t in craft.items()}
     places = {n: f"{where} [camera.{n}]" for n in cameras}
     lenses = {n: read_camera(places[n], n, t, temperature, base) for n, t in cameras.items()}
     mounts = {n: read_mount(places[n], t, models) for n, t in cameras.items()}
@@ -74,7 +72,8 @@ def scenario_from_dict(
         sun=read_sun(sun, temperature, f"{where} [sun]"),
         earth=read_earth(earth, f"{where} [earth]"),
         models=models,
-        motions=motions,
+        motions={n: law.motion() for n, law in laws.items()},
+        joints={n: law.joint_laws(models[n]) for n, law in laws.items()},
         cameras=lenses,
         mounts=mounts,
         lamps=read_lamps(where, lamps, models),

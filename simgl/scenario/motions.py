@@ -8,14 +8,17 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from simgl.ephemerides.reader import read_path, read_rotations
+from simgl.ephemerides.reader import read_angles, read_path, read_rotations
 from simgl.errors import AssetError, ConfigError, did_you_mean
 from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS
 from simgl.physics.frames import matrix_from_quaternion
 from simgl.scenario.fields import direction, exactly_one
 from simgl.scenario.schema import MotionFileTable, OrbitTable, SpacecraftTable
 from simgl.scenario.strict import shown
+from simgl.scene.joints import Joint, JointLaws, unknown_joint
 from simgl.scene.orbits import KeplerianOrbit, TwoLineElements
+from simgl.scene.samples import SampledAngles
+from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.trajectory import (
     Attitude,
     FixedAttitude,
@@ -134,6 +137,51 @@ class MotionReader:
             problem = "is missing: the places of the file are in LVLH axes of another spacecraft"
             raise ConfigError(self._where, "relative_to", problem)
         return RelativePath(reference=self._other("relative_to", t.relative_to), path=path)
+
+    def joint_laws(self, model: SpacecraftModel) -> JointLaws:
+        """How its joints move; raises ConfigError or AssetError."""
+        t = self._table
+        fixed = {name: float(np.radians(angle)) for name, angle in (t.joints_deg or {}).items()}
+        for name, angle in fixed.items():
+            self._check_joint(model, f"joints_deg.{name}", name, [angle])
+        for name in t.sun_tracking:
+            joint = self._check_joint(model, "sun_tracking", name, [])
+            if joint.sunward_body is None:
+                problem = f"cannot turn {shown(name)} to the Sun: its model names no sunward_body"
+                raise ConfigError(self._where, "sun_tracking", problem)
+        sampled = None
+        if t.joint_file is not None:
+            sampled = self._joint_file(_as_table(t.joint_file))
+            for name, angles in zip(sampled.names, sampled.angles.T, strict=True):
+                self._check_joint(model, "joint_file", name, angles.tolist())
+        moved = [*fixed, *t.sun_tracking, *(sampled.names if sampled else ())]
+        for name in moved:
+            if moved.count(name) > 1:
+                problem = f"and the other keys move {shown(name)} twice"
+                raise ConfigError(self._where, "joints_deg", problem)
+        return JointLaws(fixed=fixed, sampled=sampled, sunward=t.sun_tracking)
+
+    def _check_joint(
+        self, model: SpacecraftModel, key: str, name: str, angles: list[float]
+    ) -> Joint:
+        joint = next((j for j in model.joints if j.name == name), None)
+        if joint is None:
+            problem = f"{shown(name)} {unknown_joint(name, model.joints)}"
+            raise ConfigError(self._where, key, problem)
+        low, high = np.degrees(joint.limits)
+        for angle in np.degrees(angles):
+            if not low - 1e-9 <= angle <= high + 1e-9:
+                problem = f"must turn {shown(name)} within {low:g}..{high:g} deg, got {angle:g}"
+                raise ConfigError(self._where, key, problem)
+        return joint
+
+    def _joint_file(self, file: MotionFileTable) -> SampledAngles:
+        try:
+            return read_angles(
+                self._base / file.file, self._epoch_tai_ns, longest_gap_s=file.longest_gap_s
+            )
+        except AssetError as error:
+            raise AssetError(f"{self._where}: joint_file: {error}") from None
 
     def _attitude(self) -> Attitude:
         t = self._table

@@ -160,6 +160,33 @@ class Path:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class SampledAngles:
+    """Angles through samples, straight between two of them.
+
+    source : file, for messages
+    tai_ns : (n,) int64, increasing
+    names : of the joints
+    angles : (n, joints) [rad]
+    longest_gap_ns : a longer step between samples is a gap
+    """
+
+    source: str
+    tai_ns: Times
+    names: tuple[str, ...]
+    angles: Array
+    longest_gap_ns: int
+
+    def at(self, tai_ns: int) -> dict[str, float]:
+        """Name to angle [rad]; ConfigError outside the samples and in a gap."""
+        index = bracket(self.tai_ns, tai_ns, self.longest_gap_ns, self.source)
+        after = min(index + 1, len(self.tai_ns) - 1)
+        step = max(int(self.tai_ns[after] - self.tai_ns[index]), 1)
+        share = (tai_ns - int(self.tai_ns[index])) / step
+        values = self.angles[index] + share * (self.angles[after] - self.angles[index])
+        return dict(zip(self.names, values.tolist(), strict=True))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class SampledRotations:
     """An attitude through samples, turning at a steady rate between two of them.
 

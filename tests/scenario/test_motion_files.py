@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from simgl.errors import AssetError, ConfigError
+from simgl.errors import AssetError, ConfigError, SimglError
 from simgl.physics.frames import lvlh_from_icrf
 from simgl.scenario.loader import load_scenario
 from tests.ephemerides.files import AEM, EPOCH, ORBIT, SECOND, oem
@@ -115,6 +115,67 @@ def test_a_missing_file_names_table_and_key(folder: Path, key: str) -> None:
     expected = f"{path} [spacecraft.target]: {key}: {folder / name}: cannot be read"
     with pytest.raises(AssetError, match=re.escape(expected)):
         load_scenario(path)
+
+
+HINGED = """\
+[epoch]
+utc = "2026-03-20T12:00:00"
+[spacecraft.rider]
+model = "space_rider"
+orbit = { altitude_km = 400.0 }
+joints_deg = { bay_door_left = -90.0 }
+joint_file = "flaps.csv"
+sun_tracking = ["panel_wing_left"]
+"""
+FLAPS = "time_s,joint_body_flap_left_deg,joint_body_flap_right_deg\n0,0,-10\n60,20,10\n"
+
+
+def test_joints_follow_numbers_a_file_and_the_sun(folder: Path) -> None:
+    (folder / "flaps.csv").write_text(FLAPS)
+    scenario = load_scenario(scene(folder, HINGED))
+    state = scenario.at(EPOCH + 15 * SECOND)
+    body = state.bodies["rider"]
+    angles = dict(zip((j.name for j in body.model.joints), body.model.angles, strict=True))
+    assert np.degrees(angles["bay_door_left"]) == pytest.approx(-90.0)
+    assert np.degrees(angles["body_flap_left"]) == pytest.approx(5.0)
+    assert np.degrees(angles["body_flap_right"]) == pytest.approx(-5.0)
+    assert angles["bay_door_right"] == 0.0
+    sun = body.pose.R_icrf_from_body.T @ state.sun.seen_from(body.pose.position).direction_icrf
+    angle = angles["panel_wing_left"]
+    face = np.array([-np.sin(angle), 0.0, -np.cos(angle)])
+    assert np.dot(face, sun) == pytest.approx(np.hypot(sun[0], sun[2]), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "complaint"),
+    [
+        ("bay_door_left = ", "bay_door = ", 'joints_deg.bay_door "bay_door" is no joint of this'),
+        (
+            "= -90.0 }",
+            "= -120.0 }",
+            'joints_deg.bay_door_left must turn "bay_door_left" within -110..40 deg, got -120',
+        ),
+        (
+            '["panel_wing_left"]',
+            '["body_flap_left"]',
+            'sun_tracking cannot turn "body_flap_left"',
+        ),
+        (
+            "bay_door_left = -90.0",
+            "body_flap_left = 1.0",
+            'joints_deg and the other keys move "body_flap_left" twice',
+        ),
+        ("flaps.csv", "none.csv", "joint_file: "),
+        ("flaps.csv", "target.oem", "is no table of joint angles"),
+        ("flaps.csv", "chaser.csv", "names no joint angle joint_NAME_deg"),
+    ],
+)
+def test_bad_joints_are_one_line(folder: Path, old: str, new: str, complaint: str) -> None:
+    (folder / "flaps.csv").write_text(FLAPS)
+    assert HINGED.count(old) == 1
+    with pytest.raises(SimglError, match=re.escape(complaint)) as caught:
+        load_scenario(scene(folder, HINGED.replace(old, new)))
+    assert "\n" not in str(caught.value)
 
 
 def test_an_epoch_outside_the_file_names_scenario_and_span(folder: Path) -> None:
