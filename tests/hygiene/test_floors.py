@@ -30,6 +30,7 @@ FLOORS = {
     "output": 6,
     "assess": 7,
     "bench": 7,
+    "sequence": 7,
     "doctor": 7,
     "viewer": 7,
     "": 7,
