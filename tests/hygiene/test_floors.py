@@ -15,6 +15,7 @@ FLOORS = {
     "lattice": 2,
     "sky": 2,
     "scenario": 3,
+    "sensor": 3,
     "reference": 3,
     "rays": 3,
     "transport": 3,
@@ -43,6 +44,8 @@ NEIGHBOURS = {
     ("view", "rays"),
     ("view", "transport"),
     ("transport", "rays"),
+    ("reference", "sensor"),
+    ("images", "sensor"),
 }
 
 # Where a room may look is less than its floor allows.
@@ -50,7 +53,9 @@ KEPT_APART = {
     # Knows OpenGL, not spacecraft.
     "gpu": {"errors", "assets", "gpu"},
     # Textbook formulas, whatever draws them.
-    "reference": {"errors", "physics", "scene", "reference"},
+    "reference": {"errors", "physics", "scene", "sensor", "reference"},
+    # What the camera does besides the passes, alike for them and the references.
+    "sensor": {"errors", "physics", "scene", "sensor"},
     # Runs by itself, to make the files that the others read.
     "generate": {"errors", "assets", "physics", "generate"},
 }

@@ -10,7 +10,7 @@ import pytest
 from scipy import stats
 
 from simgl.gpu.targets import Format, ImageTarget
-from simgl.passes.detector import DetectorPass
+from simgl.passes.detector import DN_FORMAT, DetectorPass
 from simgl.scene.camera import Camera, Detector, Lens
 
 SIDE = 512
@@ -48,7 +48,7 @@ def expose(
 ) -> np.ndarray[Any, np.dtype[np.uint16]]:
     size = (cam.detector.width, cam.detector.height)
     source = ImageTarget(gl, size, [Format("f4")])
-    target = ImageTarget(gl, size, [Format("u2")])
+    target = ImageTarget(gl, size, [DN_FORMAT])
     pass_ = DetectorPass(gl)
     source.textures[0].write(np.broadcast_to(np.float32(mean), size[::-1]).copy().tobytes())
     pass_.draw(cam, tai_ns, seed, source.textures[0], target.framebuffer)
