@@ -125,7 +125,7 @@ class Detector:
     @property
     def largest_dn(self) -> int:
         """Full scale of the converter [DN]."""
-        return 2**self.bits - 1
+        return int(2**self.bits - 1)
 
     @property
     def square(self) -> tuple[Four, Four, Four, Four]:

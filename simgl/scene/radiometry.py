@@ -22,7 +22,7 @@ def irradiance_per_radiance(camera: Camera) -> Array:
 
 
 def electrons_per_irradiance(camera: Camera, photons_per_joule: Array) -> Array:
-    """(4,) electrons that a pixel without a filter collects per unit of band irradiance [e- W-1 m2].
+    """(4,) electrons of a pixel without a filter per unit of band irradiance [e- W-1 m2].
 
     photons_per_joule : (4,) of the light's spectrum in each band
     """
@@ -31,7 +31,7 @@ def electrons_per_irradiance(camera: Camera, photons_per_joule: Array) -> Array:
 
 
 def square_electrons_per_irradiance(camera: Camera, photons_per_joule: Array) -> Array:
-    """(4, 4) the same of the pixels (0, 0), (1, 0), (0, 1), (1, 1) of a square of colour filters."""
+    """(4, 4) the same of the pixels (0, 0), (1, 0), (0, 1), (1, 1) under colour filters."""
     qe = np.asarray(camera.detector.square)
     return np.asarray(_photons_per_irradiance(camera, photons_per_joule) * qe)
 

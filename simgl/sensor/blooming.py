@@ -37,4 +37,4 @@ def spilt(collected: NDArray[np.float32], full_well: float, share: float) -> NDA
     height = len(collected)
     down = _filled(room, spill, range(height))
     up = _filled(room, spill, range(height - 1, -1, -1))
-    return np.minimum(collected + down + up, well)
+    return np.asarray(np.minimum(collected + down + up, well), dtype=np.float32)

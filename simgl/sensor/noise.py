@@ -1,14 +1,15 @@
 """Philox4x32-10 (Salmon et al., SC 2011), the numbers made from it, and who uses which of them.
 
 A random word is a function of a key and a counter. The key names who asks: the scenario's seed and
-the camera with one of the streams below, or, for what never changes, the camera's serial number. The
-counter names what for: the group of four pixels, the epoch. There is no state and no order.
+the camera with one of the streams below, or, for what never changes, the camera's serial number.
+The counter names what for: the group of four pixels, the epoch. There is no state and no order.
 """
 
 from __future__ import annotations
 
 import zlib
 from enum import IntEnum
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -98,7 +99,7 @@ def uniform_01(words: Words) -> Array:
     return np.asarray(((words >> np.uint32(9)).astype(np.float64) + 0.5) / 2.0**23)
 
 
-def normal(u: Array) -> Array:
+def normal(u: NDArray[np.floating[Any]]) -> Array:
     """Standard normals by inversion of their distribution at u in (0, 1).
 
     Wichura, "Algorithm AS 241: the percentage points of the normal distribution" (1988), its

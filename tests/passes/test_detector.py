@@ -2,61 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import moderngl
 import numpy as np
 import pytest
 from scipy import stats
 
-from simgl.gpu.targets import Format, ImageTarget
-from simgl.passes.detector import DN_FORMAT, DetectorPass
-from simgl.scene.camera import Camera, Detector, Lens
-
-SIDE = 512
-
-
-def camera(**changes: Any) -> Camera:
-    """One DN per electron, no pedestal, no read noise, unless changed."""
-    values: dict[str, Any] = {
-        "width": SIDE,
-        "height": SIDE,
-        "pixel_pitch": 5e-6,
-        "quantum_efficiency": (0.5, 0.5, 0.5, 0.5),
-        "full_well": 60_000.0,
-        "read_noise": 0.0,
-        "bits": 16,
-        "pedestal": 0.0,
-        "gain_dn_per_e": 1.0,
-    }
-    detector = Detector(**(values | changes))
-    return Camera(
-        name="cam",
-        lens=Lens(focal_length=0.01, f_number=4.0),
-        detector=detector,
-        exposure_time=0.001,
-    )
-
-
-def expose(
-    gl: moderngl.Context,
-    mean: float | np.ndarray[Any, np.dtype[np.float32]],
-    cam: Camera,
-    *,
-    tai_ns: int = 1_774_008_037_000_000_000,
-    seed: int = 1,
-) -> np.ndarray[Any, np.dtype[np.uint16]]:
-    size = (cam.detector.width, cam.detector.height)
-    source = ImageTarget(gl, size, [Format("f4")])
-    target = ImageTarget(gl, size, [DN_FORMAT])
-    pass_ = DetectorPass(gl)
-    source.textures[0].write(np.broadcast_to(np.float32(mean), size[::-1]).copy().tobytes())
-    pass_.draw(cam, tai_ns, seed, source.textures[0], target.framebuffer)
-    dn = target.read().copy()
-    gl.detect_framebuffer(0).use()
-    for resource in (source, target, pass_):
-        resource.release()
-    return dn
+from simgl.scene.camera import Camera
+from tests.passes.exposures import EPOCH, SIDE, camera, expose
 
 
 @pytest.mark.parametrize("seed", [1, 2])
@@ -117,8 +69,8 @@ def test_noise_depends_on_seed_epoch_and_camera_alone(gl: moderngl.Context) -> N
     other = Camera(name="cam2", lens=cam.lens, detector=cam.detector, exposure_time=0.001)
     for different in (
         expose(gl, 50.0, cam, seed=2),
-        expose(gl, 50.0, cam, tai_ns=1_774_008_037_000_000_001),
-        expose(gl, 50.0, cam, tai_ns=1_774_008_037_000_000_000 + (1 << 32)),
+        expose(gl, 50.0, cam, tai_ns=EPOCH + 1),
+        expose(gl, 50.0, cam, tai_ns=EPOCH + (1 << 32)),
         expose(gl, 50.0, other),
     ):
         correlation = np.corrcoef(first.ravel(), different.ravel())[0, 1]
