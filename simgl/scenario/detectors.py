@@ -25,8 +25,8 @@ from simgl.scene.detector import Detector, FixedPattern, Mosaic, Particles
 
 Array = NDArray[np.float64]
 
-# Products of curves are taken at these wavelengths [m]: all bands, in steps of 1 nm.
-_WAVELENGTHS: Array = np.linspace(400e-9, 1000e-9, 601)
+# Products of curves are taken at these wavelengths [nm]: all bands, in steps of 1 nm.
+_WAVELENGTHS: Array = np.linspace(400.0, 1000.0, 601)
 
 
 def _csv_columns(path: Path) -> tuple[list[float], list[float]]:
@@ -67,13 +67,12 @@ def _curve(table: CurveTable, path: Path, key: str) -> Array:
         raise ConfigError(where, f"{key}.wavelength_nm", "must increase, over two points or more")
     if not all(0.0 <= one <= 1.0 for one in value):
         raise ConfigError(where, f"{key}.value", "must lie in 0..1")
-    points = np.array(wavelength) * 1e-9
-    return np.asarray(np.interp(_WAVELENGTHS, points, value, left=0.0, right=0.0))
+    return np.asarray(np.interp(_WAVELENGTHS, wavelength, value, left=0.0, right=0.0))
 
 
 def _over_bands(curve: Array, sun_temperature: float) -> Four:
     """Mean of a curve over the Sun's photons in each band."""
-    red, green, blue, nir = photon_mean(_WAVELENGTHS, curve, sun_temperature).tolist()
+    red, green, blue, nir = photon_mean(1e-9 * _WAVELENGTHS, curve, sun_temperature).tolist()
     return red, green, blue, nir
 
 
