@@ -293,7 +293,7 @@ def _findings(
     yield finding("PRNU", "%", 100.0 * expected, 100.0 * prnu, 0.02, 0.01)
     yield finding("linearity error", "%", 0.0, 100.0 * curve.linearity_error, 0.0, 0.05)
     full = _full_scale(camera)
-    # Noise is cut before the mean is: by a few standard deviations, and found to one level of light.
+    # Noise is cut a few standard deviations below the full well, and found to one level.
     largest_step = float(np.diff(curve.photons).max() / curve.photons[-1]) * _BRIGHTEST
     share = 4.0 / np.sqrt(full) + largest_step
     yield finding("saturation capacity", "e-", full, curve.saturation_capacity, share)
