@@ -14,6 +14,7 @@ FLOORS = {
     "scene": 2,
     "lattice": 2,
     "sky": 2,
+    "ephemerides": 3,
     "scenario": 3,
     "sensor": 3,
     "reference": 3,
@@ -41,6 +42,7 @@ FLOORS = {
 NEIGHBOURS = {
     ("assets", "errors"),
     ("output", "simulator"),
+    ("scenario", "ephemerides"),
     ("view", "rays"),
     ("view", "transport"),
     ("transport", "rays"),
