@@ -233,6 +233,16 @@ class OrbitingMount:
 Mount = BodyMount | FreeMount | OrbitingMount
 
 
+def camera_velocity(mount: Mount, bodies: Mapping[str, Pose]) -> Array:
+    """(3,) of a camera in ICRF axes about the Earth [m s-1]: that of the spacecraft it goes with.
+
+    A camera at a place in ICRF axes is at rest there.
+    """
+    if isinstance(mount, FreeMount):
+        return np.zeros(3)
+    return bodies[mount.target if isinstance(mount, OrbitingMount) else mount.spacecraft].velocity
+
+
 def camera_pose(name: str, mount: Mount, bodies: Mapping[str, Pose]) -> tuple[Array, Array]:
     """Position (3,) [m] and R_camera_from_icrf of the camera ``name`` on its mount.
 
