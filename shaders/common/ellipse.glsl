@@ -13,6 +13,11 @@ vec2 rows_of_pixel(Ellipse e, vec2 corner) {
     return vec2(atan(y.x, sqrt(1.0 - y.x * y.x)), atan(y.y, sqrt(1.0 - y.y * y.y)));
 }
 
+// Rounding leaves a millionth or ten of a pixel in a disc uncovered; the Sun would shine through.
+float whole_if_nearly(float share) {
+    return share > 0.9999 ? 1.0 : share;
+}
+
 // The pixel's stretch, in the circle, of its row at angle t.
 vec2 stretch_of_pixel(Ellipse e, vec2 corner, float t) {
     float left = corner.x + e.shear * sin(t) / e.scale.y;

@@ -21,15 +21,18 @@ _MOON_DISC = Block(
             # Columns of the 2 x 2 matrix from pixels to units of the disc's radius.
             ("disc_from_pixel", "f4", 4),
             *FIELDS,
+            # Half width and height of the rectangle around the disc [pixels].
+            ("half_size", "f4", 2),
             ("points", "i4"),
-            ("moon_disc_padding", "f4"),
+            ("moon_disc_padding_a", "f4"),
+            ("moon_disc_padding_b", "f4", 2),
         ]
     ),
 )
 
 # Points along the disc's diameter at which its light is taken, and at most along a pixel's edge.
-_ACROSS = 96.0
-_MOST = 32
+_ACROSS = 192.0
+_MOST = 128
 
 
 class MoonPass:
@@ -49,6 +52,7 @@ class MoonPass:
             "moon_radiance": moon.radiance,
             "moon_sun": (*moon.sun, 0.0),
             "disc_from_pixel": moon.disc_from_pixel.T.ravel(),
+            "half_size": np.sqrt(np.diag(np.linalg.inv(moon.ellipse.form))),
             "points": int(np.clip(points, 1, _MOST)),
             **disc_values(moon.ellipse),
         }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import zipfile
 import zlib
 from dataclasses import dataclass
@@ -82,11 +83,12 @@ def shipped_stars(faintest: float = FAINTEST, path: Path | None = None) -> StarC
     """
     path = assets.data() / "sky" / "hipparcos.npz" if path is None else path
     try:
-        with np.load(path) as file:
-            return _catalogue({name: file[name] for name in file.files}, faintest)
+        content = io.BytesIO(path.read_bytes())
     except OSError as error:
-        reason = error.strerror or "no star catalogue"
-        raise AssetError(f"{path}: cannot be read ({reason}); reinstall simgl") from None
+        raise AssetError(f"{path}: cannot be read ({error.strerror}); reinstall simgl") from None
+    try:
+        with np.load(content) as file:
+            return _catalogue({name: file[name] for name in file.files}, faintest)
     except (zipfile.BadZipFile, zlib.error, KeyError, ValueError, TypeError, EOFError):
         raise AssetError(f"{path}: is not a whole star catalogue; reinstall simgl") from None
 
