@@ -14,6 +14,7 @@ FLOORS = {
     "scene": 2,
     "lattice": 2,
     "sky": 2,
+    "ephemerides": 3,
     "scenario": 3,
     "reference": 3,
     "rays": 3,
@@ -40,6 +41,7 @@ FLOORS = {
 NEIGHBOURS = {
     ("assets", "errors"),
     ("output", "simulator"),
+    ("scenario", "ephemerides"),
     ("view", "rays"),
     ("view", "transport"),
     ("transport", "rays"),
