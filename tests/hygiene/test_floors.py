@@ -66,6 +66,7 @@ KEPT_APART = {
 # Shared by passes; every other pass stands alone.
 SHARED_PASSES = {
     "simgl.passes.blocks",
+    "simgl.passes.discs",
     "simgl.passes.lobes",
     "simgl.passes.meshes",
     "simgl.passes.outline",
