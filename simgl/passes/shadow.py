@@ -70,7 +70,7 @@ class ShadowPass:
         )
         self._cells = FullscreenProgram(ctx, "shadow/cells", _TOPS, ["source"])
         self._tops = FullscreenProgram(ctx, "shadow/tops", _TOPS, ["cells"])
-        self._cone = FullscreenProgram(ctx, "shadow/tops", _TOPS, ["cells"], {"CONE": 1})
+        self._cone = FullscreenProgram(ctx, "shadow/tops", _TOPS, ["cells"], ["CONE"])
         self._caster = UniformBuffer(ctx, _CASTER)
         self._drawn: OrderedDict[bytes, _Sheet] = OrderedDict()
 
