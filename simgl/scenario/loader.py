@@ -69,7 +69,7 @@ def scenario_from_dict(
         source=source,
         epoch_tai_ns=epoch,
         sun=read_sun(sun, temperature, f"{where} [sun]"),
-        earth=read_earth(earth, f"{where} [earth]"),
+        earth=read_earth(earth, f"{where} [earth]", base),
         models=models,
         motions={c.name: Motion(trajectory=c.trajectory(), attitude=c.attitude()) for c in built},
         cameras=lenses,
