@@ -1,12 +1,4 @@
-// Clouds as one thin layer over the ground.
-#include "block/planet"
-#include "common/constants.glsl"
-#include "planet/noise.glsl"
-
-uniform sampler2D weather_map;   // share of cloud, thickness code, thin high cloud, raggedness
-
-// Wavelengths in the volume go from a quarter to a thirty-second of this [km].
-const float NOISE_TILE_KM = 40.0;
+// Clouds as one thin layer: what they reflect, and how noise breaks them up.
 
 // Droplets scatter forward: asymmetry 0.85, scaled after Joseph, Wiscombe and Weinman (1976).
 const float DROPLET_G = 0.85;
@@ -44,13 +36,4 @@ float cover_here(float share, float level, float ragged) {
 float thicker(float share, float level, float ragged) {
     float ramp = cover_ramp(share, ragged);
     return 2.0 * level - 2.0 + share + ramp * ramp / (12.0 * max(share, 0.004));
-}
-
-float cloud_thickness(float code) {
-    return exp(code * LOG_THICKEST);
-}
-
-// How much of the noise a pixel resolves: 1 up to a texel of the volume, 0 from eight on.
-float resolved(float footprint_km) {
-    return clamp(1.0 - log2(max(footprint_km, 1e-6) * 128.0 / NOISE_TILE_KM) / 3.0, 0.0, 1.0);
 }

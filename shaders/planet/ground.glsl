@@ -7,13 +7,27 @@
 
 uniform sampler2D land_map;   // square roots of reflectance R, G, B, N
 uniform sampler2D form_map;   // slopes to the east and north, shore, night lights
+uniform sampler2D weather_map;   // share of cloud, thickness code, thin high cloud, raggedness
 
+// Waves in the volume of noise are a quarter to a thirty-second of this long [km].
+const float NOISE_TILE_KM = 40.0;
 // Steps of the maps' codes, as in simgl/generate/earth_maps.py.
 const float ROOT_SLOPE_STEP = 255.0 / 120.0;
 const float SHORE_KM = 255.0 / 6.0;
 const vec3 ZERO_CODE = vec3(128.0 / 255.0);
 // Noise slopes are kept over +-4 of their rms.
 const float NOISE_SLOPE = 8.0;
+// Mean of max(1 - 3 |g|, 0) for a normal g: 2 phi(0) (1/3 - 1/6) to first order.
+const float BED_MEAN = 0.131;
+
+float cloud_thickness(float code) {
+    return exp(code * LOG_THICKEST);
+}
+
+// How much of the noise a pixel resolves: 1 up to a texel of the volume, 0 from eight on.
+float resolved(float footprint_km) {
+    return clamp(1.0 - log2(max(footprint_km, 1e-6) * 128.0 / NOISE_TILE_KM) / 3.0, 0.0, 1.0);
+}
 
 // Radiance towards the camera from a place on the ellipsoid.
 //
@@ -43,7 +57,7 @@ vec4 ground_radiance(vec3 normal, vec3 view, float footprint, vec4 direct, vec4 
                       0.5 - atan(normal.z, across) / PI);
     float level = log2(max(footprint / PI * float(textureSize(land_map, 0).y), 1e-6));
     // The noise frays what lies between two texels of the maps.
-    vec2 frayed = place + vec2(0.5 / across, 1.0) * (1.5 / planet_km / PI)
+    vec2 frayed = place + vec2(0.5 / across, 1.0) * (1.0 / planet_km / PI)
                 * vec2(dot(hills, north), dot(hills, east));
     vec4 form = textureLod(form_map, frayed, level);
     vec4 land = textureLod(land_map, frayed, level);
@@ -52,7 +66,7 @@ vec4 ground_radiance(vec3 normal, vec3 view, float footprint, vec4 direct, vec4 
     // Relief: slopes of the map, and hills that are the steeper the more rugged the map.
     vec2 root = (form.xy - ZERO_CODE.xy) * ROOT_SLOPE_STEP;
     vec2 slope = root * abs(root);
-    float rugged = 0.02 + 1.5 * length(slope);
+    float rugged = min(0.01 + 4.0 * length(slope), 0.35);
     vec3 tilt = slope.x * east + slope.y * north + rugged * (hills - grain * normal);
     float steepness = inversesqrt(1.0 + dot(tilt, tilt));
     // No finer at the terminator than hills are rough.
@@ -60,7 +74,9 @@ vec4 ground_radiance(vec3 normal, vec3 view, float footprint, vec4 direct, vec4 
     // Ground and growth change from hill to hill, growth most where there is some.
     land *= land;
     float growth = clamp(4.0 * (land.a - 1.2 * land.r), 0.0, 1.0);
-    land *= 1.0 + grain * (0.1 + growth * vec4(0.11, 0.07, 0.09, 0.0))
+    // Valleys and dry beds run where a slope turns; their mean darkness is taken off.
+    float bed = max(1.0 - 3.0 * NOISE_SLOPE * abs(noise.x - 0.5), 0.0) - BED_MEAN;
+    land *= 1.0 - 0.22 * detail * bed + grain * (0.07 + growth * vec4(0.11, 0.07, 0.09, 0.0))
                 + dot(hills, east) * growth * vec4(0.08, 0.0, 0.05, -0.06);
 
     // Clouds between the Sun and the ground: what lies towards the Sun, by the layer's height.
@@ -88,8 +104,9 @@ vec4 ground_radiance(vec3 normal, vec3 view, float footprint, vec4 direct, vec4 
     float sea = clamp(0.5 + shore_km / max(footprint_km, 0.4), 0.0, 1.0);
     vec4 below = mix(land / PI * (direct * lit_land + diffuse) * through, water, sea);
 
-    // Lamps are on from sunset.
-    float lamps = form.w * form.w * (1.0 + detail * (2.2 * noise.w * noise.w * noise.w * noise.w - 0.44));
+    // Lamps are on from sunset. A level's sixth power has the mean 1 / 7.
+    float level2 = noise.w * noise.w;
+    float lamps = form.w * form.w * (1.0 + detail * (7.0 * level2 * level2 * level2 - 1.0));
     below += night_radiance * (lamps * clamp(0.5 - 12.0 * mu_sun, 0.0, 1.0));
 
     // Clouds between the ground and the camera. Where the level is high they are thick; what looks

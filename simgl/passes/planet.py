@@ -57,7 +57,7 @@ _MAGNIFIED = 0.25
 # Brightest texel of the night map, all bands together [W m-2 sr-1]: 200 nW cm-2 sr-1, the core of
 # a city of millions in VIIRS's day-night band (Elvidge et al. 2017), over 10 km; and its share in
 # each band, between sodium lamps and white ones.
-_NIGHT_RADIANCE = 2e-3 * np.array([0.36, 0.36, 0.08, 0.20])
+_NIGHT_RADIANCE = 2e-3 * np.array([0.40, 0.32, 0.06, 0.22])
 # Optical thickness of the thickest of the thin high clouds.
 _HIGH_CLOUD = 1.5
 

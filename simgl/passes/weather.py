@@ -11,7 +11,7 @@ from simgl.gpu.blocks import Block
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.state import State
 from simgl.gpu.targets import Format, ImageTarget
-from simgl.passes.earth_maps import map_texture
+from simgl.passes.earth_maps import Bytes, map_texture
 from simgl.scene.earth import Clouds
 from simgl.scene.noise import SIZE, noise_volume
 from simgl.scene.pictures import read_picture
@@ -56,6 +56,15 @@ def weather_texture(
 
     noise : of the same seed; ground : as ``simgl.passes.earth_maps`` gives them
     """
+    return map_texture(ctx, _weather(ctx, clouds, noise, ground))
+
+
+def _weather(
+    ctx: moderngl.Context,
+    clouds: Clouds,
+    noise: moderngl.Texture3D,
+    ground: list[moderngl.Texture],
+) -> Bytes:
     if clouds.picture is not None:
         share = np.asarray(read_picture(clouds.picture, "L"))
         code = np.log(clouds.thickness) / np.log(THICKEST)
@@ -63,7 +72,7 @@ def weather_texture(
         values[..., 0] = share
         values[..., 1] = np.uint8(np.clip(np.round(255.0 * code), 0, 255))
         values[..., 3] = 128
-        return map_texture(ctx, values)
+        return values
     program = FullscreenProgram(
         ctx,
         "weather/weather",
@@ -85,7 +94,7 @@ def weather_texture(
     try:
         draw(full, _shift_for(clouds.cover, small, draw))
         codes = np.frombuffer(full.textures[0].read(alignment=1), dtype=np.uint8)
-        return map_texture(ctx, codes.reshape(_FULL[1], _FULL[0], 4))
+        return codes.reshape(_FULL[1], _FULL[0], 4)
     finally:
         ctx.detect_framebuffer(0).use()
         for item in (program, wind, small, full):
