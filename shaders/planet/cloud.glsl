@@ -1,5 +1,8 @@
 // Clouds as one thin layer: what they reflect, and how noise breaks them up.
 
+// Of the optical thickness of code 1; code 0 is 1.
+const float LOG_THICKEST = 4.6051702;
+
 // Droplets scatter forward: asymmetry 0.85, scaled after Joseph, Wiscombe and Weinman (1976).
 const float DROPLET_G = 0.85;
 const float SCALED_TAU = 1.0 - DROPLET_G * DROPLET_G;
@@ -36,4 +39,8 @@ float cover_here(float share, float level, float ragged) {
 float thicker(float share, float level, float ragged) {
     float ramp = cover_ramp(share, ragged);
     return 2.0 * level - 2.0 + share + ramp * ramp / (12.0 * max(share, 0.004));
+}
+
+float cloud_thickness(float code) {
+    return exp(code * LOG_THICKEST);
 }

@@ -20,10 +20,6 @@ const float NOISE_SLOPE = 8.0;
 // Mean of max(1 - 3 |g|, 0) for a normal g: 2 phi(0) (1/3 - 1/6) to first order.
 const float BED_MEAN = 0.131;
 
-float cloud_thickness(float code) {
-    return exp(code * LOG_THICKEST);
-}
-
 // How much of the noise a pixel resolves: 1 up to a texel of the volume, 0 from eight on.
 float resolved(float footprint_km) {
     return clamp(1.0 - log2(max(footprint_km, 1e-6) * 128.0 / NOISE_TILE_KM) / 3.0, 0.0, 1.0);

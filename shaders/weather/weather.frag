@@ -6,6 +6,7 @@
 // the wanted cover.
 #include "common/constants.glsl"
 #include "block/weather"
+#include "planet/cloud.glsl"
 #include "planet/noise.glsl"
 
 uniform sampler2D swirls;    // where the air of a place came from, ITRF unit vector
@@ -55,7 +56,7 @@ void main() {
     float desert = on_land * clamp((land.r - 1.15 * land.b - 0.04) * 7.0, 0.0, 1.0);
 
     float deck = 0.0;
-    for (int k = 0; k < DECKS; ++k)
+    for (int k = 0; k < decks.length(); ++k)
         deck += bump(degrees + 30.0 * fronts.x + 12.0 * groups.x, decks[k].x, decks[k].z)
               * bump(east + 40.0 * fronts.y + 12.0 * groups.y, decks[k].y, decks[k].w);
     deck *= 1.0 - on_land;

@@ -23,7 +23,7 @@ class FullscreenProgram:
         name: str,
         block: Block,
         samplers: Sequence[str],
-        defines: Mapping[str, int | float] | None = None,
+        defines: Sequence[str] = (),
     ) -> None:
         self._program = load_program(
             ctx,
@@ -31,7 +31,7 @@ class FullscreenProgram:
             vertex="common/fullscreen.vert",
             blocks=[block],
             samplers=samplers,
-            defines=defines,
+            defines=dict.fromkeys(defines, 1),
         )
         self._array = ctx.vertex_array(self._program, [])
         self._block = UniformBuffer(ctx, block)

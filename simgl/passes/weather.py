@@ -17,7 +17,7 @@ from simgl.scene.noise import SIZE, noise_volume
 from simgl.scene.pictures import read_picture
 from simgl.scene.weather import DECKS, seed_shift, swirls
 
-# Optical thickness of code 1; that of code 0 is 1, logarithmic between.
+# Optical thickness of code 1; that of code 0 is 1, logarithmic between, as in planet/cloud.glsl.
 THICKEST = 100.0
 _FULL = (4096, 2048)
 # Enough to find the mean cover by.
@@ -78,7 +78,6 @@ def _weather(
         "weather/weather",
         _WEATHER,
         ["noise_volume", "swirls", "land_map", "form_map"],
-        {"DECKS": len(DECKS), "LOG_THICKEST": float(np.log(THICKEST))},
     )
     wind = _wind_texture(ctx, clouds.seed)
     small = ImageTarget(ctx, _SMALL, [Format("f4", 4)])

@@ -1,4 +1,4 @@
-"""The ``[sun]`` and ``[earth]`` tables."""
+"""The ``[sun]``, ``[earth]`` and ``[sky]`` tables."""
 
 from __future__ import annotations
 
@@ -15,8 +15,9 @@ from simgl.physics.sun import UNIFORM, astm_g173_light, limb_darkening
 from simgl.scenario.fields import direction, fractions
 from simgl.scenario.ground import read_ground, refuse_ground
 from simgl.scenario.scenario import EphemerisSun
-from simgl.scenario.schema import EarthTable, SunTable
+from simgl.scenario.schema import EarthTable, SkyTable, SunTable
 from simgl.scene.earth import Earth
+from simgl.scene.stars import StarCatalogue, shipped_stars
 from simgl.scene.state import SunInDirection
 
 
@@ -73,3 +74,13 @@ def read_earth(table: EarthTable, where: str, base: Path) -> Earth | None:
         radius = table.radius_km * 1e3
         return replace(earth, equatorial_radius=radius, polar_radius=radius)
     return earth
+
+
+def read_sky(table: SkyTable, sun: EphemerisSun | SunInDirection) -> StarCatalogue | None:
+    """The stars of a scene; None for a sky without them."""
+    if table.stars is False:
+        return None
+    # A Sun fixed by hand makes a laboratory of the scene: no Moon, and no stars unless asked for.
+    if table.stars is None and isinstance(sun, SunInDirection):
+        return None
+    return shipped_stars(table.faintest_star_mag)

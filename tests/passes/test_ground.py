@@ -142,8 +142,9 @@ def test_the_weather_has_the_cover_that_was_asked_for_whatever_its_seed(
     assert between(45.0, 60.0) > 0.65
     assert between(-62.0, -48.0) > 0.75
     assert between(2.0, 10.0) > between(15.0, 27.0) + 0.15
-    for item in (*ground, noise):
-        item.release()
+    noise.release()
+    for map_of_ground in ground:
+        map_of_ground.release()
 
 
 def test_the_mean_of_a_cloudy_scene_does_not_hang_on_distance(gl: moderngl.Context) -> None:
