@@ -57,21 +57,46 @@ class SunTable(Table, frozen=True, kw_only=True):
     visible: bool = True
 
 
+class CloudsTable(Table, frozen=True, kw_only=True):
+    """``[earth.clouds]``: the weather.
+
+    cover : mean share of the Earth under cloud; 0 is a clear day
+    seed : of the weather
+    height_km : of the layer, which places shadows
+    picture : path of a picture of the whole Earth, white where there is cloud, in place of the
+        procedural weather
+    optical_thickness : of the cloud in a picture
+    """
+
+    cover: Fraction | None = None
+    seed: Annotated[int, Meta(ge=0)] | None = None
+    height_km: Annotated[float, Meta(gt=0.0, le=20.0)] = 4.0
+    picture: str | None = None
+    optical_thickness: Annotated[float, Meta(ge=1.0, le=100.0)] | None = None
+
+
 class EarthTable(Table, frozen=True, kw_only=True):
-    """``[earth]``: omitted, WGS84 with the shipped day map.
+    """``[earth]``: omitted, WGS84 with the shipped maps and clouds.
 
     shape : "wgs84", "sphere" or "none"
     radius_km : of the sphere
-    albedo : Lambert, one number or four bands, instead of the day map
+    albedo : Lambert, one number or four bands, instead of maps and clouds
     atmosphere : "standard", "source" (the lighting study's own set) or "none"; default "standard"
         with WGS84 and "none" with a sphere. Sunlight that grazes it on its way to a spacecraft is
         dimmed and reddened; the picture of the Earth does not show it yet
+    wind_m_s : over the sea
+    land_picture, water_picture, night_picture : paths of pictures in place of the shipped maps
     """
 
     shape: Literal["wgs84", "sphere", "none"] = "wgs84"
     radius_km: Positive | None = None
     albedo: BandValues | None = None
     atmosphere: Literal["standard", "source", "none"] | None = None
+    wind_m_s: Annotated[float, Meta(ge=0.0, le=40.0)] | None = None
+    clouds: CloudsTable | None = None
+    land_picture: str | None = None
+    water_picture: str | None = None
+    night_picture: str | None = None
 
 
 class SkyTable(Table, frozen=True, kw_only=True):
