@@ -8,7 +8,7 @@ from simgl_bridge.image import DelayLine, Image, Tick
 from simgl_bridge.launch import launched_server
 from simgl_bridge.messages import Shot
 from simgl_bridge.pose import BodyPose
-from simgl_bridge.preview import watch
+from simgl_bridge.preview import Watch
 
 __all__ = [
     "AccessError",
@@ -22,6 +22,6 @@ __all__ = [
     "RemoteError",
     "Shot",
     "Tick",
+    "Watch",
     "launched_server",
-    "watch",
 ]

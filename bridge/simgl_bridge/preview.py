@@ -80,37 +80,61 @@ class Seen:
     missed: int
 
 
-def watch(
-    address: str, *, timeout_s: float = 10.0, keys: ClientKeys | None = None
-) -> Iterator[Seen]:
-    """Previews from a server's monitor, until none comes for ``timeout_s``.
+class Watch:
+    """Previews from a server's monitor as they come; ends when none comes for ``timeout_s``.
 
-    >>> for seen in watch("tcp://127.0.0.1:5564"):
-    ...     show(seen.picture)
+    >>> with Watch("tcp://127.0.0.1:5564") as previews:
+    ...     for seen in previews:
+    ...         show(seen.picture)
     """
-    with zmq.Context() as context, context.socket(zmq.SUB) as socket:
-        socket.setsockopt(zmq.LINGER, 0)
-        socket.setsockopt(zmq.RCVHWM, QUEUE)
-        socket.setsockopt(zmq.MAXMSGSIZE, WIDEST * 16384 * 3)
-        if keys is not None:
-            keys.apply(socket)
+
+    def __init__(
+        self, address: str, *, timeout_s: float = 10.0, keys: ClientKeys | None = None
+    ) -> None:
+        self._address = address
+        self._timeout_ms = round(timeout_s * 1000.0)
+        self._last: Preview | None = None
+        self._context = zmq.Context()
         try:
-            socket.connect(address)
+            self._socket = self._context.socket(zmq.SUB)
+            self._socket.setsockopt(zmq.LINGER, 0)
+            self._socket.setsockopt(zmq.RCVHWM, QUEUE)
+            self._socket.setsockopt(zmq.MAXMSGSIZE, WIDEST * 16384 * 3)
+            if keys is not None:
+                keys.apply(self._socket)
+            self._socket.connect(address)
+            self._socket.subscribe(b"simgl/1")
         except zmq.ZMQError as error:
+            self.close()
             raise BridgeError(f"{address}: is no address ({error.strerror})") from None
-        socket.subscribe(b"simgl/1")
-        last: tuple[str, int] | None = None
-        while socket.poll(round(timeout_s * 1000.0)):
-            preview, picture = _opened(address, socket.recv_multipart())
-            before = last[1] if last and last[0] == preview.boot else preview.number - 1
-            last = (preview.boot, preview.number)
-            yield Seen(
-                picture=picture,
-                camera=preview.camera,
-                tai_ns=preview.tai_ns,
-                sequence=preview.sequence,
-                missed=preview.number - before - 1,
-            )
+
+    def __iter__(self) -> Iterator[Seen]:
+        return self
+
+    def __next__(self) -> Seen:
+        if not self._socket.poll(self._timeout_ms):
+            raise StopIteration
+        preview, picture = _opened(self._address, self._socket.recv_multipart())
+        last = self._last
+        before = last.number if last and last.boot == preview.boot else preview.number - 1
+        self._last = preview
+        return Seen(
+            picture=picture,
+            camera=preview.camera,
+            tai_ns=preview.tai_ns,
+            sequence=preview.sequence,
+            missed=preview.number - before - 1,
+        )
+
+    def close(self) -> None:
+        """Hang up."""
+        self._context.destroy(linger=0)
+
+    def __enter__(self) -> Watch:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
 
 def _opened(address: str, frames: list[bytes]) -> tuple[Preview, NDArray[np.uint8]]:

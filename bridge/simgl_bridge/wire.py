@@ -45,6 +45,7 @@ _WORDS = {
     "array": "a list",
     "object": "a map",
     "null": "nil",
+    "bool": "true or false",
 }
 _ENCODER = msgspec.msgpack.Encoder()
 

@@ -57,3 +57,17 @@ def start_server() -> Iterator[Callable[..., Running]]:
     yield begin
     for server in started:
         finish(server)
+
+
+@pytest.fixture
+def connect() -> Iterator[Callable[[Running], RawLink]]:
+    """Makes further raw links, which end with the test."""
+    made: list[RawLink] = []
+
+    def link(running: Running) -> RawLink:
+        made.append(RawLink(running.address))
+        return made[-1]
+
+    yield link
+    for one in made:
+        one.close()

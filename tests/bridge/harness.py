@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from contextlib import ExitStack
@@ -68,6 +69,27 @@ class WatchedSimulator(Simulator):
         if self.hook is not None:
             self.hook()
         return super().capture(state, camera, products)
+
+
+class Gate:
+    """A hook that holds the picture in hand until it is let go."""
+
+    def __init__(self) -> None:
+        self._reached = threading.Event()
+        self._open = threading.Event()
+
+    def __call__(self) -> None:
+        self._reached.set()
+        assert self._open.wait(20), "nobody opened the gate"
+
+    def wait(self) -> None:
+        """Until a picture is in hand."""
+        assert self._reached.wait(20), "no picture was begun"
+
+    def open(self, settle: float = 0.3) -> None:
+        """Let it go, once what was sent meanwhile lies at the server's socket."""
+        time.sleep(settle)
+        self._open.set()
 
 
 @dataclass
@@ -150,6 +172,15 @@ class RawLink:
     def send(self, frames: Sequence[bytes]) -> None:
         """Send frames as they are."""
         self._socket.send_multipart(frames)
+
+    def send_or_drop(self, frames: Sequence[bytes]) -> None:
+        """Send frames unless the queue is full."""
+        if self._socket.poll(0, zmq.POLLOUT):
+            self._socket.send_multipart(frames, zmq.NOBLOCK)
+
+    def has_reply(self) -> bool:
+        """Whether a reply is there within a fifth of a second."""
+        return bool(self._socket.poll(200))
 
     def receive(self) -> list[bytes]:
         """The next reply's frames."""
