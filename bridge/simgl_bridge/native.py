@@ -50,8 +50,10 @@ WINDOW = 2
 LINGER_MS = 2000
 # ZeroMQ drops a client that sends a longer frame, before it takes any memory for it.
 LARGEST_FRAME = 1024 * 1024
-# Messages waiting for one client; a reader that stalls loses what is beyond.
-QUEUE = 16
+# Replies waiting for one client, as pictures of the largest camera: a reader that stalls loses what
+# is beyond. ZeroMQ may take a queue for full from its half on, so it is never shorter than 16.
+QUEUE_BYTES = 256 * 1024 * 1024
+QUEUE_RANGE = (16, 256)
 # Messages taken in between two pictures: a flood must not keep the others from theirs.
 MOST_AT_ONCE = 256
 # Clients remembered; the ones longest silent go first.
@@ -125,8 +127,12 @@ class NativeFront:
         s = self.socket
         s.setsockopt(zmq.LINGER, 0)
         s.setsockopt(zmq.MAXMSGSIZE, LARGEST_FRAME)
-        s.setsockopt(zmq.SNDHWM, QUEUE)
-        s.setsockopt(zmq.RCVHWM, QUEUE)
+        sizes = [
+            c.detector.width * c.detector.height for c in self._studio.scenario.cameras.values()
+        ]
+        least, most = QUEUE_RANGE
+        s.setsockopt(zmq.SNDHWM, min(max(QUEUE_BYTES // (2 * max(sizes, default=1)), least), most))
+        s.setsockopt(zmq.RCVHWM, least)
         # A client that comes back with its identity takes over at once.
         s.setsockopt(zmq.ROUTER_HANDOVER, 1)
         # A reply to a client that left is an error that can be seen, not silence.

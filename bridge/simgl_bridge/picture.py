@@ -81,9 +81,11 @@ def take_pictures(studio: TakesPictures, request: Wanted) -> Pictures:
         pixels.extend(frames.values())
         if digital is None and exposure.digital is not None:
             digital = (exposure.info.camera, exposure.digital.dn)
-    used = {name: BodyPose.from_pose(body.pose).as_sent() for name, body in state.bodies.items()}
     # The very numbers that were sent, not what is left of them after a matrix and back.
-    used |= request.bodies
+    used = {
+        name: request.bodies.get(name) or BodyPose.from_pose(body.pose).as_sent()
+        for name, body in state.bodies.items()
+    }
     return Pictures(bodies=used, images=tuple(images), pixels=tuple(pixels), digital=digital)
 
 

@@ -102,12 +102,17 @@ class Studio:
         Raises SimglError where the scenario cannot be loaded; the present one then stays.
         """
         if name is None:
-            self._exchange(self.scenario if seed is None else replace(self.scenario, seed=seed))
+            self._sow(self.scenario.seed if seed is None else seed)
             return
         assert self._root is not None
         assert name in self.scenario_names
         loaded = load_scenario(self._root / f"{name}.toml")
         self._exchange(loaded if seed is None else replace(loaded, seed=seed))
+
+    def _sow(self, seed: int) -> None:
+        """Another seed: nothing of the scene changes, so the simulator stays."""
+        self.scenario = replace(self.scenario, seed=seed)
+        self._ready().scenario = self.scenario
 
     def _exchange(self, scenario: Scenario) -> None:
         simulator = self._open(scenario)
