@@ -135,11 +135,11 @@ def _mutated(epoch: int, dice: random.Random) -> list[bytes]:
     """A good message with one to three things wrong: values, bytes or frames."""
     message: Any = _good(epoch, dice)
     kind = dice.random()
-    if kind < 0.75:
+    if kind < 0.8:
         for _ in range(dice.randint(1, 3)):
             message = _with_wrong_value(message, dice)
     header = msgspec.msgpack.encode(message)
-    if kind >= 0.7:
+    if kind >= 0.75:
         header = _with_wrong_bytes(header, dice)
     frames = [b"simgl/1", header]
     if dice.random() < 0.1:
@@ -162,7 +162,7 @@ def _mutated(epoch: int, dice: random.Random) -> list[bytes]:
 
 def _with_wrong_value(value: Any, dice: random.Random) -> Any:
     """The value with one of its leaves, keys or branches replaced, left out or doubled."""
-    if isinstance(value, dict) and value and dice.random() < 0.9:
+    if isinstance(value, dict) and value and dice.random() < 0.98:
         key = dice.choice(list(value))
         change = dice.random()
         if change < 0.1:

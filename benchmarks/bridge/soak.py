@@ -23,7 +23,17 @@ STATES = 250
 
 
 def soak(frames: int, folder: Path) -> dict[str, object]:
-    """Ask for ``frames`` pictures; raises AssertionError at the first wrong one.
+    """The whole way, rendering included; see ``checked_frames``."""
+    return checked_frames("simgl_bridge.command", frames, folder)
+
+
+def loop(frames: int, folder: Path) -> dict[str, object]:
+    """The loop alone: the server's pictures are noise of each state; see ``checked_frames``."""
+    return checked_frames("benchmarks.bridge.still", frames, folder)
+
+
+def checked_frames(server: str, frames: int, folder: Path) -> dict[str, object]:
+    """Ask a server module for ``frames`` pictures; raises AssertionError at the first wrong one.
 
     The client checks id, time and state hash of every reply. Here the pixels are compared with
     those of the same state before, and of all other states: a stale picture would differ.
@@ -36,7 +46,7 @@ def soak(frames: int, folder: Path) -> dict[str, object]:
     warm = min(frames // 5, 20 * STATES)
     before = (0, 0)
     with (
-        server_process("simgl_bridge.command", str(path), address=address) as pid,
+        server_process(server, str(path), address=address) as pid,
         Client(address, timeout_s=60.0) as client,
     ):
         epoch = client.welcome.epoch_tai_ns

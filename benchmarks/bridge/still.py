@@ -9,6 +9,7 @@ from threading import Event
 from typing import Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 from simgl_bridge.native import WINDOW, NativeFront
 from simgl_bridge.server import serve
 from simgl_bridge.studio import Studio
@@ -18,9 +19,15 @@ from simgl import Exposure, Scenario, Simulator, load_scenario
 from simgl.images import DigitalFrame, FrameInfo
 from simgl.scene.state import SceneState
 
+# Pictures up to this many pixels are made anew for each state: 64 x 48.
+SMALL_PIXELS = 3072
+
 
 class StillSimulator:
-    """Stands where a Simulator would; every capture is the same noise at once."""
+    """Stands where a Simulator would; every capture is noise, and there at once.
+
+    Small pictures differ from state to state, large ones are always the same.
+    """
 
     renderer_name = "none"
     gl_error = "GL_NO_ERROR"
@@ -28,9 +35,12 @@ class StillSimulator:
     def __init__(self, scenario: Scenario) -> None:
         self.scenario = scenario
         detector = next(iter(scenario.cameras.values())).detector
-        rng = np.random.default_rng(1)
-        shape = (detector.height, detector.width)
-        self._dn = rng.integers(0, 4000, shape, dtype=np.uint16)
+        self._shape = (detector.height, detector.width)
+        self._dn = self._noise(1)
+
+    def _noise(self, seed: int) -> NDArray[np.uint16]:
+        rng = np.random.default_rng(seed)
+        return rng.integers(0, 4000, self._shape, dtype=np.uint16)
 
     def capture(self, state: SceneState, camera: str, products: Any) -> Exposure:
         """The picture, with the pose of the state."""
@@ -48,7 +58,8 @@ class StillSimulator:
             seed=self.scenario.seed,
             renderer=self.renderer_name,
         )
-        return Exposure(info=info, digital=DigitalFrame(info=info, dn=self._dn))
+        dn = self._noise(state.tai_ns) if self._dn.size <= SMALL_PIXELS else self._dn
+        return Exposure(info=info, digital=DigitalFrame(info=info, dn=dn))
 
     def close(self) -> None:
         """Nothing to free."""
