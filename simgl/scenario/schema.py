@@ -408,6 +408,8 @@ class CameraTable(DetectorTable, frozen=True, kw_only=True):
     # No lens in air is faster than f/0.5 (Abbe's sine condition).
     f_number: Annotated[float, Meta(ge=0.5)] = 4.0
     exposure_time_s: Annotated[float, Meta(gt=0.0, le=3600.0)] = 0.0005
+    readout_time_s: Annotated[float, Meta(ge=0.0, le=3600.0)] = 0.0
+    transport_latency_s: Annotated[float, Meta(ge=0.0, le=3600.0)] = 0.0
     transmission: BandValues = 1.0
     quantum_efficiency: BandValues | None = None
     serial: Annotated[int, Meta(ge=0, le=2**32 - 1)] | None = None
