@@ -22,10 +22,8 @@ def test_seas_are_half_as_bright_as_highlands() -> None:
     ground = reflectance()
 
     def at(east_deg: float, north_deg: float) -> float:
-        row, column = (
-            int((90.0 - north_deg) / 180.0 * HEIGHT),
-            int((east_deg + 180.0) / 360 * WIDTH),
-        )
+        row = int((90.0 - north_deg) / 180.0 * HEIGHT)
+        column = int((east_deg + 180.0) / 360.0 * WIDTH)
         return float(ground[row - 2 : row + 3, column - 2 : column + 3].mean())
 
     # Noise of 5 % each.

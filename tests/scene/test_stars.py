@@ -60,8 +60,8 @@ def test_the_fast_star_61_cygni_moves_to_its_place_of_j2000() -> None:
     alpha = np.radians(15.0 * (21.0 + 6.0 / 60.0 + 53.9396 / 3600.0))
     delta = np.radians(38.0 + 44.0 / 60.0 + 57.902 / 3600.0)
     there = [np.cos(delta) * np.cos(alpha), np.cos(delta) * np.sin(alpha), np.sin(delta)]
-    # It moves 46 arcsec in that time; the two reductions of Hipparcos differ by 13 mas a year, as it
-    # is a double star: 0.12 arcsec.
+    # It moves 46 arcsec in that time; the two reductions of Hipparcos differ by 13 mas a year, for
+    # it is a double star: 0.12 arcsec.
     np.testing.assert_allclose(moved, there, atol=0.2 * 4.848e-6)
 
 
