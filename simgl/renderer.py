@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from simgl.gpu.context import is_software
 from simgl.gpu.targets import Format, ImageTarget
 from simgl.gpu.timers import PassTimer
-from simgl.passes.detector import DetectorPass
+from simgl.passes.detector import DN_FORMAT, DetectorPass
 from simgl.passes.exchange import ExchangePass
 from simgl.passes.exposure import ExposurePass
 from simgl.passes.lamp_shadow import LampShadowPass
@@ -34,7 +34,7 @@ from simgl.view.heavens import Heavens
 
 _BANDS = (Format("f4", 4),)
 _ELECTRONS = (Format("f4"),)
-_DN = (Format("u2"),)
+_DN = (DN_FORMAT,)
 _TRUTH = (Format("f4"), Format("u4"))
 
 # Five targets for each of eight image sizes; a window that is resized leaves no more behind.
@@ -170,7 +170,7 @@ class Renderer:
     def digital(
         self, camera: Camera, tai_ns: int, seed: int, electrons: ImageTarget
     ) -> ImageTarget:
-        """Digital numbers, R16UI."""
+        """Digital numbers, in ``DN_FORMAT``."""
         target = self._target("dn", camera, _DN)
         with self.timer.measure("detector"):
             self._detector.draw(camera, tai_ns, seed, electrons.textures[0], target.framebuffer)

@@ -16,6 +16,7 @@ FLOORS = {
     "sky": 2,
     "ephemerides": 3,
     "scenario": 3,
+    "sensor": 3,
     "reference": 3,
     "rays": 3,
     "transport": 3,
@@ -30,6 +31,7 @@ FLOORS = {
     "output": 6,
     "assess": 7,
     "bench": 7,
+    "sequence": 7,
     "doctor": 7,
     "viewer": 7,
     "": 7,
@@ -45,6 +47,8 @@ NEIGHBOURS = {
     ("view", "rays"),
     ("view", "transport"),
     ("transport", "rays"),
+    ("reference", "sensor"),
+    ("images", "sensor"),
 }
 
 # Where a room may look is less than its floor allows.
@@ -52,7 +56,9 @@ KEPT_APART = {
     # Knows OpenGL, not spacecraft.
     "gpu": {"errors", "assets", "gpu"},
     # Textbook formulas, whatever draws them.
-    "reference": {"errors", "physics", "scene", "reference"},
+    "reference": {"errors", "physics", "scene", "sensor", "reference"},
+    # What the camera does besides the passes, alike for them and the references.
+    "sensor": {"errors", "physics", "scene", "sensor"},
     # Runs by itself, to make the files that the others read.
     "generate": {"errors", "assets", "physics", "generate"},
 }

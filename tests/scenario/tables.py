@@ -404,6 +404,54 @@ BAD_VALUES = (
         " [camera.nav]: quantum_efficiency must lie in 0..1, got 1.1",
     ),
     Damage(
+        "rolling shutter without its row time",
+        LOOK,
+        f'{LOOK}\npreset = "ideal"\nshutter = "rolling"',
+        ' [camera.nav]: row_time_us is missing; shutter = "rolling" needs it',
+    ),
+    Damage(
+        "shutter of another kind",
+        LOOK,
+        f'{LOOK}\nshutter = "leaf"',
+        ' [camera.nav]: shutter must be one of "global", "rolling", got "leaf"',
+    ),
+    Damage(
+        "colours without filters",
+        LOOK,
+        f'{LOOK}\nmosaic = "RGGB"',
+        ' [camera.nav]: mosaic needs filters, which preset "mt9m034" has not',
+    ),
+    Damage(
+        "unknown order of colours",
+        LOOK,
+        f'{LOOK}\nmosaic = "RGBG"',
+        ' [camera.nav]: mosaic must be one of "BGGR", "GBRG", "GRBG", "RGGB", "mono", got "RGBG"',
+    ),
+    Damage(
+        "share above one",
+        LOOK,
+        f"{LOOK}\nhot_pixels = 2.0",
+        " [camera.nav]: hot_pixels must be a number <= 1.0, got 2.0",
+    ),
+    Damage(
+        "detector at room temperature in Celsius",
+        LOOK,
+        f"{LOOK}\ntemperature_k = 20.0",
+        " [camera.nav]: temperature_k must be a number >= 100.0, got 20.0",
+    ),
+    Damage(
+        "particles without a flux",
+        LOOK,
+        f"{LOOK}\nparticles = {{ depth_um = 5.0 }}",
+        " [camera.nav]: particles.flux_cm2_s is missing",
+    ),
+    Damage(
+        "serial number that is negative",
+        LOOK,
+        f"{LOOK}\nserial = -1",
+        " [camera.nav]: serial must be a whole number >= 0, got -1",
+    ),
+    Damage(
         "negative transmission",
         LOOK,
         f"{LOOK}\ntransmission = -0.5",
@@ -1011,7 +1059,7 @@ BAD_FILES = (
         LOOK,
         f'{LOOK}\npreset = "mt9m043"',
         ' [camera.nav]: preset: no camera preset "mt9m043"; did you mean "mt9m034"? (allowed: '
-        "mt9m034)",
+        "PRESETS)",
     ),
     Damage(
         "preset file missing",
