@@ -43,7 +43,7 @@ def frames(normals: Array) -> Array:
 
 
 def spins(count: int) -> Array:
-    """(count, 3, 3) rotations about +z, evenly spread among neighbours: steps of the golden ratio."""
+    """(count, 3, 3) rotations about +z by steps of the golden ratio: even among neighbours."""
     angle = 2.0 * np.pi * ((0.6180339887498949 * np.arange(count)) % 1.0)
     c, s, zero = np.cos(angle), np.sin(angle), np.zeros(count)
     rows = (c, -s, zero), (s, c, zero), (zero, zero, zero + 1.0)

@@ -127,9 +127,10 @@ def radiosity(transport: Transport, surface: Reflectors, irradiance: Floats) -> 
 
     irradiance : (p, 4) direct, from all lights
 
-    Regions exchange all bounces; what they then send to each patch comes on top of its own direct
-    light, whose edges are the sharp ones. x = M x + c with Chebyshev's acceleration (Golub & Varga 1961): after k steps the error is below
-    2 r^k of the first, r = mu / (1 + sqrt(1 - mu^2)) for a spectrum in -mu .. mu.
+    Regions exchange all bounces; from what they send, and its own direct light, each patch goes on
+    for the last few. Between regions x = M x + c with Chebyshev's acceleration (Golub & Varga
+    1961): after k steps the error is below 2 r^k of the first, r = mu / (1 + sqrt(1 - mu^2)) for a
+    spectrum in -mu .. mu.
     """
     own = np.asarray(surface.exitance + surface.albedo * irradiance, dtype=np.float32)
     mu = surface.contraction
@@ -149,7 +150,7 @@ def radiosity(transport: Transport, surface: Reflectors, irradiance: Floats) -> 
     exitance = newer[transport.region]
     for _ in range(FINE_BOUNCES):
         exitance = own + surface.albedo * (transport.form_factors @ exitance)
-    return np.maximum(exitance, 0.0)
+    return np.asarray(np.maximum(exitance, 0.0))
 
 
 def sun_cosines(transport: Transport, direction: Array, blockers: Sequence[Blocker] = ()) -> Floats:
