@@ -40,8 +40,8 @@ Progress = Callable[[int, int], None]
 class BakeSettings:
     """Fineness of a bake.
 
-    regions : about as many, which exchange all bounces
-    patches : about as many pieces of them, which the lights shine on and vertices look at
+    regions : about as many, between which the bounces are solved first
+    patches : about as many pieces of them, which lights shine on and vertices look at
     patch_rays : cosine-weighted rays of a patch, a multiple of its sample points
     site_rays : the same of a vertex
     added_triangles : about as many more, where surfaces are near to each other
@@ -137,7 +137,8 @@ def _refined(mesh: Mesh, sides: int, settings: BakeSettings) -> Mesh:
     shortest = settings.edge_share * mesh.radius
     faces, areas = face_normals(mesh)
     big = np.flatnonzero((longest > shortest) & (areas > 0.0))
-    distance = 1.0 / np.maximum(_nearness(mesh, faces, big, sides, shortest), 1e-9)
+    nearness, hidden = _nearness(mesh, faces, big, sides, shortest)
+    distance = 1.0 / np.maximum(nearness, 1e-9)
 
     def added(multiple: float) -> float:
         edge = np.maximum(multiple * distance, shortest)
@@ -149,16 +150,26 @@ def _refined(mesh: Mesh, sides: int, settings: BakeSettings) -> Mesh:
         middle = np.sqrt(low * high)
         low, high = (middle, high) if added(middle) > settings.added_triangles else (low, middle)
     wanted = np.full(len(longest), np.inf)
-    wanted[big] = np.maximum(high * distance, shortest)
+    # A board under solar cells: what shows between them is not what shows at its frame.
+    coarsest = np.where(hidden, _HIDDEN_EDGE * shortest, np.inf)
+    wanted[big] = np.minimum(np.maximum(high * distance, shortest), coarsest)
     return subdivided(mesh, wanted)
 
 
-def _nearness(mesh: Mesh, faces: Array, chosen: Indices, sides: int, shortest: float) -> Array:
-    """(k,) mean of 1 / distance [m-1] over the directions above the chosen triangles."""
+# Edges of triangles that are hidden wherever they look around, as a multiple of the shortest.
+_HIDDEN_EDGE = 3.0
+
+
+def _nearness(
+    mesh: Mesh, faces: Array, chosen: Indices, sides: int, shortest: float
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Of the chosen triangles: (k,) mean of 1 / distance [m-1] over the directions above them, and
+    (k,) whether they lie inside another part at all places that look around.
+    """
     tracer = RayTracer(mesh)
     corners = mesh.positions[mesh.triangles[chosen]].astype(np.float64)
     pattern = cosine_directions(_LOOKS)
-    nearness = np.zeros(len(chosen))
+    nearness, hidden = np.zeros(len(chosen)), np.ones(len(chosen), dtype=np.bool_)
     for weights in _SPREAD:
         for side in (1.0, -1.0)[:sides]:
             n = side * faces[chosen]
@@ -170,7 +181,8 @@ def _nearness(mesh: Mesh, faces: Array, chosen: Indices, sides: int, shortest: f
             outside = behind.reshape(-1, _LOOKS).mean(axis=1) <= BURIED
             near = np.where(met, 1.0 / np.maximum(distance, shortest), 0.0)
             nearness += near.reshape(-1, _LOOKS).mean(axis=1) * outside
-    return nearness / (len(_SPREAD) * sides)
+            hidden &= ~outside
+    return nearness / (len(_SPREAD) * sides), hidden
 
 
 # Rays of one look around.
