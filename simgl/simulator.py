@@ -81,13 +81,19 @@ class Simulator:
         with self._ctx:
             self._renderer = Renderer(self._ctx)
         if scenario.inter_reflection:
-            self._renderer.prepare(scenario.models.values(), progress)
+            self._renderer.prepare(scenario.models_at_epoch(), progress)
         self.renderer_name = f"{self._ctx.info['GL_RENDERER']}, {self._ctx.info['GL_VERSION']}"
 
     @property
     def timer(self) -> PassTimer:
         """Times of the passes, once enabled."""
         return self._renderer.timer
+
+    @property
+    def gl_error(self) -> str:
+        """OpenGL's error since it was last asked; "GL_NO_ERROR" while all is well."""
+        with self._ctx:
+            return str(self._ctx.error)
 
     def capture(
         self,
