@@ -137,8 +137,7 @@ def _refined(mesh: Mesh, sides: int, settings: BakeSettings) -> Mesh:
     shortest = settings.edge_share * mesh.radius
     faces, areas = face_normals(mesh)
     big = np.flatnonzero((longest > shortest) & (areas > 0.0))
-    nearness, hidden = _nearness(mesh, faces, big, sides, shortest)
-    distance = 1.0 / np.maximum(nearness, 1e-9)
+    distance = 1.0 / np.maximum(_nearness(mesh, faces, big, sides, shortest), 1e-9)
 
     def added(multiple: float) -> float:
         edge = np.maximum(multiple * distance, shortest)
@@ -150,26 +149,16 @@ def _refined(mesh: Mesh, sides: int, settings: BakeSettings) -> Mesh:
         middle = np.sqrt(low * high)
         low, high = (middle, high) if added(middle) > settings.added_triangles else (low, middle)
     wanted = np.full(len(longest), np.inf)
-    # A board under solar cells: what shows between them is not what shows at its frame.
-    coarsest = np.where(hidden, _HIDDEN_EDGE * shortest, np.inf)
-    wanted[big] = np.minimum(np.maximum(high * distance, shortest), coarsest)
+    wanted[big] = np.maximum(high * distance, shortest)
     return subdivided(mesh, wanted)
 
 
-# Edges of triangles that are hidden wherever they look around, as a multiple of the shortest.
-_HIDDEN_EDGE = 3.0
-
-
-def _nearness(
-    mesh: Mesh, faces: Array, chosen: Indices, sides: int, shortest: float
-) -> tuple[Array, NDArray[np.bool_]]:
-    """Of the chosen triangles: (k,) mean of 1 / distance [m-1] over the directions above them, and
-    (k,) whether they lie inside another part at all places that look around.
-    """
+def _nearness(mesh: Mesh, faces: Array, chosen: Indices, sides: int, shortest: float) -> Array:
+    """(k,) mean of 1 / distance [m-1] over the directions above the chosen triangles."""
     tracer = RayTracer(mesh)
     corners = mesh.positions[mesh.triangles[chosen]].astype(np.float64)
     pattern = cosine_directions(_LOOKS)
-    nearness, hidden = np.zeros(len(chosen)), np.ones(len(chosen), dtype=np.bool_)
+    nearness = np.zeros(len(chosen))
     for weights in _SPREAD:
         for side in (1.0, -1.0)[:sides]:
             n = side * faces[chosen]
@@ -181,8 +170,7 @@ def _nearness(
             outside = behind.reshape(-1, _LOOKS).mean(axis=1) <= BURIED
             near = np.where(met, 1.0 / np.maximum(distance, shortest), 0.0)
             nearness += near.reshape(-1, _LOOKS).mean(axis=1) * outside
-            hidden &= ~outside
-    return nearness / (len(_SPREAD) * sides), hidden
+    return nearness / (len(_SPREAD) * sides)
 
 
 # Rays of one look around.
