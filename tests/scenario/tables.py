@@ -101,8 +101,7 @@ BAD_VALUES = (
         "[render]",
         "[rendering]",
         ': rendering is not a table here; did you mean "render"? (allowed: assess, camera, '
-        "earth, "
-        "epoch, lamp, render, sky, spacecraft, sun)",
+        "earth, epoch, lamp, render, sky, spacecraft, sun)",
     ),
     Damage(
         "unknown table on two lines",
