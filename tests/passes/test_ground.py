@@ -149,10 +149,10 @@ def test_the_mean_of_a_cloudy_scene_does_not_hang_on_distance(gl: moderngl.Conte
     far = looking_down(gl, place, sun, earth, altitude=36_000.0, width=400.0, pixels=64)
     blocks = near[..., 1].reshape(64, 16, 64, 16)
     within = blocks - blocks.mean(axis=(1, 3), keepdims=True)
-    # Pixels of 0.4 km show what one of 6 km holds.
-    assert within.std() > 0.4 * far[..., 1].std()
-    # Clouds fill 20 by 20 puffs of 10 km: 5 % of their contrast in the mean, some 2 % of it.
-    np.testing.assert_allclose(near.mean(axis=(0, 1)), far.mean(axis=(0, 1)), rtol=0.03)
+    # Pixels of 0.4 km show what one of 6 km holds: without them it is below 0.1.
+    assert within.std() > 0.25 * far[..., 1].std()
+    # 40 by 40 puffs of 10 km, of contrast 0.4, leave 1 % to chance.
+    np.testing.assert_allclose(near.mean(axis=(0, 1)), far.mean(axis=(0, 1)), rtol=0.01)
 
 
 @pytest.fixture
