@@ -8,7 +8,7 @@
 
 in vec3 normal;
 in vec3 body_position;
-flat in uint material;
+flat in uint label;     // material, and from bit 6 on the joint
 #ifdef EXCHANGE
 in vec4 bounced;        // irradiance from the craft's other surfaces [W m-2]
 in float earth_share;   // what they leave of the Earth's irradiance
@@ -18,7 +18,7 @@ in float earth_share_back;
 #endif
 #endif
 
-layout(location = 0) out vec4 place;    // body axes [m]; material plus 64 times the craft's number
+layout(location = 0) out vec4 place;    // body axes [m]; label plus 16384 times the craft's number
 layout(location = 1) out vec4 shape;    // normal, camera axes, unit; its spread in the sample's cell
 layout(location = 2) out vec4 plane;    // normal of the triangle; share of the Earth's light
 layout(location = 3) out vec4 others;   // irradiance from other surfaces [W m-2]
@@ -38,14 +38,14 @@ float cell_roughness(vec3 n) {
 }
 
 void main() {
-    place = vec4(body_position, float(64u * instance + material));
+    place = vec4(body_position, float(16384u * instance + label));
     vec3 dx = mat3(camera_from_body) * dFdx(body_position);
     vec3 dy = mat3(camera_from_body) * dFdy(body_position);
     // Both sides of an open sheet are surface: its normal turns to the viewer.
     vec3 n = normalize(gl_FrontFacing ? normal : -normal);
     vec3 relief = n;
 #ifdef DETAILED
-    Worn worn = worn_at(material, n, dx, dy);
+    Worn worn = worn_at(label & 63u, n, dx, dy);
     relief = worn.n;
     worn_reflectance = worn.reflectance;
     worn_emission = vec4(worn.emission, worn.metallic);

@@ -4,7 +4,7 @@
 
 in vec3 in_position;   // body axes [m]
 in vec3 in_normal;     // body axes, unit
-in uvec2 in_labels;    // part, material
+in uvec2 in_labels;    // part; material, and from bit 6 on the joint
 #ifdef DETAILED
 in vec2 in_uv;         // place in the images
 in vec4 in_tint;       // factors of the base colour
@@ -25,7 +25,7 @@ out float earth_share_back;
 out float gl_ClipDistance[4];
 out vec3 normal;       // camera axes
 out vec3 body_position;   // [m]
-flat out uint material;
+flat out uint label;
 #ifdef DETAILED
 out vec2 uv;
 out vec4 tint;
@@ -38,7 +38,7 @@ void main() {
     gl_Position = clip_from_camera * p;
     normal = mat3(camera_from_body) * in_normal;
     body_position = in_position;
-    material = in_labels.y;
+    label = in_labels.y;
 #ifdef DETAILED
     uv = in_uv;
     tint = in_tint;

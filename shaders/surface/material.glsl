@@ -9,6 +9,8 @@
 struct Surface {
     vec3 place;          // [m]
     vec3 body;           // the same in body axes, good to float32 however far the camera is [m]
+    vec3 pattern;        // where cells and crinkles have it: stored place, body axes [m]
+    mat3 pattern_from_camera;   // turns into those axes
     vec3 wo;             // unit, towards the viewer
     vec3 facet;          // unit normal of the triangle, on the viewer's side
     vec3 n;              // unit normal to shade with
@@ -48,11 +50,10 @@ vec4 scattered_again(vec4 f0, float NoV, float alpha) {
 //
 // dx, dy : steps of the place to the neighbouring samples, camera axes [m]
 void lay_cells(inout Surface s, uint material, vec3 dx, vec3 dy) {
-    mat3 body_from_camera = transpose(mat3(camera_from_body));
-    vec3 box = abs(body_from_camera * dx) + abs(body_from_camera * dy);
-    vec3 n = body_from_camera * s.n;
+    vec3 box = abs(s.pattern_from_camera * dx) + abs(s.pattern_from_camera * dy);
+    vec3 n = s.pattern_from_camera * s.n;
     vec3 sizes = material_cells[material].xyz;
-    vec2 share = cell_shares(s.body, box, n, sizes, material_lines[material]);
+    vec2 share = cell_shares(s.pattern, box, n, sizes, material_lines[material]);
     s.reflectance = share.x * s.reflectance + share.y * material_metal_reflectance[material]
                   + (1.0 - share.x - share.y) * material_gap_reflectance[material];
     s.coat *= share.x + share.y;
@@ -63,11 +64,11 @@ void lay_cells(inout Surface s, uint material, vec3 dx, vec3 dy) {
 //
 // facets : mean spacing [m], slope
 void crumple(inout Surface s, vec2 facets, vec3 dx, vec3 dy) {
-    mat3 body_from_camera = transpose(mat3(camera_from_body));
     float footprint = sqrt(max(dot(dx, dx), dot(dy, dy)));
     float spread;
-    vec3 n = crinkled_normal(s.body, body_from_camera * s.n, footprint, facets.x, facets.y, spread);
-    n = mat3(camera_from_body) * n;
+    vec3 n = s.pattern_from_camera * s.n;
+    n = crinkled_normal(s.pattern, n, footprint, facets.x, facets.y, spread);
+    n = transpose(s.pattern_from_camera) * n;
     // A facet that faces away is seen edge-on.
     s.n = normalize(n + max(0.05 - dot(n, s.wo), 0.0) * s.wo);
     s.alpha = sqrt(widened(s.alpha * s.alpha, spread));

@@ -1,6 +1,9 @@
 #include "surface/material.glsl"
 #ifdef LAYERED
 #include "block/tile"
+#ifdef JOINTED
+#include "block/joints"
+#endif
 #endif
 
 // What the samples see: the targets of geometry/geometry.frag.
@@ -16,9 +19,20 @@ uniform sampler2D worn_emission;
 uniform sampler2D worn_normal;
 #endif
 
-uint material_at(ivec2 at) {
-    return uint(texelFetch(seen_place, at, 0).w) & 63u;
+uint material_of(float label) {
+    return uint(label) & 63u;
 }
+
+#ifdef JOINTED
+// From where a joint has turned the surface to where it is stored.
+void turn_back(inout Surface s, float label) {
+    uint row = 3u * (uint(label) / 64u % 256u);
+    vec4 x = joint_rows[row], y = joint_rows[row + 1u], z = joint_rows[row + 2u];
+    vec4 place = vec4(s.pattern, 1.0);
+    s.pattern = vec3(dot(x, place), dot(y, place), dot(z, place));
+    s.pattern_from_camera = transpose(mat3(x.xyz, y.xyz, z.xyz)) * s.pattern_from_camera;
+}
+#endif
 
 // Whether a material is more than one reflection law, the same all over.
 bool is_layered(uint material) {
@@ -42,7 +56,7 @@ vec3 place_step(Surface s, vec3 step) {
 Surface surface_seen(ivec2 at) {
     vec4 place = texelFetch(seen_place, at, 0), shape = texelFetch(seen_shape, at, 0);
     vec4 plane = texelFetch(seen_plane, at, 0);
-    uint material = material_at(at);
+    uint material = material_of(place.w);
     Surface s;
     s.body = place.xyz;
     s.place = (camera_from_body * vec4(s.body, 1.0)).xyz;
@@ -74,6 +88,11 @@ Surface surface_seen(ivec2 at) {
     s.others = texelFetch(seen_others, at, 0);
 #endif
 #ifdef LAYERED
+    s.pattern = s.body;
+    s.pattern_from_camera = transpose(mat3(camera_from_body));
+#ifdef JOINTED
+    turn_back(s, place.w);
+#endif
     vec3 dx = place_step(s, sample_steps[0].xyz), dy = place_step(s, sample_steps[1].xyz);
     vec4 layers = material_layers[material];   // of the coat: strength, roughness; of the crinkle
     s.coat = layers.x;

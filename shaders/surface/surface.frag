@@ -45,6 +45,6 @@ void main() {
     radiance = sun + s.emission + earth + other_surfaces + lamps;
 #endif
 #ifdef PLAIN
-    if (is_layered(material_at(at))) discard;
+    if (is_layered(material_of(texelFetch(seen_place, at, 0).w))) discard;
 #endif
 }

@@ -59,7 +59,7 @@ class GeometryPass:
                 state = self.open_sheets if craft.model.open_sheets else self.closed
                 state.apply(self._ctx, target, viewport, viewport)
                 self._craft.write(craft_values(craft))
-                variant = tuple(d for d in craft.model.variant if d != "LAYERED")
+                variant = tuple(d for d in craft.model.variant if d not in ("LAYERED", "JOINTED"))
                 if variant:
                     self._meshes.bind_surface(craft.model)
                 if own is None:

@@ -12,11 +12,13 @@ from simgl.gpu.program import load_program
 from simgl.gpu.state import State
 from simgl.passes.blocks import (
     CRAFT,
+    JOINTS,
     LAMPS,
     MATERIALS,
     SHADOW,
     TILE,
     craft_values,
+    joint_values,
     lamp_values,
     shadow_values,
     tile_values,
@@ -76,7 +78,7 @@ class _Screen:
             name,
             vertex="common/fullscreen.vert",
             blocks=blocks,
-            spare=[LAMPS, TILE],
+            spare=[LAMPS, TILE, JOINTS],
             samplers=samplers,
             defines={"AT_DEPTH": depth} | dict.fromkeys(defines, 1),
         )
@@ -120,6 +122,7 @@ class SurfacePass:
         self._craft = UniformBuffer(ctx, CRAFT)
         self._shadow = UniformBuffer(ctx, SHADOW)
         self._lamps = UniformBuffer(ctx, LAMPS)
+        self._joints = UniformBuffer(ctx, JOINTS)
         # By the number of radiances, whole or by light; before them the sunlight's share.
         self._targets = {n: GrowingTarget(ctx, [[0], range(1, 1 + n)]) for n in (1, len(LIGHTS))}
 
@@ -175,7 +178,7 @@ class SurfacePass:
         return textures_of(target)
 
     def _write(self, tile: Tile, lamps: Sequence[LampView]) -> None:
-        for block in (self._tile, self._craft, self._shadow, self._lamps):
+        for block in (self._tile, self._craft, self._shadow, self._lamps, self._joints):
             block.bind()
         self._tile.write(tile_values(tile, tile.slices[0]))
         self._lamps.write(lamp_values(lamps))
@@ -190,6 +193,8 @@ class SurfacePass:
         self._craft.write(craft_values(craft))
         self._shadow.write(shadow_values(craft, tile.lattice))
         self._meshes.bind_materials(craft.model)
+        if "JOINTED" in craft.model.variant:
+            self._joints.write(joint_values(craft.model))
         for unit, texture in zip(_SHADOW_UNITS.values(), maps, strict=True):
             texture.use(unit)
         for unit, around in zip(_SKY_UNITS.values(), sky, strict=bool(sky)):
@@ -198,9 +203,9 @@ class SurfacePass:
     def _lit_for(self, variant: tuple[str, ...]) -> tuple[_Screen, ...]:
         """The shaders for spacecraft of a variant, without what they do not need."""
         if variant not in self._lit:
-            plain = tuple(define for define in variant if define != "LAYERED")
-            if plain == variant:
-                self._lit[variant] = (self._lit_screen(variant, -0.5),)
+            plain = tuple(define for define in variant if define not in ("LAYERED", "JOINTED"))
+            if "LAYERED" not in variant:
+                self._lit[variant] = (self._lit_screen(plain, -0.5),)
             else:
                 first = self._lit_screen((*plain, "PLAIN"), -0.5)
                 self._lit[variant] = first, self._lit_screen(variant, -0.25)
@@ -214,6 +219,8 @@ class SurfacePass:
                 samplers |= units
         if "LAYERED" in variant:
             blocks.append(TILE)
+            if "JOINTED" in variant:
+                blocks.append(JOINTS)
         if "LAMPS" in variant:
             blocks.append(LAMPS)
         return _Screen(self._ctx, "surface/surface", depth, blocks, samplers, variant)
@@ -222,7 +229,7 @@ class SurfacePass:
         """Free everything."""
         for target in self._targets.values():
             target.release()
-        for buffer in (self._tile, self._craft, self._shadow, self._lamps):
+        for buffer in (self._tile, self._craft, self._shadow, self._lamps, self._joints):
             buffer.release()
         self._lobes.release()
         for screen in (self._others, self._known, self._searched, *sum(self._lit.values(), ())):
