@@ -109,7 +109,7 @@ def render(
         ready = Simulator(loaded, progress=progress)
     with ready as simulator:
         for name in camera or loaded.cameras:
-            exposure = simulator.capture(state, name, products)
+            exposure = simulator.capture(state, name, products, during=loaded.at)
             for path in write_exposure(exposure, out, name):
                 console.print(str(path), highlight=False, markup=False, soft_wrap=True)
 

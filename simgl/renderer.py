@@ -147,6 +147,30 @@ class Renderer:
             self._exposure.draw(camera, photons_per_joule, source, target.framebuffer)
         return target
 
+    def add_electrons(
+        self,
+        camera: Camera,
+        photons_per_joule: NDArray[np.float64],
+        irradiance: ImageTarget,
+        shares: NDArray[np.float64],
+        *,
+        first: bool,
+    ) -> ImageTarget:
+        """Mean electrons [e-], R32F, summed over parts of the exposure.
+
+        shares : (height,) part of each row's exposure time
+        first : forget what was summed before
+        """
+        target = self._target("electrons", camera, _ELECTRONS)
+        with self.timer.measure("exposure"):
+            if first:
+                target.framebuffer.scissor = None  # type: ignore[assignment]
+                target.framebuffer.viewport = (0, 0, *target.size)
+                target.framebuffer.clear()
+            source = irradiance.textures[0]
+            self._exposure.add(camera, photons_per_joule, source, target.framebuffer, shares)
+        return target
+
     def digital(
         self, camera: Camera, tai_ns: int, seed: int, electrons: ImageTarget
     ) -> ImageTarget:
