@@ -78,6 +78,9 @@ def render(
     layers: Annotated[
         bool, typer.Option("--layers", help="Also the radiance in parts, one for each light.")
     ] = False,
+    packed: Annotated[
+        bool, typer.Option("--packed", help="Also the DN as Mono12p, two pixels in three bytes.")
+    ] = False,
 ) -> None:
     """Render one epoch: radiance EXR, DN as 16-bit PNG, and a picture to look at.
 
@@ -97,6 +100,11 @@ def render(
             raise ConfigError("command line", "--camera", problem)
     if not loaded.cameras:
         raise ConfigError(str(scenario), "camera", "is missing; a picture needs a [camera.NAME]")
+    for name in camera or loaded.cameras:
+        bits = loaded.cameras[name].detector.bits
+        if packed and bits > 12:
+            problem = f'packs 12 bits or fewer, camera "{name}" has {bits}'
+            raise ConfigError("command line", "--packed", problem)
     for craft, model in loaded.models.items():
         for note in model.notes:
             console.print(f"note: {craft}: {note}", highlight=False, markup=False, soft_wrap=True)
@@ -110,7 +118,7 @@ def render(
     with ready as simulator:
         for name in camera or loaded.cameras:
             exposure = simulator.capture(state, name, products, during=loaded.at)
-            for path in write_exposure(exposure, out, name):
+            for path in write_exposure(exposure, out, name, packed=packed):
                 console.print(str(path), highlight=False, markup=False, soft_wrap=True)
 
 
