@@ -12,6 +12,7 @@ from msgspec import Meta, Struct
 
 from simgl.lattice import FEWEST
 from simgl.scene.layers import SMOOTHEST
+from simgl.scene.stars import FAINTEST
 
 Positive = Annotated[float, Meta(gt=0.0)]
 NonNegative = Annotated[float, Meta(ge=0.0)]
@@ -71,6 +72,18 @@ class EarthTable(Table, frozen=True, kw_only=True):
     radius_km: Positive | None = None
     albedo: BandValues | None = None
     atmosphere: Literal["standard", "source", "none"] | None = None
+
+
+class SkyTable(Table, frozen=True, kw_only=True):
+    """``[sky]``: what lies beyond the Earth.
+
+    stars : draw the stars of the Hipparcos catalogue; omitted, they are, unless ``direction_icrf``
+        fixes the Sun by hand
+    faintest_star_mag : the largest visual magnitude V drawn
+    """
+
+    stars: bool | None = None
+    faintest_star_mag: Annotated[float, Meta(ge=-2.0, le=FAINTEST)] = FAINTEST
 
 
 class CoatTable(Table, frozen=True, kw_only=True):

@@ -31,6 +31,7 @@ FLOORS = {
     "output": 6,
     "assess": 7,
     "bench": 7,
+    "sequence": 7,
     "doctor": 7,
     "viewer": 7,
     "": 7,
@@ -65,6 +66,7 @@ KEPT_APART = {
 # Shared by passes; every other pass stands alone.
 SHARED_PASSES = {
     "simgl.passes.blocks",
+    "simgl.passes.discs",
     "simgl.passes.lobes",
     "simgl.passes.meshes",
     "simgl.passes.outline",

@@ -101,13 +101,13 @@ BAD_VALUES = (
         "[render]",
         "[rendering]",
         ': rendering is not a table here; did you mean "render"? (allowed: camera, earth, '
-        "epoch, lamp, render, spacecraft, sun)",
+        "epoch, lamp, render, sky, spacecraft, sun)",
     ),
     Damage(
         "unknown table on two lines",
         "[render]",
         '["a\\nb"]',
-        ': "a\\nb" is not a table here; (allowed: camera, earth, epoch, lamp, render, '
+        ': "a\\nb" is not a table here; (allowed: camera, earth, epoch, lamp, render, sky, '
         "spacecraft, sun)",
     ),
     Damage(
@@ -904,6 +904,24 @@ BAD_VALUES = (
         SUNWARD,
         f"{SUNWARD}\nlimb_darkening = 0.6",
         " [sun]: limb_darkening must be true or false, got 0.6",
+    ),
+    Damage(
+        "stars fainter than the catalogue",
+        RENDER,
+        f"[sky]\nfaintest_star_mag = 9.0\n{RENDER}",
+        " [sky]: faintest_star_mag must be a number <= 7.5, got 9.0",
+    ),
+    Damage(
+        "stars by a number",
+        RENDER,
+        f"[sky]\nstars = 3\n{RENDER}",
+        " [sky]: stars must be true or false, got 3",
+    ),
+    Damage(
+        "stars of a misspelt key",
+        RENDER,
+        f"[sky]\nstar = true\n{RENDER}",
+        ' [sky]: star is not a key here; did you mean "stars"? (allowed: faintest_star_mag, stars)',
     ),
     Damage(
         "lamp on nothing",
