@@ -113,7 +113,7 @@ def render(
         ready = Simulator(loaded, progress=progress)
     with ready as simulator:
         for name in names:
-            exposure = simulator.capture(state, name, products, during=loaded.at)
+            exposure = simulator.capture(state, name, products, during=loaded.around(epoch))
             for path in write_exposure(exposure, out, name, packed=packed):
                 console.print(str(path), highlight=False, markup=False, soft_wrap=True)
 

@@ -25,7 +25,7 @@ Picture = NDArray[np.uint8]
 SCENE = Path(__file__).parents[1] / "gallery" / "bay.toml"
 CAMERA = "craft"
 # Of the camera, about the picture's vertical.
-TURN_RATE = np.radians(3.0)
+TURN_RATE = np.radians(10.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,32 +45,38 @@ class Panel:
     raw: bool = False
 
 
+def faint(**detector: Any) -> Panel:
+    """With 1/256 of the light and a high gain."""
+    return Panel(detector={**detector, "gain_dn_per_e": 1.0}, light=1.0 / 256.0, shown=40.0)
+
+
 def panels(colour: Detector) -> dict[str, Panel]:
     """By what is written above them; strong enough to be seen, far beyond a good camera's.
 
     colour : a detector with filters
     """
     filters = {"mosaic": colour.mosaic}
-    hits = Particles(flux=3e11, depth=5e-6, charge=80e6)
-    faint = {"light": 1.0 / 256.0, "shown": 256.0}
+    protons = Particles(flux=3e12, depth=5e-6, charge=630e6)
     pattern = FixedPattern(prnu=0.05, dead_pixels=0.001)
     offsets = FixedPattern(dsnu=4.0, rows=3.0, columns=6.0)
     hot = FixedPattern(hot_pixels=0.002, hot_current=3e6)
     return {
         "plain: shot noise alone": Panel(detector={}),
-        "shot noise, 1/256 of the light": Panel(detector={}, **faint),
-        "+ read noise 10 e-": Panel(detector={"read_noise": 10.0}, **faint),
-        "+ offsets: DSNU 4, rows 3, columns 6 e-": Panel(detector={"pattern": offsets}, **faint),
-        "+ row noise 8 e-": Panel(detector={"row_noise": 8.0}, **faint),
+        "shot noise, 1/256 of the light": faint(),
+        "+ read noise 10 e-": faint(read_noise=10.0),
+        "+ offsets: DSNU 4, rows 3, columns 6 e-": faint(pattern=offsets),
+        "+ row noise 8 e-": faint(row_noise=8.0),
         "PRNU 5 %, dead pixels 0.1 %": Panel(detector={"pattern": pattern}),
         "dark current at 350 K, hot pixels": Panel(
             detector={"pattern": hot, "dark_current_300k": 2e5, "temperature": 350.0}
         ),
-        "particles, 3e7 per cm2 and s": Panel(detector={"particles": hits}),
+        "protons of 50 MeV, 3e8 per cm2 and s": Panel(detector={"particles": protons}),
         "full well, 8 times the light": Panel(detector={}, light=8.0),
         "+ blooming": Panel(detector={"blooming": 0.9}, light=8.0),
-        "motion blur, 3 deg/s": Panel(detector={}, light=40.0, shown=1.0 / 40.0, turns=True),
-        "rolling shutter, 3 deg/s": Panel(detector={"row_time": 400e-6}, turns=True),
+        "motion blur, 10 deg/s": Panel(
+            detector={"fill_factor": 1.0 / 2000.0}, light=2000.0, turns=True
+        ),
+        "rolling shutter, 10 deg/s": Panel(detector={"row_time": 400e-6}, turns=True),
         "raw mosaic": Panel(detector=filters, light=2.0, raw=True),
         "developed": Panel(detector=filters, light=2.0),
         "8 bits without a pedestal": Panel(
@@ -94,7 +100,7 @@ def panels(colour: Detector) -> dict[str, Panel]:
                 "row_noise": 8.0,
                 "dark_current_300k": 1e3,
                 "temperature": 320.0,
-                "particles": hits,
+                "particles": protons,
                 "blooming": 0.9,
                 "row_time": 100e-6,
             },
