@@ -36,12 +36,15 @@ class Panel:
     light : exposure time over the plain one
     shown : gain of the display
     turns : the camera turns while the shutter is open
+    dimmed : share of the light that a filter lets through
+    raw : shown as grey, whatever the filters
     """
 
     detector: dict[str, Any]
     light: float = 1.0
     shown: float = 1.0
     turns: bool = False
+    dimmed: float = 1.0
     raw: bool = False
 
 
@@ -56,7 +59,7 @@ def panels(colour: Detector) -> dict[str, Panel]:
     colour : a detector with filters
     """
     filters = {"mosaic": colour.mosaic}
-    protons = Particles(flux=3e12, depth=5e-6, charge=630e6)
+    protons = Particles(flux=1e12, depth=5e-6, charge=630e6)
     pattern = FixedPattern(prnu=0.05, dead_pixels=0.001)
     offsets = FixedPattern(dsnu=4.0, rows=3.0, columns=6.0)
     hot = FixedPattern(hot_pixels=0.002, hot_current=3e6)
@@ -70,12 +73,10 @@ def panels(colour: Detector) -> dict[str, Panel]:
         "dark current at 350 K, hot pixels": Panel(
             detector={"pattern": hot, "dark_current_300k": 2e5, "temperature": 350.0}
         ),
-        "protons of 50 MeV, 3e8 per cm2 and s": Panel(detector={"particles": protons}),
+        "protons of 50 MeV, 1e8 per cm2 and s": Panel(detector={"particles": protons}),
         "full well, 8 times the light": Panel(detector={}, light=8.0),
         "+ blooming": Panel(detector={"blooming": 0.9}, light=8.0),
-        "motion blur, 10 deg/s": Panel(
-            detector={"fill_factor": 1.0 / 2000.0}, light=2000.0, turns=True
-        ),
+        "motion blur, 10 deg/s": Panel(detector={}, light=500.0, dimmed=1.0 / 500.0, turns=True),
         "rolling shutter, 10 deg/s": Panel(detector={"row_time": 400e-6}, turns=True),
         "raw mosaic": Panel(detector=filters, light=2.0, raw=True),
         "developed": Panel(detector=filters, light=2.0),
@@ -122,9 +123,10 @@ def pictures(width: int, progress: Progress | None = None) -> Iterator[tuple[str
     colour = read_camera("", "", CameraTable(preset="imx264_colour"), SOLAR_TEMPERATURE, Path())
     with Simulator(scenario, progress=progress) as simulator:
         for title, panel in panels(colour.detector).items():
+            detector = replace(plain.detector, **panel.detector)
             camera = replace(
                 plain,
-                detector=replace(plain.detector, **panel.detector),
+                detector=replace(detector, fill_factor=panel.dimmed * detector.fill_factor),
                 exposure_time=panel.light * plain.exposure_time,
             )
             yield title, _picture(simulator, camera, panel)
@@ -142,10 +144,10 @@ def _plain(camera: Camera, width: int) -> Camera:
         read_noise=0.0,
         dark_current_300k=0.0,
         row_time=0.0,
+        # Larger pixels collect no more.
+        fill_factor=(width / d.width) ** 2,
     )
-    # Larger pixels collect more.
-    smaller = (width / d.width) ** 2
-    return replace(camera, detector=detector, exposure_time=camera.exposure_time * 0.25 * smaller)
+    return replace(camera, detector=detector, exposure_time=0.25 * camera.exposure_time)
 
 
 def _picture(simulator: Simulator, camera: Camera, panel: Panel) -> Picture:
