@@ -127,10 +127,10 @@ class TruthFrame:
 def saturated(dn: NDArray[np.uint16], detector: Detector) -> NDArray[np.bool_]:
     """Pixels at the converter's largest number, or at the full well.
 
-    Read noise is added after the full well, so a full pixel may read lower: three sigma are allowed
-    for, which misses one full pixel in 740.
+    Offsets and read noise are added after the full well, so a full pixel may read lower: three
+    sigma are allowed for, which misses one full pixel in 740.
     """
-    full = (detector.full_well - 3.0 * detector.read_noise) * detector.gain_dn_per_e
+    full = (detector.full_well - 3.0 * detector.noise_of_reading) * detector.gain_dn_per_e
     level = min(2.0**detector.bits - 1.0, np.floor(full + detector.pedestal))
     return np.asarray(dn >= level)
 
