@@ -32,7 +32,8 @@ void main() {
     vec3 normal = normalize(ground * sphere_axes.xyz);
     float slant = max(root / sqrt(dd), 1e-3);
     float footprint = t / (intrinsics.x * sqrt(slant));
-    vec4 earth = ground_radiance(normal, footprint);
+    vec3 view = -normalize(d / sphere_axes.xyz);
+    vec4 earth = ground_radiance(normal, view, footprint, earth_sun_irradiance, vec4(0.0));
     radiance = on_earth * earth;
     beyond = vec4(1.0 - on_earth);
 }

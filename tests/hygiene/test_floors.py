@@ -67,10 +67,13 @@ KEPT_APART = {
 SHARED_PASSES = {
     "simgl.passes.blocks",
     "simgl.passes.discs",
+    "simgl.passes.earth_maps",
+    "simgl.passes.earth_textures",
     "simgl.passes.lobes",
     "simgl.passes.meshes",
     "simgl.passes.outline",
     "simgl.passes.textures",
+    "simgl.passes.weather",
 }
 
 each_module = pytest.mark.parametrize("module", modules(), ids=lambda m: m.name)
