@@ -79,6 +79,9 @@ def render(
     layers: Annotated[
         bool, typer.Option("--layers", help="Also the radiance in parts, one for each light.")
     ] = False,
+    packed: Annotated[
+        bool, typer.Option("--packed", help="Also the DN as Mono12p, two pixels in three bytes.")
+    ] = False,
 ) -> None:
     """Render one epoch: radiance EXR, DN as 16-bit PNG, and a picture to look at.
 
@@ -93,6 +96,11 @@ def render(
     loaded = load_scenario(scenario)
     epoch = _epoch(loaded.epoch_tai_ns, at)
     names = camera_names(loaded, camera)
+    for name in names:
+        bits = loaded.cameras[name].detector.bits
+        if packed and bits > 12:
+            problem = f'packs 12 bits or fewer, camera "{name}" has {bits}'
+            raise ConfigError("command line", "--packed", problem)
     for craft, model in loaded.models.items():
         for note in model.notes:
             console.print(f"note: {craft}: {note}", highlight=False, markup=False, soft_wrap=True)
@@ -105,8 +113,8 @@ def render(
         ready = Simulator(loaded, progress=progress)
     with ready as simulator:
         for name in names:
-            exposure = simulator.capture(state, name, products)
-            for path in write_exposure(exposure, out, name):
+            exposure = simulator.capture(state, name, products, during=loaded.around(epoch))
+            for path in write_exposure(exposure, out, name, packed=packed):
                 console.print(str(path), highlight=False, markup=False, soft_wrap=True)
 
 

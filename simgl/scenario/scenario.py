@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -94,6 +94,21 @@ class Scenario:
     def at(self, tai_ns: int) -> SceneState:
         """The scene at an epoch [TAI ns]."""
         return self.with_poses(tai_ns, self.poses(tai_ns))
+
+    def around(self, tai_ns: int) -> Callable[[int], SceneState]:
+        """The scene while a shutter is open about an epoch [TAI ns].
+
+        Where the data of a trajectory end within that time, the scene stands as at the epoch.
+        """
+        middle = self.at(tai_ns)
+
+        def near(other_tai_ns: int) -> SceneState:
+            try:
+                return self.at(other_tai_ns)
+            except ConfigError:
+                return middle
+
+        return near
 
     def poses(self, tai_ns: int) -> dict[str, Pose]:
         """Every spacecraft's pose at an epoch [TAI ns]."""
