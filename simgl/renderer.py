@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from simgl.gpu.context import is_software
 from simgl.gpu.targets import Format, ImageTarget
 from simgl.gpu.timers import PassTimer
+from simgl.passes.air import AirPass
 from simgl.passes.detector import DetectorPass
 from simgl.passes.exchange import ExchangePass
 from simgl.passes.exposure import ExposurePass
@@ -54,7 +55,8 @@ class Renderer:
         self._shadow = ShadowPass(ctx, self._meshes)
         self._lamp_shadow = LampShadowPass(ctx, self._meshes)
         self._surface = SurfacePass(ctx, self._meshes)
-        self._planet = PlanetPass(ctx)
+        self._air = AirPass(ctx)
+        self._planet = PlanetPass(ctx, self._air)
         self._probe = ProbePass(ctx, self._planet.draw)
         self._exchange = ExchangePass(ctx)
         self._resolve = ResolvePass(ctx)
@@ -190,6 +192,7 @@ class Renderer:
             self._lamp_shadow,
             self._surface,
             self._planet,
+            self._air,
             self._probe,
             self._exchange,
             self._resolve,

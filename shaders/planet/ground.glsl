@@ -1,6 +1,7 @@
 // The ground: what it reflects of the light that reaches it [W m-2 sr-1].
 #include "block/planet"
 #include "common/sun.glsl"
+#include "air/daylight.glsl"
 
 uniform sampler2D day_map_rgb;   // sqrt of the reflectance, 0..1
 uniform sampler2D day_map_nir;
@@ -24,5 +25,6 @@ vec4 ground_radiance(vec3 normal, float footprint) {
     float cosine = dot(normal, sun_direction_itrf.xyz);
     vec4 rho = ground_reflectance(asin(clamp(normal.z, -1.0, 1.0)), atan(normal.y, normal.x),
                                   footprint);
-    return rho / PI * earth_sun_irradiance * disc_cosine(cosine, sun_angular_radius);
+    Daylight light = air_daylight(cosine);
+    return rho / PI * (light.direct * disc_cosine(cosine, sun_angular_radius) + light.diffuse);
 }

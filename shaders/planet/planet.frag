@@ -3,6 +3,9 @@
 #include "common/coverage.glsl"
 #include "planet/disc.glsl"
 #include "planet/ground.glsl"
+#ifdef AIR
+#include "air/air.glsl"
+#endif
 
 out vec4 radiance;
 
@@ -22,17 +25,28 @@ void main() {
     float dd = dot(d, d), od = dot(o, d);
     float discriminant = od * od - dd * outside;
     float on_earth = has_earth > 0.5 ? coverage(discriminant) : 0.0;
-    if (on_earth <= 0.0 || od >= 0.0) {
-        radiance = sky;
-        return;
+    if (od >= 0.0) on_earth = 0.0;
+#ifdef AIR
+    float stretch = sqrt(dd);
+    AirRay air = air_ray(d / stretch, od / stretch, discriminant / dd, on_earth);
+    sky = sky * air.to_space;
+#endif
+    vec4 earth = vec4(0.0);
+    if (on_earth > 0.0) {
+        float root = sqrt(max(discriminant, 0.0));
+        float t = outside / (root - od);
+        vec3 ground = o + t * d;
+        // The gradient of the sphere's equation, stretched back, is the ellipsoid's normal (ITRF).
+        vec3 normal = normalize(ground * sphere_axes.xyz);
+        float slant = max(root / sqrt(dd), 1e-3);
+        float footprint = t / (intrinsics.x * sqrt(slant));
+        earth = ground_radiance(normal, footprint);
+#ifdef AIR
+        earth = earth * air.to_ground;
+#endif
     }
-    float root = sqrt(max(discriminant, 0.0));
-    float t = outside / (root - od);
-    vec3 ground = o + t * d;
-    // The gradient of the sphere's equation, stretched back, is the ellipsoid's normal (ITRF).
-    vec3 normal = normalize(ground * sphere_axes.xyz);
-    float slant = max(root / sqrt(dd), 1e-3);
-    float footprint = t / (intrinsics.x * sqrt(slant));
-    vec4 earth = ground_radiance(normal, footprint);
     radiance = mix(sky, earth, on_earth);
+#ifdef AIR
+    radiance += air.light;
+#endif
 }

@@ -12,13 +12,32 @@ from simgl.gpu.program import load_program
 
 
 class FullscreenProgram:
-    """The shader ``NAME.frag``, drawn as one triangle over the current viewport."""
+    """The shader ``NAME.frag``, drawn as one triangle over the current viewport.
+
+    shared : blocks that it reads besides, bound by whoever owns them
+    spare : blocks that only other variants read
+    defines : of the variant
+    """
 
     def __init__(
-        self, ctx: moderngl.Context, name: str, block: Block, samplers: Sequence[str]
+        self,
+        ctx: moderngl.Context,
+        name: str,
+        block: Block,
+        samplers: Sequence[str],
+        *,
+        shared: Sequence[Block] = (),
+        spare: Sequence[Block] = (),
+        defines: Mapping[str, int | float] | None = None,
     ) -> None:
         self._program = load_program(
-            ctx, name, vertex="common/fullscreen.vert", blocks=[block], samplers=samplers
+            ctx,
+            name,
+            vertex="common/fullscreen.vert",
+            blocks=[block, *shared],
+            spare=spare,
+            samplers=samplers,
+            defines=defines,
         )
         self._array = ctx.vertex_array(self._program, [])
         self._block = UniformBuffer(ctx, block)

@@ -12,6 +12,8 @@ from simgl import assets
 from simgl.gpu.blocks import Block
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.state import State
+from simgl.passes.air import AIR_SAMPLERS, AIR_VIEW, AirPass
+from simgl.passes.air_tables import AIR
 from simgl.view.background import Background
 
 _PLANET = Block(
@@ -63,11 +65,10 @@ class PlanetPass:
 
     state = State()
 
-    def __init__(self, ctx: moderngl.Context) -> None:
-        self._ctx = ctx
-        self._program = FullscreenProgram(
-            ctx, "planet/planet", _PLANET, ["day_map_rgb", "day_map_nir"]
-        )
+    def __init__(self, ctx: moderngl.Context, air: AirPass) -> None:
+        self._ctx, self._air = ctx, air
+        self._programs: dict[tuple[str, ...], FullscreenProgram] = {}
+        self._program_for(())
         self._maps = [_map_texture(ctx, image) for image in _day_map()]
 
     def draw(
@@ -77,15 +78,38 @@ class PlanetPass:
 
         area : x, y, width, height [pixels]
         """
+        before = None if background.planet is None else self._air.before(background.planet)
         self.state.apply(self._ctx, target, area, area)
         if background.planet is None and not background.sun_radiance.any():
             target.clear(0.0, 0.0, 0.0, 0.0, viewport=area)
             return
-        self._program.draw(_values(background, area), self._maps)
+        values = _values(background, area)
+        if before is None:
+            self._program_for(()).draw(values, self._maps)
+            return
+        variant = ("AIR", "AIR_INSIDE") if before.inside else ("AIR",)
+        self._program_for(variant).draw(values, [*self._maps, *before.textures])
+
+    def _program_for(self, variant: tuple[str, ...]) -> FullscreenProgram:
+        """The program with or without air; what there is not costs nothing."""
+        if variant not in self._programs:
+            samplers = ["day_map_rgb", "day_map_nir", *(AIR_SAMPLERS if variant else ())]
+            blocks = [AIR, AIR_VIEW]
+            self._programs[variant] = FullscreenProgram(
+                self._ctx,
+                "planet/planet",
+                _PLANET,
+                samplers,
+                shared=blocks if variant else (),
+                spare=() if variant else blocks,
+                defines=dict.fromkeys(variant, 1),
+            )
+        return self._programs[variant]
 
     def release(self) -> None:
         """Free everything."""
-        self._program.release()
+        for program in self._programs.values():
+            program.release()
         for texture in self._maps:
             texture.release()
 

@@ -41,6 +41,9 @@ class Atmosphere:
 
 OZONE_FOOT, OZONE_PEAK, OZONE_TOP = 10e3, 25e3, 40e3  # [m]
 
+# Where the scattering air ends [m]: a vertical ray loses 1e-6 above it.
+AIR_TOP = 100e3
+
 # Rayleigh: Hansen & Travis (1974), 0.008569 l^-4 (1 + 0.0113 l^-2 + 0.00013 l^-4), at the middle of
 # the visible bands and at 840 nm, about the photon mean of the fourth. Aerosol: 0.08 at 550 nm, a
 # clean continental to maritime mean, Angstrom exponent 1. Ozone: 300 Dobson units on the Chappuis
