@@ -1,6 +1,9 @@
-// Moments of the radiance at a height and angle of the Sun, and its irradiance from above: of sunlight
-// scattered or reflected once (WITHOUT_DIFFUSE), or what a given diffuse light becomes by one more
-// scattering or reflection (WITHOUT_SUN).
+// The radiance inside the air on rings of constant elevation: harmonics in azimuth from the Sun, summed
+// over a ring. Of sunlight scattered or reflected once (WITHOUT_DIFFUSE), of what a given diffuse
+// light becomes by one more scattering or reflection (WITHOUT_SUN), or of what the aerosol scatters
+// once, weighted by the sharp part of its phase function (AUREOLE).
+//
+// Columns are angles of the Sun, rows heights, and the rings follow each other downwards.
 #include "air/march.glsl"
 #include "block/airtable"
 #include "common/sun.glsl"
@@ -9,13 +12,9 @@
 uniform sampler2D diffuse_down;
 #endif
 
-layout(location = 0) out vec4 moment_j;
-layout(location = 1) out vec4 moment_fx;
-layout(location = 2) out vec4 moment_fz;
-layout(location = 3) out vec4 moment_mxx;
-layout(location = 4) out vec4 moment_mzz;
-layout(location = 5) out vec4 moment_mxz;
-layout(location = 6) out vec4 down;
+layout(location = 0) out vec4 ring_0;
+layout(location = 1) out vec4 ring_1;
+layout(location = 2) out vec4 ring_2;
 
 // Radiance of the ground under that light.
 vec4 ground_light(float mu_sun) {
@@ -29,39 +28,38 @@ vec4 ground_light(float mu_sun) {
 }
 
 void main() {
-    vec2 place = diffuse_texel(gl_FragCoord.xy, table_size);
+    int ring = int(gl_FragCoord.y) / int(table_size.y);
+    vec2 texel = vec2(gl_FragCoord.x, gl_FragCoord.y - float(ring) * table_size.y);
+    vec2 place = diffuse_texel(texel, table_size);
     float height = place.x, mu_sun = place.y;
     float sine_sun = sqrt(max(1.0 - mu_sun * mu_sun, 0.0));
     float r = ground_radius + height, c = above_ground(height);
     float horizon = -sqrt(c) / r;
-    moment_j = moment_fx = moment_fz = moment_mxx = moment_mzz = moment_mxz = down = vec4(0.0);
-    // Gauss' points above and below the horizon, crowded at it, where the sky changes fastest.
-    for (int i = 0; i < ABOVE + BELOW; ++i) {
-        bool ground = i >= ABOVE;
-        vec2 node = nodes[i].xy;
-        float span = ground ? -1.0 - horizon : 1.0 - horizon;
-        float mu = clamp(horizon + span * node.x * node.x, -1.0, 1.0);
-        float ring = 2.0 * abs(span) * node.x * node.y * 2.0 * PI / float(AROUND);
-        float sine = sqrt(max(1.0 - mu * mu, 0.0));
-        float b = r * mu;
-        float d = b * b - c;
-        d = ground ? max(d, 0.0) : min(d, 0.0);
-        for (int k = 0; k < AROUND; ++k) {
-            // The field is even about the Sun's vertical plane: half a circle, its middles.
-            float x = sine * cos(PI * (float(k) + 0.5) / float(AROUND));
-            float nu = mu * mu_sun + x * sine_sun;
-            Stretch way = stretch_of_ray(c, r, b, d, mu_sun, nu, ground);
-            Passage air = march(way, STEPS);
-            vec4 light = air.light;
-            if (ground) light += air.transmittance * ground_light(way.mu_sun);
-            light *= ring;
-            moment_j += light;
-            moment_fx += light * x;
-            moment_fz += light * mu;
-            moment_mxx += light * x * x;
-            moment_mzz += light * mu * mu;
-            moment_mxz += light * x * mu;
-            down += light * max(mu, 0.0);
-        }
+    bool ground = ring >= ABOVE;
+    float root = nodes[ring].x;
+    float mu = clamp(horizon + ((ground ? -1.0 : 1.0) - horizon) * root * root, -1.0, 1.0);
+    float sine = sqrt(max(1.0 - mu * mu, 0.0));
+    float b = r * mu;
+    float d = b * b - c;
+    d = ground ? max(d, 0.0) : min(d, 0.0);
+    ring_0 = ring_1 = ring_2 = vec4(0.0);
+    for (int k = 0; k < AROUND; ++k) {
+        // The field is even about the Sun's vertical plane: the middles of half a circle.
+        float azimuth = PI * (float(k) + 0.5) / float(AROUND);
+        float nu = mu * mu_sun + sine * sine_sun * cos(azimuth);
+        Stretch way = stretch_of_ray(c, r, b, d, mu_sun, nu, ground);
+        Passage air = march(way, STEPS);
+        vec4 light = air.light;
+#ifdef AUREOLE
+        vec4 g = aerosol_asymmetry;
+        vec4 smooth_part = 1.0 + g * (3.0 * nu + g * 5.0 * (1.5 * nu * nu - 0.5));
+        light *= aerosol_phase(nu) - smooth_part / (4.0 * PI);
+#else
+        if (ground) light += air.transmittance * ground_light(way.mu_sun);
+#endif
+        light *= 2.0 * PI / float(AROUND);
+        ring_0 += light;
+        ring_1 += light * cos(azimuth);
+        ring_2 += light * cos(2.0 * azimuth);
     }
 }

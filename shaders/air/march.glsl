@@ -51,20 +51,24 @@ struct Passage {
     vec4 transmittance;
 };
 
-// The march: `steps` cells, their edges crowded quadratically about the lowest point, where the air
-// is dense; within a cell the medium is even and its own extinction is integrated. With x = sqrt(|s|)
-// on even cells of width w, the middles sum to too much by w^2 / 12 of the source at x = 0
-// (Euler-Maclaurin); reading the source at s = x^2 + w^2 / 12 takes that away. WITHOUT_SUN leaves out
-// what comes straight from the Sun, WITHOUT_DIFFUSE what was scattered or reflected before.
+// The march: `steps` cells, crowded quadratically about the lowest point, where the air is dense;
+// within a cell the medium is even and its own extinction is integrated. With x = sqrt(|s|) on even
+// cells of width w, the middles sum to too much by w^2 / 12 of the source at x = 0 (Euler-Maclaurin);
+// reading the source at s = x^2 + w^2 / 12 takes that away. WITHOUT_SUN leaves out what comes
+// straight from the Sun, WITHOUT_DIFFUSE what was scattered or reflected before, WITHOUT_RAYLEIGH
+// what the air itself scatters.
 Passage march(Stretch way, int steps) {
     float r0 = ground_radius + way.height;
-    float near = sqrt(-way.near), far = sqrt(way.far);
     // Cells on either side of the lowest point, at least one on each that there is.
-    float cells = float(steps);
+    float cells = float(steps), near = sqrt(-way.near), far = sqrt(way.far);
     float before = clamp(floor(cells * near / (near + far + 1e-9) + 0.5), near > 0.0 ? 1.0 : 0.0,
                          far > 0.0 ? cells - 1.0 : cells);
     vec2 width = vec2(near / max(before, 1.0), far / max(cells - before, 1.0));
+#ifdef WITHOUT_RAYLEIGH
+    float by_rayleigh = 0.0;
+#else
     float by_rayleigh = rayleigh_phase(way.nu);
+#endif
     vec4 by_aerosol = aerosol_phase(way.nu);
     vec4 light = vec4(0.0), left = vec4(1.0);
     for (int i = 0; i < steps; ++i) {

@@ -18,7 +18,7 @@ from simgl.gpu.blocks import Block, UniformBuffer
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.state import State
 from simgl.gpu.targets import Format, ImageTarget
-from simgl.passes.air_tables import AIR, DIFFUSE, AirKind, AirTables, Progress, tables_of
+from simgl.passes.air_tables import AIR, SCATTERING, AirKind, AirTables, Progress, tables_of
 from simgl.physics.air import AIR_TOP
 from simgl.scene.earth import Earth
 from simgl.view.background import PlanetView
@@ -48,10 +48,10 @@ AIR_VIEW = Block(
 AIR_SAMPLERS = ("transmittance_table", "diffuse_down", "view_light", "view_transmittance")
 
 # As in shaders/air/view.glsl; of the half circle of azimuths.
-_GROUND_ROWS, _LIMB_ROWS, _SKY_ROWS = 96, 96, 96
-_COLUMNS = 96
+_GROUND_ROWS, _LIMB_ROWS, _SKY_ROWS = 64, 128, 64
+_COLUMNS = 64
 # Cells of a ray: single scattering within 0.1 % of twice as many.
-_STEPS = 24
+_STEPS = 48
 
 # The steps of a view: of its height, relative, and of the Sun's angle [rad]: 100 m at 400 km, and the
 # angle that 390 m on the ground make. At the terminator, where light falls by e in 1.5 degrees, half
@@ -123,7 +123,7 @@ class AirPass:
                 self._ctx,
                 "air/view",
                 AIR_VIEW,
-                ["transmittance_table", *DIFFUSE],
+                ["transmittance_table", *SCATTERING],
                 shared=[AIR],
                 defines={"STEPS": _STEPS},
             )
@@ -138,7 +138,7 @@ class AirPass:
         rows = size[1] if height < AIR_TOP else size[1] - _SKY_ROWS
         area = (0, 0, _COLUMNS, rows)
         self.state.apply(self._ctx, target.framebuffer, area, area)
-        sources = [tables.textures[name] for name in ("transmittance_table", *DIFFUSE)]
+        sources = [tables.textures[name] for name in ("transmittance_table", *SCATTERING)]
         self._program.draw(_values(kind.radius, height, angle), sources)
         self._views[key] = target
 

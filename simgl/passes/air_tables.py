@@ -22,9 +22,19 @@ from simgl.gpu.state import State
 from simgl.gpu.targets import Format, ImageTarget
 from simgl.physics.air import AIR_TOP, OZONE_FOOT, OZONE_PEAK, OZONE_TOP, Atmosphere
 from simgl.physics.constants import ASTRONOMICAL_UNIT, SOLAR_RADIUS
+from simgl.physics.skylight import (
+    HEIGHTS,
+    LOOKS,
+    SUNS,
+    Rings,
+    aureole_strength,
+    skylight,
+)
 
 Progress = Callable[[int, int], None]
+Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
+_Texture = moderngl.Texture | moderngl.Texture3D
 
 AIR = Block(
     "Air",
@@ -52,37 +62,8 @@ AIR = Block(
 )
 
 
-
-@dataclass(frozen=True)
-class _Sampling:
-    """Gauss' points for directions above and below the horizon, azimuths on half a circle, and
-    cells of a ray."""
-
-    above: int
-    below: int
-    around: int
-    steps: int
-
-    @property
-    def defines(self) -> dict[str, int]:
-        sizes = {"ABOVE": self.above, "BELOW": self.below, "AROUND": self.around}
-        return sizes | {"STEPS": self.steps}
-
-    @property
-    def nodes(self) -> Floats:
-        """Places and weights on 0..1."""
-        nodes = np.zeros((_NODES, 4), np.float32)
-        first = 0
-        for count in (self.above, self.below):
-            x, weight = np.polynomial.legendre.leggauss(count)
-            nodes[first : first + count, 0] = 0.5 * (x + 1.0)
-            nodes[first : first + count, 1] = 0.5 * weight
-            first += count
-        return nodes
-
-
 # Sunlight scattered once has the aerosol's peak in it, all further light is smooth.
-_FIRST, _NEXT = _Sampling(16, 10, 16, 24), _Sampling(8, 6, 8, 8)
+_FIRST, _NEXT = Rings(16, 10, 16, 24), Rings(8, 6, 8, 8)
 _NODES = 26
 
 # Of scattering and reflection; what the next would add is below 1e-4 of the whole.
@@ -94,12 +75,22 @@ _TABLE = Block(
     np.dtype([("table_size", "f4", 2), ("table_padding", "f4", 2), ("nodes", "f4", (_NODES, 4))]),
 )
 
-_SIZES = {"transmittance": (256, 128), "diffuse": (64, 32)}
-DIFFUSE = ("diffuse_j", "diffuse_fx", "diffuse_fz", "diffuse_mxx", "diffuse_mzz", "diffuse_mxz")
-TABLES = {
-    "transmittance_table": _SIZES["transmittance"],
-    **dict.fromkeys((*DIFFUSE, "diffuse_down"), _SIZES["diffuse"]),
+_TRANSMITTANCE = (256, 128)
+_LOOK_SHAPE = (HEIGHTS, LOOKS, SUNS, 4)
+# What a march through the air reads, in the order of its samplers, and the shapes.
+SCATTERING = {
+    "diffuse_mean": (HEIGHTS, SUNS, 4),
+    "diffuse_mxx": (HEIGHTS, SUNS, 4),
+    "diffuse_mzz": (HEIGHTS, SUNS, 4),
+    "diffuse_mxz": (HEIGHTS, SUNS, 4),
+    "diffuse_aureole": (HEIGHTS, SUNS, 4),
+    "diffuse_by_look": _LOOK_SHAPE,
+    "diffuse_by_look_x": _LOOK_SHAPE,
 }
+TABLES = {
+    "transmittance_table": (*_TRANSMITTANCE[::-1], 4),
+    "diffuse_down": (HEIGHTS, SUNS, 4),
+} | SCATTERING
 _SHADERS = ("medium", "places", "transmittance", "diffuse_place", "diffuse", "march")
 
 
@@ -182,10 +173,10 @@ def _key(ctx: moderngl.Context, kind: AirKind) -> str:
 def _whole(arrays: dict[str, Floats]) -> bool:
     """Whether every table is there, of its size, and finite."""
     return set(arrays) == set(TABLES) and all(
-        arrays[name].shape == (*size[::-1], 4)
+        arrays[name].shape == shape
         and arrays[name].dtype == np.float32
         and bool(np.isfinite(arrays[name]).all())
-        for name, size in TABLES.items()
+        for name, shape in TABLES.items()
     )
 
 
@@ -204,18 +195,26 @@ def make_tables(
     air.write(air_values(kind))
     air.bind()
     maker = _Maker(ctx)
+    g = np.array(kind.air.aerosol_asymmetry)
     try:
-        transmittance = maker.drawn("transmittance", ())
-        once = diffuse = [np.zeros_like(t) for t in maker.read("diffuse")]
+        tables = {name: np.zeros(shape, np.float32) for name, shape in TABLES.items()}
+        tables["transmittance_table"] = maker.transmittance()
         for order in range(orders):
             if order == 0:
-                once = diffuse = maker.drawn("first", transmittance)
+                peak = maker.rings("aureole", tables)[0]
+                aureole = aureole_strength(_FIRST, kind.radius, g, peak)
+                once = skylight(_FIRST, kind.radius, g, maker.rings("first", tables), aureole).tables
+                light = once
             else:
-                more = maker.drawn("next", diffuse)
-                diffuse = [a + b for a, b in zip(once, more, strict=True)]
+                field = maker.rings("next", tables)
+                more = skylight(_NEXT, kind.radius, g, field, np.zeros_like(aureole)).tables
+                light = tuple(a + b for a, b in zip(once, more, strict=True))
+            names = ("mean", "mxx", "mzz", "mxz", "down", "aureole", "by_look", "by_look_x")
+            for name, table in zip(names, light, strict=True):
+                tables[f"diffuse_{name}"] = table.astype(np.float32)
             if progress is not None:
                 progress(order + 1, orders)
-        return dict(zip(TABLES, (*transmittance, *diffuse), strict=True))
+        return tables
     finally:
         ctx.detect_framebuffer(0).use()
         maker.release()
@@ -223,52 +222,80 @@ def make_tables(
 
 
 class _Maker:
-    """The programs and targets that draw tables; each table comes back as an array."""
+    """The programs and targets that draw tables; what they draw comes back as arrays."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        self._targets = {
-            name: ImageTarget(ctx, size, (Format("f4", 4),) * count)
-            for (name, size), count in zip(_SIZES.items(), (1, len(DIFFUSE) + 1), strict=True)
-        }
+        self._program = FullscreenProgram(ctx, "air/transmittance", _TABLE, [], shared=[AIR])
+        self._rings: dict[str, tuple[FullscreenProgram, Rings, list[str]]] = {}
+        self._ring_program("first", _FIRST, ["transmittance_table"], "WITHOUT_DIFFUSE")
+        self._ring_program(
+            "aureole",
+            _FIRST,
+            ["transmittance_table"],
+            "WITHOUT_DIFFUSE",
+            "WITHOUT_RAYLEIGH",
+            "AUREOLE",
+        )
+        self._ring_program("next", _NEXT, ["diffuse_down", *SCATTERING], "WITHOUT_SUN")
 
-        def program(
-            name: str, samplers: list[str], sampling: _Sampling, without: str
-        ) -> FullscreenProgram:
-            defines = {**sampling.defines, without: 1}
-            return FullscreenProgram(ctx, name, _TABLE, samplers, shared=[AIR], defines=defines)
+    def _ring_program(self, name: str, rings: Rings, samplers: list[str], *variant: str) -> None:
+        defines = {"ABOVE": rings.above, "AROUND": rings.around, "STEPS": rings.steps}
+        defines |= dict.fromkeys(variant, 1)
+        program = FullscreenProgram(
+            self._ctx, "air/diffuse", _TABLE, samplers, shared=[AIR], defines=defines
+        )
+        self._rings[name] = program, rings, samplers
 
-        everything = list(TABLES)
-        self._programs = {
-            "transmittance": program("air/transmittance", [], _FIRST, "WITHOUT_DIFFUSE"),
-            "first": program("air/diffuse", everything[:1], _FIRST, "WITHOUT_DIFFUSE"),
-            "next": program("air/diffuse", everything[1:], _NEXT, "WITHOUT_SUN"),
-        }
+    def transmittance(self) -> Floats:
+        values = {"table_size": _TRANSMITTANCE, "nodes": np.zeros((_NODES, 4))}
+        return self._drawn(self._program, values, (), _TRANSMITTANCE, 1)[0]
 
-    def read(self, name: str) -> list[Floats]:
-        target = self._targets[name]
-        return [np.array(target.read(i)) for i in range(len(target.formats))]
-
-    def drawn(self, name: str, sources: Sequence[Floats]) -> list[Floats]:
-        target = "transmittance" if name == "transmittance" else "diffuse"
-        size = _SIZES[target]
-        textures = [_texture(self._ctx, array) for array in sources]
-        State().apply(self._ctx, self._targets[target].framebuffer, (0, 0, *size))
-        nodes = (_NEXT if name == "next" else _FIRST).nodes
-        self._programs[name].draw({"table_size": size, "nodes": nodes}, textures)
-        drawn = self.read(target)
+    def rings(self, name: str, tables: dict[str, Floats]) -> tuple[Array, Array, Array]:
+        """Three harmonics of the light on rings, (rings, heights, suns, 4) each."""
+        program, rings, samplers = self._rings[name]
+        count = rings.above + rings.below
+        nodes = np.zeros((_NODES, 4))
+        nodes[:count, :2] = rings.nodes
+        textures = [_texture(self._ctx, tables[name]) for name in samplers]
+        values = {"table_size": (SUNS, HEIGHTS), "nodes": nodes}
+        drawn = self._drawn(program, values, textures, (SUNS, HEIGHTS * count), 3)
         for texture in textures:
             texture.release()
+        zero, one, two = (a.reshape(count, HEIGHTS, SUNS, 4).astype(np.float64) for a in drawn)
+        return zero, one, two
+
+    def _drawn(
+        self,
+        program: FullscreenProgram,
+        values: dict[str, object],
+        textures: Sequence[_Texture],
+        size: tuple[int, int],
+        outputs: int,
+    ) -> list[Floats]:
+        target = ImageTarget(self._ctx, size, (Format("f4", 4),) * outputs)
+        State().apply(self._ctx, target.framebuffer, (0, 0, *size))
+        program.draw(values, textures)
+        drawn = [np.array(target.read(i)) for i in range(outputs)]
+        self._ctx.detect_framebuffer(0).use()
+        target.release()
         return drawn
 
     def release(self) -> None:
-        for owner in (*self._programs.values(), *self._targets.values()):
-            owner.release()
+        self._program.release()
+        for program, _, _ in self._rings.values():
+            program.release()
 
 
-def _texture(ctx: moderngl.Context, array: Floats) -> moderngl.Texture:
-    height, width = array.shape[:2]
-    texture = ctx.texture((width, height), 4, array.tobytes(), dtype="f4")
+def _texture(ctx: moderngl.Context, array: Floats) -> _Texture:
+    *depth, height, width, _ = array.shape
+    size, data = (width, height), array.tobytes()
+    texture: _Texture
+    if depth:
+        texture = ctx.texture3d((*size, depth[0]), 4, data, dtype="f4")
+        texture.repeat_z = False
+    else:
+        texture = ctx.texture(size, 4, data, dtype="f4")
     texture.repeat_x = texture.repeat_y = False
     texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
     return texture
