@@ -27,9 +27,23 @@ struct AirRay {
     float mu_ground;   // cosine of the ray from the zenith, where it meets the ground
 };
 
-vec4 air_view(sampler2D table, float column, float row) {
-    vec2 size = vec2(textureSize(table, 0));
-    return textureLod(table, vec2(table_place(column, size.x), (row + 0.5) / size.y), 0.0);
+vec2 view_place(float column, float row) {
+    vec2 size = vec2(textureSize(view_light, 0));
+    return vec2(table_place(column, size.x), (row + 0.5) / size.y);
+}
+
+// The tables hold the fourth and the eighth root.
+vec4 view_light_at(vec2 place) {
+    vec4 root = textureLod(view_light, place, 0.0);
+    root *= root;
+    return root * root;
+}
+
+vec4 view_transmittance_at(vec2 place) {
+    vec4 root = textureLod(view_transmittance, place, 0.0);
+    root *= root;
+    root *= root;
+    return root * root;
 }
 
 // direction : unit, in sphere space
@@ -44,9 +58,7 @@ AirRay air_ray(vec3 direction, float b, float d, float on_ground) {
     float mu_ground = sqrt(clamp(d, 0.0, 1.0));
     float ground = (1.0 - row_of_cosine(mu_ground, sqrt(1.0 - mu_ground * mu_ground)))
                  * (GROUND_ROWS - 1.0);
-    float share = sqrt(clamp(1.0 + min(d, 0.0) / horizon_reach, 0.0, 1.0));
-    float beyond = sqrt(max(-d, 0.0) / (horizon_reach * (1.0 + share)));
-    float limb = GROUND_ROWS + clamp(beyond, 0.0, 1.0) * (LIMB_ROWS - 1.0);
+    float limb = GROUND_ROWS + row_of_limb(clamp(-d / horizon_reach, 0.0, 1.0)) * (LIMB_ROWS - 1.0);
 #ifdef AIR_INSIDE
     float mu = max(b, 0.0) * camera_nearness;
     float up = GROUND_ROWS + LIMB_ROWS + row_of_cosine(mu, sine) * (SKY_ROWS - 1.0);
@@ -60,12 +72,12 @@ AirRay air_ray(vec3 direction, float b, float d, float on_ground) {
     float row = seen ? ground + 1.0 - on_ground : limb - on_ground;
     AirRay ray;
     ray.mu_ground = mu_ground;
-    ray.light = air ? air_view(view_light, column, row) * earth_sun_irradiance : vec4(0.0);
+    ray.light = air ? view_light_at(view_place(column, row)) * earth_sun_irradiance : vec4(0.0);
 #ifdef AIR_INSIDE
-    ray.to_ground = air_view(view_transmittance, column, seen ? ground : GROUND_ROWS - 1.0);
-    ray.to_space = air_view(view_transmittance, column, seen ? GROUND_ROWS : limb);
+    ray.to_ground = view_transmittance_at(view_place(column, seen ? ground : GROUND_ROWS - 1.0));
+    ray.to_space = view_transmittance_at(view_place(column, seen ? GROUND_ROWS : limb));
 #else
-    ray.to_ground = ray.to_space = air ? air_view(view_transmittance, column, row) : vec4(1.0);
+    ray.to_ground = ray.to_space = air ? view_transmittance_at(view_place(column, row)) : vec4(1.0);
 #endif
     return ray;
 }

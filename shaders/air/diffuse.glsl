@@ -24,9 +24,12 @@ vec4 diffuse_source(Medium medium, float height, float mu, float mu_sun, float n
     vec4 myy = mean - mxx - mzz;
     vec4 along = x * x * mxx + y2 * myy + mu * mu * mzz + 2.0 * x * mu * mxz;
     // Henyey and Greenstein's function convolved with itself has the square of its asymmetry.
+    vec4 aureole = textureLod(diffuse_aureole, place, 0.0);
     vec4 gg = aerosol_asymmetry * aerosol_asymmetry;
     vec4 e = 1.0 + gg * gg - 2.0 * gg * nu;
-    vec4 by_aerosol = textureLod(diffuse_aureole, place, 0.0) * (1.0 - gg * gg) / (4.0 * PI * e * sqrt(e))
+    // Twice around the zenith, the field's second Legendre term, less the aureole's own.
+    vec4 twice = 3.75 * gg * (x * x - y2) * (mxx - myy - aureole * gg * (1.0 - mu_sun * mu_sun));
+    vec4 by_aerosol = (aureole * (1.0 - gg * gg) / (e * sqrt(e)) + twice) / (4.0 * PI)
                     + textureLod(diffuse_by_look, look, 0.0)
                     + textureLod(diffuse_by_look_x, look, 0.0) * x;
     return medium.rayleigh * (3.0 / (16.0 * PI)) * (mean + along) + medium.aerosol * by_aerosol;

@@ -21,8 +21,7 @@ void main() {
         b = -sqrt(c + d);
     } else if (row < GROUND_ROWS + LIMB_ROWS - 0.5) {
         float x = (row - GROUND_ROWS) / (LIMB_ROWS - 1.0);
-        float share = 1.0 - x * x;
-        d = -reach * (1.0 - share * share);
+        d = -reach * limb_of_row(x);
         // At the top of the air, and at a camera's own level inside it, without a remainder.
         b = -sqrt(max(c + d, 0.0));
     } else {
@@ -34,8 +33,8 @@ void main() {
     float sine = row < GROUND_ROWS + LIMB_ROWS - 0.5 ? sqrt(R2 - d) / r : sqrt(max(1.0 - mu * mu, 0.0));
     float nu = mu * camera_sun.x + sine * camera_sun.y * cos_azimuth;
     Stretch way = stretch_of_ray(c, r, b, d, camera_sun.x, nu, ground);
-    // A ray along the camera's own level starts upwards.
     Passage air = march(way, STEPS);
-    light = air.light;
-    transmittance = air.transmittance;
+    // As roots, which bend less between rows: deep in the limb both fall by e within a kilometre.
+    light = sqrt(sqrt(air.light));
+    transmittance = sqrt(sqrt(sqrt(air.transmittance)));
 }

@@ -5,6 +5,29 @@
 #include "block/airview"
 #include "air/places.glsl"
 
+// Rows along the limb crowd at its foot for a camera in space.
+const float LIMB_FOOT = 0.25;
+
+// Part of the rows for the ray's lowest height, as a share of the camera's or the top's by squared
+// distance from the ground. Inside the air the last row lies along the camera's own level, where the
+// air changes with the ray's angle.
+float row_of_limb(float share) {
+#ifdef AIR_INSIDE
+    return sqrt(share / (1.0 + sqrt(1.0 - share)));
+#else
+    return sqrt(share * (1.0 + 2.0 * LIMB_FOOT) + LIMB_FOOT * LIMB_FOOT) - LIMB_FOOT;
+#endif
+}
+
+float limb_of_row(float x) {
+#ifdef AIR_INSIDE
+    float y = 1.0 - x * x;
+    return 1.0 - y * y;
+#else
+    return x * (x + 2.0 * LIMB_FOOT) / (1.0 + 2.0 * LIMB_FOOT);
+#endif
+}
+
 const float GROUND_ROWS = 64.0, LIMB_ROWS = 128.0, SKY_ROWS = 64.0;
 
 // Part of the rows for a direction with the cosine `mu` >= 0 from the vertical and `sine`: the root of

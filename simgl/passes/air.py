@@ -49,7 +49,7 @@ AIR_SAMPLERS = ("transmittance_table", "diffuse_down", "view_light", "view_trans
 
 # As in shaders/air/view.glsl; of the half circle of azimuths.
 _GROUND_ROWS, _LIMB_ROWS, _SKY_ROWS = 64, 128, 64
-_COLUMNS = 64
+_COLUMNS = 96
 # Cells of a ray: single scattering within 0.1 % of twice as many.
 _STEPS = 48
 
@@ -79,7 +79,7 @@ class AirPass:
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        self._program: FullscreenProgram | None = None
+        self._programs: dict[bool, FullscreenProgram] = {}
         self._view = UniformBuffer(ctx, AIR_VIEW)
         self._tables: dict[AirKind, AirTables] = {}
         self._views: OrderedDict[tuple[object, ...], ImageTarget] = OrderedDict()
@@ -118,14 +118,15 @@ class AirPass:
 
     def _draw(self, key: tuple[AirKind, float, float], tables: AirTables) -> None:
         kind, height, angle = key
-        if self._program is None:
-            self._program = FullscreenProgram(
+        inside = height < AIR_TOP
+        if inside not in self._programs:
+            self._programs[inside] = FullscreenProgram(
                 self._ctx,
                 "air/view",
                 AIR_VIEW,
                 ["transmittance_table", *SCATTERING],
                 shared=[AIR],
-                defines={"STEPS": _STEPS},
+                defines={"STEPS": _STEPS} | ({"AIR_INSIDE": 1} if inside else {}),
             )
         size = _COLUMNS, _GROUND_ROWS + _LIMB_ROWS + _SKY_ROWS
         if len(self._views) >= _KEPT:
@@ -135,11 +136,11 @@ class AirPass:
             for texture in target.textures:
                 texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
                 texture.repeat_x = texture.repeat_y = False
-        rows = size[1] if height < AIR_TOP else size[1] - _SKY_ROWS
+        rows = size[1] if inside else size[1] - _SKY_ROWS
         area = (0, 0, _COLUMNS, rows)
         self.state.apply(self._ctx, target.framebuffer, area, area)
         sources = [tables.textures[name] for name in ("transmittance_table", *SCATTERING)]
-        self._program.draw(_values(kind.radius, height, angle), sources)
+        self._programs[inside].draw(_values(kind.radius, height, angle), sources)
         self._views[key] = target
 
     def release(self) -> None:
@@ -151,9 +152,9 @@ class AirPass:
         for tables in self._tables.values():
             tables.release()
         self._tables.clear()
-        if self._program is not None:
-            self._program.release()
-            self._program = None
+        for program in self._programs.values():
+            program.release()
+        self._programs.clear()
         self._view.release()
 
 
