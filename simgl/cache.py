@@ -1,4 +1,4 @@
-"""Arrays kept as files in the user's cache: what takes seconds to make is made once on a machine."""
+"""Arrays kept as files in the user's cache: what takes seconds is made once on a machine."""
 
 from __future__ import annotations
 

@@ -3,7 +3,7 @@
 #include "block/air"
 #include "air/places.glsl"
 
-const float SUN_CROWDING = 10.0, SUN_MIDDLE = 0.03;
+const float SUN_CROWDING = 16.0, SUN_MIDDLE = 0.04;
 
 float arcsinh(float x) {
     return sign(x) * log(abs(x) + sqrt(x * x + 1.0));

@@ -42,7 +42,9 @@ class FullscreenProgram:
         self._array = ctx.vertex_array(self._program, [])
         self._block = UniformBuffer(ctx, block)
 
-    def draw(self, values: Mapping[str, Any], textures: Sequence[moderngl.Texture | moderngl.Texture3D]) -> None:
+    def draw(
+        self, values: Mapping[str, Any], textures: Sequence[moderngl.Texture | moderngl.Texture3D]
+    ) -> None:
         """Fill the block, bind the textures in the order of the samplers, and draw."""
         self._block.write(values)
         self._block.bind()

@@ -36,10 +36,11 @@ AIR_VIEW = Block(
             # r^2 - R^2 of the camera, and of its horizon's far end: its own, or the top's [R^2].
             ("outside_air", "f4"),
             ("horizon_reach", "f4"),
-            # R / r of the camera.
+            # One over the camera's place in sphere space; its height [km].
             ("camera_nearness", "f4"),
+            ("camera_height", "f4"),
             ("view_columns", "f4"),
-            ("view_padding", "f4", 2),
+            ("view_padding", "f4"),
         ]
     ),
 )
@@ -53,9 +54,9 @@ _COLUMNS = 96
 # Cells of a ray: single scattering within 0.1 % of twice as many.
 _STEPS = 48
 
-# The steps of a view: of its height, relative, and of the Sun's angle [rad]: 100 m at 400 km, and the
-# angle that 390 m on the ground make. At the terminator, where light falls by e in 1.5 degrees, half
-# a step is 0.1 %.
+# The steps of a view: of its height, relative, and of the Sun's angle [rad]: 100 m at 400 km, and
+# what 390 m on the ground make. At the terminator, where light falls by e in 1.5 degrees, half a
+# step is 0.1 %.
 _HEIGHT_STEP, _ANGLE_STEP = 2.0**-12, 2.0**-14
 _KEPT = 8
 
@@ -69,7 +70,7 @@ class AirBefore:
     """
 
     inside: bool
-    textures: tuple[moderngl.Texture, ...]
+    textures: tuple[moderngl.Texture | moderngl.Texture3D, ...]
 
 
 class AirPass:
@@ -110,11 +111,8 @@ class AirPass:
         self._views.move_to_end(key)
         self._view.write(_view_values(planet, kind.radius, height, angle))
         self._view.bind()
-        named = dict(zip(AIR_SAMPLERS[2:], self._views[key].textures, strict=True))
-        named |= tables.textures
-        return AirBefore(
-            inside=height < AIR_TOP, textures=tuple(named[name] for name in AIR_SAMPLERS)
-        )
+        shared = (tables.textures[name] for name in AIR_SAMPLERS[:2])
+        return AirBefore(inside=height < AIR_TOP, textures=(*shared, *self._views[key].textures))
 
     def _draw(self, key: tuple[AirKind, float, float], tables: AirTables) -> None:
         kind, height, angle = key
@@ -192,6 +190,7 @@ def _values(radius: float, height: float, angle: float) -> dict[str, object]:
         "outside_air": outside,
         "horizon_reach": min(outside, reach),
         "camera_nearness": 1.0 / np.sqrt(1.0 + outside),
+        "camera_height": height / 1e3,
         "view_columns": _COLUMNS,
     }
 

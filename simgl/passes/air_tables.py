@@ -63,8 +63,8 @@ AIR = Block(
 
 
 # Sunlight scattered once has the aerosol's peak in it, all further light is smooth.
-_FIRST, _NEXT = Rings(16, 10, 16, 24), Rings(8, 6, 8, 8)
-_NODES = 26
+_FIRST, _NEXT = Rings(12, 8, 12, 20), Rings(8, 6, 6, 8)
+_NODES = 20
 
 # Of scattering and reflection; what the next would add is below 1e-4 of the whole.
 ORDERS = 9
@@ -164,7 +164,9 @@ def tables_of(
 def _key(ctx: moderngl.Context, kind: AirKind) -> str:
     shaders = assets.shaders() / "air"
     texts = [(shaders / f"{name}.glsl").read_text("utf-8") for name in _SHADERS]
-    texts += [(shaders / f"{name}.frag").read_text("utf-8") for name in ("transmittance", "diffuse")]
+    texts += [
+        (shaders / f"{name}.frag").read_text("utf-8") for name in ("transmittance", "diffuse")
+    ]
     what = (_FIRST, _NEXT, ORDERS, TABLES, astuple(kind), AIR.dtype.descr)
     driver = ctx.info["GL_RENDERER"], ctx.info["GL_VERSION"]
     return hashlib.sha256(repr((what, driver, texts)).encode()).hexdigest()
@@ -203,7 +205,9 @@ def make_tables(
             if order == 0:
                 peak = maker.rings("aureole", tables)[0]
                 aureole = aureole_strength(_FIRST, kind.radius, g, peak)
-                once = skylight(_FIRST, kind.radius, g, maker.rings("first", tables), aureole).tables
+                once = skylight(
+                    _FIRST, kind.radius, g, maker.rings("first", tables), aureole
+                ).tables
                 light = once
             else:
                 field = maker.rings("next", tables)

@@ -2,9 +2,9 @@
 
 At every height and angle of the Sun the radiance is known on rings of constant elevation, by its
 first three harmonics in azimuth from the Sun. Rayleigh scattering reads a mean and a tensor of it.
-The aerosol's forward peak reads more: the light about the Sun, which keeps the phase function's own
-shape, is split off as an aureole; the rest is smooth and kept by elevation. Radiances [sr-1] are for
-sunlight of 1 W m-2, arrays (heights, ..., suns, 4) with the bands last.
+The aerosol's forward peak reads more: the light about the Sun, which keeps the phase function's
+own shape, is split off as an aureole; the rest is smooth and kept by elevation. Radiances [sr-1]
+are for sunlight of 1 W m-2, arrays (heights, ..., suns, 4) with the bands last.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from simgl.physics.air import AIR_TOP
 Array = NDArray[np.float64]
 
 # The axes of the tables, as in shaders/air/diffuse_place.glsl.
-HEIGHTS, SUNS, LOOKS = 32, 64, 24
-_CROWDING, _MIDDLE = 10.0, 0.03
+HEIGHTS, SUNS, LOOKS = 32, 96, 24
+_CROWDING, _MIDDLE = 16.0, 0.04
 
 # Legendre terms of the aerosol's phase function: 0.8^24 is 5e-3.
 _TERMS = 24

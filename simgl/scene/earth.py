@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from simgl.physics.air import Atmosphere
 from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS, WGS84_POLAR_RADIUS
 
-
 # Of ground and clouds together, in every band, for the light that goes to and fro between them and
 # the air: the planet's Bond albedo is 0.29 (CERES EBAF).
 MEAN_ALBEDO = 0.3

@@ -58,7 +58,7 @@ def test_the_limb_of_the_wgs84_ellipsoid_lies_where_geometry_puts_it(gl: moderng
                 "focal_length_mm": 50.0,
             },
             sun_direction=(float(np.cos(latitude)), 0.3, float(np.sin(latitude))),
-            earth={"shape": "wgs84", "albedo": 0.3},
+            earth={"shape": "wgs84", "albedo": 0.3, "atmosphere": "none"},
         )
         column = radiance(gl, scenario)[:, 64, 1].astype(np.float64)
         # The boresight is the middle of the image; the limb must cross it there. Under the limb the
@@ -83,7 +83,7 @@ def test_the_map_shows_the_sahara_and_the_pacific_where_they_are(gl: moderngl.Co
             {},
             {"position_icrf_m": (6.8e6 * up).tolist(), "boresight": (-up).tolist()},
             sun_direction=tuple(up.tolist()),
-            earth={"shape": "wgs84"},
+            earth={"shape": "wgs84", "atmosphere": "none"},
         )
         image = radiance(gl, scenario)
         irradiance = np.array([154.439, 174.774, 171.947, 313.358])
@@ -111,7 +111,7 @@ def test_north_is_up_and_east_is_right(gl: moderngl.Context) -> None:
             "focal_length_mm": 0.5,
         },
         sun_direction=tuple(up.tolist()),
-        earth={"shape": "wgs84"},
+        earth={"shape": "wgs84", "atmosphere": "none"},
     )
     red = radiance(gl, scenario)[..., 0]
     centre = red[54:74, 54:74].mean()

@@ -1,0 +1,130 @@
+"""Looking through the air without a whole simulator: one pass for many rays and parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from simgl.gpu.targets import Format, ImageTarget
+from simgl.passes.air import AirPass
+from simgl.passes.planet import PlanetPass
+from simgl.physics.air import SOURCE
+from simgl.physics.spectrum import BandLight
+from simgl.scene.camera import Camera, Detector, Lens
+from simgl.scene.earth import Earth
+from simgl.scene.state import CameraState, EarthState, SceneState, SunInDirection
+from simgl.view.background import background
+
+Array = NDArray[np.float64]
+Floats = NDArray[np.float32]
+
+RADIUS = 6.371e6
+SUN_HALF_ANGLE = np.radians(0.2666)
+
+
+def sphere(albedo: float, air: object = SOURCE) -> Earth:
+    """The sphere of the truth tables, evenly grey."""
+    return Earth(
+        equatorial_radius=RADIUS,
+        polar_radius=RADIUS,
+        albedo=(albedo,) * 4,
+        air=air,  # type: ignore[arg-type]
+    )
+
+
+def axes(view: Array, up: Array | None = None) -> Array:
+    """(3, 3) rows x right, y down, z along the view."""
+    z = view / np.linalg.norm(view)
+    hint = np.eye(3)[int(np.argmin(np.abs(z)))] if up is None else up
+    y = -(hint - np.dot(hint, z) * z)
+    y /= np.linalg.norm(y)
+    return np.stack([np.cross(y, z), y, z])
+
+
+@dataclass(frozen=True, eq=False)
+class Window:
+    """Draws planet and air for sunlight of 1 W m-2 in each band."""
+
+    ctx: moderngl.Context
+    air: AirPass
+    planet: PlanetPass
+
+    def picture(
+        self,
+        earth: Earth,
+        place: Array,
+        view: Array,
+        sun: Array,
+        *,
+        up: Array | None = None,
+        size: tuple[int, int] = (3, 3),
+        pixel: float = 1e-5,
+        disc: bool = False,
+    ) -> Floats:
+        """(height, width, 4) radiance factor pi L / E; ``pixel`` is its angle [rad]."""
+        state, camera = _state(earth, place, axes(view, up), sun, size, pixel, disc)
+        target = ImageTarget(self.ctx, size, (Format("f4", 4),))
+        self.planet.draw(background(state, camera), target.framebuffer, (0, 0, *size))
+        picture = np.pi * target.read()
+        self.ctx.detect_framebuffer(0).use()
+        target.release()
+        return np.asarray(picture, np.float32)
+
+    def ray(self, earth: Earth, place: Array, view: Array, sun: Array) -> Array:
+        """(4,) radiance factor in one direction."""
+        return np.asarray(self.picture(earth, place, view, sun)[1, 1], np.float64)
+
+
+@contextmanager
+def window(ctx: moderngl.Context) -> Iterator[Window]:
+    """Everything freed at the end."""
+    air = AirPass(ctx)
+    planet = PlanetPass(ctx, air)
+    try:
+        yield Window(ctx, air, planet)
+    finally:
+        planet.release()
+        air.release()
+
+
+def _state(
+    earth: Earth,
+    place: Array,
+    R_camera_from_icrf: Array,
+    sun: Array,
+    size: tuple[int, int],
+    pixel: float,
+    disc: bool,
+) -> tuple[SceneState, CameraState]:
+    light = BandLight(irradiance=np.ones(4), photons_per_joule=np.ones(4))
+    seen = SunInDirection(
+        direction_icrf=sun, light=light, angular_radius=SUN_HALF_ANGLE, visible=disc
+    )
+    detector = Detector(
+        width=size[0],
+        height=size[1],
+        pixel_pitch=1e-6,
+        quantum_efficiency=(1.0, 1.0, 1.0, 1.0),
+        full_well=1.0,
+        read_noise=0.0,
+        bits=12,
+        pedestal=0.0,
+        gain_dn_per_e=1.0,
+    )
+    lens = Lens(focal_length=1e-6 / pixel, f_number=1.0)
+    camera = Camera(name="cam", lens=lens, detector=detector, exposure_time=1.0)
+    seat = CameraState(camera=camera, position=place, R_camera_from_icrf=R_camera_from_icrf)
+    state = SceneState(
+        tai_ns=0,
+        sun=seen,
+        earth=EarthState(earth=earth, position=np.zeros(3), R_itrf_from_icrf=np.eye(3)),
+        moon=None,
+        bodies={},
+        cameras={"cam": seat},
+    )
+    return state, seat
