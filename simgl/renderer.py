@@ -12,26 +12,30 @@ from simgl.gpu.context import is_software
 from simgl.gpu.targets import Format, ImageTarget
 from simgl.gpu.timers import PassTimer
 from simgl.passes.air import AirPass
-from simgl.passes.detector import DetectorPass
+from simgl.passes.detector import DN_FORMAT, DetectorPass
 from simgl.passes.exchange import ExchangePass
 from simgl.passes.exposure import ExposurePass
 from simgl.passes.lamp_shadow import LampShadowPass
 from simgl.passes.meshes import MeshStore
+from simgl.passes.moon import MoonPass
 from simgl.passes.optics import OpticsPass
 from simgl.passes.planet import PlanetPass
 from simgl.passes.probe import ProbePass
 from simgl.passes.resolve import ResolvePass
 from simgl.passes.shadow import ShadowPass
+from simgl.passes.stars import StarPass
+from simgl.passes.sun import SunPass
 from simgl.passes.surface import LIGHTS, SurfacePass
 from simgl.passes.truth import TruthPass
 from simgl.scene.camera import Camera
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.transport.bake import Progress
 from simgl.view.frame import FrameView, Tile, truth_tile
+from simgl.view.heavens import Heavens
 
 _BANDS = (Format("f4", 4),)
 _ELECTRONS = (Format("f4"),)
-_DN = (Format("u2"),)
+_DN = (DN_FORMAT,)
 _TRUTH = (Format("f4"), Format("u4"))
 
 # Five targets for each of eight image sizes; a window that is resized leaves no more behind.
@@ -55,6 +59,9 @@ class Renderer:
         self._shadow = ShadowPass(ctx, self._meshes)
         self._lamp_shadow = LampShadowPass(ctx, self._meshes)
         self._surface = SurfacePass(ctx, self._meshes)
+        self._stars = StarPass(ctx)
+        self._sun = SunPass(ctx)
+        self._moon = MoonPass(ctx)
         self._air = AirPass(ctx)
         self._planet = PlanetPass(ctx, self._air)
         self._probe = ProbePass(ctx, self._planet.draw)
@@ -107,8 +114,21 @@ class Renderer:
         for tile in view.tiles[:1]:
             with self.timer.measure("probe"):
                 self._probe.draw([craft.sky for craft in tile.craft])
+        if view.background.heavens is not None:
+            with self.timer.measure("heavens"):
+                self._heavens(view.background.heavens, target)
         with self.timer.measure("planet"):
             self._planet.draw(view.background, target.framebuffer, (0, 0, *target.size))
+
+    def _heavens(self, view: Heavens, target: ImageTarget) -> None:
+        """What lies beyond the Earth, the farthest first."""
+        target.framebuffer.clear()
+        if view.stars is not None:
+            self._stars.draw(view, view.stars, target.framebuffer)
+        if view.sun is not None:
+            self._sun.draw(view.sun, target.framebuffer)
+        if view.moon is not None:
+            self._moon.draw(view.moon, target.framebuffer)
 
     def _samples(
         self, view: FrameView, *, apart: bool = False
@@ -152,7 +172,7 @@ class Renderer:
     def digital(
         self, camera: Camera, tai_ns: int, seed: int, electrons: ImageTarget
     ) -> ImageTarget:
-        """Digital numbers, R16UI."""
+        """Digital numbers, in ``DN_FORMAT``."""
         target = self._target("dn", camera, _DN)
         with self.timer.measure("detector"):
             self._detector.draw(camera, tai_ns, seed, electrons.textures[0], target.framebuffer)
@@ -191,6 +211,9 @@ class Renderer:
             self._shadow,
             self._lamp_shadow,
             self._surface,
+            self._stars,
+            self._sun,
+            self._moon,
             self._planet,
             self._air,
             self._probe,

@@ -25,10 +25,10 @@ class FullscreenProgram:
         name: str,
         block: Block,
         samplers: Sequence[str],
+        defines: Sequence[str] | Mapping[str, int] = (),
         *,
         shared: Sequence[Block] = (),
         spare: Sequence[Block] = (),
-        defines: Mapping[str, int | float] | None = None,
     ) -> None:
         self._program = load_program(
             ctx,
@@ -37,7 +37,7 @@ class FullscreenProgram:
             blocks=[block, *shared],
             spare=spare,
             samplers=samplers,
-            defines=defines,
+            defines=defines if isinstance(defines, Mapping) else dict.fromkeys(defines, 1),
         )
         self._array = ctx.vertex_array(self._program, [])
         self._block = UniformBuffer(ctx, block)

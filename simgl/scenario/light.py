@@ -1,4 +1,4 @@
-"""The ``[sun]`` and ``[earth]`` tables."""
+"""The ``[sun]``, ``[earth]`` and ``[sky]`` tables."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ from simgl.physics.spectrum import black_body_light
 from simgl.physics.sun import UNIFORM, astm_g173_light, limb_darkening
 from simgl.scenario.fields import direction, fractions
 from simgl.scenario.scenario import EphemerisSun
-from simgl.scenario.schema import EarthTable, SunTable
+from simgl.scenario.schema import EarthTable, SkyTable, SunTable
 from simgl.scene.earth import Earth
+from simgl.scene.stars import StarCatalogue, shipped_stars
 from simgl.scene.state import SunInDirection
 
 
@@ -62,3 +63,13 @@ def read_earth(table: EarthTable, where: str) -> Earth | None:
         radius = table.radius_km * 1e3
         return Earth(equatorial_radius=radius, polar_radius=radius, albedo=albedo, air=air)
     return Earth(albedo=albedo, air=air)
+
+
+def read_sky(table: SkyTable, sun: EphemerisSun | SunInDirection) -> StarCatalogue | None:
+    """The stars of a scene; None for a sky without them."""
+    if table.stars is False:
+        return None
+    # A Sun fixed by hand makes a laboratory of the scene: no Moon, and no stars unless asked for.
+    if table.stars is None and isinstance(sun, SunInDirection):
+        return None
+    return shipped_stars(table.faintest_star_mag)

@@ -12,6 +12,7 @@ from msgspec import Meta, Struct
 
 from simgl.lattice import FEWEST
 from simgl.scene.layers import SMOOTHEST
+from simgl.scene.stars import FAINTEST
 
 Positive = Annotated[float, Meta(gt=0.0)]
 NonNegative = Annotated[float, Meta(ge=0.0)]
@@ -71,6 +72,18 @@ class EarthTable(Table, frozen=True, kw_only=True):
     radius_km: Positive | None = None
     albedo: BandValues | None = None
     atmosphere: Literal["standard", "source", "none"] | None = None
+
+
+class SkyTable(Table, frozen=True, kw_only=True):
+    """``[sky]``: what lies beyond the Earth.
+
+    stars : draw the stars of the Hipparcos catalogue; omitted, they are, unless ``direction_icrf``
+        fixes the Sun by hand
+    faintest_star_mag : the largest visual magnitude V drawn
+    """
+
+    stars: bool | None = None
+    faintest_star_mag: Annotated[float, Meta(ge=-2.0, le=FAINTEST)] = FAINTEST
 
 
 class CoatTable(Table, frozen=True, kw_only=True):
@@ -168,7 +181,10 @@ class PrimitiveTable(Table, frozen=True, kw_only=True):
 
 
 class OrbitTable(Table, frozen=True, kw_only=True):
-    """A two-body orbit; size by ``altitude_km`` (circular) or ``semi_major_axis_km``."""
+    """A two-body orbit; size by ``altitude_km`` (circular) or ``semi_major_axis_km``.
+
+    j2 : node, perigee and mean anomaly drift with the Earth's oblateness
+    """
 
     altitude_km: Positive | None = None
     semi_major_axis_km: Positive | None = None
@@ -177,6 +193,21 @@ class OrbitTable(Table, frozen=True, kw_only=True):
     raan_deg: float = 0.0
     argument_of_perigee_deg: float = 0.0
     true_anomaly_deg: float = 0.0
+    j2: bool = False
+
+
+class MotionFileTable(Table, frozen=True, kw_only=True):
+    """A file of motion: CCSDS OEM or AEM, two-line elements, or a table (CSV).
+
+    object : which one, where the file holds several
+    longest_gap_s : a longer step between samples is a gap; default five times the median step
+    interpolation_error_m : a curve through the samples that may be off by more is refused
+    """
+
+    file: str
+    object: str | None = None
+    longest_gap_s: Positive | None = None
+    interpolation_error_m: Positive = 1.0
 
 
 class PointAtTable(Table, frozen=True, kw_only=True):
@@ -191,23 +222,35 @@ class SpacecraftTable(Table, frozen=True, kw_only=True):
 
     model : name of a shipped model, path of a glTF/OBJ/STL file, or a primitive
     unit_m : metres per unit of a model file that does not say it (OBJ, STL)
-    place : exactly one of ``orbit``, ``relative_to`` with ``position_lvlh_m``, ``position_icrf_m``
+    place : exactly one of ``orbit``, ``trajectory`` (a file), ``relative_to`` with
+        ``position_lvlh_m``, ``position_icrf_m``; a file in LVLH axes goes with ``relative_to``
+    drift : from ``position_lvlh_m`` and ``velocity_lvlh_m_s`` at the epoch by Clohessy-Wiltshire;
+        omitted, it stays at its place
     attitude : "lvlh" (default on an orbit), "icrf" (default at a fixed place), or one of the keys
-        ``quaternion_icrf_from_body_xyzw``, ``quaternion_lvlh_from_body_xyzw``, ``point_at``
+        ``quaternion_icrf_from_body_xyzw``, ``quaternion_lvlh_from_body_xyzw``, ``point_at``,
+        ``attitude_file``
+    joints : ``joints_deg`` by name; ``joint_file``, a table with columns joint_NAME_deg;
+        ``sun_tracking``, drives that follow the Sun; a joint in none of them is as stored
     """
 
     model: str | PrimitiveTable
     unit_m: Positive | None = None
     orbit: OrbitTable | None = None
+    trajectory: str | MotionFileTable | None = None
     relative_to: str | None = None
     position_lvlh_m: Vector | None = None
     velocity_lvlh_m_s: Vector | None = None
+    drift: bool = False
     position_icrf_m: Vector | None = None
     velocity_icrf_m_s: Vector | None = None
     attitude: Literal["lvlh", "icrf"] | None = None
     quaternion_icrf_from_body_xyzw: Quaternion | None = None
     quaternion_lvlh_from_body_xyzw: Quaternion | None = None
     point_at: PointAtTable | None = None
+    attitude_file: str | MotionFileTable | None = None
+    joints_deg: dict[str, float] | None = None
+    joint_file: str | MotionFileTable | None = None
+    sun_tracking: tuple[str, ...] = ()
 
 
 class OrbitingTable(Table, frozen=True, kw_only=True):
@@ -219,28 +262,112 @@ class OrbitingTable(Table, frozen=True, kw_only=True):
     range_m: Positive
 
 
-class CameraPresetTable(Table, frozen=True, kw_only=True):
-    """A camera preset file, ``NAME.toml``: every value that a detector needs, with its source."""
+class CurveTable(Table, frozen=True, kw_only=True):
+    """A curve over the wavelength, linear between its points and 0 outside.
+
+    Either both lists, or the path of a CSV file with two columns, wavelength in nm and value.
+    """
+
+    wavelength_nm: tuple[float, ...] | None = None
+    value: tuple[Fraction, ...] | None = None
+    csv: str | None = None
+
+
+class FiltersTable(Table, frozen=True, kw_only=True):
+    """Transmission of the filters on the pixels of a colour detector."""
+
+    red: CurveTable
+    green: CurveTable
+    blue: CurveTable
+
+
+class ParticlesTable(Table, frozen=True, kw_only=True):
+    """Charged particles through the detector.
+
+    flux_cm2_s : through its plane, both sides; half of an isotropic, omnidirectional flux
+    depth_um : of the layer whose charge is collected
+    charge_e_um : set free along the path; 80 for minimum-ionising particles, 630 for 50 MeV protons
+    """
+
+    flux_cm2_s: NonNegative
+    depth_um: Positive = 5.0
+    charge_e_um: Positive = 80.0
+
+
+Bits = Annotated[int, Meta(ge=8, le=16)]
+Pixels = Annotated[int, Meta(ge=1, le=16384)]
+
+
+class DetectorTable(Table, frozen=True, kw_only=True):
+    """What preset files and ``[camera.NAME]`` both say about a detector.
+
+    fill_factor : share of a pixel's light that reaches the photodiode
+    gain_e_per_dn : at an analogue gain of 1
+    mosaic : colours of 2 x 2 pixels row by row from the top left; "mono" leaves the filters off
+    dark_current_e_s, hot_current_e_s : at 300 K
+    prnu : rms share of the mean; dead_pixels, hot_pixels : share of all pixels
+    row_pattern_e, column_pattern_e : fixed; row_noise_e : new in every frame
+    blooming : share of the charge beyond the full well that spills along the column
+    """
+
+    width_px: Pixels | None = None
+    height_px: Pixels | None = None
+    pixel_pitch_um: Positive | None = None
+    fill_factor: Annotated[float, Meta(gt=0.0, le=1.0)] | None = None
+    full_well_e: Positive | None = None
+    read_noise_e: NonNegative | None = None
+    bits: Bits | None = None
+    pedestal_dn: NonNegative | None = None
+    gain_e_per_dn: Positive | None = None
+    analogue_gain: Positive | None = None
+    mosaic: Literal["mono", "RGGB", "BGGR", "GRBG", "GBRG"] | None = None
+    dark_current_e_s: NonNegative | None = None
+    temperature_k: Annotated[float, Meta(ge=100.0, le=400.0)] | None = None
+    prnu: Fraction | None = None
+    dead_pixels: Fraction | None = None
+    dsnu_e: NonNegative | None = None
+    row_pattern_e: NonNegative | None = None
+    column_pattern_e: NonNegative | None = None
+    hot_pixels: Fraction | None = None
+    hot_current_e_s: NonNegative | None = None
+    row_noise_e: NonNegative | None = None
+    blooming: Fraction | None = None
+    shutter: Literal["global", "rolling"] | None = None
+    row_time_us: Positive | None = None
+    particles: ParticlesTable | None = None
+
+
+class CameraPresetTable(DetectorTable, frozen=True, kw_only=True):
+    """A camera preset file, ``NAME.toml``; what it does not give the detector does not have.
+
+    qe : electrons per photon of a pixel without a filter
+    window, micro_lens : what every pixel has in front of it besides: cover glass and infrared
+        filter, and the share of the light that the micro-lens brings to the photodiode
+    filters : of a colour detector
+    """
 
     source: str
-    width_px: Annotated[int, Meta(ge=1, le=16384)]
-    height_px: Annotated[int, Meta(ge=1, le=16384)]
+    width_px: Pixels
+    height_px: Pixels
     pixel_pitch_um: Positive
-    qe_wavelength_nm: tuple[float, ...]
-    qe: tuple[Fraction, ...]
+    qe: CurveTable
+    window: CurveTable | None = None
+    micro_lens: CurveTable | None = None
+    filters: FiltersTable | None = None
     full_well_e: Positive
     read_noise_e: NonNegative
-    bits: Annotated[int, Meta(ge=8, le=16)]
+    bits: Bits
     pedestal_dn: NonNegative
     gain_e_per_dn: Positive
 
 
-class CameraTable(Table, frozen=True, kw_only=True):
+class CameraTable(DetectorTable, frozen=True, kw_only=True):
     """``[camera.NAME]``: a preset, changed where a key is given, on a mount.
 
     mount : ``on`` (a spacecraft), or ``about`` (azimuth, elevation, range), or ``position_icrf_m``
     look_at : the spacecraft kept in the centre; else ``boresight`` in body or ICRF axes
-    quantum_efficiency : electrons per photon, one number or four bands
+    quantum_efficiency : electrons per photon without filters, one number or four bands
+    serial : number of this camera, which its fixed pattern follows; by default from its name
     """
 
     preset: str = "mt9m034"
@@ -257,15 +384,8 @@ class CameraTable(Table, frozen=True, kw_only=True):
     f_number: Annotated[float, Meta(ge=0.5)] = 4.0
     exposure_time_s: Annotated[float, Meta(gt=0.0, le=3600.0)] = 0.0005
     transmission: BandValues = 1.0
-    width_px: Annotated[int, Meta(ge=1, le=16384)] | None = None
-    height_px: Annotated[int, Meta(ge=1, le=16384)] | None = None
-    pixel_pitch_um: Positive | None = None
     quantum_efficiency: BandValues | None = None
-    full_well_e: Positive | None = None
-    read_noise_e: NonNegative | None = None
-    bits: Annotated[int, Meta(ge=8, le=16)] | None = None
-    pedestal_dn: NonNegative | None = None
-    gain_e_per_dn: Positive | None = None
+    serial: Annotated[int, Meta(ge=0, le=2**32 - 1)] | None = None
 
 
 class LampTable(Table, frozen=True, kw_only=True):

@@ -15,7 +15,9 @@ FLOORS = {
     "scene": 2,
     "lattice": 2,
     "sky": 2,
+    "ephemerides": 3,
     "scenario": 3,
+    "sensor": 3,
     "reference": 3,
     "rays": 3,
     "transport": 3,
@@ -30,6 +32,7 @@ FLOORS = {
     "output": 6,
     "assess": 7,
     "bench": 7,
+    "sequence": 7,
     "doctor": 7,
     "viewer": 7,
     "": 7,
@@ -41,9 +44,12 @@ FLOORS = {
 NEIGHBOURS = {
     ("assets", "errors"),
     ("output", "simulator"),
+    ("scenario", "ephemerides"),
     ("view", "rays"),
     ("view", "transport"),
     ("transport", "rays"),
+    ("reference", "sensor"),
+    ("images", "sensor"),
 }
 
 # Where a room may look is less than its floor allows.
@@ -51,7 +57,9 @@ KEPT_APART = {
     # Knows OpenGL, not spacecraft.
     "gpu": {"errors", "assets", "gpu"},
     # Textbook formulas, whatever draws them.
-    "reference": {"errors", "physics", "scene", "reference"},
+    "reference": {"errors", "physics", "scene", "sensor", "reference"},
+    # What the camera does besides the passes, alike for them and the references.
+    "sensor": {"errors", "physics", "scene", "sensor"},
     # Runs by itself, to make the files that the others read.
     "generate": {"errors", "assets", "physics", "generate"},
 }
@@ -61,6 +69,7 @@ SHARED_PASSES = {
     "simgl.passes.air",
     "simgl.passes.air_tables",
     "simgl.passes.blocks",
+    "simgl.passes.discs",
     "simgl.passes.lobes",
     "simgl.passes.meshes",
     "simgl.passes.outline",

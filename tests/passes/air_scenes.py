@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import moderngl
 import numpy as np
@@ -15,10 +16,12 @@ from simgl.passes.air import AirPass
 from simgl.passes.planet import PlanetPass
 from simgl.physics.air import SOURCE
 from simgl.physics.spectrum import BandLight
-from simgl.scene.camera import Camera, Detector, Lens
+from simgl.scene.camera import Camera
 from simgl.scene.earth import Earth
 from simgl.scene.state import CameraState, EarthState, SceneState, SunInDirection
 from simgl.view.background import background
+from simgl.view.heavens import Heavens
+from tests.scenes import scene
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
@@ -64,12 +67,22 @@ class Window:
         up: Array | None = None,
         size: tuple[int, int] = (3, 3),
         pixel: float = 1e-5,
-        disc: bool = False,
+        behind: float = 0.0,
     ) -> Floats:
-        """(height, width, 4) radiance factor pi L / E; ``pixel`` is its angle [rad]."""
-        state, camera = _state(earth, place, axes(view, up), sun, size, pixel, disc)
+        """(height, width, 4) radiance factor pi L / E.
+
+        pixel : its angle [rad]
+        behind : radiance factor of what lies beyond Earth and air, everywhere
+        """
+        state, camera = _state(earth, place, axes(view, up), sun, size, pixel)
         target = ImageTarget(self.ctx, size, (Format("f4", 4),))
-        self.planet.draw(background(state, camera), target.framebuffer, (0, 0, *size))
+        target.framebuffer.clear(*(behind / np.pi,) * 4)
+        # Heavens that are drawn already.
+        drawn = Heavens(
+            focal_length=1.0, principal_point=(0.0, 0.0), stars=None, sun=None, moon=None
+        )
+        seen = replace(background(state, camera), heavens=drawn)
+        self.planet.draw(seen, target.framebuffer, (0, 0, *size))
         picture = np.pi * target.read()
         self.ctx.detect_framebuffer(0).use()
         target.release()
@@ -99,26 +112,12 @@ def _state(
     sun: Array,
     size: tuple[int, int],
     pixel: float,
-    disc: bool,
 ) -> tuple[SceneState, CameraState]:
     light = BandLight(irradiance=np.ones(4), photons_per_joule=np.ones(4))
-    seen = SunInDirection(
-        direction_icrf=sun, light=light, angular_radius=SUN_HALF_ANGLE, visible=disc
+    seen = SunInDirection(direction_icrf=sun, light=light, angular_radius=SUN_HALF_ANGLE)
+    seat = CameraState(
+        camera=_camera(size, pixel), position=place, R_camera_from_icrf=R_camera_from_icrf
     )
-    detector = Detector(
-        width=size[0],
-        height=size[1],
-        pixel_pitch=1e-6,
-        quantum_efficiency=(1.0, 1.0, 1.0, 1.0),
-        full_well=1.0,
-        read_noise=0.0,
-        bits=12,
-        pedestal=0.0,
-        gain_dn_per_e=1.0,
-    )
-    lens = Lens(focal_length=1e-6 / pixel, f_number=1.0)
-    camera = Camera(name="cam", lens=lens, detector=detector, exposure_time=1.0)
-    seat = CameraState(camera=camera, position=place, R_camera_from_icrf=R_camera_from_icrf)
     state = SceneState(
         tai_ns=0,
         sun=seen,
@@ -128,3 +127,17 @@ def _state(
         cameras={"cam": seat},
     )
     return state, seat
+
+
+@lru_cache(maxsize=64)
+def _camera(size: tuple[int, int], pixel: float) -> Camera:
+    table = {
+        "position_icrf_m": [0, 0, 0],
+        "boresight": [0, 0, 1],
+        "up": [0, 1, 0],
+        "width_px": size[0],
+        "height_px": size[1],
+        "pixel_pitch_um": 1.0,
+        "focal_length_mm": 1e-3 / pixel,
+    }
+    return scene({}, table).cameras["cam"]
