@@ -75,13 +75,13 @@ class Window:
         behind : radiance factor of what lies beyond Earth and air, everywhere
         """
         state, camera = _state(earth, place, axes(view, up), sun, size, pixel)
-        target = ImageTarget(self.ctx, size, (Format("f4", 4),))
-        target.framebuffer.clear(*(behind / np.pi,) * 4)
         # Heavens that are drawn already.
         drawn = Heavens(
             focal_length=1.0, principal_point=(0.0, 0.0), stars=None, sun=None, moon=None
         )
         seen = replace(background(state, camera), heavens=drawn)
+        target = ImageTarget(self.ctx, size, (Format("f4", 4),))
+        target.framebuffer.clear(*(behind / np.pi,) * 4)
         self.planet.draw(seen, target.framebuffer, (0, 0, *size))
         picture = np.pi * target.read()
         self.ctx.detect_framebuffer(0).use()
