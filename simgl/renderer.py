@@ -28,6 +28,7 @@ from simgl.passes.sun import SunPass
 from simgl.passes.surface import LIGHTS, SurfacePass
 from simgl.passes.truth import TruthPass
 from simgl.scene.camera import Camera
+from simgl.scene.earth import Earth
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.transport.bake import Progress
 from simgl.view.frame import FrameView, Tile, truth_tile
@@ -73,8 +74,16 @@ class Renderer:
         self._detector = DetectorPass(ctx)
         self._targets: dict[tuple[str, tuple[int, int]], ImageTarget] = {}
 
-    def prepare(self, models: Iterable[SpacecraftModel], progress: Progress | None = None) -> None:
-        """Trace how the surfaces of models see each other, so that no frame waits for it."""
+    def prepare(
+        self,
+        models: Iterable[SpacecraftModel],
+        earth: Earth | None = None,
+        progress: Progress | None = None,
+    ) -> None:
+        """Trace how the surfaces of models see each other, and make the tables of the Earth's air,
+        so that no frame waits for it."""
+        if earth is not None:
+            self._air.prepare(earth, progress)
         for model in models:
             self._exchange.transport(model, progress)
 
@@ -145,10 +154,11 @@ class Renderer:
             with self.timer.measure("exchange"):
                 around = [probe.sky if probe else None for probe in probes]
                 lightings = self._exchange.draw(tile.craft, around)
+            airs = [self._air.between(craft.air) for craft in tile.craft]
             with self.timer.measure("surface"):
                 skies = [probe.textures if probe else () for probe in probes]
                 samples = self._surface.draw(
-                    tile, maps, skies, lightings, view.lamps, lamp_maps, apart=apart
+                    tile, maps, skies, lightings, view.lamps, lamp_maps, airs, apart=apart
                 )
             yield tile, samples
 

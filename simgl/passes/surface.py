@@ -16,6 +16,7 @@ from simgl.passes.blocks import (
     MATERIALS,
     SHADOW,
     TILE,
+    AirBetween,
     craft_values,
     lamp_values,
     shadow_values,
@@ -85,6 +86,7 @@ class SurfacePass:
         lightings: Sequence[VertexLighting | None],
         lamps: Sequence[LampView] = (),
         lamp_maps: moderngl.Texture | None = None,
+        airs: Sequence[AirBetween | None] = (),
         *,
         apart: bool = False,
     ) -> tuple[moderngl.Texture, ...]:
@@ -94,6 +96,7 @@ class SurfacePass:
         skies : likewise its cube, lobes and irradiance; nothing where it has no sky
         lightings : likewise what its own surfaces do to its light; None where they do nothing
         lamp_maps : of the lamps, which light every spacecraft
+        airs : before each spacecraft; none at all where nothing is given
         returns : one texture, or with ``apart`` one for each of ``LIGHTS``
         """
         size = tile.lattice.raster_size(tile.width, tile.height)
@@ -113,12 +116,17 @@ class SurfacePass:
             if index:
                 clear_depth(self._ctx, target)
             self._tile.write(tile_values(tile, clip_from_camera))
-            for craft, maps, sky, own in zip(
-                tile.craft, shadow_maps, skies, lightings, strict=True
+            for craft, maps, sky, own, air in zip(
+                tile.craft,
+                shadow_maps,
+                skies,
+                lightings,
+                airs or [None] * len(tile.craft),
+                strict=True,
             ):
                 state = self.open_sheets if craft.model.open_sheets else self.closed
                 state.apply(self._ctx, target, viewport, viewport)
-                self._craft.write(craft_values(craft))
+                self._craft.write(craft_values(craft, air))
                 self._meshes.bind_surface(craft.model)
                 self._shadow.write(shadow_values(craft, tile.lattice))
                 for unit, texture in zip(_SHADOW_UNITS.values(), maps, strict=True):
@@ -127,6 +135,7 @@ class SurfacePass:
                     around.use(unit)
                 variant = craft.model.variant + _lights(sky, lamps)
                 variant += ("APART",) if apart else ()
+                variant += ("AIR_BEFORE",) if air is not None else ()
                 if own is None:
                     program = self._program_for(variant)
                     self._meshes.geometry(craft.model.mesh).draw(program)

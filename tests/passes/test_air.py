@@ -23,7 +23,7 @@ EXAMPLE = Path(__file__).parents[2] / "examples" / "limb.toml"
 def direction(elevation_deg: float, azimuth_deg: float = 0.0) -> Array:
     """Unit, from north over east; UP is the zenith."""
     e, a = np.radians([elevation_deg, azimuth_deg])
-    return np.sin(e) * UP + np.cos(e) * (np.cos(a) * NORTH + np.sin(a) * EAST)
+    return np.asarray(np.sin(e) * UP + np.cos(e) * (np.cos(a) * NORTH + np.sin(a) * EAST))
 
 
 def column(look: Window, height: float, sun: Array, *, pixel: float, rows: int) -> Array:
@@ -33,7 +33,7 @@ def column(look: Window, height: float, sun: Array, *, pixel: float, rows: int) 
     picture = look.picture(
         sphere(0.3), place, direction(-dip), sun, up=UP, size=(3, rows), pixel=pixel
     )
-    return picture[::-1, 1].astype(np.float64)
+    return np.asarray(picture[::-1, 1], np.float64)
 
 
 @pytest.mark.parametrize("sun_deg", [60.0, -3.0])
@@ -203,7 +203,7 @@ def test_a_craft_over_the_limb_has_its_own_light_and_nothing_of_what_lies_behind
     assert exposure.layers is not None
     layers = exposure.layers.layers
     whole, behind = exposure.radiance.radiance, layers["background"]
-    own = sum(layers[name] for name in layers if name != "background")
+    own = np.sum([layers[name] for name in layers if name != "background"], axis=0)
     covered = (behind == 0.0).all(axis=-1) & (np.abs(own).max(axis=-1) > 0.0)
     rows = np.flatnonzero(covered.any(axis=1))
     sky, ground = behind[:, :40].mean(axis=(1, 2)), rows
@@ -212,3 +212,46 @@ def test_a_craft_over_the_limb_has_its_own_light_and_nothing_of_what_lies_behind
     # Ground, lit air and black space all stand behind it.
     assert sky[ground].max() > 5.0
     assert sky[ground].min() == 0.0
+
+
+@pytest.mark.parametrize(
+    ("camera_km", "ball_km", "slant"),
+    [
+        # From the ground at the end of the air, from space at the ground, and from inside to both.
+        (0.002, 99.0, 60.0),
+        (400.0, 0.2, -60.0),
+        (400.0, 0.2, -20.2),
+        (8.0, 0.2, -10.0),
+        (8.0, 99.0, 5.0),
+    ],
+)
+def test_a_black_ball_at_the_end_of_the_air_looks_like_what_is_behind(
+    gl: moderngl.Context, camera_km: float, ball_km: float, slant: float
+) -> None:
+    """Over black ground, or before black space, all light that is seen there is the air's own."""
+    ball = {"sphere": {"radius_m": 100.0, "material": lambert(0.0)}}
+    place = (RADIUS + 1e3 * camera_km) * UP
+    view = direction(slant, 50.0)
+    b = float(np.dot(place, view))
+    d = b * b - np.dot(place, place) + (RADIUS + 1e3 * ball_km) ** 2
+    way = -b - np.sqrt(d) if camera_km > ball_km else -b + np.sqrt(d)
+    pictures = []
+    for craft in ({"ball": {"model": ball, "position_icrf_m": (place + way * view).tolist()}}, {}):
+        scenario = scene(
+            craft,
+            {
+                "position_icrf_m": place.tolist(),
+                "boresight": view.tolist(),
+                "up": UP.tolist(),
+                "focal_length_mm": 8e-3 * way / 1e3,
+                "width_px": 33,
+                "height_px": 33,
+            },
+            sun_direction=tuple(direction(35.0)),
+            earth={"shape": "sphere", "radius_km": 6371.0, "albedo": 0.0, "atmosphere": "source"},
+            sun={"visible": False},
+        )
+        pictures.append(radiance(gl, scenario)[16, 16])
+    # The march itself against the view's table: 0.3 %. Below the ball 200 m of air are missing.
+    np.testing.assert_allclose(pictures[0], pictures[1], rtol=3e-2 if ball_km < 1.0 else 5e-3)
+    assert pictures[0].min() > 0.0
