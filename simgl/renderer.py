@@ -119,6 +119,9 @@ class Renderer:
                 target.release()
 
     def _background(self, view: FrameView, target: ImageTarget) -> None:
+        if view.background.planet is not None:
+            with self.timer.measure("air"):
+                self._air.before(view.background.planet)
         # The first probes before the planet: they are read back, and would wait for it.
         for tile in view.tiles[:1]:
             with self.timer.measure("probe"):

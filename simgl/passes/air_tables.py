@@ -156,7 +156,7 @@ def tables_of(
     found = read_arrays(path)
     if found is not None and _whole(found):
         return found
-    made = make_tables(ctx, kind, progress=progress)
+    made = make_tables(ctx, kind, orders=ORDERS, progress=progress)
     write_arrays(path, made, "tables of the air are made again next time")
     return made
 
@@ -186,7 +186,7 @@ def make_tables(
     ctx: moderngl.Context,
     kind: AirKind,
     *,
-    orders: int = ORDERS,
+    orders: int,
     progress: Progress | None = None,
 ) -> dict[str, Floats]:
     """The tables, drawn; of no orders, the diffuse ones are zero.

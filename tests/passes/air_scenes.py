@@ -75,18 +75,35 @@ class Window:
         behind : radiance factor of what lies beyond Earth and air, everywhere
         """
         state, camera = _state(earth, place, axes(view, up), sun, size, pixel)
-        # Heavens that are drawn already.
-        drawn = Heavens(
-            focal_length=1.0, principal_point=(0.0, 0.0), stars=None, sun=None, moon=None
-        )
-        seen = replace(background(state, camera), heavens=drawn)
+        # Refuses before anything is made.
+        background(state, camera)
         target = ImageTarget(self.ctx, size, (Format("f4", 4),))
         target.framebuffer.clear(*(behind / np.pi,) * 4)
-        self.planet.draw(seen, target.framebuffer, (0, 0, *size))
+        self.draw(earth, place, view, sun, target, up=up, pixel=pixel, beyond=True)
         picture = np.pi * target.read()
         self.ctx.detect_framebuffer(0).use()
         target.release()
         return np.asarray(picture, np.float32)
+
+    def draw(
+        self,
+        earth: Earth,
+        place: Array,
+        view: Array,
+        sun: Array,
+        target: ImageTarget,
+        *,
+        up: Array | None = None,
+        pixel: float,
+        beyond: bool = False,
+    ) -> None:
+        """Into a target; ``beyond``: over what it holds already."""
+        state, camera = _state(earth, place, axes(view, up), sun, target.size, pixel)
+        drawn = Heavens(
+            focal_length=1.0, principal_point=(0.0, 0.0), stars=None, sun=None, moon=None
+        )
+        seen = replace(background(state, camera), heavens=drawn if beyond else None)
+        self.planet.draw(seen, target.framebuffer, (0, 0, *target.size))
 
     def ray(self, earth: Earth, place: Array, view: Array, sun: Array) -> Array:
         """(4,) radiance factor in one direction."""
