@@ -15,6 +15,7 @@ from simgl.passes.air import AirPass
 from simgl.passes.detector import DN_FORMAT, DetectorPass
 from simgl.passes.exchange import ExchangePass
 from simgl.passes.exposure import ExposurePass
+from simgl.passes.geometry import GeometryPass
 from simgl.passes.lamp_shadow import LampShadowPass
 from simgl.passes.meshes import MeshStore
 from simgl.passes.moon import MoonPass
@@ -31,7 +32,7 @@ from simgl.scene.camera import Camera
 from simgl.scene.earth import Earth
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.transport.bake import Progress
-from simgl.view.frame import FrameView, Tile, truth_tile
+from simgl.view.frame import FrameView, Tile, parts, truth_tile
 from simgl.view.heavens import Heavens
 
 _BANDS = (Format("f4", 4),)
@@ -48,6 +49,9 @@ _TARGETS_KEPT = 40
 _SAMPLE_BUDGET_CPU = 125_000
 _SAMPLE_BUDGET_GPU = 16_000_000
 
+# Larger tiles are lit in parts: a sample takes some 100 bytes while it is worked on.
+_SAMPLES_AT_ONCE = 2_500_000
+
 
 class Renderer:
     """Owns every pass and target of one OpenGL context."""
@@ -59,6 +63,7 @@ class Renderer:
         self._meshes = MeshStore(ctx)
         self._shadow = ShadowPass(ctx, self._meshes)
         self._lamp_shadow = LampShadowPass(ctx, self._meshes)
+        self._geometry = GeometryPass(ctx, self._meshes)
         self._surface = SurfacePass(ctx, self._meshes)
         self._stars = StarPass(ctx)
         self._sun = SunPass(ctx)
@@ -145,7 +150,7 @@ class Renderer:
     def _samples(
         self, view: FrameView, *, apart: bool = False
     ) -> Iterator[tuple[Tile, tuple[moderngl.Texture, ...]]]:
-        """Each tile with the samples of its spacecraft, valid until the next one."""
+        """Each tile, or its parts, with the samples of its spacecraft, valid until the next one."""
         with self.timer.measure("lamp_shadow"):
             lamp_maps = self._lamp_shadow.draw(view.lamps)
         for tile in view.tiles:
@@ -158,12 +163,24 @@ class Renderer:
                 around = [probe.sky if probe else None for probe in probes]
                 lightings = self._exchange.draw(tile.craft, around)
             airs = [self._air.between(craft.air) for craft in tile.craft]
-            with self.timer.measure("surface"):
-                skies = [probe.textures if probe else () for probe in probes]
-                samples = self._surface.draw(
-                    tile, maps, skies, lightings, view.lamps, lamp_maps, airs, apart=apart
-                )
-            yield tile, samples
+            skies = [probe.textures if probe else () for probe in probes]
+            exchanging = [lighting is not None for lighting in lightings]
+            for part in parts(tile, view.camera, _SAMPLES_AT_ONCE):
+                with self.timer.measure("geometry"):
+                    seen = self._geometry.draw(part, lightings)
+                with self.timer.measure("surface"):
+                    samples = self._surface.draw(
+                        part,
+                        seen,
+                        maps,
+                        skies,
+                        exchanging,
+                        view.lamps,
+                        lamp_maps,
+                        airs,
+                        apart=apart,
+                    )
+                yield part, samples
 
     def irradiance(self, camera: Camera, radiance: ImageTarget) -> ImageTarget:
         """Irradiance of the image plane per band [W m-2], RGBA32F."""
@@ -223,6 +240,7 @@ class Renderer:
         for owner in (
             self._shadow,
             self._lamp_shadow,
+            self._geometry,
             self._surface,
             self._stars,
             self._sun,

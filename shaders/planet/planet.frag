@@ -3,6 +3,7 @@
 #include "block/planet"
 #include "common/coverage.glsl"
 #include "planet/ground.glsl"
+#include "air/daylight.glsl"
 #ifdef AIR
 #include "air/air.glsl"
 #endif
@@ -40,7 +41,9 @@ void main() {
     vec3 normal = normalize(ground * sphere_axes.xyz);
     float slant = max(root / sqrt(dd), 1e-3);
     float footprint = t / (intrinsics.x * sqrt(slant));
-    vec4 earth = on_earth * ground_radiance(normal, footprint);
+    vec3 view = -normalize(d / sphere_axes.xyz);
+    Daylight day = air_daylight(dot(normal, sun_direction_itrf.xyz));
+    vec4 earth = on_earth * ground_radiance(normal, view, footprint, day.direct, day.diffuse);
 #ifdef AIR
     earth *= air.to_ground;
 #endif

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from collections.abc import Sequence
 
 import moderngl
 import numpy as np
-from PIL import Image
 
-from simgl import assets
 from simgl.gpu.blocks import Block
-from simgl.gpu.fullscreen import FullscreenProgram
+from simgl.gpu.context import is_software
+from simgl.gpu.fullscreen import FullscreenProgram, Texture
 from simgl.gpu.state import SRC1_COLOR, State
 from simgl.passes.air import AIR_SAMPLERS, AIR_VIEW, AirPass
 from simgl.passes.air_tables import AIR
+from simgl.passes.earth_maps import HEIGHT
+from simgl.passes.earth_textures import SAMPLERS, EarthTextures
+from simgl.physics.sea import water_body, wave_slope_variance
 from simgl.view.background import Background, PlanetView
 
 _PLANET = Block(
@@ -28,32 +30,34 @@ _PLANET = Block(
             ("sun_direction_itrf", "f4", 4),
             ("earth_sun_irradiance", "f4", 4),
             ("earth_albedo", "f4", 4),
+            # Of the water without its surface's mirror.
+            ("water_body", "f4", 4),
+            # Of the brightest lamps [W m-2 sr-1].
+            ("night_radiance", "f4", 4),
             # fx, fy, cx, cy [pixels]
             ("intrinsics", "f4", 4),
             ("outside", "f4"),
             ("sun_angular_radius", "f4"),
-            ("albedo_from_map", "f4"),
-            ("planet_padding", "f4"),
+            ("planet_km", "f4"),
+            ("cloud_km", "f4"),
+            ("high_cloud_thickness", "f4"),
+            ("wave_slope_variance", "f4"),
+            ("planet_padding", "f4", 2),
         ]
     ),
 )
 
 
-@lru_cache(maxsize=1)
-def _day_map() -> tuple[Image.Image, Image.Image]:
-    """Red, green, blue and near-infrared reflectance of the cloud-free Earth, as square roots."""
-    folder = assets.data() / "earth"
-    with Image.open(folder / "day_rgb.jpg") as rgb, Image.open(folder / "day_nir.jpg") as nir:
-        return rgb.convert("RGB"), nir.convert("L")
-
-
-def _map_texture(ctx: moderngl.Context, image: Image.Image) -> moderngl.Texture:
-    channels = len(image.getbands())
-    texture = ctx.texture(image.size, channels, image.tobytes(), alignment=1)
-    texture.build_mipmaps()
-    texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
-    texture.repeat_x, texture.repeat_y = True, False
-    return texture
+# The maps' texels are so many radians long; a picture whose pixels are shorter by this factor where
+# it looks straight down needs no mipmaps, which cost software renderers more than all the rest.
+_TEXEL = np.pi / HEIGHT
+_MAGNIFIED = 0.25
+# Brightest texel of the night map, all bands together [W m-2 sr-1]: 200 nW cm-2 sr-1, the core of
+# a city of millions in VIIRS's day-night band (Elvidge et al. 2017), over 10 km; and its share in
+# each band, between sodium lamps and white ones.
+_NIGHT_RADIANCE = 2e-3 * np.array([0.40, 0.32, 0.06, 0.22])
+# Optical thickness of the thickest of the thin high clouds.
+_HIGH_CLOUD = 1.5
 
 
 class PlanetPass:
@@ -64,9 +68,11 @@ class PlanetPass:
 
     def __init__(self, ctx: moderngl.Context, air: AirPass) -> None:
         self._ctx, self._air = ctx, air
+        # Software renderers pay for what a shader could do: an Earth of one albedo has its own, and
+        # so has one without air.
         self._programs: dict[tuple[str, ...], FullscreenProgram] = {}
-        self._program_for(())
-        self._maps = [_map_texture(ctx, image) for image in _day_map()]
+        self._textures = EarthTextures(ctx)
+        self._hardware = not is_software(ctx)
 
     def draw(
         self, background: Background, target: moderngl.Framebuffer, area: tuple[int, int, int, int]
@@ -79,24 +85,28 @@ class PlanetPass:
         area : x, y, width, height [pixels]
         """
         planet = background.planet
+        mapped = planet is not None and planet.earth.albedo is None
+        textures: Sequence[Texture] = ()
+        if planet is not None and mapped:
+            magnified = self._magnified(planet, background)
+            textures = self._textures.of(planet.earth, mipmaps=not magnified)
         air = None if planet is None else self._air.before(planet)
         alone = background.heavens is None
         state = self.state if alone else self.before
         state.apply(self._ctx, target, area, area)
         if planet is not None:
-            values = _values(background, planet, area)
-            if air is None:
-                self._program_for(()).draw(values, self._maps)
-            else:
-                variant = ("AIR", "AIR_INSIDE") if air.inside else ("AIR",)
-                self._program_for(variant).draw(values, [*self._maps, *air.textures])
+            inside = air is not None and air.inside
+            present = {"EARTH_MAPS": mapped, "AIR": air, "AIR_INSIDE": inside}
+            program = self._program_for(tuple(d for d, there in present.items() if there))
+            through = () if air is None else air.textures
+            program.draw(_values(background, planet, area), (*textures, *through))
         elif alone:
             target.clear(0.0, 0.0, 0.0, 0.0, viewport=area)
 
     def _program_for(self, variant: tuple[str, ...]) -> FullscreenProgram:
-        """The program with or without air; what there is not costs nothing."""
         if variant not in self._programs:
-            samplers = ["day_map_rgb", "day_map_nir", *(AIR_SAMPLERS if variant else ())]
+            samplers = [*(SAMPLERS if "EARTH_MAPS" in variant else ())]
+            samplers += AIR_SAMPLERS if "AIR" in variant else ()
             blocks = [AIR, AIR_VIEW]
             self._programs[variant] = FullscreenProgram(
                 self._ctx,
@@ -104,17 +114,23 @@ class PlanetPass:
                 _PLANET,
                 samplers,
                 variant,
-                shared=blocks if variant else (),
-                spare=() if variant else blocks,
+                shared=blocks if "AIR" in variant else (),
+                spare=() if "AIR" in variant else blocks,
             )
         return self._programs[variant]
+
+    def _magnified(self, planet: PlanetView, background: Background) -> bool:
+        """Whether the maps' texels are larger than pixels wherever they are not seen at a slant."""
+        if self._hardware:
+            return False
+        altitude = float(np.linalg.norm(planet.camera_in_sphere)) - 1.0
+        return altitude / float(background.intrinsics[0, 0]) < _MAGNIFIED * _TEXEL
 
     def release(self) -> None:
         """Free everything."""
         for program in self._programs.values():
             program.release()
-        for texture in self._maps:
-            texture.release()
+        self._textures.release()
 
 
 def _values(
@@ -123,16 +139,22 @@ def _values(
     k = view.intrinsics
     matrix = np.zeros((4, 4), dtype=np.float32)
     matrix[:3, :3] = planet.sphere_from_camera
-    radii = np.array(planet.earth.radii)
+    earth, clouds = planet.earth, planet.earth.clouds
+    radii = np.array(earth.radii)
     return {
         "sphere_from_camera": matrix,
         "camera_in_sphere": (*planet.camera_in_sphere, 0.0),
         "sphere_axes": (*(radii[0] / radii), 0.0),
         "sun_direction_itrf": (*planet.sun_direction_itrf, 0.0),
         "earth_sun_irradiance": planet.sun_irradiance,
-        "earth_albedo": planet.earth.albedo or (0.0, 0.0, 0.0, 0.0),
-        "intrinsics": (k[0, 0], k[1, 1], k[0, 2] + area[0], k[1, 2] + area[1]),
+        "earth_albedo": earth.albedo or (0.0, 0.0, 0.0, 0.0),
+        "water_body": water_body(earth.wind),
+        "night_radiance": _NIGHT_RADIANCE,
         "outside": planet.outside,
+        "planet_km": radii[0] * 1e-3,
+        "cloud_km": clouds.height * 1e-3 if clouds else 0.0,
+        "high_cloud_thickness": _HIGH_CLOUD if clouds else 0.0,
+        "wave_slope_variance": wave_slope_variance(earth.wind),
+        "intrinsics": (k[0, 0], k[1, 1], k[0, 2] + area[0], k[1, 2] + area[1]),
         "sun_angular_radius": view.sun_angular_radius,
-        "albedo_from_map": float(planet.earth.albedo is None),
     }

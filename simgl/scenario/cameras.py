@@ -36,7 +36,14 @@ def read_camera(
         f_number=table.f_number,
         transmission=fractions(table.transmission, where, "transmission"),
     )
-    return Camera(name=name, lens=lens, detector=detector, exposure_time=table.exposure_time_s)
+    return Camera(
+        name=name,
+        lens=lens,
+        detector=detector,
+        exposure_time=table.exposure_time_s,
+        readout_time=table.readout_time_s,
+        transport_latency=table.transport_latency_s,
+    )
 
 
 def read_mount(where: str, table: CameraTable, models: dict[str, SpacecraftModel]) -> Mount:

@@ -15,12 +15,7 @@ from simgl.errors import AssetError, ConfigError
 from simgl.physics.silicon import REFERENCE_TEMPERATURE
 from simgl.physics.spectrum import photon_mean
 from simgl.scenario.fields import Four, fractions
-from simgl.scenario.schema import (
-    CameraPresetTable,
-    CameraTable,
-    CurveTable,
-    ParticlesTable,
-)
+from simgl.scenario.schema import CameraPresetTable, CameraTable, CurveTable, ParticlesTable
 from simgl.scene.detector import Detector, FixedPattern, Mosaic, Particles
 
 Array = NDArray[np.float64]

@@ -8,25 +8,20 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from msgspec import Meta, Struct
+from msgspec import Meta
 
 from simgl.lattice import FEWEST
-from simgl.scene.layers import SMOOTHEST
+from simgl.scenario.surfaces import PrimitiveTable
+from simgl.scenario.values import (
+    BandValues,
+    Fraction,
+    NonNegative,
+    Positive,
+    Quaternion,
+    Table,
+    Vector,
+)
 from simgl.scene.stars import FAINTEST
-
-Positive = Annotated[float, Meta(gt=0.0)]
-NonNegative = Annotated[float, Meta(ge=0.0)]
-Roughness = Annotated[float, Meta(ge=SMOOTHEST, le=1.0)]
-Fraction = Annotated[float, Meta(ge=0.0, le=1.0)]
-Vector = tuple[float, float, float]
-# One number for all bands, or four. The limits 0..1 are checked by the loader: msgspec 0.22 mixes
-# up the limits of a number with the length of a tuple where the two form a union.
-BandValues = float | tuple[float, float, float, float]
-Quaternion = tuple[float, float, float, float]
-
-
-class Table(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """A table of the file."""
 
 
 class EpochTable(Table, frozen=True, kw_only=True):
@@ -57,21 +52,46 @@ class SunTable(Table, frozen=True, kw_only=True):
     visible: bool = True
 
 
+class CloudsTable(Table, frozen=True, kw_only=True):
+    """``[earth.clouds]``: the weather.
+
+    cover : mean share of the Earth under cloud; 0 is a clear day
+    seed : of the weather
+    height_km : of the layer, which places shadows
+    picture : path of a picture of the whole Earth, white where there is cloud, in place of the
+        procedural weather
+    optical_thickness : of the cloud in a picture
+    """
+
+    cover: Fraction | None = None
+    seed: Annotated[int, Meta(ge=0)] | None = None
+    height_km: Annotated[float, Meta(gt=0.0, le=20.0)] = 4.0
+    picture: str | None = None
+    optical_thickness: Annotated[float, Meta(ge=1.0, le=100.0)] | None = None
+
+
 class EarthTable(Table, frozen=True, kw_only=True):
-    """``[earth]``: omitted, WGS84 with the shipped day map.
+    """``[earth]``: omitted, WGS84 with the shipped maps and clouds.
 
     shape : "wgs84", "sphere" or "none"
     radius_km : of the sphere
-    albedo : Lambert, one number or four bands, instead of the day map
+    albedo : Lambert, one number or four bands, instead of maps and clouds
     atmosphere : "standard", "source" (the lighting study's own set) or "none"; default "standard"
         with WGS84 and "none" with a sphere. What scatters and dims light over the ground, at the
         limb, before spacecraft inside it, and on sunlight's way past the Earth
+    wind_m_s : over the sea
+    land_picture, water_picture, night_picture : paths of pictures in place of the shipped maps
     """
 
     shape: Literal["wgs84", "sphere", "none"] = "wgs84"
     radius_km: Positive | None = None
     albedo: BandValues | None = None
     atmosphere: Literal["standard", "source", "none"] | None = None
+    wind_m_s: Annotated[float, Meta(ge=0.0, le=40.0)] | None = None
+    clouds: CloudsTable | None = None
+    land_picture: str | None = None
+    water_picture: str | None = None
+    night_picture: str | None = None
 
 
 class SkyTable(Table, frozen=True, kw_only=True):
@@ -84,100 +104,6 @@ class SkyTable(Table, frozen=True, kw_only=True):
 
     stars: bool | None = None
     faintest_star_mag: Annotated[float, Meta(ge=-2.0, le=FAINTEST)] = FAINTEST
-
-
-class CoatTable(Table, frozen=True, kw_only=True):
-    """A clear layer of index 1.5: cover glass, varnish."""
-
-    strength: Fraction = 1.0
-    roughness: Roughness = SMOOTHEST
-
-
-class CellsTable(Table, frozen=True, kw_only=True):
-    """Solar cells laid side by side, seen along the body axis nearest to the normal.
-
-    Columns and fingers repeat along the first of the other two axes, rows and busbars along the
-    second, from the origin.
-    """
-
-    width_m: Positive
-    height_m: Positive
-    gap_m: NonNegative = 0.0
-    finger_pitch_m: Positive = 1.0
-    finger_width_m: NonNegative = 0.0
-    busbar_pitch_m: Positive = 1.0
-    busbar_width_m: NonNegative = 0.0
-    gap_reflectance: BandValues = 0.0
-    metal_reflectance: BandValues = 0.0
-
-
-class CrinkleTable(Table, frozen=True, kw_only=True):
-    """Facets of a crumpled foil: their mean spacing, and the width of their slopes."""
-
-    facet_size_m: Positive
-    slope: Fraction
-
-
-class MaterialTable(Table, frozen=True, kw_only=True):
-    """A material; without roughness it is Lambertian.
-
-    conserving : keeps the light that meets several microfacets, which the model of glTF loses
-    emission_w_m2_sr : radiance of its own, one number or four bands, 0 or more
-    """
-
-    reflectance: BandValues
-    metallic: Fraction = 0.0
-    roughness: Roughness | None = None
-    conserving: bool = False
-    coat: CoatTable | None = None
-    cells: CellsTable | None = None
-    crinkle: CrinkleTable | None = None
-    emission_w_m2_sr: BandValues = 0.0
-
-
-class FinishTable(MaterialTable, frozen=True, kw_only=True):
-    """A finish in ``simgl/data/finishes.toml``: a material with where its numbers come from."""
-
-    source: str
-
-
-class PlateTable(Table, frozen=True, kw_only=True):
-    """A thin plate facing +z of its body frame, centred on the origin."""
-
-    width_m: Positive
-    height_m: Positive
-    material: str | MaterialTable
-
-
-class SphereTable(Table, frozen=True, kw_only=True):
-    """A sphere about the body origin."""
-
-    radius_m: Positive
-    material: str | MaterialTable
-
-
-class BoxTable(Table, frozen=True, kw_only=True):
-    """A box about the body origin; edges along x, y, z."""
-
-    size_m: tuple[Positive, Positive, Positive]
-    material: str | MaterialTable
-
-
-class CylinderTable(Table, frozen=True, kw_only=True):
-    """A closed cylinder along z about the body origin."""
-
-    radius_m: Positive
-    length_m: Positive
-    material: str | MaterialTable
-
-
-class PrimitiveTable(Table, frozen=True, kw_only=True):
-    """Exactly one calibration shape."""
-
-    plate: PlateTable | None = None
-    sphere: SphereTable | None = None
-    box: BoxTable | None = None
-    cylinder: CylinderTable | None = None
 
 
 class OrbitTable(Table, frozen=True, kw_only=True):
@@ -383,6 +309,8 @@ class CameraTable(DetectorTable, frozen=True, kw_only=True):
     # No lens in air is faster than f/0.5 (Abbe's sine condition).
     f_number: Annotated[float, Meta(ge=0.5)] = 4.0
     exposure_time_s: Annotated[float, Meta(gt=0.0, le=3600.0)] = 0.0005
+    readout_time_s: Annotated[float, Meta(ge=0.0, le=3600.0)] = 0.0
+    transport_latency_s: Annotated[float, Meta(ge=0.0, le=3600.0)] = 0.0
     transmission: BandValues = 1.0
     quantum_efficiency: BandValues | None = None
     serial: Annotated[int, Meta(ge=0, le=2**32 - 1)] | None = None

@@ -23,12 +23,19 @@ class Lens:
 
 @dataclass(frozen=True, kw_only=True)
 class Camera:
-    """A named camera with its exposure time [s]."""
+    """A named camera.
+
+    exposure_time : [s]
+    readout_time : from the end of exposure to the last row read [s]
+    transport_latency : from there to where flight software has the image [s]
+    """
 
     name: str
     lens: Lens
     detector: Detector
     exposure_time: float
+    readout_time: float = 0.0
+    transport_latency: float = 0.0
 
     @property
     def focal_length_px(self) -> float:

@@ -70,10 +70,13 @@ SHARED_PASSES = {
     "simgl.passes.air_tables",
     "simgl.passes.blocks",
     "simgl.passes.discs",
+    "simgl.passes.earth_maps",
+    "simgl.passes.earth_textures",
     "simgl.passes.lobes",
     "simgl.passes.meshes",
     "simgl.passes.outline",
     "simgl.passes.textures",
+    "simgl.passes.weather",
 }
 
 each_module = pytest.mark.parametrize("module", modules(), ids=lambda m: m.name)

@@ -82,10 +82,11 @@ def test_the_map_shows_the_sahara_and_the_pacific_where_they_are(gl: moderngl.Co
         scenario = scene(
             {},
             {"position_icrf_m": (6.8e6 * up).tolist(), "boresight": (-up).tolist()},
-            sun_direction=tuple(up.tolist()),
-            earth={"shape": "wgs84", "atmosphere": "none"},
+            sun_direction=tuple((up + 0.6 * R_icrf_from_itrf[:, 2]).tolist()),
+            earth={"shape": "wgs84", "atmosphere": "none", "clouds": {"cover": 0.0}},
         )
         image = radiance(gl, scenario)
+        # The Sun stands 31 deg from the zenith, out of the sea's mirror.
         irradiance = np.array([154.439, 174.774, 171.947, 313.358])
         seen[name] = np.pi * image[40:88, 40:88].mean(axis=(0, 1)) / irradiance
     red, green, blue, nir = seen["sahara"]
@@ -110,8 +111,9 @@ def test_north_is_up_and_east_is_right(gl: moderngl.Context) -> None:
             "up": north.tolist(),
             "focal_length_mm": 0.5,
         },
-        sun_direction=tuple(up.tolist()),
-        earth={"shape": "wgs84", "atmosphere": "none"},
+        # In the north-east, so that its glint falls on land.
+        sun_direction=tuple((R @ np.array([1.0, 0.6, 0.6])).tolist()),
+        earth={"shape": "wgs84", "atmosphere": "none", "clouds": {"cover": 0.0}},
     )
     red = radiance(gl, scenario)[..., 0]
     centre = red[54:74, 54:74].mean()
