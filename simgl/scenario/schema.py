@@ -77,8 +77,8 @@ class EarthTable(Table, frozen=True, kw_only=True):
     radius_km : of the sphere
     albedo : Lambert, one number or four bands, instead of maps and clouds
     atmosphere : "standard", "source" (the lighting study's own set) or "none"; default "standard"
-        with WGS84 and "none" with a sphere. Sunlight that grazes it on its way to a spacecraft is
-        dimmed and reddened; the picture of the Earth does not show it yet
+        with WGS84 and "none" with a sphere. What scatters and dims light over the ground, at the
+        limb, before spacecraft inside it, and on sunlight's way past the Earth
     wind_m_s : over the sea
     land_picture, water_picture, night_picture : paths of pictures in place of the shipped maps
     """
