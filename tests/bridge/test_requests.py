@@ -308,6 +308,13 @@ def test_a_seed_chosen_over_the_link_is_the_seed_of_the_noise(
         np.testing.assert_array_equal(client.render(now, "nav", seek=True).dn, seven.dn)
 
 
+def test_a_seed_that_the_noise_cannot_take_is_refused(raw: RawLink) -> None:
+    for seed in (-1, 2**32, 2**63 - 1):
+        reply = raw.ask_map({"type": "configure", "id": 3, "seed": seed})
+        assert (reply["code"], reply["field"]) == ("BAD_VALUE", "seed")
+        assert reply["detail"] == f"seed must lie in 0..4294967295, got {seed}"
+
+
 def test_a_scenario_is_chosen_by_name_from_the_servers_folder_alone(
     start_server: Starter, scenario: Scenario, scenario_path: Any, tmp_path: Any
 ) -> None:
