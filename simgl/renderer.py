@@ -11,26 +11,31 @@ from numpy.typing import NDArray
 from simgl.gpu.context import is_software
 from simgl.gpu.targets import Format, ImageTarget
 from simgl.gpu.timers import PassTimer
-from simgl.passes.detector import DetectorPass
+from simgl.passes.detector import DN_FORMAT, DetectorPass
 from simgl.passes.exchange import ExchangePass
 from simgl.passes.exposure import ExposurePass
+from simgl.passes.geometry import GeometryPass
 from simgl.passes.lamp_shadow import LampShadowPass
 from simgl.passes.meshes import MeshStore
+from simgl.passes.moon import MoonPass
 from simgl.passes.optics import OpticsPass
 from simgl.passes.planet import PlanetPass
 from simgl.passes.probe import ProbePass
 from simgl.passes.resolve import ResolvePass
 from simgl.passes.shadow import ShadowPass
+from simgl.passes.stars import StarPass
+from simgl.passes.sun import SunPass
 from simgl.passes.surface import LIGHTS, SurfacePass
 from simgl.passes.truth import TruthPass
 from simgl.scene.camera import Camera
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.transport.bake import Progress
-from simgl.view.frame import FrameView, Tile, truth_tile
+from simgl.view.frame import FrameView, Tile, parts, truth_tile
+from simgl.view.heavens import Heavens
 
 _BANDS = (Format("f4", 4),)
 _ELECTRONS = (Format("f4"),)
-_DN = (Format("u2"),)
+_DN = (DN_FORMAT,)
 _TRUTH = (Format("f4"), Format("u4"))
 
 # Five targets for each of eight image sizes; a window that is resized leaves no more behind.
@@ -41,6 +46,9 @@ _TARGETS_KEPT = 40
 # memory (512 MiB of samples).
 _SAMPLE_BUDGET_CPU = 125_000
 _SAMPLE_BUDGET_GPU = 16_000_000
+
+# Larger tiles are lit in parts: a sample takes some 100 bytes while it is worked on.
+_SAMPLES_AT_ONCE = 2_500_000
 
 
 class Renderer:
@@ -53,7 +61,11 @@ class Renderer:
         self._meshes = MeshStore(ctx)
         self._shadow = ShadowPass(ctx, self._meshes)
         self._lamp_shadow = LampShadowPass(ctx, self._meshes)
+        self._geometry = GeometryPass(ctx, self._meshes)
         self._surface = SurfacePass(ctx, self._meshes)
+        self._stars = StarPass(ctx)
+        self._sun = SunPass(ctx)
+        self._moon = MoonPass(ctx)
         self._planet = PlanetPass(ctx)
         self._probe = ProbePass(ctx, self._planet.draw)
         self._exchange = ExchangePass(ctx)
@@ -105,13 +117,26 @@ class Renderer:
         for tile in view.tiles[:1]:
             with self.timer.measure("probe"):
                 self._probe.draw([craft.sky for craft in tile.craft])
+        if view.background.heavens is not None:
+            with self.timer.measure("heavens"):
+                self._heavens(view.background.heavens, target)
         with self.timer.measure("planet"):
             self._planet.draw(view.background, target.framebuffer, (0, 0, *target.size))
+
+    def _heavens(self, view: Heavens, target: ImageTarget) -> None:
+        """What lies beyond the Earth, the farthest first."""
+        target.framebuffer.clear()
+        if view.stars is not None:
+            self._stars.draw(view, view.stars, target.framebuffer)
+        if view.sun is not None:
+            self._sun.draw(view.sun, target.framebuffer)
+        if view.moon is not None:
+            self._moon.draw(view.moon, target.framebuffer)
 
     def _samples(
         self, view: FrameView, *, apart: bool = False
     ) -> Iterator[tuple[Tile, tuple[moderngl.Texture, ...]]]:
-        """Each tile with the samples of its spacecraft, valid until the next one."""
+        """Each tile, or its parts, with the samples of its spacecraft, valid until the next one."""
         with self.timer.measure("lamp_shadow"):
             lamp_maps = self._lamp_shadow.draw(view.lamps)
         for tile in view.tiles:
@@ -123,12 +148,16 @@ class Renderer:
             with self.timer.measure("exchange"):
                 around = [probe.sky if probe else None for probe in probes]
                 lightings = self._exchange.draw(tile.craft, around)
-            with self.timer.measure("surface"):
-                skies = [probe.textures if probe else () for probe in probes]
-                samples = self._surface.draw(
-                    tile, maps, skies, lightings, view.lamps, lamp_maps, apart=apart
-                )
-            yield tile, samples
+            skies = [probe.textures if probe else () for probe in probes]
+            exchanging = [lighting is not None for lighting in lightings]
+            for part in parts(tile, view.camera, _SAMPLES_AT_ONCE):
+                with self.timer.measure("geometry"):
+                    seen = self._geometry.draw(part, lightings)
+                with self.timer.measure("surface"):
+                    samples = self._surface.draw(
+                        part, seen, maps, skies, exchanging, view.lamps, lamp_maps, apart=apart
+                    )
+                yield part, samples
 
     def irradiance(self, camera: Camera, radiance: ImageTarget) -> ImageTarget:
         """Irradiance of the image plane per band [W m-2], RGBA32F."""
@@ -150,7 +179,7 @@ class Renderer:
     def digital(
         self, camera: Camera, tai_ns: int, seed: int, electrons: ImageTarget
     ) -> ImageTarget:
-        """Digital numbers, R16UI."""
+        """Digital numbers, in ``DN_FORMAT``."""
         target = self._target("dn", camera, _DN)
         with self.timer.measure("detector"):
             self._detector.draw(camera, tai_ns, seed, electrons.textures[0], target.framebuffer)
@@ -188,7 +217,11 @@ class Renderer:
         for owner in (
             self._shadow,
             self._lamp_shadow,
+            self._geometry,
             self._surface,
+            self._stars,
+            self._sun,
+            self._moon,
             self._planet,
             self._probe,
             self._exchange,

@@ -6,7 +6,7 @@
 #endif
 
 in vec3 in_position;   // body axes [m]
-in uvec2 in_labels;    // part, material
+in uvec2 in_labels;    // part; material, joint
 
 out float depth;       // along the boresight [m]
 flat out uint part;
@@ -16,7 +16,7 @@ void main() {
     depth = p.z;
     part = in_labels.x;
 #ifdef CUT_OUT
-    hand_on(in_labels.y);
+    hand_on(in_labels.y & 63u);
 #endif
     gl_Position = clip_from_camera * p;
 }

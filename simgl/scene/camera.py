@@ -1,4 +1,4 @@
-"""A camera as data: pinhole geometry, lens, detector and converter."""
+"""A camera as data: pinhole geometry, lens and detector."""
 
 from __future__ import annotations
 
@@ -6,6 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+from simgl.scene.detector import Detector
+
+__all__ = ["Camera", "Detector", "Lens"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -15,31 +19,6 @@ class Lens:
     focal_length: float
     f_number: float
     transmission: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Detector:
-    """Pixels and converter.
-
-    width, height : pixels
-    pixel_pitch : [m]
-    quantum_efficiency : electrons per photon in each band R, G, B, N
-    full_well : [e-]
-    read_noise : [e- rms]
-    bits : of the converter
-    pedestal : [DN] added before conversion
-    gain_dn_per_e : [DN / e-]
-    """
-
-    width: int
-    height: int
-    pixel_pitch: float
-    quantum_efficiency: tuple[float, float, float, float]
-    full_well: float
-    read_noise: float
-    bits: int
-    pedestal: float
-    gain_dn_per_e: float
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -14,7 +14,9 @@ FLOORS = {
     "scene": 2,
     "lattice": 2,
     "sky": 2,
+    "ephemerides": 3,
     "scenario": 3,
+    "sensor": 3,
     "reference": 3,
     "rays": 3,
     "transport": 3,
@@ -29,6 +31,7 @@ FLOORS = {
     "output": 6,
     "assess": 7,
     "bench": 7,
+    "sequence": 7,
     "doctor": 7,
     "viewer": 7,
     "": 7,
@@ -40,9 +43,12 @@ FLOORS = {
 NEIGHBOURS = {
     ("assets", "errors"),
     ("output", "simulator"),
+    ("scenario", "ephemerides"),
     ("view", "rays"),
     ("view", "transport"),
     ("transport", "rays"),
+    ("reference", "sensor"),
+    ("images", "sensor"),
 }
 
 # Where a room may look is less than its floor allows.
@@ -50,7 +56,9 @@ KEPT_APART = {
     # Knows OpenGL, not spacecraft.
     "gpu": {"errors", "assets", "gpu"},
     # Textbook formulas, whatever draws them.
-    "reference": {"errors", "physics", "scene", "reference"},
+    "reference": {"errors", "physics", "scene", "sensor", "reference"},
+    # What the camera does besides the passes, alike for them and the references.
+    "sensor": {"errors", "physics", "scene", "sensor"},
     # Runs by itself, to make the files that the others read.
     "generate": {"errors", "assets", "physics", "generate"},
 }
@@ -58,10 +66,14 @@ KEPT_APART = {
 # Shared by passes; every other pass stands alone.
 SHARED_PASSES = {
     "simgl.passes.blocks",
+    "simgl.passes.discs",
+    "simgl.passes.earth_maps",
+    "simgl.passes.earth_textures",
     "simgl.passes.lobes",
     "simgl.passes.meshes",
     "simgl.passes.outline",
     "simgl.passes.textures",
+    "simgl.passes.weather",
 }
 
 each_module = pytest.mark.parametrize("module", modules(), ids=lambda m: m.name)
