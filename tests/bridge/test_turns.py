@@ -15,7 +15,7 @@ def served(turns: Turns, log: list[str]) -> list[str]:
 
 
 def test_the_client_served_last_comes_last() -> None:
-    turns, log = Turns(window=3), []  # type: ignore[var-annotated]
+    turns, log = Turns(window=3), []
 
     def job(name: str) -> Callable[[], None]:
         return lambda: log.append(name)
