@@ -77,6 +77,8 @@ def test_a_sun_at_two_au_gives_a_quarter_of_the_light(start_server: Starter) -> 
         {
             "epoch": {"utc": "2026-03-20T12:00:00"},
             "earth": {"shape": "none"},
+            # Stars are as bright as ever.
+            "sky": {"stars": False},
             "spacecraft": {"target": {"model": box, "position_icrf_m": [0.0, 0.0, 0.0]}},
             "camera": {
                 "nav": {
