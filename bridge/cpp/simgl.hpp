@@ -735,11 +735,15 @@ class Client {
             zmq_msg_recv(where.get(), monitor_.get(), ZMQ_DONTWAIT);
             std::uint16_t number;
             std::memcpy(&number, event.data(), 2);
-            if (number & failed_)
+            // A server that ends in the middle of a handshake fails it without detail, as one that
+            // does not take the keys does: to a client that was let in before it is a break.
+            const bool cut_off = number == ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL && let_in_;
+            if ((number & failed_) && !cut_off)
                 throw Error(address_ + ": the server refused this client: its key, or the "
                             "server's, is missing or wrong, or the client is not on the list");
             broke = broke || (number == ZMQ_EVENT_DISCONNECTED && connected_);
             connected_ = number == ZMQ_EVENT_HANDSHAKE_SUCCEEDED;
+            let_in_ = let_in_ || connected_;
         }
     }
 
@@ -789,7 +793,7 @@ class Client {
 
     std::string address_, boot_;
     double timeout_s_;
-    bool connected_ = false;
+    bool connected_ = false, let_in_ = false;
     int restarts_ = 0;
     std::uint64_t last_id_ = 0, last_sequence_ = 0;
     std::optional<Clock::time_point> heard_;
