@@ -124,16 +124,19 @@ class TruthFrame:
         return png_bytes(display_from_linear(nearness.astype(np.float32)))
 
 
-def saturated(dn: NDArray[np.uint16], detector: Detector) -> NDArray[np.bool_]:
-    """Pixels at the converter's largest number, or at the full well.
+def saturation_level(detector: Detector) -> int:
+    """The least DN that counts as saturated: the converter's largest number, or the full well.
 
     Offsets and read noise are added after the full well, so a full pixel may read lower: three
     sigma are allowed for, which misses one full pixel in 740.
     """
     full = (detector.full_well - 3.0 * detector.noise_of_reading) * detector.gain_dn_per_e
-    # A whole number: a real one would turn every pixel into a real number first.
-    level = int(min(2.0**detector.bits - 1.0, np.floor(full + detector.pedestal)))
-    return np.asarray(dn >= level)
+    return int(min(2.0**detector.bits - 1.0, np.floor(full + detector.pedestal)))
+
+
+def saturated(dn: NDArray[np.uint16], detector: Detector) -> NDArray[np.bool_]:
+    """Pixels at the converter's largest number, or at the full well."""
+    return np.asarray(dn >= saturation_level(detector))
 
 
 def srgb_from_linear(linear: NDArray[np.float32]) -> NDArray[np.uint8]:

@@ -59,7 +59,6 @@ def fuzz(messages: int, folder: Path) -> dict[str, object]:
             again = client.render(epoch, "nav", {"chaser": chaser(1)}).dn.tobytes()
             counts = client.stats()
     assert again == wanted, "the same state has other bits after the storm"
-    assert replies["INTERNAL"] == 0, "a request set off an INTERNAL error"
     return {
         **machine(),
         "messages": messages,
@@ -103,6 +102,7 @@ def _burst(
         header = msgspec.msgpack.decode(link.recv_multipart()[1])
         if header["type"] == "pong" and header["id"] == token:
             return
+        assert header.get("code") != "INTERNAL", f"a request set off {header['detail']}"
         replies[header.get("code", header["type"])] += 1
 
 

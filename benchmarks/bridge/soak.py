@@ -41,7 +41,8 @@ def checked_frames(server: str, frames: int, folder: Path) -> dict[str, object]:
     path = scenario_file(folder)
     address = f"ipc://{folder / 'soak'}"
     known: dict[int, bytes] = {}
-    seconds = np.empty(frames)
+    # Written over once, so that its pages count from the start.
+    seconds = np.full(frames, np.nan)
     # Allocators have seen every size after some rounds of all states.
     warm = min(frames // 5, 20 * STATES)
     before = (0, 0)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from simgl.errors import did_you_mean
 from simgl.physics.constants import LIGHT_SPEED
 from simgl.physics.ephemeris import FIRST_YEAR, LAST_YEAR, tai_ns_from_utc
 from simgl.scenario.scenario import Scenario
+from simgl.scene.joints import Joint
 from simgl.simulator import Product
 from simgl_bridge.messages import ErrorCode, Render, SentPose, Shot, State, Vector
 from simgl_bridge.wire import BadMessageError, shown
@@ -29,6 +30,8 @@ NEAREST_SUN = 1e9
 LONGEST_EXPOSURE = 3600.0
 # More than any converter has; a float32 electron count times this stays finite.
 LARGEST_GAIN = 1e6
+# Of a joint's limits [rad].
+_SLACK = 1e-9
 
 _EARLIEST = tai_ns_from_utc(f"{FIRST_YEAR}-01-01")
 _LATEST = tai_ns_from_utc(f"{LAST_YEAR}-12-31T23:59:59.999999999")
@@ -83,6 +86,7 @@ def check_request(scenario: Scenario, request: Wanted) -> None:
         if name not in scenario.models:
             say.missing("bodies", name, scenario.models, ErrorCode.NO_BODY)
         _check_pose(say, f"bodies.{name}", pose)
+        _check_joints(say, f"bodies.{name}.joints", pose.joints, scenario.models[name].joints)
     if not request.cameras:
         say.refuse("cameras", "must name at least one camera")
     for index, shot in enumerate(request.cameras):
@@ -105,9 +109,19 @@ def _check_pose(say: Refusals, field: str, pose: SentPose) -> None:
         say.refuse(f"{field}.position_m", wrong)
     if wrong := _vector_problem(pose.velocity_m_s, LIGHT_SPEED, "m/s"):
         say.refuse(f"{field}.velocity_m_s", wrong)
-    for joint in pose.joints:
-        # No model has movable joints so far: better an error than a picture of folded panels.
-        say.missing(f"{field}.joints", joint, {}, ErrorCode.NO_JOINT)
+
+
+def _check_joints(
+    say: Refusals, field: str, values: Mapping[str, float], joints: Sequence[Joint]
+) -> None:
+    known = {joint.name: joint for joint in joints}
+    for name, value in values.items():
+        if name not in known:
+            say.missing(field, name, known, ErrorCode.NO_JOINT)
+        low, high = known[name].limits
+        # Limits in degrees are a few units in the last place off in a client's radians.
+        if not low - _SLACK <= value <= high + _SLACK:
+            say.refuse(f"{field}.{name}", f"must lie in {low:g}..{high:g} rad, got {value:g}")
 
 
 def _check_shot(say: Refusals, field: str, shot: Shot, scenario: Scenario) -> None:

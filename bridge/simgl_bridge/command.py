@@ -22,7 +22,7 @@ from simgl.scenario.scenario import Scenario
 from simgl.simulator import Simulator
 from simgl_bridge.access import Access, make_keys
 from simgl_bridge.address import DEFAULT_ADDRESS, check_bindable
-from simgl_bridge.native import WINDOW, NativeFront
+from simgl_bridge.native import LARGEST_SEED, WINDOW, NativeFront
 from simgl_bridge.server import serve as serve_until
 from simgl_bridge.studio import Studio
 from simgl_bridge.turns import Turns
@@ -58,7 +58,9 @@ def serve(
     rate_hz: Annotated[
         float | None, typer.Option(min=0.001, max=10000.0, help="Most pictures a second, free-run.")
     ] = None,
-    seed: Annotated[int | None, typer.Option(min=0, help="Instead of the scenario's seed.")] = None,
+    seed: Annotated[
+        int | None, typer.Option(min=0, max=LARGEST_SEED, help="Instead of the scenario's seed.")
+    ] = None,
     root: Annotated[
         Path | None,
         typer.Option(

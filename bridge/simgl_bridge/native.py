@@ -58,6 +58,8 @@ QUEUE_RANGE = (16, 256)
 MOST_AT_ONCE = 256
 # Clients remembered; the ones longest silent go first.
 MOST_SESSIONS = 256
+# The noise takes keys of 32 bits.
+LARGEST_SEED = 2**32 - 1
 # The name under which pictures of the free-running stream wait; no client can have it.
 _STREAM = b""
 
@@ -379,8 +381,8 @@ class NativeFront:
     def _queue_configure(self, client: bytes, request: Configure) -> None:
         check_id(request.id)
         say = Refusals(request.id)
-        if request.seed is not None and not 0 <= request.seed < 2**63:
-            say.refuse("seed", f"must lie in 0..2^63-1, got {request.seed}")
+        if request.seed is not None and not 0 <= request.seed <= LARGEST_SEED:
+            say.refuse("seed", f"must lie in 0..{LARGEST_SEED}, got {request.seed}")
         names = dict.fromkeys(self._studio.scenario_names)
         if request.scenario is not None and request.scenario not in names:
             say.missing("scenario", request.scenario, names, ErrorCode.NO_SCENARIO)

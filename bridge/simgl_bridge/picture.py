@@ -8,14 +8,15 @@ from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
+from msgspec import structs
 from numpy.typing import NDArray
 
 from simgl.errors import ConfigError
-from simgl.images import saturated
+from simgl.images import saturation_level
 from simgl.physics.frames import Pose, matrix_from_quaternion, quaternion_from_matrix
 from simgl.scenario.scenario import Scenario
 from simgl.scene.camera import Camera
-from simgl.scene.state import SceneState, Sun, SunAtPosition, SunInDirection
+from simgl.scene.state import BodyState, SceneState, Sun, SunAtPosition, SunInDirection
 from simgl.scene.trajectory import FixedAttitude, FixedPosition, Motion, poses
 from simgl.simulator import Exposure, Product
 from simgl_bridge.checks import PRODUCTS, Wanted, check_request
@@ -31,6 +32,9 @@ from simgl_bridge.messages import (
 )
 from simgl_bridge.pose import BodyPose
 from simgl_bridge.wire import BadMessageError
+
+# Pixels looked at together.
+_BLOCK = 65536
 
 
 class TakesPictures(Protocol):
@@ -82,10 +86,7 @@ def take_pictures(studio: TakesPictures, request: Wanted) -> Pictures:
         if digital is None and exposure.digital is not None:
             digital = (exposure.info.camera, exposure.digital.dn)
     # The very numbers that were sent, not what is left of them after a matrix and back.
-    used = {
-        name: request.bodies.get(name) or BodyPose.from_pose(body.pose).as_sent()
-        for name, body in state.bodies.items()
-    }
+    used = {name: _as_used(body, request.bodies.get(name)) for name, body in state.bodies.items()}
     return Pictures(bodies=used, images=tuple(images), pixels=tuple(pixels), digital=digital)
 
 
@@ -101,16 +102,53 @@ def requested_state(scenario: Scenario, request: Wanted) -> SceneState:
             trajectory=FixedPosition(position=pose.position, velocity=pose.velocity),
             attitude=FixedAttitude(R_icrf_from_body=pose.R_icrf_from_body),
         )
+    angles = {name: sent.joints for name, sent in request.bodies.items() if sent.joints}
     try:
-        state = scenario.with_poses(request.tai_ns, poses(motions, request.tai_ns))
+        placed = poses(motions, request.tai_ns)
+        state = scenario.with_poses(request.tai_ns, placed, joint_angles=angles)
+        if request.sun is not None:
+            state = replace(state, sun=_moved_sun(state.sun, request.sun.position_m))
+            if scenario.joints:
+                state = _turned_to(state, scenario, placed, angles)
     except ConfigError as error:
         raise _bad_scene(error, request.id) from None
     cameras = dict(state.cameras)
     for shot in request.cameras:
         there = cameras[shot.camera]
         cameras[shot.camera] = replace(there, camera=_set(there.camera, shot))
-    sun = state.sun if request.sun is None else _moved_sun(state.sun, request.sun.position_m)
-    return replace(state, cameras=cameras, sun=sun)
+    return replace(state, cameras=cameras)
+
+
+def _turned_to(
+    state: SceneState,
+    scenario: Scenario,
+    placed: Mapping[str, Pose],
+    angles: Mapping[str, Mapping[str, float]],
+) -> SceneState:
+    """A state whose drives follow its own Sun, not the scenario's."""
+    under = replace(scenario, sun=_as_direction(state.sun))
+    return replace(state, bodies=under.with_poses(state.tai_ns, placed, joint_angles=angles).bodies)
+
+
+def _as_direction(sun: Sun) -> SunInDirection:
+    """A Sun in the same direction, as far as drives can tell."""
+    if isinstance(sun, SunInDirection):
+        return sun
+    seen = sun.seen_from(np.zeros(3))
+    return SunInDirection(
+        direction_icrf=seen.direction_icrf,
+        light=sun.light_at_1_au,
+        angular_radius=seen.angular_radius,
+    )
+
+
+def _as_used(body: BodyState, sent: SentPose | None) -> SentPose:
+    """A pose as it was used, with all its joints."""
+    model = body.model
+    angles = model.angles or (0.0,) * len(model.joints)
+    joints = {joint.name: angle for joint, angle in zip(model.joints, angles, strict=True)}
+    pose = BodyPose.from_pose(body.pose).as_sent() if sent is None else sent
+    return structs.replace(pose, joints=joints)
 
 
 def _set(camera: Camera, shot: Shot) -> Camera:
@@ -177,9 +215,7 @@ def _described(
         available_tai_ns=timing.available,
         sun_direction_icrf=_vector(info.sun_direction_icrf),
         sun_irradiance_w_m2=_four(info.sun_irradiance),
-        saturated_pixels=(
-            None if dn is None else int(np.count_nonzero(saturated(dn, camera.detector)))
-        ),
+        saturated_pixels=None if dn is None else _count_saturated(dn, camera),
         render_us=round(seconds * 1e6),
         planes=tuple(
             Plane(product=name, dtype=array.dtype.str, shape=array.shape, unit=PRODUCTS[name][1])
@@ -187,6 +223,14 @@ def _described(
         ),
         part_names=truth.part_names if truth and "part_id" in shot.products else {},
     )
+
+
+def _count_saturated(dn: NDArray[np.uint16], camera: Camera) -> int:
+    # By blocks that stay in the cache, without a mask of the whole picture.
+    level = saturation_level(camera.detector)
+    flat = dn.reshape(-1)
+    blocks = range(0, flat.size, _BLOCK)
+    return sum(int(np.count_nonzero(flat[at : at + _BLOCK] >= level)) for at in blocks)
 
 
 @dataclass(frozen=True, kw_only=True)

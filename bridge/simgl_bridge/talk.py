@@ -84,6 +84,7 @@ class Talk:
         self.last_sequence: int | None = None
         self.restarts = 0
         self.connected = False
+        self._let_in = False
         self._boot = ""
         self._last_id = 0
         self._heard: float | None = None
@@ -204,13 +205,17 @@ class Talk:
 
         Raises AccessError where the handshake failed.
         """
-        if event & _FAILED:
+        # A server that ends in the middle of a handshake fails it without detail, as one that does
+        # not take the keys does: to a client that was let in before it is a broken connection.
+        cut_off = event == zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL and self._let_in
+        if event & _FAILED and not cut_off:
             raise AccessError(
                 f"{self.address}: the server refused this client: its key, or the server's, is "
                 "missing or wrong, or the client is not on the server's list"
             )
         broke = event == zmq.EVENT_DISCONNECTED and self.connected
         self.connected = event == zmq.EVENT_HANDSHAKE_SUCCEEDED
+        self._let_in = self._let_in or self.connected
         return broke
 
     def no_answer(self, reason: str, message: Message) -> NoAnswerError:

@@ -96,7 +96,7 @@ def test_after_a_restart_the_next_image_is_the_one_that_the_first_server_would_h
 ) -> None:
     first = start_server(scenario)
     now = scenario.epoch_tai_ns
-    with Client(first.address, timeout_s=20.0) as client:
+    with Client(first.address, timeout_s=60.0) as client:
         client.render(now, "nav")
         wanted = client.render(now + 1, "nav")
         first.stop.set()
@@ -113,7 +113,7 @@ def test_a_restart_with_another_scene_or_seed_is_an_error(
     start_server: Starter, scenario: Scenario
 ) -> None:
     first = start_server(scenario)
-    with Client(first.address, timeout_s=20.0) as client:
+    with Client(first.address, timeout_s=60.0) as client:
         first.stop.set()
         first.thread.join(timeout=10)
         start_server(replace(scenario, seed=8), first.address)

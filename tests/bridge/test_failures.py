@@ -67,26 +67,33 @@ def test_a_server_killed_in_the_middle_of_a_frame_is_known_at_once(
     scenario_path: Path, scenario: Scenario
 ) -> None:
     address = free_address()
-    with served(scenario_path, address) as process, Client(address, timeout_s=20.0) as client:
-        now = scenario.epoch_tai_ns
+    now = scenario.epoch_tai_ns
+    killed: list[float] = []
+    with (
+        served(scenario_path, address) as process,
+        Client(address, timeout_s=60.0) as client,
+    ):
         before = client.render(now, "nav", {"chaser": HERE})
         # Frozen first, so that the request is surely under way when it is killed.
         os.kill(process.pid, signal.SIGSTOP)
-        killer = subprocess.Popen(
-            [sys.executable, "-c", f"import os,time;time.sleep(1);os.kill({process.pid},9)"]
-        )
-        start = time.monotonic()
+
+        def kill() -> None:
+            killed.append(time.monotonic())
+            os.kill(process.pid, signal.SIGKILL)
+
+        killer = threading.Timer(1.0, kill)
+        killer.start()
         with pytest.raises(NoAnswerError) as caught:
             client.render(now + 1, "nav")
-        waited = time.monotonic() - start
-        killer.wait(10)
+        # Not at the deadline of 60 s.
+        assert time.monotonic() - killed[0] < 5.0
+        killer.join()
         assert caught.value.reason == "the connection broke"
         assert caught.value.last_sequence == before.sequence == 1
-        assert caught.value.age_s == pytest.approx(waited, abs=0.5)
+        assert caught.value.age_s is not None
+        assert caught.value.age_s > 1.0
         assert str(caught.value).startswith(f"{address}: the connection broke, waiting for ")
         assert str(caught.value).endswith("last image 1")
-        # Not at the deadline of 20 s: the second until the kill, and a busy machine.
-        assert waited < 6.0
         process.wait(10)
         with served(scenario_path, address):
             again = client.render(now, "nav", {"chaser": HERE})

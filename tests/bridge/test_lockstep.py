@@ -8,12 +8,14 @@ from typing import Any
 import moderngl
 import numpy as np
 import pytest
-from msgspec import msgpack
+from msgspec import msgpack, structs
 from simgl_bridge import BodyPose, Client, RemoteError
-from simgl_bridge.messages import Render, SentPose, Shot, state_hash
+from simgl_bridge.messages import Message, Render, SentPose, Shot, state_hash
 from simgl_bridge.picture import requested_state
+from simgl_bridge.wire import pack
 
 from simgl import Product, Scenario, Simulator, scenario_from_dict
+from simgl.errors import BridgeError
 from simgl.images import saturated
 from simgl.physics.frames import Pose, matrix_from_quaternion
 from simgl.scene.camera import Detector
@@ -281,3 +283,19 @@ def test_a_pose_made_from_a_pose_of_simgl_is_the_same() -> None:
     # A quaternion through a matrix and back: a few ulp.
     np.testing.assert_allclose(sent.q_icrf_from_body_xyzw, Q_SMALL_TURN, atol=1e-15)
     assert sent.position_m == (0.5, -0.25, 40.0)
+
+
+def test_a_picture_of_another_state_is_never_handed_over(
+    client: Client, scenario: Scenario, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    honest = pack
+
+    def later(message: Message) -> list[bytes]:
+        # What reaches the server is another instant than the one that the client asked for.
+        if isinstance(message, Render):
+            message = structs.replace(message, tai_ns=message.tai_ns + 1)
+        return honest(message)
+
+    monkeypatch.setattr("simgl_bridge.client.pack", later)
+    with pytest.raises(BridgeError, match="shows another state than request"):
+        client.render(scenario.epoch_tai_ns, "nav")

@@ -11,8 +11,12 @@ import msgspec
 import numpy as np
 import pytest
 from simgl_bridge import Client, DelayLine, RemoteError, Shot
+from simgl_bridge.checks import check_request
+from simgl_bridge.messages import Render, SentPose
+from simgl_bridge.picture import requested_state
+from simgl_bridge.wire import BadMessageError
 
-from simgl import Scenario
+from simgl import Scenario, scenario_from_dict
 from simgl.physics.constants import ASTRONOMICAL_UNIT
 from tests.bridge.harness import Gate, RawLink, Running, header_of
 
@@ -68,13 +72,13 @@ def test_the_gain_asked_for_is_the_gain_used(client: Client, scenario: Scenario)
 
 def test_a_sun_at_two_au_gives_a_quarter_of_the_light(start_server: Starter) -> None:
     # The fixed Sun of the small scenario takes a direction alone; here the Sun is the real one.
-    from simgl import scenario_from_dict
-
     box = {"box": {"size_m": [1.0, 1.0, 1.0], "material": {"reflectance": 0.5}}}
     scenario = scenario_from_dict(
         {
             "epoch": {"utc": "2026-03-20T12:00:00"},
             "earth": {"shape": "none"},
+            # Stars are as bright as ever.
+            "sky": {"stars": False},
             "spacecraft": {"target": {"model": box, "position_icrf_m": [0.0, 0.0, 0.0]}},
             "camera": {
                 "nav": {
@@ -308,6 +312,13 @@ def test_a_seed_chosen_over_the_link_is_the_seed_of_the_noise(
         np.testing.assert_array_equal(client.render(now, "nav", seek=True).dn, seven.dn)
 
 
+def test_a_seed_that_the_noise_cannot_take_is_refused(raw: RawLink) -> None:
+    for seed in (-1, 2**32, 2**63 - 1):
+        reply = raw.ask_map({"type": "configure", "id": 3, "seed": seed})
+        assert (reply["code"], reply["field"]) == ("BAD_VALUE", "seed")
+        assert reply["detail"] == f"seed must lie in 0..4294967295, got {seed}"
+
+
 def test_a_scenario_is_chosen_by_name_from_the_servers_folder_alone(
     start_server: Starter, scenario: Scenario, scenario_path: Any, tmp_path: Any
 ) -> None:
@@ -352,3 +363,57 @@ def test_one_client_chooses_the_scene_and_another_is_told_so(
         first.close()
         time.sleep(0.2)
         assert second.configure(seed=12).seed == 12
+
+
+def satellite(**spacecraft: Any) -> Scenario:
+    """A small satellite with solar wings, seen by a camera of its own."""
+    return scenario_from_dict(
+        {
+            "epoch": {"utc": "2026-03-20T12:00:00"},
+            "earth": {"shape": "none"},
+            "spacecraft": {
+                "sat": {"model": "cubesat_12u", "position_icrf_m": [0.0, 0.0, 7e6], **spacecraft}
+            },
+            "camera": {"nav": {"on": "sat", "position_body_m": [5.0, 0.0, 0.0], "look_at": "sat"}},
+        }
+    )
+
+
+def sat_request(scenario: Scenario, joints: dict[str, float], **changes: Any) -> Render:
+    pose = SentPose(
+        position_m=(0.0, 0.0, 7e6),
+        velocity_m_s=(7500.0, 0.0, 0.0),
+        q_icrf_from_body_xyzw=(0.0, 0.0, 0.0, 1.0),
+        joints=joints,
+    )
+    shots = (Shot(camera="nav"),)
+    start = scenario.epoch_tai_ns
+    return Render(id=1, tai_ns=start, cameras=shots, bodies={"sat": pose}, **changes)
+
+
+def test_joints_are_turned_as_sent() -> None:
+    scenario = satellite()
+    names = [joint.name for joint in scenario.models["sat"].joints]
+    low, high = scenario.models["sat"].joints[0].limits
+    angle = 0.5 * (low + high) + 0.1
+    asked = sat_request(scenario, {names[0]: angle})
+    check_request(scenario, asked)
+    model = requested_state(scenario, asked).bodies["sat"].model
+    assert dict(zip(names, model.angles, strict=True)) == {names[0]: angle, names[1]: 0.0}
+
+
+def test_a_joint_that_is_not_there_or_cannot_turn_so_far_is_named() -> None:
+    scenario = satellite()
+    joint = scenario.models["sat"].joints[0]
+    with pytest.raises(BadMessageError) as caught:
+        check_request(scenario, sat_request(scenario, {"panel_lef": 0.0}))
+    assert caught.value.code == "NO_JOINT"
+    assert str(caught.value).startswith(
+        'bodies.sat.joints "panel_lef" does not exist here; did you mean "panel_left"?'
+    )
+    for value in (joint.limits[1] + 0.1, float("nan")):
+        with pytest.raises(BadMessageError) as caught:
+            check_request(scenario, sat_request(scenario, {joint.name: value}))
+        assert caught.value.code == "BAD_VALUE"
+        assert caught.value.field == f"bodies.sat.joints.{joint.name}"
+        assert f"must lie in {joint.limits[0]:g}..{joint.limits[1]:g} rad, got" in str(caught.value)

@@ -1,0 +1,108 @@
+// The C interface over the C++ client: exceptions become return values and lines of text.
+#include "simgl.h"
+
+#include "simgl.hpp"
+
+#include <algorithm>
+
+struct simgl_client {
+    simgl::Client client;
+};
+
+namespace {
+
+void tell(char *error, std::size_t size, const char *what) {
+    if (error != nullptr && size > 0) std::snprintf(error, size, "%s", what);
+}
+
+template <std::size_t N> void copy(const std::array<double, N> &from, double *to) {
+    std::copy(from.begin(), from.end(), to);
+}
+
+void describe(const simgl::Tick &tick, const simgl::Image &image, simgl_image &info) {
+    const simgl::Plane &dn = image.plane("dn");
+    info.sequence = tick.sequence;
+    info.tai_ns = tick.tai_ns;
+    info.exposure_start_tai_ns = image.exposure_start_tai_ns;
+    info.exposure_end_tai_ns = image.exposure_end_tai_ns;
+    info.readout_end_tai_ns = image.readout_end_tai_ns;
+    info.available_tai_ns = image.available_tai_ns;
+    info.height = static_cast<std::int32_t>(dn.shape.at(0));
+    info.width = static_cast<std::int32_t>(dn.shape.at(1));
+    info.exposure_time_s = image.exposure_time_s;
+    info.gain_dn_per_e = image.gain_dn_per_e;
+    copy(image.position_m, info.camera_position_m);
+    copy(image.q_camera_from_icrf_xyzw, info.q_camera_from_icrf_xyzw);
+    for (int row = 0; row < 3; ++row) copy(image.intrinsics[row], info.intrinsics + 3 * row);
+    info.saturated_pixels = image.saturated_pixels.value_or(-1);
+    std::snprintf(info.state_hash, sizeof info.state_hash, "%s", tick.state_hash.c_str());
+}
+
+} // namespace
+
+simgl_client *simgl_connect(const char *address, double timeout_s, char *error, size_t error_size) {
+    try {
+        simgl::Options options;
+        options.timeout_s = timeout_s;
+        options.name = "c";
+        return new simgl_client{simgl::Client(address, options)};
+    } catch (const std::exception &failure) {
+        tell(error, error_size, failure.what());
+        return nullptr;
+    }
+}
+
+void simgl_close(simgl_client *client) { delete client; }
+
+int64_t simgl_epoch_tai_ns(const simgl_client *client) {
+    return client->client.welcome().epoch_tai_ns;
+}
+
+int simgl_camera_size(const simgl_client *client, const char *camera, int32_t *width,
+                      int32_t *height) {
+    for (const simgl::Camera &card : client->client.welcome().cameras)
+        if (card.name == camera) {
+            *width = card.width;
+            *height = card.height;
+            return SIMGL_OK;
+        }
+    return SIMGL_BAD_ARGUMENT;
+}
+
+int simgl_render_dn(simgl_client *client, int64_t tai_ns, const char *camera,
+                    const simgl_body *bodies, size_t body_count, double exposure_time_s,
+                    uint16_t *pixels, size_t pixel_count, simgl_image *info, char *error,
+                    size_t error_size) {
+    try {
+        std::map<std::string, simgl::Pose> poses;
+        for (size_t i = 0; i < body_count; ++i) {
+            simgl::Pose &pose = poses[bodies[i].name];
+            std::copy_n(bodies[i].position_m, 3, pose.position_m.begin());
+            std::copy_n(bodies[i].velocity_m_s, 3, pose.velocity_m_s.begin());
+            std::copy_n(bodies[i].q_icrf_from_body_xyzw, 4, pose.q_icrf_from_body_xyzw.begin());
+        }
+        simgl::Shot shot{camera};
+        if (exposure_time_s > 0.0) shot.exposure_time_s = exposure_time_s;
+        const simgl::Tick tick = client->client.render(tai_ns, {shot}, poses);
+        const simgl::Image &image = tick.image(camera);
+        const std::vector<std::uint16_t> dn = image.plane("dn").u16();
+        if (dn.size() != pixel_count) {
+            const std::string line = "pixels has room for " + std::to_string(pixel_count) +
+                                     ", the camera has " + std::to_string(dn.size());
+            tell(error, error_size, line.c_str());
+            return SIMGL_BAD_ARGUMENT;
+        }
+        std::copy(dn.begin(), dn.end(), pixels);
+        if (info != nullptr) describe(tick, image, *info);
+        return SIMGL_OK;
+    } catch (const simgl::Refused &failure) {
+        tell(error, error_size, failure.what());
+        return SIMGL_REFUSED;
+    } catch (const simgl::NoAnswer &failure) {
+        tell(error, error_size, failure.what());
+        return SIMGL_NO_ANSWER;
+    } catch (const std::exception &failure) {
+        tell(error, error_size, failure.what());
+        return SIMGL_BAD_REPLY;
+    }
+}

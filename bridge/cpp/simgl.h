@@ -1,0 +1,67 @@
+/* A client of simgl's image service for C: Simulink S-functions, flight-software stubs.
+ *
+ * Compile simgl.cpp with a C++17 compiler and link with libzmq; this header is plain C99.
+ * Every call ends after the client's timeout. Functions return SIMGL_OK or say what went wrong in
+ * one line of text. Units are in the names; see simgl.hpp. */
+#ifndef SIMGL_H
+#define SIMGL_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum {
+    SIMGL_OK = 0,
+    SIMGL_REFUSED = 1,   /* the server refused the request */
+    SIMGL_NO_ANSWER = 2, /* away, frozen or gone; the next call connects again */
+    SIMGL_BAD_REPLY = 3, /* the reply shows something else than what was asked for */
+    SIMGL_BAD_ARGUMENT = 4
+};
+
+typedef struct simgl_client simgl_client;
+
+typedef struct {
+    const char *name;
+    double position_m[3];
+    double velocity_m_s[3];
+    double q_icrf_from_body_xyzw[4];
+} simgl_body;
+
+typedef struct {
+    uint64_t sequence;
+    int64_t tai_ns; /* mid-exposure */
+    int64_t exposure_start_tai_ns, exposure_end_tai_ns, readout_end_tai_ns;
+    int64_t available_tai_ns; /* when flight software has the image */
+    int32_t width, height;
+    double exposure_time_s, gain_dn_per_e;
+    double camera_position_m[3];
+    double q_camera_from_icrf_xyzw[4];
+    double intrinsics[9]; /* row by row */
+    int64_t saturated_pixels;
+    char state_hash[33];
+} simgl_image;
+
+/* A client, or NULL with the reason in error. */
+simgl_client *simgl_connect(const char *address, double timeout_s, char *error, size_t error_size);
+void simgl_close(simgl_client *client);
+
+/* Start of the server's scenario. */
+int64_t simgl_epoch_tai_ns(const simgl_client *client);
+/* Pixels of a camera. */
+int simgl_camera_size(const simgl_client *client, const char *camera, int32_t *width,
+                      int32_t *height);
+
+/* The digital numbers that a camera takes of a state, row by row from the top. An exposure of 0
+ * takes the camera's own. pixels has room for pixel_count numbers; info may be NULL. */
+int simgl_render_dn(simgl_client *client, int64_t tai_ns, const char *camera,
+                    const simgl_body *bodies, size_t body_count, double exposure_time_s,
+                    uint16_t *pixels, size_t pixel_count, simgl_image *info, char *error,
+                    size_t error_size);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

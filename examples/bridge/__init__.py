@@ -1,0 +1,1 @@
+"""Loops of a page: what a GNC program does with the image service."""

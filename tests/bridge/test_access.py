@@ -1,0 +1,137 @@
+"""Who may come: keys and the server's list; everybody else is told at once, and gets nothing."""
+
+from __future__ import annotations
+
+import stat
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+import typer
+import zmq
+from simgl_bridge import AccessError, Client, ClientKeys
+from simgl_bridge.access import Access, make_keys
+from simgl_bridge.command import keys
+from simgl_bridge.talk import Talk
+from typer.testing import CliRunner
+
+from simgl import Scenario
+from simgl.errors import BridgeError, ConfigError
+from tests.bridge.harness import Running
+
+Starter = Callable[..., Running]
+
+
+@dataclass
+class Ring:
+    """A folder of keys: the server's, a guest's, a stranger's; the guest is on the list."""
+
+    folder: Path
+
+    @property
+    def access(self) -> Access:
+        """The server's side."""
+        return Access(secret=self.folder / "server.key_secret", allowed=self.folder / "allowed")
+
+    def client(self, name: str, server: str = "server") -> ClientKeys:
+        """A client's side."""
+        return ClientKeys(
+            secret=self.folder / f"{name}.key_secret", server=self.folder / f"{server}.key"
+        )
+
+
+@pytest.fixture(scope="module")
+def ring(tmp_path_factory: pytest.TempPathFactory) -> Ring:
+    folder = tmp_path_factory.mktemp("keys")
+    for name in ("server", "guest", "stranger"):
+        make_keys(name, folder)
+    (folder / "allowed").mkdir()
+    (folder / "allowed" / "guest.key").write_bytes((folder / "guest.key").read_bytes())
+    return Ring(folder)
+
+
+@pytest.fixture
+def guarded(start_server: Starter, scenario: Scenario, ring: Ring) -> Running:
+    return start_server(scenario, access=ring.access)
+
+
+def test_a_client_on_the_list_is_served(guarded: Running, ring: Ring, scenario: Scenario) -> None:
+    with Client(guarded.address, timeout_s=20.0, keys=ring.client("guest")) as client:
+        assert client.render(scenario.epoch_tai_ns, "nav").dn.shape == (48, 64)
+
+
+def test_anybody_else_is_told_at_once(guarded: Running, ring: Ring) -> None:
+    wrong = {
+        "a key that is not on the list": ring.client("stranger"),
+        "another server's key": ring.client("guest", server="stranger"),
+        "no key": None,
+    }
+    for what, given in wrong.items():
+        start = time.monotonic()
+        # Not at the deadline of 30 s
+        with pytest.raises(AccessError, match="the server refused this client: its key") as caught:
+            Client(guarded.address, timeout_s=30.0, keys=given)
+        assert time.monotonic() - start < 10.0, what
+        assert str(caught.value).startswith(guarded.address)
+    # And the guest is still welcome.
+    with Client(guarded.address, timeout_s=20.0, keys=ring.client("guest")) as client:
+        assert client.ping() < 5.0
+
+
+def test_a_client_with_keys_gets_no_answer_from_a_server_without(
+    running: Running, ring: Ring
+) -> None:
+    with pytest.raises(BridgeError):
+        Client(running.address, timeout_s=2.0, keys=ring.client("guest"))
+
+
+def test_beyond_this_machine_only_with_keys_or_on_purpose(
+    start_server: Starter, scenario: Scenario
+) -> None:
+    # The refusal comes before anything is bound.
+    with pytest.raises(ConfigError, match="needs --keys and --allow, or --insecure"):
+        start_server(scenario, "tcp://0.0.0.0:*")
+
+
+def test_halves_of_access_are_refused(ring: Ring, tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="--keys goes together with --allow"):
+        Access(secret=ring.folder / "server.key_secret")
+    with pytest.raises(ConfigError, match="--insecure contradicts --keys"):
+        Access(secret=ring.folder / "server.key_secret", allowed=ring.folder, insecure=True)
+    with pytest.raises(ConfigError, match=r"--allow must be a folder with the \.key files"):
+        Access(secret=ring.folder / "server.key_secret", allowed=tmp_path)
+    with pytest.raises(ConfigError, match="holds no secret key"):
+        Access(secret=ring.folder / "server.key", allowed=ring.folder / "allowed")
+    with pytest.raises(ConfigError, match="is no key file"):
+        Access(secret=tmp_path / "absent", allowed=ring.folder / "allowed")
+
+
+def test_keys_are_made_for_their_owner_alone_and_never_replaced(tmp_path: Path) -> None:
+    app = typer.Typer()
+    app.command()(keys)
+    result = CliRunner().invoke(app, ["loop", "--out", str(tmp_path)])
+    assert result.exit_code == 0, result.output
+    secret, public = tmp_path / "loop.key_secret", tmp_path / "loop.key"
+    assert stat.S_IMODE(secret.stat().st_mode) == 0o600
+    assert stat.S_IMODE(public.stat().st_mode) == 0o644
+    before = secret.read_bytes()
+    with pytest.raises(ConfigError, match="would replace"):
+        make_keys("loop", tmp_path)
+    assert secret.read_bytes() == before
+    for name in ("../up", "", "a b"):
+        with pytest.raises(ConfigError, match='must be letters, digits, "-" and "_"'):
+            make_keys(name, tmp_path)
+
+
+def test_a_server_that_ends_in_the_middle_of_a_handshake_is_not_taken_for_a_refusal() -> None:
+    talk = Talk("tcp://127.0.0.1:1")
+    with pytest.raises(AccessError):
+        talk.heed(zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL)
+    # To a client that was let in before, as when a server is stopped and started again.
+    assert not talk.heed(zmq.EVENT_HANDSHAKE_SUCCEEDED)
+    assert talk.heed(zmq.EVENT_DISCONNECTED)
+    assert not talk.heed(zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL)
+    with pytest.raises(AccessError):
+        talk.heed(zmq.EVENT_HANDSHAKE_FAILED_AUTH)

@@ -1,0 +1,101 @@
+"""The asyncio client: several requests under way, and the same errors in time."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from simgl_bridge import AsyncClient, Client, NoAnswerError, RemoteError, Shot
+
+from simgl import Scenario
+from tests.bridge.harness import Gate, Running
+
+Starter = Callable[..., Running]
+
+
+def test_it_gets_what_the_synchronous_client_gets(
+    running: Running, client: Client, scenario: Scenario
+) -> None:
+    now = scenario.epoch_tai_ns
+
+    async def ask() -> tuple[np.ndarray, np.ndarray]:
+        async with AsyncClient(running.address, timeout_s=20.0) as link:
+            assert link.welcome.seed == 7
+            assert await link.ping() < 5.0
+            image = await link.render(now, "nav")
+            tick = await link.render_all(now, [Shot(camera="side"), Shot(camera="nav")])
+            return image.dn, tick["nav"].dn
+
+    for dn in asyncio.run(ask()):
+        np.testing.assert_array_equal(dn, client.render(now, "nav").dn)
+
+
+def test_more_requests_than_the_window_wait_here_and_none_is_busy(
+    running: Running, scenario: Scenario
+) -> None:
+    now = scenario.epoch_tai_ns
+
+    async def ask() -> list[int]:
+        async with AsyncClient(running.address, timeout_s=60.0) as link:
+            images = await asyncio.gather(*(link.render(now + i, "nav") for i in range(8)))
+            return [image.tai_ns - now for image in images]
+
+    assert asyncio.run(ask()) == list(range(8))
+
+
+def test_a_refusal_reaches_the_request_that_it_is_for(running: Running, scenario: Scenario) -> None:
+    now = scenario.epoch_tai_ns
+
+    async def ask() -> None:
+        async with AsyncClient(running.address, timeout_s=20.0) as link:
+            good, bad = await asyncio.gather(
+                link.render(now, "nav"), link.render(now, "nva"), return_exceptions=True
+            )
+            assert not isinstance(good, BaseException)
+            assert isinstance(bad, RemoteError)
+            assert bad.code == "NO_CAMERA"
+
+    asyncio.run(ask())
+
+
+def test_its_waits_end(start_server: Starter, scenario: Scenario) -> None:
+    running = start_server(scenario)
+    now = scenario.epoch_tai_ns
+
+    async def ask() -> None:
+        async with AsyncClient(running.address, timeout_s=20.0) as link:
+            await link.render(now, "nav")
+            link.timeout_s = 0.3
+            running.simulator.hook = gate = Gate()
+            with pytest.raises(NoAnswerError, match=r"no answer within 0\.3 s, waiting for render"):
+                await link.render(now + 1, "nav")
+            gate.open(0.0)
+            running.simulator.hook = None
+            link.timeout_s = 20.0
+            assert (await link.render(now + 2, "nav")).tai_ns == now + 2
+            running.simulator.hook = second = Gate()
+            waiting = asyncio.create_task(link.render(now + 3, "nav"))
+            await asyncio.to_thread(second.wait)
+            other = asyncio.create_task(link.render(now + 4, "nav"))
+            await asyncio.sleep(0.2)
+            running.stop.set()
+            second.open(0.0)
+            start = time.monotonic()
+            assert (await waiting).tai_ns == now + 3
+            with pytest.raises(NoAnswerError, match="the server said goodbye"):
+                await other
+            assert time.monotonic() - start < 10.0
+
+    asyncio.run(ask())
+
+
+def test_without_a_server_it_gives_up() -> None:
+    async def ask() -> None:
+        async with AsyncClient("tcp://127.0.0.1:1", timeout_s=0.3):
+            raise AssertionError("nobody is there")
+
+    with pytest.raises(NoAnswerError, match=r"no connection within 0\.3 s, waiting for hello"):
+        asyncio.run(ask())

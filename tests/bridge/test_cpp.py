@@ -1,0 +1,274 @@
+"""The C++17 client and its C interface, built with the system's compiler and libzmq, and run."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from simgl_bridge import BodyPose, Client, Shot, launched_server
+
+from simgl import Scenario
+from tests.bridge.harness import Running
+
+Starter = Callable[..., Running]
+ROOT = Path(__file__).parents[2]
+CPP = ROOT / "bridge" / "cpp"
+COMPILER = shutil.which(os.environ.get("CXX", "g++"))
+WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Werror"]
+
+PROBE = """
+#include <simgl.hpp>
+#include <cstdlib>
+#include <iostream>
+// address, timeout, then lines of commands; one line of answer each.
+int main(int, char **argv) {
+    simgl::Options options;
+    options.timeout_s = std::atof(argv[2]);
+    if (argv[3]) { options.server_key = argv[3]; options.public_key = argv[4];
+                   options.secret_key = argv[5]; }
+    try {
+        simgl::Client client(argv[1], options);
+        std::cout << client.welcome().cameras.at(0).width << std::endl;
+        std::string word;
+        while (std::cin >> word) {
+            try {
+                const std::int64_t now = client.welcome().epoch_tai_ns;
+                if (word == "all") {
+                    simgl::Pose pose{{0.5, -0.25, 40.0}, {0.0, 0.0, -0.1}, {0.0, 0.0, 0.0, 1.0}};
+                    simgl::Shot nav{"nav", 0.001, {}, {"dn", "radiance"}};
+                    simgl::Shot side{"side", {}, 0.125, {"depth", "part_id"}};
+                    const auto tick = client.render(now + 7, {nav, side}, {{"chaser", pose}},
+                                                    simgl::Vector{1e11, -5e10, 9e10});
+                    unsigned long dn = 0, parts = 0;
+                    for (auto v : tick.image("nav").plane("dn").u16()) dn += v;
+                    double radiance = 0.0, depth = 0.0;
+                    for (auto v : tick.image("nav").plane("radiance").f32()) radiance += v;
+                    for (auto v : tick.image("side").plane("depth").f32()) depth += v;
+                    for (auto v : tick.image("side").plane("part_id").u32()) parts += v;
+                    std::cout.precision(17);
+                    std::cout << tick.state_hash << ' ' << dn << ' ' << radiance << ' ' << depth
+                              << ' ' << parts << ' ' << tick.image("nav").exposure_end_tai_ns - now
+                              << ' ' << tick.image("side").gain_dn_per_e << std::endl;
+                } else if (word == "nav") {
+                    const auto tick = client.render(now, {{"nav"}}, {}, {}, true);
+                    std::cout << tick.sequence << ' ' << client.restarts() << std::endl;
+                } else {
+                    client.render(now, {{word}});
+                }
+            } catch (const simgl::Refused &e) {
+                std::cout << "refused " << e.code << ' ' << e.field << std::endl;
+            } catch (const std::exception &e) {
+                std::cout << "error " << e.what() << std::endl;
+            }
+        }
+    } catch (const std::exception &e) {
+        std::cout << "error " << e.what() << std::endl;
+    }
+}
+"""
+
+C_PROGRAM = """
+#include <simgl.h>
+#include <stdio.h>
+#include <stdlib.h>
+int main(int argc, char **argv) {
+    char error[300] = "";
+    simgl_client *client = simgl_connect(argv[1], 20.0, error, sizeof error);
+    simgl_body chaser = {"chaser", {0.5, -0.25, 40.0}, {0.0, 0.0, -0.1}, {0.0, 0.0, 0.0, 1.0}};
+    simgl_image info;
+    int32_t width, height;
+    uint16_t *pixels;
+    unsigned long sum = 0;
+    int i, code;
+    (void)argc;
+    if (client == NULL) { printf("%s", error); return 1; }
+    if (simgl_camera_size(client, "nav", &width, &height) != SIMGL_OK) return 2;
+    pixels = malloc(sizeof *pixels * (size_t)width * (size_t)height);
+    code = simgl_render_dn(client, simgl_epoch_tai_ns(client), "nav", &chaser, 1, 0.0, pixels,
+                           (size_t)width * (size_t)height, &info, error, sizeof error);
+    for (i = 0; i < width * height; ++i) sum += pixels[i];
+    printf("%d %d %d %lu %s ", code, (int)info.width, (int)info.height, sum, info.state_hash);
+    code = simgl_render_dn(client, simgl_epoch_tai_ns(client), "nva", &chaser, 1, 0.0, pixels,
+                           (size_t)width * (size_t)height, &info, error, sizeof error);
+    printf("%d %s", code, error);
+    simgl_close(client);
+    free(pixels);
+    return 0;
+}
+"""
+
+
+@pytest.fixture(scope="module")
+def build(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
+    """Compiles sources and links them with libzmq."""
+    if COMPILER is None:
+        pytest.skip("no C++ compiler (Debian: g++)")
+    folder = tmp_path_factory.mktemp("cpp")
+    probe = folder / "probe.cpp"
+    probe.write_text("#include <zmq.h>\nint main() { zmq_ctx_term(zmq_ctx_new()); }\n")
+    found = subprocess.run([COMPILER, str(probe), "-o", str(folder / "p"), "-lzmq"], check=False)
+    if found.returncode:
+        pytest.skip("no libzmq to compile with (Debian: libzmq3-dev)")
+
+    def compiled(name: str, *sources: Path) -> Path:
+        program = folder / name
+        command = [COMPILER, "-std=c++17", "-O1", *WARNINGS, f"-I{CPP}"]
+        command += [*map(str, sources), "-o", str(program), "-lzmq"]
+        subprocess.run(command, check=True)
+        return program
+
+    return compiled
+
+
+@pytest.fixture(scope="module")
+def probe(build: Callable[..., Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    source = tmp_path_factory.mktemp("probe") / "probe.cpp"
+    source.write_text(PROBE)
+    return build("probe", source)
+
+
+class Program:
+    """A probe that runs: a line to it, a line back."""
+
+    def __init__(self, path: Path, *arguments: str) -> None:
+        self._process = subprocess.Popen(
+            [str(path), *arguments], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        )
+        self.first = self._read()
+
+    def _read(self) -> str:
+        assert self._process.stdout is not None
+        return self._process.stdout.readline().strip()
+
+    def ask(self, line: str) -> str:
+        """The answer to a command."""
+        assert self._process.stdin is not None
+        self._process.stdin.write(line + "\n")
+        self._process.stdin.flush()
+        return self._read()
+
+    def end(self) -> int:
+        """Close its input and wait."""
+        self._process.communicate(timeout=20)
+        return self._process.returncode
+
+
+def test_the_cpp_client_gets_what_the_python_client_gets(
+    probe: Path, client: Client, scenario: Scenario
+) -> None:
+    program = Program(probe, client.address, "20")
+    assert program.first == "64"
+    words = program.ask("all").split()
+    assert program.end() == 0
+    pose = BodyPose(
+        position_m=(0.5, -0.25, 40.0),
+        velocity_m_s=(0.0, 0.0, -0.1),
+        q_icrf_from_body_xyzw=(0.0, 0.0, 0.0, 1.0),
+    )
+    shots = [
+        Shot(camera="nav", exposure_time_s=0.001, products=("dn", "radiance")),
+        Shot(camera="side", gain_dn_per_e=0.125, products=("depth", "part_id")),
+    ]
+    tick = client.render_all(
+        scenario.epoch_tai_ns + 7, shots, {"chaser": pose}, sun_position_m=(1e11, -5e10, 9e10)
+    )
+    planes = {**tick["nav"].planes, **tick["side"].planes}
+    assert words[0] == tick.state_hash
+    assert int(words[1]) == planes["dn"].sum(dtype=np.int64)
+    # Sums of float32 in the same order, pixel by pixel, as float64
+    assert float(words[2]) == pytest.approx(planes["radiance"].sum(dtype=np.float64), rel=1e-12)
+    assert float(words[3]) == pytest.approx(planes["depth"].sum(dtype=np.float64), rel=1e-12)
+    assert int(words[4]) == planes["part_id"].sum(dtype=np.int64)
+    assert int(words[5]) == 500_007
+    assert float(words[6]) == 0.125
+
+
+def test_the_cpp_client_says_what_is_wrong(probe: Path, client: Client) -> None:
+    program = Program(probe, client.address, "20")
+    assert program.ask("nva") == "refused NO_CAMERA cameras[0].camera"
+    assert program.ask("nav").endswith(" 0")
+    assert program.end() == 0
+
+
+def test_the_cpp_client_without_a_server_gives_up_in_time(probe: Path) -> None:
+    program = Program(probe, "tcp://127.0.0.1:1", "0.3")
+    assert program.first == (
+        "error tcp://127.0.0.1:1: no connection in time, waiting for hello; "
+        "never heard of it, no image before"
+    )
+    assert program.end() == 0
+
+
+def test_the_cpp_client_knows_a_frozen_and_a_killed_server_and_goes_on_after_a_restart(
+    probe: Path, scenario_path: Path, scenario: Scenario, start_server: Starter
+) -> None:
+    with launched_server(scenario_path) as (process, address):
+        program = Program(probe, address, "3")
+        assert program.ask("nav") == "1 0"
+        os.kill(process.pid, signal.SIGSTOP)
+        frozen = program.ask("nav")
+        assert frozen.startswith(f"error {address}: no answer in time, waiting for render; last ")
+        assert frozen.endswith("last image 1")
+        process.kill()
+        process.wait(10)
+        start_server(scenario, address)
+        # A busy machine may take longer than 3 s to its first picture.
+        answers = [program.ask("nav")]
+        while answers[-1].startswith("error") and len(answers) < 20:
+            answers.append(program.ask("nav"))
+        assert answers[-1].endswith(" 1")
+        assert program.end() == 0
+
+
+def test_the_c_interface_gets_the_same_image(
+    build: Callable[..., Path], tmp_path: Path, client: Client, scenario: Scenario
+) -> None:
+    source = tmp_path / "user.c"
+    source.write_text(C_PROGRAM)
+    # The header must be plain C.
+    user = tmp_path / "user.o"
+    compiler = shutil.which("gcc") or shutil.which("cc")
+    assert compiler is not None
+    command = [compiler, "-std=c99", *WARNINGS, f"-I{CPP}", "-c", str(source), "-o", str(user)]
+    subprocess.run(command, check=True)
+    program = build("user", CPP / "simgl.cpp", user)
+    output = subprocess.run(
+        [str(program), client.address], capture_output=True, text=True, check=True, timeout=60
+    ).stdout
+    pose = BodyPose(
+        position_m=(0.5, -0.25, 40.0),
+        velocity_m_s=(0.0, 0.0, -0.1),
+        q_icrf_from_body_xyzw=(0.0, 0.0, 0.0, 1.0),
+    )
+    image = client.render(scenario.epoch_tai_ns, "nav", {"chaser": pose})
+    code, width, height, total, digest, second, *error = output.split()
+    assert (code, width, height, second) == ("0", "64", "48", "1")
+    assert int(total) == image.dn.sum(dtype=np.int64)
+    assert digest == image.state_hash
+    assert 'NO_CAMERA: cameras[0].camera "nva" does not exist here' in " ".join(error)
+
+
+def test_the_examples_are_a_page_and_fly(build: Callable[..., Path], client: Client) -> None:
+    examples = ROOT / "examples" / "bridge"
+    for path in (examples / "gnc_stub.cpp", examples / "gnc_stub.py"):
+        assert len(path.read_text().splitlines()) <= 30, path.name
+    program = build("gnc_stub", examples / "gnc_stub.cpp")
+    flights = []
+    for command in ([str(program)], [sys.executable, str(examples / "gnc_stub.py")]):
+        run = subprocess.run(
+            [*command, client.address], capture_output=True, text=True, check=True, timeout=120
+        )
+        flights.append([line.split() for line in run.stdout.splitlines()])
+    in_cpp, in_python = flights
+    # In Python an image is used when it has arrived, one step after it was taken.
+    assert [row[0] for row in in_cpp] == [str(step) for step in range(20)]
+    assert [row[0] for row in in_python] == [str(step) for step in range(1, 20)]
+    # The first state is the same to the bit, and so is its name.
+    assert in_cpp[0][1] == in_python[0][1]
