@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from simgl.gpu.context import is_software
 from simgl.gpu.targets import Format, ImageTarget
 from simgl.gpu.timers import PassTimer
+from simgl.optics.spread import SunBefore, spreads
 from simgl.passes.detector import DetectorPass
 from simgl.passes.exchange import ExchangePass
 from simgl.passes.exposure import ExposurePass
@@ -19,10 +20,12 @@ from simgl.passes.meshes import MeshStore
 from simgl.passes.optics import OpticsPass
 from simgl.passes.planet import PlanetPass
 from simgl.passes.probe import ProbePass
-from simgl.passes.resolve import ResolvePass
+from simgl.passes.resolve import DistortedView, ResolvePass
 from simgl.passes.shadow import ShadowPass
+from simgl.passes.spread import SpreadPass
 from simgl.passes.surface import LIGHTS, SurfacePass
 from simgl.passes.truth import TruthPass
+from simgl.passes.warp import WarpPass
 from simgl.scene.camera import Camera
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.transport.bake import Progress
@@ -58,8 +61,10 @@ class Renderer:
         self._probe = ProbePass(ctx, self._planet.draw)
         self._exchange = ExchangePass(ctx)
         self._resolve = ResolvePass(ctx)
+        self._warp = WarpPass(ctx)
         self._truth = TruthPass(ctx, self._meshes)
         self._optics = OpticsPass(ctx)
+        self._spread = SpreadPass(ctx)
         self._exposure = ExposurePass(ctx)
         self._detector = DetectorPass(ctx)
         self._targets: dict[tuple[str, tuple[int, int]], ImageTarget] = {}
@@ -73,9 +78,10 @@ class Renderer:
         """Radiance per band [W m-2 sr-1], RGBA32F; valid until the next call at this size."""
         target = self._target("radiance", view.camera, _BANDS)
         self._background(view, target)
+        lens = self._distorted(view)
         for tile, (samples,) in self._samples(view):
             with self.timer.measure("resolve"):
-                self._resolve.draw(tile, samples, target.framebuffer)
+                self._resolve.draw(tile, samples, target.framebuffer, lens)
         return target
 
     def layers(self, view: FrameView) -> dict[str, NDArray[np.float32]]:
@@ -90,10 +96,11 @@ class Renderer:
             self._background(view, targets["background"])
             for name in LIGHTS:
                 targets[name].framebuffer.clear()
+            lens = self._distorted(view)
             for tile, lights in self._samples(view, apart=True):
                 for name, samples in zip(LIGHTS, lights, strict=True):
-                    self._resolve.draw(tile, samples, targets[name].framebuffer)
-                self._resolve.hide(tile, lights[0], targets["background"].framebuffer)
+                    self._resolve.draw(tile, samples, targets[name].framebuffer, lens)
+                self._resolve.hide(tile, lights[0], targets["background"].framebuffer, lens)
             return {name: target.read() for name, target in targets.items()}
         finally:
             self._ctx.detect_framebuffer(0).use()
@@ -105,8 +112,17 @@ class Renderer:
         for tile in view.tiles[:1]:
             with self.timer.measure("probe"):
                 self._probe.draw([craft.sky for craft in tile.craft])
+        fine = target if view.field is None else self._target("field", view.field.fine, _BANDS)
         with self.timer.measure("planet"):
-            self._planet.draw(view.background, target.framebuffer, (0, 0, *target.size))
+            self._planet.draw(view.background, fine.framebuffer, (0, 0, *fine.size))
+        if fine is not target:
+            with self.timer.measure("warp"):
+                self._warp.mean(view.camera, fine.textures[0], target.framebuffer)
+
+    def _distorted(self, view: FrameView) -> DistortedView | None:
+        if view.field is None:
+            return None
+        return DistortedView(camera=view.camera, places=self._warp.places(view.camera))
 
     def _samples(
         self, view: FrameView, *, apart: bool = False
@@ -130,8 +146,22 @@ class Renderer:
                 )
             yield tile, samples
 
-    def irradiance(self, camera: Camera, radiance: ImageTarget) -> ImageTarget:
-        """Irradiance of the image plane per band [W m-2], RGBA32F."""
+    def irradiance(
+        self, camera: Camera, radiance: ImageTarget, sun: SunBefore | None = None
+    ) -> ImageTarget:
+        """Irradiance of the image plane per band [W m-2], RGBA32F.
+
+        sun : gives ghosts
+        """
+        target = self._sharp(camera, radiance)
+        if not spreads(camera):
+            return target
+        spread = self._target("spread", camera, _BANDS)
+        with self.timer.measure("spread"):
+            self._spread.bands(camera, sun, target.textures[0], spread.textures[0])
+        return spread
+
+    def _sharp(self, camera: Camera, radiance: ImageTarget) -> ImageTarget:
         target = self._target("irradiance", camera, _BANDS)
         with self.timer.measure("optics"):
             self._optics.draw(camera, radiance.textures[0], target.framebuffer)
@@ -158,10 +188,17 @@ class Renderer:
 
     def truth(self, view: FrameView) -> ImageTarget:
         """Depth [m] and part ids at pixel centres, R32F and R32UI."""
-        target = self._target("truth", view.camera, _TRUTH, depth=True)
+        camera = view.camera if view.field is None else view.field.fine
+        target = self._target("truth", camera, _TRUTH, depth=True)
         with self.timer.measure("truth"):
             self._truth.draw(truth_tile(view), target.framebuffer)
-        return target
+        if view.field is None:
+            return target
+        seen = self._target("truth_seen", view.camera, _TRUTH)
+        with self.timer.measure("warp"):
+            depth, part = target.textures
+            self._warp.nearest(view.camera, depth, part, seen.framebuffer)
+        return seen
 
     def _target(
         self, use: str, camera: Camera, formats: tuple[Format, ...], *, depth: bool = False
@@ -193,8 +230,10 @@ class Renderer:
             self._probe,
             self._exchange,
             self._resolve,
+            self._warp,
             self._truth,
             self._optics,
+            self._spread,
             self._exposure,
             self._detector,
             self._meshes,

@@ -20,6 +20,7 @@ from simgl.images import (
     RadianceFrame,
     TruthFrame,
 )
+from simgl.optics.spread import SunBefore
 from simgl.renderer import Renderer
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState
@@ -57,6 +58,15 @@ class Exposure:
             if frame is not None:
                 return frame._repr_png_()
         return b""
+
+
+def _sun(state: SceneState, info: FrameInfo) -> SunBefore:
+    """The Sun before a camera, as far as the Earth and the Moon let it shine on the lens."""
+    return SunBefore(
+        direction=info.R_camera_from_icrf @ info.sun_direction_icrf,
+        irradiance=info.sun_irradiance * state.sunlight(info.position),
+        angular_radius=state.sun.seen_from(info.position).angular_radius,
+    )
 
 
 class Simulator:
@@ -129,7 +139,7 @@ class Simulator:
         if Product.TRUTH in products:
             frames["truth"] = self._truth(state, view, info)
         if Product.DN in products or Product.ELECTRONS in products:
-            irradiance = self._renderer.irradiance(view.camera, radiance)
+            irradiance = self._renderer.irradiance(view.camera, radiance, _sun(state, info))
             electrons = self._renderer.electrons(
                 view.camera, state.sun.photons_per_joule, irradiance
             )

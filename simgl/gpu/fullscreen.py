@@ -15,10 +15,20 @@ class FullscreenProgram:
     """The shader ``NAME.frag``, drawn as one triangle over the current viewport."""
 
     def __init__(
-        self, ctx: moderngl.Context, name: str, block: Block, samplers: Sequence[str]
+        self,
+        ctx: moderngl.Context,
+        name: str,
+        block: Block,
+        samplers: Sequence[str],
+        defines: Sequence[str] = (),
     ) -> None:
         self._program = load_program(
-            ctx, name, vertex="common/fullscreen.vert", blocks=[block], samplers=samplers
+            ctx,
+            name,
+            vertex="common/fullscreen.vert",
+            blocks=[block],
+            samplers=samplers,
+            defines=dict.fromkeys(defines, 1),
         )
         self._array = ctx.vertex_array(self._program, [])
         self._block = UniformBuffer(ctx, block)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import moderngl
 import numpy as np
 
 from simgl.gpu.blocks import Block
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.state import ONE_MINUS_SRC1_COLOR, State
+from simgl.optics.field import field
+from simgl.scene.camera import Camera
 from simgl.view.frame import Tile
 
 _RESOLVE = Block(
@@ -22,16 +26,32 @@ _RESOLVE = Block(
             ("raster_origin", "f4", 2),
             ("tile_origin", "f4", 2),
             ("reach", "i4"),
-            ("resolve_padding_a", "i4"),
-            ("resolve_padding_b", "i4"),
-            ("resolve_padding_c", "i4"),
+            # Where the lens distorts, the rest too.
+            ("focal_length_px", "f4"),
+            ("resolve_padding", "f4", 2),
+            ("pinhole_middle", "f4", 2),
+            ("picture_middle", "f4", 2),
+            # k1 k2 k3 p1, k4 k5 k6 p2
+            ("radial", "f4", 4),
+            ("rational", "f4", 4),
         ]
     ),
 )
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class DistortedView:
+    """A camera whose lens distorts, and the table of ``WarpPass.places``."""
+
+    camera: Camera
+    places: moderngl.Texture
+
+
 class ResolvePass:
-    """Each pixel of a tile becomes mean of samples + (1 - covered share) x background."""
+    """Each pixel of a tile becomes mean of samples + (1 - covered share) x background.
+
+    A lens that distorts moves the samples: each goes to the pixel that its line of sight ends on.
+    """
 
     state = State(blend=(moderngl.ONE, ONE_MINUS_SRC1_COLOR))
     hiding = State(blend=(moderngl.ZERO, ONE_MINUS_SRC1_COLOR))
@@ -39,28 +59,93 @@ class ResolvePass:
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._program = FullscreenProgram(ctx, "resolve/resolve", _RESOLVE, ["samples"])
+        self._distorted = FullscreenProgram(
+            ctx, "resolve/resolve", _RESOLVE, ["samples", "places"], ["DISTORTED"]
+        )
 
-    def draw(self, tile: Tile, samples: moderngl.Texture, target: moderngl.Framebuffer) -> None:
+    def draw(
+        self,
+        tile: Tile,
+        samples: moderngl.Texture,
+        target: moderngl.Framebuffer,
+        lens: DistortedView | None = None,
+    ) -> None:
         """Lay the tile over the radiance that the target already holds."""
-        self._draw(self.state, tile, samples, target)
+        self._draw(self.state, tile, samples, target, lens)
 
-    def hide(self, tile: Tile, samples: moderngl.Texture, target: moderngl.Framebuffer) -> None:
+    def hide(
+        self,
+        tile: Tile,
+        samples: moderngl.Texture,
+        target: moderngl.Framebuffer,
+        lens: DistortedView | None = None,
+    ) -> None:
         """Leave of what the target holds only what is seen past the tile's spacecraft."""
-        self._draw(self.hiding, tile, samples, target)
+        self._draw(self.hiding, tile, samples, target, lens)
 
     def _draw(
-        self, state: State, tile: Tile, samples: moderngl.Texture, target: moderngl.Framebuffer
+        self,
+        state: State,
+        tile: Tile,
+        samples: moderngl.Texture,
+        target: moderngl.Framebuffer,
+        lens: DistortedView | None,
     ) -> None:
-        box = (tile.x, tile.y, tile.width, tile.height)
-        state.apply(self._ctx, target, (0, 0, *target.size), box)
-        self._program.draw(_values(tile), [samples])
+        whole = (0, 0, *target.size)
+        if lens is None:
+            state.apply(self._ctx, target, whole, (tile.x, tile.y, tile.width, tile.height))
+            self._program.draw(_values(tile, _PINHOLE), [samples])
+            return
+        box = _distorted_box(tile, lens.camera)
+        state.apply(self._ctx, target, whole, box)
+        self._distorted.draw(_values(tile, _lens_values(tile, lens.camera)), [samples, lens.places])
 
     def release(self) -> None:
         """Free everything."""
         self._program.release()
+        self._distorted.release()
 
 
-def _values(tile: Tile) -> dict[str, object]:
+_PINHOLE = {
+    "focal_length_px": 0.0,
+    "pinhole_middle": (0.0, 0.0),
+    "picture_middle": (0.0, 0.0),
+    "radial": (0.0, 0.0, 0.0, 0.0),
+    "rational": (0.0, 0.0, 0.0, 0.0),
+}
+
+
+def _lens_values(tile: Tile, camera: Camera) -> dict[str, object]:
+    lens = camera.lens.distortion
+    assert lens is not None
+    seen = field(camera)
+    # A pixel is larger where the lens shrinks the picture, and so is the search for its samples.
+    half = 0.5 * np.abs(tile.lattice.turn) @ np.array(seen.largest_pixel)
+    return {
+        "focal_length_px": camera.focal_length_px,
+        "pinhole_middle": seen.pinhole.intrinsics[:2, 2],
+        "picture_middle": camera.intrinsics[:2, 2],
+        "radial": (lens.k1, lens.k2, lens.k3, lens.p1),
+        "rational": (lens.k4, lens.k5, lens.k6, lens.p2),
+        "reach": int(np.ceil(half.max() + 0.5)),
+    }
+
+
+def _distorted_box(tile: Tile, camera: Camera) -> tuple[int, int, int, int]:
+    """x, y, width, height of the pixels that may see a tile of the pinhole's picture."""
+    low, high = np.array([tile.x, tile.y]), np.array([tile.x + tile.width, tile.y + tile.height])
+    places = field(camera).places
+    # A pixel reaches about one pixel of the pinhole's picture around its middle.
+    margin = np.array(field(camera).largest_pixel)
+    inside = np.all((places > low - margin) & (places < high + margin), axis=-1)
+    rows, columns = np.flatnonzero(inside.any(axis=1)), np.flatnonzero(inside.any(axis=0))
+    if not rows.size:
+        return 0, 0, 0, 0
+    x, y = int(columns[0]), int(rows[0])
+    return x, y, int(columns[-1]) + 1 - x, int(rows[-1]) + 1 - y
+
+
+def _values(tile: Tile, lens: dict[str, object]) -> dict[str, object]:
     turn = tile.lattice.turn
     return {
         "raster_from_pixel": turn.T.ravel(),
@@ -68,4 +153,4 @@ def _values(tile: Tile) -> dict[str, object]:
         "raster_origin": tile.lattice.raster_from_pixel(tile.width)[:, 2],
         "tile_origin": (tile.x, tile.y),
         "reach": tile.lattice.reach,
-    }
+    } | lens

@@ -11,7 +11,8 @@ from simgl.errors import AssetError, ConfigError
 from simgl.physics.spectrum import photon_mean
 from simgl.scenario.fields import Four, craft_named, direction, exactly_one, fractions, place_on
 from simgl.scenario.library import load_preset
-from simgl.scenario.schema import CameraPresetTable, CameraTable
+from simgl.scenario.optics import check_optics, read_optics
+from simgl.scenario.schema import CameraPresetTable, CameraTable, OpticsTable
 from simgl.scene.camera import Camera, Detector, Lens
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.trajectory import BodyMount, FreeMount, Mount, OrbitingMount
@@ -64,8 +65,11 @@ def read_camera(
         focal_length=table.focal_length_mm * 1e-3,
         f_number=table.f_number,
         transmission=fractions(table.transmission, where, "transmission"),
+        **read_optics(chosen("optics") or OpticsTable(), where, base),
     )
-    return Camera(name=name, lens=lens, detector=detector, exposure_time=table.exposure_time_s)
+    camera = Camera(name=name, lens=lens, detector=detector, exposure_time=table.exposure_time_s)
+    check_optics(camera, where)
+    return camera
 
 
 def read_mount(where: str, table: CameraTable, models: dict[str, SpacecraftModel]) -> Mount:

@@ -1,4 +1,4 @@
-"""A camera as data: pinhole geometry, lens, detector and converter."""
+"""A camera as data: pinhole geometry, detector and converter; the lens is in ``lens``."""
 
 from __future__ import annotations
 
@@ -7,14 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from simgl.scene.lens import Lens
 
-@dataclass(frozen=True, kw_only=True)
-class Lens:
-    """focal_length [m]; f_number; transmission per band R, G, B, N, 0..1."""
-
-    focal_length: float
-    f_number: float
-    transmission: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
+__all__ = ["Camera", "Detector", "Lens"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,6 +60,19 @@ class Camera:
         """
         f, d = self.focal_length_px, self.detector
         return np.array([[f, 0.0, 0.5 * d.width], [0.0, f, 0.5 * d.height], [0.0, 0.0, 1.0]])
+
+    def project(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Pixel coordinates (..., 2) of points (..., 3) in camera axes, as the lens distorts them.
+
+        NaN behind the pinhole.
+        """
+        with np.errstate(all="ignore"):
+            tangents = points[..., :2] / points[..., 2:]
+            if self.lens.distortion is not None:
+                tangents = self.lens.distortion.distorted(tangents)
+            tangents = np.where(points[..., 2:] > 0.0, tangents, np.nan)
+        d = self.detector
+        return np.asarray(tangents * self.focal_length_px + 0.5 * np.array([d.width, d.height]))
 
     @property
     def fields_of_view(self) -> tuple[float, float]:

@@ -18,6 +18,7 @@ FLOORS = {
     "reference": 3,
     "rays": 3,
     "transport": 3,
+    "optics": 3,
     "view": 3,
     "images": 3,
     "gpu": 3,
@@ -40,6 +41,8 @@ FLOORS = {
 NEIGHBOURS = {
     ("assets", "errors"),
     ("output", "simulator"),
+    ("scenario", "optics"),
+    ("view", "optics"),
     ("view", "rays"),
     ("view", "transport"),
     ("transport", "rays"),

@@ -1,0 +1,16 @@
+// Depth [m] and identity that a pixel's middle sees, from a finer picture without distortion.
+#include "block/warp"
+
+uniform sampler2D places;
+uniform sampler2D fine_depth;
+uniform usampler2D fine_part;
+
+layout(location = 0) out float depth;
+layout(location = 1) out uint part;
+
+void main() {
+    vec2 middle = texelFetch(places, ivec2(gl_FragCoord.xy), 0).xy;
+    ivec2 texel = ivec2(floor(middle * fine_per_pixel));
+    depth = texelFetch(fine_depth, texel, 0).r;
+    part = texelFetch(fine_part, texel, 0).r;
+}
