@@ -27,6 +27,7 @@ from simgl.passes.surface import LIGHTS, SurfacePass
 from simgl.passes.truth import TruthPass
 from simgl.passes.warp import WarpPass
 from simgl.scene.camera import Camera
+from simgl.scene.radiometry import electrons_per_irradiance
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.transport.bake import Progress
 from simgl.view.frame import FrameView, Tile, truth_tile
@@ -167,6 +168,27 @@ class Renderer:
             self._optics.draw(camera, radiance.textures[0], target.framebuffer)
         return target
 
+    def electrons_through(
+        self,
+        camera: Camera,
+        photons_per_joule: NDArray[np.float64],
+        radiance: ImageTarget,
+        sun: SunBefore | None = None,
+    ) -> ImageTarget:
+        """Mean electrons [e-] of a radiance, R32F.
+
+        A lens that spreads light over a monochrome detector works on one sum of the bands, in a
+        third of the time.
+        """
+        if not spreads(camera):
+            return self.electrons(camera, photons_per_joule, self._sharp(camera, radiance))
+        sharp = self._sharp(camera, radiance)
+        target = self._target("electrons", camera, _ELECTRONS)
+        weights = electrons_per_irradiance(camera, photons_per_joule)
+        with self.timer.measure("spread"):
+            self._spread.electrons(camera, weights, sun, sharp.textures[0], target.textures[0])
+        return target
+
     def electrons(
         self, camera: Camera, photons_per_joule: NDArray[np.float64], irradiance: ImageTarget
     ) -> ImageTarget:
@@ -188,7 +210,7 @@ class Renderer:
 
     def truth(self, view: FrameView) -> ImageTarget:
         """Depth [m] and part ids at pixel centres, R32F and R32UI."""
-        camera = view.camera if view.field is None else view.field.fine
+        camera = view.camera if view.field is None else view.field.centred
         target = self._target("truth", camera, _TRUTH, depth=True)
         with self.timer.measure("truth"):
             self._truth.draw(truth_tile(view), target.framebuffer)

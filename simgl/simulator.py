@@ -139,9 +139,8 @@ class Simulator:
         if Product.TRUTH in products:
             frames["truth"] = self._truth(state, view, info)
         if Product.DN in products or Product.ELECTRONS in products:
-            irradiance = self._renderer.irradiance(view.camera, radiance, _sun(state, info))
-            electrons = self._renderer.electrons(
-                view.camera, state.sun.photons_per_joule, irradiance
+            electrons = self._renderer.electrons_through(
+                view.camera, state.sun.photons_per_joule, radiance, _sun(state, info)
             )
             if Product.ELECTRONS in products:
                 frames["electrons"] = ElectronFrame(info=info, electrons=electrons.read())

@@ -10,7 +10,8 @@ layout(location = 1) out uint part;
 
 void main() {
     vec2 middle = texelFetch(places, ivec2(gl_FragCoord.xy), 0).xy;
-    ivec2 texel = ivec2(floor(middle * fine_per_pixel));
+    // Of an odd number of fine pixels one lies in the middle of the picture.
+    ivec2 texel = ivec2(floor(middle * fine_per_pixel + 0.5));
     depth = texelFetch(fine_depth, texel, 0).r;
     part = texelFetch(fine_part, texel, 0).r;
 }

@@ -8,6 +8,7 @@ precision.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -61,12 +62,11 @@ class Convolver:
         limits : of each plane; what is brighter is convolved in double precision
         """
         totals: list[NDArray[np.complex64] | None] = [None] * len(self._kernels)
-        apart: list[tuple[int, Array, Kernel]] = []
+        apart: list[tuple[int, _Excess, Kernel]] = []
         for z, share in enumerate(zones):
             for p, (plane, limit) in enumerate(zip(planes, limits, strict=True)):
                 part = plane if share is None else plane * share
-                bright = part.max() > limit
-                usual = np.minimum(part, np.float32(limit)) if bright else part
+                usual, excess = _split(part, limit)
                 spectrum = scipy.fft.rfft2(usual, s=self._padded, workers=_WORKERS)
                 for r, transfers in enumerate(self._transfers):
                     transfer, kernel, total = transfers[z][p], self._kernels[r][z][p], totals[r]
@@ -74,8 +74,8 @@ class Convolver:
                         continue
                     passed = spectrum * transfer
                     totals[r] = passed if total is None else np.add(total, passed, out=total)
-                    if bright:
-                        apart.append((r, np.subtract(part, usual, dtype=np.float64), kernel))
+                    if excess is not None:
+                        apart.append((r, excess, kernel))
         results = []
         for total in totals:
             image = scipy.fft.irfft2(total, s=self._padded, workers=_WORKERS, overwrite_x=True)
@@ -116,12 +116,11 @@ def add_coarse(image: Floats, coarse: Array) -> None:
     wide = (coarse @ across.T).astype(np.float32)
     down = _between(np.arange(CELL), 3, shift=CELL).astype(np.float32)
     whole = height // CELL
+    # Each row of cells with the rows above and below it.
     edge = np.concatenate([wide[:1], wide, wide[-1:]])
+    three = np.stack([edge[:whole], edge[1 : whole + 1], edge[2 : whole + 2]], axis=1)
     blocks = image[: whole * CELL].reshape(whole, CELL, width)
-    for row, (above, here, below) in enumerate(down.tolist()):
-        part = here * edge[1 : whole + 1]
-        part += above * edge[:whole] if above else below * edge[2 : whole + 2]
-        blocks[:, row] += part
+    blocks += down @ three
     if height > whole * CELL:
         image[whole * CELL :] += wide[-1:]
 
@@ -169,13 +168,33 @@ def _tail_transfer(size: tuple[int, int], reach: int) -> Array:
     return np.asarray(scipy.fft.rfft2(kernel).real)
 
 
-def _add_apart(result: Floats, excess: Array, kernel: Kernel) -> None:
+@dataclass(frozen=True, eq=False)
+class _Excess:
+    """What bright pixels have beyond a limit; row and column of the first of them."""
+
+    top: int
+    left: int
+    patch: Array
+
+
+def _split(plane: Floats, limit: float) -> tuple[Floats, _Excess | None]:
+    """A plane without what is beyond a limit, and that."""
+    rows = np.flatnonzero(plane.max(axis=1) > limit)
+    if not rows.size:
+        return plane, None
+    top, bottom = int(rows[0]), int(rows[-1]) + 1
+    columns = np.flatnonzero(plane[top:bottom].max(axis=0) > limit)
+    left, right = int(columns[0]), int(columns[-1]) + 1
+    usual = np.minimum(plane, np.float32(limit))
+    box = (slice(top, bottom), slice(left, right))
+    return usual, _Excess(top, left, np.subtract(plane[box], usual[box], dtype=np.float64))
+
+
+def _add_apart(result: Floats, excess: _Excess, kernel: Kernel) -> None:
     """Add the convolution of few bright pixels with a core, in double precision."""
-    bright_rows = np.flatnonzero(excess.any(axis=1))
-    bright_columns = np.flatnonzero(excess.any(axis=0))
-    top, bottom = int(bright_rows[0]), int(bright_rows[-1]) + 1
-    left, right = int(bright_columns[0]), int(bright_columns[-1]) + 1
-    patch, reach = excess[top:bottom, left:right], kernel.reach
+    patch, reach = excess.patch, kernel.reach
+    top, left = excess.top, excess.left
+    bottom, right = top + patch.shape[0], left + patch.shape[1]
     size = _fast_size((patch.shape[0], patch.shape[1]), 2 * reach)
     spectrum = scipy.fft.rfft2(patch, s=size, workers=_WORKERS)
     spectrum *= _transfer(kernel.core, size, np.float64)

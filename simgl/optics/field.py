@@ -30,6 +30,7 @@ class Field:
     pinhole : camera without distortion whose picture holds the field, of the same focal length and
         pixels
     fine : the same with smaller pixels
+    centred : the same with an odd number of them, so that one lies in the middle of each pixel
     places : (height, width, 2) float32, pixel coordinates in the pinhole's picture that the middles
         of the camera's pixels see
     stretch : (height, width), area of the picture over area of the pinhole's
@@ -37,6 +38,7 @@ class Field:
 
     pinhole: Camera
     fine: Camera
+    centred: Camera
     places: Floats
     stretch: Array
 
@@ -73,19 +75,25 @@ def field(camera: Camera) -> Field:
     width, height = (2 * (np.ceil(reach).astype(int) + _MARGIN)).tolist()
     lens = replace(camera.lens, distortion=None)
     pinhole = replace(camera, lens=lens, detector=replace(d, width=width, height=height))
-    fine = replace(
-        pinhole,
-        detector=replace(
-            d, width=FINER * width, height=FINER * height, pixel_pitch=d.pixel_pitch / FINER
-        ),
-    )
     places = tangents * f + 0.5 * np.array([width, height])
     return Field(
         pinhole=pinhole,
-        fine=fine,
+        fine=_finer(pinhole, 0),
+        centred=_finer(pinhole, 1),
         places=places.astype(np.float32),
         stretch=np.linalg.det(distortion.jacobian(tangents)),
     )
+
+
+def _finer(pinhole: Camera, more: int) -> Camera:
+    d = pinhole.detector
+    fine = replace(
+        d,
+        width=FINER * d.width + more,
+        height=FINER * d.height + more,
+        pixel_pitch=d.pixel_pitch / FINER,
+    )
+    return replace(pinhole, detector=fine)
 
 
 def relative_illumination(camera: Camera) -> Floats:

@@ -25,15 +25,10 @@ _RESOLVE = Block(
             # Raster coordinates of the tile's corner, and the tile's place in the image.
             ("raster_origin", "f4", 2),
             ("tile_origin", "f4", 2),
-            ("reach", "i4"),
-            # Where the lens distorts, the rest too.
-            ("focal_length_px", "f4"),
-            ("resolve_padding", "f4", 2),
-            ("pinhole_middle", "f4", 2),
-            ("picture_middle", "f4", 2),
-            # k1 k2 k3 p1, k4 k5 k6 p2
-            ("radial", "f4", 4),
-            ("rational", "f4", 4),
+            ("pinhole_reach", "i4"),
+            ("resolve_padding_a", "i4"),
+            ("resolve_padding_b", "i4"),
+            ("resolve_padding_c", "i4"),
         ]
     ),
 )
@@ -94,41 +89,16 @@ class ResolvePass:
         whole = (0, 0, *target.size)
         if lens is None:
             state.apply(self._ctx, target, whole, (tile.x, tile.y, tile.width, tile.height))
-            self._program.draw(_values(tile, _PINHOLE), [samples])
+            self._program.draw(_values(tile), [samples])
             return
         box = _distorted_box(tile, lens.camera)
         state.apply(self._ctx, target, whole, box)
-        self._distorted.draw(_values(tile, _lens_values(tile, lens.camera)), [samples, lens.places])
+        self._distorted.draw(_values(tile), [samples, lens.places])
 
     def release(self) -> None:
         """Free everything."""
         self._program.release()
         self._distorted.release()
-
-
-_PINHOLE = {
-    "focal_length_px": 0.0,
-    "pinhole_middle": (0.0, 0.0),
-    "picture_middle": (0.0, 0.0),
-    "radial": (0.0, 0.0, 0.0, 0.0),
-    "rational": (0.0, 0.0, 0.0, 0.0),
-}
-
-
-def _lens_values(tile: Tile, camera: Camera) -> dict[str, object]:
-    lens = camera.lens.distortion
-    assert lens is not None
-    seen = field(camera)
-    # A pixel is larger where the lens shrinks the picture, and so is the search for its samples.
-    half = 0.5 * np.abs(tile.lattice.turn) @ np.array(seen.largest_pixel)
-    return {
-        "focal_length_px": camera.focal_length_px,
-        "pinhole_middle": seen.pinhole.intrinsics[:2, 2],
-        "picture_middle": camera.intrinsics[:2, 2],
-        "radial": (lens.k1, lens.k2, lens.k3, lens.p1),
-        "rational": (lens.k4, lens.k5, lens.k6, lens.p2),
-        "reach": int(np.ceil(half.max() + 0.5)),
-    }
 
 
 def _distorted_box(tile: Tile, camera: Camera) -> tuple[int, int, int, int]:
@@ -145,12 +115,12 @@ def _distorted_box(tile: Tile, camera: Camera) -> tuple[int, int, int, int]:
     return x, y, int(columns[-1]) + 1 - x, int(rows[-1]) + 1 - y
 
 
-def _values(tile: Tile, lens: dict[str, object]) -> dict[str, object]:
+def _values(tile: Tile) -> dict[str, object]:
     turn = tile.lattice.turn
     return {
         "raster_from_pixel": turn.T.ravel(),
         "pixel_from_raster": np.linalg.inv(turn).T.ravel(),
         "raster_origin": tile.lattice.raster_from_pixel(tile.width)[:, 2],
         "tile_origin": (tile.x, tile.y),
-        "reach": tile.lattice.reach,
-    } | lens
+        "pinhole_reach": tile.lattice.reach,
+    }

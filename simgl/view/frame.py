@@ -132,7 +132,7 @@ def truth_tile(view: FrameView) -> Tile | None:
     craft = tuple(c for tile in view.tiles for c in tile.craft)
     if not craft:
         return None
-    camera = view.camera if view.field is None else view.field.fine
+    camera = view.camera if view.field is None else view.field.centred
     d = camera.detector
     depths = np.concatenate([_hull_in_camera(c)[:, 2] for c in craft])
     return _tile((0, 0, d.width, d.height), craft, depths, camera, PIXEL_CENTRES)
