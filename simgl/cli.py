@@ -12,6 +12,7 @@ from rich.console import Console
 
 from simgl import __version__
 from simgl.errors import ConfigError, SimglError
+from simgl.sequence.events import Event
 
 app = typer.Typer(
     help="Camera images of spacecraft in low Earth orbit, in physical units.",
@@ -83,20 +84,15 @@ def render(
 
     Example: simgl render examples/azimuths.toml --camera azimuth_28 --out out/azimuths
     """
-    from simgl.errors import did_you_mean
     from simgl.output import check_writable, write_exposure
     from simgl.progress import bake_bar
     from simgl.scenario.loader import load_scenario
+    from simgl.sequence.options import camera_names
     from simgl.simulator import Product, Simulator
 
     loaded = load_scenario(scenario)
     epoch = _epoch(loaded.epoch_tai_ns, at)
-    for name in camera or []:
-        if name not in loaded.cameras:
-            problem = f'"{name}" is not in {scenario}; {did_you_mean(name, loaded.cameras)}'
-            raise ConfigError("command line", "--camera", problem)
-    if not loaded.cameras:
-        raise ConfigError(str(scenario), "camera", "is missing; a picture needs a [camera.NAME]")
+    names = camera_names(loaded, camera)
     for craft, model in loaded.models.items():
         for note in model.notes:
             console.print(f"note: {craft}: {note}", highlight=False, markup=False, soft_wrap=True)
@@ -108,10 +104,78 @@ def render(
     with bake_bar() as progress:
         ready = Simulator(loaded, progress=progress)
     with ready as simulator:
-        for name in camera or loaded.cameras:
+        for name in names:
             exposure = simulator.capture(state, name, products)
             for path in write_exposure(exposure, out, name):
                 console.print(str(path), highlight=False, markup=False, soft_wrap=True)
+
+
+@app.command()
+def sequence(
+    scenario: Annotated[Path, typer.Argument(help="Scenario file (TOML).")],
+    out: Annotated[Path, typer.Option(help="Folder for the results; a started one goes on.")],
+    camera: Annotated[
+        list[str] | None, typer.Option(help="Camera name; all cameras if not given.")
+    ] = None,
+    start: Annotated[
+        str | None, typer.Option("--from", help="UTC; the scenario's epoch if not given.")
+    ] = None,
+    stop: Annotated[str | None, typer.Option("--to", help="UTC of the end.")] = None,
+    duration: Annotated[float | None, typer.Option(help="Instead of --to [s].")] = None,
+    step: Annotated[float | None, typer.Option(help="Seconds between frames.")] = None,
+    count: Annotated[int | None, typer.Option(help="So many frames at equal steps.")] = None,
+    random: Annotated[int | None, typer.Option(help="So many frames at random.")] = None,
+    seed: Annotated[int, typer.Option(help="Of --random.")] = 0,
+    event: Annotated[Event | None, typer.Option(help="Frames where this begins.")] = None,
+    target: Annotated[
+        str | None, typer.Option(help="Spacecraft that --event is about; the first if not given.")
+    ] = None,
+    search_step: Annotated[float, typer.Option(help="Seconds between looks for --event.")] = 10.0,
+    write: Annotated[str, typer.Option(help="Of dn, view, exr, mp4, with commas.")] = "dn,view",
+    frame_rate: Annotated[int, typer.Option(min=1, max=240, help="Of the mp4 [Hz].")] = 24,
+) -> None:
+    """Render a trajectory: files of each frame, a table (SQLite and CSV), a video.
+
+    A run that was broken off goes on where it was. Example:
+    simgl sequence examples/trajectories/files.toml --duration 5400 --count 90 --out out/orbit
+    """
+    from simgl.progress import bake_bar, frame_bar
+    from simgl.scenario.loader import load_scenario
+    from simgl.sequence.options import EpochOptions, camera_names, outputs_named
+    from simgl.sequence.run import Plan, run
+    from simgl.simulator import Simulator
+
+    loaded = load_scenario(scenario)
+    options = EpochOptions(
+        start=start,
+        stop=stop,
+        duration_s=duration,
+        step_s=step,
+        count=count,
+        random=random,
+        seed=seed,
+        event=event,
+        search_step_s=search_step,
+    )
+    names = camera_names(loaded, camera)
+    plan = Plan(
+        scenario=loaded,
+        cameras=names,
+        epochs=options.epochs(loaded, names[0], target),
+        outputs=outputs_named(write),
+        frame_rate=frame_rate,
+    )
+    with bake_bar() as progress:
+        ready = Simulator(loaded, progress=progress)
+    with ready as simulator, frame_bar() as report:
+        taken = run(plan, simulator, out, report)
+    total = len(plan.epochs) * len(names)
+    console.print(
+        f"{total} frames in {out}, {taken} of them now; table: {out / 'frames.csv'}",
+        highlight=False,
+        markup=False,
+        soft_wrap=True,
+    )
 
 
 @app.command()

@@ -1,14 +1,35 @@
-"""A bar on the terminal while light between surfaces is traced."""
+"""Bars on the terminal, for work of more than a second."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 from rich.progress import Progress as Bar
 
 from simgl.transport.bake import Progress
+
+
+@contextmanager
+def frame_bar(console: Console | None = None) -> Iterator[Callable[[int, int], None]]:
+    """What a run tells the pictures done and their number to; with the time left, on a terminal.
+
+    console : standard error, if not given
+    """
+    console = Console(stderr=True) if console is None else console
+    columns = (TextColumn("frames"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Bar(*columns, console=console, disable=not console.is_terminal) as bar:
+        task = None
+
+        def report(done: int, total: int) -> None:
+            nonlocal task
+            if task is None:
+                task = bar.add_task("", completed=done, total=total)
+            bar.update(task, completed=done)
+
+        yield report
 
 
 @contextmanager

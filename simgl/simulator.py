@@ -91,7 +91,7 @@ class Simulator:
         with self._ctx:
             self._renderer = Renderer(self._ctx)
         if scenario.inter_reflection:
-            self._renderer.prepare(scenario.models.values(), progress)
+            self._renderer.prepare(scenario.models_at_epoch(), progress)
         self.renderer_name = f"{self._ctx.info['GL_RENDERER']}, {self._ctx.info['GL_VERSION']}"
 
     @property

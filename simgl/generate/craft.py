@@ -19,6 +19,8 @@ class Joint:
 
     axis_body : unit; origin_body : a point on the hinge line [m]
     angles : least and greatest angle from the stored position, right-handed [rad]
+    keypoints : names of those that move with the part
+    sunward_body : the side that a drive turns to the Sun, as stored; None where there is none
     """
 
     name: str
@@ -26,6 +28,8 @@ class Joint:
     axis_body: Vec3
     origin_body: Vec3
     angles: tuple[float, float]
+    keypoints: tuple[str, ...] = ()
+    sunward_body: Vec3 | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -200,6 +200,7 @@ def _panels() -> tuple[list[Part], list[Joint]]:
                 axis_body=(side, 0.0, 0.0),  # positive folds the panel down to the side
                 origin_body=origin,
                 angles=(np.radians(-45.0), np.radians(90.0)),
+                keypoints=(name.replace("panel", "panel_tip"),),
             )
         )
     return parts, joints

@@ -13,7 +13,7 @@ def _numbers(values: Iterable[float]) -> str:
 
 
 def _joint(joint: Joint) -> list[str]:
-    return [
+    lines = [
         "",
         "[[joint]]",
         f'name = "{joint.name}"',
@@ -23,6 +23,11 @@ def _joint(joint: Joint) -> list[str]:
         f"origin_body_m = {_numbers(joint.origin_body)}",
         f"range_deg = {_numbers(np.degrees(joint.angles))}  # 0 = as stored in the file",
     ]
+    if joint.keypoints:
+        lines.append(f"keypoints = {json.dumps(joint.keypoints)}")
+    if joint.sunward_body is not None:
+        lines.append(f"sunward_body = {_numbers(joint.sunward_body)}")
+    return lines
 
 
 def record_text(craft: Craft) -> str:

@@ -227,6 +227,7 @@ def body_flaps() -> tuple[list[Part], list[Joint]]:
                 axis_body=(0.0, 1.0, 0.0),  # positive lowers the trailing edge
                 origin_body=origin,
                 angles=(np.radians(-10.0), np.radians(20.0)),
+                keypoints=(name.replace("body_flap", "flap_tip"),),
             )
         )
     return parts, joints

@@ -250,6 +250,8 @@ def _wings() -> tuple[list[Part], list[Joint]]:
                 axis_body=(0.0, 1.0, 0.0),  # positive raises the leading edge
                 origin_body=origin,
                 angles=(-np.pi, np.pi),
+                keypoints=(name.replace("panel_wing", "wing_tip"),),
+                sunward_body=(0.0, 0.0, -1.0),
             )
         )
     return parts, joints

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from collections.abc import Sequence
 
 import moderngl
@@ -9,7 +10,9 @@ import numpy as np
 
 from simgl.gpu.geometry import Values
 from simgl.passes.meshes import VertexLighting
+from simgl.scene.joints import turned_mesh
 from simgl.scene.means import mean_materials
+from simgl.scene.mesh import Mesh
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.sky import SkyRadiance, cell_radiance
 from simgl.transport.bake import Progress
@@ -28,6 +31,12 @@ from simgl.transport.transport import Floats, Transport
 from simgl.transport.view import ExchangeView, Neighbour
 from simgl.view.frame import CraftView
 
+# Light between surfaces changes little over a few degrees of a joint, and tracing it takes seconds.
+JOINT_STEP = np.radians(5.0)
+
+# Meshes with joints between these steps, for poses that come back.
+_TURNED_KEPT = 8
+
 _FRONT = {"in_bounced": "4f", "in_earth_share": "1f"}
 _BACK = {"in_bounced_back": "4f", "in_earth_share_back": "1f"}
 
@@ -41,11 +50,16 @@ class ExchangePass:
         self._reflectors: dict[tuple[object, ...], Reflectors] = {}
         self._cosines: dict[int, tuple[bytes, Floats]] = {}
         self._buffers: dict[tuple[int, int], moderngl.Buffer] = {}
+        self._turned: OrderedDict[tuple[object, ...], Mesh] = OrderedDict()
 
     def transport(
         self, model: SpacecraftModel, progress: Progress | None = None
     ) -> Transport | None:
-        """How a model's surfaces see each other; traced at the first call, if no file has it."""
+        """How a model's surfaces see each other; traced at the first call, if no file has it.
+
+        Joints stand at the nearest multiple of ``JOINT_STEP``.
+        """
+        model = model.coarsely_posed(JOINT_STEP)
         key = model.mesh.digest, model.open_sheets
         if key not in self._transports:
             self._transports[key] = transport_of(
@@ -87,7 +101,7 @@ class ExchangePass:
         buffer.write(values)
         two_sided = transport.sides == 2
         return VertexLighting(
-            mesh=transport.mesh,
+            mesh=self._mesh(craft.model, transport),
             values=Values(
                 buffer=buffer,
                 layout=_FRONT | _BACK if two_sided else _FRONT,
@@ -95,8 +109,27 @@ class ExchangePass:
             defines=("EXCHANGE", "TWO_SIDED") if two_sided else ("EXCHANGE",),
         )
 
+    def _mesh(self, model: SpacecraftModel, transport: Transport) -> Mesh:
+        """The transport's mesh with the joints where they are."""
+        coarse = model.coarsely_posed(JOINT_STEP)
+        if coarse is model:
+            return transport.mesh
+        key = transport.mesh.digest, model.angles
+        if key in self._turned:
+            self._turned.move_to_end(key)
+            return self._turned[key]
+        there = coarse.angles or (0.0,) * len(model.joints)
+        rest = {
+            joint.name: angle - other
+            for joint, angle, other in zip(model.joints, model.angles, there, strict=True)
+        }
+        self._turned[key] = turned_mesh(transport.mesh, model.joints, rest)
+        if len(self._turned) > _TURNED_KEPT:
+            self._turned.popitem(last=False)
+        return self._turned[key]
+
     def _surface(self, model: SpacecraftModel, transport: Transport) -> Reflectors:
-        key = model.mesh.digest, model.open_sheets, model.materials, model.textures.digest
+        key = transport.mesh.digest, model.open_sheets, model.materials, model.textures.digest
         if key not in self._reflectors:
             self._reflectors[key] = reflectors(transport, mean_materials(model))
         return self._reflectors[key]

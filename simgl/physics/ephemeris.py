@@ -85,6 +85,14 @@ def julian_date_tt(tai_ns: int) -> tuple[float, float]:
     return tt
 
 
+def utc_julian_date(tai_ns: int) -> tuple[float, float]:
+    """UTC as a two-part Julian date in the form of SOFA, whose days follow leap seconds."""
+    days, rest = divmod(tai_ns, NANOSECONDS_PER_DAY)
+    with _future_leap_seconds_accepted():
+        utc: tuple[float, float] = erfa.taiutc(_JD_1970 + days, rest / NANOSECONDS_PER_DAY)
+    return utc
+
+
 def sun_position(tai_ns: int) -> Array:
     """(3,) geometric position of the Sun's centre in GCRF [m]; within 0.01 arcsec of DE421."""
     heliocentric, _ = erfa.epv00(*julian_date_tt(tai_ns))
@@ -99,8 +107,6 @@ def moon_position(tai_ns: int) -> Array:
 def itrf_from_icrf(tai_ns: int) -> Array:
     """R_itrf_from_icrf by the IAU 2006/2000A precession-nutation, UT1 taken as UTC."""
     tt = julian_date_tt(tai_ns)
-    days, rest = divmod(tai_ns, NANOSECONDS_PER_DAY)
     with _future_leap_seconds_accepted():
-        utc = erfa.taiutc(_JD_1970 + days, rest / NANOSECONDS_PER_DAY)
-        ut1 = erfa.utcut1(*utc, 0.0)
+        ut1 = erfa.utcut1(*utc_julian_date(tai_ns), 0.0)
     return np.asarray(erfa.c2t06a(*tt, *ut1, 0.0, 0.0))

@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 import trimesh
@@ -16,9 +16,11 @@ from numpy.typing import NDArray
 
 from simgl import assets
 from simgl.errors import AssetError, ConfigError, did_you_mean
+from simgl.scenario.fields import direction
 from simgl.scenario.gltf import face_normals, read_gltf
 from simgl.scenario.schema import CameraPresetTable, Positive, Table, Vector
 from simgl.scenario.strict import convert, read_toml
+from simgl.scene.joints import Joint
 from simgl.scene.materials import Material
 from simgl.scene.mesh import Mesh
 from simgl.scene.spacecraft import SpacecraftModel
@@ -43,14 +45,20 @@ class AxesTable(Table, frozen=True, kw_only=True):
 
 
 class JointTable(Table, frozen=True, kw_only=True):
-    """How a part can move; 0 is the position stored in the file."""
+    """How a part can move; 0 is the position stored in the file.
+
+    keypoints : those that move with the part
+    sunward_body : the side that a drive turns to the Sun, as stored
+    """
 
     name: str
     part: str
-    kind: str
+    kind: Literal["revolute"]
     axis_body: Vector
     origin_body_m: Vector
     range_deg: tuple[float, float]
+    keypoints: tuple[str, ...] = ()
+    sunward_body: Vector | None = None
 
 
 class ModelTable(Table, frozen=True, kw_only=True):
@@ -92,11 +100,36 @@ def _read_model_folder(folder: Path) -> SpacecraftModel:
     table = convert(read_toml(folder / "model.toml"), ModelTable, where)
     body_from_file = table.unit_m * _body_from_file(table.axes, where)
     model = read_gltf(folder / table.file, table.name, body_from_file)
-    for joint in table.joint:
-        if joint.part not in model.parts:
-            suggestion = did_you_mean(joint.part, model.parts)
-            raise ConfigError(where, f"joint {joint.name}", f"names no part: {suggestion}")
-    return replace(model, keypoints={k: np.array(v) for k, v in table.keypoints.items()})
+    joints = tuple(_joint(j, model, table.keypoints, where) for j in table.joint)
+    keypoints = {k: np.array(v) for k, v in table.keypoints.items()}
+    return replace(model, keypoints=keypoints, joints=joints)
+
+
+def _joint(
+    table: JointTable, model: SpacecraftModel, keypoints: dict[str, Vector], where: str
+) -> Joint:
+    key = f"joint {table.name}"
+    if table.part not in model.parts:
+        problem = f"names no part: {did_you_mean(table.part, model.parts)}"
+        raise ConfigError(where, key, problem)
+    for name in table.keypoints:
+        if name not in keypoints:
+            raise ConfigError(where, key, f"names no keypoint: {did_you_mean(name, keypoints)}")
+    low, high = np.radians(table.range_deg)
+    if not low <= 0.0 <= high:
+        raise ConfigError(where, key, "must have 0, the stored position, in its range_deg")
+    sunward = table.sunward_body
+    return Joint(
+        name=table.name,
+        part=model.parts.index(table.part),
+        axis_body=direction(table.axis_body, where, f"{key} axis_body"),
+        origin_body=np.array(table.origin_body_m),
+        limits=(float(low), float(high)),
+        keypoints=table.keypoints,
+        sunward_body=(
+            None if sunward is None else direction(sunward, where, f"{key} sunward_body")
+        ),
+    )
 
 
 def _is_binary_stl(content: bytes) -> bool:

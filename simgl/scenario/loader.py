@@ -10,9 +10,10 @@ from simgl.errors import ConfigError, did_you_mean
 from simgl.physics.constants import SOLAR_TEMPERATURE
 from simgl.physics.ephemeris import tai_ns_from_utc
 from simgl.scenario.cameras import read_camera, read_mount
-from simgl.scenario.craft import Craft
+from simgl.scenario.craft import read_model
 from simgl.scenario.lamps import read_lamps
 from simgl.scenario.light import read_earth, read_sun
+from simgl.scenario.motions import MotionReader
 from simgl.scenario.scenario import Scenario
 from simgl.scenario.schema import (
     CameraTable,
@@ -24,7 +25,6 @@ from simgl.scenario.schema import (
     SunTable,
 )
 from simgl.scenario.strict import convert, plain, read_toml, shown_key
-from simgl.scene.trajectory import Motion
 
 _TABLES = ("epoch", "sun", "earth", "spacecraft", "camera", "lamp", "render")
 _NAME = re.compile(r"[A-Za-z0-9_-]+")
@@ -59,8 +59,9 @@ def scenario_from_dict(
     earth = convert(data.get("earth", {}), EarthTable, f"{where} [earth]")
     render = convert(data.get("render", {}), RenderTable, f"{where} [render]")
     temperature = SOLAR_TEMPERATURE if sun.temperature_k is None else sun.temperature_k
-    built = [Craft(f"{where} [spacecraft.{n}]", n, t, craft, epoch) for n, t in craft.items()]
-    models = {c.name: c.model(base) for c in built}
+    bodies = {n: f"{where} [spacecraft.{n}]" for n in craft}
+    models = {n: read_model(bodies[n], n, t, base) for n, t in craft.items()}
+    laws = {n: MotionReader(bodies[n], n, t, craft, epoch, base) for n, t in craft.items()}
     places = {n: f"{where} [camera.{n}]" for n in cameras}
     lenses = {n: read_camera(places[n], n, t, temperature, base) for n, t in cameras.items()}
     mounts = {n: read_mount(places[n], t, models) for n, t in cameras.items()}
@@ -71,7 +72,8 @@ def scenario_from_dict(
         sun=read_sun(sun, temperature, f"{where} [sun]"),
         earth=read_earth(earth, f"{where} [earth]"),
         models=models,
-        motions={c.name: Motion(trajectory=c.trajectory(), attitude=c.attitude()) for c in built},
+        motions={n: law.motion() for n, law in laws.items()},
+        joints={n: law.joint_laws(models[n]) for n, law in laws.items()},
         cameras=lenses,
         mounts=mounts,
         lamps=read_lamps(where, lamps, models),

@@ -18,6 +18,7 @@ from simgl.physics.spectrum import BandLight
 from simgl.physics.sun import UNIFORM
 from simgl.scene.camera import Camera
 from simgl.scene.earth import Earth
+from simgl.scene.joints import JointLaws
 from simgl.scene.lamps import Lamp, lamp_state
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import (
@@ -62,6 +63,7 @@ class EphemerisSun:
 class Scenario:
     """What a scenario file describes, in SI units.
 
+    joints : by spacecraft
     seed : of all noise
     samples_per_pixel : of geometry; None lets the renderer choose by cost
     inter_reflection : light between the surfaces of a spacecraft, and the Earth hidden by them
@@ -77,6 +79,7 @@ class Scenario:
     cameras: Mapping[str, Camera]
     mounts: Mapping[str, Mount]
     lamps: Mapping[str, Lamp] = field(default_factory=dict)
+    joints: Mapping[str, JointLaws] = field(default_factory=dict)
     seed: int = 0
     samples_per_pixel: int | None = None
     inter_reflection: bool = True
@@ -89,6 +92,10 @@ class Scenario:
         """Every spacecraft's pose at an epoch [TAI ns]."""
         with self._named_in_errors():
             return poses(self.motions, tai_ns)
+
+    def models_at_epoch(self) -> list[SpacecraftModel]:
+        """The spacecraft with their joints as at the scenario's epoch."""
+        return [body.model for body in self.at(self.epoch_tai_ns).bodies.values()]
 
     @contextmanager
     def _named_in_errors(self) -> Iterator[None]:
@@ -104,10 +111,12 @@ class Scenario:
         tai_ns: int,
         bodies: Mapping[str, Pose],
         exposure_times: Mapping[str, float] | None = None,
+        joint_angles: Mapping[str, Mapping[str, float]] | None = None,
     ) -> SceneState:
         """The scene with given poses, e.g. those that a simulation sent.
 
         exposure_times : camera name to exposure [s], where it differs from the file
+        joint_angles : spacecraft to joint to angle [rad]; joints not named follow their laws
         """
         cameras = dict(self.cameras)
         for name, seconds in (exposure_times or {}).items():
@@ -133,12 +142,29 @@ class Scenario:
             sun, moon = self.sun.at(tai_ns), moon_position(tai_ns)
         else:
             sun, moon = self.sun, None
+        given = joint_angles or {}
         return SceneState(
             tai_ns=tai_ns,
             sun=sun,
             earth=earth,
             moon=moon,
-            bodies={n: BodyState(model=m, pose=bodies[n]) for n, m in self.models.items()},
+            bodies={
+                name: self._body(name, tai_ns, sun, bodies[name], given.get(name, {}))
+                for name in self.models
+            },
             cameras=states,
             lamps=lamps,
         )
+
+    def _body(
+        self, name: str, tai_ns: int, sun: Sun, pose: Pose, given: Mapping[str, float]
+    ) -> BodyState:
+        """A spacecraft with its joints where their laws, or the given angles [rad], put them."""
+        model = self.models[name]
+        laws = self.joints.get(name)
+        if laws is None and not given:
+            return BodyState(model=model, pose=pose)
+        sunward = pose.R_icrf_from_body.T @ sun.seen_from(pose.position).direction_icrf
+        with self._named_in_errors():
+            angles = (laws or JointLaws()).angles(model.joints, tai_ns, sunward)
+        return BodyState(model=model.posed(angles | dict(given)), pose=pose)

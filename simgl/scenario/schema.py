@@ -168,7 +168,10 @@ class PrimitiveTable(Table, frozen=True, kw_only=True):
 
 
 class OrbitTable(Table, frozen=True, kw_only=True):
-    """A two-body orbit; size by ``altitude_km`` (circular) or ``semi_major_axis_km``."""
+    """A two-body orbit; size by ``altitude_km`` (circular) or ``semi_major_axis_km``.
+
+    j2 : node, perigee and mean anomaly drift with the Earth's oblateness
+    """
 
     altitude_km: Positive | None = None
     semi_major_axis_km: Positive | None = None
@@ -177,6 +180,21 @@ class OrbitTable(Table, frozen=True, kw_only=True):
     raan_deg: float = 0.0
     argument_of_perigee_deg: float = 0.0
     true_anomaly_deg: float = 0.0
+    j2: bool = False
+
+
+class MotionFileTable(Table, frozen=True, kw_only=True):
+    """A file of motion: CCSDS OEM or AEM, two-line elements, or a table (CSV).
+
+    object : which one, where the file holds several
+    longest_gap_s : a longer step between samples is a gap; default five times the median step
+    interpolation_error_m : a curve through the samples that may be off by more is refused
+    """
+
+    file: str
+    object: str | None = None
+    longest_gap_s: Positive | None = None
+    interpolation_error_m: Positive = 1.0
 
 
 class PointAtTable(Table, frozen=True, kw_only=True):
@@ -191,23 +209,35 @@ class SpacecraftTable(Table, frozen=True, kw_only=True):
 
     model : name of a shipped model, path of a glTF/OBJ/STL file, or a primitive
     unit_m : metres per unit of a model file that does not say it (OBJ, STL)
-    place : exactly one of ``orbit``, ``relative_to`` with ``position_lvlh_m``, ``position_icrf_m``
+    place : exactly one of ``orbit``, ``trajectory`` (a file), ``relative_to`` with
+        ``position_lvlh_m``, ``position_icrf_m``; a file in LVLH axes goes with ``relative_to``
+    drift : from ``position_lvlh_m`` and ``velocity_lvlh_m_s`` at the epoch by Clohessy-Wiltshire;
+        omitted, it stays at its place
     attitude : "lvlh" (default on an orbit), "icrf" (default at a fixed place), or one of the keys
-        ``quaternion_icrf_from_body_xyzw``, ``quaternion_lvlh_from_body_xyzw``, ``point_at``
+        ``quaternion_icrf_from_body_xyzw``, ``quaternion_lvlh_from_body_xyzw``, ``point_at``,
+        ``attitude_file``
+    joints : ``joints_deg`` by name; ``joint_file``, a table with columns joint_NAME_deg;
+        ``sun_tracking``, drives that follow the Sun; a joint in none of them is as stored
     """
 
     model: str | PrimitiveTable
     unit_m: Positive | None = None
     orbit: OrbitTable | None = None
+    trajectory: str | MotionFileTable | None = None
     relative_to: str | None = None
     position_lvlh_m: Vector | None = None
     velocity_lvlh_m_s: Vector | None = None
+    drift: bool = False
     position_icrf_m: Vector | None = None
     velocity_icrf_m_s: Vector | None = None
     attitude: Literal["lvlh", "icrf"] | None = None
     quaternion_icrf_from_body_xyzw: Quaternion | None = None
     quaternion_lvlh_from_body_xyzw: Quaternion | None = None
     point_at: PointAtTable | None = None
+    attitude_file: str | MotionFileTable | None = None
+    joints_deg: dict[str, float] | None = None
+    joint_file: str | MotionFileTable | None = None
+    sun_tracking: tuple[str, ...] = ()
 
 
 class OrbitingTable(Table, frozen=True, kw_only=True):

@@ -24,6 +24,7 @@ class Mesh:
     material : (n,) uint32 index of its material
     uv : (n, 2) float32 place in its material's images, v down from the top row; None without images
     colour : (n, 4) float32 factors of red, green, blue reflectance and of coverage; None for all 1
+    pattern : (n, 3) float32 places that solar cells and crinkles follow; None for ``positions``
     """
 
     positions: Floats
@@ -33,6 +34,7 @@ class Mesh:
     material: NDArray[np.uint32]
     uv: Floats | None = None
     colour: Floats | None = None
+    pattern: Floats | None = None
 
     @cached_property
     def digest(self) -> str:
@@ -40,7 +42,8 @@ class Mesh:
         h = hashlib.sha256()
         for array in (self.positions, self.normals, self.triangles, self.part, self.material):
             h.update(np.ascontiguousarray(array).tobytes())
-        for name, optional in (("uv", self.uv), ("colour", self.colour)):
+        optionals = (("uv", self.uv), ("colour", self.colour), ("pattern", self.pattern))
+        for name, optional in optionals:
             if optional is not None:
                 h.update(name.encode())
                 h.update(np.ascontiguousarray(optional).tobytes())

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from functools import cached_property
+from dataclasses import dataclass, field, replace
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from simgl.scene.joints import Joint, turned_keypoints, turned_mesh, unknown_joint
 from simgl.scene.materials import Material
 from simgl.scene.mesh import Mesh
 from simgl.scene.textures import SurfaceTextures
@@ -25,6 +26,9 @@ class SpacecraftModel:
     keypoints : name to (3,) position [m]
     open_sheets : some surfaces are seen from both sides, so none may be culled
     notes : what the file asks for and does not get, one line each
+    joints : of the parts that move
+    angles : of the joints now, in their order [rad]; none where all are as stored
+    stored : the model with all joints as stored, where they are not
     """
 
     name: str
@@ -35,6 +39,9 @@ class SpacecraftModel:
     open_sheets: bool = False
     notes: tuple[str, ...] = ()
     textures: SurfaceTextures = field(default_factory=SurfaceTextures)
+    joints: tuple[Joint, ...] = ()
+    angles: tuple[float, ...] = ()
+    stored: SpacecraftModel | None = None
 
     @property
     def variant(self) -> tuple[str, ...]:
@@ -52,6 +59,30 @@ class SpacecraftModel:
             found.append("LAYERED")
         return tuple(found)
 
+    def posed(self, angles: Mapping[str, float]) -> SpacecraftModel:
+        """The model with its joints at these angles [rad]; joints not named are as stored.
+
+        Equal angles give the same object for as long as it is among the last ones used.
+        """
+        for name in angles:
+            if all(joint.name != name for joint in self.joints):
+                raise ValueError(f"{name} {unknown_joint(name, self.joints)}")
+        values = tuple(float(angles.get(joint.name, 0.0)) for joint in self.joints)
+        stored = self.stored or self
+        return _posed(stored, values) if any(values) else stored
+
+    def coarsely_posed(self, step: float) -> SpacecraftModel:
+        """The model with each joint at the nearest multiple of a step [rad] within its limits."""
+        if self.stored is None:
+            return self
+        rounded = {}
+        for joint, angle in zip(self.joints, self.angles, strict=True):
+            low, high = joint.limits
+            multiple = step * round(angle / step)
+            multiple += step * (multiple < low - 1e-9) - step * (multiple > high + 1e-9)
+            rounded[joint.name] = angle if abs(multiple - angle) < 1e-6 else multiple
+        return self.posed(rounded)
+
     @cached_property
     def outline(self) -> str:
         """Hash of what it hides, the key of anything that shows only where it is."""
@@ -60,3 +91,16 @@ class SpacecraftModel:
         cuts = [(m.coverage, m.cutoff, m.maps.base_colour) for m in self.materials]
         content = f"{self.mesh.digest} {self.textures.digest} {cuts}"
         return hashlib.sha256(content.encode()).hexdigest()
+
+
+# A scene of two craft whose wings follow the Sun asks for the same poses several times a frame.
+@lru_cache(maxsize=16)
+def _posed(stored: SpacecraftModel, values: tuple[float, ...]) -> SpacecraftModel:
+    angles = {joint.name: value for joint, value in zip(stored.joints, values, strict=True)}
+    return replace(
+        stored,
+        mesh=turned_mesh(stored.mesh, stored.joints, angles),
+        keypoints=turned_keypoints(stored.keypoints, stored.joints, angles),
+        angles=values,
+        stored=stored,
+    )

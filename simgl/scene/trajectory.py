@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from simgl.errors import ConfigError
 from simgl.physics.constants import EARTH_MU
@@ -21,6 +20,8 @@ from simgl.physics.frames import (
     lvlh_from_icrf,
     rotation_between,
 )
+from simgl.scene.orbits import KeplerianOrbit, TwoLineElements, clohessy_wiltshire
+from simgl.scene.samples import Path, SampledRotations
 
 Array = NDArray[np.float64]
 
@@ -32,42 +33,9 @@ class FixedPosition:
     position: Array
     velocity: Array
 
-
-@dataclass(frozen=True, kw_only=True)
-class KeplerianOrbit:
-    """A two-body orbit about the Earth; lengths [m], angles [rad].
-
-    true_anomaly : at ``epoch_tai_ns``
-    """
-
-    semi_major_axis: float
-    eccentricity: float
-    inclination: float
-    raan: float
-    argument_of_perigee: float
-    true_anomaly: float
-    epoch_tai_ns: int
-
-    def state(self, tai_ns: int) -> tuple[Array, Array]:
-        """Position [m] and velocity [m s-1] in ICRF axes."""
-        a, e = self.semi_major_axis, self.eccentricity
-        root = np.sqrt((1.0 + e) / (1.0 - e))
-        eccentric = 2.0 * np.arctan(np.tan(0.5 * self.true_anomaly) / root)
-        motion = np.sqrt(EARTH_MU / a**3)
-        elapsed = (tai_ns - self.epoch_tai_ns) * 1e-9
-        mean = np.mod(eccentric - e * np.sin(eccentric) + motion * elapsed, 2.0 * np.pi)
-        big_e = mean if e < 0.8 else np.pi
-        # Newton on Kepler's equation doubles its digits each step; 12 reach the last bit for e < 1.
-        for _ in range(12):
-            big_e -= (big_e - e * np.sin(big_e) - mean) / (1.0 - e * np.cos(big_e))
-        cosine, sine = np.cos(big_e), np.sin(big_e)
-        minor = np.sqrt(1.0 - e * e)
-        rate = motion * a / (1.0 - e * cosine)
-        in_plane_r = a * np.array([cosine - e, minor * sine, 0.0])
-        in_plane_v = rate * np.array([-sine, minor * cosine, 0.0])
-        angles = [self.raan, self.inclination, self.argument_of_perigee]
-        R_icrf_from_plane = Rotation.from_euler("ZXZ", angles).as_matrix()
-        return R_icrf_from_plane @ in_plane_r, R_icrf_from_plane @ in_plane_v
+    def state(self, tai_ns: int) -> tuple[Array, Array]:  # noqa: ARG002 - always there
+        """Position [m] and velocity [m s-1]."""
+        return self.position, self.velocity
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -77,6 +45,28 @@ class RelativePosition:
     reference: str
     position_lvlh: Array
     velocity_lvlh: Array
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RelativeOrbit:
+    """Drifting freely about another spacecraft, by the equations of Clohessy and Wiltshire.
+
+    position_lvlh, velocity_lvlh : at ``epoch_tai_ns``, in LVLH axes of the reference, whose orbit
+        should be nearly circular [m], [m s-1]
+    """
+
+    reference: str
+    position_lvlh: Array
+    velocity_lvlh: Array
+    epoch_tai_ns: int
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RelativePath:
+    """Along samples in the LVLH frame of another spacecraft."""
+
+    reference: str
+    path: Path
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -94,6 +84,14 @@ class LvlhAttitude:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class SampledAttitude:
+    """Through samples, against ICRF or the spacecraft's own LVLH axes."""
+
+    rotations: SampledRotations
+    in_lvlh: bool
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class PointingAttitude:
     """A body axis towards another spacecraft; the rest is the smallest turn from LVLH."""
 
@@ -101,8 +99,9 @@ class PointingAttitude:
     axis_body: Array
 
 
-Trajectory = FixedPosition | KeplerianOrbit | RelativePosition
-Attitude = FixedAttitude | LvlhAttitude | PointingAttitude
+Relative = RelativePosition | RelativeOrbit | RelativePath
+Trajectory = FixedPosition | KeplerianOrbit | TwoLineElements | Path | Relative
+Attitude = FixedAttitude | LvlhAttitude | SampledAttitude | PointingAttitude
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,19 +112,24 @@ class Motion:
     attitude: Attitude
 
 
-def _position(
-    law: Trajectory, tai_ns: int, reference: tuple[Array, Array] | None
-) -> tuple[Array, Array]:
-    if isinstance(law, FixedPosition):
-        return law.position, law.velocity
-    if isinstance(law, KeplerianOrbit):
-        return law.state(tai_ns)
-    assert reference is not None
+def _relative(law: Relative, tai_ns: int, reference: tuple[Array, Array]) -> tuple[Array, Array]:
+    """Position [m] and velocity [m s-1] in ICRF axes."""
     r, v = reference
+    if isinstance(law, RelativePath):
+        place, moving = law.path.state(tai_ns)
+    elif isinstance(law, RelativeOrbit):
+        # Of the ellipse that the reference is on at this instant: constant for two bodies.
+        axis = 1.0 / (2.0 / np.linalg.norm(r) - np.dot(v, v) / EARTH_MU)
+        mean_motion = float(np.sqrt(EARTH_MU / axis**3))
+        elapsed = (tai_ns - law.epoch_tai_ns) * 1e-9
+        start = law.position_lvlh, law.velocity_lvlh
+        place, moving = clohessy_wiltshire(*start, mean_motion, elapsed)
+    else:
+        place, moving = law.position_lvlh, law.velocity_lvlh
     R_icrf_from_lvlh = lvlh_from_icrf(r, v).T
-    offset = R_icrf_from_lvlh @ law.position_lvlh
+    offset = R_icrf_from_lvlh @ place
     rate = lvlh_angular_velocity(r, v)
-    return r + offset, v + R_icrf_from_lvlh @ law.velocity_lvlh + np.cross(rate, offset)
+    return r + offset, v + R_icrf_from_lvlh @ moving + np.cross(rate, offset)
 
 
 def _lvlh(where: str, key: str, name: str, position: Array, velocity: Array) -> Array:
@@ -136,13 +140,21 @@ def _lvlh(where: str, key: str, name: str, position: Array, velocity: Array) -> 
     return lvlh_from_icrf(position, velocity)
 
 
-def _attitude(name: str, law: Attitude, states: Mapping[str, tuple[Array, Array]]) -> Array:
+def _attitude(
+    name: str, law: Attitude, tai_ns: int, states: Mapping[str, tuple[Array, Array]]
+) -> Array:
     position, velocity = states[name]
     if isinstance(law, FixedAttitude):
         return law.R_icrf_from_body
     if isinstance(law, LvlhAttitude):
         R_lvlh_from_icrf = _lvlh(f"[spacecraft.{name}]", "attitude", name, position, velocity)
         return np.asarray(R_lvlh_from_icrf.T @ law.R_lvlh_from_body)
+    if isinstance(law, SampledAttitude):
+        turn = law.rotations.matrix(tai_ns)
+        if not law.in_lvlh:
+            return turn
+        R_lvlh_from_icrf = _lvlh(f"[spacecraft.{name}]", "attitude_file", name, position, velocity)
+        return np.asarray(R_lvlh_from_icrf.T @ turn)
     line = states[law.target][0] - position
     if not np.any(line):
         problem = f'cannot point at "{law.target}", which is at the same place'
@@ -165,11 +177,12 @@ def poses(motions: Mapping[str, Motion], tai_ns: int) -> dict[str, Pose]:
             raise ConfigError(f"[spacecraft.{name}]", "relative_to", f"runs in a circle: {circle}")
         if name not in states:
             law = motions[name].trajectory
-            reference = None
-            if isinstance(law, RelativePosition):
+            if isinstance(law, Relative):
                 reference = resolve(law.reference, (*chain, name))
                 _lvlh(f"[spacecraft.{name}]", "relative_to", law.reference, *reference)
-            states[name] = _position(law, tai_ns, reference)
+                states[name] = _relative(law, tai_ns, reference)
+            else:
+                states[name] = law.state(tai_ns)
         return states[name]
 
     for name in motions:
@@ -178,7 +191,7 @@ def poses(motions: Mapping[str, Motion], tai_ns: int) -> dict[str, Pose]:
         name: Pose(
             position=states[name][0],
             velocity=states[name][1],
-            R_icrf_from_body=_attitude(name, motion.attitude, states),
+            R_icrf_from_body=_attitude(name, motion.attitude, tai_ns, states),
         )
         for name, motion in motions.items()
     }

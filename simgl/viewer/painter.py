@@ -91,7 +91,7 @@ class Painter:
         self.scenario = scenario
         self._renderer = Renderer(ctx)
         if scenario.inter_reflection:
-            self._renderer.prepare(scenario.models.values(), progress)
+            self._renderer.prepare(scenario.models_at_epoch(), progress)
         self._display = DisplayPass(ctx)
         self._picture: ImageTarget | None = None
 

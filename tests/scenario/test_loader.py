@@ -14,8 +14,9 @@ from simgl.physics.spectrum import black_body_light
 from simgl.physics.sun import UNIFORM, astm_g173_light, limb_darkening
 from simgl.scenario.loader import load_scenario, scenario_from_dict
 from simgl.scenario.scenario import EphemerisSun
+from simgl.scene.orbits import KeplerianOrbit
 from simgl.scene.state import SunInDirection
-from simgl.scene.trajectory import BodyMount, KeplerianOrbit, OrbitingMount
+from simgl.scene.trajectory import BodyMount, OrbitingMount
 from tests.scenario.tables import (
     BAD_FILES,
     BAD_VALUES,

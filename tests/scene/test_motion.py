@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from simgl.errors import ConfigError
 from simgl.physics.frames import Pose, lvlh_from_icrf
+from simgl.scene.orbits import KeplerianOrbit
 from simgl.scene.trajectory import (
     Attitude,
     BodyMount,
     FixedAttitude,
     FixedPosition,
     FreeMount,
-    KeplerianOrbit,
     LvlhAttitude,
     Motion,
     OrbitingMount,

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from simgl.scene.trajectory import KeplerianOrbit
+from simgl.scene.orbits import KeplerianOrbit
 
 Array = NDArray[np.float64]
 

@@ -1,0 +1,76 @@
+"""Lines of a text file with their numbers, and errors that name them."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NoReturn
+
+from simgl.errors import AssetError, ConfigError
+
+# A file of motion for a mission at a sample a second is some 100 MB.
+LARGEST_BYTES = 1 << 30
+
+
+def text_of(path: Path) -> str:
+    """The file as text; AssetError where it cannot be read, ConfigError where it is no text."""
+    try:
+        if path.stat().st_size > LARGEST_BYTES:
+            raise AssetError(f"{path}: is larger than 1 GiB")
+        content = path.read_bytes()
+    except OSError as error:
+        raise AssetError(f"{path}: cannot be read ({error.strerror})") from None
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise ConfigError(str(path), "", f"is not UTF-8 text (byte {error.start})") from None
+    if "\0" in text:
+        raise ConfigError(str(path), "", f"is not text (byte {text.index(chr(0))} is zero)")
+    return text
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of a file; ``number`` counts from 1."""
+
+    path: Path
+    number: int
+    text: str
+
+    @property
+    def where(self) -> str:
+        """File and line, for messages."""
+        return f"{self.path} line {self.number}"
+
+    def fail(self, key: str, problem: str) -> NoReturn:
+        """Raise ConfigError about this line."""
+        raise ConfigError(self.where, key, problem)
+
+    def number_of(self, text: str, key: str) -> float:
+        """A finite number; ConfigError for anything else."""
+        try:
+            value = float(text)
+        except ValueError:
+            self.fail(key, f"must be a number, got {shown(text)}")
+        if not math.isfinite(value):
+            self.fail(key, f"must be finite, got {shown(text)}")
+        return value
+
+    def numbers(self, words: Sequence[str], keys: Sequence[str]) -> list[float]:
+        """As many numbers as there are keys."""
+        if len(words) != len(keys):
+            self.fail("", f"must hold {' '.join(keys)}, got {len(words)} values")
+        return [self.number_of(word, key) for word, key in zip(words, keys, strict=True)]
+
+
+def lines_of(path: Path, text: str) -> list[Line]:
+    """Every line, blank ones too."""
+    return [Line(path, number, line) for number, line in enumerate(text.splitlines(), start=1)]
+
+
+def shown(text: str) -> str:
+    """A piece of a file in quotes, shortened."""
+    return json.dumps(text if len(text) <= 60 else text[:57] + "...", ensure_ascii=False)

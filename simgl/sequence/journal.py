@@ -1,0 +1,107 @@
+"""The table of a sequence: one row a frame, written when its files are complete.
+
+A database of SQLite, so that a run that is broken off at any instant leaves whole rows only, and
+can go on from there. Its table ``frames`` is there to be read by any tool.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import sqlite3
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from simgl.errors import ConfigError, OutputError
+from simgl.output import complete_file
+
+Value = str | int | float | None
+_TYPES = {str: "TEXT", int: "INTEGER", float: "REAL"}
+
+
+class Journal:
+    """Rows of a sequence in ``folder/frames.sqlite``.
+
+    plan : what the sequence is; a folder that holds another one is refused
+    columns : name to type, the key columns first
+    keys : how many columns name a row
+    Raises ConfigError for another sequence's folder, OutputError where it cannot be written.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        plan: Mapping[str, Value],
+        columns: Mapping[str, type[str] | type[int] | type[float]],
+        keys: int,
+    ) -> None:
+        self.path = folder / "frames.sqlite"
+        self._columns, self._keys = tuple(columns), keys
+        try:
+            self._database = sqlite3.connect(self.path, isolation_level=None)
+            self._begin(plan, columns)
+        except sqlite3.DatabaseError as error:
+            raise OutputError(f"{self.path}: cannot be used ({error})") from None
+
+    def _begin(
+        self, plan: Mapping[str, Value], columns: Mapping[str, type[str] | type[int] | type[float]]
+    ) -> None:
+        fields = ", ".join(f'"{name}" {_TYPES[kind]}' for name, kind in columns.items())
+        names = ", ".join(f'"{name}"' for name in self._columns[: self._keys])
+        with self._database:
+            self._database.execute("BEGIN IMMEDIATE")
+            self._database.execute("CREATE TABLE IF NOT EXISTS plan (name TEXT PRIMARY KEY, value)")
+            stored = dict(self._database.execute("SELECT name, value FROM plan").fetchall())
+            if not stored:
+                self._database.execute(f"CREATE TABLE frames ({fields}, PRIMARY KEY ({names}))")
+                self._database.executemany(
+                    "INSERT INTO plan VALUES (?, ?)", [(n, json.dumps(v)) for n, v in plan.items()]
+                )
+                return
+        wanted = {name: json.dumps(value) for name, value in plan.items()}
+        for name in wanted | stored:
+            if wanted.get(name) != stored.get(name):
+                self._database.close()
+                problem = (
+                    f"holds another sequence: its {name} is {stored.get(name, 'not given')}, "
+                    f"now {wanted.get(name, 'not given')}; take another folder or remove it"
+                )
+                raise ConfigError(str(self.path), "", problem)
+
+    def done(self) -> set[tuple[Value, ...]]:
+        """The keys of all rows."""
+        names = ", ".join(f'"{name}"' for name in self._columns[: self._keys])
+        return set(self._database.execute(f"SELECT {names} FROM frames").fetchall())
+
+    def add(self, row: Mapping[str, Value]) -> None:
+        """Write one row for good; one of the same key is replaced."""
+        values = [row[name] for name in self._columns]
+        places = ", ".join("?" * len(values))
+        try:
+            self._database.execute(f"INSERT OR REPLACE INTO frames VALUES ({places})", values)
+        except sqlite3.DatabaseError as error:
+            raise OutputError(f"{self.path}: cannot be written ({error})") from None
+
+    def rows(self) -> Iterable[dict[str, Value]]:
+        """All rows in order of their keys."""
+        order = ", ".join(f'"{name}"' for name in self._columns[: self._keys])
+        names = ", ".join(f'"{name}"' for name in self._columns)
+        for row in self._database.execute(f"SELECT {names} FROM frames ORDER BY {order}"):
+            yield dict(zip(self._columns, row, strict=True))
+
+    def export(self, path: Path) -> None:
+        """All rows as comma-separated values, with a header."""
+        with complete_file(path) as temporary, temporary.open("w", newline="") as file:
+            writer = csv.DictWriter(file, self._columns)
+            writer.writeheader()
+            writer.writerows(self.rows())
+
+    def close(self) -> None:
+        """Let go of the file."""
+        self._database.close()
+
+    def __enter__(self) -> Journal:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
