@@ -12,7 +12,8 @@ from simgl.physics.spectrum import photon_mean
 from simgl.scenario.fields import Four, craft_named, direction, exactly_one, fractions, place_on
 from simgl.scenario.library import load_preset
 from simgl.scenario.optics import check_optics, read_optics
-from simgl.scenario.schema import CameraPresetTable, CameraTable, OpticsTable
+from simgl.scenario.optics_schema import OpticsTable
+from simgl.scenario.schema import CameraPresetTable, CameraTable
 from simgl.scene.camera import Camera, Detector, Lens
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.trajectory import BodyMount, FreeMount, Mount, OrbitingMount

@@ -18,8 +18,9 @@ from simgl import assets
 from simgl.errors import AssetError, ConfigError, did_you_mean
 from simgl.scenario.fields import direction
 from simgl.scenario.gltf import face_normals, read_gltf
-from simgl.scenario.schema import CameraPresetTable, Positive, Table, Vector
+from simgl.scenario.schema import CameraPresetTable, Vector
 from simgl.scenario.strict import convert, read_toml
+from simgl.scenario.table import Positive, Table
 from simgl.scene.joints import Joint
 from simgl.scene.materials import Material
 from simgl.scene.mesh import Mesh

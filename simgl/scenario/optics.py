@@ -13,7 +13,7 @@ from simgl.errors import ConfigError
 from simgl.optics.field import field
 from simgl.optics.ghosts import ghosts
 from simgl.optics.kernel import lens_reach
-from simgl.scenario.schema import OpticsTable
+from simgl.scenario.optics_schema import OpticsTable
 from simgl.scene.camera import Camera
 from simgl.scene.lens import Blur, Distortion, LensSurface, PointSpread, Vignetting, Zone
 
