@@ -36,6 +36,7 @@ _BANDS = (Format("f4", 4),)
 _ELECTRONS = (Format("f4"),)
 _DN = (Format("u2"),)
 _TRUTH = (Format("f4"), Format("u4"))
+_TRUTH_NORMALS = (*_TRUTH, Format("f4", 4))
 
 # Five targets for each of eight image sizes; a window that is resized leaves no more behind.
 _TARGETS_KEPT = 40
@@ -208,18 +209,19 @@ class Renderer:
             self._detector.draw(camera, tai_ns, seed, electrons.textures[0], target.framebuffer)
         return target
 
-    def truth(self, view: FrameView) -> ImageTarget:
-        """Depth [m] and part ids at pixel centres, R32F and R32UI."""
+    def truth(self, view: FrameView, *, normals: bool = False) -> ImageTarget:
+        """Depth [m], part ids and, if wanted, normals at pixel centres, R32F, R32UI, RGBA32F."""
+        formats = _TRUTH_NORMALS if normals or view.field is not None else _TRUTH
+        use = "truth_normals" if len(formats) > len(_TRUTH) else "truth"
         camera = view.camera if view.field is None else view.field.centred
-        target = self._target("truth", camera, _TRUTH, depth=True)
+        target = self._target(use, camera, formats, depth=True)
         with self.timer.measure("truth"):
             self._truth.draw(truth_tile(view), target.framebuffer)
         if view.field is None:
             return target
-        seen = self._target("truth_seen", view.camera, _TRUTH)
+        seen = self._target("truth_seen", view.camera, formats)
         with self.timer.measure("warp"):
-            depth, part = target.textures
-            self._warp.nearest(view.camera, depth, part, seen.framebuffer)
+            self._warp.nearest(view.camera, target.textures, seen.framebuffer)
         return seen
 
     def _target(

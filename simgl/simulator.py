@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import moderngl
+import numpy as np
 
 from simgl.errors import ConfigError, did_you_mean
 from simgl.gpu.context import open_context
@@ -16,16 +17,21 @@ from simgl.images import (
     DigitalFrame,
     ElectronFrame,
     FrameInfo,
+    IrradianceFrame,
     LayersFrame,
+    LidarFrame,
+    NormalsFrame,
     RadianceFrame,
     TruthFrame,
 )
 from simgl.optics.spread import SunBefore
+from simgl.receiver import lidar_frame
 from simgl.renderer import Renderer
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState
 from simgl.transport.bake import Progress
 from simgl.view.frame import FrameView, frame_view
+from simgl.view.lidar import pulse_view
 
 
 class Product(StrEnum):
@@ -35,7 +41,10 @@ class Product(StrEnum):
     ELECTRONS = "electrons"
     RADIANCE = "radiance"
     LAYERS = "layers"
+    IRRADIANCE = "irradiance"
     TRUTH = "truth"
+    NORMALS = "normals"
+    LIDAR = "lidar"
 
 
 ALL_PRODUCTS = frozenset(Product)
@@ -43,18 +52,25 @@ ALL_PRODUCTS = frozenset(Product)
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Exposure:
-    """One picture in the forms that were asked for; the others are None."""
+    """One picture in the forms that were asked for; the others are None.
+
+    lidar : None also where the camera has no LIDAR
+    """
 
     info: FrameInfo
     digital: DigitalFrame | None = None
     electrons: ElectronFrame | None = None
     radiance: RadianceFrame | None = None
     layers: LayersFrame | None = None
+    irradiance: IrradianceFrame | None = None
     truth: TruthFrame | None = None
+    normals: NormalsFrame | None = None
+    lidar: LidarFrame | None = None
 
     def _repr_png_(self) -> bytes:
         frames = (self.digital, self.radiance, self.electrons, self.truth, self.layers)
-        for frame in frames:
+        others = (self.irradiance, self.normals, self.lidar)
+        for frame in (*frames, *others):
             if frame is not None:
                 return frame._repr_png_()
         return b""
@@ -138,6 +154,18 @@ class Simulator:
             frames["layers"] = LayersFrame(info=info, layers=self._renderer.layers(view))
         if Product.TRUTH in products:
             frames["truth"] = self._truth(state, view, info)
+        if Product.NORMALS in products:
+            normals = self._renderer.truth(view, normals=True).read(2)[..., :3]
+            frames["normals"] = NormalsFrame(info=info, normals=normals)
+        if Product.IRRADIANCE in products:
+            target = self._renderer.irradiance(view.camera, radiance, _sun(state, info))
+            frames["irradiance"] = IrradianceFrame(
+                info=info,
+                irradiance=target.read(),
+                photons_per_joule=state.sun.photons_per_joule,
+            )
+        if Product.LIDAR in products and view.camera.lidar is not None:
+            frames["lidar"] = self._lidar(state, view, info, radiance)
         if Product.DN in products or Product.ELECTRONS in products:
             electrons = self._renderer.electrons_through(
                 view.camera, state.sun.photons_per_joule, radiance, _sun(state, info)
@@ -154,6 +182,17 @@ class Simulator:
         target = self._renderer.digital(view.camera, state.tai_ns, self.scenario.seed, electrons)
         with self._renderer.timer.measure("read"):
             return DigitalFrame(info=info, dn=target.read())
+
+    def _lidar(
+        self, state: SceneState, view: FrameView, info: FrameInfo, radiance: ImageTarget
+    ) -> LidarFrame:
+        lidar = view.camera.lidar
+        assert lidar is not None
+        pulse = pulse_view(view, lidar, state, state.cameras[view.camera.name])
+        sunlit = radiance.read()
+        lit = np.zeros_like(sunlit) if pulse is None else self._renderer.layers(pulse)["lamp"]
+        depth = self._renderer.truth(view).read(0)
+        return lidar_frame(info, self.scenario.seed, depth, lit, sunlit)
 
     def _truth(self, state: SceneState, view: FrameView, info: FrameInfo) -> TruthFrame:
         target = self._renderer.truth(view)

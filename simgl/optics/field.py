@@ -96,6 +96,20 @@ def _finer(pinhole: Camera, more: int) -> Camera:
     return replace(pinhole, detector=fine)
 
 
+def sight_lines(camera: Camera) -> Array:
+    """(height, width, 3) directions that the middles of pixels see, of depth 1, camera axes."""
+    d, f = camera.detector, camera.focal_length_px
+    if camera.lens.distortion is None:
+        y, x = np.mgrid[0 : d.height, 0 : d.width] + 0.5
+        x, y = (x - 0.5 * d.width) / f, (y - 0.5 * d.height) / f
+    else:
+        seen = field(camera)
+        pinhole = seen.pinhole.detector
+        x, y = np.moveaxis(seen.places.astype(np.float64), -1, 0)
+        x, y = (x - 0.5 * pinhole.width) / f, (y - 0.5 * pinhole.height) / f
+    return np.stack([x, y, np.ones_like(x)], axis=-1)
+
+
 def relative_illumination(camera: Camera) -> Floats:
     """(height, width) irradiance of the image plane over that on the axis, of an even radiance."""
     d, vignetting = camera.detector, camera.lens.vignetting

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import moderngl
 import numpy as np
 
@@ -30,7 +32,7 @@ class WarpPass:
         self._ctx = ctx
         self._mean = FullscreenProgram(ctx, "warp/warp", _WARP, ["places", "fine"])
         self._nearest = FullscreenProgram(
-            ctx, "warp/nearest", _WARP, ["places", "fine_depth", "fine_part"]
+            ctx, "warp/nearest", _WARP, ["places", "fine_depth", "fine_part", "fine_normal"]
         )
         self._places: dict[Camera, moderngl.Texture] = {}
 
@@ -57,13 +59,12 @@ class WarpPass:
     def nearest(
         self,
         camera: Camera,
-        depth: moderngl.Texture,
-        part: moderngl.Texture,
+        truth: Sequence[moderngl.Texture],
         target: moderngl.Framebuffer,
     ) -> None:
-        """Depth and identity of the fine pixels that the middles of the pixels see."""
+        """Depth, identity and normals of the fine pixels that the middles of the pixels see."""
         self.state.apply(self._ctx, target, (0, 0, *target.size))
-        self._nearest.draw({"fine_per_pixel": FINER}, [self.places(camera), depth, part])
+        self._nearest.draw({"fine_per_pixel": FINER}, [self.places(camera), *truth])
 
     def release(self) -> None:
         """Free everything."""

@@ -11,7 +11,7 @@ from simgl.errors import AssetError, ConfigError
 from simgl.physics.spectrum import photon_mean
 from simgl.scenario.fields import Four, craft_named, direction, exactly_one, fractions, place_on
 from simgl.scenario.library import load_preset
-from simgl.scenario.optics import check_optics, read_optics
+from simgl.scenario.optics import check_optics, read_lidar, read_optics
 from simgl.scenario.optics_schema import OpticsTable
 from simgl.scenario.schema import CameraPresetTable, CameraTable
 from simgl.scene.camera import Camera, Detector, Lens
@@ -68,7 +68,13 @@ def read_camera(
         transmission=fractions(table.transmission, where, "transmission"),
         **read_optics(chosen("optics") or OpticsTable(), where, base),
     )
-    camera = Camera(name=name, lens=lens, detector=detector, exposure_time=table.exposure_time_s)
+    camera = Camera(
+        name=name,
+        lens=lens,
+        detector=detector,
+        exposure_time=table.exposure_time_s,
+        lidar=read_lidar(table.lidar),
+    )
     check_optics(camera, where)
     return camera
 

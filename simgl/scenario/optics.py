@@ -13,9 +13,10 @@ from simgl.errors import ConfigError
 from simgl.optics.field import field
 from simgl.optics.ghosts import ghosts
 from simgl.optics.kernel import lens_reach
-from simgl.scenario.optics_schema import OpticsTable
+from simgl.scenario.optics_schema import LidarTable, OpticsTable
 from simgl.scene.camera import Camera
 from simgl.scene.lens import Blur, Distortion, LensSurface, PointSpread, Vignetting, Zone
+from simgl.scene.lidar import Lidar
 
 # A symmetric triplet after Cooke (Taylor 1893) in the form of the usual textbook example, of 50 mm,
 # f/5 and a field of 40 deg: radius and gap [mm], and index behind each surface. The coating's share
@@ -43,6 +44,24 @@ def read_optics(table: OpticsTable, where: str, base: Path) -> dict[str, Any]:
         "veiling_glare": table.veiling_glare,
         "surfaces": _surfaces(table, where),
     }
+
+
+def read_lidar(table: LidarTable | None) -> Lidar | None:
+    """A LIDAR, if there is one."""
+    if table is None:
+        return None
+    return Lidar(
+        wavelength=table.wavelength_nm * 1e-9,
+        pulse_energy=table.pulse_energy_mj * 1e-3,
+        pulse_length=table.pulse_length_ns * 1e-9,
+        half_angle=float(np.radians(table.beam_half_angle_deg)),
+        offset=table.emitter_offset_m,
+        quantum_efficiency=table.quantum_efficiency,
+        filter_width=table.filter_nm * 1e-9,
+        gate=table.gate_us * 1e-6,
+        range_noise=table.range_noise_m,
+        threshold=table.threshold_e,
+    )
 
 
 def check_optics(camera: Camera, where: str) -> None:

@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 from msgspec import Meta
 
 from simgl.lattice import FEWEST
-from simgl.scenario.optics_schema import OpticsTable
+from simgl.scenario.optics_schema import LidarTable, OpticsTable
 from simgl.scenario.table import Fraction, NonNegative, Positive, Table
 from simgl.scene.layers import SMOOTHEST
 
@@ -284,6 +284,7 @@ class CameraTable(Table, frozen=True, kw_only=True):
     exposure_time_s: Annotated[float, Meta(gt=0.0, le=3600.0)] = 0.0005
     transmission: BandValues = 1.0
     optics: OpticsTable | None = None
+    lidar: LidarTable | None = None
     width_px: Annotated[int, Meta(ge=1, le=16384)] | None = None
     height_px: Annotated[int, Meta(ge=1, le=16384)] | None = None
     pixel_pitch_um: Positive | None = None

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simgl.scene.lens import Lens
+from simgl.scene.lidar import Lidar
 
 __all__ = ["Camera", "Detector", "Lens"]
 
@@ -39,12 +40,16 @@ class Detector:
 
 @dataclass(frozen=True, kw_only=True)
 class Camera:
-    """A named camera with its exposure time [s]."""
+    """A named camera with its exposure time [s].
+
+    lidar : that uses its lens and pixels; None where there is none
+    """
 
     name: str
     lens: Lens
     detector: Detector
     exposure_time: float
+    lidar: Lidar | None = None
 
     @property
     def focal_length_px(self) -> float:
