@@ -127,6 +127,11 @@ class GhostDisc:
         """Of all that it lights [pixels]."""
         return self.pupil + self.sun
 
+    @property
+    def edge(self) -> float:
+        """Width of its fall from full light to none [pixels]."""
+        return 2.0 * min(self.pupil, self.sun)
+
 
 def add_discs(planes: Sequence[Array | Floats], discs: Iterable[GhostDisc], block: int) -> None:
     """Add ghosts to planes (rows, columns) of means over blocks of so many pixels along an edge."""
@@ -141,7 +146,10 @@ def add_discs(planes: Sequence[Array | Floats], discs: Iterable[GhostDisc], bloc
             continue
         y = (rows + 0.5)[:, None] * block - disc.y
         x = (columns + 0.5) * block - disc.x
-        shared = common_area(disc.pupil, disc.sun, np.hypot(y, x))
+        distance = np.hypot(y, x)
+        shared = np.where(distance < disc.radius, np.pi * min(disc.pupil, disc.sun) ** 2, 0.0)
+        falls = (distance > abs(disc.pupil - disc.sun)) & (distance < disc.radius)
+        shared[falls] = common_area(disc.pupil, disc.sun, distance[falls])
         profile = shared / (np.pi * disc.pupil * disc.sun) ** 2
         for plane, power in zip(planes, disc.power, strict=True):
             part = plane[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]

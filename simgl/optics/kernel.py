@@ -111,6 +111,9 @@ def lens_kernel(camera: Camera, blur: Blur, band: int, reach: int) -> Kernel:
     offset = np.arange(-reach, reach + 1)
     distance = np.hypot(offset[:, None], offset)
     core = np.maximum(samples[np.ix_(offset, offset)], 0.0) * core_share(distance, reach)
+    if tail == 0.0:
+        # A Gaussian ends; what is left beyond it is the rounding of the table.
+        core[core < 1e-9 * core.max()] = 0.0
     # Even to the last bit, so that its spectrum is real.
     core = core + core[::-1, ::-1]
     return Kernel(core * ((1.0 - tail_energy(tail, reach)) / core.sum()), tail)

@@ -27,8 +27,8 @@ Floats = NDArray[np.float32]
 # What is brighter than so many white plates in sunlight is convolved apart: single precision then
 # keeps 3e-5 of a plate.
 BRIGHT_PLATES = 300.0
-# Ghosts smaller than so many cells of the coarse grid are drawn pixel by pixel.
-_SMALL_GHOST = 3.0
+# Ghosts whose edge is narrower than so many cells of the coarse grid are drawn pixel by pixel.
+_SOFT_GHOST = 3.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -98,10 +98,11 @@ class Spread:
             for result in results:
                 result *= np.float32(1.0 - glare)
         discs = [] if sun is None else self._discs(planes, sun)
-        add_discs(list(added), [d for d in discs if d.radius >= _SMALL_GHOST * CELL], CELL)
+        soft = [disc for disc in discs if disc.edge >= _SOFT_GHOST * CELL]
+        add_discs(list(added), soft, CELL)
         for result, values in zip(results, added, strict=True):
             add_coarse(result, values)
-        add_discs(results, [d for d in discs if d.radius < _SMALL_GHOST * CELL], 1)
+        add_discs(results, [disc for disc in discs if disc not in soft], 1)
         return results
 
     def _discs(self, planes: Sequence[Floats], sun: SunBefore) -> list[GhostDisc]:
