@@ -264,6 +264,46 @@ def _epoch(default_tai_ns: int, at: str | None) -> int:
         raise ConfigError("command line", "--at", str(error)) from None
 
 
+camera_app = typer.Typer(help="Cameras by themselves.", no_args_is_help=True)
+app.add_typer(camera_app, name="camera")
+
+
+@camera_app.command("test")
+def camera_test(
+    preset: Annotated[str, typer.Argument(help="Preset name, or the path of a preset file.")],
+    out: Annotated[Path | None, typer.Option(help="Folder for plots and the report.")] = None,
+) -> None:
+    """Measure a camera as a laboratory would (EMVA 1288), beside what its preset says.
+
+    Example: simgl camera test mt9m034 --out out/camera
+    """
+    from rich.progress import Progress
+
+    from simgl.assess.camera_plots import plot_report
+    from simgl.assess.laboratory import camera_under_test, examine, table
+    from simgl.gpu.context import open_context
+    from simgl.output import check_writable, complete_file
+
+    camera = camera_under_test(preset)
+    if out is not None:
+        check_writable(out)
+    ctx = open_context()
+    with Progress(console=console, transient=True) as bar:
+        task = bar.add_task(f"{Path(preset).stem}: flat fields and dark frames", total=None)
+        report = examine(
+            ctx, camera, progress=lambda done, of: bar.update(task, completed=done, total=of)
+        )
+    ctx.release()
+    console.print(table(report, Path(preset).stem))
+    if out is not None:
+        path = out / f"{Path(preset).stem}.emva.png"
+        with complete_file(path) as temporary:
+            plot_report(report, Path(preset).stem, temporary)
+        console.print(str(path), highlight=False, markup=False, soft_wrap=True)
+    if not report.passed:
+        raise typer.Exit(1)
+
+
 @app.command()
 def bench(
     json: Annotated[Path | None, typer.Option(help="Write the results to this file too.")] = None,

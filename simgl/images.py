@@ -196,7 +196,8 @@ def saturated(dn: NDArray[np.uint16], detector: Detector) -> NDArray[np.bool_]:
     for, which misses one full pixel in 740.
     """
     full = (detector.full_well - 3.0 * detector.read_noise) * detector.gain_dn_per_e
-    level = min(2.0**detector.bits - 1.0, np.floor(full + detector.pedestal))
+    # A whole number: a real one would turn every pixel into a real number first.
+    level = int(min(2.0**detector.bits - 1.0, np.floor(full + detector.pedestal)))
     return np.asarray(dn >= level)
 
 

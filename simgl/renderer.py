@@ -12,17 +12,21 @@ from simgl.gpu.context import is_software
 from simgl.gpu.targets import Format, ImageTarget
 from simgl.gpu.timers import PassTimer
 from simgl.optics.spread import SunBefore, spreads
-from simgl.passes.detector import DetectorPass
+from simgl.passes.detector import DN_FORMAT, DetectorPass
 from simgl.passes.exchange import ExchangePass
 from simgl.passes.exposure import ExposurePass
+from simgl.passes.geometry import GeometryPass
 from simgl.passes.lamp_shadow import LampShadowPass
 from simgl.passes.meshes import MeshStore
+from simgl.passes.moon import MoonPass
 from simgl.passes.optics import OpticsPass
 from simgl.passes.planet import PlanetPass
 from simgl.passes.probe import ProbePass
 from simgl.passes.resolve import DistortedView, ResolvePass
 from simgl.passes.shadow import ShadowPass
 from simgl.passes.spread import SpreadPass
+from simgl.passes.stars import StarPass
+from simgl.passes.sun import SunPass
 from simgl.passes.surface import LIGHTS, SurfacePass
 from simgl.passes.truth import TruthPass
 from simgl.passes.warp import WarpPass
@@ -30,11 +34,12 @@ from simgl.scene.camera import Camera
 from simgl.scene.radiometry import electrons_per_irradiance
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.transport.bake import Progress
-from simgl.view.frame import FrameView, Tile, truth_tile
+from simgl.view.frame import FrameView, Tile, parts, truth_tile
+from simgl.view.heavens import Heavens
 
 _BANDS = (Format("f4", 4),)
 _ELECTRONS = (Format("f4"),)
-_DN = (Format("u2"),)
+_DN = (DN_FORMAT,)
 _TRUTH = (Format("f4"), Format("u4"))
 _TRUTH_NORMALS = (*_TRUTH, Format("f4", 4))
 
@@ -47,6 +52,9 @@ _TARGETS_KEPT = 40
 _SAMPLE_BUDGET_CPU = 125_000
 _SAMPLE_BUDGET_GPU = 16_000_000
 
+# Larger tiles are lit in parts: a sample takes some 100 bytes while it is worked on.
+_SAMPLES_AT_ONCE = 2_500_000
+
 
 class Renderer:
     """Owns every pass and target of one OpenGL context."""
@@ -58,7 +66,11 @@ class Renderer:
         self._meshes = MeshStore(ctx)
         self._shadow = ShadowPass(ctx, self._meshes)
         self._lamp_shadow = LampShadowPass(ctx, self._meshes)
+        self._geometry = GeometryPass(ctx, self._meshes)
         self._surface = SurfacePass(ctx, self._meshes)
+        self._stars = StarPass(ctx)
+        self._sun = SunPass(ctx)
+        self._moon = MoonPass(ctx)
         self._planet = PlanetPass(ctx)
         self._probe = ProbePass(ctx, self._planet.draw)
         self._exchange = ExchangePass(ctx)
@@ -115,6 +127,9 @@ class Renderer:
             with self.timer.measure("probe"):
                 self._probe.draw([craft.sky for craft in tile.craft])
         fine = target if view.field is None else self._target("field", view.field.fine, _BANDS)
+        if view.background.heavens is not None:
+            with self.timer.measure("heavens"):
+                self._heavens(view.background.heavens, fine)
         with self.timer.measure("planet"):
             self._planet.draw(view.background, fine.framebuffer, (0, 0, *fine.size))
         if fine is not target:
@@ -126,10 +141,20 @@ class Renderer:
             return None
         return DistortedView(camera=view.camera, places=self._warp.places(view.camera))
 
+    def _heavens(self, view: Heavens, target: ImageTarget) -> None:
+        """What lies beyond the Earth, the farthest first."""
+        target.framebuffer.clear()
+        if view.stars is not None:
+            self._stars.draw(view, view.stars, target.framebuffer)
+        if view.sun is not None:
+            self._sun.draw(view.sun, target.framebuffer)
+        if view.moon is not None:
+            self._moon.draw(view.moon, target.framebuffer)
+
     def _samples(
         self, view: FrameView, *, apart: bool = False
     ) -> Iterator[tuple[Tile, tuple[moderngl.Texture, ...]]]:
-        """Each tile with the samples of its spacecraft, valid until the next one."""
+        """Each tile, or its parts, with the samples of its spacecraft, valid until the next one."""
         with self.timer.measure("lamp_shadow"):
             lamp_maps = self._lamp_shadow.draw(view.lamps)
         for tile in view.tiles:
@@ -141,12 +166,17 @@ class Renderer:
             with self.timer.measure("exchange"):
                 around = [probe.sky if probe else None for probe in probes]
                 lightings = self._exchange.draw(tile.craft, around)
-            with self.timer.measure("surface"):
-                skies = [probe.textures if probe else () for probe in probes]
-                samples = self._surface.draw(
-                    tile, maps, skies, lightings, view.lamps, lamp_maps, apart=apart
-                )
-            yield tile, samples
+            skies = [probe.textures if probe else () for probe in probes]
+            exchanging = [lighting is not None for lighting in lightings]
+            pinhole = view.camera if view.field is None else view.field.pinhole
+            for part in parts(tile, pinhole, _SAMPLES_AT_ONCE):
+                with self.timer.measure("geometry"):
+                    seen = self._geometry.draw(part, lightings)
+                with self.timer.measure("surface"):
+                    samples = self._surface.draw(
+                        part, seen, maps, skies, exchanging, view.lamps, lamp_maps, apart=apart
+                    )
+                yield part, samples
 
     def irradiance(
         self, camera: Camera, radiance: ImageTarget, sun: SunBefore | None = None
@@ -181,8 +211,9 @@ class Renderer:
         A lens that spreads light over a monochrome detector works on one sum of the bands, in a
         third of the time.
         """
-        if not spreads(camera):
-            return self.electrons(camera, photons_per_joule, self._sharp(camera, radiance))
+        if not spreads(camera) or camera.detector.mosaic is not None:
+            irradiance = self.irradiance(camera, radiance, sun)
+            return self.electrons(camera, photons_per_joule, irradiance)
         sharp = self._sharp(camera, radiance)
         target = self._target("electrons", camera, _ELECTRONS)
         weights = electrons_per_irradiance(camera, photons_per_joule)
@@ -203,7 +234,7 @@ class Renderer:
     def digital(
         self, camera: Camera, tai_ns: int, seed: int, electrons: ImageTarget
     ) -> ImageTarget:
-        """Digital numbers, R16UI."""
+        """Digital numbers, in ``DN_FORMAT``."""
         target = self._target("dn", camera, _DN)
         with self.timer.measure("detector"):
             self._detector.draw(camera, tai_ns, seed, electrons.textures[0], target.framebuffer)
@@ -249,7 +280,11 @@ class Renderer:
         for owner in (
             self._shadow,
             self._lamp_shadow,
+            self._geometry,
             self._surface,
+            self._stars,
+            self._sun,
+            self._moon,
             self._planet,
             self._probe,
             self._exchange,

@@ -115,6 +115,12 @@ class Simulator:
         """Times of the passes, once enabled."""
         return self._renderer.timer
 
+    @property
+    def gl_error(self) -> str:
+        """OpenGL's error since it was last asked; "GL_NO_ERROR" while all is well."""
+        with self._ctx:
+            return str(self._ctx.error)
+
     def capture(
         self,
         state: SceneState,

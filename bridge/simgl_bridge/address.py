@@ -1,4 +1,4 @@
-"""Where a server may listen: this machine only, for the link has no authentication yet."""
+"""Where a server may listen: this machine only, unless clients prove who they are."""
 
 from __future__ import annotations
 
@@ -10,21 +10,28 @@ from simgl.errors import ConfigError
 
 DEFAULT_ADDRESS = "tcp://127.0.0.1:5563"
 
-_LOOPBACK = re.compile(r"tcp://(?:127\.\d{1,3}\.\d{1,3}\.\d{1,3}|localhost):(\d{1,5}|\*)")
+_TCP = re.compile(r"tcp://([A-Za-z0-9.-]+|\*|\[[0-9A-Fa-f:.]+\]):(\d{1,5}|\*)")
+_LOOPBACK = re.compile(r"127\.\d{1,3}\.\d{1,3}\.\d{1,3}|localhost|\[::1\]")
 _ALLOWED = "must be tcp://127.0.0.1:PORT or ipc://PATH"
 
 
-def check_bindable(address: str) -> None:
-    """Raises ConfigError for an address that is malformed or reaches beyond this machine."""
+def check_bindable(address: str, *, guarded: bool = False, option: str = "--address") -> None:
+    """Raises ConfigError for an address that is malformed or open to strangers.
+
+    guarded : clients need a key, or the user has said that anybody may come
+    option : that the address was given with, for the error
+    """
     if address.startswith("ipc://"):
-        _check_ipc(address)
+        _check_ipc(address, option)
         return
-    match = _LOOPBACK.fullmatch(address)
+    match = _TCP.fullmatch(address)
     if match is None:
-        reason = "the link has no authentication yet and stays on this machine"
-        raise _refused(address, reason)
-    if match[1] != "*" and int(match[1]) > 65535:
-        raise _refused(address, "a port is at most 65535")
+        raise _refused(address, "it has not this form", option)
+    if match[2] != "*" and int(match[2]) > 65535:
+        raise _refused(address, "a port is at most 65535", option)
+    if not guarded and not _LOOPBACK.fullmatch(match[1]):
+        reason = "beyond this machine it needs --keys and --allow, or --insecure"
+        raise _refused(address, reason, option)
 
 
 def ipc_path(address: str) -> Path | None:
@@ -33,18 +40,18 @@ def ipc_path(address: str) -> Path | None:
     return Path(name) if name != address and not name.startswith("@") else None
 
 
-def _check_ipc(address: str) -> None:
+def _check_ipc(address: str, option: str) -> None:
     path = ipc_path(address)
     if path is None:
-        raise _refused(address, "an abstract name has no file permissions")
+        raise _refused(address, "an abstract name has no file permissions", option)
     # ZeroMQ removes whatever stands at the path before it binds.
     if path.exists() and not stat.S_ISSOCK(path.stat().st_mode):
-        raise _refused(address, "something that is no socket stands there")
+        raise _refused(address, "something that is no socket stands there", option)
     if not path.parent.is_dir():
-        raise _refused(address, "its folder does not exist")
+        raise _refused(address, "its folder does not exist", option)
     if len(str(path).encode()) > 107:
-        raise _refused(address, "the path is longer than 107 bytes, the most for a socket")
+        raise _refused(address, "the path is longer than 107 bytes, the most for a socket", option)
 
 
-def _refused(address: str, reason: str) -> ConfigError:
-    return ConfigError("simgl serve", "--address", f'{_ALLOWED}, got "{address}": {reason}')
+def _refused(address: str, reason: str, option: str) -> ConfigError:
+    return ConfigError("simgl serve", option, f'{_ALLOWED}, got "{address}": {reason}')

@@ -1,161 +1,119 @@
-"""The Python client: it owns the time, sends a state and waits for the picture of exactly that."""
+"""The Python client: it owns the time, sends a state and waits for the pictures of exactly that."""
 
 from __future__ import annotations
 
 import math
-import operator
 import time
-import uuid
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import TypeVar
 
-import numpy as np
 import zmq
-from numpy.typing import NDArray
 from zmq.utils.monitor import recv_monitor_message
 
-from simgl.errors import BridgeError, ConfigError
+from simgl.errors import BridgeError
+from simgl_bridge.access import ClientKeys
+from simgl_bridge.failures import NoAnswerError, RemoteError
+from simgl_bridge.image import Image, Tick
 from simgl_bridge.messages import (
     Bye,
+    Configure,
     Error,
-    Hello,
     Images,
     Message,
+    Next,
     Ping,
-    Plane,
     Pong,
-    Quaternion,
-    Render,
-    Vector,
+    Shot,
+    State,
+    Statistics,
+    Stats,
     Welcome,
-    state_hash,
 )
 from simgl_bridge.pose import BodyPose
-from simgl_bridge.wire import VERSION, BadMessageError, pack, unpack_reply
+from simgl_bridge.talk import EVENTS, Talk, check_timeout, configure
+from simgl_bridge.wire import pack
 
-# The largest plane: radiance of 16384 x 16384 pixels.
-LARGEST_FRAME = 16384 * 16384 * 16
-# Requests and replies that may wait; a lock-step client needs one of each.
-QUEUE = 4
-# What a plane may hold.
-DTYPES = ("<u2", "<u4", "<f4")
+# A deadline that the server keeps ends this much before the client's own [s].
+_MARGIN = 0.2
+# States of the free-run that a client remembers, to check the pictures of them.
+_STATES = 1024
 
 _R = TypeVar("_R", bound=Message)
-
-
-class RemoteError(BridgeError):
-    """The server refused a request.
-
-    code : see ``messages.ErrorCode``
-    field : such as ``bodies.chaser.position_m``
-    detail : one line that names field, value and what is allowed
-    retryable : whether the same request may succeed later
-    """
-
-    def __init__(self, address: str, error: Error) -> None:
-        self.code = error.code
-        self.field = error.field
-        self.detail = error.detail
-        self.retryable = error.retryable
-        super().__init__(f"{address}: {error.code}: {error.detail}")
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Image:
-    """A picture and the state that it shows.
-
-    planes : product to pixels, row 0 at the top; read-only
-    sequence : of pictures taken by the server
-    tai_ns : mid-exposure
-    camera_position_m : of the pinhole, Earth-centred ICRF
-    q_camera_from_icrf_xyzw : camera axes are z boresight, x right, y down
-    intrinsics : (3, 3) from camera axes to pixel coordinates
-    saturated_pixels : None where no digital numbers were asked for
-    render_time_s : spent by the server on the picture
-    part_names : part id to "spacecraft/part", where part ids were asked for
-    """
-
-    planes: Mapping[str, NDArray[Any]]
-    sequence: int
-    tai_ns: int
-    state_hash: str
-    camera: str
-    camera_position_m: Vector
-    q_camera_from_icrf_xyzw: Quaternion
-    exposure_time_s: float
-    intrinsics: NDArray[np.float64]
-    seed: int
-    saturated_pixels: int | None
-    render_time_s: float
-    part_names: Mapping[int, str]
-
-    @property
-    def dn(self) -> NDArray[np.uint16]:
-        """(height, width) digital numbers; a BridgeError where they were not asked for."""
-        if "dn" not in self.planes:
-            raise BridgeError(f'this image has no "dn", only {", ".join(self.planes)}')
-        return self.planes["dn"]
 
 
 class Client:
     """A synchronous link to one server. Every wait ends after ``timeout_s``.
 
-    Use it on one thread. Raises BridgeError where the server does not answer, answers another
-    question or was restarted, and RemoteError where it refuses.
+    Use it on one thread. Raises NoAnswerError where the server does not answer (at once where the
+    connection breaks), RemoteError where it refuses, AccessError where keys do not fit, and
+    BridgeError where a reply shows anything but what was asked for. After a NoAnswerError the same
+    client goes on with its next request: it connects again by itself.
 
     >>> with Client("tcp://127.0.0.1:5563") as client:
     ...     image = client.render(client.welcome.epoch_tai_ns, "navcam")
     """
 
-    def __init__(self, address: str, *, timeout_s: float = 10.0, name: str = "client") -> None:
-        if not 0.0 < timeout_s < math.inf:
-            raise ConfigError("Client", "timeout_s", f"must be finite, above 0 s, got {timeout_s}")
+    def __init__(
+        self,
+        address: str,
+        *,
+        timeout_s: float = 10.0,
+        name: str = "client",
+        keys: ClientKeys | None = None,
+    ) -> None:
+        check_timeout(timeout_s)
         self.address = address
         self.timeout_s = timeout_s
-        self._last_id = 0
-        self._last_sequence: int | None = None
-        self._connection = False
+        self._talk = Talk(address)
+        self._states: dict[int, State] = {}
         self._context = zmq.Context()
         try:
-            self._socket = self._open_socket(name)
-            self.welcome = self._hello(name)
+            self._socket = self._open_socket(name, keys)
+            self._talk.greeted(self._ask(self._talk.hello(name), Welcome, None)[0])
         except BaseException:
             self._context.destroy(linger=0)
             raise
 
-    def _open_socket(self, name: str) -> zmq.Socket[bytes]:
+    def _open_socket(self, name: str, keys: ClientKeys | None) -> zmq.Socket[bytes]:
         s = self._context.socket(zmq.DEALER)
-        # Two clients of one name must not take over each other's place.
-        s.setsockopt(zmq.IDENTITY, f"{uuid.uuid4().hex}-{name[:32]}".encode())
-        s.setsockopt(zmq.LINGER, 0)
-        s.setsockopt(zmq.MAXMSGSIZE, LARGEST_FRAME)
-        s.setsockopt(zmq.SNDHWM, QUEUE)
-        s.setsockopt(zmq.RCVHWM, QUEUE)
-        s.setsockopt(zmq.HEARTBEAT_IVL, 1000)
-        s.setsockopt(zmq.HEARTBEAT_TIMEOUT, 10_000)
+        configure(s, name)
+        if keys is not None:
+            keys.apply(s)
         try:
-            # Not ZMQ_IMMEDIATE, which would tell a missing server sooner: with it a reply that came
-            # just before a disconnection is dropped unread.
-            self._monitor = s.get_monitor_socket(
-                zmq.EVENT_HANDSHAKE_SUCCEEDED | zmq.EVENT_DISCONNECTED
-            )
+            self._monitor = s.get_monitor_socket(EVENTS)
             s.connect(self.address)
         except zmq.ZMQError as error:
             raise BridgeError(f"{self.address}: is no address ({error.strerror})") from None
         return s
 
-    def _hello(self, name: str) -> Welcome:
-        message = Hello(client=name, versions=(VERSION,))
-        reply, _ = self._ask(message, Welcome, None)
-        return reply
+    @property
+    def welcome(self) -> Welcome:
+        """What the server said of itself: cameras, bodies, seed, window."""
+        return self._talk.welcome
+
+    @property
+    def restarts(self) -> int:
+        """Times that the server was restarted with the same scene since this client connected."""
+        return self._talk.restarts
 
     def ping(self) -> float:
         """Round-trip time [s]."""
-        id = self._next_id()
+        id = self._talk.next_id()
         start = time.perf_counter()
         self._ask(Ping(id=id), Pong, id)
         return time.perf_counter() - start
+
+    def stats(self) -> Statistics:
+        """What the server counted."""
+        id = self._talk.next_id()
+        return self._ask(Stats(id=id), Statistics, id)[0]
+
+    def configure(self, scenario: str | None = None, seed: int | None = None) -> Welcome:
+        """Another scenario of the server's folder, or another seed, for all its clients."""
+        id = self._talk.next_id()
+        reply, _ = self._ask(Configure(id=id, scenario=scenario, seed=seed), Welcome, id)
+        self._talk.greeted(reply)
+        return reply
 
     def render(
         self,
@@ -165,145 +123,169 @@ class Client:
         exposure_time_s: float | None = None,
         products: Sequence[str] = ("dn",),
         *,
+        gain_dn_per_e: float | None = None,
+        sun_position_m: Sequence[float] | None = None,
+        seek: bool = False,
         retry: bool = False,
     ) -> Image:
-        """The picture that a camera takes of a state.
+        """The picture that one camera takes of a state; see ``render_all``.
+
+        exposure_time_s, gain_dn_per_e : None takes the camera's own
+        products : of "dn", "radiance", "electrons", "depth", "part_id"
+        """
+        shot = Shot(
+            camera=camera,
+            exposure_time_s=None if exposure_time_s is None else float(exposure_time_s),
+            gain_dn_per_e=None if gain_dn_per_e is None else float(gain_dn_per_e),
+            products=tuple(products),
+        )
+        options = {"sun_position_m": sun_position_m, "seek": seek, "retry": retry}
+        return self.render_all(tai_ns, [shot], bodies, **options)[camera]  # type: ignore[arg-type]
+
+    def render_all(
+        self,
+        tai_ns: int,
+        cameras: Sequence[Shot],
+        bodies: Mapping[str, BodyPose] | None = None,
+        *,
+        sun_position_m: Sequence[float] | None = None,
+        seek: bool = False,
+        retry: bool = False,
+    ) -> Tick:
+        """The pictures that several cameras take of one state.
 
         tai_ns : mid-exposure, a whole number (a float would lose nanoseconds)
         bodies : spacecraft left out follow the scenario's own laws
-        exposure_time_s : None takes the camera's own
-        products : of "dn", "radiance", "electrons", "depth", "part_id"
-        retry : ask once more, with another ``timeout_s``, where no answer comes; the server renders
-            once
+        sun_position_m : (3,) Earth-centred ICRF; None leaves the Sun to the scenario
+        seek : allow a time before that of the last request
+        retry : ask once more, with another ``timeout_s``, where no answer comes; a server that is
+            still there renders once
         """
-        request = Render(
-            id=self._next_id(),
-            tai_ns=operator.index(tai_ns),
-            camera=camera,
-            bodies={name: pose.as_sent() for name, pose in (bodies or {}).items()},
-            exposure_time_s=None if exposure_time_s is None else float(exposure_time_s),
-            products=tuple(products),
-        )
         attempts = 2 if retry else 1
-        images, payload = self._ask(request, Images, request.id, attempts)
-        self._verify(request, images)
-        planes = self._planes(images.planes, payload)
-        self._last_sequence = images.sequence
-        return Image(
-            planes=planes,
-            sequence=images.sequence,
-            tai_ns=images.tai_ns,
-            state_hash=images.state_hash,
-            camera=images.camera,
-            camera_position_m=images.camera_position_m,
-            q_camera_from_icrf_xyzw=images.q_camera_from_icrf_xyzw,
-            exposure_time_s=images.exposure_time_s,
-            intrinsics=np.array(images.intrinsics),
-            seed=images.seed,
-            saturated_pixels=images.saturated_pixels,
-            render_time_s=images.render_us * 1e-6,
-            part_names=images.part_names,
+        request = self._talk.render(
+            tai_ns, cameras, bodies, sun_position_m, seek, self._server_deadline(attempts)
         )
+        images, payload = self._ask(request, Images, request.id, attempts)
+        return self._talk.shown(request, images, payload)
 
-    def _next_id(self) -> int:
-        self._last_id += 1
-        return self._last_id
+    def send_state(
+        self,
+        tai_ns: int,
+        cameras: Sequence[Shot],
+        bodies: Mapping[str, BodyPose] | None = None,
+        *,
+        sun_position_m: Sequence[float] | None = None,
+    ) -> int:
+        """Free-run: the newest state, without waiting; returns its id.
+
+        A state that the server refuses is raised by the next call that waits.
+        """
+        state = self._talk.state(tai_ns, cameras, bodies, sun_position_m)
+        if not self._wait(zmq.POLLOUT, time.monotonic() + self.timeout_s):
+            raise self._talk.timed_out(state, self.timeout_s)
+        self._states[state.id] = state
+        if len(self._states) > _STATES:
+            del self._states[next(iter(self._states))]
+        self._socket.send_multipart(pack(state), zmq.NOBLOCK)
+        return state.id
+
+    def next_images(self, after: int = 0) -> Tick:
+        """Free-run: the pictures of a state newer than those of sequence ``after``.
+
+        They say which state they show, and how many states went by unseen.
+        """
+        id = self._talk.next_id()
+        request = Next(id=id, after=after, deadline_ms=self._server_deadline())
+        images, payload = self._ask(request, Images, id)
+        state = self._states.get(images.state_id) if images.state_id is not None else None
+        # The state may be another client's, or older than what is remembered.
+        if state is None or state.tai_ns != images.tai_ns:
+            return self._talk.unverified(images, payload)
+        return self._talk.shown(state, images, payload)
+
+    def _server_deadline(self, attempts: int = 1) -> int:
+        """Time for the server to say that it cannot [ms], before this client gives up itself."""
+        seconds = attempts * self.timeout_s
+        return max(1, round(1000.0 * max(0.5 * seconds, seconds - _MARGIN)))
 
     def _ask(
         self, message: Message, kind: type[_R], id: int | None, attempts: int = 1
     ) -> tuple[_R, Sequence[memoryview]]:
         """The reply of a kind to a message, with its payload frames."""
-        frames = pack(message)
-        for _ in range(attempts):
-            deadline = time.monotonic() + self.timeout_s
-            if self._wait(zmq.POLLOUT, deadline):
-                self._socket.send_multipart(frames, zmq.NOBLOCK)
-            while self._wait(zmq.POLLIN, deadline):
-                parts = [f.buffer for f in self._socket.recv_multipart(copy=False)]
-                reply = self._reply(parts)
-                # An error without id belongs to the only request that is open.
-                if isinstance(reply, Error) and reply.id in (id, None):
+        for attempt in range(attempts):
+            try:
+                return self._ask_once(message, kind, id)
+            except NoAnswerError:
+                if attempt + 1 == attempts:
+                    raise
+        raise AssertionError("no attempt was made")
+
+    def _ask_once(
+        self, message: Message, kind: type[_R], id: int | None
+    ) -> tuple[_R, Sequence[memoryview]]:
+        deadline = time.monotonic() + self.timeout_s
+        self._settle()
+        if not self._wait(zmq.POLLOUT, deadline):
+            raise self._talk.timed_out(message, self.timeout_s)
+        self._socket.send_multipart(pack(message), zmq.NOBLOCK)
+        while True:
+            broke = self._wait_for_reply(deadline)
+            # What came before a break counts: read first.
+            while self._socket.poll(0, zmq.POLLIN):
+                reply, payload = self._receive()
+                if isinstance(reply, Bye):
+                    raise self._talk.no_answer("the server said goodbye", message)
+                if isinstance(reply, Error) and self._concerns(reply, id, message):
                     raise RemoteError(self.address, reply)
                 if isinstance(reply, kind) and getattr(reply, "id", None) == id:
-                    return reply, parts[2:]
-        raise self._timed_out(message, attempts)
+                    return reply, payload
+            if broke:
+                raise self._talk.no_answer("the connection broke", message)
+            if time.monotonic() >= deadline:
+                raise self._talk.timed_out(message, self.timeout_s)
 
-    def _reply(self, parts: Sequence[memoryview]) -> Message:
-        try:
-            return unpack_reply(parts)
-        except BadMessageError as error:
-            raise BridgeError(f"{self.address}: the server sent nonsense: {error}") from None
+    def _concerns(self, error: Error, id: int | None, message: Message) -> bool:
+        """Whether an error is about the open request, or a state that was sent before it."""
+        # An error without id belongs to the only request that is open.
+        return error.id in (id, None) or (isinstance(message, Next) and error.id in self._states)
+
+    def _settle(self) -> None:
+        """Take in what happened since the last request; late replies are dropped."""
+        while self._monitor.poll(0):
+            self._talk.heed(int(recv_monitor_message(self._monitor)["event"]))
+        while self._socket.poll(0, zmq.POLLIN):
+            reply, _ = self._receive()
+            if isinstance(reply, Error) and reply.id in self._states:
+                raise RemoteError(self.address, reply)
+
+    def _receive(self) -> tuple[Message, Sequence[memoryview]]:
+        parts = [f.buffer for f in self._socket.recv_multipart(copy=False)]
+        return self._talk.opened(parts), parts[2:]
+
+    def _wait_for_reply(self, deadline: float) -> bool:
+        """Wait for a reply or the end of the connection; whether the connection broke."""
+        poller = zmq.Poller()
+        poller.register(self._socket, zmq.POLLIN)
+        poller.register(self._monitor, zmq.POLLIN)
+        broke = False
+        while not broke and (left := deadline - time.monotonic()) > 0.0:
+            ready = dict(poller.poll(math.ceil(left * 1000.0)))
+            while self._monitor.poll(0):
+                event = int(recv_monitor_message(self._monitor)["event"])
+                broke = self._talk.heed(event) or broke
+            if self._socket in ready:
+                break
+        return broke
 
     def _wait(self, event: int, deadline: float) -> bool:
         left = deadline - time.monotonic()
         return left > 0.0 and bool(self._socket.poll(math.ceil(left * 1000.0), event))
 
-    def _is_connected(self) -> bool:
-        while self._monitor.poll(0):
-            event = recv_monitor_message(self._monitor)["event"]
-            self._connection = event == zmq.EVENT_HANDSHAKE_SUCCEEDED
-        return self._connection
-
-    def _timed_out(self, message: Message, attempts: int) -> BridgeError:
-        problem = "no answer" if self._is_connected() else "no connection"
-        asked = type(message).__name__.lower()
-        last = self._last_sequence
-        seen = "no image received before" if last is None else f"last image was sequence {last}"
-        return BridgeError(
-            f"{self.address}: {problem} within {attempts * self.timeout_s:g} s for {asked}; {seen}"
-        )
-
-    def _verify(self, request: Render, images: Images) -> None:
-        """Raises BridgeError unless the reply shows the state asked for."""
-        if images.boot != self.welcome.boot:
-            raise BridgeError(f"{self.address}: the server was restarted; connect again")
-        given = request.exposure_time_s
-        own = state_hash(
-            tai_ns=request.tai_ns,
-            bodies=request.bodies,
-            camera=request.camera,
-            exposure_time_s=self._camera_exposure(request.camera) if given is None else given,
-            seed=self.welcome.seed,
-        )
-        if (images.tai_ns, images.state_hash) != (request.tai_ns, own):
-            raise BridgeError(
-                f"{self.address}: image {images.sequence} shows another state than request "
-                f"{request.id}: {images.tai_ns} ns, hash {images.state_hash}; "
-                f"asked for {request.tai_ns} ns, hash {own}"
-            )
-
-    def _camera_exposure(self, camera: str) -> float:
-        return next(c.exposure_time_s for c in self.welcome.cameras if c.name == camera)
-
-    def _planes(
-        self, planes: Sequence[Plane], payload: Sequence[memoryview]
-    ) -> dict[str, NDArray[Any]]:
-        """Arrays over the received frames, without a copy."""
-        if len(planes) != len(payload):
-            raise BridgeError(
-                f"{self.address}: reply announces {len(planes)} planes and brings {len(payload)}"
-            )
-        return {p.product: self._pixels(p, frame) for p, frame in zip(planes, payload, strict=True)}
-
-    def _pixels(self, plane: Plane, frame: memoryview) -> NDArray[Any]:
-        if plane.dtype not in DTYPES or min(plane.shape, default=0) < 1:
-            raise BridgeError(f"{self.address}: is no plane: {plane}")
-        dtype = np.dtype(plane.dtype)
-        expected = math.prod(plane.shape) * dtype.itemsize
-        if frame.nbytes != expected:
-            raise BridgeError(
-                f'{self.address}: plane "{plane.product}" announces {expected} bytes '
-                f"and brings {frame.nbytes}"
-            )
-        array = np.frombuffer(frame, dtype=dtype).reshape(plane.shape)
-        array.flags.writeable = False
-        return array
-
     def close(self) -> None:
         """Say goodbye and hang up, without waiting."""
         if self._context.closed:
             return
-        if self._is_connected() and self._socket.poll(0, zmq.POLLOUT):
+        if self._talk.connected and self._socket.poll(0, zmq.POLLOUT):
             self._socket.send_multipart(pack(Bye()), zmq.NOBLOCK)
         # Time for the goodbye to leave; a server that is gone costs no more than this.
         self._context.destroy(linger=100)

@@ -1,11 +1,13 @@
-"""``simgl serve``: a scenario's cameras at a ZeroMQ address, until SIGINT or SIGTERM."""
+"""``simgl serve`` and ``simgl keys``: cameras at a ZeroMQ address, and who may ask for them."""
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from threading import Event
 from types import FrameType
@@ -16,9 +18,14 @@ import typer
 from simgl.errors import SimglError
 from simgl.progress import bake_bar
 from simgl.scenario.loader import load_scenario
+from simgl.scenario.scenario import Scenario
 from simgl.simulator import Simulator
+from simgl_bridge.access import Access, make_keys
 from simgl_bridge.address import DEFAULT_ADDRESS, check_bindable
-from simgl_bridge.server import Server
+from simgl_bridge.native import WINDOW, NativeFront
+from simgl_bridge.server import serve as serve_until
+from simgl_bridge.studio import Studio
+from simgl_bridge.turns import Turns
 
 
 @contextmanager
@@ -45,26 +52,84 @@ def serve(
     address: Annotated[
         str, typer.Option(help="tcp://127.0.0.1:PORT (* finds a free one) or ipc://PATH.")
     ] = DEFAULT_ADDRESS,
+    monitor: Annotated[
+        str | None, typer.Option(help="Publish previews here; they may be dropped.")
+    ] = None,
+    rate_hz: Annotated[
+        float | None, typer.Option(min=0.001, max=10000.0, help="Most pictures a second, free-run.")
+    ] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Instead of the scenario's seed.")] = None,
+    root: Annotated[
+        Path | None,
+        typer.Option(
+            exists=True, file_okay=False, help="Folder of scenarios that clients may choose from."
+        ),
+    ] = None,
+    keys: Annotated[
+        Path | None, typer.Option(help="The server's .key_secret file; see simgl keys.")
+    ] = None,
+    allow: Annotated[
+        Path | None, typer.Option(help="Folder with the .key files of the clients.")
+    ] = None,
+    insecure: Annotated[
+        bool, typer.Option("--insecure", help="Let anybody in, from other machines too.")
+    ] = False,
 ) -> None:
     """Serve a scenario's cameras to a closed-loop simulation over ZeroMQ.
 
-    A client sends time, poses and exposure, and gets back the image of exactly that state.
+    A client sends time, poses and exposure, and gets back the images of exactly that state.
     Ctrl-C or SIGTERM finishes the frame in hand and ends with exit code 0.
 
     Example: simgl serve approach.toml --address tcp://127.0.0.1:5563
     """
-    check_bindable(address)
+    access = Access(secret=keys, allowed=allow, insecure=insecure)
+    check_bindable(address, guarded=access.guarded)
+    if monitor is not None:
+        check_bindable(monitor, guarded=access.guarded, option="--monitor")
     with _stop_on_signals() as stop:
         loaded = load_scenario(scenario)
-        with bake_bar() as progress:
-            ready = Simulator(loaded, progress=progress)
-        with ready as simulator, Server(simulator, address) as server:
-            print(server.summary, flush=True)
-            server.serve(stop)
+        if seed is not None:
+            loaded = replace(loaded, seed=seed)
+        turns = Turns(WINDOW)
+        with Studio(loaded, root=root, open_simulator=_open) as studio:
+            front = NativeFront(
+                studio, turns, address, access=access, monitor=monitor, rate_hz=rate_hz
+            )
+            with front:
+                _say(front.summary)
+                serve_until([front], turns, stop)
+
+
+def _open(scenario: Scenario) -> Simulator:
+    with bake_bar() as progress:
+        return Simulator(scenario, progress=progress)
+
+
+def _say(line: str) -> None:
+    """Print a line; where its disk is full the server serves all the same."""
+    try:
+        print(line, flush=True)
+    except OSError:
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - for the rest of the process
+
+
+def keys(
+    name: Annotated[str, typer.Argument(help="Name of the pair, such as server or loop.")],
+    out: Annotated[Path, typer.Option(help="Folder for the two files.")] = Path("."),
+) -> None:
+    """Make a pair of keys for the image service: NAME.key and NAME.key_secret.
+
+    The server has one pair and a folder with the public keys of the clients that may come; each
+    client has its own pair and the server's public key.
+
+    Example: simgl keys server --out keys
+    """
+    public, secret = make_keys(name, out)
+    print(f"{public} (public) and {secret} (secret, for its owner alone)")
 
 
 def main() -> None:
-    """The command alone, as ``python -m simgl_bridge.command SCENARIO``."""
+    """``serve`` alone, as ``python -m simgl_bridge.command SCENARIO``."""
     try:
         typer.run(serve)
     except SimglError as error:

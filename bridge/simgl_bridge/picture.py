@@ -1,101 +1,95 @@
-"""From a Render request to the picture: values checked, scene built, planes named."""
+"""From a request to its pictures: scene built, cameras run, planes named."""
 
 from __future__ import annotations
 
-import math
+import time
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from simgl.errors import ConfigError, did_you_mean
+from simgl.errors import ConfigError
 from simgl.images import saturated
-from simgl.physics.constants import LIGHT_SPEED
-from simgl.physics.ephemeris import FIRST_YEAR, LAST_YEAR, tai_ns_from_utc
 from simgl.physics.frames import Pose, matrix_from_quaternion, quaternion_from_matrix
 from simgl.scenario.scenario import Scenario
-from simgl.scene.state import SceneState
+from simgl.scene.camera import Camera
+from simgl.scene.state import SceneState, Sun, SunAtPosition, SunInDirection
 from simgl.scene.trajectory import FixedAttitude, FixedPosition, Motion, poses
-from simgl.simulator import Exposure, Product, Simulator
-from simgl_bridge.messages import ErrorCode, Plane, Render, SentPose, Vector
-from simgl_bridge.wire import BadMessageError, shown
+from simgl.simulator import Exposure, Product
+from simgl_bridge.checks import PRODUCTS, Wanted, check_request
+from simgl_bridge.messages import (
+    CameraImage,
+    ErrorCode,
+    Matrix,
+    Plane,
+    Quaternion,
+    SentPose,
+    Shot,
+    Vector,
+)
+from simgl_bridge.pose import BodyPose
+from simgl_bridge.wire import BadMessageError
 
-# What a request may ask for: which product of a capture brings it, and its unit.
-PRODUCTS = {
-    "dn": (Product.DN, "DN"),
-    "radiance": (Product.RADIANCE, "W m-2 sr-1"),
-    "electrons": (Product.ELECTRONS, "e-"),
-    "depth": (Product.TRUTH, "m"),
-    "part_id": (Product.TRUTH, ""),
-}
-# 1e12 m is 7 au: room for any mission near the Earth, and far from where float64 overflows.
-FARTHEST = 1e12
-# A still picture of moving bodies means nothing long before an hour.
-LONGEST_EXPOSURE = 3600.0
 
-_EARLIEST = tai_ns_from_utc(f"{FIRST_YEAR}-01-01")
-_LATEST = tai_ns_from_utc(f"{LAST_YEAR}-12-31T23:59:59.999999999")
+class TakesPictures(Protocol):
+    """What pictures come from: a simulator, or what stands before one."""
+
+    @property
+    def scenario(self) -> Scenario:
+        """The scenario in front of the cameras."""
+
+    def capture(self, state: SceneState, camera: str, products: frozenset[Product]) -> Exposure:
+        """The picture that a camera of a state takes."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Picture:
-    """An exposure with its planes in the order asked for.
+class Pictures:
+    """The answer to a request, before it has an id.
 
-    exposure_time : used [s]
-    saturated_pixels : None without digital numbers
+    bodies : every spacecraft's pose as it was used
+    pixels : the planes of all images, in order
+    digital : what the first camera took, for a preview; None where DN were not asked for
     """
 
-    exposure: Exposure
-    exposure_time: float
-    saturated_pixels: int | None
-    planes: tuple[Plane, ...]
+    bodies: dict[str, SentPose]
+    images: tuple[CameraImage, ...]
     pixels: tuple[NDArray[Any], ...]
-
-    @property
-    def camera_position(self) -> Vector:
-        """Of the pinhole, Earth-centred ICRF [m]."""
-        x, y, z = (float(v) for v in self.exposure.info.position)
-        return x, y, z
-
-    @property
-    def q_camera_from_icrf_xyzw(self) -> tuple[float, float, float, float]:
-        """Hamilton, scalar last, w >= 0."""
-        R = self.exposure.info.R_camera_from_icrf
-        x, y, z, w = (float(v) for v in quaternion_from_matrix(R))
-        return x, y, z, w
+    digital: tuple[Camera, NDArray[np.uint16]] | None
 
 
-def take_picture(simulator: Simulator, request: Render) -> Picture:
-    """The picture of exactly the state in a request.
+def take_pictures(studio: TakesPictures, request: Wanted) -> Pictures:
+    """The pictures of exactly the state in a request.
 
     Raises BadMessageError where a value is impossible, or its scene is.
     """
-    _check(simulator.scenario, request)
-    state = requested_state(simulator.scenario, request)
-    wanted = {PRODUCTS[name][0] for name in request.products}
-    try:
-        exposure = simulator.capture(state, request.camera, wanted)
-    except ConfigError as error:
-        raise _bad_scene(error, request.id) from None
-    frames = {name: _pixels(exposure, name) for name in request.products}
-    planes = tuple(
-        Plane(product=name, dtype=array.dtype.str, shape=array.shape, unit=PRODUCTS[name][1])
-        for name, array in frames.items()
-    )
-    dn = frames.get("dn")
-    camera = state.cameras[request.camera].camera
-    return Picture(
-        exposure=exposure,
-        exposure_time=camera.exposure_time,
-        saturated_pixels=None if dn is None else int(saturated(dn, camera.detector).sum()),
-        planes=planes,
-        pixels=tuple(frames.values()),
-    )
+    check_request(studio.scenario, request)
+    state = requested_state(studio.scenario, request)
+    images: list[CameraImage] = []
+    pixels: list[NDArray[Any]] = []
+    digital = None
+    for shot in request.cameras:
+        start = time.perf_counter()
+        wanted = frozenset(PRODUCTS[name][0] for name in shot.products)
+        try:
+            exposure = studio.capture(state, shot.camera, wanted)
+        except ConfigError as error:
+            raise _bad_scene(error, request.id) from None
+        frames = {name: _pixels(exposure, name) for name in shot.products}
+        images.append(_described(state, shot, exposure, frames, time.perf_counter() - start))
+        pixels.extend(frames.values())
+        if digital is None and exposure.digital is not None:
+            digital = (exposure.info.camera, exposure.digital.dn)
+    # The very numbers that were sent, not what is left of them after a matrix and back.
+    used = {
+        name: request.bodies.get(name) or BodyPose.from_pose(body.pose).as_sent()
+        for name, body in state.bodies.items()
+    }
+    return Pictures(bodies=used, images=tuple(images), pixels=tuple(pixels), digital=digital)
 
 
-def requested_state(scenario: Scenario, request: Render) -> SceneState:
+def requested_state(scenario: Scenario, request: Wanted) -> SceneState:
     """The scene of a request whose values are possible.
 
     Spacecraft that were not sent keep their laws; a law relative to a sent one follows it.
@@ -107,13 +101,34 @@ def requested_state(scenario: Scenario, request: Render) -> SceneState:
             trajectory=FixedPosition(position=pose.position, velocity=pose.velocity),
             attitude=FixedAttitude(R_icrf_from_body=pose.R_icrf_from_body),
         )
-    exposures = {}
-    if request.exposure_time_s is not None:
-        exposures[request.camera] = float(request.exposure_time_s)
     try:
-        return scenario.with_poses(request.tai_ns, poses(motions, request.tai_ns), exposures)
+        state = scenario.with_poses(request.tai_ns, poses(motions, request.tai_ns))
     except ConfigError as error:
         raise _bad_scene(error, request.id) from None
+    cameras = dict(state.cameras)
+    for shot in request.cameras:
+        there = cameras[shot.camera]
+        cameras[shot.camera] = replace(there, camera=_set(there.camera, shot))
+    sun = state.sun if request.sun is None else _moved_sun(state.sun, request.sun.position_m)
+    return replace(state, cameras=cameras, sun=sun)
+
+
+def _set(camera: Camera, shot: Shot) -> Camera:
+    """A camera with the exposure and gain of a request."""
+    if shot.exposure_time_s is not None:
+        camera = replace(camera, exposure_time=float(shot.exposure_time_s))
+    if shot.gain_dn_per_e is not None:
+        detector = replace(camera.detector, gain_dn_per_e=float(shot.gain_dn_per_e))
+        camera = replace(camera, detector=detector)
+    return camera
+
+
+def _moved_sun(sun: Sun, position: Vector) -> Sun:
+    place = np.array(position, dtype=np.float64)
+    if isinstance(sun, SunAtPosition):
+        return replace(sun, position=place)
+    assert isinstance(sun, SunInDirection)
+    return replace(sun, direction_icrf=place / np.linalg.norm(place))
 
 
 def _pose(sent: SentPose, field: str, id: int) -> Pose:
@@ -131,58 +146,86 @@ def _pose(sent: SentPose, field: str, id: int) -> Pose:
     )
 
 
-def _check(scenario: Scenario, request: Render) -> None:
-    if not 0 <= request.id < 2**63:
-        raise BadMessageError(ErrorCode.BAD_VALUE, "id", f"must lie in 0..2^63-1, got {request.id}")
-
-    def refuse(field: str, problem: str, code: ErrorCode = ErrorCode.BAD_VALUE) -> None:
-        raise BadMessageError(code, field, problem, request.id)
-
-    if not _EARLIEST <= request.tai_ns <= _LATEST:
-        years = f"{FIRST_YEAR} to {LAST_YEAR}"
-        problem = f"must lie in the years {years} ({_EARLIEST}..{_LATEST}), got {request.tai_ns}"
-        refuse("tai_ns", problem)
-    if request.camera not in scenario.cameras:
-        refuse("camera", _not_there(request.camera, scenario.cameras), ErrorCode.NO_CAMERA)
-    for name, pose in request.bodies.items():
-        if name not in scenario.models:
-            refuse("bodies", _not_there(name, scenario.models), ErrorCode.NO_BODY)
-        if wrong := _vector_problem(pose.position_m, FARTHEST, "m"):
-            refuse(f"bodies.{name}.position_m", wrong)
-        if wrong := _vector_problem(pose.velocity_m_s, LIGHT_SPEED, "m/s"):
-            refuse(f"bodies.{name}.velocity_m_s", wrong)
-    seconds = request.exposure_time_s
-    if seconds is not None and not 0.0 < seconds <= LONGEST_EXPOSURE:
-        refuse(
-            "exposure_time_s", f"must lie above 0, up to {LONGEST_EXPOSURE:g} s, got {seconds:g}"
-        )
-    if not request.products:
-        refuse("products", f"must name at least one of {', '.join(PRODUCTS)}")
-    for index, product in enumerate(request.products):
-        if product not in PRODUCTS:
-            refuse(f"products[{index}]", _not_there(product, PRODUCTS))
-        if product in request.products[:index]:
-            refuse(f"products[{index}]", f"repeats {shown(product)}")
-
-
-def _vector_problem(values: Vector, limit: float, unit: str) -> str | None:
-    """What is wrong with a vector, or None."""
-    if not all(math.isfinite(v) for v in values):
-        return f"must be finite, got {list(values)}"
-    if not all(abs(v) <= limit for v in values):
-        return f"must be at most {limit:g} {unit} along each axis, got {list(values)}"
-    return None
-
-
-def _not_there(name: str, allowed: Mapping[str, object]) -> str:
-    return f"{shown(name)} does not exist here; {did_you_mean(name[:60], allowed)}"
-
-
 def _bad_scene(error: ConfigError, id: int) -> BadMessageError:
     # The table alone: where the scenario file lies is the server's affair.
     table = error.where[max(error.where.rfind("["), 0) :]
     field = f"{table} {error.key}".strip()
     return BadMessageError(ErrorCode.BAD_SCENE, field, error.problem, id)
+
+
+def _described(
+    state: SceneState,
+    shot: Shot,
+    exposure: Exposure,
+    frames: Mapping[str, NDArray[Any]],
+    seconds: float,
+) -> CameraImage:
+    info, truth, camera = exposure.info, exposure.truth, state.cameras[shot.camera].camera
+    x, y, z, w = (float(v) for v in quaternion_from_matrix(info.R_camera_from_icrf))
+    dn = frames.get("dn")
+    timing = exposure_timing(camera, state.tai_ns)
+    return CameraImage(
+        camera=camera.name,
+        position_m=_vector(info.position),
+        q_camera_from_icrf_xyzw=(x, y, z, w),
+        intrinsics=rows(camera),
+        exposure_time_s=camera.exposure_time,
+        gain_dn_per_e=camera.detector.gain_dn_per_e,
+        exposure_start_tai_ns=timing.start,
+        exposure_end_tai_ns=timing.end,
+        readout_end_tai_ns=timing.read,
+        available_tai_ns=timing.available,
+        sun_direction_icrf=_vector(info.sun_direction_icrf),
+        sun_irradiance_w_m2=_four(info.sun_irradiance),
+        saturated_pixels=(
+            None if dn is None else int(np.count_nonzero(saturated(dn, camera.detector)))
+        ),
+        render_us=round(seconds * 1e6),
+        planes=tuple(
+            Plane(product=name, dtype=array.dtype.str, shape=array.shape, unit=PRODUCTS[name][1])
+            for name, array in frames.items()
+        ),
+        part_names=truth.part_names if truth and "part_id" in shot.products else {},
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExposureTiming:
+    """When an image comes to be [TAI ns]: first light, last light, last row read, delivered."""
+
+    start: int
+    end: int
+    read: int
+    available: int
+
+
+def exposure_timing(camera: Camera, mid_tai_ns: int) -> ExposureTiming:
+    """The times of an image whose mid-exposure is given."""
+    exposure = round(camera.exposure_time * 1e9)
+    start = mid_tai_ns - exposure // 2
+    read = start + exposure + round(camera.readout_time * 1e9)
+    return ExposureTiming(
+        start=start,
+        end=start + exposure,
+        read=read,
+        available=read + round(camera.transport_latency * 1e9),
+    )
+
+
+def rows(camera: Camera) -> Matrix:
+    """The intrinsic matrix as it travels."""
+    a, b, c = camera.intrinsics.tolist()
+    return tuple(a), tuple(b), tuple(c)
+
+
+def _vector(values: NDArray[np.float64]) -> Vector:
+    x, y, z = (float(v) for v in values)
+    return x, y, z
+
+
+def _four(values: NDArray[np.float64]) -> Quaternion:
+    a, b, c, d = (float(v) for v in values)
+    return a, b, c, d
 
 
 def _pixels(exposure: Exposure, product: str) -> NDArray[Any]:

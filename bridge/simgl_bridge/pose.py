@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,11 +19,13 @@ class BodyPose:
     position_m : (3,) origin of the body frame, Earth-centred, ICRF axes [m]
     velocity_m_s : (3,) in the same axes [m s-1]; cameras and laws that use LVLH need it
     q_icrf_from_body_xyzw : (4,) unit, Hamilton, scalar last; turns body into ICRF components
+    joints : movable joint to its angle [rad] or travel [m]
     """
 
     position_m: ArrayLike
     velocity_m_s: ArrayLike
     q_icrf_from_body_xyzw: ArrayLike
+    joints: Mapping[str, float] = field(default_factory=dict)
 
     @classmethod
     def from_pose(cls, pose: Pose) -> BodyPose:
@@ -39,7 +42,10 @@ class BodyPose:
         vx, vy, vz = _floats("velocity_m_s", self.velocity_m_s, 3)
         qx, qy, qz, qw = _floats("q_icrf_from_body_xyzw", self.q_icrf_from_body_xyzw, 4)
         return SentPose(
-            position_m=(x, y, z), velocity_m_s=(vx, vy, vz), q_icrf_from_body_xyzw=(qx, qy, qz, qw)
+            position_m=(x, y, z),
+            velocity_m_s=(vx, vy, vz),
+            q_icrf_from_body_xyzw=(qx, qy, qz, qw),
+            joints={name: float(value) for name, value in self.joints.items()},
         )
 
 

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 from simgl_bridge.messages import ErrorCode
 from simgl_bridge.wire import BadMessageError
 
-# A lock-step client repeats at most its last request; this serves as many clients.
-MOST_REPLIES = 16
+# A client repeats at most what its window of 2 holds; no client takes the room of another.
+MOST_OF_A_CLIENT = 4
+MOST_REPLIES = 64
 # 24 pictures of 1280 x 960 with all products, or 200 with digital numbers alone.
 MOST_BYTES = 512 * 1024 * 1024
 
@@ -47,11 +48,16 @@ class ReplyCache:
         size = sum(memoryview(f).nbytes for f in frames)
         self._kept[client, id] = _Kept(request, frames, size)
         self._size += size
+        own = [key for key in self._kept if key[0] == client]
+        if len(own) > MOST_OF_A_CLIENT:
+            self._drop(own[0])
         while len(self._kept) > 1 and (len(self._kept) > MOST_REPLIES or self._size > MOST_BYTES):
-            _, dropped = self._kept.popitem(last=False)
-            self._size -= dropped.size
+            self._drop(next(iter(self._kept)))
 
     def forget(self, client: bytes) -> None:
         """Drop what is kept for a client."""
         for key in [k for k in self._kept if k[0] == client]:
-            self._size -= self._kept.pop(key).size
+            self._drop(key)
+
+    def _drop(self, key: tuple[bytes, int]) -> None:
+        self._size -= self._kept.pop(key).size

@@ -11,15 +11,21 @@ import msgspec
 from simgl.errors import BridgeError, did_you_mean
 from simgl_bridge.messages import (
     Bye,
+    Configure,
     Error,
     ErrorCode,
     Hello,
     Images,
     Message,
+    Next,
     Ping,
     Pong,
+    Preview,
     Render,
     SentPose,
+    State,
+    Statistics,
+    Stats,
     Welcome,
 )
 
@@ -27,8 +33,8 @@ VERSION = "simgl/1"
 # A request with 100 spacecraft takes 15 kB.
 LARGEST_HEADER = 64 * 1024
 
-REQUESTS: tuple[type[Message], ...] = (Hello, Render, Ping, Bye)
-REPLIES: tuple[type[Message], ...] = (Welcome, Images, Error, Pong)
+REQUESTS: tuple[type[Message], ...] = (Hello, Render, State, Next, Configure, Ping, Stats, Bye)
+REPLIES: tuple[type[Message], ...] = (Welcome, Images, Error, Pong, Statistics, Bye, Preview)
 
 _PATH = re.compile(r"^(.*?)(?: - at `(key` in `)?\$(.*)`)?$", re.DOTALL)
 _STEP = re.compile(r"\.(\w+)|\[(\d+|\.\.\.)\]")
@@ -39,6 +45,7 @@ _WORDS = {
     "array": "a list",
     "object": "a map",
     "null": "nil",
+    "bool": "true or false",
 }
 _ENCODER = msgspec.msgpack.Encoder()
 
@@ -46,11 +53,19 @@ _ENCODER = msgspec.msgpack.Encoder()
 class BadMessageError(BridgeError):
     """A message that cannot be understood; the parts are those of an Error reply."""
 
-    def __init__(self, code: ErrorCode, field: str, problem: str, id: int | None = None) -> None:
+    def __init__(
+        self,
+        code: ErrorCode,
+        field: str,
+        problem: str,
+        id: int | None = None,
+        retryable: bool = False,
+    ) -> None:
         self.code = code
         self.field = field
         self.problem = problem
         self.id = id
+        self.retryable = retryable
         super().__init__(f"{field} {problem}" if field else problem)
 
 
@@ -135,8 +150,9 @@ def _explain(error: str, data: dict[Any, Any]) -> tuple[str, str]:
     value: Any = data
     field = ""
     for key, index in _STEP.findall(path):
-        # msgspec does not say which entry of a map is wrong; the only map of a request is of poses.
-        step = key or (_wrong_pose(value) if index == "..." else int(index))
+        # msgspec does not say which entry of a map is wrong; maps hold poses or joints.
+        kind = float if field.endswith(".joints") else SentPose
+        step = key or (_wrong_entry(value, kind) if index == "..." else int(index))
         value = value[step]
         label = _short(str(step))
         field += f"[{label}]" if isinstance(step, int) else f".{label}" if field else label
@@ -148,13 +164,13 @@ def _explain(error: str, data: dict[Any, Any]) -> tuple[str, str]:
     return field, f"must be {wanted}, got {shown(value)}"
 
 
-def _wrong_pose(poses: dict[str, Any]) -> str:
-    for name, pose in poses.items():
+def _wrong_entry(entries: dict[str, Any], kind: type) -> str:
+    for name, entry in entries.items():
         try:
-            msgspec.convert(pose, SentPose)
+            msgspec.convert(entry, kind)
         except msgspec.ValidationError:
             return name
-    raise AssertionError("msgspec refused a map of poses that are all right")
+    raise AssertionError("msgspec refused a map whose entries are all right")
 
 
 def _alternatives(types: str) -> str:

@@ -1,24 +1,98 @@
-// From mean electrons to digital numbers: shot noise, full well, read noise, converter.
+// From mean electrons to digital numbers, four neighbouring pixels of a row at a time.
+//
+//     light * gain + dark -> Poisson -> + hits -> [ spilt charge ] -> min(full well)
+//         -> + offset + read noise -> floor(* DN per electron + pedestal)
+//
+// Each map is compiled in where the camera has what it holds. COLLECT stops before the full well, for
+// charge that spills into other pixels; SPILT takes up from there.
 #include "block/detector"
+#include "common/philox.glsl"
 #include "detector/poisson.glsl"
 
+#ifdef SPILT
+uniform sampler2D spilt_electrons;
+#else
+// One pixel a texel; all others hold four.
 uniform sampler2D mean_electrons;
+#endif
+#ifdef GAIN_MAP
+uniform sampler2D gain_map;
+#endif
+#ifdef DARK_MAP
+uniform sampler2D dark_map;
+#endif
+#ifdef OFFSET_MAP
+uniform sampler2D offset_map;
+#endif
+#ifdef ROW_OFFSETS
+uniform sampler2D row_offsets;
+#endif
+#ifdef HITS
+uniform sampler2D hits;
+#endif
 
-out uint dn;
+#ifdef COLLECT
+out vec4 electrons;
+#else
+out uvec4 dn;
+#endif
 
 // Every noise source has its own stream, so that leaving one out changes no other.
 const uint SHOT = 1u, READ = 2u;
 
-// Random words of this pixel in this frame.
-uvec4 bits(uint stream) {
-    uint pixel = uint(gl_FragCoord.x) + (uint(gl_FragCoord.y) << 16u);
-    return philox(uvec4(pixel, 0u, frame), uvec2(seed, stream ^ camera_salt));
+// A random number in (0, 1) for each of the four pixels in this frame.
+vec4 random(uint stream) {
+    uint group = uint(gl_FragCoord.x) + (uint(gl_FragCoord.y) << 16u);
+    return uniform_01(philox(uvec4(group, 0u, frame), uvec2(seed, stream ^ camera_salt)));
 }
 
-void main() {
-    float mean = texelFetch(mean_electrons, ivec2(gl_FragCoord.xy), 0).r;
+#ifdef SPILT
+vec4 collected() {
+    return texelFetch(spilt_electrons, ivec2(gl_FragCoord.xy), 0);
+}
+#else
+vec4 mean_of_light() {
+    int row = int(gl_FragCoord.y);
+    // The last group may reach past the end of the row.
+    ivec4 column = min(4 * int(gl_FragCoord.x) + ivec4(0, 1, 2, 3), last_column);
+    return vec4(
+        texelFetch(mean_electrons, ivec2(column.x, row), 0).r,
+        texelFetch(mean_electrons, ivec2(column.y, row), 0).r,
+        texelFetch(mean_electrons, ivec2(column.z, row), 0).r,
+        texelFetch(mean_electrons, ivec2(column.w, row), 0).r);
+}
+
+vec4 collected() {
+    ivec2 group = ivec2(gl_FragCoord.xy);
+    vec4 mean = mean_of_light();
+#ifdef GAIN_MAP
+    mean *= texelFetch(gain_map, group, 0);
+#endif
+    mean += dark_electrons;
+#ifdef DARK_MAP
+    mean += exposure_time * texelFetch(dark_map, group, 0);
+#endif
     // Far beyond the full well the count no longer matters, and stays an exact float.
-    float collected = mean > 0.0 ? poisson(min(mean, 1e7), bits(SHOT).xyz) : 0.0;
-    float signal = min(collected, full_well) + read_noise * gaussian(bits(READ).xy);
-    dn = uint(clamp(floor(signal * gain_dn_per_e + pedestal), 0.0, largest_dn));
+    vec4 count = poisson(clamp(mean, 0.0, 1e7), random(SHOT));
+#ifdef HITS
+    count += texelFetch(hits, group, 0);
+#endif
+    return count;
+}
+#endif
+
+void main() {
+#ifdef COLLECT
+    electrons = collected();
+#else
+    vec4 signal = min(collected(), full_well);
+#ifdef OFFSET_MAP
+    signal += texelFetch(offset_map, ivec2(gl_FragCoord.xy), 0);
+#endif
+#ifdef ROW_OFFSETS
+    signal += texelFetch(row_offsets, ivec2(0, int(gl_FragCoord.y)), 0).r;
+#endif
+    signal += read_noise * normal(random(READ));
+    dn = uvec4(clamp(floor(signal * gain_dn_per_e + pedestal), 0.0, largest_dn));
+#endif
 }

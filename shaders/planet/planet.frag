@@ -1,10 +1,11 @@
-// Earth and Sun behind the spacecraft, radiance [W m-2 sr-1], a mean over the pixel at the limbs.
+// The Earth behind the spacecraft, radiance [W m-2 sr-1], a mean over the pixel at the limb, and the
+// share of what lies beyond the Earth that is seen past it.
 #include "block/planet"
 #include "common/coverage.glsl"
-#include "planet/disc.glsl"
 #include "planet/ground.glsl"
 
-out vec4 radiance;
+layout(location = 0, index = 0) out vec4 radiance;
+layout(location = 0, index = 1) out vec4 beyond;
 
 // Unit direction of a pixel in camera axes.
 vec3 pixel_ray(vec2 pixel) {
@@ -13,17 +14,15 @@ vec3 pixel_ray(vec2 pixel) {
 
 void main() {
     vec3 ray = pixel_ray(gl_FragCoord.xy);
-    float off_sun = atan(length(cross(ray, sun_direction.xyz)), dot(ray, sun_direction.xyz));
-    vec4 sky = sun_disc(off_sun);
-
     // In sphere space |o + t d| = 1: t^2 dd + 2 t od + (oo - 1) = 0, oo - 1 taken in float64 outside.
     vec3 o = camera_in_sphere.xyz;
     vec3 d = mat3(sphere_from_camera) * ray;
     float dd = dot(d, d), od = dot(o, d);
     float discriminant = od * od - dd * outside;
-    float on_earth = has_earth > 0.5 ? coverage(discriminant) : 0.0;
+    float on_earth = coverage(discriminant);
     if (on_earth <= 0.0 || od >= 0.0) {
-        radiance = sky;
+        radiance = vec4(0.0);
+        beyond = vec4(1.0);
         return;
     }
     float root = sqrt(max(discriminant, 0.0));
@@ -33,6 +32,8 @@ void main() {
     vec3 normal = normalize(ground * sphere_axes.xyz);
     float slant = max(root / sqrt(dd), 1e-3);
     float footprint = t / (intrinsics.x * sqrt(slant));
-    vec4 earth = ground_radiance(normal, footprint);
-    radiance = mix(sky, earth, on_earth);
+    vec3 view = -normalize(d / sphere_axes.xyz);
+    vec4 earth = ground_radiance(normal, view, footprint, earth_sun_irradiance, vec4(0.0));
+    radiance = on_earth * earth;
+    beyond = vec4(1.0 - on_earth);
 }

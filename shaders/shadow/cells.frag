@@ -1,4 +1,4 @@
-// Nearest and farthest depth in each square cell of 8 x 8 texels, or 8 x 8 smaller cells.
+// Nearest and farthest depth in each square cell of texels, or of smaller cells.
 #include "block/tops"
 
 uniform sampler2D source;
@@ -6,10 +6,11 @@ uniform sampler2D source;
 out vec2 bounds;
 
 void main() {
-    ivec2 first = ivec2(gl_FragCoord.xy) * 8 + ivec2(int(first_column), 0);
+    int across = int(cell_across);
+    ivec2 first = ivec2(gl_FragCoord.xy) * across + ivec2(int(first_column), 0);
     bounds = vec2(1.0, 0.0);
-    for (int j = 0; j < 8; ++j)
-        for (int i = 0; i < 8; ++i) {
+    for (int j = 0; j < across; ++j)
+        for (int i = 0; i < across; ++i) {
             vec2 texel = texelFetch(source, first + ivec2(i, j), 0).rg;
             bounds.x = min(bounds.x, texel.x);
             bounds.y = max(bounds.y, from_map > 0.5 ? texel.x : texel.y);

@@ -9,6 +9,8 @@
 struct Surface {
     vec3 place;          // [m]
     vec3 body;           // the same in body axes, good to float32 however far the camera is [m]
+    vec3 pattern;        // where cells and crinkles have it: stored place, body axes [m]
+    mat3 pattern_from_camera;   // turns into those axes
     vec3 wo;             // unit, towards the viewer
     vec3 facet;          // unit normal of the triangle, on the viewer's side
     vec3 n;              // unit normal to shade with
@@ -21,23 +23,12 @@ struct Surface {
     float coat;          // share that a clear coat covers
     float coat_alpha;    // width of its lobe
     vec4 emission;       // radiance of its own [W m-2 sr-1]
-    bool there;          // not cut away
+    float earth_share;   // what other surfaces of the craft leave of the Earth's light
+    vec4 others;         // irradiance from them [W m-2]
 };
-#ifdef DETAILED
-#include "surface/detail.glsl"
-#endif
 
 // Reflectance of clear coats at normal incidence: glass or varnish of index 1.5.
 const float COAT_F0 = 0.04;
-
-// Roughness of the normals within one sample's cell, alpha^2 of a microfacet lobe. A uniform cell
-// spreads the normal by (|dn/du|^2 + |dn/dv|^2) / 12 per slope, and alpha^2 is twice a slope's
-// variance; a lobe so widened is the mean over the cell (after Tokuyoshi & Kaplanyan 2019, whose cap
-// of 0.18 keeps silhouettes, where the expansion fails, from going dull).
-float cell_roughness(vec3 n) {
-    vec3 du = dFdx(n), dv = dFdy(n);
-    return min((dot(du, du) + dot(dv, dv)) / 6.0, 0.18);
-}
 
 float viewer_cosine(Surface s) {
     // An interpolated normal can lean away from the viewer by a facet's angle.
@@ -59,11 +50,10 @@ vec4 scattered_again(vec4 f0, float NoV, float alpha) {
 //
 // dx, dy : steps of the place to the neighbouring samples, camera axes [m]
 void lay_cells(inout Surface s, uint material, vec3 dx, vec3 dy) {
-    mat3 body_from_camera = transpose(mat3(camera_from_body));
-    vec3 box = abs(body_from_camera * dx) + abs(body_from_camera * dy);
-    vec3 n = body_from_camera * s.n;
+    vec3 box = abs(s.pattern_from_camera * dx) + abs(s.pattern_from_camera * dy);
+    vec3 n = s.pattern_from_camera * s.n;
     vec3 sizes = material_cells[material].xyz;
-    vec2 share = cell_shares(s.body, box, n, sizes, material_lines[material]);
+    vec2 share = cell_shares(s.pattern, box, n, sizes, material_lines[material]);
     s.reflectance = share.x * s.reflectance + share.y * material_metal_reflectance[material]
                   + (1.0 - share.x - share.y) * material_gap_reflectance[material];
     s.coat *= share.x + share.y;
@@ -74,60 +64,15 @@ void lay_cells(inout Surface s, uint material, vec3 dx, vec3 dy) {
 //
 // facets : mean spacing [m], slope
 void crumple(inout Surface s, vec2 facets, vec3 dx, vec3 dy) {
-    mat3 body_from_camera = transpose(mat3(camera_from_body));
     float footprint = sqrt(max(dot(dx, dx), dot(dy, dy)));
     float spread;
-    vec3 n = crinkled_normal(s.body, body_from_camera * s.n, footprint, facets.x, facets.y, spread);
-    n = mat3(camera_from_body) * n;
+    vec3 n = s.pattern_from_camera * s.n;
+    n = crinkled_normal(s.pattern, n, footprint, facets.x, facets.y, spread);
+    n = transpose(s.pattern_from_camera) * n;
     // A facet that faces away is seen edge-on.
     s.n = normalize(n + max(0.05 - dot(n, s.wo), 0.0) * s.wo);
     s.alpha = sqrt(widened(s.alpha * s.alpha, spread));
     s.coat_alpha = sqrt(widened(s.coat_alpha * s.coat_alpha, spread));
-}
-
-// The surface seen by this sample. Call it outside any branch: it takes derivatives.
-//
-// place, normal : interpolated, camera axes; body : place in body axes
-// material : row of the Materials block
-Surface surface_at(vec3 place, vec3 body, vec3 normal, uint material) {
-    Surface s;
-    s.place = place;
-    s.body = body;
-    s.wo = normalize(-place);
-    vec3 dx = mat3(camera_from_body) * dFdx(body), dy = mat3(camera_from_body) * dFdy(body);
-    vec3 facet = normalize(cross(dx, dy));
-    s.facet = dot(facet, s.wo) < 0.0 ? -facet : facet;
-    // Both sides of an open sheet are surface: its normal turns to the viewer.
-    s.n = normalize(gl_FrontFacing ? normal : -normal);
-    s.plain_n = s.n;
-    vec4 law = material_law[material];   // metallic, roughness, 1 if Lambertian, 1 if it conserves
-    s.reflectance = material_reflectance[material];
-    s.metallic = law.x;
-    s.emission = material_emission[material];
-    s.there = true;
-    float roughness2 = pow(law.y, 4.0);
-#ifdef DETAILED
-    wear(s, roughness2, material, dx, dy);
-#endif
-    float cell = cell_roughness(s.n);
-    s.alpha = sqrt(roughness2 + cell);
-    s.lambertian = law.z > 0.5;
-    s.coat = 0.0;
-    s.coat_alpha = 1.0;
-    s.gain = vec4(1.0);
-#ifdef LAYERED
-    vec4 layers = material_layers[material];   // of the coat: strength, roughness; of the crinkle
-    s.coat = layers.x;
-    s.coat_alpha = sqrt(pow(layers.y, 4.0) + cell);
-    // Loops that run once or not at all: a CPU renderer skips a loop that no sample needs, but runs
-    // both sides of every branch.
-    bool cells = material_cells[material].x > 0.0, crinkle = layers.z > 0.0, conserving = law.w > 0.5;
-    for (int once = 0; once < int(cells); ++once) lay_cells(s, material, dx, dy);
-    for (int once = 0; once < int(crinkle); ++once) crumple(s, layers.zw, dx, dy);
-    for (int once = 0; once < int(conserving); ++once)
-        s.gain = scattered_again(normal_reflectance(s), viewer_cosine(s), s.alpha);
-#endif
-    return s;
 }
 
 // Share of the light from a direction that the relief around a point lets through. Slopes as steep

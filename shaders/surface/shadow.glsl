@@ -1,5 +1,3 @@
-#include "common/sun.glsl"
-
 // The Sun's disc past the casters of a shadow map.
 //
 // A map holds, for each texel of a square across the light, where the light first meets a surface
@@ -35,14 +33,60 @@ struct Slab {
     bool ends;   // above the receiver
 };
 
-// Nearest and farthest depth within `reach` texels around a place, or more around it.
-//
-// tops : bounds, see shadow/tops.frag
-vec2 depths_around(sampler2D tops, SunMap map, vec2 place, float reach) {
-    int shift = reach > 8.0 ? 6 : 3;   // cells of 64 or 8 texels
+// Bounds on the casters' depths, from left to right (shadow/tops.frag): around cells of 8, 16, 32 and
+// 64 texels, and for cells of 64 in the cone to the Sun's disc.
+const int CONE = 4;
+
+// Nearest and farthest depth in a cell of a level and around it, so at least within the cell's edge.
+vec2 depths_around(sampler2D tops, SunMap map, vec2 place, int level) {
+    int shift = min(3 + level, 6);
     ivec2 at = clamp(ivec2(place) >> shift, ivec2(0), ivec2((map.size >> shift) - 1));
-    at.x += map.bounds + (reach > 8.0 ? map.size >> 3 : 0) + (reach > 64.0 ? map.size >> 6 : 0);
+    at.x += map.bounds + (map.size >> 2) - (map.size >> (2 + level));
     return texelFetch(tops, at, 0).rg;
+}
+
+// The finest level that tells of all within `reach` texels.
+int level_for(float reach) {
+    return int(reach > 8.0) + int(reach > 16.0) + int(reach > 32.0) + int(reach > 64.0);
+}
+
+// What the bounds tell of the casters around a receiver.
+struct Around {
+    float high;    // none that matters stands higher over the receiver [m]
+    float slack;   // by so much rounding moves a height [m]
+    bool dark;     // all of the Sun is behind them
+    bool near;     // the Sun is a point to them
+    bool search;   // neither, nor is all of it free
+};
+
+// here, slope : as for slab_at
+// reach : texels per metre of height to the disc's edge
+Around casters_around(sampler2D tops, SunMap map, vec3 here, vec2 slope, float reach) {
+    // Rounding: 24-bit depth and float32 vertices are good to a few 1e-7 of the map's depth. The plane's
+    // normal comes from differences of neighbouring positions, good to about 1e-3 rad, which at
+    // incidence t tilts the plane by 1e-3 / cos^2 t = 1e-3 (1 + slope^2).
+    vec2 gradient = slope / map.texel;
+    float slack = 1e-6 * map.depth + 0.002 * map.texel * (1.0 + dot(gradient, gradient));
+
+    // How high the casters reach that can matter: higher ones are farther off on the map.
+    float above = map.top - here.z, high = above, low = 0.0;
+    int level = CONE + 1;
+    for (int i = 0; i < 4; ++i) {
+        int finer = level_for(high * reach + 1.0);
+        if (finer >= level || high <= slack) break;
+        level = finer;
+        vec2 depths_there = depths_around(tops, map, here.xy, level);
+        high = min(high, above - map.depth * depths_there.x);
+        low = above - map.depth * depths_there.y;
+    }
+    // Where casters of much the same height stand over all of the neighbourhood, all is dark. They
+    // stand over the receiver's own plane where they are higher than it is anywhere there.
+    float window = float(16 << level);
+    float plane = (abs(slope.x) + abs(slope.y)) * window + slack * (1.0 + 2.0 * window);
+    bool dark = level < CONE && low > plane && (high - low) * reach < 4.0;
+    // The disc spans less than a texel: only the texels smooth the edge.
+    bool near = !dark && high > slack && high * reach < 1.0;
+    return Around(high, slack, dark, near, !dark && !near && high > slack);
 }
 
 // What stands over the receiver at an offset [texels] from it.
@@ -126,9 +170,13 @@ float lit_by_neighbours(sampler2D depths, SunMap map, vec3 here, vec2 slope, flo
 
 // Share of the disc's light that passes the casters around a receiver, per band.
 //
-// high : no caster that matters stands higher over the receiver [m]; the rest as below
-vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, vec3 here, vec2 slope, float slack,
-               float high, float reach, vec4 limb_u, vec4 limb_v, vec2 turn) {
+// here, slope : as for slab_at
+// reach : texels per metre of height to the disc's edge
+// limb_u, limb_v : darkening of the disc towards its limb, per band
+// turn : two numbers 0..1 that vary from sample to sample
+vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, vec3 here, vec2 slope,
+               Around around, float reach, vec4 limb_u, vec4 limb_v, vec2 turn) {
+    float high = around.high, slack = around.slack;
     // Directions are tried first at that height. What they meet tells between which heights the slabs
     // around lie; lower casters near the receiver are looked for on rings towards the disc's middle.
     vec2 first = vec2(cos(6.28318531 * turn.x), sin(6.28318531 * turn.x));
@@ -175,43 +223,4 @@ vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, vec3 here, vec2 s
     // The law of limb_profile, summed.
     return (lit.x - limb_u * lit.y - limb_v * lit.z)
          / max(all.x - limb_u * all.y - limb_v * all.z, 1e-6);
-}
-
-// Share of the disc's light that reaches a receiver, per band.
-//
-// here, slope : as above
-// reach : texels per metre of height to the disc's edge
-// limb_u, limb_v : darkening of the disc towards its limb, per band
-// turn : two numbers 0..1 that vary from sample to sample
-vec4 unshaded(sampler2D depths, sampler2D behind, sampler2D tops, SunMap map, vec3 here,
-              vec2 slope, float reach, vec4 limb_u, vec4 limb_v, vec2 turn) {
-    // Rounding: 24-bit depth and float32 vertices are good to a few 1e-7 of the map's depth. The plane's
-    // normal comes from differences of neighbouring positions, good to about 1e-3 rad, which at
-    // incidence t tilts the plane by 1e-3 / cos^2 t = 1e-3 (1 + slope^2).
-    vec2 gradient = slope / map.texel;
-    float slack = 1e-6 * map.depth + 0.002 * map.texel * (1.0 + dot(gradient, gradient));
-
-    // How high the casters reach that can matter: higher ones are farther off on the map.
-    float above = map.top - here.z, high = above, low = 0.0, around = 1e9;
-    for (int i = 0; i < 3; ++i) {
-        if (around <= 8.0 || high <= slack) break;
-        around = high * reach + 1.0;
-        vec2 depths_there = depths_around(tops, map, here.xy, around);
-        high = min(high, above - map.depth * depths_there.x);
-        low = above - map.depth * depths_there.y;
-    }
-    // Where casters of much the same height stand over all of the neighbourhood, all is dark. They
-    // stand over the receiver's own plane where they are higher than it is anywhere there.
-    float window = around > 8.0 ? 128.0 : 16.0;
-    float plane = (abs(slope.x) + abs(slope.y)) * window + slack * (1.0 + 2.0 * window);
-    if (around <= 64.0 && low > plane && (high - low) * reach < 4.0) return vec4(0.0);
-    vec4 lit = vec4(1.0);
-    // The disc spans less than a texel: only the texels smooth the edge.
-    bool near = high > slack && high * reach < 1.0;
-    for (int once = 0; once < int(near); ++once)
-        lit = vec4(lit_by_neighbours(depths, map, here, slope, slack));
-    bool far = high > slack && !near;
-    for (int once = 0; once < int(far); ++once)
-        lit = disc_past(depths, behind, map, here, slope, slack, high, reach, limb_u, limb_v, turn);
-    return lit;
 }

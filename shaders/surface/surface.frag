@@ -1,5 +1,6 @@
 // Radiance of a spacecraft's surface [W m-2 sr-1]: the sum over all light that reaches it, or each
 // light apart.
+#include "surface/seen.glsl"
 #include "surface/sun.glsl"
 #include "surface/bounce.glsl"
 #ifdef SKY
@@ -9,11 +10,6 @@
 #include "surface/lamp.glsl"
 #endif
 
-in vec3 position;
-in vec3 normal;
-in vec3 body_position;
-flat in uint material;
-
 #ifdef APART
 // In the order of LIGHTS in simgl/passes/surface.py.
 layout(location = 0) out vec4 radiance[5];
@@ -21,17 +17,20 @@ layout(location = 0) out vec4 radiance[5];
 layout(location = 0) out vec4 radiance;
 #endif
 
+// Of a spacecraft that has layered materials, those are drawn with LAYERED, the others with PLAIN.
+
 void main() {
-    Surface s = surface_at(position, body_position, normal, material);
-    vec4 sun = sun_light(s), earth = vec4(0.0), other_surfaces = vec4(0.0), lamps = vec4(0.0);
+    ivec2 at = ivec2(gl_FragCoord.xy);
+    Surface s = surface_seen(at);
+    vec4 sun = sun_light(s, at), earth = vec4(0.0), other_surfaces = vec4(0.0), lamps = vec4(0.0);
 #if defined(SKY) || defined(EXCHANGE)
     Albedo albedo = albedo_of(s);
 #endif
 #ifdef SKY
-    earth = earth_light(s, albedo) * past_the_craft();
+    earth = earth_light(s, albedo) * s.earth_share;
 #endif
 #ifdef EXCHANGE
-    other_surfaces = bounced_light(albedo);
+    other_surfaces = bounced_light(s, albedo);
 #endif
 #ifdef LAMPS
     lamps = lamp_light(s);
@@ -45,7 +44,7 @@ void main() {
 #else
     radiance = sun + s.emission + earth + other_surfaces + lamps;
 #endif
-#ifdef CUT_OUT
-    if (!s.there) discard;
+#ifdef PLAIN
+    if (is_layered(material_of(texelFetch(seen_place, at, 0).w))) discard;
 #endif
 }

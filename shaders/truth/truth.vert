@@ -6,7 +6,7 @@
 #endif
 
 in vec3 in_position;   // body axes [m]
-in uvec2 in_labels;    // part, material
+in uvec2 in_labels;    // part; material, joint
 #ifdef NORMALS
 in vec3 in_normal;     // body axes, unit
 
@@ -26,7 +26,7 @@ void main() {
 #endif
     part = in_labels.x;
 #ifdef CUT_OUT
-    hand_on(in_labels.y);
+    hand_on(in_labels.y & 63u);
 #endif
     gl_Position = clip_from_camera * p;
 }

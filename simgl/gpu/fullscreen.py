@@ -10,6 +10,9 @@ import moderngl
 from simgl.gpu.blocks import Block, UniformBuffer
 from simgl.gpu.program import load_program
 
+# Of two or three dimensions.
+Texture = moderngl.Texture | moderngl.Texture3D
+
 
 class FullscreenProgram:
     """The shader ``NAME.frag``, drawn as one triangle over the current viewport."""
@@ -33,7 +36,7 @@ class FullscreenProgram:
         self._array = ctx.vertex_array(self._program, [])
         self._block = UniformBuffer(ctx, block)
 
-    def draw(self, values: Mapping[str, Any], textures: Sequence[moderngl.Texture]) -> None:
+    def draw(self, values: Mapping[str, Any], textures: Sequence[Texture]) -> None:
         """Fill the block, bind the textures in the order of the samplers, and draw."""
         self._block.write(values)
         self._block.bind()

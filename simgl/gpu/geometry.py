@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import moderngl
 import numpy as np
 
+# The labels: part; material, and from bit 6 on the joint.
 VERTEX = np.dtype([("position", "<f4", 3), ("normal", "<f4", 3), ("labels", "<u2", 2)])
 _LAYOUT = {"in_position": "3f", "in_normal": "3f", "in_labels": "2u2"}
 # Kept apart, as few meshes have them: place in the images, factors of the base colour.

@@ -10,6 +10,7 @@ import moderngl
 Target = moderngl.Framebuffer
 
 # GL 3.3 core, absent from moderngl's names.
+SRC1_COLOR = 0x88F9
 ONE_MINUS_SRC1_COLOR = 0x88FA
 DEPTH_CLAMP = 0x864F
 CLIP_DISTANCE0 = 0x3000

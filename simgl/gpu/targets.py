@@ -13,10 +13,14 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class Format:
-    """Channels and moderngl type of an attachment: ("f4", 4) is RGBA32F."""
+    """Channels and moderngl type of an attachment: ("f4", 4) is RGBA32F.
+
+    packed : the channels of a texel hold neighbouring pixels of a row, one value each
+    """
 
     dtype: str
     channels: int = 1
+    packed: bool = False
 
 
 class ImageTarget:
@@ -32,17 +36,26 @@ class ImageTarget:
     ) -> None:
         self.size = size
         self.formats = tuple(formats)
-        self.textures = [ctx.texture(size, f.channels, dtype=f.dtype, alignment=1) for f in formats]
+        packed = {f.channels for f in formats if f.packed} or {1}
+        # Attachments of one framebuffer have one size.
+        (pixels,) = packed
+        texels = (-(-size[0] // pixels), size[1])
+        self.textures = [
+            ctx.texture(texels, f.channels, dtype=f.dtype, alignment=1) for f in formats
+        ]
         for texture in self.textures:
             texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        self._depth = ctx.depth_renderbuffer(size) if depth else None
+        self._depth = ctx.depth_renderbuffer(texels) if depth else None
         self.framebuffer = ctx.framebuffer(self.textures, self._depth)
 
     def read(self, attachment: int = 0) -> NDArray[Any]:
         """(height, width) or (height, width, channels) values; row 0 is the top of the picture."""
         kind = self.formats[attachment]
         data = np.frombuffer(self.textures[attachment].read(alignment=1), dtype=f"<{kind.dtype}")
-        shape = (self.size[1], self.size[0], kind.channels)
+        width, height = self.size
+        if kind.packed:
+            return np.ascontiguousarray(data.reshape(height, -1)[:, :width])
+        shape = (height, width, kind.channels)
         return data.reshape(shape if kind.channels > 1 else shape[:2])
 
     def release(self) -> None:

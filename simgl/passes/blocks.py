@@ -10,13 +10,16 @@ import numpy as np
 from simgl.errors import AssetError
 from simgl.gpu.blocks import Block
 from simgl.lattice import Lattice
+from simgl.scene.joints import stored_from_body
 from simgl.scene.materials import Material
+from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.textures import Image, SurfaceTextures
 from simgl.view.frame import CraftView, Tile
 from simgl.view.lamps import MAP_SIZE, LampView
 
 MAX_MATERIALS = 64
 MAX_LAMPS = 4
+MAX_JOINTS = 255
 
 TILE = Block(
     "Tile",
@@ -27,6 +30,9 @@ TILE = Block(
             # Planes through the pinhole and the tile's edges: inside, their products with a place
             # in camera axes are positive.
             ("tile_edges", "f4", (4, 4)),
+            # Steps of the line of sight from one sample to the next along rows and along columns,
+            # camera axes at depth 1.
+            ("sample_steps", "f4", (2, 4)),
         ]
     ),
 )
@@ -70,6 +76,14 @@ SHADOW = Block(
             ("shadow_padding", "f4", 2),
         ]
     ),
+)
+
+JOINTS = Block(
+    "Joints",
+    11,
+    # Three rows a joint, from where it has turned a place to where that is stored; the first three
+    # for places that none has turned.
+    np.dtype([("joint_rows", "f4", (3 * (1 + MAX_JOINTS), 4))]),
 )
 
 LAMPS = Block(
@@ -118,7 +132,25 @@ MATERIALS = Block(
 
 def tile_values(tile: Tile, clip_from_camera: Any) -> dict[str, Any]:
     """The Tile block for one depth slice of a tile."""
-    return {"clip_from_camera": clip_from_camera, "tile_edges": tile.edges}
+    return {
+        "clip_from_camera": clip_from_camera,
+        "tile_edges": tile.edges,
+        "sample_steps": tile.sample_steps,
+    }
+
+
+def joint_values(model: SpacecraftModel) -> dict[str, Any]:
+    """The Joints block of a model with joints away from where they are stored.
+
+    Raises AssetError for more joints than the block holds.
+    """
+    if len(model.joints) > MAX_JOINTS:
+        problem = f"has {len(model.joints)} joints, at most {MAX_JOINTS} can move"
+        raise AssetError(f'model "{model.name}" {problem}')
+    rows = np.zeros((3 * (1 + MAX_JOINTS), 4), dtype=np.float32)
+    back = stored_from_body(model.joints, model.angles).reshape(-1, 4)
+    rows[: len(back)] = back
+    return {"joint_rows": rows}
 
 
 def craft_values(craft: CraftView) -> dict[str, Any]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
@@ -10,19 +12,20 @@ from simgl.gpu.blocks import Block
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.state import State
 from simgl.scene.camera import Camera
-from simgl.scene.radiometry import electrons_per_irradiance
+from simgl.scene.radiometry import square_electrons_per_irradiance
 
-_EXPOSURE = Block("Exposure", 14, np.dtype([("electrons_per_irradiance", "f4", 4)]))
+_EXPOSURE = Block("Exposure", 14, np.dtype([("electrons_per_irradiance", "f4", (4, 4))]))
 
 
 class ExposurePass:
     """Pixels that collect photons over the exposure time and turn them into electrons."""
 
-    state = State()
+    fills = State()
+    adds = State(blend=(moderngl.ONE, moderngl.ONE))
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        self._program = FullscreenProgram(ctx, "exposure/exposure", _EXPOSURE, ["irradiance"])
+        self._programs: dict[tuple[str, ...], FullscreenProgram] = {}
 
     def draw(
         self,
@@ -35,10 +38,51 @@ class ExposurePass:
 
         photons_per_joule : (4,) of the light's spectrum in each band
         """
-        self.state.apply(self._ctx, target, (0, 0, *target.size))
-        folded = electrons_per_irradiance(camera, photons_per_joule)
-        self._program.draw({"electrons_per_irradiance": folded}, [irradiance])
+        self.fills.apply(self._ctx, target, (0, 0, *target.size))
+        self._draw(camera, photons_per_joule, [irradiance], [])
+
+    def add(
+        self,
+        camera: Camera,
+        photons_per_joule: NDArray[np.float64],
+        irradiance: moderngl.Texture,
+        target: moderngl.Framebuffer,
+        shares: NDArray[np.float64],
+    ) -> None:
+        """Add the electrons of a part of the exposure to an R32F target.
+
+        shares : (height,) part of each row's exposure time
+        """
+        rows = np.flatnonzero(shares)
+        if not rows.size:
+            return
+        first, count = int(rows[0]), int(rows[-1] - rows[0] + 1)
+        texture = self._ctx.texture((1, len(shares)), 1, shares.astype("<f4").tobytes(), dtype="f4")
+        texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self.adds.apply(self._ctx, target, (0, first, target.width, count))
+        self._draw(camera, photons_per_joule, [irradiance, texture], ["ROW_SHARES"])
+        texture.release()
+
+    def _draw(
+        self,
+        camera: Camera,
+        photons_per_joule: NDArray[np.float64],
+        textures: Sequence[moderngl.Texture],
+        defines: Sequence[str],
+    ) -> None:
+        if camera.detector.mosaic is not None:
+            defines = [*defines, "MOSAIC"]
+        variant = tuple(defines)
+        if variant not in self._programs:
+            samplers = ["irradiance", "row_shares"][: len(textures)]
+            self._programs[variant] = FullscreenProgram(
+                self._ctx, "exposure/exposure", _EXPOSURE, samplers, variant
+            )
+        folded = square_electrons_per_irradiance(camera, photons_per_joule)
+        self._programs[variant].draw({"electrons_per_irradiance": folded}, textures)
 
     def release(self) -> None:
         """Free everything."""
-        self._program.release()
+        for program in self._programs.values():
+            program.release()
+        self._programs.clear()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from dataclasses import dataclass
 
 import moderngl
@@ -9,7 +10,7 @@ import numpy as np
 
 from simgl.gpu.blocks import UniformBuffer
 from simgl.gpu.geometry import DETAIL, Geometry, Values
-from simgl.passes.blocks import MATERIALS, material_values
+from simgl.passes.blocks import MATERIALS, MAX_MATERIALS, material_values
 from simgl.passes.textures import TextureStore
 from simgl.scene.materials import Material
 from simgl.scene.mesh import Mesh
@@ -28,6 +29,10 @@ class VertexLighting:
     defines: tuple[str, ...]
 
 
+# A joint that moves makes a new mesh each frame. No frame draws more than some dozens.
+KEPT = 256
+
+
 class MeshStore:
     """Geometries, materials and images by their content."""
 
@@ -35,25 +40,34 @@ class MeshStore:
         self._ctx = ctx
         self._textures = TextureStore(ctx)
         self._materials: dict[tuple[tuple[Material, ...], str], UniformBuffer] = {}
-        self._geometries: dict[str, Geometry] = {}
+        self._geometries: OrderedDict[str, Geometry] = OrderedDict()
 
     def geometry(self, mesh: Mesh) -> Geometry:
-        """The uploaded mesh."""
-        if mesh.digest not in self._geometries:
-            labels = np.stack([mesh.part, mesh.material], axis=1)
+        """The uploaded mesh, good for as long as it is among the last ``KEPT`` asked for."""
+        if mesh.digest in self._geometries:
+            self._geometries.move_to_end(mesh.digest)
+        else:
+            if len(self._geometries) >= KEPT:
+                self._geometries.popitem(last=False)[1].release()
+            joint = 0 if mesh.joint is None else mesh.joint
+            labels = np.stack([mesh.part, mesh.material + MAX_MATERIALS * joint], axis=1)
             self._geometries[mesh.digest] = Geometry(
                 self._ctx, mesh.positions, mesh.normals, labels, mesh.triangles, _details(mesh)
             )
         return self._geometries[mesh.digest]
 
-    def bind_surface(self, model: SpacecraftModel) -> None:
-        """Bind the Materials block of a model, and its images where it has any detail."""
+    def bind_materials(self, model: SpacecraftModel) -> None:
+        """Bind the Materials block of a model."""
         key = model.materials, model.textures.digest
         if key not in self._materials:
             self._materials[key] = UniformBuffer(self._ctx, MATERIALS)
             values = material_values(model.name, model.materials, model.textures)
             self._materials[key].write(values)
         self._materials[key].bind()
+
+    def bind_surface(self, model: SpacecraftModel) -> None:
+        """Bind the Materials block of a model, and its images where it has any detail."""
+        self.bind_materials(model)
         if "DETAILED" in model.variant:
             self._textures.bind(model.textures)
 

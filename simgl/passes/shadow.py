@@ -30,6 +30,9 @@ _CASTER = Block(
         ]
     ),
 )
+# Edges of the cells that bounds are kept for [texels].
+_CELLS = (8, 16, 32, 64)
+
 _TOPS = Block(
     "Tops",
     10,
@@ -41,7 +44,8 @@ _TOPS = Block(
             ("first_column", "f4"),
             # 1 where the source is a map, 0 where it holds cells.
             ("from_map", "f4"),
-            ("tops_padding", "f4"),
+            # What a cell spans of the source.
+            ("cell_across", "f4"),
         ]
     ),
 )
@@ -65,7 +69,8 @@ class ShadowPass:
             ctx, meshes, "shadow/shadow", [_CASTER], {"before": 0}, {"BEHIND": 1}
         )
         self._cells = FullscreenProgram(ctx, "shadow/cells", _TOPS, ["source"])
-        self._tops = FullscreenProgram(ctx, "shadow/tops", _TOPS, ["fine", "coarse"])
+        self._tops = FullscreenProgram(ctx, "shadow/tops", _TOPS, ["cells"])
+        self._cone = FullscreenProgram(ctx, "shadow/tops", _TOPS, ["cells"], ["CONE"])
         self._caster = UniformBuffer(ctx, _CASTER)
         self._drawn: OrderedDict[bytes, _Sheet] = OrderedDict()
 
@@ -112,18 +117,20 @@ class ShadowPass:
             self._layer(one, sheet.behind, corner, self.towards_sun, self._behind)
             column += one.size
         column = columns = 0
+        programs = (self._tops,) * len(_CELLS) + (self._cone,)
         for one, cells in zip(view.maps, sheet.cells, strict=True):
-            fine, coarse = cells
-            self.bounds.apply(self._ctx, fine, (0, 0, *fine.size))
-            self._cells.draw(_where(column=column, from_map=True), [sheet.textures[0]])
-            self.bounds.apply(self._ctx, coarse, (0, 0, *coarse.size))
-            self._cells.draw(_where(column=0), [_colour(fine)])
-            area = (columns, 0, one.bounds_width, one.size // 8)
-            self.bounds.apply(self._ctx, sheet.tops, area)
-            where = _where(column=columns, full_reach=one.inset - 2.0)
-            self._tops.draw(where, [_colour(level) for level in cells])
+            source, where = sheet.textures[0], _where(column=column, from_map=True, across=8)
+            for level in cells:
+                self.bounds.apply(self._ctx, level, (0, 0, *level.size))
+                self._cells.draw(where, [source])
+                source, where = _colour(level), _where(column=0, across=2)
+            for level, program in zip((*cells, cells[-1]), programs, strict=True):
+                area = (columns, 0, *level.size)
+                self.bounds.apply(self._ctx, sheet.tops, area)
+                where = _where(column=columns, full_reach=one.inset - 2.0)
+                program.draw(where, [_colour(level)])
+                columns += level.size[0]
             column += one.size
-            columns += area[2]
 
     def _layer(
         self,
@@ -150,6 +157,7 @@ class ShadowPass:
         self._caster.release()
         self._cells.release()
         self._tops.release()
+        self._cone.release()
         self._program.release()
         self._behind.release()
 
@@ -164,28 +172,34 @@ class _Sheet:
         depths.compare_func = behind.compare_func = ""
         self.depths = ctx.framebuffer(depth_attachment=depths)
         self.behind = ctx.framebuffer(depth_attachment=behind)
-        # Cells of 8 and of 64 texels of each map.
-        edges = [(size // 8, size // 64) for size in sizes]
-        cells = [[ctx.texture((e, e), 2, dtype="f4") for e in pair] for pair in edges]
+        edges = [[size // cell for cell in _CELLS] for size in sizes]
+        cells = [[ctx.texture((e, e), 2, dtype="f4") for e in levels] for levels in edges]
         tops = ctx.texture((sum(one.bounds_width for one in maps), max(sizes) // 8), 2, dtype="f4")
-        self.cells = [[ctx.framebuffer([level]) for level in pair] for pair in cells]
+        self.cells = [[ctx.framebuffer([level]) for level in levels] for levels in cells]
         self.tops = ctx.framebuffer([tops])
         self.textures = (depths, behind, tops)
-        self._owned = (depths, behind, tops, *(level for pair in cells for level in pair))
+        self._owned = (depths, behind, tops, *(level for levels in cells for level in levels))
         for texture in self._owned:
             texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
 
     def release(self) -> None:
         """Free everything."""
-        levels = (level for pair in self.cells for level in pair)
+        levels = (level for levels in self.cells for level in levels)
         for framebuffer in (self.depths, self.behind, self.tops, *levels):
             framebuffer.release()
         for texture in self._owned:
             texture.release()
 
 
-def _where(*, column: int, full_reach: float = 0.0, from_map: bool = False) -> dict[str, float]:
-    return {"first_column": column, "full_reach": full_reach, "from_map": from_map}
+def _where(
+    *, column: int, full_reach: float = 0.0, from_map: bool = False, across: int = 0
+) -> dict[str, float]:
+    return {
+        "first_column": column,
+        "full_reach": full_reach,
+        "from_map": from_map,
+        "cell_across": across,
+    }
 
 
 def _colour(target: moderngl.Framebuffer) -> moderngl.Texture:

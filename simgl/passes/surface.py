@@ -2,87 +2,137 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import moderngl
 
-from simgl.errors import ConfigError
-from simgl.gpu.blocks import UniformBuffer
+from simgl.gpu.blocks import Block, UniformBuffer
+from simgl.gpu.growing import GrowingTarget, textures_of
 from simgl.gpu.program import load_program
-from simgl.gpu.state import State, clear_depth
+from simgl.gpu.state import State
 from simgl.passes.blocks import (
     CRAFT,
+    JOINTS,
     LAMPS,
     MATERIALS,
     SHADOW,
     TILE,
     craft_values,
+    joint_values,
     lamp_values,
     shadow_values,
     tile_values,
 )
 from simgl.passes.lobes import LOBE_UNIT, lobe_texture
-from simgl.passes.meshes import MeshStore, VertexLighting
-from simgl.passes.textures import IMAGE_UNITS
-from simgl.view.frame import Tile
+from simgl.passes.meshes import MeshStore
+from simgl.view.frame import CraftView, Tile
 from simgl.view.lamps import LampView
-
-# Targets grow in these steps, so that a moving spacecraft does not reallocate at every frame.
-_GRAIN = 256
 
 EMPTY = -1.0
 
 # The terms of a surface's radiance, in the order of the targets of shaders/surface/surface.frag.
 LIGHTS = ("sun", "earth", "inter_reflected", "lamp", "emitted")
 
+# What samples see, in the order of the targets of shaders/geometry/geometry.frag.
+_SEEN = ("seen_place", "seen_shape", "seen_plane", "seen_others")
+_WORN = ("worn_reflectance", "worn_emission", "worn_normal")
+_SEEN_UNITS = {name: unit for unit, name in enumerate(_SEEN + _WORN)}
 # In the order of the shadow pass's textures.
-_SHADOW_UNITS = {
-    "sun_depths": 0,
-    "sun_behind": 1,
-    "sun_tops": 2,
-}
-_BLOCKS = (TILE, CRAFT, SHADOW, MATERIALS)
-_SKY_UNIT = 4
+_SHADOW_UNITS = {"sun_depths": 7, "sun_behind": 8, "sun_tops": 9}
+_SUNLIGHT_UNIT = 11
+_SKY_UNITS = {"sky_cube": 12, "sky_lobes": 13, "sky_irradiance": 14}
+_LAMP_UNIT = 15
 
 _SkyTexture = moderngl.TextureCube | moderngl.Texture3D | moderngl.Texture
-_LAMP_UNIT = 7
 _LOBES = {"lobe_table": LOBE_UNIT}
+
+
+def _seen(*names: str) -> dict[str, int]:
+    return {name: _SEEN_UNITS[name] for name in names}
+
+
 # What each variant of the shader reads besides.
 _MORE_UNITS = {
-    "SKY": {"sky_cube": 4, "sky_lobes": 5, "sky_irradiance": 6} | _LOBES,
-    "EXCHANGE": _LOBES,
-    "LAYERED": _LOBES,
-    "LAMPS": {"lamp_maps": _LAMP_UNIT},
-    "DETAILED": IMAGE_UNITS,
+    "SKY": _seen("seen_plane") | _SKY_UNITS | _LOBES,
+    "EXCHANGE": _seen("seen_others") | _LOBES,
+    "LAYERED": _seen("seen_plane") | _LOBES,
+    "LAMPS": _seen("seen_plane") | {"lamp_maps": _LAMP_UNIT},
+    "DETAILED": _seen(*_WORN),
 }
+
+
+class _Screen:
+    """A shader over the viewport, at a depth."""
+
+    def __init__(
+        self,
+        ctx: moderngl.Context,
+        name: str,
+        depth: float,
+        blocks: Sequence[Block],
+        samplers: Mapping[str, int],
+        defines: Sequence[str] = (),
+    ) -> None:
+        self._program = load_program(
+            ctx,
+            name,
+            vertex="common/fullscreen.vert",
+            blocks=blocks,
+            spare=[LAMPS, TILE, JOINTS],
+            samplers=samplers,
+            defines={"AT_DEPTH": depth} | dict.fromkeys(defines, 1),
+        )
+        self._array = ctx.vertex_array(self._program, [])
+
+    def draw(self) -> None:
+        self._array.render(moderngl.TRIANGLES, vertices=3)
+
+    def release(self) -> None:
+        self._array.release()
+        self._program.release()
 
 
 class SurfacePass:
-    """Draws the spacecraft of a tile on its sampling lattice; empty samples hold -1."""
+    """Lights what the samples of a tile see; empty samples hold -1.
 
-    # The lattice is turned against the image, so that its raster holds more than the tile: what
-    # lies outside is cut away.
-    closed = State(depth=True, cull="back", clip_planes=4)
-    open_sheets = State(depth=True, clip_planes=4)
+    For each spacecraft the depth buffer says which samples a draw is for, so that even a renderer
+    without real branches spends on a sample only what it needs:
+
+        0      others than the craft's own
+        1      own, sunlight unknown
+        0.5    own, sunlight known without search
+        0.75   own, sunlight searched through the disc
+        0.25   lit, of one reflection law
+        0.375  lit, of several
+    """
+
+    state = State(depth=True)
 
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
         self._ctx, self._meshes = ctx, meshes
         self._lobes = lobe_texture(ctx)
-        self._programs: dict[tuple[str, ...], moderngl.Program] = {}
-        self._program_for(())
+        self._others = _Screen(ctx, "surface/own", -1.0, [CRAFT], _seen("seen_place"))
+        searched = _seen("seen_place", "seen_shape", "seen_plane") | _SHADOW_UNITS
+        known = {name: unit for name, unit in searched.items() if name != "sun_behind"}
+        name, blocks = "surface/sunlight", [CRAFT, SHADOW]
+        self._known = _Screen(ctx, name, 0.0, blocks, known)
+        self._searched = _Screen(ctx, name, 0.5, blocks, searched, ["SEARCH"])
+        self._lit: dict[tuple[str, ...], tuple[_Screen, ...]] = {}
         self._tile = UniformBuffer(ctx, TILE)
         self._craft = UniformBuffer(ctx, CRAFT)
         self._shadow = UniformBuffer(ctx, SHADOW)
         self._lamps = UniformBuffer(ctx, LAMPS)
-        # By the number of their colour attachments.
-        self._targets: dict[int, moderngl.Framebuffer] = {}
+        self._joints = UniformBuffer(ctx, JOINTS)
+        # By the number of radiances, whole or by light; before them the sunlight's share.
+        self._targets = {n: GrowingTarget(ctx, [[0], range(1, 1 + n)]) for n in (1, len(LIGHTS))}
 
     def draw(
         self,
         tile: Tile,
+        seen: Sequence[moderngl.Texture],
         shadow_maps: Sequence[Sequence[moderngl.Texture]],
         skies: Sequence[Sequence[_SkyTexture]],
-        lightings: Sequence[VertexLighting | None],
+        exchanging: Sequence[bool],
         lamps: Sequence[LampView] = (),
         lamp_maps: moderngl.Texture | None = None,
         *,
@@ -90,110 +140,97 @@ class SurfacePass:
     ) -> tuple[moderngl.Texture, ...]:
         """RGBA32F samples of the tile [W m-2 sr-1], valid until the next draw.
 
+        seen : what the samples see, in the order of the geometry pass's targets
         shadow_maps : for each spacecraft of the tile, in the order of the samplers
         skies : likewise its cube, lobes and irradiance; nothing where it has no sky
-        lightings : likewise what its own surfaces do to its light; None where they do nothing
+        exchanging : likewise whether its surfaces light each other
         lamp_maps : of the lamps, which light every spacecraft
         returns : one texture, or with ``apart`` one for each of ``LIGHTS``
         """
         size = tile.lattice.raster_size(tile.width, tile.height)
-        target = self._sized_target(size, len(LIGHTS) if apart else 1)
-        viewport = (0, 0, *size)
-        self.closed.apply(self._ctx, target, viewport, viewport)
-        target.clear(EMPTY, EMPTY, EMPTY, EMPTY, depth=1.0, viewport=viewport)
-        self._tile.bind()
-        self._craft.bind()
-        self._shadow.bind()
-        self._lamps.bind()
-        self._lamps.write(lamp_values(lamps))
+        sunlight, target, depth = self._targets[len(LIGHTS) if apart else 1].at_least(size)
+        area = (0, 0, *size)
+        self.state.apply(self._ctx, target, area, area)
+        target.clear(EMPTY, EMPTY, EMPTY, EMPTY, viewport=area)
+        self._write(tile, lamps)
+        for unit, texture in enumerate(seen):
+            texture.use(unit)
+        textures_of(sunlight)[0].use(_SUNLIGHT_UNIT)
+        self._lobes.use(LOBE_UNIT)
         if lamp_maps is not None:
             lamp_maps.use(_LAMP_UNIT)
-        self._lobes.use(LOBE_UNIT)
-        for index, clip_from_camera in enumerate(tile.slices):
-            if index:
-                clear_depth(self._ctx, target)
-            self._tile.write(tile_values(tile, clip_from_camera))
-            for craft, maps, sky, own in zip(
-                tile.craft, shadow_maps, skies, lightings, strict=True
-            ):
-                state = self.open_sheets if craft.model.open_sheets else self.closed
-                state.apply(self._ctx, target, viewport, viewport)
-                self._craft.write(craft_values(craft))
-                self._meshes.bind_surface(craft.model)
-                self._shadow.write(shadow_values(craft, tile.lattice))
-                for unit, texture in zip(_SHADOW_UNITS.values(), maps, strict=True):
-                    texture.use(unit)
-                for unit, around in enumerate(sky, start=_SKY_UNIT):
-                    around.use(unit)
-                variant = craft.model.variant + _lights(sky, lamps)
-                variant += ("APART",) if apart else ()
-                if own is None:
-                    program = self._program_for(variant)
-                    self._meshes.geometry(craft.model.mesh).draw(program)
-                else:
-                    program = self._program_for(variant + own.defines)
-                    self._meshes.geometry(own.mesh).draw(program, own.values)
-        return tuple(t for t in target.color_attachments if isinstance(t, moderngl.Texture))
+        for craft, maps, sky, exchange in zip(
+            tile.craft, shadow_maps, skies, exchanging, strict=True
+        ):
+            self._bind(craft, tile, maps, sky)
+            self.state.apply(self._ctx, depth, area, area)
+            depth.clear(depth=1.0, viewport=area)
+            self._others.draw()
+            self.state.apply(self._ctx, sunlight, area, area)
+            self._known.draw()
+            self._searched.draw()
+            self.state.apply(self._ctx, target, area, area)
+            variant = [d for d in craft.model.variant if d != "CUT_OUT"]
+            present = {"SKY": sky, "EXCHANGE": exchange, "LAMPS": lamps, "APART": apart}
+            variant += [define for define, there in present.items() if there]
+            for screen in self._lit_for(tuple(variant)):
+                screen.draw()
+        return textures_of(target)
 
-    def _program_for(self, variant: tuple[str, ...]) -> moderngl.Program:
-        """The program for models of a variant; those without images do not pay for them."""
-        if variant not in self._programs:
-            samplers = dict(_SHADOW_UNITS)
-            for define, units in _MORE_UNITS.items():
-                if define in variant:
-                    samplers |= units
-            self._programs[variant] = load_program(
-                self._ctx,
-                "surface/surface",
-                blocks=(*_BLOCKS, LAMPS) if "LAMPS" in variant else _BLOCKS,
-                spare=[LAMPS],
-                samplers=samplers,
-                defines=dict.fromkeys(variant, 1),
-            )
-        return self._programs[variant]
+    def _write(self, tile: Tile, lamps: Sequence[LampView]) -> None:
+        for block in (self._tile, self._craft, self._shadow, self._lamps, self._joints):
+            block.bind()
+        self._tile.write(tile_values(tile, tile.slices[0]))
+        self._lamps.write(lamp_values(lamps))
 
-    def _sized_target(self, size: tuple[int, int], attachments: int) -> moderngl.Framebuffer:
-        target = self._targets.get(attachments)
-        have = target.size if target is not None else (0, 0)
-        if target is not None and have[0] >= size[0] and have[1] >= size[1]:
-            return target
-        self._release_target(attachments)
-        largest = int(self._ctx.info["GL_MAX_TEXTURE_SIZE"])
-        if max(size) > largest:
-            problem = f"needs a raster of {size[0]} x {size[1]} samples, {largest} are possible"
-            raise ConfigError("[render]", "samples_per_pixel", f"{problem}; ask for fewer")
-        grown = tuple(
-            min(-(-max(h, s) // _GRAIN) * _GRAIN, largest) for h, s in zip(have, size, strict=True)
-        )
-        colours = []
-        for _ in range(attachments):
-            colours.append(self._ctx.texture(grown, 4, dtype="f4"))  # type: ignore[arg-type]
-            colours[-1].filter = (moderngl.NEAREST, moderngl.NEAREST)
-        depth = self._ctx.depth_renderbuffer(grown)  # type: ignore[arg-type]
-        self._targets[attachments] = self._ctx.framebuffer(colours, depth)
-        return self._targets[attachments]
+    def _bind(
+        self,
+        craft: CraftView,
+        tile: Tile,
+        maps: Sequence[moderngl.Texture],
+        sky: Sequence[_SkyTexture],
+    ) -> None:
+        self._craft.write(craft_values(craft))
+        self._shadow.write(shadow_values(craft, tile.lattice))
+        self._meshes.bind_materials(craft.model)
+        if "JOINTED" in craft.model.variant:
+            self._joints.write(joint_values(craft.model))
+        for unit, texture in zip(_SHADOW_UNITS.values(), maps, strict=True):
+            texture.use(unit)
+        for unit, around in zip(_SKY_UNITS.values(), sky, strict=bool(sky)):
+            around.use(unit)
 
-    def _release_target(self, attachments: int) -> None:
-        target = self._targets.pop(attachments, None)
-        if target is not None:
-            for colour in target.color_attachments:
-                colour.release()
-            assert target.depth_attachment is not None
-            target.depth_attachment.release()
-            target.release()
+    def _lit_for(self, variant: tuple[str, ...]) -> tuple[_Screen, ...]:
+        """The shaders for spacecraft of a variant, without what they do not need."""
+        if variant not in self._lit:
+            plain = tuple(define for define in variant if define not in ("LAYERED", "JOINTED"))
+            if "LAYERED" not in variant:
+                self._lit[variant] = (self._lit_screen(plain, -0.5),)
+            else:
+                first = self._lit_screen((*plain, "PLAIN"), -0.5)
+                self._lit[variant] = first, self._lit_screen(variant, -0.25)
+        return self._lit[variant]
+
+    def _lit_screen(self, variant: tuple[str, ...], depth: float) -> _Screen:
+        samplers = _seen("seen_place", "seen_shape") | {"sunlight": _SUNLIGHT_UNIT}
+        blocks = [CRAFT, MATERIALS]
+        for define, units in _MORE_UNITS.items():
+            if define in variant:
+                samplers |= units
+        if "LAYERED" in variant:
+            blocks.append(TILE)
+            if "JOINTED" in variant:
+                blocks.append(JOINTS)
+        if "LAMPS" in variant:
+            blocks.append(LAMPS)
+        return _Screen(self._ctx, "surface/surface", depth, blocks, samplers, variant)
 
     def release(self) -> None:
         """Free everything."""
-        for attachments in tuple(self._targets):
-            self._release_target(attachments)
-        for buffer in (self._tile, self._craft, self._shadow, self._lamps):
+        for target in self._targets.values():
+            target.release()
+        for buffer in (self._tile, self._craft, self._shadow, self._lamps, self._joints):
             buffer.release()
         self._lobes.release()
-        for program in self._programs.values():
-            program.release()
-
-
-def _lights(sky: Sequence[_SkyTexture], lamps: Sequence[LampView]) -> tuple[str, ...]:
-    """Defines of the lights that a spacecraft needs besides the Sun's."""
-    present = {"SKY": sky, "LAMPS": lamps}
-    return tuple(define for define, there in present.items() if there)
+        for screen in (self._others, self._known, self._searched, *sum(self._lit.values(), ())):
+            screen.release()

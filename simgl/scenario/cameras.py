@@ -3,31 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from simgl.errors import AssetError, ConfigError
-from simgl.physics.spectrum import photon_mean
-from simgl.scenario.fields import Four, craft_named, direction, exactly_one, fractions, place_on
-from simgl.scenario.library import load_preset
+from simgl.scenario.detectors import read_detector
+from simgl.scenario.fields import craft_named, direction, exactly_one, fractions, place_on
+from simgl.scenario.library import load_preset, preset_path
 from simgl.scenario.optics import check_optics, read_lidar, read_optics
 from simgl.scenario.optics_schema import OpticsTable
-from simgl.scenario.schema import CameraPresetTable, CameraTable
-from simgl.scene.camera import Camera, Detector, Lens
+from simgl.scenario.schema import CameraTable
+from simgl.scene.camera import Camera, Lens
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.trajectory import BodyMount, FreeMount, Mount, OrbitingMount
-
-
-def _quantum_efficiency(
-    table: CameraTable, preset: CameraPresetTable, temperature: float, where: str
-) -> Four:
-    """Per band: given, or the preset's curve averaged over the Sun's photons in the band."""
-    if table.quantum_efficiency is not None:
-        return fractions(table.quantum_efficiency, where, "quantum_efficiency")
-    wavelength = np.array(preset.qe_wavelength_nm) * 1e-9
-    red, green, blue, nir = photon_mean(wavelength, np.array(preset.qe), temperature).tolist()
-    return red, green, blue, nir
 
 
 def read_camera(
@@ -39,40 +27,26 @@ def read_camera(
     base : folder that a relative preset path starts from
     """
     try:
-        preset = load_preset(table.preset, base)
+        path = preset_path(table.preset, base)
+        preset = load_preset(path)
     except AssetError as error:
         raise AssetError(f"{where}: preset: {error}") from None
 
-    def chosen(key: str) -> Any:
-        own = getattr(table, key)
-        return getattr(preset, key) if own is None else own
-
-    bits, pedestal = chosen("bits"), chosen("pedestal_dn")
-    if pedestal >= 2**bits - 1:
-        problem = f"must lie below the largest DN, {2**bits - 1}, got {pedestal:g}"
-        raise ConfigError(where, "pedestal_dn", problem)
-    detector = Detector(
-        width=chosen("width_px"),
-        height=chosen("height_px"),
-        pixel_pitch=chosen("pixel_pitch_um") * 1e-6,
-        quantum_efficiency=_quantum_efficiency(table, preset, sun_temperature, where),
-        full_well=chosen("full_well_e"),
-        read_noise=chosen("read_noise_e"),
-        bits=bits,
-        pedestal=pedestal,
-        gain_dn_per_e=1.0 / chosen("gain_e_per_dn"),
-    )
+    detector = read_detector(where, name, table, preset, path, sun_temperature)
+    optics = table.optics or preset.optics or OpticsTable()
     lens = Lens(
         focal_length=table.focal_length_mm * 1e-3,
         f_number=table.f_number,
         transmission=fractions(table.transmission, where, "transmission"),
-        **read_optics(chosen("optics") or OpticsTable(), where, base),
+        **read_optics(optics, where, base),
     )
     camera = Camera(
         name=name,
         lens=lens,
         detector=detector,
         exposure_time=table.exposure_time_s,
+        readout_time=table.readout_time_s,
+        transport_latency=table.transport_latency_s,
         lidar=read_lidar(table.lidar),
     )
     check_optics(camera, where)

@@ -7,7 +7,8 @@ from pathlib import Path
 from simgl.errors import AssetError, ConfigError
 from simgl.scenario.finishes import material_of
 from simgl.scenario.library import load_model
-from simgl.scenario.schema import PrimitiveTable, SpacecraftTable
+from simgl.scenario.schema import SpacecraftTable
+from simgl.scenario.surfaces import PrimitiveTable
 from simgl.scene import mesh as shapes
 from simgl.scene.spacecraft import SpacecraftModel
 

@@ -9,8 +9,8 @@ from typing import Any
 from simgl import assets
 from simgl.errors import AssetError, ConfigError, did_you_mean
 from simgl.scenario.fields import amounts, fractions
-from simgl.scenario.schema import CellsTable, FinishTable, MaterialTable
 from simgl.scenario.strict import convert, read_toml
+from simgl.scenario.surfaces import CellsTable, FinishTable, MaterialTable
 from simgl.scene.layers import Cells, Coat, Crinkle
 from simgl.scene.materials import Material
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 from dataclasses import replace
 from functools import lru_cache
-from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -18,9 +17,9 @@ from simgl import assets
 from simgl.errors import AssetError, ConfigError, did_you_mean
 from simgl.scenario.fields import direction
 from simgl.scenario.gltf import face_normals, read_gltf
-from simgl.scenario.schema import CameraPresetTable, Vector
+from simgl.scenario.schema import CameraPresetTable
 from simgl.scenario.strict import convert, read_toml
-from simgl.scenario.table import Positive, Table
+from simgl.scenario.values import Positive, Table, Vector
 from simgl.scene.joints import Joint
 from simgl.scene.materials import Material
 from simgl.scene.mesh import Mesh
@@ -199,18 +198,16 @@ def load_model(name: str, base: Path = Path(), unit_m: float | None = None) -> S
     raise AssetError(f"{path}: not a mesh that simgl reads ({', '.join(_MESH_SUFFIXES)})")
 
 
-@lru_cache(maxsize=32)
-def load_preset(name: str, base: Path = Path()) -> CameraPresetTable:
-    """A camera preset by shipped name, or by the path of a .toml file."""
+def preset_path(name: str, base: Path = Path()) -> Path:
+    """The file of a camera preset, named as shipped or by the path of a .toml file."""
     if name.endswith(".toml"):
-        path = base / name
-    else:
-        if name not in shipped_presets():
-            raise AssetError(f'no camera preset "{name}"; {did_you_mean(name, shipped_presets())}')
-        path = assets.data() / "cameras" / f"{name}.toml"
-    preset = convert(read_toml(path), CameraPresetTable, str(path))
-    if len(preset.qe) != len(preset.qe_wavelength_nm):
-        raise ConfigError(str(path), "qe", "needs one value for each qe_wavelength_nm")
-    if any(b <= a for a, b in pairwise(preset.qe_wavelength_nm)):
-        raise ConfigError(str(path), "qe_wavelength_nm", "must increase")
-    return preset
+        return base / name
+    if name not in shipped_presets():
+        raise AssetError(f'no camera preset "{name}"; {did_you_mean(name, shipped_presets())}')
+    return assets.data() / "cameras" / f"{name}.toml"
+
+
+@lru_cache(maxsize=32)
+def load_preset(path: Path) -> CameraPresetTable:
+    """The camera preset in a file."""
+    return convert(read_toml(path), CameraPresetTable, str(path))

@@ -1,6 +1,9 @@
-"""The ``[sun]`` and ``[earth]`` tables."""
+"""The ``[sun]``, ``[earth]`` and ``[sky]`` tables."""
 
 from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -10,9 +13,11 @@ from simgl.physics.constants import ASTRONOMICAL_UNIT, SOLAR_CONSTANT, SOLAR_RAD
 from simgl.physics.spectrum import black_body_light
 from simgl.physics.sun import UNIFORM, astm_g173_light, limb_darkening
 from simgl.scenario.fields import direction, fractions
+from simgl.scenario.ground import read_ground, refuse_ground
 from simgl.scenario.scenario import EphemerisSun
-from simgl.scenario.schema import EarthTable, SunTable
+from simgl.scenario.schema import EarthTable, SkyTable, SunTable
 from simgl.scene.earth import Earth
+from simgl.scene.stars import StarCatalogue, shipped_stars
 from simgl.scene.state import SunInDirection
 
 
@@ -43,8 +48,8 @@ def read_sun(table: SunTable, temperature: float, where: str) -> EphemerisSun | 
     )
 
 
-def read_earth(table: EarthTable, where: str) -> Earth | None:
-    """The Earth of a scenario; None in deep space."""
+def read_earth(table: EarthTable, where: str, base: Path) -> Earth | None:
+    """The Earth of a scenario; None in deep space. Relative paths start at ``base``."""
     if table.radius_km is not None and table.shape != "sphere":
         raise ConfigError(where, "radius_km", f'goes with shape = "sphere", got "{table.shape}"')
     albedo = None if table.albedo is None else fractions(table.albedo, where, "albedo")
@@ -53,12 +58,29 @@ def read_earth(table: EarthTable, where: str) -> Earth | None:
             raise ConfigError(where, "albedo", 'goes with an Earth, got shape = "none"')
         if table.atmosphere is not None:
             raise ConfigError(where, "atmosphere", 'goes with an Earth, got shape = "none"')
+        refuse_ground(table, where, 'shape = "none"')
         return None
     default = "standard" if table.shape == "wgs84" else "none"
     air = ATMOSPHERES.get(table.atmosphere or default)
+    if albedo is not None:
+        refuse_ground(table, where, "albedo")
+        earth = Earth(albedo=albedo, air=air)
+    else:
+        wind, clouds, maps = read_ground(table, where, base)
+        earth = Earth(air=air, wind=wind, clouds=clouds, maps=maps)
     if table.shape == "sphere":
         if table.radius_km is None:
             raise ConfigError(where, "radius_km", 'is missing; shape = "sphere" needs it')
         radius = table.radius_km * 1e3
-        return Earth(equatorial_radius=radius, polar_radius=radius, albedo=albedo, air=air)
-    return Earth(albedo=albedo, air=air)
+        return replace(earth, equatorial_radius=radius, polar_radius=radius)
+    return earth
+
+
+def read_sky(table: SkyTable, sun: EphemerisSun | SunInDirection) -> StarCatalogue | None:
+    """The stars of a scene; None for a sky without them."""
+    if table.stars is False:
+        return None
+    # A Sun fixed by hand makes a laboratory of the scene: no Moon, and no stars unless asked for.
+    if table.stars is None and isinstance(sun, SunInDirection):
+        return None
+    return shipped_stars(table.faintest_star_mag)

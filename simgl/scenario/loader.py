@@ -12,7 +12,7 @@ from simgl.physics.ephemeris import tai_ns_from_utc
 from simgl.scenario.cameras import read_camera, read_mount
 from simgl.scenario.craft import read_model
 from simgl.scenario.lamps import read_lamps
-from simgl.scenario.light import read_earth, read_sun
+from simgl.scenario.light import read_earth, read_sky, read_sun
 from simgl.scenario.motions import MotionReader
 from simgl.scenario.scenario import Scenario
 from simgl.scenario.schema import (
@@ -21,12 +21,13 @@ from simgl.scenario.schema import (
     EpochTable,
     LampTable,
     RenderTable,
+    SkyTable,
     SpacecraftTable,
     SunTable,
 )
 from simgl.scenario.strict import convert, plain, read_toml, shown_key
 
-_TABLES = ("epoch", "sun", "earth", "spacecraft", "camera", "lamp", "render")
+_TABLES = ("epoch", "sun", "earth", "sky", "spacecraft", "camera", "lamp", "render")
 _NAME = re.compile(r"[A-Za-z0-9_-]+")
 _Named = TypeVar("_Named", SpacecraftTable, CameraTable, LampTable)
 
@@ -57,6 +58,7 @@ def scenario_from_dict(
     lamps = _named_tables(data, "lamp", LampTable, where)
     sun = convert(data.get("sun", {}), SunTable, f"{where} [sun]")
     earth = convert(data.get("earth", {}), EarthTable, f"{where} [earth]")
+    sky = convert(data.get("sky", {}), SkyTable, f"{where} [sky]")
     render = convert(data.get("render", {}), RenderTable, f"{where} [render]")
     temperature = SOLAR_TEMPERATURE if sun.temperature_k is None else sun.temperature_k
     bodies = {n: f"{where} [spacecraft.{n}]" for n in craft}
@@ -65,12 +67,13 @@ def scenario_from_dict(
     places = {n: f"{where} [camera.{n}]" for n in cameras}
     lenses = {n: read_camera(places[n], n, t, temperature, base) for n, t in cameras.items()}
     mounts = {n: read_mount(places[n], t, models) for n, t in cameras.items()}
+    light = read_sun(sun, temperature, f"{where} [sun]")
     scenario = Scenario(
         name=name,
         source=source,
         epoch_tai_ns=epoch,
-        sun=read_sun(sun, temperature, f"{where} [sun]"),
-        earth=read_earth(earth, f"{where} [earth]"),
+        sun=light,
+        earth=read_earth(earth, f"{where} [earth]", base),
         models=models,
         motions={n: law.motion() for n, law in laws.items()},
         joints={n: law.joint_laws(models[n]) for n, law in laws.items()},
@@ -80,6 +83,7 @@ def scenario_from_dict(
         seed=render.seed,
         samples_per_pixel=render.samples_per_pixel,
         inter_reflection=render.inter_reflection,
+        stars=read_sky(sky, light),
     )
     # Laws that contradict each other, such as relative places in a circle, show here.
     scenario.poses(epoch)

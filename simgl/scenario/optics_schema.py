@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from msgspec import Meta
 
-from simgl.scenario.table import Fraction, NonNegative, Positive, Table
+from simgl.scenario.values import Fraction, NonNegative, Positive, Table
 
 
 class DistortionTable(Table, frozen=True, kw_only=True):

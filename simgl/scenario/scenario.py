@@ -21,6 +21,7 @@ from simgl.scene.earth import Earth
 from simgl.scene.joints import JointLaws
 from simgl.scene.lamps import Lamp, lamp_state
 from simgl.scene.spacecraft import SpacecraftModel
+from simgl.scene.stars import StarCatalogue, star_sky
 from simgl.scene.state import (
     BodyState,
     CameraState,
@@ -30,7 +31,7 @@ from simgl.scene.state import (
     SunAtPosition,
     SunInDirection,
 )
-from simgl.scene.trajectory import Motion, Mount, camera_pose, poses
+from simgl.scene.trajectory import Motion, Mount, camera_pose, camera_velocity, poses
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -67,6 +68,7 @@ class Scenario:
     seed : of all noise
     samples_per_pixel : of geometry; None lets the renderer choose by cost
     inter_reflection : light between the surfaces of a spacecraft, and the Earth hidden by them
+    stars : None for a sky without them
     """
 
     name: str
@@ -83,6 +85,7 @@ class Scenario:
     seed: int = 0
     samples_per_pixel: int | None = None
     inter_reflection: bool = True
+    stars: StarCatalogue | None = None
 
     def at(self, tai_ns: int) -> SceneState:
         """The scene at an epoch [TAI ns]."""
@@ -126,7 +129,10 @@ class Scenario:
             with self._named_in_errors():
                 position, R_camera_from_icrf = camera_pose(name, self.mounts[name], bodies)
             states[name] = CameraState(
-                camera=camera, position=position, R_camera_from_icrf=R_camera_from_icrf
+                camera=camera,
+                position=position,
+                R_camera_from_icrf=R_camera_from_icrf,
+                velocity=camera_velocity(self.mounts[name], bodies),
             )
         with self._named_in_errors():
             lamps = tuple(lamp_state(lamp, bodies) for lamp in self.lamps.values())
@@ -154,6 +160,7 @@ class Scenario:
             },
             cameras=states,
             lamps=lamps,
+            stars=None if self.stars is None else star_sky(self.stars, tai_ns),
         )
 
     def _body(

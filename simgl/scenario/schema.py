@@ -12,15 +12,17 @@ from msgspec import Meta
 
 from simgl.lattice import FEWEST
 from simgl.scenario.optics_schema import LidarTable, OpticsTable
-from simgl.scenario.table import Fraction, NonNegative, Positive, Table
-from simgl.scene.layers import SMOOTHEST
-
-Roughness = Annotated[float, Meta(ge=SMOOTHEST, le=1.0)]
-Vector = tuple[float, float, float]
-# One number for all bands, or four. The limits 0..1 are checked by the loader: msgspec 0.22 mixes
-# up the limits of a number with the length of a tuple where the two form a union.
-BandValues = float | tuple[float, float, float, float]
-Quaternion = tuple[float, float, float, float]
+from simgl.scenario.surfaces import PrimitiveTable
+from simgl.scenario.values import (
+    BandValues,
+    Fraction,
+    NonNegative,
+    Positive,
+    Quaternion,
+    Table,
+    Vector,
+)
+from simgl.scene.stars import FAINTEST
 
 
 class EpochTable(Table, frozen=True, kw_only=True):
@@ -51,115 +53,58 @@ class SunTable(Table, frozen=True, kw_only=True):
     visible: bool = True
 
 
+class CloudsTable(Table, frozen=True, kw_only=True):
+    """``[earth.clouds]``: the weather.
+
+    cover : mean share of the Earth under cloud; 0 is a clear day
+    seed : of the weather
+    height_km : of the layer, which places shadows
+    picture : path of a picture of the whole Earth, white where there is cloud, in place of the
+        procedural weather
+    optical_thickness : of the cloud in a picture
+    """
+
+    cover: Fraction | None = None
+    seed: Annotated[int, Meta(ge=0)] | None = None
+    height_km: Annotated[float, Meta(gt=0.0, le=20.0)] = 4.0
+    picture: str | None = None
+    optical_thickness: Annotated[float, Meta(ge=1.0, le=100.0)] | None = None
+
+
 class EarthTable(Table, frozen=True, kw_only=True):
-    """``[earth]``: omitted, WGS84 with the shipped day map.
+    """``[earth]``: omitted, WGS84 with the shipped maps and clouds.
 
     shape : "wgs84", "sphere" or "none"
     radius_km : of the sphere
-    albedo : Lambert, one number or four bands, instead of the day map
+    albedo : Lambert, one number or four bands, instead of maps and clouds
     atmosphere : "standard", "source" (the lighting study's own set) or "none"; default "standard"
         with WGS84 and "none" with a sphere. Sunlight that grazes it on its way to a spacecraft is
         dimmed and reddened; the picture of the Earth does not show it yet
+    wind_m_s : over the sea
+    land_picture, water_picture, night_picture : paths of pictures in place of the shipped maps
     """
 
     shape: Literal["wgs84", "sphere", "none"] = "wgs84"
     radius_km: Positive | None = None
     albedo: BandValues | None = None
     atmosphere: Literal["standard", "source", "none"] | None = None
+    wind_m_s: Annotated[float, Meta(ge=0.0, le=40.0)] | None = None
+    clouds: CloudsTable | None = None
+    land_picture: str | None = None
+    water_picture: str | None = None
+    night_picture: str | None = None
 
 
-class CoatTable(Table, frozen=True, kw_only=True):
-    """A clear layer of index 1.5: cover glass, varnish."""
+class SkyTable(Table, frozen=True, kw_only=True):
+    """``[sky]``: what lies beyond the Earth.
 
-    strength: Fraction = 1.0
-    roughness: Roughness = SMOOTHEST
-
-
-class CellsTable(Table, frozen=True, kw_only=True):
-    """Solar cells laid side by side, seen along the body axis nearest to the normal.
-
-    Columns and fingers repeat along the first of the other two axes, rows and busbars along the
-    second, from the origin.
+    stars : draw the stars of the Hipparcos catalogue; omitted, they are, unless ``direction_icrf``
+        fixes the Sun by hand
+    faintest_star_mag : the largest visual magnitude V drawn
     """
 
-    width_m: Positive
-    height_m: Positive
-    gap_m: NonNegative = 0.0
-    finger_pitch_m: Positive = 1.0
-    finger_width_m: NonNegative = 0.0
-    busbar_pitch_m: Positive = 1.0
-    busbar_width_m: NonNegative = 0.0
-    gap_reflectance: BandValues = 0.0
-    metal_reflectance: BandValues = 0.0
-
-
-class CrinkleTable(Table, frozen=True, kw_only=True):
-    """Facets of a crumpled foil: their mean spacing, and the width of their slopes."""
-
-    facet_size_m: Positive
-    slope: Fraction
-
-
-class MaterialTable(Table, frozen=True, kw_only=True):
-    """A material; without roughness it is Lambertian.
-
-    conserving : keeps the light that meets several microfacets, which the model of glTF loses
-    emission_w_m2_sr : radiance of its own, one number or four bands, 0 or more
-    """
-
-    reflectance: BandValues
-    metallic: Fraction = 0.0
-    roughness: Roughness | None = None
-    conserving: bool = False
-    coat: CoatTable | None = None
-    cells: CellsTable | None = None
-    crinkle: CrinkleTable | None = None
-    emission_w_m2_sr: BandValues = 0.0
-
-
-class FinishTable(MaterialTable, frozen=True, kw_only=True):
-    """A finish in ``simgl/data/finishes.toml``: a material with where its numbers come from."""
-
-    source: str
-
-
-class PlateTable(Table, frozen=True, kw_only=True):
-    """A thin plate facing +z of its body frame, centred on the origin."""
-
-    width_m: Positive
-    height_m: Positive
-    material: str | MaterialTable
-
-
-class SphereTable(Table, frozen=True, kw_only=True):
-    """A sphere about the body origin."""
-
-    radius_m: Positive
-    material: str | MaterialTable
-
-
-class BoxTable(Table, frozen=True, kw_only=True):
-    """A box about the body origin; edges along x, y, z."""
-
-    size_m: tuple[Positive, Positive, Positive]
-    material: str | MaterialTable
-
-
-class CylinderTable(Table, frozen=True, kw_only=True):
-    """A closed cylinder along z about the body origin."""
-
-    radius_m: Positive
-    length_m: Positive
-    material: str | MaterialTable
-
-
-class PrimitiveTable(Table, frozen=True, kw_only=True):
-    """Exactly one calibration shape."""
-
-    plate: PlateTable | None = None
-    sphere: SphereTable | None = None
-    box: BoxTable | None = None
-    cylinder: CylinderTable | None = None
+    stars: bool | None = None
+    faintest_star_mag: Annotated[float, Meta(ge=-2.0, le=FAINTEST)] = FAINTEST
 
 
 class OrbitTable(Table, frozen=True, kw_only=True):
@@ -244,29 +189,113 @@ class OrbitingTable(Table, frozen=True, kw_only=True):
     range_m: Positive
 
 
-class CameraPresetTable(Table, frozen=True, kw_only=True):
-    """A camera preset file, ``NAME.toml``: every value that a detector needs, with its source."""
+class CurveTable(Table, frozen=True, kw_only=True):
+    """A curve over the wavelength, linear between its points and 0 outside.
+
+    Either both lists, or the path of a CSV file with two columns, wavelength in nm and value.
+    """
+
+    wavelength_nm: tuple[float, ...] | None = None
+    value: tuple[Fraction, ...] | None = None
+    csv: str | None = None
+
+
+class FiltersTable(Table, frozen=True, kw_only=True):
+    """Transmission of the filters on the pixels of a colour detector."""
+
+    red: CurveTable
+    green: CurveTable
+    blue: CurveTable
+
+
+class ParticlesTable(Table, frozen=True, kw_only=True):
+    """Charged particles through the detector.
+
+    flux_cm2_s : through its plane, both sides; half of an isotropic, omnidirectional flux
+    depth_um : of the layer whose charge is collected
+    charge_e_um : set free along the path; 80 for minimum-ionising particles, 630 for 50 MeV protons
+    """
+
+    flux_cm2_s: NonNegative
+    depth_um: Positive = 5.0
+    charge_e_um: Positive = 80.0
+
+
+Bits = Annotated[int, Meta(ge=8, le=16)]
+Pixels = Annotated[int, Meta(ge=1, le=16384)]
+
+
+class DetectorTable(Table, frozen=True, kw_only=True):
+    """What preset files and ``[camera.NAME]`` both say about a detector.
+
+    fill_factor : share of a pixel's light that reaches the photodiode
+    gain_e_per_dn : at an analogue gain of 1
+    mosaic : colours of 2 x 2 pixels row by row from the top left; "mono" leaves the filters off
+    dark_current_e_s, hot_current_e_s : at 300 K
+    prnu : rms share of the mean; dead_pixels, hot_pixels : share of all pixels
+    row_pattern_e, column_pattern_e : fixed; row_noise_e : new in every frame
+    blooming : share of the charge beyond the full well that spills along the column
+    """
+
+    width_px: Pixels | None = None
+    height_px: Pixels | None = None
+    pixel_pitch_um: Positive | None = None
+    fill_factor: Annotated[float, Meta(gt=0.0, le=1.0)] | None = None
+    full_well_e: Positive | None = None
+    read_noise_e: NonNegative | None = None
+    bits: Bits | None = None
+    pedestal_dn: NonNegative | None = None
+    gain_e_per_dn: Positive | None = None
+    analogue_gain: Positive | None = None
+    mosaic: Literal["mono", "RGGB", "BGGR", "GRBG", "GBRG"] | None = None
+    dark_current_e_s: NonNegative | None = None
+    temperature_k: Annotated[float, Meta(ge=100.0, le=400.0)] | None = None
+    prnu: Fraction | None = None
+    dead_pixels: Fraction | None = None
+    dsnu_e: NonNegative | None = None
+    row_pattern_e: NonNegative | None = None
+    column_pattern_e: NonNegative | None = None
+    hot_pixels: Fraction | None = None
+    hot_current_e_s: NonNegative | None = None
+    row_noise_e: NonNegative | None = None
+    blooming: Fraction | None = None
+    shutter: Literal["global", "rolling"] | None = None
+    row_time_us: Positive | None = None
+    particles: ParticlesTable | None = None
+
+
+class CameraPresetTable(DetectorTable, frozen=True, kw_only=True):
+    """A camera preset file, ``NAME.toml``; what it does not give the detector does not have.
+
+    qe : electrons per photon of a pixel without a filter
+    window, micro_lens : what every pixel has in front of it besides: cover glass and infrared
+        filter, and the share of the light that the micro-lens brings to the photodiode
+    filters : of a colour detector
+    """
 
     source: str
-    width_px: Annotated[int, Meta(ge=1, le=16384)]
-    height_px: Annotated[int, Meta(ge=1, le=16384)]
+    width_px: Pixels
+    height_px: Pixels
     pixel_pitch_um: Positive
-    qe_wavelength_nm: tuple[float, ...]
-    qe: tuple[Fraction, ...]
+    qe: CurveTable
+    window: CurveTable | None = None
+    micro_lens: CurveTable | None = None
+    filters: FiltersTable | None = None
     full_well_e: Positive
     read_noise_e: NonNegative
-    bits: Annotated[int, Meta(ge=8, le=16)]
+    bits: Bits
     pedestal_dn: NonNegative
     gain_e_per_dn: Positive
     optics: OpticsTable | None = None
 
 
-class CameraTable(Table, frozen=True, kw_only=True):
+class CameraTable(DetectorTable, frozen=True, kw_only=True):
     """``[camera.NAME]``: a preset, changed where a key is given, on a mount.
 
     mount : ``on`` (a spacecraft), or ``about`` (azimuth, elevation, range), or ``position_icrf_m``
     look_at : the spacecraft kept in the centre; else ``boresight`` in body or ICRF axes
-    quantum_efficiency : electrons per photon, one number or four bands
+    quantum_efficiency : electrons per photon without filters, one number or four bands
+    serial : number of this camera, which its fixed pattern follows; by default from its name
     """
 
     preset: str = "mt9m034"
@@ -282,18 +311,13 @@ class CameraTable(Table, frozen=True, kw_only=True):
     # No lens in air is faster than f/0.5 (Abbe's sine condition).
     f_number: Annotated[float, Meta(ge=0.5)] = 4.0
     exposure_time_s: Annotated[float, Meta(gt=0.0, le=3600.0)] = 0.0005
+    readout_time_s: Annotated[float, Meta(ge=0.0, le=3600.0)] = 0.0
+    transport_latency_s: Annotated[float, Meta(ge=0.0, le=3600.0)] = 0.0
     transmission: BandValues = 1.0
     optics: OpticsTable | None = None
     lidar: LidarTable | None = None
-    width_px: Annotated[int, Meta(ge=1, le=16384)] | None = None
-    height_px: Annotated[int, Meta(ge=1, le=16384)] | None = None
-    pixel_pitch_um: Positive | None = None
     quantum_efficiency: BandValues | None = None
-    full_well_e: Positive | None = None
-    read_noise_e: NonNegative | None = None
-    bits: Annotated[int, Meta(ge=8, le=16)] | None = None
-    pedestal_dn: NonNegative | None = None
-    gain_e_per_dn: Positive | None = None
+    serial: Annotated[int, Meta(ge=0, le=2**32 - 1)] | None = None
 
 
 class LampTable(Table, frozen=True, kw_only=True):

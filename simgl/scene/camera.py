@@ -1,4 +1,4 @@
-"""A camera as data: pinhole geometry, detector and converter; the lens is in ``lens``."""
+"""A camera as data: pinhole geometry; the lens is in ``lens``, the pixels in ``detector``."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from simgl.scene.detector import Detector
 from simgl.scene.lens import Lens
 from simgl.scene.lidar import Lidar
 
@@ -14,34 +15,12 @@ __all__ = ["Camera", "Detector", "Lens"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Detector:
-    """Pixels and converter.
-
-    width, height : pixels
-    pixel_pitch : [m]
-    quantum_efficiency : electrons per photon in each band R, G, B, N
-    full_well : [e-]
-    read_noise : [e- rms]
-    bits : of the converter
-    pedestal : [DN] added before conversion
-    gain_dn_per_e : [DN / e-]
-    """
-
-    width: int
-    height: int
-    pixel_pitch: float
-    quantum_efficiency: tuple[float, float, float, float]
-    full_well: float
-    read_noise: float
-    bits: int
-    pedestal: float
-    gain_dn_per_e: float
-
-
-@dataclass(frozen=True, kw_only=True)
 class Camera:
-    """A named camera with its exposure time [s].
+    """A named camera.
 
+    exposure_time : [s]
+    readout_time : from the end of exposure to the last row read [s]
+    transport_latency : from there to where flight software has the image [s]
     lidar : that uses its lens and pixels; None where there is none
     """
 
@@ -49,6 +28,8 @@ class Camera:
     lens: Lens
     detector: Detector
     exposure_time: float
+    readout_time: float = 0.0
+    transport_latency: float = 0.0
     lidar: Lidar | None = None
 
     @property

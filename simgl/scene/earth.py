@@ -1,25 +1,67 @@
-"""The Earth as an ellipsoid with a Lambertian surface and a clear atmosphere."""
+"""The Earth as an ellipsoid with its ground, sea, clouds and air."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from pathlib import Path
 
 from simgl.physics.air import Atmosphere
 from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS, WGS84_POLAR_RADIUS
 
 
 @dataclass(frozen=True, kw_only=True)
+class EarthMaps:
+    """Pictures of the whole Earth in place of the shipped ones.
+
+    Equirectangular, from 180 deg west to 180 deg east, north up.
+
+    land : sRGB picture; becomes reflectance as ``simgl.physics.land`` says
+    water : white on water, black on land
+    night : brightness of lights, 0..1 of the brightest
+    """
+
+    land: Path | None = None
+    water: Path | None = None
+    night: Path | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Clouds:
+    """A thin layer of cloud over the whole Earth.
+
+    cover : mean share of the Earth under cloud, thin high cloud not counted
+    seed : of the weather
+    height : of the layer above the ground, which places shadows [m]
+    picture : share of cloud by a picture, as in ``EarthMaps``, in place of the procedural weather;
+        ``cover`` does not count
+    thickness : optical thickness of the cloud in a picture
+    """
+
+    cover: float = 0.6
+    seed: int = 0
+    height: float = 4000.0
+    picture: Path | None = None
+    thickness: float = 15.0
+
+
+@dataclass(frozen=True, kw_only=True)
 class Earth:
     """Semi-axes [m] and the surface's reflectance.
 
-    albedo : Lambert albedo per band R, G, B, N; None takes the shipped day map
+    albedo : Lambert albedo per band R, G, B, N, with nothing over it; None takes the maps of land
+        and sea, and the clouds
     air : what sunlight passes on its way past the limb; None is a bare sphere
+    wind : speed 12.5 m above the sea, which roughens it [m s-1]
+    clouds : None is a clear day everywhere
     """
 
     equatorial_radius: float = WGS84_EQUATORIAL_RADIUS
     polar_radius: float = WGS84_POLAR_RADIUS
     albedo: tuple[float, float, float, float] | None = None
     air: Atmosphere | None = None
+    wind: float = 7.0
+    clouds: Clouds | None = None
+    maps: EarthMaps = field(default_factory=EarthMaps)
 
     @property
     def radii(self) -> tuple[float, float, float]:

@@ -88,12 +88,10 @@ def unknown_joint(name: str, joints: Sequence[Joint]) -> str:
 
 
 def turned_mesh(mesh: Mesh, joints: Sequence[Joint], angles: Mapping[str, float]) -> Mesh:
-    """The mesh with the parts of some joints turned by angles [rad]; the others stay.
-
-    Patterns that follow places of the body, such as solar cells, keep following the stored ones.
-    """
+    """The mesh with the parts of some joints turned by angles [rad]; the others stay."""
     positions, normals = mesh.positions.copy(), mesh.normals.copy()
-    for joint in joints:
+    moved = np.zeros(len(positions), dtype=np.uint32) if mesh.joint is None else mesh.joint.copy()
+    for index, joint in enumerate(joints):
         angle = angles.get(joint.name, 0.0)
         chosen = mesh.part == joint.part
         if angle == 0.0 or not np.any(chosen):
@@ -102,8 +100,21 @@ def turned_mesh(mesh: Mesh, joints: Sequence[Joint], angles: Mapping[str, float]
         offsets = mesh.positions[chosen] - joint.origin_body
         positions[chosen] = offsets @ turn.T + joint.origin_body
         normals[chosen] = mesh.normals[chosen] @ turn.T
-    stored = mesh.positions if mesh.pattern is None else mesh.pattern
-    return replace(mesh, positions=positions, normals=normals, pattern=stored)
+        moved[chosen] = index + 1
+    return replace(mesh, positions=positions, normals=normals, joint=moved)
+
+
+def stored_from_body(joints: Sequence[Joint], angles: Sequence[float]) -> Array:
+    """(joints + 1, 3, 4) back from where joints have turned a place to where it is stored.
+
+    The first is for places that no joint has turned.
+    """
+    back = [np.eye(3, 4)]
+    for joint, angle in zip(joints, angles, strict=True):
+        turn = Rotation.from_rotvec(-angle * joint.axis_body).as_matrix()
+        shift = joint.origin_body - turn @ joint.origin_body
+        back.append(np.column_stack([turn, shift]))
+    return np.stack(back)
 
 
 def turned_keypoints(

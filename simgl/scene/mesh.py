@@ -24,7 +24,8 @@ class Mesh:
     material : (n,) uint32 index of its material
     uv : (n, 2) float32 place in its material's images, v down from the top row; None without images
     colour : (n, 4) float32 factors of red, green, blue reflectance and of coverage; None for all 1
-    pattern : (n, 3) float32 places that solar cells and crinkles follow; None for ``positions``
+    joint : (n,) uint32 one more than the index of the joint that has turned a vertex from where it
+        is stored, 0 for none; None where none has
     """
 
     positions: Floats
@@ -34,7 +35,7 @@ class Mesh:
     material: NDArray[np.uint32]
     uv: Floats | None = None
     colour: Floats | None = None
-    pattern: Floats | None = None
+    joint: NDArray[np.uint32] | None = None
 
     @cached_property
     def digest(self) -> str:
@@ -42,7 +43,7 @@ class Mesh:
         h = hashlib.sha256()
         for array in (self.positions, self.normals, self.triangles, self.part, self.material):
             h.update(np.ascontiguousarray(array).tobytes())
-        optionals = (("uv", self.uv), ("colour", self.colour), ("pattern", self.pattern))
+        optionals = (("uv", self.uv), ("colour", self.colour), ("joint", self.joint))
         for name, optional in optionals:
             if optional is not None:
                 h.update(name.encode())

@@ -48,7 +48,8 @@ class SpacecraftModel:
         """What drawing it needs beyond materials that are the same all over.
 
         ``DETAILED``: images or vertex colours; ``CUT_OUT``: they say also where no surface is;
-        ``LAYERED``: coats, solar cells, crinkles, lobes that conserve energy.
+        ``LAYERED``: coats, solar cells, crinkles, lobes that conserve energy; ``JOINTED``: joints
+        have turned some of it.
         """
         found = []
         if self.mesh.uv is not None or self.mesh.colour is not None:
@@ -57,6 +58,8 @@ class SpacecraftModel:
                 found.append("CUT_OUT")
         if any(material.layered for material in self.materials):
             found.append("LAYERED")
+        if self.mesh.joint is not None:
+            found.append("JOINTED")
         return tuple(found)
 
     def posed(self, angles: Mapping[str, float]) -> SpacecraftModel:

@@ -17,6 +17,7 @@ from simgl.scene.camera import Camera
 from simgl.scene.earth import Earth
 from simgl.scene.lamps import LampState
 from simgl.scene.spacecraft import SpacecraftModel
+from simgl.scene.stars import StarSky
 
 Array = NDArray[np.float64]
 
@@ -138,11 +139,13 @@ class CameraState:
 
     position : (3,) of the pinhole [m]
     R_camera_from_icrf : (3, 3)
+    velocity : (3,) about the Earth, ICRF axes [m s-1]; tilts the light of stars
     """
 
     camera: Camera
     position: Array
     R_camera_from_icrf: Array
+    velocity: Array = field(default_factory=lambda: np.zeros(3))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -152,6 +155,7 @@ class SceneState:
     tai_ns : TAI nanoseconds since 1970-01-01T00:00:00 TAI
     earth : None for a scene in deep space
     moon : (3,) of its centre [m]; None where the Sun was fixed by hand
+    stars : None where none are drawn
     """
 
     tai_ns: int
@@ -161,6 +165,7 @@ class SceneState:
     bodies: Mapping[str, BodyState]
     cameras: Mapping[str, CameraState]
     lamps: tuple[LampState, ...] = ()
+    stars: StarSky | None = None
 
     def sunlight(self, point: Array) -> Array:
         """(4,) share of the Sun's light that reaches a point (3,) [m] past Earth, air and Moon."""

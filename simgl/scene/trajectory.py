@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FixedPosition:
-    """At rest in ICRF axes: position [m], velocity [m s-1] (used for LVLH axes only)."""
+    """At rest in ICRF axes: position [m]; velocity [m s-1] for LVLH axes and starlight only."""
 
     position: Array
     velocity: Array
@@ -244,6 +244,16 @@ class OrbitingMount:
 
 
 Mount = BodyMount | FreeMount | OrbitingMount
+
+
+def camera_velocity(mount: Mount, bodies: Mapping[str, Pose]) -> Array:
+    """(3,) of a camera in ICRF axes about the Earth [m s-1]: that of the spacecraft it goes with.
+
+    A camera at a place in ICRF axes is at rest there.
+    """
+    if isinstance(mount, FreeMount):
+        return np.zeros(3)
+    return bodies[mount.target if isinstance(mount, OrbitingMount) else mount.spacecraft].velocity
 
 
 def camera_pose(name: str, mount: Mount, bodies: Mapping[str, Pose]) -> tuple[Array, Array]:

@@ -1,4 +1,4 @@
-"""Earth and Sun before one pinhole, float32 in its axes: behind a picture, or on a face of a sky.
+"""Earth and sky before one pinhole, float32 in its axes: behind a picture, or on a face of a sky.
 
 A pinhole's axes: z boresight, x along columns, y along rows.
 """
@@ -14,6 +14,7 @@ from simgl.errors import ConfigError
 from simgl.scene.earth import Earth
 from simgl.scene.state import BodyState, CameraState, EarthState, SceneState, SunSeen
 from simgl.sky import DOWN, FORWARD, RIGHT
+from simgl.view.heavens import EarthCone, Field, Heavens, heavens
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
@@ -47,20 +48,15 @@ class Background:
     """Everything behind the spacecraft, for one pinhole.
 
     intrinsics : (3, 3) float32 [pixels]
-    sun_direction : (3,) float32, in the pinhole's axes
-    sun_radiance : (4,) float32, mean of the disc [W m-2 sr-1]; zero where it is not drawn or out of
-        view
-    sun_limb : (2, 4) float32 limb darkening u and v per band: 1 - u (1 - mu) - v (1 - mu)^2
     sun_angular_radius : [rad]
     planet : None where there is no Earth, or none in the field of view
+    heavens : None where nothing beyond the Earth is drawn
     """
 
     intrinsics: Floats
-    sun_direction: Floats
-    sun_radiance: Floats
-    sun_limb: Floats
     sun_angular_radius: float
     planet: PlanetView | None
+    heavens: Heavens | None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -83,17 +79,18 @@ def background(state: SceneState, camera: CameraState) -> Background:
     optics, R = camera.camera, camera.R_camera_from_icrf
     d = optics.detector
     half_diagonal = float(np.arctan(0.5 * np.hypot(d.width, d.height) / optics.focal_length_px))
-    field = _Field(half_diagonal, 1.0 / optics.focal_length_px)
+    field = Field(half_diagonal, 1.0 / optics.focal_length_px)
     seen = state.sun.seen_from(camera.position)
-    visible = state.sun.visible and field.holds(R[2], seen.direction_icrf, seen.angular_radius)
-    earth = None
+    earth = cone = None
     if state.earth is not None:
         earth = _earth_from(state, state.earth, camera.position, f"[camera.{optics.name}]")
-    return _background(optics.intrinsics, R, field, seen, earth, sun_drawn=visible)
+        cone = EarthCone(direction_icrf=earth.direction_icrf, angular_radius=earth.within)
+    beyond = heavens(state, camera, field, cone)
+    return _background(optics.intrinsics, R, field, seen, earth, beyond)
 
 
 def sky_view(state: SceneState, name: str, body: BodyState) -> SkyView | None:
-    """What a spacecraft sees around it, the Sun's disc left out; None where there is no Earth.
+    """What a spacecraft sees around it of the Earth; None where there is none.
 
     Raises ConfigError where the spacecraft is inside the Earth.
     """
@@ -101,38 +98,27 @@ def sky_view(state: SceneState, name: str, body: BodyState) -> SkyView | None:
         return None
     half = 0.5 * SKY_TEXELS
     intrinsics = np.array([[half, 0.0, half], [0.0, half, half], [0.0, 0.0, 1.0]])
-    field = _Field(float(np.arctan(np.sqrt(2.0))), 1.0 / half)
+    field = Field(float(np.arctan(np.sqrt(2.0))), 1.0 / half)
     seen = state.sun.seen_from(body.pose.position)
     earth = _earth_from(state, state.earth, body.pose.position, f"[spacecraft.{name}]")
     R_body_from_icrf = body.pose.R_icrf_from_body.T
     faces = tuple(
-        _background(intrinsics, axes @ R_body_from_icrf, field, seen, earth, sun_drawn=False)
+        _background(intrinsics, axes @ R_body_from_icrf, field, seen, earth, None)
         for axes in np.stack([RIGHT, DOWN, FORWARD], axis=1)
     )
     return SkyView(faces=faces, key=tuple(part for face in faces for part in _key(face)))
 
 
-@dataclass(frozen=True)
-class _Field:
-    """The cone around a picture: its half angle, and the angle of a pixel [rad]."""
-
-    half_diagonal: float
-    pixel: float
-
-    def holds(self, boresight: Array, direction: Array, angular_radius: float) -> bool:
-        """Whether a disc on the sky may touch the picture."""
-        sine = np.linalg.norm(np.cross(boresight, direction))
-        off_axis = np.arctan2(sine, np.dot(boresight, direction))
-        # Nearly a pixel more than enough: a disc's edge is drawn over one.
-        return bool(off_axis < self.half_diagonal + angular_radius + self.pixel)
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _EarthFrom:
-    """The Earth from one place: its direction and largest angular radius, and a view along ICRF."""
+    """The Earth from one place, and a view along ICRF.
+
+    angular_radius, within : of circles around all of it, and inside its limb [rad]
+    """
 
     direction_icrf: Array
     angular_radius: float
+    within: float
     sphere_from_icrf: Array
     view: PlanetView
 
@@ -151,6 +137,7 @@ def _earth_from(state: SceneState, earth: EarthState, place: Array, who: str) ->
     return _EarthFrom(
         direction_icrf=(earth.position - place) / distance,
         angular_radius=float(np.arcsin(min(float(radii.max()) / distance, 1.0))),
+        within=float(np.arcsin(min(float(radii.min()) / distance, 1.0))),
         sphere_from_icrf=sphere_from_icrf,
         view=PlanetView(
             earth=earth.earth,
@@ -166,11 +153,10 @@ def _earth_from(state: SceneState, earth: EarthState, place: Array, who: str) ->
 def _background(
     intrinsics: Array,
     R_camera_from_icrf: Array,
-    field: _Field,
+    field: Field,
     sun: SunSeen,
     earth: _EarthFrom | None,
-    *,
-    sun_drawn: bool,
+    beyond: Heavens | None,
 ) -> Background:
     planet = None
     boresight = R_camera_from_icrf[2]
@@ -179,11 +165,9 @@ def _background(
         planet = replace(earth.view, sphere_from_camera=turned)
     return Background(
         intrinsics=_float32(intrinsics),
-        sun_direction=_float32(R_camera_from_icrf @ sun.direction_icrf),
-        sun_radiance=_float32(sun.radiance if sun_drawn else np.zeros(4)),
-        sun_limb=_float32(sun.limb),
         sun_angular_radius=sun.angular_radius,
         planet=planet,
+        heavens=beyond,
     )
 
 

@@ -67,7 +67,10 @@ class Tile:
     x, y, width, height : pixels
     edges : (4, 4) float32, normals of the planes through the pinhole and the rectangle's edges,
         half a pixel outside it; towards its inside, the last column unused
-    slices : clip_from_camera (4, 4) float32 of each depth slice, farthest first
+    depths : nearest and farthest of each depth slice [m], the farthest slice first
+    slices : clip_from_camera (4, 4) float32 of each
+    sample_steps : (2, 4) float32, of the line of sight at depth 1 from a sample to the next along
+        rows and along columns of the lattice's raster, camera axes, the last column unused
     """
 
     x: int
@@ -76,7 +79,9 @@ class Tile:
     height: int
     lattice: Lattice
     edges: Floats
+    depths: tuple[tuple[float, float], ...]
     slices: tuple[Floats, ...]
+    sample_steps: Floats
     craft: tuple[CraftView, ...]
 
 
@@ -135,7 +140,22 @@ def truth_tile(view: FrameView) -> Tile | None:
     camera = view.camera if view.field is None else view.field.centred
     d = camera.detector
     depths = np.concatenate([_hull_in_camera(c)[:, 2] for c in craft])
-    return _tile((0, 0, d.width, d.height), craft, depths, camera, PIXEL_CENTRES)
+    slices = _depth_slices(depths)
+    return _tile((0, 0, d.width, d.height), craft, slices, camera, PIXEL_CENTRES)
+
+
+def parts(tile: Tile, camera: Camera, most_samples: int) -> list[Tile]:
+    """A tile cut into tiles whose rasters hold no more samples than that each, a pixel at least."""
+    columns, rows = tile.lattice.raster_size(tile.width, tile.height)
+    if columns * rows <= most_samples or max(tile.width, tile.height) == 1:
+        return [tile]
+    x, y, w, h = tile.x, tile.y, tile.width, tile.height
+    if w >= h:
+        boxes = (x, y, x + w // 2, y + h), (x + w // 2, y, x + w, y + h)
+    else:
+        boxes = (x, y, x + w, y + h // 2), (x, y + h // 2, x + w, y + h)
+    halves = [_tile(box, tile.craft, tile.depths, camera, tile.lattice) for box in boxes]
+    return [part for half in halves for part in parts(half, camera, most_samples)]
 
 
 def _float32(values: Array) -> Floats:
@@ -261,7 +281,8 @@ def _tiles(
         pixels = (box[2] - box[0]) * (box[3] - box[1])
         lattice = fixed or choose_lattice(pixels, sample_budget)
         depths = np.concatenate([hull[:, 2] for _, hull in members])
-        tiles.append(_tile(box, tuple(c for c, _ in members), depths, camera.camera, lattice))
+        together = tuple(c for c, _ in members)
+        tiles.append(_tile(box, together, _depth_slices(depths), camera.camera, lattice))
     return tuple(tiles)
 
 
@@ -276,7 +297,7 @@ def _union(a: tuple[int, int, int, int], b: tuple[int, int, int, int]) -> tuple[
 def _tile(
     box: tuple[int, int, int, int],
     craft: tuple[CraftView, ...],
-    depths: Array,
+    depths: tuple[tuple[float, float], ...],
     camera: Camera,
     lattice: Lattice,
 ) -> Tile:
@@ -287,12 +308,15 @@ def _tile(
     size = np.array(lattice.raster_size(width, height))
     rows = 2.0 * raster_from_camera / size[:, None] - np.array([0.0, 0.0, 1.0])
     slices = []
-    for near, far in _depth_slices(depths):
+    for near, far in depths:
         clip = np.zeros((4, 4))
         clip[:2, :3] = rows
         clip[2, 2:] = (far + near) / (far - near), -2.0 * far * near / (far - near)
         clip[3, 2] = 1.0
         slices.append(_float32(clip))
+    camera_from_raster = np.linalg.inv(np.vstack([raster_from_camera, [0.0, 0.0, 1.0]]))
+    steps = np.zeros((2, 4))
+    steps[:, :3] = camera_from_raster[:, :2].T
     return Tile(
         x=x0,
         y=y0,
@@ -300,7 +324,9 @@ def _tile(
         height=height,
         lattice=lattice,
         edges=_edges(shift @ camera.intrinsics, width, height),
+        depths=depths,
         slices=tuple(slices),
+        sample_steps=_float32(steps),
         craft=craft,
     )
 
@@ -316,11 +342,11 @@ def _edges(tile_from_camera: Array, width: int, height: int) -> Floats:
     return _float32(edges)
 
 
-def _depth_slices(depths: Array) -> list[tuple[float, float]]:
+def _depth_slices(depths: Array) -> tuple[tuple[float, float], ...]:
     """Near and far of the depth slices that hold the given depths [m], farthest first."""
     near = max(float(depths.min()) * 0.999, NEAREST)
     far = max(float(depths.max()) * 1.001, 2.0 * near)
     count = int(np.ceil(np.log(far / near) / np.log(SLICE_RATIO)))
     edges = np.geomspace(near, far, count + 1)
     # Neighbours overlap by 1e-4, so that rounding leaves no crack between them.
-    return [(float(a), float(b) * 1.0001) for a, b in pairwise(edges)][::-1]
+    return tuple((float(a), float(b) * 1.0001) for a, b in pairwise(edges))[::-1]

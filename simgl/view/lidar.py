@@ -45,7 +45,7 @@ def pulse_view(
     lamp = lamp_view(place, R_icrf_from_camera, state, camera)
     if lamp is None or not view.tiles:
         return None
-    black = replace(view.background, sun_radiance=np.zeros(4, dtype=np.float32), planet=None)
+    black = replace(view.background, heavens=None, planet=None)
     tiles = tuple(replace(t, craft=tuple(_unlit(c) for c in t.craft)) for t in view.tiles)
     return replace(view, background=black, tiles=tiles, lamps=(lamp,))
 

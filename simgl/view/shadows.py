@@ -70,8 +70,8 @@ class ShadowMap:
 
     @property
     def bounds_width(self) -> int:
-        """Cells beside each other: of 8 texels along an edge, and twice of 64."""
-        return self.size // 8 + 2 * (self.size // 64)
+        """Cells beside each other: of 8, 16, 32, 64 texels along an edge, and again of 64."""
+        return self.size // 4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from simgl_bridge import Client
@@ -49,10 +50,24 @@ def start_server() -> Iterator[Callable[..., Running]]:
     """Starts further servers, which end with the test."""
     started: list[Running] = []
 
-    def begin(scenario: Scenario, address: str = "tcp://127.0.0.1:*") -> Running:
-        started.append(start(scenario, address))
+    def begin(scenario: Scenario, address: str = "tcp://127.0.0.1:*", **options: Any) -> Running:
+        started.append(start(scenario, address, **options))
         return started[-1]
 
     yield begin
     for server in started:
         finish(server)
+
+
+@pytest.fixture
+def connect() -> Iterator[Callable[[Running], RawLink]]:
+    """Makes further raw links, which end with the test."""
+    made: list[RawLink] = []
+
+    def link(running: Running) -> RawLink:
+        made.append(RawLink(running.address))
+        return made[-1]
+
+    yield link
+    for one in made:
+        one.close()

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from contextlib import ExitStack
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import msgspec
 import zmq
-from simgl_bridge.server import Server
+from simgl_bridge.native import WINDOW, NativeFront
+from simgl_bridge.server import serve
+from simgl_bridge.studio import Studio
+from simgl_bridge.turns import Turns
 
 from simgl import Exposure, Product, Scenario, Simulator
 from simgl.scene.state import SceneState
@@ -66,37 +71,84 @@ class WatchedSimulator(Simulator):
         return super().capture(state, camera, products)
 
 
+class Gate:
+    """A hook that holds the picture in hand until it is let go."""
+
+    def __init__(self) -> None:
+        self._reached = threading.Event()
+        self._open = threading.Event()
+
+    def __call__(self) -> None:
+        self._reached.set()
+        assert self._open.wait(20), "nobody opened the gate"
+
+    def wait(self) -> None:
+        """Until a picture is in hand."""
+        assert self._reached.wait(20), "no picture was begun"
+
+    def open(self, settle: float = 0.3) -> None:
+        """Let it go, once what was sent meanwhile lies at the server's socket."""
+        time.sleep(settle)
+        self._open.set()
+
+
 @dataclass
 class Running:
     """A server on a thread: what a test needs of it."""
 
-    address: str
-    simulator: WatchedSimulator
+    front: NativeFront
+    simulators: list[WatchedSimulator]
     stop: threading.Event
     thread: threading.Thread
 
+    @property
+    def address(self) -> str:
+        """Where it listens."""
+        return self.front.address
 
-def start(scenario: Scenario, address: str = "tcp://127.0.0.1:*") -> Running:
-    """Open simulator and server on a new thread, where OpenGL then stays."""
+    @property
+    def simulator(self) -> WatchedSimulator:
+        """The one in use."""
+        return self.simulators[-1]
+
+
+def start(
+    scenario: Scenario,
+    address: str = "tcp://127.0.0.1:*",
+    root: Path | None = None,
+    **options: Any,
+) -> Running:
+    """Open studio and server on a new thread, where OpenGL then stays.
+
+    options : of the NativeFront
+    """
+    made: list[WatchedSimulator] = []
+
+    def open_simulator(scenario: Scenario) -> WatchedSimulator:
+        made.append(WatchedSimulator(scenario))
+        return made[-1]
+
     stop = threading.Event()
-    ready: Future[tuple[str, WatchedSimulator]] = Future()
+    ready: Future[NativeFront] = Future()
 
     def run() -> None:
         with ExitStack() as stack:
             try:
-                simulator = WatchedSimulator(scenario)
-                stack.callback(simulator.close)
-                server = stack.enter_context(Server(simulator, address))
+                studio = Studio(scenario, root=root, open_simulator=open_simulator)
+                stack.enter_context(studio)
+                turns = Turns(WINDOW)
+                front = NativeFront(studio, turns, address, **options)
+                stack.enter_context(front)
             except BaseException as error:
                 ready.set_exception(error)
                 return
-            ready.set_result((server.address, simulator))
-            server.serve(stop)
+            ready.set_result(front)
+            serve([front], turns, stop)
 
     thread = threading.Thread(target=run)
     thread.start()
-    bound, simulator = ready.result(timeout=60)
-    return Running(bound, simulator, stop, thread)
+    front = ready.result(timeout=60)
+    return Running(front, made, stop, thread)
 
 
 def finish(running: Running) -> None:
@@ -120,6 +172,15 @@ class RawLink:
     def send(self, frames: Sequence[bytes]) -> None:
         """Send frames as they are."""
         self._socket.send_multipart(frames)
+
+    def send_or_drop(self, frames: Sequence[bytes]) -> None:
+        """Send frames unless the queue is full."""
+        if self._socket.poll(0, zmq.POLLOUT):
+            self._socket.send_multipart(frames, zmq.NOBLOCK)
+
+    def has_reply(self) -> bool:
+        """Whether a reply is there within a fifth of a second."""
+        return bool(self._socket.poll(200))
 
     def receive(self) -> list[bytes]:
         """The next reply's frames."""

@@ -20,7 +20,14 @@ POSE = {
     "q_icrf_from_body_xyzw": [0.0, 0.0, 0.0, 1.0],
 }
 TAI_NS = 1_774_008_037_000_000_000
-RENDER = {"type": "render", "id": 1, "tai_ns": TAI_NS, "camera": "nav", "bodies": {"chaser": POSE}}
+SHOT = {"camera": "nav"}
+RENDER = {
+    "type": "render",
+    "id": 1,
+    "tai_ns": TAI_NS,
+    "cameras": [SHOT],
+    "bodies": {"chaser": POSE},
+}
 NUMBER_AS_KEY: dict[Any, Any] = {**RENDER, 9: 9}
 HEADER = msgspec.msgpack.encode(RENDER)
 
@@ -28,6 +35,11 @@ HEADER = msgspec.msgpack.encode(RENDER)
 def pose(**changes: Any) -> dict[str, Any]:
     """A request whose chaser pose differs in some fields."""
     return {**RENDER, "bodies": {"chaser": {**POSE, **changes}}}
+
+
+def shot(**changes: Any) -> dict[str, Any]:
+    """A request whose only camera differs in some fields."""
+    return {**RENDER, "cameras": [{**SHOT, **changes}]}
 
 
 def without(key: str) -> dict[str, Any]:
@@ -74,12 +86,13 @@ def test_broken_frames_are_explained(
     ("request_map", "code", "field", "detail"),
     [
         ({"type": "rendr", "id": 1}, "UNKNOWN_TYPE", "type",
-         'type "rendr" is not known here; did you mean "render"? (allowed: bye, hello, '),
+         'type "rendr" is not known here; did you mean "render"? (allowed: bye, configure, '),
         ({"type": "images", "id": 1}, "UNKNOWN_TYPE", "type",
-         'type "images" is not known here; (allowed: bye, hello, ping, render)'),
+         'type "images" is not known here; (allowed: bye, configure, hello, '
+         'next, ping, render, state, stats)'),
         (without("id"), "BAD_VALUE", "id", "id is missing"),
         (without("tai_ns"), "BAD_VALUE", "tai_ns", "tai_ns is missing"),
-        (without("camera"), "BAD_VALUE", "camera", "camera is missing"),
+        (without("cameras"), "BAD_VALUE", "cameras", "cameras is missing"),
         ({**RENDER, "id": -1}, "BAD_VALUE", "id", "id must lie in 0..2^63-1, got -1"),
         ({**RENDER, "id": 2**63}, "BAD_VALUE", "id",
          "id must lie in 0..2^63-1, got 9223372036854775808"),
@@ -90,11 +103,12 @@ def test_broken_frames_are_explained(
          "tai_ns must lie in the years 1972 to 2099 "
          "(63072010000000000..4102444836999999999), got 0"),
         ({**RENDER, "tai_ns": 2**64 - 1}, "BAD_VALUE", "tai_ns", "got 18446744073709551615"),
-        ({**RENDER, "camera": "nva"}, "NO_CAMERA", "camera",
-         'camera "nva" does not exist here; did you mean "nav"? (allowed: nav, side)'),
-        ({**RENDER, "camera": "a\nb\0" + "x" * 1000}, "NO_CAMERA", "camera",
-         f'camera "a\\nb\\x00{"x" * 53}..." does not exist here'),
-        ({**RENDER, "camera": 3}, "BAD_VALUE", "camera", "camera must be a text, got 3"),
+        (shot(camera="nva"), "NO_CAMERA", "cameras[0].camera",
+         'cameras[0].camera "nva" does not exist here; did you mean "nav"? (allowed: nav, side)'),
+        (shot(camera="a\nb\0" + "x" * 1000), "NO_CAMERA", "cameras[0].camera",
+         f'cameras[0].camera "a\\nb\\x00{"x" * 53}..." does not exist here'),
+        (shot(camera=3), "BAD_VALUE", "cameras[0].camera",
+         "cameras[0].camera must be a text, got 3"),
         ({**RENDER, "bodies": {"chasr": POSE}}, "NO_BODY", "bodies",
          'bodies "chasr" does not exist here; did you mean "chaser"? (allowed: chaser, target)'),
         ({**RENDER, "bodies": [POSE]}, "BAD_VALUE", "bodies", "bodies must be a map, got [{"),
@@ -123,19 +137,19 @@ def test_broken_frames_are_explained(
          "(off by +0.2, allowed 0.0001)"),
         (pose(q_icrf_from_body_xyzw=[0.0, 0.0, 0.0, math.nan]), "BAD_VALUE",
          "bodies.chaser.q_icrf_from_body_xyzw", "must be four finite numbers x y z w"),
-        ({**RENDER, "exposure_time_s": -0.001}, "BAD_VALUE", "exposure_time_s",
-         "exposure_time_s must lie above 0, up to 3600 s, got -0.001"),
-        ({**RENDER, "exposure_time_s": 0}, "BAD_VALUE", "exposure_time_s", "got 0"),
-        ({**RENDER, "exposure_time_s": math.nan}, "BAD_VALUE", "exposure_time_s", "got nan"),
-        ({**RENDER, "exposure_time_s": "1 ms"}, "BAD_VALUE", "exposure_time_s",
-         'exposure_time_s must be a number or nil, got "1 ms"'),
-        ({**RENDER, "products": []}, "BAD_VALUE", "products",
-         "products must name at least one of dn, radiance, electrons, depth, part_id"),
-        ({**RENDER, "products": ["dn", "png"]}, "BAD_VALUE", "products[1]",
-         'products[1] "png" does not exist here; '
+        (shot(exposure_time_s=-0.001), "BAD_VALUE", "cameras[0].exposure_time_s",
+         "cameras[0].exposure_time_s must lie above 0, up to 3600 s, got -0.001"),
+        (shot(exposure_time_s=0), "BAD_VALUE", "cameras[0].exposure_time_s", "got 0"),
+        (shot(exposure_time_s=math.nan), "BAD_VALUE", "cameras[0].exposure_time_s", "got nan"),
+        (shot(exposure_time_s="1 ms"), "BAD_VALUE", "cameras[0].exposure_time_s",
+         'cameras[0].exposure_time_s must be a number or nil, got "1 ms"'),
+        (shot(products=[]), "BAD_VALUE", "cameras[0].products",
+         "cameras[0].products must name at least one of dn, radiance, electrons, depth, part_id"),
+        (shot(products=["dn", "png"]), "BAD_VALUE", "cameras[0].products[1]",
+         'cameras[0].products[1] "png" does not exist here; '
          '(allowed: depth, dn, electrons, part_id, radiance)'),
-        ({**RENDER, "products": ["dn", "dn"]}, "BAD_VALUE", "products[1]",
-         'products[1] repeats "dn"'),
+        (shot(products=["dn", "dn"]), "BAD_VALUE", "cameras[0].products[1]",
+         'cameras[0].products[1] repeats "dn"'),
         (pose(position_m=[0.0, 0.0, 0.3]), "BAD_SCENE", "[camera.nav] position",
          '[camera.nav] position is inside the body of "target" (at 0.000, 0.000, 0.100 m'),
         ({"type": "hello", "client": "old", "versions": ["simgl/0"]}, "VERSION", "versions",
@@ -159,7 +173,7 @@ def test_a_wrong_value_is_named_with_its_field(
 
 def test_a_camera_without_a_direction_to_look_is_named(raw: RawLink) -> None:
     there = {**POSE, "position_m": [50.0, 0.0, 10.0]}
-    reply = raw.ask_map({**RENDER, "camera": "side", "bodies": {"target": there}})
+    reply = raw.ask_map({**shot(camera="side"), "bodies": {"target": there}})
     assert reply["code"] == "BAD_SCENE"
     assert reply["field"] == "[camera.side] look_at"
     assert_alive(raw)
@@ -169,9 +183,10 @@ def test_the_client_raises_what_the_server_says(client: Client, scenario: Scenar
     with pytest.raises(RemoteError) as caught:
         client.render(scenario.epoch_tai_ns, "nav", exposure_time_s=-1.0)
     assert caught.value.code == "BAD_VALUE"
-    assert caught.value.field == "exposure_time_s"
+    assert caught.value.field == "cameras[0].exposure_time_s"
     assert str(caught.value) == (
-        f"{client.address}: BAD_VALUE: exposure_time_s must lie above 0, up to 3600 s, got -1"
+        f"{client.address}: BAD_VALUE: cameras[0].exposure_time_s must lie above 0, "
+        "up to 3600 s, got -1"
     )
     assert client.render(scenario.epoch_tai_ns, "nav").dn.shape == (48, 64)
 
@@ -228,7 +243,7 @@ _ONE_BYTE = st.builds(
 )
 _ONE_FIELD = st.builds(
     lambda key, value: msgspec.msgpack.encode({**RENDER, key: value}),
-    st.sampled_from(["id", "tai_ns", "camera", "bodies", "exposure_time_s", "products"]),
+    st.sampled_from(["id", "tai_ns", "cameras", "bodies", "sun", "seek", "deadline_ms"]),
     _VALUES,
 )
 _POSE_FIELD = st.builds(

@@ -8,8 +8,8 @@ import struct
 import msgspec
 import numpy as np
 import pytest
-from simgl_bridge.messages import Hello, Images, Ping, Render, SentPose, state_hash
-from simgl_bridge.replies import MOST_REPLIES, ReplyCache
+from simgl_bridge.messages import Hello, Images, Ping, Render, SentPose, SentSun, Shot, state_hash
+from simgl_bridge.replies import MOST_OF_A_CLIENT, ReplyCache
 from simgl_bridge.wire import BadMessageError, pack, unpack_reply, unpack_request
 
 from simgl.errors import BridgeError
@@ -27,21 +27,22 @@ def f64(*values: float) -> bytes:
 
 def test_the_state_hash_can_be_made_by_hand() -> None:
     content = (
-        b"\x95"  # array of 5
+        b"\x95"  # array of 5: time, bodies, Sun, cameras, seed
         + b"\xcf" + struct.pack(">Q", 1_774_008_037_000_000_000)
-        + b"\x91" + b"\x94" + b"\xa6chaser"
+        + b"\x91" + b"\x95" + b"\xa6chaser"
         + b"\x93" + f64(1.0, 2.0, 3.0)
         + b"\x93" + f64(0.0, -0.5, 0.0)
         + b"\x94" + f64(0.0, 0.0, 0.0, 1.0)
-        + b"\xa3nav"
-        + f64(0.001)
+        + b"\x90"  # no joints
+        + b"\xc0"  # the scenario's Sun
+        + b"\x91" + b"\x93" + b"\xa3nav" + f64(0.001, 0.25)
         + b"\x07"
     )  # fmt: skip
     made = state_hash(
         tai_ns=1_774_008_037_000_000_000,
         bodies={"chaser": POSE},
-        camera="nav",
-        exposure_time_s=0.001,
+        sun=None,
+        cameras=[("nav", 0.001, 0.25)],
         seed=7,
     )
     assert made == hashlib.blake2b(content, digest_size=16).hexdigest()
@@ -49,12 +50,14 @@ def test_the_state_hash_can_be_made_by_hand() -> None:
 
 
 def test_the_state_hash_knows_no_order_of_bodies_and_every_value() -> None:
-    state = {"tai_ns": 1, "camera": "a", "exposure_time_s": 1.0, "seed": 0}
+    state = {"tai_ns": 1, "sun": None, "cameras": [("a", 1.0, 2.0)], "seed": 0}
     other = msgspec.structs.replace(POSE, velocity_m_s=(0.0, -0.5, 1e-300))
     one = state_hash(bodies={"x": POSE, "y": other}, **state)  # type: ignore[arg-type]
     assert one == state_hash(bodies={"y": other, "x": POSE}, **state)  # type: ignore[arg-type]
     assert one != state_hash(bodies={"y": POSE, "x": other}, **state)  # type: ignore[arg-type]
-    for key, value in {"tai_ns": 2, "camera": "b", "exposure_time_s": 2.0, "seed": 1}.items():
+    changes = [("tai_ns", 2), ("seed", 1), ("sun", SentSun(position_m=(1.5e11, 0.0, 0.0)))]
+    changes += [("cameras", [shot]) for shot in (("b", 1.0, 2.0), ("a", 2.0, 2.0), ("a", 1.0, 1.0))]
+    for key, value in changes:
         assert one != state_hash(bodies={"x": POSE, "y": other}, **{**state, key: value})  # type: ignore[arg-type]
 
 
@@ -62,7 +65,7 @@ def test_whole_numbers_hash_like_the_reals_that_they_are() -> None:
     whole = SentPose(
         position_m=(1, 2, 3), velocity_m_s=(0, -0.5, 0), q_icrf_from_body_xyzw=(0, 0, 0, 1)
     )
-    state = {"tai_ns": 1, "camera": "a", "exposure_time_s": 1, "seed": 0}
+    state = {"tai_ns": 1, "sun": None, "cameras": [("a", 1, 2)], "seed": 0}
     assert state_hash(bodies={"x": whole}, **state) == state_hash(bodies={"x": POSE}, **state)  # type: ignore[arg-type]
 
 
@@ -77,7 +80,7 @@ def test_a_message_is_version_header_and_a_map_with_its_type() -> None:
     [
         Hello(client="c", versions=("simgl/1",)),
         Ping(id=1),
-        Render(id=1, tai_ns=2, camera="c", bodies={"b": POSE}, exposure_time_s=0.1),
+        Render(id=1, tai_ns=2, cameras=(Shot(camera="c"),), bodies={"b": POSE}),
     ],
 )
 def test_a_request_survives_the_way(message: Hello | Ping | Render) -> None:
@@ -103,7 +106,7 @@ def test_every_message_is_frozen() -> None:
 
 def test_the_cache_keeps_the_latest_replies_of_each_client() -> None:
     cache = ReplyCache()
-    for id in range(MOST_REPLIES + 1):
+    for id in range(MOST_OF_A_CLIENT + 1):
         cache.keep(b"a", id, b"request", [b"reply", bytes([id])])
     assert cache.find(b"a", 0, b"request") is None
     assert cache.find(b"a", 1, b"request") == [b"reply", b"\x01"]

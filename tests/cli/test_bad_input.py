@@ -106,6 +106,24 @@ def test_a_pose_that_is_no_number(run: Run, scene: Path, out: Path) -> None:
     assert untouched(out)
 
 
+def test_a_camera_test_of_an_unknown_preset(run: Run, out: Path) -> None:
+    code, _, err = run("camera", "test", "mt9m043", "--out", out)
+    assert code == 2
+    assert err.startswith('simgl: command line: preset: no camera preset "mt9m043"; did you mean ')
+    assert err.count("\n") == 1
+    assert untouched(out)
+
+
+def test_a_camera_test_of_a_missing_file(run: Run, out: Path, tmp_path: Path) -> None:
+    code, _, err = run("camera", "test", tmp_path / "mine.toml", "--out", out)
+    assert code == 2
+    assert err == (
+        f"simgl: command line: preset: {tmp_path / 'mine.toml'}: cannot be read "
+        "(No such file or directory)\n"
+    )
+    assert untouched(out)
+
+
 def test_a_scenario_without_a_camera(run: Run, scene: Path, out: Path) -> None:
     scene.write_text(SCENE[: SCENE.index("[camera.nav]")])
     message = refused(run, "render", scene, "--out", out)
@@ -169,9 +187,9 @@ def test_a_wrong_command_is_explained_by_its_usage(
     assert "Traceback" not in stderr
 
 
-@pytest.mark.parametrize("command", ["doctor", "render", "bench", "view"])
+@pytest.mark.parametrize("command", ["doctor", "render", "bench", "view", "camera test"])
 def test_every_command_has_help_with_an_example(run: Run, command: str) -> None:
-    code, stdout, _ = run(command, "--help")
+    code, stdout, _ = run(*command.split(), "--help")
     assert code == 0
     assert f"Example: simgl {command}" in stdout
 

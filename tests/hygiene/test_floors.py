@@ -16,6 +16,7 @@ FLOORS = {
     "sky": 2,
     "ephemerides": 3,
     "scenario": 3,
+    "sensor": 3,
     "reference": 3,
     "rays": 3,
     "transport": 3,
@@ -53,6 +54,8 @@ NEIGHBOURS = {
     ("view", "rays"),
     ("view", "transport"),
     ("transport", "rays"),
+    ("reference", "sensor"),
+    ("images", "sensor"),
 }
 
 # Where a room may look is less than its floor allows.
@@ -60,7 +63,9 @@ KEPT_APART = {
     # Knows OpenGL, not spacecraft.
     "gpu": {"errors", "assets", "gpu"},
     # Textbook formulas, whatever draws them.
-    "reference": {"errors", "physics", "scene", "reference"},
+    "reference": {"errors", "physics", "scene", "sensor", "reference"},
+    # What the camera does besides the passes, alike for them and the references.
+    "sensor": {"errors", "physics", "scene", "sensor"},
     # Runs by itself, to make the files that the others read.
     "generate": {"errors", "assets", "physics", "generate"},
 }
@@ -68,10 +73,14 @@ KEPT_APART = {
 # Shared by passes; every other pass stands alone.
 SHARED_PASSES = {
     "simgl.passes.blocks",
+    "simgl.passes.discs",
+    "simgl.passes.earth_maps",
+    "simgl.passes.earth_textures",
     "simgl.passes.lobes",
     "simgl.passes.meshes",
     "simgl.passes.outline",
     "simgl.passes.textures",
+    "simgl.passes.weather",
 }
 
 each_module = pytest.mark.parametrize("module", modules(), ids=lambda m: m.name)

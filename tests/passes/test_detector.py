@@ -2,61 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
 
 import moderngl
 import numpy as np
 import pytest
 from scipy import stats
 
-from simgl.gpu.targets import Format, ImageTarget
-from simgl.passes.detector import DetectorPass
-from simgl.scene.camera import Camera, Detector, Lens
-
-SIDE = 512
-
-
-def camera(**changes: Any) -> Camera:
-    """One DN per electron, no pedestal, no read noise, unless changed."""
-    values: dict[str, Any] = {
-        "width": SIDE,
-        "height": SIDE,
-        "pixel_pitch": 5e-6,
-        "quantum_efficiency": (0.5, 0.5, 0.5, 0.5),
-        "full_well": 60_000.0,
-        "read_noise": 0.0,
-        "bits": 16,
-        "pedestal": 0.0,
-        "gain_dn_per_e": 1.0,
-    }
-    detector = Detector(**(values | changes))
-    return Camera(
-        name="cam",
-        lens=Lens(focal_length=0.01, f_number=4.0),
-        detector=detector,
-        exposure_time=0.001,
-    )
-
-
-def expose(
-    gl: moderngl.Context,
-    mean: float | np.ndarray[Any, np.dtype[np.float32]],
-    cam: Camera,
-    *,
-    tai_ns: int = 1_774_008_037_000_000_000,
-    seed: int = 1,
-) -> np.ndarray[Any, np.dtype[np.uint16]]:
-    size = (cam.detector.width, cam.detector.height)
-    source = ImageTarget(gl, size, [Format("f4")])
-    target = ImageTarget(gl, size, [Format("u2")])
-    pass_ = DetectorPass(gl)
-    source.textures[0].write(np.broadcast_to(np.float32(mean), size[::-1]).copy().tobytes())
-    pass_.draw(cam, tai_ns, seed, source.textures[0], target.framebuffer)
-    dn = target.read().copy()
-    gl.detect_framebuffer(0).use()
-    for resource in (source, target, pass_):
-        resource.release()
-    return dn
+from simgl.scene.camera import Camera
+from simgl.scene.detector import FixedPattern, Particles
+from simgl.sensor.radiation import hits
+from tests.passes.exposures import EPOCH, SIDE, camera, expose
 
 
 @pytest.mark.parametrize("seed", [1, 2])
@@ -117,8 +77,8 @@ def test_noise_depends_on_seed_epoch_and_camera_alone(gl: moderngl.Context) -> N
     other = Camera(name="cam2", lens=cam.lens, detector=cam.detector, exposure_time=0.001)
     for different in (
         expose(gl, 50.0, cam, seed=2),
-        expose(gl, 50.0, cam, tai_ns=1_774_008_037_000_000_001),
-        expose(gl, 50.0, cam, tai_ns=1_774_008_037_000_000_000 + (1 << 32)),
+        expose(gl, 50.0, cam, tai_ns=EPOCH + 1),
+        expose(gl, 50.0, cam, tai_ns=EPOCH + (1 << 32)),
         expose(gl, 50.0, other),
     ):
         correlation = np.corrcoef(first.ravel(), different.ravel())[0, 1]
@@ -140,3 +100,118 @@ def test_a_source_left_out_changes_no_other(gl: moderngl.Context) -> None:
     both = expose(gl, 500.0, camera(read_noise=1e-3)).astype(np.int64)
     # 1e-3 e- of read noise moves a whole count by one at most, downwards through floor().
     assert np.isin(shot - both, (0, 1)).all()
+
+
+def test_fixed_patterns_follow_the_serial_number_alone(gl: moderngl.Context) -> None:
+    """The mean of frames shows the same pattern under any seed, epoch and name."""
+    pattern = FixedPattern(prnu=0.02, dsnu=15.0)
+    cam = camera(pattern=pattern, pedestal=200.0, serial=4)
+    first = expose(gl, 1000.0, cam).astype(np.float64)
+    renamed = expose(gl, 1000.0, replace(cam, name="cam2"), seed=5, tai_ns=EPOCH + 9)
+    other = replace(cam, detector=replace(cam.detector, serial=5))
+    # Pattern variance 20^2 + 15^2, shot noise 1000, rounding 1/12: shared part of the variance.
+    shared = 625.0 / (625.0 + 1000.0 + 1.0 / 12.0)
+    seen = np.corrcoef(first.ravel(), renamed.ravel())[0, 1]
+    assert abs(seen - shared) < 5.0 / SIDE
+    strange = np.corrcoef(first.ravel(), expose(gl, 1000.0, other, seed=5).ravel())[0, 1]
+    assert abs(strange) < 5.0 / SIDE
+
+
+def test_each_part_of_the_pattern_has_its_size(gl: moderngl.Context) -> None:
+    n = SIDE * SIDE
+    prnu = expose(gl, 1e4, camera(pattern=FixedPattern(prnu=0.05))).astype(np.float64)
+    # 1e4 e- of shot noise and 500^2 of pattern; five standard errors of a variance.
+    assert abs(prnu.var() / (1e4 + 500.0**2) - 1.0) < 5.0 * np.sqrt(2.0 / n)
+    dark = camera(pattern=FixedPattern(dsnu=20.0), pedestal=200.0)
+    assert abs(expose(gl, 0.0, dark).var() / (400.0 + 1 / 12) - 1.0) < 5.0 * np.sqrt(2.0 / n)
+    dead = expose(gl, 1000.0, camera(pattern=FixedPattern(dead_pixels=0.01))) == 0
+    assert abs(dead.mean() - 0.01) < 5.0 * np.sqrt(0.01 * 0.99 / n)
+
+
+def test_offsets_of_rows_and_columns_lie_along_them(gl: moderngl.Context) -> None:
+    lines = expose(gl, 0.0, camera(pattern=FixedPattern(rows=20.0), pedestal=200.0))
+    assert np.all(lines == lines[:, :1])
+    assert abs(lines[:, 0].std() - 20.0) < 5.0 * 20.0 / np.sqrt(2.0 * SIDE)
+    columns = expose(gl, 0.0, camera(pattern=FixedPattern(columns=20.0), pedestal=200.0))
+    assert np.all(columns == columns[:1])
+    assert abs(columns[0].std() - 20.0) < 5.0 * 20.0 / np.sqrt(2.0 * SIDE)
+    moving = camera(row_noise=20.0, pedestal=200.0)
+    first, second = expose(gl, 0.0, moving), expose(gl, 0.0, moving, tai_ns=EPOCH + 1)
+    assert np.all(first == first[:, :1])
+    assert abs(np.corrcoef(first[:, 0], second[:, 0])[0, 1]) < 5.0 / np.sqrt(SIDE)
+
+
+def test_dark_current_grows_with_time_and_temperature_and_is_poisson(gl: moderngl.Context) -> None:
+    n = SIDE * SIDE
+    for temperature, ratio in ((300.0, 1.0), (273.15, 9.070567e-2), (323.15, 5.839465)):
+        cam = camera(0.5, dark_current_300k=100.0, temperature=temperature)
+        dn = expose(gl, 0.0, cam).astype(np.float64)
+        mean = 50.0 * ratio
+        assert abs(dn.mean() - mean) < 5.0 * np.sqrt(mean / n)
+        assert abs(dn.var() - mean) < 5.0 * np.sqrt((mean + 2.0 * mean**2) / n)
+
+
+def test_hot_pixels_have_exponential_dark_currents(gl: moderngl.Context) -> None:
+    pattern = FixedPattern(hot_pixels=0.1, hot_current=1000.0)
+    dn = expose(gl, 0.0, camera(2.0, pattern=pattern)).astype(np.float64)
+    # A Poisson count of an exponential mean of 2000: 0 with probability 1/2001.
+    hot = dn[dn > 0]
+    n = dn.size
+    assert abs(hot.size / n - 0.1 * 2000 / 2001) < 5.0 * np.sqrt(0.09 / n)
+    assert abs(hot.mean() / 2000.0 - 1.0) < 5.0 / np.sqrt(hot.size)
+    assert abs(np.mean(hot > 2000.0 * np.log(2.0)) - 0.5) < 5.0 * 0.5 / np.sqrt(hot.size)
+
+
+def test_particles_are_added_after_shot_noise(gl: moderngl.Context) -> None:
+    particles = Particles(flux=1e12, depth=5e-6, charge=80e6)
+    cam = camera(particles=particles)
+    with_hits = expose(gl, 50.0, cam).astype(np.int64)
+    without = expose(gl, 50.0, camera()).astype(np.int64)
+    pixels, electrons = hits(cam, EPOCH, 1)
+    assert pixels.size > 1000
+    np.testing.assert_array_equal((with_hits - without).ravel()[pixels], electrons)
+    assert np.count_nonzero(with_hits - without) == np.count_nonzero(electrons)
+
+
+def test_width_that_is_no_multiple_of_four(gl: moderngl.Context) -> None:
+    """The last pixels of a row get their own light."""
+    mean = np.zeros((SIDE, 30), dtype=np.float32)
+    mean[:, 29] = 1e4
+    dn = expose(gl, mean, camera(width=30))
+    assert dn.shape == (SIDE, 30)
+    assert np.all(dn[:, :29] == 0)
+    assert np.all(dn[:, 29] > 9000)
+
+
+_BITS = """
+import hashlib
+from simgl.gpu.context import open_context
+from simgl.scene.detector import FixedPattern, Particles
+from tests.passes.exposures import camera, expose
+gl = open_context()
+cam = camera(read_noise=5.0, pedestal=100.0, dark_current_300k=1e4, row_noise=3.0, blooming=0.5,
+             full_well=4000.0, particles=Particles(flux=1e11, depth=5e-6, charge=80e6),
+             pattern=FixedPattern(prnu=0.02, dsnu=3.0, hot_pixels=0.01, hot_current=1e5))
+frames = {}
+for epoch in ORDER:
+    frames[epoch] = hashlib.sha256(expose(gl, 37.0, cam, tai_ns=epoch).tobytes()).hexdigest()
+print([frames[epoch] for epoch in sorted(frames)])
+"""
+
+
+def test_bits_are_the_same_for_any_number_of_threads_and_order_of_frames() -> None:
+    root = Path(__file__).resolve().parents[2]
+    said = set()
+    for threads, order in (("1", "(3, 1, 2)"), ("4", "(2, 3, 1)")):
+        run = subprocess.run(
+            [sys.executable, "-c", _BITS.replace("ORDER", order)],
+            cwd=root,
+            env=os.environ | {"LP_NUM_THREADS": threads},
+            capture_output=True,
+            text=True,
+            timeout=120,
+            check=True,
+        )
+        said.add(run.stdout)
+    assert len(said) == 1
+    assert len(set(said.pop().split("'")[1::2])) == 3

@@ -82,10 +82,11 @@ def test_the_map_shows_the_sahara_and_the_pacific_where_they_are(gl: moderngl.Co
         scenario = scene(
             {},
             {"position_icrf_m": (6.8e6 * up).tolist(), "boresight": (-up).tolist()},
-            sun_direction=tuple(up.tolist()),
-            earth={"shape": "wgs84"},
+            sun_direction=tuple((up + 0.6 * R_icrf_from_itrf[:, 2]).tolist()),
+            earth={"shape": "wgs84", "atmosphere": "none", "clouds": {"cover": 0.0}},
         )
         image = radiance(gl, scenario)
+        # The Sun stands 31 deg from the zenith, out of the sea's mirror.
         irradiance = np.array([154.439, 174.774, 171.947, 313.358])
         seen[name] = np.pi * image[40:88, 40:88].mean(axis=(0, 1)) / irradiance
     red, green, blue, nir = seen["sahara"]
@@ -110,8 +111,9 @@ def test_north_is_up_and_east_is_right(gl: moderngl.Context) -> None:
             "up": north.tolist(),
             "focal_length_mm": 0.5,
         },
-        sun_direction=tuple(up.tolist()),
-        earth={"shape": "wgs84"},
+        # In the north-east, so that its glint falls on land.
+        sun_direction=tuple((R @ np.array([1.0, 0.6, 0.6])).tolist()),
+        earth={"shape": "wgs84", "clouds": {"cover": 0.0}},
     )
     red = radiance(gl, scenario)[..., 0]
     centre = red[54:74, 54:74].mean()
@@ -185,42 +187,3 @@ def test_the_earth_at_the_edge_of_the_field_is_neither_lost_nor_invented(
     if off_axis_deg == 69.0:
         # The limb crosses the picture's middle half: 1.2 deg is 72 of 128 pixels off the middle.
         assert (image[64] > 0.0).sum() >= 126
-
-
-@pytest.mark.parametrize("off_pixels", [0.0, 0.37])
-@pytest.mark.parametrize("focal_length_mm", [8.0, 200.0])
-def test_the_darkened_disc_of_the_sun_sends_the_suns_irradiance(
-    gl: moderngl.Context, focal_length_mm: float, off_pixels: float
-) -> None:
-    """A disc of 20 pixels, and of 490: bright in the middle, dark at the limb, its sum the same."""
-    pixel = 3.75e-3 / focal_length_mm
-    scenario = scene(
-        {},
-        {
-            "position_icrf_m": [0, 0, 0],
-            "boresight": [off_pixels * pixel, 0.0, 1.0],
-            "up": [0, 1, 0],
-            "focal_length_mm": focal_length_mm,
-            "width_px": 520,
-            "height_px": 520,
-        },
-        sun={"limb_darkening": True},
-    )
-    image = radiance(gl, scenario).astype(np.float64)
-    f = scenario.cameras["cam"].focal_length_px
-    tangents = (np.arange(520) + 0.5 - 260.0) / f
-    cosine = 1.0 / np.sqrt(1.0 + tangents[:, None] ** 2 + tangents[None, :] ** 2)
-    irradiance = (image * cosine[..., None] ** 4).sum(axis=(0, 1)) / f**2
-    expected = np.array([154.43947526, 174.7738123, 171.94738469, 313.35751052])
-    # Pixels cut by the limb take one sample: 1/10 of a radius on the small disc, where coverage by
-    # distance errs by a tenth of a pixel's corner.
-    np.testing.assert_allclose(irradiance, expected, rtol=4e-3 if focal_length_mm < 10 else 2e-4)
-    if focal_length_mm > 10:
-        mean = expected / (np.pi * np.sin(np.radians(0.263)) ** 2)
-        x = np.radians(0.9 * 0.263) * f
-        edge = image[260, int(260 + x)] / mean
-        middle = image[260, 260] / mean
-        # Cox (2000): at mu = 0.436 in green (1 - 0.564 (0.474 + 0.564 0.227)) / 0.804.
-        np.testing.assert_allclose(middle[1], 1.0 / 0.8043, rtol=2e-3)
-        np.testing.assert_allclose(edge[1] / middle[1], 0.661, rtol=1e-2)
-        assert edge[2] < edge[1] < edge[0] < edge[3]

@@ -164,7 +164,13 @@ def test_cos4_at_the_corner_of_a_wide_lens(gl: moderngl.Context) -> None:
 def test_without_a_sun_there_are_no_electrons(gl: moderngl.Context) -> None:
     scenario = scene(
         {"plate": {"model": PLATE, "position_icrf_m": [0, 0, 0]}},
-        {"position_icrf_m": [0, 0, 50], "look_at": "plate", "read_noise_e": 0.0},
+        {
+            "position_icrf_m": [0, 0, 50],
+            "look_at": "plate",
+            "read_noise_e": 0.0,
+            "dsnu_e": 0.0,
+            "dark_current_e_s": 0.0,
+        },
         sun={"irradiance_w_m2": 0.0},
     )
     exposure = capture(gl, scenario)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import moderngl
 import numpy as np
 import pytest
+from scipy import stats
 
 from simgl.reference import brdf as reference
-from simgl.reference.noise import gaussian, philox, uniform_01
+from simgl.sensor.noise import normal, philox, uniform_01
 from tests.gpu.glsl_functions import evaluate
 
 # Known answers of Philox4x32-10; the first three are those of its authors' test file.
@@ -51,17 +52,25 @@ def test_philox_agrees_on_random_counters(gl: moderngl.Context) -> None:
     np.testing.assert_array_equal(got, philox(inputs, np.array([77, 5], dtype=np.uint32)))
 
 
-def test_gaussian_agrees(gl: moderngl.Context) -> None:
-    words = np.random.default_rng(4).integers(0, 2**32, (4000, 2), dtype=np.uint32)
+def test_uniform_and_normal_numbers_agree(gl: moderngl.Context) -> None:
+    words = np.random.default_rng(4).integers(0, 2**32, (4000, 1), dtype=np.uint32)
+    words[:2, 0] = 0, 2**32 - 1
     got = evaluate(
         gl,
         ["common/philox.glsl"],
-        "vec4(gaussian(uvec2(in_value[0], in_value[1])), uniform_01(in_value[0]), 0, 0)",
+        "vec4(normal(uniform_01(uvec4(in_value[0]))).x, uniform_01(uvec4(in_value[0])).x, 0, 0)",
         words,
     )
-    # float32 log, sqrt and cos of an angle up to 2 pi: some 1e-6 of values up to 5.8.
-    np.testing.assert_allclose(got[:, 0], gaussian(words), atol=2e-5)
-    np.testing.assert_array_equal(got[:, 1], uniform_01(words[:, 0]).astype(np.float32))
+    u = uniform_01(words[:, 0])
+    np.testing.assert_array_equal(got[:, 1], u.astype(np.float32))
+    # float32 log, square root and two polynomials: some 1e-6 of values up to 5.3.
+    np.testing.assert_allclose(got[:, 0], normal(u), atol=1e-5)
+
+
+def test_normal_numbers_are_quantiles_of_the_normal_distribution() -> None:
+    u = (np.arange(2**16) * 128 + 0.5) / 2.0**23
+    # Wichura states seven digits.
+    np.testing.assert_allclose(normal(u), stats.norm.ppf(u), rtol=2e-7, atol=1e-7)
 
 
 @pytest.mark.parametrize(

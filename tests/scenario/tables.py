@@ -101,13 +101,13 @@ BAD_VALUES = (
         "[render]",
         "[rendering]",
         ': rendering is not a table here; did you mean "render"? (allowed: camera, earth, '
-        "epoch, lamp, render, spacecraft, sun)",
+        "epoch, lamp, render, sky, spacecraft, sun)",
     ),
     Damage(
         "unknown table on two lines",
         "[render]",
         '["a\\nb"]',
-        ': "a\\nb" is not a table here; (allowed: camera, earth, epoch, lamp, render, '
+        ': "a\\nb" is not a table here; (allowed: camera, earth, epoch, lamp, render, sky, '
         "spacecraft, sun)",
     ),
     Damage(
@@ -499,6 +499,54 @@ BAD_VALUES = (
         LOOK,
         f"{LOOK}\nlidar.wavelength_nm = 1550.0",
         " [camera.nav]: lidar.wavelength_nm must be a number <= 1000.0, got 1550.0",
+    ),
+    Damage(
+        "rolling shutter without its row time",
+        LOOK,
+        f'{LOOK}\npreset = "ideal"\nshutter = "rolling"',
+        ' [camera.nav]: row_time_us is missing; shutter = "rolling" needs it',
+    ),
+    Damage(
+        "shutter of another kind",
+        LOOK,
+        f'{LOOK}\nshutter = "leaf"',
+        ' [camera.nav]: shutter must be one of "global", "rolling", got "leaf"',
+    ),
+    Damage(
+        "colours without filters",
+        LOOK,
+        f'{LOOK}\nmosaic = "RGGB"',
+        ' [camera.nav]: mosaic needs filters, which preset "mt9m034" has not',
+    ),
+    Damage(
+        "unknown order of colours",
+        LOOK,
+        f'{LOOK}\nmosaic = "RGBG"',
+        ' [camera.nav]: mosaic must be one of "BGGR", "GBRG", "GRBG", "RGGB", "mono", got "RGBG"',
+    ),
+    Damage(
+        "share above one",
+        LOOK,
+        f"{LOOK}\nhot_pixels = 2.0",
+        " [camera.nav]: hot_pixels must be a number <= 1.0, got 2.0",
+    ),
+    Damage(
+        "detector at room temperature in Celsius",
+        LOOK,
+        f"{LOOK}\ntemperature_k = 20.0",
+        " [camera.nav]: temperature_k must be a number >= 100.0, got 20.0",
+    ),
+    Damage(
+        "particles without a flux",
+        LOOK,
+        f"{LOOK}\nparticles = {{ depth_um = 5.0 }}",
+        " [camera.nav]: particles.flux_cm2_s is missing",
+    ),
+    Damage(
+        "serial number that is negative",
+        LOOK,
+        f"{LOOK}\nserial = -1",
+        " [camera.nav]: serial must be a whole number >= 0, got -1",
     ),
     Damage(
         "negative transmission",
@@ -955,6 +1003,24 @@ BAD_VALUES = (
         " [sun]: limb_darkening must be true or false, got 0.6",
     ),
     Damage(
+        "stars fainter than the catalogue",
+        RENDER,
+        f"[sky]\nfaintest_star_mag = 9.0\n{RENDER}",
+        " [sky]: faintest_star_mag must be a number <= 7.5, got 9.0",
+    ),
+    Damage(
+        "stars by a number",
+        RENDER,
+        f"[sky]\nstars = 3\n{RENDER}",
+        " [sky]: stars must be true or false, got 3",
+    ),
+    Damage(
+        "stars of a misspelt key",
+        RENDER,
+        f"[sky]\nstar = true\n{RENDER}",
+        ' [sky]: star is not a key here; did you mean "stars"? (allowed: faintest_star_mag, stars)',
+    ),
+    Damage(
         "lamp on nothing",
         RENDER,
         LAMP.replace('on = "chaser"', 'on = "chasr"'),
@@ -1090,7 +1156,7 @@ BAD_FILES = (
         LOOK,
         f'{LOOK}\npreset = "mt9m043"',
         ' [camera.nav]: preset: no camera preset "mt9m043"; did you mean "mt9m034"? (allowed: '
-        "mt9m034)",
+        "PRESETS)",
     ),
     Damage(
         "preset file missing",

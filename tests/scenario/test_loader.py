@@ -14,6 +14,7 @@ from simgl.physics.spectrum import black_body_light
 from simgl.physics.sun import UNIFORM, astm_g173_light, limb_darkening
 from simgl.scenario.loader import load_scenario, scenario_from_dict
 from simgl.scenario.scenario import EphemerisSun
+from simgl.scene.detector import FixedPattern
 from simgl.scene.orbits import KeplerianOrbit
 from simgl.scene.state import SunInDirection
 from simgl.scene.trajectory import BodyMount, OrbitingMount
@@ -167,6 +168,50 @@ def test_units_of_the_file_become_si(tmp_path: Path) -> None:
     assert (detector.full_well, detector.read_noise, detector.pedestal) == (9000.0, 3.0, 32.0)
     assert detector.gain_dn_per_e == 0.25
     assert detector.quantum_efficiency == (0.1, 0.2, 0.3, 0.4)
+
+
+def test_units_of_the_detector_become_si(tmp_path: Path) -> None:
+    text = VALID.replace(
+        LOOK,
+        f'{LOOK}\npreset = "ideal"\nserial = 7\nfill_factor = 0.5\nanalogue_gain = 4.0\n'
+        "gain_e_per_dn = 2.0\ndark_current_e_s = 10.0\ntemperature_k = 293.15\nprnu = 0.01\n"
+        "dead_pixels = 0.02\ndsnu_e = 3.0\nrow_pattern_e = 4.0\ncolumn_pattern_e = 5.0\n"
+        "hot_pixels = 0.06\nhot_current_e_s = 7.0\nrow_noise_e = 8.0\nblooming = 0.9\n"
+        'shutter = "rolling"\nrow_time_us = 20.0\n'
+        "particles = { flux_cm2_s = 30.0, depth_um = 4.0, charge_e_um = 50.0 }",
+    )
+    detector = load_scenario(written(tmp_path, text)).cameras["nav"].detector
+    assert (detector.serial, detector.fill_factor, detector.gain_dn_per_e) == (7, 0.5, 2.0)
+    # 10 e- s-1 at 300 K are 5.640448 at 20 C.
+    assert detector.dark_current == pytest.approx(5.640448, rel=1e-6)
+    pattern = FixedPattern(
+        prnu=0.01,
+        dead_pixels=0.02,
+        dsnu=3.0,
+        rows=4.0,
+        columns=5.0,
+        hot_pixels=0.06,
+        hot_current=7.0,
+    )
+    assert detector.pattern == pattern
+    assert (detector.row_noise, detector.blooming) == (8.0, 0.9)
+    assert detector.row_time == pytest.approx(20e-6, rel=1e-15)
+    assert detector.particles is not None
+    got = (detector.particles.flux, detector.particles.depth, detector.particles.charge)
+    assert got == pytest.approx((30e4, 4e-6, 50e6), rel=1e-15)
+
+
+def test_a_camera_has_the_pattern_of_its_name_unless_a_serial_number_says_otherwise(
+    tmp_path: Path,
+) -> None:
+    camera = f"[camera.nav]\n{PINHOLE}\n{LOOK}\n"
+    other = camera.replace("nav", "other")
+    first, second = (
+        load_scenario(written(tmp_path, VALID.replace(camera, text))).cameras
+        for text in (camera + other, camera + "serial = 5\n" + other + "serial = 5\n")
+    )
+    assert first["nav"].detector.serial != first["other"].detector.serial
+    assert second["nav"].detector.serial == second["other"].detector.serial == 5
 
 
 def test_orbit_angles_and_heights_become_si(tmp_path: Path) -> None:

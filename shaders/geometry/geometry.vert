@@ -4,7 +4,7 @@
 
 in vec3 in_position;   // body axes [m]
 in vec3 in_normal;     // body axes, unit
-in uvec2 in_labels;    // part, material
+in uvec2 in_labels;    // part; material, and from bit 6 on the joint
 #ifdef DETAILED
 in vec2 in_uv;         // place in the images
 in vec4 in_tint;       // factors of the base colour
@@ -12,7 +12,7 @@ in vec4 in_tint;       // factors of the base colour
 #ifdef EXCHANGE
 in vec4 in_bounced;
 in float in_earth_share;
-out vec4 bounced;      // of surface/bounce.glsl
+out vec4 bounced;      // of geometry/geometry.frag
 out float earth_share;
 #ifdef TWO_SIDED
 in vec4 in_bounced_back;
@@ -23,10 +23,9 @@ out float earth_share_back;
 #endif
 
 out float gl_ClipDistance[4];
-out vec3 position;     // camera axes [m]
 out vec3 normal;       // camera axes
 out vec3 body_position;   // [m]
-flat out uint material;
+flat out uint label;
 #ifdef DETAILED
 out vec2 uv;
 out vec4 tint;
@@ -34,10 +33,12 @@ out vec4 tint;
 
 void main() {
     vec4 p = camera_from_body * vec4(in_position, 1.0);
-    position = p.xyz;
+    vec4 inside = tile_edges * vec4(p.xyz, 0.0);
+    for (int edge = 0; edge < 4; ++edge) gl_ClipDistance[edge] = inside[edge];
+    gl_Position = clip_from_camera * p;
     normal = mat3(camera_from_body) * in_normal;
     body_position = in_position;
-    material = in_labels.y;
+    label = in_labels.y;
 #ifdef DETAILED
     uv = in_uv;
     tint = in_tint;
@@ -50,7 +51,4 @@ void main() {
     earth_share_back = in_earth_share_back;
 #endif
 #endif
-    vec4 inside = tile_edges * vec4(position, 0.0);
-    for (int edge = 0; edge < 4; ++edge) gl_ClipDistance[edge] = inside[edge];
-    gl_Position = clip_from_camera * p;
 }

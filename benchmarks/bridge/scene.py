@@ -1,0 +1,105 @@
+"""The scene of the long runs, server processes of it, and what the system says of them."""
+
+from __future__ import annotations
+
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from simgl_bridge import BodyPose, Client
+
+from simgl.errors import BridgeError
+
+SMALL = """
+[epoch]
+utc = "2026-03-20T12:00:00"
+[sun]
+irradiance_w_m2 = 1367.0
+angular_diameter_deg = 0.5
+direction_icrf = [0.6, 0.0, 0.8]
+[earth]
+shape = "none"
+[spacecraft.target]
+model = { box = { size_m = [2.0, 1.0, 1.0], material = { reflectance = 0.5 } } }
+position_icrf_m = [0.0, 0.0, 0.0]
+[spacecraft.chaser]
+model = { box = { size_m = [0.2, 0.2, 0.2], material = { reflectance = 0.2 } } }
+position_icrf_m = [0.0, 0.0, 60.0]
+[camera.nav]
+on = "chaser"
+position_body_m = [0.0, 0.0, -0.2]
+boresight = [0.0, 0.0, -1.0]
+up = [0.0, 1.0, 0.0]
+width_px = 64
+height_px = 48
+focal_length_mm = 2.0
+exposure_time_s = 0.0002
+[render]
+seed = 7
+"""
+
+
+def chaser(step: int) -> BodyPose:
+    """A place of the chaser that differs with every step."""
+    return BodyPose(
+        position_m=(0.01 * step, -0.005 * step, 40.0 + 0.02 * step),
+        velocity_m_s=(0.0, 0.0, -0.1),
+        q_icrf_from_body_xyzw=(0.0, 0.0, 0.0, 1.0),
+    )
+
+
+@contextmanager
+def server_process(module: str, *arguments: str, address: str) -> Iterator[int]:
+    """A server as a process of its own; gives its process id, and ends it with the block."""
+    command = [sys.executable, "-m", module, *arguments, "--address", address]
+    with tempfile.TemporaryFile() as log:
+        process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=log)
+        try:
+            _wait(process, address)
+            yield process.pid
+        finally:
+            process.terminate()
+            process.wait(20)
+
+
+def _wait(process: subprocess.Popen[bytes], address: str) -> None:
+    for _ in range(240):
+        if process.poll() is not None:
+            break
+        try:
+            Client(address, timeout_s=0.25).close()
+        except BridgeError:
+            continue
+        return
+    raise BridgeError(f"{address}: the server did not start")
+
+
+def scenario_file(folder: Path) -> Path:
+    """The scene as a file."""
+    path = folder / "small.toml"
+    path.write_text(SMALL)
+    return path
+
+
+def resident_kib(pid: int) -> int:
+    """Memory of a process that lies in RAM, without pages of files [KiB]."""
+    for line in Path(f"/proc/{pid}/status").read_text().splitlines():
+        if line.startswith("RssAnon:"):
+            return int(line.split()[1])
+    raise RuntimeError(f"process {pid} says nothing of its memory")
+
+
+def machine() -> dict[str, object]:
+    """Where and when numbers were taken."""
+    return {
+        "date": time.strftime("%Y-%m-%d", time.gmtime()),
+        "python": platform.python_version(),
+        "cores": os.cpu_count(),
+        "load_1_min": round(os.getloadavg()[0], 1),
+    }

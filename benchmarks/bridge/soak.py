@@ -1,0 +1,82 @@
+"""Many frames in lock-step, each one checked; memory of both ends watched."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import time
+from pathlib import Path
+
+import numpy as np
+from simgl_bridge import Client
+
+from benchmarks.bridge.scene import (
+    chaser,
+    machine,
+    resident_kib,
+    scenario_file,
+    server_process,
+)
+
+# Distinct states; each comes again after so many frames and must bring the same bits again.
+STATES = 250
+
+
+def soak(frames: int, folder: Path) -> dict[str, object]:
+    """The whole way, rendering included; see ``checked_frames``."""
+    return checked_frames("simgl_bridge.command", frames, folder)
+
+
+def loop(frames: int, folder: Path) -> dict[str, object]:
+    """The loop alone: the server's pictures are noise of each state; see ``checked_frames``."""
+    return checked_frames("benchmarks.bridge.still", frames, folder)
+
+
+def checked_frames(server: str, frames: int, folder: Path) -> dict[str, object]:
+    """Ask a server module for ``frames`` pictures; raises AssertionError at the first wrong one.
+
+    The client checks id, time and state hash of every reply. Here the pixels are compared with
+    those of the same state before, and of all other states: a stale picture would differ.
+    """
+    path = scenario_file(folder)
+    address = f"ipc://{folder / 'soak'}"
+    known: dict[int, bytes] = {}
+    seconds = np.empty(frames)
+    # Allocators have seen every size after some rounds of all states.
+    warm = min(frames // 5, 20 * STATES)
+    before = (0, 0)
+    with (
+        server_process(server, str(path), address=address) as pid,
+        Client(address, timeout_s=60.0) as client,
+    ):
+        epoch = client.welcome.epoch_tai_ns
+        began = time.perf_counter()
+        for frame in range(frames):
+            step = frame % STATES
+            start = time.perf_counter()
+            image = client.render(epoch + step, "nav", {"chaser": chaser(step)}, seek=step == 0)
+            seconds[frame] = time.perf_counter() - start
+            assert image.sequence == frame + 1, f"frame {frame} has sequence {image.sequence}"
+            digest = hashlib.blake2b(image.dn.tobytes(), digest_size=16).digest()
+            assert known.setdefault(step, digest) == digest, f"frame {frame} has other bits"
+            if frame == warm:
+                before = (resident_kib(pid), resident_kib(os.getpid()))
+        total = time.perf_counter() - began
+        after = (resident_kib(pid), resident_kib(os.getpid()))
+        renderer = client.welcome.renderer
+    assert len(set(known.values())) == len(known), "two states have the same picture"
+    p50, p99 = np.percentile(seconds[warm:] * 1e3, [50.0, 99.0])
+    return {
+        **machine(),
+        "renderer": renderer,
+        "frames": frames,
+        "distinct_states": len(known),
+        "stale_or_mismatched": 0,
+        "frames_per_s": round(frames / total, 1),
+        "p50_ms": round(float(p50), 3),
+        "p99_ms": round(float(p99), 3),
+        "server_kib": [before[0], after[0]],
+        "client_kib": [before[1], after[1]],
+        "server_growth_percent": round(100.0 * (after[0] / before[0] - 1.0), 3),
+        "client_growth_percent": round(100.0 * (after[1] / before[1] - 1.0), 3),
+    }

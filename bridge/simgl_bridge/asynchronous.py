@@ -1,0 +1,180 @@
+"""The client for asyncio: several requests may be under way, up to the server's window."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Mapping, Sequence
+from typing import TypeVar
+
+import zmq
+import zmq.asyncio
+from zmq.utils.monitor import parse_monitor_message
+
+from simgl.errors import BridgeError
+from simgl_bridge.access import ClientKeys
+from simgl_bridge.failures import RemoteError
+from simgl_bridge.image import Image, Tick
+from simgl_bridge.messages import Bye, Error, Images, Message, Ping, Pong, Shot, Welcome
+from simgl_bridge.pose import BodyPose
+from simgl_bridge.talk import EVENTS, Talk, check_timeout, configure
+from simgl_bridge.wire import pack
+
+_R = TypeVar("_R", bound=Message)
+_Reply = tuple[Message, Sequence[memoryview]]
+
+
+class AsyncClient:
+    """An asynchronous link to one server; errors as those of ``Client``.
+
+    Requests beyond the server's window wait here until an earlier one is answered.
+
+    >>> async with AsyncClient("tcp://127.0.0.1:5563") as client:
+    ...     now = client.welcome.epoch_tai_ns
+    ...     images = await asyncio.gather(*(client.render(now, name) for name in ("nav", "side")))
+    """
+
+    def __init__(
+        self,
+        address: str,
+        *,
+        timeout_s: float = 10.0,
+        name: str = "client",
+        keys: ClientKeys | None = None,
+    ) -> None:
+        check_timeout(timeout_s)
+        self.address = address
+        self.timeout_s = timeout_s
+        self._name = name
+        self._keys = keys
+        self._talk = Talk(address)
+        self._open: dict[int | None, tuple[Message, asyncio.Future[_Reply]]] = {}
+        self._readers: list[asyncio.Task[None]] = []
+
+    @property
+    def welcome(self) -> Welcome:
+        """What the server said of itself: cameras, bodies, seed, window."""
+        return self._talk.welcome
+
+    async def __aenter__(self) -> AsyncClient:
+        self._context = zmq.asyncio.Context()
+        try:
+            self._socket = self._context.socket(zmq.DEALER)
+            configure(self._socket, self._name)  # type: ignore[arg-type]
+            if self._keys is not None:
+                self._keys.apply(self._socket)
+            self._monitor = self._socket.get_monitor_socket(EVENTS)
+            try:
+                self._socket.connect(self.address)
+            except zmq.ZMQError as error:
+                raise BridgeError(f"{self.address}: is no address ({error.strerror})") from None
+            self._readers = [
+                asyncio.create_task(self._read()),
+                asyncio.create_task(self._read_events()),
+            ]
+            welcome, _ = await self._ask(self._talk.hello(self._name), Welcome, None)
+            self._talk.greeted(welcome)
+        except BaseException:
+            await self._hang_up(linger=0)
+            raise
+        self._credit = asyncio.Semaphore(welcome.window)
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        if self._talk.connected:
+            await self._socket.send_multipart(pack(Bye()))
+        await self._hang_up(linger=100)
+
+    async def _hang_up(self, linger: int) -> None:
+        for reader in self._readers:
+            reader.cancel()
+        await asyncio.gather(*self._readers, return_exceptions=True)
+        self._context.destroy(linger=linger)
+
+    async def ping(self) -> float:
+        """Round-trip time [s]."""
+        id, loop = self._talk.next_id(), asyncio.get_running_loop()
+        start = loop.time()
+        await self._ask(Ping(id=id), Pong, id)
+        return loop.time() - start
+
+    async def render(
+        self,
+        tai_ns: int,
+        camera: str,
+        bodies: Mapping[str, BodyPose] | None = None,
+        exposure_time_s: float | None = None,
+        products: Sequence[str] = ("dn",),
+    ) -> Image:
+        """The picture that one camera takes of a state; see ``Client.render``."""
+        exposure = None if exposure_time_s is None else float(exposure_time_s)
+        shot = Shot(camera=camera, exposure_time_s=exposure, products=tuple(products))
+        return (await self.render_all(tai_ns, [shot], bodies))[camera]
+
+    async def render_all(
+        self,
+        tai_ns: int,
+        cameras: Sequence[Shot],
+        bodies: Mapping[str, BodyPose] | None = None,
+        *,
+        sun_position_m: Sequence[float] | None = None,
+        seek: bool = False,
+    ) -> Tick:
+        """The pictures that several cameras take of one state; see ``Client.render_all``."""
+        request = self._talk.render(tai_ns, cameras, bodies, sun_position_m, seek, None)
+        async with self._credit:
+            images, payload = await self._ask(request, Images, request.id)
+        return self._talk.shown(request, images, payload)
+
+    async def _ask(
+        self, message: Message, kind: type[_R], id: int | None
+    ) -> tuple[_R, Sequence[memoryview]]:
+        answer: asyncio.Future[_Reply] = asyncio.get_running_loop().create_future()
+        self._open[id] = (message, answer)
+        try:
+            async with asyncio.timeout(self.timeout_s):
+                await self._socket.send_multipart(pack(message))
+                reply, payload = await answer
+        except TimeoutError:
+            raise self._talk.timed_out(message, self.timeout_s) from None
+        finally:
+            self._open.pop(id, None)
+        if isinstance(reply, Error):
+            raise RemoteError(self.address, reply)
+        if not isinstance(reply, kind):
+            raise BridgeError(f"{self.address}: answered {type(reply).__name__.lower()}")
+        return reply, payload
+
+    async def _read(self) -> None:
+        """Hand each reply to the request that it answers; those to given-up ones are dropped."""
+        while True:
+            parts = [f.buffer for f in await self._socket.recv_multipart(copy=False)]
+            try:
+                reply = self._talk.opened(parts)
+            except BridgeError as error:
+                self._fail(error)
+                continue
+            if isinstance(reply, Bye):
+                self._fail("the server said goodbye")
+                continue
+            _, answer = self._open.get(getattr(reply, "id", None), (None, None))
+            if answer is not None and not answer.done():
+                answer.set_result((reply, parts[2:]))
+
+    async def _read_events(self) -> None:
+        while True:
+            event = parse_monitor_message(await self._monitor.recv_multipart())["event"]
+            try:
+                broke = self._talk.heed(int(event))
+            except BridgeError as error:
+                self._fail(error)
+                continue
+            if broke:
+                # What came before the break counts: let the other reader have it first.
+                await asyncio.sleep(0.01)
+                self._fail("the connection broke")
+
+    def _fail(self, why: str | BridgeError) -> None:
+        for message, answer in self._open.values():
+            if not answer.done():
+                error = self._talk.no_answer(why, message) if isinstance(why, str) else why
+                answer.set_exception(error)

@@ -1,0 +1,456 @@
+"""The front of simgl/1: one ROUTER socket whose requests become pictures of a studio."""
+
+from __future__ import annotations
+
+import errno
+import time
+import uuid
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import msgspec
+import zmq
+
+from simgl.errors import SimglError
+from simgl_bridge.access import ANY_LOCAL, Access, bound
+from simgl_bridge.cards import welcome
+from simgl_bridge.checks import Refusals, Wanted, check_id, check_request, check_wait
+from simgl_bridge.messages import (
+    Bye,
+    Configure,
+    Error,
+    ErrorCode,
+    Hello,
+    Images,
+    Message,
+    Next,
+    Ping,
+    Pong,
+    Render,
+    State,
+    Statistics,
+    Stats,
+    Welcome,
+    state_hash,
+)
+from simgl_bridge.picture import Pictures, take_pictures
+from simgl_bridge.preview import Monitor
+from simgl_bridge.replies import Frames, ReplyCache
+from simgl_bridge.server import report_failure
+from simgl_bridge.stream import OWNER_SILENCE, Shown, Stream
+from simgl_bridge.studio import GpuLostError, Studio
+from simgl_bridge.turns import Turns
+from simgl_bridge.wire import VERSION, BadMessageError, pack, unpack_request
+
+# Requests of one client that may wait: n + 1 is rendered while n travels.
+WINDOW = 2
+# Replies that may still be on their way when the server stops get this long [ms].
+LINGER_MS = 2000
+# ZeroMQ drops a client that sends a longer frame, before it takes any memory for it.
+LARGEST_FRAME = 1024 * 1024
+# Replies waiting for one client, as pictures of the largest camera: a reader that stalls loses what
+# is beyond. ZeroMQ may take a queue for full from its half on, so it is never shorter than 16.
+QUEUE_BYTES = 256 * 1024 * 1024
+QUEUE_RANGE = (16, 256)
+# Messages taken in between two pictures: a flood must not keep the others from theirs.
+MOST_AT_ONCE = 256
+# Clients remembered; the ones longest silent go first.
+MOST_SESSIONS = 256
+# The name under which pictures of the free-running stream wait; no client can have it.
+_STREAM = b""
+
+
+@dataclass
+class _Session:
+    """What the server knows of a client."""
+
+    name: str = ""
+    last_tai_ns: int | None = None
+    heard: float = 0.0
+
+
+@dataclass
+class _Counts:
+    images: int = 0
+    repeated: int = 0
+    errors: int = 0
+    busy: int = 0
+    lost: int = 0
+
+
+class NativeFront:
+    """Answers simgl/1 at an address.
+
+    turns : where its requests wait, beside those of other fronts
+    monitor : address of the PUB socket with previews; None has none
+    rate_hz : most pictures a second in free-run; None as many as can be
+
+    Raises ConfigError for an address open to strangers and BridgeError where it cannot be bound.
+    """
+
+    def __init__(
+        self,
+        studio: Studio,
+        turns: Turns,
+        address: str,
+        *,
+        access: Access = ANY_LOCAL,
+        monitor: str | None = None,
+        rate_hz: float | None = None,
+    ) -> None:
+        self._studio = studio
+        self._turns = turns
+        self._boot = uuid.uuid4().hex
+        self._started = time.monotonic()
+        self._sequence = 0
+        self._counts = _Counts()
+        self._replies = ReplyCache()
+        self._sessions: OrderedDict[bytes, _Session] = OrderedDict()
+        self._stream = Stream(0.0 if rate_hz is None else 1.0 / rate_hz)
+        self._configured_by: bytes | None = None
+        self._context: zmq.Context[Any] = zmq.Context()
+        self._doorkeeper = access.guard(self._context)
+        try:
+            self.socket = self._context.socket(zmq.ROUTER)
+            self._configure()
+            self.address = bound(self.socket, address, access)
+            self._monitor = None
+            if monitor is not None:
+                self._monitor = Monitor(self._context, monitor, access)
+        except BaseException:
+            self._destroy(0)
+            raise
+
+    def _configure(self) -> None:
+        s = self.socket
+        s.setsockopt(zmq.LINGER, 0)
+        s.setsockopt(zmq.MAXMSGSIZE, LARGEST_FRAME)
+        sizes = [
+            c.detector.width * c.detector.height for c in self._studio.scenario.cameras.values()
+        ]
+        least, most = QUEUE_RANGE
+        s.setsockopt(zmq.SNDHWM, min(max(QUEUE_BYTES // (2 * max(sizes, default=1)), least), most))
+        s.setsockopt(zmq.RCVHWM, least)
+        # A client that comes back with its identity takes over at once.
+        s.setsockopt(zmq.ROUTER_HANDOVER, 1)
+        # A reply to a client that left is an error that can be seen, not silence.
+        s.setsockopt(zmq.ROUTER_MANDATORY, 1)
+        s.setsockopt(zmq.HEARTBEAT_IVL, 1000)
+        s.setsockopt(zmq.HEARTBEAT_TIMEOUT, 10_000)
+
+    @property
+    def summary(self) -> str:
+        """One line: where, with what, and what there is to see."""
+        scenario = self._studio.scenario
+        sizes = [
+            f"{name} {c.detector.width}x{c.detector.height}" for name, c in scenario.cameras.items()
+        ]
+        monitor = "" if self._monitor is None else f", previews at {self._monitor.address}"
+        return (
+            f'simgl serves "{scenario.name}" at {self.address} ({VERSION}){monitor} '
+            f"on {self._studio.renderer_name}; "
+            f"cameras: {', '.join(sizes) or 'none'}; bodies: {', '.join(scenario.models) or 'none'}"
+        )
+
+    # Taking in
+
+    def receive(self) -> None:
+        """Take in what has arrived; what needs no picture is answered at once."""
+        for _ in range(MOST_AT_ONCE):
+            try:
+                client, *frames = self.socket.recv_multipart(zmq.NOBLOCK)
+            except zmq.Again:
+                return
+            session = self._session(client)
+            self._guarded(client, lambda: self._request(client, session, frames))  # noqa: B023
+
+    def _session(self, client: bytes) -> _Session:
+        session = self._sessions.setdefault(client, _Session())
+        session.heard = time.monotonic()
+        self._sessions.move_to_end(client)
+        if len(self._sessions) > MOST_SESSIONS:
+            self._sessions.popitem(last=False)
+        return session
+
+    def _guarded(self, client: bytes, answer: Callable[[], None], id: int | None = None) -> None:
+        """Answer a client; whatever goes wrong becomes an Error reply."""
+        try:
+            answer()
+        except BadMessageError as error:
+            self._refuse(client, error)
+        except GpuLostError as error:
+            code, detail = ErrorCode.GPU_LOST, f"{error}; a new context is opened"
+            self._refuse(client, BadMessageError(code, "", detail, id, retryable=True))
+        # Nothing that a request sets off may end the service for the others.
+        except Exception as error:
+            report_failure()
+            detail = " ".join(f"{type(error).__name__}: {error}".split())
+            self._refuse(client, BadMessageError(ErrorCode.INTERNAL, "", detail, id))
+
+    def _refuse(self, client: bytes, error: BadMessageError) -> None:
+        self._counts.errors += 1
+        self._counts.busy += error.code == ErrorCode.BUSY
+        reply = Error(
+            id=error.id,
+            code=error.code,
+            field=error.field,
+            detail=str(error),
+            retryable=error.retryable,
+        )
+        self._send(client, pack(reply))
+
+    def _send(self, client: bytes, frames: Frames) -> None:
+        try:
+            self.socket.send_multipart([client, *frames], zmq.NOBLOCK, copy=False)
+        except zmq.ZMQError as error:
+            if error.errno not in (errno.EHOSTUNREACH, zmq.EAGAIN):
+                raise
+            # A client that reads nothing loses its reply and may ask again; nothing more is
+            # rendered for one that left.
+            self._counts.lost += 1
+            if error.errno == errno.EHOSTUNREACH:
+                self._leave(client)
+
+    def _leave(self, client: bytes) -> None:
+        self._turns.drop(client)
+        self._replies.forget(client)
+        self._stream.forget(client)
+        self._sessions.pop(client, None)
+        if self._configured_by == client:
+            self._configured_by = None
+
+    def _request(self, client: bytes, session: _Session, frames: list[bytes]) -> None:
+        request = unpack_request(frames)
+        if isinstance(request, Render):
+            self._queue(client, session, request, frames[1])
+        elif isinstance(request, State):
+            self._accept(client, session, request)
+        elif isinstance(request, Next):
+            self._wait(client, request)
+        elif isinstance(request, Configure):
+            self._queue_configure(client, request)
+        elif isinstance(request, Bye):
+            self._leave(client)
+        else:
+            self._send(client, pack(self._quick_reply(client, session, request)))
+
+    def _quick_reply(self, client: bytes, session: _Session, request: Message) -> Message:
+        if isinstance(request, Ping):
+            return Pong(id=request.id, boot=self._boot)
+        if isinstance(request, Stats):
+            return self._statistics(request.id)
+        assert isinstance(request, Hello)
+        if VERSION not in request.versions:
+            problem = f'must hold "{VERSION}", got {list(request.versions)}'
+            raise BadMessageError(ErrorCode.VERSION, "versions", problem)
+        self._turns.drop(client)
+        self._replies.forget(client)
+        session.name, session.last_tai_ns = request.client[:60], None
+        return self._welcome(None)
+
+    # Lock-step
+
+    def _queue(self, client: bytes, session: _Session, request: Render, header: bytes) -> None:
+        check_id(request.id)
+        if kept := self._replies.find(client, request.id, header):
+            self._counts.repeated += 1
+            self._send(client, kept)
+            return
+        # The reply to a request that waits already answers its repetition too.
+        if self._turns.waits(client, request.id):
+            return
+        arrived = time.monotonic()
+
+        def render() -> None:
+            self._guarded(
+                client, lambda: self._render(client, session, request, header, arrived), request.id
+            )
+
+        self._offer(client, request.id, render)
+
+    def _offer(self, client: bytes, id: int, work: Callable[[], None]) -> None:
+        if not self._turns.offer(client, id, work):
+            problem = f"{self._turns.window} requests of this client wait already, its window"
+            raise BadMessageError(ErrorCode.BUSY, "", problem, id, retryable=True)
+
+    def _render(
+        self, client: bytes, session: _Session, request: Render, header: bytes, arrived: float
+    ) -> None:
+        check_wait(request.id, request.deadline_ms)
+        waited = (time.monotonic() - arrived) * 1000.0
+        if request.deadline_ms is not None and waited > request.deadline_ms:
+            problem = f"{request.deadline_ms} ms were over when the turn came, at {waited:.0f} ms"
+            code = ErrorCode.DEADLINE
+            raise BadMessageError(code, "deadline_ms", problem, request.id, retryable=True)
+        last = session.last_tai_ns
+        if last is not None and request.tai_ns < last and not request.seek:
+            problem = f'must not be before {last}, the last request\'s, unless "seek" is true, '
+            problem += f"got {request.tai_ns}"
+            raise BadMessageError(ErrorCode.TIME_BACKWARDS, "tai_ns", problem, request.id)
+        pictures = take_pictures(self._studio, request)
+        session.last_tai_ns = request.tai_ns
+        images = self._described(request, pictures)
+        frames: Frames = [*pack(images), *_payload(pictures)]
+        self._replies.keep(client, request.id, header, frames)
+        self._send(client, frames)
+        self._show(images, pictures)
+
+    def _described(self, request: Wanted, pictures: Pictures) -> Images:
+        self._sequence += 1
+        self._counts.images += 1
+        seed = self._studio.scenario.seed
+        return Images(
+            id=request.id,
+            sequence=self._sequence,
+            boot=self._boot,
+            scene_hash=self._studio.scene_hash,
+            tai_ns=request.tai_ns,
+            state_hash=state_hash(
+                tai_ns=request.tai_ns,
+                bodies=request.bodies,
+                sun=request.sun,
+                cameras=[(i.camera, i.exposure_time_s, i.gain_dn_per_e) for i in pictures.images],
+                seed=seed,
+            ),
+            seed=seed,
+            bodies=pictures.bodies,
+            images=pictures.images,
+        )
+
+    def _show(self, images: Images, pictures: Pictures) -> None:
+        if self._monitor is not None:
+            self._monitor.show(images, pictures.digital)
+
+    # Free-run
+
+    def _accept(self, client: bytes, session: _Session, state: State) -> None:
+        check_request(self._studio.scenario, state)
+        if not self._stream.accept(client, session.name, state, time.monotonic()):
+            owner = self._stream.owner_name
+            problem = f'"{owner}" streams states here; it has not left'
+            code = ErrorCode.NOT_OWNER
+            raise BadMessageError(code, "", problem, state.id, retryable=True)
+
+    def _wait(self, client: bytes, request: Next) -> None:
+        check_id(request.id)
+        check_wait(request.id, request.deadline_ms)
+        if not self._stream.wait(client, request, time.monotonic()):
+            problem = "too many clients wait for the next picture"
+            raise BadMessageError(ErrorCode.BUSY, "", problem, request.id, retryable=True)
+        self._answer_waiting()
+
+    def tick(self, now: float) -> float:
+        """Let the newest state wait its turn, and end waits whose deadline is over."""
+        if self._stream.due(now) and not self._turns.waits(_STREAM, 0):
+            self._turns.offer(_STREAM, 0, self._render_stream)
+        for client, request in self._stream.overdue(now):
+            problem = f"no picture after sequence {request.after} came in time"
+            code = ErrorCode.DEADLINE
+            self._refuse(client, BadMessageError(code, "", problem, request.id, retryable=True))
+        return self._stream.next_event()
+
+    def _render_stream(self) -> None:
+        taken = self._stream.take(time.monotonic())
+        if taken is None:
+            return
+        owner, state, dropped = taken
+
+        def render() -> None:
+            pictures = take_pictures(self._studio, state)
+            images = self._described(state, pictures)
+            images = msgspec.structs.replace(images, state_id=state.id, dropped=dropped)
+            self._stream.shown = Shown(images, _payload(pictures))
+            self._answer_waiting()
+            self._show(images, pictures)
+
+        self._guarded(owner, render, state.id)
+
+    def _answer_waiting(self) -> None:
+        shown = self._stream.shown
+        for client, request in self._stream.answered():
+            assert shown is not None
+            images = msgspec.structs.replace(shown.images, id=request.id)
+            self._send(client, [*pack(images), *shown.pixels])
+
+    # The scene
+
+    def _queue_configure(self, client: bytes, request: Configure) -> None:
+        check_id(request.id)
+        say = Refusals(request.id)
+        if request.seed is not None and not 0 <= request.seed < 2**63:
+            say.refuse("seed", f"must lie in 0..2^63-1, got {request.seed}")
+        names = dict.fromkeys(self._studio.scenario_names)
+        if request.scenario is not None and request.scenario not in names:
+            say.missing("scenario", request.scenario, names, ErrorCode.NO_SCENARIO)
+        owner = self._configured_by
+        if owner is not None and owner != client and self._is_here(owner):
+            problem = f'"{self._sessions[owner].name}" chose the scenario; it has not left'
+            code = ErrorCode.NOT_OWNER
+            raise BadMessageError(code, "", problem, request.id, retryable=True)
+        self._configured_by = client
+
+        def configure() -> None:
+            self._guarded(client, lambda: self._change(client, request), request.id)
+
+        self._offer(client, request.id, configure)
+
+    def _change(self, client: bytes, request: Configure) -> None:
+        try:
+            self._studio.configure(request.scenario, request.seed)
+        except GpuLostError:
+            raise
+        except SimglError as error:
+            code = ErrorCode.BAD_SCENE
+            raise BadMessageError(code, "scenario", str(error), request.id) from None
+        self._send(client, pack(self._welcome(request.id)))
+
+    def _is_here(self, client: bytes) -> bool:
+        session = self._sessions.get(client)
+        return session is not None and time.monotonic() - session.heard < OWNER_SILENCE
+
+    def _welcome(self, id: int | None) -> Welcome:
+        return welcome(self._studio, id=id, boot=self._boot, window=self._turns.window)
+
+    def _statistics(self, id: int) -> Statistics:
+        counts = self._counts
+        return Statistics(
+            id=id,
+            boot=self._boot,
+            uptime_s=time.monotonic() - self._started,
+            images=counts.images,
+            repeated=counts.repeated,
+            errors=counts.errors,
+            busy=counts.busy,
+            lost=counts.lost,
+            waiting=len(self._turns),
+            clients=sum(self._is_here(client) for client in self._sessions),
+        )
+
+    # The end
+
+    def farewell(self) -> None:
+        """Say Bye to every client heard of lately; requests that wait get no other answer."""
+        for client in [c for c in self._sessions if self._is_here(c)]:
+            self._send(client, pack(Bye(boot=self._boot)))
+
+    def close(self) -> None:
+        """Give the address back once the last replies are out, at most two seconds later."""
+        self._destroy(LINGER_MS)
+
+    def _destroy(self, linger: int) -> None:
+        if self._doorkeeper is not None:
+            self._doorkeeper.stop()
+        self._context.destroy(linger=linger)
+
+    def __enter__(self) -> NativeFront:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def _payload(pictures: Pictures) -> list[memoryview]:
+    """The planes as bytes, without a copy."""
+    return [memoryview(plane.data).cast("B") for plane in pictures.pixels]

@@ -1,0 +1,149 @@
+"""The monitor: small pictures for people on a PUB socket that never waits and may drop any."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import zmq
+from numpy.typing import NDArray
+
+from simgl.errors import BridgeError
+from simgl.images import display_from_dn
+from simgl.scene.camera import Camera
+from simgl_bridge.access import Access, ClientKeys, bound
+from simgl_bridge.messages import Images, Preview
+from simgl_bridge.wire import BadMessageError, pack, unpack_reply
+
+# Least time between two previews [s]; a person sees no more.
+INTERVAL = 0.1
+# Wider pictures are thinned out [px].
+WIDEST = 640
+# Previews that may wait for one slow subscriber.
+QUEUE = 2
+
+
+class Monitor:
+    """Publishes a preview of what was just rendered, ten times a second at most."""
+
+    def __init__(self, context: zmq.Context[Any], address: str, access: Access) -> None:
+        self._socket = context.socket(zmq.PUB)
+        self._socket.setsockopt(zmq.SNDHWM, QUEUE)
+        self.address = bound(self._socket, address, access)
+        self._number = 0
+        self._skipped = 0
+        self._due = 0.0
+
+    def show(self, images: Images, digital: tuple[Camera, NDArray[np.uint16]] | None) -> None:
+        """Publish a picture, unless the last one was just now."""
+        if digital is None:
+            return
+        now = time.monotonic()
+        if now < self._due:
+            self._skipped += 1
+            return
+        self._due = now + INTERVAL
+        camera, dn = digital
+        step = -(-dn.shape[1] // WIDEST)
+        picture = np.ascontiguousarray(display_from_dn(dn[::step, ::step], camera))
+        self._number += 1
+        height, width, _ = picture.shape
+        header = Preview(
+            number=self._number,
+            skipped=self._skipped,
+            sequence=images.sequence,
+            boot=images.boot,
+            camera=camera.name,
+            tai_ns=images.tai_ns,
+            shape=(height, width, 3),
+        )
+        self._skipped = 0
+        # A PUB socket drops what a subscriber has no room for; it never waits.
+        self._socket.send_multipart([*pack(header), picture.tobytes()], zmq.NOBLOCK)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Seen:
+    """A preview as it arrived.
+
+    picture : (height, width, 3) uint8 sRGB
+    missed : previews that were published since the last one and never came
+    """
+
+    picture: NDArray[np.uint8]
+    camera: str
+    tai_ns: int
+    sequence: int
+    missed: int
+
+
+class Watch:
+    """Previews from a server's monitor as they come; ends when none comes for ``timeout_s``.
+
+    >>> with Watch("tcp://127.0.0.1:5564") as previews:
+    ...     for seen in previews:
+    ...         show(seen.picture)
+    """
+
+    def __init__(
+        self, address: str, *, timeout_s: float = 10.0, keys: ClientKeys | None = None
+    ) -> None:
+        self._address = address
+        self._timeout_ms = round(timeout_s * 1000.0)
+        self._last: Preview | None = None
+        self._context = zmq.Context()
+        try:
+            self._socket = self._context.socket(zmq.SUB)
+            self._socket.setsockopt(zmq.LINGER, 0)
+            self._socket.setsockopt(zmq.RCVHWM, QUEUE)
+            self._socket.setsockopt(zmq.MAXMSGSIZE, WIDEST * 16384 * 3)
+            if keys is not None:
+                keys.apply(self._socket)
+            self._socket.connect(address)
+            self._socket.subscribe(b"simgl/1")
+        except zmq.ZMQError as error:
+            self.close()
+            raise BridgeError(f"{address}: is no address ({error.strerror})") from None
+
+    def __iter__(self) -> Iterator[Seen]:
+        return self
+
+    def __next__(self) -> Seen:
+        if not self._socket.poll(self._timeout_ms):
+            raise StopIteration
+        preview, picture = _opened(self._address, self._socket.recv_multipart())
+        last = self._last
+        before = last.number if last and last.boot == preview.boot else preview.number - 1
+        self._last = preview
+        return Seen(
+            picture=picture,
+            camera=preview.camera,
+            tai_ns=preview.tai_ns,
+            sequence=preview.sequence,
+            missed=preview.number - before - 1,
+        )
+
+    def close(self) -> None:
+        """Hang up."""
+        self._context.destroy(linger=0)
+
+    def __enter__(self) -> Watch:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def _opened(address: str, frames: list[bytes]) -> tuple[Preview, NDArray[np.uint8]]:
+    try:
+        preview = unpack_reply(frames)
+    except BadMessageError as error:
+        raise BridgeError(f"{address}: the server sent nonsense: {error}") from None
+    if not isinstance(preview, Preview) or len(frames) != 3:
+        raise BridgeError(f"{address}: is no monitor")
+    if min(preview.shape) < 1 or int(np.prod(preview.shape)) != len(frames[2]):
+        raise BridgeError(f"{address}: a preview announces {preview.shape}, not what it brings")
+    return preview, np.frombuffer(frames[2], dtype=np.uint8).reshape(preview.shape)

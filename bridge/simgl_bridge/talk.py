@@ -1,0 +1,236 @@
+"""A client's side of the conversation without sockets: what it asks, and whether replies fit.
+
+The synchronous client and the asynchronous one share it.
+"""
+
+from __future__ import annotations
+
+import math
+import operator
+import time
+import uuid
+from collections.abc import Mapping, Sequence
+
+import zmq
+
+from simgl.errors import BridgeError, ConfigError
+from simgl_bridge.failures import AccessError, NoAnswerError
+from simgl_bridge.image import Tick, tick_of
+from simgl_bridge.messages import (
+    CameraCard,
+    Hello,
+    Images,
+    Message,
+    Render,
+    SentPose,
+    SentSun,
+    Shot,
+    State,
+    Welcome,
+    state_hash,
+)
+from simgl_bridge.pose import BodyPose
+from simgl_bridge.wire import VERSION, BadMessageError, unpack_reply
+
+# The largest plane: radiance of 16384 x 16384 pixels.
+LARGEST_FRAME = 16384 * 16384 * 16
+# Requests and replies that may wait; the server's window is smaller.
+QUEUE = 8
+
+EVENTS = (
+    zmq.EVENT_HANDSHAKE_SUCCEEDED
+    | zmq.EVENT_DISCONNECTED
+    | zmq.EVENT_HANDSHAKE_FAILED_AUTH
+    | zmq.EVENT_HANDSHAKE_FAILED_PROTOCOL
+    | zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL
+)
+_FAILED = EVENTS & ~(zmq.EVENT_HANDSHAKE_SUCCEEDED | zmq.EVENT_DISCONNECTED)
+
+
+def check_timeout(timeout_s: float) -> None:
+    """Raises ConfigError for a wait that would not end."""
+    if not 0.0 < timeout_s < math.inf:
+        raise ConfigError("Client", "timeout_s", f"must be finite, above 0 s, got {timeout_s}")
+
+
+def configure(socket: zmq.Socket[bytes], name: str) -> None:
+    """The options of a client's DEALER socket.
+
+    Not ZMQ_IMMEDIATE, which would tell a missing server sooner: with it a reply that came just
+    before a disconnection is dropped unread.
+    """
+    # Two clients of one name must not take over each other's place.
+    socket.setsockopt(zmq.IDENTITY, f"{uuid.uuid4().hex}-{name[:32]}".encode()[:255])
+    socket.setsockopt(zmq.LINGER, 0)
+    socket.setsockopt(zmq.MAXMSGSIZE, LARGEST_FRAME)
+    socket.setsockopt(zmq.SNDHWM, QUEUE)
+    socket.setsockopt(zmq.RCVHWM, QUEUE)
+    socket.setsockopt(zmq.RECONNECT_IVL, 50)
+    socket.setsockopt(zmq.HEARTBEAT_IVL, 1000)
+    socket.setsockopt(zmq.HEARTBEAT_TIMEOUT, 10_000)
+
+
+class Talk:
+    """Requests made and replies checked, with what is known of the server.
+
+    welcome : the last one; set by whoever carries the messages
+    restarts : times that another server process of the same scene answered
+    """
+
+    welcome: Welcome
+
+    def __init__(self, address: str) -> None:
+        self.address = address
+        self.last_sequence: int | None = None
+        self.restarts = 0
+        self.connected = False
+        self._boot = ""
+        self._last_id = 0
+        self._heard: float | None = None
+
+    def next_id(self) -> int:
+        """An id that was not used before."""
+        self._last_id += 1
+        return self._last_id
+
+    def hello(self, name: str) -> Hello:
+        """The first words."""
+        return Hello(client=name, versions=(VERSION,))
+
+    def greeted(self, welcome: Welcome) -> None:
+        """Remember what the server said of itself."""
+        self.welcome, self._boot = welcome, welcome.boot
+
+    def render(
+        self,
+        tai_ns: int,
+        cameras: Sequence[Shot],
+        bodies: Mapping[str, BodyPose] | None,
+        sun_position_m: Sequence[float] | None,
+        seek: bool,
+        deadline_ms: int | None,
+    ) -> Render:
+        """A request of the lock-step."""
+        return Render(
+            id=self.next_id(),
+            tai_ns=operator.index(tai_ns),
+            cameras=tuple(cameras),
+            bodies=_sent(bodies),
+            sun=_sun(sun_position_m),
+            seek=seek,
+            deadline_ms=deadline_ms,
+        )
+
+    def state(
+        self,
+        tai_ns: int,
+        cameras: Sequence[Shot],
+        bodies: Mapping[str, BodyPose] | None,
+        sun_position_m: Sequence[float] | None,
+    ) -> State:
+        """A state of the free-run."""
+        return State(
+            id=self.next_id(),
+            tai_ns=operator.index(tai_ns),
+            cameras=tuple(cameras),
+            bodies=_sent(bodies),
+            sun=_sun(sun_position_m),
+        )
+
+    def opened(self, frames: Sequence[memoryview]) -> Message:
+        """The message in frames that arrived; raises BridgeError for nonsense."""
+        self._heard = time.monotonic()
+        try:
+            return unpack_reply(frames)
+        except BadMessageError as error:
+            raise BridgeError(f"{self.address}: the server sent nonsense: {error}") from None
+
+    def shown(self, asked: Render | State, images: Images, payload: Sequence[memoryview]) -> Tick:
+        """The images of a reply, once they are those of the state that was asked for.
+
+        Raises BridgeError where they are not.
+        """
+        self._check_scene(images)
+        own = state_hash(
+            tai_ns=asked.tai_ns,
+            bodies=asked.bodies,
+            sun=asked.sun,
+            cameras=[self._as_used(shot) for shot in asked.cameras],
+            seed=self.welcome.seed,
+        )
+        if (images.tai_ns, images.state_hash) != (asked.tai_ns, own):
+            raise BridgeError(
+                f"{self.address}: image {images.sequence} shows another state than request "
+                f"{asked.id}: {images.tai_ns} ns, hash {images.state_hash}; "
+                f"asked for {asked.tai_ns} ns, hash {own}"
+            )
+        return self.unverified(images, payload)
+
+    def unverified(self, images: Images, payload: Sequence[memoryview]) -> Tick:
+        """The images of a reply of whose state this client knows nothing."""
+        try:
+            tick = tick_of(images, payload)
+        except BridgeError as error:
+            raise BridgeError(f"{self.address}: {error}") from None
+        self.last_sequence = images.sequence
+        return tick
+
+    def _check_scene(self, images: Images) -> None:
+        known = (self.welcome.scene_hash, self.welcome.seed)
+        if (images.scene_hash, images.seed) != known:
+            raise BridgeError(
+                f"{self.address}: the server shows another scene now, {images.scene_hash} with "
+                f"seed {images.seed} instead of {known[0]} with seed {known[1]}; connect again"
+            )
+        if images.boot != self._boot:
+            # Restarted with the same scene: a picture depends on nothing else.
+            self._boot = images.boot
+            self.restarts += 1
+
+    def _as_used(self, shot: Shot) -> tuple[str, float, float]:
+        card = self._card(shot.camera)
+        exposure, gain = shot.exposure_time_s, shot.gain_dn_per_e
+        return (
+            shot.camera,
+            card.exposure_time_s if exposure is None else exposure,
+            card.gain_dn_per_e if gain is None else gain,
+        )
+
+    def _card(self, camera: str) -> CameraCard:
+        return next(c for c in self.welcome.cameras if c.name == camera)
+
+    def heed(self, event: int) -> bool:
+        """Take notice of an event of the socket's monitor; whether the connection broke.
+
+        Raises AccessError where the handshake failed.
+        """
+        if event & _FAILED:
+            raise AccessError(
+                f"{self.address}: the server refused this client: its key, or the server's, is "
+                "missing or wrong, or the client is not on the server's list"
+            )
+        broke = event == zmq.EVENT_DISCONNECTED and self.connected
+        self.connected = event == zmq.EVENT_HANDSHAKE_SUCCEEDED
+        return broke
+
+    def no_answer(self, reason: str, message: Message) -> NoAnswerError:
+        """The error for a request that nobody answered."""
+        age = None if self._heard is None else time.monotonic() - self._heard
+        asked = type(message).__name__.lower()
+        return NoAnswerError(self.address, reason, asked, age, self.last_sequence)
+
+    def timed_out(self, message: Message, timeout_s: float) -> NoAnswerError:
+        """The error at a deadline."""
+        what = "no answer" if self.connected else "no connection"
+        return self.no_answer(f"{what} within {timeout_s:g} s", message)
+
+
+def _sent(bodies: Mapping[str, BodyPose] | None) -> dict[str, SentPose]:
+    return {name: pose.as_sent() for name, pose in (bodies or {}).items()}
+
+
+def _sun(position_m: Sequence[float] | None) -> SentSun | None:
+    if position_m is None:
+        return None
+    x, y, z = (float(v) for v in position_m)
+    return SentSun(position_m=(x, y, z))

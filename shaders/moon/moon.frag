@@ -1,0 +1,47 @@
+// The Moon: mean radiance of each pixel [W m-2 sr-1], and the share of it that the disc covers.
+//
+// Light by the law of simgl/physics/moon.py, L = moon_radiance mu0 / (mu0 + mu), a mean over points
+// of the pixel; the covered share exact along rows, by Gauss's rule across them.
+#include "block/moondisc"
+#include "common/ellipse.glsl"
+
+layout(location = 0, index = 0) out vec4 radiance;
+layout(location = 0, index = 1) out vec4 share;
+
+// Disc function at a place in units of the disc's radius, seen from afar. Just within the limb, where
+// it is 0 / 0, stands for the limb and what lies past it.
+float disc_function(vec2 place) {
+    place *= min(0.9999 / max(length(place), 1e-6), 1.0);
+    float mu = sqrt(max(1.0 - dot(place, place), 0.0));
+    float mu0 = max(dot(vec3(place, mu), moon_sun.xyz), 0.0);
+    return mu0 / max(mu0 + mu, 1e-6);
+}
+
+void main() {
+    Ellipse disc = Ellipse(ellipse_centre, ellipse_scale, ellipse_shear);
+    vec2 corner = floor(gl_FragCoord.xy) - disc.centre;
+    vec2 rows = rows_of_pixel(disc, corner);
+    float covered = 0.0;
+    for (int i = 0; i < node_count; ++i) {
+        float t = mix(rows.x, rows.y, nodes[i].x);
+        vec2 x = stretch_of_pixel(disc, corner, t);
+        covered += nodes[i].y * cos(t) * (x.y - x.x);
+    }
+    covered = whole_if_nearly(covered * (rows.y - rows.x) / (disc.scale.x * disc.scale.y));
+
+    // The part of the pixel within the rectangle around the disc, which may be much smaller.
+    vec2 low = max(corner, -half_size), high = min(corner + 1.0, half_size);
+    mat2 to_disc = mat2(disc_from_pixel.xy, disc_from_pixel.zw);
+    float sum = 0.0, count = 0.0;
+    for (int j = 0; j < points; ++j) {
+        for (int i = 0; i < points; ++i) {
+            vec2 place = to_disc * mix(low, high, (vec2(i, j) + 0.5) / float(points));
+            float on_disc = step(dot(place, place), 1.0);
+            sum += on_disc * disc_function(place);
+            count += on_disc;
+        }
+    }
+    float mean = count > 0.0 ? sum / count : disc_function(to_disc * (0.5 * (low + high)));
+    radiance = moon_radiance * mean * covered;
+    share = vec4(covered);
+}

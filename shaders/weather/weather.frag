@@ -1,0 +1,80 @@
+// The weather of the whole Earth, one texel of an equirectangular map.
+//
+// Clouds follow a climate drawn by hand after satellite means (ISCCP, MODIS): a belt of deep towers
+// near the equator, clear subtropics, storm tracks with fronts wound into spirals, decks of
+// stratocumulus west of the continents, few clouds over deserts. `cover_shift` brings their mean to
+// the wanted cover.
+#include "common/constants.glsl"
+#include "block/weather"
+#include "planet/cloud.glsl"
+#include "planet/noise.glsl"
+
+uniform sampler2D swirls;    // where the air of a place came from, ITRF unit vector
+uniform sampler2D land_map;  // square roots of reflectance
+uniform sampler2D form_map;  // slopes, shore, lights
+
+out vec4 weather;   // share of cloud, thickness code, thin high cloud, raggedness
+
+const float EARTH_KM = 6371.0;
+
+float bump(float x, float centre, float width) {
+    float t = (x - centre) / width;
+    return exp(-t * t);
+}
+
+vec4 noise_at(vec3 place, float tile_km) {
+    return textureLod(noise_volume, noise_place(place * EARTH_KM, tile_km), 0.0) - 0.5;
+}
+
+void main() {
+    vec2 uv = gl_FragCoord.xy / map_size;
+    float latitude = (0.5 - uv.y) * PI, longitude = (uv.x - 0.5) * 2.0 * PI;
+    float degrees = latitude * 180.0 / PI, east = longitude * 180.0 / PI;
+    vec3 here = vec3(cos(latitude) * vec2(cos(longitude), sin(longitude)), sin(latitude));
+    vec3 origin = textureLod(swirls, uv, 0.0).xyz;
+    // Each seed cuts the volume elsewhere.
+    vec3 air = origin + seed_shift.xyz, local = here + seed_shift.xyz;
+
+    // Each scale is drawn out by the one above it, which makes bands and wisps of blots.
+    vec4 wide = noise_at(air, 11000.0);
+    vec3 drawn = air + 0.10 * wide.xyz;
+    vec4 fronts = noise_at(drawn.zxy, 4500.0);
+    drawn += 0.035 * fronts.xyz;
+    vec4 groups = noise_at(mix(drawn, local, 0.3).yzx, 1700.0);
+    vec4 cells = noise_at(local + 0.25 * (drawn - local) + 0.01 * groups.xyz, 560.0);
+    vec4 tufts = noise_at(local.zxy + 0.005 * cells.xyz, 150.0);
+
+    // The belt of the towers wanders about 6 deg N, with breaks.
+    float wander = 5.0 * sin(2.0 * longitude + 9.0 * seed_shift.x) + 12.0 * wide.w;
+    float belt = bump(degrees, 6.0 + wander, 6.5);
+    float storms = bump(degrees, 52.0, 15.0) + 1.2 * bump(degrees, -55.0, 15.0);
+    float clear = bump(degrees, 22.0, 11.0) + bump(degrees, -21.0, 10.0);
+
+    vec4 land = textureLod(land_map, uv, 4.0);
+    land *= land;
+    float on_land = step(textureLod(form_map, uv, 0.0).b, 0.5);
+    float desert = on_land * clamp((land.r - 1.15 * land.b - 0.04) * 7.0, 0.0, 1.0);
+
+    float deck = 0.0;
+    for (int k = 0; k < decks.length(); ++k)
+        deck += bump(degrees + 30.0 * fronts.x + 12.0 * groups.x, decks[k].x, decks[k].z)
+              * bump(east + 40.0 * fronts.y + 12.0 * groups.y, decks[k].y, decks[k].w);
+    deck *= 1.0 - on_land;
+
+    float climate = 0.34 * belt + 0.34 * storms - 0.26 * clear - 0.5 * desert + 0.75 * deck;
+    float ragged = clamp(0.75 - 0.35 * storms + 0.25 * clear - 0.5 * deck, 0.15, 1.0);
+    float synoptic = 0.75 * wide.w + 0.75 * fronts.w + 0.4 * groups.w;
+    float value = climate + (1.0 - 0.75 * deck) * synoptic + 0.4 * cells.w + 0.26 * tufts.w + cover_shift;
+    float cover = smoothstep(-0.25, 0.25, value);
+
+    // Optical thickness: 5 for trade-wind cumulus, 12 for decks, 60 in the cores of storms.
+    float core = clamp(0.5 * (value + cells.w + groups.w), 0.0, 1.0);
+    float thickness = 4.0 * exp(1.0 * deck + 3.0 * core + 0.3 * storms + 0.4 * belt);
+
+    // Thin high cloud: blown out of towers and ahead of fronts, drawn out to the east.
+    vec3 blown = vec3(local.xy, 3.0 * local.z) + 0.5 * (drawn - local);
+    float streaks = noise_at(blown, 6000.0).w + 0.6 * noise_at(blown.zxy, 1800.0).w;
+    float high = clamp(1.8 * (streaks + 0.4 * belt + 0.3 * storms - 0.55), 0.0, 1.0);
+
+    weather = vec4(cover, log(thickness) / LOG_THICKEST, high, ragged);
+}

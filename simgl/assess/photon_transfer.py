@@ -1,0 +1,175 @@
+"""Photon transfer: what a camera is, from its flat fields and dark frames (EMVA 1288, release 4).
+
+Nothing here knows how the frames were made. Frames are DN, of one colour.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Frame = NDArray[np.uint16]
+
+# Variance that rounding adds [DN^2], and the least variance at which it acts like that.
+ROUNDING = 1.0 / 12.0
+_LEAST_VARIANCE = 0.24
+
+# Parts of the saturation that the fits use.
+_FIT_END = 0.7
+_LINEAR_PART = (0.05, 0.95)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TransferCurve:
+    """Pairs of flat fields at rising light, the first of them dark.
+
+    photons : (n,) mean on a pixel during the exposure
+    mean : (n,) [DN]
+    variance : (n,) in time [DN^2]
+    """
+
+    photons: Array
+    mean: Array
+    variance: Array
+
+    @property
+    def signal(self) -> Array:
+        """(n,) mean above dark [DN]."""
+        return np.asarray(self.mean - self.mean[0])
+
+    @property
+    def saturation(self) -> int:
+        """Index of the saturation: the largest variance."""
+        return int(np.argmax(self.variance))
+
+    @property
+    def _fitted(self) -> NDArray[np.bool_]:
+        return np.asarray(self.signal <= _FIT_END * self.signal[self.saturation])
+
+    @property
+    def gain(self) -> float:
+        """System gain K [DN / e-], slope of the variance over the signal."""
+        x, y = self.signal[self._fitted], (self.variance - self.variance[0])[self._fitted]
+        return float(x @ y / (x @ x))
+
+    @property
+    def responsivity(self) -> float:
+        """R [DN per photon], slope of the signal over the photons."""
+        x, y = self.photons[self._fitted], self.signal[self._fitted]
+        return float(x @ y / (x @ x))
+
+    @property
+    def quantum_efficiency(self) -> float:
+        """Electrons per photon on the whole pixel, R / K."""
+        return self.responsivity / self.gain
+
+    @property
+    def dark_noise(self) -> float:
+        """Temporal noise in the dark [e- rms], without that of rounding."""
+        variance = self.variance[0]
+        known = variance - ROUNDING if variance >= _LEAST_VARIANCE else 0.0
+        return float(np.sqrt(max(known, 0.0)) / self.gain)
+
+    @property
+    def saturation_capacity(self) -> float:
+        """Signal at the largest variance [e-]; noise is cut from there on, below the full well."""
+        return float(self.signal[self.saturation] / self.gain)
+
+    @property
+    def threshold(self) -> float:
+        """Photons that stand out from the dark noise by a factor of 1."""
+        noise = float(np.sqrt(max(self.variance[0], _LEAST_VARIANCE))) / self.gain
+        return (noise + 0.5) / self.quantum_efficiency
+
+    @property
+    def dynamic_range(self) -> float:
+        """Saturation over threshold."""
+        return float(self.photons[self.saturation] / self.threshold)
+
+    @property
+    def snr_max(self) -> float:
+        """Signal over temporal noise at saturation, limited by shot noise."""
+        return float(np.sqrt(self.saturation_capacity))
+
+    def line(self) -> tuple[float, float]:
+        """Offset [DN] and slope [DN per photon], of relative errors, 5 to 95 % of saturation."""
+        x, y = self.photons[self.linear_part], self.signal[self.linear_part]
+        matrix = np.stack([np.ones_like(x), x], axis=1) / y[:, None]
+        (offset, slope), *_ = np.linalg.lstsq(matrix, np.ones_like(y), rcond=None)
+        return float(offset), float(slope)
+
+    @property
+    def linear_part(self) -> NDArray[np.bool_]:
+        """(n,) the points within 5 to 95 % of saturation."""
+        low, high = (share * self.signal[self.saturation] for share in _LINEAR_PART)
+        return np.asarray((self.signal >= low) & (self.signal <= high))
+
+    @property
+    def deviations(self) -> Array:
+        """Signal over the line, minus one, of the points in the linear part."""
+        offset, slope = self.line()
+        fit = offset + slope * self.photons[self.linear_part]
+        return np.asarray(self.signal[self.linear_part] / fit - 1.0)
+
+    @property
+    def linearity_error(self) -> float:
+        """Mean of the deviations' sizes."""
+        return float(np.abs(self.deviations).mean())
+
+
+def pair_statistics(a: Frame, b: Frame) -> tuple[float, float]:
+    """Mean and variance in time of two frames of the same light [DN, DN^2].
+
+    What stays the same in both cancels in their difference.
+    """
+    difference = a.astype(np.float64) - b
+    return float(0.5 * (a.mean() + b.mean())), float(0.5 * difference.var())
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Spatial:
+    """What stays after many frames of the same light are averaged.
+
+    mean : (height, width) [DN]
+    variance : of the pixels, without what is left of temporal noise [DN^2]
+    rows, columns, pixels : that variance in parts [DN^2]
+    """
+
+    mean: Array
+    variance: float
+    rows: float
+    columns: float
+    pixels: float
+
+
+def spatial_statistics(frames: Iterable[Frame]) -> Spatial:
+    """Variances in space; at least two frames."""
+    count, total, squares = 0, np.zeros(()), np.zeros(())
+    for frame in frames:
+        values = frame.astype(np.float64)
+        count, total, squares = count + 1, total + values, squares + values * values
+    mean = total / count
+    temporal = float((squares / count - mean * mean).mean() * count / (count - 1))
+    height, width = mean.shape
+    whole = float(mean.var()) - temporal / count
+    # A row's mean holds the row's own offset and the mean of its width's pixels; likewise columns.
+    of_rows, of_columns = float(mean.mean(axis=1).var()), float(mean.mean(axis=0).var())
+    inside = float(mean.var()) - of_rows - of_columns
+    pixels = inside / ((1.0 - 1.0 / width) * (1.0 - 1.0 / height))
+    rows, columns = of_rows - pixels / width, of_columns - pixels / height
+    return Spatial(
+        mean=mean,
+        variance=max(whole, 0.0),
+        rows=max(rows, 0.0),
+        columns=max(columns, 0.0),
+        pixels=max(pixels - temporal / count, 0.0),
+    )
+
+
+def slope(x: Sequence[float], y: Sequence[float]) -> float:
+    """Of the straight line through points."""
+    return float(np.polyfit(np.asarray(x), np.asarray(y), 1)[0])

@@ -1,0 +1,126 @@
+"""The weather: one map of clouds over the whole Earth, made once for a seed and a cover."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import moderngl
+import numpy as np
+
+from simgl.gpu.blocks import Block
+from simgl.gpu.fullscreen import FullscreenProgram
+from simgl.gpu.state import State
+from simgl.gpu.targets import Format, ImageTarget
+from simgl.passes.earth_maps import Bytes, map_texture
+from simgl.scene.earth import Clouds
+from simgl.scene.noise import SIZE, noise_volume
+from simgl.scene.pictures import read_picture
+from simgl.scene.weather import DECKS, seed_shift, swirls
+
+# Optical thickness of code 1; that of code 0 is 1, logarithmic between, as in planet/cloud.glsl.
+THICKEST = 100.0
+_FULL = (4096, 2048)
+# Enough to find the mean cover by.
+_SMALL = (512, 256)
+
+_WEATHER = Block(
+    "Weather",
+    16,
+    np.dtype(
+        [
+            ("decks", "f4", (len(DECKS), 4)),
+            ("seed_shift", "f4", 4),
+            ("map_size", "f4", 2),
+            ("cover_shift", "f4"),
+            ("_padding", "f4"),
+        ]
+    ),
+)
+
+
+def noise_texture(ctx: moderngl.Context, seed: int) -> moderngl.Texture3D:
+    """The volume of ``simgl.scene.noise``, repeating, without mipmaps."""
+    texture = ctx.texture3d((SIZE,) * 3, 4, noise_volume(seed).tobytes(), alignment=1)
+    texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+    texture.repeat_x = texture.repeat_y = texture.repeat_z = True
+    return texture
+
+
+def weather_texture(
+    ctx: moderngl.Context,
+    clouds: Clouds,
+    noise: moderngl.Texture3D,
+    ground: list[moderngl.Texture],
+) -> moderngl.Texture:
+    """Share of cloud, code of its thickness, thin high cloud, raggedness; equirectangular.
+
+    noise : of the same seed; ground : as ``simgl.passes.earth_maps`` gives them
+    """
+    return map_texture(ctx, _weather(ctx, clouds, noise, ground))
+
+
+def _weather(
+    ctx: moderngl.Context,
+    clouds: Clouds,
+    noise: moderngl.Texture3D,
+    ground: list[moderngl.Texture],
+) -> Bytes:
+    if clouds.picture is not None:
+        share = np.asarray(read_picture(clouds.picture, "L"))
+        code = np.log(clouds.thickness) / np.log(THICKEST)
+        values = np.zeros((*share.shape, 4), dtype=np.uint8)
+        values[..., 0] = share
+        values[..., 1] = np.uint8(np.clip(np.round(255.0 * code), 0, 255))
+        values[..., 3] = 128
+        return values
+    program = FullscreenProgram(
+        ctx,
+        "weather/weather",
+        _WEATHER,
+        ["noise_volume", "swirls", "land_map", "form_map"],
+    )
+    wind = _wind_texture(ctx, clouds.seed)
+    small = ImageTarget(ctx, _SMALL, [Format("f4", 4)])
+    full = ImageTarget(ctx, _FULL, [Format("f1", 4)])
+    given: dict[str, object] = {"decks": DECKS, "seed_shift": (*seed_shift(clouds.seed), 0.0)}
+
+    def draw(target: ImageTarget, shift: float) -> None:
+        area = (0, 0, *target.size)
+        State().apply(ctx, target.framebuffer, area, area)
+        size = {"map_size": target.size, "cover_shift": shift}
+        program.draw(given | size, [noise, wind, *ground])
+
+    try:
+        draw(full, _shift_for(clouds.cover, small, draw))
+        codes = np.frombuffer(full.textures[0].read(alignment=1), dtype=np.uint8)
+        return codes.reshape(_FULL[1], _FULL[0], 4)
+    finally:
+        ctx.detect_framebuffer(0).use()
+        for item in (program, wind, small, full):
+            item.release()
+
+
+def _wind_texture(ctx: moderngl.Context, seed: int) -> moderngl.Texture:
+    origin = swirls(seed)
+    texture = ctx.texture(origin.shape[1::-1], 3, origin.tobytes(), dtype="f4", alignment=1)
+    texture.repeat_x, texture.repeat_y = True, False
+    return texture
+
+
+def _mean_share(target: ImageTarget) -> float:
+    """Of cloud over the Earth's area."""
+    share = target.read()[..., 0].mean(axis=1)
+    rows = (np.arange(share.size) + 0.5) * np.pi / share.size
+    return float(np.average(share, weights=np.sin(rows)))
+
+
+def _shift_for(
+    cover: float, small: ImageTarget, draw: Callable[[ImageTarget, float], None]
+) -> float:
+    """By how much to shift the weather so that its mean share is ``cover``."""
+    low, high = -3.0, 3.0
+    for _ in range(12):
+        middle = 0.5 * (low + high)
+        draw(small, middle)
+        low, high = (middle, high) if _mean_share(small) < cover else (low, middle)
+    return 0.5 * (low + high)

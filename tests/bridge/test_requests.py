@@ -1,0 +1,354 @@
+"""One request, one state: several cameras, their settings and times, the Sun; what is refused."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+from simgl_bridge import Client, DelayLine, RemoteError, Shot
+
+from simgl import Scenario
+from simgl.physics.constants import ASTRONOMICAL_UNIT
+from tests.bridge.harness import Gate, RawLink, Running, header_of
+
+Starter = Callable[..., Running]
+Connect = Callable[[Running], RawLink]
+SECOND = 1_000_000_000
+HELLO = {"type": "hello", "client": "raw", "versions": ["simgl/1"]}
+
+
+def request(scenario: Scenario, id: int, **changes: Any) -> dict[str, Any]:
+    """A render request as a plain object."""
+    shot = {"camera": "nav"}
+    start = scenario.epoch_tai_ns
+    return {"type": "render", "id": id, "tai_ns": start, "cameras": [shot], **changes}
+
+
+def packed(message: dict[str, Any]) -> list[bytes]:
+    return [b"simgl/1", msgspec.msgpack.encode(message)]
+
+
+def test_cameras_of_one_request_show_one_state_as_if_asked_one_by_one(
+    client: Client, scenario: Scenario
+) -> None:
+    now = scenario.epoch_tai_ns
+    shots = [
+        Shot(camera="side", products=("depth", "dn")),
+        Shot(camera="nav", exposure_time_s=0.001, products=("dn",)),
+    ]
+    tick = client.render_all(now, shots)
+    assert list(tick) == ["side", "nav"]
+    assert tick["side"].sequence == tick["nav"].sequence == tick.sequence
+    assert tick["side"].state_hash == tick["nav"].state_hash == tick.state_hash
+    for shot in shots:
+        alone = client.render(now, shot.camera, None, shot.exposure_time_s, shot.products)
+        for product in shot.products:
+            np.testing.assert_array_equal(tick[shot.camera].planes[product], alone.planes[product])
+    assert tick["side"].units == {"depth": "m", "dn": "DN"}
+
+
+def test_the_gain_asked_for_is_the_gain_used(client: Client, scenario: Scenario) -> None:
+    now, own = scenario.epoch_tai_ns, scenario.cameras["nav"].detector
+    plain = client.render(now, "nav")
+    image = client.render(now, "nav", gain_dn_per_e=0.5 * own.gain_dn_per_e)
+    assert plain.gain_dn_per_e == own.gain_dn_per_e
+    assert image.gain_dn_per_e == 0.5 * own.gain_dn_per_e
+    assert plain.saturated_pixels == 0
+    # The same electrons and the same noise, floored to whole DN before and after: within 1 DN.
+    signal = plain.dn.astype(float) - own.pedestal
+    half = image.dn.astype(float) - own.pedestal
+    assert signal.max() > 100.0
+    np.testing.assert_allclose(half, 0.5 * signal, atol=1.0)
+
+
+def test_a_sun_at_two_au_gives_a_quarter_of_the_light(start_server: Starter) -> None:
+    # The fixed Sun of the small scenario takes a direction alone; here the Sun is the real one.
+    from simgl import scenario_from_dict
+
+    box = {"box": {"size_m": [1.0, 1.0, 1.0], "material": {"reflectance": 0.5}}}
+    scenario = scenario_from_dict(
+        {
+            "epoch": {"utc": "2026-03-20T12:00:00"},
+            "earth": {"shape": "none"},
+            "spacecraft": {"target": {"model": box, "position_icrf_m": [0.0, 0.0, 0.0]}},
+            "camera": {
+                "nav": {
+                    "position_icrf_m": [0.0, 0.0, 10.0],
+                    "look_at": "target",
+                    "width_px": 16,
+                    "height_px": 16,
+                    "focal_length_mm": 0.3,
+                }
+            },
+        }
+    )
+    running = start_server(scenario)
+    with Client(running.address, timeout_s=20.0) as client:
+        images = [
+            client.render(
+                scenario.epoch_tai_ns,
+                "nav",
+                products=("radiance",),
+                sun_position_m=(0.0, 0.0, distance * ASTRONOMICAL_UNIT),
+            )
+            for distance in (1.0, 2.0)
+        ]
+    near, far = (i.planes["radiance"] for i in images)
+    assert near.max() > 1.0
+    # float32, and the camera's 10 m of 1 au
+    np.testing.assert_allclose(far, near / 4.0, rtol=1e-5)
+    assert images[0].sun_direction_icrf == (0.0, 0.0, 1.0)
+    ratio = np.array(images[1].sun_irradiance_w_m2) / images[0].sun_irradiance_w_m2
+    np.testing.assert_allclose(ratio, 0.25, rtol=1e-9)
+
+
+def test_a_sent_sun_turns_a_fixed_one(client: Client, scenario: Scenario) -> None:
+    image = client.render(scenario.epoch_tai_ns, "nav", sun_position_m=(0.0, -3e11, 0.0))
+    assert image.sun_direction_icrf == (0.0, -1.0, 0.0)
+    turned_back = client.render(scenario.epoch_tai_ns, "nav", sun_position_m=(0.9e11, 0.0, 1.2e11))
+    plain = client.render(scenario.epoch_tai_ns, "nav")
+    np.testing.assert_allclose(turned_back.sun_direction_icrf, (0.6, 0.0, 0.8), atol=1e-15)
+    assert not np.array_equal(image.dn, plain.dn)
+
+
+def test_every_pose_used_is_in_the_reply(client: Client, scenario: Scenario) -> None:
+    image = client.render(scenario.epoch_tai_ns, "nav")
+    assert set(image.bodies) == {"target", "chaser"}
+    assert image.bodies["chaser"].position_m == (0.0, 0.0, 60.0)
+    assert image.bodies["chaser"].q_icrf_from_body_xyzw == (0.0, 0.0, 0.0, 1.0)
+
+
+def test_an_image_says_when_light_fell_and_when_flight_software_has_it(
+    start_server: Starter, scenario: Scenario
+) -> None:
+    nav = replace(scenario.cameras["nav"], readout_time=0.02, transport_latency=0.1)
+    running = start_server(replace(scenario, cameras={**scenario.cameras, "nav": nav}))
+    now = scenario.epoch_tai_ns
+    with Client(running.address, timeout_s=20.0) as client:
+        assert client.welcome.cameras[0].readout_time_s == 0.02
+        line = DelayLine()
+        for step in range(4):
+            # An image takes 0.5 ms of light after mid-exposure, 20 ms to read, 100 ms on the wire.
+            tick = now + step * SECOND // 20
+            line.post(client.render(tick, "nav", exposure_time_s=0.001))
+            arrived = [image.tai_ns for image in line.due(tick)]
+            assert arrived == ([now] if step == 3 else [])
+        assert len(line) == 3
+        image = line.due(now + SECOND)[0]
+    assert image.exposure_start_tai_ns == image.tai_ns - 500_000
+    assert image.exposure_end_tai_ns == image.tai_ns + 500_000
+    assert image.readout_end_tai_ns == image.tai_ns + 20_500_000
+    assert image.available_tai_ns == image.tai_ns + 120_500_000
+
+
+def test_time_goes_backwards_only_where_that_is_meant(client: Client, scenario: Scenario) -> None:
+    now = scenario.epoch_tai_ns
+    client.render(now + SECOND, "nav")
+    with pytest.raises(RemoteError) as caught:
+        client.render(now, "nav")
+    assert (caught.value.code, caught.value.field) == ("TIME_BACKWARDS", "tai_ns")
+    assert f'must not be before {now + SECOND}, the last request\'s, unless "seek" is true' in str(
+        caught.value
+    )
+    assert client.render(now, "nav", seek=True).tai_ns == now
+    # From there time goes on; and every client has its own.
+    assert client.render(now + 1, "nav").tai_ns == now + 1
+
+
+def test_requests_beyond_the_window_are_busy_and_those_within_are_answered(
+    start_server: Starter, scenario: Scenario, connect: Connect
+) -> None:
+    running = start_server(scenario)
+    running.simulator.hook = gate = Gate()
+    raw = connect(running)
+    assert raw.ask_map(HELLO)["window"] == 2
+    # While the first is rendered, five more arrive for two places.
+    raw.send(packed(request(scenario, 1)))
+    gate.wait()
+    for id in range(2, 7):
+        raw.send(packed(request(scenario, id)))
+    gate.open()
+    replies = [header_of(raw.receive()) for _ in range(6)]
+    busy = [r for r in replies if r["type"] == "error"]
+    assert [r["id"] for r in replies if r["type"] == "images"] == [1, 2, 3]
+    assert [(r["id"], r["code"], r["retryable"]) for r in busy] == [
+        (id, "BUSY", True) for id in (4, 5, 6)
+    ]
+    assert busy[0]["detail"] == "2 requests of this client wait already, its window"
+    # The same ids are welcome later.
+    assert raw.ask_map(request(scenario, 4))["type"] == "images"
+
+
+def test_clients_take_turns(start_server: Starter, scenario: Scenario, connect: Connect) -> None:
+    running = start_server(scenario)
+    running.simulator.hook = gate = Gate()
+    greedy, modest = connect(running), connect(running)
+    greedy.send(packed(request(scenario, 1)))
+    gate.wait()
+    greedy.send(packed(request(scenario, 2)))
+    greedy.send(packed(request(scenario, 3)))
+    modest.send(packed(request(scenario, 1)))
+    gate.open()
+    # Two of the first client wait: the second client's only one comes before the last of them.
+    assert header_of(modest.receive())["sequence"] in (2, 3)
+    assert [header_of(greedy.receive())["sequence"] for _ in range(3)][-1] == 4
+
+
+def test_a_request_sent_again_while_it_waits_is_rendered_and_answered_once(
+    start_server: Starter, scenario: Scenario, connect: Connect
+) -> None:
+    running = start_server(scenario)
+    running.simulator.hook = gate = Gate()
+    raw = connect(running)
+    raw.send(packed(request(scenario, 1)))
+    gate.wait()
+    for _ in range(5):
+        raw.send(packed(request(scenario, 2)))
+    gate.open()
+    assert [header_of(raw.receive())["id"] for _ in range(2)] == [1, 2]
+    # What comes next is the answer to the ping, not another picture.
+    assert raw.ask_map({"type": "ping", "id": 9})["type"] == "pong"
+    assert running.simulator.captures == 2
+
+
+def test_a_request_whose_deadline_is_over_is_not_rendered(
+    start_server: Starter, scenario: Scenario, connect: Connect
+) -> None:
+    running = start_server(scenario)
+    running.simulator.hook = gate = Gate()
+    raw = connect(running)
+    raw.send(packed(request(scenario, 1)))
+    gate.wait()
+    raw.send(packed(request(scenario, 2)))
+    raw.send(packed(request(scenario, 3, deadline_ms=50)))
+    # The two wait together, and the second picture takes longer than the third can wait.
+    running.simulator.hook = lambda: time.sleep(0.2)
+    gate.open()
+    assert [header_of(raw.receive())["type"] for _ in range(2)] == ["images", "images"]
+    late = header_of(raw.receive())
+    assert (late["code"], late["id"], late["retryable"]) == ("DEADLINE", 3, True)
+    assert late["detail"].startswith("deadline_ms 50 ms were over when the turn came, at ")
+    assert running.simulator.captures == 2
+
+
+POSE = {
+    "position_m": [0.0, 0.0, 60.0],
+    "velocity_m_s": [0.0, 0.0, 0.0],
+    "q_icrf_from_body_xyzw": [0.0, 0.0, 0.0, 1.0],
+}
+
+
+@pytest.mark.parametrize(
+    ("changes", "code", "field", "detail"),
+    [
+        ({"bodies": {"chaser": {**POSE, "joints": {"door": 0.5}}}}, "NO_JOINT",
+         "bodies.chaser.joints",
+         'bodies.chaser.joints "door" does not exist here; (none is allowed here)'),
+        ({"bodies": {"chaser": {**POSE, "joints": {"door": "open"}}}}, "BAD_VALUE",
+         "bodies.chaser.joints.door", 'must be a number, got "open"'),
+        ({"sun": {"position_m": [0.0, 0.0, 1e8]}}, "BAD_VALUE", "sun.position_m",
+         "sun.position_m must be at least 1e+09 m from the Earth, got 1e+08 m"),
+        ({"sun": {"position_m": [0.0, 0.0, float("nan")]}}, "BAD_VALUE", "sun.position_m",
+         "sun.position_m must be finite, got [0.0, 0.0, nan]"),
+        ({"sun": {}}, "BAD_VALUE", "sun.position_m", "sun.position_m is missing"),
+        ({"cameras": []}, "BAD_VALUE", "cameras", "cameras must name at least one camera"),
+        ({"cameras": [{"camera": "nav"}, {"camera": "nav"}]}, "BAD_VALUE", "cameras[1].camera",
+         'cameras[1].camera repeats "nav"'),
+        ({"cameras": [{"camera": "nav"}, {"camera": "sid"}]}, "NO_CAMERA", "cameras[1].camera",
+         'did you mean "side"?'),
+        ({"cameras": [{"camera": "nav", "gain_dn_per_e": 0.0}]}, "BAD_VALUE",
+         "cameras[0].gain_dn_per_e", "must lie above 0, up to 1e+06 DN/e-, got 0"),
+        ({"cameras": [{"camera": "nav", "gain_dn_per_e": float("inf")}]}, "BAD_VALUE",
+         "cameras[0].gain_dn_per_e", "got inf"),
+        ({"deadline_ms": 0}, "BAD_VALUE", "deadline_ms",
+         "deadline_ms must lie in 1..3600000 ms, got 0"),
+        ({"seek": 1}, "BAD_VALUE", "seek", "must be true or false, got 1"),
+    ],
+)  # fmt: skip
+def test_a_wrong_value_of_the_new_fields_is_named(
+    raw: RawLink, scenario: Scenario, changes: dict[str, Any], code: str, field: str, detail: str
+) -> None:
+    reply = raw.ask_map(request(scenario, 1, **changes))
+    assert (reply["type"], reply["code"], reply["field"]) == ("error", code, field)
+    assert detail in reply["detail"]
+
+
+def test_statistics_count_what_happened(
+    start_server: Starter, scenario: Scenario, connect: Connect
+) -> None:
+    raw = connect(start_server(scenario))
+    raw.ask_map(request(scenario, 1))
+    raw.ask_map(request(scenario, 1))
+    raw.ask_map({"type": "nonsense"})
+    counts = raw.ask_map({"type": "stats", "id": 3})
+    wanted = {"images": 1, "repeated": 1, "errors": 1, "busy": 0, "lost": 0, "waiting": 0}
+    assert {k: counts[k] for k in wanted} == wanted
+    assert counts["clients"] == 1
+    assert 0.0 < counts["uptime_s"] < 60.0
+
+
+def test_a_seed_chosen_over_the_link_is_the_seed_of_the_noise(
+    start_server: Starter, scenario: Scenario
+) -> None:
+    running = start_server(scenario)
+    now = scenario.epoch_tai_ns
+    with Client(running.address, timeout_s=20.0) as client:
+        seven = client.render(now, "nav")
+        hash_before = client.welcome.scene_hash
+        assert client.configure(seed=8).seed == 8
+        eight = client.render(now, "nav", seek=True)
+        assert client.welcome.scene_hash == hash_before
+        assert not np.array_equal(seven.dn, eight.dn)
+        client.configure(seed=7)
+        np.testing.assert_array_equal(client.render(now, "nav", seek=True).dn, seven.dn)
+
+
+def test_a_scenario_is_chosen_by_name_from_the_servers_folder_alone(
+    start_server: Starter, scenario: Scenario, scenario_path: Any, tmp_path: Any
+) -> None:
+    root = tmp_path / "root"
+    root.mkdir()
+    text = scenario_path.read_text()
+    (root / "wide.toml").write_text(text.replace("width_px = 64", "width_px = 80"))
+    (root / "broken.toml").write_text("[epoch]\nutc = 3\n")
+    (tmp_path / "outside.toml").write_text(text)
+    (root / "link.toml").symlink_to(tmp_path / "outside.toml")
+    running = start_server(scenario, root=root)
+    now = scenario.epoch_tai_ns
+    with Client(running.address, timeout_s=20.0) as client:
+        assert client.welcome.scenarios == ("broken", "wide")
+        for name in ("../outside", "link", "/etc/passwd", "wide.toml", ""):
+            with pytest.raises(RemoteError) as caught:
+                client.configure(name)
+            assert (caught.value.code, caught.value.field) == ("NO_SCENARIO", "scenario")
+        with pytest.raises(RemoteError, match=r"BAD_SCENE: scenario .*utc") as caught:
+            client.configure("broken")
+        # The old scenario is still there.
+        assert client.render(now, "nav").dn.shape == (48, 64)
+        assert client.configure("wide").cameras[0].width == 80
+        assert client.render(now, "nav").dn.shape == (48, 80)
+
+
+def test_one_client_chooses_the_scene_and_another_is_told_so(
+    start_server: Starter, scenario: Scenario
+) -> None:
+    running = start_server(scenario)
+    now = scenario.epoch_tai_ns
+    with Client(running.address, name="first") as first, Client(running.address) as second:
+        first.configure(seed=11)
+        with pytest.raises(RemoteError) as caught:
+            second.configure(seed=12)
+        assert caught.value.code == "NOT_OWNER"
+        assert caught.value.detail == '"first" chose the scenario; it has not left'
+        # Pictures are for both, but the second does not take another scene's for its own.
+        assert first.render(now, "nav").seed == 11
+        with pytest.raises(Exception, match="another scene now"):
+            second.render(now, "nav")
+        first.close()
+        time.sleep(0.2)
+        assert second.configure(seed=12).seed == 12

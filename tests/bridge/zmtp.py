@@ -1,0 +1,55 @@
+"""ZMTP 3.0 by hand: what a broken or hostile program may put on the wire below ZeroMQ's API."""
+
+from __future__ import annotations
+
+import socket
+import struct
+
+_GREETING = b"\xff" + bytes(8) + b"\x7f" + b"\x03\x00" + b"NULL".ljust(20, b"\0") + bytes(32)
+
+
+class Wire:
+    """A TCP connection that has shaken hands as a DEALER socket without security."""
+
+    def __init__(self, address: str) -> None:
+        host, _, port = address.removeprefix("tcp://").rpartition(":")
+        self._socket = socket.create_connection((host, int(port)), timeout=5.0)
+        self._socket.sendall(_GREETING)
+        ready = b"\x05READY" + _property(b"Socket-Type", b"DEALER") + _property(b"Identity", b"")
+        self._socket.sendall(b"\x04" + bytes([len(ready)]) + ready)
+        # The server's greeting and READY: not needed, only waited for.
+        received = b""
+        while len(received) < 64 + 2 or len(received) < 66 + received[65]:
+            received += self._socket.recv(1024)
+
+    def frame(self, content: bytes, *, more: bool) -> None:
+        """Send one frame of a message."""
+        self.announce(len(content), more=more)
+        self._socket.sendall(content)
+
+    def announce(self, size: int, *, more: bool) -> None:
+        """Send the head of a frame of any size, and nothing of it."""
+        self._socket.sendall(bytes([2 | more]) + struct.pack(">Q", size))
+
+    def raw(self, content: bytes) -> None:
+        """Send bytes as they are."""
+        self._socket.sendall(content)
+
+    def is_hung_up(self) -> bool:
+        """Whether the server closes the connection within five seconds."""
+        try:
+            while self._socket.recv(65536):
+                continue
+        except ConnectionResetError:
+            return True
+        except TimeoutError:
+            return False
+        return True
+
+    def close(self) -> None:
+        """Hang up in the middle of whatever it is."""
+        self._socket.close()
+
+
+def _property(name: bytes, value: bytes) -> bytes:
+    return bytes([len(name)]) + name + struct.pack(">I", len(value)) + value

@@ -1,0 +1,207 @@
+"""The planet as a camera sees it: land, sea, lamps and clouds where they are, and as bright."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import moderngl
+import numpy as np
+import pytest
+from PIL import Image
+
+from simgl.passes.earth_maps import HEIGHT, WIDTH, form_map, ground_textures, land_map
+from simgl.passes.weather import noise_texture, weather_texture
+from simgl.physics.ephemeris import itrf_from_icrf, tai_ns_from_utc
+from simgl.scene.earth import Clouds, EarthMaps
+from tests.scenes import radiance, scene
+
+Array = np.ndarray[Any, Any]
+
+CLEAR = {"atmosphere": "none", "clouds": {"cover": 0.0}}
+SUN = np.array([154.43947526, 174.7738123, 171.94738469, 313.35751052])  # [W m-2]
+RADIUS = 6378.137  # [km]
+
+
+@lru_cache
+def icrf_from_itrf() -> Array:
+    return itrf_from_icrf(tai_ns_from_utc("2026-03-20T12:00:00")).T
+
+
+def up_at(latitude: float, longitude: float) -> Array:
+    """Unit vector, ITRF; degrees."""
+    lat, lon = np.radians([latitude, longitude])
+    return np.array([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)])
+
+
+def looking_down(
+    gl: moderngl.Context,
+    place: tuple[float, float],
+    sun: Array,
+    earth: dict[str, Any],
+    *,
+    altitude: float = 400.0,
+    width: float = 300.0,
+    pixels: int = 96,
+) -> Array:
+    """(n, n, 4) radiance of a square of ground seen from above, north up.
+
+    place : latitude and longitude [deg]; sun : direction, ITRF; altitude, width : [km]
+    """
+    R, up = icrf_from_itrf(), up_at(*place)
+    camera = {
+        "position_icrf_m": (R @ up * (RADIUS + altitude) * 1e3).tolist(),
+        "boresight": (-R @ up).tolist(),
+        "up": R[:, 2].tolist(),
+        "width_px": pixels,
+        "height_px": pixels,
+        "pixel_pitch_um": 3.75,
+        "focal_length_mm": 3.75e-3 * pixels * altitude / width,
+    }
+    return radiance(gl, scene({}, camera, sun_direction=tuple(R @ sun), earth=earth))
+
+
+def tilted_sun(place: tuple[float, float], zenith: float, azimuth: float) -> Array:
+    """Sun at a zenith angle, to a side counted from north through east [deg]; ITRF."""
+    up = up_at(*place)
+    east = np.cross([0.0, 0.0, 1.0], up)
+    east /= np.linalg.norm(east)
+    z, a = np.radians([zenith, azimuth])
+    level = np.cos(a) * np.cross(up, east) + np.sin(a) * east
+    return np.asarray(np.cos(z) * up + np.sin(z) * level)
+
+
+def test_the_maps_have_the_means_that_the_documentation_states() -> None:
+    rows = np.cos(np.radians(90.0 - (np.arange(HEIGHT) + 0.5) * 180.0 / HEIGHT))[:, None]
+    is_land = form_map(None, None)[..., 2] < 128
+    weights = rows * is_land
+    # Land, with lakes counted as water, is 28.7 % of the Earth (29.2 % less 0.5 % of lakes).
+    assert weights.sum() / (rows.sum() * WIDTH) == pytest.approx(0.287, abs=0.005)
+    reflectance = (land_map(None) / 255.0) ** 2
+    mean = [np.average(reflectance[..., band], weights=weights) for band in range(4)]
+    np.testing.assert_allclose(mean, [0.178, 0.169, 0.138, 0.292], atol=0.005)
+
+
+def test_leaves_are_bright_and_water_black_in_the_near_infrared(gl: moderngl.Context) -> None:
+    seen = {}
+    for name, place in {"forest": (0.0, 22.0), "sea": (-30.0, -110.0)}.items():
+        sun = tilted_sun(place, 50.0, 0.0)
+        image = looking_down(gl, place, sun, CLEAR)
+        seen[name] = np.pi * image.mean(axis=(0, 1)) / SUN / np.cos(np.radians(50.0))
+    assert seen["forest"][3] > 0.2
+    assert seen["forest"][3] > 6.0 * seen["forest"][0]
+    # The dark body alone: 0.0065 in green and foam of 0.06 %; the glint stands 50 deg away.
+    assert 0.005 < seen["sea"][1] < 0.02
+    assert seen["sea"][3] < 0.005
+    assert seen["sea"][2] > 2.0 * seen["sea"][1]
+
+
+def test_cities_shine_at_night_and_nothing_else_does(gl: moderngl.Context) -> None:
+    night = -up_at(20.0, 10.0)
+    clouds_or_not = {"atmosphere": "none"}
+    sea = looking_down(gl, (10.0, -30.0), night, clouds_or_not)
+    np.testing.assert_array_equal(sea, 0.0)
+    milan = looking_down(gl, (45.46, 9.19), night, CLEAR, width=40.0)
+    total = milan.sum(axis=2)
+    # 10 to 200 nW cm-2 sr-1 is what satellites see of cities (Elvidge et al. 2017).
+    assert 1e-4 < total.mean() < 2e-3
+    day = looking_down(gl, (45.46, 9.19), -night, CLEAR, width=40.0)
+    assert day.sum(axis=2).min() > 1e3 * total.max()
+
+
+def share_and_rows(texture: moderngl.Texture) -> tuple[Array, Array]:
+    width, height = texture.size
+    codes = np.frombuffer(texture.read(alignment=1), dtype=np.uint8).reshape(height, width, 4)
+    return codes, np.sin((np.arange(height) + 0.5) * np.pi / height)
+
+
+def test_the_weather_has_the_cover_that_was_asked_for_whatever_its_seed(
+    gl: moderngl.Context,
+) -> None:
+    ground = ground_textures(gl, EarthMaps())
+    noise = noise_texture(gl, 0)
+    maps = []
+    for cover, seed in ((0.6, 0), (0.3, 1), (0.75, 2), (0.6, 0)):
+        texture = weather_texture(gl, Clouds(cover=cover, seed=seed), noise, ground)
+        codes, area = share_and_rows(texture)
+        texture.release()
+        mean = np.average(codes[..., 0].mean(axis=1), weights=area) / 255.0
+        # The shift is found to 6 / 2^12 on a map of an eighth of the resolution.
+        assert mean == pytest.approx(cover, abs=0.005)
+        maps.append(codes)
+    np.testing.assert_array_equal(maps[0], maps[3])
+    assert (maps[0] != maps[1]).mean() > 0.5
+    zonal = maps[0][..., 0].mean(axis=1) / 255.0
+    degrees = 90.0 - (np.arange(zonal.size) + 0.5) * 180.0 / zonal.size
+
+    def between(low: float, high: float) -> float:
+        return float(zonal[(degrees > low) & (degrees < high)].mean())
+
+    # Belts as in satellite means: tropics and storm tracks above, subtropics below the mean.
+    assert between(45.0, 60.0) > 0.65
+    assert between(-62.0, -48.0) > 0.75
+    assert between(2.0, 10.0) > between(15.0, 27.0) + 0.15
+    noise.release()
+    for map_of_ground in ground:
+        map_of_ground.release()
+
+
+def test_the_mean_of_a_cloudy_scene_does_not_hang_on_distance(gl: moderngl.Context) -> None:
+    """Broken cloud over the Congo, from where pixels resolve it and from where they do not."""
+    place = (0.0, 22.0)
+    earth = {"atmosphere": "none", "clouds": {"seed": 3}}
+    sun = tilted_sun(place, 40.0, 120.0)
+    near = looking_down(gl, place, sun, earth, width=400.0, pixels=1024)
+    far = looking_down(gl, place, sun, earth, altitude=36_000.0, width=400.0, pixels=64)
+    # A pixel of 0.4 km shows puffs: more spread than one of 6 km does.
+    assert near[..., 1].std() > 1.5 * far[..., 1].std()
+    # Clouds fill 20 by 20 puffs of 10 km: 5 % of their contrast in the mean, some 2 % of it.
+    np.testing.assert_allclose(near.mean(axis=(0, 1)), far.mean(axis=(0, 1)), rtol=0.03)
+
+
+@pytest.fixture
+def square_cloud(tmp_path: Path) -> str:
+    """A picture of one cloud: 100 km square over the Sahara."""
+    picture = np.zeros((1800, 3600), dtype=np.uint8)
+    row, column = (90 - 23) * 10, (180 + 9) * 10
+    picture[row - 5 : row + 5, column - 5 : column + 5] = 255
+    path = tmp_path / "cloud.png"
+    Image.fromarray(picture).save(path)
+    return str(path)
+
+
+@pytest.mark.parametrize("azimuth", [90.0, 180.0, 315.0])
+def test_a_cloud_throws_its_shadow_away_from_the_sun(
+    gl: moderngl.Context, square_cloud: str, azimuth: float
+) -> None:
+    place = (23.0, 9.0)
+    sun = tilted_sun(place, 60.0, azimuth)
+    clouds = {"picture": square_cloud, "height_km": 20.0, "optical_thickness": 30.0}
+    clear = looking_down(gl, place, sun, CLEAR)[..., 0]
+    seen = looking_down(gl, place, sun, {"atmosphere": "none", "clouds": clouds})[..., 0]
+    change = seen - clear
+    cloud, shadow = np.maximum(change, 0.0), np.maximum(-change, 0.0)
+    assert seen.max() > 1.5 * clear.mean()
+    # Rows count southwards, columns to the east.
+    y, x = np.mgrid[: seen.shape[0], : seen.shape[1]]
+    moved = np.array([np.average(x, weights=w) for w in (shadow, cloud)])
+    moved_down = np.array([np.average(y, weights=w) for w in (shadow, cloud)])
+    away = -np.array([np.sin(np.radians(azimuth)), -np.cos(np.radians(azimuth))])
+    step = np.array([moved[0] - moved[1], moved_down[0] - moved_down[1]])
+    # 20 km tan(60 deg) = 35 km is 11 pixels; of the shadow what the cloud does not hide shows, so
+    # its middle lies further off: at half the cloud's width and half the step, 18 and more.
+    assert 10.0 < step @ away < 24.0
+    assert abs(step @ np.array([-away[1], away[0]])) < 2.0
+
+
+def test_the_same_seed_gives_the_same_picture(gl: moderngl.Context) -> None:
+    place, sun = (40.0, -40.0), up_at(20.0, -20.0)
+
+    def picture(seed: int) -> Array:
+        earth = {"atmosphere": "none", "clouds": {"seed": seed}}
+        return looking_down(gl, place, sun, earth, pixels=48)
+
+    first = picture(5)
+    np.testing.assert_array_equal(first, picture(5))
+    assert np.abs(first - picture(6)).mean() > 0.01 * first.mean()

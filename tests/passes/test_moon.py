@@ -1,0 +1,149 @@
+"""The Moon in the picture: its light, size, phase, and what it hides."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import moderngl
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from simgl.physics.constants import ASTRONOMICAL_UNIT, MOON_RADIUS
+from simgl.physics.eclipse import past_the_moon
+from simgl.physics.moon import disc_brightness
+from simgl.scenario.scenario import Scenario
+from simgl.scene.state import SceneState, SunAtPosition
+from simgl.simulator import Simulator
+from tests.passes.skies import picture, received, sky_scene, taken, turned
+
+Array = NDArray[np.float64]
+
+DISTANCE = 384_400e3  # [m]
+SUN_V = -26.76  # Willmer (2018)
+
+
+def sun_at(state: SceneState, position: Array) -> SunAtPosition:
+    """The scene's Sun at another place."""
+    assert isinstance(state.sun, SunAtPosition)
+    return replace(state.sun, position=position)
+
+
+def moonlit(scenario: Scenario, phase_deg: float, side: Array) -> SceneState:
+    """The Moon at its mean distance along +y at a phase angle, the Sun at 1 au off to one side."""
+    a = np.radians(phase_deg)
+    state = scenario.at(scenario.epoch_tai_ns)
+    moon = np.array([0.0, DISTANCE, 0.0])
+    to_sun = -np.cos(a) * np.array([0.0, 1.0, 0.0]) + np.sin(a) * side
+    sun = replace(sun_at(state, moon + ASTRONOMICAL_UNIT * to_sun), visible=False)
+    return replace(state, moon=moon, sun=sun, stars=None)
+
+
+def camera(focal_length_mm: float, size: int = 128) -> dict[str, object]:
+    """Looks along +y, north up: +x is to the right."""
+    return {
+        "boresight": [0, 1, 0],
+        "focal_length_mm": focal_length_mm,
+        "width_px": size,
+        "height_px": size,
+    }
+
+
+RIGHT = np.array([1.0, 0.0, 0.0])
+
+
+# Diameters of 0.3, 1.4, 12 and 97 pixels.
+@pytest.mark.parametrize("focal_length_mm", [0.13, 0.6, 5.0, 40.0])
+def test_the_picture_sums_to_the_measured_phase_curve(
+    gl: moderngl.Context, focal_length_mm: float
+) -> None:
+    scenario = sky_scene(camera(focal_length_mm))
+    with Simulator(scenario, gl) as simulator:
+        for phase_deg in (0.5, 45.0, 90.0, 135.0):
+            state = moonlit(scenario, phase_deg, RIGHT)
+            light = received(taken(simulator, state), state.cameras["cam"].camera)[1]
+            sunlight = state.sun.seen_from(np.zeros(3)).irradiance[1]
+            v = SUN_V - 2.5 * np.log10(light / sunlight)
+            expected = -12.74 - 2.5 * np.log10(disc_brightness(np.radians(phase_deg)))
+            # Points 1/192 of the disc apart: 0.5 % of the crescent's light at 135 deg, where the
+            # law is steepest; the Sun is nearer to the camera than to the Moon by up to 0.2 %,
+            # which is 0.4 %.
+            np.testing.assert_allclose(v, expected, atol=0.01)
+
+
+def test_a_full_moon_is_a_flat_disc_of_its_angular_size(gl: moderngl.Context) -> None:
+    scenario = sky_scene(camera(40.0))
+    image = picture(gl, scenario, moonlit(scenario, 0.0, RIGHT))[..., 1]
+    radius = np.tan(np.arcsin(MOON_RADIUS / DISTANCE)) * scenario.cameras["cam"].focal_length_px
+    covered = image.sum() / image[64, 64]
+    # Coverage is exact; the disc function at full phase is 1/2 everywhere.
+    np.testing.assert_allclose(covered, np.pi * radius**2, rtol=1e-3)
+    inside = np.hypot(*(np.indices(image.shape) - 63.5)) < radius - 1.5
+    np.testing.assert_allclose(image[inside], image[64, 64], rtol=1e-3)
+
+
+def test_the_bright_limb_faces_the_sun(gl: moderngl.Context) -> None:
+    scenario = sky_scene(camera(40.0))
+    with Simulator(scenario, gl) as simulator:
+        for t in np.radians([0.0, 70.0, 160.0, 250.0]):
+            side = np.array([np.cos(t), 0.0, np.sin(t)])
+            image = taken(simulator, moonlit(scenario, 120.0, side))[..., 1]
+            rows, columns = np.indices(image.shape) - 63.5
+            # North is up in the picture; rows go down.
+            x, y = (image * columns).sum(), -(image * rows).sum()
+            away = np.degrees(np.angle(np.exp(1j * (np.arctan2(y, x) - t))))
+            # Pixels: a tenth of a pixel of 40.
+            assert abs(away) < 0.2
+
+
+def test_the_moon_is_redder_than_sunlight(gl: moderngl.Context) -> None:
+    scenario = sky_scene(camera(40.0))
+    state = moonlit(scenario, 30.0, RIGHT)
+    colour = picture(gl, scenario, state).max(axis=(0, 1))
+    colour /= state.sun.seen_from(np.zeros(3)).irradiance
+    assert colour[2] < colour[1] < colour[0] < colour[3]
+
+
+@pytest.mark.parametrize("off_moon_radii", [0.0, 0.4, 1.0, 1.7])
+def test_the_new_moon_bites_the_suns_disc(gl: moderngl.Context, off_moon_radii: float) -> None:
+    """What is left of the disc is what a spacecraft there gets of the sunlight."""
+    scenario = sky_scene(camera(40.0))
+    state = scenario.at(scenario.epoch_tai_ns)
+    sun = sun_at(state, np.array([0.0, ASTRONOMICAL_UNIT, 0.0]))
+    off = off_moon_radii * MOON_RADIUS / DISTANCE
+    moon = DISTANCE * np.array([0.8 * np.sin(off), np.cos(off), 0.6 * np.sin(off)])
+    state = replace(state, sun=sun, moon=moon, stars=None)
+    seen = sun.seen_from(np.zeros(3))
+    left = received(picture(gl, scenario, state), state.cameras["cam"].camera) / seen.irradiance
+    expected = past_the_moon(np.zeros(3), moon, seen.direction_icrf, seen.angular_radius, seen.limb)
+    # Pixels that both limbs cross take the product of their shares: 1e-3 of the disc.
+    np.testing.assert_allclose(left, expected, atol=2e-3)
+
+
+@pytest.mark.parametrize(("share", "altitude_deg"), [(0.5, 0.0), (1.0, 0.4), (0.0, -0.4)])
+def test_the_moon_sets_behind_the_earth(
+    gl: moderngl.Context, share: float, altitude_deg: float
+) -> None:
+    limb = np.arcsin(6371.0 / 6771.0) + np.radians(altitude_deg)
+    towards = np.array([-np.cos(limb), np.sin(limb), 0.0])
+    place = np.array([6.771e6, 0.0, 0.0])
+    light = []
+    for earth in ({"shape": "none"}, {"shape": "sphere", "radius_km": 6371.0, "albedo": 0.0}):
+        scenario = sky_scene(
+            {**camera(20.0), "position_icrf_m": place.tolist()}, earth=earth, sky={"stars": False}
+        )
+        state = turned(scenario.at(scenario.epoch_tai_ns), towards, np.array([1.0, 0.0, 0.0]))
+        state = replace(state, moon=place + DISTANCE * towards)
+        state = replace(state, sun=sun_at(state, -ASTRONOMICAL_UNIT * towards))
+        light.append(received(picture(gl, scenario, state), state.cameras["cam"].camera))
+    np.testing.assert_allclose(light[1] / light[0], share, atol=3e-3)
+
+
+def test_a_scene_with_the_sun_fixed_by_hand_has_no_moon(gl: moderngl.Context) -> None:
+    real = sky_scene(camera(5.0))
+    moon = real.at(real.epoch_tai_ns).moon
+    assert moon is not None
+    look = {**camera(5.0), "boresight": moon.tolist()}
+    assert picture(gl, sky_scene(look, sky={"stars": False})).max() > 0.0
+    by_hand = {"direction_icrf": (-moon).tolist()}
+    assert picture(gl, sky_scene(look, sun=by_hand)).max() == 0.0

@@ -1,0 +1,38 @@
+"""The Moon's law of reflection sums to the light of its disc."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from simgl.physics.moon import GEOMETRIC_ALBEDO, disc_brightness, surface_factor
+
+
+def by_summing_the_disc(phase: float) -> float:
+    """Integral of the law over the visible disc in units of its radius, over the full Moon's."""
+    n = 1500
+    x, y = np.meshgrid(*2 * [(np.arange(n) + 0.5) / n * 2.0 - 1.0])
+    mu = np.sqrt(np.maximum(1.0 - x * x - y * y, 0.0))
+    mu0 = np.maximum(x * np.sin(phase) + mu * np.cos(phase), 0.0) * (mu > 0.0)
+    total = np.sum(mu0 / np.maximum(mu0 + mu, 1e-12)) * (2.0 / n) ** 2
+    # At full Moon the disc function is 1/2.
+    return float(surface_factor(phase) * total / (0.5 * np.pi))
+
+
+@pytest.mark.parametrize("degrees", [0.0, 10.0, 45.0, 90.0, 120.0, 148.0])
+def test_the_law_sums_to_the_measured_phase_curve(degrees: float) -> None:
+    phase = np.radians(degrees)
+    # Squares along the limb and the terminator: some 1 / n of the crescent's width.
+    np.testing.assert_allclose(by_summing_the_disc(phase), disc_brightness(phase), rtol=4e-3)
+
+
+def test_the_quarter_moon_has_an_eleventh_of_the_full_moons_light() -> None:
+    np.testing.assert_allclose(1.0 / disc_brightness(np.radians(90.0)), 11.0, rtol=0.01)
+
+
+def test_the_visual_albedo_is_the_published_one() -> None:
+    # Geometric albedo of the Moon in V: 0.12 (Allen, 4th ed., table 12.8).
+    np.testing.assert_allclose(GEOMETRIC_ALBEDO[1], 0.12, atol=0.005)
+    # Redder than sunlight: B-V 0.92 against the Sun's 0.65 over 107 nm, here over 100 nm.
+    ratio = -2.5 * np.log10(GEOMETRIC_ALBEDO[2] / GEOMETRIC_ALBEDO[1])
+    np.testing.assert_allclose(ratio, 0.27 * 100.0 / 107.0, atol=0.04)
