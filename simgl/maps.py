@@ -104,8 +104,9 @@ def _drawn(
 
 
 def _extension(values: Array, norm: Any) -> Any:
-    low = bool(np.nanmin(values) < norm.vmin)
-    high = bool(np.nanmax(values) > norm.vmax)
+    # Where nothing is there is nothing to compare.
+    with np.errstate(invalid="ignore"):
+        low, high = bool(np.any(values < norm.vmin)), bool(np.any(values > norm.vmax))
     return {(False, False): "neither", (True, False): "min", (False, True): "max"}.get(
         (low, high), "both"
     )

@@ -68,6 +68,15 @@ def test_veiling_glare_spreads_its_share_evenly() -> None:
         assert result.mean(dtype=np.float64) == pytest.approx(mean, rel=1e-5)
 
 
+def test_veiling_glare_comes_on_top_of_the_spread() -> None:
+    planes = list(panel())
+    spread = Spread(camera(spread=DIFFRACTION)).apply(planes)
+    both = Spread(camera(spread=DIFFRACTION, veiling_glare=0.5)).apply(planes)
+    for plane, one, two in zip(planes, spread, both, strict=True):
+        mean = plane.mean(dtype=np.float64)
+        np.testing.assert_allclose(two, 0.5 * one + 0.5 * mean, rtol=1e-5)
+
+
 def test_zones_blur_their_own_part_of_the_picture() -> None:
     zones = (
         Zone(share=0.0, blur=Blur()),
