@@ -143,7 +143,8 @@ class Renderer:
 
     def _heavens(self, view: Heavens, target: ImageTarget) -> None:
         """What lies beyond the Earth, the farthest first."""
-        target.framebuffer.clear()
+        # The area, for a clear without one keeps to the scissor of the last draw.
+        target.framebuffer.clear(viewport=(0, 0, *target.size))
         if view.stars is not None:
             self._stars.draw(view, view.stars, target.framebuffer)
         if view.sun is not None:

@@ -3,7 +3,11 @@
 // Light by the law of simgl/physics/moon.py, L = moon_radiance mu0 / (mu0 + mu), a mean over points
 // of the pixel; the covered share exact along rows, by Gauss's rule across them.
 #include "block/moondisc"
+#include "common/constants.glsl"
 #include "common/ellipse.glsl"
+
+// Reflectance over the disc's mean, as the map's codes of 0..255 over 128.
+uniform sampler2D seas;
 
 layout(location = 0, index = 0) out vec4 radiance;
 layout(location = 0, index = 1) out vec4 share;
@@ -15,6 +19,15 @@ float disc_function(vec2 place) {
     float mu = sqrt(max(1.0 - dot(place, place), 0.0));
     float mu0 = max(dot(vec3(place, mu), moon_sun.xyz), 0.0);
     return mu0 / max(mu0 + mu, 1e-6);
+}
+
+// Reflectance at a place of the disc over the mean of the whole; `level` of the map's pyramid.
+float shade(vec2 place, float level) {
+    place *= min(0.9999 / max(length(place), 1e-6), 1.0);
+    vec3 axes = vec3(place, sqrt(1.0 - dot(place, place)));
+    vec3 p = mat3(moon_from_disc) * axes;
+    vec2 on_map = vec2(atan(p.y, p.x) / (2.0 * PI) + 0.5, 0.5 - atan(p.z, length(p.xy)) / PI);
+    return mix(1.0, textureLod(seas, on_map, level).r * (255.0 / 128.0), has_seas);
 }
 
 void main() {
@@ -32,16 +45,20 @@ void main() {
     // The part of the pixel within the rectangle around the disc, which may be much smaller.
     vec2 low = max(corner, -half_size), high = min(corner + 1.0, half_size);
     mat2 to_disc = mat2(disc_from_pixel.xy, disc_from_pixel.zw);
+    // Texels along a point's share of the disc, where the map is seen face on.
+    float across = length(to_disc[0]) * (high.x - low.x) / float(points);
+    float level = log2(max(across * float(textureSize(seas, 0).y) / PI, 1.0));
     float sum = 0.0, count = 0.0;
     for (int j = 0; j < points; ++j) {
         for (int i = 0; i < points; ++i) {
             vec2 place = to_disc * mix(low, high, (vec2(i, j) + 0.5) / float(points));
             float on_disc = step(dot(place, place), 1.0);
-            sum += on_disc * disc_function(place);
+            sum += on_disc * disc_function(place) * shade(place, level);
             count += on_disc;
         }
     }
-    float mean = count > 0.0 ? sum / count : disc_function(to_disc * (0.5 * (low + high)));
+    vec2 middle = to_disc * (0.5 * (low + high));
+    float mean = count > 0.0 ? sum / count : disc_function(middle) * shade(middle, level);
     radiance = moon_radiance * mean * covered;
     share = vec4(covered);
 }

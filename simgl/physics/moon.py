@@ -1,4 +1,6 @@
-"""The Moon's surface as a law of reflection, fitted to the light of the whole disc.
+"""The Moon: how it is turned, and its surface as a law of reflection.
+
+The law is fitted to the light of the whole disc.
 
 Radiance at cosine of incidence mu0 and of emergence mu, under the Sun's band irradiance E:
 
@@ -12,6 +14,9 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from simgl.physics.ephemeris import julian_date_tt
 
 Array = NDArray[np.float64]
 
@@ -47,3 +52,37 @@ def surface_factor(phase: float) -> float:
     """f of the module's law at a phase angle [rad]."""
     held = min(abs(phase), _LAST_PHASE)
     return disc_brightness(held) / _lommel_seeliger_disc(held)
+
+
+# Angles E1 to E13 of the Moon's rotation [deg, deg per day], and their terms in the pole's right
+# ascension (sine) and declination (cosine) and in the prime meridian (sine) [deg]: report of the
+# IAU working group on cartographic coordinates (Archinal et al. 2011, 2018), table 2.
+_ROTATION = np.array(
+    [
+        (125.045, -0.0529921, -3.8787, 1.5419, 3.5610),
+        (250.089, -0.1059842, -0.1204, 0.0239, 0.1208),
+        (260.008, 13.0120009, 0.0700, -0.0278, -0.0642),
+        (176.625, 13.3407154, -0.0172, 0.0068, 0.0158),
+        (357.529, 0.9856003, 0.0, 0.0, 0.0252),
+        (311.589, 26.4057084, 0.0072, -0.0029, -0.0066),
+        (134.963, 13.0649930, 0.0, 0.0009, -0.0047),
+        (276.617, 0.3287146, 0.0, 0.0, -0.0046),
+        (34.226, 1.7484877, 0.0, 0.0, 0.0028),
+        (15.134, -0.1589763, -0.0052, 0.0008, 0.0052),
+        (119.743, 0.0036096, 0.0, 0.0, 0.0040),
+        (239.961, 0.1643573, 0.0, 0.0, 0.0019),
+        (25.053, 12.9590088, 0.0043, -0.0009, -0.0044),
+    ]
+)
+
+
+def moon_from_icrf(tai_ns: int) -> Array:
+    """R_moon_from_icrf: x to the mean sub-Earth point, z to the north pole; within 0.01 deg."""
+    day, rest = julian_date_tt(tai_ns)
+    d = (day - 2451545.0) + rest
+    e = np.radians(_ROTATION[:, 0] + _ROTATION[:, 1] * d)
+    alpha = 269.9949 + 0.0031 * d / 36525.0 + np.sum(_ROTATION[:, 2] * np.sin(e))
+    delta = 66.5392 + 0.0130 * d / 36525.0 + np.sum(_ROTATION[:, 3] * np.cos(e))
+    w = 38.3213 + 13.17635815 * d - 1.4e-12 * d * d + np.sum(_ROTATION[:, 4] * np.sin(e))
+    turns = Rotation.from_euler("ZXZ", [alpha + 90.0, 90.0 - delta, w % 360.0], degrees=True)
+    return np.asarray(turns.as_matrix().T)

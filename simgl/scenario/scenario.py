@@ -14,6 +14,7 @@ from simgl.errors import ConfigError
 from simgl.physics.constants import SOLAR_RADIUS
 from simgl.physics.ephemeris import itrf_from_icrf, moon_position, sun_position
 from simgl.physics.frames import Pose
+from simgl.physics.moon import moon_from_icrf
 from simgl.physics.spectrum import BandLight
 from simgl.physics.sun import UNIFORM
 from simgl.scene.camera import Camera
@@ -160,6 +161,7 @@ class Scenario:
             },
             cameras=states,
             lamps=lamps,
+            R_moon_from_icrf=None if moon is None else moon_from_icrf(tai_ns),
             stars=None if self.stars is None else star_sky(self.stars, tai_ns),
         )
 

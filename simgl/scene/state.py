@@ -155,6 +155,7 @@ class SceneState:
     tai_ns : TAI nanoseconds since 1970-01-01T00:00:00 TAI
     earth : None for a scene in deep space
     moon : (3,) of its centre [m]; None where the Sun was fixed by hand
+    R_moon_from_icrf : (3, 3); None for a smooth Moon without seas
     stars : None where none are drawn
     """
 
@@ -166,6 +167,7 @@ class SceneState:
     cameras: Mapping[str, CameraState]
     lamps: tuple[LampState, ...] = ()
     stars: StarSky | None = None
+    R_moon_from_icrf: Array | None = None
 
     def sunlight(self, point: Array) -> Array:
         """(4,) share of the Sun's light that reaches a point (3,) [m] past Earth, air and Moon."""

@@ -12,7 +12,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from simgl.rays import RayTracer
 from simgl.scene.mesh import Mesh
-from simgl.transport.directions import SKY_CELLS, cosine_directions, frames, sky_cell
+from simgl.transport.directions import SKY_CELLS, cosine_directions, frames, sky_cell, spins
 from simgl.transport.outside import brought_out
 from simgl.transport.patches import SAMPLES, Patches, cluster
 from simgl.transport.remesh import subdivided
@@ -40,15 +40,17 @@ Progress = Callable[[int, int], None]
 class BakeSettings:
     """Fineness of a bake.
 
-    patches : about as many
+    regions : about as many, between which the bounces are solved first
+    patches : about as many pieces of them, which lights shine on and vertices look at
     patch_rays : cosine-weighted rays of a patch, a multiple of its sample points
     site_rays : the same of a vertex
     added_triangles : about as many more, where surfaces are near to each other
     edge_share : edges shorter than this share of the body's radius stay
     """
 
-    patches: int = 1500
-    patch_rays: int = 384
+    regions: int = 1000
+    patches: int = 8000
+    patch_rays: int = 96
     site_rays: int = 256
     added_triangles: int = 6_000
     edge_share: float = 1.0 / 60.0
@@ -113,7 +115,8 @@ def bake(
             for row in sites.of_vertex
         ]
     )
-    patches = cluster(fine, sides, exposure, settings.patches)
+    regions = min(settings.regions, settings.patches)
+    patches = cluster(fine, sides, exposure, regions, settings.patches)
     factors, sky, point_open = _exchange(fine, tracer, sides, patches, settings.patch_rays)
     report(total, total)
     return _assembled(fine, sides, sites, seen, patches, (factors, sky, point_open), settings)
@@ -189,12 +192,14 @@ _SPREAD = np.array(
 def _exchange(
     mesh: Mesh, tracer: RayTracer, sides: int, patches: Patches, rays: int
 ) -> tuple[sparse.csr_matrix, sparse.csr_matrix, NDArray[np.bool_]]:
-    """Form factors between patches, their view of the sky, and which sample points are outside."""
+    """Form factors of patches, their view of the sky, and which sample points are outside."""
     count = len(patches.areas)
     faces, _ = face_normals(mesh)
     # Ray i starts at sample i modulo their number: each sample has its own part of the sunflower.
     pattern = cosine_directions(rays).reshape(-1, SAMPLES, 3).swapaxes(0, 1)
     turn = frames(patches.normals.reshape(-1, 3)).reshape(count, SAMPLES, 3, 3)
+    # Another turn about the normal for each patch: what few rays miss evens out over a wall.
+    turn = turn @ spins(count)[:, None]
     directions = np.einsum("psij,skj->pski", turn, pattern, optimize=True)
     each = directions.shape[2]
     origins = np.repeat(patches.points.reshape(-1, 3), each, axis=0)
@@ -245,6 +250,7 @@ def _assembled(
         mesh=mesh,
         sides=sides,
         areas=patches.areas.astype(np.float32),
+        region=patches.region,
         materials=patches.materials.astype(np.float32),
         points=patches.points.astype(np.float32),
         normals=patches.normals.astype(np.float32),

@@ -19,7 +19,7 @@ from simgl.transport.bake import BakeSettings, Progress, bake, sees_itself
 from simgl.transport.transport import Transport
 
 # Part of every key: a change in how bakes are made or stored makes the old files strangers.
-VERSION = 2
+VERSION = 5
 
 _MATRICES = ("form_factors", "sky", "gather", "occluded", "whole")
 

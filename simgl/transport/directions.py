@@ -42,6 +42,14 @@ def frames(normals: Array) -> Array:
     return np.stack([t, s, normals], axis=2)
 
 
+def spins(count: int) -> Array:
+    """(count, 3, 3) rotations about +z by steps of the golden ratio: even among neighbours."""
+    angle = 2.0 * np.pi * ((0.6180339887498949 * np.arange(count)) % 1.0)
+    c, s, zero = np.cos(angle), np.sin(angle), np.zeros(count)
+    rows = (c, -s, zero), (s, c, zero), (zero, zero, zero + 1.0)
+    return np.moveaxis(np.array(rows), 2, 0)
+
+
 def rounded_normals(normals: Array) -> tuple[Array, Indices]:
     """(b, 3) unit normals and, for each of the (n, 3) given, the row (n,) of one within 2 deg."""
     steps = np.round(normals / _NORMAL_STEP).astype(np.int64) + 64

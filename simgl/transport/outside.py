@@ -27,7 +27,7 @@ def brought_out(mesh: Mesh, tracer: RayTracer, sites: Sites) -> Sites:
 
     A rib that stands on a wall, or a board under solar cells, has its vertices inside the other
     part while most of its surface is seen. What a hidden vertex hands to that surface is the light
-    of the nearest places that are not hidden.
+    of places around it that are not hidden.
     """
     hidden = behind_share(mesh, tracer, sites.origins[:, 0], sites.normals) > BURIED
     corners = sites.of_vertex[0][mesh.triangles.astype(np.int64)]
@@ -40,14 +40,17 @@ def brought_out(mesh: Mesh, tracer: RayTracer, sites: Sites) -> Sites:
     points = np.einsum("ij,ijk->ik", weights, at) + LIFT * mesh.radius * faces[triangle]
     free = behind_share(mesh, tracer, points, faces[triangle]) <= BURIED
     triangle, weights, points = triangle[free], weights[free], points[free]
-    # Every place may serve the three corners of its triangle; the nearest ones come first.
+    # Every place may serve the three corners of its triangle, best the one that it is nearest to.
     site, weight = corners[triangle].ravel(), weights.ravel()
     place = np.repeat(np.arange(len(points)), 3)
     useful = np.flatnonzero(hidden[site])
     order = useful[np.lexsort((-weight[useful], site[useful]))]
     served, first, count = np.unique(site[order], return_index=True, return_counts=True)
-    # Fewer places than rays want take turns.
-    turn = np.arange(PLACES)[None, :] % count[:, None]
+    # A few spread over all of a corner's own places: what the nearest ones see, at the foot of a
+    # frame, is not what is seen in the gaps a metre away. Fewer than rays want take turns.
+    own = np.bincount(site[order], weight[order] > 1.0 / 3.0, minlength=len(hidden))[served]
+    among = np.minimum(np.maximum(own.astype(np.int64), PLACES), count)
+    turn = np.arange(PLACES)[None, :] * among[:, None] // PLACES
     origins = sites.origins.copy()
     origins[served] = points[place[order[first[:, None] + turn]]]
     return replace(sites, origins=origins)

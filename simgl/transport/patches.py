@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 # Sample points of a patch, spread evenly over its area.
-SAMPLES = 16
+SAMPLES = 8
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -26,6 +26,7 @@ class Patches:
     """Clusters of triangle sides.
 
     of_side : (m * sides,) patch of each triangle's front, then of each one's back
+    region : (p,) the region that a patch is a piece of
     areas : (p,) [m2]
     materials : (p, k) share of the area that each material covers
     points : (p, SAMPLES, 3) just above the surface [m]
@@ -33,42 +34,48 @@ class Patches:
     """
 
     of_side: Indices
+    region: Indices
     areas: Array
     materials: Array
     points: Array
     normals: Array
 
 
-def cluster(mesh: Mesh, sides: int, exposure: Array, count: int) -> Patches:
-    """About ``count`` patches, small where much light is exchanged.
+def cluster(mesh: Mesh, sides: int, exposure: Array, regions: int, count: int) -> Patches:
+    """About ``count`` patches, small where much light is exchanged, in about ``regions`` regions.
 
     exposure : (m * sides,) share of the directions above each triangle's side in which it sees the
         body
 
-    Triangles of one part that face alike and touch start as one patch, but the small ones of a part
-    that face alike as one together: a liner and the wall behind it, one lit and one dark, stay
-    apart. The patch that gives most light to others (area times exposure) is halved along its
-    longest extent until there are enough.
+    Triangles of one part and material that face alike and touch start as one region, but the small
+    ones of a part that face alike as one together: a liner and the wall behind it, one lit and one
+    dark, stay apart. The region that gives most light to others (area times exposure) is halved
+    along its longest extent until there are enough; then regions are halved on into patches.
     """
     faces, areas = face_normals(mesh)
     triangles = mesh.triangles.astype(np.int64)
     centroids = mesh.positions[triangles].astype(np.float64).mean(axis=1)
     part = mesh.part[triangles[:, 0]].astype(np.int64)
+    material = mesh.material[triangles[:, 0]].astype(np.int64)
     # 26 directions: the neighbours of a cube's cell.
     facing = np.round(faces * 1.3).astype(np.int64) + 1
     kind = ((part * 3 + facing[:, 0]) * 3 + facing[:, 1]) * 3 + facing[:, 2]
+    kind = kind * (int(material.max()) + 1) + material
     kinds = np.concatenate([kind + side * (int(kind.max()) + 1) for side in range(sides)])
     weight = np.tile(areas, sides) * exposure
     piece = np.tile(_pieces(mesh, kind), sides) + kinds.max() + 1
     piece = piece + np.repeat(np.arange(sides), len(areas)) * (int(piece.max()) + 1)
-    big = np.bincount(piece, weight)[piece] > weight.sum() / count
-    groups = _halved(
-        _grouped(np.where(big, piece, kinds)), np.tile(centroids, (sides, 1)), weight, count
+    share = np.bincount(piece, weight)[piece] / weight.sum()
+    places = np.tile(centroids, (sides, 1))
+    coarse = _halved(
+        _grouped(np.where(share * regions > 1.0, piece, kinds)), places, weight, regions
     )
-    of_side = np.empty(len(kinds), dtype=np.int64)
-    for number, members in enumerate(groups):
-        of_side[members] = number
-    material = mesh.material[triangles[:, 0]].astype(np.int64)
+    region_of_side = _numbered(coarse, len(kinds))
+    inside = np.where(share * count > 1.0, piece, -1)
+    apart = region_of_side * (int(piece.max()) + 2) + inside
+    groups = _halved(_grouped(apart), places, weight, count)
+    of_side = _numbered(groups, len(kinds))
+    region = region_of_side[[members[0] for members in groups]]
     patch_areas = np.asarray(
         np.bincount(of_side, np.tile(areas, sides), minlength=len(groups)), dtype=np.float64
     )
@@ -77,7 +84,12 @@ def cluster(mesh: Mesh, sides: int, exposure: Array, count: int) -> Patches:
     shares /= np.where(patch_areas > 0.0, patch_areas, 1.0)[:, None]
     points, normals = _samples(mesh, groups, faces, areas)
     return Patches(
-        of_side=of_side, areas=patch_areas, materials=shares, points=points, normals=normals
+        of_side=of_side,
+        region=region,
+        areas=patch_areas,
+        materials=shares,
+        points=points,
+        normals=normals,
     )
 
 
@@ -96,6 +108,14 @@ def _pieces(mesh: Mesh, kind: Indices) -> Indices:
 def _grouped(kinds: Indices) -> list[Indices]:
     order = np.argsort(kinds, kind="stable")
     return np.split(order, np.flatnonzero(np.diff(kinds[order])) + 1)
+
+
+def _numbered(groups: list[Indices], count: int) -> Indices:
+    """(count,) the group that each member is in."""
+    number = np.empty(count, dtype=np.int64)
+    for group, members in enumerate(groups):
+        number[members] = group
+    return number
 
 
 def _halved(groups: list[Indices], places: Array, weight: Array, count: int) -> list[Indices]:

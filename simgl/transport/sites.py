@@ -23,11 +23,10 @@ from simgl.transport.remesh import position_ids
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-# Rays start above the surface by this share of the body's radius, ten times what float32 resolves,
-# and as far again and again inwards from the edges, so that a corner does not begin inside its
-# other wall.
+# Rays start above the surface by this share of the body's radius, ten times what float32 resolves.
 LIFT = 2e-5
-INWARDS = 5.0 * LIFT
+# Of the way to a triangle's other edge, over which the rays of a corner start.
+REACH = 0.35
 # A site where this share of the rays meets surfaces from behind lies inside another part.
 BURIED = 0.25
 # What lies closer than this share of the body's radius sends little of its light anywhere else.
@@ -57,8 +56,8 @@ class SiteRays:
     """What the rays of all sites met.
 
     hit_share : (s,) of the rays, that met the body; across a narrow gap they count little
-    hits : (s, t) csr, counts of rays to each (triangle, side): column = triangle + side * triangles
-    occluded : (s, 96) csr, counts of rays that met the body on their way to a cell of the sky
+    hits : (s, t) csr, rays to each (triangle, side): column = triangle + side * triangles
+    occluded : (s, 96) csr, numbers of rays that met the body on their way to a cell of the sky
     whole : (b, 96) counts of all rays to a cell, by the rounded normal
     whole_row : (s,) the row of ``whole`` of each site
     buried : (s,) inside another part
@@ -102,33 +101,55 @@ def sites_of(mesh: Mesh, sides: int) -> Sites:
     keys = np.stack([position_ids(mesh.positions), *bins.T], axis=1)
     row = np.unique(keys @ _KEY_WEIGHTS, return_inverse=True)[1].ravel()
     sites = int(row.max()) + 1
-    total = np.zeros((sites, 3))
-    weight = np.zeros(sites)
-    centroids = mesh.positions[triangles].astype(np.float64).mean(axis=1)
-    for k in range(3):
-        at = row[triangles[:, k]]
-        np.add.at(total, at, centroids * areas[:, None])
-        np.add.at(weight, at, areas)
     first = np.zeros(sites, dtype=np.int64)
     first[row] = np.arange(count)
-    place = mesh.positions[first].astype(np.float64)
-    used = weight > 0.0
-    total[used] /= weight[used, None]
-    total[~used] = place[~used]
-    n = normals[first]
-    towards = total - place
-    # Along the surface only: the middle of a dome lies below its vertices.
-    towards -= np.einsum("ij,ij->i", towards, n)[:, None] * n
-    reach = np.linalg.norm(towards, axis=1)
-    inwards = np.minimum(INWARDS * mesh.radius, 0.2 * reach)
-    place += unit_rows(towards) * inwards[:, None]
-    both = [1.0, -1.0][:sides]
-    origins = np.concatenate([place + sign * LIFT * mesh.radius * n for sign in both])
+    place, n = mesh.positions[first].astype(np.float64), normals[first]
+    outwards = [n, -n][:sides]
+    lift = LIFT * mesh.radius
     return Sites(
-        origins=np.repeat(origins[:, None], PLACES, axis=1),
-        normals=np.concatenate([sign * n for sign in both]),
+        origins=np.concatenate(
+            [_around(mesh, row[triangles], areas, place, n) + lift * n[:, None] for n in outwards]
+        ),
+        normals=np.concatenate(outwards),
         of_vertex=np.stack([row + side * sites for side in range(sides)]),
     )
+
+
+def _around(mesh: Mesh, corners: Indices, areas: Array, place: Array, normals: Array) -> Array:
+    """(s, PLACES, 3) places on the triangles about each site, more of them on the bigger ones.
+
+    corners : (m, 3) site of each triangle's corner
+
+    Light that falls off within a finger's breadth of an edge is not that of the triangle beside it:
+    a corner speaks for the part of its triangles that is nearer to it than to their other corners.
+    """
+    flat = corners.ravel()
+    order = np.argsort(flat, kind="stable")
+    site, triangle = flat[order], order // 3
+    weight = np.maximum(areas[triangle], 1e-30)
+    total = np.bincount(site, weight, minlength=len(place))
+    reach = np.cumsum(weight)
+    before = np.concatenate([[0.0], np.cumsum(total)])[:-1]
+    steps = (np.arange(PLACES) + 0.5) / PLACES
+    wanted = (before[:, None] + steps * total[:, None]).ravel()
+    chosen = order[np.minimum(np.searchsorted(reach, wanted), len(order) - 1)]
+    chosen = np.where(np.repeat(total > 0.0, PLACES), chosen, order[0])
+    of = np.repeat(np.arange(len(place)), PLACES)
+    chosen = np.where(flat[chosen] == of, chosen, -1)
+    # The additive sequence of the plastic number (Roberts 2018), folded into a triangle.
+    i = np.arange(len(of))
+    u, v = (0.5 + 0.7548776662466927 * i) % 1.0, (0.5 + 0.5698402909980532 * i) % 1.0
+    over = u + v > 1.0
+    u, v = np.where(over, 1.0 - u, u), np.where(over, 1.0 - v, v)
+    at = mesh.positions[mesh.triangles.astype(np.int64)].astype(np.float64)
+    t, k = chosen // 3, chosen % 3
+    b, c = at[t, (k + 1) % 3], at[t, (k + 2) % 3]
+    away = REACH * (u[:, None] * (b - place[of]) + v[:, None] * (c - place[of]))
+    away[chosen < 0] = 0.0
+    # Never below the plane of the vertex: the middle of a dome's facet lies there.
+    down = np.minimum(np.einsum("ij,ij->i", away, normals[of]), 0.0)
+    away -= down[:, None] * normals[of]
+    return np.asarray((place[of] + away).reshape(-1, PLACES, 3))
 
 
 _KEY_WEIGHTS = np.array([2**33, 2**22, 2**11, 1], dtype=np.int64)
@@ -146,8 +167,9 @@ def cast(
     rounded, whole_row = rounded_normals(sites.normals)
     cells = sky_cell(_turned(rounded, pattern))
     count, columns = len(sites.origins), len(mesh.triangles)
-    hit_share, behind_share = np.zeros(count), np.zeros(count)
+    hit_share, buried = np.zeros(count), np.zeros(count, dtype=np.bool_)
     rows, targets, skies = [], [], []
+    to_body, before_sky = [], []
     for start in range(0, count, _SITES_AT_ONCE):
         stop = min(start + _SITES_AT_ONCE, count)
         directions = _turned(rounded[whole_row[start:stop]], pattern)
@@ -156,37 +178,51 @@ def cast(
         triangle, distance = tracer.hits(origins, directions.reshape(-1, 3))
         met = np.flatnonzero(triangle >= 0)
         triangle = triangle[met].astype(np.int64)
-        site = start + met // rays
         along = np.einsum("ij,ij->i", faces[triangle], directions.reshape(-1, 3)[met])
         behind = along > 0.0
+        # Rays of a place inside another part count for nothing; the others stand for them.
+        place = met // rays * PLACES + met % PLACES
+        inside = np.bincount(place[behind], minlength=(stop - start) * PLACES)
+        usable = (inside <= BURIED * rays / PLACES) | (sides == 2)
+        number = usable.reshape(-1, PLACES).sum(axis=1)
+        buried[start:stop] = number == 0
+        share = np.where(usable, np.repeat(PLACES / np.maximum(number, 1), PLACES), 0.0)[place]
+        site = start + met // rays
         reach = distance[met].astype(np.float64)
-        hit_share += np.bincount(site, reach / (reach + GAP * mesh.radius), minlength=count)
-        behind_share += np.bincount(site[behind], minlength=count)
-        if sides == 1:
-            counted = ~behind
-            rows.append(site[counted])
-            targets.append(triangle[counted])
-        else:
-            rows.append(site)
-            targets.append(triangle + columns * behind)
-        skies.append(site * SKY_CELLS + cells[whole_row[site], met % rays])
+        hit_share += np.bincount(site, share * reach / (reach + GAP * mesh.radius), minlength=count)
+        triangle += columns * (behind & (sides == 2))
+        rows.append(site)
+        targets.append(triangle)
+        skies.append(cells[whole_row[site], met % rays])
+        to_body.append(np.where(behind & (sides == 1), 0.0, share))
+        before_sky.append(share)
         tick(stop)
-    sky_row = np.concatenate(skies)
+    row = np.concatenate(rows)
     whole = np.zeros((len(rounded), SKY_CELLS), dtype=np.float32)
     np.add.at(whole, (np.arange(len(rounded))[:, None], cells), 1.0)
     return SiteRays(
         hit_share=hit_share / rays,
-        hits=counts(np.concatenate(rows), np.concatenate(targets), (count, columns * sides)),
-        occluded=counts(sky_row // SKY_CELLS, sky_row % SKY_CELLS, (count, SKY_CELLS)),
+        hits=_sums(row, np.concatenate(targets), to_body, (count, columns * sides)),
+        occluded=_sums(row, np.concatenate(skies), before_sky, (count, SKY_CELLS)),
         whole=whole,
         whole_row=whole_row,
-        buried=(behind_share > BURIED * rays) if sides == 1 else np.zeros(count, dtype=np.bool_),
+        buried=buried,
     )
 
 
 def _turned(normals: Array, pattern: Array) -> Array:
     """(n, k, 3) the pattern (k, 3) about each normal (n, 3)."""
     return np.asarray(np.matmul(pattern[None], np.swapaxes(frames(normals), 1, 2)))
+
+
+def _sums(
+    rows: Indices, columns: Indices, values: list[Array], shape: tuple[int, int]
+) -> sparse.csr_matrix:
+    """The values of each (row, column) together, as float32; no zeros are kept."""
+    data = np.concatenate(values).astype(np.float32)
+    found = sparse.coo_matrix((data, (rows, columns)), shape=shape).tocsr()
+    found.eliminate_zeros()
+    return found
 
 
 def counts(rows: Indices, columns: Indices, shape: tuple[int, int]) -> sparse.csr_matrix:

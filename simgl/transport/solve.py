@@ -18,6 +18,8 @@ Floats = NDArray[np.float32]
 
 # What is left of the light when the bounces end.
 RESIDUAL = 1e-3
+# Bounces between patches, after those between regions.
+FINE_BOUNCES = 4
 # Only a closed body of perfect reflectance needs more: there the sum of bounces has no end.
 _MOST_STEPS = 200
 
@@ -28,11 +30,13 @@ class Reflectors:
 
     albedo : (p, 4) share of the light that leaves again
     exitance : (p, 4) that they give off by themselves [W m-2]
+    region_albedo : (c, 4) the first for whole regions
     contraction : upper bound of what one bounce leaves of any light, below 1
     """
 
     albedo: Floats
     exitance: Floats
+    region_albedo: Floats
     contraction: float
 
 
@@ -93,11 +97,13 @@ def reflectors(transport: Transport, materials: Sequence[Material]) -> Reflector
     """The patches with a model's materials."""
     used = materials[: transport.materials.shape[1]]
     albedo = transport.materials @ np.array([hemispherical_albedo(m) for m in used])
+    region_albedo = np.asarray(transport.region_mean @ albedo)
     exitance = transport.materials @ np.array([np.pi * np.asarray(m.emission) for m in used])
     return Reflectors(
         albedo=albedo.astype(np.float32),
         exitance=exitance.astype(np.float32),
-        contraction=_contraction(transport.form_factors, albedo),
+        region_albedo=region_albedo.astype(np.float32),
+        contraction=_contraction(transport.between_regions, region_albedo),
     )
 
 
@@ -121,24 +127,30 @@ def radiosity(transport: Transport, surface: Reflectors, irradiance: Floats) -> 
 
     irradiance : (p, 4) direct, from all lights
 
-    x = M x + c with Chebyshev's acceleration (Golub & Varga 1961): after k steps the error is below
-    2 r^k of the first, r = mu / (1 + sqrt(1 - mu^2)) for a spectrum in -mu .. mu.
+    Regions exchange all bounces; from what they send, and its own direct light, each patch goes on
+    for the last few. Between regions x = M x + c with Chebyshev's acceleration (Golub & Varga
+    1961): after k steps the error is below 2 r^k of the first, r = mu / (1 + sqrt(1 - mu^2)) for a
+    spectrum in -mu .. mu.
     """
-    emitted = surface.exitance + surface.albedo * irradiance
+    own = np.asarray(surface.exitance + surface.albedo * irradiance, dtype=np.float32)
     mu = surface.contraction
     rate = mu / (1.0 + np.sqrt(1.0 - mu * mu))
-    if rate <= 0.0 or not np.any(emitted):
-        return np.asarray(emitted, dtype=np.float32)
+    if rate <= 0.0 or not np.any(own):
+        return own
+    emitted = transport.region_mean @ own
     steps = min(int(np.ceil(np.log(0.5 * RESIDUAL) / np.log(rate))), _MOST_STEPS)
     older, newer, omega = emitted, emitted, 1.0
     for step in range(steps):
-        bounced = surface.albedo * (transport.form_factors @ newer) + emitted
+        bounced = surface.region_albedo * (transport.between_regions @ newer) + emitted
         if step == 0:
             older, newer = newer, bounced
             continue
         omega = 1.0 / (1.0 - 0.5 * mu * mu) if step == 1 else 1.0 / (1.0 - 0.25 * mu * mu * omega)
         older, newer = newer, (omega * (bounced - older) + older).astype(np.float32)
-    return np.maximum(newer, 0.0)
+    exitance = newer[transport.region]
+    for _ in range(FINE_BOUNCES):
+        exitance = own + surface.albedo * (transport.form_factors @ exitance)
+    return np.asarray(np.maximum(exitance, 0.0))
 
 
 def sun_cosines(transport: Transport, direction: Array, blockers: Sequence[Blocker] = ()) -> Floats:

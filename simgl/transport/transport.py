@@ -23,6 +23,7 @@ class Transport:
     mesh : the body's mesh, finer where light varies
     sides : 2 where surfaces are lit and seen from both sides
     areas : (p,) of the patches [m2]
+    region : (p,) of the c regions, the one that a patch is a piece of
     materials : (p, k) share of a patch that each material covers
     points, normals : (p, n, 3) sample points of the patches [m] and the surface's normals there
     point_open : (p, n) whether a sample point is outside all other parts
@@ -37,6 +38,7 @@ class Transport:
     mesh: Mesh
     sides: int
     areas: Floats
+    region: Indices
     materials: Floats
     points: Floats
     normals: Floats
@@ -48,6 +50,22 @@ class Transport:
     whole: sparse.csr_matrix
     whole_row: Indices
     site_of_vertex: Indices
+
+    @cached_property
+    def region_mean(self) -> sparse.csr_matrix:
+        """(c, p) csr, means over the patches of each region."""
+        count = int(self.region.max()) + 1
+        area = np.maximum(self.areas, 1e-30)
+        share = area / np.bincount(self.region, area, minlength=count)[self.region]
+        place = self.region, np.arange(len(area))
+        return sparse.csr_matrix((share.astype(np.float32), place), shape=(count, len(area)))
+
+    @cached_property
+    def between_regions(self) -> sparse.csr_matrix:
+        """(c, c) csr, share of the light that leaves region i and arrives at region j."""
+        of_patch = np.arange(len(self.region)), self.region
+        spread = sparse.csr_matrix((np.ones(len(self.region), dtype=np.float32), of_patch))
+        return (self.region_mean @ self.form_factors @ spread).tocsr()
 
     @cached_property
     def tracer(self) -> RayTracer:

@@ -79,12 +79,14 @@ class MoonDisc:
         two axes square to the line of sight
     sun : (3,) unit, along these axes and towards the camera
     radiance : (4,) where the disc function mu0 / (mu0 + mu) is 1 [W m-2 sr-1]
+    moon_from_disc : (3, 3) from these three axes to the Moon's own; None for a Moon without seas
     """
 
     ellipse: Ellipse
     disc_from_pixel: Array
     sun: Floats
     radiance: Floats
+    moon_from_disc: Floats | None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -252,12 +254,17 @@ def _moon_disc(
     sun = state.sun.seen_from(state.moon)
     phase = _angle(sun.direction_icrf, -towards)
     axes, disc_from_pixel = _disc_axes(camera, ellipse, towards)
+    disc_from_icrf = np.stack([*axes, -towards])
+    turned = None
+    if state.R_moon_from_icrf is not None:
+        turned = _float32(state.R_moon_from_icrf @ disc_from_icrf.T)
     light = sun.irradiance * GEOMETRIC_ALBEDO * (2.0 / np.pi * surface_factor(phase))
     return MoonDisc(
         ellipse=ellipse,
         disc_from_pixel=disc_from_pixel,
-        sun=_float32(np.stack([*axes, -towards]) @ sun.direction_icrf),
+        sun=_float32(disc_from_icrf @ sun.direction_icrf),
         radiance=_float32(light),
+        moon_from_disc=turned,
     )
 
 

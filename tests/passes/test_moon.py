@@ -36,7 +36,8 @@ def moonlit(scenario: Scenario, phase_deg: float, side: Array) -> SceneState:
     moon = np.array([0.0, DISTANCE, 0.0])
     to_sun = -np.cos(a) * np.array([0.0, 1.0, 0.0]) + np.sin(a) * side
     sun = replace(sun_at(state, moon + ASTRONOMICAL_UNIT * to_sun), visible=False)
-    return replace(state, moon=moon, sun=sun, stars=None)
+    # A smooth Moon, whose two quarters are alike.
+    return replace(state, moon=moon, sun=sun, stars=None, R_moon_from_icrf=None)
 
 
 def camera(focal_length_mm: float, size: int = 128) -> dict[str, object]:
@@ -133,7 +134,7 @@ def test_the_moon_sets_behind_the_earth(
             {**camera(20.0), "position_icrf_m": place.tolist()}, earth=earth, sky={"stars": False}
         )
         state = turned(scenario.at(scenario.epoch_tai_ns), towards, np.array([1.0, 0.0, 0.0]))
-        state = replace(state, moon=place + DISTANCE * towards)
+        state = replace(state, moon=place + DISTANCE * towards, R_moon_from_icrf=None)
         state = replace(state, sun=sun_at(state, -ASTRONOMICAL_UNIT * towards))
         light.append(received(picture(gl, scenario, state), state.cameras["cam"].camera))
     np.testing.assert_allclose(light[1] / light[0], share, atol=3e-3)
@@ -147,3 +148,42 @@ def test_a_scene_with_the_sun_fixed_by_hand_has_no_moon(gl: moderngl.Context) ->
     assert picture(gl, sky_scene(look, sky={"stars": False})).max() > 0.0
     by_hand = {"direction_icrf": (-moon).tolist()}
     assert picture(gl, sky_scene(look, sun=by_hand)).max() == 0.0
+
+
+def facing(scenario: Scenario, phase_deg: float, side: Array) -> SceneState:
+    """A Moon with its seas, its mean face to the camera and its north up."""
+    away = np.array([0.0, 1.0, 0.0])
+    north = np.array([0.0, 0.0, 1.0])
+    turn = np.stack([-away, np.cross(north, -away), north])
+    return replace(moonlit(scenario, phase_deg, side), R_moon_from_icrf=turn)
+
+
+def test_the_seas_lie_where_they_belong(gl: moderngl.Context) -> None:
+    scenario = sky_scene(camera(100.0, 280))
+    image = picture(gl, scenario, facing(scenario, 0.0, RIGHT))[..., 1]
+    radius = np.tan(np.arcsin(MOON_RADIUS / DISTANCE)) * scenario.cameras["cam"].focal_length_px
+
+    def at(east_deg: float, north_deg: float) -> float:
+        east, north = np.radians([east_deg, north_deg])
+        # East on the Moon is to the right with north up.
+        x = 140.0 + radius * np.cos(north) * np.sin(east)
+        y = 140.0 - radius * np.sin(north)
+        return float(image[int(y) - 1 : int(y) + 2, int(x) - 1 : int(x) + 2].mean())
+
+    seas = [at(59.1, 17.0), at(17.5, 28.0), at(-15.6, 32.8), at(-38.6, -24.4), at(51.3, -7.8)]
+    lands = [at(-59.1, -40.0), at(15.0, -40.0), at(59.1, 45.0), at(10.0, -10.0), at(30.0, -50.0)]
+    assert max(seas) < 0.7 * min(lands)
+    assert at(-11.4, -43.3) > max(lands)  # Tycho
+
+
+def test_the_seas_leave_the_full_moon_its_light(gl: moderngl.Context) -> None:
+    for focal_length_mm in (1.0, 10.0, 40.0):
+        scenario = sky_scene(camera(focal_length_mm))
+        optics = scenario.cameras["cam"]
+        with Simulator(scenario, gl) as simulator:
+            for phase_deg, tolerance in ((0.0, 0.01), (90.0, 0.2)):
+                plain = taken(simulator, moonlit(scenario, phase_deg, RIGHT))
+                real = taken(simulator, facing(scenario, phase_deg, RIGHT))
+                # The map's mean over the disc is 1; the half with the eastern seas need not be.
+                ratio = received(real, optics) / received(plain, optics)
+                np.testing.assert_allclose(ratio, 1.0, atol=tolerance)

@@ -1,11 +1,17 @@
-"""The Moon's law of reflection sums to the light of its disc."""
+"""The Moon's law of reflection sums to the light of its disc; it shows us one face."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from simgl.physics.moon import GEOMETRIC_ALBEDO, disc_brightness, surface_factor
+from simgl.physics.ephemeris import moon_position, tai_ns_from_utc
+from simgl.physics.moon import (
+    GEOMETRIC_ALBEDO,
+    disc_brightness,
+    moon_from_icrf,
+    surface_factor,
+)
 
 
 def by_summing_the_disc(phase: float) -> float:
@@ -36,3 +42,27 @@ def test_the_visual_albedo_is_the_published_one() -> None:
     # Redder than sunlight: B-V 0.92 against the Sun's 0.65 over 107 nm, here over 100 nm.
     ratio = -2.5 * np.log10(GEOMETRIC_ALBEDO[2] / GEOMETRIC_ALBEDO[1])
     np.testing.assert_allclose(ratio, 0.27 * 100.0 / 107.0, atol=0.04)
+
+
+def test_the_moon_shows_the_earth_one_face_but_for_its_libration() -> None:
+    start = tai_ns_from_utc("2020-01-01T00:00:00")
+    days = start + np.arange(0, 6798, 3) * 86_400_000_000_000  # one turn of the orbit's node
+    seen = []
+    for tai_ns in days.tolist():
+        towards_earth = -moon_position(tai_ns)
+        x, y, z = moon_from_icrf(tai_ns) @ (towards_earth / np.linalg.norm(towards_earth))
+        seen.append(np.degrees([np.arctan2(y, x), np.arcsin(z)]))
+    east, north = np.array(seen).T
+    # Optical libration from the Earth's centre: 7.9 deg in longitude, 6.9 in latitude, mean 0.
+    assert 7.0 < np.abs(east).max() < 8.3
+    assert 6.5 < np.abs(north).max() < 7.0
+    np.testing.assert_allclose([east.mean(), north.mean()], 0.0, atol=0.2)
+
+
+def test_the_moons_axis_leans_by_cassinis_angle() -> None:
+    R = moon_from_icrf(tai_ns_from_utc("2026-03-20T12:00:00"))
+    np.testing.assert_allclose(R @ R.T, np.eye(3), atol=1e-14)
+    np.testing.assert_allclose(np.linalg.det(R), 1.0, atol=1e-14)
+    obliquity = np.radians(23.4393)
+    ecliptic_pole = np.array([0.0, -np.sin(obliquity), np.cos(obliquity)])
+    np.testing.assert_allclose(np.degrees(np.arccos(R[2] @ ecliptic_pole)), 1.543, atol=0.03)

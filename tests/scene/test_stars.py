@@ -9,6 +9,7 @@ import pytest
 
 from simgl import assets
 from simgl.errors import AssetError
+from simgl.physics.stars import directions
 from simgl.scene.stars import shipped_stars
 
 # HIP: V of the Bright Star Catalogue. Not those that the generator takes from there.
@@ -47,6 +48,21 @@ def test_polaris_stands_at_the_pole_and_vega_where_it_is() -> None:
     alpha, delta = np.radians(279.2347), np.radians(38.7837)
     there = [np.cos(delta) * np.cos(alpha), np.cos(delta) * np.sin(alpha), np.sin(delta)]
     np.testing.assert_allclose(vega, there, atol=2e-5)
+
+
+def test_the_fast_star_61_cygni_moves_to_its_place_of_j2000() -> None:
+    stars = shipped_stars()
+    row = stars.hip == 104214
+    years = 8.75
+    moved = directions(stars.direction[row], stars.motion[row], 0.0 * stars.parallax[row], years,
+                       np.zeros(3))[0]  # fmt: skip
+    # SIMBAD, ICRS, epoch J2000: 21h 06m 53.9396s, +38 deg 44 arcmin 57.902 arcsec.
+    alpha = np.radians(15.0 * (21.0 + 6.0 / 60.0 + 53.9396 / 3600.0))
+    delta = np.radians(38.0 + 44.0 / 60.0 + 57.902 / 3600.0)
+    there = [np.cos(delta) * np.cos(alpha), np.cos(delta) * np.sin(alpha), np.sin(delta)]
+    # It moves 46 arcsec in that time; the two reductions of Hipparcos differ by 13 mas a year, for
+    # it is a double star: 0.12 arcsec.
+    np.testing.assert_allclose(moved, there, atol=0.2 * 4.848e-6)
 
 
 def test_a_limit_of_magnitude_keeps_the_brighter_ones() -> None:

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from simgl.errors import ConfigError
+from simgl.scenario.loader import scenario_from_dict
 from simgl.scenario.scenario import Scenario
-from simgl.simulator import ALL_PRODUCTS, Simulator
+from simgl.simulator import ALL_PRODUCTS, Product, Simulator
 from tests.scenes import lambert, scene
 
 BALL = {"sphere": {"radius_m": 1.0, "material": lambert(0.5)}}
@@ -45,6 +46,34 @@ def test_a_picture_depends_on_the_state_alone(gl: moderngl.Context) -> None:
     assert first.radiance.radiance.tobytes() == again.radiance.radiance.tobytes()
     assert first.digital.dn.tobytes() == again.digital.dn.tobytes()
     assert between.digital.dn.tobytes() != again.digital.dn.tobytes()
+
+
+def test_stars_behind_a_craft_do_not_keep_the_earth_that_was_there_before(
+    gl: moderngl.Context,
+) -> None:
+    """First towards the Earth, then away from it: the same as away from it at once."""
+    data = {
+        "epoch": {"utc": "2026-03-20T12:00:00"},
+        "spacecraft": {"ball": {"model": BALL, "orbit": {"altitude_km": 400.0}}},
+        "camera": {
+            name: {
+                "about": {"target": "ball", "azimuth_deg": azimuth, "range_m": 90.0},
+                "width_px": 96,
+                "height_px": 64,
+            }
+            for name, azimuth in (("down", 90.0), ("up", -90.0))
+        },
+    }
+    one = scenario_from_dict(data)
+    state = one.at(one.epoch_tai_ns)
+    pictures = []
+    for names in (("up",), ("down", "up")):
+        with Simulator(one, gl) as simulator:
+            for name in names:
+                radiance = simulator.capture(state, name, {Product.RADIANCE}).radiance
+        assert radiance is not None
+        pictures.append(radiance.radiance)
+    np.testing.assert_array_equal(*pictures)
 
 
 def test_two_simulators_in_one_process_do_not_disturb_each_other() -> None:

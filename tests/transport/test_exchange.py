@@ -397,6 +397,22 @@ def test_patches_do_not_mix_a_liner_with_the_wall_behind_it() -> None:
     assert np.ptp(height, axis=1).max() < 0.005
 
 
+def test_no_patch_has_two_materials() -> None:
+    """A chequered floor under a roof: what is seen of a dark square is dark."""
+    squares = [moved(plate(0.25, 0.25), (x, y, 0.0)) for x in (0.0, 0.25) for y in (0.0, 0.25)]
+    floor = joined(*squares)
+    chequered = (np.arange(len(floor.positions)) * 4 // len(floor.positions)) % 3 % 2
+    floor = replace(floor, material=chequered.astype(np.uint32), part=np.zeros_like(floor.part))
+    roof = quads([UP])
+    roof = moved(replace(roof, triangles=roof.triangles[:, ::-1], normals=-roof.normals), (0, 0, 1))
+    few = replace(QUICK, patches=8)
+    transport = bake(joined(floor, roof), open_sheets=False, settings=few)
+    assert transport is not None
+    upward = transport.normals[:, 0, 2] > 0.9
+    assert set(transport.materials[upward].argmax(axis=1)) == {0, 1}
+    np.testing.assert_array_equal(transport.materials[upward].max(axis=1), 1.0)
+
+
 def test_a_free_surface_under_a_uniform_sky_gets_pi_times_its_radiance() -> None:
     transport = open_box()
     sky = np.full((SKY_CELLS, 4), 3.0, dtype=np.float32)
