@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 import struct
+import time
 
 _GREETING = b"\xff" + bytes(8) + b"\x7f" + b"\x03\x00" + b"NULL".ljust(20, b"\0") + bytes(32)
 
@@ -37,14 +38,18 @@ class Wire:
 
     def is_hung_up(self) -> bool:
         """Whether the server closes the connection within five seconds."""
+        deadline = time.monotonic() + 5.0
         try:
-            while self._socket.recv(65536):
-                continue
+            # Its heartbeats come in meanwhile; they are no answer.
+            while (left := deadline - time.monotonic()) > 0.0:
+                self._socket.settimeout(left)
+                if not self._socket.recv(65536):
+                    return True
         except ConnectionResetError:
             return True
         except TimeoutError:
             return False
-        return True
+        return False
 
     def close(self) -> None:
         """Hang up in the middle of whatever it is."""
