@@ -12,13 +12,19 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from simgl.optics.field import sight_lines
+from simgl.physics.constants import SOLAR_CONSTANT, SOLAR_TEMPERATURE
+from simgl.physics.spectrum import black_body_light
 from simgl.scene.camera import Camera, Detector
 from simgl.scene.radiometry import irradiance_per_radiance
+from simgl.sensor.develop import develop
 
 Array = NDArray[np.float64]
 
 # Shown as full white, R G B: a white surface that faces a 5777 K Sun of 1367 W m-2 [W m-2 sr-1].
 WHITE_RADIANCE = np.array([154.4, 174.8, 171.9], dtype=np.float32) / np.float32(np.pi)
+
+# Of the same surface, R G B N, by which colours are balanced.
+_WHITE_PHOTONS = black_body_light(SOLAR_CONSTANT, SOLAR_TEMPERATURE).photon_irradiance
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -192,10 +198,10 @@ class LidarFrame:
 def saturated(dn: NDArray[np.uint16], detector: Detector) -> NDArray[np.bool_]:
     """Pixels at the converter's largest number, or at the full well.
 
-    Read noise is added after the full well, so a full pixel may read lower: three sigma are allowed
-    for, which misses one full pixel in 740.
+    Offsets and read noise are added after the full well, so a full pixel may read lower: three
+    sigma are allowed for, which misses one full pixel in 740.
     """
-    full = (detector.full_well - 3.0 * detector.read_noise) * detector.gain_dn_per_e
+    full = (detector.full_well - 3.0 * detector.noise_of_reading) * detector.gain_dn_per_e
     # A whole number: a real one would turn every pixel into a real number first.
     level = int(min(2.0**detector.bits - 1.0, np.floor(full + detector.pedestal)))
     return np.asarray(dn >= level)
@@ -213,11 +219,13 @@ def display_from_linear(linear: NDArray[np.float32]) -> NDArray[np.uint8]:
     return np.repeat(srgb_from_linear(linear)[..., None], 3, axis=2)
 
 
-def display_from_dn(dn: NDArray[np.uint16], camera: Camera) -> NDArray[np.uint8]:
-    """(height, width, 3) sRGB grey picture of digital numbers, pedestal black, full scale white."""
-    d = camera.detector
-    span = 2**d.bits - 1 - d.pedestal
-    return display_from_linear(((dn.astype(np.float32) - d.pedestal) / span).astype(np.float32))
+def display_from_dn(dn: NDArray[np.uint16], camera: Camera, gain: float = 1.0) -> NDArray[np.uint8]:
+    """(height, width, 3) sRGB picture of digital numbers, pedestal black, full scale white.
+
+    Grey from a monochrome detector; developed from a colour one, so that white surfaces in sunlight
+    are neutral. A gain brightens the picture.
+    """
+    return srgb_from_linear(develop(dn, camera.detector, _WHITE_PHOTONS, gain))
 
 
 def display_from_radiance(radiance: NDArray[np.float32], gain: float = 1.0) -> NDArray[np.uint8]:

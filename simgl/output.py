@@ -24,11 +24,13 @@ from simgl.images import (
     LayersFrame,
     RadianceFrame,
     TruthFrame,
+    display_from_dn,
     display_from_layers,
     display_from_radiance,
 )
 from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.physics.frames import quaternion_from_matrix
+from simgl.sensor.packing import pack_mono12p
 from simgl.simulator import Exposure
 
 
@@ -142,6 +144,18 @@ def write_dn_png(path: Path, frame: DigitalFrame) -> None:
         Image.fromarray(frame.dn).save(temporary)
 
 
+def write_mono12p(path: Path, frame: DigitalFrame) -> None:
+    """Digital numbers of up to 12 bits without gaps, rows from the top, as GenICam's Mono12p."""
+    with complete_file(path) as temporary:
+        temporary.write_bytes(pack_mono12p(frame.dn))
+
+
+def write_colour_png(path: Path, frame: DigitalFrame) -> None:
+    """An sRGB picture of what a colour detector saw: balanced, demosaiced, full scale white."""
+    with complete_file(path) as temporary:
+        Image.fromarray(display_from_dn(frame.dn, frame.info.camera)).save(temporary)
+
+
 def write_view_png(path: Path, frame: RadianceFrame) -> None:
     """An sRGB picture to look at: a white surface that faces the Sun is white."""
     with complete_file(path) as temporary:
@@ -154,10 +168,14 @@ def write_layers_png(path: Path, frame: LayersFrame) -> None:
         Image.fromarray(display_from_layers(frame)).save(temporary)
 
 
-def write_exposure(exposure: Exposure, folder: Path, name: str) -> list[Path]:
+def write_exposure(
+    exposure: Exposure, folder: Path, name: str, *, packed: bool = False
+) -> list[Path]:
     """Every frame of an exposure as ``NAME.radiance.exr``, ``NAME.dn.png``, ``NAME.view.png``;
-    its layers as ``NAME.layers.exr`` and ``NAME.layers.png``.
+    its layers as ``NAME.layers.exr`` and ``NAME.layers.png``; from a colour detector also
+    ``NAME.colour.png``.
 
+    packed : also ``NAME.dn.mono12p``, for detectors of up to 12 bits
     returns : the paths written
     """
     writers: list[tuple[str, Callable[[Path], None]]] = []
@@ -169,6 +187,10 @@ def write_exposure(exposure: Exposure, folder: Path, name: str) -> list[Path]:
         writers.append(("layers.png", lambda p: write_layers_png(p, layers)))
     if (digital := exposure.digital) is not None:
         writers.append(("dn.png", lambda p: write_dn_png(p, digital)))
+        if digital.info.camera.detector.mosaic is not None:
+            writers.append(("colour.png", lambda p: write_colour_png(p, digital)))
+        if packed:
+            writers.append(("dn.mono12p", lambda p: write_mono12p(p, digital)))
     paths = []
     for suffix, write in writers:
         path = folder / f"{name}.{suffix}"

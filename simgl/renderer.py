@@ -14,7 +14,7 @@ from simgl.gpu.timers import PassTimer
 from simgl.optics.spread import SunBefore, spreads
 from simgl.passes.detector import DN_FORMAT, DetectorPass
 from simgl.passes.exchange import ExchangePass
-from simgl.passes.exposure import ExposurePass
+from simgl.passes.exposure import ELECTRONS_FORMAT, ExposurePass
 from simgl.passes.geometry import GeometryPass
 from simgl.passes.lamp_shadow import LampShadowPass
 from simgl.passes.meshes import MeshStore
@@ -38,7 +38,7 @@ from simgl.view.frame import FrameView, Tile, parts, truth_tile
 from simgl.view.heavens import Heavens
 
 _BANDS = (Format("f4", 4),)
-_ELECTRONS = (Format("f4"),)
+_ELECTRONS = (ELECTRONS_FORMAT,)
 _DN = (DN_FORMAT,)
 _TRUTH = (Format("f4"), Format("u4"))
 _TRUTH_NORMALS = (*_TRUTH, Format("f4", 4))
@@ -225,11 +225,35 @@ class Renderer:
     def electrons(
         self, camera: Camera, photons_per_joule: NDArray[np.float64], irradiance: ImageTarget
     ) -> ImageTarget:
-        """Mean electrons [e-], R32F."""
+        """Mean electrons [e-], in ``ELECTRONS_FORMAT``."""
         target = self._target("electrons", camera, _ELECTRONS)
         with self.timer.measure("exposure"):
             source = irradiance.textures[0]
             self._exposure.draw(camera, photons_per_joule, source, target.framebuffer)
+        return target
+
+    def add_electrons(
+        self,
+        camera: Camera,
+        photons_per_joule: NDArray[np.float64],
+        irradiance: ImageTarget,
+        shares: NDArray[np.float64],
+        *,
+        first: bool,
+    ) -> ImageTarget:
+        """Mean electrons [e-], summed over parts of the exposure.
+
+        shares : (height,) part of each row's exposure time
+        first : forget what was summed before
+        """
+        target = self._target("electrons", camera, _ELECTRONS)
+        with self.timer.measure("exposure"):
+            if first:
+                target.framebuffer.scissor = None  # type: ignore[assignment]
+                target.framebuffer.viewport = (0, 0, *target.framebuffer.size)
+                target.framebuffer.clear()
+            source = irradiance.textures[0]
+            self._exposure.add(camera, photons_per_joule, source, target.framebuffer, shares)
         return target
 
     def digital(

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import moderngl
@@ -29,9 +29,11 @@ from simgl.receiver import lidar_frame
 from simgl.renderer import Renderer
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState
+from simgl.sensor.shutter import duration, instants, parts, row_shares
 from simgl.transport.bake import Progress
 from simgl.view.frame import FrameView, frame_view
 from simgl.view.lidar import pulse_view
+from simgl.view.motion import picture_motion
 
 
 class Product(StrEnum):
@@ -48,6 +50,8 @@ class Product(StrEnum):
 
 
 ALL_PRODUCTS = frozenset(Product)
+# Made from the radiance of the scene as it stands at the epoch.
+_FROM_RADIANCE = frozenset({Product.RADIANCE, Product.IRRADIANCE, Product.LIDAR})
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -126,16 +130,40 @@ class Simulator:
         state: SceneState,
         camera: str,
         products: Collection[Product] = frozenset({Product.DN}),
+        during: Callable[[int], SceneState] | None = None,
     ) -> Exposure:
         """The picture that a camera of the scene takes.
+
+        during : the scene at other epochs [TAI ns] while the shutter is open, such as the
+            scenario's ``at``; electrons and DN then show motion blur and the rolling of the
+            shutter. Without it the scene stands still, as it does for radiance and truth.
 
         Raises ConfigError for an unknown camera or one that is inside a body.
         """
         if camera not in state.cameras:
             problem = f"is not in the scenario; {did_you_mean(camera, state.cameras)}"
             raise ConfigError(self.scenario.name, f'camera "{camera}"', problem)
+        view = self._view(state, camera)
+        info = self._info(state, camera)
+        states = [] if during is None else self._states(state, camera, during)
+        # Another simulator of this process may have made its own context current.
+        with self._ctx:
+            counts = Product.DN in products or Product.ELECTRONS in products
+            still: ImageTarget | None = None
+            if _FROM_RADIANCE & frozenset(products) or (counts and not states):
+                still = self._renderer.radiance(view)
+            frames = self._still(state, view, info, products, still)
+            if counts:
+                electrons = self._electrons(state, view, states, still)
+                if Product.ELECTRONS in products:
+                    frames["electrons"] = ElectronFrame(info=info, electrons=electrons.read())
+                if Product.DN in products:
+                    frames["digital"] = self._digital(state, view, info, electrons)
+        return Exposure(info=info, **frames)  # type: ignore[arg-type]
+
+    def _view(self, state: SceneState, camera: str) -> FrameView:
         try:
-            view = frame_view(
+            return frame_view(
                 state,
                 camera,
                 sample_budget=self._renderer.sample_budget,
@@ -145,16 +173,37 @@ class Simulator:
         except ConfigError as error:
             where = f"{self.scenario.source or self.scenario.name} {error.where}"
             raise ConfigError(where, error.key, error.problem) from None
-        # Another simulator of this process may have made its own context current.
-        with self._ctx:
-            return self._expose(state, view, self._info(state, camera), products)
 
-    def _expose(
-        self, state: SceneState, view: FrameView, info: FrameInfo, products: Collection[Product]
-    ) -> Exposure:
-        radiance = self._renderer.radiance(view)
+    def _states(
+        self, state: SceneState, name: str, during: Callable[[int], SceneState]
+    ) -> list[SceneState]:
+        """What the shutter sees one after the other; empty where nothing moves enough to show."""
+        camera = state.cameras[name].camera
+
+        def at(offset: float) -> SceneState:
+            moved = during(state.tai_ns + round(offset * 1e9))
+            # The exposure time may have been chosen for this picture alone.
+            there = replace(moved.cameras[name], camera=camera)
+            return replace(moved, cameras={**moved.cameras, name: there})
+
+        half = 0.5 * duration(camera)
+        # Either side of the middle, since what turns back shows no motion from end to end.
+        motion = sum(picture_motion(state, at(offset), name) for offset in (-half, half))
+        count = parts(motion)
+        return [at(offset) for offset in instants(camera, count).tolist()] if count > 1 else []
+
+    def _still(
+        self,
+        state: SceneState,
+        view: FrameView,
+        info: FrameInfo,
+        products: Collection[Product],
+        radiance: ImageTarget | None,
+    ) -> dict[str, object]:
+        """Frames of the scene as it stands at the epoch."""
         frames: dict[str, object] = {}
         if Product.RADIANCE in products:
+            assert radiance is not None
             frames["radiance"] = RadianceFrame(info=info, radiance=radiance.read())
         if Product.LAYERS in products:
             frames["layers"] = LayersFrame(info=info, layers=self._renderer.layers(view))
@@ -164,6 +213,7 @@ class Simulator:
             normals = self._renderer.truth(view, normals=True).read(2)[..., :3]
             frames["normals"] = NormalsFrame(info=info, normals=normals)
         if Product.IRRADIANCE in products:
+            assert radiance is not None
             target = self._renderer.irradiance(view.camera, radiance, _sun(state, info))
             frames["irradiance"] = IrradianceFrame(
                 info=info,
@@ -171,16 +221,35 @@ class Simulator:
                 photons_per_joule=state.sun.photons_per_joule,
             )
         if Product.LIDAR in products and view.camera.lidar is not None:
+            assert radiance is not None
             frames["lidar"] = self._lidar(state, view, info, radiance)
-        if Product.DN in products or Product.ELECTRONS in products:
-            electrons = self._renderer.electrons_through(
-                view.camera, state.sun.photons_per_joule, radiance, _sun(state, info)
+        return frames
+
+    def _electrons(
+        self,
+        state: SceneState,
+        view: FrameView,
+        states: Sequence[SceneState],
+        still: ImageTarget | None,
+    ) -> ImageTarget:
+        """Of the still scene, or of the states that the shutter sees one after the other."""
+        renderer, camera = self._renderer, view.camera
+        if not states:
+            assert still is not None
+            sun = _sun(state, self._info(state, camera.name))
+            return renderer.electrons_through(camera, state.sun.photons_per_joule, still, sun)
+        shares = row_shares(camera, len(states))
+        for index, (moved, share) in enumerate(zip(states, shares, strict=True)):
+            radiance = renderer.radiance(self._view(moved, camera.name))
+            sun = _sun(moved, self._info(moved, camera.name))
+            electrons = renderer.add_electrons(
+                camera,
+                moved.sun.photons_per_joule,
+                renderer.irradiance(camera, radiance, sun),
+                share,
+                first=index == 0,
             )
-            if Product.ELECTRONS in products:
-                frames["electrons"] = ElectronFrame(info=info, electrons=electrons.read())
-            if Product.DN in products:
-                frames["digital"] = self._digital(state, view, info, electrons)
-        return Exposure(info=info, **frames)  # type: ignore[arg-type]
+        return electrons
 
     def _digital(
         self, state: SceneState, view: FrameView, info: FrameInfo, electrons: ImageTarget

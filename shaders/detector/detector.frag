@@ -12,7 +12,6 @@
 #ifdef SPILT
 uniform sampler2D spilt_electrons;
 #else
-// One pixel a texel; all others hold four.
 uniform sampler2D mean_electrons;
 #endif
 #ifdef GAIN_MAP
@@ -51,20 +50,9 @@ vec4 collected() {
     return texelFetch(spilt_electrons, ivec2(gl_FragCoord.xy), 0);
 }
 #else
-vec4 mean_of_light() {
-    int row = int(gl_FragCoord.y);
-    // The last group may reach past the end of the row.
-    ivec4 column = min(4 * int(gl_FragCoord.x) + ivec4(0, 1, 2, 3), last_column);
-    return vec4(
-        texelFetch(mean_electrons, ivec2(column.x, row), 0).r,
-        texelFetch(mean_electrons, ivec2(column.y, row), 0).r,
-        texelFetch(mean_electrons, ivec2(column.z, row), 0).r,
-        texelFetch(mean_electrons, ivec2(column.w, row), 0).r);
-}
-
 vec4 collected() {
     ivec2 group = ivec2(gl_FragCoord.xy);
-    vec4 mean = mean_of_light();
+    vec4 mean = texelFetch(mean_electrons, group, 0);
 #ifdef GAIN_MAP
     mean *= texelFetch(gain_map, group, 0);
 #endif

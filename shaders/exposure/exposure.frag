@@ -1,4 +1,5 @@
-// Mean photo-electrons of each pixel from the irradiance of the image plane [W m-2 per band].
+// Mean photo-electrons from the irradiance of the image plane [W m-2 per band], of four neighbouring
+// pixels of a row at a time.
 //
 // Electrons = E * area * time * photons per joule * quantum efficiency, all of it folded per band
 // into electrons_per_irradiance [e- W-1 m2]: one row for each pixel of a square of 2 x 2, in the order
@@ -11,18 +12,26 @@ uniform sampler2D irradiance;
 uniform sampler2D row_shares;
 #endif
 
-out float electrons;
+out vec4 electrons;
 
-void main() {
-    ivec2 pixel = ivec2(gl_FragCoord.xy);
+// Of a pixel with even column (x) and one with odd column (y) in this row, from the same light.
+vec2 even_and_odd(int column) {
+    int row = int(gl_FragCoord.y);
+    // The last group may reach past the end of the row.
+    ivec2 pixel = ivec2(min(column, textureSize(irradiance, 0).x - 1), row);
     vec4 square = electrons_per_irradiance * texelFetch(irradiance, pixel, 0);
 #ifdef MOSAIC
-    vec2 line = (pixel.y & 1) == 0 ? square.xy : square.zw;
-    electrons = (pixel.x & 1) == 0 ? line.x : line.y;
+    return (row & 1) == 0 ? square.xy : square.zw;
 #else
-    electrons = square.x;
+    return square.xx;
 #endif
+}
+
+void main() {
+    int first = 4 * int(gl_FragCoord.x);
+    electrons = vec4(even_and_odd(first).x, even_and_odd(first + 1).y, even_and_odd(first + 2).x,
+        even_and_odd(first + 3).y);
 #ifdef ROW_SHARES
-    electrons *= texelFetch(row_shares, ivec2(0, pixel.y), 0).r;
+    electrons *= texelFetch(row_shares, ivec2(0, int(gl_FragCoord.y)), 0).r;
 #endif
 }

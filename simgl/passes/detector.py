@@ -47,7 +47,7 @@ _DETECTOR = Block(
             ("largest_dn", "f4"),
             ("dark_electrons", "f4"),
             ("exposure_time", "f4"),
-            ("last_column", "i4"),
+            ("detector_padding", "f4"),
         ]
     ),
 )
@@ -106,7 +106,7 @@ class DetectorPass:
         Equal camera name, epoch and seed give equal noise; equal serial number and detector give
         equal patterns.
 
-        mean_electrons : (width, height) R32F, of light
+        mean_electrons : of light, four pixels a texel
         """
         detector = camera.detector
         block = self._values(camera, tai_ns, seed)
@@ -182,7 +182,6 @@ class DetectorPass:
             "largest_dn": d.largest_dn,
             "dark_electrons": d.dark_current * camera.exposure_time,
             "exposure_time": camera.exposure_time,
-            "last_column": d.width - 1,
         }
 
     def _draw(

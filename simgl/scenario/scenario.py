@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -18,6 +18,7 @@ from simgl.physics.moon import moon_from_icrf
 from simgl.physics.spectrum import BandLight
 from simgl.physics.sun import UNIFORM
 from simgl.scene.camera import Camera
+from simgl.scene.criteria import Criteria
 from simgl.scene.earth import Earth
 from simgl.scene.joints import JointLaws
 from simgl.scene.lamps import Lamp, lamp_state
@@ -66,6 +67,7 @@ class Scenario:
     """What a scenario file describes, in SI units.
 
     joints : by spacecraft
+    criteria : what makes a picture of a target usable
     seed : of all noise
     samples_per_pixel : of geometry; None lets the renderer choose by cost
     inter_reflection : light between the surfaces of a spacecraft, and the Earth hidden by them
@@ -83,6 +85,7 @@ class Scenario:
     mounts: Mapping[str, Mount]
     lamps: Mapping[str, Lamp] = field(default_factory=dict)
     joints: Mapping[str, JointLaws] = field(default_factory=dict)
+    criteria: Criteria = field(default_factory=Criteria)
     seed: int = 0
     samples_per_pixel: int | None = None
     inter_reflection: bool = True
@@ -91,6 +94,21 @@ class Scenario:
     def at(self, tai_ns: int) -> SceneState:
         """The scene at an epoch [TAI ns]."""
         return self.with_poses(tai_ns, self.poses(tai_ns))
+
+    def around(self, tai_ns: int) -> Callable[[int], SceneState]:
+        """The scene while a shutter is open about an epoch [TAI ns].
+
+        Where the data of a trajectory end within that time, the scene stands as at the epoch.
+        """
+        middle = self.at(tai_ns)
+
+        def near(other_tai_ns: int) -> SceneState:
+            try:
+                return self.at(other_tai_ns)
+            except ConfigError:
+                return middle
+
+        return near
 
     def poses(self, tai_ns: int) -> dict[str, Pose]:
         """Every spacecraft's pose at an epoch [TAI ns]."""

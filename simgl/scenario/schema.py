@@ -346,6 +346,25 @@ class LampTable(Table, frozen=True, kw_only=True):
     radius_m: Annotated[float, Meta(ge=0.001, le=1.0)] = 0.02
 
 
+class AssessTable(Table, frozen=True, kw_only=True):
+    """``[assess]``: what makes a picture of a target usable.
+
+    target, camera : what to look for, and through which camera; if omitted the file's first ones
+    least_pixels : of the target
+    most_saturated, most_dark : shares of the target's pixels
+    least_snr : median signal over noise of the target
+    least_contrast : of target against background, 0..1
+    """
+
+    target: str | None = None
+    camera: str | None = None
+    least_pixels: Annotated[int, Meta(ge=1)] = 25
+    most_saturated: Fraction = 0.05
+    most_dark: Fraction = 0.5
+    least_snr: NonNegative = 10.0
+    least_contrast: Fraction = 0.1
+
+
 class RenderTable(Table, frozen=True, kw_only=True):
     """``[render]``: noise seed and mean geometry samples per pixel (omitted: chosen by cost).
 

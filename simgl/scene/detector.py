@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from simgl.physics.silicon import REFERENCE_TEMPERATURE, dark_current_ratio
@@ -121,6 +122,12 @@ class Detector:
     def hot_current(self) -> float:
         """Mean additional dark current of a hot pixel at the detector's temperature [e- s-1]."""
         return self.pattern.hot_current * dark_current_ratio(self.temperature)
+
+    @property
+    def noise_of_reading(self) -> float:
+        """Everything that is added to a pixel's charge when it is read [e- rms]."""
+        p = self.pattern
+        return math.hypot(self.read_noise, self.row_noise, p.dsnu, p.rows, p.columns)
 
     @property
     def largest_dn(self) -> int:

@@ -63,12 +63,16 @@ class WatchedSimulator(Simulator):
     hook: Callable[[], None] | None = None
 
     def capture(
-        self, state: SceneState, camera: str, products: Any = frozenset({Product.DN})
+        self,
+        state: SceneState,
+        camera: str,
+        products: Any = frozenset({Product.DN}),
+        during: Callable[[int], SceneState] | None = None,
     ) -> Exposure:
         self.captures += 1
         if self.hook is not None:
             self.hook()
-        return super().capture(state, camera, products)
+        return super().capture(state, camera, products, during)
 
 
 class Gate:

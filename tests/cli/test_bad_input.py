@@ -106,6 +106,14 @@ def test_a_pose_that_is_no_number(run: Run, scene: Path, out: Path) -> None:
     assert untouched(out)
 
 
+def test_more_bits_than_are_packed(run: Run, scene: Path, out: Path) -> None:
+    scene.write_text(SCENE.replace("[camera.nav]", "[camera.nav]\nbits = 14"))
+    code, _, err = run("render", scene, "--out", out, "--packed")
+    assert code == 2
+    assert err == ('simgl: command line: --packed packs 12 bits or fewer, camera "nav" has 14\n')
+    assert untouched(out)
+
+
 def test_a_camera_test_of_an_unknown_preset(run: Run, out: Path) -> None:
     code, _, err = run("camera", "test", "mt9m043", "--out", out)
     assert code == 2

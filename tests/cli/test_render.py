@@ -19,6 +19,7 @@ from simgl.images import display_from_radiance
 from simgl.output import complete_file, write_exposure
 from simgl.physics.frames import matrix_from_quaternion
 from simgl.scenario.loader import load_scenario
+from simgl.sensor.packing import unpack_mono12p
 from simgl.simulator import Exposure, Product, Simulator
 from tests.cli.small_scene import SCENE
 from tests.scenes import USUAL_PRODUCTS
@@ -63,6 +64,27 @@ def test_render_writes_the_three_files_and_names_them(
     assert exposure.digital is not None
     # Same scenario, seed and driver, same bits.
     np.testing.assert_array_equal(np.asarray(Image.open(out / "nav.dn.png")), exposure.digital.dn)
+
+
+def test_a_colour_camera_leaves_a_picture_and_packed_dn(
+    gl: moderngl.Context, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = tmp_path / "scene.toml"
+    scene.write_text(SCENE.replace("[camera.nav]", '[camera.nav]\npreset = "imx264_colour"'))
+    monkeypatch.setattr("simgl.simulator.Simulator", partial(Simulator, ctx=gl))
+    monkeypatch.setattr(cli, "entry_points", lambda group: ())  # noqa: ARG005
+    command = ["simgl", "render", str(scene), "--out", str(tmp_path / "out"), "--packed"]
+    monkeypatch.setattr(sys, "argv", command)
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert not ended.value.code
+    assert sorted(os.listdir(tmp_path / "out")) == sorted(
+        ["nav.colour.png", "nav.dn.mono12p", *FILES]
+    )
+    dn = np.asarray(Image.open(tmp_path / "out" / "nav.dn.png"))
+    packed = (tmp_path / "out" / "nav.dn.mono12p").read_bytes()
+    np.testing.assert_array_equal(unpack_mono12p(packed, 32, 48), dn)
+    assert np.asarray(Image.open(tmp_path / "out" / "nav.colour.png")).shape == (32, 48, 3)
 
 
 def test_the_exr_holds_radiance_depth_and_parts_bit_for_bit(

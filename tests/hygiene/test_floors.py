@@ -46,6 +46,7 @@ FLOORS = {
 # Rooms of one floor that may look into each other, one way.
 NEIGHBOURS = {
     ("assets", "errors"),
+    ("assess", "sequence"),
     ("output", "simulator"),
     ("images", "optics"),
     ("scenario", "optics"),

@@ -8,8 +8,9 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from simgl.gpu.targets import Format, ImageTarget
+from simgl.gpu.targets import ImageTarget
 from simgl.passes.detector import DN_FORMAT, DetectorPass
+from simgl.passes.exposure import ELECTRONS_FORMAT
 from simgl.scene.camera import Camera, Detector, Lens
 
 SIDE = 512
@@ -47,11 +48,12 @@ def expose(
     seed: int = 1,
 ) -> NDArray[np.uint16]:
     size = (cam.detector.width, cam.detector.height)
-    source = ImageTarget(gl, size, [Format("f4")])
+    source = ImageTarget(gl, size, [ELECTRONS_FORMAT])
     target = ImageTarget(gl, size, [DN_FORMAT])
     pass_ = DetectorPass(gl)
-    picture = np.broadcast_to(np.asarray(mean, dtype="<f4"), size[::-1])
-    source.textures[0].write(picture.tobytes(), alignment=1)
+    padded = np.zeros((size[1], -(-size[0] // 4) * 4), dtype="<f4")
+    padded[:, : size[0]] = mean
+    source.textures[0].write(padded.tobytes())
     pass_.draw(cam, tai_ns, seed, source.textures[0], target.framebuffer)
     dn: NDArray[np.uint16] = target.read().copy()
     gl.detect_framebuffer(0).use()

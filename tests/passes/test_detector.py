@@ -20,7 +20,7 @@ from tests.passes.exposures import EPOCH, SIDE, camera, expose
 
 
 @pytest.mark.parametrize("seed", [1, 2])
-@pytest.mark.parametrize("mean", [0.1, 1.0, 5.0, 20.0, 29.9, 30.0, 100.0, 1000.0, 10_000.0])
+@pytest.mark.parametrize("mean", [0.1, 1.0, 5.0, 19.9, 20.0, 30.0, 100.0, 1000.0, 10_000.0])
 def test_shot_noise_is_poisson(gl: moderngl.Context, mean: float, seed: int) -> None:
     """Mean and variance both equal the expected count, and chi-square does not object."""
     counts = expose(gl, mean, camera(), seed=seed).ravel().astype(np.int64)
@@ -68,6 +68,8 @@ def test_full_well_and_converter_saturate(gl: moderngl.Context) -> None:
     cam = camera(full_well=1000.0, gain_dn_per_e=2.0, bits=12)
     assert np.all(expose(gl, 4.0e9, cam) == 2000)
     assert np.all(expose(gl, 4.0e9, camera(full_well=1e4, bits=12)) == 4095)
+    # The Sun's own pixels overflow what a float counts in ones, and may overflow a float.
+    assert np.all(expose(gl, np.inf, cam) == 2000)
 
 
 def test_noise_depends_on_seed_epoch_and_camera_alone(gl: moderngl.Context) -> None:

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from simgl.gpu.targets import Format, ImageTarget
-from simgl.passes.exposure import ExposurePass
+from simgl.passes.exposure import ELECTRONS_FORMAT, ExposurePass
 from simgl.reference import detector as reference
 from simgl.scene.camera import Camera
 from simgl.scene.detector import FixedPattern, Mosaic, Particles
@@ -104,7 +104,7 @@ def test_exposure_agrees_under_colour_filters(gl: moderngl.Context, order: str) 
     photons = np.array([3.3e18, 2.8e18, 2.3e18, 4.2e18])
     irradiance = np.random.default_rng(1).uniform(0.0, 2.0, (HEIGHT, WIDTH, 4)).astype(np.float32)
     source = ImageTarget(gl, (WIDTH, HEIGHT), [Format("f4", 4)])
-    target = ImageTarget(gl, (WIDTH, HEIGHT), [Format("f4")])
+    target = ImageTarget(gl, (WIDTH, HEIGHT), [ELECTRONS_FORMAT])
     exposure = ExposurePass(gl)
     source.textures[0].write(irradiance.tobytes())
     exposure.draw(cam, photons, source.textures[0], target.framebuffer)

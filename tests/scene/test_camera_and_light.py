@@ -11,9 +11,14 @@ from numpy.typing import NDArray
 
 from simgl.physics.spectrum import black_body_light
 from simgl.scene.camera import Camera, Detector, Lens
+from simgl.scene.detector import Mosaic
 from simgl.scene.earth import Earth
 from simgl.scene.materials import Material
-from simgl.scene.radiometry import electrons_per_irradiance, irradiance_per_radiance
+from simgl.scene.radiometry import (
+    electrons_per_irradiance,
+    irradiance_per_radiance,
+    square_electrons_per_irradiance,
+)
 from simgl.scene.state import SunAtPosition, SunInDirection
 
 AU = 149597870700.0  # [m]
@@ -73,6 +78,29 @@ def test_the_camera_equation_by_hand() -> None:
     # W m-2 sr-1. At 3e18 photons per joule: 4226.2736 photons, times the quantum efficiencies.
     electrons = electrons_per_radiance(CAMERA, np.full(4, 3e18))
     np.testing.assert_allclose(electrons, [2535.7642, 2958.3915, 2113.1368, 845.2547], rtol=1e-7)
+
+
+def test_three_box_filters_share_out_the_worked_plate() -> None:
+    """Albedo 0.5, 1367 W m-2 at 5777 K, f/4, 1/2000 s, 3.75 um, QE 0.6 in one band each."""
+    boxes = Mosaic(
+        order="RGGB",
+        red=(0.6, 0.0, 0.0, 0.0),
+        green=(0.0, 0.6, 0.0, 0.0),
+        blue=(0.0, 0.0, 0.6, 0.0),
+    )
+    camera = replace(
+        CAMERA,
+        lens=Lens(focal_length=0.013, f_number=4.0),
+        detector=replace(CAMERA.detector, mosaic=boxes),
+        exposure_time=0.0005,
+    )
+    light = black_body_light(1367.0, 5777.0)
+    irradiance = 0.5 * light.irradiance / np.pi * irradiance_per_radiance(camera)
+    weights = square_electrons_per_irradiance(camera, light.photons_per_joule)
+    # In the order of the square: red, green, green, blue; printed to 0.01 e-.
+    np.testing.assert_allclose(
+        weights @ irradiance, [16_620.67, 15_931.25, 15_931.25, 12_868.84], atol=0.006, rtol=0.0
+    )
 
 
 def test_signal_goes_with_time_and_transmission_and_with_the_inverse_square_of_the_stop() -> None:

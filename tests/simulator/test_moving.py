@@ -1,0 +1,131 @@
+"""Motion blur and rolling shutters: a ball that crosses the picture while the shutter is open."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import moderngl
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from simgl.scenario.scenario import Scenario
+from simgl.scene.state import SceneState
+from simgl.simulator import Product, Simulator
+from simgl.view.motion import picture_motion
+from tests.scenes import lambert, scene
+
+BALL = {"sphere": {"radius_m": 1.0, "material": lambert(0.5)}}
+RANGE = 100.0
+# 13 mm and 3.75 um: pixels per metre across the line of sight.
+SCALE = 0.013 / 3.75e-6 / RANGE
+
+
+def scenario(**camera: object) -> Scenario:
+    return scene(
+        {"ball": {"model": BALL, "position_icrf_m": [0, 0, 0]}},
+        {
+            "position_icrf_m": [0, 0, RANGE],
+            "look_at": "ball",
+            "up": [0.0, 1.0, 0.0],
+            "shutter": "global",
+            **camera,
+        },
+    )
+
+
+def drifting(one: Scenario, velocity: float) -> Callable[[int], SceneState]:
+    """The ball crosses the picture along the camera's x [px s-1], in its middle at the epoch."""
+    rest = one.at(one.epoch_tai_ns)
+    right = rest.cameras["cam"].R_camera_from_icrf[0]
+    look = rest.cameras["cam"]
+
+    def at(tai_ns: int) -> SceneState:
+        seconds = (tai_ns - one.epoch_tai_ns) * 1e-9
+        pose = replace(rest.bodies["ball"].pose, position=velocity / SCALE * seconds * right)
+        body = replace(rest.bodies["ball"], pose=pose)
+        return replace(rest, tai_ns=tai_ns, bodies={"ball": body}, cameras={"cam": look})
+
+    return at
+
+
+def electrons(
+    gl: moderngl.Context, one: Scenario, during: Callable[[int], SceneState] | None
+) -> NDArray[np.float64]:
+    state = one.at(one.epoch_tai_ns)
+    with Simulator(one, gl) as simulator:
+        frame = simulator.capture(state, "cam", {Product.ELECTRONS}, during).electrons
+    assert frame is not None
+    return frame.electrons.astype(np.float64)
+
+
+def test_what_stands_still_gives_the_same_bits(gl: moderngl.Context) -> None:
+    one = scenario(shutter="rolling", exposure_time_s=0.01)
+    np.testing.assert_array_equal(electrons(gl, one, one.at), electrons(gl, one, None))
+
+
+def test_motion_blur_spreads_the_light_and_loses_none(gl: moderngl.Context) -> None:
+    one = scenario(exposure_time_s=0.01)
+    still = electrons(gl, one, None)
+    blurred = electrons(gl, one, drifting(one, 600.0))
+    assert blurred.sum() == pytest.approx(still.sum(), rel=1e-3)
+    x = np.arange(128) + 0.5
+
+    def moments(picture: NDArray[np.float64]) -> tuple[float, float]:
+        share = picture.sum(axis=0) / picture.sum()
+        return float(share @ x), float(share @ (x - share @ x) ** 2)
+
+    (centre, width), (centre_still, width_still) = moments(blurred), moments(still)
+    # The epoch is the middle of the exposure; coverage of the edge moves the centroid by 0.03 px.
+    assert centre == pytest.approx(centre_still, abs=0.03)
+    # A path of 6 px adds its variance of 3; 12 states of half a pixel miss 3 / 12^2.
+    assert width - width_still == pytest.approx(3.0 * (1.0 - 12.0**-2), rel=0.03)
+
+
+def test_a_rolling_shutter_leans_what_moves(gl: moderngl.Context) -> None:
+    row_time = 100e-6
+    one = scenario(shutter="rolling", row_time_us=1e6 * row_time, exposure_time_s=1e-4)
+    velocity = 800.0
+    picture = electrons(gl, one, drifting(one, velocity))
+    x = np.arange(128) + 0.5
+    rows = np.flatnonzero(picture.sum(axis=1) > 0.3 * picture.sum(axis=1).max())
+    centres = picture[rows] @ x / picture[rows].sum(axis=1)
+    # Later rows, further down, see the ball further to the right, by velocity times row time each.
+    lean, offset = np.polyfit(rows - 63.5, centres - 64.0, 1)
+    # States half a pixel apart: steps that a fit over 58 rows averages.
+    assert lean == pytest.approx(velocity * row_time, rel=0.02)
+    assert abs(offset) < 0.05
+    assert np.abs(centres - 64.0 - lean * (rows - 63.5) - offset).max() < 0.35
+
+
+def test_noise_comes_once_after_the_sum(gl: moderngl.Context) -> None:
+    """DN of a moving scene have the shot noise of their electrons, not of their parts."""
+    quiet = {"read_noise_e": 0.0, "prnu": 0.0, "dsnu_e": 0.0, "dark_current_e_s": 0.0}
+    one = scenario(exposure_time_s=0.001, f_number=16.0, bits=16, gain_e_per_dn=1.0, **quiet)
+    state = one.at(one.epoch_tai_ns)
+    with Simulator(one, gl) as simulator:
+        products = {Product.DN, Product.ELECTRONS}
+        taken = simulator.capture(state, "cam", products, drifting(one, 1000.0))
+    assert taken.digital is not None
+    assert taken.electrons is not None
+    mean = taken.electrons.electrons.astype(np.float64)
+    lit = mean > 100.0
+    z = (taken.digital.dn - 64.0 - mean)[lit] / np.sqrt(mean[lit])
+    assert lit.sum() > 2000
+    assert abs(z.var() - 1.0) < 5.0 * np.sqrt(2.0 / lit.sum())
+
+
+def test_the_motion_of_the_picture_is_bounded_from_above() -> None:
+    one = scenario()
+    first = drifting(one, 100.0)(one.epoch_tai_ns)
+    second = drifting(one, 100.0)(one.epoch_tai_ns + 10**9)
+    # 100 px of the centre, a little more where the ball's front is nearer.
+    assert 100.0 <= picture_motion(first, second, "cam") < 105.0
+    # A camera that turns by 1 deg moves everything by f times the angle.
+    c, s = np.cos(np.radians(1.0)), np.sin(np.radians(1.0))
+    turn = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+    camera = first.cameras["cam"]
+    turned = replace(camera, R_camera_from_icrf=turn @ camera.R_camera_from_icrf)
+    moved = picture_motion(first, replace(first, cameras={"cam": turned}), "cam")
+    assert 60.5 < moved < 64.0
