@@ -50,8 +50,8 @@ class Product(StrEnum):
 
 
 ALL_PRODUCTS = frozenset(Product)
-# Those that come of the picture's radiance at the epoch.
-_OF_RADIANCE = frozenset({Product.RADIANCE, Product.IRRADIANCE, Product.LIDAR})
+# Made from the radiance of the scene as it stands at the epoch.
+_FROM_RADIANCE = frozenset({Product.RADIANCE, Product.IRRADIANCE, Product.LIDAR})
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -150,7 +150,7 @@ class Simulator:
         with self._ctx:
             counts = Product.DN in products or Product.ELECTRONS in products
             still: ImageTarget | None = None
-            if not _OF_RADIANCE.isdisjoint(products) or (counts and not states):
+            if _FROM_RADIANCE & frozenset(products) or (counts and not states):
                 still = self._renderer.radiance(view)
             frames = self._still(state, view, info, products, still)
             if counts:
@@ -237,8 +237,7 @@ class Simulator:
         if not states:
             assert still is not None
             sun = _sun(state, self._info(state, camera.name))
-            photons = state.sun.photons_per_joule
-            return renderer.electrons_through(camera, photons, still, sun)
+            return renderer.electrons_through(camera, state.sun.photons_per_joule, still, sun)
         shares = row_shares(camera, len(states))
         for index, (moved, share) in enumerate(zip(states, shares, strict=True)):
             radiance = renderer.radiance(self._view(moved, camera.name))
