@@ -189,39 +189,49 @@ def sequence(
 @app.command()
 def assess(
     scenario: Annotated[Path, typer.Argument(help="Scenario file (TOML).")],
-    camera: Annotated[str, typer.Option(help="Camera name.")],
-    target: Annotated[str, typer.Option(help="Spacecraft to look for.")],
-    at: Annotated[str | None, typer.Option(help="UTC epoch; the scenario's if not given.")] = None,
+    camera: Annotated[
+        str | None, typer.Option(help="Camera name; that of [assess], or the first.")
+    ] = None,
+    target: Annotated[
+        str | None, typer.Option(help="Spacecraft to look for; that of [assess], or the first.")
+    ] = None,
+    at: Annotated[str | None, typer.Option(help="One UTC epoch instead of a trajectory.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for report and tables of a trajectory.")
+    ] = None,
+    start: Annotated[
+        str | None, typer.Option("--from", help="UTC; the scenario's epoch if not given.")
+    ] = None,
+    stop: Annotated[str | None, typer.Option("--to", help="UTC of the end.")] = None,
+    duration: Annotated[float | None, typer.Option(help="Instead of --to [s].")] = None,
+    step: Annotated[float | None, typer.Option(help="Seconds between epochs.")] = None,
+    count: Annotated[int | None, typer.Option(help="So many epochs at equal steps.")] = None,
+    random: Annotated[int | None, typer.Option(help="So many epochs at random.")] = None,
+    seed: Annotated[int, typer.Option(help="Of --random.")] = 0,
 ) -> None:
-    """Say how well one image shows a target: light, phase, saturated and dark pixels.
+    """Say how well images show a target: one epoch, or with --out a whole trajectory.
 
-    Example: simgl assess examples/approach.toml --camera navcam --target target
+    Examples: simgl assess examples/approach.toml
+    simgl assess examples/trajectories/files.toml --duration 5400 --count 90 --out out/report
     """
-    import math
+    from simgl.assess.command import one_epoch, trajectory
+    from simgl.sequence.options import EpochOptions
 
-    from simgl.assess.frame import assess_frame
-    from simgl.progress import bake_bar
-    from simgl.scenario.loader import load_scenario
-    from simgl.simulator import Product, Simulator
-
-    loaded = load_scenario(scenario)
-    state = loaded.at(_epoch(loaded.epoch_tai_ns, at))
-    with bake_bar() as progress:
-        ready = Simulator(loaded, progress=progress)
-    with ready as simulator:
-        products = {Product.DN, Product.ELECTRONS, Product.TRUTH}
-        found = assess_frame(simulator.capture(state, camera, products), state, target)
-    console.print(
-        f"range                 {found.range:.2f} m\n"
-        f"phase angle           {math.degrees(found.phase_angle):.1f} deg\n"
-        f"Sun to boresight      {math.degrees(found.sun_to_boresight):.1f} deg\n"
-        f"sunlight on target    {100 * found.sunlight:.1f} %\n"
-        f"target's pixels       {found.target_pixels}\n"
-        f"saturated dark usable {100 * found.saturated:.1f} % {100 * found.dark:.1f} % "
-        f"{100 * found.usable:.1f} %\n"
-        f"median signal/noise   {found.median_snr:.1f}",
-        highlight=False,
+    if out is None:
+        one_epoch(scenario, camera, target, at, console)
+        return
+    if at is not None:
+        raise ConfigError("command line", "--at", "is one epoch; --out is for a trajectory")
+    options = EpochOptions(
+        start=start,
+        stop=stop,
+        duration_s=duration,
+        step_s=step,
+        count=count,
+        random=random,
+        seed=seed,
     )
+    trajectory(scenario, camera, target, options, out, console)
 
 
 def _epoch(default_tai_ns: int, at: str | None) -> int:

@@ -34,7 +34,7 @@ def frame_bar(console: Console | None = None) -> Iterator[Callable[[int, int], N
 
 @contextmanager
 def bake_bar(console: Console | None = None) -> Iterator[Progress]:
-    """What a ``Simulator`` tells its progress to; shown on a terminal only, and only if it bakes.
+    """What a ``Simulator`` tells its progress to; on a terminal only, and only if there is work.
 
     console : standard error, if not given
     """
@@ -45,7 +45,7 @@ def bake_bar(console: Console | None = None) -> Iterator[Progress]:
         def report(done: int, total: int) -> None:
             nonlocal task
             if task is None:
-                task = bar.add_task("tracing light between surfaces")
+                task = bar.add_task("light between surfaces and in the air, once")
             bar.update(task, completed=done, total=total)
 
         yield report

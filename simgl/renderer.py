@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from simgl.gpu.context import is_software
 from simgl.gpu.targets import Format, ImageTarget
 from simgl.gpu.timers import PassTimer
+from simgl.passes.air import AirPass
 from simgl.passes.detector import DN_FORMAT, DetectorPass
 from simgl.passes.exchange import ExchangePass
 from simgl.passes.exposure import ELECTRONS_FORMAT, ExposurePass
@@ -28,6 +29,7 @@ from simgl.passes.sun import SunPass
 from simgl.passes.surface import LIGHTS, SurfacePass
 from simgl.passes.truth import TruthPass
 from simgl.scene.camera import Camera
+from simgl.scene.earth import Earth
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.transport.bake import Progress
 from simgl.view.frame import FrameView, Tile, parts, truth_tile
@@ -66,7 +68,8 @@ class Renderer:
         self._stars = StarPass(ctx)
         self._sun = SunPass(ctx)
         self._moon = MoonPass(ctx)
-        self._planet = PlanetPass(ctx)
+        self._air = AirPass(ctx)
+        self._planet = PlanetPass(ctx, self._air)
         self._probe = ProbePass(ctx, self._planet.draw)
         self._exchange = ExchangePass(ctx)
         self._resolve = ResolvePass(ctx)
@@ -76,8 +79,16 @@ class Renderer:
         self._detector = DetectorPass(ctx)
         self._targets: dict[tuple[str, tuple[int, int]], ImageTarget] = {}
 
-    def prepare(self, models: Iterable[SpacecraftModel], progress: Progress | None = None) -> None:
-        """Trace how the surfaces of models see each other, so that no frame waits for it."""
+    def prepare(
+        self,
+        models: Iterable[SpacecraftModel],
+        earth: Earth | None = None,
+        progress: Progress | None = None,
+    ) -> None:
+        """Trace how the surfaces of models see each other, and make the tables of the Earth's air,
+        so that no frame waits for it."""
+        if earth is not None:
+            self._air.prepare(earth, progress)
         for model in models:
             self._exchange.transport(model, progress)
 
@@ -113,6 +124,9 @@ class Renderer:
                 target.release()
 
     def _background(self, view: FrameView, target: ImageTarget) -> None:
+        if view.background.planet is not None:
+            with self.timer.measure("air"):
+                self._air.before(view.background.planet)
         # The first probes before the planet: they are read back, and would wait for it.
         for tile in view.tiles[:1]:
             with self.timer.measure("probe"):
@@ -149,6 +163,7 @@ class Renderer:
             with self.timer.measure("exchange"):
                 around = [probe.sky if probe else None for probe in probes]
                 lightings = self._exchange.draw(tile.craft, around)
+            airs = [self._air.between(craft.air) for craft in tile.craft]
             skies = [probe.textures if probe else () for probe in probes]
             exchanging = [lighting is not None for lighting in lightings]
             for part in parts(tile, view.camera, _SAMPLES_AT_ONCE):
@@ -156,7 +171,15 @@ class Renderer:
                     seen = self._geometry.draw(part, lightings)
                 with self.timer.measure("surface"):
                     samples = self._surface.draw(
-                        part, seen, maps, skies, exchanging, view.lamps, lamp_maps, apart=apart
+                        part,
+                        seen,
+                        maps,
+                        skies,
+                        exchanging,
+                        view.lamps,
+                        lamp_maps,
+                        airs,
+                        apart=apart,
                     )
                 yield part, samples
 
@@ -248,6 +271,7 @@ class Renderer:
             self._sun,
             self._moon,
             self._planet,
+            self._air,
             self._probe,
             self._exchange,
             self._resolve,

@@ -67,8 +67,8 @@ class Simulator:
     >>> with Simulator(load_scenario("approach.toml")) as simulator:
     ...     exposure = simulator.capture(simulator.scenario.at(epoch), "navcam")
 
-    progress : told the steps done and their number while light between surfaces is traced, some
-        seconds for a new model
+    progress : told the steps done and their number while light between surfaces is traced and the
+        air's tables are made, some seconds for a new model or air
     """
 
     def __init__(
@@ -82,8 +82,8 @@ class Simulator:
         self._ctx = open_context() if ctx is None else ctx
         with self._ctx:
             self._renderer = Renderer(self._ctx)
-        if scenario.inter_reflection:
-            self._renderer.prepare(scenario.models_at_epoch(), progress)
+            models = scenario.models_at_epoch() if scenario.inter_reflection else ()
+            self._renderer.prepare(models, scenario.earth, progress)
         self.renderer_name = f"{self._ctx.info['GL_RENDERER']}, {self._ctx.info['GL_VERSION']}"
 
     @property

@@ -20,9 +20,10 @@ const float NOISE_SLOPE = 8.0;
 // Mean of max(1 - 3 |g|, 0) for a normal g: 2 phi(0) (1/3 - 1/6) to first order.
 const float BED_MEAN = 0.131;
 
-// How much of the noise a pixel resolves: 1 up to a texel of the volume, 0 from eight on.
+// How much of the noise a pixel resolves: 1 up to a texel of the volume, 0 from sixteen on, half its
+// longest waves.
 float resolved(float footprint_km) {
-    return clamp(1.0 - log2(max(footprint_km, 1e-6) * 128.0 / NOISE_TILE_KM) / 3.0, 0.0, 1.0);
+    return clamp(1.0 - 0.25 * log2(max(footprint_km, 1e-6) * 128.0 / NOISE_TILE_KM), 0.0, 1.0);
 }
 
 // Radiance towards the camera from a place on the ellipsoid.
@@ -53,11 +54,11 @@ vec4 ground_radiance(vec3 normal, vec3 view, float footprint, vec4 direct, vec4 
                       0.5 - atan(normal.z, across) / PI);
     float level = log2(max(footprint / PI * float(textureSize(land_map, 0).y), 1e-6));
     // The noise frays what lies between two texels of the maps.
-    vec2 frayed = place + vec2(0.5 / across, 1.0) * (1.0 / planet_km / PI)
-                * vec2(dot(hills, north), dot(hills, east));
-    vec4 form = textureLod(form_map, frayed, level);
-    vec4 land = textureLod(land_map, frayed, level);
-    vec4 weather = textureLod(weather_map, place, level);
+    vec2 kilometre = vec2(0.5 / across, 1.0) / (planet_km * PI);
+    vec2 fray = kilometre * vec2(dot(hills, north), dot(hills, east));
+    vec4 form = textureLod(form_map, place + fray, level);
+    vec4 land = textureLod(land_map, place + fray, level);
+    vec4 weather = textureLod(weather_map, place + 2.0 * fray, level);
 
     // Relief: slopes of the map, and hills that are the steeper the more rugged the map.
     vec2 root = (form.xy - ZERO_CODE.xy) * ROOT_SLOPE_STEP;
@@ -78,8 +79,8 @@ vec4 ground_radiance(vec3 normal, vec3 view, float footprint, vec4 direct, vec4 
     // Clouds between the Sun and the ground: what lies towards the Sun, by the layer's height.
     float mu_shadow = max(mu_sun, 0.15);
     vec3 towards_sun = (sun - mu_sun * normal) * (cloud_km / mu_shadow);
-    vec2 shaded_place = place + vec2(0.5 / across, -1.0) / (planet_km * PI)
-                      * vec2(dot(towards_sun, east), dot(towards_sun, north));
+    vec2 shaded_place = place + 2.0 * fray + kilometre
+                      * vec2(dot(towards_sun, east), -dot(towards_sun, north));
     vec4 shading = textureLod(weather_map, shaded_place, level);
     vec3 shaded_in_noise = in_noise + noise_step(towards_sun, NOISE_TILE_KM);
     float shade_level = textureLod(noise_volume, shaded_in_noise, 0.0).w;
@@ -108,7 +109,7 @@ vec4 ground_radiance(vec3 normal, vec3 view, float footprint, vec4 direct, vec4 
     // Clouds between the ground and the camera. Where the level is high they are thick; what looks
     // towards the Sun is bright.
     float cover = mix(weather.x, cover_here(weather.x, noise.w, weather.w), detail);
-    float relief = 0.8 * thicker(weather.x, noise.w, weather.w)
+    float relief = (0.1 + 0.4 * weather.w) * thicker(weather.x, noise.w, weather.w)
                  + 0.5 * max(2.0 * weather.x - 1.0, 0.0) * (noise.w - shade_level);
     float bright = cover * reflected * (1.0 + detail * (1.0 - reflected) * relief);
     float back = cover * cloud_diffuse_reflectance(tau);

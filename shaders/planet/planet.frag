@@ -1,8 +1,12 @@
-// The Earth behind the spacecraft, radiance [W m-2 sr-1], a mean over the pixel at the limb, and the
-// share of what lies beyond the Earth that is seen past it.
+// Earth and air behind the spacecraft, radiance [W m-2 sr-1], a mean over the pixel at the limb, and
+// the share of what lies beyond that is seen past them.
 #include "block/planet"
 #include "common/coverage.glsl"
 #include "planet/ground.glsl"
+#include "air/daylight.glsl"
+#ifdef AIR
+#include "air/air.glsl"
+#endif
 
 layout(location = 0, index = 0) out vec4 radiance;
 layout(location = 0, index = 1) out vec4 beyond;
@@ -19,12 +23,17 @@ void main() {
     vec3 d = mat3(sphere_from_camera) * ray;
     float dd = dot(d, d), od = dot(o, d);
     float discriminant = od * od - dd * outside;
-    float on_earth = coverage(discriminant);
-    if (on_earth <= 0.0 || od >= 0.0) {
-        radiance = vec4(0.0);
-        beyond = vec4(1.0);
-        return;
-    }
+    float on_earth = od < 0.0 ? coverage(discriminant) : 0.0;
+#ifdef AIR
+    float stretch = sqrt(dd);
+    AirRay air = air_ray(d / stretch, od / stretch, discriminant / dd, on_earth);
+    radiance = air.light;
+    beyond = air.to_space * (1.0 - on_earth);
+#else
+    radiance = vec4(0.0);
+    beyond = vec4(1.0 - on_earth);
+#endif
+    if (on_earth <= 0.0) return;
     float root = sqrt(max(discriminant, 0.0));
     float t = outside / (root - od);
     vec3 ground = o + t * d;
@@ -33,7 +42,10 @@ void main() {
     float slant = max(root / sqrt(dd), 1e-3);
     float footprint = t / (intrinsics.x * sqrt(slant));
     vec3 view = -normalize(d / sphere_axes.xyz);
-    vec4 earth = ground_radiance(normal, view, footprint, earth_sun_irradiance, vec4(0.0));
-    radiance = on_earth * earth;
-    beyond = vec4(1.0 - on_earth);
+    Daylight day = air_daylight(dot(normal, sun_direction_itrf.xyz));
+    vec4 earth = on_earth * ground_radiance(normal, view, footprint, day.direct, day.diffuse);
+#ifdef AIR
+    earth *= air.to_ground;
+#endif
+    radiance += earth;
 }

@@ -35,6 +35,14 @@ void main() {
 #ifdef LAMPS
     lamps = lamp_light(s);
 #endif
+#ifdef AIR_BEFORE
+    // What the air adds counts as the Earth's light.
+    sun *= air_transmittance;
+    earth = earth * air_transmittance + air_light;
+    other_surfaces *= air_transmittance;
+    lamps *= air_transmittance;
+    s.emission *= air_transmittance;
+#endif
 #ifdef APART
     radiance[0] = sun;
     radiance[1] = earth;

@@ -41,8 +41,10 @@ void main() {
     vec4 fronts = noise_at(drawn.zxy, 4500.0);
     drawn += 0.035 * fronts.xyz;
     vec4 groups = noise_at(mix(drawn, local, 0.3).yzx, 1700.0);
-    vec4 cells = noise_at(local + 0.25 * (drawn - local) + 0.01 * groups.xyz, 560.0);
-    vec4 tufts = noise_at(local.zxy + 0.005 * cells.xyz, 150.0);
+    vec4 cells = noise_at(local + 0.25 * (drawn - local) + 0.01 * groups.xyz, 700.0);
+    vec4 tufts = noise_at(local.zxy + 0.005 * cells.xyz, 260.0);
+    // The map's texels crowd at the poles, where what is finer along them would show as rays.
+    tufts *= clamp(5.0 * cos(latitude), 0.0, 1.0);
 
     // The belt of the towers wanders about 6 deg N, with breaks.
     float wander = 5.0 * sin(2.0 * longitude + 9.0 * seed_shift.x) + 12.0 * wide.w;
@@ -64,12 +66,12 @@ void main() {
     float climate = 0.34 * belt + 0.34 * storms - 0.26 * clear - 0.5 * desert + 0.75 * deck;
     float ragged = clamp(0.75 - 0.35 * storms + 0.25 * clear - 0.5 * deck, 0.15, 1.0);
     float synoptic = 0.75 * wide.w + 0.75 * fronts.w + 0.4 * groups.w;
-    float value = climate + (1.0 - 0.75 * deck) * synoptic + 0.4 * cells.w + 0.26 * tufts.w + cover_shift;
+    float value = climate + (1.0 - 0.75 * deck) * synoptic + 0.38 * cells.w + 0.3 * tufts.w + cover_shift;
     float cover = smoothstep(-0.25, 0.25, value);
 
-    // Optical thickness: 5 for trade-wind cumulus, 12 for decks, 60 in the cores of storms.
-    float core = clamp(0.5 * (value + cells.w + groups.w), 0.0, 1.0);
-    float thickness = 4.0 * exp(1.0 * deck + 3.0 * core + 0.3 * storms + 0.4 * belt);
+    // Optical thickness: 4 for trade-wind cumulus, 12 for decks, 70 in the cores of storms.
+    float core = 0.7 * min(value, 0.8) + 0.6 * groups.w + 0.7 * cells.w + 0.8 * tufts.w;
+    float thickness = clamp(7.0 * exp(0.6 * deck + 1.6 * core + 0.3 * storms + 0.4 * belt), 1.0, 90.0);
 
     // Thin high cloud: blown out of towers and ahead of fronts, drawn out to the east.
     vec3 blown = vec3(local.xy, 3.0 * local.z) + 0.5 * (drawn - local);

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from simgl.assess.backdrop import Backdrop, backdrop, ring_around
 from simgl.errors import ConfigError, did_you_mean
-from simgl.images import saturated
+from simgl.images import WHITE_RADIANCE, saturated
 from simgl.physics.frames import unit
 from simgl.scene.state import SceneState
 from simgl.simulator import Exposure
@@ -17,6 +18,10 @@ Array = NDArray[np.float64]
 
 # A pixel is dark where its signal does not stand out from its own noise by this factor.
 DETECTION = 3.0
+# Weights of the primaries of ITU-R BT.709, and the source study's solar constant [W m-2].
+_LUMA, _SOURCE_SOLAR_CONSTANT = np.array([0.2126, 0.7152, 0.0722]), 1367.0
+# Where a good exposure puts the brightest 2 % of a target, of a full pixel.
+BRIGHT_AIM, _BRIGHT = 0.8, 98.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,6 +36,15 @@ class FrameAssessment:
     target_pixels : whose centre sees the target
     saturated, dark, usable : shares of them; together 1, all 0 where there are none
     median_snr : signal over noise of the target's pixels; 0 where there are none
+    cut_off : the target touches the picture's edge
+    backdrop : what is behind it
+    contrast : |t - b| / (t + b) of target and background, median electrons; None where there is no
+        background beside the target
+    mean_radiance : of the target's pixels, R, G, B, N [W m-2 sr-1]
+    relative_flux : mean over the target of the source study's flux: luminance relative to a sunlit
+        white plate, weighed as a display's primaries, times 1367 [W m-2]; no physical flux
+    median_electrons, bright_electrons : of the target's pixels, and what 2 % of them exceed [e-]
+    full_electrons : what a pixel can hold, or its converter tell [e-]
     """
 
     target: str
@@ -43,6 +57,24 @@ class FrameAssessment:
     dark: float
     usable: float
     median_snr: float
+    cut_off: bool
+    backdrop: Backdrop
+    contrast: float | None
+    mean_radiance: tuple[float, float, float, float]
+    relative_flux: float
+    median_electrons: float
+    bright_electrons: float
+    full_electrons: float
+
+    @property
+    def better_exposure(self) -> float | None:
+        """Factor on the exposure that brings the brightest 2 % of the target to 80 % of full.
+
+        None where the target gives no light.
+        """
+        if self.bright_electrons <= 0.0:
+            return None
+        return BRIGHT_AIM * self.full_electrons / self.bright_electrons
 
 
 def _angle(a: Array, b: Array) -> float:
@@ -51,7 +83,7 @@ def _angle(a: Array, b: Array) -> float:
 
 
 def assess_frame(exposure: Exposure, state: SceneState, target: str) -> FrameAssessment:
-    """The assessment of an exposure that holds DN, electrons and truth of a state.
+    """The assessment of an exposure that holds DN, electrons, radiance and truth of a state.
 
     Raises ConfigError for an unknown target.
     """
@@ -60,15 +92,20 @@ def assess_frame(exposure: Exposure, state: SceneState, target: str) -> FrameAss
         raise ConfigError("assess", f'target "{target}"', problem)
     assert exposure.digital is not None
     assert exposure.electrons is not None
+    assert exposure.radiance is not None
     assert exposure.truth is not None
     info = exposure.info
     position = state.bodies[target].pose.position
     sun = state.sun.seen_from(position)
     to_camera = info.position - position
     instance = list(state.bodies).index(target) + 1
-    on_target = exposure.truth.part_id // 65536 == instance
+    craft = exposure.truth.part_id // 65536
+    on_target = craft == instance
     detector = info.camera.detector
-    electrons = exposure.electrons.electrons[on_target].astype(np.float64)
+    image = exposure.electrons.electrons
+    electrons = image[on_target].astype(np.float64)
+    ring = ring_around(on_target, craft > 0)
+    pose = info.position, info.R_camera_from_icrf, info.camera.intrinsics
     full = saturated(exposure.digital.dn[on_target], detector)
     snr = electrons / np.sqrt(electrons + detector.read_noise**2 + 1.0 / 12.0)
     dark = ~full & (snr < DETECTION)
@@ -77,6 +114,10 @@ def assess_frame(exposure: Exposure, state: SceneState, target: str) -> FrameAss
     def share(mask: NDArray[np.bool_]) -> float:
         return float(mask.sum()) / max(count, 1)
 
+    mean = exposure.radiance.radiance[on_target].mean(axis=0) if count else np.zeros(4)
+    r, g, b, n = (float(v) for v in mean)
+    edges = np.concatenate([on_target[0], on_target[-1], on_target[:, 0], on_target[:, -1]])
+    converter = (detector.largest_dn - detector.pedestal) / detector.gain_dn_per_e
     return FrameAssessment(
         target=target,
         range=float(np.linalg.norm(to_camera)),
@@ -88,4 +129,19 @@ def assess_frame(exposure: Exposure, state: SceneState, target: str) -> FrameAss
         dark=share(dark),
         usable=share(~full & ~dark),
         median_snr=float(np.median(snr)) if count else 0.0,
+        cut_off=bool(edges.any()),
+        backdrop=backdrop(ring, state, *pose),
+        contrast=_contrast(electrons, image[ring]),
+        mean_radiance=(r, g, b, n),
+        relative_flux=float(mean[:3] / WHITE_RADIANCE @ _LUMA * _SOURCE_SOLAR_CONSTANT),
+        median_electrons=float(np.median(electrons)) if count else 0.0,
+        bright_electrons=float(np.percentile(electrons, _BRIGHT)) if count else 0.0,
+        full_electrons=float(min(detector.full_well, converter)),
     )
+
+
+def _contrast(target: Array, background: NDArray[np.float32]) -> float | None:
+    if target.size == 0 or background.size == 0:
+        return None
+    t, b = float(np.median(target)), float(np.median(background))
+    return abs(t - b) / (t + b) if t + b > 0.0 else 0.0

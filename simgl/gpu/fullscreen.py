@@ -15,7 +15,12 @@ Texture = moderngl.Texture | moderngl.Texture3D
 
 
 class FullscreenProgram:
-    """The shader ``NAME.frag``, drawn as one triangle over the current viewport."""
+    """The shader ``NAME.frag``, drawn as one triangle over the current viewport.
+
+    shared : blocks that it reads besides, bound by whoever owns them
+    spare : blocks that only other variants read
+    defines : of the variant
+    """
 
     def __init__(
         self,
@@ -23,15 +28,19 @@ class FullscreenProgram:
         name: str,
         block: Block,
         samplers: Sequence[str],
-        defines: Sequence[str] = (),
+        defines: Sequence[str] | Mapping[str, int] = (),
+        *,
+        shared: Sequence[Block] = (),
+        spare: Sequence[Block] = (),
     ) -> None:
         self._program = load_program(
             ctx,
             name,
             vertex="common/fullscreen.vert",
-            blocks=[block],
+            blocks=[block, *shared],
+            spare=spare,
             samplers=samplers,
-            defines=dict.fromkeys(defines, 1),
+            defines=defines if isinstance(defines, Mapping) else dict.fromkeys(defines, 1),
         )
         self._array = ctx.vertex_array(self._program, [])
         self._block = UniformBuffer(ctx, block)

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from simgl.errors import AssetError
 from simgl.gpu.blocks import Block
@@ -17,9 +19,24 @@ from simgl.scene.textures import Image, SurfaceTextures
 from simgl.view.frame import CraftView, Tile
 from simgl.view.lamps import MAP_SIZE, LampView
 
+Array = NDArray[np.float64]
+
 MAX_MATERIALS = 64
 MAX_LAMPS = 4
 MAX_JOINTS = 255
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class AirBetween:
+    """The air before a spacecraft, the same for all of it.
+
+    light : (4,) scattered towards the camera [W m-2 sr-1]
+    transmittance : (4,)
+    """
+
+    light: Array
+    transmittance: Array
+
 
 TILE = Block(
     "Tile",
@@ -48,6 +65,9 @@ CRAFT = Block(
             # Darkening of the Sun's disc towards its limb, u and v per band (physics/sun.py).
             ("sun_limb_u", "f4", 4),
             ("sun_limb_v", "f4", 4),
+            # Of the air before it: light scattered towards the camera, and transmittance.
+            ("air_light", "f4", 4),
+            ("air_transmittance", "f4", 4),
             ("sun_angular_radius", "f4"),
             ("instance", "u4"),
             ("craft_padding", "f4", 2),
@@ -153,14 +173,16 @@ def joint_values(model: SpacecraftModel) -> dict[str, Any]:
     return {"joint_rows": rows}
 
 
-def craft_values(craft: CraftView) -> dict[str, Any]:
-    """The Craft block of a spacecraft."""
+def craft_values(craft: CraftView, air: AirBetween | None = None) -> dict[str, Any]:
+    """The Craft block of a spacecraft; air : before it."""
     return {
         "camera_from_body": craft.camera_from_body,
         "sun_direction": (*craft.sun_direction, 0.0),
         "sun_irradiance": craft.sun_irradiance,
         "sun_limb_u": craft.sun_limb[0],
         "sun_limb_v": craft.sun_limb[1],
+        "air_light": np.zeros(4) if air is None else air.light,
+        "air_transmittance": np.ones(4) if air is None else air.transmittance,
         "sun_angular_radius": craft.sun_angular_radius,
         "instance": craft.instance,
     }

@@ -7,12 +7,15 @@ from collections.abc import Iterable
 import moderngl
 
 from simgl.gpu.fullscreen import Texture
-from simgl.passes.earth_maps import ground_textures
-from simgl.passes.weather import noise_texture, weather_texture
+from simgl.passes.earth_maps import Bytes, ground_textures, map_texture
+from simgl.passes.weather import noise_texture, weather_codes
 from simgl.scene.earth import Clouds, Earth, EarthMaps
 
 # In the order of ``EarthTextures.of``.
 SAMPLERS = ["land_map", "form_map", "weather_map", "noise_volume"]
+
+# The last two weathers of the process, which take seconds on software renderers.
+_weather: dict[tuple[Clouds, EarthMaps | None], Bytes] = {}
 
 
 class EarthTextures:
@@ -45,7 +48,15 @@ class EarthTextures:
         noise = noise_texture(self._ctx, clouds.seed if clouds else 0)
         if clouds is None:
             return [self._ctx.texture((1, 1), 4, bytes(4), alignment=1), noise]
-        return [weather_texture(self._ctx, clouds, noise, self._ground), noise]
+        return [map_texture(self._ctx, self._codes(clouds, noise)), noise]
+
+    def _codes(self, clouds: Clouds, noise: moderngl.Texture3D) -> Bytes:
+        key = clouds, self._maps
+        if key not in _weather:
+            while len(_weather) > 1:
+                _weather.pop(next(iter(_weather)))
+            _weather[key] = weather_codes(self._ctx, clouds, noise, self._ground)
+        return _weather[key]
 
     def release(self) -> None:
         """Free everything."""

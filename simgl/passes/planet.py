@@ -11,6 +11,8 @@ from simgl.gpu.blocks import Block
 from simgl.gpu.context import is_software
 from simgl.gpu.fullscreen import FullscreenProgram, Texture
 from simgl.gpu.state import SRC1_COLOR, State
+from simgl.passes.air import AIR_SAMPLERS, AIR_VIEW, AirPass
+from simgl.passes.air_tables import AIR
 from simgl.passes.earth_maps import HEIGHT
 from simgl.passes.earth_textures import SAMPLERS, EarthTextures
 from simgl.physics.sea import water_body, wave_slope_variance
@@ -64,11 +66,11 @@ class PlanetPass:
     state = State()
     before = State(blend=(moderngl.ONE, SRC1_COLOR))
 
-    def __init__(self, ctx: moderngl.Context) -> None:
-        self._ctx = ctx
-        # Software renderers pay for what a shader could do: an Earth of one albedo has its own.
-        self._plain = FullscreenProgram(ctx, "planet/planet", _PLANET, [])
-        self._mapped = FullscreenProgram(ctx, "planet/planet", _PLANET, SAMPLERS, ["EARTH_MAPS"])
+    def __init__(self, ctx: moderngl.Context, air: AirPass) -> None:
+        self._ctx, self._air = ctx, air
+        # Software renderers pay for what a shader could do: an Earth of one albedo has its own, and
+        # so has one without air.
+        self._programs: dict[tuple[str, ...], FullscreenProgram] = {}
         self._textures = EarthTextures(ctx)
         self._hardware = not is_software(ctx)
 
@@ -88,14 +90,34 @@ class PlanetPass:
         if planet is not None and mapped:
             magnified = self._magnified(planet, background)
             textures = self._textures.of(planet.earth, mipmaps=not magnified)
+        air = None if planet is None else self._air.before(planet)
         alone = background.heavens is None
         state = self.state if alone else self.before
         state.apply(self._ctx, target, area, area)
         if planet is not None:
-            program = self._mapped if mapped else self._plain
-            program.draw(_values(background, planet, area), textures)
+            inside = air is not None and air.inside
+            present = {"EARTH_MAPS": mapped, "AIR": air, "AIR_INSIDE": inside}
+            program = self._program_for(tuple(d for d, there in present.items() if there))
+            through = () if air is None else air.textures
+            program.draw(_values(background, planet, area), (*textures, *through))
         elif alone:
             target.clear(0.0, 0.0, 0.0, 0.0, viewport=area)
+
+    def _program_for(self, variant: tuple[str, ...]) -> FullscreenProgram:
+        if variant not in self._programs:
+            samplers = [*(SAMPLERS if "EARTH_MAPS" in variant else ())]
+            samplers += AIR_SAMPLERS if "AIR" in variant else ()
+            blocks = [AIR, AIR_VIEW]
+            self._programs[variant] = FullscreenProgram(
+                self._ctx,
+                "planet/planet",
+                _PLANET,
+                samplers,
+                variant,
+                shared=blocks if "AIR" in variant else (),
+                spare=() if "AIR" in variant else blocks,
+            )
+        return self._programs[variant]
 
     def _magnified(self, planet: PlanetView, background: Background) -> bool:
         """Whether the maps' texels are larger than pixels wherever they are not seen at a slant."""
@@ -106,8 +128,8 @@ class PlanetPass:
 
     def release(self) -> None:
         """Free everything."""
-        self._plain.release()
-        self._mapped.release()
+        for program in self._programs.values():
+            program.release()
         self._textures.release()
 
 

@@ -17,6 +17,7 @@ from simgl.passes.blocks import (
     MATERIALS,
     SHADOW,
     TILE,
+    AirBetween,
     craft_values,
     joint_values,
     lamp_values,
@@ -135,6 +136,7 @@ class SurfacePass:
         exchanging: Sequence[bool],
         lamps: Sequence[LampView] = (),
         lamp_maps: moderngl.Texture | None = None,
+        airs: Sequence[AirBetween | None] = (),
         *,
         apart: bool = False,
     ) -> tuple[moderngl.Texture, ...]:
@@ -145,6 +147,7 @@ class SurfacePass:
         skies : likewise its cube, lobes and irradiance; nothing where it has no sky
         exchanging : likewise whether its surfaces light each other
         lamp_maps : of the lamps, which light every spacecraft
+        airs : before each spacecraft; none at all where nothing is given
         returns : one texture, or with ``apart`` one for each of ``LIGHTS``
         """
         size = tile.lattice.raster_size(tile.width, tile.height)
@@ -159,10 +162,11 @@ class SurfacePass:
         self._lobes.use(LOBE_UNIT)
         if lamp_maps is not None:
             lamp_maps.use(_LAMP_UNIT)
-        for craft, maps, sky, exchange in zip(
-            tile.craft, shadow_maps, skies, exchanging, strict=True
+        before = airs or [None] * len(tile.craft)
+        for craft, maps, sky, exchange, air in zip(
+            tile.craft, shadow_maps, skies, exchanging, before, strict=True
         ):
-            self._bind(craft, tile, maps, sky)
+            self._bind(craft, tile, maps, sky, air)
             self.state.apply(self._ctx, depth, area, area)
             depth.clear(depth=1.0, viewport=area)
             self._others.draw()
@@ -172,6 +176,7 @@ class SurfacePass:
             self.state.apply(self._ctx, target, area, area)
             variant = [d for d in craft.model.variant if d != "CUT_OUT"]
             present = {"SKY": sky, "EXCHANGE": exchange, "LAMPS": lamps, "APART": apart}
+            present["AIR_BEFORE"] = air is not None
             variant += [define for define, there in present.items() if there]
             for screen in self._lit_for(tuple(variant)):
                 screen.draw()
@@ -189,8 +194,9 @@ class SurfacePass:
         tile: Tile,
         maps: Sequence[moderngl.Texture],
         sky: Sequence[_SkyTexture],
+        air: AirBetween | None,
     ) -> None:
-        self._craft.write(craft_values(craft))
+        self._craft.write(craft_values(craft, air))
         self._shadow.write(shadow_values(craft, tile.lattice))
         self._meshes.bind_materials(craft.model)
         if "JOINTED" in craft.model.variant:

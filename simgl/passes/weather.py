@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from pathlib import Path
 
 import moderngl
 import numpy as np
@@ -11,7 +12,7 @@ from simgl.gpu.blocks import Block
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.state import State
 from simgl.gpu.targets import Format, ImageTarget
-from simgl.passes.earth_maps import Bytes, map_texture
+from simgl.passes.earth_maps import Bytes
 from simgl.scene.earth import Clouds
 from simgl.scene.noise import SIZE, noise_volume
 from simgl.scene.pictures import read_picture
@@ -19,7 +20,6 @@ from simgl.scene.weather import DECKS, seed_shift, swirls
 
 # Optical thickness of code 1; that of code 0 is 1, logarithmic between, as in planet/cloud.glsl.
 THICKEST = 100.0
-_FULL = (4096, 2048)
 # Enough to find the mean cover by.
 _SMALL = (512, 256)
 
@@ -46,42 +46,25 @@ def noise_texture(ctx: moderngl.Context, seed: int) -> moderngl.Texture3D:
     return texture
 
 
-def weather_texture(
+def weather_codes(
     ctx: moderngl.Context,
     clouds: Clouds,
     noise: moderngl.Texture3D,
-    ground: list[moderngl.Texture],
-) -> moderngl.Texture:
-    """Share of cloud, code of its thickness, thin high cloud, raggedness; equirectangular.
+    ground: Sequence[moderngl.Texture],
+    width: int = 4096,
+) -> Bytes:
+    """(h, w, 4) share of cloud, code of its thickness, thin high cloud, raggedness.
 
     noise : of the same seed; ground : as ``simgl.passes.earth_maps`` gives them
+    width : of the map; its height is half of that
     """
-    return map_texture(ctx, _weather(ctx, clouds, noise, ground))
-
-
-def _weather(
-    ctx: moderngl.Context,
-    clouds: Clouds,
-    noise: moderngl.Texture3D,
-    ground: list[moderngl.Texture],
-) -> Bytes:
     if clouds.picture is not None:
-        share = np.asarray(read_picture(clouds.picture, "L"))
-        code = np.log(clouds.thickness) / np.log(THICKEST)
-        values = np.zeros((*share.shape, 4), dtype=np.uint8)
-        values[..., 0] = share
-        values[..., 1] = np.uint8(np.clip(np.round(255.0 * code), 0, 255))
-        values[..., 3] = 128
-        return values
-    program = FullscreenProgram(
-        ctx,
-        "weather/weather",
-        _WEATHER,
-        ["noise_volume", "swirls", "land_map", "form_map"],
-    )
+        return _pictured(clouds, clouds.picture)
+    samplers = ["noise_volume", "swirls", "land_map", "form_map"]
+    program = FullscreenProgram(ctx, "weather/weather", _WEATHER, samplers)
     wind = _wind_texture(ctx, clouds.seed)
     small = ImageTarget(ctx, _SMALL, [Format("f4", 4)])
-    full = ImageTarget(ctx, _FULL, [Format("f1", 4)])
+    full = ImageTarget(ctx, (width, width // 2), [Format("f1", 4)])
     given: dict[str, object] = {"decks": DECKS, "seed_shift": (*seed_shift(clouds.seed), 0.0)}
 
     def draw(target: ImageTarget, shift: float) -> None:
@@ -93,11 +76,21 @@ def _weather(
     try:
         draw(full, _shift_for(clouds.cover, small, draw))
         codes = np.frombuffer(full.textures[0].read(alignment=1), dtype=np.uint8)
-        return codes.reshape(_FULL[1], _FULL[0], 4)
+        return codes.reshape(width // 2, width, 4)
     finally:
         ctx.detect_framebuffer(0).use()
         for item in (program, wind, small, full):
             item.release()
+
+
+def _pictured(clouds: Clouds, path: Path) -> Bytes:
+    share = np.asarray(read_picture(path, "L"))
+    code = np.log(clouds.thickness) / np.log(THICKEST)
+    values = np.zeros((*share.shape, 4), dtype=np.uint8)
+    values[..., 0] = share
+    values[..., 1] = np.uint8(np.clip(np.round(255.0 * code), 0, 255))
+    values[..., 3] = 128
+    return values
 
 
 def _wind_texture(ctx: moderngl.Context, seed: int) -> moderngl.Texture:

@@ -41,6 +41,9 @@ class Atmosphere:
 
 OZONE_FOOT, OZONE_PEAK, OZONE_TOP = 10e3, 25e3, 40e3  # [m]
 
+# Where the scattering air ends [m]: a vertical ray loses 1e-6 above it.
+AIR_TOP = 100e3
+
 # Rayleigh: Hansen & Travis (1974), 0.008569 l^-4 (1 + 0.0113 l^-2 + 0.00013 l^-4), at the middle of
 # the visible bands and at 840 nm, about the photon mean of the fourth. Aerosol: 0.08 at 550 nm, a
 # clean continental to maritime mean, Angstrom exponent 1. Ozone: 300 Dobson units on the Chappuis
@@ -117,3 +120,45 @@ def grazing_optical_depth(air: Atmosphere, radius: float, height: Array) -> Arra
         (air.ozone, _tent_chord(radius, height) / (OZONE_PEAK - OZONE_FOOT)),
     )  # fmt: skip
     return np.asarray(sum(np.outer(ratio, np.array(depth)) for depth, ratio in chords))
+
+
+def optical_depth_to_space(air: Atmosphere, radius: float, height: float, cosines: Array) -> Array:
+    """Optical depth from a place inside the air to space, along rays that miss the ground.
+
+    radius : of the sphere [m]
+    height : of the place above it [m]
+    cosines : (k,) of the rays from the zenith
+    returns : (k, 4)
+
+    A ray that starts downwards has the whole grazing ray but for what lies behind its start.
+    """
+    upward = _rising_depth(air, radius, height, np.abs(cosines))
+    if np.all(cosines >= 0.0):
+        return upward
+    lowest = (radius + height) * np.sqrt(np.maximum(1.0 - cosines**2, 0.0)) - radius
+    grazing = grazing_optical_depth(air, radius, np.maximum(lowest, 0.0))
+    return np.where(cosines[:, None] < 0.0, grazing - upward, upward)
+
+
+def _rising_depth(air: Atmosphere, radius: float, height: float, cosines: Array) -> Array:
+    """(k, 4) along rays that rise from a height, by quadrature crowded at their start."""
+    start = radius + height
+    above = (radius + AIR_TOP) ** 2 - start**2
+    whole = above / (start * cosines + np.sqrt((start * cosines) ** 2 + above))
+    x = 0.5 * (_NODES + 1.0)
+    along = whole[:, None] * x**2
+    rise = along * (2.0 * start * cosines[:, None] + along)
+    at = height + rise / (np.sqrt(start**2 + rise) + start)
+    step = whole[:, None] * x * _WEIGHTS
+    return np.asarray(np.einsum("kn,knb->kb", step, extinction(air, at)))
+
+
+def extinction(air: Atmosphere, height: Array) -> Array:
+    """(..., 4) extinction coefficient at heights (...) [m-1]."""
+    tent = np.minimum(height - OZONE_FOOT, OZONE_TOP - height) / (OZONE_PEAK - OZONE_FOOT)
+    layers = (
+        (air.rayleigh, np.exp(-height / air.rayleigh_scale_height) / air.rayleigh_scale_height),
+        (air.aerosol, np.exp(-height / air.aerosol_scale_height) / air.aerosol_scale_height),
+        (air.ozone, np.maximum(tent, 0.0) / (OZONE_PEAK - OZONE_FOOT)),
+    )
+    return np.asarray(sum(d[..., None] * np.array(depth) for depth, d in layers))

@@ -5,14 +5,22 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simgl.physics.air import Atmosphere, grazing_optical_depth
+from simgl.physics.air import (
+    AIR_TOP,
+    Atmosphere,
+    grazing_optical_depth,
+    optical_depth_to_space,
+)
 from simgl.physics.constants import MOON_RADIUS
 from simgl.physics.sun import UNIFORM, limb_profile
 
 Array = NDArray[np.float64]
 
 # Above this tangent height the air takes less than 1e-5 of any band [m].
-AIR_TOP = 120e3
+HIGHEST = 120e3
+
+# Where the Sun stands so far above the horizontal [rad], the air dims its disc evenly: to 1e-4.
+_HIGH = 0.5
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(64)
 # Along one arc of the disc, where the profile is a smooth function of the sine's angle.
@@ -209,23 +217,32 @@ def sunlit_transmission(
     """(4,) share of the Sun's light in each band that reaches a point past the Earth and its air.
 
     The disc's mean of the transmission along each grazing ray, zero where the ray meets the ground.
-    Arguments as for ``sunlit_shares``; the point lies above the air.
+    Arguments as for ``sunlit_shares``; the point may lie inside the air.
     """
     separation = _from_nadir(position, sun_direction)
-    if separation - sun_angular_radius > 0.5 * np.pi:
+    distance = float(np.linalg.norm(position))
+    # Heights at a place are taken above the sphere through the ellipsoid's point below it.
+    below = distance / float(np.linalg.norm(position / radii))
+    inside = distance - below < AIR_TOP
+    if inside and separation > 0.5 * np.pi + _HIGH:
+        cosine = np.array([-np.cos(separation)])
+        return np.asarray(np.exp(-optical_depth_to_space(air, below, distance - below, cosine)[0]))
+    if not inside and separation - sun_angular_radius > 0.5 * np.pi:
         return np.ones(4)
     edge = limb_angle(position, sun_direction, radii)
-    distance = float(np.linalg.norm(position))
     low, high = separation - sun_angular_radius, separation + sun_angular_radius
     # The sphere that has the ellipsoid's limb on this side.
     radius = distance * float(np.sin(edge))
     if high <= edge:
         return np.zeros(4)
-    if low >= edge and distance * np.sin(low) - radius > AIR_TOP:
+    if not inside and low >= edge and distance * np.sin(low) - radius > HIGHEST:
         return np.ones(4)
     outside, theta = _arcs(sun_angular_radius, separation, max(edge, low))
     whole, everywhere = _arcs(sun_angular_radius, separation, low)
-    depth = grazing_optical_depth(air, radius, distance * np.sin(theta) - radius)
+    if inside:
+        depth = optical_depth_to_space(air, radius, distance - radius, -np.cos(theta))
+    else:
+        depth = grazing_optical_depth(air, radius, distance * np.sin(theta) - radius)
     if not limb.any():
         return np.asarray(outside @ np.exp(-depth) / np.sum(whole))
     seen = _arc_profile(sun_angular_radius, separation, theta, limb)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -16,6 +17,7 @@ from simgl.scenario.light import read_earth, read_sky, read_sun
 from simgl.scenario.motions import MotionReader
 from simgl.scenario.scenario import Scenario
 from simgl.scenario.schema import (
+    AssessTable,
     CameraTable,
     EarthTable,
     EpochTable,
@@ -25,9 +27,12 @@ from simgl.scenario.schema import (
     SpacecraftTable,
     SunTable,
 )
-from simgl.scenario.strict import convert, plain, read_toml, shown_key
+from simgl.scenario.strict import convert, plain, read_toml, shown, shown_key
+from simgl.scene.camera import Camera
+from simgl.scene.criteria import Criteria
+from simgl.scene.spacecraft import SpacecraftModel
 
-_TABLES = ("epoch", "sun", "earth", "sky", "spacecraft", "camera", "lamp", "render")
+_TABLES = ("epoch", "sun", "earth", "sky", "spacecraft", "camera", "lamp", "assess", "render")
 _NAME = re.compile(r"[A-Za-z0-9_-]+")
 _Named = TypeVar("_Named", SpacecraftTable, CameraTable, LampTable)
 
@@ -59,6 +64,7 @@ def scenario_from_dict(
     sun = convert(data.get("sun", {}), SunTable, f"{where} [sun]")
     earth = convert(data.get("earth", {}), EarthTable, f"{where} [earth]")
     sky = convert(data.get("sky", {}), SkyTable, f"{where} [sky]")
+    assess = convert(data.get("assess", {}), AssessTable, f"{where} [assess]")
     render = convert(data.get("render", {}), RenderTable, f"{where} [render]")
     temperature = SOLAR_TEMPERATURE if sun.temperature_k is None else sun.temperature_k
     bodies = {n: f"{where} [spacecraft.{n}]" for n in craft}
@@ -80,6 +86,7 @@ def scenario_from_dict(
         cameras=lenses,
         mounts=mounts,
         lamps=read_lamps(where, lamps, models),
+        criteria=_criteria(assess, f"{where} [assess]", models, lenses),
         seed=render.seed,
         samples_per_pixel=render.samples_per_pixel,
         inter_reflection=render.inter_reflection,
@@ -102,6 +109,28 @@ def _named_tables(
             problem = "must be a name of letters, digits, _ and -"
             raise ConfigError(where, f"{kind}.{shown_key(name)}", problem)
     return {n: convert(t, table, f"{where} [{kind}.{n}]") for n, t in tables.items()}
+
+
+def _criteria(
+    table: AssessTable,
+    where: str,
+    models: Mapping[str, SpacecraftModel],
+    cameras: Mapping[str, Camera],
+) -> Criteria:
+    named = (("target", table.target, models), ("camera", table.camera, cameras))
+    for key, name, known in named:
+        if name is not None and name not in known:
+            problem = f"names none of this file: {shown(name)}; {did_you_mean(name, known)}"
+            raise ConfigError(where, key, problem)
+    return Criteria(
+        target=table.target,
+        camera=table.camera,
+        least_pixels=table.least_pixels,
+        most_saturated=table.most_saturated,
+        most_dark=table.most_dark,
+        least_snr=table.least_snr,
+        least_contrast=table.least_contrast,
+    )
 
 
 def _epoch(data: dict[str, Any], where: str) -> int:

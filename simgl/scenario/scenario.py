@@ -18,6 +18,7 @@ from simgl.physics.moon import moon_from_icrf
 from simgl.physics.spectrum import BandLight
 from simgl.physics.sun import UNIFORM
 from simgl.scene.camera import Camera
+from simgl.scene.criteria import Criteria
 from simgl.scene.earth import Earth
 from simgl.scene.joints import JointLaws
 from simgl.scene.lamps import Lamp, lamp_state
@@ -66,6 +67,7 @@ class Scenario:
     """What a scenario file describes, in SI units.
 
     joints : by spacecraft
+    criteria : what makes a picture of a target usable
     seed : of all noise
     samples_per_pixel : of geometry; None lets the renderer choose by cost
     inter_reflection : light between the surfaces of a spacecraft, and the Earth hidden by them
@@ -83,6 +85,7 @@ class Scenario:
     mounts: Mapping[str, Mount]
     lamps: Mapping[str, Lamp] = field(default_factory=dict)
     joints: Mapping[str, JointLaws] = field(default_factory=dict)
+    criteria: Criteria = field(default_factory=Criteria)
     seed: int = 0
     samples_per_pixel: int | None = None
     inter_reflection: bool = True

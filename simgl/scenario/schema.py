@@ -77,8 +77,8 @@ class EarthTable(Table, frozen=True, kw_only=True):
     radius_km : of the sphere
     albedo : Lambert, one number or four bands, instead of maps and clouds
     atmosphere : "standard", "source" (the lighting study's own set) or "none"; default "standard"
-        with WGS84 and "none" with a sphere. Sunlight that grazes it on its way to a spacecraft is
-        dimmed and reddened; the picture of the Earth does not show it yet
+        with WGS84 and "none" with a sphere. What scatters and dims light over the ground, at the
+        limb, before spacecraft inside it, and on sunlight's way past the Earth
     wind_m_s : over the sea
     land_picture, water_picture, night_picture : paths of pictures in place of the shipped maps
     """
@@ -340,6 +340,25 @@ class LampTable(Table, frozen=True, kw_only=True):
     temperature_k: Annotated[float, Meta(ge=1000.0, le=50000.0)] | None = None
     band_shares: tuple[Fraction, Fraction, Fraction, Fraction] | None = None
     radius_m: Annotated[float, Meta(ge=0.001, le=1.0)] = 0.02
+
+
+class AssessTable(Table, frozen=True, kw_only=True):
+    """``[assess]``: what makes a picture of a target usable.
+
+    target, camera : what to look for, and through which camera; if omitted the file's first ones
+    least_pixels : of the target
+    most_saturated, most_dark : shares of the target's pixels
+    least_snr : median signal over noise of the target
+    least_contrast : of target against background, 0..1
+    """
+
+    target: str | None = None
+    camera: str | None = None
+    least_pixels: Annotated[int, Meta(ge=1)] = 25
+    most_saturated: Fraction = 0.05
+    most_dark: Fraction = 0.5
+    least_snr: NonNegative = 10.0
+    least_contrast: Fraction = 0.1
 
 
 class RenderTable(Table, frozen=True, kw_only=True):

@@ -8,6 +8,10 @@ from pathlib import Path
 from simgl.physics.air import Atmosphere
 from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS, WGS84_POLAR_RADIUS
 
+# Of ground and clouds together, in every band, for the light that goes to and fro between them and
+# the air: the planet's Bond albedo is 0.29 (CERES EBAF).
+MEAN_ALBEDO = 0.3
+
 
 @dataclass(frozen=True, kw_only=True)
 class EarthMaps:
@@ -50,7 +54,7 @@ class Earth:
 
     albedo : Lambert albedo per band R, G, B, N, with nothing over it; None takes the maps of land
         and sea, and the clouds
-    air : what sunlight passes on its way past the limb; None is a bare sphere
+    air : what scatters and dims light above the ground; None is a bare sphere
     wind : speed 12.5 m above the sea, which roughens it [m s-1]
     clouds : None is a clear day everywhere
     """
@@ -62,6 +66,11 @@ class Earth:
     wind: float = 7.0
     clouds: Clouds | None = None
     maps: EarthMaps = field(default_factory=EarthMaps)
+
+    @property
+    def mean_albedo(self) -> tuple[float, float, float, float]:
+        """Of the whole ground, per band."""
+        return (MEAN_ALBEDO,) * 4 if self.albedo is None else self.albedo
 
     @property
     def radii(self) -> tuple[float, float, float]:

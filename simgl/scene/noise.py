@@ -34,7 +34,7 @@ def noise_volume(seed: int) -> NDArray[np.uint8]:
     ground, clouds = np.random.default_rng(_GROUND_SEED), np.random.default_rng([seed, 1])
     slopes = 0.5 + 0.5 / SLOPE_RANGE * _slopes(ground)
     volume = np.concatenate(
-        [slopes, _evenly_spread(_folded_octaves(clouds, 0.62), clouds)[..., None]], axis=-1
+        [slopes, _evenly_spread(_folded_octaves(clouds, 0.7), clouds)[..., None]], axis=-1
     )
     return np.asarray(np.round(255.0 * np.clip(volume, 0.0, 1.0)), dtype=np.uint8)
 

@@ -77,15 +77,20 @@ class Plan:
 
     def content(self) -> dict[str, Value]:
         """What tells this plan from another."""
-        epochs = hashlib.sha256(np.array(self.epochs, dtype=np.int64).tobytes()).hexdigest()
         return {
-            "simgl": __version__,
             "cameras": ", ".join(self.cameras),
-            "frames": len(self.epochs),
-            "epochs": epochs,
             "outputs": ", ".join(sorted(self.outputs)),
-            "scenario": fingerprint(self.scenario, self.epochs),
-        }
+        } | identity(self.scenario, self.epochs)
+
+
+def identity(scenario: Scenario, epochs: Sequence[int]) -> dict[str, Value]:
+    """What tells one scenario at some epochs [TAI ns] from another."""
+    return {
+        "simgl": __version__,
+        "frames": len(epochs),
+        "epochs": hashlib.sha256(np.array(epochs, dtype=np.int64).tobytes()).hexdigest(),
+        "scenario": fingerprint(scenario, epochs),
+    }
 
 
 def fingerprint(scenario: Scenario, epochs: Sequence[int]) -> str:

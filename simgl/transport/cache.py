@@ -3,10 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
-import tempfile
-import warnings
-import zipfile
 from dataclasses import astuple, fields
 from pathlib import Path
 from typing import Any
@@ -14,6 +10,7 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
+from simgl.cache import cache_folder, read_arrays, write_arrays
 from simgl.scene.mesh import Mesh
 from simgl.transport.bake import BakeSettings, Progress, bake, sees_itself
 from simgl.transport.transport import Transport
@@ -22,12 +19,6 @@ from simgl.transport.transport import Transport
 VERSION = 5
 
 _MATRICES = ("form_factors", "sky", "gather", "occluded", "whole")
-
-
-def cache_folder() -> Path:
-    """``$XDG_CACHE_HOME/simgl/transport``, or the same under ``~/.cache``."""
-    base = os.environ.get("XDG_CACHE_HOME")
-    return (Path(base) if base else Path.home() / ".cache") / "simgl" / "transport"
 
 
 def transport_of(
@@ -44,12 +35,12 @@ def transport_of(
     """
     if not sees_itself(mesh, 2 if open_sheets else 1):
         return None
-    path = cache_folder() / f"{_key(mesh, open_sheets, settings)}.npz"
+    path = cache_folder("transport") / f"{_key(mesh, open_sheets, settings)}.npz"
     found = _read(path)
     if found is None:
         found = bake(mesh, open_sheets=open_sheets, settings=settings, progress=progress)
         assert found is not None
-        _write(path, found)
+        write_arrays(path, _packed(found), "light between surfaces is traced again next time")
     return found
 
 
@@ -60,32 +51,11 @@ def _key(mesh: Mesh, open_sheets: bool, settings: BakeSettings) -> str:
 
 def _read(path: Path) -> Transport | None:
     """The bake in a file; None where there is none, or no whole one."""
+    data = read_arrays(path)
     try:
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as data:
-            return _unpacked({name: data[name] for name in data.files})
-    except FileNotFoundError:
+        return None if data is None else _unpacked(data)
+    except (ValueError, KeyError):
         return None
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
-        return None
-
-
-def _write(path: Path, transport: Transport) -> None:
-    """Written beside its place and renamed: a reader never meets half a file."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".part", delete=False) as part:
-            temporary = Path(part.name)
-            try:
-                np.savez(part, **_packed(transport))
-            except BaseException:
-                temporary.unlink()
-                raise
-        temporary.replace(path)
-    except OSError as error:
-        message = (
-            f"{path.parent}: {error.strerror}; light between surfaces is traced again next time"
-        )
-        warnings.warn(message, RuntimeWarning, stacklevel=4)
 
 
 def _packed(transport: Transport) -> dict[str, Any]:

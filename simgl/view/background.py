@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simgl.errors import ConfigError
+from simgl.physics.air import AIR_TOP
 from simgl.scene.earth import Earth
 from simgl.scene.state import BodyState, CameraState, EarthState, SceneState, SunSeen
 from simgl.sky import DOWN, FORWARD, RIGHT
@@ -136,7 +137,7 @@ def _earth_from(state: SceneState, earth: EarthState, place: Array, who: str) ->
     sun = state.sun.seen_from(earth.position)
     return _EarthFrom(
         direction_icrf=(earth.position - place) / distance,
-        angular_radius=float(np.arcsin(min(float(radii.max()) / distance, 1.0))),
+        angular_radius=_limb_angle(earth.earth, distance),
         within=float(np.arcsin(min(float(radii.min()) / distance, 1.0))),
         sphere_from_icrf=sphere_from_icrf,
         view=PlanetView(
@@ -148,6 +149,16 @@ def _earth_from(state: SceneState, earth: EarthState, place: Array, who: str) ->
             sun_irradiance=_float32(sun.irradiance),
         ),
     )
+
+
+def _limb_angle(earth: Earth, distance: float) -> float:
+    """Largest angle from nadir at which the Earth or its air is seen [rad]; pi inside the air."""
+    highest = max(earth.radii)
+    if earth.air is not None:
+        highest += AIR_TOP
+        if distance <= highest:
+            return np.pi
+    return float(np.arcsin(min(highest / distance, 1.0)))
 
 
 def _background(

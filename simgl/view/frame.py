@@ -19,6 +19,7 @@ from simgl.scene.camera import Camera
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import BodyState, CameraState, EarthState, SceneState
 from simgl.transport.view import ExchangeView, exchange_view
+from simgl.view.air import AirSegment, air_between
 from simgl.view.background import Background, SkyView, background, sky_view
 from simgl.view.lamps import LampView, lamp_views
 from simgl.view.shadows import ShadowView, shadow_view
@@ -44,6 +45,7 @@ class CraftView:
     sun_angular_radius : [rad]
     sky : None where there is no Earth
     exchange : None where light between its surfaces is left out
+    air : on the way to the camera; None where there is none
     """
 
     name: str
@@ -57,6 +59,7 @@ class CraftView:
     shadow: ShadowView
     sky: SkyView | None
     exchange: ExchangeView | None
+    air: AirSegment | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -211,6 +214,7 @@ def _craft(state: SceneState, camera: CameraState, inter_reflection: bool) -> li
                 sky=sky_view(state, name, body),
                 exchange=exchange_view(state, body) if inter_reflection else None,
                 shadow=shadow_view(state, body, camera.camera, body_from_camera),
+                air=air_between(state, camera.position, body.pose.position),
             )
         )
     return views

@@ -90,8 +90,8 @@ class Painter:
     ) -> None:
         self.scenario = scenario
         self._renderer = Renderer(ctx)
-        if scenario.inter_reflection:
-            self._renderer.prepare(scenario.models_at_epoch(), progress)
+        models = scenario.models_at_epoch() if scenario.inter_reflection else ()
+        self._renderer.prepare(models, scenario.earth, progress)
         self._display = DisplayPass(ctx)
         self._picture: ImageTarget | None = None
 

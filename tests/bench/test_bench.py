@@ -31,6 +31,7 @@ def test_the_json_report_has_the_promised_form(tmp_path: Path) -> None:
     here, there = report["scenes"]
     assert (here["through_bridge"], there["through_bridge"]) == (False, True)
     passes = {"probe", "exchange", "lamp_shadow"} | {
+        "air",
         "planet",
         "shadow",
         "surface",

@@ -10,6 +10,7 @@ from tests.hygiene.source import Module, imported_modules, imports, modules
 FLOORS = {
     "errors": 0,
     "assets": 0,
+    "cache": 0,
     "physics": 1,
     "scene": 2,
     "lattice": 2,
@@ -42,6 +43,7 @@ FLOORS = {
 # Rooms of one floor that may look into each other, one way.
 NEIGHBOURS = {
     ("assets", "errors"),
+    ("assess", "sequence"),
     ("output", "simulator"),
     ("scenario", "ephemerides"),
     ("view", "rays"),
@@ -65,6 +67,8 @@ KEPT_APART = {
 
 # Shared by passes; every other pass stands alone.
 SHARED_PASSES = {
+    "simgl.passes.air",
+    "simgl.passes.air_tables",
     "simgl.passes.blocks",
     "simgl.passes.discs",
     "simgl.passes.earth_maps",

@@ -6,7 +6,8 @@ import moderngl
 import numpy as np
 import pytest
 
-from tests.scenes import lambert, radiance, scene
+from simgl.simulator import Product, Simulator
+from tests.scenes import lambert, scene
 
 R, ALTITUDE = 6.371e6, 5.0e5
 PLATE = {"plate": {"width_m": 4.0, "height_m": 4.0, "material": lambert(0.5)}}
@@ -27,7 +28,11 @@ def test_a_plate_facing_the_setting_sun_has_its_share_of_the_light(
     )
     state = scenario.at(scenario.epoch_tai_ns)
     share = state.sunlight(place)
-    image = radiance(gl, scenario)[64, 64]
+    # By itself: the bright limb lights the plate besides.
+    with Simulator(scenario, gl) as simulator:
+        frame = simulator.capture(state, "cam", {Product.LAYERS}).layers
+    assert frame is not None
+    image = frame.layers["sun"][64, 64]
     full = 0.5 / np.pi * np.array([154.43947526, 174.7738123, 171.94738469, 313.35751052])
     np.testing.assert_allclose(image, share * full, rtol=2e-6)
     if tangent_height_km == 0.0 and atmosphere == "source":

@@ -58,7 +58,7 @@ def test_the_limb_of_the_wgs84_ellipsoid_lies_where_geometry_puts_it(gl: moderng
                 "focal_length_mm": 50.0,
             },
             sun_direction=(float(np.cos(latitude)), 0.3, float(np.sin(latitude))),
-            earth={"shape": "wgs84", "albedo": 0.3},
+            earth={"shape": "wgs84", "albedo": 0.3, "atmosphere": "none"},
         )
         column = radiance(gl, scenario)[:, 64, 1].astype(np.float64)
         # The boresight is the middle of the image; the limb must cross it there. Under the limb the
@@ -113,7 +113,7 @@ def test_north_is_up_and_east_is_right(gl: moderngl.Context) -> None:
         },
         # In the north-east, so that its glint falls on land.
         sun_direction=tuple((R @ np.array([1.0, 0.6, 0.6])).tolist()),
-        earth={"shape": "wgs84", "clouds": {"cover": 0.0}},
+        earth={"shape": "wgs84", "atmosphere": "none", "clouds": {"cover": 0.0}},
     )
     red = radiance(gl, scenario)[..., 0]
     centre = red[54:74, 54:74].mean()

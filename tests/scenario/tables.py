@@ -100,14 +100,14 @@ BAD_VALUES = (
         "unknown table",
         "[render]",
         "[rendering]",
-        ': rendering is not a table here; did you mean "render"? (allowed: camera, earth, '
-        "epoch, lamp, render, sky, spacecraft, sun)",
+        ': rendering is not a table here; did you mean "render"? (allowed: assess, camera, '
+        "earth, epoch, lamp, render, sky, spacecraft, sun)",
     ),
     Damage(
         "unknown table on two lines",
         "[render]",
         '["a\\nb"]',
-        ': "a\\nb" is not a table here; (allowed: camera, earth, epoch, lamp, render, sky, '
+        ': "a\\nb" is not a table here; (allowed: assess, camera, earth, epoch, lamp, render, sky, '
         "spacecraft, sun)",
     ),
     Damage(

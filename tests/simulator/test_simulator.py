@@ -73,7 +73,7 @@ def test_stars_behind_a_craft_do_not_keep_the_earth_that_was_there_before(
                 radiance = simulator.capture(state, name, {Product.RADIANCE}).radiance
         assert radiance is not None
         pictures.append(radiance.radiance)
-    np.testing.assert_array_equal(*pictures)
+    np.testing.assert_array_equal(pictures[0], pictures[1])
 
 
 def test_two_simulators_in_one_process_do_not_disturb_each_other() -> None:

@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from simgl.cache import cache_folder
 from simgl.transport import cache
 from simgl.transport.bake import BakeSettings
-from simgl.transport.cache import cache_folder, transport_of
+from simgl.transport.cache import transport_of
 from tests.transport.shapes import OPEN_BOX, quads
 
 QUICK = BakeSettings(patches=50, patch_rays=32, site_rays=16, added_triangles=50)
@@ -43,12 +44,12 @@ def test_a_bake_is_found_again_bit_for_bit(monkeypatch: pytest.MonkeyPatch) -> N
 def test_a_damaged_file_is_made_anew(content: bytes | None) -> None:
     mesh = quads(OPEN_BOX)
     transport_of(mesh, open_sheets=True, settings=QUICK)
-    (path,) = cache_folder().iterdir()
+    (path,) = cache_folder("transport").iterdir()
     whole = path.read_bytes()
     path.write_bytes(whole[: len(whole) // 2] if content is None else content)
     assert transport_of(mesh, open_sheets=True, settings=QUICK) is not None
     assert path.read_bytes() == whole
-    assert list(cache_folder().iterdir()) == [path]
+    assert list(cache_folder("transport").iterdir()) == [path]
 
 
 def test_a_folder_that_cannot_be_written_costs_the_file_only(
@@ -66,4 +67,4 @@ def test_other_settings_are_another_file() -> None:
     mesh = quads(OPEN_BOX)
     transport_of(mesh, open_sheets=True, settings=QUICK)
     transport_of(mesh, open_sheets=False, settings=QUICK)
-    assert len(list(cache_folder().iterdir())) == 2
+    assert len(list(cache_folder("transport").iterdir())) == 2

@@ -1,0 +1,1 @@
+"""The air against photons followed one by one, and what it costs."""

@@ -1,0 +1,40 @@
+// The air before one camera, for every direction: columns by azimuth from the Sun's vertical plane,
+// rows by the place on the ground, the lowest height of the ray, or the elevation.
+#include "air/march.glsl"
+#include "air/view.glsl"
+
+layout(location = 0) out vec4 light;
+layout(location = 1) out vec4 transmittance;
+
+void main() {
+    float across = table_value(gl_FragCoord.x, view_columns);
+    float cos_azimuth = 1.0 - 2.0 * across * across;
+    float row = gl_FragCoord.y - 0.5;
+    float R2 = ground_radius * ground_radius;
+    float c = outside_air * R2, r = sqrt(R2 + c), reach = horizon_reach * R2;
+    float b, d, lift = 0.0;
+    bool ground = row < GROUND_ROWS - 0.5;
+    if (ground) {
+        float x = 1.0 - row / (GROUND_ROWS - 1.0);
+        float root = cosine_of_row(x) * ground_radius;
+        d = root * root;
+        b = -sqrt(c + d);
+    } else if (row < GROUND_ROWS + LIMB_ROWS - 0.5) {
+        float x = (row - GROUND_ROWS) / (LIMB_ROWS - 1.0);
+        d = -reach * limb_of_row(x);
+        // At the top of the air, and at a camera's own level inside it, without a remainder.
+        b = -sqrt(max(c + d, 0.0));
+    } else {
+        float x = (row - GROUND_ROWS - LIMB_ROWS) / (SKY_ROWS - 1.0);
+        b = r * cosine_of_row(x);
+        d = 0.0;
+    }
+    float mu = b / r;
+    float sine = row < GROUND_ROWS + LIMB_ROWS - 0.5 ? sqrt(R2 - d) / r : sqrt(max(1.0 - mu * mu, 0.0));
+    float nu = mu * camera_sun.x + sine * camera_sun.y * cos_azimuth;
+    Stretch way = stretch_of_ray(c, r, b, d, camera_sun.x, nu, ground);
+    Passage air = march(way, STEPS);
+    // As roots, which bend less between rows: deep in the limb both fall by e within a kilometre.
+    light = sqrt(sqrt(air.light));
+    transmittance = sqrt(sqrt(sqrt(air.transmittance)));
+}

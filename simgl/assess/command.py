@@ -1,0 +1,85 @@
+"""What ``simgl assess`` does."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from rich.console import Console
+
+from simgl.assess.course import course
+from simgl.assess.criteria import verdict
+from simgl.assess.frame import assess_frame
+from simgl.assess.report import write_report
+from simgl.assess.run import PRODUCTS, assignment, moments, run
+from simgl.errors import ConfigError
+from simgl.physics.ephemeris import tai_ns_from_utc
+from simgl.progress import bake_bar, frame_bar
+from simgl.scenario.loader import load_scenario
+from simgl.sequence.options import EpochOptions
+from simgl.simulator import Simulator
+
+
+def one_epoch(
+    path: Path, camera: str | None, target: str | None, at: str | None, console: Console
+) -> None:
+    """Assess one picture and say what was found."""
+    scenario = load_scenario(path)
+    try:
+        epoch = scenario.epoch_tai_ns if at is None else tai_ns_from_utc(at)
+    except ValueError as error:
+        raise ConfigError("command line", "--at", str(error)) from None
+    work = assignment(scenario, camera, target, [epoch])
+    state = scenario.at(epoch)
+    with bake_bar() as progress:
+        ready = Simulator(scenario, progress=progress)
+    with ready as simulator:
+        exposure = simulator.capture(state, work.camera, PRODUCTS)
+    found = assess_frame(exposure, state, work.target)
+    judged, reasons = verdict(found, work.limits)
+    contrast = "no background" if found.contrast is None else f"{found.contrast:.2f}"
+    better = found.better_exposure
+    wanted = "no light" if better is None else f"{better:.3g} times this one"
+    console.print(
+        f"verdict               {judged.value}{': ' if reasons else ''}{'; '.join(reasons)}\n"
+        f"range                 {found.range:.2f} m\n"
+        f"phase angle           {math.degrees(found.phase_angle):.1f} deg\n"
+        f"Sun to boresight      {math.degrees(found.sun_to_boresight):.1f} deg\n"
+        f"sunlight on target    {100 * found.sunlight:.1f} %\n"
+        f"behind the target     {found.backdrop.value}, contrast {contrast}\n"
+        f"target's pixels       {found.target_pixels}{', cut off' if found.cut_off else ''}\n"
+        f"saturated dark usable {100 * found.saturated:.1f} % {100 * found.dark:.1f} % "
+        f"{100 * found.usable:.1f} %\n"
+        f"median signal/noise   {found.median_snr:.1f}\n"
+        f"relative flux         {found.relative_flux:.0f} W/m2 (source study's definition)\n"
+        f"better exposure       {wanted}",
+        highlight=False,
+        soft_wrap=True,
+    )
+
+
+def trajectory(
+    path: Path,
+    camera: str | None,
+    target: str | None,
+    options: EpochOptions,
+    out: Path,
+    console: Console,
+) -> None:
+    """Assess a trajectory and leave a report and tables."""
+    scenario = load_scenario(path)
+    named = assignment(scenario, camera, target, [])
+    epochs = options.epochs(scenario, named.camera, named.target)
+    work = assignment(scenario, camera, target, epochs)
+    with bake_bar() as progress:
+        ready = Simulator(scenario, progress=progress)
+    report = out / "report.html"
+    with ready as simulator:
+        with frame_bar() as bar:
+            rows = run(work, simulator, out, bar)
+        found = course(moments(rows))
+        write_report(report, work, rows, found, simulator)
+    shares = ", ".join(f"{100 * s:.0f} % {v.value}" for v, s in found.shares.items() if s)
+    console.print(
+        f"{len(rows)} epochs: {shares}\n{report}", highlight=False, markup=False, soft_wrap=True
+    )

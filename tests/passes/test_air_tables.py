@@ -1,0 +1,132 @@
+"""The air's tables in files, their axes in both languages, and the tables of views."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import moderngl
+import numpy as np
+import pytest
+
+from simgl.cache import cache_folder
+from simgl.passes import air_tables
+from simgl.passes.air_tables import AIR, TABLES, AirKind, make_tables, tables_of
+from simgl.physics.air import SOURCE
+from simgl.physics.skylight import Rings, table_heights, table_suns
+from tests.gpu.glsl_functions import evaluate
+from tests.passes.air_scenes import RADIUS, sphere, window
+
+KIND = AirKind(air=SOURCE, radius=RADIUS, albedo=(0.3,) * 4)
+
+
+@pytest.fixture
+def _quick(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setattr(air_tables, "ORDERS", 2)
+    monkeypatch.setattr(air_tables, "_FIRST", Rings(3, 3, 3, 4))
+    monkeypatch.setattr(air_tables, "_NEXT", Rings(3, 3, 3, 4))
+
+
+@pytest.mark.usefixtures("_quick")
+def test_tables_are_found_again_bit_for_bit(
+    gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    calls: list[tuple[int, int]] = []
+    first = tables_of(gl, KIND, lambda *done: calls.append(done))
+    assert calls[-1] == (air_tables.ORDERS, air_tables.ORDERS)
+    monkeypatch.setattr(air_tables, "make_tables", None)
+    again = tables_of(gl, KIND)
+    assert set(again) == set(TABLES)
+    for name in TABLES:
+        np.testing.assert_array_equal(again[name], first[name])
+
+
+@pytest.mark.usefixtures("_quick")
+@pytest.mark.parametrize("damage", ["half", "text", "flipped", "nan"])
+def test_a_damaged_file_is_made_anew(gl: moderngl.Context, damage: str) -> None:
+    whole = tables_of(gl, KIND)
+    (path,) = cache_folder("air").iterdir()
+    content = bytearray(path.read_bytes())
+    if damage == "nan":
+        bad = {**whole, "diffuse_down": np.full_like(whole["diffuse_down"], np.nan)}
+        with path.open("wb") as file:
+            np.savez(file, **bad)  # type: ignore[arg-type]
+    elif damage == "flipped":
+        content[len(content) // 2] ^= 1
+        path.write_bytes(content)
+    else:
+        path.write_bytes(content[: len(content) // 2] if damage == "half" else b"not arrays")
+    again = tables_of(gl, KIND)
+    for name in TABLES:
+        np.testing.assert_array_equal(again[name], whole[name])
+    assert list(cache_folder("air").iterdir()) == [path]
+
+
+@pytest.mark.usefixtures("_quick")
+def test_other_parameters_and_other_shaders_are_other_files(
+    gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tables_of(gl, KIND)
+    tables_of(gl, AirKind(air=SOURCE, radius=RADIUS, albedo=(0.2,) * 4))
+    monkeypatch.setattr(air_tables, "_SHADERS", ("medium",))
+    tables_of(gl, KIND)
+    assert len(list(cache_folder("air").iterdir())) == 3
+
+
+def test_the_shaders_keep_heights_and_suns_where_numpy_does(gl: moderngl.Context) -> None:
+    heights, suns = table_heights() / 1e3, table_suns()
+    rows = np.stack(
+        [np.resize(heights, 96), suns, np.arange(96) + 0.5, np.resize(np.arange(32), 96) + 0.5],
+        axis=1,
+    ).astype(np.float32)
+    expression = (
+        "vec4(diffuse_place(in_value[0], in_value[1], vec2(96.0, 32.0)) * vec2(96.0, 32.0),"
+        " table_place(0.5, 3.0), 0.0)"
+    )
+    # air_top is read from the block, which evaluate() leaves unset: given as a constant instead.
+    got = evaluate(
+        gl,
+        ["air/places.glsl"],
+        expression,
+        rows,
+        declarations=_with_air_top("air/diffuse_place.glsl"),
+    )
+    # A thousandth of a texel: the tables' gradients are at most some tens of per cent a texel.
+    np.testing.assert_allclose(got[:, 0], rows[:, 2], atol=2e-3)
+    np.testing.assert_allclose(got[:, 1], rows[:, 3], atol=2e-3)
+
+
+def _with_air_top(name: str) -> str:
+    text = (Path(__file__).parents[2] / "shaders" / name).read_text("utf-8")
+    kept = [line for line in text.splitlines() if not line.startswith("#include")]
+    return "const float air_top = 100.0;\n" + "\n".join(kept)
+
+
+def test_no_orders_are_no_diffuse_light(gl: moderngl.Context) -> None:
+    tables = make_tables(gl, KIND, orders=0)
+    assert all(not tables[name].any() for name in TABLES if name.startswith("diffuse"))
+    vertical = np.array(SOURCE.rayleigh) + np.array(SOURCE.aerosol)
+    # The profiles end at 100 km, which takes exp(-12.5) of the depth.
+    np.testing.assert_allclose(tables["transmittance_table"][0, 0], np.exp(-vertical), rtol=1e-4)
+    assert AIR.dtype.itemsize % 16 == 0
+
+
+def test_pictures_from_one_place_share_a_table_and_others_do_not(gl: moderngl.Context) -> None:
+    up, north = np.eye(3)[:2]
+    with window(gl) as look:
+
+        def tables_after(height: float, sun_deg: float, view: np.ndarray) -> int:
+            z = np.radians(sun_deg)
+            sun = np.cos(z) * up + np.sin(z) * north
+            look.ray(sphere(0.3), (RADIUS + height) * up, view, sun)
+            return len(look.air._views)
+
+        assert tables_after(400e3, 30.0, -up) == 1
+        assert tables_after(400e3, 30.0, north - 0.5 * up) == 1
+        # A spacecraft 20 m away sees the same air.
+        assert tables_after(400.02e3, 30.0001, north - 0.5 * up) == 1
+        assert tables_after(401e3, 30.0, -up) == 2
+        assert tables_after(400e3, 30.1, -up) == 3
+        for index in range(12):
+            tables_after(400e3, 40.0 + index, -up)
+        assert len(look.air._views) == 8
