@@ -82,8 +82,14 @@ def render(
     packed: Annotated[
         bool, typer.Option("--packed", help="Also the DN as Mono12p, two pixels in three bytes.")
     ] = False,
+    maps: Annotated[
+        bool, typer.Option("--maps", help="Also heat maps with their scales, and false colours.")
+    ] = False,
 ) -> None:
     """Render one epoch: radiance EXR, DN as 16-bit PNG, and a picture to look at.
+
+    With --maps also heat maps of radiance, relative flux, photons, electrons and range, the LIDAR's
+    where the camera has one, and the false colours of the source study.
 
     Example: simgl render examples/azimuths.toml --camera azimuth_28 --out out/azimuths
     """
@@ -108,13 +114,20 @@ def render(
     products = {Product.DN, Product.RADIANCE, Product.TRUTH}
     if layers:
         products.add(Product.LAYERS)
+    if maps:
+        products |= {Product.IRRADIANCE, Product.ELECTRONS, Product.LIDAR}
     check_writable(out)
     with bake_bar() as progress:
         ready = Simulator(loaded, progress=progress)
     with ready as simulator:
         for name in names:
             exposure = simulator.capture(state, name, products, during=loaded.around(epoch))
-            for path in write_exposure(exposure, out, name, packed=packed):
+            paths = write_exposure(exposure, out, name, packed=packed)
+            if maps:
+                from simgl.maps import write_maps
+
+                paths += write_maps(exposure, out, name)
+            for path in paths:
                 console.print(str(path), highlight=False, markup=False, soft_wrap=True)
 
 
@@ -184,6 +197,31 @@ def sequence(
         markup=False,
         soft_wrap=True,
     )
+
+
+@app.command()
+def exposure(
+    scenario: Annotated[Path, typer.Argument(help="Scenario file (TOML).")],
+    camera: Annotated[str, typer.Option(help="Camera name.")],
+    target: Annotated[str, typer.Option(help="Spacecraft to expose for.")],
+    at: Annotated[str | None, typer.Option(help="UTC epoch; the scenario's if not given.")] = None,
+) -> None:
+    """Advise an exposure time: nothing saturated on the target, its back visible, a dark sky.
+
+    Example: simgl exposure examples/approach.toml --camera navcam --target target
+    """
+    from simgl.assess.exposure import advice_text, advise
+    from simgl.progress import bake_bar
+    from simgl.scenario.loader import load_scenario
+    from simgl.simulator import Product, Simulator
+
+    loaded = load_scenario(scenario)
+    state = loaded.at(_epoch(loaded.epoch_tai_ns, at))
+    with bake_bar() as progress:
+        ready = Simulator(loaded, progress=progress)
+    with ready as simulator:
+        taken = simulator.capture(state, camera, {Product.ELECTRONS, Product.TRUTH})
+    console.print(advice_text(advise(taken, state, target)), highlight=False)
 
 
 @app.command()

@@ -11,9 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
+from simgl.optics.field import sight_lines
 from simgl.physics.constants import SOLAR_CONSTANT, SOLAR_TEMPERATURE
 from simgl.physics.spectrum import black_body_light
 from simgl.scene.camera import Camera, Detector
+from simgl.scene.radiometry import irradiance_per_radiance
 from simgl.sensor.develop import develop
 
 Array = NDArray[np.float64]
@@ -81,6 +83,30 @@ class LayersFrame:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class IrradianceFrame:
+    """What the lens makes of the radiance.
+
+    irradiance : (height, width, 4) float32 of the image plane, bands R, G, B, N [W m-2]
+    photons_per_joule : (4,) of the Sun's spectrum in each band [J-1]
+    """
+
+    info: FrameInfo
+    irradiance: NDArray[np.float32]
+    photons_per_joule: Array
+
+    @property
+    def photons(self) -> Array:
+        """(height, width) that a pixel's area receives in the exposure time, over all bands."""
+        camera = self.info.camera
+        area_time = camera.detector.pixel_pitch**2 * camera.exposure_time
+        return np.asarray(self.irradiance @ (self.photons_per_joule * area_time))
+
+    def _repr_png_(self) -> bytes:
+        scale = irradiance_per_radiance(self.info.camera)
+        return png_bytes(display_from_radiance((self.irradiance / scale).astype(np.float32)))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class ElectronFrame:
     """electrons : (height, width) float32, mean before noise and saturation [e-]."""
 
@@ -117,10 +143,55 @@ class TruthFrame:
     part_id: NDArray[np.uint32]
     part_names: dict[int, str]
 
+    @property
+    def range(self) -> Array:
+        """(height, width) straight distance from the pinhole [m]; 0 where no spacecraft is."""
+        return np.asarray(self.depth * np.linalg.norm(sight_lines(self.info.camera), axis=-1))
+
+    @property
+    def instance(self) -> NDArray[np.uint32]:
+        """(height, width) number of the spacecraft in the scene, from 1; 0 where there is none."""
+        return np.asarray(self.part_id >> np.uint32(16))
+
     def _repr_png_(self) -> bytes:
         seen = self.depth > 0
         near = float(self.depth[seen].min()) if np.any(seen) else 1.0
         nearness = np.where(seen, near / np.maximum(self.depth, near), 0.0)
+        return png_bytes(display_from_linear(nearness.astype(np.float32)))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class NormalsFrame:
+    """normals : (height, width, 3) float32 unit, camera axes; 0 where no spacecraft is."""
+
+    info: FrameInfo
+    normals: NDArray[np.float32]
+
+    def _repr_png_(self) -> bytes:
+        seen = np.any(self.normals != 0.0, axis=-1, keepdims=True)
+        # Right, up and towards the camera as red, green and blue.
+        colours = 0.5 + 0.5 * self.normals * np.array([1.0, -1.0, -1.0])
+        return png_bytes(np.round(255.0 * np.where(seen, colours, 0.0)).astype(np.uint8))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LidarFrame:
+    """What a flash LIDAR finds with one pulse, at the epoch and pose of the picture.
+
+    range : (height, width) float32, half of the light's way [m]; 0 where none was found
+    electrons : (height, width) float32 counted, of the pulse and of sunlight
+    energy : (height, width) float32, mean of the pulse's light that reaches a pixel [J]
+    """
+
+    info: FrameInfo
+    range: NDArray[np.float32]
+    electrons: NDArray[np.float32]
+    energy: NDArray[np.float32]
+
+    def _repr_png_(self) -> bytes:
+        seen = self.range > 0.0
+        near = float(self.range[seen].min()) if np.any(seen) else 1.0
+        nearness = np.where(seen, near / np.maximum(self.range, near), 0.0)
         return png_bytes(display_from_linear(nearness.astype(np.float32)))
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from simgl.gpu.context import is_software
 from simgl.gpu.targets import Format, ImageTarget
 from simgl.gpu.timers import PassTimer
+from simgl.optics.spread import SunBefore, spreads
 from simgl.passes.air import AirPass
 from simgl.passes.detector import DN_FORMAT, DetectorPass
 from simgl.passes.exchange import ExchangePass
@@ -22,14 +23,17 @@ from simgl.passes.moon import MoonPass
 from simgl.passes.optics import OpticsPass
 from simgl.passes.planet import PlanetPass
 from simgl.passes.probe import ProbePass
-from simgl.passes.resolve import ResolvePass
+from simgl.passes.resolve import DistortedView, ResolvePass
 from simgl.passes.shadow import ShadowPass
+from simgl.passes.spread import SpreadPass
 from simgl.passes.stars import StarPass
 from simgl.passes.sun import SunPass
 from simgl.passes.surface import LIGHTS, SurfacePass
 from simgl.passes.truth import TruthPass
+from simgl.passes.warp import WarpPass
 from simgl.scene.camera import Camera
 from simgl.scene.earth import Earth
+from simgl.scene.radiometry import electrons_per_irradiance
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.transport.bake import Progress
 from simgl.view.frame import FrameView, Tile, parts, truth_tile
@@ -39,6 +43,7 @@ _BANDS = (Format("f4", 4),)
 _ELECTRONS = (ELECTRONS_FORMAT,)
 _DN = (DN_FORMAT,)
 _TRUTH = (Format("f4"), Format("u4"))
+_TRUTH_NORMALS = (*_TRUTH, Format("f4", 4))
 
 # Five targets for each of eight image sizes; a window that is resized leaves no more behind.
 _TARGETS_KEPT = 40
@@ -73,8 +78,10 @@ class Renderer:
         self._probe = ProbePass(ctx, self._planet.draw)
         self._exchange = ExchangePass(ctx)
         self._resolve = ResolvePass(ctx)
+        self._warp = WarpPass(ctx)
         self._truth = TruthPass(ctx, self._meshes)
         self._optics = OpticsPass(ctx)
+        self._spread = SpreadPass(ctx)
         self._exposure = ExposurePass(ctx)
         self._detector = DetectorPass(ctx)
         self._targets: dict[tuple[str, tuple[int, int]], ImageTarget] = {}
@@ -96,9 +103,10 @@ class Renderer:
         """Radiance per band [W m-2 sr-1], RGBA32F; valid until the next call at this size."""
         target = self._target("radiance", view.camera, _BANDS)
         self._background(view, target)
+        lens = self._distorted(view)
         for tile, (samples,) in self._samples(view):
             with self.timer.measure("resolve"):
-                self._resolve.draw(tile, samples, target.framebuffer)
+                self._resolve.draw(tile, samples, target.framebuffer, lens)
         return target
 
     def layers(self, view: FrameView) -> dict[str, NDArray[np.float32]]:
@@ -113,10 +121,11 @@ class Renderer:
             self._background(view, targets["background"])
             for name in LIGHTS:
                 targets[name].framebuffer.clear()
+            lens = self._distorted(view)
             for tile, lights in self._samples(view, apart=True):
                 for name, samples in zip(LIGHTS, lights, strict=True):
-                    self._resolve.draw(tile, samples, targets[name].framebuffer)
-                self._resolve.hide(tile, lights[0], targets["background"].framebuffer)
+                    self._resolve.draw(tile, samples, targets[name].framebuffer, lens)
+                self._resolve.hide(tile, lights[0], targets["background"].framebuffer, lens)
             return {name: target.read() for name, target in targets.items()}
         finally:
             self._ctx.detect_framebuffer(0).use()
@@ -131,11 +140,20 @@ class Renderer:
         for tile in view.tiles[:1]:
             with self.timer.measure("probe"):
                 self._probe.draw([craft.sky for craft in tile.craft])
+        fine = target if view.field is None else self._target("field", view.field.fine, _BANDS)
         if view.background.heavens is not None:
             with self.timer.measure("heavens"):
-                self._heavens(view.background.heavens, target)
+                self._heavens(view.background.heavens, fine)
         with self.timer.measure("planet"):
-            self._planet.draw(view.background, target.framebuffer, (0, 0, *target.size))
+            self._planet.draw(view.background, fine.framebuffer, (0, 0, *fine.size))
+        if fine is not target:
+            with self.timer.measure("warp"):
+                self._warp.mean(view.camera, fine.textures[0], target.framebuffer)
+
+    def _distorted(self, view: FrameView) -> DistortedView | None:
+        if view.field is None:
+            return None
+        return DistortedView(camera=view.camera, places=self._warp.places(view.camera))
 
     def _heavens(self, view: Heavens, target: ImageTarget) -> None:
         """What lies beyond the Earth, the farthest first."""
@@ -166,7 +184,8 @@ class Renderer:
             airs = [self._air.between(craft.air) for craft in tile.craft]
             skies = [probe.textures if probe else () for probe in probes]
             exchanging = [lighting is not None for lighting in lightings]
-            for part in parts(tile, view.camera, _SAMPLES_AT_ONCE):
+            pinhole = view.camera if view.field is None else view.field.pinhole
+            for part in parts(tile, pinhole, _SAMPLES_AT_ONCE):
                 with self.timer.measure("geometry"):
                     seen = self._geometry.draw(part, lightings)
                 with self.timer.measure("surface"):
@@ -183,11 +202,47 @@ class Renderer:
                     )
                 yield part, samples
 
-    def irradiance(self, camera: Camera, radiance: ImageTarget) -> ImageTarget:
-        """Irradiance of the image plane per band [W m-2], RGBA32F."""
+    def irradiance(
+        self, camera: Camera, radiance: ImageTarget, sun: SunBefore | None = None
+    ) -> ImageTarget:
+        """Irradiance of the image plane per band [W m-2], RGBA32F.
+
+        sun : gives ghosts
+        """
+        target = self._sharp(camera, radiance)
+        if not spreads(camera):
+            return target
+        spread = self._target("spread", camera, _BANDS)
+        with self.timer.measure("spread"):
+            self._spread.bands(camera, sun, target.textures[0], spread.textures[0])
+        return spread
+
+    def _sharp(self, camera: Camera, radiance: ImageTarget) -> ImageTarget:
         target = self._target("irradiance", camera, _BANDS)
         with self.timer.measure("optics"):
             self._optics.draw(camera, radiance.textures[0], target.framebuffer)
+        return target
+
+    def electrons_through(
+        self,
+        camera: Camera,
+        photons_per_joule: NDArray[np.float64],
+        radiance: ImageTarget,
+        sun: SunBefore | None = None,
+    ) -> ImageTarget:
+        """Mean electrons [e-] of a radiance, R32F.
+
+        A lens that spreads light over a monochrome detector works on one sum of the bands, in a
+        third of the time.
+        """
+        if not spreads(camera) or camera.detector.mosaic is not None:
+            irradiance = self.irradiance(camera, radiance, sun)
+            return self.electrons(camera, photons_per_joule, irradiance)
+        sharp = self._sharp(camera, radiance)
+        target = self._target("electrons", camera, _ELECTRONS)
+        weights = electrons_per_irradiance(camera, photons_per_joule)
+        with self.timer.measure("spread"):
+            target.write(self._spread.electrons(camera, weights, sun, sharp.textures[0]))
         return target
 
     def electrons(
@@ -233,12 +288,20 @@ class Renderer:
             self._detector.draw(camera, tai_ns, seed, electrons.textures[0], target.framebuffer)
         return target
 
-    def truth(self, view: FrameView) -> ImageTarget:
-        """Depth [m] and part ids at pixel centres, R32F and R32UI."""
-        target = self._target("truth", view.camera, _TRUTH, depth=True)
+    def truth(self, view: FrameView, *, normals: bool = False) -> ImageTarget:
+        """Depth [m], part ids and, if wanted, normals at pixel centres, R32F, R32UI, RGBA32F."""
+        formats = _TRUTH_NORMALS if normals or view.field is not None else _TRUTH
+        use = "truth_normals" if len(formats) > len(_TRUTH) else "truth"
+        camera = view.camera if view.field is None else view.field.centred
+        target = self._target(use, camera, formats, depth=True)
         with self.timer.measure("truth"):
             self._truth.draw(truth_tile(view), target.framebuffer)
-        return target
+        if view.field is None:
+            return target
+        seen = self._target("truth_seen", view.camera, formats)
+        with self.timer.measure("warp"):
+            self._warp.nearest(view.camera, target.textures, seen.framebuffer)
+        return seen
 
     def _target(
         self, use: str, camera: Camera, formats: tuple[Format, ...], *, depth: bool = False
@@ -275,8 +338,10 @@ class Renderer:
             self._probe,
             self._exchange,
             self._resolve,
+            self._warp,
             self._truth,
             self._optics,
+            self._spread,
             self._exposure,
             self._detector,
             self._meshes,

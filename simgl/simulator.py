@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import moderngl
+import numpy as np
 
 from simgl.errors import ConfigError, did_you_mean
 from simgl.gpu.context import open_context
@@ -16,16 +17,22 @@ from simgl.images import (
     DigitalFrame,
     ElectronFrame,
     FrameInfo,
+    IrradianceFrame,
     LayersFrame,
+    LidarFrame,
+    NormalsFrame,
     RadianceFrame,
     TruthFrame,
 )
+from simgl.optics.spread import SunBefore
+from simgl.receiver import lidar_frame
 from simgl.renderer import Renderer
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState
 from simgl.sensor.shutter import duration, instants, parts, row_shares
 from simgl.transport.bake import Progress
 from simgl.view.frame import FrameView, frame_view
+from simgl.view.lidar import pulse_view
 from simgl.view.motion import picture_motion
 
 
@@ -36,29 +43,50 @@ class Product(StrEnum):
     ELECTRONS = "electrons"
     RADIANCE = "radiance"
     LAYERS = "layers"
+    IRRADIANCE = "irradiance"
     TRUTH = "truth"
+    NORMALS = "normals"
+    LIDAR = "lidar"
 
 
 ALL_PRODUCTS = frozenset(Product)
+# Those that come of the picture's radiance at the epoch.
+_OF_RADIANCE = frozenset({Product.RADIANCE, Product.IRRADIANCE, Product.LIDAR})
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Exposure:
-    """One picture in the forms that were asked for; the others are None."""
+    """One picture in the forms that were asked for; the others are None.
+
+    lidar : None also where the camera has no LIDAR
+    """
 
     info: FrameInfo
     digital: DigitalFrame | None = None
     electrons: ElectronFrame | None = None
     radiance: RadianceFrame | None = None
     layers: LayersFrame | None = None
+    irradiance: IrradianceFrame | None = None
     truth: TruthFrame | None = None
+    normals: NormalsFrame | None = None
+    lidar: LidarFrame | None = None
 
     def _repr_png_(self) -> bytes:
         frames = (self.digital, self.radiance, self.electrons, self.truth, self.layers)
-        for frame in frames:
+        others = (self.irradiance, self.normals, self.lidar)
+        for frame in (*frames, *others):
             if frame is not None:
                 return frame._repr_png_()
         return b""
+
+
+def _sun(state: SceneState, info: FrameInfo) -> SunBefore:
+    """The Sun before a camera, as far as the Earth and the Moon let it shine on the lens."""
+    return SunBefore(
+        direction=info.R_camera_from_icrf @ info.sun_direction_icrf,
+        irradiance=info.sun_irradiance * state.sunlight(info.position),
+        angular_radius=state.sun.seen_from(info.position).angular_radius,
+    )
 
 
 class Simulator:
@@ -122,7 +150,7 @@ class Simulator:
         with self._ctx:
             counts = Product.DN in products or Product.ELECTRONS in products
             still: ImageTarget | None = None
-            if Product.RADIANCE in products or (counts and not states):
+            if not _OF_RADIANCE.isdisjoint(products) or (counts and not states):
                 still = self._renderer.radiance(view)
             frames = self._still(state, view, info, products, still)
             if counts:
@@ -181,6 +209,20 @@ class Simulator:
             frames["layers"] = LayersFrame(info=info, layers=self._renderer.layers(view))
         if Product.TRUTH in products:
             frames["truth"] = self._truth(state, view, info)
+        if Product.NORMALS in products:
+            normals = self._renderer.truth(view, normals=True).read(2)[..., :3]
+            frames["normals"] = NormalsFrame(info=info, normals=normals)
+        if Product.IRRADIANCE in products:
+            assert radiance is not None
+            target = self._renderer.irradiance(view.camera, radiance, _sun(state, info))
+            frames["irradiance"] = IrradianceFrame(
+                info=info,
+                irradiance=target.read(),
+                photons_per_joule=state.sun.photons_per_joule,
+            )
+        if Product.LIDAR in products and view.camera.lidar is not None:
+            assert radiance is not None
+            frames["lidar"] = self._lidar(state, view, info, radiance)
         return frames
 
     def _electrons(
@@ -194,15 +236,17 @@ class Simulator:
         renderer, camera = self._renderer, view.camera
         if not states:
             assert still is not None
-            irradiance = renderer.irradiance(camera, still)
-            return renderer.electrons(camera, state.sun.photons_per_joule, irradiance)
+            sun = _sun(state, self._info(state, camera.name))
+            photons = state.sun.photons_per_joule
+            return renderer.electrons_through(camera, photons, still, sun)
         shares = row_shares(camera, len(states))
         for index, (moved, share) in enumerate(zip(states, shares, strict=True)):
             radiance = renderer.radiance(self._view(moved, camera.name))
+            sun = _sun(moved, self._info(moved, camera.name))
             electrons = renderer.add_electrons(
                 camera,
                 moved.sun.photons_per_joule,
-                renderer.irradiance(camera, radiance),
+                renderer.irradiance(camera, radiance, sun),
                 share,
                 first=index == 0,
             )
@@ -214,6 +258,17 @@ class Simulator:
         target = self._renderer.digital(view.camera, state.tai_ns, self.scenario.seed, electrons)
         with self._renderer.timer.measure("read"):
             return DigitalFrame(info=info, dn=target.read())
+
+    def _lidar(
+        self, state: SceneState, view: FrameView, info: FrameInfo, radiance: ImageTarget
+    ) -> LidarFrame:
+        lidar = view.camera.lidar
+        assert lidar is not None
+        pulse = pulse_view(view, lidar, state, state.cameras[view.camera.name])
+        sunlit = radiance.read()
+        lit = np.zeros_like(sunlit) if pulse is None else self._renderer.layers(pulse)["lamp"]
+        depth = self._renderer.truth(view).read(0)
+        return lidar_frame(info, self.scenario.seed, depth, lit, sunlit)
 
     def _truth(self, state: SceneState, view: FrameView, info: FrameInfo) -> TruthFrame:
         target = self._renderer.truth(view)

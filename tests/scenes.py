@@ -15,7 +15,7 @@ from simgl.simulator import Exposure, Product, Simulator
 Table = dict[str, Any]
 
 # All that one pass over the scene gives.
-USUAL_PRODUCTS = frozenset(Product) - {Product.LAYERS}
+USUAL_PRODUCTS = frozenset({Product.DN, Product.ELECTRONS, Product.RADIANCE, Product.TRUTH})
 
 # The Sun of the source study: 1367 W m-2, 5777 K, 0.526 deg.
 SUN: Table = {"irradiance_w_m2": 1367.0, "temperature_k": 5777.0, "angular_diameter_deg": 0.526}

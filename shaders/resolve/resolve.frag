@@ -4,24 +4,57 @@
 #include "block/resolve"
 
 uniform sampler2D samples;
+#ifdef DISTORTED
+// Coordinates in the pinhole's picture that the middles of the pixels see.
+uniform sampler2D places;
+
+vec2 place(ivec2 pixel) {
+    return texelFetch(places, pixel, 0).xy;
+}
+
+// What one pixel to the right, and one down, is in the pinhole's picture; one-sided at the edges.
+mat2 pixel_edges(ivec2 pixel) {
+    ivec2 low = max(pixel - 1, 0), high = min(pixel + 1, textureSize(places, 0) - 1);
+    vec2 across = place(ivec2(high.x, pixel.y)) - place(ivec2(low.x, pixel.y));
+    vec2 down = place(ivec2(pixel.x, high.y)) - place(ivec2(pixel.x, low.y));
+    vec2 span = vec2(max(high - low, 1));
+    return mat2(across / span.x, down / span.y);
+}
+#endif
 
 layout(location = 0, index = 0) out vec4 radiance;
 layout(location = 0, index = 1) out vec4 share;
 
 void main() {
     mat2 to_raster = mat2(raster_from_pixel.xy, raster_from_pixel.zw);
-    mat2 to_pixel = mat2(pixel_from_raster.xy, pixel_from_raster.zw);
     vec2 corner = floor(gl_FragCoord.xy) - tile_origin;
-    ivec2 centre = ivec2(floor(to_raster * (corner + 0.5) + raster_origin));
+#ifdef DISTORTED
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    vec2 middle = to_raster * (place(pixel) - tile_origin) + raster_origin;
+    // A pixel is small beside the curvature of the distortion: its edges are straight.
+    to_raster = to_raster * pixel_edges(pixel);
+    mat2 to_pixel = inverse(to_raster);
+    vec2 extent = 0.5 * (abs(to_raster[0]) + abs(to_raster[1]));
+    int reach = int(ceil(max(extent.x, extent.y) + 0.5));
+#else
+    mat2 to_pixel = mat2(pixel_from_raster.xy, pixel_from_raster.zw);
+    vec2 middle = to_raster * (corner + 0.5) + raster_origin;
+    int reach = pinhole_reach;
+#endif
+    ivec2 centre = ivec2(floor(middle));
     ivec2 last = textureSize(samples, 0) - 1;
     vec4 sum = vec4(0.0);
     float count = 0.0, covered = 0.0;
     for (int j = -reach; j <= reach; ++j) {
         for (int i = -reach; i <= reach; ++i) {
             ivec2 texel = centre + ivec2(i, j);
+#ifdef DISTORTED
+            if (any(greaterThan(abs(to_pixel * (vec2(texel) + 0.5 - middle)), vec2(0.5)))) continue;
+#else
             // From the texel alone, so that neighbouring pixels agree on whose sample it is.
             vec2 place = floor(to_pixel * (vec2(texel) + 0.5 - raster_origin));
             if (place != corner) continue;
+#endif
             count += 1.0;
             vec4 L = texelFetch(samples, clamp(texel, ivec2(0), last), 0);
             if (L.r >= 0.0) {

@@ -58,6 +58,14 @@ class ImageTarget:
         shape = (height, width, kind.channels)
         return data.reshape(shape if kind.channels > 1 else shape[:2])
 
+    def write(self, values: NDArray[Any], attachment: int = 0) -> None:
+        """Fill an attachment of one value a pixel with (height, width) values."""
+        kind = self.formats[attachment]
+        texels = self.textures[attachment].width
+        spare = texels * kind.channels - values.shape[1]
+        rows = np.pad(values, ((0, 0), (0, spare))) if spare else values
+        self.textures[attachment].write(np.ascontiguousarray(rows, dtype=f"<{kind.dtype}").data)
+
     def release(self) -> None:
         """Free the framebuffer and its attachments."""
         self.framebuffer.release()

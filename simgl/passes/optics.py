@@ -8,7 +8,9 @@ import numpy as np
 from simgl.gpu.blocks import Block
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.state import State
+from simgl.optics.field import relative_illumination
 from simgl.scene.camera import Camera
+from simgl.scene.lens import Vignetting
 from simgl.scene.radiometry import irradiance_per_radiance
 
 _OPTICS = Block(
@@ -18,14 +20,22 @@ _OPTICS = Block(
 )
 
 
+# Maps of a few cameras are kept.
+_KEPT = 4
+
+
 class OpticsPass:
-    """The lens: E = pi L T cos^4 / (4 N^2)."""
+    """The lens: E = pi L T cos^4 / (4 N^2), or with a map in the place of cos^4."""
 
     state = State()
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._program = FullscreenProgram(ctx, "optics/optics", _OPTICS, ["radiance"])
+        self._mapped = FullscreenProgram(
+            ctx, "optics/optics", _OPTICS, ["radiance", "relative_illumination"], ["MAPPED"]
+        )
+        self._maps: dict[Camera, moderngl.Texture] = {}
 
     def draw(
         self, camera: Camera, radiance: moderngl.Texture, target: moderngl.Framebuffer
@@ -37,8 +47,26 @@ class OpticsPass:
             "intrinsics": (k[0, 0], k[1, 1], k[0, 2], k[1, 2]),
             "irradiance_per_radiance": irradiance_per_radiance(camera),
         }
-        self._program.draw(values, [radiance])
+        if camera.lens.vignetting == Vignetting() and camera.lens.distortion is None:
+            self._program.draw(values, [radiance])
+        else:
+            self._mapped.draw(values, [radiance, self._map(camera)])
+
+    def _map(self, camera: Camera) -> moderngl.Texture:
+        texture = self._maps.pop(camera, None)
+        if texture is None:
+            if len(self._maps) >= _KEPT:
+                self._maps.pop(next(iter(self._maps))).release()
+            relative = relative_illumination(camera)
+            size = relative.shape[1], relative.shape[0]
+            texture = self._ctx.texture(size, 1, relative.tobytes(), dtype="f4")
+            texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self._maps[camera] = texture
+        return texture
 
     def release(self) -> None:
         """Free everything."""
         self._program.release()
+        self._mapped.release()
+        for texture in self._maps.values():
+            texture.release()

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import moderngl
 import numpy as np
 
 from simgl.gpu.blocks import Block
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.state import ONE_MINUS_SRC1_COLOR, State
+from simgl.optics.field import field
+from simgl.scene.camera import Camera
 from simgl.view.frame import Tile
 
 _RESOLVE = Block(
@@ -21,7 +25,7 @@ _RESOLVE = Block(
             # Raster coordinates of the tile's corner, and the tile's place in the image.
             ("raster_origin", "f4", 2),
             ("tile_origin", "f4", 2),
-            ("reach", "i4"),
+            ("pinhole_reach", "i4"),
             ("resolve_padding_a", "i4"),
             ("resolve_padding_b", "i4"),
             ("resolve_padding_c", "i4"),
@@ -30,8 +34,19 @@ _RESOLVE = Block(
 )
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class DistortedView:
+    """A camera whose lens distorts, and the table of ``WarpPass.places``."""
+
+    camera: Camera
+    places: moderngl.Texture
+
+
 class ResolvePass:
-    """Each pixel of a tile becomes mean of samples + (1 - covered share) x background."""
+    """Each pixel of a tile becomes mean of samples + (1 - covered share) x background.
+
+    A lens that distorts moves the samples: each goes to the pixel that its line of sight ends on.
+    """
 
     state = State(blend=(moderngl.ONE, ONE_MINUS_SRC1_COLOR))
     hiding = State(blend=(moderngl.ZERO, ONE_MINUS_SRC1_COLOR))
@@ -39,25 +54,65 @@ class ResolvePass:
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._program = FullscreenProgram(ctx, "resolve/resolve", _RESOLVE, ["samples"])
+        self._distorted = FullscreenProgram(
+            ctx, "resolve/resolve", _RESOLVE, ["samples", "places"], ["DISTORTED"]
+        )
 
-    def draw(self, tile: Tile, samples: moderngl.Texture, target: moderngl.Framebuffer) -> None:
+    def draw(
+        self,
+        tile: Tile,
+        samples: moderngl.Texture,
+        target: moderngl.Framebuffer,
+        lens: DistortedView | None = None,
+    ) -> None:
         """Lay the tile over the radiance that the target already holds."""
-        self._draw(self.state, tile, samples, target)
+        self._draw(self.state, tile, samples, target, lens)
 
-    def hide(self, tile: Tile, samples: moderngl.Texture, target: moderngl.Framebuffer) -> None:
+    def hide(
+        self,
+        tile: Tile,
+        samples: moderngl.Texture,
+        target: moderngl.Framebuffer,
+        lens: DistortedView | None = None,
+    ) -> None:
         """Leave of what the target holds only what is seen past the tile's spacecraft."""
-        self._draw(self.hiding, tile, samples, target)
+        self._draw(self.hiding, tile, samples, target, lens)
 
     def _draw(
-        self, state: State, tile: Tile, samples: moderngl.Texture, target: moderngl.Framebuffer
+        self,
+        state: State,
+        tile: Tile,
+        samples: moderngl.Texture,
+        target: moderngl.Framebuffer,
+        lens: DistortedView | None,
     ) -> None:
-        box = (tile.x, tile.y, tile.width, tile.height)
-        state.apply(self._ctx, target, (0, 0, *target.size), box)
-        self._program.draw(_values(tile), [samples])
+        whole = (0, 0, *target.size)
+        if lens is None:
+            state.apply(self._ctx, target, whole, (tile.x, tile.y, tile.width, tile.height))
+            self._program.draw(_values(tile), [samples])
+            return
+        box = _distorted_box(tile, lens.camera)
+        state.apply(self._ctx, target, whole, box)
+        self._distorted.draw(_values(tile), [samples, lens.places])
 
     def release(self) -> None:
         """Free everything."""
         self._program.release()
+        self._distorted.release()
+
+
+def _distorted_box(tile: Tile, camera: Camera) -> tuple[int, int, int, int]:
+    """x, y, width, height of the pixels that may see a tile of the pinhole's picture."""
+    low, high = np.array([tile.x, tile.y]), np.array([tile.x + tile.width, tile.y + tile.height])
+    places = field(camera).places
+    # A pixel reaches about one pixel of the pinhole's picture around its middle.
+    margin = np.array(field(camera).largest_pixel)
+    inside = np.all((places > low - margin) & (places < high + margin), axis=-1)
+    rows, columns = np.flatnonzero(inside.any(axis=1)), np.flatnonzero(inside.any(axis=0))
+    if not rows.size:
+        return 0, 0, 0, 0
+    x, y = int(columns[0]), int(rows[0])
+    return x, y, int(columns[-1]) + 1 - x, int(rows[-1]) + 1 - y
 
 
 def _values(tile: Tile) -> dict[str, object]:
@@ -67,5 +122,5 @@ def _values(tile: Tile) -> dict[str, object]:
         "pixel_from_raster": np.linalg.inv(turn).T.ravel(),
         "raster_origin": tile.lattice.raster_from_pixel(tile.width)[:, 2],
         "tile_origin": (tile.x, tile.y),
-        "reach": tile.lattice.reach,
+        "pinhole_reach": tile.lattice.reach,
     }

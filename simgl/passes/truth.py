@@ -11,20 +11,30 @@ from simgl.passes.meshes import MeshStore
 from simgl.passes.outline import OutlineProgram
 from simgl.view.frame import Tile
 
+# Attachments of a target that wants normals too.
+_WITH_NORMALS = 3
+
 
 class TruthPass:
-    """Draws depth along the boresight [m] and instance * 65536 + part + 1; both 0 where empty."""
+    """Draws depth along the boresight [m], instance * 65536 + part + 1, and normals in camera axes
+    where there is a third attachment; all 0 where empty."""
 
     state = State(depth=True)
 
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
         self._ctx = ctx
-        self._program = OutlineProgram(ctx, meshes, "truth/truth", [TILE, CRAFT])
+        self._plain = OutlineProgram(ctx, meshes, "truth/truth", [TILE, CRAFT])
+        self._with_normals = OutlineProgram(
+            ctx, meshes, "truth/truth", [TILE, CRAFT], defines={"NORMALS": 1}
+        )
         self._tile = UniformBuffer(ctx, TILE)
         self._craft = UniformBuffer(ctx, CRAFT)
 
     def draw(self, tile: Tile | None, target: moderngl.Framebuffer) -> None:
-        """Fill a target of R32F and R32UI attachments with depth; None draws nothing."""
+        """Fill a target of R32F, R32UI and, if wanted, RGBA32F attachments with depth; None draws
+        nothing."""
+        normals = len(target.color_attachments) == _WITH_NORMALS
+        program = self._with_normals if normals else self._plain
         viewport = (0, 0, *target.size)
         self.state.apply(self._ctx, target, viewport)
         target.clear(0.0, 0.0, 0.0, 0.0, depth=1.0)
@@ -39,9 +49,9 @@ class TruthPass:
             self._tile.write(tile_values(tile, clip_from_camera))
             for craft in tile.craft:
                 self._craft.write(craft_values(craft))
-                self._program.draw(craft.model)
+                program.draw(craft.model)
 
     def release(self) -> None:
         """Free everything."""
-        for resource in (self._tile, self._craft, self._program):
+        for resource in (self._tile, self._craft, self._plain, self._with_normals):
             resource.release()

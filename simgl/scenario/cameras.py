@@ -10,6 +10,8 @@ from simgl.errors import AssetError, ConfigError
 from simgl.scenario.detectors import read_detector
 from simgl.scenario.fields import craft_named, direction, exactly_one, fractions, place_on
 from simgl.scenario.library import load_preset, preset_path
+from simgl.scenario.optics import check_optics, read_lidar, read_optics
+from simgl.scenario.optics_schema import OpticsTable
 from simgl.scenario.schema import CameraTable
 from simgl.scene.camera import Camera, Lens
 from simgl.scene.spacecraft import SpacecraftModel
@@ -31,19 +33,24 @@ def read_camera(
         raise AssetError(f"{where}: preset: {error}") from None
 
     detector = read_detector(where, name, table, preset, path, sun_temperature)
+    optics = table.optics or preset.optics or OpticsTable()
     lens = Lens(
         focal_length=table.focal_length_mm * 1e-3,
         f_number=table.f_number,
         transmission=fractions(table.transmission, where, "transmission"),
+        **read_optics(optics, where, base),
     )
-    return Camera(
+    camera = Camera(
         name=name,
         lens=lens,
         detector=detector,
         exposure_time=table.exposure_time_s,
         readout_time=table.readout_time_s,
         transport_latency=table.transport_latency_s,
+        lidar=read_lidar(table.lidar),
     )
+    check_optics(camera, where)
+    return camera
 
 
 def read_mount(where: str, table: CameraTable, models: dict[str, SpacecraftModel]) -> Mount:

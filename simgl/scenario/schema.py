@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 from msgspec import Meta
 
 from simgl.lattice import FEWEST
+from simgl.scenario.optics_schema import LidarTable, OpticsTable
 from simgl.scenario.surfaces import PrimitiveTable
 from simgl.scenario.values import (
     BandValues,
@@ -285,6 +286,7 @@ class CameraPresetTable(DetectorTable, frozen=True, kw_only=True):
     bits: Bits
     pedestal_dn: NonNegative
     gain_e_per_dn: Positive
+    optics: OpticsTable | None = None
 
 
 class CameraTable(DetectorTable, frozen=True, kw_only=True):
@@ -312,6 +314,8 @@ class CameraTable(DetectorTable, frozen=True, kw_only=True):
     readout_time_s: Annotated[float, Meta(ge=0.0, le=3600.0)] = 0.0
     transport_latency_s: Annotated[float, Meta(ge=0.0, le=3600.0)] = 0.0
     transmission: BandValues = 1.0
+    optics: OpticsTable | None = None
+    lidar: LidarTable | None = None
     quantum_efficiency: BandValues | None = None
     serial: Annotated[int, Meta(ge=0, le=2**32 - 1)] | None = None
 

@@ -1,4 +1,4 @@
-"""A camera as data: pinhole geometry, lens and detector."""
+"""A camera as data: pinhole geometry; the lens is in ``lens``, the pixels in ``detector``."""
 
 from __future__ import annotations
 
@@ -8,17 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simgl.scene.detector import Detector
+from simgl.scene.lens import Lens
+from simgl.scene.lidar import Lidar
 
 __all__ = ["Camera", "Detector", "Lens"]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Lens:
-    """focal_length [m]; f_number; transmission per band R, G, B, N, 0..1."""
-
-    focal_length: float
-    f_number: float
-    transmission: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,6 +21,7 @@ class Camera:
     exposure_time : [s]
     readout_time : from the end of exposure to the last row read [s]
     transport_latency : from there to where flight software has the image [s]
+    lidar : that uses its lens and pixels; None where there is none
     """
 
     name: str
@@ -36,6 +30,7 @@ class Camera:
     exposure_time: float
     readout_time: float = 0.0
     transport_latency: float = 0.0
+    lidar: Lidar | None = None
 
     @property
     def focal_length_px(self) -> float:
@@ -51,6 +46,19 @@ class Camera:
         """
         f, d = self.focal_length_px, self.detector
         return np.array([[f, 0.0, 0.5 * d.width], [0.0, f, 0.5 * d.height], [0.0, 0.0, 1.0]])
+
+    def project(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Pixel coordinates (..., 2) of points (..., 3) in camera axes, as the lens distorts them.
+
+        NaN behind the pinhole.
+        """
+        with np.errstate(all="ignore"):
+            tangents = points[..., :2] / points[..., 2:]
+            if self.lens.distortion is not None:
+                tangents = self.lens.distortion.distorted(tangents)
+            tangents = np.where(points[..., 2:] > 0.0, tangents, np.nan)
+        d = self.detector
+        return np.asarray(tangents * self.focal_length_px + 0.5 * np.array([d.width, d.height]))
 
     @property
     def fields_of_view(self) -> tuple[float, float]:

@@ -13,12 +13,12 @@ Array = NDArray[np.float64]
 def irradiance_per_radiance(camera: Camera) -> Array:
     """(4,) irradiance of the image plane on the axis, per unit of band radiance [sr].
 
-    E = pi L T / (4 N^2), the form for a distant object and an aplanatic lens; the form with
-    1 + 4 N^2 is lower by 1.5 % at f/4.
+    E = pi L T / (4 N^2), the form for a distant object and an aplanatic lens; the lens may ask for
+    the form with 1 + 4 N^2, which is lower by 1.5 % at f/4.
     """
-    return np.asarray(
-        np.pi * np.asarray(camera.lens.transmission) / (4.0 * camera.lens.f_number**2)
-    )
+    lens = camera.lens
+    squared = 4.0 * lens.f_number**2 + (1.0 if lens.camera_equation == "1+4N2" else 0.0)
+    return np.asarray(np.pi * np.asarray(lens.transmission) / squared)
 
 
 def electrons_per_irradiance(camera: Camera, photons_per_joule: Array) -> Array:

@@ -7,7 +7,7 @@ target.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from simgl.errors import ConfigError
 from simgl.lattice import PIXEL_CENTRES, Lattice, choose_lattice, turned_lattice
+from simgl.optics.field import Field, field
 from simgl.scene.camera import Camera
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import BodyState, CameraState, EarthState, SceneState
@@ -91,10 +92,13 @@ class Tile:
 class FrameView:
     """Everything that the passes need for one picture.
 
-    background : Earth and Sun
+    field : pinhole pictures that hold the view of a lens that distorts; None where it does not
+    background : Earth and Sun, of the finer one of them
+    tiles : of the other
     """
 
     camera: Camera
+    field: Field | None
     background: Background
     tiles: tuple[Tile, ...]
     lamps: tuple[LampView, ...]
@@ -115,25 +119,32 @@ def frame_view(
 
     Raises ConfigError where the camera is inside a body or the Earth.
     """
-    camera = state.cameras[camera_name]
+    camera = fine = state.cameras[camera_name]
+    real = camera.camera
+    seen = None if real.lens.distortion is None else field(real)
+    if seen is not None:
+        camera, fine = replace(camera, camera=seen.pinhole), replace(camera, camera=seen.fine)
     fixed = None if samples_per_pixel is None else turned_lattice(samples_per_pixel)
     return FrameView(
-        camera=camera.camera,
-        background=background(state, camera),
+        camera=real,
+        field=seen,
+        background=background(state, fine),
         tiles=_tiles(_craft(state, camera, inter_reflection), camera, sample_budget, fixed),
         lamps=lamp_views(state, camera),
     )
 
 
 def truth_tile(view: FrameView) -> Tile | None:
-    """One tile over the whole image with a single sample at each pixel's centre."""
+    """One tile over the whole image with a single sample at each pixel's centre; where the lens
+    distorts, over the finer picture of its pinhole."""
     craft = tuple(c for tile in view.tiles for c in tile.craft)
     if not craft:
         return None
-    d = view.camera.detector
+    camera = view.camera if view.field is None else view.field.centred
+    d = camera.detector
     depths = np.concatenate([_hull_in_camera(c)[:, 2] for c in craft])
     slices = _depth_slices(depths)
-    return _tile((0, 0, d.width, d.height), craft, slices, view.camera, PIXEL_CENTRES)
+    return _tile((0, 0, d.width, d.height), craft, slices, camera, PIXEL_CENTRES)
 
 
 def parts(tile: Tile, camera: Camera, most_samples: int) -> list[Tile]:

@@ -64,13 +64,22 @@ class _Seen:
 
 def lamp_views(state: SceneState, camera: CameraState) -> tuple[LampView, ...]:
     """The lamps that light some spacecraft of the scene."""
-    views = (_view(lamp, state, camera) for lamp in state.lamps if lamp.lamp.power.any())
+    views = (
+        lamp_view(lamp, state.bodies[lamp.lamp.spacecraft].pose.R_icrf_from_body, state, camera)
+        for lamp in state.lamps
+        if lamp.lamp.power.any()
+    )
     return tuple(view for view in views if view is not None)
 
 
-def _view(lamp: LampState, state: SceneState, camera: CameraState) -> LampView | None:
+def lamp_view(
+    lamp: LampState, carrier: Array, state: SceneState, camera: CameraState
+) -> LampView | None:
+    """A lamp before a camera; None where it lights no spacecraft of the scene.
+
+    carrier : (3, 3) R_icrf_from_body of what carries it
+    """
     # Any turn about the axis serves; one tied to the carrier keeps the map while both stand still.
-    carrier = state.bodies[lamp.lamp.spacecraft].pose.R_icrf_from_body
     up = carrier[:, int(np.argmin(np.abs(carrier.T @ lamp.direction)))]
     R_lamp_from_icrf = camera_from_directions(lamp.direction, up)
     near = max(_NEAREST, lamp.lamp.radius)

@@ -404,6 +404,103 @@ BAD_VALUES = (
         " [camera.nav]: quantum_efficiency must lie in 0..1, got 1.1",
     ),
     Damage(
+        "misspelt optics",
+        LOOK,
+        f"{LOOK}\noptics = {{ difraction = true }}",
+        " [camera.nav]: optics.difraction is not a key here; did you mean "
+        '"diffraction"? (allowed: aberration_um, camera_equation, coating_reflectance, '
+        "defocus_um, diffraction, distortion, field_zones, psf_image, psf_samples_per_px, "
+        "surfaces, veiling_glare, vignetting, vignetting_angle_deg, vignetting_relative)",
+    ),
+    Damage(
+        "unknown camera equation",
+        LOOK,
+        f'{LOOK}\noptics.camera_equation = "4N"',
+        ' [camera.nav]: optics.camera_equation must be one of "1+4N2", "4N2", got "4N"',
+    ),
+    Damage(
+        "profile that is not used",
+        LOOK,
+        f"{LOOK}\noptics.vignetting_angle_deg = [0.0, 10.0]",
+        ' [camera.nav]: optics.vignetting_angle_deg goes with vignetting = "measured", and that '
+        "with it",
+    ),
+    Damage(
+        "profile of unequal lengths",
+        LOOK,
+        f'{LOOK}\noptics = {{ vignetting = "measured", vignetting_angle_deg = [0.0, 10.0], '
+        "vignetting_relative = [1.0] }",
+        " [camera.nav]: optics.vignetting_relative has 1 values for 2 angles; at least two of both",
+    ),
+    Damage(
+        "profile in the wrong order",
+        LOOK,
+        f'{LOOK}\noptics = {{ vignetting = "measured", vignetting_angle_deg = [10.0, 0.0], '
+        "vignetting_relative = [1.0, 0.5] }",
+        " [camera.nav]: optics.vignetting_angle_deg must start at 0 and increase",
+    ),
+    Damage(
+        "distortion that folds the picture",
+        LOOK,
+        f"{LOOK}\nfocal_length_mm = 2.0\noptics.distortion = {{ k1 = -2.0 }}",
+        " [camera.nav]: optics.distortion folds the picture: two rays meet in one place",
+    ),
+    Damage(
+        "blur over the whole picture",
+        LOOK,
+        f"{LOOK}\noptics.aberration_um = 400.0",
+        " [camera.nav]: optics spreads a point over 853 pixels, at most 512 are possible",
+    ),
+    Damage(
+        "defocus without diffraction",
+        LOOK,
+        f"{LOOK}\noptics.defocus_um = 40.0",
+        " [camera.nav]: optics.defocus_um goes with diffraction = true",
+    ),
+    Damage(
+        "two spreads",
+        LOOK,
+        f'{LOOK}\noptics = {{ psf_image = "psf.png", diffraction = true }}',
+        " [camera.nav]: optics.diffraction contradicts psf_image, which holds all of the spread",
+    ),
+    Damage(
+        "no picture of the spread",
+        LOOK,
+        f'{LOOK}\noptics.psf_image = "psf.png"',
+        " [camera.nav]: optics.psf_image FOLDER/psf.png is no image and no .npy array",
+    ),
+    Damage(
+        "samples of no picture",
+        LOOK,
+        f"{LOOK}\noptics.psf_samples_per_px = 2",
+        " [camera.nav]: optics.psf_samples_per_px goes with psf_image",
+    ),
+    Damage(
+        "zones in the wrong order",
+        LOOK,
+        f"{LOOK}\noptics.field_zones = [{{ at = 0.8 }}, {{ at = 0.4 }}]",
+        " [camera.nav]: optics.field_zones must have increasing values of at, from above 0",
+    ),
+    Damage(
+        "coating of no surface",
+        LOOK,
+        f"{LOOK}\noptics.coating_reflectance = 0.01",
+        " [camera.nav]: optics.coating_reflectance goes with surfaces",
+    ),
+    Damage(
+        "lens that spreads light",
+        LOOK,
+        f"{LOOK}\noptics.surfaces = [{{ radius_mm = -20.0, gap_mm = 2.0, index = 1.5 }}, "
+        "{ radius_mm = 20.0, gap_mm = 0.0, index = 1.0 }]",
+        " [camera.nav]: optics.surfaces must form a real image behind the last one",
+    ),
+    Damage(
+        "laser that no band holds",
+        LOOK,
+        f"{LOOK}\nlidar.wavelength_nm = 1550.0",
+        " [camera.nav]: lidar.wavelength_nm must be a number <= 1000.0, got 1550.0",
+    ),
+    Damage(
         "rolling shutter without its row time",
         LOOK,
         f'{LOOK}\npreset = "ideal"\nshutter = "rolling"',

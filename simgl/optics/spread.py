@@ -1,0 +1,210 @@
+"""From a sharp image to what the lens makes of it: point spread, scattered light, ghosts.
+
+Works on planes: the four bands, or one weighted sum of them where no more is wanted. The kernels of
+the bands are then mixtures of two: that keeps each band's light and tail exactly (both are linear
+in its wavelength), and the rest with the least mean square of what is left.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simgl.optics.convolution import CELL, Convolver, add_coarse, cell_means
+from simgl.optics.ghosts import GhostDisc, add_discs, ghosts
+from simgl.optics.kernel import Kernel, image_kernel, lens_kernel, lens_reach
+from simgl.physics.constants import SOLAR_CONSTANT, SOLAR_TEMPERATURE
+from simgl.physics.spectrum import black_body_light
+from simgl.scene.camera import Camera
+from simgl.scene.radiometry import irradiance_per_radiance
+
+Array = NDArray[np.float64]
+Floats = NDArray[np.float32]
+
+# What is brighter than so many white plates in sunlight is convolved apart: single precision then
+# keeps 3e-5 of a plate.
+BRIGHT_PLATES = 300.0
+# Ghosts whose edge is narrower than so many cells of the coarse grid are drawn pixel by pixel.
+_SOFT_GHOST = 3.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SunBefore:
+    """The Sun before a camera.
+
+    direction : (3,) unit, camera axes
+    irradiance : (4,) across its light, at the lens, as far as the Earth lets it pass [W m-2]
+    angular_radius : [rad]
+    """
+
+    direction: Array
+    irradiance: Array
+    angular_radius: float
+
+
+class Spread:
+    """What one lens does after the image of a pinhole is formed.
+
+    weights : (4,) of the bands in the one result; None for the four bands as four results
+
+    mixture : (planes, 4) of the bands, 0 or more: what ``apply`` wants
+    """
+
+    def __init__(self, camera: Camera, weights: Array | None = None) -> None:
+        self._camera = camera
+        self._outcome = np.eye(4) if weights is None else weights[None]
+        zones = None if camera.lens.spread is None else _zone_kernels(camera)
+        table: list[list[list[Kernel | None]]] = []
+        if weights is None:
+            self.mixture, self._sums = np.eye(4), np.eye(4)
+            table = [[_only(row[b], b) for row in zones or ()] for b in range(4)]
+        elif zones is None or zones[0][0].tail == zones[0][3].tail:
+            self.mixture, self._sums = self._outcome, np.ones((1, 1))
+            table = [[[row[0]] for row in zones or ()]]
+        else:
+            shares = _shares(zones[0])
+            self.mixture, self._sums = weights * shares, np.ones((1, 2))
+            table = [[list(_pair(row, shares, weights)) for row in zones]]
+        d = camera.detector
+        self._zones = None if zones is None else _zone_weights(camera)
+        self._convolver = None if zones is None else Convolver(table, d.width, d.height)
+        white = black_body_light(SOLAR_CONSTANT, SOLAR_TEMPERATURE).irradiance / np.pi
+        plate = irradiance_per_radiance(camera) * white
+        self._limits = BRIGHT_PLATES * self.mixture @ plate
+        self._ghosts = ghosts(camera.lens.surfaces, camera.lens.focal_length)
+
+    def apply(self, planes: Sequence[Floats], sun: SunBefore | None = None) -> list[Floats]:
+        """(height, width) results.
+
+        planes : (height, width) each, 0 or more, mixed as ``mixture`` says
+        sun : gives ghosts
+        """
+        coarse = np.stack([cell_means(plane) for plane in planes])
+        sums = self._sums
+        if self._convolver is None:
+            results = [np.einsum("i,ihw->hw", row, planes).astype(np.float32) for row in sums]
+            added = np.zeros((len(sums), *coarse.shape[1:]))
+        else:
+            assert self._zones is not None
+            results = self._convolver.cores(planes, self._zones, self._limits)
+            added = self._convolver.tails(coarse)
+        glare = self._camera.lens.veiling_glare
+        if glare > 0.0:
+            means = np.array([plane.mean(dtype=np.float64) for plane in planes])
+            added = (1.0 - glare) * added + glare * (sums @ means)[:, None, None]
+            for result in results:
+                result *= np.float32(1.0 - glare)
+        discs = [] if sun is None else self._discs(planes, sun)
+        soft = [disc for disc in discs if disc.edge >= _SOFT_GHOST * CELL]
+        add_discs(list(added), soft, CELL)
+        for result, values in zip(results, added, strict=True):
+            add_coarse(result, values)
+        add_discs(results, [disc for disc in discs if disc not in soft], 1)
+        return results
+
+    def _discs(self, planes: Sequence[Floats], sun: SunBefore) -> list[GhostDisc]:
+        """The Sun's ghosts: while its image touches the circle around the picture; a hood is taken
+        to keep it off the lens outside."""
+        camera, d, lens = self._camera, self._camera.detector, self._camera.lens
+        tangent = sun.direction[:2] / sun.direction[2]
+        radius = float(np.tan(sun.angular_radius)) * camera.focal_length_px
+        off_axis = float(np.linalg.norm(tangent)) * camera.focal_length_px
+        if not self._ghosts or sun.direction[2] <= 0.0:
+            return []
+        if off_axis > 0.5 * np.hypot(d.width, d.height) + radius:
+            return []
+        pupil = 0.5 * lens.focal_length / lens.f_number
+        collected = (
+            sun.irradiance * sun.direction[2] * np.pi * pupil**2 * np.array(lens.transmission)
+        )
+        direct = self._outcome @ collected / d.pixel_pitch**2
+        direct *= self._visible_share(planes, tangent, radius)
+        middle = camera.intrinsics[:2, 2]
+        discs = []
+        for ghost in self._ghosts:
+            x, y = middle + ghost.lever * tangent / d.pixel_pitch
+            discs.append(
+                GhostDisc(
+                    x=float(x),
+                    y=float(y),
+                    # A pixel cannot show less than itself.
+                    pupil=max(ghost.spread * pupil / d.pixel_pitch, 0.6),
+                    sun=max(abs(ghost.lever) * sun.angular_radius / d.pixel_pitch, 0.6),
+                    power=ghost.share * direct,
+                )
+            )
+        return discs
+
+    def _visible_share(self, planes: Sequence[Floats], tangent: Array, radius: float) -> float:
+        """Part of the Sun's disc that no spacecraft hides, by the pixels that it fills; 1 where it
+        has no pixels in the picture."""
+        d = self._camera.detector
+        x, y = self._camera.project(np.array([*tangent, 1.0]))
+        reach = max(0.9 * radius, 0.75)
+        row = np.arange(max(int(y - reach), 0), min(int(y + reach) + 1, d.height))
+        column = np.arange(max(int(x - reach), 0), min(int(x + reach) + 1, d.width))
+        inside = np.hypot((row + 0.5 - y)[:, None], column + 0.5 - x) <= reach
+        if not inside.any():
+            return 1.0
+        part = np.ix_(row, column)
+        bright = [
+            plane[part][inside] > lim for plane, lim in zip(planes, self._limits, strict=True)
+        ]
+        return float(np.mean(np.any(bright, axis=0)))
+
+
+def spreads(camera: Camera) -> bool:
+    """Whether a camera's lens does more than a pinhole with an aperture."""
+    lens = camera.lens
+    return lens.spread is not None or lens.veiling_glare > 0.0 or bool(lens.surfaces)
+
+
+def _zone_kernels(camera: Camera) -> list[list[Kernel]]:
+    """Kernels of the four bands for each zone."""
+    spread = camera.lens.spread
+    assert spread is not None
+    if spread.image is not None:
+        return [[image_kernel(np.array(spread.image), spread.image_scale)] * 4]
+    reach = max(lens_reach(camera, zone.blur) for zone in spread.zones)
+    if not spread.diffraction:
+        return [[lens_kernel(camera, zone.blur, 0, reach)] * 4 for zone in spread.zones]
+    return [[lens_kernel(camera, z.blur, band, reach) for band in range(4)] for z in spread.zones]
+
+
+def _zone_weights(camera: Camera) -> list[Floats | None]:
+    """(height, width) share of each zone in each pixel's light; None for 1 everywhere."""
+    spread, d = camera.lens.spread, camera.detector
+    assert spread is not None
+    if len(spread.zones) == 1 or spread.image is not None:
+        return [None]
+    x, y = np.arange(d.width) + 0.5 - 0.5 * d.width, np.arange(d.height) + 0.5 - 0.5 * d.height
+    share = np.hypot(y[:, None], x) / (0.5 * np.hypot(d.width, d.height))
+    nodes = np.array([zone.share for zone in spread.zones])
+    return [np.interp(share, nodes, hat).astype(np.float32) for hat in np.eye(len(nodes))]
+
+
+def _only(kernel: Kernel, band: int) -> list[Kernel | None]:
+    return [kernel if b == band else None for b in range(4)]
+
+
+def _shares(kernels: Sequence[Kernel]) -> Array:
+    """(2, 4) how much of either end of the spectrum each band's kernel holds."""
+    tails = np.array([kernel.tail for kernel in kernels])
+    long = (tails - tails.min()) / (tails.max() - tails.min())
+    return np.stack([1.0 - long, long])
+
+
+def _pair(kernels: Sequence[Kernel], shares: Array, weights: Array) -> tuple[Kernel, Kernel]:
+    """Two kernels of whose mixtures the kernels of all bands are made, nearly."""
+    light = weights * black_body_light(SOLAR_CONSTANT, SOLAR_TEMPERATURE).irradiance
+    cores = np.stack([kernel.core.ravel() for kernel in kernels])
+    fitted, *_ = np.linalg.lstsq((shares * light).T, light[:, None] * cores, rcond=None)
+    tails = [kernel.tail for kernel in kernels]
+    short, long = fitted.reshape(2, *kernels[0].core.shape)
+    return (
+        Kernel(0.5 * (short + short[::-1, ::-1]), min(tails)),
+        Kernel(0.5 * (long + long[::-1, ::-1]), max(tails)),
+    )

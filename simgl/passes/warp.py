@@ -1,0 +1,74 @@
+"""Warp: what a distorting lens makes of a pinhole's picture."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import moderngl
+import numpy as np
+
+from simgl.gpu.blocks import Block
+from simgl.gpu.fullscreen import FullscreenProgram
+from simgl.gpu.state import State
+from simgl.optics.field import FINER, field
+from simgl.scene.camera import Camera
+
+_WARP = Block(
+    "Warp",
+    31,
+    np.dtype([("fine_per_pixel", "f4"), ("warp_padding_a", "f4"), ("warp_padding_b", "f4", 2)]),
+)
+
+# Tables of a few cameras are kept.
+_KEPT = 4
+
+
+class WarpPass:
+    """Fills a camera's picture from the finer one of its pinhole."""
+
+    state = State()
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        self._mean = FullscreenProgram(ctx, "warp/warp", _WARP, ["places", "fine"])
+        self._nearest = FullscreenProgram(
+            ctx, "warp/nearest", _WARP, ["places", "fine_depth", "fine_part", "fine_normal"]
+        )
+        self._places: dict[Camera, moderngl.Texture] = {}
+
+    def places(self, camera: Camera) -> moderngl.Texture:
+        """RG32F, coordinates in the pinhole's picture that the middles of the pixels see."""
+        texture = self._places.pop(camera, None)
+        if texture is None:
+            if len(self._places) >= _KEPT:
+                self._places.pop(next(iter(self._places))).release()
+            places = field(camera).places
+            size = places.shape[1], places.shape[0]
+            texture = self._ctx.texture(size, 2, places.tobytes(), dtype="f4")
+            texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self._places[camera] = texture
+        return texture
+
+    def mean(self, camera: Camera, fine: moderngl.Texture, target: moderngl.Framebuffer) -> None:
+        """Means over the pixels of a fine RGBA32F picture."""
+        fine.filter = (moderngl.LINEAR, moderngl.LINEAR)
+        fine.repeat_x = fine.repeat_y = False
+        self.state.apply(self._ctx, target, (0, 0, *target.size))
+        self._mean.draw({"fine_per_pixel": FINER}, [self.places(camera), fine])
+
+    def nearest(
+        self,
+        camera: Camera,
+        truth: Sequence[moderngl.Texture],
+        target: moderngl.Framebuffer,
+    ) -> None:
+        """Depth, identity and normals of the fine pixels that the middles of the pixels see."""
+        self.state.apply(self._ctx, target, (0, 0, *target.size))
+        self._nearest.draw({"fine_per_pixel": FINER}, [self.places(camera), *truth])
+
+    def release(self) -> None:
+        """Free everything."""
+        self._mean.release()
+        self._nearest.release()
+        for texture in self._places.values():
+            texture.release()

@@ -1,0 +1,226 @@
+"""The lens in pictures: camera equation, vignetting, distortion; shaders against numpy."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import moderngl
+import numpy as np
+import pytest
+
+from simgl.gpu.targets import Format, ImageTarget
+from simgl.images import ElectronFrame, RadianceFrame, TruthFrame
+from simgl.optics.field import field, relative_illumination
+from simgl.reference.optics import image_irradiance
+from simgl.renderer import Renderer
+from simgl.scene.camera import Camera
+from simgl.scene.lens import Distortion, Vignetting
+from simgl.simulator import Exposure, Product, Simulator
+from tests.optics.cameras import camera
+from tests.scenes import SUN, USUAL_PRODUCTS, capture, lambert, scene
+
+WIDE = Distortion(k1=-0.28, k2=0.07, p1=0.0015, p2=-0.001)
+PINCUSHION = Distortion(k1=0.12, k2=0.02, k3=0.01, k4=0.05, p1=-0.001)
+
+
+Array = np.ndarray[Any, np.dtype[Any]]
+
+
+def irradiance(gl: moderngl.Context, cam: Camera, radiance: Array) -> Array:
+    """The optics of the renderer on given radiance."""
+    target = ImageTarget(gl, (cam.detector.width, cam.detector.height), [Format("f4", 4)])
+    target.textures[0].write(radiance.astype("<f4").tobytes())
+    with Renderer(gl) as renderer:
+        found = renderer.irradiance(cam, target).read()
+    gl.detect_framebuffer(0).use()
+    target.release()
+    return found
+
+
+@pytest.mark.parametrize(
+    "lens",
+    [
+        {},
+        {"camera_equation": "1+4N2", "transmission": (0.9, 0.8, 0.7, 0.6)},
+        {"vignetting": Vignetting(natural=False)},
+        {"vignetting": Vignetting(angles=(0.0, 0.03, 0.2), relative=(1.0, 0.9, 0.3))},
+        {"distortion": WIDE, "focal_length": 0.7e-3},
+        {"distortion": PINCUSHION, "focal_length": 0.7e-3},
+    ],
+    ids=["plain", "1+4N2", "even", "measured", "barrel", "pincushion"],
+)
+def test_shader_and_reference_agree(gl: moderngl.Context, lens: dict[str, Any]) -> None:
+    cam = camera(**lens)
+    radiance = np.random.default_rng(5).random((192, 256, 4))
+    # A few float32 products and, for maps, interpolated tangents: 2e-6.
+    np.testing.assert_allclose(
+        irradiance(gl, cam, radiance), np.asarray(image_irradiance(cam, radiance)), rtol=2e-6
+    )
+
+
+# Corner of 1280 x 960 pixels of 3.75 um: focal length [mm], relative illumination.
+@pytest.mark.parametrize(
+    ("millimetres", "expected"), [(4.0, 0.409600), (8.0, 0.768625), (16.0, 0.933229)]
+)
+def test_corner_gets_cos4(millimetres: float, expected: float) -> None:
+    cam = camera(1280, 960, focal_length=millimetres * 1e-3)
+    corner = relative_illumination(cam)[0, 0]
+    # At the centre of the corner pixel, half a pixel in: (f^2 / (f^2 + r^2))^2.
+    r = np.hypot(639.5, 479.5) * 3.75e-6
+    f = millimetres * 1e-3
+    assert corner == pytest.approx((f**2 / (f**2 + r**2)) ** 2, rel=1e-6)
+    r = np.hypot(640.0, 480.0) * 3.75e-6
+    assert (f**2 / (f**2 + r**2)) ** 2 == pytest.approx(expected, abs=1e-6)
+    assert corner == pytest.approx(expected, rel=2e-3)
+
+
+@pytest.mark.parametrize("distortion", [WIDE, PINCUSHION], ids=["barrel", "pincushion"])
+def test_distortion_is_inverted(distortion: Distortion) -> None:
+    rng = np.random.default_rng(2)
+    tangents = rng.uniform(-0.6, 0.6, (1000, 2))
+    there = distortion.distorted(tangents)
+    np.testing.assert_allclose(distortion.undistorted(there), tangents, atol=1e-10)
+    step = 1e-6
+    for axis in range(2):
+        side = np.eye(2)[axis] * step
+        slope = (distortion.distorted(tangents + side) - distortion.distorted(tangents - side)) / (
+            2.0 * step
+        )
+        np.testing.assert_allclose(distortion.jacobian(tangents)[..., axis], slope, atol=1e-8)
+
+
+def test_distortion_in_the_convention_of_opencv() -> None:
+    """One point worked by hand: x = 0.3, y = -0.2, r^2 = 0.13."""
+    d = Distortion(k1=-0.3, k2=0.1, k3=-0.02, k4=0.01, k5=0.02, k6=-0.03, p1=0.001, p2=-0.002)
+    r2 = 0.13
+    radial = (1 - 0.3 * r2 + 0.1 * r2**2 - 0.02 * r2**3) / (
+        1 + 0.01 * r2 + 0.02 * r2**2 - 0.03 * r2**3
+    )
+    x = 0.3 * radial + 2 * 0.001 * (0.3 * -0.2) + -0.002 * (r2 + 2 * 0.3**2)
+    y = -0.2 * radial + 0.001 * (r2 + 2 * 0.2**2) + 2 * -0.002 * (0.3 * -0.2)
+    np.testing.assert_allclose(d.distorted(np.array([0.3, -0.2])), [x, y], rtol=1e-14)
+
+
+BALLS = [(0.0, 0.0), (0.33, 0.21), (-0.3, 0.25), (0.36, -0.27), (-0.36, -0.05)]
+
+
+def balls(optics: dict[str, Any], **sun: Any) -> Any:
+    """Small spheres over a wide field, lit from behind the camera at the origin."""
+    ball = {"sphere": {"radius_m": 0.05, "material": lambert(0.8)}}
+    return scene(
+        {
+            f"ball{i}": {"model": ball, "position_icrf_m": [10.0 * x, 10.0 * y, 10.0]}
+            for i, (x, y) in enumerate(BALLS)
+        },
+        {
+            "position_icrf_m": [0, 0, 0],
+            "boresight": [0, 0, 1],
+            "up": [0, -1, 0],
+            "width_px": 640,
+            "height_px": 480,
+            "pixel_pitch_um": 10.0,
+            "focal_length_mm": 7.0,
+            "optics": optics,
+        },
+        sun_direction=(0.0, 0.0, -1.0),
+        **sun,
+    )
+
+
+BARREL = {"distortion": {"k1": -0.28, "k2": 0.07, "p1": 0.0015, "p2": -0.001}}
+
+
+def frames(exposure: Exposure) -> tuple[RadianceFrame, TruthFrame, ElectronFrame]:
+    assert exposure.radiance is not None
+    assert exposure.truth is not None
+    assert exposure.electrons is not None
+    return exposure.radiance, exposure.truth, exposure.electrons
+
+
+def centroid(image: Array, about: Array) -> Array:
+    """Centroid of the light within 9 pixels."""
+    y, x = np.mgrid[0 : image.shape[0], 0 : image.shape[1]] + 0.5
+    near = np.where(np.hypot(x - about[0], y - about[1]) < 9.0, image.astype(np.float64), 0.0)
+    return np.asarray([np.sum(near * x), np.sum(near * y)] / near.sum())
+
+
+def test_bodies_appear_where_the_lens_puts_them(gl: moderngl.Context) -> None:
+    render = {"samples_per_pixel": 64}
+    scenario = balls(BARREL, render=render)
+    cam = scenario.cameras["cam"]
+    k = cam.intrinsics
+    straight, _, _ = frames(capture(gl, balls({}, render=render)))
+    radiance, truth, _ = frames(capture(gl, scenario))
+    for index, (x, y) in enumerate(BALLS):
+        # Off the axis the light of a sphere is not quite in its middle: the pinhole's picture says
+        # where.
+        light = centroid(straight.radiance[..., 1], k[:2, 2] + k[0, 0] * np.array([x, y]))
+        place = cam.project(np.array([*(light - k[:2, 2]) / k[0, 0], 1.0]))
+        found = centroid(radiance.radiance[..., 1], place)
+        # 64 samples in each of 38 pixels: 0.005 of a pixel in either picture.
+        assert np.hypot(*(found - place)) < 0.02
+        place = cam.project(np.array([x, y, 1.0]))
+        seen = truth.part_id == (index + 1) * 65536 + 1
+        # Whole pixels: 22 on the edge, each in or out by chance, 3.5 away from the middle of 38,
+        # move the middle by sqrt(22) 0.29 3.5 / 38 = 0.125.
+        assert np.hypot(*(centroid(seen, place) - place)) < 0.3
+        if index:
+            # A pinhole puts it elsewhere.
+            assert np.hypot(*(light - found)) > 5.0
+
+
+def test_bodies_keep_their_light(gl: moderngl.Context) -> None:
+    """What a lens collects of a body does not depend on where its picture is stretched to."""
+    render = {"samples_per_pixel": 64}
+    straight = frames(capture(gl, balls({}, render=render)))[2].electrons
+    bent = frames(capture(gl, balls(BARREL, render=render)))[2].electrons
+    # 38 pixels a ball with 64 samples each: the light of one is good to 1e-3.
+    assert bent.sum(dtype=np.float64) == pytest.approx(straight.sum(dtype=np.float64), rel=1e-3)
+
+
+def test_the_sun_appears_where_the_lens_puts_it(gl: moderngl.Context) -> None:
+    scenario = scene(
+        {},
+        {
+            "position_icrf_m": [0, 0, 0],
+            "boresight": [0, 0, 1],
+            "up": [0, -1, 0],
+            "width_px": 640,
+            "height_px": 480,
+            "pixel_pitch_um": 10.0,
+            "focal_length_mm": 7.0,
+            "optics": BARREL,
+        },
+        sun_direction=(0.33, 0.24, 1.0),
+    )
+    image = frames(capture(gl, scenario))[0].radiance[..., 1]
+    place = scenario.cameras["cam"].project(np.array([0.33, 0.24, 1.0]))
+    assert np.hypot(*(centroid(image, place) - place)) < 0.02
+    # Its solid angle as well: pi (0.263 deg)^2.
+    cam = scenario.cameras["cam"]
+    relative = relative_illumination(cam) / np.float32(1.0)
+    seen = field(cam)
+    y, x = np.mgrid[0:480, 0:640]
+    offset = seen.places[y, x].astype(np.float64) - 0.5 * np.array(
+        [seen.pinhole.detector.width, seen.pinhole.detector.height]
+    )
+    cos = 1.0 / np.sqrt(1.0 + (offset**2).sum(axis=-1) / cam.focal_length_px**2)
+    # relative = cos^4 / stretch, and a pixel's solid angle is cos^3 / stretch / f^2.
+    angle = np.sum(image * (relative / cos)) / cam.focal_length_px**2
+    # The disc's edge is drawn over a pixel of width; 3.2 pixels across: 1 %.
+    disc = np.pi * np.radians(0.5 * SUN["angular_diameter_deg"]) ** 2
+    mean = image[image > 0.99 * image.max()].mean(dtype=np.float64)
+    assert angle == pytest.approx(mean * disc, rel=0.03)
+
+
+def test_layers_of_a_distorted_picture_sum_to_it(gl: moderngl.Context) -> None:
+    scenario = balls(BARREL)
+    with Simulator(scenario, gl) as simulator:
+        state = scenario.at(scenario.epoch_tai_ns)
+        exposure = simulator.capture(state, "cam", {Product.LAYERS, *USUAL_PRODUCTS})
+    assert exposure.layers is not None
+    radiance, truth, _ = frames(exposure)
+    np.testing.assert_allclose(exposure.layers.total, radiance.radiance, rtol=1e-5, atol=1e-6)
+    # Depth is along the boresight whatever the lens does.
+    seen = truth.depth > 0
+    assert truth.depth[seen].min() == pytest.approx(9.95, abs=0.01)
