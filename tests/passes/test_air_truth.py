@@ -13,7 +13,9 @@ from simgl.passes.air_tables import AirKind, make_tables, tables_of
 from simgl.physics.air import SOURCE
 from simgl.physics.skylight import table_suns
 from simgl.scene.earth import Earth
-from tests.authorities.atmosphere import Row, ground_irradiance, rows
+from simgl.sky import DOWN, FORWARD
+from simgl.view.background import SKY_TEXELS
+from tests.authorities.atmosphere import Row, ground_irradiance, plate_irradiance, rows
 from tests.passes.air_scenes import RADIUS, Array, sphere, window
 
 # A camera that stands on the ground is put so far above it [m]: 1e-6 of the air's depth.
@@ -115,4 +117,43 @@ def test_the_sky_lights_the_ground_within_two_hundredths(
         seen = np.array([np.interp(mu, table_suns(), down[:, band]) for band in range(3)])
         errors[f"{zenith:g} deg"] = seen / truth[column] - 1.0
         limits[f"{zenith:g} deg"] = np.full(3, 0.02)
+    report(errors, limits)
+
+
+@pytest.mark.parametrize(("ground", "albedo"), [("black", 0.0), ("a3", 0.3)])
+def test_plates_at_500_km_get_the_light_that_the_truth_gives_them(
+    gl: moderngl.Context, ground: str, albedo: float
+) -> None:
+    """By the six faces of a spacecraft's sky; within 2 %, or three of the truth's own errors."""
+    up, sunward = np.eye(3)[0], np.eye(3)[1]
+    normals = {"nadir": -up, "horizon_sunward": sunward, "horizon_antisun": -sunward}
+    errors, limits = {}, {}
+    n = SKY_TEXELS
+    across = (np.arange(n) + 0.5) * 2.0 / n - 1.0
+    y, x = np.meshgrid(across, across, indexing="ij")
+    solid_angle = (2.0 / n) ** 2 / (1.0 + x * x + y * y) ** 1.5
+    with window(gl) as look:
+        for zenith in (30.0, 90.0):
+            z = np.radians(zenith)
+            sun = np.cos(z) * up + np.sin(z) * sunward
+            found = {name: np.zeros(4) for name in normals}
+            for down, forward in zip(DOWN, FORWARD, strict=True):
+                face = look.picture(
+                    sphere(albedo),
+                    (RADIUS + 500e3) * up,
+                    forward,
+                    sun,
+                    up=-down,
+                    size=(n, n),
+                    pixel=2.0 / n,
+                )
+                rays = x[..., None] * np.cross(down, forward) + y[..., None] * down + forward
+                rays /= np.linalg.norm(rays, axis=-1, keepdims=True)
+                for name, normal in normals.items():
+                    weight = np.maximum(rays @ normal, 0.0) * solid_angle
+                    found[name] += np.einsum("yxb,yx->b", face, weight) / np.pi
+            for name in normals:
+                value, error = plate_irradiance()[f"sza{zenith:.0f}_{name}"][ground].T
+                errors[f"{zenith:g} {name}"] = found[name][:3] / value - 1.0
+                limits[f"{zenith:g} {name}"] = np.maximum(0.02, 3.0 * error / value)
     report(errors, limits)
