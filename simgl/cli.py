@@ -23,6 +23,17 @@ app = typer.Typer(
 )
 console = Console()
 
+# Which epochs of a trajectory.
+Start = Annotated[
+    str | None, typer.Option("--from", help="UTC; the scenario's epoch if not given.")
+]
+Stop = Annotated[str | None, typer.Option("--to", help="UTC of the end.")]
+Duration = Annotated[float | None, typer.Option(help="Instead of --to [s].")]
+Step = Annotated[float | None, typer.Option(help="Seconds between epochs.")]
+Count = Annotated[int | None, typer.Option(help="So many epochs at equal steps.")]
+Random = Annotated[int | None, typer.Option(help="So many epochs at random.")]
+Seed = Annotated[int, typer.Option(help="Of --random.")]
+
 
 @app.callback(invoke_without_command=True)
 def _version(
@@ -138,15 +149,13 @@ def sequence(
     camera: Annotated[
         list[str] | None, typer.Option(help="Camera name; all cameras if not given.")
     ] = None,
-    start: Annotated[
-        str | None, typer.Option("--from", help="UTC; the scenario's epoch if not given.")
-    ] = None,
-    stop: Annotated[str | None, typer.Option("--to", help="UTC of the end.")] = None,
-    duration: Annotated[float | None, typer.Option(help="Instead of --to [s].")] = None,
-    step: Annotated[float | None, typer.Option(help="Seconds between frames.")] = None,
-    count: Annotated[int | None, typer.Option(help="So many frames at equal steps.")] = None,
-    random: Annotated[int | None, typer.Option(help="So many frames at random.")] = None,
-    seed: Annotated[int, typer.Option(help="Of --random.")] = 0,
+    start: Start = None,
+    stop: Stop = None,
+    duration: Duration = None,
+    step: Step = None,
+    count: Count = None,
+    random: Random = None,
+    seed: Seed = 0,
     event: Annotated[Event | None, typer.Option(help="Frames where this begins.")] = None,
     target: Annotated[
         str | None, typer.Option(help="Spacecraft that --event is about; the first if not given.")
@@ -237,15 +246,13 @@ def assess(
     out: Annotated[
         Path | None, typer.Option(help="Folder for report and tables of a trajectory.")
     ] = None,
-    start: Annotated[
-        str | None, typer.Option("--from", help="UTC; the scenario's epoch if not given.")
-    ] = None,
-    stop: Annotated[str | None, typer.Option("--to", help="UTC of the end.")] = None,
-    duration: Annotated[float | None, typer.Option(help="Instead of --to [s].")] = None,
-    step: Annotated[float | None, typer.Option(help="Seconds between epochs.")] = None,
-    count: Annotated[int | None, typer.Option(help="So many epochs at equal steps.")] = None,
-    random: Annotated[int | None, typer.Option(help="So many epochs at random.")] = None,
-    seed: Annotated[int, typer.Option(help="Of --random.")] = 0,
+    start: Start = None,
+    stop: Stop = None,
+    duration: Duration = None,
+    step: Step = None,
+    count: Count = None,
+    random: Random = None,
+    seed: Seed = 0,
 ) -> None:
     """Say how well images show a target: one epoch, or with --out a whole trajectory.
 
