@@ -28,7 +28,7 @@ Start = Annotated[
     str | None, typer.Option("--from", help="UTC; the scenario's epoch if not given.")
 ]
 Stop = Annotated[str | None, typer.Option("--to", help="UTC of the end.")]
-Duration = Annotated[float | None, typer.Option(help="Instead of --to [s].")]
+Duration = Annotated[float | None, typer.Option(help="Instead of --to, in seconds.")]
 Step = Annotated[float | None, typer.Option(help="Seconds between epochs.")]
 Count = Annotated[int | None, typer.Option(help="So many epochs at equal steps.")]
 Random = Annotated[int | None, typer.Option(help="So many epochs at random.")]
@@ -162,7 +162,7 @@ def sequence(
     ] = None,
     search_step: Annotated[float, typer.Option(help="Seconds between looks for --event.")] = 10.0,
     write: Annotated[str, typer.Option(help="Of dn, view, exr, mp4, with commas.")] = "dn,view",
-    frame_rate: Annotated[int, typer.Option(min=1, max=240, help="Of the mp4 [Hz].")] = 24,
+    frame_rate: Annotated[int, typer.Option(min=1, max=240, help="Of the mp4, in Hz.")] = 24,
 ) -> None:
     """Render a trajectory: files of each frame, a table (SQLite and CSV), a video.
 
