@@ -237,10 +237,10 @@ def exposure(
 def assess(
     scenario: Annotated[Path, typer.Argument(help="Scenario file (TOML).")],
     camera: Annotated[
-        str | None, typer.Option(help="Camera name; that of [assess], or the first.")
+        str | None, typer.Option(help="Camera name; that of the table assess, or the first.")
     ] = None,
     target: Annotated[
-        str | None, typer.Option(help="Spacecraft to look for; that of [assess], or the first.")
+        str | None, typer.Option(help="Spacecraft to look for; that of the table assess, or the first.")
     ] = None,
     at: Annotated[str | None, typer.Option(help="One UTC epoch instead of a trajectory.")] = None,
     out: Annotated[

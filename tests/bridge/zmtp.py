@@ -40,7 +40,7 @@ class Wire:
         """Whether the server closes the connection within five seconds."""
         deadline = time.monotonic() + 5.0
         try:
-            # Its heartbeats come in meanwhile; they are no answer.
+            # What it still sends meanwhile is no answer.
             while (left := deadline - time.monotonic()) > 0.0:
                 self._socket.settimeout(left)
                 if not self._socket.recv(65536):
