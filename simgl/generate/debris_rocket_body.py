@@ -59,11 +59,11 @@ DENTS = (
 
 
 def _weathering(x: Floats, azimuth: Floats) -> Floats:
-    """A smooth uneven field between about -1 and 1 that decides where paint has gone."""
+    """A field of streaks along x between -1 and 1 that decides where paint has gone."""
     return np.asarray(
-        0.5 * np.sin(3.0 * azimuth + 1.7 * np.sin(2.1 * x))
-        + 0.3 * np.sin(7.0 * azimuth - 4.3 * x + 1.0)
-        + 0.2 * np.sin(13.0 * azimuth + 2.9 * x + np.sin(5.0 * x))
+        0.45 * np.sin(5.0 * azimuth + 0.9 * np.sin(1.3 * x))
+        + 0.30 * np.sin(13.0 * azimuth - 0.8 * x + 1.0)
+        + 0.25 * np.sin(21.0 * azimuth + 1.1 * x + np.sin(6.0 * x))
     )
 
 
@@ -166,8 +166,8 @@ def _thrust_frame() -> Part:
             -2.50, float(azimuth), TANK_RADIUS,
         )
     ]  # fmt: skip
-    head = rod("anodised_dark", (GIMBAL_X + 0.12, 0, 0), (GIMBAL_X - 0.02, 0, 0), 0.16, 32)
-    return Part(name="thrust_frame", shapes=(skirt, *struts, *bottles, *pods, head))
+    block = rod("anodised_dark", (GIMBAL_X + 0.12, 0, 0), (GIMBAL_X - 0.02, 0, 0), 0.16, 32)
+    return Part(name="thrust_frame", shapes=(skirt, *struts, *bottles, *pods, block))
 
 
 def _nozzle() -> tuple[Part, Joint]:

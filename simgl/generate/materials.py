@@ -40,6 +40,11 @@ def _metal(
     return Material(rgb=rgb, nir=nir, metallic=1.0, roughness=roughness, finish=finish)
 
 
+def _grey(reflectance: float, finish: str) -> Material:
+    """Diffuse, the same in all bands."""
+    return _painted(reflectance, reflectance, reflectance, reflectance, 1.0, finish)
+
+
 # Reflectances of the diffuse steps of the calibration board, each a finish [%].
 GREY_STEPS = (2, 5, 9, 12, 18, 25, 36, 45, 60, 75, 90, 99)
 
@@ -75,7 +80,7 @@ MATERIALS = {
     "paint_scorched": _painted(0.36, 0.31, 0.26, 0.40, 0.85),
     "paint_aged": _painted(0.66, 0.64, 0.58, 0.68, 0.75),
     **{
-        f"lambert_{percent:02d}": _painted(*[percent / 100.0] * 4, 1.0, f"lambert_{percent:02d}")
+        f"lambert_{percent:02d}": _grey(percent / 100.0, f"lambert_{percent:02d}")
         for percent in GREY_STEPS
     },
 }
