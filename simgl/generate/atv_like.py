@@ -129,7 +129,7 @@ def _docking() -> Part:
         box("anodised_dark", (0.05, 0.09, 0.06)).turned(
             Rotation.from_euler("x", float(azimuth))
         ).moved(_round(float(azimuth), 0.74, 4.64))
-        for azimuth in np.radians(np.arange(0.0, 360.0, 45.0))
+        for azimuth in np.radians(np.arange(22.5, 382.5, 45.0))
     ]  # fmt: skip
     probe = lathe(
         ["anodised_dark", "titanium", "titanium", "titanium", "titanium", "titanium"],

@@ -52,7 +52,7 @@ class Dent:
 DENTS = (
     Dent(x=1.5, azimuth=0.5, radius=0.42, depth=0.16),
     Dent(x=-0.6, azimuth=2.2, radius=0.60, depth=0.20),
-    Dent(x=-1.3, azimuth=4.4, radius=0.30, depth=0.10),
+    Dent(x=-1.3, azimuth=3.8, radius=0.30, depth=0.10),
     Dent(x=0.5, azimuth=5.4, radius=0.25, depth=0.12),
     Dent(x=2.2, azimuth=3.4, radius=0.33, depth=0.09),
 )

@@ -49,7 +49,7 @@ def _zigzag(
     height: float,
     thickness: float,
 ) -> Shape:
-    """A thin sheet folded across x, facing -z; a strip 4 % of a fold wide runs along each crease.
+    """A thin sheet folded across x, facing -z; a strip 8 % of a fold wide runs along each crease.
 
     height : of the folds' ridges [m]; thickness : of the sheet [m]
     """
@@ -57,15 +57,15 @@ def _zigzag(
     rows, strips = [], []
     for fold in range(folds):
         low, high = (0.0, -height) if fold % 2 else (-height, 0.0)
-        for share in (0.0, 0.96):
+        for share in (0.0, 0.92):
             rows.append((x[0] + (fold + share) * step, low + share * (high - low)))
             strips.append(share > 0.0)
     rows.append((x[1], high))
     front = np.array([[[at, across, z] for across in y] for at, z in rows])
     sheet = shell(materials, front, front + np.array([0.0, 0.0, thickness]))
-    worn = sheet.materials.copy()
     # The face's triangles come first, two to a row.
-    worn[: 2 * len(strips)] = np.where(np.repeat(strips, 2), strip, materials[0])
+    face = np.where(np.repeat(strips, 2), strip, materials[0])
+    worn = np.concatenate([face, sheet.materials[len(face) :]])
     return replace(sheet, materials=worn)
 
 
@@ -79,7 +79,7 @@ def _wing(side: float) -> list[Shape]:
         middle, width = 0.5 * (near + far), far - near
         shapes.append(
             _zigzag(
-                ("solar_cell", "kapton", "kapton"), "panel_grid",
+                ("solar_cell", "kapton", "kapton"), "blanket_seam",
                 (start + 0.15, end - 0.15), (near, far), FOLDS, FOLD_HEIGHT, 0.006,
             )
         )  # fmt: skip
@@ -142,7 +142,7 @@ def _outer_truss(side: float) -> tuple[Part, Joint]:
 def _wing_tips() -> dict[str, Vec3]:
     """The middle of each wing's end bar, counted from the inner wings outward."""
     return {
-        f"wing_tip_{number}_{end}_{side}": (way * (WING_REACH[1] + 0.15), sign * station, 0.0)
+        f"wing_tip_{number}_{end}_{side}": (way * (WING_REACH[1] + 0.10), sign * station, 0.0)
         for side, sign in (("left", -1.0), ("right", 1.0))
         for number, station in enumerate(WING_STATIONS, 1)
         for end, way in (("forward", 1.0), ("aft", -1.0))

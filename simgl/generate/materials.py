@@ -72,6 +72,7 @@ MATERIALS = {
     "circuit_green": _painted(0.06, 0.16, 0.08, 0.30, 0.55),
     "signal_red": _painted(0.48, 0.06, 0.04, 0.52, 0.60),
     "kapton": _painted(0.50, 0.32, 0.10, 0.56, 0.45),
+    "blanket_seam": _painted(0.22, 0.17, 0.10, 0.25, 0.50),
     "radiator_white": _painted(0.88, 0.88, 0.84, 0.87, 0.90, "white_paint"),
     "target_black": _painted(0.035, 0.035, 0.035, 0.04, 0.60, "black_paint"),
     "aluminium_machined": _metal(0.82, 0.83, 0.83, 0.79, 0.45, "bare_aluminium"),

@@ -14,6 +14,7 @@ from simgl.images import contact_sheet, display_from_radiance, png_bytes
 from simgl.output import complete_file
 from simgl.scenario.library import load_model
 from simgl.scenario.loader import scenario_from_dict
+from simgl.scene.mesh import Mesh
 from simgl.scene.state import SunInDirection
 from simgl.simulator import Product, Simulator
 
@@ -30,10 +31,10 @@ VIEWS = {
     "from below (+z)": ((0.0, 0.0, 1.0), _FORWARD),
 }
 
-# In radii of the model's bounding sphere: near enough for perspective, far enough to fit.
+# In radii of the model's bounding sphere.
 _RANGE = 5.0
-# Of the half-height of the picture that the sphere fills.
-_FILLED = 0.98
+# Of the picture's half width or height that the model fills from the side where it is largest.
+_FILLED = 0.94
 
 
 def _unit(vector: Any) -> NDArray[np.float64]:
@@ -41,11 +42,32 @@ def _unit(vector: Any) -> NDArray[np.float64]:
     return np.asarray(values / np.linalg.norm(values))
 
 
-def _sun_direction(towards_camera: NDArray[np.float64], up: Any) -> NDArray[np.float64]:
-    """(3,) over the right shoulder of who looks from there: 45 deg of phase."""
-    right = _unit(np.cross(np.asarray(up), towards_camera))
-    above = np.cross(towards_camera, right)
-    return _unit(towards_camera + 0.8 * above + 0.6 * right)
+def _right_and_above(side: NDArray[np.float64], up: Any) -> NDArray[np.float64]:
+    """(2, 3) directions in the picture of who stands at a side, unit."""
+    right = _unit(np.cross(np.asarray(up), side))
+    return np.stack([right, np.cross(side, right)])
+
+
+def _sun_direction(side: NDArray[np.float64], up: Any) -> NDArray[np.float64]:
+    """(3,) over the right shoulder of who looks from a side: 45 deg of phase.
+
+    Who looks from below has the Sun below as well, so that lower faces are lit.
+    """
+    right, above = _right_and_above(side, up)
+    lean = -0.8 if side[2] > 0.0 else 0.8
+    return _unit(side + lean * above + 0.6 * right)
+
+
+def _half_angles(mesh: Mesh) -> NDArray[np.float64]:
+    """(2,) tangents of the largest angles off the boresight, across and up, over all views."""
+    offsets = mesh.hull - mesh.centre
+    tangents = []
+    for side, up in VIEWS.values():
+        towards = _unit(side)
+        distance = _RANGE * mesh.radius - offsets @ towards
+        across = np.abs(offsets @ _right_and_above(towards, up).T)
+        tangents.append((across / distance[:, None]).max(axis=0))
+    return np.asarray(np.max(tangents, axis=0))
 
 
 def turntable(
@@ -64,14 +86,13 @@ def turntable(
     mesh = load_model(name, unit_m=unit_m).mesh
     width, height = size
     pitch_um = 4.0
-    half_angle = np.arcsin(1.0 / _RANGE)
-    half_height_mm = 0.5 * min(width, height) * pitch_um * 1e-3
+    half_sizes_mm = 0.5e-3 * pitch_um * np.array([width, height])
     lens = {
         "preset": "ideal",
         "width_px": width,
         "height_px": height,
         "pixel_pitch_um": pitch_um,
-        "focal_length_mm": float(_FILLED * half_height_mm / np.tan(half_angle)),
+        "focal_length_mm": float(_FILLED * np.min(half_sizes_mm / _half_angles(mesh))),
     }
     craft: dict[str, Any] = {"model": name, "position_icrf_m": [0.0, 0.0, 0.0]}
     if unit_m is not None:
