@@ -151,8 +151,8 @@ def _unit_guess(longest: float, unit_m: float | None) -> str | None:
     for unit, metres in _UNITS.items():
         if _SMALLEST <= in_file * metres <= _LARGEST:
             fits = f"{in_file * metres:.3g} m if in {unit}"
-            return f"{longest:.3g} m is no spacecraft's size; {fits}: unit_m = {metres:g}"
-    return f"{longest:.3g} m is no spacecraft's size, and no usual unit makes it one"
+            return f"{longest:.6g} m is no spacecraft's size; {fits}: unit_m = {metres:g}"
+    return f"{longest:.6g} m is no spacecraft's size, and no usual unit makes it one"
 
 
 def _places(mesh: Mesh, longest: float) -> NDArray[np.int64]:
