@@ -504,17 +504,16 @@ def test_drives_turn_the_faces_of_their_cells_to_the_sun(name: str) -> None:
         assert np.dot(joint["sunward_body"], joint["axis_body"]) == pytest.approx(0.0, abs=1e-6)
         node = next(node for node in document.nodes if node.name == joint["part"])
         R_file_from_node = Rotation.from_quat(node.rotation or [0, 0, 0, 1]).as_matrix()
+        heights, facing = {}, {}
         for primitive in document.meshes[node.mesh].primitives:
-            if document.materials[primitive.material].name != "solar_cell":
-                continue
             rows = _array(document, primitive.indices, "<u4")
             corners = _array(document, primitive.attributes.POSITION, "<f4")[rows]
+            corners = corners @ R_file_from_node.T @ R_FILE_FROM_BODY
             across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-            normals = across @ R_file_from_node.T @ R_FILE_FROM_BODY
-            # Blocks have six faces, of which only the large front is not hidden or thin.
-            largest = np.linalg.norm(normals, axis=1)
-            large = normals[largest > 0.9 * largest.max()]
-            facing = large @ joint["sunward_body"] / np.linalg.norm(large, axis=1)
-            assert facing.max() > 0.99, joint["name"]
-            if name == "iss_like":  # sheets: the cells are on one side only
-                assert facing.min() > 0.99, joint["name"]
+            material = document.materials[primitive.material].name
+            heights[material] = (corners @ joint["sunward_body"]).max()
+            facing[material] = np.sum(across @ joint["sunward_body"])
+        if "panel_grid" in heights:  # blocks stand proud of the sunward side of their plate
+            assert heights["solar_cell"] - heights["panel_grid"] == pytest.approx(0.003, abs=1e-5)
+        else:  # sheets: the cells are on one side only
+            assert facing["solar_cell"] > 0.0 > facing["kapton"], joint["name"]
