@@ -329,6 +329,54 @@ def camera_test(
         raise typer.Exit(1)
 
 
+model_app = typer.Typer(help="Models by themselves.", no_args_is_help=True)
+app.add_typer(model_app, name="model")
+
+
+@model_app.command("check")
+def model_check(
+    file: Annotated[str, typer.Argument(help="Path of a model file, or a shipped name.")],
+    unit_m: Annotated[
+        float | None, typer.Option(help="Metres per unit of the file; 1 if not given.")
+    ] = None,
+) -> None:
+    """Say what a model holds: size, parts, watertight or not, materials, what is not drawn.
+
+    Example: simgl model check station.stl --unit-m 0.001
+    """
+    from simgl.inspection.check import examine, report_text
+
+    text = report_text(examine(file, _unit_of(unit_m)))
+    console.print(text, highlight=False, markup=False, soft_wrap=True)
+
+
+@model_app.command("turntable")
+def model_turntable(
+    file: Annotated[str, typer.Argument(help="Path of a model file, or a shipped name.")],
+    out: Annotated[Path, typer.Option(help="Folder for the picture.")],
+    unit_m: Annotated[
+        float | None, typer.Option(help="Metres per unit of the file; 1 if not given.")
+    ] = None,
+) -> None:
+    """Draw a model from eight sides on one sheet, the Sun over the camera's shoulder.
+
+    Example: simgl model turntable iss_like --out out/models
+    """
+    from simgl.inspection.turntable import write_turntable
+    from simgl.output import check_writable
+
+    check_writable(out)
+    path = write_turntable(file, out, _unit_of(unit_m))
+    console.print(str(path), highlight=False, markup=False, soft_wrap=True)
+
+
+def _unit_of(unit_m: float | None) -> float | None:
+    """The option ``--unit-m``, positive and finite."""
+    if unit_m is not None and not 0.0 < unit_m < float("inf"):
+        raise ConfigError("command line", "--unit-m", f"must be positive, got {unit_m:g}")
+    return unit_m
+
+
 @app.command()
 def bench(
     json: Annotated[Path | None, typer.Option(help="Write the results to this file too.")] = None,

@@ -4,15 +4,26 @@ import argparse
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
+from simgl.generate.atv_like import atv_like
 from simgl.generate.craft import Craft
 from simgl.generate.cubesat_12u import cubesat_12u
+from simgl.generate.debris_rocket_body import debris_rocket_body
 from simgl.generate.glb import glb_bytes
+from simgl.generate.iss_like import iss_like
 from simgl.generate.record import record_text
 from simgl.generate.space_rider import space_rider
+from simgl.generate.targets import calibration_board, marker_board, mirror, wedge
 
 GENERATORS: Mapping[str, Callable[[], Craft]] = {
+    "atv_like": atv_like,
+    "calibration_board": calibration_board,
     "cubesat_12u": cubesat_12u,
+    "debris_rocket_body": debris_rocket_body,
+    "iss_like": iss_like,
+    "marker_board": marker_board,
+    "mirror": mirror,
     "space_rider": space_rider,
+    "wedge": wedge,
 }
 
 

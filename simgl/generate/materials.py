@@ -40,6 +40,14 @@ def _metal(
     return Material(rgb=rgb, nir=nir, metallic=1.0, roughness=roughness, finish=finish)
 
 
+def _grey(reflectance: float, finish: str) -> Material:
+    """Diffuse, the same in all bands."""
+    return _painted(reflectance, reflectance, reflectance, reflectance, 1.0, finish)
+
+
+# Reflectances of the diffuse steps of the calibration board, each a finish [%].
+GREY_STEPS = (2, 5, 9, 12, 18, 25, 36, 45, 60, 75, 90, 99)
+
 MATERIALS = {
     "ceramic_black": _painted(0.050, 0.049, 0.050, 0.07, 0.70),
     "ceramic_black_worn": _painted(0.075, 0.072, 0.070, 0.10, 0.75),
@@ -63,4 +71,17 @@ MATERIALS = {
     "lens_glass": _painted(0.015, 0.018, 0.030, 0.02, 0.06),
     "circuit_green": _painted(0.06, 0.16, 0.08, 0.30, 0.55),
     "signal_red": _painted(0.48, 0.06, 0.04, 0.52, 0.60),
+    "kapton": _painted(0.50, 0.32, 0.10, 0.56, 0.45),
+    "blanket_seam": _painted(0.22, 0.17, 0.10, 0.25, 0.50),
+    "radiator_white": _painted(0.88, 0.88, 0.84, 0.87, 0.90, "white_paint"),
+    "target_black": _painted(0.035, 0.035, 0.035, 0.04, 0.60, "black_paint"),
+    "aluminium_machined": _metal(0.82, 0.83, 0.83, 0.79, 0.45, "bare_aluminium"),
+    "mirror": _metal(0.96, 0.96, 0.94, 0.96, 0.01, "mirror"),
+    "soot": _painted(0.045, 0.042, 0.040, 0.05, 0.95),
+    "paint_scorched": _painted(0.36, 0.31, 0.26, 0.40, 0.85),
+    "paint_aged": _painted(0.66, 0.64, 0.58, 0.68, 0.75),
+    **{
+        f"lambert_{percent:02d}": _grey(percent / 100.0, f"lambert_{percent:02d}")
+        for percent in GREY_STEPS
+    },
 }

@@ -38,6 +38,7 @@ FLOORS = {
     "bench": 7,
     "sequence": 7,
     "doctor": 7,
+    "inspection": 7,
     "viewer": 7,
     "": 7,
     "cli": 8,

@@ -565,7 +565,9 @@ BAD_VALUES = (
         "{ reflectance = 0.5 }",
         '"white_pant"',
         ' [spacecraft.plate]: model.plate.material names no finish "white_pant"; did you mean '
-        '"white_paint"? (allowed: bare_aluminium, black_paint, cell_under_glass, lambert_white, '
+        '"white_paint"? (allowed: bare_aluminium, black_paint, cell_under_glass, lambert_02, '
+        "lambert_05, lambert_09, lambert_12, lambert_18, lambert_25, lambert_36, lambert_45, "
+        "lambert_60, lambert_75, lambert_90, lambert_99, lambert_white, "
         "mirror, mli_gold, mli_silver, solar_cell, white_paint)",
     ),
     Damage(
