@@ -25,7 +25,7 @@ from simgl_bridge.studio import Studio
 from simgl_bridge.turns import Turns
 
 from simgl import Scenario, load_scenario
-from simgl.errors import AssetError, ConfigError
+from simgl.errors import AssetError, ConfigError, SimglError
 from tests.bridge import basilisk_wire as wire
 from tests.bridge.harness import WatchedSimulator
 
@@ -123,10 +123,11 @@ def scene(
     sun: tuple[float, float, float] | None = (wire.AU, 0.0, 0.0),
     place: tuple[float, float, float] = PLACE,
     more: bytes = b"",
+    epoch: bytes = wire.epoch(),
     **camera: Any,
 ) -> bytes:
     """A state whose camera looks at the origin from ``place``."""
-    message = wire.instant(seconds, frame) + wire.epoch()
+    message = wire.instant(seconds, frame) + epoch
     message += wire.body("earth", (0.0, 0.0, 0.0), 6378.1366) if central is None else central
     if sun is not None:
         message += wire.body("sun", sun, 695700.0)
@@ -300,6 +301,31 @@ def test_the_epoch_is_utc_and_ambient_light_is_refused_aloud(base: Scenario, she
     # 2026-06-01T12:00:00 UTC is 1780315200 s of Unix time, 37 s before TAI.
     assert state.tai_ns == (1_780_315_200 + 37 + 2) * 10**9
     assert any("ambient = 0.5 is REFUSED" in line for line in said)
+
+
+def test_the_epoch_of_the_first_message_holds(source: Source, peer: wire.Peer) -> None:
+    peer.update(scene(seconds=41.0))
+    first, before = peer.image(), source.simulator.captures
+    peer.update(scene(seconds=41.0, epoch=b""))
+    # The very same state, so nothing is drawn.
+    assert peer.image() == first
+    assert source.simulator.captures == before
+
+
+def test_mutated_messages_are_read_or_refused(base: Scenario, sheet: Sheet) -> None:
+    rng = np.random.default_rng(5)
+    good, refused = scene(), 0
+    for _ in range(3000):
+        data = bytearray(good)
+        for place in rng.integers(0, len(data), rng.integers(1, 6)):
+            data[place] = rng.integers(0, 256)
+        if rng.random() < 0.3:
+            del data[rng.integers(0, len(data)) :]
+        try:
+            scene_of(read_update(bytes(data)), 1, base, sheet, lambda _: None)
+        except SimglError:
+            refused += 1
+    assert 1000 < refused < 3000
 
 
 def test_unknown_fields_are_skipped() -> None:

@@ -29,7 +29,7 @@ from simgl_bridge.turns import Turns
 
 DEFAULT_ADDRESS = "tcp://127.0.0.1:5556"
 # A state has some kilobytes; ZeroMQ drops who sends a longer frame.
-LARGEST_FRAME = 16 * 1024 * 1024
+LARGEST_FRAME = 4 * 1024 * 1024
 # Peers remembered; the ones longest silent go first.
 MOST_PEERS = 64
 # Images kept: every camera of a state is asked for twice where vizInterface is registered twice.

@@ -275,13 +275,16 @@ def _globe(body: CelestialBody, base: Scenario, tai_ns: int) -> EarthState:
 
 
 def _turned(body: CelestialBody, fallback: Array) -> Array:
-    """R_fixed_from_icrf (3, 3) as sent; the fallback where none, or no rotation, was sent."""
-    if len(body.rotation) != 9:
+    """R_fixed_from_icrf (3, 3) as sent; the fallback where none was, or all zeros."""
+    if not any(body.rotation):
         return fallback
-    R = np.array(body.rotation, dtype=np.float64).reshape(3, 3)
-    if not np.all(np.abs(R @ R.T - np.eye(3)) < _ROTATION_TOLERANCE) or np.linalg.det(R) < 0.0:
-        return fallback
-    return R
+    R = np.array(body.rotation, dtype=np.float64)
+    if R.shape == (9,) and np.all(np.abs(R) < 2.0):
+        R = R.reshape(3, 3)
+        off = float(np.abs(R @ R.T - np.eye(3)).max())
+        if off < _ROTATION_TOLERANCE and np.linalg.det(R) > 0.0:
+            return R
+    raise NoPictureError(f'"{body.name}" must have a rotation matrix, got {list(body.rotation)}')
 
 
 def _sun(
