@@ -65,6 +65,9 @@ def craft() -> Any:
     tilt = np.array([[1.0, 0.0, 0.0], [0.0, c, s], [0.0, -s, c]])
     BN = RigidBodyKinematics.MRP2C(SIGMA_CB).T @ tilt @ nadir
     body.hub.sigma_BNInit = np.array(RigidBodyKinematics.C2MRP(BN)).reshape(3, 1)
+    # Once round in an orbit; a ball's inertia keeps it so.
+    body.hub.IHubPntBc_B = (100.0 * np.eye(3)).tolist()
+    body.hub.omega_BN_BInit = (BN @ [0.0, 0.0, speed / RANGE]).reshape(3, 1)
     return body
 
 
