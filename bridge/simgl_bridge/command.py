@@ -6,7 +6,7 @@ import os
 import signal
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
 from threading import Event
@@ -15,13 +15,17 @@ from typing import Annotated
 
 import typer
 
-from simgl.errors import SimglError
+from simgl.errors import ConfigError, SimglError
 from simgl.progress import bake_bar
 from simgl.scenario.loader import load_scenario
 from simgl.scenario.scenario import Scenario
 from simgl.simulator import Simulator
 from simgl_bridge.access import Access, make_keys
 from simgl_bridge.address import DEFAULT_ADDRESS, check_bindable
+from simgl_bridge.basilisk.front import BasiliskFront
+from simgl_bridge.basilisk.replay import replay
+from simgl_bridge.basilisk.scene import bare_scenario, check_base
+from simgl_bridge.basilisk.sheet import load_sheets
 from simgl_bridge.native import LARGEST_SEED, WINDOW, NativeFront
 from simgl_bridge.server import serve as serve_until
 from simgl_bridge.studio import Studio
@@ -48,10 +52,25 @@ def _stop_on_signals() -> Iterator[Event]:
 
 
 def serve(
-    scenario: Annotated[Path, typer.Argument(help="Scenario file (TOML).")],
+    scenario: Annotated[
+        Path | None,
+        typer.Argument(help="Scenario file (TOML); with --basilisk it may be left out."),
+    ] = None,
     address: Annotated[
-        str, typer.Option(help="tcp://127.0.0.1:PORT (* finds a free one) or ipc://PATH.")
-    ] = DEFAULT_ADDRESS,
+        str | None,
+        typer.Option(
+            help="tcp://127.0.0.1:PORT (* finds a free one) or ipc://PATH; "
+            f"{DEFAULT_ADDRESS} unless --basilisk is given alone."
+        ),
+    ] = None,
+    basilisk: Annotated[
+        str | None,
+        typer.Option(help="Be the image source of Basilisk here, such as tcp://127.0.0.1:5556."),
+    ] = None,
+    camera: Annotated[
+        list[str] | None,
+        typer.Option(help="ID=FILE: exposure, lens and detector of a camera of Basilisk."),
+    ] = None,
     monitor: Annotated[
         str | None, typer.Option(help="Publish previews here; they may be dropped.")
     ] = None,
@@ -83,23 +102,68 @@ def serve(
     Ctrl-C or SIGTERM finishes the frame in hand and ends with exit code 0.
 
     Example: simgl serve approach.toml --address tcp://127.0.0.1:5563
+
+    Example: simgl serve --basilisk tcp://127.0.0.1:5556 --camera 1=navcam.toml
     """
+    if basilisk is None:
+        address = address or DEFAULT_ADDRESS
+    if scenario is None and address is not None:
+        raise ConfigError("simgl serve", "SCENARIO", "is missing; only --basilisk does without")
+    if camera and basilisk is None:
+        raise ConfigError("simgl serve", "--camera", "goes with --basilisk")
     access = Access(secret=keys, allowed=allow, insecure=insecure)
-    check_bindable(address, guarded=access.guarded)
+    if address is not None:
+        check_bindable(address, guarded=access.guarded)
     if monitor is not None:
         check_bindable(monitor, guarded=access.guarded, option="--monitor")
-    with _stop_on_signals() as stop:
-        loaded = load_scenario(scenario)
+    if basilisk is not None:
+        # Its protocol knows no keys.
+        check_bindable(basilisk, option="--basilisk")
+    sheets = load_sheets(camera or [])
+    with _stop_on_signals() as stop, ExitStack() as stack:
+        loaded = bare_scenario() if scenario is None else load_scenario(scenario)
         if seed is not None:
             loaded = replace(loaded, seed=seed)
+        if basilisk is not None:
+            check_base(loaded)
         turns = Turns(WINDOW)
-        with Studio(loaded, root=root, open_simulator=_open) as studio:
-            front = NativeFront(
+        studio = stack.enter_context(Studio(loaded, root=root, open_simulator=_open))
+        fronts: list[NativeFront | BasiliskFront] = []
+        if address is not None:
+            native = NativeFront(
                 studio, turns, address, access=access, monitor=monitor, rate_hz=rate_hz
             )
-            with front:
-                _say(front.summary)
-                serve_until([front], turns, stop)
+            fronts.append(stack.enter_context(native))
+        if basilisk is not None:
+            front = BasiliskFront(studio, turns, basilisk, sheets=sheets)
+            fronts.append(stack.enter_context(front))
+        for one in fronts:
+            _say(one.summary)
+        serve_until(fronts, turns, stop)
+
+
+def replay_recording(
+    recording: Annotated[Path, typer.Argument(help="What Basilisk recorded: NAME_UnityViz.bin.")],
+    scenario: Annotated[
+        Path | None, typer.Argument(help="Scenario file (TOML) with models, Earth and light.")
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Folder for the images.")] = Path("replay"),
+    camera: Annotated[
+        list[str] | None,
+        typer.Option(help="ID=FILE: exposure, lens and detector of a camera of Basilisk."),
+    ] = None,
+    every: Annotated[int, typer.Option(min=1, help="One state in so many.")] = 1,
+) -> None:
+    """Take the pictures of a run that Basilisk recorded, one PNG for each camera and state.
+
+    Example: simgl replay leo_UnityViz.bin --camera 1=navcam.toml --out pictures
+    """
+    sheets = load_sheets(camera or [])
+    loaded = bare_scenario() if scenario is None else load_scenario(scenario)
+    check_base(loaded)
+    with Studio(loaded, open_simulator=_open) as studio:
+        count = replay(recording, studio, out, sheets=sheets, every=every)
+    print(f"{count} images in {out}")
 
 
 def _open(scenario: Scenario) -> Simulator:

@@ -1,0 +1,46 @@
+"""From a state to the 8-bit PNG that Basilisk's camera takes."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from simgl.scene.camera import Camera
+from simgl.scene.state import Sun
+from simgl.sensor.develop import develop
+from simgl_bridge.basilisk.scene import Say, camera_name, scene_of
+from simgl_bridge.basilisk.sheet import Sheet
+from simgl_bridge.basilisk.wire import Update
+from simgl_bridge.studio import Studio
+
+
+def png_of(studio: Studio, update: Update, camera_id: int, sheet: Sheet, say: Say) -> bytes:
+    """PNG of what a camera sees of a state.
+
+    Raises NoPictureError where there is none, ConfigError from within a body, GpuLostError.
+    """
+    state = scene_of(update, camera_id, studio.scenario, sheet, say)
+    exposure = studio.capture(state, camera_name(camera_id))
+    assert exposure.digital is not None
+    return png_from_dn(exposure.digital.dn, exposure.info.camera, state.sun)
+
+
+def png_from_dn(dn: NDArray[np.uint16], camera: Camera, sun: Sun) -> bytes:
+    """8-bit PNG, linear in the light: the upper bits of a monochrome detector's numbers.
+
+    A colour detector's are developed, so that white in sunlight is neutral.
+    """
+    detector = camera.detector
+    if detector.mosaic is None:
+        picture = (dn >> (detector.bits - 8)).astype(np.uint8)
+    else:
+        white = sun.photons_per_joule * sun.seen_from(np.zeros(3)).irradiance
+        linear = np.clip(develop(dn, detector, white), 0.0, 1.0)
+        picture = np.round(255.0 * linear).astype(np.uint8)
+    buffer = io.BytesIO()
+    # Noise hardly compresses; the first level is ten times as fast as the default.
+    Image.fromarray(picture).save(buffer, format="PNG", compress_level=1)
+    return buffer.getvalue()

@@ -1,0 +1,67 @@
+"""Recorded runs of Basilisk (``_UnityViz.bin``) to images, without Basilisk."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from simgl.errors import AssetError, SimglError
+from simgl_bridge.basilisk.front import Remarks
+from simgl_bridge.basilisk.picture import png_of
+from simgl_bridge.basilisk.scene import check_base
+from simgl_bridge.basilisk.sheet import DEFAULT_SHEET, Sheet
+from simgl_bridge.basilisk.wire import UnreadableError, Update, read_recording
+from simgl_bridge.studio import Studio
+
+
+def recorded(path: Path) -> Iterator[Update]:
+    """The states of a recording, each with the epoch and settings of the ones before.
+
+    Raises AssetError where it cannot be read, after the states before that.
+    """
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise AssetError(f"{path}: cannot be read ({error.strerror})") from None
+    last = Update()
+    try:
+        for update in read_recording(data):
+            last = replace(
+                update,
+                epoch=update.epoch or last.epoch,
+                settings=update.settings or last.settings,
+                cameras=update.cameras or last.cameras,
+            )
+            yield last
+    except UnreadableError as error:
+        raise AssetError(f"{path}: {error}") from None
+
+
+def replay(
+    path: Path, studio: Studio, folder: Path, *, sheets: Mapping[int, Sheet], every: int = 1
+) -> int:
+    """Write ``camera_ID_NANOSECONDS.png`` for every camera and state; returns how many.
+
+    every : one state in so many
+    """
+    check_base(studio.scenario)
+    say = Remarks()
+    folder.mkdir(parents=True, exist_ok=True)
+    count = 0
+    for index, update in enumerate(recorded(path)):
+        if index % every:
+            continue
+        for config in update.cameras:
+            sheet = sheets.get(config.id, DEFAULT_SHEET)
+            try:
+                png = png_of(studio, update, config.id, sheet, say)
+            except SimglError as error:
+                say(f"no image: {error}")
+                continue
+            name = f"camera_{config.id}_{round(update.instant.sim_time_ns):015d}.png"
+            beside = folder / f".{name}.part"
+            beside.write_bytes(png)
+            beside.replace(folder / name)
+            count += 1
+    return count

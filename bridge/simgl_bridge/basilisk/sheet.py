@@ -1,0 +1,59 @@
+"""What Basilisk's wire does not say about a camera: exposure, lens, detector, from a file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from simgl.errors import ConfigError
+from simgl.physics.constants import SOLAR_TEMPERATURE
+from simgl.scenario.schema import CameraTable
+from simgl.scenario.strict import convert, read_toml
+
+# Basilisk says these itself.
+_SENT = (
+    *("width_px", "height_px", "focal_length_mm"),
+    *("on", "position_body_m", "keypoint", "about", "position_icrf_m"),
+    *("look_at", "boresight", "up"),
+)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Sheet:
+    """Keys of a ``[camera.NAME]`` table.
+
+    where : opens error messages
+    base : folder of relative paths
+    sun_temperature : of the spectrum that bands are averaged over [K]
+    """
+
+    table: CameraTable
+    where: str
+    base: Path
+    sun_temperature: float = SOLAR_TEMPERATURE
+
+
+DEFAULT_SHEET = Sheet(table=CameraTable(), where="camera", base=Path())
+
+
+def load_sheet(path: Path) -> Sheet:
+    """A camera file; raises ConfigError or AssetError with one clear line."""
+    data = read_toml(path)
+    for key in _SENT:
+        if key in data:
+            raise ConfigError(str(path), key, "comes from Basilisk; leave it out here")
+    return Sheet(table=convert(data, CameraTable, str(path)), where=str(path), base=path.parent)
+
+
+def load_sheets(entries: list[str]) -> dict[int, Sheet]:
+    """Camera files by camera id, from texts such as ``1=navcam.toml``."""
+    sheets = {}
+    for entry in entries:
+        number, _, path = entry.partition("=")
+        if not number.strip().lstrip("-").isdecimal() or not path:
+            problem = f'must be ID=FILE such as 1=navcam.toml, got "{entry}"'
+            raise ConfigError("simgl serve", "--camera", problem)
+        if int(number) in sheets:
+            raise ConfigError("simgl serve", "--camera", f"has camera {int(number)} twice")
+        sheets[int(number)] = load_sheet(Path(path))
+    return sheets

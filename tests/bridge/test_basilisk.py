@@ -1,0 +1,383 @@
+"""Basilisk gets the picture of its own state, or an empty one, and never a reply that stops it."""
+
+from __future__ import annotations
+
+import io
+import threading
+from collections.abc import Iterator
+from concurrent.futures import Future
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PIL import Image
+from simgl_bridge.basilisk.front import BasiliskFront, varint
+from simgl_bridge.basilisk.replay import replay
+from simgl_bridge.basilisk.scene import camera_from_body, check_base, matrix_from_mrp, scene_of
+from simgl_bridge.basilisk.sheet import Sheet, load_sheet, load_sheets
+from simgl_bridge.basilisk.wire import read_update
+from simgl_bridge.native import WINDOW
+from simgl_bridge.server import serve
+from simgl_bridge.studio import Studio
+from simgl_bridge.turns import Turns
+
+from simgl import Scenario, load_scenario
+from simgl.errors import AssetError, ConfigError, SimglError
+from tests.bridge import basilisk_wire as wire
+from tests.bridge.harness import WatchedSimulator
+
+SCENARIO = """
+[epoch]
+utc = "2026-06-01T12:00:00"
+[earth]
+albedo = 0.5
+atmosphere = "none"
+[sky]
+stars = false
+[spacecraft.target]
+model = { sphere = { radius_m = 0.5, material = { reflectance = 0.5 } } }
+position_icrf_m = [8e6, 0.0, 0.0]
+[render]
+samples_per_pixel = 16
+"""
+SHEET = """
+preset = "ideal"
+exposure_time_s = 0.00005
+"""
+SIGMA_CB = (0.1, -0.2, 0.3)
+PLACE = (9.0e6, 0.0, 0.0)
+
+
+@dataclass
+class Source:
+    """A running image source and what it took."""
+
+    front: BasiliskFront
+    simulator: WatchedSimulator
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("basilisk")
+    (path / "base.toml").write_text(SCENARIO)
+    (path / "navcam.toml").write_text(SHEET)
+    return path
+
+
+@pytest.fixture(scope="module")
+def base(folder: Path) -> Scenario:
+    return load_scenario(folder / "base.toml")
+
+
+@pytest.fixture(scope="module")
+def sheet(folder: Path) -> Sheet:
+    return load_sheet(folder / "navcam.toml")
+
+
+@pytest.fixture(scope="module")
+def source(base: Scenario, sheet: Sheet) -> Iterator[Source]:
+    stop, ready = threading.Event(), Future[Source]()
+
+    def run() -> None:
+        made: list[WatchedSimulator] = []
+
+        def open_simulator(scenario: Scenario) -> WatchedSimulator:
+            made.append(WatchedSimulator(scenario))
+            return made[-1]
+
+        try:
+            turns = Turns(WINDOW)
+            with Studio(base, open_simulator=open_simulator) as studio:
+                address = "tcp://127.0.0.1:*"
+                with BasiliskFront(studio, turns, address, sheets={1: sheet}) as front:
+                    ready.set_result(Source(front, made[0]))
+                    serve([front], turns, stop)
+        except BaseException as error:
+            ready.set_exception(error)
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    try:
+        yield ready.result(timeout=60)
+    finally:
+        stop.set()
+        thread.join(timeout=20)
+    assert not thread.is_alive()
+
+
+@pytest.fixture
+def peer(source: Source) -> Iterator[wire.Peer]:
+    link = wire.Peer(source.front.address)
+    yield link
+    link.close()
+
+
+def scene(
+    *,
+    seconds: float = 1.0,
+    frame: int = 1,
+    central: bytes | None = None,
+    sun: tuple[float, float, float] | None = (wire.AU, 0.0, 0.0),
+    place: tuple[float, float, float] = PLACE,
+    more: bytes = b"",
+    epoch: bytes = wire.epoch(),
+    **camera: Any,
+) -> bytes:
+    """A state whose camera looks at the origin from ``place``."""
+    message = wire.instant(seconds, frame) + epoch
+    message += wire.body("earth", (0.0, 0.0, 0.0), 6378.1366) if central is None else central
+    if sun is not None:
+        message += wire.body("sun", sun, 695700.0)
+    message += wire.craft("chaser", place, wire.looking_at_earth(place, SIGMA_CB))
+    return message + wire.camera(direction_B=wire.direction_from_sigma(SIGMA_CB), **camera) + more
+
+
+def pixels(png: bytes) -> NDArray[np.uint8]:
+    picture = np.asarray(Image.open(io.BytesIO(png)))
+    assert picture.dtype == np.uint8
+    return picture
+
+
+def test_modified_rodrigues_parameters_are_tan_of_a_quarter_of_the_angle() -> None:
+    angle = 0.7
+    c, s = np.cos(angle), np.sin(angle)
+    # Axes b turned about z by the angle: components in b of a fixed vector turn back.
+    expected = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    sigma = np.array([0.0, 0.0, np.tan(angle / 4)])
+    np.testing.assert_allclose(matrix_from_mrp(sigma), expected, atol=1e-15)
+    shadow = -sigma / (sigma @ sigma)
+    np.testing.assert_allclose(matrix_from_mrp(shadow), expected, atol=1e-14)
+
+
+def test_the_direction_of_a_camera_is_its_attitude_turned_into_the_viewer() -> None:
+    for sigma in (SIGMA_CB, (0.0, 0.0, 0.0), (-0.6, 0.5, 0.4), (1.2, -0.7, 0.1)):
+        direction = wire.direction_from_sigma(sigma)
+        np.testing.assert_allclose(camera_from_body(direction), matrix_from_mrp(sigma), atol=1e-13)
+
+
+def test_a_camera_sits_on_its_craft_and_looks_along_z(base: Scenario, sheet: Sheet) -> None:
+    at = (0.3, -1.0, 2.0)
+    state = scene_of(read_update(scene(position_B=at)), 1, base, sheet, print)
+    camera = state.cameras["camera 1"]
+    np.testing.assert_allclose(camera.R_camera_from_icrf[2], [-1.0, 0.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(camera.R_camera_from_icrf[0], [0.0, 1.0, 0.0], atol=1e-12)
+    body_from_icrf = matrix_from_mrp(SIGMA_CB).T @ camera.R_camera_from_icrf
+    # 1e-9 of 9000 km in float64.
+    expected = np.array(PLACE) + body_from_icrf.T @ np.array(at)
+    np.testing.assert_allclose(camera.position, expected, rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize(("dx", "dy"), [(0.0, 0.0), (0.5, 0.0), (-0.4, 0.5), (0.2, -0.6)])
+@pytest.mark.parametrize("resolution", [(96, 64), (64, 96)])
+def test_a_ball_is_seen_at_its_place_to_a_twentieth_of_a_pixel(
+    peer: wire.Peer, dx: float, dy: float, resolution: tuple[int, int]
+) -> None:
+    # The field of view is edge to edge along the image's height.
+    width, height = resolution
+    fov = 6.0
+    f = 0.5 * height / np.tan(np.radians(0.5 * fov))
+    # 30 m ahead, x to the right (+y of ICRF), y down (-z of ICRF).
+    ball = np.array(PLACE) + np.array([-30.0, dx, -dy])
+    # The Sun from behind the camera: the ball is full, and bright alike about its centre.
+    sun = wire.AU * (np.array(PLACE) - ball) / np.linalg.norm(np.array(PLACE) - ball)
+    more = wire.craft("target", ball.tolist(), (0.0, 0.0, 0.0))
+    # No Earth behind it.
+    empty = wire.body("pebble", (0.0, 0.0, 0.0), 0.0)
+    state = scene(
+        fov_deg=fov, resolution=resolution, more=more, sun=tuple(sun.tolist()), central=empty
+    )
+    assert peer.update(state) == [b"OK"]
+    picture = pixels(peer.image()).astype(np.float64)
+    assert picture.shape == (height, width)
+    light = np.maximum(picture - np.median(picture), 0.0)
+    row, column = np.indices(light.shape)
+    seen = np.array([(column * light).sum(), (row * light).sum()]) / light.sum()
+    # Coordinates of OpenCV: the centre of the first pixel is (0, 0). The ball is an ellipse whose
+    # centre lies 1/(1 - tan^2) farther out, 3e-4 of 20 px.
+    expected = f * np.array([dx, dy]) / 30.0 + 0.5 * np.array(resolution) - 0.5
+    np.testing.assert_allclose(seen, expected, atol=0.05)
+
+
+def test_mars_is_oblate_though_sent_as_a_sphere(peer: wire.Peer) -> None:
+    mars = wire.body("mars barycenter", (0.0, 0.0, 0.0), 3396.19)
+    # A Sun of a tenth of its distance: white to the limb.
+    state = scene(
+        central=mars,
+        place=(12e6, 0.0, 0.0),
+        sun=(0.1 * wire.AU, 0.0, 0.0),
+        fov_deg=36.0,
+        resolution=(256, 256),
+    )
+    peer.update(state)
+    y, x = np.nonzero(pixels(peer.image()) > 127)
+    # From the plane of its equator an ellipse, whose second moments go with the axes squared. The
+    # last pixel, lit in part and white all the same, adds half a pixel to both of 116: 3e-5.
+    axis_ratio = y.std() / x.std()
+    assert axis_ratio == pytest.approx(3376.20 / 3396.19, abs=3e-4)
+
+
+def test_a_state_is_drawn_once_however_often_it_is_asked_for(
+    source: Source, peer: wire.Peer
+) -> None:
+    other = wire.Peer(source.front.address)
+    before = source.simulator.captures
+    peer.update(scene(seconds=11.0, frame=5))
+    first = peer.image()
+    assert peer.image() == first
+    # The second of two vizInterfaces counts its frames by itself.
+    other.update(scene(seconds=11.0, frame=6))
+    assert other.image() == first
+    other.close()
+    assert source.simulator.captures == before + 1
+    peer.update(scene(seconds=12.0))
+    assert peer.image() != first
+    assert source.simulator.captures == before + 2
+
+
+def test_every_request_gets_the_reply_that_it_expects(peer: wire.Peer) -> None:
+    assert peer.ask(b"PING") == [b"PONG"]
+    assert peer.image() == b""
+    assert peer.update(scene(frame=300)) == [b"OK"]
+    # VizInput: field 1, the frame number.
+    assert peer.ask(b"REQUEST_INPUT") == [b"VIZARD_INPUT", b"\x08\xac\x02"]
+    assert peer.ask(b"REQUEST_IMAGE_x") == [bytes(4), b""]
+    assert peer.ask(b"NONSENSE") == [b"OK"]
+    assert peer.ask(b"SIM_UPDATE") == [b"OK"]
+    assert peer.image() == b""
+
+
+NAN = float("nan")
+BAD = {
+    "cut": lambda: scene()[:-3],
+    "not protobuf": lambda: b"\xff" * 40,
+    "camera of another id": lambda: scene(id=2),
+    "unknown parent": lambda: scene(parent="nobody"),
+    "depth": lambda: scene(render_mode=1),
+    "no field of view": lambda: scene(fov_deg=0.0),
+    "field of view no number": lambda: scene(fov_deg=NAN),
+    "no pixels": lambda: scene(resolution=(0, 48)),
+    "too many pixels": lambda: scene(resolution=(100_000, 100_000)),
+    "inside the Earth": lambda: scene(place=(5e6, 0.0, 0.0)),
+    "no Sun in deep space": lambda: scene(central=b"", sun=None),
+    "Sun no number": lambda: scene(sun=(NAN, 0.0, 0.0)),
+    "time no number": lambda: scene(seconds=NAN),
+    "time before the start": lambda: scene(seconds=-1.0),
+    "no such year": lambda: scene(more=wire.epoch(1600)),
+    "position of two numbers": lambda: scene(position_B=(1.0, 2.0)),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_what_cannot_be_drawn_is_an_empty_image_and_the_run_goes_on(
+    peer: wire.Peer, name: str
+) -> None:
+    assert peer.update(BAD[name]()) == [b"OK"]
+    assert peer.image() == b""
+    peer.update(scene())
+    assert pixels(peer.image()).max() > 100
+
+
+def test_a_failure_while_drawing_is_an_empty_image(source: Source, peer: wire.Peer) -> None:
+    def fail() -> None:
+        raise RuntimeError("on purpose")
+
+    source.simulator.hook = fail
+    peer.update(scene(seconds=21.0))
+    try:
+        assert peer.image() == b""
+    finally:
+        source.simulator.hook = None
+    assert len(peer.image()) > 0
+
+
+def test_the_epoch_is_utc_and_ambient_light_is_refused_aloud(base: Scenario, sheet: Sheet) -> None:
+    said: list[str] = []
+    ambient = wire.block(7, wire.double(1, 0.5))
+    update = read_update(scene(more=ambient, seconds=2.0))
+    state = scene_of(update, 1, base, sheet, said.append)
+    # 2026-06-01T12:00:00 UTC is 1780315200 s of Unix time, 37 s before TAI.
+    assert state.tai_ns == (1_780_315_200 + 37 + 2) * 10**9
+    assert any("ambient = 0.5 is REFUSED" in line for line in said)
+
+
+def test_the_epoch_of_the_first_message_holds(source: Source, peer: wire.Peer) -> None:
+    peer.update(scene(seconds=41.0))
+    first, before = peer.image(), source.simulator.captures
+    peer.update(scene(seconds=41.0, epoch=b""))
+    # The very same state, so nothing is drawn.
+    assert peer.image() == first
+    assert source.simulator.captures == before
+
+
+def test_mutated_messages_are_read_or_refused(base: Scenario, sheet: Sheet) -> None:
+    rng = np.random.default_rng(5)
+    good, refused = scene(), 0
+    for _ in range(3000):
+        data = bytearray(good)
+        for place in rng.integers(0, len(data), rng.integers(1, 6)):
+            data[place] = rng.integers(0, 256)
+        if rng.random() < 0.3:
+            del data[rng.integers(0, len(data)) :]
+        try:
+            scene_of(read_update(bytes(data)), 1, base, sheet, lambda _: None)
+        except SimglError:
+            refused += 1
+    assert 1000 < refused < 3000
+
+
+def test_unknown_fields_are_skipped() -> None:
+    newer = wire.double(900, 1.0) + wire.number(901, 7) + wire.text(902, "new")
+    newer += varint(903 << 3 | 5) + bytes(4)
+    assert read_update(scene() + newer) == read_update(scene())
+
+
+def test_a_recording_becomes_images(base: Scenario, sheet: Sheet, tmp_path: Path) -> None:
+    states = [scene(seconds=1.0), scene(seconds=2.0, id=3)]
+    data = b"".join(varint(len(s)) + s for s in states)
+    recording = tmp_path / "run_UnityViz.bin"
+    recording.write_bytes(data)
+    with Studio(base) as studio:
+        out = tmp_path / "out"
+        assert replay(recording, studio, out, sheets={1: sheet, 3: sheet}) == 2
+        names = ["camera_1_000001000000000.png", "camera_3_000002000000000.png"]
+        assert sorted(p.name for p in out.iterdir()) == names
+        recording.write_bytes(data[:-5])
+        with pytest.raises(AssetError, match="ends 5 bytes early"):
+            replay(recording, studio, tmp_path / "cut", sheets={1: sheet})
+    assert len(list((tmp_path / "cut").iterdir())) == 1
+
+
+@pytest.mark.parametrize(
+    ("entry", "problem"),
+    [
+        ("navcam.toml", 'must be ID=FILE such as 1=navcam.toml, got "navcam.toml"'),
+        ("1=", "must be ID=FILE"),
+    ],
+)
+def test_a_camera_option_says_what_it_needs(entry: str, problem: str) -> None:
+    with pytest.raises(ConfigError, match=problem):
+        load_sheets([entry])
+
+
+def test_a_camera_file_does_not_say_what_basilisk_says(tmp_path: Path) -> None:
+    path = tmp_path / "wide.toml"
+    path.write_text("focal_length_mm = 8.0\n")
+    with pytest.raises(ConfigError, match="focal_length_mm comes from Basilisk"):
+        load_sheet(path)
+
+
+@pytest.mark.parametrize(
+    ("table", "problem"),
+    [
+        ("[sun]\ndirection_icrf = [1.0, 0.0, 0.0]\n", "fixes the Sun by hand"),
+        ('[earth]\nshape = "none"\n', 'is "none", and Basilisk sends an Earth'),
+    ],
+)
+def test_a_scenario_does_not_contradict_basilisk(tmp_path: Path, table: str, problem: str) -> None:
+    path = tmp_path / "base.toml"
+    path.write_text('[epoch]\nutc = "2026-06-01T12:00:00"\n' + table)
+    with pytest.raises(ConfigError, match=problem):
+        check_base(load_scenario(path))
