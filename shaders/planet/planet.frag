@@ -3,10 +3,6 @@
 #include "block/planet"
 #include "common/coverage.glsl"
 #include "planet/ground.glsl"
-#include "air/daylight.glsl"
-#ifdef AIR
-#include "air/air.glsl"
-#endif
 
 layout(location = 0, index = 0) out vec4 radiance;
 layout(location = 0, index = 1) out vec4 beyond;
@@ -36,16 +32,9 @@ void main() {
     if (on_earth <= 0.0) return;
     float root = sqrt(max(discriminant, 0.0));
     float t = outside / (root - od);
-    vec3 ground = o + t * d;
-    // The gradient of the sphere's equation, stretched back, is the ellipsoid's normal (ITRF).
-    vec3 normal = normalize(ground * sphere_axes.xyz);
-    float slant = max(root / sqrt(dd), 1e-3);
-    float footprint = t / (intrinsics.x * sqrt(slant));
-    vec3 view = -normalize(d / sphere_axes.xyz);
-    Daylight day = air_daylight(dot(normal, sun_direction_itrf.xyz));
-    vec4 earth = on_earth * ground_radiance(normal, view, footprint, day.direct, day.diffuse);
+    Place here = place_at(d, t, max(root / sqrt(dd), 1e-3));
 #ifdef AIR
-    earth *= air.to_ground;
+    here = place_through(air, here);
 #endif
-    radiance += earth;
+    radiance += on_earth * ground_radiance(here);
 }
