@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import moderngl
 import numpy as np
@@ -17,6 +17,7 @@ class TileProgram:
 
     The vertex shader reads ``corner``: a tile's corner from that of the viewport [pixels].
 
+    samplers : their texture units
     shared : blocks that it reads, bound by whoever owns them
     """
 
@@ -24,7 +25,7 @@ class TileProgram:
         self,
         ctx: moderngl.Context,
         name: str,
-        samplers: Sequence[str],
+        samplers: Mapping[str, int],
         defines: Sequence[str],
         *,
         shared: Sequence[Block],

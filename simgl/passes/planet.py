@@ -18,7 +18,7 @@ from simgl.passes.earth_maps import HEIGHT
 from simgl.passes.earth_textures import SAMPLERS, EarthTextures
 from simgl.physics.sea import water_body, wave_slope_variance
 from simgl.view.background import Background, PlanetView
-from simgl.view.tiles import TILE, even_tiles
+from simgl.view.tiles import BLOCK, TILE, tiles_of
 
 _PLANET = Block(
     "Planet",
@@ -114,23 +114,28 @@ class PlanetPass:
                 texture.use(unit)
             self._block.write(_values(background, planet, area))
             self._block.bind()
-            tiles = np.zeros((1, 1), dtype=np.bool_)
+            tiles = tiles_of(planet, background.intrinsics, area[2:])
+            if alone:
+                target.clear(0.0, 0.0, 0.0, 0.0, viewport=area)
+            ground = tiles.ground
             if variant == _EVEN:
-                tiles = even_tiles(planet, background.intrinsics, area[2:])
-            if tiles.any():
-                self._program_for("planet/tiles", variant).draw(tiles, TILE)
-                self._program_for("planet/planet", variant).draw(~tiles, TILE)
+                self._program_for("planet/tiles", variant).draw(tiles.even, TILE)
             else:
-                whole = np.ones((1, 1), dtype=np.bool_)
-                self._program_for("planet/planet", variant).draw(whole, max(area[2:]))
+                ground = ground | tiles.even[:: BLOCK // TILE, :: BLOCK // TILE]
+            self._program_for("planet/planet", variant).draw(ground, BLOCK)
+            if air is not None:
+                self._program_for("planet/air", variant).draw(tiles.air, BLOCK)
         elif alone:
             target.clear(0.0, 0.0, 0.0, 0.0, viewport=area)
 
     def _program_for(self, name: str, variant: tuple[str, ...]) -> TileProgram:
         key = name, *variant
         if key not in self._programs:
-            samplers = [*(SAMPLERS if "EARTH_MAPS" in variant else ())]
-            samplers += AIR_SAMPLERS if "AIR" in variant else ()
+            ground = SAMPLERS if "EARTH_MAPS" in variant else []
+            air = AIR_SAMPLERS if "AIR" in variant else ()
+            samplers = {sampler: unit for unit, sampler in enumerate((*ground, *air))}
+            if name == "planet/air":
+                samplers = {sampler: samplers[sampler] for sampler in AIR_SAMPLERS[2:]}
             blocks = [AIR, AIR_VIEW]
             self._programs[key] = TileProgram(
                 self._ctx,

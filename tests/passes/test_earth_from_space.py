@@ -69,7 +69,7 @@ def test_tiles_found_at_their_corners_show_what_pixels_show(
         shares.append(float(tiles.mean()))
         return np.zeros_like(tiles)
 
-    monkeypatch.setattr("simgl.passes.planet.even_tiles", none)
+    monkeypatch.setattr("simgl.view.tiles.even_tiles", none)
     exact = oblique(gl, place, slant, sun, earth)
     assert shares[0] > 0.4
     off = (fast - exact) / exact.mean(axis=(0, 1))
