@@ -65,7 +65,11 @@ float lobe(float alpha, vec3 n, vec3 wi, vec3 wo, vec3 h, float VoH, float radiu
     float NoL = max(dot(n, wi), 1e-6);
     // An interpolated normal can lean away from the viewer by a facet's angle.
     float NoV = max(dot(n, wo), 1e-4);
-    return D_ggx_disc(n, h, wo, VoH, alpha, radius) * V_smith(NoL, NoV, alpha);
+    float reflected = D_ggx_disc(n, h, wo, VoH, alpha, radius) * V_smith(NoL, NoV, alpha);
+    // No mirror shows the disc brighter than it is. Where an interpolated normal has the surface
+    // edge-on to the viewer and the triangle is not, the lobe alone would, without limit.
+    // A disc half below the horizon lights a surface as much as under a cosine of 4 / (3 pi) radius.
+    return min(reflected, 1.0 / (PI * radius * radius * length(vec2(NoL, 0.424 * radius))));
 }
 
 // Bidirectional reflectance [sr-1] per band, its mean over a small disc of light; arguments as for

@@ -163,7 +163,8 @@ def run(plan: Plan, simulator: Simulator, folder: Path, report: Report | None = 
 
 def _take(plan: Plan, simulator: Simulator, tai_ns: int, camera: str) -> Exposure:
     products = {Product.DN}.union(*(_PRODUCTS[output] for output in plan.outputs))
-    return simulator.capture(plan.scenario.at(tai_ns), camera, products)
+    during = plan.scenario.around(tai_ns)
+    return simulator.capture(plan.scenario.at(tai_ns), camera, products, during=during)
 
 
 def _write(plan: Plan, exposure: Exposure, folder: Path, frame: int) -> None:

@@ -34,6 +34,7 @@ def test_the_json_report_has_the_promised_form(tmp_path: Path) -> None:
         "air",
         "planet",
         "shadow",
+        "geometry",
         "surface",
         "resolve",
         "optics",

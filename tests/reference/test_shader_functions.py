@@ -175,6 +175,26 @@ def test_ggx_spheres_have_their_profile_and_peak(
     np.testing.assert_allclose(got[5:].max(), peak, rtol=1e-3)
 
 
+def test_no_surface_shows_the_sun_brighter_than_it_is(gl: moderngl.Context) -> None:
+    """Radiance = reflectance times cosine times irradiance, and irradiance is pi r^2 radiance."""
+    rng = np.random.default_rng(5)
+    # Grazing light and viewers, normals that lean away from both: what backlit edges hold.
+    azimuth = rng.uniform(0.0, 2.0 * np.pi, (4000, 2))
+    height = rng.uniform(-0.05, 0.05, (4000, 2))
+    flat = np.sqrt(1.0 - height**2)
+    vectors = np.stack([flat * np.cos(azimuth), flat * np.sin(azimuth), height], axis=2)
+    wi, wo = vectors[:, 0], vectors[:, 1]
+    wi[:, 2] = np.abs(wi[:, 2]) + 1e-4
+    values = np.concatenate([wi, wo], axis=1).astype(np.float32)
+    light = "normalize(vec3(in_value[0], in_value[1], in_value[2]))"
+    eye = "normalize(vec3(in_value[3], in_value[4], in_value[5]))"
+    for roughness in (0.05, 0.2, 0.6):
+        call = f"brdf(vec4(1.0), 1.0, {roughness**2}, vec3(0, 0, 1), {light}, {eye}, {SUN:.9g})"
+        shown = evaluate(gl, ["surface/brdf.glsl"], f"{call} * in_value[2]", values)[:, 0]
+        assert np.all(np.isfinite(shown))
+        assert shown.max() <= 1.001 / (np.pi * SUN**2)
+
+
 def test_brdf_is_reciprocal() -> None:
     rng = np.random.default_rng(6)
     wi, wo = rng.normal(size=(2, 500, 3))
