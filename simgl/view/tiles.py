@@ -86,14 +86,15 @@ def even_tiles(planet: PlanetView, intrinsics: NDArray[np.float32], size: tuple[
     place = planet.camera_in_sphere.astype(np.float64)
     dd, od = np.einsum("...i,...i", d, d), d @ place
     discriminant = od * od - dd * planet.outside
-    met = _least((discriminant > 0.0) & (od < 0.0))
+    meets = (discriminant > 0.0) & (od < 0.0)
     root = np.sqrt(np.maximum(discriminant, 0.0))
-    ground = place + (planet.outside / (root - od))[..., None] * d
+    # Corners beside the Earth get some place or other.
+    ground = place + (planet.outside / np.where(meets, root - od, 1.0))[..., None] * d
     normal = _unit(ground / np.array(planet.earth.radii))
     slant = root / np.sqrt(dd)
     longitude = np.arctan2(normal[..., 1], normal[..., 0])
     sun = normal @ planet.sun_direction_itrf.astype(np.float64)
-    even = met & (_range(slant) < _SLANT_CHANGE * _least(slant))
+    even = _least(meets) & (_range(slant) < _SLANT_CHANGE * _least(slant))
     even &= _range(longitude) < _LONGITUDE_CHANGE
     sun_height = np.maximum(_least(np.abs(sun)), _TWILIGHT)
     return np.asarray(even & (_range(sun) < _SUN_CHANGE * sun_height))
