@@ -1,9 +1,9 @@
 // What land, sea and clouds send up of the light that reaches them [W m-2 sr-1].
 #include "block/planet"
-#include "common/sun.glsl"
 #include "planet/cloud.glsl"
 #include "planet/noise.glsl"
 #include "planet/ocean.glsl"
+#include "planet/place.glsl"
 
 uniform sampler2D land_map;   // square roots of reflectance R, G, B, N
 uniform sampler2D form_map;   // slopes to the east and north, shore, night lights
@@ -26,17 +26,12 @@ float resolved(float footprint_km) {
     return clamp(1.0 - 0.25 * log2(max(footprint_km, 1e-6) * 128.0 / NOISE_TILE_KM), 0.0, 1.0);
 }
 
-// Radiance towards the camera from a place on the ellipsoid.
-//
-// normal    : of the ellipsoid, ITRF
-// view      : unit, towards the camera, ITRF
-// footprint : of the pixel [rad of latitude]
-// direct    : irradiance by the Sun on a plane that faces it, at the ground [W m-2]
-// diffuse   : irradiance by the sky on the horizontal ground [W m-2]
-vec4 ground_radiance(vec3 normal, vec3 view, float footprint, vec4 direct, vec4 diffuse) {
-    vec3 sun = sun_direction_itrf.xyz;
-    float mu_sun = dot(normal, sun);
-    float lit = disc_cosine(mu_sun, sun_angular_radius);
+// Radiance at the camera from a place on the ellipsoid and the clouds above it, on top of all that
+// the air scatters before the ground: what clouds hide of that is taken off.
+vec4 ground_radiance(Place here) {
+    vec3 normal = here.normal, view = here.view, sun = sun_direction_itrf.xyz;
+    float footprint = here.footprint, lit = here.lit, mu_sun = dot(normal, sun);
+    vec4 direct = here.direct, diffuse = here.diffuse;
 #ifndef EARTH_MAPS
     return earth_albedo / PI * (direct * lit + diffuse);
 #else
@@ -50,8 +45,7 @@ vec4 ground_radiance(vec3 normal, vec3 view, float footprint, vec4 direct, vec4 
 
     float across = max(length(normal.xy), 1e-4);
     vec3 east = vec3(-normal.y, normal.x, 0.0) / across, north = cross(normal, east);
-    vec2 place = vec2(atan(normal.y, normal.x) / (2.0 * PI) + 0.5,
-                      0.5 - atan(normal.z, across) / PI);
+    vec2 place = here.on_map;
     float level = log2(max(footprint / PI * float(textureSize(land_map, 0).y), 1e-6));
     // The noise frays what lies between two texels of the maps.
     vec2 kilometre = vec2(0.5 / across, 1.0) / (planet_km * PI);
@@ -104,19 +98,19 @@ vec4 ground_radiance(vec3 normal, vec3 view, float footprint, vec4 direct, vec4 
     // Lamps are on from sunset. A level's sixth power has the mean 1 / 7.
     float level2 = noise.w * noise.w;
     float lamps = form.w * form.w * (1.0 + detail * (7.0 * level2 * level2 * level2 - 1.0));
-    below += night_radiance * (lamps * clamp(0.5 - 12.0 * mu_sun, 0.0, 1.0));
+    below += here.to_ground * night_radiance * (lamps * clamp(0.5 - 12.0 * mu_sun, 0.0, 1.0));
 
     // Clouds between the ground and the camera. Where the level is high they are thick; what looks
     // towards the Sun is bright.
-    float cover = mix(weather.x, cover_here(weather.x, noise.w, weather.w), detail);
+    float cover = clouds_below * mix(weather.x, cover_here(weather.x, noise.w, weather.w), detail);
     float relief = (0.1 + 0.4 * weather.w) * thicker(weather.x, noise.w, weather.w)
                  + 0.5 * max(2.0 * weather.x - 1.0, 0.0) * (noise.w - shade_level);
     float bright = cover * reflected * (1.0 + detail * (1.0 - reflected) * relief);
     float back = cover * cloud_diffuse_reflectance(tau);
-    float high_tau = high_cloud_thickness * weather.z * (1.0 + 0.3 * grain);
+    float high_tau = clouds_below * high_cloud_thickness * weather.z * (1.0 + 0.3 * grain);
     float high = high_tau / (high_tau + 7.7 * mu_light), high_back = high_tau / (high_tau + 7.7);
-    vec4 light = direct * lit + diffuse;
-    vec4 low = light / PI * bright + below * (1.0 - back);
-    return light / PI * high + low * (1.0 - high) * (1.0 - high_back);
+    float past_high = (1.0 - high) * (1.0 - high_back), past_low = 1.0 - back;
+    return here.white * (high + bright * past_high) + below * (past_low * past_high)
+         - here.beneath * (1.0 - past_low * past_high);
 #endif
 }

@@ -3,26 +3,15 @@
 #include "block/planet"
 #include "common/coverage.glsl"
 #include "planet/ground.glsl"
-#include "air/daylight.glsl"
-#ifdef AIR
-#include "air/air.glsl"
-#endif
+#include "planet/ray.glsl"
 
 layout(location = 0, index = 0) out vec4 radiance;
 layout(location = 0, index = 1) out vec4 beyond;
 
-// Unit direction of a pixel in camera axes.
-vec3 pixel_ray(vec2 pixel) {
-    return normalize(vec3((pixel - intrinsics.zw) / intrinsics.xy, 1.0));
-}
-
 void main() {
-    vec3 ray = pixel_ray(gl_FragCoord.xy);
-    // In sphere space |o + t d| = 1: t^2 dd + 2 t od + (oo - 1) = 0, oo - 1 taken in float64 outside.
-    vec3 o = camera_in_sphere.xyz;
-    vec3 d = mat3(sphere_from_camera) * ray;
-    float dd = dot(d, d), od = dot(o, d);
-    float discriminant = od * od - dd * outside;
+    Ray ray = ray_through(gl_FragCoord.xy);
+    vec3 d = ray.d;
+    float dd = ray.dd, od = ray.od, discriminant = ray.discriminant;
     float on_earth = od < 0.0 ? coverage(discriminant) : 0.0;
 #ifdef AIR
     float stretch = sqrt(dd);
@@ -36,16 +25,9 @@ void main() {
     if (on_earth <= 0.0) return;
     float root = sqrt(max(discriminant, 0.0));
     float t = outside / (root - od);
-    vec3 ground = o + t * d;
-    // The gradient of the sphere's equation, stretched back, is the ellipsoid's normal (ITRF).
-    vec3 normal = normalize(ground * sphere_axes.xyz);
-    float slant = max(root / sqrt(dd), 1e-3);
-    float footprint = t / (intrinsics.x * sqrt(slant));
-    vec3 view = -normalize(d / sphere_axes.xyz);
-    Daylight day = air_daylight(dot(normal, sun_direction_itrf.xyz));
-    vec4 earth = on_earth * ground_radiance(normal, view, footprint, day.direct, day.diffuse);
+    Place here = place_at(d, t, max(root / sqrt(dd), 1e-3));
 #ifdef AIR
-    earth *= air.to_ground;
+    here = place_through(air, here);
 #endif
-    radiance += earth;
+    radiance += on_earth * ground_radiance(here);
 }

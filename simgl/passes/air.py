@@ -120,7 +120,7 @@ class AirPass:
             return None
         self.prepare(planet.earth)
         tables = self._tables[kind]
-        height, angle = _snapped(planet, kind.radius)
+        height, angle = _snapped(planet)
         key = (kind, height, angle)
         tables.block.bind()
         if key not in self._views:
@@ -214,13 +214,12 @@ def _sun_in_sphere(planet: PlanetView) -> np.ndarray[tuple[int], np.dtype[np.flo
     return np.asarray(stretched / np.linalg.norm(stretched))
 
 
-def _snapped(planet: PlanetView, radius: float) -> tuple[float, float]:
+def _snapped(planet: PlanetView) -> tuple[float, float]:
     """Height [m] and the Sun's angle from the zenith [rad] of the table that serves a view."""
     place = planet.camera_in_sphere.astype(np.float64)
     sun = _sun_in_sphere(planet)
     angle = float(np.arctan2(np.linalg.norm(np.cross(place, sun)), np.dot(place, sun)))
-    height = radius * planet.outside / (1.0 + np.sqrt(1.0 + planet.outside))
-    steps = round(float(np.log(height)) / _HEIGHT_STEP)
+    steps = round(float(np.log(planet.height)) / _HEIGHT_STEP)
     return float(np.exp(steps * _HEIGHT_STEP)), round(angle / _ANGLE_STEP) * _ANGLE_STEP
 
 

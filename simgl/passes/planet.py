@@ -7,16 +7,18 @@ from collections.abc import Sequence
 import moderngl
 import numpy as np
 
-from simgl.gpu.blocks import Block
+from simgl.gpu.blocks import Block, UniformBuffer
 from simgl.gpu.context import is_software
-from simgl.gpu.fullscreen import FullscreenProgram, Texture
+from simgl.gpu.fullscreen import Texture
 from simgl.gpu.state import SRC1_COLOR, State
+from simgl.gpu.tiles import TileProgram
 from simgl.passes.air import AIR_SAMPLERS, AIR_VIEW, AirPass
 from simgl.passes.air_tables import AIR
 from simgl.passes.earth_maps import HEIGHT
 from simgl.passes.earth_textures import SAMPLERS, EarthTextures
 from simgl.physics.sea import water_body, wave_slope_variance
 from simgl.view.background import Background, PlanetView
+from simgl.view.tiles import BLOCK, TILE, tiles_of
 
 _PLANET = Block(
     "Planet",
@@ -36,13 +38,17 @@ _PLANET = Block(
             ("night_radiance", "f4", 4),
             # fx, fy, cx, cy [pixels]
             ("intrinsics", "f4", 4),
+            # Of the picture: its first corner [pixels], and clip space per pixel.
+            ("area", "f4", 4),
             ("outside", "f4"),
             ("sun_angular_radius", "f4"),
             ("planet_km", "f4"),
             ("cloud_km", "f4"),
             ("high_cloud_thickness", "f4"),
             ("wave_slope_variance", "f4"),
-            ("planet_padding", "f4", 2),
+            # 1 where the camera is above the clouds.
+            ("clouds_below", "f4"),
+            ("planet_padding", "f4"),
         ]
     ),
 )
@@ -60,6 +66,10 @@ _NIGHT_RADIANCE = 2e-3 * np.array([0.40, 0.32, 0.06, 0.22])
 _HIGH_CLOUD = 1.5
 
 
+# The variant that finds light and place at the corners of tiles; the others are cheap or rare.
+_EVEN = ("EARTH_MAPS", "AIR")
+
+
 class PlanetPass:
     """Draws the Earth as an exact ellipsoid, alone or before what lies beyond it."""
 
@@ -70,7 +80,8 @@ class PlanetPass:
         self._ctx, self._air = ctx, air
         # Software renderers pay for what a shader could do: an Earth of one albedo has its own, and
         # so has one without air.
-        self._programs: dict[tuple[str, ...], FullscreenProgram] = {}
+        self._programs: dict[tuple[str, ...], TileProgram] = {}
+        self._block = UniformBuffer(ctx, _PLANET)
         self._textures = EarthTextures(ctx)
         self._hardware = not is_software(ctx)
 
@@ -97,27 +108,44 @@ class PlanetPass:
         if planet is not None:
             inside = air is not None and air.inside
             present = {"EARTH_MAPS": mapped, "AIR": air, "AIR_INSIDE": inside}
-            program = self._program_for(tuple(d for d, there in present.items() if there))
+            variant = tuple(d for d, there in present.items() if there)
             through = () if air is None else air.textures
-            program.draw(_values(background, planet, area), (*textures, *through))
+            for unit, texture in enumerate((*textures, *through)):
+                texture.use(unit)
+            self._block.write(_values(background, planet, area))
+            self._block.bind()
+            tiles = tiles_of(planet, background.intrinsics, area[2:])
+            if alone:
+                target.clear(0.0, 0.0, 0.0, 0.0, viewport=area)
+            ground = tiles.ground
+            if variant == _EVEN:
+                self._program_for("planet/tiles", variant).draw(tiles.even, TILE)
+            else:
+                ground = ground | tiles.even[:: BLOCK // TILE, :: BLOCK // TILE]
+            self._program_for("planet/planet", variant).draw(ground, BLOCK)
+            if air is not None:
+                self._program_for("planet/air", variant).draw(tiles.air, BLOCK)
         elif alone:
             target.clear(0.0, 0.0, 0.0, 0.0, viewport=area)
 
-    def _program_for(self, variant: tuple[str, ...]) -> FullscreenProgram:
-        if variant not in self._programs:
-            samplers = [*(SAMPLERS if "EARTH_MAPS" in variant else ())]
-            samplers += AIR_SAMPLERS if "AIR" in variant else ()
+    def _program_for(self, name: str, variant: tuple[str, ...]) -> TileProgram:
+        key = name, *variant
+        if key not in self._programs:
+            ground = SAMPLERS if "EARTH_MAPS" in variant else []
+            air = AIR_SAMPLERS if "AIR" in variant else ()
+            samplers = {sampler: unit for unit, sampler in enumerate((*ground, *air))}
+            if name == "planet/air":
+                samplers = {sampler: samplers[sampler] for sampler in AIR_SAMPLERS[2:]}
             blocks = [AIR, AIR_VIEW]
-            self._programs[variant] = FullscreenProgram(
+            self._programs[key] = TileProgram(
                 self._ctx,
-                "planet/planet",
-                _PLANET,
+                name,
                 samplers,
                 variant,
-                shared=blocks if "AIR" in variant else (),
+                shared=[_PLANET, *(blocks if "AIR" in variant else ())],
                 spare=() if "AIR" in variant else blocks,
             )
-        return self._programs[variant]
+        return self._programs[key]
 
     def _magnified(self, planet: PlanetView, background: Background) -> bool:
         """Whether the maps' texels are larger than pixels wherever they are not seen at a slant."""
@@ -130,6 +158,7 @@ class PlanetPass:
         """Free everything."""
         for program in self._programs.values():
             program.release()
+        self._block.release()
         self._textures.release()
 
 
@@ -154,7 +183,9 @@ def _values(
         "planet_km": radii[0] * 1e-3,
         "cloud_km": clouds.height * 1e-3 if clouds else 0.0,
         "high_cloud_thickness": _HIGH_CLOUD if clouds else 0.0,
+        "clouds_below": float(clouds is not None and planet.height > clouds.height),
         "wave_slope_variance": wave_slope_variance(earth.wind),
+        "area": (area[0], area[1], 2.0 / area[2], 2.0 / area[3]),
         "intrinsics": (k[0, 0], k[1, 1], k[0, 2] + area[0], k[1, 2] + area[1]),
         "sun_angular_radius": view.sun_angular_radius,
     }

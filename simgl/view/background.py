@@ -43,6 +43,12 @@ class PlanetView:
     sun_direction_itrf: Floats
     sun_irradiance: Floats
 
+    @property
+    def height(self) -> float:
+        """Of the pinhole, as on the sphere of the equator's radius [m]."""
+        share = self.outside / (1.0 + float(np.sqrt(1.0 + self.outside)))
+        return self.earth.equatorial_radius * share
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Background:

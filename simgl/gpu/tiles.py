@@ -1,0 +1,70 @@
+"""Draws over some of the square tiles of a picture."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from simgl.gpu.blocks import Block
+from simgl.gpu.program import load_program
+
+
+class TileProgram:
+    """The shaders ``NAME.vert`` and ``NAME.frag``, drawn over tiles.
+
+    The vertex shader reads ``corner``: a tile's corner from that of the viewport [pixels].
+
+    samplers : their texture units
+    shared : blocks that it reads, bound by whoever owns them
+    """
+
+    def __init__(
+        self,
+        ctx: moderngl.Context,
+        name: str,
+        samplers: Mapping[str, int],
+        defines: Sequence[str],
+        *,
+        shared: Sequence[Block],
+        spare: Sequence[Block] = (),
+    ) -> None:
+        self._program = load_program(
+            ctx,
+            name,
+            blocks=shared,
+            spare=spare,
+            samplers=samplers,
+            defines=dict.fromkeys(defines, 1),
+        )
+        self._corners = ctx.buffer(reserve=16, dynamic=True)
+        self._indices = ctx.buffer(reserve=16, dynamic=True)
+        self._array = ctx.vertex_array(
+            self._program, [(self._corners, "2f", "corner")], index_buffer=self._indices
+        )
+        self._drawn: tuple[int, bytes] | None = None
+
+    def draw(self, tiles: NDArray[np.bool_], edge: int) -> None:
+        """The tiles of a mask (rows, columns), their edges so many pixels long."""
+        row, column = np.nonzero(tiles)
+        if not row.size:
+            return
+        rows, columns = tiles.shape
+        if (edge, tiles.tobytes()) != self._drawn:
+            y, x = np.mgrid[: rows + 1, : columns + 1]
+            corners = edge * np.stack([x, y], axis=-1).astype(np.float32)
+            first = row * (columns + 1) + column
+            below = first + columns + 1
+            faces = np.stack([first, first + 1, below, below, first + 1, below + 1], axis=1)
+            for buffer, data in ((self._corners, corners), (self._indices, faces.astype("<u4"))):
+                buffer.orphan(max(data.nbytes, 16))
+                buffer.write(data.tobytes())
+            self._drawn = edge, tiles.tobytes()
+        self._array.render(moderngl.TRIANGLES, vertices=6 * row.size)
+
+    def release(self) -> None:
+        """Free everything."""
+        for item in (self._array, self._corners, self._indices, self._program):
+            item.release()

@@ -1,0 +1,134 @@
+"""The whole Earth through its air: clouds at their height, tiles and pixels, known reflectances."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import moderngl
+import numpy as np
+import pytest
+from PIL import Image
+
+from simgl.view.tiles import even_tiles
+from tests.passes.test_ground import RADIUS, SUN, icrf_from_itrf, looking_down, tilted_sun, up_at
+from tests.scenes import radiance, scene
+
+Array = np.ndarray[Any, Any]
+
+SEA = (-30.0, -110.0)
+
+
+@pytest.fixture
+def overcast(tmp_path: Path) -> str:
+    """A picture of cloud everywhere."""
+    path = tmp_path / "cloud.png"
+    Image.fromarray(np.full((16, 32), 255, dtype=np.uint8)).save(path)
+    return str(path)
+
+
+def seen_over_sun(image: Array, zenith: float) -> Array:
+    """(4,) mean of pi L / (E cos z)."""
+    return np.asarray(np.pi * image.mean(axis=(0, 1)) / SUN / np.cos(np.radians(zenith)))
+
+
+def oblique(
+    gl: moderngl.Context, place: tuple[float, float], slant: float, sun: Array, earth: Any
+) -> Array:
+    """(480, 640, 4) radiance from 400 km over a place; slant: from nadir to the north [deg]."""
+    R, up = icrf_from_itrf(), up_at(*place)
+    north = np.array([0.0, 0.0, 1.0]) - up[2] * up
+    north /= np.linalg.norm(north)
+    view = -np.cos(np.radians(slant)) * up + np.sin(np.radians(slant)) * north
+    camera = {
+        "position_icrf_m": (R @ up * (RADIUS + 400.0) * 1e3).tolist(),
+        "boresight": (R @ view).tolist(),
+        "up": (R @ up).tolist() if slant > 1.0 else R[:, 2].tolist(),
+        "width_px": 640,
+        "height_px": 480,
+        "pixel_pitch_um": 3.75,
+        "focal_length_mm": 3.75e-3 * 640 / (2.0 * np.tan(np.radians(15.0))),
+    }
+    return radiance(gl, scene({}, camera, sun_direction=tuple(R @ sun), earth=earth))
+
+
+@pytest.mark.parametrize(
+    ("slant", "zenith"), [(0.0, 40.0), (45.0, 60.0), (60.0, 30.0), (0.0, 91.0)]
+)
+def test_tiles_found_at_their_corners_show_what_pixels_show(
+    gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch, slant: int, zenith: int
+) -> None:
+    place = (5.0, 20.0)
+    sun = tilted_sun(place, zenith, 240.0)
+    earth = {"clouds": {"cover": 0.0}}
+    fast = oblique(gl, place, slant, sun, earth)
+    shares: list[float] = []
+
+    def none(*arguments: Any) -> Array:
+        tiles = even_tiles(*arguments)
+        shares.append(float(tiles.mean()))
+        return np.zeros_like(tiles)
+
+    monkeypatch.setattr("simgl.view.tiles.even_tiles", none)
+    exact = oblique(gl, place, slant, sun, earth)
+    assert shares[0] > 0.4
+    off = (fast - exact) / exact.mean(axis=(0, 1))
+    # Places lie off by less than 1/8 pixel, which shows at shores; light by less than 0.1 %.
+    assert np.sqrt((off**2).mean()) < 0.01
+    assert abs(off.mean()) < 2e-4
+    assert abs(off).max() < 0.25
+
+
+def test_a_higher_cloud_has_less_air_before_it(gl: moderngl.Context, overcast: str) -> None:
+    """Seen at a slant under a low Sun, air takes more of a low cloud's blue than its veil gives."""
+    sun = tilted_sun(SEA, 60.0, 90.0)
+    blueness = []
+    for height in (1.0, 5.0, 20.0):
+        clouds = {"picture": overcast, "height_km": height, "optical_thickness": 50.0}
+        image = oblique(gl, SEA, 55.0, sun, {"clouds": clouds})[200:280, 280:360]
+        red, _, blue, _ = seen_over_sun(image, 60.0)
+        blueness.append(blue / red)
+    assert blueness[0] < blueness[1] < blueness[2]
+    # At 20 km what is left is ozone: three quarters of 0.02 in red, over a way of 2 + 2.
+    assert blueness[2] == pytest.approx(np.exp(0.06), abs=0.03)
+
+
+def test_a_camera_under_the_clouds_sees_none_on_the_ground(
+    gl: moderngl.Context, overcast: str
+) -> None:
+    sun = tilted_sun(SEA, 60.0, 90.0)
+    earth = {"shape": "sphere", "radius_km": RADIUS, "atmosphere": "standard"}
+    seen = []
+    for altitude in (2.0, 6.0):
+        clouds = {"picture": overcast, "height_km": 4.0, "optical_thickness": 50.0}
+        image = looking_down(
+            gl, SEA, sun, earth | {"clouds": clouds}, altitude=altitude, width=1.0, pixels=32
+        )
+        seen.append(seen_over_sun(image, 60.0)[1])
+    assert seen[0] < 0.1
+    assert seen[1] > 0.5
+
+
+def test_a_thick_cloud_and_a_clear_sea_reflect_what_is_known(
+    gl: moderngl.Context, overcast: str
+) -> None:
+    sun = tilted_sun(SEA, 40.0, 0.0)
+    clouds = {"picture": overcast, "optical_thickness": 30.0}
+    cloud = seen_over_sun(looking_down(gl, SEA, sun, {"clouds": clouds}), 40.0)
+    sea = seen_over_sun(looking_down(gl, SEA, sun, {"clouds": {"cover": 0.0}}), 40.0)
+    assert np.all((cloud > 0.6) & (cloud < 0.85))
+    assert 0.03 < sea[1] < 0.1
+
+
+@pytest.mark.parametrize("longitude", [-150.0, -60.0, 20.0, 110.0])
+def test_the_full_disc_reflects_what_satellites_see(gl: moderngl.Context, longitude: float) -> None:
+    place = (0.0, longitude)
+    image = looking_down(
+        gl, place, up_at(*place), {"shape": "wgs84"}, altitude=36_000.0, width=13_000.0, pixels=160
+    )
+    # The disc from 42,378 km is so much smaller in its plane: cos of its own half angle.
+    shown = RADIUS * 36_000.0 / np.sqrt((RADIUS + 36_000.0) ** 2 - RADIUS**2)
+    disc = np.pi * shown**2 / (13_000.0 / 160) ** 2
+    reflectance = np.pi * image.sum(axis=(0, 1)) / disc / SUN
+    mean = np.average(reflectance, weights=SUN)
+    assert 0.25 < mean < 0.35
