@@ -240,7 +240,7 @@ def assess(
         str | None, typer.Option(help="Camera name; that of the table assess, or the first.")
     ] = None,
     target: Annotated[
-        str | None, typer.Option(help="Spacecraft to look for; that of the table assess, or the first.")
+        str | None, typer.Option(help="Spacecraft to look for; that of the table assess, or first.")
     ] = None,
     at: Annotated[str | None, typer.Option(help="One UTC epoch instead of a trajectory.")] = None,
     out: Annotated[

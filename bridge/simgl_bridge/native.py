@@ -139,9 +139,9 @@ class NativeFront:
         s.setsockopt(zmq.ROUTER_HANDOVER, 1)
         # A reply to a client that left is an error that can be seen, not silence.
         s.setsockopt(zmq.ROUTER_MANDATORY, 1)
-        # Not ZMQ_HEARTBEAT_IVL: where a client hangs up while its messages wait at a full queue, the
-        # timer of libzmq 4.3.5 aborts the whole process (!_io_error in stream_engine_base.cpp). The
-        # clients send heartbeats, which are answered; one that vanished is noticed by TCP.
+        # Not ZMQ_HEARTBEAT_IVL: where a client hangs up while its messages wait at a full queue,
+        # the timer of libzmq 4.3.5 aborts the whole process (!_io_error in stream_engine_base.cpp).
+        # The clients send heartbeats, which are answered; one that vanished is noticed by TCP.
         s.setsockopt(zmq.TCP_KEEPALIVE, 1)
         s.setsockopt(zmq.TCP_KEEPALIVE_IDLE, 10)
         s.setsockopt(zmq.TCP_KEEPALIVE_INTVL, 5)
