@@ -122,7 +122,10 @@ class PlanetPass:
                 self._program_for("planet/tiles", variant).draw(tiles.even, TILE)
             else:
                 ground = ground | tiles.even[:: BLOCK // TILE, :: BLOCK // TILE]
-            self._program_for("planet/planet", variant).draw(ground, BLOCK)
+            # One large face costs less than its parts.
+            edge = max(area[2:]) if ground.all() else BLOCK
+            ground = ground[:1, :1] if ground.all() else ground
+            self._program_for("planet/planet", variant).draw(ground, edge)
             if air is not None:
                 self._program_for("planet/air", variant).draw(tiles.air, BLOCK)
         elif alone:
