@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from simgl.assess.backdrop import Backdrop, backdrop, ring_around
 from simgl.errors import ConfigError, did_you_mean
-from simgl.images import WHITE_RADIANCE, saturated
+from simgl.false_colour import relative_flux
+from simgl.images import saturated
 from simgl.physics.frames import unit
 from simgl.scene.state import SceneState
 from simgl.simulator import Exposure
@@ -18,8 +19,6 @@ Array = NDArray[np.float64]
 
 # A pixel is dark where its signal does not stand out from its own noise by this factor.
 DETECTION = 3.0
-# Weights of the primaries of ITU-R BT.709, and the source study's solar constant [W m-2].
-_LUMA, _SOURCE_SOLAR_CONSTANT = np.array([0.2126, 0.7152, 0.0722]), 1367.0
 # Where a good exposure puts the brightest 2 % of a target, of a full pixel.
 BRIGHT_AIM, _BRIGHT = 0.8, 98.0
 
@@ -123,7 +122,7 @@ def assess_frame(exposure: Exposure, state: SceneState, target: str) -> FrameAss
         range=float(np.linalg.norm(to_camera)),
         phase_angle=_angle(sun.direction_icrf, unit(to_camera)),
         sun_to_boresight=_angle(info.sun_direction_icrf, info.R_camera_from_icrf[2]),
-        sunlight=float(sun.irradiance @ state.sunlight(position) / sun.irradiance.sum()),
+        sunlight=state.sunlit_share(position),
         target_pixels=count,
         saturated=share(full),
         dark=share(dark),
@@ -133,7 +132,7 @@ def assess_frame(exposure: Exposure, state: SceneState, target: str) -> FrameAss
         backdrop=backdrop(ring, state, *pose),
         contrast=_contrast(electrons, image[ring]),
         mean_radiance=(r, g, b, n),
-        relative_flux=float(mean[:3] / WHITE_RADIANCE @ _LUMA * _SOURCE_SOLAR_CONSTANT),
+        relative_flux=float(relative_flux(np.asarray(mean, dtype=np.float32))),
         median_electrons=float(np.median(electrons)) if count else 0.0,
         bright_electrons=float(np.percentile(electrons, _BRIGHT)) if count else 0.0,
         full_electrons=float(min(detector.full_well, converter)),

@@ -169,6 +169,11 @@ class SceneState:
     stars: StarSky | None = None
     R_moon_from_icrf: Array | None = None
 
+    def sunlit_share(self, point: Array) -> float:
+        """Share of the Sun's light, over all bands, that reaches a point (3,) [m]."""
+        irradiance = self.sun.seen_from(point).irradiance
+        return float(irradiance @ self.sunlight(point) / irradiance.sum())
+
     def sunlight(self, point: Array) -> Array:
         """(4,) share of the Sun's light that reaches a point (3,) [m] past Earth, air and Moon."""
         sun = self.sun.seen_from(point)

@@ -59,7 +59,9 @@ def events(
 
     found = []
     before, at = start_ns, holds(start_ns)
-    for now in [*regular(start_ns, stop_ns, step_ns)[1:], stop_ns]:
+    # The last step may be shorter than the others.
+    looks = dict.fromkeys([*regular(start_ns, stop_ns, step_ns)[1:], stop_ns])
+    for now in looks:
         there = holds(now)
         if there and not at:
             found.append(_closed_in(holds, before, now))
@@ -77,9 +79,7 @@ def _closed_in(holds: Callable[[int], bool], before: int, after: int) -> int:
 
 def _condition(kind: Event, camera: str, target: str) -> Callable[[SceneState], bool]:
     def sunlight(state: SceneState) -> float:
-        body = state.bodies[target].pose.position
-        irradiance = state.sun.seen_from(body).irradiance
-        return float(irradiance @ state.sunlight(body) / irradiance.sum())
+        return state.sunlit_share(state.bodies[target].pose.position)
 
     conditions: dict[Event, Callable[[SceneState], bool]] = {
         Event.ECLIPSE_ENTRY: lambda state: sunlight(state) < 0.99,

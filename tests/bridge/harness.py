@@ -18,42 +18,20 @@ from simgl_bridge.server import serve
 from simgl_bridge.studio import Studio
 from simgl_bridge.turns import Turns
 
+from benchmarks.bridge.scene import SMALL
 from simgl import Exposure, Product, Scenario, Simulator
 from simgl.scene.state import SceneState
 
-SCENARIO = """
-[epoch]
-utc = "2026-03-20T12:00:00"
-[sun]
-irradiance_w_m2 = 1367.0
-angular_diameter_deg = 0.5
-direction_icrf = [0.6, 0.0, 0.8]
-[earth]
-shape = "none"
-[spacecraft.target]
-model = { box = { size_m = [2.0, 1.0, 1.0], material = { reflectance = 0.5 } } }
-position_icrf_m = [0.0, 0.0, 0.0]
-[spacecraft.chaser]
-model = { box = { size_m = [0.2, 0.2, 0.2], material = { reflectance = 0.2 } } }
-position_icrf_m = [0.0, 0.0, 60.0]
-[camera.nav]
-on = "chaser"
-position_body_m = [0.0, 0.0, -0.2]
-boresight = [0.0, 0.0, -1.0]
-up = [0.0, 1.0, 0.0]
-width_px = 64
-height_px = 48
-focal_length_mm = 2.0
-exposure_time_s = 0.0002
+# The scene of the long runs with a second camera.
+_SIDE = """\
 [camera.side]
 position_icrf_m = [50.0, 0.0, 10.0]
 look_at = "target"
 width_px = 48
 height_px = 40
 focal_length_mm = 2.0
-[render]
-seed = 7
 """
+SCENARIO = SMALL.replace("[render]", f"{_SIDE}[render]")
 
 
 class WatchedSimulator(Simulator):
