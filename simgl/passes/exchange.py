@@ -20,13 +20,16 @@ from simgl.transport.cache import transport_of
 from simgl.transport.directions import CELLS_ACROSS
 from simgl.transport.solve import (
     Reflectors,
+    beside,
+    earth_share,
     lamp_irradiance,
     radiosity,
     reflectors,
+    site_irradiance,
     sky_irradiance,
-    sun_cosines,
-    vertex_light,
+    vertex_values,
 )
+from simgl.transport.sunlit import SunlitPatches
 from simgl.transport.transport import Floats, Transport
 from simgl.transport.view import ExchangeView, Neighbour
 from simgl.view.frame import CraftView
@@ -48,6 +51,7 @@ class ExchangePass:
         self._ctx = ctx
         self._transports: dict[tuple[str, bool], Transport | None] = {}
         self._reflectors: dict[tuple[object, ...], Reflectors] = {}
+        self._sunlit: dict[int, SunlitPatches] = {}
         self._cosines: dict[int, tuple[bytes, Floats]] = {}
         self._buffers: dict[tuple[int, int], moderngl.Buffer] = {}
         self._turned: OrderedDict[tuple[object, ...], Mesh] = OrderedDict()
@@ -84,6 +88,8 @@ class ExchangePass:
             return None
         surface = self._surface(craft.model, transport)
         cells = None if sky is None else cell_radiance(sky, CELLS_ACROSS)
+        # In the other thread while this one is busy with the bounces.
+        share = beside().submit(earth_share, transport, cells)
         cosines = self._sun_cosines(craft.instance, transport, craft.exchange)
         direct = cosines[:, None] * craft.exchange.sun_irradiance.astype(np.float32)
         if cells is not None:
@@ -93,10 +99,7 @@ class ExchangePass:
             for lamp in craft.exchange.lamps:
                 direct = direct + lamp_irradiance(transport, lamp, around)
         exitance = radiosity(transport, surface, direct)
-        light = vertex_light(transport, exitance, cells)
-        values = np.empty((len(transport.mesh.positions), transport.sides, 5), dtype=np.float32)
-        values[..., :4] = np.swapaxes(light.bounced, 0, 1)
-        values[..., 4] = light.earth_share.T
+        values = vertex_values(transport, site_irradiance(transport, exitance), share.result())
         buffer = self._buffer(craft.instance, values.nbytes)
         buffer.write(values)
         two_sided = transport.sides == 2
@@ -139,7 +142,8 @@ class ExchangePass:
         key = _sun_key(transport, view)
         if self._cosines.get(instance, (b"",))[0] != key:
             blockers = [n.blocker() for n in view.before_sun]
-            self._cosines[instance] = key, sun_cosines(transport, view.sun_direction, blockers)
+            lit = self._sunlit.setdefault(id(transport), SunlitPatches(transport))
+            self._cosines[instance] = key, lit.cosines(view.sun_direction, blockers)
         return self._cosines[instance][1]
 
     def _buffer(self, instance: int, size: int) -> moderngl.Buffer:

@@ -27,7 +27,12 @@ class Neighbour:
 
     def blocker(self) -> Blocker:
         """The same, ready for rays."""
-        return Blocker(tracer=ray_tracer(self.mesh), other_from_body=self.other_from_body)
+        return Blocker(
+            tracer=ray_tracer(self.mesh),
+            other_from_body=self.other_from_body,
+            centre=self.mesh.centre,
+            radius=self.mesh.radius,
+        )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
