@@ -20,7 +20,6 @@ from simgl.transport.bake import BakeSettings, bake, sees_itself
 from simgl.transport.directions import SKY_CELLS
 from simgl.transport.sites import cast, sites_of
 from simgl.transport.solve import (
-    Blocker,
     SpotLight,
     earth_share,
     lamp_irradiance,
