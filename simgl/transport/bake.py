@@ -250,6 +250,7 @@ def _assembled(
         mesh=mesh,
         sides=sides,
         areas=patches.areas.astype(np.float32),
+        patch_of_side=patches.of_side,
         materials=patches.materials.astype(np.float32),
         points=patches.points.astype(np.float32),
         normals=patches.normals.astype(np.float32),

@@ -16,7 +16,7 @@ from simgl.transport.bake import BakeSettings, Progress, bake, sees_itself
 from simgl.transport.transport import Transport
 
 # Part of every key: a change in how bakes are made or stored makes the old files strangers.
-VERSION = 6
+VERSION = 7
 
 _MATRICES = ("form_factors", "sky", "gather", "sky_part", "whole")
 

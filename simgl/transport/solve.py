@@ -82,15 +82,21 @@ def hemispherical_albedo(material: Material) -> Array:
     return np.asarray(fresnel + (1.0 - fresnel) * (1.0 - material.metallic) * base)
 
 
+def material_light(materials: Sequence[Material]) -> tuple[Floats, Floats]:
+    """(k, 4) albedo of materials under uniform light, and their own exitance [W m-2]."""
+    albedo = np.array([hemispherical_albedo(m) for m in materials], dtype=np.float32)
+    exitance = np.array([np.pi * np.asarray(m.emission) for m in materials], dtype=np.float32)
+    return albedo, exitance
+
+
 def reflectors(transport: Transport, materials: Sequence[Material]) -> Reflectors:
     """The patches with a model's materials."""
     used = materials[: transport.materials.shape[1]]
-    albedo = transport.materials @ np.array([hemispherical_albedo(m) for m in used])
-    exitance = transport.materials @ np.array([np.pi * np.asarray(m.emission) for m in used])
+    albedo, exitance = (transport.materials @ light for light in material_light(used))
     return Reflectors(
-        albedo=albedo.astype(np.float32),
-        exitance=exitance.astype(np.float32),
-        contraction=_contraction(transport.form_factors, albedo),
+        albedo=albedo,
+        exitance=exitance,
+        contraction=_contraction(transport.form_factors, albedo.astype(np.float64)),
     )
 
 

@@ -23,6 +23,7 @@ class Transport:
     mesh : the body's mesh, finer where light varies
     sides : 2 where surfaces are lit and seen from both sides
     areas : (p,) of the patches [m2]
+    patch_of_side : (m * sides,) patch of each triangle's front, then of each one's back
     materials : (p, k) share of a patch that each material covers
     points, normals : (p, n, 3) sample points of the patches [m] and the surface's normals there
     point_open : (p, n) whether a sample point is outside all other parts
@@ -38,6 +39,7 @@ class Transport:
     mesh: Mesh
     sides: int
     areas: Floats
+    patch_of_side: Indices
     materials: Floats
     points: Floats
     normals: Floats
