@@ -197,9 +197,7 @@ class AirPass:
         target.release()
         return AirBetween(light=light * segment.sun_irradiance, transmittance=transmittance)
 
-    def _mixed(
-        self, tables: AirTables, kind: AirKind, height: float, angle: float
-    ) -> ImageTarget:
+    def _mixed(self, tables: AirTables, kind: AirKind, height: float, angle: float) -> ImageTarget:
         """The table of a view: between those of the nodes on both sides of the Sun's angle."""
         key = kind, height, angle
         found = self._views.get(key)
@@ -211,7 +209,8 @@ class AirPass:
         area = (0, 0, _COLUMNS, _rows(height))
         self.state.apply(self._ctx, target.framebuffer, area, area)
         self._mix.draw(
-            {"share": (angle / _NODE_STEP - below,) * 4}, [t for node in nodes for t in node.textures]
+            {"share": (angle / _NODE_STEP - below,) * 4},
+            [t for node in nodes for t in node.textures],
         )
         return target
 
