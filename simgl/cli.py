@@ -11,6 +11,7 @@ import typer
 from rich.console import Console
 
 from simgl import __version__
+from simgl.campaign.command import campaign
 from simgl.errors import ConfigError, SimglError
 from simgl.sequence.events import Event
 
@@ -415,6 +416,9 @@ def view(
     from simgl.viewer.window import run
 
     run(scenario, target, screenshot)
+
+
+app.command()(campaign)
 
 
 def _load_further_commands() -> None:

@@ -36,6 +36,7 @@ FLOORS = {
     "maps": 7,
     "assess": 7,
     "bench": 7,
+    "campaign": 7,
     "sequence": 7,
     "doctor": 7,
     "inspection": 7,
@@ -49,6 +50,7 @@ FLOORS = {
 NEIGHBOURS = {
     ("assets", "errors"),
     ("assess", "sequence"),
+    ("campaign", "sequence"),
     ("output", "simulator"),
     ("images", "optics"),
     ("scenario", "optics"),
