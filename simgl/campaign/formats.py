@@ -31,7 +31,8 @@ def write_coco(
     half a pixel in. A keypoint past the edge is 0, 0, 0.
     """
     categories = {name: number for number, name in enumerate(models, start=1)}
-    images, annotations = [], []
+    images: list[Labels] = []
+    annotations: list[Labels] = []
     for one in labels:
         size = one["height_px"], one["width_px"]
         images.append(

@@ -20,7 +20,7 @@ from simgl.scene.state import BodyState, SceneState
 Array = NDArray[np.float64]
 
 # A keypoint lies on its surface to within this share of the craft's bounding sphere.
-ON_SURFACE = 0.002
+ON_SURFACE = 0.005
 
 
 class Visibility(IntEnum):
@@ -123,9 +123,7 @@ def pose_in_camera(info: FrameInfo, body: BodyState) -> tuple[Array, Array]:
     )
 
 
-def keypoints(
-    info: FrameInfo, bodies: Mapping[str, BodyState], name: str
-) -> tuple[Keypoint, ...]:
+def keypoints(info: FrameInfo, bodies: Mapping[str, BodyState], name: str) -> tuple[Keypoint, ...]:
     """The keypoints of one spacecraft.
 
     Each is hidden where the straight line to the pinhole meets any spacecraft. The line starts

@@ -12,7 +12,7 @@ from simgl.campaign.description import Campaign
 from simgl.campaign.formats import stored_labels, write_camera, write_coco, write_speed
 from simgl.campaign.take import COLUMNS, KEYS, Taken, take
 from simgl.output import check_writable, complete_file
-from simgl.sequence.journal import Journal
+from simgl.sequence.journal import Journal, Value
 from simgl.simulator import Simulator
 from simgl.transport.bake import Progress
 
@@ -45,7 +45,11 @@ def run(campaign: Campaign, folder: Path, crew: Crew, report: Report | None = No
     Raises ConfigError for a folder that holds another campaign.
     """
     check_writable(folder)
-    content = {"simgl": __version__, "frames": campaign.frames, "campaign": campaign.digest}
+    content: dict[str, Value] = {
+        "simgl": __version__,
+        "frames": campaign.frames,
+        "campaign": campaign.digest,
+    }
     with Journal(folder, content, COLUMNS, KEYS) as journal:
         done = {key for (key,) in journal.done()}
         missing = [frame for frame in range(campaign.frames) if frame not in done]
