@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.random import Generator, Philox
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 from scipy.special import ndtri
@@ -31,7 +32,7 @@ class Draw:
         """(count,) numbers in 0..1, always the same ones for a name."""
         key = np.array([self.seed, zlib.crc32(name.encode())], dtype=np.uint64)
         counter = np.array([0, 0, self.attempt, self.frame], dtype=np.uint64)
-        return np.random.Generator(np.random.Philox(key=key, counter=counter)).random(count)
+        return Generator(Philox(key=key, counter=counter)).random(count)
 
     def word(self, name: str) -> int:
         """A number of 32 bits."""
