@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 from simgl import __version__
 from simgl.campaign.description import Campaign
 from simgl.campaign.formats import stored_labels, write_camera, write_coco, write_speed
-from simgl.campaign.take import COLUMNS, KEYS, Taken, take
+from simgl.campaign.take import COLUMNS, KEYS, Taken
+from simgl.crew.job import Crew
 from simgl.output import check_writable, complete_file
 from simgl.sequence.journal import Journal, Value
-from simgl.simulator import Simulator
-from simgl.transport.bake import Progress
 
 Report = Callable[[int, int], None]
-# From frames that are missing to them, in whatever order they are ready.
-Crew = AbstractContextManager[Callable[[Sequence[int]], Iterator[Taken]]]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,16 +25,9 @@ class Outcome:
     renderers: tuple[str, ...]
 
 
-@contextmanager
-def in_this_process(
-    campaign: Campaign, progress: Progress | None = None
-) -> Iterator[Callable[[Sequence[int]], Iterator[Taken]]]:
-    """Takes frames one after the other, here."""
-    with Simulator(campaign.scenario, progress=progress) as simulator:
-        yield lambda frames: (take(campaign, simulator, frame) for frame in frames)
-
-
-def run(campaign: Campaign, folder: Path, crew: Crew, report: Report | None = None) -> Outcome:
+def run(
+    campaign: Campaign, folder: Path, crew: Crew[Taken], report: Report | None = None
+) -> Outcome:
     """Take every frame that the folder does not hold yet, then write the labels of all.
 
     report : told the frames done and their number, those of an earlier run among them

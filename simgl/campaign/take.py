@@ -20,6 +20,7 @@ from simgl.images import DigitalFrame, png_bytes, saturated
 from simgl.output import write_dn_png, write_exr, write_view_png
 from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.physics.frames import quaternion_from_matrix, unit
+from simgl.scenario.scenario import Scenario
 from simgl.sequence.journal import Value
 from simgl.simulator import Exposure, Product, Simulator
 
@@ -65,6 +66,22 @@ class Taken:
     frame: int
     files: Mapping[str, bytes]
     row: Mapping[str, Value]
+
+
+@dataclass(frozen=True, kw_only=True)
+class CampaignJob:
+    """A campaign as a crew takes it."""
+
+    campaign: Campaign
+
+    @property
+    def scenario(self) -> Scenario:
+        """The base of all frames."""
+        return self.campaign.scenario
+
+    def take(self, simulator: Simulator, frame: int) -> Taken:
+        """One frame."""
+        return take(self.campaign, simulator, frame)
 
 
 def file_name(kind: str, frame: int) -> str:

@@ -37,6 +37,7 @@ FLOORS = {
     "assess": 7,
     "bench": 7,
     "campaign": 7,
+    "crew": 7,
     "sequence": 7,
     "doctor": 7,
     "inspection": 7,
@@ -50,6 +51,8 @@ FLOORS = {
 NEIGHBOURS = {
     ("assets", "errors"),
     ("assess", "sequence"),
+    ("assess", "crew"),
+    ("campaign", "crew"),
     ("campaign", "sequence"),
     ("output", "simulator"),
     ("images", "optics"),
