@@ -22,7 +22,8 @@ from examples.closed_loop.vision import (
 )
 from simgl import Scenario
 from simgl.physics.frames import Pose, camera_from_directions
-from simgl.scene.trajectory import BodyMount, LvlhAttitude, poses
+from simgl.scene.mounts import BodyMount
+from simgl.scene.trajectory import LvlhAttitude, poses
 
 Array = NDArray[np.float64]
 TakeImage = Callable[[int, dict[str, Pose]], Image]  # TAI [ns] and poses to DN
@@ -137,7 +138,8 @@ def fly(
     attitude, mount = scenario.motions["target"].attitude, scenario.mounts["navcam"]
     assert isinstance(attitude, LvlhAttitude)
     assert isinstance(mount, BodyMount)
-    R_camera_from_body = camera_from_directions(mount.boresight_body, mount.up_body)
+    assert isinstance(mount.pointing.towards, np.ndarray)
+    R_camera_from_body = camera_from_directions(mount.pointing.towards, mount.pointing.up)
     keypoints = scenario.models["target"].keypoints
     left, right = (attitude.R_lvlh_from_body @ keypoints[name] for name in WING_TIPS)
     span = float(np.linalg.norm(right - left))
