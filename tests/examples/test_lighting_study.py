@@ -23,12 +23,13 @@ from simgl.assess.run import assignment, moments, run
 ROOT = Path(__file__).parents[2]
 STUDY = ROOT / "examples" / "lighting_study"
 PAGE = ROOT / "docs" / "lighting_study.md"
-SHRINK = 5
+# Pictures smaller by this; those of bay and azimuths are twice as wide.
+SHRINK = {"bay": 10, "azimuths": 8}
 
 
 @pytest.fixture(scope="module", params=list(dict.fromkeys(case.file for case in CASES)))
 def simulator(request: pytest.FixtureRequest) -> Iterator[Simulator]:
-    scenario = smaller(load_scenario(STUDY / f"{request.param}.toml"), SHRINK)
+    scenario = smaller(load_scenario(STUDY / f"{request.param}.toml"), SHRINK.get(request.param, 5))
     with Simulator(scenario) as simulator:
         yield simulator
 
