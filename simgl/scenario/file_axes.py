@@ -38,4 +38,5 @@ def body_from_file(unit_m: float, up: str | None, forward: str | None) -> NDArra
 
 
 def _axis(name: str) -> NDArray[np.float64]:
-    return (-1.0 if name[0] == "-" else 1.0) * np.eye(3)["xyz".index(name[-1])]
+    sign = -1.0 if name[0] == "-" else 1.0
+    return np.asarray(sign * np.eye(3)["xyz".index(name[-1])])
