@@ -11,8 +11,11 @@ import typer
 from rich.console import Console
 
 from simgl import __version__
+from simgl.assess.cli import assess
+from simgl.campaign.cli import campaign
 from simgl.errors import ConfigError, SimglError
 from simgl.sequence.events import Event
+from simgl.sequence.spans import Count, Duration, Random, Seed, Start, Step, Stop
 
 app = typer.Typer(
     help="Camera images of spacecraft in low Earth orbit, in physical units.",
@@ -22,17 +25,6 @@ app = typer.Typer(
     rich_markup_mode="rich",
 )
 console = Console()
-
-# Which epochs of a trajectory.
-Start = Annotated[
-    str | None, typer.Option("--from", help="UTC; the scenario's epoch if not given.")
-]
-Stop = Annotated[str | None, typer.Option("--to", help="UTC of the end.")]
-Duration = Annotated[float | None, typer.Option(help="Instead of --to, in seconds.")]
-Step = Annotated[float | None, typer.Option(help="Seconds between epochs.")]
-Count = Annotated[int | None, typer.Option(help="So many epochs at equal steps.")]
-Random = Annotated[int | None, typer.Option(help="So many epochs at random.")]
-Seed = Annotated[int, typer.Option(help="Of --random.")]
 
 
 @app.callback(invoke_without_command=True)
@@ -233,50 +225,7 @@ def exposure(
     console.print(advice_text(advise(taken, state, target)), highlight=False)
 
 
-@app.command()
-def assess(
-    scenario: Annotated[Path, typer.Argument(help="Scenario file (TOML).")],
-    camera: Annotated[
-        str | None, typer.Option(help="Camera name; that of the table assess, or the first.")
-    ] = None,
-    target: Annotated[
-        str | None, typer.Option(help="Spacecraft to look for; that of the table assess, or first.")
-    ] = None,
-    at: Annotated[str | None, typer.Option(help="One UTC epoch instead of a trajectory.")] = None,
-    out: Annotated[
-        Path | None, typer.Option(help="Folder for report and tables of a trajectory.")
-    ] = None,
-    start: Start = None,
-    stop: Stop = None,
-    duration: Duration = None,
-    step: Step = None,
-    count: Count = None,
-    random: Random = None,
-    seed: Seed = 0,
-) -> None:
-    """Say how well images show a target: one epoch, or with --out a whole trajectory.
-
-    Examples: simgl assess examples/approach.toml
-    simgl assess examples/trajectories/files.toml --duration 5400 --count 90 --out out/report
-    """
-    from simgl.assess.command import one_epoch, trajectory
-    from simgl.sequence.options import EpochOptions
-
-    if out is None:
-        one_epoch(scenario, camera, target, at, console)
-        return
-    if at is not None:
-        raise ConfigError("command line", "--at", "is one epoch; --out is for a trajectory")
-    options = EpochOptions(
-        start=start,
-        stop=stop,
-        duration_s=duration,
-        step_s=step,
-        count=count,
-        random=random,
-        seed=seed,
-    )
-    trajectory(scenario, camera, target, options, out, console)
+app.command()(assess)
 
 
 def _epoch(default_tai_ns: int, at: str | None) -> int:
@@ -447,6 +396,9 @@ def view(
     from simgl.viewer.window import run
 
     run(scenario, target, screenshot)
+
+
+app.command()(campaign)
 
 
 def _load_further_commands() -> None:

@@ -131,12 +131,14 @@ class Simulator:
         camera: str,
         products: Collection[Product] = frozenset({Product.DN}),
         during: Callable[[int], SceneState] | None = None,
+        seed: int | None = None,
     ) -> Exposure:
         """The picture that a camera of the scene takes.
 
         during : the scene at other epochs [TAI ns] while the shutter is open, such as the
             scenario's ``at``; electrons and DN then show motion blur and the rolling of the
             shutter. Without it the scene stands still, as it does for radiance and truth.
+        seed : of the noise, in place of the scenario's
 
         Raises ConfigError for an unknown camera or one that is inside a body.
         """
@@ -144,7 +146,7 @@ class Simulator:
             problem = f"is not in the scenario; {did_you_mean(camera, state.cameras)}"
             raise ConfigError(self.scenario.name, f'camera "{camera}"', problem)
         view = self._view(state, camera)
-        info = self._info(state, camera)
+        info = self._info(state, camera, seed)
         states = [] if during is None else self._states(state, camera, during)
         # Another simulator of this process may have made its own context current.
         with self._ctx:
@@ -169,6 +171,7 @@ class Simulator:
                 sample_budget=self._renderer.sample_budget,
                 samples_per_pixel=self.scenario.samples_per_pixel,
                 inter_reflection=self.scenario.inter_reflection,
+                gather=self.scenario.gather,
             )
         except ConfigError as error:
             where = f"{self.scenario.source or self.scenario.name} {error.where}"
@@ -254,7 +257,7 @@ class Simulator:
     def _digital(
         self, state: SceneState, view: FrameView, info: FrameInfo, electrons: ImageTarget
     ) -> DigitalFrame:
-        target = self._renderer.digital(view.camera, state.tai_ns, self.scenario.seed, electrons)
+        target = self._renderer.digital(view.camera, state.tai_ns, info.seed, electrons)
         with self._renderer.timer.measure("read"):
             return DigitalFrame(info=info, dn=target.read())
 
@@ -267,7 +270,7 @@ class Simulator:
         sunlit = radiance.read()
         lit = np.zeros_like(sunlit) if pulse is None else self._renderer.layers(pulse)["lamp"]
         depth = self._renderer.truth(view).read(0)
-        return lidar_frame(info, self.scenario.seed, depth, lit, sunlit)
+        return lidar_frame(info, info.seed, depth, lit, sunlit)
 
     def _truth(self, state: SceneState, view: FrameView, info: FrameInfo) -> TruthFrame:
         target = self._renderer.truth(view)
@@ -278,7 +281,7 @@ class Simulator:
         }
         return TruthFrame(info=info, depth=target.read(0), part_id=target.read(1), part_names=names)
 
-    def _info(self, state: SceneState, name: str) -> FrameInfo:
+    def _info(self, state: SceneState, name: str, seed: int | None = None) -> FrameInfo:
         camera = state.cameras[name]
         sun = state.sun.seen_from(camera.position)
         return FrameInfo(
@@ -289,7 +292,7 @@ class Simulator:
             R_camera_from_icrf=camera.R_camera_from_icrf,
             sun_direction_icrf=sun.direction_icrf,
             sun_irradiance=sun.irradiance,
-            seed=self.scenario.seed,
+            seed=self.scenario.seed if seed is None else seed,
             renderer=self.renderer_name,
         )
 

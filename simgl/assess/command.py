@@ -12,6 +12,7 @@ from simgl.assess.criteria import verdict
 from simgl.assess.frame import assess_frame
 from simgl.assess.report import write_report
 from simgl.assess.run import PRODUCTS, assignment, moments, run
+from simgl.crew.hiring import hired
 from simgl.errors import ConfigError
 from simgl.physics.ephemeris import tai_ns_from_utc
 from simgl.progress import bake_bar, frame_bar
@@ -63,20 +64,24 @@ def trajectory(
     camera: str | None,
     target: str | None,
     options: EpochOptions,
+    hands: tuple[int | None, str | None],
     out: Path,
     console: Console,
 ) -> None:
-    """Assess a trajectory and leave a report and tables."""
+    """Assess a trajectory and leave a report and tables.
+
+    hands : workers on this machine, or the address of a scheduler of others
+    """
     scenario = load_scenario(path)
     named = assignment(scenario, camera, target, [])
     epochs = options.epochs(scenario, named.camera, named.target)
     work = assignment(scenario, camera, target, epochs)
+    report = out / "report.html"
     with bake_bar() as progress:
         ready = Simulator(scenario, progress=progress)
-    report = out / "report.html"
     with ready as simulator:
         with frame_bar() as bar:
-            rows = run(work, simulator, out, bar)
+            rows = run(work, hired(work, simulator, *hands), out, bar)
         found = course(moments(rows))
         write_report(report, work, rows, found, simulator)
     shares = ", ".join(f"{100 * s:.0f} % {v.value}" for v, s in found.shares.items() if s)

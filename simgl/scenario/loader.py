@@ -91,6 +91,7 @@ def scenario_from_dict(
         seed=render.seed,
         samples_per_pixel=render.samples_per_pixel,
         inter_reflection=render.inter_reflection,
+        gather=render.gather,
         stars=read_sky(sky, light),
     )
     # Laws that contradict each other, such as relative places in a circle, show here.

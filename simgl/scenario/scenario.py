@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,6 +73,7 @@ class Scenario:
     seed : of all noise
     samples_per_pixel : of geometry; None lets the renderer choose by cost
     inter_reflection : light between the surfaces of a spacecraft, and the Earth hidden by them
+    gather : that light at vertices, or by rays from every sample of every pixel
     stars : None for a sky without them
     """
 
@@ -90,6 +92,7 @@ class Scenario:
     seed: int = 0
     samples_per_pixel: int | None = None
     inter_reflection: bool = True
+    gather: Literal["vertex", "pixel"] = "vertex"
     stars: StarCatalogue | None = None
 
     def at(self, tai_ns: int) -> SceneState:

@@ -403,8 +403,10 @@ class RenderTable(Table, frozen=True, kw_only=True):
     """``[render]``: noise seed and mean geometry samples per pixel (omitted: chosen by cost).
 
     inter_reflection : light between the surfaces of a spacecraft, and the Earth hidden by them
+    gather : that light at vertices, or by rays from every sample of every pixel
     """
 
     seed: Annotated[int, Meta(ge=0, le=2**32 - 1)] = 0
     samples_per_pixel: Annotated[int, Meta(ge=FEWEST, le=256)] | None = None
     inter_reflection: bool = True
+    gather: Literal["vertex", "pixel"] = "vertex"

@@ -92,7 +92,7 @@ def test_shadow_beside_a_sunlit_panel() -> None:
     plane = np.zeros((192, 256), dtype=np.float32)
     plane[40:150, 20:90] = 10.0
     plane[100, 170] = 9e3
-    convolver = Convolver([[[kernel]]], 256, 192)
+    convolver = Convolver([[kernel]], np.eye(1), 256, 192)
     (cores,) = convolver.cores([plane], [None], np.array([100.0]))
     reach = kernel.reach
     offset = np.arange(-300, 301)
@@ -135,7 +135,7 @@ def test_spread_without_blur_changes_nothing() -> None:
     cam = camera(spread=PointSpread(diffraction=False))
     kernel = lens_kernel(cam, Blur(), 0, 64)
     plane = np.random.default_rng(3).random((192, 256), dtype=np.float32)
-    (found,) = Convolver([[[kernel]]], 256, 192).cores([plane], [None], np.array([10.0]))
+    (found,) = Convolver([[kernel]], np.eye(1), 256, 192).cores([plane], [None], np.array([10.0]))
     # Rounding of a transform of 4e4 values in float32.
     np.testing.assert_allclose(found, plane, atol=2e-6)
     assert CELL == 8

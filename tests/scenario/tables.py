@@ -115,14 +115,20 @@ BAD_VALUES = (
         SEED,
         "sead = 1",
         ' [render]: sead is not a key here; did you mean "seed"? (allowed: '
-        "inter_reflection, samples_per_pixel, seed)",
+        "gather, inter_reflection, samples_per_pixel, seed)",
     ),
     Damage(
         "unknown key on two lines",
         SEED,
         '"a\\nb" = 1',
-        ' [render]: "a\\nb" is not a key here; (allowed: inter_reflection, '
-        "samples_per_pixel, seed)",
+        ' [render]: "a\\nb" is not a key here; (allowed: gather, '
+        "inter_reflection, samples_per_pixel, seed)",
+    ),
+    Damage(
+        "unknown gather",
+        SEED,
+        'gather = "voxel"',
+        ' [render]: gather must be one of "pixel", "vertex", got "voxel"',
     ),
     Damage(
         "unknown key of a primitive",
