@@ -105,7 +105,7 @@ def _table(rows: Sequence[Sequence[str]]) -> str:
 
 
 def _w(value: float) -> str:
-    return f"{value:.0f}" if value >= 10.0 else f"{value:.2g}"
+    return f"{value:.0f}" if value >= 10.0 else f"{value:.1f}" if value >= 0.1 else "< 0.1"
 
 
 def _numbers(found: Mapping[str, list[Reading]]) -> str:
@@ -130,7 +130,7 @@ def _numbers(found: Mapping[str, list[Reading]]) -> str:
 
 
 def _verdicts(shots: Mapping[str, Shot]) -> str:
-    rows = [["case", "study's figures", "study", "`simgl assess`", "full at 1/2000 s", "frame"]]
+    rows = [["case", "study's figures", "study", "`simgl assess`", "full at 1/2000 s", "CPU time"]]
     for case in CASES:
         shot = shots[case.name]
         reasons = f": {'; '.join(shot.reasons)}" if shot.reasons else ""

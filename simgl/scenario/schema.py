@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 from msgspec import Meta
 
 from simgl.lattice import FEWEST
+from simgl.scenario.file_axes import Axis, Unit
 from simgl.scenario.optics_schema import LidarTable, OpticsTable
 from simgl.scenario.surfaces import PrimitiveTable
 from simgl.scenario.values import (
@@ -148,7 +149,9 @@ class SpacecraftTable(Table, frozen=True, kw_only=True):
     """``[spacecraft.NAME]``: a model, a place and an attitude.
 
     model : name of a shipped model, path of a glTF/OBJ/STL file, or a primitive
-    unit_m : metres per unit of a model file that does not say it (OBJ, STL)
+    unit, unit_m : of a model file that is not in metres: a name, or metres per unit
+    up_axis, forward_axis : the file's axes that become body -z and body x; without them the
+        file's axes are the body's, without ``forward_axis`` z looks ahead (x where z is up)
     place : exactly one of ``orbit``, ``trajectory`` (a file), ``relative_to`` with
         ``position_lvlh_m``, ``position_icrf_m``; a file in LVLH axes goes with ``relative_to``
     drift : from ``position_lvlh_m`` and ``velocity_lvlh_m_s`` at the epoch by Clohessy-Wiltshire;
@@ -161,7 +164,10 @@ class SpacecraftTable(Table, frozen=True, kw_only=True):
     """
 
     model: str | PrimitiveTable
+    unit: Unit | None = None
     unit_m: Positive | None = None
+    up_axis: Axis | None = None
+    forward_axis: Axis | None = None
     orbit: OrbitTable | None = None
     trajectory: str | MotionFileTable | None = None
     relative_to: str | None = None

@@ -69,6 +69,17 @@ def camera_velocity(mount: Mount, bodies: Mapping[str, Pose]) -> Array:
     return bodies[mount.target if isinstance(mount, OrbitingMount) else mount.spacecraft].velocity
 
 
+def at_rest(mount: BodyMount) -> Array:
+    """R_camera_from_body of a camera on its spacecraft.
+
+    One that turns on it is taken to look along body x, body -z at the top of the picture.
+    """
+    law = mount.pointing
+    if law.axes == "body" and isinstance(law.towards, np.ndarray):
+        return camera_from_directions(law.towards, law.up)
+    return camera_from_directions([1.0, 0.0, 0.0], [0.0, 0.0, -1.0])
+
+
 def camera_pose(
     name: str,
     mount: Mount,

@@ -894,7 +894,51 @@ BAD_VALUES = (
         "unit of a primitive",
         PLACE,
         f"{PLACE}\nunit_m = 0.001",
-        " [spacecraft.plate]: unit_m goes with a mesh file; a primitive is in metres",
+        " [spacecraft.plate]: unit_m goes with a mesh file; a primitive is in metres and body axes",
+    ),
+    Damage(
+        "unit that is none",
+        MODEL,
+        f'{MODEL}\nunit = "yd"',
+        ' [spacecraft.chaser]: unit must be one of "cm", "ft", "in", "km", "m", "mm", got "yd"',
+    ),
+    Damage(
+        "two units",
+        MODEL,
+        f'{MODEL}\nunit = "mm"\nunit_m = 0.001',
+        " [spacecraft.chaser]: unit_m contradicts unit; give one of them",
+    ),
+    Damage(
+        "axis that is none",
+        MODEL,
+        f'{MODEL}\nup_axis = "w"',
+        ' [spacecraft.chaser]: up_axis must be one of "-x", "-y", "-z", "x", "y", "z", got "w"',
+    ),
+    Damage(
+        "up and ahead along one axis",
+        MODEL,
+        f'{MODEL}\nup_axis = "y"\nforward_axis = "-y"',
+        " [spacecraft.chaser]: forward_axis must not lie along up_axis, got -y and y",
+    ),
+    Damage(
+        "ahead without a way up",
+        MODEL,
+        f'{MODEL}\nforward_axis = "y"',
+        " [spacecraft.chaser]: forward_axis goes with up_axis",
+    ),
+    Damage(
+        "axes of a primitive",
+        PLACE,
+        f'{PLACE}\nup_axis = "y"',
+        " [spacecraft.plate]: up_axis goes with a mesh file; a primitive is in metres and body "
+        "axes",
+    ),
+    Damage(
+        "axes of a shipped model",
+        MODEL,
+        f'{MODEL}\nup_axis = "y"',
+        ' [spacecraft.chaser]: model: model "cubesat_12u" knows its axes; up_axis goes with a '
+        "mesh file",
     ),
     Damage(
         "unit of zero",
