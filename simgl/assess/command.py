@@ -37,7 +37,7 @@ def one_epoch(
         ready = Simulator(scenario, progress=progress)
     with ready as simulator:
         exposure = simulator.capture(state, work.camera, PRODUCTS)
-    found = assess_frame(exposure, state, work.target)
+    found = assess_frame(exposure, state, work.target, work.limits)
     judged, reasons = verdict(found, work.limits)
     contrast = "no background" if found.contrast is None else f"{found.contrast:.2f}"
     better = found.better_exposure

@@ -58,7 +58,9 @@ class Sweep:
         rows = []
         for index, (setting, exposure) in enumerate(zip(self.settings, taken, strict=True)):
             point = frame * len(self.settings) + index
-            found = row_of(point, tai_ns, assess_frame(exposure, state, work.target), work.limits)
+            found = row_of(
+                point, tai_ns, assess_frame(exposure, state, work.target, work.limits), work.limits
+            )
             values: Row = {_column(name): v for name, v in (light | setting).items()}
             rows.append(values | found)
         return rows
