@@ -34,7 +34,7 @@ from simgl.passes.truth import TruthPass
 from simgl.passes.warp import WarpPass
 from simgl.scene.camera import Camera
 from simgl.scene.earth import Earth
-from simgl.scene.radiometry import electrons_per_irradiance
+from simgl.scene.radiometry import square_electrons_per_irradiance
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.transport.bake import Progress
 from simgl.transport.gather import LitBody
@@ -242,19 +242,19 @@ class Renderer:
         radiance: ImageTarget,
         sun: SunBefore | None = None,
     ) -> ImageTarget:
-        """Mean electrons [e-] of a radiance, R32F.
+        """Mean electrons [e-] of a radiance, in ``ELECTRONS_FORMAT``.
 
-        A lens that spreads light over a monochrome detector works on one sum of the bands, in a
-        third of the time.
+        A lens that spreads light works on what the detector's filters make of the bands, not on
+        the bands: one sum for a monochrome detector, three for one of colour.
         """
-        if not spreads(camera) or camera.detector.mosaic is not None:
+        if not spreads(camera):
             irradiance = self.irradiance(camera, radiance, sun)
             return self.electrons(camera, photons_per_joule, irradiance)
         sharp = self._sharp(camera, radiance)
         target = self._target("electrons", camera, _ELECTRONS)
-        weights = electrons_per_irradiance(camera, photons_per_joule)
+        square = square_electrons_per_irradiance(camera, photons_per_joule)
         with self.timer.measure("spread"):
-            target.write(self._spread.electrons(camera, weights, sun, sharp.textures[0]))
+            target.write(self._spread.electrons(camera, square, sun, sharp.textures[0]))
         return target
 
     def electrons(

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import base64
 import html
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,35 +13,15 @@ from matplotlib.colors import LogNorm
 
 from simgl.assess.course import Course, Window
 from simgl.assess.criteria import Verdict
+from simgl.assess.page import COLOURS, image, inline, write_page
 from simgl.assess.run import PRODUCTS, Assignment
 from simgl.images import display_from_radiance, display_gain, png_bytes
-from simgl.output import complete_file
 from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.sequence.journal import Value
 from simgl.simulator import Exposure, Simulator
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-_COLOURS = {
-    Verdict.GOOD: "#2e8b57",
-    Verdict.TOO_BRIGHT: "#e0a800",
-    Verdict.TOO_DARK: "#3b4252",
-    Verdict.CONFUSED: "#8e5ea2",
-    Verdict.NOT_IN_VIEW: "#c8ccd4",
-}
-_STYLE = """
-body { font: 15px/1.5 system-ui, sans-serif; color: #1d2430; margin: 2em auto; max-width: 1060px;
-       padding: 0 1em; }
-h1 { font-size: 1.6em; } h2 { font-size: 1.2em; margin-top: 2em; border-bottom: 1px solid #d5d9e0; }
-table { border-collapse: collapse; margin: .6em 0; } th { text-align: left; font-weight: 600; }
-td, th { padding: .15em .9em .15em 0; vertical-align: top; } td.n { text-align: right; }
-img { max-width: 100%; }
-.strip { display: flex; height: 22px; border-radius: 3px; overflow: hidden; }
-.key { display: inline-block; width: .8em; height: .8em; border-radius: 2px; margin-right: .35em; }
-figure { margin: 0; } figcaption { font-size: .85em; color: #4a5363; }
-.pictures { display: grid; grid-template-columns: 1fr 1fr; gap: 1.2em; }
-"""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,13 +47,7 @@ def write_report(
         _pictures(work, _chosen(rows), simulator),
         _criteria(work),
     ]
-    title = html.escape(f"{work.scenario.name}: light on {work.target}")
-    page = (
-        f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{title}</title>\n'
-        f"<style>{_STYLE}</style></head>\n<body>\n" + "\n".join(sections) + "\n</body></html>\n"
-    )
-    with complete_file(path) as temporary:
-        temporary.write_text(page, encoding="utf-8")
+    write_page(path, f"{work.scenario.name}: light on {work.target}", sections)
 
 
 def _head(work: Assignment, rows: Sequence[dict[str, Value]]) -> str:
@@ -94,7 +66,7 @@ def _head(work: Assignment, rows: Sequence[dict[str, Value]]) -> str:
 
 def _summary(found: Course) -> str:
     shares = "".join(
-        f'<tr><td><span class="key" style="background:{_COLOURS[v]}"></span>{v.value}</td>'
+        f'<tr><td><span class="key" style="background:{COLOURS[v]}"></span>{v.value}</td>'
         f'<td class="n">{100.0 * share:.1f} %</td></tr>'
         for v, share in found.shares.items()
     )
@@ -122,7 +94,7 @@ def _summary(found: Course) -> str:
 def _strip(windows: Sequence[Window], rows: Sequence[dict[str, Value]]) -> str:
     """A bar along time, a colour for each verdict."""
     cells = "".join(
-        f'<div style="flex:{w.epochs};background:{_COLOURS[w.verdict]}" '
+        f'<div style="flex:{w.epochs};background:{COLOURS[w.verdict]}" '
         f'title="{utc_from_tai_ns(w.start_ns)}: {w.verdict.value}"></div>'
         for w in windows
     )
@@ -152,7 +124,7 @@ def _timeline(rows: Sequence[dict[str, Value]], found: Course) -> str:
         minutes,
         shares,
         labels=["usable", "dark", "saturated"],
-        colors=[_COLOURS[kind] for kind in kinds],
+        colors=[COLOURS[kind] for kind in kinds],
     )
     axes[2].set_ylabel("target pixels [%]")
     axes[2].legend(loc="lower left", ncols=3, fontsize=8)
@@ -166,17 +138,7 @@ def _timeline(rows: Sequence[dict[str, Value]], found: Course) -> str:
     for one in axes:
         one.grid(alpha=0.3)
         one.margins(x=0.0)
-    return "<h2>Along the trajectory</h2>\n" + _strip(found.windows, rows) + _inline(figure)
-
-
-def _inline(figure: Figure) -> str:
-    buffer = io.BytesIO()
-    figure.savefig(buffer, dpi=100)
-    return _image(buffer.getvalue())
-
-
-def _image(png: bytes) -> str:
-    return f'<img src="data:image/png;base64,{base64.b64encode(png).decode()}" alt="">'
+    return "<h2>Along the trajectory</h2>\n" + _strip(found.windows, rows) + inline(figure)
 
 
 def _chosen(rows: Sequence[dict[str, Value]]) -> list[Chosen]:
@@ -231,8 +193,8 @@ def _picture(one: Chosen, exposure: Exposure) -> str:
     )
     return (
         f'<p>{html.escape(text)}</p>\n<div class="pictures">'
-        f"<figure>{_image(view)}<figcaption>Picture, {shown}</figcaption></figure>"
-        f"<figure>{_inline(_electron_map(exposure))}"
+        f"<figure>{image(view)}<figcaption>Picture, {shown}</figcaption></figure>"
+        f"<figure>{inline(_electron_map(exposure))}"
         "<figcaption>Mean electrons; the top of the scale is a full pixel</figcaption></figure>"
         "</div>"
     )

@@ -23,6 +23,7 @@ from simgl.scene.criteria import Criteria
 from simgl.scene.earth import Earth
 from simgl.scene.joints import JointLaws
 from simgl.scene.lamps import Lamp, lamp_state
+from simgl.scene.mounts import Mount, camera_pose, camera_velocity
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.stars import StarCatalogue, star_sky
 from simgl.scene.state import (
@@ -34,7 +35,7 @@ from simgl.scene.state import (
     SunAtPosition,
     SunInDirection,
 )
-from simgl.scene.trajectory import Motion, Mount, camera_pose, camera_velocity, poses
+from simgl.scene.trajectory import Motion, poses
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -146,18 +147,6 @@ class Scenario:
         cameras = dict(self.cameras)
         for name, seconds in (exposure_times or {}).items():
             cameras[name] = replace(cameras[name], exposure_time=seconds)
-        states = {}
-        for name, camera in cameras.items():
-            with self._named_in_errors():
-                position, R_camera_from_icrf = camera_pose(name, self.mounts[name], bodies)
-            states[name] = CameraState(
-                camera=camera,
-                position=position,
-                R_camera_from_icrf=R_camera_from_icrf,
-                velocity=camera_velocity(self.mounts[name], bodies),
-            )
-        with self._named_in_errors():
-            lamps = tuple(lamp_state(lamp, bodies) for lamp in self.lamps.values())
         earth = None
         if self.earth is not None:
             earth = EarthState(
@@ -170,6 +159,20 @@ class Scenario:
             sun, moon = self.sun.at(tai_ns), moon_position(tai_ns)
         else:
             sun, moon = self.sun, None
+        states = {}
+        for name, camera in cameras.items():
+            with self._named_in_errors():
+                position, R_camera_from_icrf = camera_pose(
+                    name, self.mounts[name], bodies, sun, earth
+                )
+            states[name] = CameraState(
+                camera=camera,
+                position=position,
+                R_camera_from_icrf=R_camera_from_icrf,
+                velocity=camera_velocity(self.mounts[name], bodies),
+            )
+        with self._named_in_errors():
+            lamps = tuple(lamp_state(lamp, bodies) for lamp in self.lamps.values())
         given = joint_angles or {}
         return SceneState(
             tai_ns=tai_ns,

@@ -198,12 +198,8 @@ def _camera_from_body(camera: CameraState, body: BodyState) -> Array:
 
 
 def _refuse_inside(camera: CameraState, name: str, body: BodyState) -> None:
-    mesh = body.model.mesh
-    pinhole = body.pose.R_icrf_from_body.T @ (camera.position - body.pose.position)
-    if np.linalg.norm(pinhole - mesh.centre) > mesh.radius:
-        return
-    if mesh.winding_number(pinhole) > 0.5:
-        place = ", ".join(f"{v:.3f}" for v in pinhole)
+    if body.encloses(camera.position):
+        place = ", ".join(f"{v:.3f}" for v in body.in_body(camera.position))
         raise ConfigError(
             f"[camera.{camera.camera.name}]",
             "position",
