@@ -282,30 +282,45 @@ model_app = typer.Typer(help="Models by themselves.", no_args_is_help=True)
 app.add_typer(model_app, name="model")
 
 
+# How a model file is to be read.
+UnitName = Annotated[
+    str | None, typer.Option("--unit", help="Of the file: m, mm, cm, in, ft or km.")
+]
+UnitMetres = Annotated[float | None, typer.Option(help="Or metres per unit of the file.")]
+Up = Annotated[
+    str | None, typer.Option("--up-axis", help="Of the file, becomes body -z: x, y, z, -x, ...")
+]
+Forward = Annotated[
+    str | None, typer.Option("--forward-axis", help="Of the file, becomes body x; with --up-axis.")
+]
+
+
 @model_app.command("check")
 def model_check(
     file: Annotated[str, typer.Argument(help="Path of a model file, or a shipped name.")],
-    unit_m: Annotated[
-        float | None, typer.Option(help="Metres per unit of the file; 1 if not given.")
-    ] = None,
+    unit: UnitName = None,
+    unit_m: UnitMetres = None,
+    up_axis: Up = None,
+    forward_axis: Forward = None,
 ) -> None:
     """Say what a model holds: size, parts, watertight or not, materials, what is not drawn.
 
-    Example: simgl model check station.stl --unit-m 0.001
+    Example: simgl model check station.stl --unit mm --up-axis y
     """
     from simgl.inspection.check import examine, report_text
 
-    text = report_text(examine(file, _unit_of(unit_m)))
-    console.print(text, highlight=False, markup=False, soft_wrap=True)
+    report = examine(file, *_file_frame(unit, unit_m, up_axis, forward_axis))
+    console.print(report_text(report), highlight=False, markup=False, soft_wrap=True)
 
 
 @model_app.command("turntable")
 def model_turntable(
     file: Annotated[str, typer.Argument(help="Path of a model file, or a shipped name.")],
     out: Annotated[Path, typer.Option(help="Folder for the picture.")],
-    unit_m: Annotated[
-        float | None, typer.Option(help="Metres per unit of the file; 1 if not given.")
-    ] = None,
+    unit: UnitName = None,
+    unit_m: UnitMetres = None,
+    up_axis: Up = None,
+    forward_axis: Forward = None,
 ) -> None:
     """Draw a model from eight sides on one sheet, the Sun over the camera's shoulder.
 
@@ -314,16 +329,33 @@ def model_turntable(
     from simgl.inspection.turntable import write_turntable
     from simgl.output import check_writable
 
+    frame = _file_frame(unit, unit_m, up_axis, forward_axis)
     check_writable(out)
-    path = write_turntable(file, out, _unit_of(unit_m))
+    path = write_turntable(file, out, *frame)
     console.print(str(path), highlight=False, markup=False, soft_wrap=True)
 
 
-def _unit_of(unit_m: float | None) -> float | None:
-    """The option ``--unit-m``, positive and finite."""
+def _file_frame(
+    unit: str | None, unit_m: float | None, up_axis: str | None, forward_axis: str | None
+) -> tuple[float | None, str | None, str | None]:
+    """The options on a model file's unit and axes: metres per unit, way up, way ahead."""
+    from simgl.scenario.file_axes import AXES, UNITS, body_from_file
+
+    where = "command line"
+    if unit is not None and unit not in UNITS:
+        raise ConfigError(where, "--unit", f'must be one of {", ".join(UNITS)}, got "{unit}"')
+    if unit is not None and unit_m is not None:
+        raise ConfigError(where, "--unit-m", "contradicts --unit; give one of them")
     if unit_m is not None and not 0.0 < unit_m < float("inf"):
-        raise ConfigError("command line", "--unit-m", f"must be positive, got {unit_m:g}")
-    return unit_m
+        raise ConfigError(where, "--unit-m", f"must be positive, got {unit_m:g}")
+    for option, axis in (("--up-axis", up_axis), ("--forward-axis", forward_axis)):
+        if axis is not None and axis not in AXES:
+            raise ConfigError(where, option, f'must be one of {", ".join(AXES)}, got "{axis}"')
+    try:
+        body_from_file(1.0, up_axis, forward_axis)
+    except ValueError as error:
+        raise ConfigError(where, "--forward-axis", str(error)) from None
+    return (unit_m if unit is None else UNITS[unit]), up_axis, forward_axis
 
 
 @app.command()

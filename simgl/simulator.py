@@ -217,6 +217,7 @@ class Simulator:
                 sample_budget=self._renderer.sample_budget,
                 samples_per_pixel=self.scenario.samples_per_pixel,
                 inter_reflection=self.scenario.inter_reflection,
+                gather=self.scenario.gather,
             )
         except ConfigError as error:
             where = f"{self.scenario.source or self.scenario.name} {error.where}"

@@ -16,7 +16,7 @@ from simgl.scenario.loader import load_scenario
 from simgl.scenario.scenario import Scenario
 from simgl.scenario.strict import convert, read_toml, shown
 from simgl.scene.joints import unknown_joint
-from simgl.scene.trajectory import BodyMount
+from simgl.scene.mounts import BodyMount
 
 _WAYS = ("direction", "azimuth_deg", "phase_angle_deg")
 # What a value may be, where that is not everything.

@@ -15,8 +15,8 @@ from simgl.campaign.draws import Distribution, Draw, direction, rotation
 from simgl.errors import ConfigError
 from simgl.physics.frames import Pose, camera_from_directions, rotation_between, unit
 from simgl.scene.camera import Camera
+from simgl.scene.mounts import BodyMount, OrbitingMount, at_rest, camera_pose
 from simgl.scene.state import CameraState, SceneState
-from simgl.scene.trajectory import BodyMount, OrbitingMount, camera_pose
 
 Array = NDArray[np.float64]
 
@@ -174,7 +174,6 @@ def _outward(
 
 def _carrier(mount: BodyMount, camera: CameraState, pose: Pose) -> Pose:
     """The pose of the spacecraft that holds a camera at its place."""
-    R_camera_from_body = camera_from_directions(mount.boresight_body, mount.up_body)
-    R_icrf_from_body = camera.R_camera_from_icrf.T @ R_camera_from_body
+    R_icrf_from_body = camera.R_camera_from_icrf.T @ at_rest(mount)
     position = camera.position - R_icrf_from_body @ mount.position_body
     return replace(pose, position=position, R_icrf_from_body=R_icrf_from_body)

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from simgl.campaign.description import Campaign
 from simgl.campaign.scene import FrameScene, frame_scene
 from simgl.errors import ConfigError
-from simgl.scene.trajectory import BodyMount, camera_pose
+from simgl.scene.mounts import BodyMount, camera_pose
+from simgl.scene.pointing import Pointing
 from tests.campaign.small import small_campaign
 
 Array = NDArray[np.float64]
@@ -58,9 +59,9 @@ def test_the_craft_that_carries_the_camera_comes_along(tmp_path: Path) -> None:
         mount = BodyMount(
             spacecraft="chaser",
             position_body=np.array([0.15, 0.0, 0.0]),
-            boresight_body=np.array([1.0, 0.0, 0.0]),
-            up_body=np.array([0.0, 0.0, -1.0]),
-            look_at=None,
+            pointing=Pointing(
+                towards=np.array([1.0, 0.0, 0.0]), axes="body", up=np.array([0.0, 0.0, -1.0])
+            ),
         )
         poses = {name: body.pose for name, body in state.bodies.items()}
         position, R = camera_pose("nav", mount, poses)
