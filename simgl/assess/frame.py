@@ -66,6 +66,14 @@ class FrameAssessment:
     full_electrons: float
 
     @property
+    def exitance(self) -> float:
+        """pi times the mean radiance of the target, 400-1000 nm [W m-2].
+
+        What leaves its surface, as far as that is equally bright from all sides.
+        """
+        return float(np.pi * sum(self.mean_radiance))
+
+    @property
     def better_exposure(self) -> float | None:
         """Factor on the exposure that brings the brightest 2 % of the target to 80 % of full.
 
