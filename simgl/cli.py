@@ -222,7 +222,7 @@ def exposure(
         ready = Simulator(loaded, progress=progress)
     with ready as simulator:
         taken = simulator.capture(state, camera, {Product.ELECTRONS, Product.TRUTH})
-    console.print(advice_text(advise(taken, state, target)), highlight=False)
+    console.print(advice_text(advise(taken, state, target, loaded.criteria)), highlight=False)
 
 
 app.command()(assess)

@@ -28,6 +28,7 @@ from simgl.optics.spread import SunBefore
 from simgl.receiver import lidar_frame
 from simgl.renderer import Renderer
 from simgl.scenario.scenario import Scenario
+from simgl.scene.camera import Camera
 from simgl.scene.state import SceneState
 from simgl.sensor.shutter import duration, instants, parts, row_shares
 from simgl.transport.bake import Progress
@@ -52,6 +53,8 @@ class Product(StrEnum):
 ALL_PRODUCTS = frozenset(Product)
 # Made from the radiance of the scene as it stands at the epoch.
 _FROM_RADIANCE = frozenset({Product.RADIANCE, Product.IRRADIANCE, Product.LIDAR})
+# Of the scene alone, whatever a camera makes of its light.
+_OF_THE_SCENE = frozenset({Product.RADIANCE, Product.LAYERS, Product.TRUTH, Product.NORMALS})
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -87,6 +90,12 @@ def _sun(state: SceneState, info: FrameInfo) -> SunBefore:
         irradiance=info.sun_irradiance * state.sunlight(info.position),
         angular_radius=state.sun.seen_from(info.position).angular_radius,
     )
+
+
+def _geometry(camera: Camera) -> tuple[object, ...]:
+    """What says where a camera's pixels look."""
+    d, lens = camera.detector, camera.lens
+    return camera.name, d.width, d.height, d.pixel_pitch, lens.focal_length, lens.distortion
 
 
 class Simulator:
@@ -162,6 +171,43 @@ class Simulator:
                 if Product.DN in products:
                     frames["digital"] = self._digital(state, view, info, electrons)
         return Exposure(info=info, **frames)  # type: ignore[arg-type]
+
+    def bracket(
+        self,
+        state: SceneState,
+        camera: str,
+        settings: Sequence[Camera],
+        products: Collection[Product] = frozenset({Product.DN}),
+    ) -> tuple[Exposure, ...]:
+        """Pictures of one instant with other settings of a camera, its scene rendered only once.
+
+        settings : the camera with other exposure times, f-numbers, filters or electronics; its
+            picture's size and field must stay. Frames of radiance and truth name the camera itself
+        Raises ConfigError as ``capture`` does, ValueError for a camera of another field.
+        """
+        if camera not in state.cameras:
+            problem = f"is not in the scenario; {did_you_mean(camera, state.cameras)}"
+            raise ConfigError(self.scenario.name, f'camera "{camera}"', problem)
+        placed = state.cameras[camera]
+        if any(_geometry(setting) != _geometry(placed.camera) for setting in settings):
+            raise ValueError("a setting changes the size or the field of the picture")
+        view, info = self._view(state, camera), self._info(state, camera)
+        taken = []
+        with self._ctx:
+            still = self._renderer.radiance(view)
+            shared = self._still(state, view, info, set(products) & _OF_THE_SCENE, still)
+            for setting in settings:
+                cameras = {**state.cameras, camera: replace(placed, camera=setting)}
+                there, seen = replace(state, cameras=cameras), replace(view, camera=setting)
+                own = replace(info, camera=setting)
+                frames = dict(shared)
+                electrons = self._electrons(there, seen, (), still)
+                if Product.ELECTRONS in products:
+                    frames["electrons"] = ElectronFrame(info=own, electrons=electrons.read())
+                if Product.DN in products:
+                    frames["digital"] = self._digital(there, seen, own, electrons)
+                taken.append(Exposure(info=own, **frames))  # type: ignore[arg-type]
+        return tuple(taken)
 
     def _view(self, state: SceneState, camera: str) -> FrameView:
         try:

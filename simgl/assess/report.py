@@ -2,40 +2,27 @@
 
 from __future__ import annotations
 
-import base64
 import html
-import io
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from simgl.assess.backdrop import Backdrop
 from simgl.assess.course import Course, Window
 from simgl.assess.criteria import Verdict
+from simgl.assess.page import COLOURS, image, inline, write_page
 from simgl.assess.run import PRODUCTS, Assignment
 from simgl.images import display_from_radiance, display_gain, png_bytes
 from simgl.maps import electron_map
-from simgl.output import complete_file
 from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.sequence.journal import Value
 from simgl.simulator import Exposure, Simulator
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 # More light than this does not help an eye; stars would come before the target.
 _MOST_GAIN = 1024.0
-_COLOURS = {
-    Verdict.GOOD: "#2e8b57",
-    Verdict.TOO_BRIGHT: "#e0a800",
-    Verdict.TOO_DARK: "#3b4252",
-    Verdict.CONFUSED: "#8e5ea2",
-    Verdict.NOT_IN_VIEW: "#c8ccd4",
-}
 _BEHIND = {
     Backdrop.SPACE: "#3b4252",
     Backdrop.LIMB: "#4f8fd0",
@@ -43,41 +30,6 @@ _BEHIND = {
     Backdrop.MIXED: "#c9a66b",
     Backdrop.NONE: "#c8ccd4",
 }
-_STYLE = """
-:root { color-scheme: light dark; --ink: #1d2430; --soft: #4a5363; --line: #d5d9e0; --paper: #fff; }
-@media (prefers-color-scheme: dark) {
-  :root { --ink: #e3e6ec; --soft: #a3abb9; --line: #3a414e; --paper: #14171c; }
-}
-body { font: 15px/1.5 system-ui, sans-serif; color: var(--ink); background: var(--paper);
-       margin: 2em auto; max-width: 1060px; padding: 0 1em; overflow-wrap: break-word; }
-h1 { font-size: 1.6em; }
-h2 { font-size: 1.2em; margin-top: 2em; border-bottom: 1px solid var(--line); }
-table { border-collapse: collapse; margin: .6em 0; }
-th { text-align: left; font-weight: 600; white-space: nowrap; }
-td { overflow-wrap: anywhere; }
-td, th { padding: .15em .9em .15em 0; vertical-align: top; }
-td.n { text-align: right; white-space: nowrap; }
-img { display: block; max-width: 100%; background: #fff; border-radius: 3px; }
-.strip { display: flex; height: 22px; border-radius: 3px; overflow: hidden; margin-top: .5em;
-         border: 1px solid var(--line);
-         print-color-adjust: exact; -webkit-print-color-adjust: exact; }
-.key { display: inline-block; width: .8em; height: .8em; border-radius: 2px; margin-right: .35em;
-       print-color-adjust: exact; -webkit-print-color-adjust: exact; }
-.keys > span { margin-right: 1.2em; white-space: nowrap; }
-figure { margin: 0 0 .6em; } img.plot { width: 100%; }
-figcaption { font-size: .85em; color: var(--soft); margin-top: .3em; }
-.pictures { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(360px, 100%), 1fr));
-            gap: 1.2em; align-items: start; margin-bottom: 2em; }
-.pictures img { width: 100%; image-rendering: pixelated; }
-.pictures img.plot { image-rendering: auto; }
-@media print {
-  :root { --ink: #000; --soft: #333; --line: #999; --paper: #fff; }
-  body { margin: 0; max-width: none; font-size: 10pt; }
-  h2, .epoch > p { break-after: avoid; } .epoch, figure, tr { break-inside: avoid; }
-  .pictures { grid-template-columns: 1fr 1fr; }
-  body > img.plot { width: auto; max-height: 11cm; }
-}
-"""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -103,13 +55,7 @@ def write_report(
         _pictures(work, _chosen(rows), simulator),
         _criteria(work),
     ]
-    title = html.escape(f"{work.scenario.name}: light on {work.target}")
-    page = (
-        f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{title}</title>\n'
-        f"<style>{_STYLE}</style></head>\n<body>\n" + "\n".join(sections) + "\n</body></html>\n"
-    )
-    with complete_file(path) as temporary:
-        temporary.write_text(page, encoding="utf-8")
+    write_page(path, f"{work.scenario.name}: light on {work.target}", sections)
 
 
 def _head(work: Assignment, rows: Sequence[dict[str, Value]]) -> str:
@@ -133,7 +79,7 @@ def _utc(row: dict[str, Value]) -> str:
 
 def _summary(found: Course) -> str:
     shares = "".join(
-        f'<tr><td><span class="key" style="background:{_COLOURS[v]}"></span>{v.value}</td>'
+        f'<tr><td><span class="key" style="background:{COLOURS[v]}"></span>{v.value}</td>'
         f'<td class="n">{100.0 * share:.1f} %</td></tr>'
         for v, share in found.shares.items()
     )
@@ -161,7 +107,7 @@ def _summary(found: Course) -> str:
 def _strip(windows: Sequence[Window], rows: Sequence[dict[str, Value]]) -> str:
     """A bar along time, a colour for each verdict."""
     cells = "".join(
-        f'<div style="flex:{w.epochs};background:{_COLOURS[w.verdict]}" '
+        f'<div style="flex:{w.epochs};background:{COLOURS[w.verdict]}" '
         f'title="{utc_from_tai_ns(w.start_ns)[:19]}: {w.verdict.value}"></div>'
         for w in windows
     )
@@ -209,7 +155,7 @@ def _timeline(rows: Sequence[dict[str, Value]], found: Course) -> str:
         minutes,
         shares,
         labels=["usable", "dark", "saturated"],
-        colors=[_COLOURS[kind] for kind in kinds],
+        colors=[COLOURS[kind] for kind in kinds],
     )
     axes[2].set_ylabel("target pixels [%]")
     axes[2].legend(loc="lower left", ncols=3, fontsize=8)
@@ -223,18 +169,7 @@ def _timeline(rows: Sequence[dict[str, Value]], found: Course) -> str:
     for one in axes:
         one.grid(alpha=0.3)
         one.margins(x=0.0)
-    return "<h2>Along the trajectory</h2>\n" + _strip(found.windows, rows) + _inline(figure)
-
-
-def _inline(figure: Figure) -> str:
-    buffer = io.BytesIO()
-    figure.savefig(buffer, dpi=100)
-    return _image(buffer.getvalue(), "plot")
-
-
-def _image(png: bytes, kind: str) -> str:
-    data = base64.b64encode(png).decode()
-    return f'<img class="{kind}" src="data:image/png;base64,{data}" alt="">'
+    return "<h2>Along the trajectory</h2>\n" + _strip(found.windows, rows) + inline(figure)
 
 
 def _chosen(rows: Sequence[dict[str, Value]]) -> list[Chosen]:
@@ -290,8 +225,8 @@ def _picture(one: Chosen, exposure: Exposure) -> str:
     )
     return (
         f'<div class="epoch"><p>{html.escape(text)}</p>\n<div class="pictures">'
-        f"<figure>{_image(view, 'picture')}<figcaption>Picture, {shown}</figcaption></figure>"
-        f"<figure>{_inline(electron_map(exposure.electrons))}"
+        f"<figure>{image(view, 'picture')}<figcaption>Picture, {shown}</figcaption></figure>"
+        f"<figure>{inline(electron_map(exposure.electrons))}"
         "<figcaption>Mean electrons before noise</figcaption></figure></div></div>"
     )
 

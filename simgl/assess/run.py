@@ -77,7 +77,9 @@ class Assignment:
         tai_ns = self.epochs[frame]
         state = self.scenario.at(tai_ns)
         exposure = simulator.capture(state, self.camera, PRODUCTS)
-        return row_of(frame, tai_ns, assess_frame(exposure, state, self.target), self.limits)
+        return row_of(
+            frame, tai_ns, assess_frame(exposure, state, self.target, self.limits), self.limits
+        )
 
 
 def assignment(

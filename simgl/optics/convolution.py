@@ -10,11 +10,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, TypeVar
 
 import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from simgl.optics.kernel import Kernel, core_share
 
@@ -128,7 +130,7 @@ class Convolver:
     def tails(self, coarse: Array) -> Array:
         """(results, rows, columns) light that kernels' tails bring to the cells of the coarse grid.
 
-        coarse : (planes, rows, columns) their means over the cells
+        coarse : (planes, rows, columns) as ``coarse_light`` gives it
         """
         rows, columns = coarse.shape[1:]
         if not self._tails.any():
@@ -138,32 +140,34 @@ class Convolver:
         return np.asarray(np.maximum(spread[:, :rows, :columns], 0.0))
 
 
-def cell_means(plane: Floats) -> Array:
-    """(rows, columns) means of a plane over the cells of the coarse grid."""
-    height, width = plane.shape
-    rows, columns = -(-height // CELL), -(-width // CELL)
-    if (height, width) != (rows * CELL, columns * CELL):
-        plane = np.pad(plane, ((0, rows * CELL - height), (0, columns * CELL - width)))
-    lines = plane.reshape(rows, CELL, -1).sum(axis=1)
-    return np.asarray(lines.reshape(rows, columns, CELL).sum(axis=2, dtype=np.float64) / CELL**2)
+def coarse_light(plane: Floats) -> Array:
+    """(rows, columns) light of a plane on the coarse grid [mean over a cell].
+
+    Each pixel gives to the cells around it as linear interpolation would take from them, so that
+    light keeps its place.
+    """
+    down, across = (_between(n) for n in plane.shape)
+    lines = (down.T @ plane).astype(np.float64)
+    return np.asarray((across.T @ lines.T).T / CELL**2)
 
 
 def add_coarse(image: Floats, coarse: Array) -> None:
     """Add values given on the coarse grid, linear between the middles of its cells."""
-    width = image.shape[1]
-    across = np.clip((np.arange(width) + 0.5) / CELL - 0.5, 0.0, coarse.shape[1] - 1.0)
-    left = across.astype(np.intp)
-    right = np.minimum(left + 1, coarse.shape[1] - 1)
-    share = across - left
-    wide = (coarse[:, left] * (1.0 - share) + coarse[:, right] * share).astype(np.float32)
-    # Each row of cells between the rows above and below it.
-    edge = np.concatenate([wide[:1], wide, wide[-1:]])
-    for row in range(CELL):
-        lines = image[row::CELL]
-        share_below = (row + 0.5) / CELL - 0.5
-        other = edge[: len(lines)] if share_below < 0.0 else edge[2 : 2 + len(lines)]
-        lines += np.float32(abs(share_below)) * other
-        lines += np.float32(1.0 - abs(share_below)) * wide[: len(lines)]
+    down, across = (_between(n) for n in image.shape)
+    wide = (across @ coarse.T).T
+    image += down @ np.asarray(wide, dtype=np.float32)
+
+
+@lru_cache(maxsize=8)
+def _between(pixels: int) -> csr_array:
+    """(pixels, cells) weights of linear interpolation between the middles of cells."""
+    cells = -(-pixels // CELL)
+    at = np.clip((np.arange(pixels) + 0.5) / CELL - 0.5, 0.0, cells - 1.0)
+    left = np.minimum(at.astype(np.intp), max(cells - 2, 0))
+    right = np.minimum(left + 1, cells - 1)
+    places = np.tile(np.arange(pixels), 2), np.concatenate([left, right])
+    weights = np.concatenate([1.0 - (at - left), at - left]).astype(np.float32)
+    return csr_array((weights, places), shape=(pixels, cells))
 
 
 def _fast_size(shape: tuple[int, int], margin: int) -> tuple[int, int]:
@@ -187,8 +191,8 @@ def _transfer(
 def _tail_transfer(size: tuple[int, int], reach: int) -> Array:
     """Spectrum of r^-3 outside the cores, on the coarse grid.
 
-    Light spread evenly over a cell, and linear interpolation between cells, smooth a tail as its
-    Laplacian times CELL^2 / 8 would: 1/24 by the one, 1/12 by the other, along each axis.
+    Shared out to cells and interpolated between them, a tail is smoothed as its Laplacian times
+    CELL^2 / 6 would smooth it: 1/12 by either, along each axis.
     """
     rows, columns = (np.minimum(np.arange(n), n - np.arange(n)) * float(CELL) for n in size)
     r = np.maximum(np.hypot(rows[:, None], columns), 1.0)
@@ -199,7 +203,7 @@ def _tail_transfer(size: tuple[int, int], reach: int) -> Array:
     step = 0.5
     outer, inner = tail(r + step), tail(np.maximum(r - step, 0.0))
     laplacian = (outer - 2.0 * tail(r) + inner) / step**2 + (outer - inner) / (2.0 * step * r)
-    kernel = np.maximum(tail(r) - CELL**2 / 8.0 * laplacian, 0.0) * CELL**2
+    kernel = np.maximum(tail(r) - CELL**2 / 6.0 * laplacian, 0.0) * CELL**2
     return np.asarray(scipy.fft.rfft2(kernel).real)
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simgl.optics.convolution import CELL, Convolver, add_coarse, cell_means, in_threads
+from simgl.optics.convolution import CELL, Convolver, add_coarse, coarse_light, in_threads
 from simgl.optics.ghosts import GhostDisc, add_discs, ghosts
 from simgl.optics.kernel import Kernel, image_kernel, lens_kernel, lens_reach
 from simgl.physics.constants import SOLAR_CONSTANT, SOLAR_TEMPERATURE
@@ -85,7 +85,7 @@ class Spread:
         planes : (height, width) each, 0 or more, mixed as ``mixture`` says
         sun : gives ghosts
         """
-        coarse = np.stack(in_threads(cell_means, planes))
+        coarse = np.stack(in_threads(coarse_light, planes))
         if self._convolver is None:
             results = [plane.copy() for plane in planes]
             added = np.zeros_like(coarse)

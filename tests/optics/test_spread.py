@@ -11,6 +11,7 @@ from simgl.optics.ghosts import common_area, ghosts
 from simgl.optics.spread import Spread, SunBefore
 from simgl.physics.constants import SOLAR_CONSTANT, SOLAR_TEMPERATURE
 from simgl.physics.spectrum import black_body_light
+from simgl.reference.optics import convolved, point_spread
 from simgl.scene.lens import Blur, LensSurface, PointSpread, Zone
 from tests.optics.cameras import DIFFRACTION, camera
 
@@ -57,6 +58,21 @@ def test_one_sum_of_the_bands_is_the_sum_of_the_spread_bands() -> None:
     np.testing.assert_allclose(found, wanted, atol=3e-3 * wanted.max())
     dark = np.s_[150:, 150:]
     np.testing.assert_allclose(found[dark], wanted[dark], rtol=5e-3)
+
+
+def test_a_panel_and_its_veil_are_those_of_the_reference() -> None:
+    """Against the lens's transfer function sampled as the textbook does, in float64."""
+    cam, planes = camera(spread=DIFFRACTION), panel()
+    found = Spread(cam).apply(list(planes))[1]
+    wanted = convolved(planes[1].astype(np.float64), point_spread(cam, Blur(), 1, 1, 1024))
+    # At corners, where kernels without negative values cannot follow: twice their transfer's 0.025.
+    np.testing.assert_allclose(found, wanted, atol=0.055 * float(planes[1].max()))
+    # Beside the panel, up to where the reference's own light comes back from the other side.
+    for distance in (2, 5, 10, 20, 40, 60):
+        column = np.s_[70:130, 129 + distance]
+        assert found[column].mean() == pytest.approx(wanted[column].mean(), rel=0.025)
+    # In the shadow on it.
+    assert found[100, 90] == pytest.approx(wanted[100, 90], rel=0.01)
 
 
 def test_several_sums_of_the_bands_are_sums_of_the_spread_bands() -> None:
