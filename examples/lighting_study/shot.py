@@ -159,11 +159,11 @@ def take(simulator: Simulator, camera: str) -> Shot:
     """The picture that a camera takes at the scenario's epoch."""
     scenario = simulator.scenario
     state = scenario.at(scenario.epoch_tai_ns)
-    simulator.capture(state, camera, {Product.DN})
+    exposure = simulator.capture(state, camera, PRODUCTS)
+    # A second one, which finds programs compiled and shadows drawn.
     start = time.process_time()
     simulator.capture(state, camera, {Product.DN})
     seconds = time.process_time() - start
-    exposure = simulator.capture(state, camera, PRODUCTS)
     found = assess_frame(exposure, state, TARGET)
     judged, reasons = verdict(found, scenario.criteria)
     return Shot(

@@ -53,6 +53,7 @@ def one_epoch(
         f"saturated dark usable {100 * found.saturated:.1f} % {100 * found.dark:.1f} % "
         f"{100 * found.usable:.1f} %\n"
         f"median signal/noise   {found.median_snr:.1f}\n"
+        f"exitance              {found.exitance:.0f} W/m2 (pi x radiance, 400-1000 nm)\n"
         f"relative flux         {found.relative_flux:.0f} W/m2 (source study's definition)\n"
         f"better exposure       {wanted}",
         highlight=False,

@@ -68,6 +68,14 @@ class FrameAssessment:
     full_electrons: float
     better_exposure: float | None
 
+    @property
+    def exitance(self) -> float:
+        """pi times the mean radiance of the target, 400-1000 nm [W m-2].
+
+        What leaves its surface, as far as that is equally bright from all sides.
+        """
+        return float(np.pi * sum(self.mean_radiance))
+
 
 def _angle(a: Array, b: Array) -> float:
     """Between two unit vectors [rad], exact for small and large ones."""
