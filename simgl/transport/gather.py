@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from simgl.rays import RayTracer, ray_tracer
 from simgl.scene.mesh import Mesh
+from simgl.sky import cube_directions, cube_solid_angles
 from simgl.transport.directions import frames, sky_cell
 from simgl.transport.sites import LIFT, face_normals
 
@@ -149,11 +150,28 @@ def _gathered(
     irradiance = scale * light.reshape(count, rays, 4).sum(axis=1)
     if sky is None:
         return irradiance, np.ones(count, dtype=np.float32)
+    if np.all(open_):
+        return irradiance, np.ones(count, dtype=np.float32)
     before = sky.mean(axis=1)[_cell(directions, sky)].reshape(count, rays)
-    seen = np.where(open_.reshape(count, rays), before, 0.0).sum(axis=1)
-    total = before.sum(axis=1)
-    # Where the rays find a dark sky, nothing is lost by calling it free.
-    return irradiance, np.where(total > 0.0, seen / np.maximum(total, 1e-30), 1.0)
+    seen = scale * np.where(open_.reshape(count, rays), before, 0.0).sum(axis=1)
+    whole = np.maximum(_free_irradiance(normals, sky), np.float32(0.01 * np.pi * before.max()))
+    # With few rays a share may pass 1; its mean over a pixel is what counts. Where a surface gets
+    # less than a hundredth of the brightest sky's light, some of it is lost.
+    return irradiance, (seen / np.maximum(whole, np.float32(1e-30))).astype(np.float32)
+
+
+def _free_irradiance(normals: Floats, sky: Floats) -> Floats:
+    """(n,) of a free surface by the sky, mean of the bands [W m-2]."""
+    across = round((len(sky) / 6) ** 0.5)
+    flux = sky.mean(axis=1) * np.tile(cube_solid_angles(across).ravel(), 6)
+    towards = cube_directions(across).reshape(-1, 3).astype(np.float32)
+    rounded, row = np.unique(np.round(normals * 512.0), axis=0, return_inverse=True)
+    free = np.empty(len(rounded), dtype=np.float32)
+    for start in range(0, len(rounded), 4096):
+        part = slice(start, start + 4096)
+        unit = rounded[part] / np.linalg.norm(rounded[part], axis=1, keepdims=True)
+        free[part] = np.maximum(unit @ towards.T, 0.0) @ flux
+    return free[row.ravel()]
 
 
 def _about(normals: Floats, u: Array, v: Array) -> Floats:
