@@ -934,13 +934,6 @@ BAD_VALUES = (
         "axes",
     ),
     Damage(
-        "axes of a shipped model",
-        MODEL,
-        f'{MODEL}\nup_axis = "y"',
-        ' [spacecraft.chaser]: model: model "cubesat_12u" knows its axes; up_axis goes with a '
-        "mesh file",
-    ),
-    Damage(
         "unit of zero",
         MODEL,
         f"{MODEL}\nunit_m = 0.0",
@@ -1270,6 +1263,13 @@ BAD_FILES = (
         MODEL,
         'model = "./scene.toml"',
         " [spacecraft.chaser]: model: FILE: not a mesh that simgl reads (.glb, .gltf, .obj, .stl)",
+    ),
+    Damage(
+        "axes of a shipped model",
+        MODEL,
+        f'{MODEL}\nup_axis = "y"',
+        ' [spacecraft.chaser]: model: model "cubesat_12u" knows its axes; up_axis goes with a '
+        "mesh file",
     ),
     Damage(
         "unit of a shipped model",
