@@ -43,12 +43,12 @@ class Traced:
 
     radiance : (height, width, 3) mean over each pixel [W m-2 sr-1]
     error : the same, standard error of that mean
-    seconds : without loading
+    cpu_seconds : processor time, without loading
     """
 
     radiance: Array
     error: Array
-    seconds: float
+    cpu_seconds: float
 
 
 def mitsuba() -> Any:
@@ -82,20 +82,20 @@ def trace(
         path = kept / f"traced_{key[:16]}.npz"
         found = read_arrays(path)
         if found is not None:
-            seconds = float(found.pop("seconds"))
-            return Traced(radiance=found["radiance"], error=found["error"], seconds=seconds)
+            seconds = float(found.pop("cpu_seconds"))
+            return Traced(radiance=found["radiance"], error=found["error"], cpu_seconds=seconds)
         scene = mi.load_dict(described)
     size = (camera.camera.detector.height, camera.camera.detector.width, len(bands))
     total, squares = np.zeros(size), np.zeros(size)
-    start = time.perf_counter()
+    start = time.process_time()
     for part in range(PARTS):
         image = np.array(mi.render(scene, spp=each, seed=part), dtype=np.float64)
         total, squares = total + image, squares + image**2
         tick()
-    seconds = time.perf_counter() - start
+    seconds = time.process_time() - start
     mean = total / PARTS
     variance = np.maximum(squares / PARTS - mean**2, 0.0) / (PARTS - 1)
-    traced = Traced(radiance=mean, error=np.sqrt(variance), seconds=seconds)
+    traced = Traced(radiance=mean, error=np.sqrt(variance), cpu_seconds=seconds)
     write_arrays(path, asdict(traced), "the scene is traced again next time")
     return traced
 

@@ -93,6 +93,15 @@ class Points:
     facets: Floats
     spread: Array
 
+    def of(self, chosen: Indices) -> Points:
+        """Some of them."""
+        return Points(
+            places=self.places[chosen],
+            normals=self.normals[chosen],
+            facets=self.facets[chosen],
+            spread=self.spread[chosen],
+        )
+
 
 def gathered(
     points: Points, bodies: Sequence[LitBody], sky: Floats | None, rays: int
@@ -111,6 +120,17 @@ def gathered(
         part = slice(start, start + step)
         irradiance[part], share[part] = _gathered(points, part, bodies, sky, rays)
     return irradiance, share
+
+
+def sunlight(points: Points, bodies: Sequence[LitBody]) -> Floats:
+    """(n,) irradiance of points by the Sun's centre, bands together [W m-2]."""
+    own = bodies[0]
+    cosine = np.maximum(points.normals @ own.sun_direction, 0.0).astype(np.float32)
+    lit = np.flatnonzero(cosine > 0.0)
+    lift = np.float32(LIFT * own.mesh.radius)
+    shaded = _shaded(points.places[lit] + lift * points.facets[lit], bodies)
+    cosine[lit[shaded]] = 0.0
+    return np.asarray(cosine * own.sun_irradiance.sum(dtype=np.float32))
 
 
 def _gathered(

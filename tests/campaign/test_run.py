@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from examples.campaign import overlay
 from simgl.cli import main
 from tests.campaign.small import CAMPAIGN, DRAW, written
 
@@ -86,6 +87,10 @@ def test_files_table_and_labels_hold_what_they_say(
         assert np.linalg.norm(pose["r_Vo2To_vbs_true"]) == pytest.approx(float(row["range_m"]))
     camera = json.loads((out / "camera.json").read_text())
     assert camera["cameraMatrix"][0] == pytest.approx([400.0, 0.0, 40.0])
+    overlay.main(out, 1, tmp_path / "overlay.png")
+    drawn = np.asarray(Image.open(tmp_path / "overlay.png"))
+    left, top, *_ = json.loads((out / "coco.json").read_text())["annotations"][1]["bbox"]
+    assert tuple(drawn[top, left]) == (255, 208, 0)
     before = contents(out)
     assert run(monkeypatch, path, "--out", out) == 0
     assert "0 of them now" in capsys.readouterr().out

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from simgl.campaign.description import Campaign
+from simgl.campaign.description import Campaign, load_campaign
 from simgl.campaign.scene import FrameScene, frame_scene
 from simgl.errors import ConfigError
 from simgl.scene.mounts import BodyMount, camera_pose
@@ -97,3 +97,12 @@ def test_no_camera_is_inside_a_spacecraft(tmp_path: Path) -> None:
         assert not scene.state.bodies["target"].encloses(camera.position)
     with pytest.raises(ConfigError, match=r"draw gives no possible scene for frame 0 in 1000"):
         frame_scene(small_campaign(tmp_path, "range_m = 0.001"), 0)
+
+
+def test_the_example_draws_what_it_says() -> None:
+    campaign = load_campaign(Path(__file__).parents[2] / "examples" / "campaign" / "approach.toml")
+    assert campaign.frames == 200
+    for frame in range(3):
+        state = frame_scene(campaign, frame).state
+        target, camera = state.bodies["target"].pose.position, state.cameras["navcam"]
+        assert 15.0 <= np.linalg.norm(camera.position - target) <= 150.0
