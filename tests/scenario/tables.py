@@ -1246,6 +1246,13 @@ BAD_VALUES = (
 
 BAD_FILES = (
     Damage(
+        "axes of a shipped model",
+        MODEL,
+        f'{MODEL}\nup_axis = "y"',
+        ' [spacecraft.chaser]: model: model "cubesat_12u" knows its axes; up_axis goes with a '
+        "mesh file",
+    ),
+    Damage(
         "misspelt model",
         MODEL,
         'model = "cubesat_21u"',
