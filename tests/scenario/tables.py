@@ -1272,13 +1272,6 @@ BAD_FILES = (
         " [spacecraft.chaser]: model: FILE: not a mesh that simgl reads (.glb, .gltf, .obj, .stl)",
     ),
     Damage(
-        "axes of a shipped model",
-        MODEL,
-        f'{MODEL}\nup_axis = "y"',
-        ' [spacecraft.chaser]: model: model "cubesat_12u" knows its axes; up_axis goes with a '
-        "mesh file",
-    ),
-    Damage(
         "unit of a shipped model",
         MODEL,
         f"{MODEL}\nunit_m = 0.001",
