@@ -22,6 +22,8 @@ ORBIT = Path(__file__).with_name("orbit.toml")
 LIMB = Path(__file__).parents[1] / "limb.toml"
 FRAMES = 24
 PERIOD_NS = 5_545 * 10**9
+# Shows lamps of cities and bright stars; what is darker stays black.
+DARKEST_GAIN = 2.0**18
 
 _UTC = "2026-03-20T12:00:00"
 _RADIUS_KM = 6378.137
@@ -29,12 +31,12 @@ _SIZE = 480, 360
 # Latitude, longitude [deg], height [km], angle of the view from nadir and its azimuth from north
 # through east, field of view along a row [deg]. At noon UTC the Sun stands over 2 deg east.
 VIEWS = {
-    "400 km, straight down": (5.0, -25.0, 400.0, 0.0, 0.0, 40.0),
-    "400 km, 45 deg": (28.0, -18.0, 400.0, 45.0, 60.0, 45.0),
-    "400 km, limb": (-5.0, -30.0, 400.0, 66.0, 120.0, 45.0),
-    "400 km, limb through 200 mm": (-5.0, -30.0, 400.0, 70.3, 120.0, 3.0),
-    "36,000 km": (10.0, -10.0, 36_000.0, 0.0, 0.0, 23.0),
-    "2 m, sunrise": (5.0, -85.5, 0.002, 88.0, 90.0, 60.0),
+    "nadir_400_km": (5.0, -25.0, 400.0, 0.0, 0.0, 40.0),
+    "slant_45_deg": (28.0, -18.0, 400.0, 45.0, 60.0, 45.0),
+    "limb_400_km": (-5.0, -30.0, 400.0, 66.0, 120.0, 45.0),
+    "limb_close": (-5.0, -30.0, 400.0, 70.3, 120.0, 3.0),
+    "from_36000_km": (10.0, -10.0, 36_000.0, 0.0, 0.0, 23.0),
+    "sunrise_at_2_m": (5.0, -85.5, 0.002, 88.0, 90.0, 60.0),
 }
 
 
@@ -60,9 +62,8 @@ def views(progress: Progress | None = None) -> Iterator[tuple[str, Picture]]:
         with Simulator(scenario, progress=progress) as simulator:
             for name in scenario.cameras:
                 radiance = _radiance(simulator, scenario, name, scenario.epoch_tai_ns)
-                if scenario is not earth:
-                    radiance, name = radiance[75:525, :], "200 m behind a craft"
-                yield _shown(name, radiance)
+                # The square picture of the craft is cut to the others' shape.
+                yield _shown(name, radiance if scenario is earth else radiance[75:525])
 
 
 def _radiance(
@@ -74,7 +75,7 @@ def _radiance(
 
 
 def _shown(name: str, radiance: NDArray[np.float32]) -> tuple[str, Picture]:
-    gain = display_gain(radiance)
+    gain = min(display_gain(radiance), DARKEST_GAIN)
     return f"{name}, x {gain:g}", display_from_radiance(radiance, gain)
 
 

@@ -98,8 +98,13 @@ Sight ground_sight(Place here, float on_earth, float on_clouds) {
     float mu_view = max(dot(normal, view), 0.0);
     float variance = wave_slope_variance;
     float sky_mirror = sky_in_waves(mu_view, variance);
+#ifdef AIR_INSIDE
+    vec4 sky = here.sky;
+#else
+    vec4 sky = diffuse / PI;
+#endif
     vec4 water = water_body / PI * (direct * lit + diffuse) * through
-               + diffuse * through * sky_mirror / PI
+               + sky * through * sky_mirror
                + direct * glint(normal, sun, view, variance) * (1.0 - shade);
 #ifdef SEA
     vec4 below = water;

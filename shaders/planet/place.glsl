@@ -32,6 +32,7 @@ struct Spot {
 // to_ground : transmittance from the ground to the camera
 // white     : radiance of a white layer at the height of the clouds [W m-2 sr-1]
 // beneath   : radiance that the air between ground and clouds adds [W m-2 sr-1]
+// sky       : radiance of the sky that level waves mirror (AIR_INSIDE; elsewhere the sky's mean)
 // ground, cloud, shade : the spot seen, where the ray meets the clouds, where the Sun's light does
 // turn      : of the chart's axes from east and north: cosine, sine
 // levels    : halvings of the maps and of the chart that a pixel spans
@@ -47,6 +48,9 @@ struct Place {
     vec4 white;
     vec4 beneath;
 #ifdef EARTH_MAPS
+#ifdef AIR_INSIDE
+    vec4 sky;
+#endif
     Spot ground;
     Spot cloud;
     Spot shade;
@@ -107,12 +111,33 @@ Place place_at(vec3 d, float t, float cloud_t, float slant) {
     return place;
 }
 
+#ifdef AIR_INSIDE
+// Height over which the sky that the camera sees stands for that over the sea [km].
+const float SAME_SKY_KM = 4.0;
+
+// The sky that waves mirror towards the camera, radiance there. Of a grazing ray they show their
+// near sides, which lean by some of their rms slope and mirror the sky that much twice higher.
+vec4 sky_in_the_sea(Place place) {
+    vec3 up = camera_up.xyz;
+    float lean = sqrt(0.5 * wave_slope_variance);
+    float mu = dot(place.normal, place.view);
+    float high = clamp(mu + 1.5 * lean * (1.0 - mu), 0.01, 0.999);
+    vec3 level = -place.view + dot(place.view, up) * up;
+    vec3 direction = normalize(level + 1e-6) * sqrt(1.0 - high * high) + high * up;
+    return air_ray(direction, high / camera_nearness, 0.0, 0.0).light;
+}
+#endif
+
 #ifdef AIR
 Place place_through(AirRay air, Place place) {
     place.to_ground = air.to_ground;
     place.direct *= air.to_ground;
     place.diffuse *= air.to_ground;
 #ifdef EARTH_MAPS
+#ifdef AIR_INSIDE
+    place.sky = mix(place.diffuse / PI, sky_in_the_sea(place) * air.to_ground,
+                    exp(-camera_height / SAME_SKY_KM));
+#endif
     AirRay over = air_before(air, cloud_km);
     place.white *= over.to_ground;
     place.beneath = air.light - over.light;
