@@ -21,8 +21,9 @@ from examples.closed_loop.vision import (
     locate,
 )
 from simgl import Scenario
-from simgl.physics.frames import Pose, camera_from_directions
-from simgl.scene.trajectory import BodyMount, LvlhAttitude, poses
+from simgl.physics.frames import Pose
+from simgl.scene.mounts import BodyMount, at_rest
+from simgl.scene.trajectory import LvlhAttitude, poses
 
 Array = NDArray[np.float64]
 TakeImage = Callable[[int, dict[str, Pose]], Image]  # TAI [ns] and poses to DN
@@ -137,7 +138,7 @@ def fly(
     attitude, mount = scenario.motions["target"].attitude, scenario.mounts["navcam"]
     assert isinstance(attitude, LvlhAttitude)
     assert isinstance(mount, BodyMount)
-    R_camera_from_body = camera_from_directions(mount.boresight_body, mount.up_body)
+    R_camera_from_body = at_rest(mount)
     keypoints = scenario.models["target"].keypoints
     left, right = (attitude.R_lvlh_from_body @ keypoints[name] for name in WING_TIPS)
     span = float(np.linalg.norm(right - left))
