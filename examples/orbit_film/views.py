@@ -1,4 +1,4 @@
-"""The pictures: an orbit's frames, and the Earth from the ground to 36,000 km, each at its own gain."""
+"""The pictures: an orbit in frames, and the Earth from the ground up, each by its own gain."""
 
 from __future__ import annotations
 

@@ -113,8 +113,9 @@ Sight ground_sight(Place here, float on_earth, float on_clouds) {
     float sea = clamp(0.5 + shore_km / max(here.footprint, 0.4), 0.0, 1.0);
     vec4 below = mix(land / PI * (direct * lit_land + diffuse) * through, water, sea);
 
-    // Lamps are on from sunset. The mean of exp(g) is exp(v / 2) for a normal g of variance v.
-    float lamps = form.w * form.w * exp(grain - 0.5 * kept_hills);
+    // Lamps are on from sunset, most where the ground is level. For slopes of variance v along both
+    // axes the mean of exp(-1.5 slope^2) is 1 / (1 + 3 v).
+    float lamps = form.w * form.w * exp(-1.5 * dot(along, along)) * (1.0 + 3.0 * kept_hills);
     below += here.to_ground * night_radiance * (lamps * clamp(0.5 - 12.0 * mu_sun, 0.0, 1.0));
 #endif
 

@@ -1,9 +1,10 @@
 """Pictures for people against colorimetry: the bands stand for sRGB's primaries.
 
-What an eye adapted to sunlight sees of a spectrum follows from CIE's colour matching functions; what
-the display step shows, from the three bands alone. They agree for what sunlight makes of air, cloud
-and sea, so that the blue of sky and limb is in the light. They do not where ozone has cut into the
-middle of the spectrum: its band peaks where green ends and red begins, and no mean of bands tells.
+What an eye adapted to sunlight sees of a spectrum follows from CIE's colour matching functions;
+what the display step shows, from the three bands alone. They agree for what sunlight makes of
+air, cloud and sea, so that the blue of sky and limb is in the light. They do not where ozone has
+cut into the middle of the spectrum: it takes most where green ends and red begins, and no mean of
+bands tells.
 """
 
 from __future__ import annotations
