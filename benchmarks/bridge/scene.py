@@ -16,8 +16,8 @@ from simgl_bridge import BodyPose, Client
 
 from simgl.errors import BridgeError
 
-# Left to itself a picture this small takes 256 samples a pixel, since they fit the budget: 27 of its
-# 31 ms (llvmpipe). With 5 it takes 5 ms.
+# Left to itself a picture this small takes 256 samples a pixel, since they fit the budget, and 31 ms
+# (llvmpipe); with 5 it takes 5 ms.
 SMALL = """
 [epoch]
 utc = "2026-03-20T12:00:00"

@@ -52,15 +52,18 @@ class Studio:
         state: SceneState,
         camera: str,
         products: frozenset[Product] = frozenset({Product.DN}),
+        during: Callable[[int], SceneState] | None = None,
     ) -> Exposure:
         """The picture that a camera of a state takes.
+
+        during : the scene at other epochs, while the shutter is open; None stands still
 
         Raises ConfigError where there is none, and GpuLostError where OpenGL failed; the next
         capture then starts with a new context.
         """
         simulator = self._ready()
         try:
-            exposure = simulator.capture(state, camera, products)
+            exposure = simulator.capture(state, camera, products, during)
             error = simulator.gl_error
         except (moderngl.Error, ContextError) as failure:
             self._lose(simulator)
