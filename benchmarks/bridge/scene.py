@@ -16,7 +16,7 @@ from simgl_bridge import BodyPose, Client
 
 from simgl.errors import BridgeError
 
-# Left to itself a picture this small takes 256 samples a pixel, since they fit the budget, and 31 ms
+# Left to itself a picture this small takes 256 samples a pixel, for they fit the budget, and 31 ms
 # (llvmpipe); with 5 it takes 5 ms.
 SMALL = """
 [epoch]

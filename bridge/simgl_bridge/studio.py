@@ -26,7 +26,8 @@ class GpuLostError(BridgeError):
 class Studio:
     """Takes pictures of one scenario at a time. Use it on one thread: OpenGL stays there.
 
-    root : folder of the scenarios that a client may choose from, by name; None offers none
+    root : folder of the scenarios that a client may choose from, by name, and that all their files
+        must lie in; None offers none
     open_simulator : makes the simulator of a scenario
 
     >>> with Studio(load_scenario("approach.toml")) as studio:
@@ -109,7 +110,7 @@ class Studio:
             return
         assert self._root is not None
         assert name in self.scenario_names
-        loaded = load_scenario(self._root / f"{name}.toml")
+        loaded = load_scenario(self._root / f"{name}.toml", root=self._root)
         self._exchange(loaded if seed is None else replace(loaded, seed=seed))
 
     def _sow(self, seed: int) -> None:

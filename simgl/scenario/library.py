@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from simgl import assets
 from simgl.errors import AssetError, ConfigError, did_you_mean
 from simgl.scenario.fields import direction
+from simgl.scenario.folder import Base, beside
 from simgl.scenario.gltf import face_normals, read_gltf
 from simgl.scenario.schema import CameraPresetTable
 from simgl.scenario.strict import convert, read_toml
@@ -175,7 +176,7 @@ def _read_plain_mesh(path: Path, unit_m: float) -> SpacecraftModel:
 
 
 @lru_cache(maxsize=32)
-def load_model(name: str, base: Path = Path(), unit_m: float | None = None) -> SpacecraftModel:
+def load_model(name: str, base: Base = Path(), unit_m: float | None = None) -> SpacecraftModel:
     """A shipped model by name, or a mesh file by path.
 
     name : a shipped name, or a path to .glb, .gltf, .obj or .stl
@@ -192,13 +193,13 @@ def load_model(name: str, base: Path = Path(), unit_m: float | None = None) -> S
     if not path.is_file():
         raise AssetError(f"{path}: no such model file")
     if path.suffix.lower() in (".glb", ".gltf"):
-        return read_gltf(path, path.stem, (unit_m or 1.0) * np.eye(3))
+        return read_gltf(path, path.stem, (unit_m or 1.0) * np.eye(3), beside(base, path))
     if path.suffix.lower() in _MESH_SUFFIXES:
         return _read_plain_mesh(path, unit_m or 1.0)
     raise AssetError(f"{path}: not a mesh that simgl reads ({', '.join(_MESH_SUFFIXES)})")
 
 
-def preset_path(name: str, base: Path = Path()) -> Path:
+def preset_path(name: str, base: Base = Path()) -> Path:
     """The file of a camera preset, named as shipped or by the path of a .toml file."""
     if name.endswith(".toml"):
         return base / name
