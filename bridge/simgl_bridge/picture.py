@@ -131,7 +131,9 @@ def requested_state(scenario: Scenario, request: Wanted, tai_ns: int | None = No
     for shot in request.cameras:
         there = cameras[shot.camera]
         cameras[shot.camera] = replace(there, camera=_set(there.camera, shot))
-    lamps = tuple(_dimmed(lamp, request.lamps) for lamp in state.lamps)
+    # A lamp that is off costs nothing where it is not there at all.
+    burning = (lamp for lamp in state.lamps if request.lamps.get(lamp.lamp.name, 1.0) > 0.0)
+    lamps = tuple(_dimmed(lamp, request.lamps) for lamp in burning)
     return replace(state, cameras=cameras, lamps=lamps)
 
 
