@@ -2,8 +2,8 @@
 
 Only images decide. The brightness of white on the target, over the exposure that it took, says what
 light there is: sunlight asks for tens of microseconds, the lamp for a millisecond and more. Where
-white would need longer than sunlight ever does, it is night, and the lamp goes on; where it needs so
-little that no lamp could have done it, the Sun is back.
+white would need longer than sunlight ever does, it is night, and the lamp goes on; where it needs
+so little that no lamp could have done it, the Sun is back.
 """
 
 from __future__ import annotations

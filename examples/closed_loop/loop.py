@@ -35,14 +35,13 @@ Array = NDArray[np.float64]
 CAMERA, LAMP = "navcam", "flood"
 WING_TIPS = ("wing_tip_left", "wing_tip_right")  # keypoints of the target, as the camera sees them
 SMEAR_PX = 0.1  # a target that moves farther during an exposure is drawn moving
+BOARD_REACH = 0.45  # [m] from its middle to its outer discs
 STEP = 1.0  # [s] of the truth's orbits and of flight software
 
 # What the chaser knows at the start: range and direction from the ground, 1 sigma.
 FIRST_RANGE_ERROR = 0.06  # of the range
 FIRST_ANGLE_ERROR = np.radians(1.0)
 FIRST_SPEED_ERROR = 0.02  # [m s-1]
-# Where a run starts differs from the plan by this, 1 sigma [m] in LVLH, and in speed [m s-1].
-START_SPREAD = np.array([6.0, 1.5, 1.5, 0.02, 0.02, 0.02])
 
 
 class TakeImage(Protocol):
@@ -64,6 +63,7 @@ class Settings:
     images : at most; None for no limit
     pictures : how many images are kept for the report
     offset : (3,) where the chaser starts besides the scenario's place, in LVLH [m]
+    spread : (6,) how far from there it really starts, 1 sigma [m], [m s-1]
     delay : whether images take the time that the camera says; without, they are there at once
     """
 
@@ -74,6 +74,7 @@ class Settings:
     images: int | None = None
     pictures: int = 12
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    spread: tuple[float, ...] = (6.0, 1.5, 1.5, 0.02, 0.02, 0.02)
     delay: bool = True
     plan: Plan = field(default_factory=Plan)
     control: ExposureControl = field(default_factory=ExposureControl)
@@ -214,7 +215,8 @@ def fly(
                 attitude=world.attitude.kicked(size, rng),
             )
         seconds += round(STEP)
-        world = _advanced(world, drawing, pilot.attitude(now), start_turn, float(seconds), rng)
+        aim = pilot.attitude(now, R_lvlh_from_body)
+        world = _advanced(world, drawing, aim, start_turn, float(seconds), rng)
     R_board_from_icrf, place = _board(world, drawing)
     own = world.chaser.position + world.attitude.R_icrf_from_body @ drawing.camera_position
     axis = world.attitude.R_icrf_from_body @ drawing.R_camera_from_body[2]
@@ -229,13 +231,12 @@ def fly(
 
 
 def _drawing(scenario: Scenario) -> Drawing:
-    target, board = scenario.motions["target"], scenario.motions["board"]
+    target = scenario.motions["target"]
     mount = scenario.mounts[CAMERA]
     assert isinstance(target.attitude, LvlhAttitude)
     assert isinstance(mount, BodyMount)
     start = poses(scenario.motions, scenario.epoch_tai_ns)
     R_target_from_icrf = start["target"].R_icrf_from_body.T
-    del board
     keypoints = scenario.models["target"].keypoints
     left, right = (keypoints[name] for name in WING_TIPS)
     return Drawing(
@@ -249,13 +250,11 @@ def _drawing(scenario: Scenario) -> Drawing:
     )
 
 
-def _start(
-    scenario: Scenario, settings: Settings, turn: Array, rng: np.random.Generator
-) -> _World:
+def _start(scenario: Scenario, settings: Settings, turn: Array, rng: np.random.Generator) -> _World:
     start = poses(scenario.motions, scenario.epoch_tai_ns)
     target = Orbit(position=start["target"].position, velocity=start["target"].velocity)
     planned = Orbit(position=start["chaser"].position, velocity=start["chaser"].velocity)
-    state = relative_state(planned, target) + START_SPREAD * rng.standard_normal(6)
+    state = relative_state(planned, target) + np.array(settings.spread) * rng.standard_normal(6)
     state[:3] += settings.offset
     R_icrf_from_lvlh = target.R_lvlh_from_icrf.T
     offset = R_icrf_from_lvlh @ state[:3]
@@ -263,9 +262,7 @@ def _start(
     return _World(
         chaser=Orbit(
             position=target.position + offset,
-            velocity=target.velocity
-            + R_icrf_from_lvlh @ state[3:]
-            + np.cross(turning, offset),
+            velocity=target.velocity + R_icrf_from_lvlh @ state[3:] + np.cross(turning, offset),
         ),
         target=target,
         attitude=Attitude(
@@ -359,9 +356,14 @@ def _smear(world: _World, drawing: Drawing, camera: Pinhole, exposure: float) ->
     turning = lvlh_angular_velocity(world.chaser.position, world.chaser.velocity)
     R_icrf_from_body = world.attitude.R_icrf_from_body
     slew = float(np.linalg.norm(world.attitude.rate - R_icrf_from_body.T @ turning))
-    speed = float(np.linalg.norm(relative_state(world.chaser, world.target)[3:]))
-    distance = float(np.linalg.norm(place - world.chaser.position))
-    return (slew + speed / distance) * exposure * camera.focal_length
+    state = relative_state(world.chaser, world.target)
+    offset = world.target.R_lvlh_from_icrf @ (place - world.chaser.position)
+    distance = float(np.linalg.norm(offset))
+    closing = float(state[3:] @ offset) / distance
+    crossing = float(np.linalg.norm(state[3:] - closing * offset / distance))
+    # What closes in grows: its edge moves outwards.
+    growing = abs(closing) * BOARD_REACH / distance
+    return (slew + (crossing + growing) / distance) * exposure * camera.focal_length
 
 
 def _sent(pose: Pose, rate: Array) -> BodyPose:

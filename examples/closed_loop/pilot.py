@@ -28,8 +28,9 @@ Array = NDArray[np.float64]
 TIP_ERROR_PX = 0.4
 # The drawing: the faces of the panels stand some centimetres in front of the plane of the tips [m].
 DRAWING_ERROR = 0.04
-# Markers are looked for from here on [m]; farther off the wings serve better.
+# Markers are looked for from here on [m], and wings no nearer than they fit into the picture.
 MARKERS_FROM = 22.0
+WINGS_TO = 12.0
 # Besides the scatter of the markers: how well the board is built and mounted, the lens known.
 BUILD_ERROR = 0.001  # [m]
 BUILD_TURN = np.radians(0.02)
@@ -114,11 +115,14 @@ class Pilot:
         # At each opening of the shutter: attitude (3, 3) into LVLH, and the light.
         self._taken: dict[float, tuple[Array, Light]] = {}
 
-    def attitude(self, time: float) -> Array:
-        """(3,) where the camera should look: from its own place to the board, in LVLH."""
+    def attitude(self, time: float, R_lvlh_from_body: Array) -> Array:
+        """(3,) where the camera should look: from its own place to the board, in LVLH [m].
+
+        R_lvlh_from_body : (3, 3) of the chaser now
+        """
         state = self.filter.at(time).mean
         place, _ = self._board(state)
-        return np.asarray(place - state[:3])
+        return np.asarray(place - state[:3] - R_lvlh_from_body @ self._drawing.camera_position)
 
     def _board(self, state: Array) -> tuple[Array, Array]:
         """Place (3,) [m] and R_lvlh_from_board of the board from the target, by the filter."""
@@ -139,7 +143,7 @@ class Pilot:
         near = state.range < MARKERS_FROM
         if near:
             look = self._see_markers(dn, look, state, R_lvlh_from_body)
-        if look.fix is None:
+        if look.fix is None and state.range > WINGS_TO:
             look = self._see_wings(dn, look, R_lvlh_from_body, near)
         if look.fix is not None:
             look = replace(look, accepted=self.filter.fix(time, look.fix))
@@ -171,9 +175,7 @@ class Pilot:
         )
         return replace(look, silhouette=silhouette, fix=fix)
 
-    def _see_markers(
-        self, dn: Image, look: Look, state: Estimate, R_lvlh_from_body: Array
-    ) -> Look:
+    def _see_markers(self, dn: Image, look: Look, state: Estimate, R_lvlh_from_body: Array) -> Look:
         camera, drawing = self._camera, self._drawing
         R_camera_from_lvlh = drawing.R_camera_from_body @ R_lvlh_from_body.T
         place, R_lvlh_from_board = self._board(state.mean)

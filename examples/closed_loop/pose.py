@@ -67,7 +67,7 @@ def solve_pose(
     rotation, position, normal, errors = found
     freedom = errors.size - 6
     sigma = max(float(np.sqrt(np.sum(errors**2) / freedom)), MARKER_ERROR_PX)
-    covariance = sigma**2 * np.linalg.inv(normal)
+    covariance = np.asarray(sigma**2 * np.linalg.inv(normal), dtype=np.float64)
     covariance += np.diag(_common_error(camera, markers, float(position[2])) ** 2)
     return BoardPose(
         position=position,
