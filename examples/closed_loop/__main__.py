@@ -49,6 +49,7 @@ def main(
     scenario = load_scenario(SCENARIO)
     flights: list[Flight] = []
     summaries: list[Summary] = []
+    paths: list[Path] = []
     with launched_server(SCENARIO) as (_, address):
         for index in range(runs):
             settings = Settings(seed=seed + index, image_period=float(round(period)), images=frames)
@@ -56,14 +57,24 @@ def main(
             _say(summary)
             flights.append(flight)
             summaries.append(summary)
-    paths = write_report(flights[0], summaries[0], out)
+            paths = write_report(flights[0], summaries[0], out)
+            if runs > 1:
+                # After each run: what is done stays, whatever ends the rest.
+                paths += write_monte_carlo(flights, summaries, out, _machine(summary))
     if runs > 1:
-        machine = f"{summaries[0].renderer}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}"
-        paths += write_monte_carlo(flights, summaries, out, machine)
         table = statistics(summaries)
         console.print(f"{table['arrived']} of {table['runs']} runs arrived.")
     for path in paths:
         console.print(str(path))
+
+
+def _machine(summary: Summary) -> str:
+    load = os.getloadavg()[0]
+    return f"{summary.renderer}, {os.cpu_count()} cores, load {load:.1f}, {_date()}"
+
+
+def _date() -> str:
+    return time.strftime("%Y-%m-%d", time.gmtime())
 
 
 def _one(scenario: Scenario, address: str, settings: Settings) -> tuple[Flight, Summary]:
