@@ -11,8 +11,11 @@ import typer
 from rich.console import Console
 
 from simgl import __version__
+from simgl.assess.cli import assess
+from simgl.campaign.cli import campaign
 from simgl.errors import ConfigError, SimglError
 from simgl.sequence.events import Event
+from simgl.sequence.spans import Count, Duration, Random, Seed, Start, Step, Stop
 
 app = typer.Typer(
     help="Camera images of spacecraft in low Earth orbit, in physical units.",
@@ -22,17 +25,6 @@ app = typer.Typer(
     rich_markup_mode="rich",
 )
 console = Console()
-
-# Which epochs of a trajectory.
-Start = Annotated[
-    str | None, typer.Option("--from", help="UTC; the scenario's epoch if not given.")
-]
-Stop = Annotated[str | None, typer.Option("--to", help="UTC of the end.")]
-Duration = Annotated[float | None, typer.Option(help="Instead of --to, in seconds.")]
-Step = Annotated[float | None, typer.Option(help="Seconds between epochs.")]
-Count = Annotated[int | None, typer.Option(help="So many epochs at equal steps.")]
-Random = Annotated[int | None, typer.Option(help="So many epochs at random.")]
-Seed = Annotated[int, typer.Option(help="Of --random.")]
 
 
 @app.callback(invoke_without_command=True)
@@ -230,53 +222,10 @@ def exposure(
         ready = Simulator(loaded, progress=progress)
     with ready as simulator:
         taken = simulator.capture(state, camera, {Product.ELECTRONS, Product.TRUTH})
-    console.print(advice_text(advise(taken, state, target)), highlight=False)
+    console.print(advice_text(advise(taken, state, target, loaded.criteria)), highlight=False)
 
 
-@app.command()
-def assess(
-    scenario: Annotated[Path, typer.Argument(help="Scenario file (TOML).")],
-    camera: Annotated[
-        str | None, typer.Option(help="Camera name; that of the table assess, or the first.")
-    ] = None,
-    target: Annotated[
-        str | None, typer.Option(help="Spacecraft to look for; that of the table assess, or first.")
-    ] = None,
-    at: Annotated[str | None, typer.Option(help="One UTC epoch instead of a trajectory.")] = None,
-    out: Annotated[
-        Path | None, typer.Option(help="Folder for report and tables of a trajectory.")
-    ] = None,
-    start: Start = None,
-    stop: Stop = None,
-    duration: Duration = None,
-    step: Step = None,
-    count: Count = None,
-    random: Random = None,
-    seed: Seed = 0,
-) -> None:
-    """Say how well images show a target: one epoch, or with --out a whole trajectory.
-
-    Examples: simgl assess examples/approach.toml
-    simgl assess examples/trajectories/files.toml --duration 5400 --count 90 --out out/report
-    """
-    from simgl.assess.command import one_epoch, trajectory
-    from simgl.sequence.options import EpochOptions
-
-    if out is None:
-        one_epoch(scenario, camera, target, at, console)
-        return
-    if at is not None:
-        raise ConfigError("command line", "--at", "is one epoch; --out is for a trajectory")
-    options = EpochOptions(
-        start=start,
-        stop=stop,
-        duration_s=duration,
-        step_s=step,
-        count=count,
-        random=random,
-        seed=seed,
-    )
-    trajectory(scenario, camera, target, options, out, console)
+app.command()(assess)
 
 
 def _epoch(default_tai_ns: int, at: str | None) -> int:
@@ -333,30 +282,45 @@ model_app = typer.Typer(help="Models by themselves.", no_args_is_help=True)
 app.add_typer(model_app, name="model")
 
 
+# How a model file is to be read.
+UnitName = Annotated[
+    str | None, typer.Option("--unit", help="Of the file: m, mm, cm, in, ft or km.")
+]
+UnitMetres = Annotated[float | None, typer.Option(help="Or metres per unit of the file.")]
+Up = Annotated[
+    str | None, typer.Option("--up-axis", help="Of the file, becomes body -z: x, y, z, -x, ...")
+]
+Forward = Annotated[
+    str | None, typer.Option("--forward-axis", help="Of the file, becomes body x; with --up-axis.")
+]
+
+
 @model_app.command("check")
 def model_check(
     file: Annotated[str, typer.Argument(help="Path of a model file, or a shipped name.")],
-    unit_m: Annotated[
-        float | None, typer.Option(help="Metres per unit of the file; 1 if not given.")
-    ] = None,
+    unit: UnitName = None,
+    unit_m: UnitMetres = None,
+    up_axis: Up = None,
+    forward_axis: Forward = None,
 ) -> None:
     """Say what a model holds: size, parts, watertight or not, materials, what is not drawn.
 
-    Example: simgl model check station.stl --unit-m 0.001
+    Example: simgl model check station.stl --unit mm --up-axis y
     """
     from simgl.inspection.check import examine, report_text
 
-    text = report_text(examine(file, _unit_of(unit_m)))
-    console.print(text, highlight=False, markup=False, soft_wrap=True)
+    report = examine(file, *_file_frame(unit, unit_m, up_axis, forward_axis))
+    console.print(report_text(report), highlight=False, markup=False, soft_wrap=True)
 
 
 @model_app.command("turntable")
 def model_turntable(
     file: Annotated[str, typer.Argument(help="Path of a model file, or a shipped name.")],
     out: Annotated[Path, typer.Option(help="Folder for the picture.")],
-    unit_m: Annotated[
-        float | None, typer.Option(help="Metres per unit of the file; 1 if not given.")
-    ] = None,
+    unit: UnitName = None,
+    unit_m: UnitMetres = None,
+    up_axis: Up = None,
+    forward_axis: Forward = None,
 ) -> None:
     """Draw a model from eight sides on one sheet, the Sun over the camera's shoulder.
 
@@ -365,16 +329,33 @@ def model_turntable(
     from simgl.inspection.turntable import write_turntable
     from simgl.output import check_writable
 
+    frame = _file_frame(unit, unit_m, up_axis, forward_axis)
     check_writable(out)
-    path = write_turntable(file, out, _unit_of(unit_m))
+    path = write_turntable(file, out, *frame)
     console.print(str(path), highlight=False, markup=False, soft_wrap=True)
 
 
-def _unit_of(unit_m: float | None) -> float | None:
-    """The option ``--unit-m``, positive and finite."""
+def _file_frame(
+    unit: str | None, unit_m: float | None, up_axis: str | None, forward_axis: str | None
+) -> tuple[float | None, str | None, str | None]:
+    """The options on a model file's unit and axes: metres per unit, way up, way ahead."""
+    from simgl.scenario.file_axes import AXES, UNITS, body_from_file
+
+    where = "command line"
+    if unit is not None and unit not in UNITS:
+        raise ConfigError(where, "--unit", f'must be one of {", ".join(UNITS)}, got "{unit}"')
+    if unit is not None and unit_m is not None:
+        raise ConfigError(where, "--unit-m", "contradicts --unit; give one of them")
     if unit_m is not None and not 0.0 < unit_m < float("inf"):
-        raise ConfigError("command line", "--unit-m", f"must be positive, got {unit_m:g}")
-    return unit_m
+        raise ConfigError(where, "--unit-m", f"must be positive, got {unit_m:g}")
+    for option, axis in (("--up-axis", up_axis), ("--forward-axis", forward_axis)):
+        if axis is not None and axis not in AXES:
+            raise ConfigError(where, option, f'must be one of {", ".join(AXES)}, got "{axis}"')
+    try:
+        body_from_file(1.0, up_axis, forward_axis)
+    except ValueError as error:
+        raise ConfigError(where, "--forward-axis", str(error)) from None
+    return (unit_m if unit is None else UNITS[unit]), up_axis, forward_axis
 
 
 @app.command()
@@ -415,6 +396,9 @@ def view(
     from simgl.viewer.window import run
 
     run(scenario, target, screenshot)
+
+
+app.command()(campaign)
 
 
 def _load_further_commands() -> None:

@@ -17,7 +17,7 @@ from simgl.false_colour import (
     relative_flux,
     scene_value,
 )
-from simgl.images import FrameInfo
+from simgl.images import ElectronFrame, FrameInfo
 from simgl.output import complete_file
 from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.physics.exposure_value import blender_exposure, exposure_value
@@ -45,7 +45,7 @@ def write_maps(exposure: Exposure, folder: Path, name: str) -> list[Path]:
     if (irradiance := exposure.irradiance) is not None:
         maps.append(("photons", lambda: _photons(irradiance.info, irradiance.photons)))
     if (electrons := exposure.electrons) is not None:
-        maps.append(("electrons", lambda: _electrons(electrons.info, electrons.electrons)))
+        maps.append(("electrons", lambda: electron_map(electrons)))
     if (truth := exposure.truth) is not None:
         maps.append(("range", lambda: _range(truth.info, truth.range)))
     if (lidar := exposure.lidar) is not None:
@@ -82,10 +82,10 @@ def _sheet(info: FrameInfo, title: str, shape: tuple[int, ...]) -> tuple[Figure,
         left / whole[0],
         1.0 - 0.5 * top / whole[1],
         f"{title}\n{info.camera.name}, {utc_from_tai_ns(info.epoch_tai_ns)} UTC",
-        fontsize=9,
+        fontsize=11,
         va="center",
     )
-    axes.tick_params(labelsize=7)
+    axes.tick_params(labelsize=9)
     return figure, axes
 
 
@@ -98,8 +98,8 @@ def _drawn(
     box = axes.get_position()
     bar = figure.add_axes((box.x1 + 0.015, box.y0, 0.02, box.height))
     figure.colorbar(shown, cax=bar, label=label, extend=_extension(values, norm))
-    bar.tick_params(labelsize=7)
-    bar.yaxis.label.set_fontsize(8)
+    bar.tick_params(labelsize=9)
+    bar.yaxis.label.set_fontsize(10)
     return figure
 
 
@@ -144,12 +144,16 @@ def _photons(info: FrameInfo, photons: Array) -> Figure:
     return _drawn(info, "Photons", shown, label, _log_norm(photons), "inferno")
 
 
-def _electrons(info: FrameInfo, electrons: Array) -> Figure:
-    from matplotlib.colors import Normalize
+def electron_map(frame: ElectronFrame) -> Figure:
+    """Mean electrons, from the read noise (at least one) to the full well."""
+    from matplotlib.colors import LogNorm
 
-    norm = Normalize(0.0, info.camera.detector.full_well)
-    title = "Mean electrons, scale to the full well"
-    return _drawn(info, title, electrons, "electrons per pixel and exposure", norm, "inferno")
+    detector = frame.info.camera.detector
+    norm = LogNorm(max(detector.read_noise, 1.0), detector.full_well)
+    # What is black has no logarithm; it is drawn as the darkest.
+    shown = np.maximum(frame.electrons, np.finfo(np.float32).tiny)
+    title, label = "Mean electrons, read noise to full well", "electrons per pixel and exposure"
+    return _drawn(frame.info, title, shown, label, norm, "inferno")
 
 
 def _range(info: FrameInfo, distance: Array, title: str = "Range") -> Figure:
@@ -191,6 +195,6 @@ def _false_colours(info: FrameInfo, radiance: Array) -> Figure:
         [math.log2(step.value) for step in named], [f"{s.name}  {s.value:.4g}" for s in named]
     )
     bar.yaxis.tick_right()
-    bar.tick_params(labelsize=7)
+    bar.tick_params(labelsize=9)
     bar.set_xticks([])
     return figure

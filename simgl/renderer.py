@@ -16,9 +16,10 @@ from simgl.passes.air import AirPass
 from simgl.passes.detector import DN_FORMAT, DetectorPass
 from simgl.passes.exchange import ExchangePass
 from simgl.passes.exposure import ELECTRONS_FORMAT, ExposurePass
+from simgl.passes.gather import GatherPass
 from simgl.passes.geometry import GeometryPass
 from simgl.passes.lamp_shadow import LampShadowPass
-from simgl.passes.meshes import MeshStore
+from simgl.passes.meshes import MeshStore, VertexLighting
 from simgl.passes.moon import MoonPass
 from simgl.passes.optics import OpticsPass
 from simgl.passes.planet import PlanetPass
@@ -33,9 +34,10 @@ from simgl.passes.truth import TruthPass
 from simgl.passes.warp import WarpPass
 from simgl.scene.camera import Camera
 from simgl.scene.earth import Earth
-from simgl.scene.radiometry import electrons_per_irradiance
+from simgl.scene.radiometry import square_electrons_per_irradiance
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.transport.bake import Progress
+from simgl.transport.gather import LitBody
 from simgl.view.frame import FrameView, Tile, parts, truth_tile
 from simgl.view.heavens import Heavens
 
@@ -77,6 +79,7 @@ class Renderer:
         self._planet = PlanetPass(ctx, self._air)
         self._probe = ProbePass(ctx, self._planet.draw)
         self._exchange = ExchangePass(ctx)
+        self._gather = GatherPass()
         self._resolve = ResolvePass(ctx)
         self._warp = WarpPass(ctx)
         self._truth = TruthPass(ctx, self._meshes)
@@ -180,14 +183,23 @@ class Renderer:
             # On the CPU, while the renderer is busy with what it was given before.
             with self.timer.measure("exchange"):
                 around = [probe.sky if probe else None for probe in probes]
-                lightings = self._exchange.draw(tile.craft, around)
+                lightings: list[VertexLighting | None] = [None] * len(tile.craft)
+                bodies: list[list[LitBody] | None] = [None] * len(tile.craft)
+                if view.gather == "pixel":
+                    bodies = self._exchange.bodies(tile.craft, around)
+                else:
+                    lightings = self._exchange.draw(tile.craft, around)
+                lit = zip(lightings, bodies, strict=True)
+                exchanging = [bool(vertices or rays) for vertices, rays in lit]
             airs = [self._air.between(craft.air) for craft in tile.craft]
             skies = [probe.textures if probe else () for probe in probes]
-            exchanging = [lighting is not None for lighting in lightings]
             pinhole = view.camera if view.field is None else view.field.pinhole
             for part in parts(tile, pinhole, _SAMPLES_AT_ONCE):
                 with self.timer.measure("geometry"):
                     seen = self._geometry.draw(part, lightings)
+                if view.gather == "pixel":
+                    with self.timer.measure("gather"):
+                        self._gather.draw(part, seen, bodies, around)
                 with self.timer.measure("surface"):
                     samples = self._surface.draw(
                         part,
@@ -230,19 +242,19 @@ class Renderer:
         radiance: ImageTarget,
         sun: SunBefore | None = None,
     ) -> ImageTarget:
-        """Mean electrons [e-] of a radiance, R32F.
+        """Mean electrons [e-] of a radiance, in ``ELECTRONS_FORMAT``.
 
-        A lens that spreads light over a monochrome detector works on one sum of the bands, in a
-        third of the time.
+        A lens that spreads light works on what the detector's filters make of the bands, not on
+        the bands: one sum for a monochrome detector, three for one of colour.
         """
-        if not spreads(camera) or camera.detector.mosaic is not None:
+        if not spreads(camera):
             irradiance = self.irradiance(camera, radiance, sun)
             return self.electrons(camera, photons_per_joule, irradiance)
         sharp = self._sharp(camera, radiance)
         target = self._target("electrons", camera, _ELECTRONS)
-        weights = electrons_per_irradiance(camera, photons_per_joule)
+        square = square_electrons_per_irradiance(camera, photons_per_joule)
         with self.timer.measure("spread"):
-            target.write(self._spread.electrons(camera, weights, sun, sharp.textures[0]))
+            target.write(self._spread.electrons(camera, square, sun, sharp.textures[0]))
         return target
 
     def electrons(

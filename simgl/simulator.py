@@ -28,6 +28,7 @@ from simgl.optics.spread import SunBefore
 from simgl.receiver import lidar_frame
 from simgl.renderer import Renderer
 from simgl.scenario.scenario import Scenario
+from simgl.scene.camera import Camera
 from simgl.scene.state import SceneState
 from simgl.sensor.shutter import duration, instants, parts, row_shares
 from simgl.transport.bake import Progress
@@ -52,6 +53,8 @@ class Product(StrEnum):
 ALL_PRODUCTS = frozenset(Product)
 # Made from the radiance of the scene as it stands at the epoch.
 _FROM_RADIANCE = frozenset({Product.RADIANCE, Product.IRRADIANCE, Product.LIDAR})
+# Of the scene alone, whatever a camera makes of its light.
+_OF_THE_SCENE = frozenset({Product.RADIANCE, Product.LAYERS, Product.TRUTH, Product.NORMALS})
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -87,6 +90,12 @@ def _sun(state: SceneState, info: FrameInfo) -> SunBefore:
         irradiance=info.sun_irradiance * state.sunlight(info.position),
         angular_radius=state.sun.seen_from(info.position).angular_radius,
     )
+
+
+def _geometry(camera: Camera) -> tuple[object, ...]:
+    """What says where a camera's pixels look."""
+    d, lens = camera.detector, camera.lens
+    return camera.name, d.width, d.height, d.pixel_pitch, lens.focal_length, lens.distortion
 
 
 class Simulator:
@@ -131,12 +140,14 @@ class Simulator:
         camera: str,
         products: Collection[Product] = frozenset({Product.DN}),
         during: Callable[[int], SceneState] | None = None,
+        seed: int | None = None,
     ) -> Exposure:
         """The picture that a camera of the scene takes.
 
         during : the scene at other epochs [TAI ns] while the shutter is open, such as the
             scenario's ``at``; electrons and DN then show motion blur and the rolling of the
             shutter. Without it the scene stands still, as it does for radiance and truth.
+        seed : of the noise, in place of the scenario's
 
         Raises ConfigError for an unknown camera or one that is inside a body.
         """
@@ -144,7 +155,7 @@ class Simulator:
             problem = f"is not in the scenario; {did_you_mean(camera, state.cameras)}"
             raise ConfigError(self.scenario.name, f'camera "{camera}"', problem)
         view = self._view(state, camera)
-        info = self._info(state, camera)
+        info = self._info(state, camera, seed)
         states = [] if during is None else self._states(state, camera, during)
         # Another simulator of this process may have made its own context current.
         with self._ctx:
@@ -161,6 +172,43 @@ class Simulator:
                     frames["digital"] = self._digital(state, view, info, electrons)
         return Exposure(info=info, **frames)  # type: ignore[arg-type]
 
+    def bracket(
+        self,
+        state: SceneState,
+        camera: str,
+        settings: Sequence[Camera],
+        products: Collection[Product] = frozenset({Product.DN}),
+    ) -> tuple[Exposure, ...]:
+        """Pictures of one instant with other settings of a camera, its scene rendered only once.
+
+        settings : the camera with other exposure times, f-numbers, filters or electronics; its
+            picture's size and field must stay. Frames of radiance and truth name the camera itself
+        Raises ConfigError as ``capture`` does, ValueError for a camera of another field.
+        """
+        if camera not in state.cameras:
+            problem = f"is not in the scenario; {did_you_mean(camera, state.cameras)}"
+            raise ConfigError(self.scenario.name, f'camera "{camera}"', problem)
+        placed = state.cameras[camera]
+        if any(_geometry(setting) != _geometry(placed.camera) for setting in settings):
+            raise ValueError("a setting changes the size or the field of the picture")
+        view, info = self._view(state, camera), self._info(state, camera)
+        taken = []
+        with self._ctx:
+            still = self._renderer.radiance(view)
+            shared = self._still(state, view, info, set(products) & _OF_THE_SCENE, still)
+            for setting in settings:
+                cameras = {**state.cameras, camera: replace(placed, camera=setting)}
+                there, seen = replace(state, cameras=cameras), replace(view, camera=setting)
+                own = replace(info, camera=setting)
+                frames = dict(shared)
+                electrons = self._electrons(there, seen, (), still)
+                if Product.ELECTRONS in products:
+                    frames["electrons"] = ElectronFrame(info=own, electrons=electrons.read())
+                if Product.DN in products:
+                    frames["digital"] = self._digital(there, seen, own, electrons)
+                taken.append(Exposure(info=own, **frames))  # type: ignore[arg-type]
+        return tuple(taken)
+
     def _view(self, state: SceneState, camera: str) -> FrameView:
         try:
             return frame_view(
@@ -169,6 +217,7 @@ class Simulator:
                 sample_budget=self._renderer.sample_budget,
                 samples_per_pixel=self.scenario.samples_per_pixel,
                 inter_reflection=self.scenario.inter_reflection,
+                gather=self.scenario.gather,
             )
         except ConfigError as error:
             where = f"{self.scenario.source or self.scenario.name} {error.where}"
@@ -254,7 +303,7 @@ class Simulator:
     def _digital(
         self, state: SceneState, view: FrameView, info: FrameInfo, electrons: ImageTarget
     ) -> DigitalFrame:
-        target = self._renderer.digital(view.camera, state.tai_ns, self.scenario.seed, electrons)
+        target = self._renderer.digital(view.camera, state.tai_ns, info.seed, electrons)
         with self._renderer.timer.measure("read"):
             return DigitalFrame(info=info, dn=target.read())
 
@@ -267,7 +316,7 @@ class Simulator:
         sunlit = radiance.read()
         lit = np.zeros_like(sunlit) if pulse is None else self._renderer.layers(pulse)["lamp"]
         depth = self._renderer.truth(view).read(0)
-        return lidar_frame(info, self.scenario.seed, depth, lit, sunlit)
+        return lidar_frame(info, info.seed, depth, lit, sunlit)
 
     def _truth(self, state: SceneState, view: FrameView, info: FrameInfo) -> TruthFrame:
         target = self._renderer.truth(view)
@@ -278,7 +327,7 @@ class Simulator:
         }
         return TruthFrame(info=info, depth=target.read(0), part_id=target.read(1), part_names=names)
 
-    def _info(self, state: SceneState, name: str) -> FrameInfo:
+    def _info(self, state: SceneState, name: str, seed: int | None = None) -> FrameInfo:
         camera = state.cameras[name]
         sun = state.sun.seen_from(camera.position)
         return FrameInfo(
@@ -289,7 +338,7 @@ class Simulator:
             R_camera_from_icrf=camera.R_camera_from_icrf,
             sun_direction_icrf=sun.direction_icrf,
             sun_irradiance=sun.irradiance,
-            seed=self.scenario.seed,
+            seed=self.scenario.seed if seed is None else seed,
             renderer=self.renderer_name,
         )
 

@@ -1,4 +1,7 @@
-"""``python -m benchmarks.path_tracer --out DIR``: compares both scenes and prints a table."""
+"""``python -m benchmarks.path_tracer --out DIR``: compares both scenes and prints a table.
+
+The tracer's pictures stay in DIR: another run there draws only simgl's.
+"""
 
 from __future__ import annotations
 
@@ -18,33 +21,59 @@ from rich.table import Table
 from benchmarks.path_tracer import pictures
 from benchmarks.path_tracer.compare import Agreement, Difference, difference
 from benchmarks.path_tracer.lambertian import lambertian_scenario
-from benchmarks.path_tracer.tracer import BANDS, PARTS, Traced, mitsuba, plate_error, trace
+from benchmarks.path_tracer.tracer import (
+    NEAR_INFRARED,
+    PARTS,
+    VISIBLE,
+    Traced,
+    mitsuba,
+    plate_error,
+    trace,
+)
 from simgl import Exposure, Product, Scenario, Simulator
 from simgl.bench import machine
 from simgl.output import check_writable, write_exr
 from simgl.scene.state import SceneState, SunInDirection
+from simgl.view.frame import Gather
 
 HERE = Path(__file__).parent
 # Brightening of the pictures: the second scene has no direct sunlight in view.
 GAINS = {"bay": 1.5, "earth": 6.0}
-_FRAMES = 10
+# Paths a pixel: of R, G and B together, and of N. Deep shadows need many.
+PATHS = {"bay": (8192, 2048), "earth": (4096, 1024)}
+_FRAMES = 5
+_GATHERS: tuple[Gather, ...] = ("vertex", "pixel")
+
+
+class WayRecord(msgspec.Struct, frozen=True, kw_only=True):
+    """simgl's picture with light of other surfaces worked out in one way.
+
+    visible, near_infrared : of R, G and B together, and of N
+    cpu_ms : processor time of a frame; by vertices the median of frames in which the Sun moves
+    """
+
+    gather: str
+    visible: Agreement
+    near_infrared: Agreement
+    cpu_ms: float
 
 
 class SceneRecord(msgspec.Struct, frozen=True, kw_only=True):
     """One scene.
 
+    samples : paths of the tracer, R, G and B together, and N
     plate_error : of the tracer's Sun on a plate of known radiance
-    simgl_ms : median of frames in which the Sun has moved, so that nothing is kept
+    tracer_cpu_s : processor time of the picture in R, G and B
+    time_ratio : of that to a frame by vertices
     """
 
     name: str
     width: int
     height: int
-    samples: int
+    samples: list[int]
     plate_error: float
-    agreement: Agreement
-    tracer_s: float
-    simgl_ms: float
+    ways: list[WayRecord]
+    tracer_cpu_s: float
     time_ratio: float
 
 
@@ -60,65 +89,82 @@ class Record(msgspec.Struct, frozen=True, kw_only=True):
 
 def main(
     out: Annotated[Path, typer.Option(help="Folder for pictures and results.json.")],
-    samples: Annotated[int, typer.Option(min=PARTS, help="Paths a pixel of the tracer.")] = 1024,
 ) -> None:
     """Compare simgl with Mitsuba 3 on the scenes of this folder."""
-    mitsuba()
+    version = str(mitsuba().__version__)
     check_writable(out)
     console = Console()
-    found = [_compared(path, samples, out, console) for path in sorted(HERE.glob("*.toml"))]
+    paths = sorted(HERE.glob("*.toml"))
+    found = [_compared(path, out, console) for path in paths]
     record = Record(
         date=datetime.now(UTC).date().isoformat(),
         machine=machine(),
         renderer=found[0][1],
-        tracer=found[0][2],
-        scenes=[scene for scene, _, _ in found],
+        tracer=f"Mitsuba {version}, scalar_rgb",
+        scenes=[scene for scene, _ in found],
     )
     text = msgspec.json.format(msgspec.json.encode(record), indent=2) + b"\n"
     (out / "results.json").write_bytes(text)
     console.print(_table(record))
 
 
-def _compared(
-    path: Path, samples: int, out: Path, console: Console
-) -> tuple[SceneRecord, str, str]:
-    """One scene by both, and the names of the renderers."""
+def _compared(path: Path, out: Path, console: Console) -> tuple[SceneRecord, str]:
+    """One scene by both, and the name of simgl's renderer."""
+    samples = PATHS[path.stem]
     scenario = lambertian_scenario(path)
     state = scenario.at(scenario.epoch_tai_ns)
-    exposure, frame_ms, renderer = _simgl(scenario, state)
     with Progress(console=console, transient=True) as bar:
-        task = bar.add_task(f"{path.stem}: path tracer", total=PARTS)
-        traced = trace(state, state.cameras["cam"], samples, lambda: bar.advance(task))
-    assert exposure.radiance is not None
-    ours = exposure.radiance.radiance[..., list(BANDS)].astype(np.float64)
-    found = difference(ours, traced.radiance, traced.error)
-    _write(out, path.stem, exposure, ours, traced, found)
+        task = bar.add_task(f"{path.stem}: path tracer", total=2 * PARTS)
+        visible, infrared = (
+            trace(state, state.cameras["cam"], bands, count, out, lambda: bar.advance(task))
+            for bands, count in zip((VISIBLE, NEAR_INFRARED), samples, strict=True)
+        )
+    ways, renderer = [], ""
+    for gather in _GATHERS:
+        console.print(f"{path.stem}: {gather}")
+        exposure, cpu_ms, renderer = _simgl(replace(scenario, gather=gather), state)
+        assert exposure.radiance is not None
+        ours = exposure.radiance.radiance.astype(np.float64)
+        found = difference(ours[..., list(VISIBLE)], visible.radiance, visible.error)
+        in_n = difference(ours[..., 3:], infrared.radiance[..., :1], infrared.error[..., :1])
+        _write(out, f"{path.stem}.{gather}", exposure, visible, found)
+        ways.append(
+            WayRecord(
+                gather=gather,
+                visible=found.agreement,
+                near_infrared=in_n.agreement,
+                cpu_ms=cpu_ms,
+            )
+        )
     origin = next(iter(state.bodies.values())).pose.position
+    detector = state.cameras["cam"].camera.detector
     scene = SceneRecord(
         name=path.stem,
-        width=ours.shape[1],
-        height=ours.shape[0],
-        samples=samples // PARTS * PARTS,
+        width=detector.width,
+        height=detector.height,
+        samples=list(samples),
         plate_error=plate_error(state.sun.seen_from(origin)),
-        agreement=found.agreement,
-        tracer_s=traced.seconds,
-        simgl_ms=frame_ms,
-        time_ratio=1e3 * traced.seconds / frame_ms,
+        ways=ways,
+        tracer_cpu_s=visible.cpu_seconds,
+        time_ratio=1e3 * visible.cpu_seconds / ways[0].cpu_ms,
     )
-    return scene, renderer, f"Mitsuba {traced.version}, scalar_rgb"
+    return scene, renderer
 
 
 def _simgl(scenario: Scenario, state: SceneState) -> tuple[Exposure, float, str]:
-    """The picture, the time of a frame [ms] and the renderer's name."""
+    """The picture, the processor time of a frame [ms] and the renderer's name."""
     products = {Product.RADIANCE}
     with Simulator(scenario) as simulator:
+        start = time.process_time()
         exposure = simulator.capture(state, "cam", products)
-        seconds = []
-        for step in range(_FRAMES):
-            moved = _sun_moved(state, 1e-4 * (step + 1))
-            start = time.perf_counter()
-            simulator.capture(moved, "cam", products)
-            seconds.append(time.perf_counter() - start)
+        seconds = [time.process_time() - start]
+        if scenario.gather == "vertex":
+            seconds = []
+            for step in range(_FRAMES):
+                moved = _sun_moved(state, 1e-4 * (step + 1))
+                start = time.process_time()
+                simulator.capture(moved, "cam", products)
+                seconds.append(time.process_time() - start)
     return exposure, 1e3 * float(np.median(seconds)), simulator.renderer_name
 
 
@@ -128,13 +174,12 @@ def _sun_moved(state: SceneState, angle: float) -> SceneState:
     return replace(state, sun=replace(state.sun, direction_icrf=direction))
 
 
-def _write(
-    out: Path, name: str, exposure: Exposure, ours: np.ndarray, traced: Traced, found: Difference
-) -> None:
+def _write(out: Path, name: str, exposure: Exposure, traced: Traced, found: Difference) -> None:
     assert exposure.radiance is not None
     write_exr(out / f"{name}.simgl.exr", exposure.radiance)
-    gain = GAINS.get(name, 1.0)
-    left, middle = pictures.shown(ours, gain), pictures.shown(traced.radiance, gain)
+    gain = GAINS.get(name.partition(".")[0], 1.0)
+    left = pictures.shown(exposure.radiance.radiance[..., list(VISIBLE)].astype(np.float64), gain)
+    middle = pictures.shown(traced.radiance, gain)
     right = pictures.signed(found.relative)
     pictures.write_png(out / f"{name}.simgl.png", left)
     pictures.write_png(out / f"{name}.reference.png", middle)
@@ -144,15 +189,20 @@ def _write(
 
 def _table(record: Record) -> Table:
     table = Table(title=f"{record.renderer} against {record.tracer}")
-    for heading in ("", *(scene.name for scene in record.scenes)):
+    columns = [
+        (f"{scene.name}, {way.gather}", _column(scene, way))
+        for scene in record.scenes
+        for way in scene.ways
+    ]
+    for heading in ("", *(name for name, _ in columns)):
         table.add_column(heading)
-    for row in zip(*map(_column, record.scenes), strict=True):
+    for row in zip(*(rows for _, rows in columns), strict=True):
         table.add_row(row[0][0], *(text for _, text in row))
     return table
 
 
-def _column(scene: SceneRecord) -> list[tuple[str, str]]:
-    a = scene.agreement
+def _column(scene: SceneRecord, way: WayRecord) -> list[tuple[str, str]]:
+    a, n = way.visible, way.near_infrared
     return [
         ("mean radiance", f"{a.mean_ratio:.4f}"),
         ("pixels within 10 %", f"{a.within_10_percent:.1%}"),
@@ -161,10 +211,13 @@ def _column(scene: SceneRecord) -> list[tuple[str, str]]:
         ("median difference", f"{a.median_difference:+.2%}"),
         ("tracer's noise, median, p95", f"{a.noise_median:.1%}, {a.noise_p95:.1%}"),
         ("misalignment", ", ".join(f"{v:+.3f}" for v in a.misalignment_px) + " px"),
+        ("N: mean radiance", f"{n.mean_ratio:.4f}"),
+        ("N: pixels within 10 %", f"{n.within_10_percent:.1%}"),
+        ("N: tracer's noise, median, p95", f"{n.noise_median:.1%}, {n.noise_p95:.1%}"),
         ("plate of known radiance", f"{scene.plate_error:.1e}"),
-        ("path tracer", f"{scene.tracer_s:.1f} s"),
-        ("simgl", f"{scene.simgl_ms:.0f} ms"),
-        ("time ratio", f"{scene.time_ratio:.0f}"),
+        ("path tracer, processor", f"{scene.tracer_cpu_s:.1f} s"),
+        ("simgl, processor", f"{way.cpu_ms:.0f} ms"),
+        ("time ratio", f"{1e3 * scene.tracer_cpu_s / way.cpu_ms:.0f}"),
     ]
 
 

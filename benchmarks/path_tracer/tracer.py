@@ -1,14 +1,16 @@
 """The scene in Mitsuba 3: the same triangles, normals, reflectances, camera, Sun and Earth.
 
 The Sun is a disc 1 au away with the radiance that gives its irradiance; the Earth is a Lambertian
-sphere. Places are relative to the first spacecraft, since Mitsuba works in float32.
+sphere. Places are relative to the first spacecraft, since Mitsuba works in float32. It has three
+colours: N is traced by itself, in the place of all three.
 """
 
 from __future__ import annotations
 
+import hashlib
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -16,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simgl.cache import read_arrays, write_arrays
 from simgl.physics.constants import ASTRONOMICAL_UNIT
 from simgl.physics.frames import unit
 from simgl.scene.materials import Material
@@ -23,8 +26,8 @@ from simgl.scene.state import BodyState, CameraState, SceneState, SunSeen
 
 Array = NDArray[np.float64]
 
-# The bands that are traced: R, G, B, as the tracer's three colours.
-BANDS = (0, 1, 2)
+# The bands that the tracer's three colours stand for, picture by picture.
+VISIBLE, NEAR_INFRARED = (0, 1, 2), (3, 3, 3)
 # Of the picture's samples; their spread tells the noise.
 PARTS = 16
 # As many bounces as any light survives: Russian roulette begins after the sixteenth.
@@ -40,14 +43,12 @@ class Traced:
 
     radiance : (height, width, 3) mean over each pixel [W m-2 sr-1]
     error : the same, standard error of that mean
-    seconds : without loading
-    version : of Mitsuba
+    cpu_seconds : processor time, without loading
     """
 
     radiance: Array
     error: Array
-    seconds: float
-    version: str
+    cpu_seconds: float
 
 
 def mitsuba() -> Any:
@@ -60,28 +61,52 @@ def mitsuba() -> Any:
     return mi
 
 
-def trace(state: SceneState, camera: CameraState, samples: int, tick: Callable[[], None]) -> Traced:
-    """The picture of a camera with about ``samples`` paths a pixel.
+def trace(
+    state: SceneState,
+    camera: CameraState,
+    bands: Sequence[int],
+    samples: int,
+    kept: Path,
+    tick: Callable[[], None],
+) -> Traced:
+    """The picture of a camera in three bands with about ``samples`` paths a pixel.
 
+    kept : folder of pictures that were traced before; the same scene is not traced again
     tick : called after each of ``PARTS``
     """
     mi = mitsuba()
-    with TemporaryDirectory() as folder:
-        scene = mi.load_dict(_scene(mi, state, camera, Path(folder)))
     each = max(samples // PARTS, 1)
-    size = (camera.camera.detector.height, camera.camera.detector.width, len(BANDS))
+    with TemporaryDirectory() as folder:
+        described = _scene(mi, state, camera, bands, Path(folder))
+        key = _key(described, Path(folder), each, str(mi.__version__))
+        path = kept / f"traced_{key[:16]}.npz"
+        found = read_arrays(path)
+        if found is not None:
+            seconds = float(found.pop("cpu_seconds"))
+            return Traced(radiance=found["radiance"], error=found["error"], cpu_seconds=seconds)
+        scene = mi.load_dict(described)
+    size = (camera.camera.detector.height, camera.camera.detector.width, len(bands))
     total, squares = np.zeros(size), np.zeros(size)
-    start = time.perf_counter()
+    start = time.process_time()
     for part in range(PARTS):
         image = np.array(mi.render(scene, spp=each, seed=part), dtype=np.float64)
         total, squares = total + image, squares + image**2
         tick()
-    seconds = time.perf_counter() - start
+    seconds = time.process_time() - start
     mean = total / PARTS
     variance = np.maximum(squares / PARTS - mean**2, 0.0) / (PARTS - 1)
-    return Traced(
-        radiance=mean, error=np.sqrt(variance), seconds=seconds, version=str(mi.__version__)
-    )
+    traced = Traced(radiance=mean, error=np.sqrt(variance), cpu_seconds=seconds)
+    write_arrays(path, asdict(traced), "the scene is traced again next time")
+    return traced
+
+
+def _key(scene: dict[str, Any], folder: Path, samples: int, version: str) -> str:
+    """A name for the picture of a scene: all that goes into it, meshes by their bytes."""
+    digest = hashlib.sha256(f"{PARTS} {samples} {version}".encode())
+    digest.update(str(scene).replace(str(folder), "").encode())
+    for path in sorted(folder.iterdir()):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
 
 
 def plate_error(sun: SunSeen) -> float:
@@ -94,16 +119,18 @@ def plate_error(sun: SunSeen) -> float:
             "type": "scene",
             "integrator": {"type": "path"},
             "plate": {"type": "rectangle", "bsdf": _lambert(np.array([0.2, 0.5, 0.9]))},
-            "sun": _sun(mi, sun, towards),
+            "sun": _sun(mi, sun, towards, VISIBLE),
             "sensor": _sensor(mi, np.array([0.0, 0.0, 9.0]), -np.eye(3)[2], np.eye(3)[1], 8, 5.0),
         }
         found = np.array(mi.render(mi.load_dict(scene), spp=256)).mean(axis=(0, 1))
-        expected = np.array([0.2, 0.5, 0.9]) * sun.irradiance[list(BANDS)] * np.cos(tilt) / np.pi
+        expected = np.array([0.2, 0.5, 0.9]) * sun.irradiance[list(VISIBLE)] * np.cos(tilt) / np.pi
         worst = max(worst, float(np.abs(found / expected - 1.0).max()))
     return worst
 
 
-def _scene(mi: Any, state: SceneState, camera: CameraState, folder: Path) -> dict[str, Any]:
+def _scene(
+    mi: Any, state: SceneState, camera: CameraState, bands: Sequence[int], folder: Path
+) -> dict[str, Any]:
     origin = next(iter(state.bodies.values())).pose.position
     sun = state.sun.seen_from(origin)
     R = camera.R_camera_from_icrf
@@ -122,10 +149,10 @@ def _scene(mi: Any, state: SceneState, camera: CameraState, folder: Path) -> dic
         "type": "scene",
         "integrator": {"type": "path", "max_depth": -1, "rr_depth": _ROULETTE_DEPTH},
         "sensor": sensor,
-        "sun": _sun(mi, sun, sun.direction_icrf),
+        "sun": _sun(mi, sun, sun.direction_icrf, bands),
     }
     for name, body in state.bodies.items():
-        scene |= _body(name, body, origin, folder)
+        scene |= _body(name, body, bands, origin, folder)
     if state.earth is not None:
         earth = state.earth.earth
         assert earth.equatorial_radius == earth.polar_radius
@@ -134,7 +161,7 @@ def _scene(mi: Any, state: SceneState, camera: CameraState, folder: Path) -> dic
             "type": "sphere",
             "center": [float(v) for v in state.earth.position - origin],
             "radius": earth.equatorial_radius,
-            "bsdf": _lambert(np.asarray(earth.albedo)[list(BANDS)]),
+            "bsdf": _lambert(np.asarray(earth.albedo)[list(bands)]),
         }
     return scene
 
@@ -164,14 +191,14 @@ def _sensor(
     }
 
 
-def _sun(mi: Any, sun: SunSeen, towards: Array) -> dict[str, Any]:
+def _sun(mi: Any, sun: SunSeen, towards: Array, bands: Sequence[int]) -> dict[str, Any]:
     place = ASTRONOMICAL_UNIT * unit(towards)
     radius = ASTRONOMICAL_UNIT * np.tan(sun.angular_radius)
     up = np.eye(3)[int(np.argmin(np.abs(towards)))]
     turn = mi.ScalarTransform4f().look_at(
         origin=[float(v) for v in place], target=[0.0, 0.0, 0.0], up=[float(v) for v in up]
     )
-    radiance = [float(v) for v in sun.radiance[list(BANDS)]]
+    radiance = [float(v) for v in sun.radiance[list(bands)]]
     return {
         "type": "disk",
         "to_world": turn @ mi.ScalarTransform4f().scale([float(radius)] * 3),
@@ -184,7 +211,9 @@ def _lambert(reflectance: Array) -> dict[str, Any]:
     return {"type": "diffuse", "reflectance": {"type": "rgb", "value": value}}
 
 
-def _body(name: str, body: BodyState, origin: Array, folder: Path) -> dict[str, Any]:
+def _body(
+    name: str, body: BodyState, bands: Sequence[int], origin: Array, folder: Path
+) -> dict[str, Any]:
     """One shape for each material of a body that some triangle wears."""
     mesh, R = body.model.mesh, body.pose.R_icrf_from_body
     positions = mesh.positions @ R.T + (body.pose.position - origin)
@@ -197,18 +226,20 @@ def _body(name: str, body: BodyState, origin: Array, folder: Path) -> dict[str, 
             continue
         path = folder / f"{name}_{index}.ply"
         _write_ply(path, positions, normals, chosen)
-        shapes[f"{name}_{index}"] = _shape(path, material, body.model.open_sheets)
+        shapes[f"{name}_{index}"] = _shape(path, material, bands, body.model.open_sheets)
     return shapes
 
 
-def _shape(path: Path, material: Material, open_sheets: bool) -> dict[str, Any]:
-    bsdf = _lambert(np.asarray(material.reflectance)[list(BANDS)])
+def _shape(
+    path: Path, material: Material, bands: Sequence[int], open_sheets: bool
+) -> dict[str, Any]:
+    bsdf = _lambert(np.asarray(material.reflectance)[list(bands)])
     shape: dict[str, Any] = {
         "type": "ply",
         "filename": str(path),
         "bsdf": {"type": "twosided", "bsdf": bsdf} if open_sheets else bsdf,
     }
-    glow = np.asarray(material.emission)[list(BANDS)]
+    glow = np.asarray(material.emission)[list(bands)]
     if np.any(glow > 0.0):
         value = [float(v) for v in glow]
         shape["emitter"] = {"type": "area", "radiance": {"type": "rgb", "value": value}}

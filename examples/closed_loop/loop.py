@@ -24,11 +24,11 @@ from examples.closed_loop.spacecraft import Orbit, relative_state, wandering
 from simgl import Scenario
 from simgl.physics.frames import (
     Pose,
-    camera_from_directions,
     lvlh_angular_velocity,
     quaternion_from_matrix,
 )
-from simgl.scene.trajectory import BodyMount, LvlhAttitude, poses
+from simgl.scene.mounts import BodyMount, at_rest
+from simgl.scene.trajectory import LvlhAttitude, poses
 
 Array = NDArray[np.float64]
 
@@ -246,7 +246,7 @@ def _drawing(scenario: Scenario) -> Drawing:
         board_position=R_target_from_icrf @ (start["board"].position - start["target"].position),
         R_target_from_board=R_target_from_icrf @ start["board"].R_icrf_from_body,
         camera_position=mount.position_body,
-        R_camera_from_body=camera_from_directions(mount.boresight_body, mount.up_body),
+        R_camera_from_body=at_rest(mount),
     )
 
 

@@ -26,7 +26,9 @@ SMALLEST_RADIUS = 1.3  # [px] smaller discs have less than 5 pixels
 MATCH = 0.3  # of the distance between discs: nearer belongs together
 ENOUGH = 0.6  # share of the discs expected in view that must be found
 RING_RADIUS = 5.0  # [px] from which on a ring's bright middle can be seen
-MOST_UNTOLD = 2  # the edge of a beam across a disc makes a ring of it; any wrong match has 4 or more
+MOST_UNTOLD = (
+    2  # the edge of a beam across a disc makes a ring of it; any wrong match has 4 or more
+)
 RINGS = ((0, 0), (0, 2), (4, 0))  # row and column, by the board's drawing
 BRIGHT_PERCENT = 90.0  # of the board's pixels are dimmer than its white
 

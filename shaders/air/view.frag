@@ -35,6 +35,7 @@ void main() {
     Stretch way = stretch_of_ray(c, r, b, d, camera_sun.x, nu, ground);
     Passage air = march(way, STEPS);
     // As roots, which bend less between rows: deep in the limb both fall by e within a kilometre.
-    light = sqrt(sqrt(air.light));
+    // Deep in the night the moments of the diffuse light may undershoot zero.
+    light = sqrt(sqrt(max(air.light, 0.0)));
     transmittance = sqrt(sqrt(sqrt(air.transmittance)));
 }

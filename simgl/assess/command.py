@@ -7,15 +7,20 @@ from pathlib import Path
 
 from rich.console import Console
 
+from simgl.assess.axes import parse_axes
 from simgl.assess.course import course
-from simgl.assess.criteria import verdict
+from simgl.assess.criteria import Verdict, verdict
 from simgl.assess.frame import assess_frame
 from simgl.assess.report import write_report
 from simgl.assess.run import PRODUCTS, assignment, moments, run
+from simgl.assess.sweep import Sweep, run_sweep
+from simgl.assess.sweep_report import write_sweep_report
+from simgl.crew.hiring import hired
 from simgl.errors import ConfigError
 from simgl.physics.ephemeris import tai_ns_from_utc
 from simgl.progress import bake_bar, frame_bar
 from simgl.scenario.loader import load_scenario
+from simgl.scenario.scenario import Scenario
 from simgl.sequence.options import EpochOptions
 from simgl.simulator import Simulator
 
@@ -25,17 +30,14 @@ def one_epoch(
 ) -> None:
     """Assess one picture and say what was found."""
     scenario = load_scenario(path)
-    try:
-        epoch = scenario.epoch_tai_ns if at is None else tai_ns_from_utc(at)
-    except ValueError as error:
-        raise ConfigError("command line", "--at", str(error)) from None
+    epoch = _epoch(scenario, at)
     work = assignment(scenario, camera, target, [epoch])
     state = scenario.at(epoch)
     with bake_bar() as progress:
         ready = Simulator(scenario, progress=progress)
     with ready as simulator:
         exposure = simulator.capture(state, work.camera, PRODUCTS)
-    found = assess_frame(exposure, state, work.target)
+    found = assess_frame(exposure, state, work.target, work.limits)
     judged, reasons = verdict(found, work.limits)
     contrast = "no background" if found.contrast is None else f"{found.contrast:.2f}"
     better = found.better_exposure
@@ -51,6 +53,7 @@ def one_epoch(
         f"saturated dark usable {100 * found.saturated:.1f} % {100 * found.dark:.1f} % "
         f"{100 * found.usable:.1f} %\n"
         f"median signal/noise   {found.median_snr:.1f}\n"
+        f"exitance              {found.exitance:.0f} W/m2 (pi x radiance, 400-1000 nm)\n"
         f"relative flux         {found.relative_flux:.0f} W/m2 (source study's definition)\n"
         f"better exposure       {wanted}",
         highlight=False,
@@ -63,23 +66,67 @@ def trajectory(
     camera: str | None,
     target: str | None,
     options: EpochOptions,
+    hands: tuple[int | None, str | None],
     out: Path,
     console: Console,
 ) -> None:
-    """Assess a trajectory and leave a report and tables."""
+    """Assess a trajectory and leave a report and tables.
+
+    hands : workers on this machine, or the address of a scheduler of others
+    """
     scenario = load_scenario(path)
     named = assignment(scenario, camera, target, [])
     epochs = options.epochs(scenario, named.camera, named.target)
     work = assignment(scenario, camera, target, epochs)
+    report = out / "report.html"
     with bake_bar() as progress:
         ready = Simulator(scenario, progress=progress)
-    report = out / "report.html"
     with ready as simulator:
         with frame_bar() as bar:
-            rows = run(work, simulator, out, bar)
+            rows = run(work, hired(work, simulator, *hands), out, bar)
         found = course(moments(rows))
         write_report(report, work, rows, found, simulator)
     shares = ", ".join(f"{100 * s:.0f} % {v.value}" for v, s in found.shares.items() if s)
     console.print(
         f"{len(rows)} epochs: {shares}\n{report}", highlight=False, markup=False, soft_wrap=True
     )
+
+
+def over_axes(
+    path: Path,
+    camera: str | None,
+    target: str | None,
+    at: str | None,
+    axes: list[str],
+    hands: tuple[int | None, str | None],
+    out: Path,
+    console: Console,
+) -> None:
+    """Assess one epoch over Sun angles and settings of the camera; leave a report and tables.
+
+    axes : as ``parse_axes`` reads them
+    hands : workers on this machine, or the address of a scheduler of others
+    """
+    scenario = load_scenario(path)
+    work = assignment(scenario, camera, target, [_epoch(scenario, at)])
+    sweep = Sweep(work, parse_axes(axes))
+    with bake_bar() as progress:
+        ready = Simulator(scenario, progress=progress)
+    with ready as simulator, frame_bar() as bar:
+        rows = run_sweep(sweep, hired(sweep, simulator, *hands), out, bar)
+    write_sweep_report(out / "report.html", sweep, rows)
+    good = sum(row["verdict"] == Verdict.GOOD.value for row in rows)
+    console.print(
+        f"{len(rows)} points, {good} good\n{out / 'report.html'}",
+        highlight=False,
+        markup=False,
+        soft_wrap=True,
+    )
+
+
+def _epoch(scenario: Scenario, at: str | None) -> int:
+    """TAI ns of the option ``--at``, or the scenario's own epoch."""
+    try:
+        return scenario.epoch_tai_ns if at is None else tai_ns_from_utc(at)
+    except ValueError as error:
+        raise ConfigError("command line", "--at", str(error)) from None

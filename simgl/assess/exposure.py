@@ -9,50 +9,86 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from simgl.assess.frame import DETECTION
 from simgl.errors import ConfigError, did_you_mean
 from simgl.physics.exposure_value import blender_exposure, exposure_value
 from simgl.scene.camera import Camera
+from simgl.scene.criteria import Criteria
 from simgl.scene.state import SceneState
 from simgl.simulator import Exposure
 
-# Of the target's pixels, the brightest share may saturate and the darkest may stay invisible:
-# glints and slits. A pixel fills to this share of the full well, which leaves room for noise.
-GLINTS, SLITS, FILLED = 0.001, 0.05, 0.9
+Electrons = NDArray[np.float32] | NDArray[np.float64]
+
+# A pixel is dark where its signal does not stand out from its own noise by this factor.
+DETECTION = 3.0
+# Of the target's pixels, the brightest may saturate, by this share of those that the criteria let,
+# and the darkest share may stay invisible: glints and slits. A pixel fills to this share of the
+# full well, which leaves room for noise.
+GLINTS, SLITS, FILLED = 0.5, 0.05, 0.9
 # The sky is the darkest share of what is seen past all spacecraft; the Earth may be the rest.
 SKY = 0.1
 
 
 @dataclass(frozen=True, kw_only=True)
-class ExposureAdvice:
+class ExposureLimits:
     """Limits of the exposure time [s]; infinite where there is no limit.
 
     unsaturated : longest without saturation on the target
     back_visible : shortest that lifts the target's darkest parts out of the noise
     sky_dark : longest in which the sky beside all spacecraft stays in the noise
-    target_pixels : whose centre sees the target
     """
 
-    camera: Camera
-    target: str
     unsaturated: float
     back_visible: float
     sky_dark: float
-    target_pixels: int
-
-    @property
-    def time(self) -> float:
-        """The longest without saturation and with a dark sky, or what the back needs if more."""
-        return min(self.unsaturated, max(self.sky_dark, self.back_visible))
 
     @property
     def meets_all(self) -> bool:
         """Whether one time meets the three criteria."""
         return self.back_visible <= min(self.unsaturated, self.sky_dark)
 
+    @property
+    def time(self) -> float:
+        """The longest that meets all three, or, where none does, without saturation."""
+        return min(self.unsaturated, self.sky_dark) if self.meets_all else self.unsaturated
 
-def advise(exposure: Exposure, state: SceneState, target: str) -> ExposureAdvice:
+
+@dataclass(frozen=True, kw_only=True)
+class ExposureAdvice(ExposureLimits):
+    """The limits that one picture tells.
+
+    target_pixels : whose centre sees the target
+    """
+
+    camera: Camera
+    target: str
+    target_pixels: int
+
+
+def exposure_limits(
+    on_target: Electrons, sky: Electrons, camera: Camera, criteria: Criteria
+) -> ExposureLimits:
+    """Limits from mean electrons of a camera's picture, which grow with the exposure time.
+
+    on_target : (n,) at least one
+    sky : (m,) of the pixels past all spacecraft
+    """
+    bright, dark = np.quantile(
+        on_target.astype(np.float64), [1.0 - GLINTS * criteria.most_saturated, SLITS]
+    )
+    floor, given = _detected(camera), camera.exposure_time
+    darkest = float(np.quantile(sky, SKY)) if sky.size else 0.0
+    return ExposureLimits(
+        unsaturated=_ratio(FILLED * full_electrons(camera), bright) * given,
+        back_visible=_ratio(floor, dark) * given,
+        sky_dark=_ratio(floor, darkest) * given,
+    )
+
+
+def advise(
+    exposure: Exposure, state: SceneState, target: str, criteria: Criteria = Criteria()
+) -> ExposureAdvice:
     """Limits from an exposure that holds electrons and truth of a state.
 
     Raises ConfigError for an unknown target or one out of view.
@@ -63,28 +99,26 @@ def advise(exposure: Exposure, state: SceneState, target: str) -> ExposureAdvice
     assert exposure.electrons is not None
     assert exposure.truth is not None
     camera = exposure.info.camera
-    instance = list(state.bodies).index(target) + 1
-    on_target = exposure.truth.instance == instance
+    instances = exposure.truth.instance
+    on_target = instances == list(state.bodies).index(target) + 1
     if not on_target.any():
         raise ConfigError("exposure", f'target "{target}"', "is not in the picture")
-    rate = exposure.electrons.electrons.astype(np.float64) / camera.exposure_time
-    bright, dark = np.quantile(rate[on_target], [1.0 - GLINTS, SLITS])
-    sky = rate[exposure.truth.instance == 0]
-    floor = _detected(camera)
+    electrons = exposure.electrons.electrons
+    found = exposure_limits(electrons[on_target], electrons[instances == 0], camera, criteria)
     return ExposureAdvice(
         camera=camera,
         target=target,
-        unsaturated=_time(FILLED * _fullest(camera), bright),
-        back_visible=_time(floor, dark),
-        sky_dark=_time(floor, float(np.quantile(sky, SKY))) if sky.size else math.inf,
         target_pixels=int(on_target.sum()),
+        unsaturated=found.unsaturated,
+        back_visible=found.back_visible,
+        sky_dark=found.sky_dark,
     )
 
 
-def _fullest(camera: Camera) -> float:
+def full_electrons(camera: Camera) -> float:
     """Electrons at which the well or the converter is full."""
     d = camera.detector
-    return float(min(d.full_well, (2**d.bits - 1 - d.pedestal) / d.gain_dn_per_e))
+    return float(min(d.full_well, (d.largest_dn - d.pedestal) / d.gain_dn_per_e))
 
 
 def _detected(camera: Camera) -> float:
@@ -94,8 +128,8 @@ def _detected(camera: Camera) -> float:
     return float(0.5 * (square + math.sqrt(square**2 + 4.0 * square * noise**2)))
 
 
-def _time(electrons: float, rate: float) -> float:
-    return electrons / rate if rate > 0.0 else math.inf
+def _ratio(wanted: float, found: float) -> float:
+    return wanted / found if found > 0.0 else math.inf
 
 
 def advice_text(advice: ExposureAdvice) -> str:

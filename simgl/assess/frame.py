@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from simgl.assess.backdrop import Backdrop, backdrop, ring_around
+from simgl.assess.exposure import DETECTION, exposure_limits, full_electrons
 from simgl.errors import ConfigError, did_you_mean
 from simgl.false_colour import relative_flux
 from simgl.images import saturated
 from simgl.physics.frames import unit
+from simgl.scene.criteria import Criteria
 from simgl.scene.state import SceneState
 from simgl.simulator import Exposure
 
 Array = NDArray[np.float64]
 
-# A pixel is dark where its signal does not stand out from its own noise by this factor.
-DETECTION = 3.0
-# Where a good exposure puts the brightest 2 % of a target, of a full pixel.
-BRIGHT_AIM, _BRIGHT = 0.8, 98.0
+_BRIGHT = 98.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,6 +44,8 @@ class FrameAssessment:
         white plate, weighed as a display's primaries, times 1367 [W m-2]; no physical flux
     median_electrons, bright_electrons : of the target's pixels, and what 2 % of them exceed [e-]
     full_electrons : what a pixel can hold, or its converter tell [e-]
+    better_exposure : factor on the exposure time that leads to the one advised; None where the
+        target gives no light
     """
 
     target: str
@@ -64,16 +66,15 @@ class FrameAssessment:
     median_electrons: float
     bright_electrons: float
     full_electrons: float
+    better_exposure: float | None
 
     @property
-    def better_exposure(self) -> float | None:
-        """Factor on the exposure that brings the brightest 2 % of the target to 80 % of full.
+    def exitance(self) -> float:
+        """pi times the mean radiance of the target, 400-1000 nm [W m-2].
 
-        None where the target gives no light.
+        What leaves its surface, as far as that is equally bright from all sides.
         """
-        if self.bright_electrons <= 0.0:
-            return None
-        return BRIGHT_AIM * self.full_electrons / self.bright_electrons
+        return float(np.pi * sum(self.mean_radiance))
 
 
 def _angle(a: Array, b: Array) -> float:
@@ -81,8 +82,12 @@ def _angle(a: Array, b: Array) -> float:
     return float(2.0 * np.arctan2(np.linalg.norm(a - b), np.linalg.norm(a + b)))
 
 
-def assess_frame(exposure: Exposure, state: SceneState, target: str) -> FrameAssessment:
+def assess_frame(
+    exposure: Exposure, state: SceneState, target: str, criteria: Criteria = Criteria()
+) -> FrameAssessment:
     """The assessment of an exposure that holds DN, electrons, radiance and truth of a state.
+
+    criteria : say how much of the target a better exposure may saturate
 
     Raises ConfigError for an unknown target.
     """
@@ -105,8 +110,11 @@ def assess_frame(exposure: Exposure, state: SceneState, target: str) -> FrameAss
     electrons = image[on_target].astype(np.float64)
     ring = ring_around(on_target, craft > 0)
     pose = info.position, info.R_camera_from_icrf, info.camera.intrinsics
+    most = full_electrons(info.camera)
     full = saturated(exposure.digital.dn[on_target], detector)
-    snr = electrons / np.sqrt(electrons + detector.read_noise**2 + 1.0 / 12.0)
+    # A full pixel tells no more than that it is full.
+    counted = np.minimum(electrons, most)
+    snr = counted / np.sqrt(counted + detector.read_noise**2 + 1.0 / 12.0)
     dark = ~full & (snr < DETECTION)
     count = int(on_target.sum())
 
@@ -116,7 +124,10 @@ def assess_frame(exposure: Exposure, state: SceneState, target: str) -> FrameAss
     mean = exposure.radiance.radiance[on_target].mean(axis=0) if count else np.zeros(4)
     r, g, b, n = (float(v) for v in mean)
     edges = np.concatenate([on_target[0], on_target[-1], on_target[:, 0], on_target[:, -1]])
-    converter = (detector.largest_dn - detector.pedestal) / detector.gain_dn_per_e
+    better = math.inf
+    if count:
+        limits = exposure_limits(electrons, image[craft == 0], info.camera, criteria)
+        better = limits.time / info.camera.exposure_time
     return FrameAssessment(
         target=target,
         range=float(np.linalg.norm(to_camera)),
@@ -135,7 +146,8 @@ def assess_frame(exposure: Exposure, state: SceneState, target: str) -> FrameAss
         relative_flux=float(relative_flux(np.asarray(mean, dtype=np.float32))),
         median_electrons=float(np.median(electrons)) if count else 0.0,
         bright_electrons=float(np.percentile(electrons, _BRIGHT)) if count else 0.0,
-        full_electrons=float(min(detector.full_well, converter)),
+        full_electrons=most,
+        better_exposure=better if math.isfinite(better) else None,
     )
 
 

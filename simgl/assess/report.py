@@ -2,48 +2,34 @@
 
 from __future__ import annotations
 
-import base64
 import html
-import io
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.colors import LogNorm
 
+from simgl.assess.backdrop import Backdrop
 from simgl.assess.course import Course, Window
 from simgl.assess.criteria import Verdict
+from simgl.assess.page import COLOURS, image, inline, write_page
 from simgl.assess.run import PRODUCTS, Assignment
 from simgl.images import display_from_radiance, display_gain, png_bytes
-from simgl.output import complete_file
+from simgl.maps import electron_map
 from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.sequence.journal import Value
 from simgl.simulator import Exposure, Simulator
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-_COLOURS = {
-    Verdict.GOOD: "#2e8b57",
-    Verdict.TOO_BRIGHT: "#e0a800",
-    Verdict.TOO_DARK: "#3b4252",
-    Verdict.CONFUSED: "#8e5ea2",
-    Verdict.NOT_IN_VIEW: "#c8ccd4",
+# More light than this does not help an eye; stars would come before the target.
+_MOST_GAIN = 1024.0
+_BEHIND = {
+    Backdrop.SPACE: "#3b4252",
+    Backdrop.LIMB: "#4f8fd0",
+    Backdrop.EARTH: "#8fb996",
+    Backdrop.MIXED: "#c9a66b",
+    Backdrop.NONE: "#c8ccd4",
 }
-_STYLE = """
-body { font: 15px/1.5 system-ui, sans-serif; color: #1d2430; margin: 2em auto; max-width: 1060px;
-       padding: 0 1em; }
-h1 { font-size: 1.6em; } h2 { font-size: 1.2em; margin-top: 2em; border-bottom: 1px solid #d5d9e0; }
-table { border-collapse: collapse; margin: .6em 0; } th { text-align: left; font-weight: 600; }
-td, th { padding: .15em .9em .15em 0; vertical-align: top; } td.n { text-align: right; }
-img { max-width: 100%; }
-.strip { display: flex; height: 22px; border-radius: 3px; overflow: hidden; }
-.key { display: inline-block; width: .8em; height: .8em; border-radius: 2px; margin-right: .35em; }
-figure { margin: 0; } figcaption { font-size: .85em; color: #4a5363; }
-.pictures { display: grid; grid-template-columns: 1fr 1fr; gap: 1.2em; }
-"""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,22 +55,16 @@ def write_report(
         _pictures(work, _chosen(rows), simulator),
         _criteria(work),
     ]
-    title = html.escape(f"{work.scenario.name}: light on {work.target}")
-    page = (
-        f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{title}</title>\n'
-        f"<style>{_STYLE}</style></head>\n<body>\n" + "\n".join(sections) + "\n</body></html>\n"
-    )
-    with complete_file(path) as temporary:
-        temporary.write_text(page, encoding="utf-8")
+    write_page(path, f"{work.scenario.name}: light on {work.target}", sections)
 
 
 def _head(work: Assignment, rows: Sequence[dict[str, Value]]) -> str:
     camera = work.scenario.cameras[work.camera]
     d = camera.detector
     facts = {
-        "Span": f"{rows[0]['utc']} to {rows[-1]['utc']} UTC, {len(rows)} epochs",
+        "Span": f"{_utc(rows[0])} to {_utc(rows[-1])} UTC, {len(rows)} epochs",
         "Camera": f"{work.camera}: {d.width} x {d.height}, {1e3 * camera.lens.focal_length:g} mm, "
-        f"f/{camera.lens.f_number:g}, {camera.exposure_time:g} s",
+        f"f/{camera.lens.f_number:g}, {1e3 * camera.exposure_time:g} ms",
         "Target": work.target,
         "Scenario": str(work.scenario.source or work.scenario.name),
     }
@@ -92,14 +72,19 @@ def _head(work: Assignment, rows: Sequence[dict[str, Value]]) -> str:
     return f"<h1>Light on {html.escape(work.target)}</h1>\n<table>{body}</table>"
 
 
+def _utc(row: dict[str, Value]) -> str:
+    """A row's epoch to the second, which is what people read."""
+    return str(row["utc"])[:19]
+
+
 def _summary(found: Course) -> str:
     shares = "".join(
-        f'<tr><td><span class="key" style="background:{_COLOURS[v]}"></span>{v.value}</td>'
+        f'<tr><td><span class="key" style="background:{COLOURS[v]}"></span>{v.value}</td>'
         f'<td class="n">{100.0 * share:.1f} %</td></tr>'
         for v, share in found.shares.items()
     )
     best = "".join(
-        f'<tr><td>{utc_from_tai_ns(w.start_ns)}</td><td class="n">{w.duration:.0f} s</td>'
+        f'<tr><td>{utc_from_tai_ns(w.start_ns)[:19]}</td><td class="n">{w.duration:.0f} s</td>'
         f'<td class="n">{w.epochs} epochs</td></tr>'
         for w in found.best
     )
@@ -110,7 +95,7 @@ def _summary(found: Course) -> str:
         parts.append("<p>No epoch is good.</p>")
     if found.worst is not None:
         parts.append(
-            f"<p>Worst epoch in view: {utc_from_tai_ns(found.worst.tai_ns)}, "
+            f"<p>Worst epoch in view: {utc_from_tai_ns(found.worst.tai_ns)[:19]}, "
             f"{100.0 * found.worst.usable:.0f} % of the target usable.</p>"
         )
     if found.advice:
@@ -122,12 +107,29 @@ def _summary(found: Course) -> str:
 def _strip(windows: Sequence[Window], rows: Sequence[dict[str, Value]]) -> str:
     """A bar along time, a colour for each verdict."""
     cells = "".join(
-        f'<div style="flex:{w.epochs};background:{_COLOURS[w.verdict]}" '
-        f'title="{utc_from_tai_ns(w.start_ns)}: {w.verdict.value}"></div>'
+        f'<div style="flex:{w.epochs};background:{COLOURS[w.verdict]}" '
+        f'title="{utc_from_tai_ns(w.start_ns)[:19]}: {w.verdict.value}"></div>'
         for w in windows
     )
-    ends = f"<figcaption>{rows[0]['utc']} to {rows[-1]['utc']} UTC</figcaption>"
-    return f'<figure><div class="strip">{cells}</div>{ends}</figure>'
+    behind = "".join(
+        f'<div style="flex:{count};background:{_BEHIND[kind]}" title="behind: {kind.value}"></div>'
+        for kind, count in _runs([Backdrop(str(row["backdrop"])) for row in rows])
+    )
+    keys = "".join(
+        f'<span><span class="key" style="background:{colour}"></span>{kind.value}</span>'
+        for kind, colour in _BEHIND.items()
+        if any(row["backdrop"] == kind.value for row in rows)
+    )
+    return (
+        f'<figure><div class="strip">{cells}</div><figcaption>Verdicts, {_utc(rows[0])} to '
+        f'{_utc(rows[-1])} UTC</figcaption></figure>\n<figure><div class="strip">{behind}</div>'
+        f'<figcaption class="keys">Behind the target: {keys}</figcaption></figure>'
+    )
+
+
+def _runs(kinds: Sequence[Backdrop]) -> list[tuple[Backdrop, int]]:
+    """Stretches of one kind, and how many epochs each has."""
+    return [(kind, len(list(same))) for kind, same in itertools.groupby(kinds)]
 
 
 def _column(
@@ -146,13 +148,14 @@ def _timeline(rows: Sequence[dict[str, Value]], found: Course) -> str:
     axes[0].set_ylabel("phase angle [deg]")
     axes[1].plot(minutes, 100.0 * _column(rows, "sunlight"), color="#d08700")
     axes[1].set_ylabel("sunlight [%]")
+    axes[1].set_ylim(-5.0, 105.0)
     shares = [100.0 * _column(rows, name) for name in ("usable", "dark", "saturated")]
     kinds = (Verdict.GOOD, Verdict.TOO_DARK, Verdict.TOO_BRIGHT)
     axes[2].stackplot(
         minutes,
         shares,
         labels=["usable", "dark", "saturated"],
-        colors=[_COLOURS[kind] for kind in kinds],
+        colors=[COLOURS[kind] for kind in kinds],
     )
     axes[2].set_ylabel("target pixels [%]")
     axes[2].legend(loc="lower left", ncols=3, fontsize=8)
@@ -161,22 +164,12 @@ def _timeline(rows: Sequence[dict[str, Value]], found: Course) -> str:
     axes[3].set_ylabel("signal over noise")
     axes[4].plot(minutes, _column(rows, "contrast"), color="#8e5ea2")
     axes[4].set_ylabel("contrast")
-    axes[4].set_ylim(-0.02, 1.02)
+    axes[4].set_ylim(-0.05, 1.05)
     axes[4].set_xlabel("minutes")
     for one in axes:
         one.grid(alpha=0.3)
         one.margins(x=0.0)
-    return "<h2>Along the trajectory</h2>\n" + _strip(found.windows, rows) + _inline(figure)
-
-
-def _inline(figure: Figure) -> str:
-    buffer = io.BytesIO()
-    figure.savefig(buffer, dpi=100)
-    return _image(buffer.getvalue())
-
-
-def _image(png: bytes) -> str:
-    return f'<img src="data:image/png;base64,{base64.b64encode(png).decode()}" alt="">'
+    return "<h2>Along the trajectory</h2>\n" + _strip(found.windows, rows) + inline(figure)
 
 
 def _chosen(rows: Sequence[dict[str, Value]]) -> list[Chosen]:
@@ -215,14 +208,15 @@ def _picture(one: Chosen, exposure: Exposure) -> str:
     assert exposure.radiance is not None
     assert exposure.electrons is not None
     radiance = exposure.radiance.radiance
-    gain = display_gain(radiance)
+    gain = min(display_gain(radiance), _MOST_GAIN)
     view = png_bytes(display_from_radiance(radiance, gain))
     row = one.row
     text = (
-        f"{one.title}: {row['utc']} UTC, {row['verdict']}"
+        f"{one.title}: {_utc(row)} UTC, {row['verdict']}"
         + (f" ({row['reasons']})" if row["reasons"] else "")
         + f". Range {row['range_m']:.1f} m, phase {row['phase_angle_deg']:.0f} deg, sunlight "
-        f"{100.0 * float(row['sunlight'] or 0.0):.0f} %, behind it {row['backdrop']}. Relative "
+        f"{100.0 * float(row['sunlight'] or 0.0):.0f} %, behind it {row['backdrop']}. Exitance "
+        f"{float(row['exitance_w_m2'] or 0.0):.3g} W/m2 (pi x radiance, 400-1000 nm), relative "
         f"flux {float(row['relative_flux_w_m2'] or 0.0):.3g} W/m2 (source study's definition), "
         f"median {float(row['median_electrons'] or 0.0):.4g} e-."
     )
@@ -230,29 +224,11 @@ def _picture(one: Chosen, exposure: Exposure) -> str:
         f"shown with {gain:g} times the light" if gain != 1.0 else "a sunlit white plate is white"
     )
     return (
-        f'<p>{html.escape(text)}</p>\n<div class="pictures">'
-        f"<figure>{_image(view)}<figcaption>Picture, {shown}</figcaption></figure>"
-        f"<figure>{_inline(_electron_map(exposure))}"
-        "<figcaption>Mean electrons; the top of the scale is a full pixel</figcaption></figure>"
-        "</div>"
+        f'<div class="epoch"><p>{html.escape(text)}</p>\n<div class="pictures">'
+        f"<figure>{image(view, 'picture')}<figcaption>Picture, {shown}</figcaption></figure>"
+        f"<figure>{inline(electron_map(exposure.electrons))}"
+        "<figcaption>Mean electrons before noise</figcaption></figure></div></div>"
     )
-
-
-def _electron_map(exposure: Exposure) -> Figure:
-    from matplotlib.figure import Figure
-
-    assert exposure.electrons is not None
-    electrons = exposure.electrons.electrons
-    detector = exposure.info.camera.detector
-    figure = Figure(
-        figsize=(5.2, 5.2 * electrons.shape[0] / electrons.shape[1]), layout="constrained"
-    )
-    axes = figure.subplots()
-    scale = LogNorm(vmin=1.0, vmax=detector.full_well)
-    drawn = axes.imshow(np.maximum(electrons, 1.0), cmap="gray", norm=scale)
-    axes.set_axis_off()
-    figure.colorbar(drawn, ax=axes, label="e-", shrink=0.85)
-    return figure
 
 
 def _criteria(work: Assignment) -> str:

@@ -10,6 +10,7 @@ from pathlib import Path
 from simgl.assess.course import Moment
 from simgl.assess.criteria import Verdict, verdict
 from simgl.assess.frame import FrameAssessment, assess_frame
+from simgl.crew.job import Crew
 from simgl.errors import ConfigError, did_you_mean
 from simgl.output import check_writable
 from simgl.physics.ephemeris import utc_from_tai_ns
@@ -45,6 +46,7 @@ COLUMNS: dict[str, type[str] | type[int] | type[float]] = {
     "radiance_g_w_m2_sr": float,
     "radiance_b_w_m2_sr": float,
     "radiance_n_w_m2_sr": float,
+    "exitance_w_m2": float,
     "relative_flux_w_m2": float,
     "median_electrons": float,
     "bright_electrons": float,
@@ -69,6 +71,15 @@ class Assignment:
     def limits(self) -> Criteria:
         """What a usable picture keeps."""
         return self.scenario.criteria
+
+    def take(self, simulator: Simulator, frame: int) -> dict[str, Value]:
+        """The table's row of one epoch."""
+        tai_ns = self.epochs[frame]
+        state = self.scenario.at(tai_ns)
+        exposure = simulator.capture(state, self.camera, PRODUCTS)
+        return row_of(
+            frame, tai_ns, assess_frame(exposure, state, self.target, self.limits), self.limits
+        )
 
 
 def assignment(
@@ -98,7 +109,7 @@ def assignment(
 
 
 def run(
-    work: Assignment, simulator: Simulator, folder: Path, report: Report | None = None
+    work: Assignment, crew: Crew[dict[str, Value]], folder: Path, report: Report | None = None
 ) -> list[dict[str, Value]]:
     """Assess every epoch that the folder's table does not hold yet.
 
@@ -116,15 +127,14 @@ def run(
     with Journal(folder, content, COLUMNS, keys=1) as journal:
         done = {key for (key,) in journal.done()}
         missing = [frame for frame in range(len(work.epochs)) if frame not in done]
-        for taken, frame in enumerate(missing):
-            if report is not None:
-                report(len(work.epochs) - len(missing) + taken, len(work.epochs))
-            state = work.scenario.at(work.epochs[frame])
-            exposure = simulator.capture(state, work.camera, PRODUCTS)
-            found = assess_frame(exposure, state, work.target)
-            journal.add(row_of(frame, work.epochs[frame], found, work.limits))
         if report is not None:
-            report(len(work.epochs), len(work.epochs))
+            report(len(work.epochs) - len(missing), len(work.epochs))
+        if missing:
+            with crew as taking:
+                for count, row in enumerate(taking(missing), start=1):
+                    journal.add(row)
+                    if report is not None:
+                        report(len(work.epochs) - len(missing) + count, len(work.epochs))
         journal.export(folder / "frames.csv")
         return list(journal.rows())
 
@@ -151,6 +161,7 @@ def row_of(frame: int, tai_ns: int, found: FrameAssessment, limits: Criteria) ->
         found.median_snr,
         found.contrast,
         *found.mean_radiance,
+        found.exitance,
         found.relative_flux,
         found.median_electrons,
         found.bright_electrons,

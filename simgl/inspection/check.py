@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simgl.errors import AssetError
+from simgl.scenario.file_axes import UNITS
 from simgl.scenario.library import load_model
 from simgl.scene.materials import Material
 from simgl.scene.mesh import Mesh
@@ -22,8 +23,8 @@ _SAME_PLACE = 1e-6
 # Longest side of what flies in orbit, from a picosatellite to the space station [m].
 _SMALLEST, _LARGEST = 0.03, 150.0
 
-# Units that drawing programs export in, the likeliest first [m].
-_UNITS = {"millimetres": 1e-3, "centimetres": 1e-2, "inches": 0.0254, "kilometres": 1e3}
+# Units that drawing programs export in, the likeliest first.
+_UNITS = {"millimetres": "mm", "centimetres": "cm", "inches": "in", "kilometres": "km"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,15 +84,21 @@ class ModelReport:
         return all(part.verdict == "watertight" for part in self.parts)
 
 
-def examine(name: str, unit_m: float | None = None) -> ModelReport:
+def examine(
+    name: str,
+    unit_m: float | None = None,
+    up_axis: str | None = None,
+    forward_axis: str | None = None,
+) -> ModelReport:
     """The report on a shipped model, or on a file by its path.
 
     unit_m : metres per unit of the file, where it is not in metres
+    up_axis, forward_axis : as `load_model` takes them
 
     Raises AssetError, in one line, for a file that cannot be drawn.
     """
     _check_files(Path(name))
-    model = load_model(name, unit_m=unit_m)
+    model = load_model(name, unit_m=unit_m, up_axis=up_axis, forward_axis=forward_axis)
     mesh = model.mesh
     low, high = mesh.positions.min(axis=0), mesh.positions.max(axis=0)
     size = np.subtract(high, low, dtype=np.float64)
@@ -148,10 +155,11 @@ def _unit_guess(longest: float, unit_m: float | None) -> str | None:
     if _SMALLEST <= longest <= _LARGEST:
         return None
     in_file = longest / (unit_m or 1.0)
-    for unit, metres in _UNITS.items():
-        if _SMALLEST <= in_file * metres <= _LARGEST:
-            fits = f"{in_file * metres:.3g} m if in {unit}"
-            return f"{longest:.6g} m is no spacecraft's size; {fits}: unit_m = {metres:g}"
+    for name, unit in _UNITS.items():
+        metres = in_file * UNITS[unit]
+        if _SMALLEST <= metres <= _LARGEST:
+            fits = f"{metres:.3g} m if in {name}"
+            return f'{longest:.6g} m is no spacecraft\'s size; {fits}: unit = "{unit}"'
     return f"{longest:.6g} m is no spacecraft's size, and no usual unit makes it one"
 
 

@@ -75,15 +75,18 @@ def turntable(
     unit_m: float | None = None,
     size: tuple[int, int] = (320, 240),
     ctx: moderngl.Context | None = None,
+    *,
+    up_axis: str | None = None,
+    forward_axis: str | None = None,
 ) -> NDArray[np.uint8]:
     """(rows, columns, 3) the sheet, four views to a row.
 
-    name, unit_m : as `load_model` takes them
+    name, unit_m, up_axis, forward_axis : as `load_model` takes them
     size : width and height of a view [px]
 
     Light between the model's surfaces is left out: tracing it would take longer than the views.
     """
-    mesh = load_model(name, unit_m=unit_m).mesh
+    mesh = load_model(name, unit_m=unit_m, up_axis=up_axis, forward_axis=forward_axis).mesh
     width, height = size
     pitch_um = 4.0
     half_sizes_mm = 0.5e-3 * pitch_um * np.array([width, height])
@@ -95,8 +98,8 @@ def turntable(
         "focal_length_mm": float(_FILLED * np.min(half_sizes_mm / _half_angles(mesh))),
     }
     craft: dict[str, Any] = {"model": name, "position_icrf_m": [0.0, 0.0, 0.0]}
-    if unit_m is not None:
-        craft["unit_m"] = unit_m
+    file_says = {"unit_m": unit_m, "up_axis": up_axis, "forward_axis": forward_axis}
+    craft |= {key: value for key, value in file_says.items() if value is not None}
     cameras = {}
     for number, (side, up) in enumerate(VIEWS.values()):
         place = mesh.centre + _RANGE * mesh.radius * _unit(side)
@@ -125,9 +128,15 @@ def turntable(
     return contact_sheet(panels, columns=4)
 
 
-def write_turntable(name: str, out: Path, unit_m: float | None = None) -> Path:
+def write_turntable(
+    name: str,
+    out: Path,
+    unit_m: float | None = None,
+    up_axis: str | None = None,
+    forward_axis: str | None = None,
+) -> Path:
     """Writes the sheet as `out`/NAME.turntable.png and returns that path."""
-    sheet = turntable(name, unit_m)
+    sheet = turntable(name, unit_m, up_axis=up_axis, forward_axis=forward_axis)
     path = out / f"{Path(name).stem}.turntable.png"
     with complete_file(path) as temporary:
         temporary.write_bytes(png_bytes(sheet))

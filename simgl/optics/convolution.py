@@ -7,48 +7,57 @@ precision.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any
+from functools import lru_cache
+from typing import Any, TypeVar
 
 import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from simgl.optics.kernel import Kernel, core_share
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
+Spectrum = NDArray[np.complex64]
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 
 # Pixels along the edge of a cell of the coarse grid.
 CELL = 8
+# Planes, or parts of one transform, at a time.
 _WORKERS = 2
+_THREADS = ThreadPoolExecutor(_WORKERS, thread_name_prefix="convolution")
+
+
+def in_threads(function: Callable[[Item], Result], items: Iterable[Item]) -> list[Result]:
+    """The function's results, in order; numpy and scipy work side by side in them."""
+    return list(_THREADS.map(function, items))
 
 
 class Convolver:
     """Sums of planes, each convolved with a kernel of its own.
 
-    kernels : ``kernels[result][zone][plane]``; None where a plane gives nothing to a result. All of
-        one reach, their tails the same in all zones
+    kernels : ``kernels[zone][plane]``, all of one reach, their tails the same in all zones
+    mixing : (results, planes) how much of each spread plane a result holds
     width, height : of the planes [pixels]
     """
 
     def __init__(
-        self, kernels: Sequence[Sequence[Sequence[Kernel | None]]], width: int, height: int
+        self, kernels: Sequence[Sequence[Kernel]], mixing: Array, width: int, height: int
     ) -> None:
-        self._kernels = kernels
+        self._kernels, self._mixing = kernels, mixing
         self._width, self._height = width, height
-        present = [k for zones in kernels for zone in zones for k in zone if k is not None]
-        reach = present[0].reach
+        reach = kernels[0][0].reach
         self._padded = _fast_size((height, width), reach)
-        made = {id(k): _transfer(k.core, self._padded, np.float32) for k in present}
-        self._transfers = [
-            [[None if k is None else made[id(k)] for k in zone] for zone in zones]
-            for zones in kernels
-        ]
-        self._tails = np.array(
-            [[0.0 if k is None else k.tail for k in zones[0]] for zones in kernels]
-        )
+        distinct = {id(k): k for zone in kernels for k in zone}
+        self._transfers = {
+            of: _transfer(k.core, self._padded, np.float32) for of, k in distinct.items()
+        }
+        self._tails = mixing * np.array([kernel.tail for kernel in kernels[0]])
         self._coarse_padded = _fast_size((2 * -(-height // CELL), 2 * -(-width // CELL)), 0)
         self._tail_transfer = _tail_transfer(self._coarse_padded, reach)
 
@@ -61,35 +70,67 @@ class Convolver:
         zones : (height, width) share of each zone in a plane's light; None for 1 everywhere
         limits : of each plane; what is brighter is convolved in double precision
         """
-        totals: list[NDArray[np.complex64] | None] = [None] * len(self._kernels)
-        apart: list[tuple[int, _Excess, Kernel]] = []
-        for z, share in enumerate(zones):
-            for p, (plane, limit) in enumerate(zip(planes, limits, strict=True)):
-                part = plane if share is None else plane * share
-                usual, excess = _split(part, limit)
-                spectrum = scipy.fft.rfft2(usual, s=self._padded, workers=_WORKERS)
-                for r, transfers in enumerate(self._transfers):
-                    transfer, kernel, total = transfers[z][p], self._kernels[r][z][p], totals[r]
-                    if transfer is None or kernel is None:
-                        continue
-                    passed = spectrum * transfer
-                    totals[r] = passed if total is None else np.add(total, passed, out=total)
-                    if excess is not None:
-                        apart.append((r, excess, kernel))
-        results = []
-        for total in totals:
-            image = scipy.fft.irfft2(total, s=self._padded, workers=_WORKERS, overwrite_x=True)
-            inside = image[: self._height, : self._width]
-            # Rounding alone makes a negative value here.
-            results.append(np.maximum(inside, np.float32(0.0)))
-        for r, excess, kernel in apart:
-            _add_apart(results[r], excess, kernel)
+        rows, columns = self._padded
+        spectra = np.empty((len(planes), rows, columns // 2 + 1), dtype=np.complex64)
+        # As many threads in a transform as the planes leave.
+        workers = max(_WORKERS // len(planes), 1)
+        bright = in_threads(
+            lambda p: self._spread(p, planes[p], zones, float(limits[p]), spectra[p], workers),
+            range(len(planes)),
+        )
+        apart = [(p, patch) for p, patches in enumerate(bright) for patch in patches]
+        mixed = self._mixed(spectra)
+        workers = max(_WORKERS // len(mixed), 1)
+        results = in_threads(lambda spectrum: self._image(spectrum, workers), mixed)
+        for p, patch in apart:
+            for image, mix in zip(results, self._mixing, strict=True):
+                if mix[p] > 0.0:
+                    patch.add_to(image, mix[p])
         return results
+
+    def _spread(
+        self,
+        p: int,
+        plane: Floats,
+        zones: Sequence[Floats | None],
+        limit: float,
+        spectrum: Spectrum,
+        workers: int,
+    ) -> list[_Apart]:
+        """Write the spectrum of a plane as it is spread.
+
+        returns : what is too bright for that, spread apart
+        """
+        apart = []
+        for z, (kernels, share) in enumerate(zip(self._kernels, zones, strict=True)):
+            usual, excess = _split(plane if share is None else plane * share, limit)
+            sharp = scipy.fft.rfft2(usual, s=self._padded, workers=workers)
+            transfer = self._transfers[id(kernels[p])]
+            if z == 0:
+                np.multiply(sharp, transfer, out=spectrum)
+            else:
+                spectrum += np.multiply(sharp, transfer, out=sharp)
+            if excess is not None:
+                apart.append(_spread_apart(excess, kernels[p]))
+        return apart
+
+    def _mixed(self, spectra: Spectrum) -> Spectrum:
+        """The spectra of the results."""
+        if np.array_equal(self._mixing, np.eye(len(spectra))):
+            return spectra
+        parts = spectra.view(np.float32).reshape(len(spectra), -1)
+        mixed = self._mixing.astype(np.float32) @ parts
+        return mixed.view(np.complex64).reshape(-1, *spectra.shape[1:])
+
+    def _image(self, spectrum: Spectrum, workers: int) -> Floats:
+        image = scipy.fft.irfft2(spectrum, s=self._padded, workers=workers, overwrite_x=True)
+        # Rounding alone makes a negative value here.
+        return np.asarray(np.maximum(image[: self._height, : self._width], np.float32(0.0)))
 
     def tails(self, coarse: Array) -> Array:
         """(results, rows, columns) light that kernels' tails bring to the cells of the coarse grid.
 
-        coarse : (planes, rows, columns) their means over the cells
+        coarse : (planes, rows, columns) as ``coarse_light`` gives it
         """
         rows, columns = coarse.shape[1:]
         if not self._tails.any():
@@ -99,36 +140,34 @@ class Convolver:
         return np.asarray(np.maximum(spread[:, :rows, :columns], 0.0))
 
 
-def cell_means(plane: Floats) -> Array:
-    """(rows, columns) means of a plane over the cells of the coarse grid."""
-    height, width = plane.shape
-    rows, columns = -(-height // CELL), -(-width // CELL)
-    if (height, width) != (rows * CELL, columns * CELL):
-        plane = np.pad(plane, ((0, rows * CELL - height), (0, columns * CELL - width)))
-    lines = plane.reshape(rows, CELL, -1).sum(axis=1)
-    return np.asarray(lines.reshape(rows, columns, CELL).sum(axis=2, dtype=np.float64) / CELL**2)
+def coarse_light(plane: Floats) -> Array:
+    """(rows, columns) light of a plane on the coarse grid [mean over a cell].
+
+    Each pixel gives to the cells around it as linear interpolation would take from them, so that
+    light keeps its place.
+    """
+    down, across = (_between(n) for n in plane.shape)
+    lines = (down.T @ plane).astype(np.float64)
+    return np.asarray((across.T @ lines.T).T / CELL**2)
 
 
 def add_coarse(image: Floats, coarse: Array) -> None:
     """Add values given on the coarse grid, linear between the middles of its cells."""
-    height, width = image.shape
-    across = _between(np.arange(width), coarse.shape[1])
-    wide = (coarse @ across.T).astype(np.float32)
-    down = _between(np.arange(CELL), 3, shift=CELL).astype(np.float32)
-    whole = height // CELL
-    # Each row of cells with the rows above and below it.
-    edge = np.concatenate([wide[:1], wide, wide[-1:]])
-    three = np.stack([edge[:whole], edge[1 : whole + 1], edge[2 : whole + 2]], axis=1)
-    blocks = image[: whole * CELL].reshape(whole, CELL, width)
-    blocks += down @ three
-    if height > whole * CELL:
-        image[whole * CELL :] += wide[-1:]
+    down, across = (_between(n) for n in image.shape)
+    wide = (across @ coarse.T).T
+    image += down @ np.asarray(wide, dtype=np.float32)
 
 
-def _between(pixels: NDArray[np.int_], cells: int, shift: int = 0) -> Array:
+@lru_cache(maxsize=8)
+def _between(pixels: int) -> csr_array:
     """(pixels, cells) weights of linear interpolation between the middles of cells."""
-    at = np.clip((pixels + shift + 0.5) / CELL - 0.5, 0.0, cells - 1.0)
-    return np.maximum(1.0 - np.abs(at[:, None] - np.arange(cells)), 0.0)
+    cells = -(-pixels // CELL)
+    at = np.clip((np.arange(pixels) + 0.5) / CELL - 0.5, 0.0, cells - 1.0)
+    left = np.minimum(at.astype(np.intp), max(cells - 2, 0))
+    right = np.minimum(left + 1, cells - 1)
+    places = np.tile(np.arange(pixels), 2), np.concatenate([left, right])
+    weights = np.concatenate([1.0 - (at - left), at - left]).astype(np.float32)
+    return csr_array((weights, places), shape=(pixels, cells))
 
 
 def _fast_size(shape: tuple[int, int], margin: int) -> tuple[int, int]:
@@ -152,8 +191,8 @@ def _transfer(
 def _tail_transfer(size: tuple[int, int], reach: int) -> Array:
     """Spectrum of r^-3 outside the cores, on the coarse grid.
 
-    Light spread evenly over a cell, and linear interpolation between cells, smooth a tail as its
-    Laplacian times CELL^2 / 8 would: 1/24 by the one, 1/12 by the other, along each axis.
+    Shared out to cells and interpolated between them, a tail is smoothed as its Laplacian times
+    CELL^2 / 6 would smooth it: 1/12 by either, along each axis.
     """
     rows, columns = (np.minimum(np.arange(n), n - np.arange(n)) * float(CELL) for n in size)
     r = np.maximum(np.hypot(rows[:, None], columns), 1.0)
@@ -164,7 +203,7 @@ def _tail_transfer(size: tuple[int, int], reach: int) -> Array:
     step = 0.5
     outer, inner = tail(r + step), tail(np.maximum(r - step, 0.0))
     laplacian = (outer - 2.0 * tail(r) + inner) / step**2 + (outer - inner) / (2.0 * step * r)
-    kernel = np.maximum(tail(r) - CELL**2 / 8.0 * laplacian, 0.0) * CELL**2
+    kernel = np.maximum(tail(r) - CELL**2 / 6.0 * laplacian, 0.0) * CELL**2
     return np.asarray(scipy.fft.rfft2(kernel).real)
 
 
@@ -190,19 +229,31 @@ def _split(plane: Floats, limit: float) -> tuple[Floats, _Excess | None]:
     return usual, _Excess(top, left, np.subtract(plane[box], usual[box], dtype=np.float64))
 
 
-def _add_apart(result: Floats, excess: _Excess, kernel: Kernel) -> None:
-    """Add the convolution of few bright pixels with a core, in double precision."""
+@dataclass(frozen=True, eq=False)
+class _Apart:
+    """Light to add to a picture, its first pixel in this row and column."""
+
+    top: int
+    left: int
+    light: Array
+
+    def add_to(self, image: Floats, factor: float) -> None:
+        """Add so many times the light, as far as it falls into the picture."""
+        bottom, right = self.top + self.light.shape[0], self.left + self.light.shape[1]
+        top, left = max(self.top, 0), max(self.left, 0)
+        part = image[top : max(bottom, 0), left : max(right, 0)]
+        light = self.light[top - self.top :, left - self.left :]
+        part += (factor * light[: part.shape[0], : part.shape[1]]).astype(np.float32)
+
+
+def _spread_apart(excess: _Excess, kernel: Kernel) -> _Apart:
+    """The convolution of few bright pixels with a core, in double precision."""
     patch, reach = excess.patch, kernel.reach
-    top, left = excess.top, excess.left
-    bottom, right = top + patch.shape[0], left + patch.shape[1]
-    size = _fast_size((patch.shape[0], patch.shape[1]), 2 * reach)
-    spectrum = scipy.fft.rfft2(patch, s=size, workers=_WORKERS)
+    rows, columns = (n + 2 * reach for n in patch.shape)
+    size = _fast_size((rows, columns), 0)
+    spectrum = scipy.fft.rfft2(patch, s=size)
     spectrum *= _transfer(kernel.core, size, np.float64)
-    spread = scipy.fft.irfft2(spectrum, s=size, workers=_WORKERS)
     # The patch's first pixel lies at [0, 0]; what lies before it is at the end.
-    spread = np.maximum(np.roll(spread, (reach, reach), (0, 1)), 0.0)
-    height, width = result.shape
-    rows = np.arange(max(top - reach, 0), min(bottom + reach, height))
-    columns = np.arange(max(left - reach, 0), min(right + reach, width))
-    part = spread[np.ix_(rows - top + reach, columns - left + reach)]
-    result[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1] += part.astype(np.float32)
+    spread = np.roll(scipy.fft.irfft2(spectrum, s=size), (reach, reach), (0, 1))
+    light = np.maximum(spread[:rows, :columns], 0.0)
+    return _Apart(excess.top - reach, excess.left - reach, light)

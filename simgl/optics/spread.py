@@ -1,8 +1,9 @@
 """From a sharp image to what the lens makes of it: point spread, scattered light, ghosts.
 
-Works on planes: the four bands, or one weighted sum of them where no more is wanted. The kernels of
-the bands are then mixtures of two: that keeps each band's light and tail exactly (both are linear
-in its wavelength), and the rest with the least mean square of what is left.
+Works on planes and gives weighted sums of the four bands: themselves, or the electrons behind each
+of a detector's filters. For a single sum the kernels of the bands are taken as mixtures of two:
+that keeps each band's light and tail exactly (both are linear in its wavelength), and the rest with
+the least mean square of what is left.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simgl.optics.convolution import CELL, Convolver, add_coarse, cell_means
+from simgl.optics.convolution import CELL, Convolver, add_coarse, coarse_light, in_threads
 from simgl.optics.ghosts import GhostDisc, add_discs, ghosts
 from simgl.optics.kernel import Kernel, image_kernel, lens_kernel, lens_reach
 from simgl.physics.constants import SOLAR_CONSTANT, SOLAR_TEMPERATURE
@@ -48,29 +49,31 @@ class SunBefore:
 class Spread:
     """What one lens does after the image of a pinhole is formed.
 
-    weights : (4,) of the bands in the one result; None for the four bands as four results
+    weights : (results, 4) of the bands; by default the bands themselves
 
     mixture : (planes, 4) of the bands, 0 or more: what ``apply`` wants
     """
 
     def __init__(self, camera: Camera, weights: Array | None = None) -> None:
         self._camera = camera
-        self._outcome = np.eye(4) if weights is None else weights[None]
+        self._outcome = np.eye(4) if weights is None else weights
         zones = None if camera.lens.spread is None else _zone_kernels(camera)
-        table: list[list[list[Kernel | None]]] = []
-        if weights is None:
-            self.mixture, self._sums = np.eye(4), np.eye(4)
-            table = [[_only(row[b], b) for row in zones or ()] for b in range(4)]
-        elif zones is None or zones[0][0].tail == zones[0][3].tail:
-            self.mixture, self._sums = self._outcome, np.ones((1, 1))
-            table = [[[row[0]] for row in zones or ()]]
+        kernels = zones or []
+        if zones is None or zones[0][0].tail == zones[0][3].tail:
+            # All bands alike.
+            self.mixture, self._mixing = self._outcome, np.eye(len(self._outcome))
+            kernels = [row[:1] * len(self._outcome) for row in kernels]
+        elif len(self._outcome) == 1:
+            (single,), shares = self._outcome, _shares(zones[0])
+            self.mixture, self._mixing = single * shares, np.ones((1, 2))
+            kernels = [list(_pair(row, shares, single)) for row in zones]
         else:
-            shares = _shares(zones[0])
-            self.mixture, self._sums = weights * shares, np.ones((1, 2))
-            table = [[list(_pair(row, shares, weights)) for row in zones]]
+            self.mixture, self._mixing = np.eye(4), self._outcome
         d = camera.detector
         self._zones = None if zones is None else _zone_weights(camera)
-        self._convolver = None if zones is None else Convolver(table, d.width, d.height)
+        self._convolver = None
+        if zones is not None:
+            self._convolver = Convolver(kernels, self._mixing, d.width, d.height)
         white = black_body_light(SOLAR_CONSTANT, SOLAR_TEMPERATURE).irradiance / np.pi
         plate = irradiance_per_radiance(camera) * white
         self._limits = BRIGHT_PLATES * self.mixture @ plate
@@ -82,11 +85,10 @@ class Spread:
         planes : (height, width) each, 0 or more, mixed as ``mixture`` says
         sun : gives ghosts
         """
-        coarse = np.stack([cell_means(plane) for plane in planes])
-        sums = self._sums
+        coarse = np.stack(in_threads(coarse_light, planes))
         if self._convolver is None:
-            results = [np.einsum("i,ihw->hw", row, planes).astype(np.float32) for row in sums]
-            added = np.zeros((len(sums), *coarse.shape[1:]))
+            results = [plane.copy() for plane in planes]
+            added = np.zeros_like(coarse)
         else:
             assert self._zones is not None
             results = self._convolver.cores(planes, self._zones, self._limits)
@@ -94,7 +96,7 @@ class Spread:
         glare = self._camera.lens.veiling_glare
         if glare > 0.0:
             means = np.array([plane.mean(dtype=np.float64) for plane in planes])
-            added = (1.0 - glare) * added + glare * (sums @ means)[:, None, None]
+            added = (1.0 - glare) * added + glare * (self._mixing @ means)[:, None, None]
             for result in results:
                 result *= np.float32(1.0 - glare)
         discs = [] if sun is None else self._discs(planes, sun)
@@ -184,10 +186,6 @@ def _zone_weights(camera: Camera) -> list[Floats | None]:
     share = np.hypot(y[:, None], x) / (0.5 * np.hypot(d.width, d.height))
     nodes = np.array([zone.share for zone in spread.zones])
     return [np.interp(share, nodes, hat).astype(np.float32) for hat in np.eye(len(nodes))]
-
-
-def _only(kernel: Kernel, band: int) -> list[Kernel | None]:
-    return [kernel if b == band else None for b in range(4)]
 
 
 def _shares(kernels: Sequence[Kernel]) -> Array:

@@ -1,14 +1,16 @@
 """The air before a camera: which tables its picture reads, drawn where they are not there yet.
 
-A view's table holds for one height and one angle of the Sun, and for all directions. Both are taken
-in steps, fine enough not to show, so that pictures from one place share it: those of a camera, and
-the six that a spacecraft near it sees around itself.
+A view's table holds for one height and one angle of the Sun, and for all directions. Heights are
+taken in steps, fine enough not to show; angles of the Sun lie between two nodes, whose tables are
+marched and then mixed, so that a moving Sun costs a march only when it passes a node. Pictures from
+one place share the tables: those of a camera, and the six that a spacecraft near it sees around it.
 """
 
 from __future__ import annotations
 
 from collections import OrderedDict
 from dataclasses import dataclass
+from math import atan2, exp, floor, log
 
 import moderngl
 import numpy as np
@@ -67,15 +69,20 @@ _SEGMENT = Block(
 
 # As in shaders/air/view.glsl; of the half circle of azimuths.
 _GROUND_ROWS, _LIMB_ROWS, _SKY_ROWS = 64, 128, 64
+_ROWS = _GROUND_ROWS + _LIMB_ROWS + _SKY_ROWS
 _COLUMNS = 96
 # Cells of a ray: single scattering within 0.1 % of twice as many.
 _STEPS = 48
 
-# The steps of a view: of its height, relative, and of the Sun's angle [rad]: 100 m at 400 km, and
-# what 390 m on the ground make. At the terminator, where light falls by e in 1.5 degrees, half a
-# step is 0.1 %.
-_HEIGHT_STEP, _ANGLE_STEP = 2.0**-12, 2.0**-14
+# The steps of a view: of its height, relative, and between the Sun's nodes [rad]: 400 m at 400 km,
+# and 1.8 s on the way round. At the terminator light falls by e in 1.5 degrees, low in the limb's
+# blue within half of one: half a step of height is 0.3 % there, what bends between nodes as much.
+_HEIGHT_STEP, _NODE_STEP = 2.0**-10, 2.0**-9
+# Marched tables and mixed ones that are kept: a camera's and those of spacecraft at its side.
 _KEPT = 8
+
+_MIX = Block("AirMix", 24, np.dtype([("share", "f4", 4)]))
+_MIX_SAMPLERS = ["light_0", "transmittance_0", "light_1", "transmittance_1"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -90,6 +97,42 @@ class AirBefore:
     textures: tuple[moderngl.Texture | moderngl.Texture3D, ...]
 
 
+class _Kept:
+    """The tables last used, by key."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        self._targets: OrderedDict[tuple[object, ...], ImageTarget] = OrderedDict()
+
+    def __len__(self) -> int:
+        return len(self._targets)
+
+    def get(self, key: tuple[object, ...]) -> ImageTarget | None:
+        """The table of a key, where it is kept."""
+        target = self._targets.get(key)
+        if target is not None:
+            self._targets.move_to_end(key)
+        return target
+
+    def target(self, key: tuple[object, ...]) -> ImageTarget:
+        """Where to draw the table of a new key: the one unused for longest, or a new one."""
+        if len(self._targets) >= _KEPT:
+            target = self._targets.popitem(last=False)[1]
+        else:
+            target = ImageTarget(self._ctx, (_COLUMNS, _ROWS), (Format("f4", 4),) * 2)
+            for texture in target.textures:
+                texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+                texture.repeat_x = texture.repeat_y = False
+        self._targets[key] = target
+        return target
+
+    def release(self) -> None:
+        """Free everything."""
+        for target in self._targets.values():
+            target.release()
+        self._targets.clear()
+
+
 class AirPass:
     """Owns the tables of every air in use, and of the views last drawn."""
 
@@ -101,7 +144,8 @@ class AirPass:
         self._between: FullscreenProgram | None = None
         self._view = UniformBuffer(ctx, AIR_VIEW)
         self._tables: dict[AirKind, AirTables] = {}
-        self._views: OrderedDict[tuple[object, ...], ImageTarget] = OrderedDict()
+        self._mix = FullscreenProgram(ctx, "air/mix", _MIX, _MIX_SAMPLERS)
+        self._nodes, self._views = _Kept(ctx), _Kept(ctx)
 
     def prepare(self, earth: Earth, progress: Progress | None = None) -> None:
         """Make the tables that do not depend on a view, so that no frame waits for them."""
@@ -120,16 +164,13 @@ class AirPass:
             return None
         self.prepare(planet.earth)
         tables = self._tables[kind]
-        height, angle = _snapped(planet)
-        key = (kind, height, angle)
+        height, angle = _height_step(planet), _sun_angle(planet)
         tables.block.bind()
-        if key not in self._views:
-            self._draw(key, tables)
-        self._views.move_to_end(key)
+        mixed = self._mixed(tables, kind, height, angle)
         self._view.write(_view_values(planet, kind.radius, height, angle))
         self._view.bind()
         shared = (tables.textures[name] for name in AIR_SAMPLERS[:2])
-        return AirBefore(inside=height < AIR_TOP, textures=(*shared, *self._views[key].textures))
+        return AirBefore(inside=height < AIR_TOP, textures=(*shared, *mixed.textures))
 
     def between(self, segment: AirSegment | None) -> AirBetween | None:
         """The air before a spacecraft; None where there is none. Read back: 4 ms on a CPU."""
@@ -156,8 +197,29 @@ class AirPass:
         target.release()
         return AirBetween(light=light * segment.sun_irradiance, transmittance=transmittance)
 
-    def _draw(self, key: tuple[AirKind, float, float], tables: AirTables) -> None:
-        kind, height, angle = key
+    def _mixed(self, tables: AirTables, kind: AirKind, height: float, angle: float) -> ImageTarget:
+        """The table of a view: between those of the nodes on both sides of the Sun's angle."""
+        key = kind, height, angle
+        found = self._views.get(key)
+        if found is not None:
+            return found
+        below = floor(angle / _NODE_STEP)
+        nodes = [self._node(tables, kind, height, below + i) for i in (0, 1)]
+        target = self._views.target(key)
+        area = (0, 0, _COLUMNS, _rows(height))
+        self.state.apply(self._ctx, target.framebuffer, area, area)
+        self._mix.draw(
+            {"share": (angle / _NODE_STEP - below,) * 4},
+            [t for node in nodes for t in node.textures],
+        )
+        return target
+
+    def _node(self, tables: AirTables, kind: AirKind, height: float, index: int) -> ImageTarget:
+        """The marched table of one node."""
+        key = kind, height, index
+        found = self._nodes.get(key)
+        if found is not None:
+            return found
         inside = height < AIR_TOP
         if inside not in self._programs:
             self._programs[inside] = FullscreenProgram(
@@ -168,27 +230,19 @@ class AirPass:
                 shared=[AIR],
                 defines={"STEPS": _STEPS} | ({"AIR_INSIDE": 1} if inside else {}),
             )
-        size = _COLUMNS, _GROUND_ROWS + _LIMB_ROWS + _SKY_ROWS
-        if len(self._views) >= _KEPT:
-            target = self._views.popitem(last=False)[1]
-        else:
-            target = ImageTarget(self._ctx, size, (Format("f4", 4),) * 2)
-            for texture in target.textures:
-                texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
-                texture.repeat_x = texture.repeat_y = False
-        rows = size[1] if inside else size[1] - _SKY_ROWS
-        area = (0, 0, _COLUMNS, rows)
+        target = self._nodes.target(key)
+        area = (0, 0, _COLUMNS, _rows(height))
         self.state.apply(self._ctx, target.framebuffer, area, area)
         sources = [tables.textures[name] for name in _MARCH_SAMPLERS]
-        self._programs[inside].draw(_values(kind.radius, height, angle), sources)
-        self._views[key] = target
+        self._programs[inside].draw(_values(kind.radius, height, index * _NODE_STEP), sources)
+        return target
 
     def release(self) -> None:
         """Free everything."""
         self._ctx.detect_framebuffer(0).use()
-        for target in self._views.values():
-            target.release()
-        self._views.clear()
+        self._views.release()
+        self._nodes.release()
+        self._mix.release()
         for tables in self._tables.values():
             tables.release()
         self._tables.clear()
@@ -214,13 +268,21 @@ def _sun_in_sphere(planet: PlanetView) -> np.ndarray[tuple[int], np.dtype[np.flo
     return np.asarray(stretched / np.linalg.norm(stretched))
 
 
-def _snapped(planet: PlanetView) -> tuple[float, float]:
-    """Height [m] and the Sun's angle from the zenith [rad] of the table that serves a view."""
+def _rows(height: float) -> int:
+    """Of the table of a height [m]: a camera in space looks at no sky."""
+    return _ROWS if height < AIR_TOP else _ROWS - _SKY_ROWS
+
+
+def _height_step(planet: PlanetView) -> float:
+    """Height of the table that serves a view [m]."""
+    return exp(round(log(planet.height) / _HEIGHT_STEP) * _HEIGHT_STEP)
+
+
+def _sun_angle(planet: PlanetView) -> float:
+    """From the camera's zenith, in sphere space [rad]."""
     place = planet.camera_in_sphere.astype(np.float64)
     sun = _sun_in_sphere(planet)
-    angle = float(np.arctan2(np.linalg.norm(np.cross(place, sun)), np.dot(place, sun)))
-    steps = round(float(np.log(planet.height)) / _HEIGHT_STEP)
-    return float(np.exp(steps * _HEIGHT_STEP)), round(angle / _ANGLE_STEP) * _ANGLE_STEP
+    return atan2(float(np.linalg.norm(np.cross(place, sun))), float(np.dot(place, sun)))
 
 
 def _values(radius: float, height: float, angle: float) -> dict[str, object]:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from simgl.gpu.geometry import Values
 from simgl.passes.meshes import VertexLighting
@@ -18,15 +20,20 @@ from simgl.sky import SkyRadiance, cell_radiance
 from simgl.transport.bake import Progress
 from simgl.transport.cache import transport_of
 from simgl.transport.directions import CELLS_ACROSS
+from simgl.transport.gather import LitBody
 from simgl.transport.solve import (
     Reflectors,
+    beside,
+    earth_share,
     lamp_irradiance,
+    material_light,
     radiosity,
     reflectors,
+    site_irradiance,
     sky_irradiance,
-    sun_cosines,
-    vertex_light,
+    vertex_values,
 )
+from simgl.transport.sunlit import SunlitPatches
 from simgl.transport.transport import Floats, Transport
 from simgl.transport.view import ExchangeView, Neighbour
 from simgl.view.frame import CraftView
@@ -41,6 +48,16 @@ _FRONT = {"in_bounced": "4f", "in_earth_share": "1f"}
 _BACK = {"in_bounced_back": "4f", "in_earth_share_back": "1f"}
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Solved:
+    """cosines : (p,) of the Sun; exitance : (p, 4) of the patches after all bounces [W m-2]."""
+
+    transport: Transport
+    surface: Reflectors
+    cosines: Floats
+    exitance: Floats
+
+
 class ExchangePass:
     """Solves the exchange for spacecraft with surfaces that see each other; others have none."""
 
@@ -48,6 +65,7 @@ class ExchangePass:
         self._ctx = ctx
         self._transports: dict[tuple[str, bool], Transport | None] = {}
         self._reflectors: dict[tuple[object, ...], Reflectors] = {}
+        self._sunlit: dict[int, SunlitPatches] = {}
         self._cosines: dict[int, tuple[bytes, Floats]] = {}
         self._buffers: dict[tuple[int, int], moderngl.Buffer] = {}
         self._turned: OrderedDict[tuple[object, ...], Mesh] = OrderedDict()
@@ -76,27 +94,93 @@ class ExchangePass:
         """
         return [self._of_craft(c, sky) for c, sky in zip(craft, skies, strict=True)]
 
+    def bodies(
+        self, craft: Sequence[CraftView], skies: Sequence[SkyRadiance | None]
+    ) -> list[list[LitBody] | None]:
+        """What rays from each spacecraft meet: itself, then what is near; None where nothing is."""
+        solved = {
+            c.instance: self._solved(c, sky, c.exchange)
+            for c, sky in zip(craft, skies, strict=True)
+            if c.exchange is not None
+        }
+        found: list[list[LitBody] | None] = []
+        for one in craft:
+            near = [] if one.exchange is None else [n for n in one.exchange.around if n.near]
+            own = solved.get(one.instance)
+            if one.exchange is None or (own is None and not near):
+                found.append(None)
+                continue
+            sunlight = one.exchange.sun_irradiance.astype(np.float32)
+            models = [(one.model, np.eye(4), own)]
+            models += [(n.model, n.other_from_body, solved.get(n.instance)) for n in near]
+            found.append(
+                [
+                    self._lit(
+                        model, matrix, matrix[:3, :3] @ one.exchange.sun_direction, sunlight, s
+                    )
+                    for model, matrix, s in models
+                ]
+            )
+        return found
+
+    def _lit(
+        self,
+        model: SpacecraftModel,
+        own_from_here: NDArray[np.float64],
+        sun_direction: NDArray[np.float64],
+        sun_irradiance: Floats,
+        solved: _Solved | None,
+    ) -> LitBody:
+        albedo, exitance = material_light(mean_materials(model))
+        mesh, rest = model.mesh, None
+        if solved is not None:
+            mesh = self._mesh(model, solved.transport)
+            sunlit = solved.surface.albedo * solved.cosines[:, None] * sun_irradiance
+            rest = np.maximum(solved.exitance - sunlit, 0.0)[solved.transport.patch_of_side]
+        return LitBody(
+            mesh=mesh,
+            own_from_here=own_from_here.astype(np.float32),
+            sides=2 if model.open_sheets else 1,
+            albedo=albedo,
+            exitance=exitance,
+            sun_direction=sun_direction.astype(np.float32),
+            sun_irradiance=sun_irradiance,
+            solved=rest,
+        )
+
+    def _solved(
+        self, craft: CraftView, sky: SkyRadiance | None, view: ExchangeView
+    ) -> _Solved | None:
+        """The light on the patches of a spacecraft; None where nothing sees itself."""
+        transport = self.transport(craft.model)
+        if transport is None:
+            return None
+        surface = self._surface(craft.model, transport)
+        cells = None if sky is None else cell_radiance(sky, CELLS_ACROSS)
+        cosines = self._sun_cosines(craft.instance, transport, view)
+        direct = cosines[:, None] * view.sun_irradiance.astype(np.float32)
+        if cells is not None:
+            direct = direct + sky_irradiance(transport, cells)
+        if view.lamps:
+            around = [n.blocker() for n in view.around]
+            for lamp in view.lamps:
+                direct = direct + lamp_irradiance(transport, lamp, around)
+        exitance = radiosity(transport, surface, direct)
+        return _Solved(transport=transport, surface=surface, cosines=cosines, exitance=exitance)
+
     def _of_craft(self, craft: CraftView, sky: SkyRadiance | None) -> VertexLighting | None:
         if craft.exchange is None:
             return None
         transport = self.transport(craft.model)
         if transport is None:
             return None
-        surface = self._surface(craft.model, transport)
         cells = None if sky is None else cell_radiance(sky, CELLS_ACROSS)
-        cosines = self._sun_cosines(craft.instance, transport, craft.exchange)
-        direct = cosines[:, None] * craft.exchange.sun_irradiance.astype(np.float32)
-        if cells is not None:
-            direct = direct + sky_irradiance(transport, cells)
-        if craft.exchange.lamps:
-            around = [n.blocker() for n in craft.exchange.around]
-            for lamp in craft.exchange.lamps:
-                direct = direct + lamp_irradiance(transport, lamp, around)
-        exitance = radiosity(transport, surface, direct)
-        light = vertex_light(transport, exitance, cells)
-        values = np.empty((len(transport.mesh.positions), transport.sides, 5), dtype=np.float32)
-        values[..., :4] = np.swapaxes(light.bounced, 0, 1)
-        values[..., 4] = light.earth_share.T
+        # In the other thread while this one is busy with the bounces.
+        share = beside().submit(earth_share, transport, cells)
+        solved = self._solved(craft, sky, craft.exchange)
+        assert solved is not None
+        bounced = site_irradiance(transport, solved.exitance)
+        values = vertex_values(transport, bounced, share.result())
         buffer = self._buffer(craft.instance, values.nbytes)
         buffer.write(values)
         two_sided = transport.sides == 2
@@ -139,7 +223,8 @@ class ExchangePass:
         key = _sun_key(transport, view)
         if self._cosines.get(instance, (b"",))[0] != key:
             blockers = [n.blocker() for n in view.before_sun]
-            self._cosines[instance] = key, sun_cosines(transport, view.sun_direction, blockers)
+            lit = self._sunlit.setdefault(id(transport), SunlitPatches(transport))
+            self._cosines[instance] = key, lit.cosines(view.sun_direction, blockers)
         return self._cosines[instance][1]
 
     def _buffer(self, instance: int, size: int) -> moderngl.Buffer:

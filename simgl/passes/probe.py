@@ -10,7 +10,7 @@ import moderngl
 
 from simgl.gpu.targets import Format, ImageTarget
 from simgl.sky import COARSE, FINE, ROUGHNESS, SkyRadiance, irradiance, prefiltered
-from simgl.view.background import SKY_TEXELS, Background, SkyView
+from simgl.view.background import Background, SkyView
 
 # Skies kept for views that come back; a picture of more spacecraft keeps as many as it needs.
 KEPT = 8
@@ -45,7 +45,8 @@ class ProbePass:
 
     def __init__(self, ctx: moderngl.Context, draw_background: DrawBackground) -> None:
         self._ctx, self._draw_background = ctx, draw_background
-        self._target: ImageTarget | None = None
+        # By their number of texels along an edge of a face.
+        self._targets: dict[int, ImageTarget] = {}
         self._probes: OrderedDict[tuple[object, ...], Probe] = OrderedDict()
 
     def draw(self, views: Sequence[SkyView | None]) -> list[Probe | None]:
@@ -63,7 +64,7 @@ class ProbePass:
     def _drawn(self, view: SkyView, kept: int) -> Probe:
         sky = self._look(view)
         plane_irradiance = irradiance(sky)
-        cube, lobes, plane = self._free_textures(kept)
+        cube, lobes, plane = self._free_textures(kept, view.texels)
         for face, radiance in enumerate(sky.radiance):
             cube.write(face, radiance.tobytes())
         lobes.write(prefiltered(sky, plane_irradiance).tobytes())
@@ -71,24 +72,33 @@ class ProbePass:
         return Probe(sky=sky, cube=cube, lobes=lobes, irradiance=plane)
 
     def _look(self, view: SkyView) -> SkyRadiance:
-        n = SKY_TEXELS
-        if self._target is None:
-            self._target = ImageTarget(self._ctx, (n, 6 * n), (Format("f4", 4),))
+        n = view.texels
+        if n not in self._targets:
+            self._targets[n] = ImageTarget(self._ctx, (n, 6 * n), (Format("f4", 4),))
+        target = self._targets[n]
         for row, face in enumerate(view.faces):
-            self._draw_background(face, self._target.framebuffer, (0, row * n, n, n))
-        return SkyRadiance(radiance=self._target.read().reshape(6, n, n, 4))
+            self._draw_background(face, target.framebuffer, (0, row * n, n, n))
+        return SkyRadiance(radiance=target.read().reshape(6, n, n, 4))
 
-    def _free_textures(self, kept: int) -> Textures:
+    def _free_textures(self, kept: int, texels: int) -> Textures:
         if len(self._probes) >= kept:
-            return self._probes.popitem(last=False)[1].textures
-        cube = self._ctx.texture_cube((SKY_TEXELS, SKY_TEXELS), 4, dtype="f4")
+            cube, lobes, plane = self._probes.popitem(last=False)[1].textures
+            if cube.size == (texels, texels):
+                return cube, lobes, plane
+            cube.release()
+            return self._cube(texels), lobes, plane
         lobes = self._ctx.texture3d((FINE, FINE, len(ROUGHNESS)), 4, dtype="f4")
         plane = self._ctx.texture((COARSE, COARSE), 4, dtype="f4")
         lobes.repeat_x = lobes.repeat_y = lobes.repeat_z = False
         plane.repeat_x = plane.repeat_y = False
-        for texture in (cube, lobes, plane):
+        for texture in (lobes, plane):
             texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
-        return cube, lobes, plane
+        return self._cube(texels), lobes, plane
+
+    def _cube(self, texels: int) -> moderngl.TextureCube:
+        cube = self._ctx.texture_cube((texels, texels), 4, dtype="f4")
+        cube.filter = (moderngl.LINEAR, moderngl.LINEAR)
+        return cube
 
     def release(self) -> None:
         """Free everything."""
@@ -96,7 +106,7 @@ class ProbePass:
             for texture in probe.textures:
                 texture.release()
         self._probes.clear()
-        if self._target is not None:
-            self._ctx.detect_framebuffer(0).use()
-            self._target.release()
-            self._target = None
+        self._ctx.detect_framebuffer(0).use()
+        for target in self._targets.values():
+            target.release()
+        self._targets.clear()

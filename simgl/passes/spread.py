@@ -13,28 +13,32 @@ from numpy.typing import NDArray
 from simgl.gpu.blocks import Block
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.state import State
+from simgl.gpu.targets import Format, ImageTarget
 from simgl.optics.spread import Spread, SunBefore
 from simgl.scene.camera import Camera
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
 
-_SPREAD = Block("Spread", 30, np.dtype([("mixture", "f4", (4, 4))]))
+# The most planes that one draw writes, and pixels of a texel in each.
+_MOST = 4
+_PLANE = Format("f4", 4, packed=True)
+_SPREAD = Block("Spread", 30, np.dtype([("mixture", "f4", (_MOST, 4))]))
 
 # Kernels of a few cameras are kept.
 _KEPT = 8
 
 
 class SpreadPass:
-    """Convolves the irradiance of an image plane, or one weighted sum of its bands."""
+    """Convolves the irradiance of an image plane, or the electrons that it makes."""
 
     state = State()
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        self._program = FullscreenProgram(ctx, "spread/spread", _SPREAD, ["bands"])
+        self._programs: dict[int, FullscreenProgram] = {}
         self._spreads: dict[object, Spread] = {}
-        self._target: moderngl.Framebuffer | None = None
+        self._target: ImageTarget | None = None
 
     def bands(
         self,
@@ -49,16 +53,24 @@ class SpreadPass:
     def electrons(
         self,
         camera: Camera,
-        electrons_per_irradiance: Array,
+        square: Array,
         sun: SunBefore | None,
         irradiance: moderngl.Texture,
     ) -> Floats:
-        """(height, width) mean electrons of a monochrome detector.
+        """(height, width) mean electrons.
 
-        electrons_per_irradiance : (4,) [e- W-1 m2]
+        square : (4, 4) electrons per irradiance of the pixels (0, 0), (1, 0), (0, 1), (1, 1) in
+            each band [e- W-1 m2]
         """
-        (result,) = self._apply(camera, electrons_per_irradiance, sun, irradiance)
-        return result
+        weights, filters = np.unique(square, axis=0, return_inverse=True)
+        results = self._apply(camera, weights, sun, irradiance)
+        if len(results) == 1:
+            return results[0]
+        mosaic = np.empty_like(results[0])
+        for place, index in enumerate(filters):
+            of = np.s_[place // 2 :: 2, place % 2 :: 2]
+            mosaic[of] = results[index][of]
+        return mosaic
 
     def _apply(
         self,
@@ -75,30 +87,33 @@ class SpreadPass:
         return spread.apply(self._planes(spread.mixture, irradiance), sun)
 
     def _planes(self, mixture: Array, irradiance: moderngl.Texture) -> list[Floats]:
-        width, height = size = irradiance.size
-        if self._target is None or self._target.size != size:
+        count = len(mixture)
+        if self._target is None or (self._target.size, len(self._target.textures)) != (
+            irradiance.size,
+            count,
+        ):
             self._release_target()
-            planes = [self._ctx.texture(size, 1, dtype="f4") for _ in range(4)]
-            self._target = self._ctx.framebuffer(planes)
-        self.state.apply(self._ctx, self._target, (0, 0, width, height))
-        padded = np.zeros((4, 4))
-        padded[: len(mixture)] = mixture
-        self._program.draw({"mixture": padded}, [irradiance])
-        return [
-            np.frombuffer(plane.read(), dtype=np.float32).reshape(height, width)
-            for plane in self._target.color_attachments[: len(mixture)]
-            if isinstance(plane, moderngl.Texture)
-        ]
+            self._target = ImageTarget(self._ctx, irradiance.size, [_PLANE] * count)
+        if count not in self._programs:
+            self._programs[count] = FullscreenProgram(
+                self._ctx, "spread/spread", _SPREAD, ["bands"], {"PLANES": count}
+            )
+        target = self._target
+        self.state.apply(self._ctx, target.framebuffer, (0, 0, *target.framebuffer.size))
+        padded = np.zeros((_MOST, 4))
+        padded[:count] = mixture
+        self._programs[count].draw({"mixture": padded}, [irradiance])
+        return [target.read(plane) for plane in range(count)]
 
     def _release_target(self) -> None:
         if self._target is not None:
             self._ctx.detect_framebuffer(0).use()
-            for plane in self._target.color_attachments:
-                plane.release()
             self._target.release()
             self._target = None
 
     def release(self) -> None:
         """Free everything."""
         self._release_target()
-        self._program.release()
+        for program in self._programs.values():
+            program.release()
+        self._programs.clear()

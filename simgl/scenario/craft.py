@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from simgl.errors import AssetError, ConfigError
+from simgl.scenario.file_axes import UNITS
 from simgl.scenario.finishes import material_of
 from simgl.scenario.folder import Base
 from simgl.scenario.library import load_model
@@ -16,14 +17,20 @@ def read_model(where: str, name: str, table: SpacecraftTable, base: Base) -> Spa
     """Its shape and surface; relative paths start at ``base``."""
     source = table.model
     if isinstance(source, PrimitiveTable):
-        if table.unit_m is not None:
-            problem = "goes with a mesh file; a primitive is in metres"
-            raise ConfigError(where, "unit_m", problem)
+        for key in ("unit", "unit_m", "up_axis", "forward_axis"):
+            if getattr(table, key) is not None:
+                problem = "goes with a mesh file; a primitive is in metres and body axes"
+                raise ConfigError(where, key, problem)
         return _primitive(source, where, name)
+    if table.unit is not None and table.unit_m is not None:
+        raise ConfigError(where, "unit_m", "contradicts unit; give one of them")
+    unit_m = table.unit_m if table.unit is None else UNITS[table.unit]
     try:
-        return load_model(source, base, table.unit_m)
+        return load_model(source, base, unit_m, table.up_axis, table.forward_axis)
     except AssetError as error:
         raise AssetError(f"{where}: model: {error}") from None
+    except ValueError as error:
+        raise ConfigError(where, "forward_axis", str(error)) from None
 
 
 def _primitive(table: PrimitiveTable, where: str, name: str) -> SpacecraftModel:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from simgl import assets
 from simgl.errors import AssetError, ConfigError, did_you_mean
 from simgl.scenario.fields import direction
+from simgl.scenario.file_axes import body_from_file
 from simgl.scenario.folder import Base, beside
 from simgl.scenario.gltf import face_normals, read_gltf
 from simgl.scenario.schema import CameraPresetTable
@@ -99,8 +100,8 @@ def _body_from_file(axes: AxesTable, where: str) -> NDArray[np.float64]:
 def _read_model_folder(folder: Path) -> SpacecraftModel:
     where = str(folder / "model.toml")
     table = convert(read_toml(folder / "model.toml"), ModelTable, where)
-    body_from_file = table.unit_m * _body_from_file(table.axes, where)
-    model = read_gltf(folder / table.file, table.name, body_from_file)
+    file_to_body = table.unit_m * _body_from_file(table.axes, where)
+    model = read_gltf(folder / table.file, table.name, file_to_body)
     joints = tuple(_joint(j, model, table.keypoints, where) for j in table.joint)
     keypoints = {k: np.array(v) for k, v in table.keypoints.items()}
     return replace(model, keypoints=keypoints, joints=joints)
@@ -138,7 +139,7 @@ def _is_binary_stl(content: bytes) -> bool:
     return len(content) >= 84 and len(content) == 84 + 50 * int.from_bytes(content[80:84], "little")
 
 
-def _read_plain_mesh(path: Path, unit_m: float) -> SpacecraftModel:
+def _read_plain_mesh(path: Path, body_from_file: NDArray[np.float64]) -> SpacecraftModel:
     kind = path.suffix[1:].lower()
     try:
         content = path.read_bytes()
@@ -158,8 +159,9 @@ def _read_plain_mesh(path: Path, unit_m: float) -> SpacecraftModel:
     if faces.size == 0:
         hint = f"is it a whole {path.suffix[1:].upper()} file?"
         raise AssetError(f"{path}: holds no triangles; {hint}")
-    with np.errstate(over="ignore"):  # a coordinate beyond float32 becomes infinite
-        corners = (points[faces.ravel()] * unit_m).astype(np.float32)
+    with np.errstate(over="ignore", invalid="ignore"):  # beyond float32 lies infinity
+        points = points @ body_from_file.T
+        corners = points[faces.ravel()].astype(np.float32)
     if not np.all(np.isfinite(corners)):
         raise AssetError(f"{path}: holds vertices that are not finite")
     label = np.zeros(len(corners), dtype=np.uint32)
@@ -176,26 +178,38 @@ def _read_plain_mesh(path: Path, unit_m: float) -> SpacecraftModel:
 
 
 @lru_cache(maxsize=32)
-def load_model(name: str, base: Base = Path(), unit_m: float | None = None) -> SpacecraftModel:
+def load_model(
+    name: str,
+    base: Base = Path(),
+    unit_m: float | None = None,
+    up_axis: str | None = None,
+    forward_axis: str | None = None,
+) -> SpacecraftModel:
     """A shipped model by name, or a mesh file by path.
 
     name : a shipped name, or a path to .glb, .gltf, .obj or .stl
     base : folder that a relative path starts from
     unit_m : metres per unit of the file, for files that are not in metres
+    up_axis, forward_axis : the file's axes ("y", "-z") that become body -z and x
+
+    Raises AssetError; ValueError for axes that are not square to each other.
     """
+    file_to_body = body_from_file(unit_m or 1.0, up_axis, forward_axis)
     if "/" not in name and Path(name).suffix.lower() not in _MESH_SUFFIXES:
         if name not in shipped_models():
             raise AssetError(f'no model "{name}"; {did_you_mean(name, shipped_models())}')
         if unit_m is not None:
             raise AssetError(f'model "{name}" knows its unit; unit_m goes with a mesh file')
+        if up_axis is not None:
+            raise AssetError(f'model "{name}" knows its axes; up_axis goes with a mesh file')
         return _read_model_folder(assets.models() / name)
     path = base / name
     if not path.is_file():
         raise AssetError(f"{path}: no such model file")
     if path.suffix.lower() in (".glb", ".gltf"):
-        return read_gltf(path, path.stem, (unit_m or 1.0) * np.eye(3), beside(base, path))
+        return read_gltf(path, path.stem, file_to_body, beside(base, path))
     if path.suffix.lower() in _MESH_SUFFIXES:
-        return _read_plain_mesh(path, unit_m or 1.0)
+        return _read_plain_mesh(path, file_to_body)
     raise AssetError(f"{path}: not a mesh that simgl reads ({', '.join(_MESH_SUFFIXES)})")
 
 

@@ -84,7 +84,8 @@ def scenario_from_dict(
     laws = {n: MotionReader(bodies[n], n, t, craft, epoch, base) for n, t in craft.items()}
     places = {n: f"{where} [camera.{n}]" for n in cameras}
     lenses = {n: read_camera(places[n], n, t, temperature, base) for n, t in cameras.items()}
-    mounts = {n: read_mount(places[n], t, models) for n, t in cameras.items()}
+    there = earth.shape != "none"
+    mounts = {n: read_mount(places[n], t, models, earth=there) for n, t in cameras.items()}
     light = read_sun(sun, temperature, f"{where} [sun]")
     scenario = Scenario(
         name=name,
@@ -102,6 +103,7 @@ def scenario_from_dict(
         seed=render.seed,
         samples_per_pixel=render.samples_per_pixel,
         inter_reflection=render.inter_reflection,
+        gather=render.gather,
         stars=read_sky(sky, light),
     )
     # Laws that contradict each other, such as relative places in a circle, show here.

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,7 @@ from simgl.scene.criteria import Criteria
 from simgl.scene.earth import Earth
 from simgl.scene.joints import JointLaws
 from simgl.scene.lamps import Lamp, lamp_state
+from simgl.scene.mounts import Mount, camera_pose, camera_velocity
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.stars import StarCatalogue, star_sky
 from simgl.scene.state import (
@@ -33,7 +35,7 @@ from simgl.scene.state import (
     SunAtPosition,
     SunInDirection,
 )
-from simgl.scene.trajectory import Motion, Mount, camera_pose, camera_velocity, poses
+from simgl.scene.trajectory import Motion, poses
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -71,6 +73,7 @@ class Scenario:
     seed : of all noise
     samples_per_pixel : of geometry; None lets the renderer choose by cost
     inter_reflection : light between the surfaces of a spacecraft, and the Earth hidden by them
+    gather : that light at vertices, or by rays from every sample of every pixel
     stars : None for a sky without them
     """
 
@@ -89,6 +92,7 @@ class Scenario:
     seed: int = 0
     samples_per_pixel: int | None = None
     inter_reflection: bool = True
+    gather: Literal["vertex", "pixel"] = "vertex"
     stars: StarCatalogue | None = None
 
     def at(self, tai_ns: int) -> SceneState:
@@ -143,18 +147,6 @@ class Scenario:
         cameras = dict(self.cameras)
         for name, seconds in (exposure_times or {}).items():
             cameras[name] = replace(cameras[name], exposure_time=seconds)
-        states = {}
-        for name, camera in cameras.items():
-            with self._named_in_errors():
-                position, R_camera_from_icrf = camera_pose(name, self.mounts[name], bodies)
-            states[name] = CameraState(
-                camera=camera,
-                position=position,
-                R_camera_from_icrf=R_camera_from_icrf,
-                velocity=camera_velocity(self.mounts[name], bodies),
-            )
-        with self._named_in_errors():
-            lamps = tuple(lamp_state(lamp, bodies) for lamp in self.lamps.values())
         earth = None
         if self.earth is not None:
             earth = EarthState(
@@ -167,6 +159,20 @@ class Scenario:
             sun, moon = self.sun.at(tai_ns), moon_position(tai_ns)
         else:
             sun, moon = self.sun, None
+        states = {}
+        for name, camera in cameras.items():
+            with self._named_in_errors():
+                position, R_camera_from_icrf = camera_pose(
+                    name, self.mounts[name], bodies, sun, earth
+                )
+            states[name] = CameraState(
+                camera=camera,
+                position=position,
+                R_camera_from_icrf=R_camera_from_icrf,
+                velocity=camera_velocity(self.mounts[name], bodies),
+            )
+        with self._named_in_errors():
+            lamps = tuple(lamp_state(lamp, bodies) for lamp in self.lamps.values())
         given = joint_angles or {}
         return SceneState(
             tai_ns=tai_ns,

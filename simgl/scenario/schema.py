@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 from msgspec import Meta
 
 from simgl.lattice import FEWEST
+from simgl.scenario.file_axes import Axis, Unit
 from simgl.scenario.optics_schema import LidarTable, OpticsTable
 from simgl.scenario.surfaces import PrimitiveTable
 from simgl.scenario.values import (
@@ -148,7 +149,9 @@ class SpacecraftTable(Table, frozen=True, kw_only=True):
     """``[spacecraft.NAME]``: a model, a place and an attitude.
 
     model : name of a shipped model, path of a glTF/OBJ/STL file, or a primitive
-    unit_m : metres per unit of a model file that does not say it (OBJ, STL)
+    unit, unit_m : of a model file that is not in metres: a name, or metres per unit
+    up_axis, forward_axis : the file's axes that become body -z and body x; without them the
+        file's axes are the body's, without ``forward_axis`` z looks ahead (x where z is up)
     place : exactly one of ``orbit``, ``trajectory`` (a file), ``relative_to`` with
         ``position_lvlh_m``, ``position_icrf_m``; a file in LVLH axes goes with ``relative_to``
     drift : from ``position_lvlh_m`` and ``velocity_lvlh_m_s`` at the epoch by Clohessy-Wiltshire;
@@ -161,7 +164,10 @@ class SpacecraftTable(Table, frozen=True, kw_only=True):
     """
 
     model: str | PrimitiveTable
+    unit: Unit | None = None
     unit_m: Positive | None = None
+    up_axis: Axis | None = None
+    forward_axis: Axis | None = None
     orbit: OrbitTable | None = None
     trajectory: str | MotionFileTable | None = None
     relative_to: str | None = None
@@ -187,6 +193,28 @@ class OrbitingTable(Table, frozen=True, kw_only=True):
     azimuth_deg: float
     elevation_deg: Annotated[float, Meta(ge=-89.9, le=89.9)] = 0.0
     range_m: Positive
+
+
+class LookAtTable(Table, frozen=True, kw_only=True):
+    """A place on a spacecraft: its origin, a ``keypoint``, or the middle of a ``part``.
+
+    Keypoint and part stand as stored in the model, whatever its joints do.
+    """
+
+    target: str
+    keypoint: str | None = None
+    part: str | None = None
+
+
+class LimbTable(Table, frozen=True, kw_only=True):
+    """The Earth's limb, from a camera on a spacecraft.
+
+    azimuth_deg : about nadir, from ahead towards the right
+    tangent_height_km : of the lowest point of the sight line over the ellipsoid
+    """
+
+    azimuth_deg: float = 0.0
+    tangent_height_km: Annotated[float, Meta(ge=0.0, le=10000.0)] = 0.0
 
 
 class CurveTable(Table, frozen=True, kw_only=True):
@@ -293,7 +321,10 @@ class CameraTable(DetectorTable, frozen=True, kw_only=True):
     """``[camera.NAME]``: a preset, changed where a key is given, on a mount.
 
     mount : ``on`` (a spacecraft), or ``about`` (azimuth, elevation, range), or ``position_icrf_m``
-    look_at : the spacecraft kept in the centre; else ``boresight`` in body or ICRF axes
+    look_at : the spacecraft, or the place on one, kept in the centre; else ``limb``, or
+        ``boresight`` in ``axes``, as ``up``
+    axes : "body" (default), "lvlh" (default with ``limb``) or "icrf" (at ``position_icrf_m``)
+    keep_from_sun_deg : the boresight turns away from the Sun to no less than this
     quantum_efficiency : electrons per photon without filters, one number or four bands
     serial : number of this camera, which its fixed pattern follows; by default from its name
     """
@@ -304,9 +335,12 @@ class CameraTable(DetectorTable, frozen=True, kw_only=True):
     keypoint: str | None = None
     about: OrbitingTable | None = None
     position_icrf_m: Vector | None = None
-    look_at: str | None = None
+    look_at: str | LookAtTable | None = None
+    limb: LimbTable | None = None
     boresight: Vector | None = None
     up: Vector | None = None
+    axes: Literal["body", "lvlh", "icrf"] | None = None
+    keep_from_sun_deg: Annotated[float, Meta(gt=0.0, lt=180.0)] | None = None
     focal_length_mm: Positive = 13.0
     # No lens in air is faster than f/0.5 (Abbe's sine condition).
     f_number: Annotated[float, Meta(ge=0.5)] = 4.0
@@ -369,8 +403,10 @@ class RenderTable(Table, frozen=True, kw_only=True):
     """``[render]``: noise seed and mean geometry samples per pixel (omitted: chosen by cost).
 
     inter_reflection : light between the surfaces of a spacecraft, and the Earth hidden by them
+    gather : that light at vertices, or by rays from every sample of every pixel
     """
 
     seed: Annotated[int, Meta(ge=0, le=2**32 - 1)] = 0
     samples_per_pixel: Annotated[int, Meta(ge=FEWEST, le=256)] | None = None
     inter_reflection: bool = True
+    gather: Literal["vertex", "pixel"] = "vertex"

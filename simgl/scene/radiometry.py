@@ -21,22 +21,13 @@ def irradiance_per_radiance(camera: Camera) -> Array:
     return np.asarray(np.pi * np.asarray(lens.transmission) / squared)
 
 
-def electrons_per_irradiance(camera: Camera, photons_per_joule: Array) -> Array:
-    """(4,) electrons of a pixel without a filter per unit of band irradiance [e- W-1 m2].
+def square_electrons_per_irradiance(camera: Camera, photons_per_joule: Array) -> Array:
+    """(4, 4) electrons per unit of band irradiance of the pixels (0, 0), (1, 0), (0, 1), (1, 1),
+    which are alike without colour filters [e- W-1 m2].
 
     photons_per_joule : (4,) of the light's spectrum in each band
     """
-    qe = np.asarray(camera.detector.quantum_efficiency)
-    return np.asarray(_photons_per_irradiance(camera, photons_per_joule) * qe)
-
-
-def square_electrons_per_irradiance(camera: Camera, photons_per_joule: Array) -> Array:
-    """(4, 4) the same of the pixels (0, 0), (1, 0), (0, 1), (1, 1) under colour filters."""
-    qe = np.asarray(camera.detector.square)
-    return np.asarray(_photons_per_irradiance(camera, photons_per_joule) * qe)
-
-
-def _photons_per_irradiance(camera: Camera, photons_per_joule: Array) -> Array:
     detector = camera.detector
     area = detector.pixel_pitch**2 * detector.fill_factor
-    return np.asarray(area * camera.exposure_time * photons_per_joule)
+    photons = area * camera.exposure_time * photons_per_joule
+    return np.asarray(photons * np.asarray(detector.square))

@@ -132,6 +132,17 @@ class BodyState:
     model: SpacecraftModel
     pose: Pose
 
+    def in_body(self, point: Array) -> Array:
+        """A point (3,) of ICRF axes in those of the body [m]."""
+        return np.asarray(self.pose.R_icrf_from_body.T @ (point - self.pose.position))
+
+    def encloses(self, point: Array) -> bool:
+        """Whether a point (3,) of ICRF axes [m] lies inside its skin."""
+        mesh, place = self.model.mesh, self.in_body(point)
+        if np.linalg.norm(place - mesh.centre) > mesh.radius:
+            return False
+        return mesh.winding_number(place) > 0.5
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CameraState:

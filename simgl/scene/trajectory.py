@@ -15,7 +15,6 @@ from simgl.errors import ConfigError
 from simgl.physics.constants import EARTH_MU
 from simgl.physics.frames import (
     Pose,
-    camera_from_directions,
     lvlh_angular_velocity,
     lvlh_from_icrf,
     rotation_between,
@@ -132,7 +131,7 @@ def _relative(law: Relative, tai_ns: int, reference: tuple[Array, Array]) -> tup
     return r + offset, v + R_icrf_from_lvlh @ moving + np.cross(rate, offset)
 
 
-def _lvlh(where: str, key: str, name: str, position: Array, velocity: Array) -> Array:
+def lvlh_axes(where: str, key: str, name: str, position: Array, velocity: Array) -> Array:
     """R_lvlh_from_icrf, or the reason why spacecraft ``name`` has none."""
     if np.linalg.norm(np.cross(position, velocity)) == 0.0:
         problem = f'needs LVLH axes, which "{name}" lacks: it does not move about the Earth'
@@ -147,13 +146,15 @@ def _attitude(
     if isinstance(law, FixedAttitude):
         return law.R_icrf_from_body
     if isinstance(law, LvlhAttitude):
-        R_lvlh_from_icrf = _lvlh(f"[spacecraft.{name}]", "attitude", name, position, velocity)
+        R_lvlh_from_icrf = lvlh_axes(f"[spacecraft.{name}]", "attitude", name, position, velocity)
         return np.asarray(R_lvlh_from_icrf.T @ law.R_lvlh_from_body)
     if isinstance(law, SampledAttitude):
         turn = law.rotations.matrix(tai_ns)
         if not law.in_lvlh:
             return turn
-        R_lvlh_from_icrf = _lvlh(f"[spacecraft.{name}]", "attitude_file", name, position, velocity)
+        R_lvlh_from_icrf = lvlh_axes(
+            f"[spacecraft.{name}]", "attitude_file", name, position, velocity
+        )
         return np.asarray(R_lvlh_from_icrf.T @ turn)
     line = states[law.target][0] - position
     if not np.any(line):
@@ -179,7 +180,7 @@ def poses(motions: Mapping[str, Motion], tai_ns: int) -> dict[str, Pose]:
             law = motions[name].trajectory
             if isinstance(law, Relative):
                 reference = resolve(law.reference, (*chain, name))
-                _lvlh(f"[spacecraft.{name}]", "relative_to", law.reference, *reference)
+                lvlh_axes(f"[spacecraft.{name}]", "relative_to", law.reference, *reference)
                 states[name] = _relative(law, tai_ns, reference)
             else:
                 states[name] = law.state(tai_ns)
@@ -195,91 +196,3 @@ def poses(motions: Mapping[str, Motion], tai_ns: int) -> dict[str, Pose]:
         )
         for name, motion in motions.items()
     }
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class BodyMount:
-    """A camera fixed to a spacecraft, or turning on it to look at another.
-
-    position_body : (3,) of the pinhole [m]
-    boresight_body, up_body : (3,) directions in body axes
-    look_at : name of the spacecraft that the camera keeps in the centre; None keeps the boresight
-    """
-
-    spacecraft: str
-    position_body: Array
-    boresight_body: Array
-    up_body: Array
-    look_at: str | None
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class FreeMount:
-    """A camera at a place in ICRF axes.
-
-    position : (3,) [m]
-    boresight_icrf, up_icrf : (3,) directions; the boresight is not used where ``look_at`` is given
-    """
-
-    position: Array
-    boresight_icrf: Array
-    up_icrf: Array
-    look_at: str | None
-
-
-@dataclass(frozen=True, kw_only=True)
-class OrbitingMount:
-    """A camera that looks at a spacecraft from azimuth, elevation and range about it.
-
-    In the target's LVLH axes, azimuth 0 stands behind the target (-x), azimuth 90 deg above it
-    (zenith, -z); elevation leans out of the orbit plane towards the orbit normal (-y). Angles
-    [rad], range [m] from the target's body origin. The top of the image points along increasing
-    azimuth, that is to zenith at azimuth 0.
-    """
-
-    target: str
-    azimuth: float
-    elevation: float
-    range: float
-
-
-Mount = BodyMount | FreeMount | OrbitingMount
-
-
-def camera_velocity(mount: Mount, bodies: Mapping[str, Pose]) -> Array:
-    """(3,) of a camera in ICRF axes about the Earth [m s-1]: that of the spacecraft it goes with.
-
-    A camera at a place in ICRF axes is at rest there.
-    """
-    if isinstance(mount, FreeMount):
-        return np.zeros(3)
-    return bodies[mount.target if isinstance(mount, OrbitingMount) else mount.spacecraft].velocity
-
-
-def camera_pose(name: str, mount: Mount, bodies: Mapping[str, Pose]) -> tuple[Array, Array]:
-    """Position (3,) [m] and R_camera_from_icrf of the camera ``name`` on its mount.
-
-    Raises ConfigError where the mount gives it no direction to look.
-    """
-    where = f"[camera.{name}]"
-    if isinstance(mount, OrbitingMount):
-        target = bodies[mount.target]
-        R_icrf_from_lvlh = _lvlh(where, "about", mount.target, target.position, target.velocity).T
-        ca, sa = np.cos(mount.azimuth), np.sin(mount.azimuth)
-        ce, se = np.cos(mount.elevation), np.sin(mount.elevation)
-        out = R_icrf_from_lvlh @ np.array([-ca * ce, -se, -sa * ce])
-        up = R_icrf_from_lvlh @ np.array([sa, 0.0, -ca])
-        return target.position + mount.range * out, camera_from_directions(-out, up)
-    if isinstance(mount, BodyMount):
-        body = bodies[mount.spacecraft]
-        position = body.position + body.R_icrf_from_body @ mount.position_body
-        boresight = body.R_icrf_from_body @ mount.boresight_body
-        up = body.R_icrf_from_body @ mount.up_body
-    else:
-        position, boresight, up = mount.position, mount.boresight_icrf, mount.up_icrf
-    if mount.look_at is not None:
-        boresight = bodies[mount.look_at].position - position
-        if not np.any(boresight):
-            problem = f'cannot look at "{mount.look_at}", whose origin is at the pinhole'
-            raise ConfigError(where, "look_at", problem)
-    return position, camera_from_directions(boresight, up)

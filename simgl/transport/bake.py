@@ -40,15 +40,13 @@ Progress = Callable[[int, int], None]
 class BakeSettings:
     """Fineness of a bake.
 
-    regions : about as many, between which the bounces are solved first
-    patches : about as many pieces of them, which lights shine on and vertices look at
+    patches : about as many, which lights shine on, and which vertices and each other look at
     patch_rays : cosine-weighted rays of a patch, a multiple of its sample points
     site_rays : the same of a vertex
     added_triangles : about as many more, where surfaces are near to each other
     edge_share : edges shorter than this share of the body's radius stay
     """
 
-    regions: int = 1000
     patches: int = 8000
     patch_rays: int = 96
     site_rays: int = 256
@@ -115,8 +113,7 @@ def bake(
             for row in sites.of_vertex
         ]
     )
-    regions = min(settings.regions, settings.patches)
-    patches = cluster(fine, sides, exposure, regions, settings.patches)
+    patches = cluster(fine, sides, exposure, settings.patches)
     factors, sky, point_open = _exchange(fine, tracer, sides, patches, settings.patch_rays)
     report(total, total)
     return _assembled(fine, sides, sites, seen, patches, (factors, sky, point_open), settings)
@@ -246,11 +243,14 @@ def _assembled(
     gather = (seen.hits[kept] @ to_patch).tocsr()
     gather.data /= settings.site_rays
     rows, whole_row = np.unique(seen.whole_row[kept], return_inverse=True)
+    sky_part, sky_part_seen = _lesser_part(
+        seen.occluded[kept].tocsr(), sparse.csr_matrix(seen.whole)[seen.whole_row[kept]]
+    )
     return Transport(
         mesh=mesh,
         sides=sides,
         areas=patches.areas.astype(np.float32),
-        region=patches.region,
+        patch_of_side=patches.of_side,
         materials=patches.materials.astype(np.float32),
         points=patches.points.astype(np.float32),
         normals=patches.normals.astype(np.float32),
@@ -258,8 +258,23 @@ def _assembled(
         form_factors=factors,
         sky=sky,
         gather=gather.astype(np.float32),
-        occluded=seen.occluded[kept].tocsr(),
+        sky_part=sky_part,
+        sky_part_seen=sky_part_seen,
         whole=sparse.csr_matrix(seen.whole[rows]),
         whole_row=whole_row.ravel(),
         site_of_vertex=of_vertex.reshape(sites.of_vertex.shape),
     )
+
+
+def _lesser_part(
+    occluded: sparse.csr_matrix, whole: sparse.csr_matrix
+) -> tuple[sparse.csr_matrix, NDArray[np.bool_]]:
+    """Of each row what is occluded or what is left of the whole, and whether it is the latter."""
+    left = (whole - occluded).tocsr()
+    left.data[np.abs(left.data) < 1e-4] = 0.0  # what rounding leaves of whole rays
+    left.eliminate_zeros()
+    fewer = np.diff(left.indptr) < np.diff(occluded.indptr)
+    pick, other = (sparse.diags_array(v.astype(np.float32)) for v in (fewer, ~fewer))
+    part = (pick @ left + other @ occluded).tocsr().astype(np.float32)
+    part.eliminate_zeros()
+    return part, fewer

@@ -16,9 +16,9 @@ from simgl.transport.bake import BakeSettings, Progress, bake, sees_itself
 from simgl.transport.transport import Transport
 
 # Part of every key: a change in how bakes are made or stored makes the old files strangers.
-VERSION = 5
+VERSION = 7
 
-_MATRICES = ("form_factors", "sky", "gather", "occluded", "whole")
+_MATRICES = ("form_factors", "sky", "gather", "sky_part", "whole")
 
 
 def transport_of(

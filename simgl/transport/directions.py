@@ -59,8 +59,11 @@ def rounded_normals(normals: Array) -> tuple[Array, Indices]:
     return corners / np.linalg.norm(corners, axis=1, keepdims=True), row.ravel()
 
 
-def sky_cell(directions: Array) -> Indices:
-    """(...) cell of the sky, 0..95, that each direction (..., 3) in body axes points to."""
+def sky_cell(directions: Array, cells_across: int = CELLS_ACROSS) -> Indices:
+    """(...) cell of the sky that each direction (..., 3) in body axes points to.
+
+    One of 0..95, or of 0..6 n^2 - 1 with n x n cells on each face.
+    """
     size = np.abs(directions)
     axis = np.argmax(size, axis=-1)
     along = np.take_along_axis(directions, axis[..., None], axis=-1)[..., 0]
@@ -68,7 +71,7 @@ def sky_cell(directions: Array) -> Indices:
     across = np.sum(RIGHT[face] * directions, axis=-1) / np.abs(along)
     down = np.sum(DOWN[face] * directions, axis=-1) / np.abs(along)
     column, row = (
-        np.clip((0.5 * (place + 1.0) * CELLS_ACROSS).astype(np.int64), 0, CELLS_ACROSS - 1)
+        np.clip((0.5 * (place + 1.0) * cells_across).astype(np.int64), 0, cells_across - 1)
         for place in (across, down)
     )
-    return np.asarray((face * CELLS_ACROSS + row) * CELLS_ACROSS + column)
+    return np.asarray((face * cells_across + row) * cells_across + column)

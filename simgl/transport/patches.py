@@ -26,7 +26,6 @@ class Patches:
     """Clusters of triangle sides.
 
     of_side : (m * sides,) patch of each triangle's front, then of each one's back
-    region : (p,) the region that a patch is a piece of
     areas : (p,) [m2]
     materials : (p, k) share of the area that each material covers
     points : (p, SAMPLES, 3) just above the surface [m]
@@ -34,23 +33,22 @@ class Patches:
     """
 
     of_side: Indices
-    region: Indices
     areas: Array
     materials: Array
     points: Array
     normals: Array
 
 
-def cluster(mesh: Mesh, sides: int, exposure: Array, regions: int, count: int) -> Patches:
-    """About ``count`` patches, small where much light is exchanged, in about ``regions`` regions.
+def cluster(mesh: Mesh, sides: int, exposure: Array, count: int) -> Patches:
+    """About ``count`` patches, small where much light is exchanged.
 
     exposure : (m * sides,) share of the directions above each triangle's side in which it sees the
         body
 
-    Triangles of one part and material that face alike and touch start as one region, but the small
+    Triangles of one part and material that face alike and touch start as one patch, but the small
     ones of a part that face alike as one together: a liner and the wall behind it, one lit and one
-    dark, stay apart. The region that gives most light to others (area times exposure) is halved
-    along its longest extent until there are enough; then regions are halved on into patches.
+    dark, stay apart. The patch that gives most light to others (area times exposure) is halved
+    along its longest extent until there are enough.
     """
     faces, areas = face_normals(mesh)
     triangles = mesh.triangles.astype(np.int64)
@@ -67,15 +65,9 @@ def cluster(mesh: Mesh, sides: int, exposure: Array, regions: int, count: int) -
     piece = piece + np.repeat(np.arange(sides), len(areas)) * (int(piece.max()) + 1)
     share = np.bincount(piece, weight)[piece] / weight.sum()
     places = np.tile(centroids, (sides, 1))
-    coarse = _halved(
-        _grouped(np.where(share * regions > 1.0, piece, kinds)), places, weight, regions
-    )
-    region_of_side = _numbered(coarse, len(kinds))
-    inside = np.where(share * count > 1.0, piece, -1)
-    apart = region_of_side * (int(piece.max()) + 2) + inside
-    groups = _halved(_grouped(apart), places, weight, count)
+    start = _grouped(np.where(share * count > 1.0, piece, kinds))
+    groups = _halved(start, places, weight, count)
     of_side = _numbered(groups, len(kinds))
-    region = region_of_side[[members[0] for members in groups]]
     patch_areas = np.asarray(
         np.bincount(of_side, np.tile(areas, sides), minlength=len(groups)), dtype=np.float64
     )
@@ -85,7 +77,6 @@ def cluster(mesh: Mesh, sides: int, exposure: Array, regions: int, count: int) -
     points, normals = _samples(mesh, groups, faces, areas)
     return Patches(
         of_side=of_side,
-        region=region,
         areas=patch_areas,
         materials=shares,
         points=points,

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,10 +18,8 @@ from simgl.transport.transport import Transport
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
 
-# What is left of the light when the bounces end.
-RESIDUAL = 1e-3
-# Bounces between patches, after those between regions.
-FINE_BOUNCES = 4
+# What is left of the error of the first guess when the bounces end.
+RESIDUAL = 3e-3
 # Only a closed body of perfect reflectance needs more: there the sum of bounces has no end.
 _MOST_STEPS = 200
 
@@ -30,13 +30,11 @@ class Reflectors:
 
     albedo : (p, 4) share of the light that leaves again
     exitance : (p, 4) that they give off by themselves [W m-2]
-    region_albedo : (c, 4) the first for whole regions
     contraction : upper bound of what one bounce leaves of any light, below 1
     """
 
     albedo: Floats
     exitance: Floats
-    region_albedo: Floats
     contraction: float
 
 
@@ -45,10 +43,13 @@ class Blocker:
     """Another body that shades this one.
 
     other_from_body : (4, 4) between their axes
+    centre, radius : (3,) of its bounding sphere, in its own axes [m]
     """
 
     tracer: RayTracer
     other_from_body: Array
+    centre: Array
+    radius: float
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -67,18 +68,6 @@ class SpotLight:
     intensity: Array
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class VertexLight:
-    """What vertices get, on their front and, where ``sides`` is 2, on their back.
-
-    bounced : (sides, v, 4) irradiance from the body's other surfaces [W m-2]
-    earth_share : (sides, v) of the Earth's irradiance on a free surface, the share that arrives
-    """
-
-    bounced: Floats
-    earth_share: Floats
-
-
 def hemispherical_albedo(material: Material) -> Array:
     """(4,) reflectance of a surface under uniform light.
 
@@ -93,17 +82,21 @@ def hemispherical_albedo(material: Material) -> Array:
     return np.asarray(fresnel + (1.0 - fresnel) * (1.0 - material.metallic) * base)
 
 
+def material_light(materials: Sequence[Material]) -> tuple[Floats, Floats]:
+    """(k, 4) albedo of materials under uniform light, and their own exitance [W m-2]."""
+    albedo = np.array([hemispherical_albedo(m) for m in materials], dtype=np.float32)
+    exitance = np.array([np.pi * np.asarray(m.emission) for m in materials], dtype=np.float32)
+    return albedo, exitance
+
+
 def reflectors(transport: Transport, materials: Sequence[Material]) -> Reflectors:
     """The patches with a model's materials."""
     used = materials[: transport.materials.shape[1]]
-    albedo = transport.materials @ np.array([hemispherical_albedo(m) for m in used])
-    region_albedo = np.asarray(transport.region_mean @ albedo)
-    exitance = transport.materials @ np.array([np.pi * np.asarray(m.emission) for m in used])
+    albedo, exitance = (transport.materials @ light for light in material_light(used))
     return Reflectors(
-        albedo=albedo.astype(np.float32),
-        exitance=exitance.astype(np.float32),
-        region_albedo=region_albedo.astype(np.float32),
-        contraction=_contraction(transport.between_regions, region_albedo),
+        albedo=albedo,
+        exitance=exitance,
+        contraction=_contraction(transport.form_factors, albedo.astype(np.float64)),
     )
 
 
@@ -127,59 +120,68 @@ def radiosity(transport: Transport, surface: Reflectors, irradiance: Floats) -> 
 
     irradiance : (p, 4) direct, from all lights
 
-    Regions exchange all bounces; from what they send, and its own direct light, each patch goes on
-    for the last few. Between regions x = M x + c with Chebyshev's acceleration (Golub & Varga
-    1961): after k steps the error is below 2 r^k of the first, r = mu / (1 + sqrt(1 - mu^2)) for a
-    spectrum in -mu .. mu.
+    x = M x + c with Chebyshev's acceleration (Golub & Varga 1961): after k steps the error is below
+    2 r^k of the first, r = mu / (1 + sqrt(1 - mu^2)) for a spectrum in -mu .. mu. The first guess
+    lets the second bounce stand for all later ones, each less by the same ratio.
     """
     own = np.asarray(surface.exitance + surface.albedo * irradiance, dtype=np.float32)
     mu = surface.contraction
     rate = mu / (1.0 + np.sqrt(1.0 - mu * mu))
-    if rate <= 0.0 or not np.any(own):
-        return own
-    emitted = transport.region_mean @ own
-    steps = min(int(np.ceil(np.log(0.5 * RESIDUAL) / np.log(rate))), _MOST_STEPS)
-    older, newer, omega = emitted, emitted, 1.0
+    once = surface.albedo * (transport.form_factors @ own)
+    if rate <= 0.0 or not np.any(once):
+        return np.asarray(own + once)
+    twice = surface.albedo * (transport.form_factors @ once)
+    ratio = np.einsum("ij,ij->j", once, twice) / np.maximum(
+        np.einsum("ij,ij->j", once, once), np.float32(1e-30)
+    )
+    older = own + once + twice / (1.0 - np.clip(ratio, 0.0, np.float32(mu)))
+    newer, omega = older, 1.0
+    steps = min(int(np.ceil(np.log(0.5 * RESIDUAL) / np.log(rate))) - 2, _MOST_STEPS)
     for step in range(steps):
-        bounced = surface.region_albedo * (transport.between_regions @ newer) + emitted
+        bounced = surface.albedo * (transport.form_factors @ newer) + own
         if step == 0:
             older, newer = newer, bounced
             continue
         omega = 1.0 / (1.0 - 0.5 * mu * mu) if step == 1 else 1.0 / (1.0 - 0.25 * mu * mu * omega)
         older, newer = newer, (omega * (bounced - older) + older).astype(np.float32)
-    exitance = newer[transport.region]
-    for _ in range(FINE_BOUNCES):
-        exitance = own + surface.albedo * (transport.form_factors @ exitance)
-    return np.asarray(np.maximum(exitance, 0.0))
+    return np.asarray(np.maximum(newer, 0.0))
 
 
-def sun_cosines(transport: Transport, direction: Array, blockers: Sequence[Blocker] = ()) -> Floats:
-    """(p,) mean over each patch of its cosine to the Sun where the Sun is seen.
+def lit_normals(transport: Transport, direction: Array, half: int) -> Floats:
+    """(p, 3) mean over one half of each patch's sample points: their normals where the Sun is seen.
 
-    direction : (3,) unit, towards the Sun, body axes
+    direction : (3,) unit, towards the Sun, body axes; its product with a row is the mean cosine
+    half : 0 or 1
     """
-    points = transport.points[:, ::2].reshape(-1, 3)
-    cosine = (transport.normals[:, ::2].reshape(-1, 3) @ direction.astype(np.float32)).ravel()
-    valid = transport.point_open[:, ::2]
-    facing = np.flatnonzero((cosine > 0.0) & valid.ravel())
-    rays = np.broadcast_to(direction.astype(np.float32), (len(facing), 3))
-    lit = np.zeros(len(points), dtype=np.float32)
-    free = facing[~_blocked(transport, points[facing], rays, blockers)]
-    lit[free] = cosine[free]
-    count = np.maximum(valid.sum(axis=1), 1)
-    return np.asarray((lit.reshape(valid.shape).sum(axis=1) / count).astype(np.float32))
+    points = transport.points[:, half::2].reshape(-1, 3)
+    normals = transport.normals[:, half::2].reshape(-1, 3)
+    towards = direction.astype(np.float32)
+    valid = transport.point_open[:, half::2]
+    facing = np.flatnonzero((normals @ towards > 0.0) & valid.ravel())
+    rays = np.broadcast_to(towards, (len(facing), 3))
+    lit = np.zeros((len(points), 3), dtype=np.float32)
+    free = facing[~transport.tracer.occluded(points[facing], rays)]
+    lit[free] = normals[free]
+    count = np.maximum(valid.sum(axis=1), 1).astype(np.float32)
+    return np.asarray(lit.reshape(*valid.shape, 3).sum(axis=1) / count[:, None])
 
 
-def _blocked(
-    transport: Transport, points: Floats, rays: Floats, blockers: Sequence[Blocker]
-) -> NDArray[np.bool_]:
-    blocked = transport.tracer.occluded(points, rays)
+def blocked_by(transport: Transport, direction: Array, blockers: Sequence[Blocker]) -> Floats:
+    """(p,) share of each patch's sample points that other bodies hide from the Sun."""
+    points = transport.points.reshape(-1, 3)
+    hidden = np.zeros(len(points), dtype=np.bool_)
     for blocker in blockers:
-        rest = np.flatnonzero(~blocked)
         matrix = blocker.other_from_body.astype(np.float32)
+        rest = np.flatnonzero(~hidden)
         origins = points[rest] @ matrix[:3, :3].T + matrix[:3, 3]
-        blocked[rest] = blocker.tracer.occluded(origins, rays[rest] @ matrix[:3, :3].T)
-    return blocked
+        towards = matrix[:3, :3] @ direction.astype(np.float32)
+        offset = origins - blocker.centre.astype(np.float32)
+        # Only lines of sight through its bounding sphere.
+        past = offset - (offset @ towards)[:, None] * towards
+        near = np.flatnonzero(np.einsum("ij,ij->i", past, past) < np.float32(blocker.radius**2))
+        rays = np.broadcast_to(towards, (len(near), 3))
+        hidden[rest[near]] = blocker.tracer.occluded(origins[near], rays)
+    return np.asarray(hidden.reshape(transport.point_open.shape).mean(axis=1, dtype=np.float32))
 
 
 def lamp_irradiance(
@@ -228,24 +230,37 @@ def sky_irradiance(transport: Transport, cell_radiance: Floats) -> Floats:
     return np.asarray(transport.sky @ (np.float32(np.pi) * cell_radiance))
 
 
-def vertex_light(
-    transport: Transport, exitance: Floats | None, cell_radiance: Floats | None
-) -> VertexLight:
-    """What the vertices get of the patches' light and of the sky's.
+@lru_cache(maxsize=1)
+def beside() -> ThreadPoolExecutor:
+    """One thread beside the caller's: products of sparse matrices leave Python alone."""
+    return ThreadPoolExecutor(max_workers=1, thread_name_prefix="simgl-exchange")
 
-    exitance : (p, 4) of the patches, from ``radiosity``; None for a dark body
+
+def earth_share(transport: Transport, cell_radiance: Floats | None) -> Floats:
+    """(s,) of the Earth's irradiance on a free surface, the share that arrives at each site.
+
     cell_radiance : (96, 4) of the sky; None for a dark sky
     """
-    sites, of_vertex = transport.gather.shape[0], transport.site_of_vertex
-    bounced = np.zeros((sites, 4), dtype=np.float32)
-    if exitance is not None:
-        bounced = transport.gather @ exitance
-    share = np.ones(sites, dtype=np.float32)
-    if cell_radiance is not None:
-        bands = cell_radiance.mean(axis=1)
-        whole = (transport.whole @ bands)[transport.whole_row]
-        hidden = transport.occluded @ bands
-        share = np.clip(1.0 - hidden / np.maximum(whole, 1e-30), 0.0, 1.0).astype(np.float32)
-    return VertexLight(
-        bounced=np.take(bounced, of_vertex, axis=0), earth_share=np.take(share, of_vertex)
-    )
+    if cell_radiance is None:
+        return np.ones(transport.gather.shape[0], dtype=np.float32)
+    bands = cell_radiance.mean(axis=1)
+    whole = np.maximum(transport.whole @ bands, np.float32(1e-30))[transport.whole_row]
+    share = (transport.sky_part @ bands) / whole
+    np.subtract(np.float32(1.0), share, out=share, where=~transport.sky_part_seen)
+    return np.asarray(np.clip(share, 0.0, 1.0, out=share))
+
+
+def site_irradiance(transport: Transport, exitance: Floats) -> Floats:
+    """(s, 4) irradiance of each site from the body's own surfaces [W m-2].
+
+    exitance : (p, 4) of the patches, from ``radiosity``
+    """
+    first, second = transport.gather_halves
+    rest = beside().submit(second.__matmul__, exitance)
+    return np.concatenate([first @ exitance, rest.result()])
+
+
+def vertex_values(transport: Transport, bounced: Floats, share: Floats) -> Floats:
+    """(v, sides, 5) of every vertex: irradiance by the body, and the share of the Earth's light."""
+    sites = np.concatenate([bounced, share[:, None]], axis=1)
+    return np.take(sites, transport.site_of_vertex.T, axis=0)

@@ -23,14 +23,15 @@ class Transport:
     mesh : the body's mesh, finer where light varies
     sides : 2 where surfaces are lit and seen from both sides
     areas : (p,) of the patches [m2]
-    region : (p,) of the c regions, the one that a patch is a piece of
+    patch_of_side : (m * sides,) patch of each triangle's front, then of each one's back
     materials : (p, k) share of a patch that each material covers
     points, normals : (p, n, 3) sample points of the patches [m] and the surface's normals there
     point_open : (p, n) whether a sample point is outside all other parts
     form_factors : (p, p) csr, share of the light that leaves patch i and arrives at patch j
     sky : (p, 96) csr, share that leaves to each cell of the sky
     gather : (s, p) csr, share of a site's cosine-weighted hemisphere that a patch covers
-    occluded : (s, 96) csr, of the rays to each cell of the sky those that meet the body
+    sky_part : (s, 96) csr, of the rays to each cell of the sky those that meet the body or those
+        that do not, whichever fill fewer cells; ``sky_part_seen`` (s,) where it is the latter
     whole : (b, 96) csr, all rays to each cell; ``whole_row`` (s,) says which row is a site's
     site_of_vertex : (sides, v) where each vertex of the mesh gets its light
     """
@@ -38,7 +39,7 @@ class Transport:
     mesh: Mesh
     sides: int
     areas: Floats
-    region: Indices
+    patch_of_side: Indices
     materials: Floats
     points: Floats
     normals: Floats
@@ -46,26 +47,17 @@ class Transport:
     form_factors: sparse.csr_matrix
     sky: sparse.csr_matrix
     gather: sparse.csr_matrix
-    occluded: sparse.csr_matrix
+    sky_part: sparse.csr_matrix
+    sky_part_seen: NDArray[np.bool_]
     whole: sparse.csr_matrix
     whole_row: Indices
     site_of_vertex: Indices
 
     @cached_property
-    def region_mean(self) -> sparse.csr_matrix:
-        """(c, p) csr, means over the patches of each region."""
-        count = int(self.region.max()) + 1
-        area = np.maximum(self.areas, 1e-30)
-        share = area / np.bincount(self.region, area, minlength=count)[self.region]
-        place = self.region, np.arange(len(area))
-        return sparse.csr_matrix((share.astype(np.float32), place), shape=(count, len(area)))
-
-    @cached_property
-    def between_regions(self) -> sparse.csr_matrix:
-        """(c, c) csr, share of the light that leaves region i and arrives at region j."""
-        of_patch = np.arange(len(self.region)), self.region
-        spread = sparse.csr_matrix((np.ones(len(self.region), dtype=np.float32), of_patch))
-        return (self.region_mean @ self.form_factors @ spread).tocsr()
+    def gather_halves(self) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
+        """The upper and the lower rows of ``gather``, with about as many entries in each."""
+        middle = int(np.searchsorted(self.gather.indptr, self.gather.nnz // 2))
+        return self.gather[:middle], self.gather[middle:]
 
     @cached_property
     def tracer(self) -> RayTracer:

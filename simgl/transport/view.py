@@ -9,25 +9,43 @@ from numpy.typing import NDArray
 
 from simgl.rays import ray_tracer
 from simgl.scene.mesh import Mesh
+from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import BodyState, SceneState
 from simgl.transport.solve import Blocker, SpotLight
 
 Array = NDArray[np.float64]
+
+# Of the distance: a body of this radius covers a millionth of a hemisphere's light.
+_LEAST_SIZE = 1e-3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Neighbour:
     """Another spacecraft.
 
+    instance : index in the scene, counted from 1
     other_from_body : (4, 4) to its axes
+    near : whether it may fill more of this one's sky than a millionth
     """
 
-    mesh: Mesh
+    instance: int
+    model: SpacecraftModel
     other_from_body: Array
+    near: bool
+
+    @property
+    def mesh(self) -> Mesh:
+        """Its surface."""
+        return self.model.mesh
 
     def blocker(self) -> Blocker:
         """The same, ready for rays."""
-        return Blocker(tracer=ray_tracer(self.mesh), other_from_body=self.other_from_body)
+        return Blocker(
+            tracer=ray_tracer(self.mesh),
+            other_from_body=self.other_from_body,
+            centre=self.mesh.centre,
+            radius=self.mesh.radius,
+        )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -54,18 +72,24 @@ def exchange_view(state: SceneState, body: BodyState) -> ExchangeView:
     sun = state.sun.seen_from(pose.position)
     direction = pose.R_icrf_from_body.T @ sun.direction_icrf
     around, before_sun = [], []
-    for other in state.bodies.values():
+    for index, other in enumerate(state.bodies.values()):
         if other is body:
             continue
         R = other.pose.R_icrf_from_body.T @ pose.R_icrf_from_body
         matrix = np.eye(4)
         matrix[:3, :3] = R
         matrix[:3, 3] = other.pose.R_icrf_from_body.T @ (pose.position - other.pose.position)
-        neighbour = Neighbour(mesh=other.model.mesh, other_from_body=matrix)
-        around.append(neighbour)
         # Its bounding sphere, moved along the light, meets the body's.
         offset = R.T @ (other.model.mesh.centre - matrix[:3, 3]) - mesh.centre
         reach = other.model.mesh.radius + mesh.radius
+        gap = max(float(np.linalg.norm(offset)) - reach, 0.0)
+        neighbour = Neighbour(
+            instance=index + 1,
+            model=other.model,
+            other_from_body=matrix,
+            near=other.model.mesh.radius > _LEAST_SIZE * gap,
+        )
+        around.append(neighbour)
         along = float(offset @ direction)
         if along > -reach and np.linalg.norm(offset - along * direction) < reach:
             before_sun.append(neighbour)

@@ -20,9 +20,12 @@ from simgl.view.heavens import EarthCone, Field, Heavens, heavens
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
 
-# Texels along an edge of a sky's faces. What the Sun's disc sends past the terminator onto a plate
-# that looks away from it (3e-7 of full daylight) comes out within 5 %; an even sky needs far fewer.
-SKY_TEXELS = 128
+# Texels along an edge of a sky's faces: under a high Sun, and where the terminator may be all that
+# is lit. There, what the Sun's disc sends past it onto a plate that looks away, 3e-7 of full
+# daylight, comes out within 5 %.
+SKY_TEXELS, TERMINATOR_TEXELS = 64, 128
+# From the horizontal, of a Sun that is high, and of one that leaves even high air dark [rad].
+_HIGH_SUN, _TWILIGHT = np.radians(5.0), np.radians(10.0)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -71,10 +74,12 @@ class SkyView:
     """What a spacecraft sees around it.
 
     faces : six pinholes at the spacecraft, in its body axes; see ``simgl.sky`` for their order
+    texels : along an edge of each
     key : equal keys mean equal skies
     """
 
     faces: tuple[Background, ...]
+    texels: int
     key: tuple[object, ...]
 
 
@@ -103,17 +108,29 @@ def sky_view(state: SceneState, name: str, body: BodyState) -> SkyView | None:
     """
     if state.earth is None:
         return None
-    half = 0.5 * SKY_TEXELS
-    intrinsics = np.array([[half, 0.0, half], [0.0, half, half], [0.0, 0.0, 1.0]])
-    field = Field(float(np.arctan(np.sqrt(2.0))), 1.0 / half)
     seen = state.sun.seen_from(body.pose.position)
     earth = _earth_from(state, state.earth, body.pose.position, f"[spacecraft.{name}]")
+    texels = _sky_texels(earth.view)
+    half = 0.5 * texels
+    intrinsics = np.array([[half, 0.0, half], [0.0, half, half], [0.0, 0.0, 1.0]])
+    field = Field(float(np.arctan(np.sqrt(2.0))), 1.0 / half)
     R_body_from_icrf = body.pose.R_icrf_from_body.T
     faces = tuple(
         _background(intrinsics, axes @ R_body_from_icrf, field, seen, earth, None)
         for axes in np.stack([RIGHT, DOWN, FORWARD], axis=1)
     )
-    return SkyView(faces=faces, key=tuple(part for face in faces for part in _key(face)))
+    key = tuple(part for face in faces for part in _key(face))
+    return SkyView(faces=faces, texels=texels, key=key)
+
+
+def _sky_texels(planet: PlanetView) -> int:
+    """Along an edge of a sky's faces, by what the Sun lights of the Earth that is seen there."""
+    place = planet.camera_in_sphere.astype(np.float64)
+    distance = float(np.linalg.norm(place))
+    sine = float(np.dot(place, planet.sun_direction_itrf)) / distance
+    height = float(np.arcsin(np.clip(sine, -1.0, 1.0)))
+    seen = float(np.arccos(min(1.0 / distance, 1.0)))
+    return TERMINATOR_TEXELS if -seen - _TWILIGHT < height < _HIGH_SUN else SKY_TEXELS
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

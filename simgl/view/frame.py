@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,8 @@ from simgl.view.shadows import ShadowView, shadow_view
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
+
+Gather = Literal["vertex", "pixel"]
 
 # Nothing closer to the pinhole than this is drawn [m].
 NEAREST = 0.01
@@ -95,6 +98,7 @@ class FrameView:
     field : pinhole pictures that hold the view of a lens that distorts; None where it does not
     background : Earth and Sun, of the finer one of them
     tiles : of the other
+    gather : where light from other surfaces is worked out
     """
 
     camera: Camera
@@ -102,6 +106,7 @@ class FrameView:
     background: Background
     tiles: tuple[Tile, ...]
     lamps: tuple[LampView, ...]
+    gather: Gather = "vertex"
 
 
 def frame_view(
@@ -111,11 +116,13 @@ def frame_view(
     sample_budget: int,
     samples_per_pixel: int | None = None,
     inter_reflection: bool = True,
+    gather: Gather = "vertex",
 ) -> FrameView:
     """What one camera of the scene draws.
 
     sample_budget : geometry samples that a tile may take where ``samples_per_pixel`` is None
     inter_reflection : light between the surfaces of a spacecraft, and the Earth hidden by them
+    gather : that light at vertices, or by rays from every sample
 
     Raises ConfigError where the camera is inside a body or the Earth.
     """
@@ -131,6 +138,7 @@ def frame_view(
         background=background(state, fine),
         tiles=_tiles(_craft(state, camera, inter_reflection), camera, sample_budget, fixed),
         lamps=lamp_views(state, camera),
+        gather=gather,
     )
 
 
@@ -190,12 +198,8 @@ def _camera_from_body(camera: CameraState, body: BodyState) -> Array:
 
 
 def _refuse_inside(camera: CameraState, name: str, body: BodyState) -> None:
-    mesh = body.model.mesh
-    pinhole = body.pose.R_icrf_from_body.T @ (camera.position - body.pose.position)
-    if np.linalg.norm(pinhole - mesh.centre) > mesh.radius:
-        return
-    if mesh.winding_number(pinhole) > 0.5:
-        place = ", ".join(f"{v:.3f}" for v in pinhole)
+    if body.encloses(camera.position):
+        place = ", ".join(f"{v:.3f}" for v in body.in_body(camera.position))
         raise ConfigError(
             f"[camera.{camera.camera.name}]",
             "position",

@@ -103,6 +103,7 @@ class Painter:
             sample_budget=self._renderer.sample_budget,
             samples_per_pixel=self.scenario.samples_per_pixel,
             inter_reflection=self.scenario.inter_reflection,
+            gather=self.scenario.gather,
         )
         self._picture = self._renderer.radiance(view)
 

@@ -32,6 +32,7 @@ GOOD = FrameAssessment(
     median_electrons=4000.0,
     bright_electrons=10000.0,
     full_electrons=20000.0,
+    better_exposure=1.8,
 )
 MINUTE = 60_000_000_000
 
@@ -66,11 +67,6 @@ def test_limits_are_those_of_the_scenario() -> None:
     limits = Criteria(least_snr=50.0)
     assert verdict(GOOD, limits)[0] is Verdict.TOO_DARK
     assert verdict(GOOD, replace(limits, least_snr=40.0))[0] is Verdict.GOOD
-
-
-def test_the_better_exposure_fills_pixels_to_four_fifths() -> None:
-    assert GOOD.better_exposure == pytest.approx(1.6)
-    assert replace(GOOD, bright_electrons=0.0).better_exposure is None
 
 
 def moments(*verdicts: Verdict, **changes: float) -> list[Moment]:

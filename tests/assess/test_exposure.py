@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 
 from simgl.assess.exposure import advice_text, advise
+from simgl.assess.frame import assess_frame
 from simgl.errors import ConfigError
-from simgl.images import ElectronFrame
+from simgl.images import DigitalFrame, ElectronFrame, RadianceFrame
+from simgl.scene.criteria import Criteria
 from simgl.scene.state import SceneState
 from simgl.simulator import Exposure, Product, Simulator
 from tests.scenes import lambert, scene
@@ -64,6 +66,48 @@ def test_a_target_of_too_much_contrast_is_named(plate: tuple[Exposure, SceneStat
     assert math.isinf(found.sky_dark)
     assert found.time == found.unsaturated
     assert "no time meets all three" in advice_text(found)
+
+
+def test_without_a_dark_sky_the_longest_that_does_not_saturate_is_advised(
+    plate: tuple[Exposure, SceneState],
+) -> None:
+    """Before the Earth no time leaves the sky dark and lifts the target out of the noise."""
+    exposure, state = plate
+    d, time = exposure.info.camera.detector, exposure.info.camera.exposure_time
+    full = min(d.full_well, (2**d.bits - 1 - d.pedestal) / d.gain_dn_per_e)
+    found = advise(with_electrons(exposure, 0.3 * full, 0.1 * full, 0.5 * full), state, "plate")
+    assert not found.meets_all
+    assert found.time == pytest.approx(3.0 * time, rel=1e-6)
+
+
+def test_glints_may_saturate_as_far_as_the_criteria_let_them(
+    plate: tuple[Exposure, SceneState],
+) -> None:
+    exposure, state = plate
+    assert exposure.truth is not None
+    made = with_electrons(exposure, 100.0, 100.0, 0.0)
+    assert made.electrons is not None
+    places = np.flatnonzero(exposure.truth.instance == 1)
+    # One pixel in fifty of the plate glints: less than half of a twentieth, more than of a tenth
+    # of that.
+    made.electrons.electrons.flat[places[::50]] = 1e5
+    lenient = advise(made, state, "plate", Criteria(most_saturated=0.05))
+    strict = advise(made, state, "plate", Criteria(most_saturated=0.005))
+    assert lenient.unsaturated == pytest.approx(1000.0 * strict.unsaturated, rel=1e-6)
+
+
+def test_an_assessment_gives_the_same_advice(plate: tuple[Exposure, SceneState]) -> None:
+    exposure, state = plate
+    made = replace(
+        with_electrons(exposure, 900.0, 500.0, 0.0),
+        digital=DigitalFrame(info=exposure.info, dn=np.zeros((128, 128), dtype=np.uint16)),
+        radiance=RadianceFrame(info=exposure.info, radiance=np.zeros((128, 128, 4), np.float32)),
+    )
+    better = assess_frame(made, state, "plate").better_exposure
+    time = advise(made, state, "plate").time
+    assert better == pytest.approx(time / exposure.info.camera.exposure_time, rel=1e-12)
+    dark = replace(made, electrons=with_electrons(made, 0.0, 0.0, 0.0).electrons)
+    assert assess_frame(dark, state, "plate").better_exposure is None
 
 
 def test_an_unknown_target_is_refused(plate: tuple[Exposure, SceneState]) -> None:

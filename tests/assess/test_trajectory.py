@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 import re
 import sys
 from pathlib import Path
@@ -66,6 +67,13 @@ def test_an_orbit_has_its_night_and_its_day(
     # Nothing is fetched from elsewhere.
     assert not re.search(r'(src|href)="(?!data:)', page)
     assert "Earth&#x27;s shadow" in page
+    # A strip each for verdicts and backgrounds, whose cells take up all epochs.
+    for strip in re.findall(r'<div class="strip">(.*?)</div></div>', page):
+        assert sum(map(int, re.findall(r"flex:(\d+);", strip))) == 24
+    assert page.count('<div class="strip">') == 2
+    assert float(rows[0]["exitance_w_m2"]) == pytest.approx(
+        math.pi * sum(float(rows[0][f"radiance_{band}_w_m2_sr"]) for band in "rgbn"), rel=1e-6
+    )
     capsys.readouterr()
     before = (out / "frames.csv").read_bytes()
     assert assess(monkeypatch, scene, *options) == 0

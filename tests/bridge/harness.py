@@ -46,11 +46,12 @@ class WatchedSimulator(Simulator):
         camera: str,
         products: Any = frozenset({Product.DN}),
         during: Callable[[int], SceneState] | None = None,
+        seed: int | None = None,
     ) -> Exposure:
         self.captures += 1
         if self.hook is not None:
             self.hook()
-        return super().capture(state, camera, products, during)
+        return super().capture(state, camera, products, during, seed)
 
 
 class Gate:

@@ -36,6 +36,8 @@ FLOORS = {
     "maps": 7,
     "assess": 7,
     "bench": 7,
+    "campaign": 7,
+    "crew": 7,
     "sequence": 7,
     "doctor": 7,
     "inspection": 7,
@@ -49,6 +51,9 @@ FLOORS = {
 NEIGHBOURS = {
     ("assets", "errors"),
     ("assess", "sequence"),
+    ("assess", "crew"),
+    ("campaign", "crew"),
+    ("campaign", "sequence"),
     ("output", "simulator"),
     ("images", "optics"),
     ("scenario", "optics"),

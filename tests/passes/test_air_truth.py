@@ -14,7 +14,7 @@ from simgl.physics.air import SOURCE
 from simgl.physics.skylight import table_suns
 from simgl.scene.earth import Earth
 from simgl.sky import DOWN, FORWARD
-from simgl.view.background import SKY_TEXELS
+from simgl.view.background import SKY_TEXELS, TERMINATOR_TEXELS
 from tests.authorities.atmosphere import Row, ground_irradiance, plate_irradiance, rows
 from tests.passes.air_scenes import RADIUS, Array, sphere, window
 
@@ -128,12 +128,11 @@ def test_plates_at_500_km_get_the_light_that_the_truth_gives_them(
     up, sunward = np.eye(3)[0], np.eye(3)[1]
     normals = {"nadir": -up, "horizon_sunward": sunward, "horizon_antisun": -sunward}
     errors, limits = {}, {}
-    n = SKY_TEXELS
-    across = (np.arange(n) + 0.5) * 2.0 / n - 1.0
-    y, x = np.meshgrid(across, across, indexing="ij")
-    solid_angle = (2.0 / n) ** 2 / (1.0 + x * x + y * y) ** 1.5
     with window(gl) as look:
-        for zenith in (30.0, 90.0):
+        for zenith, n in ((30.0, SKY_TEXELS), (90.0, TERMINATOR_TEXELS)):
+            across = (np.arange(n) + 0.5) * 2.0 / n - 1.0
+            y, x = np.meshgrid(across, across, indexing="ij")
+            solid_angle = (2.0 / n) ** 2 / (1.0 + x * x + y * y) ** 1.5
             z = np.radians(zenith)
             sun = np.cos(z) * up + np.sin(z) * sunward
             found = {name: np.zeros(4) for name in normals}

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from simgl.passes.probe import ProbePass
 from simgl.scenario.scenario import Scenario
-from simgl.view.background import Background, SkyView, sky_view
+from simgl.view.background import SKY_TEXELS, TERMINATOR_TEXELS, Background, SkyView, sky_view
 from tests.scenes import IN_BANDS, TOTAL, Table, lambert, radiance, scene
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -115,6 +115,18 @@ def test_a_white_plate_has_the_earths_irradiance(
     np.testing.assert_allclose(got, expected, rtol=tolerance)
 
 
+@pytest.mark.parametrize("case", range(4))
+def test_finer_texels_change_nothing_where_the_sun_is_high_enough_for_coarse_ones(
+    gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch, case: int
+) -> None:
+    normal = facing(*TILT_AZIMUTH[case])
+    arguments = plate(lambert(1.0)), attitude(normal, 0.4), normal, 84.9
+    coarse = as_irradiance(earthshine(gl, *arguments))
+    monkeypatch.setattr("simgl.view.background.SKY_TEXELS", TERMINATOR_TEXELS)
+    # An eighth of a texel's square times the second derivative: as far as C5 may be off itself.
+    np.testing.assert_allclose(coarse, as_irradiance(earthshine(gl, *arguments)), rtol=2e-3)
+
+
 @pytest.mark.parametrize("zenith", [0.0, 60.0])
 def test_a_turned_sphere_has_the_earths_irradiance_between_the_maps_points(
     gl: moderngl.Context, zenith: float
@@ -204,4 +216,11 @@ def test_equal_skies_are_drawn_once(gl: moderngl.Context) -> None:
     assert len(drawn) == 12
     assert first is not None
     np.testing.assert_array_equal(first.sky.radiance, 1.0)
+    # Skies of another size push them out, and come back.
+    sizes = [probes.draw([sky(85.5 + 0.1 * index)])[0].cube.size[0] for index in range(9)]  # type: ignore[union-attr]
+    assert sizes == [TERMINATOR_TEXELS] * 9
+    (back,) = probes.draw([sky(10.0)])
+    assert back is not None
+    assert back.cube.size == (SKY_TEXELS, SKY_TEXELS)
+    np.testing.assert_array_equal(np.frombuffer(back.cube.read(0), "<f4"), 1.0)
     probes.release()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import moderngl
@@ -14,9 +15,11 @@ from simgl.optics.field import field, relative_illumination
 from simgl.reference.optics import image_irradiance
 from simgl.renderer import Renderer
 from simgl.scene.camera import Camera
+from simgl.scene.detector import Mosaic
 from simgl.scene.lens import Distortion, Vignetting
+from simgl.scene.radiometry import square_electrons_per_irradiance
 from simgl.simulator import Exposure, Product, Simulator
-from tests.optics.cameras import camera
+from tests.optics.cameras import DIFFRACTION, camera
 from tests.scenes import SUN, USUAL_PRODUCTS, capture, lambert, scene
 
 WIDE = Distortion(k1=-0.28, k2=0.07, p1=0.0015, p2=-0.001)
@@ -56,6 +59,31 @@ def test_shader_and_reference_agree(gl: moderngl.Context, lens: dict[str, Any]) 
     np.testing.assert_allclose(
         irradiance(gl, cam, radiance), np.asarray(image_irradiance(cam, radiance)), rtol=2e-6
     )
+
+
+@pytest.mark.parametrize("width", [256, 254])
+def test_behind_colour_filters_a_spread_image_makes_the_electrons_of_its_bands(
+    gl: moderngl.Context, width: int
+) -> None:
+    """The sums behind the filters are spread; the bands would be four times as much to spread."""
+    red, green, blue = (0.6, 0.1, 0.0, 0.3), (0.05, 0.5, 0.1, 0.3), (0.0, 0.1, 0.4, 0.2)
+    plain = camera(width, spread=DIFFRACTION, veiling_glare=0.01)
+    mosaic = Mosaic(order="GRBG", red=red, green=green, blue=blue)
+    cam = replace(plain, detector=replace(plain.detector, mosaic=mosaic))
+    radiance = np.zeros((192, width, 4))
+    radiance[50:120, 60:140] = np.random.default_rng(5).random((70, 80, 4))
+    photons = np.array([3.3e18, 2.8e18, 2.3e18, 4.2e18])
+    target = ImageTarget(gl, (width, 192), [Format("f4", 4)])
+    target.textures[0].write(radiance.astype("<f4").tobytes())
+    with Renderer(gl) as renderer:
+        bands = renderer.irradiance(cam, target).read().astype(np.float64)
+        found = renderer.electrons_through(cam, photons, target).read()
+    gl.detect_framebuffer(0).use()
+    target.release()
+    square = square_electrons_per_irradiance(cam, photons)
+    for place, weights in enumerate(square):
+        of = np.s_[place // 2 :: 2, place % 2 :: 2]
+        np.testing.assert_allclose(found[of], bands[of] @ weights, rtol=1e-4, atol=1e-3)
 
 
 # Corner of 1280 x 960 pixels of 3.75 um: focal length [mm], relative illumination.

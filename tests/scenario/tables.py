@@ -115,14 +115,20 @@ BAD_VALUES = (
         SEED,
         "sead = 1",
         ' [render]: sead is not a key here; did you mean "seed"? (allowed: '
-        "inter_reflection, samples_per_pixel, seed)",
+        "gather, inter_reflection, samples_per_pixel, seed)",
     ),
     Damage(
         "unknown key on two lines",
         SEED,
         '"a\\nb" = 1',
-        ' [render]: "a\\nb" is not a key here; (allowed: inter_reflection, '
-        "samples_per_pixel, seed)",
+        ' [render]: "a\\nb" is not a key here; (allowed: gather, '
+        "inter_reflection, samples_per_pixel, seed)",
+    ),
+    Damage(
+        "unknown gather",
+        SEED,
+        'gather = "voxel"',
+        ' [render]: gather must be one of "pixel", "vertex", got "voxel"',
     ),
     Damage(
         "unknown key of a primitive",
@@ -234,7 +240,10 @@ BAD_VALUES = (
         " [spacecraft.plate]: model.plate.width_m must be a number, got true",
     ),
     Damage(
-        "number for a text", LOOK, "look_at = 3", " [camera.nav]: look_at must be a text, got 3"
+        "number for a text",
+        LOOK,
+        "look_at = 3",
+        " [camera.nav]: look_at must be a text or a table, got 3",
     ),
     Damage(
         "fraction for a whole number",
@@ -885,7 +894,51 @@ BAD_VALUES = (
         "unit of a primitive",
         PLACE,
         f"{PLACE}\nunit_m = 0.001",
-        " [spacecraft.plate]: unit_m goes with a mesh file; a primitive is in metres",
+        " [spacecraft.plate]: unit_m goes with a mesh file; a primitive is in metres and body axes",
+    ),
+    Damage(
+        "unit that is none",
+        MODEL,
+        f'{MODEL}\nunit = "yd"',
+        ' [spacecraft.chaser]: unit must be one of "cm", "ft", "in", "km", "m", "mm", got "yd"',
+    ),
+    Damage(
+        "two units",
+        MODEL,
+        f'{MODEL}\nunit = "mm"\nunit_m = 0.001',
+        " [spacecraft.chaser]: unit_m contradicts unit; give one of them",
+    ),
+    Damage(
+        "axis that is none",
+        MODEL,
+        f'{MODEL}\nup_axis = "w"',
+        ' [spacecraft.chaser]: up_axis must be one of "-x", "-y", "-z", "x", "y", "z", got "w"',
+    ),
+    Damage(
+        "up and ahead along one axis",
+        MODEL,
+        f'{MODEL}\nup_axis = "y"\nforward_axis = "-y"',
+        " [spacecraft.chaser]: forward_axis must not lie along up_axis, got -y and y",
+    ),
+    Damage(
+        "ahead without a way up",
+        MODEL,
+        f'{MODEL}\nforward_axis = "y"',
+        " [spacecraft.chaser]: forward_axis goes with up_axis",
+    ),
+    Damage(
+        "axes of a primitive",
+        PLACE,
+        f'{PLACE}\nup_axis = "y"',
+        " [spacecraft.plate]: up_axis goes with a mesh file; a primitive is in metres and body "
+        "axes",
+    ),
+    Damage(
+        "axes of a shipped model",
+        MODEL,
+        f'{MODEL}\nup_axis = "y"',
+        ' [spacecraft.chaser]: model: model "cubesat_12u" knows its axes; up_axis goes with a '
+        "mesh file",
     ),
     Damage(
         "unit of zero",
@@ -917,13 +970,85 @@ BAD_VALUES = (
         "looking nowhere",
         f"{LOOK}\n",
         "",
-        " [camera.nav]: look_at or boresight is needed, and not both",
+        " [camera.nav]: look_at or limb or boresight is needed, and only one of them",
     ),
     Damage(
         "looking two ways",
         LOOK,
         f"{LOOK}\nboresight = [0.0, 0.0, -1.0]",
-        " [camera.nav]: look_at or boresight is needed, and not both",
+        " [camera.nav]: look_at or limb or boresight is needed, and only one of them",
+    ),
+    Damage(
+        "looking at a place that is not there",
+        LOOK,
+        'look_at = { target = "chaser", keypoint = "docking_prt" }',
+        ' [camera.nav]: look_at.keypoint is not on "cubesat_12u": "docking_prt"; did you mean '
+        '"docking_port"? (allowed: camera_aperture, corner_front_bottom_left, '
+        "corner_front_bottom_right, corner_front_top_left, corner_front_top_right, "
+        "corner_rear_bottom_left, corner_rear_bottom_right, corner_rear_top_left, "
+        "corner_rear_top_right, docking_port, panel_tip_left, panel_tip_right)",
+    ),
+    Damage(
+        "looking at a part that is not there",
+        LOOK,
+        'look_at = { target = "chaser", part = "panel_lef" }',
+        ' [camera.nav]: look_at.part is not of "cubesat_12u": "panel_lef"; did you mean '
+        '"panel_left"? (allowed: body, camera, docking_port, panel_left, panel_right)',
+    ),
+    Damage(
+        "looking at two places",
+        LOOK,
+        'look_at = { target = "chaser", part = "panel_left", keypoint = "docking_port" }',
+        " [camera.nav]: look_at.part contradicts keypoint; give one of them",
+    ),
+    Damage(
+        "looking at a place on nobody",
+        LOOK,
+        'look_at = { target = "chase", part = "body" }',
+        ' [camera.nav]: look_at.target names no spacecraft: "chase"; did you mean "chaser"? '
+        "(allowed: chaser, plate)",
+    ),
+    Damage(
+        "the limb from a fixed place",
+        LOOK,
+        "limb = { azimuth_deg = 90.0 }",
+        " [camera.nav]: limb goes with on, not with position_icrf_m",
+    ),
+    Damage(
+        "the limb of no Earth",
+        f"{PINHOLE}\n{LOOK}",
+        'on = "chaser"\nkeypoint = "docking_port"\nlimb = {}',
+        ' [camera.nav]: limb needs an Earth; shape = "none" leaves it out',
+    ),
+    Damage(
+        "a limb under the ground",
+        LOOK,
+        "limb = { tangent_height_km = -1.0 }",
+        " [camera.nav]: limb.tangent_height_km must be a number >= 0.0, got -1.0",
+    ),
+    Damage(
+        "axes that a fixed place has not",
+        LOOK,
+        'boresight = [0.0, 0.0, 1.0]\naxes = "lvlh"',
+        ' [camera.nav]: axes must be "icrf" with position_icrf_m, got "lvlh"',
+    ),
+    Damage(
+        "axes that are none",
+        LOOK,
+        f'{LOOK}\naxes = "rtn"',
+        ' [camera.nav]: axes must be one of "body", "icrf", "lvlh", got "rtn"',
+    ),
+    Damage(
+        "keeping all around from the Sun",
+        LOOK,
+        f"{LOOK}\nkeep_from_sun_deg = 180.0",
+        " [camera.nav]: keep_from_sun_deg must be a number < 180.0, got 180.0",
+    ),
+    Damage(
+        "about and keeping from the Sun",
+        f"{PINHOLE}\n{LOOK}",
+        'about = { target = "chaser", azimuth_deg = 0.0, range_m = 5.0 }\nkeep_from_sun_deg = 9.0',
+        " [camera.nav]: keep_from_sun_deg contradicts about, which looks at its target",
     ),
     Damage(
         "boresight of zeros",

@@ -15,9 +15,9 @@ from simgl.physics.sun import UNIFORM, astm_g173_light, limb_darkening
 from simgl.scenario.loader import load_scenario, scenario_from_dict
 from simgl.scenario.scenario import EphemerisSun
 from simgl.scene.detector import FixedPattern
+from simgl.scene.mounts import BodyMount, OrbitingMount
 from simgl.scene.orbits import KeplerianOrbit
 from simgl.scene.state import SunInDirection
-from simgl.scene.trajectory import BodyMount, OrbitingMount
 from tests.scenario.tables import (
     BAD_FILES,
     BAD_VALUES,

@@ -14,11 +14,7 @@ from simgl.scene.camera import Camera, Detector, Lens
 from simgl.scene.detector import Mosaic
 from simgl.scene.earth import Earth
 from simgl.scene.materials import Material
-from simgl.scene.radiometry import (
-    electrons_per_irradiance,
-    irradiance_per_radiance,
-    square_electrons_per_irradiance,
-)
+from simgl.scene.radiometry import irradiance_per_radiance, square_electrons_per_irradiance
 from simgl.scene.state import SunAtPosition, SunInDirection
 
 AU = 149597870700.0  # [m]
@@ -45,7 +41,8 @@ def electrons_per_radiance(
     camera: Camera, photons_per_joule: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """The whole camera equation [e- W-1 m2 sr]."""
-    return irradiance_per_radiance(camera) * electrons_per_irradiance(camera, photons_per_joule)
+    first = square_electrons_per_irradiance(camera, photons_per_joule)[0]
+    return np.asarray(irradiance_per_radiance(camera) * first)
 
 
 def test_thirteen_millimetres_are_3466_67_pixels_of_3_75_um() -> None:

@@ -21,14 +21,16 @@ from simgl.transport.directions import SKY_CELLS
 from simgl.transport.sites import cast, sites_of
 from simgl.transport.solve import (
     SpotLight,
+    earth_share,
     lamp_irradiance,
     radiosity,
     reflectors,
+    site_irradiance,
     sky_irradiance,
-    sun_cosines,
-    vertex_light,
+    vertex_values,
 )
-from simgl.transport.transport import Transport
+from simgl.transport.sunlit import SunlitPatches
+from simgl.transport.transport import Floats, Transport
 from tests.scenes import IN_BANDS, radiance, scene
 from tests.transport.shapes import FLOOR, LID, OPEN_BOX, Quad, joined, moved, quads
 
@@ -61,6 +63,25 @@ def closed_box() -> Transport:
 
 def row_sums(matrix: object) -> Array:
     return np.asarray(matrix.sum(axis=1)).ravel()  # type: ignore[attr-defined]
+
+
+def sunlight(transport: Transport) -> Floats:
+    """(p, 4) irradiance of the patches by a Sun of 1367 W/m2 in each band."""
+    cosines = SunlitPatches(transport).cosines(SUN)
+    return np.asarray(cosines[:, None] * np.full(4, 1367.0, dtype=np.float32))
+
+
+def vertex_irradiance(transport: Transport, exitance: Floats) -> Floats:
+    """(v, sides, 4) of the vertices from the body's own surfaces."""
+    sites = site_irradiance(transport, exitance)
+    return vertex_values(transport, sites, np.ones(len(sites), dtype=np.float32))[..., :4]
+
+
+def vertex_share(transport: Transport, sky: Floats) -> Floats:
+    """(v,) of the Earth's light on the front of the vertices."""
+    share = earth_share(transport, sky)
+    bounced = np.zeros((len(share), 4), dtype=np.float32)
+    return vertex_values(transport, bounced, share)[:, 0, 4]
 
 
 def inside(transport: Transport) -> NDArray[np.bool_]:
@@ -115,7 +136,7 @@ def test_the_same_body_gives_the_same_bits() -> None:
     first, second = (bake(quads(OPEN_BOX), open_sheets=True, settings=settings) for _ in range(2))
     assert first is not None
     assert second is not None
-    for name in ("form_factors", "sky", "gather", "occluded"):
+    for name in ("form_factors", "sky", "gather", "sky_part"):
         a, b = getattr(first, name), getattr(second, name)
         assert a.data.tobytes() == b.data.tobytes()
         assert a.indices.tobytes() == b.indices.tobytes()
@@ -165,7 +186,7 @@ C6 = {
 def test_the_open_box_has_the_radiance_of_every_bounce(bounces: int) -> None:
     transport = open_box()
     surface = reflectors(transport, white(0.8))
-    irradiance = sun_cosines(transport, SUN)[:, None] * np.full(4, 1367.0, dtype=np.float32)
+    irradiance = sunlight(transport)
     if bounces:
         first = exitance = surface.albedo * irradiance
         for _ in range(bounces - 1):
@@ -184,9 +205,9 @@ def test_vertices_get_the_light_that_the_patches_around_them_get() -> None:
     """Two ways from exitance to irradiance: the vertices' own rays, and the form factors."""
     transport = open_box()
     surface = reflectors(transport, white(0.8))
-    irradiance = sun_cosines(transport, SUN)[:, None] * np.full(4, 1367.0, dtype=np.float32)
+    irradiance = sunlight(transport)
     exitance = radiosity(transport, surface, irradiance)
-    light = vertex_light(transport, exitance, None)
+    light = vertex_irradiance(transport, exitance)
     patch = transport.form_factors @ exitance
     floor = box_faces(transport)["floor"]
     area = transport.areas[floor]
@@ -195,7 +216,7 @@ def test_vertices_get_the_light_that_the_patches_around_them_get() -> None:
     flat = np.all(corners[:, :, 2] == 0.0, axis=1)
     a, b, c = np.moveaxis(corners[flat].astype(np.float64), 1, 0)
     areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    values = light.bounced[0, transport.mesh.triangles[flat], 0].mean(axis=1)
+    values = light[transport.mesh.triangles[flat], 0, 0].mean(axis=1)
     # 256 rays a vertex and light that is linear between vertices 4 cm apart: some percent at the
     # walls' feet, 1 % in the mean.
     np.testing.assert_allclose((areas * values).sum() / areas.sum(), mean, rtol=0.02)
@@ -204,11 +225,11 @@ def test_vertices_get_the_light_that_the_patches_around_them_get() -> None:
 def test_the_back_of_a_sheet_gets_nothing_of_the_light_before_it() -> None:
     transport = open_box()
     surface = reflectors(transport, white(0.8))
-    irradiance = sun_cosines(transport, SUN)[:, None] * np.full(4, 1367.0, dtype=np.float32)
-    light = vertex_light(transport, radiosity(transport, surface, irradiance), None)
-    assert light.bounced[0].max() > 100.0
+    irradiance = sunlight(transport)
+    light = vertex_irradiance(transport, radiosity(transport, surface, irradiance))
+    assert light[:, 0].max() > 100.0
     # The outside of a convex box sees nothing of it.
-    assert light.bounced[1].max() == 0.0
+    assert light[:, 1].max() == 0.0
 
 
 def test_a_plate_behind_a_big_plate_gets_no_light_of_the_earth() -> None:
@@ -220,7 +241,7 @@ def test_a_plate_behind_a_big_plate_gets_no_light_of_the_earth() -> None:
     # An Earth that fills the half space below.
     below = np.zeros((SKY_CELLS, 4), dtype=np.float32)
     below[5 * 16 : 6 * 16] = 100.0
-    share = vertex_light(transport, None, below).earth_share[0]
+    share = vertex_share(transport, below)
     lower = mesh.normals[:, 2] < -0.9
     near = np.abs(mesh.positions[:, :2]).max(axis=1) < 0.11
     hidden = lower & near & (mesh.positions[:, 2] > 0.01)
@@ -376,7 +397,7 @@ def test_a_board_whose_corners_are_inside_blocks_is_lit_between_them() -> None:
     assert transport is not None
     above = np.zeros((SKY_CELLS, 4), dtype=np.float32)
     above[4 * 16 : 5 * 16] = 100.0
-    share = vertex_light(transport, None, above).earth_share[0]
+    share = vertex_share(transport, above)
     mesh = transport.mesh
     corner = (mesh.normals[:, 2] > 0.9) & (mesh.positions[:, 2] == 0.0)
     assert np.count_nonzero(corner) >= 4

@@ -23,7 +23,7 @@ from simgl.physics.frames import Pose, lvlh_from_icrf
 from simgl.renderer import Renderer
 from simgl.scenario.loader import load_scenario, scenario_from_dict
 from simgl.scenario.scenario import Scenario
-from simgl.scene.trajectory import OrbitingMount
+from simgl.scene.mounts import OrbitingMount
 from simgl.view.frame import frame_view
 from simgl.viewer.look import HELP, Look, opening_look, title
 from simgl.viewer.orbit import FIELD_OF_VIEW, OrbitCamera, orbit_axes

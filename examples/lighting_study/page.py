@@ -1,0 +1,182 @@
+"""The page that sets the study's numbers beside ours, and the picture of each case."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from examples.lighting_study.cases import CASES, NUMBERS, Case, Number
+from examples.lighting_study.shot import Shot
+from simgl.physics.exposure_value import blender_exposure, exposure_value
+
+TEMPLATE = Path(__file__).with_name("page_template.md")
+# The study's exposure, and the settings of its software that it names.
+STUDY_F_NUMBER, STUDY_TIME = 4.0, 1.0 / 2000.0
+STUDY_SETTING, STUDY_MIRROR_SETTING = -6.584, -11.98
+# A published number and ours are one if they are this close.
+CLOSE = 0.2
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reading:
+    """What one number of the study is here [W m-2].
+
+    flux : 10, 50 and 90 % of the pixels, relative luminance times 1367
+    of_picture : median of the same, read from the 8-bit picture
+    exitance : median, pi times the radiance of 400 to 1000 nm
+    """
+
+    number: Number
+    flux: tuple[float, float, float]
+    of_picture: float
+    exitance: float
+
+
+def agrees(reading: Reading, others: Sequence[Reading]) -> str:
+    """Whether a published number, or what the study says in words, is so here.
+
+    others : readings of the same picture
+    """
+    number, (dark, middle, bright) = reading.number, reading.flux
+    if number.published is not None:
+        low, high = number.published
+        if (1.0 - CLOSE) * low <= middle <= (1.0 + CLOSE) * high:
+            return "yes"
+        return "within our range" if dark <= high and bright >= low else "no"
+    if number.against is None:
+        return "-"
+    what, least, most = number.against
+    other = next(one for one in others if one.number.what == what)
+    return "in kind" if least <= middle / other.flux[1] <= most else "no"
+
+
+def read(number: Number, shot: Shot) -> Reading:
+    """A number from its case's picture; its pixels must be in view."""
+    pixels = number.pixels(shot)
+    dark, middle, bright = (float(v) for v in np.percentile(shot.flux[pixels], [10, 50, 90]))
+    return Reading(
+        number=number,
+        flux=(dark, middle, bright),
+        of_picture=float(np.median(shot.flux_of_picture[pixels])),
+        exitance=float(np.median(shot.exitance[pixels])),
+    )
+
+
+def readings(case: Case, shot: Shot) -> list[Reading]:
+    """All numbers of a case."""
+    return [read(number, shot) for number in NUMBERS if number.case == case.name]
+
+
+def sheet(shot: Shot) -> NDArray[np.uint8]:
+    """(height, width, 3) sRGB: the picture, the study's flux map and scale, the true exitance."""
+    from matplotlib.figure import Figure
+
+    height, width = shot.flux.shape
+    figure = Figure(figsize=(13.6, 0.6 + 3.9 * height / width), dpi=100, layout="constrained")
+    left, middle, right = figure.subplots(1, 3)
+    left.imshow(shot.picture, interpolation="antialiased")
+    left.set_title("picture", fontsize=10)
+    for panel, values, top, title in (
+        (middle, shot.flux, 1367.0, "relative luminance x 1367 [W m$^{-2}$]"),
+        (right, shot.exitance, 814.5, "$\\pi$ x radiance, 400-1000 nm [W m$^{-2}$]"),
+    ):
+        drawn = panel.imshow(values, cmap="gray", vmin=0.0, vmax=top, interpolation="antialiased")
+        bar = figure.colorbar(drawn, ax=panel, shrink=0.9, extend="max")
+        bar.ax.tick_params(labelsize=8)
+        panel.set_title(title, fontsize=10)
+    for panel in (left, middle, right):
+        panel.set_xticks([])
+        panel.set_yticks([])
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png")
+    return np.asarray(Image.open(buffer).convert("RGB"))
+
+
+def _table(rows: Sequence[Sequence[str]]) -> str:
+    head, *body = rows
+    lines = [head, ["---"] * len(head), *body]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def _w(value: float) -> str:
+    return f"{value:.0f}" if value >= 10.0 else f"{value:.1f}" if value >= 0.1 else "< 0.1"
+
+
+def _numbers(found: Mapping[str, list[Reading]]) -> str:
+    rows = [
+        ["case", "where", "study", "study's way, 10 / 50 / 90 %", "from 8 bits", "true", "agrees"]
+    ]
+    for case in CASES:
+        for reading in found[case.name]:
+            dark, middle, bright = reading.flux
+            rows.append(
+                [
+                    case.title,
+                    reading.number.what,
+                    reading.number.says or "-",
+                    f"{_w(dark)} / **{_w(middle)}** / {_w(bright)}",
+                    _w(reading.of_picture),
+                    _w(reading.exitance),
+                    agrees(reading, found[case.name]),
+                ]
+            )
+    return _table(rows)
+
+
+def _verdicts(shots: Mapping[str, Shot]) -> str:
+    rows = [["case", "study's figures", "study", "`simgl assess`", "full at 1/2000 s", "CPU time"]]
+    for case in CASES:
+        shot = shots[case.name]
+        reasons = f": {'; '.join(shot.reasons)}" if shot.reasons else ""
+        contrast = shot.found.contrast
+        beside = "" if contrast is None else f", contrast {contrast:.2f}"
+        rows.append(
+            [
+                case.title,
+                case.figures,
+                case.kind,
+                f"**{shot.verdict.value}**{reasons}{beside}",
+                f"{100.0 * shot.saturated_at(STUDY_TIME):.0f} %",
+                f"{shot.seconds:.1f} s",
+            ]
+        )
+    return _table(rows)
+
+
+def page(shots: Mapping[str, Shot], found: Mapping[str, list[Reading]], made: str) -> str:
+    """docs/lighting_study.md.
+
+    made : date, renderer and machine
+    """
+    whys = [
+        f"- **{case.title}, {reading.number.what}**: {reading.number.why}"
+        for case in CASES
+        for reading in found[case.name]
+        if reading.number.why
+    ]
+    pictures = [
+        f"### {case.title}\n\n![{case.title}](pictures/study_{case.name}.jpg)\n\n"
+        f"The study: {case.kind}. {case.text}".rstrip()
+        for case in CASES
+    ]
+    white = 1367.0 / np.pi * 2.0**STUDY_SETTING
+    mirror = 1367.0 / np.pi * 2.0**STUDY_MIRROR_SETTING
+    value = exposure_value(STUDY_F_NUMBER, STUDY_TIME)
+    return TEMPLATE.read_text(encoding="utf-8").format(
+        made=made,
+        numbers=_numbers(found),
+        verdicts=_verdicts(shots),
+        whys="\n".join(whys),
+        pictures="\n\n".join(pictures),
+        white=white,
+        clipped=1.0 / white,
+        mirror=1367.0 * mirror,
+        value=value,
+        setting=blender_exposure(value),
+    )

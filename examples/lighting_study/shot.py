@@ -1,0 +1,176 @@
+"""One picture of a case, and the pixels of it that a number is about."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simgl import Product, Scenario, Simulator
+from simgl.assess.backdrop import ring_around
+from simgl.assess.criteria import Verdict, verdict
+from simgl.assess.frame import FrameAssessment, assess_frame
+from simgl.false_colour import relative_flux
+from simgl.images import display_from_radiance
+from simgl.scene.camera import Camera
+from simgl.scene.state import SceneState
+from simgl.simulator import Exposure
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+TARGET = "space_rider"
+# Body axes of Space Rider.
+BACK, PORT = np.array([0.0, 0.0, -1.0]), np.array([0.0, -1.0, 0.0])
+PRODUCTS = frozenset(
+    {
+        Product.DN,
+        Product.ELECTRONS,
+        Product.RADIANCE,
+        Product.TRUTH,
+        Product.NORMALS,
+        Product.LAYERS,
+    }
+)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Shot:
+    """A picture, its assessment, and the processor time that it took on all cores [s]."""
+
+    exposure: Exposure
+    state: SceneState
+    found: FrameAssessment
+    verdict: Verdict
+    reasons: tuple[str, ...]
+    seconds: float
+
+    @property
+    def radiance(self) -> NDArray[np.float32]:
+        """(height, width, 4) [W m-2 sr-1]."""
+        assert self.exposure.radiance is not None
+        return self.exposure.radiance.radiance
+
+    @property
+    def picture(self) -> NDArray[np.uint8]:
+        """(height, width, 3) sRGB; a white plate that faces the Sun is white."""
+        return display_from_radiance(self.radiance)
+
+    @property
+    def flux(self) -> Array:
+        """(height, width) relative luminance times 1367, the study's flux [W m-2]."""
+        return relative_flux(self.radiance)
+
+    @property
+    def flux_of_picture(self) -> Array:
+        """(height, width) the study's flux as its script has it from an 8-bit picture [W m-2]."""
+        code = self.picture / 255.0
+        linear = np.where(code <= 0.04045, code / 12.92, ((code + 0.055) / 1.055) ** 2.4)
+        return np.asarray(1367.0 * linear @ np.array([0.2126, 0.7152, 0.0722]))
+
+    @property
+    def exitance(self) -> Array:
+        """(height, width) pi times the radiance, 400-1000 nm [W m-2].
+
+        What leaves a surface, if it is equally bright from all sides.
+        """
+        return np.asarray(np.pi * self.radiance.sum(axis=-1, dtype=np.float64))
+
+    def part(self, *names: str) -> Mask:
+        """Pixels of parts of Space Rider; of all of it if none is named."""
+        truth = self.exposure.truth
+        assert truth is not None
+        wanted = [
+            number
+            for number, name in truth.part_names.items()
+            if name.startswith(f"{TARGET}/") and (not names or name.split("/")[1] in names)
+        ]
+        return np.isin(truth.part_id, wanted)
+
+    @property
+    def background(self) -> Mask:
+        """Pixels without a spacecraft."""
+        assert self.exposure.truth is not None
+        return np.asarray(self.exposure.truth.part_id == 0)
+
+    @property
+    def beside(self) -> Mask:
+        """Background next to Space Rider."""
+        return ring_around(self.part(), ~self.background)
+
+    def facing(self, direction_body: Array, within_deg: float) -> Mask:
+        """Pixels whose surface looks along a body axis."""
+        R_icrf_from_body = self.state.bodies[TARGET].pose.R_icrf_from_body
+        return self._facing(R_icrf_from_body @ direction_body, within_deg)
+
+    @property
+    def sunlit(self) -> Mask:
+        """Pixels with more direct sunlight than light of other kinds."""
+        return self._by_sunlight(0.5, 1.0)
+
+    @property
+    def in_cast_shadow(self) -> Mask:
+        """Pixels that face the Sun and get hardly any of it."""
+        position = self.state.bodies[TARGET].pose.position
+        towards = self.state.sun.seen_from(position).direction_icrf
+        return self._facing(towards, 30.0) & self._by_sunlight(-1.0, 0.02)
+
+    def _facing(self, direction_icrf: Array, within_deg: float) -> Mask:
+        assert self.exposure.normals is not None
+        towards = self.exposure.info.R_camera_from_icrf @ direction_icrf
+        return np.asarray(self.exposure.normals.normals @ towards > np.cos(np.radians(within_deg)))
+
+    def _by_sunlight(self, above: float, upto: float) -> Mask:
+        """Pixels whose share of direct sunlight in all their light lies in a range."""
+        assert self.exposure.layers is not None
+        sun = self.exposure.layers.layers["sun"].sum(axis=-1)
+        share = sun / np.maximum(self.radiance.sum(axis=-1), 1e-12)
+        return np.asarray((share > above) & (share <= upto))
+
+    def saturated_at(self, exposure_time: float) -> float:
+        """Share of Space Rider's pixels that another exposure time [s] would fill."""
+        assert self.exposure.electrons is not None
+        times = exposure_time / self.exposure.info.camera.exposure_time
+        electrons = self.exposure.electrons.electrons[self.part()]
+        return float(np.mean(electrons * times >= self.found.full_electrons))
+
+
+def smaller(scenario: Scenario, shrink: int) -> Scenario:
+    """A scenario whose cameras have fewer, larger pixels, the same field, and as full wells."""
+
+    def camera_of(camera: Camera) -> Camera:
+        d = camera.detector
+        pixels = replace(
+            d,
+            width=d.width // shrink,
+            height=d.height // shrink,
+            pixel_pitch=d.pixel_pitch * shrink,
+        )
+        r, g, b, n = (share / shrink**2 for share in camera.lens.transmission)
+        lens = replace(camera.lens, transmission=(r, g, b, n))
+        return replace(camera, detector=pixels, lens=lens)
+
+    return replace(scenario, cameras={n: camera_of(c) for n, c in scenario.cameras.items()})
+
+
+def take(simulator: Simulator, camera: str) -> Shot:
+    """The picture that a camera takes at the scenario's epoch."""
+    scenario = simulator.scenario
+    state = scenario.at(scenario.epoch_tai_ns)
+    exposure = simulator.capture(state, camera, PRODUCTS)
+    # A second one, which finds programs compiled and shadows drawn.
+    start = time.process_time()
+    simulator.capture(state, camera, {Product.DN})
+    seconds = time.process_time() - start
+    found = assess_frame(exposure, state, TARGET)
+    judged, reasons = verdict(found, scenario.criteria)
+    return Shot(
+        exposure=exposure,
+        state=state,
+        found=found,
+        verdict=judged,
+        reasons=reasons,
+        seconds=seconds,
+    )

@@ -1,0 +1,1 @@
+"""Ten lines each: one thing that simgl does; examples/README.md lists them."""

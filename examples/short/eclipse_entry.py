@@ -1,0 +1,13 @@
+"""When the target loses the Sun and gets it back, to a millisecond."""
+
+import simgl
+from simgl.physics.ephemeris import utc_from_tai_ns
+from simgl.sequence.epochs import events
+from simgl.sequence.events import Event
+
+scenario = simgl.load_scenario("examples/trajectories/files.toml")
+start = scenario.epoch_tai_ns
+stop, step = start + 5_400 * 10**9, 120 * 10**9
+for event in (Event.ECLIPSE_ENTRY, Event.UMBRA_ENTRY, Event.UMBRA_EXIT, Event.ECLIPSE_EXIT):
+    for tai_ns in events(scenario, event, "navcam", "target", start, stop, step):
+        print(f"{utc_from_tai_ns(tai_ns)}  {event.value}")

@@ -1,0 +1,43 @@
+"""``simgl campaign``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from simgl.crew.options import Scheduler, Workers
+
+_console = Console()
+
+
+def campaign(
+    file: Annotated[Path, typer.Argument(help="Campaign file (TOML).")],
+    out: Annotated[Path, typer.Option(help="Folder for the results; a started one goes on.")],
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+) -> None:
+    """Render frames drawn at random, on many workers, with labels to learn from.
+
+    A run that was broken off goes on where it was. Example:
+    simgl campaign examples/campaign/approach.toml --workers 2 --out out/campaign
+    """
+    from simgl.campaign.description import load_campaign
+    from simgl.campaign.run import run
+    from simgl.campaign.take import CampaignJob
+    from simgl.crew.hiring import hired
+    from simgl.progress import bake_bar, frame_bar
+    from simgl.simulator import Simulator
+
+    loaded = load_campaign(file)
+    with bake_bar() as progress:
+        ready = Simulator(loaded.scenario, progress=progress)
+    with ready as simulator, frame_bar() as report:
+        crew = hired(CampaignJob(campaign=loaded), simulator, workers, scheduler)
+        found = run(loaded, out, crew, report)
+    lines = [f"{loaded.frames} frames in {out}, {found.taken} of them now; labels: {out}/coco.json"]
+    if len(found.renderers) > 1:
+        lines.append(f"note: taken by different renderers: {'; '.join(found.renderers)}")
+    _console.print("\n".join(lines), highlight=False, markup=False, soft_wrap=True)

@@ -1,0 +1,170 @@
+"""What a frame shows, to learn from: pose, box, keypoints with visibility, masks.
+
+Pixel coordinates have the centre of the pixel in column i, row j at (i + 0.5, j + 0.5).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simgl.images import FrameInfo, TruthFrame
+from simgl.physics.frames import quaternion_from_matrix
+from simgl.rays import ray_tracer
+from simgl.scene.state import BodyState, SceneState
+
+Array = NDArray[np.float64]
+
+# A keypoint lies on its surface to within this share of the craft's bounding sphere.
+ON_SURFACE = 0.005
+
+
+class Visibility(IntEnum):
+    """Of a keypoint, by COCO's numbers: past the picture's edge, hidden by a craft, or seen.
+
+    A keypoint in shadow, or of a craft hidden by the Earth's limb, counts as seen where no
+    spacecraft stands before it.
+    """
+
+    OUTSIDE = 0
+    HIDDEN = 1
+    SEEN = 2
+
+
+@dataclass(frozen=True, kw_only=True)
+class Keypoint:
+    """x, y [pixels]; visibility."""
+
+    name: str
+    x: float
+    y: float
+    visibility: Visibility
+
+
+@dataclass(frozen=True, kw_only=True)
+class CraftLabel:
+    """A spacecraft in a picture.
+
+    q_camera_from_body_xyzw, position : of the body frame in camera axes; [m]
+    box : x, y, width, height of the pixels whose centre sees it [pixels]; None where none does
+    pixels : their number
+    cut_off : they touch the picture's edge
+    mask : their run lengths down the columns from the top left, of pixels without and with it in
+        turn
+    """
+
+    name: str
+    model: str
+    q_camera_from_body_xyzw: tuple[float, float, float, float]
+    position: tuple[float, float, float]
+    box: tuple[int, int, int, int] | None
+    pixels: int
+    cut_off: bool
+    mask: tuple[int, ...]
+    keypoints: tuple[Keypoint, ...]
+
+
+def run_lengths(mask: NDArray[np.bool_]) -> tuple[int, ...]:
+    """Run lengths down the columns of a mask, the first of pixels that are not in it (COCO)."""
+    flat = mask.ravel(order="F")
+    changes = np.flatnonzero(flat[1:] != flat[:-1]) + 1
+    edges = np.concatenate([[0], changes, [flat.size]])
+    runs = np.diff(edges).tolist()
+    return tuple([0, *runs] if flat.size and flat[0] else runs)
+
+
+def craft_labels(truth: TruthFrame, state: SceneState) -> tuple[CraftLabel, ...]:
+    """The labels of every spacecraft that the camera sees a pixel of."""
+    info, instances = truth.info, truth.instance
+    labels = []
+    for number, (name, body) in enumerate(state.bodies.items(), start=1):
+        mask = instances == number
+        if mask.any():
+            labels.append(_label(info, state.bodies, name, body, mask))
+    return tuple(labels)
+
+
+def _label(
+    info: FrameInfo,
+    bodies: Mapping[str, BodyState],
+    name: str,
+    body: BodyState,
+    mask: NDArray[np.bool_],
+) -> CraftLabel:
+    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    top, left = int(rows[0]), int(columns[0])
+    edges = np.concatenate([mask[0], mask[-1], mask[:, 0], mask[:, -1]])
+    R, position = pose_in_camera(info, body)
+    qx, qy, qz, qw = quaternion_from_matrix(R).tolist()
+    x, y, z = position.tolist()
+    return CraftLabel(
+        name=name,
+        model=body.model.name,
+        q_camera_from_body_xyzw=(qx, qy, qz, qw),
+        position=(x, y, z),
+        box=(left, top, int(columns[-1]) - left + 1, int(rows[-1]) - top + 1),
+        pixels=int(mask.sum()),
+        cut_off=bool(edges.any()),
+        mask=run_lengths(mask),
+        keypoints=keypoints(info, bodies, name),
+    )
+
+
+def pose_in_camera(info: FrameInfo, body: BodyState) -> tuple[Array, Array]:
+    """R_camera_from_body (3, 3), and the body's origin (3,) in camera axes [m]."""
+    R_camera_from_icrf = info.R_camera_from_icrf
+    return (
+        np.asarray(R_camera_from_icrf @ body.pose.R_icrf_from_body),
+        np.asarray(R_camera_from_icrf @ (body.pose.position - info.position)),
+    )
+
+
+def keypoints(info: FrameInfo, bodies: Mapping[str, BodyState], name: str) -> tuple[Keypoint, ...]:
+    """The keypoints of one spacecraft.
+
+    Each is hidden where the straight line to the pinhole meets any spacecraft. The line starts
+    ``ON_SURFACE`` off, for the surface that the keypoint lies on must not hide it.
+    """
+    body = bodies[name]
+    if not body.model.keypoints:
+        return ()
+    R, origin = pose_in_camera(info, body)
+    places = np.array(list(body.model.keypoints.values()))
+    d = info.camera.detector
+    seen = info.camera.project(places @ R.T + origin)
+    inside = np.all((seen >= 0.0) & (seen < [d.width, d.height]), axis=1)
+    hidden = _hidden(info.position, places, body, bodies)
+    found = []
+    for key, (x, y), within, behind in zip(
+        body.model.keypoints, seen.tolist(), inside, hidden, strict=True
+    ):
+        kind = Visibility.OUTSIDE
+        if within:
+            kind = Visibility.HIDDEN if behind else Visibility.SEEN
+        found.append(Keypoint(name=key, x=x, y=y, visibility=kind))
+    return tuple(found)
+
+
+def _hidden(
+    pinhole: Array, places: Array, body: BodyState, bodies: Mapping[str, BodyState]
+) -> NDArray[np.bool_]:
+    """(n,) whether a craft stands between places (n, 3) in a body's axes and the pinhole (ICRF)."""
+    hidden = np.zeros(len(places), dtype=np.bool_)
+    towards = body.in_body(pinhole) - places
+    distance = np.linalg.norm(towards, axis=1, keepdims=True)
+    start = places + ON_SURFACE * body.model.mesh.radius * towards / distance
+    for other in bodies.values():
+        if other is body:
+            origins, directions = start, towards
+        else:
+            turn = other.pose.R_icrf_from_body.T @ body.pose.R_icrf_from_body
+            shift = other.in_body(body.pose.position)
+            origins, directions = start @ turn.T + shift, towards @ turn.T
+        hits, along = ray_tracer(other.model.mesh).hits(origins, directions)
+        # Of the craft that holds the camera, what is behind the pinhole hides nothing.
+        hidden |= (hits >= 0) & (along < 1.0)
+    return hidden

@@ -1,0 +1,148 @@
+"""Light of other surfaces for every sample of a tile by rays, in the place of vertex light."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from simgl.lattice import Lattice
+from simgl.sky import SkyRadiance, cell_radiance
+from simgl.transport.gather import SKY_ACROSS, LitBody, Points, gathered, sunlight
+from simgl.view.frame import CraftView, Tile
+
+Array = NDArray[np.float64]
+Floats = NDArray[np.float32]
+
+# Rays of a pixel, shared by its samples: so many at first, and up to so many times more where their
+# mean is not certain to a share of all light there, or of the Sun's irradiance.
+RAYS, MOST_TIMES = 256, 32
+_CERTAIN, _CERTAIN_OF_SUN = 0.04, 3e-4
+
+# Of the geometry pass's targets: place and label, normal, triangle's normal and share, others.
+_PLACE, _SHAPE, _PLANE, _OTHERS = 0, 1, 2, 3
+
+
+class GatherPass:
+    """Writes what the geometry pass leaves to vertices: the light of others, the Earth's share."""
+
+    def draw(
+        self,
+        tile: Tile,
+        seen: Sequence[moderngl.Texture],
+        bodies: Sequence[Sequence[LitBody] | None],
+        skies: Sequence[SkyRadiance | None],
+    ) -> None:
+        """Changes the targets of the geometry pass.
+
+        bodies : for each spacecraft of the tile, itself and what is around; None where nothing is
+        skies : likewise what it sees around it
+        """
+        columns, rows = tile.lattice.raster_size(tile.width, tile.height)
+        place, shape, plane, others = (
+            _read(seen[target])[:rows, :columns] for target in (_PLACE, _SHAPE, _PLANE, _OTHERS)
+        )
+        craft_seen = place[..., 3].astype(np.int64) // 16384
+        for craft, lit, sky in zip(tile.craft, bodies, skies, strict=True):
+            row, column = np.nonzero((craft_seen == craft.instance) & (place[..., 3] >= 0.0))
+            if lit is None or len(row) == 0:
+                continue
+            points = _points(
+                craft,
+                place[row, column],
+                shape[row, column],
+                plane[row, column],
+                _spread(row, column),
+            )
+            cells = None if sky is None else cell_radiance(sky, SKY_ACROSS)
+            cell = _pixel_cells(tile.lattice, row, column)
+            enough = _CERTAIN_OF_SUN * float(craft.sun_irradiance.sum())
+            group = row % 2 * 2 + column % 2
+            light, share = _certain(points, cell, group, lit, cells, _rays(tile.lattice), enough)
+            others[row, column] = light
+            plane[row, column, 3] = share
+        for target, values in ((_PLANE, plane), (_OTHERS, others)):
+            seen[target].write(np.ascontiguousarray(values), viewport=(0, 0, columns, rows))
+
+
+def _read(texture: moderngl.Texture) -> Floats:
+    data = np.frombuffer(texture.read(), dtype=np.float32)
+    return data.reshape(texture.height, texture.width, 4).copy()
+
+
+def _rays(lattice: Lattice) -> int:
+    return max(1, int(np.ceil(RAYS / lattice.scale**2)))
+
+
+def _pixel_cells(
+    lattice: Lattice, row: NDArray[np.int64], column: NDArray[np.int64]
+) -> NDArray[np.int64]:
+    """(n,) a number for each square of the raster of about a pixel's size."""
+    edge = max(1, round(lattice.scale))
+    square = row // edge * (int(column.max()) // edge + 1) + column // edge
+    return np.asarray(np.unique(square, return_inverse=True)[1])
+
+
+def _certain(
+    points: Points,
+    cell: NDArray[np.int64],
+    group: NDArray[np.int64],
+    bodies: Sequence[LitBody],
+    sky: Floats | None,
+    rays: int,
+    enough: float,
+) -> tuple[Floats, Floats]:
+    """What ``gathered`` gives, with more rays in cells whose mean is uncertain.
+
+    cell : (n,) of each point; group : (n,) 0..3 within it, even in themselves
+    enough : an error that does not matter, bands together [W m-2]
+    """
+    light, share = gathered(points, bodies, sky, rays)
+    mean, error = _means(light.sum(axis=1, dtype=np.float64), cell, group)
+    mean += _means(sunlight(points, bodies).astype(np.float64), cell, group)[0]
+    need = error / np.maximum(_CERTAIN * mean, enough)
+    if sky is not None:
+        need = np.maximum(need, _means(share.astype(np.float64), cell, group)[1] / _CERTAIN)
+    # Errors fall with the root of the number at least.
+    times = np.clip(np.ceil(need**2), 1, MOST_TIMES).astype(np.int64)
+    times = 2 ** np.ceil(np.log2(times)).astype(np.int64)
+    for factor in np.unique(times[times > 1]).tolist():
+        chosen = np.flatnonzero(times[cell] == factor)
+        light[chosen], share[chosen] = gathered(points.of(chosen), bodies, sky, rays * factor)
+    return light, share
+
+
+def _means(values: Array, cell: NDArray[np.int64], group: NDArray[np.int64]) -> tuple[Array, Array]:
+    """Mean of each cell and its error, by the means of its four groups.
+
+    Rays are spread so evenly that the mean is much surer than the scatter of single ones tells.
+    """
+    count = int(cell.max()) + 1
+    number = np.bincount(4 * cell + group, minlength=4 * count).reshape(count, 4)
+    sums = np.bincount(4 * cell + group, values, minlength=4 * count).reshape(count, 4)
+    mean = sums.sum(axis=1) / number.sum(axis=1)
+    there = number > 0
+    apart = np.where(there, sums / np.maximum(number, 1) - mean[:, None], 0.0)
+    groups = there.sum(axis=1)
+    return mean, np.sqrt((apart**2).sum(axis=1) / np.maximum(groups * (groups - 1), 1))
+
+
+def _points(
+    craft: CraftView, place: Floats, shape: Floats, plane: Floats, spread: NDArray[np.float64]
+) -> Points:
+    """Places and normals in body axes, normals towards the viewer."""
+    camera_from_body = craft.camera_from_body
+    R = camera_from_body[:3, :3]
+    in_camera = place[:, :3] @ R.T + camera_from_body[:3, 3]
+    away = np.einsum("ij,ij->i", plane[:, :3], in_camera) > 0.0
+    facets = np.where(away[:, None], -plane[:, :3], plane[:, :3])
+    return Points(places=place[:, :3], normals=shape[:, :3] @ R, facets=facets @ R, spread=spread)
+
+
+def _spread(row: NDArray[np.int64], column: NDArray[np.int64]) -> NDArray[np.float64]:
+    """(n, 2) numbers 0..1, even over any neighbourhood of samples (as in sunlight.frag)."""
+    first = 0.7548776662466927 * column + 0.5698402909980532 * row
+    second = 0.8566748838545029 * column + 0.7338918566271260 * row
+    return np.stack([(0.5 + first) % 1.0, (0.5 + second) % 1.0], axis=1)

@@ -1,0 +1,1 @@
+"""Campaigns: drawing, labels, workers."""

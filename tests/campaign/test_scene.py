@@ -1,0 +1,108 @@
+"""The scene of a frame holds what was drawn."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from simgl.campaign.description import Campaign, load_campaign
+from simgl.campaign.scene import FrameScene, frame_scene
+from simgl.errors import ConfigError
+from simgl.scene.mounts import BodyMount, camera_pose
+from simgl.scene.pointing import Pointing
+from tests.campaign.small import small_campaign
+
+Array = NDArray[np.float64]
+
+
+def line(scene: FrameScene) -> tuple[Array, Array]:
+    """From the target to the camera and to the Sun, in ICRF axes."""
+    target = scene.state.bodies["target"].pose.position
+    return (
+        scene.state.cameras["nav"].position - target,
+        scene.state.sun.seen_from(target).direction_icrf,
+    )
+
+
+def scenes(campaign: Campaign) -> list[FrameScene]:
+    return [frame_scene(campaign, frame) for frame in range(campaign.frames)]
+
+
+def test_range_phase_angle_and_place_in_the_picture_are_kept(tmp_path: Path) -> None:
+    draw = "range_m = 4.0\nphase_angle_deg = 60.0\noffset_x = 0.5\noffset_y = -0.25\n"
+    campaign = small_campaign(tmp_path, draw + "roll_deg = { uniform = [0.0, 360.0] }")
+    for scene in scenes(campaign):
+        out, sun = line(scene)
+        assert np.linalg.norm(out) == pytest.approx(4.0)
+        assert np.degrees(np.arccos(out @ sun / 4.0)) == pytest.approx(60.0)
+        camera = scene.state.cameras["nav"]
+        seen = camera.camera.project(camera.R_camera_from_icrf @ -out)
+        # Half of 40 to the right of the middle of 80 x 60, a quarter of 30 up.
+        assert seen == pytest.approx([60.0, 22.5])
+
+
+def test_azimuth_is_that_of_a_camera_about_the_target(tmp_path: Path) -> None:
+    campaign = small_campaign(tmp_path, "range_m = 4.0\nazimuth_deg = 90.0")
+    scene = frame_scene(campaign, 0)
+    out, _ = line(scene)
+    target = scene.state.bodies["target"].pose.position
+    # Above the target.
+    assert out == pytest.approx(4.0 * target / np.linalg.norm(target), abs=1e-6)
+
+
+def test_the_craft_that_carries_the_camera_comes_along(tmp_path: Path) -> None:
+    for scene in scenes(small_campaign(tmp_path)):
+        state, camera = scene.state, scene.state.cameras["nav"]
+        mount = BodyMount(
+            spacecraft="chaser",
+            position_body=np.array([0.15, 0.0, 0.0]),
+            pointing=Pointing(
+                towards=np.array([1.0, 0.0, 0.0]), axes="body", up=np.array([0.0, 0.0, -1.0])
+            ),
+        )
+        poses = {name: body.pose for name, body in state.bodies.items()}
+        position, R = camera_pose("nav", mount, poses)
+        assert position == pytest.approx(camera.position, abs=1e-8)
+        assert np.abs(R - camera.R_camera_from_icrf).max() < 1e-12
+        # And so does its lamp, 3 cm behind the pinhole.
+        behind = camera.position - 0.03 * camera.R_camera_from_icrf[2]
+        assert state.lamps[0].position == pytest.approx(behind, abs=1e-8)
+
+
+def test_what_is_not_drawn_is_as_in_the_scenario(tmp_path: Path) -> None:
+    campaign = small_campaign(tmp_path, "exposure_time_s = 0.002\nlamp_power = { spot = 0.5 }")
+    scene = frame_scene(campaign, 3)
+    usual = campaign.scenario.at(campaign.scenario.epoch_tai_ns)
+    ours, theirs = scene.state.cameras["nav"], usual.cameras["nav"]
+    assert np.array_equal(ours.position, theirs.position)
+    assert np.array_equal(ours.R_camera_from_icrf, theirs.R_camera_from_icrf)
+    assert ours.camera.exposure_time == 0.002
+    assert scene.state.lamps[0].lamp.power == pytest.approx(0.5 * usual.lamps[0].lamp.power)
+
+
+def test_seeds_of_noise_differ_from_frame_to_frame(tmp_path: Path) -> None:
+    campaign = small_campaign(tmp_path)
+    assert len({scene.seed for scene in scenes(campaign)}) == campaign.frames
+
+
+def test_no_camera_is_inside_a_spacecraft(tmp_path: Path) -> None:
+    """The wedge reaches out to 0.74 m: of places 0.1 to 1.2 m away many lie in it."""
+    draw = 'range_m = { uniform = [0.1, 1.2] }\ndirection = "sphere"'
+    campaign = small_campaign(tmp_path, draw)
+    for scene in scenes(campaign):
+        camera = scene.state.cameras["nav"]
+        assert not scene.state.bodies["target"].encloses(camera.position)
+    with pytest.raises(ConfigError, match=r"draw gives no possible scene for frame 0 in 1000"):
+        frame_scene(small_campaign(tmp_path, "range_m = 0.001"), 0)
+
+
+def test_the_example_draws_what_it_says() -> None:
+    campaign = load_campaign(Path(__file__).parents[2] / "examples" / "campaign" / "approach.toml")
+    assert campaign.frames == 200
+    for frame in range(3):
+        state = frame_scene(campaign, frame).state
+        target, camera = state.bodies["target"].pose.position, state.cameras["navcam"]
+        assert 15.0 <= np.linalg.norm(camera.position - target) <= 150.0

@@ -1,0 +1,94 @@
+"""The lighting study's cases show what the study says of them, and the command leaves its page."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from examples.lighting_study.cases import CASES, Case
+from examples.lighting_study.page import agrees, readings
+from examples.lighting_study.shot import Shot, smaller, take
+from simgl import Simulator, load_scenario
+from simgl.assess.backdrop import Backdrop
+from simgl.assess.course import course
+from simgl.assess.criteria import Verdict
+from simgl.assess.report import write_report
+from simgl.assess.run import assignment, moments, run
+from simgl.crew.hiring import alone
+
+ROOT = Path(__file__).parents[2]
+STUDY = ROOT / "examples" / "lighting_study"
+PAGE = ROOT / "docs" / "lighting_study.md"
+# Pictures smaller by this; those of bay and azimuths are twice as wide.
+SHRINK = {"bay": 10, "azimuths": 8}
+
+
+@pytest.fixture(scope="module", params=list(dict.fromkeys(case.file for case in CASES)))
+def simulator(request: pytest.FixtureRequest) -> Iterator[Simulator]:
+    scenario = smaller(load_scenario(STUDY / f"{request.param}.toml"), SHRINK.get(request.param, 5))
+    with Simulator(scenario) as simulator:
+        yield simulator
+
+
+def shots(simulator: Simulator) -> list[tuple[Case, Shot]]:
+    """The pictures of a scenario's cases."""
+    name = simulator.scenario.name
+    return [(case, take(simulator, case.camera)) for case in CASES if case.file == name]
+
+
+# What the study shows: behind the craft, and whether the picture can be used.
+SEEN = {
+    "eclipse": (Backdrop.MIXED, Verdict.TOO_DARK),
+    "too_bright": (Backdrop.EARTH, Verdict.GOOD),
+    "craft_alone": (Backdrop.SPACE, Verdict.GOOD),
+    "over_earth": (Backdrop.EARTH, Verdict.GOOD),
+    "bay": (Backdrop.NONE, Verdict.GOOD),
+    "azimuth_20": (Backdrop.SPACE, Verdict.GOOD),
+    "azimuth_28": (Backdrop.MIXED, Verdict.GOOD),
+    "azimuth_90": (Backdrop.EARTH, Verdict.GOOD),
+}
+DIFFERS = {("craft_alone", "tail cone")}
+
+
+def test_each_case_shows_what_the_study_says_or_what_the_page_admits(simulator: Simulator) -> None:
+    for case, shot in shots(simulator):
+        if case.name in SEEN:
+            assert (shot.found.backdrop, shot.verdict) == SEEN[case.name], case.name
+        found = readings(case, shot)
+        for reading in found:
+            differs = (case.name, reading.number.what) in DIFFERS
+            word = agrees(reading, found)
+            assert (word == "no") == differs, (case.name, reading)
+
+
+def test_each_case_makes_a_report(simulator: Simulator, tmp_path: Path) -> None:
+    scenario = simulator.scenario
+    work = assignment(scenario, None, None, [scenario.epoch_tai_ns])
+    rows = run(work, alone(work, simulator), tmp_path)
+    write_report(tmp_path / "report.html", work, rows, course(moments(rows)), simulator)
+    assert len(rows) == 1
+    assert rows[0]["verdict"] == SEEN.get(scenario.name, SEEN["azimuth_20"])[1].value
+    assert b"<h1>Light on space_rider</h1>" in (tmp_path / "report.html").read_bytes()
+
+
+def test_the_page_shows_a_picture_of_each_case_and_they_are_small() -> None:
+    shown = set(re.findall(r"\(pictures/(study_[a-z_0-9]+)\.jpg\)", PAGE.read_text()))
+    assert shown == {f"study_{case.name}" for case in CASES}
+    sizes = [(PAGE.parent / "pictures" / f"{name}.jpg").stat().st_size for name in shown]
+    assert sum(sizes) < 2_000_000
+
+
+def test_a_folder_that_cannot_be_written_is_one_line_and_exit_code_2(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    command = [sys.executable, "-m", "examples.lighting_study", "--out", str(tmp_path / "file")]
+    done = subprocess.run(
+        command, cwd=ROOT, capture_output=True, text=True, timeout=60, check=False
+    )
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert done.stderr.startswith("lighting_study: ")

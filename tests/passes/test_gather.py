@@ -1,0 +1,125 @@
+"""Light of other surfaces by rays from every sample: the open box, and one craft lit by another."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import moderngl
+import numpy as np
+import pytest
+
+from simgl.scenario.scenario import Scenario
+from tests.scenes import IN_BANDS, TOTAL, lambert, radiance, scene
+from tests.transport.test_exchange import C6, c6_scene
+
+Table = dict[str, Any]
+Image = np.ndarray[Any, np.dtype[np.float64]]
+
+# C8: radiance of the shadow's core with all bounces, over a plate of 2 m x 2 m; by quadrature of
+# form factors 2.84 without what the box's sides add. A plate of 20 m would have 3.47.
+CORE = 2.86
+
+
+def total(gl: moderngl.Context, scenario: Scenario) -> Image:
+    """(height, width) radiance [W m-2 sr-1] of a grey scene under the whole Sun."""
+    image = radiance(gl, scenario).astype(np.float64)
+    return np.asarray(image.sum(axis=2) * (TOTAL / IN_BANDS))
+
+
+def box_over_plate(gather: str, *, height: float = 0.5) -> Scenario:
+    """C8 from afar: the camera sees 6 cm x 4 cm of the plate about the shadow's middle."""
+    material = {"material": lambert(0.5)}
+    return scene(
+        {
+            "plate": {
+                "model": {"plate": {"width_m": 2.0, "height_m": 2.0, **material}},
+                "position_icrf_m": [0.0, 0.0, 0.0],
+            },
+            "box": {
+                "model": {"box": {"size_m": [0.29, 0.20, 0.30], **material}},
+                "position_icrf_m": [0.0, 0.0, height + 0.15],
+            },
+        },
+        {
+            "position_icrf_m": [0.0, -8.0, 4.0],
+            "boresight": [0.0, 8.0, -4.0],
+            "up": [0.0, 0.0, 1.0],
+            "focal_length_mm": 50.0,
+            "pixel_pitch_um": 14.0,
+            "width_px": 24,
+            "height_px": 8,
+        },
+        render={"gather": gather, "samples_per_pixel": 16},
+    )
+
+
+def test_the_core_of_a_shadow_has_the_light_between_box_and_plate(gl: moderngl.Context) -> None:
+    found = total(gl, box_over_plate("pixel"))
+    # 192 pixels of 256 rays, a sixteenth of which meet the box's bottom: 3,000 paths, of which
+    # each goes on to the plate and meets sunlight or the shadow there: 1.5 %, and 0.2 % in CORE.
+    np.testing.assert_allclose(found.mean(), CORE, rtol=0.04)
+
+
+def test_vertex_light_stays_within_a_spacecraft(gl: moderngl.Context) -> None:
+    assert total(gl, box_over_plate("vertex")).max() == 0.0
+
+
+def test_a_craft_that_is_far_away_gives_no_light(gl: moderngl.Context) -> None:
+    """A box of 0.2 m at 300 m covers 2e-7 of the sky; only its penumbra is on the plate."""
+    found = total(gl, box_over_plate("pixel", height=300.0))
+    plain = total(gl, box_over_plate("vertex", height=300.0))
+    assert plain.min() > 0.0
+    np.testing.assert_array_equal(found, plain)
+
+
+@pytest.mark.parametrize("reflectance", [0.8])
+def test_the_open_box_has_the_floor_of_all_bounces(
+    gl: moderngl.Context, reflectance: float
+) -> None:
+    scenario = replace(c6_scene(reflectance, on=True), gather="pixel")
+    image = total(gl, scenario)
+    pixels_per_metre = 400.0 / 6.0
+    x = (np.arange(128) - 63.5) / pixels_per_metre + 1.0
+    rows = slice(64 - 28, 64 + 28)
+    shadow = image[rows, (x > 0.0625) & (x < 0.9375)].mean()
+    lit = image[rows, (x > 1.0625) & (x < 1.9375)].mean()
+    # The rows leave out 8 cm at both walls' feet, where it is up to 10 % brighter: 1 % of the mean.
+    np.testing.assert_allclose(shadow, C6[0]["shadow"], rtol=0.025)
+    np.testing.assert_allclose(lit, C6[0]["lit"], rtol=0.01)
+
+
+def test_the_same_frame_has_the_same_bits(gl: moderngl.Context) -> None:
+    first, second = (total(gl, box_over_plate("pixel")) for _ in range(2))
+    np.testing.assert_array_equal(first, second)
+
+
+def test_a_free_plate_over_the_earth_keeps_all_of_its_light(gl: moderngl.Context) -> None:
+    """Beside a box that is too low to hide anything: the share of rays that pass is exactly one."""
+    earth = {"shape": "sphere", "radius_km": 6371.0, "albedo": 0.3, "atmosphere": "none"}
+    craft = {
+        "plate": {
+            "model": {"plate": {"width_m": 1.0, "height_m": 1.0, "material": lambert(0.5)}},
+            "position_icrf_m": [0.0, 0.0, 6_771_000.0],
+            "quaternion_icrf_from_body_xyzw": [1.0, 0.0, 0.0, 0.0],
+        },
+        "box": {
+            "model": {"box": {"size_m": [0.3, 0.3, 0.3], "material": lambert(0.5)}},
+            "position_icrf_m": [0.0, 0.0, 6_771_003.0],
+        },
+    }
+    camera = {
+        "position_icrf_m": [0.0, 0.0, 6_770_990.0],
+        "boresight": [0.0, 0.0, 1.0],
+        "up": [0.0, 1.0, 0.0],
+        "focal_length_mm": 50.0,
+        "width_px": 16,
+        "height_px": 16,
+    }
+    by = {
+        gather: scene(craft, camera, earth=earth, render={"gather": gather, "samples_per_pixel": 8})
+        for gather in ("pixel", "vertex")
+    }
+    found, plain = (radiance(gl, by[gather]) for gather in ("pixel", "vertex"))
+    assert plain.min() > 0.0
+    np.testing.assert_array_equal(found, plain)
