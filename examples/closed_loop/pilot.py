@@ -34,6 +34,8 @@ WINGS_TO = 12.0
 # Besides the scatter of the markers: how well the board is built and mounted, the lens known.
 BUILD_ERROR = 0.001  # [m]
 BUILD_TURN = np.radians(0.02)
+# Thrusters fire after an image of the same second is taken [s].
+AFTER_SHUTTER = 1e-6
 # Exposures that a craft on its own begins with, in sunlight.
 FIRST_LIGHT = Light(exposure=5e-5, lamp=False)
 
@@ -242,7 +244,7 @@ class Pilot:
             aim = state.mean[:3]
         delta_v = self._plan.push(leg, state.mean, aim, self._mean_motion)
         if np.any(delta_v):
-            self.filter.push(time, delta_v)
+            self.filter.push(time + AFTER_SHUTTER, delta_v)
         return delta_v
 
     def _aim(self, state: Array, R_lvlh_from_body: Array) -> Array:
