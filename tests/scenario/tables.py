@@ -934,13 +934,6 @@ BAD_VALUES = (
         "axes",
     ),
     Damage(
-        "axes of a shipped model",
-        MODEL,
-        f'{MODEL}\nup_axis = "y"',
-        ' [spacecraft.chaser]: model: model "cubesat_12u" knows its axes; up_axis goes with a '
-        "mesh file",
-    ),
-    Damage(
         "unit of zero",
         MODEL,
         f"{MODEL}\nunit_m = 0.0",
@@ -1252,6 +1245,13 @@ BAD_VALUES = (
 )
 
 BAD_FILES = (
+    Damage(
+        "axes of a shipped model",
+        MODEL,
+        f'{MODEL}\nup_axis = "y"',
+        ' [spacecraft.chaser]: model: model "cubesat_12u" knows its axes; up_axis goes with a '
+        "mesh file",
+    ),
     Damage(
         "misspelt model",
         MODEL,
