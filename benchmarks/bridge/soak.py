@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import sys
 import time
 from pathlib import Path
 
@@ -20,6 +21,8 @@ from benchmarks.bridge.scene import (
 
 # Distinct states; each comes again after so many frames and must bring the same bits again.
 STATES = 250
+# A long run says how far it is.
+REPORT_EVERY = 10_000
 
 
 def soak(frames: int, folder: Path) -> dict[str, object]:
@@ -62,6 +65,9 @@ def checked_frames(server: str, frames: int, folder: Path) -> dict[str, object]:
             assert known.setdefault(step, digest) == digest, f"frame {frame} has other bits"
             if frame == warm:
                 before = (resident_kib(pid), resident_kib(os.getpid()))
+            if (frame + 1) % REPORT_EVERY == 0:
+                rate = (frame + 1) / (time.perf_counter() - began)
+                print(f"{frame + 1} frames, {rate:.0f} a second", file=sys.stderr, flush=True)
         total = time.perf_counter() - began
         after = (resident_kib(pid), resident_kib(os.getpid()))
         renderer = client.welcome.renderer

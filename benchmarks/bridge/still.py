@@ -42,9 +42,11 @@ class StillSimulator:
         rng = np.random.default_rng(seed)
         return rng.integers(0, 4000, self._shape, dtype=np.uint16)
 
-    def capture(self, state: SceneState, camera: str, products: Any) -> Exposure:
+    def capture(
+        self, state: SceneState, camera: str, products: Any, during: Any = None
+    ) -> Exposure:
         """The picture, with the pose of the state."""
-        del products
+        del products, during
         there = state.cameras[camera]
         sun = state.sun.seen_from(there.position)
         info = FrameInfo(

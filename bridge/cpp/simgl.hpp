@@ -65,6 +65,20 @@ struct Pose {
     Vector position_m{}, velocity_m_s{};
     Quaternion q_icrf_from_body_xyzw{0.0, 0.0, 0.0, 1.0};
     std::map<std::string, double> joints{};
+    Vector angular_velocity_rad_s{}; // body axes; shows where a request says moving
+};
+
+// What else a request may say of the scene. Lamps burn with a share of their power, 0 to 1, those
+// left out fully; moving lets bodies go on with their rates while the shutter is open.
+struct Scene {
+    std::optional<Vector> sun_position_m{};
+    std::map<std::string, double> lamps{};
+    bool moving = false;
+
+    Scene() = default;
+    Scene(const Vector &sun) : sun_position_m(sun) {}
+    Scene(std::optional<Vector> sun, std::map<std::string, double> dimmed = {}, bool moves = false)
+        : sun_position_m(sun), lamps(std::move(dimmed)), moving(moves) {}
 };
 
 // What one camera is asked for; what is left out is the camera's own.
@@ -486,12 +500,12 @@ class Client {
     // The pictures that cameras take of one state. tai_ns is mid-exposure; bodies left out follow
     // the scenario's own laws; seek allows a time before the last request's.
     Tick render(std::int64_t tai_ns, const std::vector<Shot> &cameras,
-                const std::map<std::string, Pose> &bodies = {},
-                const std::optional<Vector> &sun_position_m = {}, bool seek = false) {
+                const std::map<std::string, Pose> &bodies = {}, const Scene &scene = {},
+                bool seek = false) {
         const std::uint64_t id = ++last_id_;
-        const Reply reply = ask(request(id, tai_ns, cameras, bodies, sun_position_m, seek),
-                                "images", id, "render");
-        return checked(reply, tai_ns, cameras, bodies, sun_position_m);
+        const Reply reply =
+            ask(request(id, tai_ns, cameras, bodies, scene, seek), "images", id, "render");
+        return checked(reply, tai_ns, cameras, bodies, scene);
     }
 
     // Round-trip time [s].
@@ -574,10 +588,10 @@ class Client {
 
     static std::string request(std::uint64_t id, std::int64_t tai_ns,
                                const std::vector<Shot> &cameras,
-                               const std::map<std::string, Pose> &bodies,
-                               const std::optional<Vector> &sun, bool seek) {
+                               const std::map<std::string, Pose> &bodies, const Scene &scene,
+                               bool seek) {
         detail::Writer w;
-        w.map(sun ? 7 : 6).text("type").text("render").text("id").natural(id);
+        w.map(scene.sun_position_m ? 9 : 8).text("type").text("render").text("id").natural(id);
         w.text("tai_ns").whole(tai_ns).text("seek").boolean(seek);
         w.text("cameras").array(cameras.size());
         for (const Shot &shot : cameras) {
@@ -590,28 +604,33 @@ class Client {
         }
         w.text("bodies").map(bodies.size());
         for (const auto &[name, pose] : bodies) {
-            w.text(name).map(4).text("position_m").reals(pose.position_m);
+            w.text(name).map(5).text("position_m").reals(pose.position_m);
             w.text("velocity_m_s").reals(pose.velocity_m_s);
             w.text("q_icrf_from_body_xyzw").reals(pose.q_icrf_from_body_xyzw);
             w.text("joints").map(pose.joints.size());
             for (const auto &[joint, value] : pose.joints) w.text(joint).real(value);
+            w.text("angular_velocity_rad_s").reals(pose.angular_velocity_rad_s);
         }
-        if (sun) w.text("sun").map(1).text("position_m").reals(*sun);
+        w.text("lamps").map(scene.lamps.size());
+        for (const auto &[lamp, share] : scene.lamps) w.text(lamp).real(share);
+        w.text("moving").boolean(scene.moving);
+        if (scene.sun_position_m)
+            w.text("sun").map(1).text("position_m").reals(*scene.sun_position_m);
         return w.bytes;
     }
 
     // The name of the state that was sent, as the server makes it; see docs/protocol.md.
     std::string state_hash(std::int64_t tai_ns, const std::vector<Shot> &cameras,
-                           const std::map<std::string, Pose> &bodies,
-                           const std::optional<Vector> &sun) const {
+                           const std::map<std::string, Pose> &bodies, const Scene &scene) const {
         detail::Writer w;
-        w.array(5).whole(tai_ns).array(bodies.size());
+        const bool more = !scene.lamps.empty() || scene.moving;
+        w.array(more ? 6 : 5).whole(tai_ns).array(bodies.size());
         for (const auto &[name, pose] : bodies) {
             w.array(5).text(name).reals(pose.position_m).reals(pose.velocity_m_s);
             w.reals(pose.q_icrf_from_body_xyzw).array(pose.joints.size());
             for (const auto &[joint, value] : pose.joints) w.array(2).text(joint).real(value);
         }
-        sun ? w.reals(*sun) : w.nil();
+        scene.sun_position_m ? w.reals(*scene.sun_position_m) : w.nil();
         w.array(cameras.size());
         for (const Shot &shot : cameras) {
             const Camera &own = welcome_.camera(shot.camera);
@@ -619,17 +638,29 @@ class Client {
             w.real(shot.exposure_time_s.value_or(own.exposure_time_s));
             w.real(shot.gain_dn_per_e.value_or(own.gain_dn_per_e));
         }
-        return detail::blake2b_128(w.natural(welcome_.seed).bytes);
+        w.natural(welcome_.seed);
+        if (more) {
+            w.array(2).array(scene.lamps.size());
+            for (const auto &[lamp, share] : scene.lamps) w.array(2).text(lamp).real(share);
+            if (scene.moving) {
+                w.array(bodies.size());
+                for (const auto &[name, pose] : bodies)
+                    w.array(2).text(name).reals(pose.angular_velocity_rad_s);
+            } else {
+                w.nil();
+            }
+        }
+        return detail::blake2b_128(w.bytes);
     }
 
     Tick checked(const Reply &reply, std::int64_t tai_ns, const std::vector<Shot> &cameras,
-                 const std::map<std::string, Pose> &bodies, const std::optional<Vector> &sun) {
+                 const std::map<std::string, Pose> &bodies, const Scene &scene) {
         const detail::Value &h = reply.header;
         Tick tick{h["sequence"].natural(), h["seed"].natural(), h["tai_ns"].whole(),
                   h["state_hash"].text(), h["scene_hash"].text(), h["boot"].text(), {}};
         if (tick.scene_hash != welcome_.scene_hash || tick.seed != welcome_.seed)
             throw BadReply(address_ + ": the server shows another scene now; connect again");
-        if (tick.tai_ns != tai_ns || tick.state_hash != state_hash(tai_ns, cameras, bodies, sun))
+        if (tick.tai_ns != tai_ns || tick.state_hash != state_hash(tai_ns, cameras, bodies, scene))
             throw BadReply(address_ + ": image " + std::to_string(tick.sequence) +
                            " shows another state than the one sent");
         restarts_ += tick.boot != boot_;

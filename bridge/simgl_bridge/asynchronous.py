@@ -117,10 +117,14 @@ class AsyncClient:
         bodies: Mapping[str, BodyPose] | None = None,
         *,
         sun_position_m: Sequence[float] | None = None,
+        lamps: Mapping[str, float] | None = None,
+        moving: bool = False,
         seek: bool = False,
     ) -> Tick:
         """The pictures that several cameras take of one state; see ``Client.render_all``."""
-        request = self._talk.render(tai_ns, cameras, bodies, sun_position_m, seek, None)
+        request = self._talk.render(
+            tai_ns, cameras, bodies, sun_position_m, seek, None, lamps, moving
+        )
         async with self._credit:
             images, payload = await self._ask(request, Images, request.id)
         return self._talk.shown(request, images, payload)

@@ -28,6 +28,7 @@ def welcome(studio: Studio, *, id: int | None, boot: str, window: int) -> Welcom
         cameras=tuple(_card(name, camera) for name, camera in scenario.cameras.items()),
         bodies={name: tuple(j.name for j in m.joints) for name, m in scenario.models.items()},
         scenarios=studio.scenario_names,
+        lamps=tuple(scenario.lamps),
     )
 
 

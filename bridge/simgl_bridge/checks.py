@@ -30,6 +30,8 @@ NEAREST_SUN = 1e9
 LONGEST_EXPOSURE = 3600.0
 # More than any converter has; a float32 electron count times this stays finite.
 LARGEST_GAIN = 1e6
+# Sixteen turns a second [rad s-1].
+FASTEST_TURN = 100.0
 # Of a joint's limits [rad].
 _SLACK = 1e-9
 
@@ -82,6 +84,11 @@ def check_request(scenario: Scenario, request: Wanted) -> None:
         check_wait(request.id, request.deadline_ms)
     if request.sun is not None:
         _check_sun(say, request.sun.position_m)
+    for name, share in request.lamps.items():
+        if name not in scenario.lamps:
+            say.missing("lamps", name, scenario.lamps, ErrorCode.NO_LAMP)
+        if not 0.0 <= share <= 1.0:
+            say.refuse(f"lamps.{name}", f"must lie in 0..1, got {share:g}")
     for name, pose in request.bodies.items():
         if name not in scenario.models:
             say.missing("bodies", name, scenario.models, ErrorCode.NO_BODY)
@@ -109,6 +116,8 @@ def _check_pose(say: Refusals, field: str, pose: SentPose) -> None:
         say.refuse(f"{field}.position_m", wrong)
     if wrong := _vector_problem(pose.velocity_m_s, LIGHT_SPEED, "m/s"):
         say.refuse(f"{field}.velocity_m_s", wrong)
+    if wrong := _vector_problem(pose.angular_velocity_rad_s, FASTEST_TURN, "rad/s"):
+        say.refuse(f"{field}.angular_velocity_rad_s", wrong)
 
 
 def _check_joints(

@@ -125,6 +125,8 @@ class Client:
         *,
         gain_dn_per_e: float | None = None,
         sun_position_m: Sequence[float] | None = None,
+        lamps: Mapping[str, float] | None = None,
+        moving: bool = False,
         seek: bool = False,
         retry: bool = False,
     ) -> Image:
@@ -139,8 +141,17 @@ class Client:
             gain_dn_per_e=None if gain_dn_per_e is None else float(gain_dn_per_e),
             products=tuple(products),
         )
-        options = {"sun_position_m": sun_position_m, "seek": seek, "retry": retry}
-        return self.render_all(tai_ns, [shot], bodies, **options)[camera]  # type: ignore[arg-type]
+        tick = self.render_all(
+            tai_ns,
+            [shot],
+            bodies,
+            sun_position_m=sun_position_m,
+            lamps=lamps,
+            moving=moving,
+            seek=seek,
+            retry=retry,
+        )
+        return tick[camera]
 
     def render_all(
         self,
@@ -149,6 +160,8 @@ class Client:
         bodies: Mapping[str, BodyPose] | None = None,
         *,
         sun_position_m: Sequence[float] | None = None,
+        lamps: Mapping[str, float] | None = None,
+        moving: bool = False,
         seek: bool = False,
         retry: bool = False,
     ) -> Tick:
@@ -157,13 +170,22 @@ class Client:
         tai_ns : mid-exposure, a whole number (a float would lose nanoseconds)
         bodies : spacecraft left out follow the scenario's own laws
         sun_position_m : (3,) Earth-centred ICRF; None leaves the Sun to the scenario
+        lamps : lamp to the share of its power that it burns with, 0 to 1; others burn fully
+        moving : bodies go on with their rates while the shutter is open: motion blur
         seek : allow a time before that of the last request
         retry : ask once more, with another ``timeout_s``, where no answer comes; a server that is
             still there renders once
         """
         attempts = 2 if retry else 1
         request = self._talk.render(
-            tai_ns, cameras, bodies, sun_position_m, seek, self._server_deadline(attempts)
+            tai_ns,
+            cameras,
+            bodies,
+            sun_position_m,
+            seek,
+            self._server_deadline(attempts),
+            lamps,
+            moving,
         )
         images, payload = self._ask(request, Images, request.id, attempts)
         return self._talk.shown(request, images, payload)
@@ -175,12 +197,14 @@ class Client:
         bodies: Mapping[str, BodyPose] | None = None,
         *,
         sun_position_m: Sequence[float] | None = None,
+        lamps: Mapping[str, float] | None = None,
+        moving: bool = False,
     ) -> int:
         """Free-run: the newest state, without waiting; returns its id.
 
         A state that the server refuses is raised by the next call that waits.
         """
-        state = self._talk.state(tai_ns, cameras, bodies, sun_position_m)
+        state = self._talk.state(tai_ns, cameras, bodies, sun_position_m, lamps, moving)
         if not self._wait(zmq.POLLOUT, time.monotonic() + self.timeout_s):
             raise self._talk.timed_out(state, self.timeout_s)
         self._states[state.id] = state

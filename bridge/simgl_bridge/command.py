@@ -83,7 +83,10 @@ def serve(
     root: Annotated[
         Path | None,
         typer.Option(
-            exists=True, file_okay=False, help="Folder of scenarios that clients may choose from."
+            exists=True,
+            file_okay=False,
+            help="Folder of scenarios that clients may choose from; no file of theirs, nor of "
+            "SCENARIO, may lie outside.",
         ),
     ] = None,
     keys: Annotated[
@@ -119,9 +122,9 @@ def serve(
     if basilisk is not None:
         # Its protocol knows no keys.
         check_bindable(basilisk, option="--basilisk")
-    sheets = load_sheets(camera or [])
+    sheets = load_sheets(camera or [], root)
     with _stop_on_signals() as stop, ExitStack() as stack:
-        loaded = bare_scenario() if scenario is None else load_scenario(scenario)
+        loaded = bare_scenario() if scenario is None else load_scenario(scenario, root=root)
         if seed is not None:
             loaded = replace(loaded, seed=seed)
         if basilisk is not None:

@@ -27,6 +27,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping, Sequence
 from enum import StrEnum
+from types import MappingProxyType
 
 import msgspec
 from msgspec import Struct
@@ -57,6 +58,8 @@ class ErrorCode(StrEnum):
     """The scenario has no such spacecraft."""
     NO_JOINT = "NO_JOINT"
     """The spacecraft's model has no such movable joint."""
+    NO_LAMP = "NO_LAMP"
+    """The scenario has no such lamp."""
     NO_SCENARIO = "NO_SCENARIO"
     """There is no such scenario in the server's folder, or the server has none to choose from."""
     BAD_SCENE = "BAD_SCENE"
@@ -128,6 +131,7 @@ class Welcome(Message, frozen=True, kw_only=True):
     window : requests of one client that may wait at the server; more are BUSY
     products : what a request may ask for
     bodies : spacecraft that a request may place, each with its movable joints
+    lamps : that a request may dim
     scenarios : what Configure may choose; empty where the server has no folder of them
     """
 
@@ -146,18 +150,22 @@ class Welcome(Message, frozen=True, kw_only=True):
     cameras: tuple[CameraCard, ...]
     bodies: dict[str, tuple[str, ...]]
     scenarios: tuple[str, ...] = ()
+    lamps: tuple[str, ...] = ()
 
 
 class SentPose(Struct, frozen=True, kw_only=True):
     """Where a spacecraft is and how it is turned, ICRF axes.
 
     joints : movable joint to its angle [rad] or travel [m]
+    angular_velocity_rad_s : against the ICRF axes, in body axes; shows where the request says
+        ``moving``
     """
 
     position_m: Vector
     velocity_m_s: Vector
     q_icrf_from_body_xyzw: Quaternion
     joints: dict[str, float] = {}
+    angular_velocity_rad_s: Vector = (0.0, 0.0, 0.0)
 
 
 class SentSun(Struct, frozen=True, kw_only=True):
@@ -190,6 +198,11 @@ class Render(Message, frozen=True, kw_only=True):
     cameras : at least one, each once
     bodies : spacecraft left out follow the scenario's own laws
     sun : None leaves it to the scenario
+    lamps : lamp to the share of its power that it burns with, 0 to 1; those left out burn fully
+    moving : while the shutter is open bodies go straight on with their velocity and turn with
+        their angular velocity, those left out by their laws: DN and electrons show motion blur and
+        the rolling of the shutter. Send every spacecraft in view, or none; otherwise all stand
+        still
     seek : allow a time before that of the client's last request
     deadline_ms : a request that has waited longer is answered with DEADLINE; None waits
     """
@@ -201,6 +214,8 @@ class Render(Message, frozen=True, kw_only=True):
     sun: SentSun | None = None
     seek: bool = False
     deadline_ms: int | None = None
+    lamps: dict[str, float] = {}
+    moving: bool = False
 
 
 class State(Message, frozen=True, kw_only=True):
@@ -215,6 +230,8 @@ class State(Message, frozen=True, kw_only=True):
     cameras: tuple[Shot, ...]
     bodies: dict[str, SentPose] = {}
     sun: SentSun | None = None
+    lamps: dict[str, float] = {}
+    moving: bool = False
 
 
 class Next(Message, frozen=True, kw_only=True):
@@ -410,6 +427,8 @@ def state_hash(
     sun: SentSun | None,
     cameras: Sequence[tuple[str, float, float]],
     seed: int,
+    lamps: Mapping[str, float] = MappingProxyType({}),
+    moving: bool = False,
 ) -> str:
     """Name of the state that pictures show, the same at both ends of the link.
 
@@ -418,7 +437,9 @@ def state_hash(
     ...], sun position_m or nil, [[camera, exposure_time_s, gain_dn_per_e], ...], seed]``:
     spacecraft as sent, sorted by name, joints likewise; cameras in the order asked for with the
     values used; integers in their shortest form; real numbers as float64. Names sort by Unicode
-    code points, which is the order of their UTF-8 bytes.
+    code points, which is the order of their UTF-8 bytes. Where lamps were sent, or bodies move, a
+    sixth entry follows: ``[[[lamp, share], ...], [[name, angular_velocity_rad_s], ...]]``, lamps
+    and spacecraft sorted by name, the second list nil where all stand still.
     """
     placed = [
         [
@@ -432,5 +453,12 @@ def state_hash(
     ]
     light = None if sun is None else [float(v) for v in sun.position_m]
     shots = [[name, float(exposure), float(gain)] for name, exposure, gain in cameras]
-    state = [int(tai_ns), placed, light, shots, int(seed)]
+    state: list[object] = [int(tai_ns), placed, light, shots, int(seed)]
+    if lamps or moving:
+        rates = [
+            [name, [float(v) for v in pose.angular_velocity_rad_s]]
+            for name, pose in sorted(bodies.items())
+        ]
+        burning = [[name, float(share)] for name, share in sorted(lamps.items())]
+        state.append([burning, rates if moving else None])
     return hashlib.blake2b(msgspec.msgpack.encode(state), digest_size=16).hexdigest()

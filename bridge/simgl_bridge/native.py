@@ -320,6 +320,8 @@ class NativeFront:
                 sun=request.sun,
                 cameras=[(i.camera, i.exposure_time_s, i.gain_dn_per_e) for i in pictures.images],
                 seed=seed,
+                lamps=request.lamps,
+                moving=request.moving,
             ),
             seed=seed,
             bodies=pictures.bodies,

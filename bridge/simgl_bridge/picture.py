@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
 from msgspec import structs
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from simgl.errors import ConfigError
 from simgl.images import saturation_level
 from simgl.physics.frames import Pose, matrix_from_quaternion, quaternion_from_matrix
 from simgl.scenario.scenario import Scenario
 from simgl.scene.camera import Camera
+from simgl.scene.lamps import LampState
 from simgl.scene.state import BodyState, SceneState, Sun, SunAtPosition, SunInDirection
 from simgl.scene.trajectory import FixedAttitude, FixedPosition, Motion, poses
 from simgl.simulator import Exposure, Product
@@ -44,8 +47,14 @@ class TakesPictures(Protocol):
     def scenario(self) -> Scenario:
         """The scenario in front of the cameras."""
 
-    def capture(self, state: SceneState, camera: str, products: frozenset[Product]) -> Exposure:
-        """The picture that a camera of a state takes."""
+    def capture(
+        self,
+        state: SceneState,
+        camera: str,
+        products: frozenset[Product],
+        during: Callable[[int], SceneState] | None = None,
+    ) -> Exposure:
+        """The picture that a camera of a state takes, ``during`` the scene at other epochs."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -70,6 +79,7 @@ def take_pictures(studio: TakesPictures, request: Wanted) -> Pictures:
     """
     check_request(studio.scenario, request)
     state = requested_state(studio.scenario, request)
+    during = partial(requested_state, studio.scenario, request) if request.moving else None
     images: list[CameraImage] = []
     pixels: list[NDArray[Any]] = []
     digital = None
@@ -77,7 +87,7 @@ def take_pictures(studio: TakesPictures, request: Wanted) -> Pictures:
         start = time.perf_counter()
         wanted = frozenset(PRODUCTS[name][0] for name in shot.products)
         try:
-            exposure = studio.capture(state, shot.camera, wanted)
+            exposure = studio.capture(state, shot.camera, wanted, during)
         except ConfigError as error:
             raise _bad_scene(error, request.id) from None
         frames = {name: _pixels(exposure, name) for name in shot.products}
@@ -90,22 +100,27 @@ def take_pictures(studio: TakesPictures, request: Wanted) -> Pictures:
     return Pictures(bodies=used, images=tuple(images), pixels=tuple(pixels), digital=digital)
 
 
-def requested_state(scenario: Scenario, request: Wanted) -> SceneState:
+def requested_state(scenario: Scenario, request: Wanted, tai_ns: int | None = None) -> SceneState:
     """The scene of a request whose values are possible.
 
     Spacecraft that were not sent keep their laws; a law relative to a sent one follows it.
+
+    tai_ns : while the shutter is open, with sent spacecraft gone on; None is the request's own
     """
+    epoch = request.tai_ns if tai_ns is None else tai_ns
     motions = dict(scenario.motions)
     for name, sent in request.bodies.items():
         pose = _pose(sent, f"bodies.{name}", request.id)
+        if epoch != request.tai_ns:
+            pose = _gone_on(pose, sent.angular_velocity_rad_s, (epoch - request.tai_ns) * 1e-9)
         motions[name] = Motion(
             trajectory=FixedPosition(position=pose.position, velocity=pose.velocity),
             attitude=FixedAttitude(R_icrf_from_body=pose.R_icrf_from_body),
         )
     angles = {name: sent.joints for name, sent in request.bodies.items() if sent.joints}
     try:
-        placed = poses(motions, request.tai_ns)
-        state = scenario.with_poses(request.tai_ns, placed, joint_angles=angles)
+        placed = poses(motions, epoch)
+        state = scenario.with_poses(epoch, placed, joint_angles=angles)
         if request.sun is not None:
             state = replace(state, sun=_moved_sun(state.sun, request.sun.position_m))
             if scenario.joints:
@@ -116,7 +131,26 @@ def requested_state(scenario: Scenario, request: Wanted) -> SceneState:
     for shot in request.cameras:
         there = cameras[shot.camera]
         cameras[shot.camera] = replace(there, camera=_set(there.camera, shot))
-    return replace(state, cameras=cameras)
+    # A lamp that is off costs nothing where it is not there at all.
+    burning = (lamp for lamp in state.lamps if request.lamps.get(lamp.lamp.name, 1.0) > 0.0)
+    lamps = tuple(_dimmed(lamp, request.lamps) for lamp in burning)
+    return replace(state, cameras=cameras, lamps=lamps)
+
+
+def _gone_on(pose: Pose, angular_velocity: Vector, duration: float) -> Pose:
+    """A pose after a time [s] of straight flight and steady turning."""
+    turn = Rotation.from_rotvec(duration * np.array(angular_velocity)).as_matrix()
+    return replace(
+        pose,
+        position=pose.position + duration * pose.velocity,
+        R_icrf_from_body=pose.R_icrf_from_body @ turn,
+    )
+
+
+def _dimmed(state: LampState, shares: Mapping[str, float]) -> LampState:
+    lamp = state.lamp
+    share = shares.get(lamp.name, 1.0)
+    return replace(state, lamp=replace(lamp, power=share * lamp.power))
 
 
 def _turned_to(
@@ -226,8 +260,11 @@ def _described(
 
 
 def _count_saturated(dn: NDArray[np.uint16], camera: Camera) -> int:
-    # By blocks that stay in the cache, without a mask of the whole picture.
     level = saturation_level(camera.detector)
+    # Most pictures have none, which the largest number says in less than half the time.
+    if int(dn.max()) < level:
+        return 0
+    # By blocks that stay in the cache, without a mask of the whole picture.
     flat = dn.reshape(-1)
     blocks = range(0, flat.size, _BLOCK)
     return sum(int(np.count_nonzero(flat[at : at + _BLOCK] >= level)) for at in blocks)

@@ -20,12 +20,15 @@ class BodyPose:
     velocity_m_s : (3,) in the same axes [m s-1]; cameras and laws that use LVLH need it
     q_icrf_from_body_xyzw : (4,) unit, Hamilton, scalar last; turns body into ICRF components
     joints : movable joint to its angle [rad] or travel [m]
+    angular_velocity_rad_s : (3,) against the ICRF axes, in body axes; shows in pictures of moving
+        bodies
     """
 
     position_m: ArrayLike
     velocity_m_s: ArrayLike
     q_icrf_from_body_xyzw: ArrayLike
     joints: Mapping[str, float] = field(default_factory=dict)
+    angular_velocity_rad_s: ArrayLike = (0.0, 0.0, 0.0)
 
     @classmethod
     def from_pose(cls, pose: Pose) -> BodyPose:
@@ -41,11 +44,13 @@ class BodyPose:
         x, y, z = _floats("position_m", self.position_m, 3)
         vx, vy, vz = _floats("velocity_m_s", self.velocity_m_s, 3)
         qx, qy, qz, qw = _floats("q_icrf_from_body_xyzw", self.q_icrf_from_body_xyzw, 4)
+        wx, wy, wz = _floats("angular_velocity_rad_s", self.angular_velocity_rad_s, 3)
         return SentPose(
             position_m=(x, y, z),
             velocity_m_s=(vx, vy, vz),
             q_icrf_from_body_xyzw=(qx, qy, qz, qw),
             joints={name: float(value) for name, value in self.joints.items()},
+            angular_velocity_rad_s=(wx, wy, wz),
         )
 
 

@@ -26,7 +26,8 @@ class GpuLostError(BridgeError):
 class Studio:
     """Takes pictures of one scenario at a time. Use it on one thread: OpenGL stays there.
 
-    root : folder of the scenarios that a client may choose from, by name; None offers none
+    root : folder of the scenarios that a client may choose from, by name, and that all their files
+        must lie in; None offers none
     open_simulator : makes the simulator of a scenario
 
     >>> with Studio(load_scenario("approach.toml")) as studio:
@@ -52,15 +53,18 @@ class Studio:
         state: SceneState,
         camera: str,
         products: frozenset[Product] = frozenset({Product.DN}),
+        during: Callable[[int], SceneState] | None = None,
     ) -> Exposure:
         """The picture that a camera of a state takes.
+
+        during : the scene at other epochs, while the shutter is open; None stands still
 
         Raises ConfigError where there is none, and GpuLostError where OpenGL failed; the next
         capture then starts with a new context.
         """
         simulator = self._ready()
         try:
-            exposure = simulator.capture(state, camera, products)
+            exposure = simulator.capture(state, camera, products, during)
             error = simulator.gl_error
         except (moderngl.Error, ContextError) as failure:
             self._lose(simulator)
@@ -106,7 +110,7 @@ class Studio:
             return
         assert self._root is not None
         assert name in self.scenario_names
-        loaded = load_scenario(self._root / f"{name}.toml")
+        loaded = load_scenario(self._root / f"{name}.toml", root=self._root)
         self._exchange(loaded if seed is None else replace(loaded, seed=seed))
 
     def _sow(self, seed: int) -> None:

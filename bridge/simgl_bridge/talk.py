@@ -110,6 +110,8 @@ class Talk:
         sun_position_m: Sequence[float] | None,
         seek: bool,
         deadline_ms: int | None,
+        lamps: Mapping[str, float] | None = None,
+        moving: bool = False,
     ) -> Render:
         """A request of the lock-step."""
         return Render(
@@ -120,6 +122,8 @@ class Talk:
             sun=_sun(sun_position_m),
             seek=seek,
             deadline_ms=deadline_ms,
+            lamps=_shares(lamps),
+            moving=moving,
         )
 
     def state(
@@ -128,6 +132,8 @@ class Talk:
         cameras: Sequence[Shot],
         bodies: Mapping[str, BodyPose] | None,
         sun_position_m: Sequence[float] | None,
+        lamps: Mapping[str, float] | None = None,
+        moving: bool = False,
     ) -> State:
         """A state of the free-run."""
         return State(
@@ -136,6 +142,8 @@ class Talk:
             cameras=tuple(cameras),
             bodies=_sent(bodies),
             sun=_sun(sun_position_m),
+            lamps=_shares(lamps),
+            moving=moving,
         )
 
     def opened(self, frames: Sequence[memoryview]) -> Message:
@@ -158,6 +166,8 @@ class Talk:
             sun=asked.sun,
             cameras=[self._as_used(shot) for shot in asked.cameras],
             seed=self.welcome.seed,
+            lamps=asked.lamps,
+            moving=asked.moving,
         )
         if (images.tai_ns, images.state_hash) != (asked.tai_ns, own):
             raise BridgeError(
@@ -232,6 +242,10 @@ class Talk:
 
 def _sent(bodies: Mapping[str, BodyPose] | None) -> dict[str, SentPose]:
     return {name: pose.as_sent() for name, pose in (bodies or {}).items()}
+
+
+def _shares(lamps: Mapping[str, float] | None) -> dict[str, float]:
+    return {name: float(share) for name, share in (lamps or {}).items()}
 
 
 def _sun(position_m: Sequence[float] | None) -> SentSun | None:

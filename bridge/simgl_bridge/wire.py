@@ -150,8 +150,8 @@ def _explain(error: str, data: dict[Any, Any]) -> tuple[str, str]:
     value: Any = data
     field = ""
     for key, index in _STEP.findall(path):
-        # msgspec does not say which entry of a map is wrong; maps hold poses or joints.
-        kind = float if field.endswith(".joints") else SentPose
+        # msgspec does not say which entry of a map is wrong; maps hold poses, joints or lamps.
+        kind = float if field.endswith(".joints") or field == "lamps" else SentPose
         step = key or (_wrong_entry(value, kind) if index == "..." else int(index))
         value = value[step]
         label = _short(str(step))

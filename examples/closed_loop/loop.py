@@ -1,126 +1,157 @@
-"""The loop that ties camera, vision, filter, guidance and truth together."""
+"""The loop that ties truth, camera and flight software together, second by second."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+import time as clock
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+from simgl_bridge import BodyPose, DelayLine, Image
 
 from examples.closed_loop import spacecraft
-from examples.closed_loop.guidance import Glideslope
-from examples.closed_loop.navigation import Estimate, after_push, predict, sighting, update
-from examples.closed_loop.spacecraft import Orbit, relative_state
-from examples.closed_loop.vision import (
-    SPACE_RIDER_WING,
-    Image,
-    Pinhole,
-    Silhouette,
-    find_target,
-    locate,
-)
+from examples.closed_loop.attitude import Attitude, turned
+from examples.closed_loop.camera import Pinhole
+from examples.closed_loop.exposure import ExposureControl, Light
+from examples.closed_loop.guidance import Phase, Plan
+from examples.closed_loop.markers import Board
+from examples.closed_loop.navigation import Estimate
+from examples.closed_loop.pilot import Drawing, Look, Pilot
+from examples.closed_loop.spacecraft import Orbit, relative_state, wandering
 from simgl import Scenario
-from simgl.physics.frames import Pose
+from simgl.physics.frames import (
+    Pose,
+    lvlh_angular_velocity,
+    quaternion_from_matrix,
+)
 from simgl.scene.mounts import BodyMount, at_rest
 from simgl.scene.trajectory import LvlhAttitude, poses
 
 Array = NDArray[np.float64]
-TakeImage = Callable[[int, dict[str, Pose]], Image]  # TAI [ns] and poses to DN
 
+CAMERA, LAMP = "navcam", "flood"
 WING_TIPS = ("wing_tip_left", "wing_tip_right")  # keypoints of the target, as the camera sees them
-BORESIGHT_BODY = np.array([1.0, 0.0, 0.0])
+SMEAR_PX = 0.1  # a target that moves farther during an exposure is drawn moving
+BOARD_REACH = 0.45  # [m] from its middle to its outer discs
+STEP = 1.0  # [s] of the truth's orbits and of flight software
 
 # What the chaser knows at the start: range and direction from the ground, 1 sigma.
-FIRST_RANGE_ERROR = 0.1  # of the range: 20 m at 200 m
+FIRST_RANGE_ERROR = 0.06  # of the range
 FIRST_ANGLE_ERROR = np.radians(1.0)
 FIRST_SPEED_ERROR = 0.02  # [m s-1]
-# Against the truth a tip is found to 0.1 to 0.2 px, but the error is that of shadows and highlights
-# on the wing and lasts for many frames: a sighting is worth less than its scatter says.
-TIP_ERROR_PX = 0.3
-# The drawing: the faces of the panels stand some centimetres in front of the plane of the tips [m].
-DRAWING_ERROR = 0.03
+
+
+class TakeImage(Protocol):
+    """An image of a state: the bridge's, or one made in this process."""
+
+    def __call__(
+        self, tai_ns: int, bodies: Mapping[str, BodyPose], light: Light, moving: bool
+    ) -> Image:
+        """The image with mid-exposure at an epoch; ``moving`` bodies smear."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Settings:
     """One run.
 
-    step : time between frames [s]; the hops of the plan take whole steps
-    pictures : how many frames are kept for the report
+    seed : of where it starts and of all random errors of the craft
+    duration : at most [s]; it ends sooner, ``settle`` seconds after arrival
+    image_period : time between images [s], a whole number of steps
+    images : at most; None for no limit
+    pictures : how many images are kept for the report
+    offset : (3,) where the chaser starts besides the scenario's place, in LVLH [m]
+    spread : (6,) how far from there it really starts, 1 sigma [m], [m s-1]
+    delay : whether images take the time that the camera says; without, they are there at once
     """
 
-    frames: int = 300
-    step: float = 3.0
     seed: int = 1
-    pictures: int = 8
-    plan: Glideslope = field(default_factory=Glideslope)
+    duration: float = 1100.0
+    settle: float = 48.0
+    image_period: float = 4.0
+    images: int | None = None
+    pictures: int = 12
+    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    spread: tuple[float, ...] = (6.0, 1.5, 1.5, 0.02, 0.02, 0.02)
+    delay: bool = True
+    plan: Plan = field(default_factory=Plan)
+    control: ExposureControl = field(default_factory=ExposureControl)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Frame:
-    """What one frame brought; states are chaser from target in LVLH, m and m s-1.
+    """What one image brought, when it had arrived; states in LVLH, SI.
 
-    time : since the first frame [s]
-    true, estimated : (6,)
-    position_sigma : (3,) [m]
-    measured_range : [m]; None without a measurement
-    accepted : the measurement passed the filter's gate
-    delta_v : spent so far [m s-1]
+    time : of mid-exposure
+    true, estimated : (9,) position, velocity, the target's turn; both at mid-exposure
+    covariance : (9, 9)
+    distance : true, of the camera from the board [m]
+    sunlit : share of the Sun's light at the target
+    spent : velocity change so far [m s-1]
+    pointing : angle between the camera's axis and the board [rad]
+    render_time, round_trip, processing : wall time of the server, the bridge with it, and the
+        pilot [s]
     """
 
     time: float
+    look: Look
+    phase: Phase
     true: Array
     estimated: Array
-    position_sigma: Array
-    range_sigma: float
-    measured_range: float | None
-    accepted: bool
-    delta_v: float
+    covariance: Array
+    distance: float
+    sunlit: float
+    spent: float
+    pointing: float
+    render_time: float
+    round_trip: float
+    processing: float
 
     @property
-    def true_range(self) -> float:
-        """[m]"""
-        return float(np.linalg.norm(self.true[:3]))
+    def error(self) -> Array:
+        """(9,) estimate minus truth."""
+        return np.asarray(self.estimated - self.true)
 
     @property
-    def estimated_range(self) -> float:
-        """[m]"""
-        return float(np.linalg.norm(self.estimated[:3]))
+    def sigma(self) -> Array:
+        """(9,)"""
+        return np.sqrt(np.diag(self.covariance))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Picture:
-    """One image kept for the report.
+    """An image kept for the report."""
 
-    centre : where the filter puts the target's origin (u, v) [px]
-    """
-
-    dn: Image
-    silhouette: Silhouette | None
-    centre: tuple[float, float]
-    time: float
-    estimated_range: float
+    dn: NDArray[np.uint16]
+    frame: Frame
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Flight:
-    """A finished run."""
+    """A finished run.
+
+    final : (3,) of the camera in the board's axes, x along its normal [m]
+    misalignment : between the camera's axis and the board's at the end [rad]
+    """
 
     settings: Settings
     frames: list[Frame]
     pictures: list[Picture]
+    arrived: bool
+    final: Array
+    misalignment: float
 
-    @property
-    def miss(self) -> Array:
-        """(frame,) true distance from the hold point [m]."""
-        hold = np.array([-self.settings.plan.hold, 0.0, 0.0])
-        return np.asarray(np.linalg.norm([f.true[:3] - hold for f in self.frames], axis=1))
 
-    @property
-    def arrived(self) -> bool:
-        """Whether the chaser stayed within 1 m of the hold point for its last 10 frames."""
-        return bool(np.all(self.miss[-10:] < 1.0))
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _World:
+    """The truth at one instant."""
+
+    chaser: Orbit
+    target: Orbit
+    attitude: Attitude
+    turn: Array
 
 
 def fly(
@@ -130,112 +161,270 @@ def fly(
     settings: Settings,
     on_frame: Callable[[Frame], None] = lambda _: None,
 ) -> Flight:
-    """Fly the approach of a scenario with ``target``, ``chaser`` and a camera ``navcam`` on it."""
+    """Fly a scenario with ``target``, ``board``, ``chaser``, a ``navcam`` and a lamp on it."""
     rng = np.random.default_rng(settings.seed)
+    drawing = _drawing(scenario)
+    start_turn = spacecraft.TARGET_ATTITUDE_ERROR * rng.standard_normal(3)
+    world = _start(scenario, settings, start_turn, rng)
+    pilot = Pilot(
+        camera,
+        drawing,
+        _first_guess(relative_state(world.chaser, world.target), rng),
+        world.target.mean_motion,
+        settings.plan,
+        settings.control,
+    )
+    line = DelayLine()
+    taken: dict[int, tuple[_World, float, float]] = {}
+    frames: list[Frame] = []
+    kept: list[Picture] = []
+    spent, seconds, arrived_at = 0.0, 0, None
+    limit = settings.images or 10**9
+    count = 0
+    while seconds <= settings.duration and (count < limit or len(line)):
+        now = float(seconds)
+        tai_ns = scenario.epoch_tai_ns + seconds * 10**9
+        R_lvlh_from_icrf = world.target.R_lvlh_from_icrf
+        if seconds % round(settings.image_period) == 0 and count < limit:
+            count += 1
+            known = world.attitude.known(rng).R_icrf_from_body
+            light = pilot.shutter(now, R_lvlh_from_icrf @ known)
+            began = clock.perf_counter()
+            moving = _smear(world, drawing, camera, light.exposure) > SMEAR_PX
+            image = take_image(tai_ns, _bodies(world, drawing), light, moving)
+            taken[image.tai_ns] = (world, clock.perf_counter() - began, spent)
+            line.post(image if settings.delay else replace(image, available_tai_ns=tai_ns))
+        for image in line.due(tai_ns):
+            frame = _look(scenario, drawing, pilot, image, taken.pop(image.tai_ns), now)
+            frames.append(frame)
+            on_frame(frame)
+            _keep(kept, Picture(dn=image.dn, frame=frame), settings.pictures)
+        if pilot.phase is Phase.HOLD and arrived_at is None:
+            arrived_at = now
+        if arrived_at is not None and now >= arrived_at + settings.settle:
+            break
+
+        R_lvlh_from_body = R_lvlh_from_icrf @ world.attitude.R_icrf_from_body
+        delta_v = pilot.push(now, R_lvlh_from_body)
+        size = float(np.linalg.norm(delta_v))
+        if size > 0.0:
+            spent += size
+            world = replace(
+                world,
+                chaser=spacecraft.pushed(world.chaser, R_lvlh_from_icrf.T @ delta_v, rng),
+                attitude=world.attitude.kicked(size, rng),
+            )
+        seconds += round(STEP)
+        aim = pilot.attitude(now, R_lvlh_from_body)
+        world = _advanced(world, drawing, aim, start_turn, float(seconds), rng)
+    R_board_from_icrf, place = _board(world, drawing)
+    own = world.chaser.position + world.attitude.R_icrf_from_body @ drawing.camera_position
+    axis = world.attitude.R_icrf_from_body @ drawing.R_camera_from_body[2]
+    return Flight(
+        settings=settings,
+        frames=frames,
+        pictures=_spread(kept, settings.pictures),
+        arrived=arrived_at is not None,
+        final=R_board_from_icrf @ (own - place),
+        misalignment=float(np.arccos(np.clip(-(R_board_from_icrf @ axis)[0], -1.0, 1.0))),
+    )
+
+
+def _drawing(scenario: Scenario) -> Drawing:
+    target = scenario.motions["target"]
+    mount = scenario.mounts[CAMERA]
+    assert isinstance(target.attitude, LvlhAttitude)
+    assert isinstance(mount, BodyMount)
+    start = poses(scenario.motions, scenario.epoch_tai_ns)
+    R_target_from_icrf = start["target"].R_icrf_from_body.T
+    keypoints = scenario.models["target"].keypoints
+    left, right = (keypoints[name] for name in WING_TIPS)
+    return Drawing(
+        R_lvlh_from_target=target.attitude.R_lvlh_from_body,
+        tips=(left, right),
+        board=Board.from_keypoints(dict(scenario.models["board"].keypoints)),
+        board_position=R_target_from_icrf @ (start["board"].position - start["target"].position),
+        R_target_from_board=R_target_from_icrf @ start["board"].R_icrf_from_body,
+        camera_position=mount.position_body,
+        R_camera_from_body=at_rest(mount),
+    )
+
+
+def _start(scenario: Scenario, settings: Settings, turn: Array, rng: np.random.Generator) -> _World:
     start = poses(scenario.motions, scenario.epoch_tai_ns)
     target = Orbit(position=start["target"].position, velocity=start["target"].velocity)
-    chaser = Orbit(position=start["chaser"].position, velocity=start["chaser"].velocity)
-    attitude, mount = scenario.motions["target"].attitude, scenario.mounts["navcam"]
-    assert isinstance(attitude, LvlhAttitude)
-    assert isinstance(mount, BodyMount)
-    R_camera_from_body = at_rest(mount)
-    keypoints = scenario.models["target"].keypoints
-    left, right = (attitude.R_lvlh_from_body @ keypoints[name] for name in WING_TIPS)
-    span = float(np.linalg.norm(right - left))
-
-    estimate = first_guess(relative_state(chaser, target), rng)
-    spent = 0.0
-    push_every = round(settings.plan.hop / settings.step)
-    since_push: list[bool] = []
-    frames: list[Frame] = []
-    pictures: list[Picture] = []
-    kept = set(np.linspace(0, settings.frames - 1, settings.pictures).round().astype(int).tolist())
-    for index in range(settings.frames):
-        # Point at where the filter believes the target to be, and take the image. The chaser's own
-        # orbit and attitude come from GNSS and star tracker; only the relative state is unknown.
-        R_lvlh_from_icrf = target.R_lvlh_from_icrf
-        commanded = spacecraft.pointing_attitude(
-            chaser, BORESIGHT_BODY, R_lvlh_from_icrf.T @ -estimate.mean[:3]
-        )
-        R_icrf_from_chaser = spacecraft.jittered(commanded, spacecraft.POINTING_ERROR, rng)
-        R_icrf_from_target = R_lvlh_from_icrf.T @ attitude.R_lvlh_from_body
-        time = index * settings.step
-        dn = take_image(
-            scenario.epoch_tai_ns + round(time * 1e9),
-            {
-                "chaser": spacecraft.pose(chaser, R_icrf_from_chaser),
-                "target": spacecraft.pose(target, R_icrf_from_target),
-            },
-        )
-
-        # See.
-        known = spacecraft.jittered(R_icrf_from_chaser, spacecraft.ATTITUDE_KNOWLEDGE_ERROR, rng)
-        R_lvlh_from_body = R_lvlh_from_icrf @ known
-        R_lvlh_from_camera = R_lvlh_from_body @ R_camera_from_body.T
-        camera_from_chaser = R_lvlh_from_body @ mount.position_body
-        silhouette = find_target(dn, camera, SPACE_RIDER_WING)
-        seen = None
-        if silhouette is not None:
-            seen = locate(silhouette, camera, R_lvlh_from_camera, (left, right))
-
-        # Know.
-        accepted, measured_range = False, None
-        if seen is not None:
-            sighted = sighting(
-                seen - camera_from_chaser,
-                tip_error=TIP_ERROR_PX / camera.focal_length,
-                span=span,
-                drawing_error=DRAWING_ERROR,
-            )
-            measured_range = sighted.range
-            estimate, accepted = update(estimate, sighted)
-
-        frame = Frame(
-            time=time,
-            true=relative_state(chaser, target),
-            estimated=estimate.mean,
-            position_sigma=estimate.position_sigma,
-            range_sigma=estimate.range_sigma,
-            measured_range=measured_range,
-            accepted=accepted,
-            delta_v=spent,
-        )
-        frames.append(frame)
-        on_frame(frame)
-        if index in kept:
-            origin = R_lvlh_from_camera.T @ -(estimate.mean[:3] + camera_from_chaser)
-            pictures.append(
-                Picture(
-                    dn=dn,
-                    silhouette=silhouette,
-                    centre=camera.project(origin),
-                    time=time,
-                    estimated_range=estimate.range,
-                )
-            )
-
-        # Act, but never on what is only remembered.
-        since_push.append(accepted)
-        if index and index % push_every == 0 and any(since_push):
-            since_push.clear()
-            delta_v = settings.plan.push(estimate.mean, target.mean_motion)
-            spent += float(np.linalg.norm(delta_v))
-            chaser = spacecraft.pushed(chaser, R_lvlh_from_icrf.T @ delta_v, rng)
-            estimate = after_push(estimate, delta_v)
-
-        # And time goes on.
-        disturbance = spacecraft.DISTURBANCE * rng.standard_normal(3)
-        estimate = predict(estimate, target.mean_motion, settings.step)
-        chaser, target = (
-            chaser.advanced(settings.step, disturbance),
-            target.advanced(settings.step),
-        )
-    return Flight(settings=settings, frames=frames, pictures=pictures)
+    planned = Orbit(position=start["chaser"].position, velocity=start["chaser"].velocity)
+    state = relative_state(planned, target) + np.array(settings.spread) * rng.standard_normal(6)
+    state[:3] += settings.offset
+    R_icrf_from_lvlh = target.R_lvlh_from_icrf.T
+    offset = R_icrf_from_lvlh @ state[:3]
+    turning = lvlh_angular_velocity(target.position, target.velocity)
+    return _World(
+        chaser=Orbit(
+            position=target.position + offset,
+            velocity=target.velocity + R_icrf_from_lvlh @ state[3:] + np.cross(turning, offset),
+        ),
+        target=target,
+        attitude=Attitude(
+            R_icrf_from_body=start["chaser"].R_icrf_from_body,
+            rate=start["chaser"].R_icrf_from_body.T @ turning,
+            wheels=np.zeros(3),
+        ),
+        turn=wandering(turn, 0.0),
+    )
 
 
-def first_guess(true: Array, rng: np.random.Generator) -> Estimate:
+def _first_guess(true: Array, rng: np.random.Generator) -> Estimate:
     """What the ground tells the chaser: the true relative state, with errors of the stated size."""
     distance = float(np.linalg.norm(true[:3]))
     sideways = FIRST_ANGLE_ERROR * distance
     sigma = np.array([FIRST_RANGE_ERROR * distance, sideways, sideways, *[FIRST_SPEED_ERROR] * 3])
-    return Estimate(mean=true + sigma * rng.standard_normal(6), covariance=np.diag(sigma**2))
+    turn = [1.2 * spacecraft.TARGET_ATTITUDE_ERROR] * 3
+    return Estimate(
+        mean=np.concatenate([true + sigma * rng.standard_normal(6), np.zeros(3)]),
+        covariance=np.diag(np.concatenate([sigma, turn]) ** 2),
+    )
+
+
+def _advanced(
+    world: _World,
+    drawing: Drawing,
+    direction_lvlh: Array,
+    start_turn: Array,
+    time: float,
+    rng: np.random.Generator,
+) -> _World:
+    """The truth one step later, the chaser's camera turned towards a direction."""
+    boresight = drawing.R_camera_from_body[2]
+    wanted = spacecraft.pointing_attitude(
+        world.chaser, boresight, world.target.R_lvlh_from_icrf.T @ direction_lvlh
+    )
+    turning = lvlh_angular_velocity(world.chaser.position, world.chaser.velocity)
+    disturbance = spacecraft.DISTURBANCE * rng.standard_normal(3)
+    return _World(
+        chaser=world.chaser.advanced(STEP, disturbance),
+        target=world.target.advanced(STEP),
+        attitude=turned(world.attitude, wanted, wanted.T @ turning, STEP, rng),
+        turn=wandering(start_turn, time),
+    )
+
+
+def _target_attitude(world: _World, drawing: Drawing) -> Array:
+    """R_icrf_from_target (3, 3), as it really is."""
+    turn = Rotation.from_rotvec(world.turn).as_matrix()
+    return np.asarray(world.target.R_lvlh_from_icrf.T @ turn @ drawing.R_lvlh_from_target)
+
+
+def _board(world: _World, drawing: Drawing) -> tuple[Array, Array]:
+    """R_board_from_icrf (3, 3) and the place (3,) of the board [m]."""
+    R_icrf_from_target = _target_attitude(world, drawing)
+    place = world.target.position + R_icrf_from_target @ drawing.board_position
+    return (R_icrf_from_target @ drawing.R_target_from_board).T, place
+
+
+def _bodies(world: _World, drawing: Drawing) -> dict[str, BodyPose]:
+    """What the image server needs to know, rates included: exposures by lamplight are long."""
+    R_icrf_from_target = _target_attitude(world, drawing)
+    R_board_from_icrf, place = _board(world, drawing)
+    turning = lvlh_angular_velocity(world.target.position, world.target.velocity)
+    arm = place - world.target.position
+    target = Pose(
+        position=world.target.position,
+        velocity=world.target.velocity,
+        R_icrf_from_body=R_icrf_from_target,
+    )
+    board = Pose(
+        position=place,
+        velocity=world.target.velocity + np.cross(turning, arm),
+        R_icrf_from_body=R_board_from_icrf.T,
+    )
+    chaser = Pose(
+        position=world.chaser.position,
+        velocity=world.chaser.velocity,
+        R_icrf_from_body=world.attitude.R_icrf_from_body,
+    )
+    return {
+        "target": _sent(target, R_icrf_from_target.T @ turning),
+        "board": _sent(board, R_board_from_icrf @ turning),
+        "chaser": _sent(chaser, world.attitude.rate),
+    }
+
+
+def _smear(world: _World, drawing: Drawing, camera: Pinhole, exposure: float) -> float:
+    """How far the board moves across the picture during an exposure [px]."""
+    _, place = _board(world, drawing)
+    turning = lvlh_angular_velocity(world.chaser.position, world.chaser.velocity)
+    R_icrf_from_body = world.attitude.R_icrf_from_body
+    slew = float(np.linalg.norm(world.attitude.rate - R_icrf_from_body.T @ turning))
+    state = relative_state(world.chaser, world.target)
+    offset = world.target.R_lvlh_from_icrf @ (place - world.chaser.position)
+    distance = float(np.linalg.norm(offset))
+    closing = float(state[3:] @ offset) / distance
+    crossing = float(np.linalg.norm(state[3:] - closing * offset / distance))
+    # What closes in grows: its edge moves outwards.
+    growing = abs(closing) * BOARD_REACH / distance
+    return (slew + (crossing + growing) / distance) * exposure * camera.focal_length
+
+
+def _sent(pose: Pose, rate: Array) -> BodyPose:
+    return BodyPose(
+        position_m=pose.position,
+        velocity_m_s=pose.velocity,
+        q_icrf_from_body_xyzw=quaternion_from_matrix(pose.R_icrf_from_body),
+        angular_velocity_rad_s=rate,
+    )
+
+
+def _look(
+    scenario: Scenario,
+    drawing: Drawing,
+    pilot: Pilot,
+    image: Image,
+    taken: tuple[_World, float, float],
+    now: float,
+) -> Frame:
+    """Hand an image to the pilot, and set what it made of it against the truth."""
+    world, round_trip, spent = taken
+    time = (image.tai_ns - scenario.epoch_tai_ns) / 1e9
+    began = clock.perf_counter()
+    look = pilot.see(image.dn, time, now)
+    processing = clock.perf_counter() - began
+    estimate = pilot.filter.at(time)
+    _, place = _board(world, drawing)
+    R_icrf_from_body = world.attitude.R_icrf_from_body
+    offset = place - world.chaser.position - R_icrf_from_body @ drawing.camera_position
+    distance = float(np.linalg.norm(offset))
+    axis = R_icrf_from_body @ drawing.R_camera_from_body[2]
+    state = scenario.at(image.tai_ns)
+    return Frame(
+        time=time,
+        look=look,
+        phase=pilot.phase,
+        true=np.concatenate([relative_state(world.chaser, world.target), world.turn]),
+        estimated=estimate.mean,
+        covariance=estimate.covariance,
+        distance=distance,
+        sunlit=state.sunlit_share(world.target.position),
+        spent=spent,
+        pointing=float(np.arccos(np.clip(axis @ offset / distance, -1.0, 1.0))),
+        render_time=image.render_time_s,
+        round_trip=round_trip,
+        processing=processing,
+    )
+
+
+def _keep(kept: list[Picture], picture: Picture, wanted: int) -> None:
+    """Keep a picture; of too many every other one goes."""
+    kept.append(picture)
+    if len(kept) > 8 * wanted:
+        del kept[1::2]
+
+
+def _spread(kept: list[Picture], wanted: int) -> list[Picture]:
+    """So many of the pictures, evenly over the logarithm of the distance, the last included."""
+    if len(kept) <= wanted:
+        return kept
+    far, near = np.log(kept[0].frame.distance), np.log(kept[-1].frame.distance)
+    way = [np.log(p.frame.distance) for p in kept]
+    chosen = {int(np.argmin(np.abs(np.array(way) - x))) for x in np.linspace(far, near, wanted)}
+    return [kept[i] for i in sorted(chosen | {len(kept) - 1})]

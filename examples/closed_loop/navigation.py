@@ -1,12 +1,18 @@
-"""Kalman filter of the relative state in LVLH, from range and line of sight.
+"""Navigation filter: relative motion and the target's attitude, from fixes that arrive late.
 
-A sighting enters as a position whose covariance is long along the line of sight and narrow across
-it. That keeps the filter linear: with a first range wrong by tens of metres, a filter linearised in
-angles would turn the range error into a false certainty across the line of sight.
+State (9,): position [m] and velocity [m s-1] of the chaser from the target in LVLH, and the small
+turn [rad] by which the target stands off its nominal attitude, in LVLH axes. A fix is the place of
+the chaser from one point of the target, far off from its wing tips, near from its markers, which
+give the turn as well.
+
+A fix belongs to the middle of its exposure, but is known only after read-out, transport and
+processing. ``Filter`` keeps the last minute of what it was told, goes back to the epoch of a fix,
+takes it in there, and repeats what came after: pushes, and fixes that overtook it.
 """
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,17 +22,21 @@ from examples.closed_loop.relative_motion import transition
 
 Array = NDArray[np.float64]
 
-# Chi-square of 3 degrees of freedom exceeds this once in 10 000.
-GATE = 21.1
+# Chi-square of 3 and of 6 degrees of freedom exceeds these once in 10 000.
+GATES = {3: 21.1, 6: 27.9}
 # What the model leaves out: J2, the curved orbit, drag [m s-2 over a second, 1 sigma].
-ACCELERATION_NOISE = 1e-4
+ACCELERATION_NOISE = 5e-5
+# How fast the target's attitude wanders [rad over a second, 1 sigma].
+TURN_NOISE = 3e-5
 # The share of a commanded velocity change that may be missing or sideways, 1 sigma.
 EXECUTION_ERROR = 0.02
+# A fix that is older than this is of no use [s].
+MEMORY = 60.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Estimate:
-    """mean : (6,) chaser from target in LVLH, m and m s-1; covariance : (6, 6)."""
+    """mean : (9,); covariance : (9, 9); see above."""
 
     mean: Array
     covariance: Array
@@ -37,36 +47,39 @@ class Estimate:
         return np.sqrt(np.diag(self.covariance)[:3])
 
     @property
+    def turn_sigma(self) -> Array:
+        """(3,) standard deviation of the target's turn [rad]."""
+        return np.sqrt(np.diag(self.covariance)[6:])
+
+    @property
     def range(self) -> float:
         """Distance between the body origins [m]."""
         return float(np.linalg.norm(self.mean[:3]))
 
-    @property
-    def range_sigma(self) -> float:
-        """[m]"""
-        along = self.mean[:3] / self.range
-        return float(np.sqrt(along @ self.covariance[:3, :3] @ along))
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Sighting:
-    """position : (3,) chaser from target in LVLH [m]; covariance : (3, 3)."""
+class Fix:
+    """The chaser's place from a point of the target.
 
+    point : (3,) of the target from its origin in LVLH, in its nominal attitude [m]
+    position : (3,) of the chaser from that point in LVLH [m]
+    turn : (3,) of the target off its nominal attitude [rad]; None where it was not seen
+    covariance : (3, 3) or (6, 6) of position and turn
+    """
+
+    point: Array
     position: Array
+    turn: Array | None
     covariance: Array
 
-    @property
-    def range(self) -> float:
-        """Distance between the body origins [m]."""
-        return float(np.linalg.norm(self.position))
 
+def far_fix(
+    position: Array, point: Array, *, tip_error: float, span: float, drawing_error: float
+) -> Fix:
+    """A fix from both tips of a span, with the errors that its pixels imply.
 
-def sighting(position: Array, *, tip_error: float, span: float, drawing_error: float) -> Sighting:
-    """A position from the image with the errors that its pixels imply.
-
-    position : (3,) chaser from target in LVLH [m]
-    tip_error : of the direction of each wing tip [rad, 1 sigma]
-    span : between the tips [m]
+    position : (3,) of the chaser from the middle of the span, ``point`` (3,), in LVLH [m]
+    tip_error : of the direction of each tip [rad, 1 sigma]
     drawing_error : of the target's known shape along the line of sight [m, 1 sigma]
 
     The range is span / angle, so that its error grows with the square of the range; the error
@@ -75,41 +88,98 @@ def sighting(position: Array, *, tip_error: float, span: float, drawing_error: f
     distance = float(np.linalg.norm(position))
     range_error = np.hypot(np.sqrt(2.0) * tip_error * distance**2 / span, drawing_error)
     along = np.outer(position, position) / distance**2
-    across = np.eye(3) - along
-    covariance = range_error**2 * along + (tip_error * distance) ** 2 * across
-    return Sighting(position=position, covariance=covariance)
+    covariance = range_error**2 * along + (tip_error * distance) ** 2 * (np.eye(3) - along)
+    return Fix(point=point, position=position, turn=None, covariance=covariance)
 
 
 def predict(estimate: Estimate, mean_motion: float, duration: float) -> Estimate:
     """The estimate after a time [s] of coasting."""
-    flow = transition(mean_motion, duration)
-    t = duration
+    flow, t = np.eye(9), duration
+    flow[:6, :6] = transition(mean_motion, duration)
+    noise = np.zeros((9, 9))
     # A white acceleration, integrated once and twice.
-    noise = np.kron([[t**3 / 3.0, t**2 / 2.0], [t**2 / 2.0, t]], np.eye(3))
+    white = np.array([[t**3 / 3.0, t**2 / 2.0], [t**2 / 2.0, t]])
+    noise[:6, :6] = ACCELERATION_NOISE**2 * np.kron(white, np.eye(3))
+    noise[6:, 6:] = TURN_NOISE**2 * t * np.eye(3)
     return Estimate(
-        mean=flow @ estimate.mean,
-        covariance=flow @ estimate.covariance @ flow.T + ACCELERATION_NOISE**2 * noise,
+        mean=flow @ estimate.mean, covariance=flow @ estimate.covariance @ flow.T + noise
     )
 
 
 def after_push(estimate: Estimate, delta_v: Array) -> Estimate:
     """The estimate after a commanded velocity change (3,) in LVLH [m s-1]."""
-    covariance = estimate.covariance.copy()
-    covariance[3:, 3:] += EXECUTION_ERROR**2 * float(delta_v @ delta_v) * np.eye(3)
-    return Estimate(
-        mean=estimate.mean + np.concatenate([np.zeros(3), delta_v]), covariance=covariance
-    )
+    mean, covariance = estimate.mean.copy(), estimate.covariance.copy()
+    mean[3:6] += delta_v
+    covariance[3:6, 3:6] += EXECUTION_ERROR**2 * float(delta_v @ delta_v) * np.eye(3)
+    return Estimate(mean=mean, covariance=covariance)
 
 
-def update(estimate: Estimate, seen: Sighting) -> tuple[Estimate, bool]:
-    """The estimate after a sighting, and whether it passed the gate; else nothing changes."""
-    H = np.eye(3, 6)
-    innovation = seen.position - H @ estimate.mean
-    spread = H @ estimate.covariance @ H.T + seen.covariance
-    if innovation @ np.linalg.solve(spread, innovation) > GATE:
+def update(estimate: Estimate, fix: Fix) -> tuple[Estimate, bool]:
+    """The estimate after a fix of its own epoch, and whether it passed the gate; else unchanged."""
+    position, turn = estimate.mean[:3], estimate.mean[6:]
+    x, y, z = fix.point
+    H = np.zeros((len(fix.covariance), 9))
+    H[:3, :3] = np.eye(3)
+    # The point moves by turn x point, and the chaser from it by the opposite: [point] turn.
+    H[:3, 6:] = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]
+    innovation = fix.position - (position - fix.point - np.cross(turn, fix.point))
+    if fix.turn is not None:
+        H[3:, 6:] = np.eye(3)
+        innovation = np.concatenate([innovation, fix.turn - turn])
+    spread = H @ estimate.covariance @ H.T + fix.covariance
+    if innovation @ np.linalg.solve(spread, innovation) > GATES[len(innovation)]:
         return estimate, False
     gain = np.linalg.solve(spread, H @ estimate.covariance).T
-    rest = np.eye(6) - gain @ H
+    rest = np.eye(9) - gain @ H
     # Joseph's form stays symmetric and positive.
-    covariance = rest @ estimate.covariance @ rest.T + gain @ seen.covariance @ gain.T
+    covariance = rest @ estimate.covariance @ rest.T + gain @ fix.covariance @ gain.T
     return Estimate(mean=estimate.mean + gain @ innovation, covariance=covariance), True
+
+
+Event = Array | Fix  # a velocity change (3,), or a fix
+
+
+class Filter:
+    """The estimate over time, told of pushes and fixes in any order. Times [s] from one epoch."""
+
+    def __init__(self, start: Estimate, mean_motion: float, time: float = 0.0) -> None:
+        self._mean_motion = mean_motion
+        self._times: list[float] = []
+        self._events: list[Event] = []
+        # After each event; the first is where everything starts.
+        self._after: list[tuple[float, Estimate]] = [(time, start)]
+
+    def at(self, time: float) -> Estimate:
+        """The estimate at a time, with all that is known by now of the time before."""
+        then, estimate = self._after[bisect_right(self._times, time)]
+        return estimate if time <= then else predict(estimate, self._mean_motion, time - then)
+
+    def push(self, time: float, delta_v: Array) -> None:
+        """A velocity change (3,) in LVLH [m s-1] was commanded."""
+        self._take_in(time, delta_v)
+
+    def fix(self, time: float, fix: Fix) -> bool:
+        """A fix of a time that may have passed; whether it was believed."""
+        if time < self._after[0][0]:
+            return False
+        _, accepted = update(self.at(time), fix)
+        if accepted:
+            self._take_in(time, fix)
+        return accepted
+
+    def _take_in(self, time: float, event: Event) -> None:
+        place = bisect_right(self._times, time)
+        self._times.insert(place, time)
+        self._events.insert(place, event)
+        del self._after[place + 1 :]
+        for then, other in zip(self._times[place:], self._events[place:], strict=True):
+            before, estimate = self._after[-1]
+            estimate = predict(estimate, self._mean_motion, then - before)
+            if isinstance(other, Fix):
+                estimate, _ = update(estimate, other)
+            else:
+                estimate = after_push(estimate, other)
+            self._after.append((then, estimate))
+        # Older than any fix that may still come.
+        while self._times and self._times[0] < self._times[-1] - MEMORY:
+            del self._times[0], self._events[0], self._after[0]

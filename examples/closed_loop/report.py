@@ -1,59 +1,78 @@
-"""What a flight leaves behind: a table, a plot, a strip of pictures and a summary."""
+"""What a flight leaves behind: a page, a table, plots, a strip of pictures and a summary."""
 
 from __future__ import annotations
 
+import base64
 import csv
+import html
 import json
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
+from numpy.typing import NDArray
 
 from examples.closed_loop.loop import Flight, Frame, Picture
 from simgl.output import complete_file
 
-TABLE = "approach.csv"
-PLOT = "approach_plot.png"
-STRIP = "approach_strip.png"
-SUMMARY = "approach_summary.json"
+Array = NDArray[np.float64]
 
-COLUMNS = (
-    "time_s",
-    *(f"{axis}_true_m" for axis in "xyz"),
-    *(f"{axis}_estimated_m" for axis in "xyz"),
-    *(f"{axis}_sigma_m" for axis in "xyz"),
-    "range_true_m",
-    "range_measured_m",
-    "range_estimated_m",
-    "range_sigma_m",
-    "accepted",
-    "delta_v_m_s",
-)
+PAGE = "docking.html"
+TABLE = "docking.csv"
+PLOT = "docking_plot.png"
+STRIP = "docking_strip.png"
+SUMMARY = "docking_summary.json"
+
+# The first picture of a server traces light between surfaces, which no other one does again.
+_WARM = 2
+
+STYLE = """
+body { font: 15px/1.5 system-ui, sans-serif; color: #1d2430; margin: 2em auto; max-width: 1100px;
+       padding: 0 1em; }
+h1 { font-size: 1.6em; } h2 { font-size: 1.2em; margin-top: 2em; border-bottom: 1px solid #d5d9e0; }
+table { border-collapse: collapse; margin: .6em 0; } th { text-align: left; font-weight: 600; }
+td, th { padding: .15em .9em .15em 0; vertical-align: top; } td.n { text-align: right; }
+img { max-width: 100%; }
+"""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Summary:
-    """The flight in a dozen numbers.
+    """The flight in two dozen numbers.
 
-    miss_m : true distance from the hold point after the last frame
-    rms_* : estimate against truth over the second half of the flight
+    distance_true_m, off_axis_m, misalignment_deg : of the camera from the board at the end
+    *_error_m : rms of estimate minus truth, over the final approach where there was one
+    within_3_sigma : share of all errors of position that the filter's 3 sigma hold
+    first_lamp_s : when the first image by lamplight was taken; None without
+    delay_s : mean age of an image when flight software had it
     """
 
     arrived: bool
     frames: int
-    frames_per_second: float
     simulated_time_s: float
-    range_true_m: float
-    range_estimated_m: float
-    range_sigma_m: float
-    miss_m: float
-    rms_range_error_m: float
-    rms_lateral_error_m: float
-    rejected_frames: int
+    distance_true_m: float
+    off_axis_m: float
+    misalignment_deg: float
+    range_error_m: float
+    lateral_error_m: float
+    turn_error_deg: float
+    within_3_sigma: float
+    rejected_fixes: int
+    blind_frames: int
+    sunlit_at_end: float
+    first_lamp_s: float | None
     delta_v_m_s: float
+    delay_s: float
+    frames_per_second: float
+    render_p50_ms: float
+    render_p99_ms: float
+    bridge_p50_ms: float
+    processing_p50_ms: float
     seed: int
     renderer: str
 
@@ -61,123 +80,186 @@ class Summary:
 def summarise(flight: Flight, wall_time: float, renderer: str) -> Summary:
     """The summary of a flight that took a wall time [s] from the first to the last frame."""
     frames, last = flight.frames, flight.frames[-1]
-    half = frames[len(frames) // 2 :]
-    errors = np.array([f.estimated[:3] - f.true[:3] for f in half])
+    final = [f for f in frames if f.look.pose is not None] or frames[len(frames) // 2 :]
+    errors = np.array([f.error for f in final])
+    every = np.array([f.error[:3] for f in frames])
+    sigmas = np.array([f.sigma[:3] for f in frames])
+    lit = [f.time for f in frames if f.look.light.lamp]
+    warm = frames[_WARM:] or frames
+    render = np.array([f.render_time for f in warm])
+    bridge = np.array([f.round_trip - f.render_time for f in warm])
     return Summary(
         arrived=flight.arrived,
         frames=len(frames),
-        frames_per_second=round(len(frames) / wall_time, 2),
         simulated_time_s=last.time,
-        range_true_m=round(last.true_range, 4),
-        range_estimated_m=round(last.estimated_range, 4),
-        range_sigma_m=round(last.range_sigma, 4),
-        miss_m=round(float(flight.miss[-1]), 4),
-        rms_range_error_m=round(_rms([f.estimated_range - f.true_range for f in half]), 4),
-        rms_lateral_error_m=round(_rms(np.hypot(errors[:, 1], errors[:, 2]).tolist()), 4),
-        rejected_frames=sum(not f.accepted for f in frames),
-        delta_v_m_s=round(last.delta_v, 4),
+        distance_true_m=round(float(flight.final[0]), 4),
+        off_axis_m=round(float(np.hypot(*flight.final[1:])), 4),
+        misalignment_deg=round(float(np.degrees(flight.misalignment)), 3),
+        range_error_m=round(_rms(errors[:, 0]), 4),
+        lateral_error_m=round(_rms(np.hypot(errors[:, 1], errors[:, 2])), 4),
+        turn_error_deg=round(float(np.degrees(_rms(np.linalg.norm(errors[:, 6:], axis=1)))), 3),
+        within_3_sigma=round(float(np.mean(np.abs(every) < 3.0 * sigmas)), 4),
+        rejected_fixes=sum(f.look.fix is not None and not f.look.accepted for f in frames),
+        blind_frames=sum(f.look.fix is None for f in frames),
+        sunlit_at_end=round(last.sunlit, 4),
+        first_lamp_s=min(lit) if lit else None,
+        delta_v_m_s=round(last.spent, 3),
+        delay_s=round(float(np.mean([f.look.age for f in frames])), 3),
+        frames_per_second=round(len(frames) / wall_time, 2),
+        render_p50_ms=_milliseconds(render, 50),
+        render_p99_ms=_milliseconds(render, 99),
+        bridge_p50_ms=_milliseconds(bridge, 50),
+        processing_p50_ms=_milliseconds(np.array([f.processing for f in warm]), 50),
         seed=flight.settings.seed,
         renderer=renderer,
     )
 
 
-def _rms(values: list[float]) -> float:
+def _rms(values: Array) -> float:
     return float(np.sqrt(np.mean(np.square(values))))
 
 
+def _milliseconds(seconds: Array, percent: float) -> float:
+    return round(1e3 * float(np.percentile(seconds, percent)), 2)
+
+
 def write_report(flight: Flight, summary: Summary, folder: Path) -> list[Path]:
-    """Write table, plot, strip and summary; returns their paths."""
-    paths = [folder / name for name in (TABLE, PLOT, STRIP, SUMMARY)]
-    with complete_file(paths[0]) as path, path.open("w", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow(COLUMNS)
-        writer.writerows(_row(frame) for frame in flight.frames)
-    for figure, place in ((plot(flight), paths[1]), (strip(flight.pictures), paths[2])):
+    """Write page, table, plot, strip and summary; returns their paths."""
+    paths = [folder / name for name in (PAGE, TABLE, PLOT, STRIP, SUMMARY)]
+    page, table, plot_path, strip_path, summary_path = paths
+    for figure, place in ((plot(flight), plot_path), (strip(flight.pictures), strip_path)):
         with complete_file(place) as path:
             figure.savefig(path, dpi=100)
-    with complete_file(paths[3]) as path:
+    with complete_file(table) as path, path.open("w", newline="") as file:
+        rows = [row(frame) for frame in flight.frames]
+        writer = csv.DictWriter(file, rows[0])
+        writer.writeheader()
+        writer.writerows(rows)
+    with complete_file(summary_path) as path:
         path.write_text(json.dumps(asdict(summary), indent=2) + "\n")
+    with complete_file(page) as path:
+        body = [
+            *table_of(asdict(summary)),
+            "<h2>What the camera saw</h2>",
+            picture_of(strip_path),
+            "<h2>Range, errors, light, time</h2>",
+            picture_of(plot_path),
+        ]
+        path.write_text(document("Docking with Space Rider through an eclipse", body))
     return paths
 
 
-def _row(frame: Frame) -> list[str]:
-    lengths = [
-        *frame.true[:3],
-        *frame.estimated[:3],
-        *frame.position_sigma,
-        frame.true_range,
-        np.nan if frame.measured_range is None else frame.measured_range,
-        frame.estimated_range,
-        frame.range_sigma,
-    ]
-    return [
-        f"{frame.time:g}",
-        *(f"{value:.4f}" for value in lengths),
-        str(int(frame.accepted)),
-        f"{frame.delta_v:.5f}",
-    ]
+def row(frame: Frame) -> dict[str, str]:
+    """A line of the table."""
+    look, error, sigma = frame.look, frame.error, frame.sigma
+    kind = "markers" if look.pose is not None else "wings" if look.fix is not None else ""
+    columns: dict[str, object] = {
+        "time_s": f"{frame.time:g}",
+        "phase": frame.phase.value,
+        "distance_true_m": f"{frame.distance:.4f}",
+        "fix": kind,
+        "accepted": int(look.accepted),
+        "markers": 0 if look.pose is None else look.pose.markers,
+        "reprojection_px": "" if look.pose is None else f"{look.pose.residual_px:.4f}",
+        **{f"{a}_true_m": f"{v:.4f}" for a, v in zip("xyz", frame.true[:3], strict=True)},
+        **{f"{a}_error_m": f"{v:.4f}" for a, v in zip("xyz", error[:3], strict=True)},
+        **{f"{a}_sigma_m": f"{v:.4f}" for a, v in zip("xyz", sigma[:3], strict=True)},
+        **{
+            f"turn_{a}_error_deg": f"{v:.4f}"
+            for a, v in zip("xyz", np.degrees(error[6:]), strict=True)
+        },
+        "exposure_ms": f"{look.light.exposure * 1e3:.4f}",
+        "lamp": int(look.light.lamp),
+        "brightness": f"{look.brightness:.4f}",
+        "sunlit": f"{frame.sunlit:.4f}",
+        "image_age_s": f"{look.age:g}",
+        "pointing_deg": f"{np.degrees(frame.pointing):.3f}",
+        "delta_v_m_s": f"{frame.spent:.4f}",
+        "render_ms": f"{frame.render_time * 1e3:.1f}",
+        "round_trip_ms": f"{frame.round_trip * 1e3:.1f}",
+        "processing_ms": f"{frame.processing * 1e3:.1f}",
+    }
+    return {key: str(value) for key, value in columns.items()}
 
 
 def plot(flight: Flight) -> Figure:
-    """Range, its error, the error across the line of sight and the velocity spent, over time."""
+    """Distance, errors with 3 sigma, light and wall time, over simulated time."""
     frames = flight.frames
     time = np.array([f.time for f in frames])
-    true = np.array([f.true[:3] for f in frames])
-    estimated = np.array([f.estimated[:3] for f in frames])
-    sigma = np.array([f.position_sigma for f in frames])
-    range_true = np.array([f.true_range for f in frames])
-    range_error = np.array([f.estimated_range for f in frames]) - range_true
-    range_sigma = np.array([f.range_sigma for f in frames])
-    measured = np.array([np.nan if f.measured_range is None else f.measured_range for f in frames])
+    errors = np.array([f.error for f in frames])
+    sigmas = np.array([f.sigma for f in frames])
+    figure = Figure(figsize=(13.5, 11.0), layout="constrained")
+    cells = figure.subplots(3, 2, sharex=True).ravel()
 
-    figure = Figure(figsize=(13.0, 8.0), layout="constrained")
-    (a, b), (c, d) = figure.subplots(2, 2, sharex=True)
-    a.plot(time, range_true, color="black", label="true")
-    a.plot(time, range_true + range_error, "--", color="tab:orange", label="estimated")
-    a.axhline(flight.settings.plan.hold, color="grey", linewidth=0.8, linestyle=":", label="hold")
-    _dress(a, "range [m]", "Range between the body origins")
+    cells[0].plot(time, [f.distance for f in frames], color="black", label="true")
+    cells[0].axhline(
+        flight.settings.plan.near.distance, color="grey", linewidth=0.8, linestyle=":",
+        label="docking range",
+    )  # fmt: skip
+    cells[0].set_yscale("log")
+    _dress(cells[0], "distance [m]", "Camera to board", frames)
 
-    b.plot(time, measured - range_true, ".", markersize=2.5, color="tab:blue", label="image alone")
-    b.plot(time, range_error, color="tab:orange", label="estimate")
-    _band(b, time, range_sigma)
-    b.set_yscale("symlog", linthresh=0.1)
-    b.set_yticks([-10, -1, -0.1, 0, 0.1, 1, 10], ["-10", "-1", "-0.1", "0", "0.1", "1", "10"])
-    _dress(b, "error [m], linear within 0.1 m", "Range error, estimated - true")
+    for axis, colour, name in zip(
+        range(3), ("tab:orange", "tab:green", "tab:purple"), ("along track, x", "y", "z"),
+        strict=True,
+    ):  # fmt: skip
+        cells[1 if axis == 0 else 2].plot(time, errors[:, axis], color=colour, label=name)
+    for cell, wide in ((cells[1], sigmas[:, 0]), (cells[2], sigmas[:, 1:3].max(axis=1))):
+        _band(cell, time, wide)
+        cell.set_yscale("symlog", linthresh=0.01)
+    _dress(cells[1], "error [m], linear within 1 cm", "Position along the approach", frames)
+    _dress(cells[2], "error [m], linear within 1 cm", "Position across", frames)
 
-    for axis, name, colour in ((1, "across track, y", "tab:green"), (2, "down, z", "tab:purple")):
-        c.plot(time, estimated[:, axis] - true[:, axis], color=colour, linewidth=0.9, label=name)
-    _band(c, time, sigma[:, 1:].max(axis=1))
-    c.set_xlabel("time [s]")
-    _dress(c, "error [m]", "Lateral error in LVLH, estimated - true")
+    for axis, name in enumerate("xyz"):
+        cells[3].plot(time, np.degrees(errors[:, 6 + axis]), label=f"about {name}")
+    _band(cells[3], time, np.degrees(sigmas[:, 6:].max(axis=1)))
+    _dress(cells[3], "error [deg]", "The target's attitude", frames)
 
-    spent = [f.delta_v for f in frames]
-    d.plot(time, spent, drawstyle="steps-post", color="tab:red", label="spent")
-    d.set_xlabel("time [s]")
-    _dress(d, "velocity change [m/s]", "Thrusters")
+    cells[4].plot(time, [f.look.light.exposure * 1e3 for f in frames], ".-", label="exposure [ms]")
+    cells[4].plot(time, [max(f.sunlit, 1e-4) for f in frames], color="goldenrod", label="sunlit")
+    cells[4].set_yscale("log")
+    cells[4].set_xlabel("time [s]")
+    _dress(cells[4], "ms; share", "Exposure by the images, and what the Sun did", frames)
+
+    for values, name in (
+        ([f.render_time for f in frames[_WARM:]], "rendering"),
+        ([f.round_trip - f.render_time for f in frames[_WARM:]], "bridge"),
+        ([f.processing for f in frames[_WARM:]], "image processing and filter"),
+    ):
+        cells[5].plot(time[_WARM:], np.array(values) * 1e3, label=name)
+    cells[5].set_yscale("log")
+    cells[5].set_xlabel("time [s]")
+    _dress(cells[5], "wall time [ms]", "Each frame", frames)
     return figure
 
 
-def _band(axes: Axes, time: np.ndarray, sigma: np.ndarray) -> None:
+def _band(axes: Axes, time: Array, sigma: Array) -> None:
     axes.fill_between(
         time, -3.0 * sigma, 3.0 * sigma, color="0.85", label="3 sigma of the filter", zorder=0
     )
 
 
-def _dress(axes: Axes, unit: str, title: str) -> None:
+def _dress(axes: Axes, unit: str, title: str, frames: Sequence[Frame]) -> None:
+    dark = [f.time for f in frames if f.sunlit < 0.5]
+    if dark:
+        axes.axvspan(dark[0], frames[-1].time, color="navy", alpha=0.08, linewidth=0, zorder=-1)
+    for before, after in pairwise(frames):
+        if before.phase is not after.phase:
+            axes.axvline(after.time, color="tab:blue", linewidth=0.8, linestyle="--")
     axes.set_ylabel(unit)
-    axes.set_title(title)
+    axes.set_title(f"{title} (blue: eclipse)" if dark else title)
     axes.grid(alpha=0.3)
     axes.legend(loc="best", fontsize="small")
 
 
-def strip(pictures: list[Picture]) -> Figure:
+def strip(pictures: Sequence[Picture]) -> Figure:
     """The kept images with what the chaser found in them, four in a row."""
     columns = min(4, len(pictures))
     rows = -(-len(pictures) // columns)
-    figure = Figure(figsize=(4.0 * columns, 4.25 * rows), layout="constrained")
+    figure = Figure(figsize=(4.0 * columns, 4.4 * rows), layout="constrained")
     cells = figure.subplots(rows, columns, squeeze=False).ravel()
     figure.supxlabel(
-        "green: what was found; orange: wing tips; red: the target's origin by the filter. "
+        "green: what was found, orange: wing tips, red: the markers that were used. "
         "Grey is the square root of the signal.",
         fontsize="medium",
     )
@@ -185,42 +267,74 @@ def strip(pictures: list[Picture]) -> Figure:
         cell.set_axis_off()
     for cell, picture in zip(cells, pictures, strict=False):
         _show(cell, picture)
-        cell.set_title(f"t = {picture.time:.0f} s, estimated {picture.estimated_range:.1f} m")
+        frame = picture.frame
+        light = f"{frame.look.light.exposure * 1e3:.3g} ms" + (
+            ", lamp" if frame.look.light.lamp else ""
+        )
+        cell.set_title(f"t = {frame.time:.0f} s, {frame.distance:.2f} m, {light}", fontsize=11)
     return figure
 
 
 def _show(axes: Axes, picture: Picture) -> None:
+    look = picture.frame.look
     # Square root of the signal: shot noise gets the same height everywhere, dim cells show.
-    signal = picture.dn.astype(np.float64) - np.median(picture.dn)
-    grey = np.sqrt(np.clip(signal, 0.0, None))
+    dark = float(np.percentile(picture.dn, 2.0))
+    grey = np.sqrt(np.clip(picture.dn.astype(np.float64) - dark, 0.0, None))
     height, width = grey.shape
     views = [axes]
-    if picture.silhouette is not None:
-        left, top, right, bottom = picture.silhouette.box
-        size = right - left
-        if size < width // 7:
-            # A far target, enlarged below.
-            inset = axes.inset_axes((0.61, 0.02, 0.37, 0.37))
-            inset.set_xticks([])
-            inset.set_yticks([])
-            views.append(inset)
+    found = look.silhouette if look.sighting is None else None
+    if found is not None and found.box[2] - found.box[0] < width // 5:
+        # A far target, enlarged below.
+        inset = axes.inset_axes((0.58, 0.02, 0.4, 0.4))
+        inset.set_xticks([])
+        inset.set_yticks([])
+        views.append(inset)
     for view in views:
         view.imshow(
             grey, cmap="gray", vmin=0.0, vmax=float(grey.max()), extent=(0, width, height, 0)
         )
-        if picture.silhouette is not None:
-            corner = (left - 2, top - 2)
+        if look.sighting is not None:
+            u, v = look.sighting.points.T
+            view.plot(u, v, "+", color="red", markersize=5, linewidth=0.7)
+        elif found is not None:
+            left, top, right, bottom = found.box
+            corner, size = (left - 2, top - 2), right - left
             box = Rectangle(
                 corner, size + 4, bottom - top + 4, fill=False, color="lime", linewidth=0.8
             )
             view.add_patch(box)
-            for tip in (picture.silhouette.left_tip, picture.silhouette.right_tip):
+            for tip in (found.left_tip, found.right_tip):
                 if tip is not None:
                     view.plot(*tip, "|", color="orange", markersize=9)
-        view.plot(*picture.centre, "+", color="red", markersize=9)
-    if len(views) == 2:
-        middle_u, middle_v, half = 0.5 * (left + right), 0.5 * (top + bottom), 0.65 * size
+    axes.set_xlim(0, width)
+    axes.set_ylim(height, 0)
+    if len(views) == 2 and found is not None:
+        left, top, right, bottom = found.box
+        middle_u, middle_v, half = 0.5 * (left + right), 0.5 * (top + bottom), 0.65 * (right - left)
         views[1].set_xlim(middle_u - half, middle_u + half)
         views[1].set_ylim(middle_v + half, middle_v - half)
         for spine in views[1].spines.values():
             spine.set_color("0.6")
+
+
+def document(title: str, parts: Sequence[str]) -> str:
+    """A page that needs no other file."""
+    head = f'<meta charset="utf-8"><title>{html.escape(title)}</title><style>{STYLE}</style>'
+    inside = "\n".join(parts)
+    body = f"<h1>{html.escape(title)}</h1>{inside}"
+    return f"<!doctype html><html><head>{head}</head><body>{body}</body></html>\n"
+
+
+def table_of(values: dict[str, object]) -> list[str]:
+    """Names and values as a table."""
+    rows = [
+        f'<tr><th>{html.escape(name)}</th><td class="n">{html.escape(str(value))}</td></tr>'
+        for name, value in values.items()
+    ]
+    return ["<table>", *rows, "</table>"]
+
+
+def picture_of(path: Path) -> str:
+    """A PNG file, within the page."""
+    data = base64.b64encode(path.read_bytes()).decode()
+    return f'<img src="data:image/png;base64,{data}" alt="{html.escape(path.stem)}">'

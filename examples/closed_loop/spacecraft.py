@@ -1,4 +1,4 @@
-"""The truth: two craft under gravity, thrusters that miss a little, a chaser that points."""
+"""The truth: two craft under gravity, thrusters that miss a little, a target that swings."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from scipy.spatial.transform import Rotation
 
 from simgl.physics.constants import EARTH_MU, WGS84_EQUATORIAL_RADIUS
 from simgl.physics.frames import (
-    Pose,
     lvlh_angular_velocity,
     lvlh_from_icrf,
     rotation_between,
@@ -26,9 +25,10 @@ THRUST_SIZE_ERROR = 0.015
 THRUST_DIRECTION_ERROR = np.radians(0.5)
 # Differential drag and what else pulls on a 20 kg craft at 400 km [m s-2, 1 sigma per step].
 DISTURBANCE = 1e-6
-# Attitude control keeps the commanded attitude to this, and the star tracker knows the real one.
-POINTING_ERROR = np.radians(0.05)
-ATTITUDE_KNOWLEDGE_ERROR = np.radians(0.005)
+# The target's attitude: it does not know its own to better than this [rad, 1 sigma], and swings.
+TARGET_ATTITUDE_ERROR = np.radians(0.5)
+DEAD_BAND = np.radians(0.1)
+SWING_TIME = 600.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -98,12 +98,10 @@ def pointing_attitude(orbit: Orbit, axis_body: Array, direction_icrf: Array) -> 
     return rotation_between(level @ axis_body, direction_icrf) @ level
 
 
-def jittered(R_icrf_from_body: Array, size: float, rng: np.random.Generator) -> Array:
-    """An attitude turned about each body axis by a normal angle of a standard deviation [rad]."""
-    turn = Rotation.from_rotvec(size * rng.standard_normal(3)).as_matrix()
-    return np.asarray(R_icrf_from_body @ turn)
+def wandering(start: Array, time: float) -> Array:
+    """(3,) turn [rad] of the target off its nominal attitude after a time [s].
 
-
-def pose(orbit: Orbit, R_icrf_from_body: Array) -> Pose:
-    """What the image server needs to know of a craft."""
-    return Pose(position=orbit.position, velocity=orbit.velocity, R_icrf_from_body=R_icrf_from_body)
+    A constant part, ``start`` (3,), and a swing within its control's dead band.
+    """
+    swing = DEAD_BAND * np.sin(2.0 * np.pi * time / SWING_TIME + np.array([0.0, 2.0, 4.0]))
+    return np.asarray(start + swing)

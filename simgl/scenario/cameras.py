@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 from numpy.typing import NDArray
 
 from simgl.errors import AssetError, ConfigError, did_you_mean
 from simgl.scenario.detectors import read_detector
 from simgl.scenario.fields import craft_named, direction, exactly_one, fractions, place_on
+from simgl.scenario.folder import Base, beside
 from simgl.scenario.library import load_preset, preset_path
 from simgl.scenario.optics import check_optics, read_lidar, read_optics
 from simgl.scenario.optics_schema import OpticsTable
@@ -24,7 +23,7 @@ Array = NDArray[np.float64]
 
 
 def read_camera(
-    where: str, name: str, table: CameraTable, sun_temperature: float, base: Path
+    where: str, name: str, table: CameraTable, sun_temperature: float, base: Base
 ) -> Camera:
     """A camera: its preset, changed where the table gives a key.
 
@@ -37,7 +36,8 @@ def read_camera(
     except AssetError as error:
         raise AssetError(f"{where}: preset: {error}") from None
 
-    detector = read_detector(where, name, table, preset, path, sun_temperature)
+    curves = beside(base, path) if table.preset.endswith(".toml") else path.parent
+    detector = read_detector(where, name, table, preset, path, sun_temperature, curves)
     optics = table.optics or preset.optics or OpticsTable()
     lens = Lens(
         focal_length=table.focal_length_mm * 1e-3,

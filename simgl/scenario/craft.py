@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from simgl.errors import AssetError, ConfigError
 from simgl.scenario.file_axes import UNITS
 from simgl.scenario.finishes import material_of
+from simgl.scenario.folder import Base
 from simgl.scenario.library import load_model
 from simgl.scenario.schema import SpacecraftTable
 from simgl.scenario.surfaces import PrimitiveTable
@@ -14,7 +13,7 @@ from simgl.scene import mesh as shapes
 from simgl.scene.spacecraft import SpacecraftModel
 
 
-def read_model(where: str, name: str, table: SpacecraftTable, base: Path) -> SpacecraftModel:
+def read_model(where: str, name: str, table: SpacecraftTable, base: Base) -> SpacecraftModel:
     """Its shape and surface; relative paths start at ``base``."""
     source = table.model
     if isinstance(source, PrimitiveTable):

@@ -15,6 +15,7 @@ from simgl.errors import AssetError, ConfigError
 from simgl.physics.silicon import REFERENCE_TEMPERATURE
 from simgl.physics.spectrum import photon_mean
 from simgl.scenario.fields import Four, fractions
+from simgl.scenario.folder import Base
 from simgl.scenario.schema import CameraPresetTable, CameraTable, CurveTable, ParticlesTable
 from simgl.scene.detector import Detector, FixedPattern, Mosaic, Particles
 
@@ -46,7 +47,7 @@ def _csv_columns(path: Path) -> tuple[list[float], list[float]]:
     return wavelength, value
 
 
-def _curve(table: CurveTable, path: Path, key: str) -> Array:
+def _curve(table: CurveTable, path: Path, key: str, folder: Base) -> Array:
     """A preset's curve at the wavelengths of all bands."""
     if (table.csv is None) == (table.value is None):
         raise ConfigError(str(path), f"{key}.value", "or csv is needed, and not both")
@@ -54,8 +55,12 @@ def _curve(table: CurveTable, path: Path, key: str) -> Array:
     wavelength: Any = table.wavelength_nm
     value: Any = table.value
     if table.csv is not None:
-        wavelength, value = _csv_columns(path.parent / table.csv)
-        where = str(path.parent / table.csv)
+        try:
+            file = folder / table.csv
+        except AssetError as error:
+            raise AssetError(f"{path}: {key}.csv: {error}") from None
+        wavelength, value = _csv_columns(file)
+        where = str(file)
     if wavelength is None or len(wavelength) != len(value):
         raise ConfigError(where, f"{key}.value", f"needs one number for each {key}.wavelength_nm")
     if len(value) < 2 or any(not b > a for a, b in pairwise(wavelength)):
@@ -75,21 +80,29 @@ class Response:
     """Electrons per photon of a preset's pixels, averaged over the Sun's photons in each band."""
 
     def __init__(
-        self, preset: CameraPresetTable, path: Path, sun_temperature: float, qe: Four | None = None
+        self,
+        preset: CameraPresetTable,
+        path: Path,
+        sun_temperature: float,
+        qe: Four | None = None,
+        folder: Base | None = None,
     ) -> None:
-        """qe : of pixels without a filter, instead of the preset's curves."""
+        """qe : of pixels without a filter, instead of the preset's curves
+        folder : that the files of its curves start from; None is that of the preset
+        """
+        folder = path.parent if folder is None else folder
         self._temperature = sun_temperature
         self._qe = qe
-        self._common = _curve(preset.qe, path, "qe")
+        self._common = _curve(preset.qe, path, "qe", folder)
         for key in ("window", "micro_lens"):
             table = getattr(preset, key)
             if table is not None:
-                self._common = self._common * _curve(table, path, key)
+                self._common = self._common * _curve(table, path, key, folder)
         self._filters = {}
         if preset.filters is not None:
             for colour in ("red", "green", "blue"):
                 table = getattr(preset.filters, colour)
-                self._filters[colour] = _curve(table, path, f"filters.{colour}")
+                self._filters[colour] = _curve(table, path, f"filters.{colour}", folder)
 
     @property
     def has_filters(self) -> bool:
@@ -116,10 +129,12 @@ def read_detector(
     preset: CameraPresetTable,
     path: Path,
     sun_temperature: float,
+    folder: Base,
 ) -> Detector:
     """A preset's detector, changed where the table gives a key.
 
-    path : of the preset, which its curves' files lie beside
+    path : of the preset
+    folder : that the files of its curves start from
     sun_temperature : [K], of the spectrum that the curves are averaged over
     """
 
@@ -135,7 +150,7 @@ def read_detector(
         raise ConfigError(where, "pedestal_dn", problem)
     qe = table.quantum_efficiency
     given_qe = None if qe is None else fractions(qe, where, "quantum_efficiency")
-    response = Response(preset, path, sun_temperature, given_qe)
+    response = Response(preset, path, sun_temperature, given_qe, folder)
     return Detector(
         width=chosen("width_px"),
         height=chosen("height_px"),

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from simgl.errors import AssetError, ConfigError
 from simgl.scenario import gltf_schema as schema
+from simgl.scenario.folder import Base
 from simgl.scenario.gltf_file import FLOAT, UNSIGNED, GltfFile
 from simgl.scenario.gltf_materials import Palette, read_palette
 from simgl.scene.materials import Material
@@ -189,15 +190,18 @@ def _mesh(path: Path, palette: Palette, pieces: list[_Piece], part: list[int]) -
     )
 
 
-def read_gltf(path: Path, name: str, body_from_file: Array) -> SpacecraftModel:
+def read_gltf(
+    path: Path, name: str, body_from_file: Array, folder: Base | None = None
+) -> SpacecraftModel:
     """The model in a .glb or .gltf file.
 
     body_from_file : (3, 3) axes, unit included: body metres from the file's coordinates
+    folder : of buffers and images that it names; None is its own
 
     Each node that carries a mesh is a part, named after the node. A primitive without normals is
     drawn with flat facets, as the glTF specification asks.
     """
-    file = GltfFile(path)
+    file = GltfFile(path, folder)
     try:
         palette = read_palette(file)
     except ConfigError as error:

@@ -17,6 +17,7 @@ from scipy.spatial.transform import Rotation
 
 from simgl.errors import AssetError, ConfigError
 from simgl.scenario import gltf_schema as schema
+from simgl.scenario.folder import Base
 from simgl.scenario.strict import fitted
 
 _COMPONENTS = {5120: "i1", 5121: "u1", 5122: "i2", 5123: "u2", 5125: "u4", 5126: "f4"}
@@ -52,10 +53,14 @@ def _chunks(path: Path, content: bytes) -> tuple[bytes, bytes | None]:
 
 
 class GltfFile:
-    """One glTF file: its JSON and the bytes of its buffers and images."""
+    """One glTF file: its JSON and the bytes of its buffers and images.
 
-    def __init__(self, path: Path) -> None:
+    folder : of the files that it names; None is its own
+    """
+
+    def __init__(self, path: Path, folder: Base | None = None) -> None:
         self.path = path
+        self._folder = path.parent if folder is None else folder
         try:
             content = path.read_bytes()
         except OSError as error:
@@ -93,7 +98,10 @@ class GltfFile:
                 raise AssetError(
                     f"{self.path}: holds {article} {what} that is not base64"
                 ) from None
-        file = self.path.parent / unquote(uri)
+        try:
+            file = self._folder / unquote(uri)
+        except AssetError as error:
+            raise AssetError(f'{self.path}: {what} "{uri}": {error}') from None
         try:
             return file.read_bytes()
         except OSError as error:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from simgl.errors import AssetError, ConfigError
+from simgl.scenario.folder import Base
 from simgl.scenario.schema import CloudsTable, EarthTable
 from simgl.scene.earth import Clouds, Earth, EarthMaps
 from simgl.scene.pictures import read_picture
@@ -21,7 +22,7 @@ def refuse_ground(table: EarthTable, where: str, because: str) -> None:
 
 
 def read_ground(
-    table: EarthTable, where: str, base: Path
+    table: EarthTable, where: str, base: Base
 ) -> tuple[float, Clouds | None, EarthMaps]:
     """Wind [m s-1], clouds and maps; relative paths start at ``base``."""
     wind = Earth.wind if table.wind_m_s is None else table.wind_m_s
@@ -33,7 +34,7 @@ def read_ground(
     return wind, _clouds(table.clouds or CloudsTable(), f"{where[:-1]}.clouds]", base), maps
 
 
-def _clouds(table: CloudsTable, where: str, base: Path) -> Clouds | None:
+def _clouds(table: CloudsTable, where: str, base: Base) -> Clouds | None:
     if table.picture is None:
         if table.optical_thickness is not None:
             raise ConfigError(where, "optical_thickness", "goes with picture, which is missing")
@@ -55,12 +56,12 @@ def _clouds(table: CloudsTable, where: str, base: Path) -> Clouds | None:
     )
 
 
-def _picture(name: str | None, where: str, key: str, mode: str, base: Path) -> Path | None:
+def _picture(name: str | None, where: str, key: str, mode: str, base: Base) -> Path | None:
     """The path of a picture that was read once to see that it is whole."""
     if name is None:
         return None
-    path = base / name
     try:
+        path = base / name
         read_picture(path, mode)
     except AssetError as error:
         raise ConfigError(where, key, str(error)) from None

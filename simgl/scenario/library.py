@@ -17,6 +17,7 @@ from simgl import assets
 from simgl.errors import AssetError, ConfigError, did_you_mean
 from simgl.scenario.fields import direction
 from simgl.scenario.file_axes import body_from_file
+from simgl.scenario.folder import Base, beside
 from simgl.scenario.gltf import face_normals, read_gltf
 from simgl.scenario.schema import CameraPresetTable
 from simgl.scenario.strict import convert, read_toml
@@ -179,7 +180,7 @@ def _read_plain_mesh(path: Path, body_from_file: NDArray[np.float64]) -> Spacecr
 @lru_cache(maxsize=32)
 def load_model(
     name: str,
-    base: Path = Path(),
+    base: Base = Path(),
     unit_m: float | None = None,
     up_axis: str | None = None,
     forward_axis: str | None = None,
@@ -206,13 +207,13 @@ def load_model(
     if not path.is_file():
         raise AssetError(f"{path}: no such model file")
     if path.suffix.lower() in (".glb", ".gltf"):
-        return read_gltf(path, path.stem, file_to_body)
+        return read_gltf(path, path.stem, file_to_body, beside(base, path))
     if path.suffix.lower() in _MESH_SUFFIXES:
         return _read_plain_mesh(path, file_to_body)
     raise AssetError(f"{path}: not a mesh that simgl reads ({', '.join(_MESH_SUFFIXES)})")
 
 
-def preset_path(name: str, base: Path = Path()) -> Path:
+def preset_path(name: str, base: Base = Path()) -> Path:
     """The file of a camera preset, named as shipped or by the path of a .toml file."""
     if name.endswith(".toml"):
         return base / name

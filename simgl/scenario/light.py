@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from simgl.physics.constants import ASTRONOMICAL_UNIT, SOLAR_CONSTANT, SOLAR_RAD
 from simgl.physics.spectrum import black_body_light
 from simgl.physics.sun import UNIFORM, astm_g173_light, limb_darkening
 from simgl.scenario.fields import direction, fractions
+from simgl.scenario.folder import Base
 from simgl.scenario.ground import read_ground, refuse_ground
 from simgl.scenario.scenario import EphemerisSun
 from simgl.scenario.schema import EarthTable, SkyTable, SunTable
@@ -48,7 +48,7 @@ def read_sun(table: SunTable, temperature: float, where: str) -> EphemerisSun | 
     )
 
 
-def read_earth(table: EarthTable, where: str, base: Path) -> Earth | None:
+def read_earth(table: EarthTable, where: str, base: Base) -> Earth | None:
     """The Earth of a scenario; None in deep space. Relative paths start at ``base``."""
     if table.radius_km is not None and table.shape != "sphere":
         raise ConfigError(where, "radius_km", f'goes with shape = "sphere", got "{table.shape}"')

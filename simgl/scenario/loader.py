@@ -12,6 +12,7 @@ from simgl.physics.constants import SOLAR_TEMPERATURE
 from simgl.physics.ephemeris import tai_ns_from_utc
 from simgl.scenario.cameras import read_camera, read_mount
 from simgl.scenario.craft import read_model
+from simgl.scenario.folder import Base, Folder
 from simgl.scenario.lamps import read_lamps
 from simgl.scenario.light import read_earth, read_sky, read_sun
 from simgl.scenario.motions import MotionReader
@@ -37,16 +38,26 @@ _NAME = re.compile(r"[A-Za-z0-9_-]+")
 _Named = TypeVar("_Named", SpacecraftTable, CameraTable, LampTable)
 
 
-def load_scenario(path: str | Path) -> Scenario:
-    """The scenario in a TOML file; raises ConfigError or AssetError with one clear line."""
+def load_scenario(path: str | Path, *, root: Path | None = None) -> Scenario:
+    """The scenario in a TOML file; raises ConfigError or AssetError with one clear line.
+
+    root : folder that its models, maps, tables and presets must lie in, links followed; shipped
+        ones may be named all the same. None lets them lie anywhere
+    """
     path = Path(path)
-    return scenario_from_dict(read_toml(path), name=path.stem, source=path)
+    return scenario_from_dict(read_toml(path), name=path.stem, source=path, root=root)
 
 
 def scenario_from_dict(
-    data: dict[str, Any], *, name: str = "scenario", source: Path | None = None
+    data: dict[str, Any],
+    *,
+    name: str = "scenario",
+    source: Path | None = None,
+    root: Path | None = None,
 ) -> Scenario:
     """A scenario from the content of a file; relative paths start at the folder of ``source``.
+
+    root : see ``load_scenario``
 
     Numbers and arrays of numpy serve as well as Python's.
     """
@@ -56,7 +67,8 @@ def scenario_from_dict(
         if key not in _TABLES:
             problem = f"is not a table here; {did_you_mean(key, _TABLES)}"
             raise ConfigError(where, shown_key(key), problem)
-    base = source.parent if source else Path()
+    folder = source.parent if source else Path()
+    base: Base = folder if root is None else Folder(folder, root.resolve())
     epoch = _epoch(data, where)
     craft = _named_tables(data, "spacecraft", SpacecraftTable, where)
     cameras = _named_tables(data, "camera", CameraTable, where)

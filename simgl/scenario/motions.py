@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +12,7 @@ from simgl.errors import AssetError, ConfigError, did_you_mean
 from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS
 from simgl.physics.frames import matrix_from_quaternion
 from simgl.scenario.fields import direction, exactly_one
+from simgl.scenario.folder import Base
 from simgl.scenario.schema import MotionFileTable, OrbitTable, SpacecraftTable
 from simgl.scenario.strict import shown
 from simgl.scene.joints import Joint, JointLaws, unknown_joint
@@ -56,7 +56,7 @@ class MotionReader:
         table: SpacecraftTable,
         all_craft: Collection[str],
         epoch_tai_ns: int,
-        base: Path,
+        base: Base,
     ) -> None:
         self._where, self._name, self._table = where, name, table
         self._others = [n for n in all_craft if n != name]

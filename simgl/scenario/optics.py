@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 from PIL import Image, UnidentifiedImageError
 
-from simgl.errors import ConfigError
+from simgl.errors import AssetError, ConfigError
 from simgl.optics.field import field
 from simgl.optics.ghosts import ghosts
 from simgl.optics.kernel import lens_reach
+from simgl.scenario.folder import Base
 from simgl.scenario.optics_schema import LidarTable, OpticsTable
 from simgl.scene.camera import Camera
 from simgl.scene.lens import Blur, Distortion, LensSurface, PointSpread, Vignetting, Zone
@@ -31,7 +32,7 @@ _TRIPLET = (
 )
 
 
-def read_optics(table: OpticsTable, where: str, base: Path) -> dict[str, Any]:
+def read_optics(table: OpticsTable, where: str, base: Base) -> dict[str, Any]:
     """Arguments of a Lens.
 
     base : folder that the path of a point spread's image starts from
@@ -104,14 +105,18 @@ def _distortion(table: OpticsTable) -> Distortion | None:
 _COEFFICIENTS = ("k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2")
 
 
-def _spread(table: OpticsTable, where: str, base: Path) -> PointSpread | None:
+def _spread(table: OpticsTable, where: str, base: Base) -> PointSpread | None:
     if table.psf_image is not None:
         for key in ("diffraction", "aberration_um", "defocus_um", "field_zones"):
             if getattr(table, key) not in (None, False, 0.0):
                 raise ConfigError(
                     where, f"optics.{key}", "contradicts psf_image, which holds all of the spread"
                 )
-        image = _psf_image(base / table.psf_image, where)
+        try:
+            path = base / table.psf_image
+        except AssetError as error:
+            raise AssetError(f"{where}: optics.psf_image: {error}") from None
+        image = _psf_image(path, where)
         return PointSpread(image=image, image_scale=table.psf_samples_per_px or 1)
     if table.psf_samples_per_px is not None:
         raise ConfigError(where, "optics.psf_samples_per_px", "goes with psf_image")

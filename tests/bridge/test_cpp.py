@@ -56,6 +56,14 @@ int main(int, char **argv) {
                     std::cout << tick.state_hash << ' ' << dn << ' ' << radiance << ' ' << depth
                               << ' ' << parts << ' ' << tick.image("nav").exposure_end_tai_ns - now
                               << ' ' << tick.image("side").gain_dn_per_e << std::endl;
+                } else if (word == "moving") {
+                    simgl::Pose pose{{0.5, -0.25, 40.0}, {0.0, 0.0, -0.1}, {0.0, 0.0, 0.0, 1.0}};
+                    pose.angular_velocity_rad_s = {0.25, -0.5, 0.125};
+                    const auto tick = client.render(now + 7, {{"nav", 0.1}}, {{"chaser", pose}},
+                                                    simgl::Scene{{}, {}, true});
+                    unsigned long dn = 0;
+                    for (auto v : tick.image("nav").plane("dn").u16()) dn += v;
+                    std::cout << tick.state_hash << ' ' << dn << std::endl;
                 } else if (word == "nav") {
                     const auto tick = client.render(now, {{"nav"}}, {}, {}, true);
                     std::cout << tick.sequence << ' ' << client.restarts() << std::endl;
@@ -188,6 +196,23 @@ def test_the_cpp_client_gets_what_the_python_client_gets(
     assert int(words[4]) == planes["part_id"].sum(dtype=np.int64)
     assert int(words[5]) == 500_007
     assert float(words[6]) == 0.125
+
+
+def test_the_cpp_client_moves_bodies_while_the_shutter_is_open(
+    probe: Path, client: Client, scenario: Scenario
+) -> None:
+    program = Program(probe, client.address, "20")
+    words = program.ask("moving").split()
+    assert program.end() == 0
+    pose = BodyPose(
+        position_m=(0.5, -0.25, 40.0),
+        velocity_m_s=(0.0, 0.0, -0.1),
+        q_icrf_from_body_xyzw=(0.0, 0.0, 0.0, 1.0),
+        angular_velocity_rad_s=(0.25, -0.5, 0.125),
+    )
+    bodies = {"chaser": pose}
+    image = client.render(scenario.epoch_tai_ns + 7, "nav", bodies, 0.1, moving=True)
+    assert words == [image.state_hash, str(image.dn.sum(dtype=np.int64))]
 
 
 def test_the_cpp_client_says_what_is_wrong(probe: Path, client: Client) -> None:

@@ -40,6 +40,7 @@ _POSE = SentPose(
     velocity_m_s=(0.0, 7500.0, 0.125),
     q_icrf_from_body_xyzw=(0.0, 0.6, 0.0, 0.8),
     joints={"door": 0.5},
+    angular_velocity_rad_s=(0.0, -0.25, 0.0),
 )
 _SUN = SentSun(position_m=(1.5e11, 0.0, -1e9))
 _SHOTS = (
@@ -96,6 +97,7 @@ _WELCOME = Welcome(
     cameras=(_CARD,),
     bodies={"target": ("door",)},
     scenarios=("approach",),
+    lamps=("flood",),
 )
 _IMAGES = Images(
     id=2**63 - 1,
@@ -120,8 +122,18 @@ EXAMPLES: tuple[Message, ...] = (
         sun=_SUN,
         seek=True,
         deadline_ms=9800,
+        lamps={"flood": 0.5},
+        moving=True,
     ),
-    State(id=2, tai_ns=NOW, cameras=_SHOTS, bodies={"chaser": _POSE}, sun=_SUN),
+    State(
+        id=2,
+        tai_ns=NOW,
+        cameras=_SHOTS,
+        bodies={"chaser": _POSE},
+        sun=_SUN,
+        lamps={"flood": 0.5},
+        moving=True,
+    ),
     Next(id=3, after=299, deadline_ms=500),
     Configure(id=4, scenario="approach", seed=8),
     Ping(id=5),

@@ -11,13 +11,17 @@ import msgspec
 import numpy as np
 import pytest
 from simgl_bridge import Client, DelayLine, RemoteError, Shot
+from simgl_bridge.basilisk.sheet import load_sheets
 from simgl_bridge.checks import check_request
+from simgl_bridge.command import serve
 from simgl_bridge.messages import Render, SentPose
 from simgl_bridge.picture import requested_state
 from simgl_bridge.wire import BadMessageError
 
 from simgl import Scenario, scenario_from_dict
+from simgl.errors import AssetError
 from simgl.physics.constants import ASTRONOMICAL_UNIT
+from simgl.scenario.cameras import read_camera
 from tests.bridge.harness import Gate, RawLink, Running, header_of
 
 Starter = Callable[..., Running]
@@ -343,6 +347,47 @@ def test_a_scenario_is_chosen_by_name_from_the_servers_folder_alone(
         assert client.render(now, "nav").dn.shape == (48, 64)
         assert client.configure("wide").cameras[0].width == 80
         assert client.render(now, "nav").dn.shape == (48, 80)
+
+
+def test_a_chosen_scenario_may_not_reach_out_of_the_servers_folder(
+    start_server: Starter, scenario: Scenario, scenario_path: Any, tmp_path: Any
+) -> None:
+    root = tmp_path / "root"
+    root.mkdir()
+    (tmp_path / "secret.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    (root / "link.obj").symlink_to(tmp_path / "secret.obj")
+    text = scenario_path.read_text()
+    box = "model = { box = { size_m = [2.0, 1.0, 1.0], material = { reflectance = 0.5 } } }"
+    assert box in text
+    for name, model in (("up", "../secret.obj"), ("linked", "link.obj")):
+        (root / f"{name}.toml").write_text(text.replace(box, f'model = "{model}"'))
+    running = start_server(scenario, root=root)
+    with Client(running.address, timeout_s=20.0) as client:
+        for name in ("up", "linked"):
+            with pytest.raises(RemoteError, match=r"model: .* leads out of") as caught:
+                client.configure(name)
+            assert caught.value.code == "BAD_SCENE"
+        # The old scenario is still there.
+        assert client.render(scenario.epoch_tai_ns, "nav").dn.shape == (48, 64)
+
+
+def test_the_servers_own_scenario_and_cameras_may_not_reach_out_either(
+    scenario_path: Any, tmp_path: Any
+) -> None:
+    root = tmp_path / "root"
+    root.mkdir()
+    path = tmp_path / "psf.toml"
+    path.write_text(scenario_path.read_text().replace(
+        "[camera.nav]", '[camera.nav]\noptics = { psf_image = "psf.npy" }'
+    ))  # fmt: skip
+    sheet = tmp_path / "sheet.toml"
+    sheet.write_text('optics = { psf_image = "psf.npy" }\n')
+    np.save(tmp_path / "psf.npy", np.ones((3, 3)))
+    with pytest.raises(AssetError, match=r"optics\.psf_image: .* leads out of"):
+        serve(path, root=root)
+    found = load_sheets([f"1={sheet}"], root)[1]
+    with pytest.raises(AssetError, match=r"optics\.psf_image: .* leads out of"):
+        read_camera(found.where, "1", found.table, found.sun_temperature, found.base)
 
 
 def test_one_client_chooses_the_scene_and_another_is_told_so(

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from simgl.errors import ConfigError
 from simgl.physics.constants import SOLAR_TEMPERATURE
+from simgl.scenario.folder import Base, Folder
 from simgl.scenario.schema import CameraTable
 from simgl.scenario.strict import convert, read_toml
 
@@ -29,23 +30,27 @@ class Sheet:
 
     table: CameraTable
     where: str
-    base: Path
+    base: Base
     sun_temperature: float = SOLAR_TEMPERATURE
 
 
 DEFAULT_SHEET = Sheet(table=CameraTable(), where="camera", base=Path())
 
 
-def load_sheet(path: Path) -> Sheet:
-    """A camera file; raises ConfigError or AssetError with one clear line."""
+def load_sheet(path: Path, root: Path | None = None) -> Sheet:
+    """A camera file; raises ConfigError or AssetError with one clear line.
+
+    root : folder that the files it names must lie in; None lets them lie anywhere
+    """
     data = read_toml(path)
     for key in _SENT:
         if key in data:
             raise ConfigError(str(path), key, "comes from Basilisk; leave it out here")
-    return Sheet(table=convert(data, CameraTable, str(path)), where=str(path), base=path.parent)
+    base: Base = path.parent if root is None else Folder(path.parent, root.resolve())
+    return Sheet(table=convert(data, CameraTable, str(path)), where=str(path), base=base)
 
 
-def load_sheets(entries: list[str]) -> dict[int, Sheet]:
+def load_sheets(entries: list[str], root: Path | None = None) -> dict[int, Sheet]:
     """Camera files by camera id, from texts such as ``1=navcam.toml``."""
     sheets = {}
     for entry in entries:
@@ -55,5 +60,5 @@ def load_sheets(entries: list[str]) -> dict[int, Sheet]:
             raise ConfigError("simgl serve", "--camera", problem)
         if int(number) in sheets:
             raise ConfigError("simgl serve", "--camera", f"has camera {int(number)} twice")
-        sheets[int(number)] = load_sheet(Path(path))
+        sheets[int(number)] = load_sheet(Path(path), root)
     return sheets

@@ -1,7 +1,7 @@
-"""From DN to a relative position: find the bright thing, its wing tips, and what they mean.
+"""Far features: the bright thing before a dark sky, and its two wing tips.
 
-Nothing here knows the truth. It uses the pixels, the camera's geometry, and of the target the place
-of two wing tips on its body and its attitude (a cooperative target that reports LVLH attitude).
+Line of sight and range follow from the tips, whose distance is the target's apparent size. Nothing
+here knows the truth: it uses the pixels and a drawing of the wing.
 """
 
 from __future__ import annotations
@@ -12,41 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from examples.closed_loop.camera import Image, Pinhole
+
 Array = NDArray[np.float64]
-Image = NDArray[np.uint16]
 Mask = NDArray[np.bool_]
 
 BORDER = 16  # [px] the frame around the image that serves as dark sample
 DETECTION_SIGMA = 6.0  # 360 000 pixels of normal noise exceed it 4e-4 times per image
 SPECK = 0.01  # of the largest region; a smaller one is no part of the target
+BRIGHT_PERCENT = 90.0  # what is brighter are glints
 SMALLEST_SPAN = 8  # [px] a shorter target has no wing to measure
-CONSISTENT = 3.0  # [px] rays of both tips must meet the two tips within this
-
-
-@dataclass(frozen=True, kw_only=True)
-class Pinhole:
-    """Geometry of the camera [px]; pixel (column i, row j) has its centre at (i + 0.5, j + 0.5).
-
-    pedestal_dn : the converter's offset [DN]
-    """
-
-    width: int
-    height: int
-    focal_length: float
-    cx: float
-    cy: float
-    pedestal_dn: float
-
-    def ray(self, point: tuple[float, float]) -> Array:
-        """(3,) unit vector in camera axes through a point of the image (u, v) [px]."""
-        u, v = point
-        along = np.array([u - self.cx, v - self.cy, self.focal_length])
-        return np.asarray(along / np.linalg.norm(along))
-
-    def project(self, position_camera: Array) -> tuple[float, float]:
-        """Point of the image (u, v) [px] where a position in camera axes appears."""
-        x, y, z = position_camera
-        return self.cx + self.focal_length * x / z, self.cy + self.focal_length * y / z
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,11 +54,13 @@ class Silhouette:
     """The target in the image [px]; points are (u, v).
 
     box : left, top, right, bottom
+    level : of its brighter parts above the dark [DN]
     left_tip, right_tip : middle of the outermost edges; None where the image border cuts the target
     """
 
     box: tuple[int, int, int, int]
     area: int
+    level: float
     left_tip: tuple[float, float] | None
     right_tip: tuple[float, float] | None
 
@@ -112,6 +89,7 @@ def find_target(dn: Image, camera: Pinhole, pattern: TipPattern) -> Silhouette |
     return Silhouette(
         box=(left, top, right, bottom),
         area=int(target.sum()),
+        level=float(np.percentile(signal[target], BRIGHT_PERCENT)),
         left_tip=tips[0] if tips else None,
         right_tip=tips[1] if tips else None,
     )
@@ -206,31 +184,3 @@ def fit_tip(profile: Array, rough: float, scale: float, pattern: TipPattern) -> 
     wanted = kinds.swapaxes(1, 2) @ profile
     explained = np.einsum("ij,ij->i", wanted, np.linalg.solve(normal, wanted[..., None])[..., 0])
     return float(tips[int(np.argmax(explained))])
-
-
-def locate(
-    silhouette: Silhouette,
-    camera: Pinhole,
-    R_lvlh_from_camera: Array,
-    tips_lvlh: tuple[Array, Array],
-) -> Array | None:
-    """(3,) position of the camera from the target's origin in LVLH [m], from two rays.
-
-    tips_lvlh : (3,) left and right wing tip from the target's origin in LVLH axes [m]
-    returns None where a tip is not seen, or the rays do not fit the tips
-    """
-    if silhouette.left_tip is None or silhouette.right_tip is None:
-        return None
-    # A camera at r sees the tip p along d: (I - d d^T)(p - r) = 0. Two tips: least squares for r.
-    weights, sums = np.zeros((3, 3)), np.zeros(3)
-    rays = [R_lvlh_from_camera @ camera.ray(t) for t in (silhouette.left_tip, silhouette.right_tip)]
-    across = [np.eye(3) - np.outer(d, d) for d in rays]
-    for flat, tip in zip(across, tips_lvlh, strict=True):
-        weights += flat
-        sums += flat @ tip
-    position = np.asarray(np.linalg.solve(weights, sums), dtype=np.float64)
-    misses = [
-        np.linalg.norm(flat @ (tip - position)) / np.linalg.norm(tip - position)
-        for flat, tip in zip(across, tips_lvlh, strict=True)
-    ]
-    return position if max(misses) * camera.focal_length < CONSISTENT else None
