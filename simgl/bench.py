@@ -23,8 +23,15 @@ from rich.table import Table
 
 from simgl import __version__, assets
 from simgl.errors import ConfigError, did_you_mean
+from simgl.gpu.context import open_context
+from simgl.passes.air_tables import ORDERS, AirKind, make_tables
+from simgl.passes.earth_maps import form_map, ground_textures, land_map
+from simgl.passes.weather import noise_texture, weather_codes
+from simgl.physics.air import STANDARD
 from simgl.scenario.loader import load_scenario
 from simgl.scenario.scenario import Scenario
+from simgl.scene.chart import chart
+from simgl.scene.earth import Clouds, Earth
 from simgl.simulator import Simulator
 from simgl.transport.bake import Progress as Report
 
@@ -57,13 +64,22 @@ class SceneResult(msgspec.Struct, frozen=True, kw_only=True):
     passes_ms: dict[str, float]
 
 
+class TableResult(msgspec.Struct, frozen=True, kw_only=True):
+    """What the Earth's pictures read: its size on the GPU, and the time to make it anew."""
+
+    name: str
+    bytes: int
+    seconds: float
+
+
 class Results(msgspec.Struct, frozen=True, kw_only=True):
-    """What ``simgl bench --json`` writes."""
+    """What ``simgl bench --json`` writes; ``tables`` are empty where scenes were chosen."""
 
     machine: str
     renderer: str
     version: str
     scenes: list[SceneResult]
+    tables: list[TableResult]
 
     def to_json(self) -> bytes:
         """Indented JSON text."""
@@ -146,6 +162,44 @@ def _one_scene(path: Path, frames: int, progress: Report) -> tuple[str, list[Sce
     return renderer, results
 
 
+def earth_tables() -> list[TableResult]:
+    """Made anew, past every cache: of the standard air, the shipped maps and the default clouds."""
+    earth = Earth(air=STANDARD, clouds=Clouds())
+    found: list[TableResult] = []
+
+    def note(name: str, make: Callable[[], int]) -> None:
+        start = time.perf_counter()
+        size = make()
+        seconds = round(time.perf_counter() - start, 2)
+        found.append(TableResult(name=name, bytes=size, seconds=seconds))
+
+    with open_context() as ctx:
+        kind = AirKind(air=STANDARD, radius=earth.equatorial_radius, albedo=earth.mean_albedo)
+
+        def air() -> int:
+            return sum(t.nbytes for t in make_tables(ctx, kind, orders=ORDERS).values())
+
+        note("air, all views", air)
+        # With their mipmaps, a third of the largest level; the chart also level by level.
+        noise, ground = noise_texture(ctx, 0), ground_textures(ctx, earth.maps)
+        note("weather", lambda: weather_codes(ctx, Clouds(), noise, ground).nbytes * 4 // 3)
+        noise.release()
+        for texture in ground:
+            texture.release()
+        note(
+            "noise of clouds and hills", lambda: 2 * sum(c.nbytes for c in chart.__wrapped__(0)[0])
+        )
+        note(
+            "maps",
+            lambda: (
+                (land_map.__wrapped__(None).nbytes + form_map.__wrapped__(None, None).nbytes)
+                * 4
+                // 3
+            ),
+        )
+    return found
+
+
 def run(*, scenes: Sequence[str] | None, frames: int, console: Console) -> Results:
     """Run the named scenes (all, if None), with a progress bar."""
     files = scene_files()
@@ -164,11 +218,17 @@ def run(*, scenes: Sequence[str] | None, frames: int, console: Console) -> Resul
 
             renderer, of_scene = _one_scene(files[name], frames, report)
             results += of_scene
-    return Results(machine=machine(), renderer=renderer, version=__version__, scenes=results)
+    return Results(
+        machine=machine(),
+        renderer=renderer,
+        version=__version__,
+        scenes=results,
+        tables=[] if scenes else earth_tables(),
+    )
 
 
 def tables(results: Results) -> Group:
-    """Frame times and pass times for a terminal."""
+    """Frame times, pass times and tables for a terminal."""
     frames = Table(title=f"simgl {results.version} on {results.machine}\n{results.renderer}")
     frames.add_column("scene", no_wrap=True)
     for column in ("size", "triangles", "bridge", "p50 ms", "p95 ms", "p99 ms", "fps"):
@@ -192,4 +252,10 @@ def tables(results: Results) -> Group:
     for name in dict.fromkeys(name for scene in timed for name in scene.passes_ms):
         cells = [scene.passes_ms.get(name) for scene in timed]
         passes.add_row(name, *("" if ms is None else f"{ms:.1f}" for ms in cells))
-    return Group(frames, passes)
+    made = Table(title="tables of the Earth, made once")
+    made.add_column("table", no_wrap=True)
+    for column in ("MB", "s"):
+        made.add_column(column, justify="right")
+    for table in results.tables:
+        made.add_row(table.name, f"{table.bytes / 1e6:.1f}", f"{table.seconds:.1f}")
+    return Group(frames, passes, *([made] if results.tables else []))

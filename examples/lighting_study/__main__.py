@@ -36,7 +36,7 @@ def main(
         with bake_bar() as progress:
             ready = Simulator(scenario, progress=progress)
         with ready as simulator:
-            renderer = simulator.renderer_name.split(",")[0]
+            renderer = simulator.renderer_name.rsplit(", ", 1)[0]
             for case in (case for case in CASES if case.file == file):
                 shot = take(simulator, case.camera)
                 shots[case.name], found[case.name] = shot, readings(case, shot)

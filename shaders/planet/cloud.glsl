@@ -23,22 +23,40 @@ float cloud_diffuse_reflectance(float tau) {
     return g1_scaled / (1.0 + g1_scaled);
 }
 
-float cover_ramp(float share, float ragged) {
-    return max(min(0.75 - 0.4 * ragged, 2.0 * min(share, 1.0 - share)), 0.008);
+// Share of a standard normal variable below x, within 2e-4 (Page 1977).
+float normal_share(float x) {
+    return 1.0 / (1.0 + exp(-x * (1.5976 + 0.07056 * x * x)));
 }
 
-// Part of the sky covered at a place where `share` of the surroundings is: 0 or 1 but for a ramp.
-// `level` is spread evenly over 0..1; the mean over it is `share` whatever the raggedness.
-float cover_here(float share, float level, float ragged) {
-    // Never 0 or 1, so that a share of 0 or 1 has no ramp.
-    level = 0.004 + 0.992 * level;
-    return clamp((level - 1.0 + share) / cover_ramp(share, ragged) + 0.5, 0.0, 1.0);
+// Its inverse, within 0.012 for shares from 0.002 to 0.998.
+float normal_quantile(float share) {
+    float x = clamp(share, 0.002, 0.998);
+    float odds = log(x / (1.0 - x));
+    return odds * (0.3544 + 7.2377 / (26.732 + odds * odds));
 }
 
-// How much thicker than their mean clouds are at a level: its mean, weighted by the cover, is 0.
-float thicker(float share, float level, float ragged) {
-    float ramp = cover_ramp(share, ragged);
-    return 2.0 * level - 2.0 + share + ramp * ramp / (12.0 * max(share, 0.004));
+// How soft a cloud's edge is: the noise's rms over which it grows from nothing to its thickness.
+float cloud_softness(float ragged) {
+    return 0.65 - 0.5 * ragged;
+}
+
+// Part of a pixel that cloud covers where `share` of the surroundings is covered.
+//
+// Cloud stands where noise exceeds a level. Of the noise, spread like a standard normal variable, a
+// pixel resolves `seen`, whose variance is `kept`; the rest is a chance. So the mean over the noise is
+// `share` whatever is kept: no pixel is too large, and none shows grains that are finer than itself.
+float cover_here(float share, float seen, float kept, float softness) {
+    float soft2 = softness * softness;
+    float level = normal_quantile(share) * sqrt(1.0 + soft2);
+    // No cloud of the clamped quantile where there is none: a share is at least a code of the map.
+    return normal_share((level + seen) * inversesqrt(1.0 - kept + soft2)) * min(255.0 * share, 1.0);
+}
+
+// How much the noise exceeds what it is within clouds on the average: weighted by the cover, its mean
+// is 0.
+float thicker(float share, float seen, float kept, float softness) {
+    float x = clamp(share, 0.002, 0.998), level = normal_quantile(x);
+    return seen - kept * 0.39894 * exp(-0.5 * level * level) * inversesqrt(1.0 + softness * softness) / x;
 }
 
 float cloud_thickness(float code) {

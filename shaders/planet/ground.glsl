@@ -1,84 +1,94 @@
 // What land, sea and clouds send up of the light that reaches them [W m-2 sr-1].
 #include "block/planet"
 #include "planet/cloud.glsl"
-#include "planet/noise.glsl"
 #include "planet/ocean.glsl"
 #include "planet/place.glsl"
 
+#ifndef SEA
 uniform sampler2D land_map;   // square roots of reflectance R, G, B, N
 uniform sampler2D form_map;   // slopes to the east and north, shore, night lights
+#endif
 uniform sampler2D weather_map;   // share of cloud, thickness code, thin high cloud, raggedness
 
-// Waves in the volume of noise are a quarter to a thirty-second of this long [km].
-const float NOISE_TILE_KM = 40.0;
 // Steps of the maps' codes, as in simgl/generate/earth_maps.py.
 const float ROOT_SLOPE_STEP = 255.0 / 120.0;
 const float SHORE_KM = 255.0 / 6.0;
 const vec3 ZERO_CODE = vec3(128.0 / 255.0);
-// Noise slopes are kept over +-4 of their rms.
-const float NOISE_SLOPE = 8.0;
 // Mean of max(1 - 3 |g|, 0) for a normal g: 2 phi(0) (1/3 - 1/6) to first order.
 const float BED_MEAN = 0.131;
 
-// How much of the noise a pixel resolves: 1 up to a texel of the volume, 0 from sixteen on, half its
-// longest waves.
-float resolved(float footprint_km) {
-    return clamp(1.0 - 0.25 * log2(max(footprint_km, 1e-6) * 128.0 / NOISE_TILE_KM), 0.0, 1.0);
+#ifdef EARTH_MAPS
+// The noise at a spot; none where pixels are too large for it.
+vec4 noise_at(Spot spot, float level) {
+#ifdef FAR
+    return vec4(0.0);
+#elif defined(EVEN)
+    return chart_at(spot.on_chart, level);
+#else
+    return chart_about(spot.up, level);
+#endif
 }
 
-// Radiance at the camera from a place on the ellipsoid and the clouds above it, on top of all that
-// the air scatters before the ground: what clouds hide of that is taken off.
-vec4 ground_radiance(Place here) {
+// The clouds' noise: cells where they lie in decks, puffs elsewhere.
+float cloud_noise(vec4 noise, float ragged) {
+    float cells = clamp(2.2 - 4.0 * ragged, 0.0, 1.0);
+    return noise.z * sqrt(1.0 - cells) + noise.w * sqrt(cells);
+}
+#endif
+
+// What comes from ground and clouds to the camera [W m-2 sr-1], and how much passes the clouds.
+struct Sight {
+    vec4 light;
+    float past;
+};
+
+// Of a place on the ellipsoid and the clouds before it, on top of all that the air scatters before the
+// ground: what clouds hide of that is taken off.
+//
+// on_earth, on_clouds : shares of the pixel that lie on the ground, and on the clouds' sphere
+Sight ground_sight(Place here, float on_earth, float on_clouds) {
     vec3 normal = here.normal, view = here.view, sun = sun_direction_itrf.xyz;
-    float footprint = here.footprint, lit = here.lit, mu_sun = dot(normal, sun);
+    float lit = here.lit, mu_sun = dot(normal, sun);
     vec4 direct = here.direct, diffuse = here.diffuse;
 #ifndef EARTH_MAPS
-    return earth_albedo / PI * (direct * lit + diffuse);
+    return Sight(on_earth * earth_albedo / PI * (direct * lit + diffuse), 1.0);
 #else
-    // Noise below the maps' resolution, as far as the pixel resolves it.
-    float footprint_km = footprint * planet_km;
-    float detail = resolved(footprint_km);
-    vec3 in_noise = noise_place(normal * planet_km, NOISE_TILE_KM);
-    vec4 noise = textureLod(noise_volume, in_noise, 0.0);
-    vec3 hills = detail * NOISE_SLOPE * (noise.xyz - 0.5) * NOISE_FROM_ITRF;
-    float grain = dot(hills, normal);
+    float level = here.levels.x, halvings = here.levels.y;
+    float kept = here.kept.x;
 
+#ifndef SEA
+    // Noise below the maps' resolution, as far as the pixel resolves it: slopes to east and north.
+    vec2 along = noise_at(here.ground, halvings).xy;
+    vec2 hills = mat2(here.turn, -here.turn.y, here.turn.x) * along;
+    float kept_hills = here.kept.y, grain = 0.7071 * (along.x + along.y);
+    // It frays what lies between two texels of the maps.
     float across = max(length(normal.xy), 1e-4);
-    vec3 east = vec3(-normal.y, normal.x, 0.0) / across, north = cross(normal, east);
-    vec2 place = here.on_map;
-    float level = log2(max(footprint / PI * float(textureSize(land_map, 0).y), 1e-6));
-    // The noise frays what lies between two texels of the maps.
-    vec2 kilometre = vec2(0.5 / across, 1.0) / (planet_km * PI);
-    vec2 fray = kilometre * vec2(dot(hills, north), dot(hills, east));
-    vec4 form = textureLod(form_map, place + fray, level);
-    vec4 land = textureLod(land_map, place + fray, level);
-    vec4 weather = textureLod(weather_map, place + 2.0 * fray, level);
+    vec2 fray = vec2(0.5 / across, 1.0) / (planet_km * PI) * hills.yx;
+    vec4 form = textureLod(form_map, here.ground.on_map + fray, level);
+    vec4 land = textureLod(land_map, here.ground.on_map + fray, level);
 
     // Relief: slopes of the map, and hills that are the steeper the more rugged the map.
     vec2 root = (form.xy - ZERO_CODE.xy) * ROOT_SLOPE_STEP;
     vec2 slope = root * abs(root);
-    float rugged = min(0.01 + 4.0 * length(slope), 0.35);
-    vec3 tilt = slope.x * east + slope.y * north + rugged * (hills - grain * normal);
-    float steepness = inversesqrt(1.0 + dot(tilt, tilt));
+    slope += min(0.01 + 4.0 * length(slope), 0.35) * hills;
+    vec2 level_sun = vec2(normal.x * sun.y - normal.y * sun.x,
+                          sun.z - mu_sun * normal.z) / across;
     // No finer at the terminator than hills are rough.
-    float lit_land = max((mu_sun - dot(tilt, sun)) * steepness, 0.0);
+    float lit_land = max((mu_sun - dot(slope, level_sun)) * inversesqrt(1.0 + dot(slope, slope)), 0.0);
     // Ground and growth change from hill to hill, growth most where there is some.
     land *= land;
     float growth = clamp(4.0 * (land.a - 1.2 * land.r), 0.0, 1.0);
     // Valleys and dry beds run where a slope turns; their mean darkness is taken off.
-    float bed = max(1.0 - 3.0 * NOISE_SLOPE * abs(noise.x - 0.5), 0.0) - BED_MEAN;
-    land *= 1.0 - 0.22 * detail * bed + grain * (0.07 + growth * vec4(0.11, 0.07, 0.09, 0.0))
-                + dot(hills, east) * growth * vec4(0.08, 0.0, 0.05, -0.06);
+    float bed = max(1.0 - 3.0 * abs(along.x) * inversesqrt(max(kept_hills, 1e-3)), 0.0) - BED_MEAN;
+    land *= 1.0 - 0.22 * kept_hills * bed + grain * (0.07 + growth * vec4(0.11, 0.07, 0.09, 0.0))
+                + hills.x * growth * vec4(0.08, 0.0, 0.05, -0.06);
+#endif
 
-    // Clouds between the Sun and the ground: what lies towards the Sun, by the layer's height.
-    float mu_shadow = max(mu_sun, 0.15);
-    vec3 towards_sun = (sun - mu_sun * normal) * (cloud_km / mu_shadow);
-    vec2 shaded_place = place + 2.0 * fray + kilometre
-                      * vec2(dot(towards_sun, east), -dot(towards_sun, north));
-    vec4 shading = textureLod(weather_map, shaded_place, level);
-    vec3 shaded_in_noise = in_noise + noise_step(towards_sun, NOISE_TILE_KM);
-    float shade_level = textureLod(noise_volume, shaded_in_noise, 0.0).w;
-    float shade = mix(shading.x, cover_here(shading.x, shade_level, shading.w), detail);
+    // Clouds between the Sun and the ground, where its light comes through their layer.
+    vec4 shading = textureLod(weather_map, here.shade.on_map, level);
+    float shade_noise = cloud_noise(noise_at(here.shade, halvings), shading.w);
+    float shade = cover_here(shading.x, shade_noise, kept, cloud_softness(shading.w));
+    vec4 weather = textureLod(weather_map, here.cloud.on_map, level);
     float mu_light = max(mu_sun, 0.05);
     float tau = cloud_thickness(weather.y);
     float reflected = cloud_reflectance(tau, mu_light);
@@ -86,31 +96,43 @@ vec4 ground_radiance(Place here) {
 
     // The sea; the waves' glint takes only light that no cloud has scattered.
     float mu_view = max(dot(normal, view), 0.0);
-    float variance = wave_slope_variance * (1.0 + 0.1 * grain);
+    float variance = wave_slope_variance;
     float sky_mirror = sky_in_waves(mu_view, variance);
+#ifdef AIR_INSIDE
+    vec4 sky = here.sky;
+#else
+    vec4 sky = diffuse / PI;
+#endif
     vec4 water = water_body / PI * (direct * lit + diffuse) * through
-               + diffuse * through * sky_mirror / PI
+               + sky * through * sky_mirror
                + direct * glint(normal, sun, view, variance) * (1.0 - shade);
+#ifdef SEA
+    vec4 below = water;
+#else
     float shore_km = (form.z - ZERO_CODE.z) * SHORE_KM + 0.4 * grain;
-    float sea = clamp(0.5 + shore_km / max(footprint_km, 0.4), 0.0, 1.0);
+    float sea = clamp(0.5 + shore_km / max(here.footprint, 0.4), 0.0, 1.0);
     vec4 below = mix(land / PI * (direct * lit_land + diffuse) * through, water, sea);
 
-    // Lamps are on from sunset. A level's sixth power has the mean 1 / 7.
-    float level2 = noise.w * noise.w;
-    float lamps = form.w * form.w * (1.0 + detail * (7.0 * level2 * level2 * level2 - 1.0));
+    // Lamps are on from sunset, most where the ground is level. For slopes of variance v along both
+    // axes the mean of exp(-1.5 slope^2) is 1 / (1 + 3 v).
+    float lamps = form.w * form.w * exp(-1.5 * dot(along, along)) * (1.0 + 3.0 * kept_hills);
     below += here.to_ground * night_radiance * (lamps * clamp(0.5 - 12.0 * mu_sun, 0.0, 1.0));
+#endif
 
-    // Clouds between the ground and the camera. Where the level is high they are thick; what looks
+    // Clouds between the ground and the camera. Where the noise is high they are thick; what looks
     // towards the Sun is bright.
-    float cover = clouds_below * mix(weather.x, cover_here(weather.x, noise.w, weather.w), detail);
-    float relief = (0.1 + 0.4 * weather.w) * thicker(weather.x, noise.w, weather.w)
-                 + 0.5 * max(2.0 * weather.x - 1.0, 0.0) * (noise.w - shade_level);
-    float bright = cover * reflected * (1.0 + detail * (1.0 - reflected) * relief);
+    float noise = cloud_noise(noise_at(here.cloud, halvings), weather.w);
+    float softness = cloud_softness(weather.w);
+    float cover = clouds_below * cover_here(weather.x, noise, kept, softness);
+    float relief = 0.35 * thicker(weather.x, noise, kept, softness)
+                 + 0.2 * max(2.0 * weather.x - 1.0, 0.0) * (noise - shade_noise);
+    float bright = cover * reflected * max(1.0 + (1.0 - reflected) * relief, 0.0);
     float back = cover * cloud_diffuse_reflectance(tau);
-    float high_tau = clouds_below * high_cloud_thickness * weather.z * (1.0 + 0.3 * grain);
+    float high_tau = clouds_below * high_cloud_thickness * weather.z;
     float high = high_tau / (high_tau + 7.7 * mu_light), high_back = high_tau / (high_tau + 7.7);
-    float past_high = (1.0 - high) * (1.0 - high_back), past_low = 1.0 - back;
-    return here.white * (high + bright * past_high) + below * (past_low * past_high)
-         - here.beneath * (1.0 - past_low * past_high);
+    float past_high = (1.0 - high) * (1.0 - high_back);
+    float past = past_high * (1.0 - back);
+    vec4 layer = here.white * (high + bright * past_high) - here.beneath * (1.0 - past);
+    return Sight(on_clouds * layer + on_earth * past * below, 1.0 - on_clouds * (1.0 - past));
 #endif
 }

@@ -2,26 +2,44 @@
 #include "block/planet"
 #include "common/sun.glsl"
 #include "air/daylight.glsl"
+#include "planet/chart.glsl"
 #ifdef AIR
 #include "air/air.glsl"
 #endif
+
+// Lower than this sine the Sun throws no longer shadows [km of way per km of height].
+const float SHADOW_SINE = 0.15;
+
+// A place of the clouds' noise and of the maps: on the maps, longitude and latitude, 0..1 eastwards
+// and southwards; on the chart, where one face is enough for all of a tile, and the vertical where not.
+struct Spot {
+    vec2 on_map;
+#ifdef EVEN
+    vec2 on_chart;
+#else
+    vec3 up;
+#endif
+};
 
 // Light as it reaches the camera: dimmed by the air on the way.
 //
 // normal    : of the ellipsoid, ITRF
 // view      : unit, towards the camera, ITRF
-// on_map    : longitude and latitude, 0..1 eastwards and southwards
-// footprint : of the pixel [rad of latitude]
+// footprint : of the pixel [km]
 // lit       : effective cosine of the Sun's disc
 // direct    : irradiance by the Sun on a plane that faces it, at the ground [W m-2]
 // diffuse   : irradiance by the sky on the horizontal ground [W m-2]
 // to_ground : transmittance from the ground to the camera
 // white     : radiance of a white layer at the height of the clouds [W m-2 sr-1]
 // beneath   : radiance that the air between ground and clouds adds [W m-2 sr-1]
+// sky       : radiance of the sky that level waves mirror (AIR_INSIDE; elsewhere the sky's mean)
+// ground, cloud, shade : the spot seen, where the ray meets the clouds, where the Sun's light does
+// turn      : of the chart's axes from east and north: cosine, sine
+// levels    : halvings of the maps and of the chart that a pixel spans
+// kept      : variance of clouds' puffs and of hills' slopes that it resolves
 struct Place {
     vec3 normal;
     vec3 view;
-    vec2 on_map;
     float footprint;
     float lit;
     vec4 direct;
@@ -29,25 +47,63 @@ struct Place {
     vec4 to_ground;
     vec4 white;
     vec4 beneath;
+#ifdef EARTH_MAPS
+#ifdef AIR_INSIDE
+    vec4 sky;
+#endif
+    Spot ground;
+    Spot cloud;
+    Spot shade;
+    vec2 turn;
+    vec2 levels;
+    vec2 kept;
+#endif
 };
 
+vec2 place_on_map(vec3 n) {
+    return vec2(atan(n.y, n.x) / (2.0 * PI) + 0.5, 0.5 - atan(n.z, max(length(n.xy), 1e-4)) / PI);
+}
+
+Spot spot_at(vec3 n, vec2 near) {
+    vec2 on_map = place_on_map(n);
+    // On the same side of the date line.
+    on_map.x = near.x + fract(on_map.x - near.x + 0.5) - 0.5;
+#ifdef EVEN
+    return Spot(on_map, chart_place(n));
+#else
+    return Spot(on_map, n);
+#endif
+}
+
 // Where a ray along `d` meets the ground at `t`, in sphere space; the cosine there, at least 1e-3.
-Place place_at(vec3 d, float t, float slant) {
+// cloud_t : where it meets the clouds
+Place place_at(vec3 d, float t, float cloud_t, float slant) {
     Place place;
     // The gradient of the sphere's equation, stretched back, is the ellipsoid's normal (ITRF).
-    place.normal = normalize((camera_in_sphere.xyz + t * d) * sphere_axes.xyz);
+    vec3 n = normalize((camera_in_sphere.xyz + t * d) * sphere_axes.xyz);
+    place.normal = n;
     place.view = -normalize(d / sphere_axes.xyz);
-    place.footprint = t / (intrinsics.x * sqrt(slant));
-    float mu_sun = dot(place.normal, sun_direction_itrf.xyz);
+    place.footprint = planet_km * t / (intrinsics.x * sqrt(slant));
+    float mu_sun = dot(n, sun_direction_itrf.xyz);
     place.lit = disc_cosine(mu_sun, sun_angular_radius);
     Daylight day = air_daylight(mu_sun);
     place.direct = day.direct;
     place.diffuse = day.diffuse;
     place.to_ground = vec4(1.0);
 #ifdef EARTH_MAPS
-    vec3 n = place.normal;
-    place.on_map = vec2(atan(n.y, n.x) / (2.0 * PI) + 0.5,
-                        0.5 - atan(n.z, max(length(n.xy), 1e-4)) / PI);
+    vec3 to_sun = sun_direction_itrf.xyz - mu_sun * n;
+    vec3 shade = n + to_sun * (cloud_km / (planet_km * max(mu_sun, SHADOW_SINE)));
+    vec3 cloud = (camera_in_sphere.xyz + cloud_t * d) * sphere_axes.xyz;
+    vec2 on_map = place_on_map(n);
+    place.ground = spot_at(n, on_map);
+    place.cloud = spot_at(normalize(cloud), on_map);
+    place.shade = spot_at(normalize(shade), on_map);
+    vec3 east = vec3(-n.y, n.x, 0.0) / max(length(n.xy), 1e-4);
+    place.turn = chart_turn(n, east, cross(n, east));
+    vec2 texels = place.footprint / vec2(map_texel_km, chart_texel_km);
+    place.levels = max(log2(texels), 0.0);
+    place.levels.y = chart_level(place.levels.y);
+    place.kept = chart_kept[int(place.levels.y)].xy;
     Daylight high = air_daylight_at(cloud_km, mu_sun);
     place.white = (high.direct * place.lit + high.diffuse) / PI;
     place.beneath = vec4(0.0);
@@ -55,12 +111,33 @@ Place place_at(vec3 d, float t, float slant) {
     return place;
 }
 
+#ifdef AIR_INSIDE
+// Height over which the sky that the camera sees stands for that over the sea [km].
+const float SAME_SKY_KM = 4.0;
+
+// The sky that waves mirror towards the camera, radiance there. Of a grazing ray they show their
+// near sides, which lean by some of their rms slope and mirror the sky that much twice higher.
+vec4 sky_in_the_sea(Place place) {
+    vec3 up = camera_up.xyz;
+    float lean = sqrt(0.5 * wave_slope_variance);
+    float mu = dot(place.normal, place.view);
+    float high = clamp(mu + 1.5 * lean * (1.0 - mu), 0.01, 0.999);
+    vec3 level = -place.view + dot(place.view, up) * up;
+    vec3 direction = normalize(level + 1e-6) * sqrt(1.0 - high * high) + high * up;
+    return air_ray(direction, high / camera_nearness, 0.0, 0.0).light;
+}
+#endif
+
 #ifdef AIR
 Place place_through(AirRay air, Place place) {
     place.to_ground = air.to_ground;
     place.direct *= air.to_ground;
     place.diffuse *= air.to_ground;
 #ifdef EARTH_MAPS
+#ifdef AIR_INSIDE
+    place.sky = mix(place.diffuse / PI, sky_in_the_sea(place) * air.to_ground,
+                    exp(-camera_height / SAME_SKY_KM));
+#endif
     AirRay over = air_before(air, cloud_km);
     place.white *= over.to_ground;
     place.beneath = air.light - over.light;

@@ -22,12 +22,22 @@ void main() {
     radiance = vec4(0.0);
     beyond = vec4(1.0 - on_earth);
 #endif
-    if (on_earth <= 0.0) return;
+    float on_clouds = on_earth;
+#ifdef EARTH_MAPS
+    // Clouds stand over the horizon.
+    float to_clouds = clouds_discriminant(ray);
+    if (clouds_below > 0.0 && od < 0.0) on_clouds = max(coverage(to_clouds), on_earth);
+#else
+    float to_clouds = discriminant;
+#endif
+    if (on_clouds <= 0.0) return;
     float root = sqrt(max(discriminant, 0.0));
     float t = outside / (root - od);
-    Place here = place_at(d, t, max(root / sqrt(dd), 1e-3));
+    Place here = place_at(d, t, clouds_t(ray, to_clouds), max(root / sqrt(dd), 1e-3));
 #ifdef AIR
     here = place_through(air, here);
 #endif
-    radiance += on_earth * ground_radiance(here);
+    Sight sight = ground_sight(here, on_earth, on_clouds);
+    radiance += sight.light;
+    beyond *= sight.past;
 }

@@ -15,3 +15,14 @@ Ray ray_through(vec2 pixel) {
     float dd = dot(d, d), od = dot(camera_in_sphere.xyz, d);
     return Ray(d, dd, od, od * od - dd * outside);
 }
+
+// Half the ray's way inside the sphere that the clouds lie on, squared, times dd; negative past it.
+float clouds_discriminant(Ray ray) {
+    return ray.od * ray.od - ray.dd * cloud_outside;
+}
+
+// Where a ray meets that sphere: first, or out of its inside.
+float clouds_t(Ray ray, float discriminant) {
+    float root = sqrt(max(discriminant, 0.0));
+    return cloud_outside > 0.0 ? cloud_outside / (root - ray.od) : (root - ray.od) / ray.dd;
+}

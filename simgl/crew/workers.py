@@ -52,6 +52,17 @@ class _Stage(WorkerPlugin):
             raise RuntimeError(f"a worker has simgl {__version__}, not {self._version}")
         self._thread = ThreadPoolExecutor(max_workers=1)
 
+    def teardown(self, worker: object) -> None:  # noqa: ARG002 - asked for by Dask
+        """Free the simulator before another job comes to the same worker."""
+        assert self._thread is not None
+        self._thread.submit(self._close)
+        self._thread.shutdown(wait=False)
+
+    def _close(self) -> None:
+        if self._simulator is not None:
+            self._simulator.close()
+            self._simulator = None
+
     def take(self, frame: int) -> object:
         """A frame, or what stands against it."""
         assert self._thread is not None

@@ -39,20 +39,43 @@ class TileProgram:
             samplers=samplers,
             defines=dict.fromkeys(defines, 1),
         )
+        self._ctx = ctx
+        self._sheets: dict[int, _Sheet] = {}
+
+    def draw(self, tiles: NDArray[np.bool_], edge: int, sheet: int = 0) -> None:
+        """The tiles of a mask (rows, columns), their edges so many pixels long.
+
+        sheet : masks that are drawn in turn keep their faces on different ones
+        """
+        if not tiles.any():
+            return
+        if sheet not in self._sheets:
+            self._sheets[sheet] = _Sheet(self._ctx, self._program)
+        self._sheets[sheet].draw(tiles, edge)
+
+    def release(self) -> None:
+        """Free everything."""
+        for sheet in self._sheets.values():
+            sheet.release()
+        self._program.release()
+
+
+class _Sheet:
+    """The faces of one mask, uploaded when it changes."""
+
+    def __init__(self, ctx: moderngl.Context, program: moderngl.Program) -> None:
         self._corners = ctx.buffer(reserve=16, dynamic=True)
         self._indices = ctx.buffer(reserve=16, dynamic=True)
         self._array = ctx.vertex_array(
-            self._program, [(self._corners, "2f", "corner")], index_buffer=self._indices
+            program, [(self._corners, "2f", "corner")], index_buffer=self._indices
         )
         self._drawn: tuple[int, bytes] | None = None
+        self._count = 0
 
     def draw(self, tiles: NDArray[np.bool_], edge: int) -> None:
-        """The tiles of a mask (rows, columns), their edges so many pixels long."""
-        row, column = np.nonzero(tiles)
-        if not row.size:
-            return
-        rows, columns = tiles.shape
         if (edge, tiles.tobytes()) != self._drawn:
+            row, column = np.nonzero(tiles)
+            rows, columns = tiles.shape
             y, x = np.mgrid[: rows + 1, : columns + 1]
             corners = edge * np.stack([x, y], axis=-1).astype(np.float32)
             first = row * (columns + 1) + column
@@ -61,10 +84,9 @@ class TileProgram:
             for buffer, data in ((self._corners, corners), (self._indices, faces.astype("<u4"))):
                 buffer.orphan(max(data.nbytes, 16))
                 buffer.write(data.tobytes())
-            self._drawn = edge, tiles.tobytes()
-        self._array.render(moderngl.TRIANGLES, vertices=6 * row.size)
+            self._drawn, self._count = (edge, tiles.tobytes()), 6 * row.size
+        self._array.render(moderngl.TRIANGLES, vertices=self._count)
 
     def release(self) -> None:
-        """Free everything."""
-        for item in (self._array, self._corners, self._indices, self._program):
+        for item in (self._array, self._corners, self._indices):
             item.release()

@@ -22,6 +22,8 @@ Bytes = NDArray[np.uint8]
 WIDTH, HEIGHT = 4096, 2048
 _SHORE_STEPS_PER_KM = 6.0
 _KM_PER_DEGREE = 111.19
+# Cells by which open sea is told, from pole to pole, and the distance to a shore.
+_CELLS, _OPEN_SEA_KM = 256, 10.0
 
 
 def _shipped(name: str, mode: str) -> Bytes:
@@ -64,6 +66,21 @@ def _shore(water: Image.Image) -> Bytes:
     distance = distance_transform_edt(is_water) - distance_transform_edt(~is_water)
     code = np.clip(np.round(128.0 + _SHORE_STEPS_PER_KM * km * distance), 0, 255)
     return np.asarray(code, dtype=np.uint8)
+
+
+def open_sea(maps: EarthMaps) -> NDArray[np.bool_]:
+    """(rows, columns) cells of 0.7 deg all of which lies far enough from any shore.
+
+    So far that noise frays no shore into them, and no pixel of half a cell's width sees one.
+    """
+    shore = form_map(maps.water, maps.night)[..., 2]
+    height, width = shore.shape
+    rows, columns = (
+        np.arange(_CELLS) * height // _CELLS,
+        np.arange(2 * _CELLS) * width // (2 * _CELLS),
+    )
+    least = np.minimum.reduceat(np.minimum.reduceat(shore, rows, axis=0), columns, axis=1)
+    return np.asarray(least > 128 + _SHORE_STEPS_PER_KM * _OPEN_SEA_KM)
 
 
 def map_texture(ctx: moderngl.Context, values: Bytes) -> moderngl.Texture:

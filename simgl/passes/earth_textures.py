@@ -5,21 +5,28 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import moderngl
+import numpy as np
+from numpy.typing import NDArray
 
 from simgl.gpu.fullscreen import Texture
-from simgl.passes.earth_maps import Bytes, ground_textures, map_texture
+from simgl.passes.earth_maps import Bytes, ground_textures, map_texture, open_sea
 from simgl.passes.weather import noise_texture, weather_codes
+from simgl.scene.chart import LEVELS, chart
 from simgl.scene.earth import Clouds, Earth, EarthMaps
 
 # In the order of ``EarthTextures.of``.
-SAMPLERS = ["land_map", "form_map", "weather_map", "noise_volume"]
+SAMPLERS = ["land_map", "form_map", "weather_map", "chart"]
 
 # The last two weathers of the process, which take seconds on software renderers.
 _weather: dict[tuple[Clouds, EarthMaps | None], Bytes] = {}
 
 
 class EarthTextures:
-    """Keeps those of the last Earth that had maps."""
+    """Keeps those of the last Earth that had maps.
+
+    chart_kept : (LEVELS, 4) variance of the noise of clouds and hills by halvings
+    open_sea : cells of the map far from any shore
+    """
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
@@ -27,42 +34,79 @@ class EarthTextures:
         self._ground: list[moderngl.Texture] = []
         self._clouds: Clouds | None = None
         self._weather: list[Texture] = []
+        self._chart_seed: int | None = None
+        self._chart: list[moderngl.Texture] = []
+        self.chart_kept = np.zeros((LEVELS, 4), dtype=np.float32)
+        self.open_sea: NDArray[np.bool_] | None = None
 
     def of(self, earth: Earth, *, mipmaps: bool) -> list[Texture]:
-        """Land, form, weather and noise; may draw, so it comes before a pass sets its state.
+        """Land, form, weather and the noise's chart.
+
+        May draw, so it comes before a pass sets its state.
 
         mipmaps : whether the maps are read smaller than they are
         """
         if earth.maps != self._maps:
             self.release()
             self._ground, self._maps = ground_textures(self._ctx, earth.maps), earth.maps
+            self.open_sea = open_sea(earth.maps)
         if not self._weather or earth.clouds != self._clouds:
             _release(self._weather)
             self._weather, self._clouds = self._weather_of(earth.clouds), earth.clouds
         smaller = moderngl.LINEAR_MIPMAP_LINEAR if mipmaps else moderngl.LINEAR
-        for texture in (*self._ground, self._weather[0]):
+        for texture in (*self._ground, *self._weather):
             texture.filter = (smaller, moderngl.LINEAR)
-        return [*self._ground, *self._weather]
+        seed = earth.clouds.seed if earth.clouds else 0
+        if seed != self._chart_seed:
+            _release(self._chart)
+            self._chart, self._chart_seed = self._charts_of(seed), seed
+        return [*self._ground, *self._weather, self._chart[0]]
+
+    def chart_with(self, level: int) -> moderngl.Texture:
+        """The chart at a halving alone, for the last sampler in place of all of them."""
+        return self._chart[1 + level]
 
     def _weather_of(self, clouds: Clouds | None) -> list[Texture]:
-        noise = noise_texture(self._ctx, clouds.seed if clouds else 0)
         if clouds is None:
-            return [self._ctx.texture((1, 1), 4, bytes(4), alignment=1), noise]
-        return [map_texture(self._ctx, self._codes(clouds, noise)), noise]
+            return [self._ctx.texture((1, 1), 4, bytes(4), alignment=1)]
+        return [map_texture(self._ctx, self._codes(clouds))]
 
-    def _codes(self, clouds: Clouds, noise: moderngl.Texture3D) -> Bytes:
+    def _codes(self, clouds: Clouds) -> Bytes:
         key = clouds, self._maps
         if key not in _weather:
             while len(_weather) > 1:
                 _weather.pop(next(iter(_weather)))
+            noise = noise_texture(self._ctx, clouds.seed)
             _weather[key] = weather_codes(self._ctx, clouds, noise, self._ground)
+            noise.release()
         return _weather[key]
+
+    def _charts_of(self, seed: int) -> list[moderngl.Texture]:
+        """The noise with its halvings as mipmaps, and each halving alone.
+
+        Software renderers read mipmaps at several times the cost of a texture that has none.
+        """
+        levels, self.chart_kept[:, :2] = chart(seed)
+        whole = _chart_texture(self._ctx, levels[0])
+        whole.build_mipmaps(max_level=len(levels) - 1)
+        for level, codes in enumerate(levels):
+            whole.write(codes.tobytes(), level=level, alignment=1)
+        whole.filter = (moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR)
+        return [whole, *(_chart_texture(self._ctx, codes) for codes in levels)]
 
     def release(self) -> None:
         """Free everything."""
         _release(self._ground)
         _release(self._weather)
-        self._ground, self._weather, self._maps = [], [], None
+        _release(self._chart)
+        self._ground, self._weather, self._chart = [], [], []
+        self._maps = self._chart_seed = None
+
+
+def _chart_texture(ctx: moderngl.Context, codes: Bytes) -> moderngl.Texture:
+    texture = ctx.texture(codes.shape[1::-1], 4, codes.tobytes(), alignment=1)
+    texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+    return texture
 
 
 def _release(textures: Iterable[Texture]) -> None:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter
 
 from simgl.lattice import Lattice
 from simgl.sky import SkyRadiance, cell_radiance
@@ -57,10 +59,9 @@ class GatherPass:
                 _spread(row, column),
             )
             cells = None if sky is None else cell_radiance(sky, SKY_ACROSS)
-            cell = _pixel_cells(tile.lattice, row, column)
+            squares = _pixel_cells(tile.lattice, row, column)
             enough = _CERTAIN_OF_SUN * float(craft.sun_irradiance.sum())
-            group = row % 2 * 2 + column % 2
-            light, share = _certain(points, cell, group, lit, cells, _rays(tile.lattice), enough)
+            light, share = _certain(points, squares, lit, cells, _rays(tile.lattice), enough)
             others[row, column] = light
             plane[row, column, 3] = share
         for target, values in ((_PLANE, plane), (_OTHERS, others)):
@@ -76,19 +77,32 @@ def _rays(lattice: Lattice) -> int:
     return max(1, int(np.ceil(RAYS / lattice.scale**2)))
 
 
-def _pixel_cells(
-    lattice: Lattice, row: NDArray[np.int64], column: NDArray[np.int64]
-) -> NDArray[np.int64]:
-    """(n,) a number for each square of the raster of about a pixel's size."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Cells:
+    """Squares of the raster of about a pixel's size.
+
+    shape : rows and columns of them; of_point : (n,) the square of each point, row by row
+    group : (n,) 0..3, four lattices in each square
+    """
+
+    shape: tuple[int, int]
+    of_point: NDArray[np.int64]
+    group: NDArray[np.int64]
+
+
+def _pixel_cells(lattice: Lattice, row: NDArray[np.int64], column: NDArray[np.int64]) -> _Cells:
     edge = max(1, round(lattice.scale))
-    square = row // edge * (int(column.max()) // edge + 1) + column // edge
-    return np.asarray(np.unique(square, return_inverse=True)[1])
+    shape = int(row.max()) // edge + 1, int(column.max()) // edge + 1
+    return _Cells(
+        shape=shape,
+        of_point=row // edge * shape[1] + column // edge,
+        group=row % 2 * 2 + column % 2,
+    )
 
 
 def _certain(
     points: Points,
-    cell: NDArray[np.int64],
-    group: NDArray[np.int64],
+    cells: _Cells,
     bodies: Sequence[LitBody],
     sky: Floats | None,
     rays: int,
@@ -96,37 +110,44 @@ def _certain(
 ) -> tuple[Floats, Floats]:
     """What ``gathered`` gives, with more rays in cells whose mean is uncertain.
 
-    cell : (n,) of each point; group : (n,) 0..3 within it, even in themselves
     enough : an error that does not matter, bands together [W m-2]
     """
     light, share = gathered(points, bodies, sky, rays)
-    mean, error = _means(light.sum(axis=1, dtype=np.float64), cell, group)
-    mean += _means(sunlight(points, bodies).astype(np.float64), cell, group)[0]
+    mean, error = _means(light.sum(axis=1, dtype=np.float64), cells)
+    mean += _means(sunlight(points, bodies).astype(np.float64), cells)[0]
     need = error / np.maximum(_CERTAIN * mean, enough)
     if sky is not None:
-        need = np.maximum(need, _means(share.astype(np.float64), cell, group)[1] / _CERTAIN)
+        need = np.maximum(need, _means(share.astype(np.float64), cells)[1] / _CERTAIN)
     # Errors fall with the root of the number at least.
     times = np.clip(np.ceil(need**2), 1, MOST_TIMES).astype(np.int64)
     times = 2 ** np.ceil(np.log2(times)).astype(np.int64)
     for factor in np.unique(times[times > 1]).tolist():
-        chosen = np.flatnonzero(times[cell] == factor)
+        chosen = np.flatnonzero(times[cells.of_point] == factor)
         light[chosen], share[chosen] = gathered(points.of(chosen), bodies, sky, rays * factor)
     return light, share
 
 
-def _means(values: Array, cell: NDArray[np.int64], group: NDArray[np.int64]) -> tuple[Array, Array]:
-    """Mean of each cell and its error, by the means of its four groups.
+def _means(values: Array, cells: _Cells) -> tuple[Array, Array]:
+    """Mean of each cell with its neighbours, and the error of one by the means of its four groups.
 
-    Rays are spread so evenly that the mean is much surer than the scatter of single ones tells.
+    Rays are spread so evenly that the mean is much surer than the scatter of single ones tells. The
+    neighbours have their say, since a cell that misses a small bright surface looks certain.
     """
-    count = int(cell.max()) + 1
-    number = np.bincount(4 * cell + group, minlength=4 * count).reshape(count, 4)
-    sums = np.bincount(4 * cell + group, values, minlength=4 * count).reshape(count, 4)
-    mean = sums.sum(axis=1) / number.sum(axis=1)
+    count = cells.shape[0] * cells.shape[1]
+    place = 4 * cells.of_point + cells.group
+    number = np.bincount(place, minlength=4 * count).reshape(count, 4)
+    sums = np.bincount(place, values, minlength=4 * count).reshape(count, 4)
+    mean = sums.sum(axis=1) / np.maximum(number.sum(axis=1), 1)
     there = number > 0
     apart = np.where(there, sums / np.maximum(number, 1) - mean[:, None], 0.0)
     groups = there.sum(axis=1)
-    return mean, np.sqrt((apart**2).sum(axis=1) / np.maximum(groups * (groups - 1), 1))
+    square = (apart**2).sum(axis=1) / np.maximum(groups * (groups - 1), 1)
+    full = uniform_filter((groups > 0).reshape(cells.shape).astype(np.float64), 3)
+    around = np.maximum(full, 1e-9)
+    mean, square = (
+        (uniform_filter(v.reshape(cells.shape), 3) / around).ravel() for v in (mean, square)
+    )
+    return mean, np.sqrt(np.maximum(square, 0.0))
 
 
 def _points(

@@ -16,11 +16,13 @@ from simgl.passes.air import AIR_SAMPLERS, AIR_VIEW, AirPass
 from simgl.passes.air_tables import AIR
 from simgl.passes.earth_maps import HEIGHT
 from simgl.passes.earth_textures import SAMPLERS, EarthTextures
+from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS
 from simgl.physics.sea import water_body, wave_slope_variance
+from simgl.scene.chart import LEVELS, SIZE, TEXEL_KM
 from simgl.view.background import Background, PlanetView
-from simgl.view.tiles import BLOCK, TILE, tiles_of
+from simgl.view.tiles import BLOCK, TILE, Tiles, tiles_of
 
-_PLANET = Block(
+PLANET = Block(
     "Planet",
     4,
     np.dtype(
@@ -40,7 +42,11 @@ _PLANET = Block(
             ("intrinsics", "f4", 4),
             # Of the picture: its first corner [pixels], and clip space per pixel.
             ("area", "f4", 4),
+            # Variance of the noise of clouds and of hills by the chart's halvings.
+            ("chart_kept", "f4", (LEVELS, 4)),
             ("outside", "f4"),
+            # The same from the sphere that the clouds lie on.
+            ("cloud_outside", "f4"),
             ("sun_angular_radius", "f4"),
             ("planet_km", "f4"),
             ("cloud_km", "f4"),
@@ -48,7 +54,15 @@ _PLANET = Block(
             ("wave_slope_variance", "f4"),
             # 1 where the camera is above the clouds.
             ("clouds_below", "f4"),
+            # Of a texel of the maps on the equator, and of the chart [km].
+            ("map_texel_km", "f4"),
+            ("chart_texel_km", "f4"),
+            # The chart's last halving, and its repetitions between a face's middle and edge.
+            ("chart_texels", "f4"),
+            ("chart_last", "f4"),
+            ("chart_repeats", "f4"),
             ("planet_padding", "f4"),
+            ("planet_padding2", "f4", 2),
         ]
     ),
 )
@@ -66,8 +80,10 @@ _NIGHT_RADIANCE = 2e-3 * np.array([0.40, 0.32, 0.06, 0.22])
 _HIGH_CLOUD = 1.5
 
 
-# The variant that finds light and place at the corners of tiles; the others are cheap or rare.
-_EVEN = ("EARTH_MAPS", "AIR")
+# Variants that find light and place at the corners of tiles; the others are cheap or rare.
+_EVEN = ("EARTH_MAPS", "AIR"), ("EARTH_MAPS", "FAR", "AIR")
+# Pixels larger than this [m] resolve nothing of the chart.
+_FAR = 6e3
 
 
 class PlanetPass:
@@ -81,7 +97,7 @@ class PlanetPass:
         # Software renderers pay for what a shader could do: an Earth of one albedo has its own, and
         # so has one without air.
         self._programs: dict[tuple[str, ...], TileProgram] = {}
-        self._block = UniformBuffer(ctx, _PLANET)
+        self._block = UniformBuffer(ctx, PLANET)
         self._textures = EarthTextures(ctx)
         self._hardware = not is_software(ctx)
 
@@ -107,19 +123,23 @@ class PlanetPass:
         state.apply(self._ctx, target, area, area)
         if planet is not None:
             inside = air is not None and air.inside
-            present = {"EARTH_MAPS": mapped, "AIR": air, "AIR_INSIDE": inside}
+            far = mapped and _nadir_pixel(planet, background) > _FAR
+            present = {"EARTH_MAPS": mapped, "FAR": far, "AIR": air, "AIR_INSIDE": inside}
             variant = tuple(d for d, there in present.items() if there)
             through = () if air is None else air.textures
             for unit, texture in enumerate((*textures, *through)):
                 texture.use(unit)
-            self._block.write(_values(background, planet, area))
+            self._block.write(
+                _values(background, planet, area) | {"chart_kept": self._textures.chart_kept}
+            )
             self._block.bind()
-            tiles = tiles_of(planet, background.intrinsics, area[2:])
+            open_sea = self._textures.open_sea if mapped else None
+            tiles = tiles_of(planet, background.intrinsics, area[2:], open_sea)
             if alone:
                 target.clear(0.0, 0.0, 0.0, 0.0, viewport=area)
             ground = tiles.ground
-            if variant == _EVEN:
-                self._program_for("planet/tiles", variant).draw(tiles.even, TILE)
+            if variant in _EVEN:
+                self._draw_even(tiles, variant, textures)
             else:
                 ground = ground | tiles.even[:: BLOCK // TILE, :: BLOCK // TILE]
             # One large face costs less than its parts.
@@ -131,12 +151,33 @@ class PlanetPass:
         elif alone:
             target.clear(0.0, 0.0, 0.0, 0.0, viewport=area)
 
+    def _draw_even(
+        self, tiles: Tiles, variant: tuple[str, ...], textures: Sequence[Texture]
+    ) -> None:
+        """Tiles found at their corners, by the halving of the noise that their pixels show."""
+        kinds = {("EVEN",): tiles.even & ~tiles.sea, ("EVEN", "SEA"): tiles.sea}
+        level = np.zeros(tiles.even.shape, dtype=np.int64)
+        if "FAR" not in variant:
+            level = np.rint(np.log2(tiles.pixel / (1e3 * TEXEL_KM))).astype(np.int64)
+            level = np.clip(level, 0, LEVELS - 1)
+        for each in np.unique(level[tiles.even]).tolist():
+            if "FAR" not in variant:
+                self._textures.chart_with(each).use(len(SAMPLERS) - 1)
+            for kind, mask in kinds.items():
+                program = self._program_for("planet/tiles", (*kind, *variant))
+                program.draw(mask & (level == each), TILE, sheet=each)
+        textures[-1].use(len(SAMPLERS) - 1)
+
     def _program_for(self, name: str, variant: tuple[str, ...]) -> TileProgram:
         key = name, *variant
         if key not in self._programs:
             ground = SAMPLERS if "EARTH_MAPS" in variant else []
             air = AIR_SAMPLERS if "AIR" in variant else ()
             samplers = {sampler: unit for unit, sampler in enumerate((*ground, *air))}
+            unread = ["chart"] if "FAR" in variant else []
+            unread += ["land_map", "form_map"] if "SEA" in variant else []
+            for sampler in unread:
+                samplers.pop(sampler)
             if name == "planet/air":
                 samplers = {sampler: samplers[sampler] for sampler in AIR_SAMPLERS[2:]}
             blocks = [AIR, AIR_VIEW]
@@ -145,7 +186,7 @@ class PlanetPass:
                 name,
                 samplers,
                 variant,
-                shared=[_PLANET, *(blocks if "AIR" in variant else ())],
+                shared=[PLANET, *(blocks if "AIR" in variant else ())],
                 spare=() if "AIR" in variant else blocks,
             )
         return self._programs[key]
@@ -154,8 +195,7 @@ class PlanetPass:
         """Whether the maps' texels are larger than pixels wherever they are not seen at a slant."""
         if self._hardware:
             return False
-        altitude = float(np.linalg.norm(planet.camera_in_sphere)) - 1.0
-        return altitude / float(background.intrinsics[0, 0]) < _MAGNIFIED * _TEXEL
+        return _nadir_pixel(planet, background) < _MAGNIFIED * _TEXEL * WGS84_EQUATORIAL_RADIUS
 
     def release(self) -> None:
         """Free everything."""
@@ -163,6 +203,11 @@ class PlanetPass:
             program.release()
         self._block.release()
         self._textures.release()
+
+
+def _nadir_pixel(planet: PlanetView, background: Background) -> float:
+    """Edge of a pixel straight below [m]."""
+    return planet.height / float(background.intrinsics[0, 0])
 
 
 def _values(
@@ -173,6 +218,7 @@ def _values(
     matrix[:3, :3] = planet.sphere_from_camera
     earth, clouds = planet.earth, planet.earth.clouds
     radii = np.array(earth.radii)
+    cloud_height = clouds.height / radii[0] if clouds else 0.0
     return {
         "sphere_from_camera": matrix,
         "camera_in_sphere": (*planet.camera_in_sphere, 0.0),
@@ -183,6 +229,14 @@ def _values(
         "water_body": water_body(earth.wind),
         "night_radiance": _NIGHT_RADIANCE,
         "outside": planet.outside,
+        "cloud_outside": planet.outside - cloud_height * (2.0 + cloud_height),
+        "map_texel_km": _TEXEL * radii[0] * 1e-3,
+        "chart_texel_km": TEXEL_KM,
+        "chart_texels": SIZE,
+        "chart_last": LEVELS - 1,
+        # In the middle of a face the chart is drawn together to 0.8, at its edges out to 1.0 of
+        # this, and most between.
+        "chart_repeats": radii[0] * 1e-3 / (1.2 * SIZE * TEXEL_KM),
         "planet_km": radii[0] * 1e-3,
         "cloud_km": clouds.height * 1e-3 if clouds else 0.0,
         "high_cloud_thickness": _HIGH_CLOUD if clouds else 0.0,

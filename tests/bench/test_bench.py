@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from simgl.bench import run, scene_files
+from simgl.bench import earth_tables, run, scene_files
 from simgl.errors import ConfigError
 from simgl.scenario.loader import load_scenario
 
@@ -20,7 +20,8 @@ def test_the_json_report_has_the_promised_form(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "simgl", "bench", "--scene", "source_600", "--frames", "5"]
     subprocess.run([*command, "--json", str(out)], check=True, capture_output=True, timeout=240)
     report = json.loads(out.read_text())
-    assert set(report) == {"machine", "renderer", "version", "scenes"}
+    assert set(report) == {"machine", "renderer", "version", "scenes", "tables"}
+    assert report["tables"] == []
     for scene in report["scenes"]:
         assert scene["name"] == "source_600"
         assert (scene["width"], scene["height"]) == (600, 600)
@@ -45,6 +46,15 @@ def test_the_json_report_has_the_promised_form(tmp_path: Path) -> None:
     assert set(here["passes_ms"]) == passes
     # The passes are what a frame consists of, besides some milliseconds of Python.
     assert sum(here["passes_ms"].values()) < 3.0 * here["frame_ms"]["p99"]
+
+
+def test_the_tables_of_the_earth_have_their_size() -> None:
+    made = {table.name: table for table in earth_tables()}
+    # 10 tables of air: 256 x 128, six of 96 x 32, two of those by 24 looks; 16 bytes a texel.
+    assert made["air, all views"].bytes == 16 * (256 * 128 + 96 * 32 * (6 + 2 * 24))
+    assert made["weather"].bytes == 4096 * 2048 * 4 * 4 // 3
+    assert made["air, all views"].seconds > 0.1
+    assert sum(table.bytes for table in made.values()) < 200e6
 
 
 def test_the_source_case_is_what_it_says() -> None:

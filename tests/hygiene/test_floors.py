@@ -52,6 +52,7 @@ NEIGHBOURS = {
     ("assets", "errors"),
     ("assess", "sequence"),
     ("assess", "crew"),
+    ("assess", "maps"),
     ("campaign", "crew"),
     ("campaign", "sequence"),
     ("output", "simulator"),

@@ -7,8 +7,11 @@ from typing import Any
 import moderngl
 import numpy as np
 import pytest
+from scipy.special import ndtri
 
+from simgl.passes.planet import PLANET
 from simgl.physics.sea import foam_cover, water_body, wave_slope_variance
+from simgl.scene.chart import RANGE, SIZE, chart
 from tests.gpu.glsl_functions import evaluate
 
 Array = np.ndarray[Any, Any]
@@ -148,16 +151,89 @@ def test_thick_clouds_are_bright_and_none_sends_more_than_it_gets(gl: moderngl.C
     np.testing.assert_allclose(even, [7.7 / (7.7 + 8.89), 50.0 / (50.0 + 8.89)], rtol=2e-3)
 
 
-def test_the_noise_breaks_a_cover_up_and_keeps_its_mean(gl: moderngl.Context) -> None:
-    level = (np.arange(4000) + 0.5) / 4000
-    for share in (0.0, 0.02, 0.2, 0.5, 0.93, 1.0):
-        for ragged in (0.2, 1.0):
-            cases = np.stack([np.full(4000, share), level, np.full(4000, ragged)], axis=1)
-            given = "(in_value[0], in_value[1], in_value[2])"
-            cover = clouds(gl, f"cover_here{given}", cases)
-            # The level is drawn in by 0.4 % so that a share of 0 stays empty.
-            assert cover.mean() == pytest.approx(share, abs=0.005)
-            assert cover.min() >= 0.0
-            assert cover.max() <= 1.0
-            thicker = clouds(gl, f"thicker{given}", cases)
-            assert (cover * thicker).mean() == pytest.approx(0.0, abs=0.006)
+@pytest.mark.parametrize("kept", [0.0, 0.3, 1.0])
+@pytest.mark.parametrize("softness", [0.15, 0.55])
+def test_the_noise_breaks_a_cover_up_and_keeps_its_mean_at_any_pixel(
+    gl: moderngl.Context, kept: float, softness: float
+) -> None:
+    seen = np.sqrt(kept) * ndtri((np.arange(4000) + 0.5) / 4000)
+    for share in (0.02, 0.2, 0.5, 0.93, 0.99):
+        cases = np.stack([np.full(4000, share), seen], axis=1)
+        given = f"(in_value[0], in_value[1], {kept}, {softness})"
+        cover = clouds(gl, f"cover_here{given}", cases)
+        # The quantile is good to 0.012, 0.005 of a share.
+        assert cover.mean() == pytest.approx(share, abs=0.005)
+        assert cover.min() >= 0.0
+        assert cover.max() <= 1.0
+        thicker = clouds(gl, f"thicker{given}", cases)
+        assert (cover * thicker).mean() == pytest.approx(0.0, abs=0.008)
+
+
+def test_a_pixel_that_resolves_less_of_the_noise_shows_less_of_its_contrast(
+    gl: moderngl.Context,
+) -> None:
+    """Half of the noise resolved: cover is the mean of what full resolution would show."""
+    rng = np.random.default_rng(5)
+    seen = np.sqrt(0.5) * rng.standard_normal(20)
+    unseen = np.sqrt(0.5) * ndtri((np.arange(500) + 0.5) / 500)
+    fine = np.stack([np.full(10_000, 0.4), (seen[:, None] + unseen).ravel()], axis=1)
+    sharp = clouds(gl, "cover_here(in_value[0], in_value[1], 1.0, 0.2)", fine)
+    coarse = np.stack([np.full(20, 0.4), seen], axis=1)
+    blurred = clouds(gl, "cover_here(in_value[0], in_value[1], 0.5, 0.2)", coarse)
+    np.testing.assert_allclose(blurred, sharp.reshape(20, 500).mean(axis=1), atol=0.005)
+
+
+def test_the_chart_is_normal_and_loses_variance_as_texels_grow() -> None:
+    (codes, *_), kept = chart(3)
+    noise = (codes[..., 2:] / 255.0 - 0.5) * 2.0 * RANGE
+    # What is read between texels is normal; on them the finest waves are up to a tenth stronger.
+    np.testing.assert_allclose(noise.mean(axis=(0, 1)), 0.0, atol=0.02)
+    np.testing.assert_allclose(noise.std(axis=(0, 1)), 1.0, atol=0.1)
+    slopes = (codes[..., :2] / 255.0 - 0.5) * 2.0 * RANGE
+    np.testing.assert_allclose(np.sqrt((slopes**2).mean()), 1.0, atol=0.02)
+    assert np.all(np.diff(kept, axis=0) < 0.0)
+    assert np.all(kept[0] == 1.0)
+    # Clouds' waves of 64 km are gone from texels of 32 km, hills' of 10 km from texels of 8 km.
+    assert kept[-1, 0] < 0.15
+    assert kept[5, 1] < 0.1
+    # It repeats: the seam is no rougher than what lies beside it.
+    for axis in (0, 1):
+        step = np.abs(np.diff(noise, axis=axis, append=np.take(noise, [0], axis=axis)))
+        seam = np.take(step, -1, axis=axis).mean()
+        assert seam < 1.3 * step.mean()
+
+
+def test_the_charts_faces_meet_without_a_seam(gl: moderngl.Context) -> None:
+    """Across edges and corners of the cube noise changes no more than inside a face."""
+    (codes, *_), _ = chart(0)
+    texture = gl.texture((SIZE, SIZE), 4, codes.tobytes(), alignment=1)
+    texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+    values = np.zeros((), dtype=PLANET.dtype)
+    values["chart_repeats"], values["chart_last"] = 20.0, 7.0
+    block = gl.buffer(values.tobytes())
+    block.bind_to_uniform_block(0)
+    s = np.linspace(-0.03, 0.03, 12_000)[:, None]
+    lines = {
+        "inside": (np.array([1.0, 0.3, 0.3]), np.array([0.0, 1.0, 0.2])),
+        "edge": (np.array([1.0, 1.0, 0.3]), np.array([-1.0, 1.0, 0.1])),
+        "corner": (np.array([1.0, 1.0, 1.0]), np.array([-1.0, 0.7, 0.3])),
+    }
+    steps, deviation = {}, {}
+    for name, (middle, along) in lines.items():
+        seen = evaluate(
+            gl,
+            ["planet/chart.glsl"],
+            "chart_about(normalize(vec3(in_value[0], in_value[1], in_value[2])), 0.0)",
+            (middle + s * along).astype(np.float32),
+            textures={"chart": texture},
+            blocks=[PLANET],
+        )[:, 2]
+        # A step is 30 to 40 m, a texel 250 m.
+        steps[name], deviation[name] = np.abs(np.diff(seen)).max(), seen.std()
+    block.release()
+    texture.release()
+    assert steps["inside"] < 1.0
+    for name in ("edge", "corner"):
+        assert steps[name] < 1.5 * steps["inside"]
+        # 380 km hold some ten of the longest waves.
+        assert 0.6 < deviation[name] < 1.5

@@ -1,0 +1,65 @@
+"""Film one orbit: ``python -m examples.orbit_film --out out/orbit_film``."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Annotated
+
+import numpy as np
+import typer
+from numpy.typing import NDArray
+from PIL import Image
+
+from examples.orbit_film.views import orbit_frames, views
+from simgl import SimglError
+from simgl.images import contact_sheet
+from simgl.output import check_writable, complete_file
+from simgl.progress import bake_bar
+from simgl.sequence.video import write_mp4
+
+QUALITY = 82
+FRAME_RATE = 4
+
+
+def main(
+    out: Annotated[Path, typer.Option(help="Folder for the film and the sheets.")] = Path(
+        "out/orbit_film"
+    ),
+) -> None:
+    """The film as MP4, its 24 frames on a sheet, and a sheet of the Earth from every distance."""
+    check_writable(out)
+    with bake_bar() as progress:
+        frames = dict(orbit_frames(progress))
+        others = dict(views(progress))
+    with TemporaryDirectory() as folder:
+        paths = [Path(folder) / f"{k:06}.png" for k in range(len(frames))]
+        for path, picture in zip(paths, frames.values(), strict=True):
+            Image.fromarray(picture).save(path)
+        write_mp4(out / "orbit.mp4", paths, FRAME_RATE)
+    print(out / "orbit.mp4")
+    _write_sheet(out / "orbit_film.jpg", frames, columns=4, width=300)
+    _write_sheet(out / "earth_views.jpg", others, columns=3, width=480)
+
+
+def _write_sheet(
+    path: Path, pictures: Mapping[str, NDArray[np.uint8]], *, columns: int, width: int
+) -> None:
+    size = width, width * 3 // 4
+    panels = {
+        name: np.asarray(Image.fromarray(picture).resize(size, Image.Resampling.LANCZOS))
+        for name, picture in pictures.items()
+    }
+    with complete_file(path) as temporary:
+        Image.fromarray(contact_sheet(panels, columns)).save(temporary, quality=QUALITY)
+    print(path)
+
+
+if __name__ == "__main__":
+    try:
+        typer.run(main)
+    except SimglError as error:
+        print(f"orbit_film: {error}", file=sys.stderr)
+        sys.exit(2)

@@ -1,0 +1,102 @@
+"""The pictures: an orbit in frames, and the Earth from the ground up, each by its own gain."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simgl import Product, Scenario, Simulator, load_scenario
+from simgl.images import display_from_radiance, display_gain
+from simgl.physics.ephemeris import itrf_from_icrf, tai_ns_from_utc
+from simgl.scenario.loader import scenario_from_dict
+from simgl.transport.bake import Progress
+
+Array = NDArray[np.float64]
+Picture = NDArray[np.uint8]
+
+ORBIT = Path(__file__).with_name("orbit.toml")
+LIMB = Path(__file__).parents[1] / "limb.toml"
+FRAMES = 24
+PERIOD_NS = 5_545 * 10**9
+# Shows lamps of cities and bright stars; what is darker stays black.
+DARKEST_GAIN = 2.0**18
+
+_UTC = "2026-03-20T12:00:00"
+_RADIUS_KM = 6378.137
+_SIZE = 480, 360
+# Latitude, longitude [deg], height [km], angle of the view from nadir and its azimuth from north
+# through east, field of view along a row [deg]. At noon UTC the Sun stands over 2 deg east.
+VIEWS = {
+    "nadir_400_km": (5.0, -25.0, 400.0, 0.0, 0.0, 40.0),
+    "slant_45_deg": (28.0, -18.0, 400.0, 45.0, 60.0, 45.0),
+    "limb_400_km": (-5.0, -30.0, 400.0, 66.0, 120.0, 45.0),
+    "limb_close": (-5.0, -30.0, 400.0, 70.3, 120.0, 3.0),
+    "from_36000_km": (10.0, -10.0, 36_000.0, 0.0, 0.0, 23.0),
+    "sunrise_at_2_m": (5.0, -85.5, 0.002, 88.0, 90.0, 60.0),
+}
+
+
+def orbit_frames(progress: Progress | None = None) -> Iterator[tuple[str, Picture]]:
+    """Minute of the orbit with the gain, and the picture, frame by frame.
+
+    progress : told of the light between surfaces while it is traced
+    """
+    scenario = load_scenario(ORBIT)
+    with Simulator(scenario, progress=progress) as simulator:
+        for frame in range(FRAMES):
+            after_ns = frame * PERIOD_NS // FRAMES
+            radiance = _radiance(simulator, scenario, "chaser", scenario.epoch_tai_ns + after_ns)
+            yield _shown(f"{after_ns / 60e9:.0f} min", radiance)
+
+
+def views(progress: Progress | None = None) -> Iterator[tuple[str, Picture]]:
+    """Name with the gain, and the picture, of every view; the last has a craft in it."""
+    earth = scenario_from_dict(
+        {"epoch": {"utc": _UTC}, "camera": {name: _camera(*place) for name, place in VIEWS.items()}}
+    )
+    for scenario in (earth, load_scenario(LIMB)):
+        with Simulator(scenario, progress=progress) as simulator:
+            for name in scenario.cameras:
+                radiance = _radiance(simulator, scenario, name, scenario.epoch_tai_ns)
+                # The square picture of the craft is cut to the others' shape.
+                yield _shown(name, radiance if scenario is earth else radiance[75:525])
+
+
+def _radiance(
+    simulator: Simulator, scenario: Scenario, camera: str, tai_ns: int
+) -> NDArray[np.float32]:
+    frame = simulator.capture(scenario.at(tai_ns), camera, {Product.RADIANCE}).radiance
+    assert frame is not None
+    return frame.radiance
+
+
+def _shown(name: str, radiance: NDArray[np.float32]) -> tuple[str, Picture]:
+    gain = min(display_gain(radiance), DARKEST_GAIN)
+    return f"{name}, x {gain:g}", display_from_radiance(radiance, gain)
+
+
+def _camera(
+    latitude: float, longitude: float, height_km: float, slant: float, azimuth: float, field: float
+) -> dict[str, Any]:
+    """A camera over a place, as a scenario's table."""
+    R_icrf_from_itrf = itrf_from_icrf(tai_ns_from_utc(_UTC)).T
+    lat, lon, s, a = np.radians([latitude, longitude, slant, azimuth])
+    up = np.array([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)])
+    east = np.array([-np.sin(lon), np.cos(lon), 0.0])
+    ahead = np.cos(a) * np.cross(up, east) + np.sin(a) * east
+    view = np.sin(s) * ahead - np.cos(s) * up
+    width, height = _SIZE
+    pitch_mm = 0.01
+    return {
+        "position_icrf_m": (R_icrf_from_itrf @ up * (_RADIUS_KM + height_km) * 1e3).tolist(),
+        "boresight": (R_icrf_from_itrf @ view).tolist(),
+        "up": (R_icrf_from_itrf @ (np.cos(s) * ahead + np.sin(s) * up)).tolist(),
+        "width_px": width,
+        "height_px": height,
+        "pixel_pitch_um": 1e3 * pitch_mm,
+        "focal_length_mm": 0.5 * pitch_mm * width / float(np.tan(np.radians(0.5 * field))),
+    }
