@@ -120,7 +120,11 @@ def plot(flights: Sequence[Flight]) -> Figure:
     c.axhline(22.5, color="black", linewidth=0.8, linestyle=":", label="99.9 %")
     c.set(yscale="log", xlabel="time [s]", title="Squared error over the filter's covariance")
     c.legend(fontsize="small")
-    d.set(xlabel="across [mm]", ylabel="down [mm]", title="Where the camera ends, off the axis")
+    d.set(
+        xlabel="across [mm]",
+        ylabel="towards the board's foot [mm]",
+        title="Where the camera ends, off the axis",
+    )
     d.axhline(0.0, color="grey", linewidth=0.6)
     d.axvline(0.0, color="grey", linewidth=0.6)
     d.set_aspect("equal", adjustable="datalim")
