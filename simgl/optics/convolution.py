@@ -79,9 +79,8 @@ class Convolver:
             range(len(planes)),
         )
         apart = [(p, patch) for p, patches in enumerate(bright) for patch in patches]
-        mixed = self._mixed(spectra)
-        workers = max(_WORKERS // len(mixed), 1)
-        results = in_threads(lambda spectrum: self._image(spectrum, workers), mixed)
+        workers = max(_WORKERS // len(self._mixing), 1)
+        results = in_threads(lambda mix: self._image(mix, spectra, workers), self._mixing)
         for p, patch in apart:
             for image, mix in zip(results, self._mixing, strict=True):
                 if mix[p] > 0.0:
@@ -114,16 +113,16 @@ class Convolver:
                 apart.append(_spread_apart(excess, kernels[p]))
         return apart
 
-    def _mixed(self, spectra: Spectrum) -> Spectrum:
-        """The spectra of the results."""
-        if np.array_equal(self._mixing, np.eye(len(spectra))):
-            return spectra
-        parts = spectra.view(np.float32).reshape(len(spectra), -1)
-        mixed = self._mixing.astype(np.float32) @ parts
-        return mixed.view(np.complex64).reshape(-1, *spectra.shape[1:])
-
-    def _image(self, spectrum: Spectrum, workers: int) -> Floats:
-        image = scipy.fft.irfft2(spectrum, s=self._padded, workers=workers, overwrite_x=True)
+    def _image(self, mix: Array, spectra: Spectrum, workers: int) -> Floats:
+        """The image of a sum of spectra; not by a matrix product, whose threads would go on
+        waiting for more on the cores that the transforms want."""
+        total = np.zeros_like(spectra[0])
+        for share, spectrum in zip(mix, spectra, strict=True):
+            if share == 1.0:
+                total += spectrum
+            elif share > 0.0:
+                total += spectrum * np.float32(share)
+        image = scipy.fft.irfft2(total, s=self._padded, workers=workers, overwrite_x=True)
         # Rounding alone makes a negative value here.
         return np.asarray(np.maximum(image[: self._height, : self._width], np.float32(0.0)))
 

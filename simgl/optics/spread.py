@@ -95,7 +95,7 @@ class Spread:
             added = self._convolver.tails(coarse)
         glare = self._camera.lens.veiling_glare
         if glare > 0.0:
-            means = np.array([plane.mean(dtype=np.float64) for plane in planes])
+            means = coarse.sum(axis=(1, 2)) * CELL**2 / planes[0].size
             added = (1.0 - glare) * added + glare * (self._mixing @ means)[:, None, None]
             for result in results:
                 result *= np.float32(1.0 - glare)
