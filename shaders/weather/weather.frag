@@ -67,7 +67,9 @@ void main() {
     float ragged = clamp(0.75 - 0.35 * storms + 0.25 * clear - 0.5 * deck, 0.15, 1.0);
     float synoptic = 0.75 * wide.w + 0.75 * fronts.w + 0.4 * groups.w;
     float value = climate + (1.0 - 0.75 * deck) * synoptic + 0.38 * cells.w + 0.3 * tufts.w + cover_shift;
-    float cover = smoothstep(-0.25, 0.25, value);
+    // Spread like the noise that will break it up: a texel is then no hole of its own shape in a deck,
+    // as it would be beside a share that ends at 1.
+    float cover = normal_share(value / 0.133);
 
     // Optical thickness: 4 for trade-wind cumulus, 12 for decks, 70 in the cores of storms.
     float core = 0.7 * min(value, 0.8) + 0.6 * groups.w + 0.7 * cells.w + 0.8 * tufts.w;
