@@ -7,7 +7,6 @@ import json
 import os
 import resource
 import signal
-import sqlite3
 import subprocess
 import sys
 import time
@@ -20,6 +19,7 @@ import typer
 
 from simgl.bench import machine
 from simgl.output import check_writable, complete_file
+from simgl.sequence.journal import rows_written
 
 SCENARIO = Path(__file__).parent / "orbit.toml"
 ORBIT_S = 5553
@@ -49,15 +49,6 @@ def _command(out: Path, epochs: int, workers: int) -> list[str]:
     return [sys.executable, "-m", "simgl", "assess", str(SCENARIO), "--out", str(out), *options]
 
 
-def _rows(folder: Path) -> int:
-    try:
-        with sqlite3.connect(f"file:{folder / 'frames.sqlite'}?mode=ro", uri=True) as database:
-            (count,) = database.execute("SELECT count(*) FROM frames").fetchone()
-    except sqlite3.OperationalError:
-        return 0
-    return int(count)
-
-
 def main(
     out: Annotated[Path, typer.Option(help="Folder for the reports, and for results.json.")],
     epochs: Annotated[int, typer.Option(help="Instead of 1,000.")] = 1000,
@@ -73,11 +64,11 @@ def main(
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     print(f"{epochs} epochs in {wall:.0f} s")
     running = subprocess.Popen(_command(broken, epochs, workers))
-    while running.poll() is None and _rows(broken) < epochs // 2:
+    while running.poll() is None and rows_written(broken) < epochs // 2:
         time.sleep(0.05)
     os.kill(running.pid, signal.SIGKILL)
     running.wait()
-    print(f"killed after {_rows(broken)} epochs")
+    print(f"killed after {rows_written(broken)} epochs")
     subprocess.run(_command(broken, epochs, workers), check=True)
     record = Record(
         date=datetime.now(UTC).date().isoformat(),

@@ -8,7 +8,6 @@ import json
 import os
 import resource
 import signal
-import sqlite3
 import subprocess
 import sys
 import time
@@ -22,6 +21,7 @@ import typer
 
 from simgl.bench import machine
 from simgl.output import check_writable, complete_file
+from simgl.sequence.journal import rows_written
 
 CAMPAIGN = Path(__file__).parents[2] / "examples" / "campaign" / "approach.toml"
 
@@ -56,15 +56,6 @@ class Record(msgspec.Struct, frozen=True, kw_only=True):
     same_bytes: bool
 
 
-def _rows(folder: Path) -> int:
-    try:
-        with sqlite3.connect(f"file:{folder / 'frames.sqlite'}?mode=ro", uri=True) as database:
-            (count,) = database.execute("SELECT count(*) FROM frames").fetchone()
-    except sqlite3.OperationalError:
-        return 0
-    return int(count)
-
-
 def _workers(pid: int) -> list[psutil.Process]:
     children = psutil.Process(pid).children(recursive=True)
     return [child for child in children if "spawn_main" in " ".join(child.cmdline())]
@@ -76,7 +67,7 @@ def _take(campaign: Path, folder: Path, frames: int, workers: int, *, lose_one: 
     running = subprocess.Popen([sys.executable, "-m", "simgl", "campaign", str(campaign), *options])
     tenth = None
     while running.poll() is None:
-        done = _rows(folder)
+        done = rows_written(folder)
         if tenth is None and done >= 10:
             tenth = time.monotonic(), done
         if lose_one and done >= frames // 2:

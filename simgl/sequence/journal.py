@@ -19,6 +19,16 @@ Value = str | int | float | None
 _TYPES = {str: "TEXT", int: "INTEGER", float: "REAL"}
 
 
+def rows_written(folder: Path) -> int:
+    """Rows in a folder's journal, also while another process writes it; 0 where there is none."""
+    try:
+        with sqlite3.connect(f"file:{folder / 'frames.sqlite'}?mode=ro", uri=True) as database:
+            (count,) = database.execute("SELECT count(*) FROM frames").fetchone()
+    except sqlite3.OperationalError:
+        return 0
+    return int(count)
+
+
 class Journal:
     """Rows of a sequence in ``folder/frames.sqlite``.
 

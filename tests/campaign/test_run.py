@@ -7,7 +7,6 @@ import hashlib
 import json
 import os
 import signal
-import sqlite3
 import subprocess
 import sys
 import time
@@ -19,6 +18,7 @@ from PIL import Image
 
 from examples.campaign import overlay
 from simgl.cli import main
+from simgl.sequence.journal import rows_written
 from tests.campaign.small import CAMPAIGN, DRAW, written
 
 
@@ -42,18 +42,9 @@ def contents(folder: Path) -> dict[str, str]:
     }
 
 
-def rows(folder: Path) -> int:
-    try:
-        with sqlite3.connect(f"file:{folder / 'frames.sqlite'}?mode=ro", uri=True) as database:
-            (count,) = database.execute("SELECT count(*) FROM frames").fetchone()
-    except sqlite3.OperationalError:
-        return 0
-    return int(count)
-
-
 def wait_for_rows(folder: Path, count: int, running: subprocess.Popen[bytes]) -> None:
     deadline = time.monotonic() + 200.0
-    while rows(folder) < count:
+    while rows_written(folder) < count:
         assert time.monotonic() < deadline
         assert running.poll() is None
         time.sleep(0.005)
@@ -121,7 +112,7 @@ def test_a_lost_worker_and_a_killed_campaign_lose_nothing(tmp_path: Path) -> Non
     wait_for_rows(crew, 5, started)
     os.kill(started.pid, signal.SIGKILL)
     started.wait()
-    kept = rows(crew)
+    kept = rows_written(crew)
     assert 5 <= kept < 80
     together = command(path, "--out", crew, "--workers", "2")
     again = subprocess.Popen(together, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
@@ -133,11 +124,11 @@ def test_a_lost_worker_and_a_killed_campaign_lose_nothing(tmp_path: Path) -> Non
     ]
     assert len(workers) == 2
     os.kill(workers[0].pid, signal.SIGKILL)
-    assert rows(crew) < 90
+    assert rows_written(crew) < 90
     _, errors = again.communicate(timeout=240)
     assert again.returncode == 0, errors.decode()
     assert contents(crew) == contents(alone)
-    assert rows(crew) == 90
+    assert rows_written(crew) == 90
 
 
 @pytest.mark.parametrize(
