@@ -249,17 +249,18 @@ def run(
 
 def tables(results: Results) -> Group:
     """Frame times, pass times and tables for a terminal."""
-    frames = Table(title=f"simgl {results.version} on {results.machine}\n{results.renderer}")
+    frames = Table(
+        title=f"simgl {results.version} on {results.machine}\n{results.renderer}\nframe times in ms"
+    )
     frames.add_column("scene", no_wrap=True)
-    for column in ("size", "faces", "step s", "link", "p50 ms", "p95", "worst", "mean", "fps"):
+    for column in ("size", "step", "link", "p50", "p95", "worst", "mean", "fps"):
         frames.add_column(column, justify="right", no_wrap=True)
     for scene in results.scenes:
         ms = scene.frame_ms
         frames.add_row(
             scene.name,
             f"{scene.width}x{scene.height}",
-            f"{scene.triangles:,}",
-            f"{scene.step_s:g}",
+            f"{scene.step_s:g} s",
             "yes" if scene.through_bridge else "no",
             *(f"{value:.0f}" for value in (ms.p50, ms.p95, ms.worst, ms.mean)),
             f"{1e3 / ms.mean:.1f}",
