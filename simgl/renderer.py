@@ -139,10 +139,10 @@ class Renderer:
         if view.background.planet is not None:
             with self.timer.measure("air"):
                 self._air.before(view.background.planet)
-        # The first probes before the planet: they are read back, and would wait for it.
+        # The first skies before the planet: they are read back, and would wait for it.
         for tile in view.tiles[:1]:
             with self.timer.measure("probe"):
-                self._probe.draw([craft.sky for craft in tile.craft])
+                self._probe.look([craft.sky for craft in tile.craft])
         fine = target if view.field is None else self._target("field", view.field.fine, _BANDS)
         if view.background.heavens is not None:
             with self.timer.measure("heavens"):
