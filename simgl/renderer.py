@@ -248,8 +248,14 @@ class Renderer:
         the bands: one sum for a monochrome detector, three for one of colour.
         """
         if not spreads(camera):
-            irradiance = self.irradiance(camera, radiance, sun)
-            return self.electrons(camera, photons_per_joule, irradiance)
+            target = self._target("electrons", camera, _ELECTRONS)
+            relative = self._optics.relative_illumination(camera)
+            seen = radiance.textures[0]
+            with self.timer.measure("exposure"):
+                self._exposure.draw_through_lens(
+                    camera, photons_per_joule, seen, relative, target.framebuffer
+                )
+            return target
         sharp = self._sharp(camera, radiance)
         target = self._target("electrons", camera, _ELECTRONS)
         square = square_electrons_per_irradiance(camera, photons_per_joule)
