@@ -9,7 +9,7 @@ DAMAGES = (
         "number for a text",
         LOOK,
         "look_at = 3",
-        " [camera.nav]: look_at must be a text or a table, got 3",
+        " [camera.nav]: look_at must be a text or a table of target, keypoint, part, got 3",
     ),
     Damage(
         "number for a list",

@@ -43,7 +43,9 @@ DAMAGES = (
         "orbit as a list",
         ORBIT,
         "orbit = [400.0]",
-        " [spacecraft.chaser]: orbit must be a table, got [400.0]",
+        " [spacecraft.chaser]: orbit must be a table of altitude_km, "
+        "semi_major_axis_km, eccentricity, inclination_deg, raan_deg, argument_of_perigee_deg, "
+        "true_anomaly_deg, j2, got [400.0]",
     ),
     Damage(
         "three bands",
@@ -63,7 +65,8 @@ DAMAGES = (
         "number for a model",
         MODEL,
         "model = 12",
-        " [spacecraft.chaser]: model must be a text or a table, got 12",
+        " [spacecraft.chaser]: model must be a text or a table of plate, sphere, "
+        "box, cylinder, got 12",
     ),
     Damage(
         "nan",
@@ -103,7 +106,8 @@ DAMAGES = (
         "number for a material",
         "{ reflectance = 0.5 }",
         "0.5",
-        " [spacecraft.plate]: model.plate.material must be a text or a table, got 0.5",
+        " [spacecraft.plate]: model.plate.material must be a text or a table of reflectance, "
+        "metallic, roughness, conserving, coat, cells, crinkle, emission_w_m2_sr, got 0.5",
     ),
     Damage(
         "more than a whole coat",
