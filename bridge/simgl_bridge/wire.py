@@ -48,6 +48,13 @@ _WORDS = {
     "bool": "true or false",
 }
 _ENCODER = msgspec.msgpack.Encoder()
+# Straight from bytes to a message, for those that are all right.
+_READ_REQUEST = msgspec.msgpack.Decoder(
+    Hello | Render | State | Next | Configure | Ping | Stats | Bye
+)
+_READ_REPLY = msgspec.msgpack.Decoder(
+    Welcome | Images | Error | Pong | Statistics | Bye | Preview
+)
 
 
 class BadMessageError(BridgeError):
@@ -83,7 +90,15 @@ def unpack_request(frames: Sequence[bytes]) -> Message:
     if len(frames[1]) > LARGEST_HEADER:
         problem = f"must be at most {LARGEST_HEADER} bytes, got {len(frames[1])}"
         raise BadMessageError(ErrorCode.TOO_LARGE, "header", problem)
-    data, kind = _opened(frames[1], REQUESTS)
+    try:
+        return _READ_REQUEST.decode(frames[1])
+    except (ValueError, RecursionError):
+        return _explained_request(frames[1])
+
+
+def _explained_request(header: bytes) -> Message:
+    """A request step by step; raises what is wrong with it."""
+    data, kind = _opened(header, REQUESTS)
     try:
         return msgspec.convert(data, kind)
     except msgspec.ValidationError as error:
@@ -98,7 +113,14 @@ def unpack_reply(frames: Sequence[bytes | memoryview]) -> Message:
         problem = f"must be 2 frames or more, got {len(frames)}"
         raise BadMessageError(ErrorCode.BAD_FRAMING, "reply", problem)
     _check_version(bytes(frames[0][:16]))
-    data, kind = _opened(frames[1], REPLIES)
+    try:
+        return _READ_REPLY.decode(frames[1])
+    except (ValueError, RecursionError):
+        return _explained_reply(frames[1])
+
+
+def _explained_reply(header: bytes | memoryview) -> Message:
+    data, kind = _opened(header, REPLIES)
     try:
         return msgspec.convert(data, kind)
     except msgspec.ValidationError as error:

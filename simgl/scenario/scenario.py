@@ -195,7 +195,7 @@ class Scenario:
         """A spacecraft with its joints where their laws, or the given angles [rad], put them."""
         model = self.models[name]
         laws = self.joints.get(name)
-        if laws is None and not given:
+        if not given and (laws is None or not model.joints):
             return BodyState(model=model, pose=pose)
         sunward = pose.R_icrf_from_body.T @ sun.seen_from(pose.position).direction_icrf
         with self._named_in_errors():
