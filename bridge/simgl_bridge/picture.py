@@ -127,14 +127,18 @@ def requested_state(scenario: Scenario, request: Wanted, tai_ns: int | None = No
                 state = _turned_to(state, scenario, placed, angles)
     except ConfigError as error:
         raise _bad_scene(error, request.id) from None
-    cameras = dict(state.cameras)
-    for shot in request.cameras:
-        there = cameras[shot.camera]
-        cameras[shot.camera] = replace(there, camera=_set(there.camera, shot))
-    # A lamp that is off costs nothing where it is not there at all.
-    burning = (lamp for lamp in state.lamps if request.lamps.get(lamp.lamp.name, 1.0) > 0.0)
-    lamps = tuple(_dimmed(lamp, request.lamps) for lamp in burning)
-    return replace(state, cameras=cameras, lamps=lamps)
+    chosen = [s for s in request.cameras if (s.exposure_time_s, s.gain_dn_per_e) != (None, None)]
+    if chosen:
+        cameras = dict(state.cameras)
+        for shot in chosen:
+            there = cameras[shot.camera]
+            cameras[shot.camera] = replace(there, camera=_set(there.camera, shot))
+        state = replace(state, cameras=cameras)
+    if request.lamps:
+        # A lamp that is off costs nothing where it is not there at all.
+        burning = (lamp for lamp in state.lamps if request.lamps.get(lamp.lamp.name, 1.0) > 0.0)
+        state = replace(state, lamps=tuple(_dimmed(lamp, request.lamps) for lamp in burning))
+    return state
 
 
 def _gone_on(pose: Pose, angular_velocity: Vector, duration: float) -> Pose:

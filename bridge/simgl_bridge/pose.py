@@ -58,7 +58,8 @@ def _floats(field: str, values: ArrayLike, count: int) -> list[float]:
     array: NDArray[np.float64] = np.asarray(values, dtype=np.float64)
     if array.shape != (count,):
         raise ValueError(f"{field} must be {count} numbers, got shape {array.shape}")
-    return array.tolist()
+    numbers: list[float] = array.tolist()
+    return numbers
 
 
 def sent_pose(pose: Pose) -> SentPose:

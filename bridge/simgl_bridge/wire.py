@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from functools import reduce
+from operator import or_
 from typing import Any
 
 import msgspec
@@ -49,12 +51,8 @@ _WORDS = {
 }
 _ENCODER = msgspec.msgpack.Encoder()
 # Straight from bytes to a message, for those that are all right.
-_READ_REQUEST = msgspec.msgpack.Decoder(
-    Hello | Render | State | Next | Configure | Ping | Stats | Bye
-)
-_READ_REPLY = msgspec.msgpack.Decoder(
-    Welcome | Images | Error | Pong | Statistics | Bye | Preview
-)
+_REQUEST: msgspec.msgpack.Decoder[Message] = msgspec.msgpack.Decoder(reduce(or_, REQUESTS))
+_REPLY: msgspec.msgpack.Decoder[Message] = msgspec.msgpack.Decoder(reduce(or_, REPLIES))
 
 
 class BadMessageError(BridgeError):
@@ -91,7 +89,7 @@ def unpack_request(frames: Sequence[bytes]) -> Message:
         problem = f"must be at most {LARGEST_HEADER} bytes, got {len(frames[1])}"
         raise BadMessageError(ErrorCode.TOO_LARGE, "header", problem)
     try:
-        return _READ_REQUEST.decode(frames[1])
+        return _REQUEST.decode(frames[1])
     except (ValueError, RecursionError):
         return _explained_request(frames[1])
 
@@ -114,7 +112,7 @@ def unpack_reply(frames: Sequence[bytes | memoryview]) -> Message:
         raise BadMessageError(ErrorCode.BAD_FRAMING, "reply", problem)
     _check_version(bytes(frames[0][:16]))
     try:
-        return _READ_REPLY.decode(frames[1])
+        return _REPLY.decode(frames[1])
     except (ValueError, RecursionError):
         return _explained_reply(frames[1])
 
