@@ -8,6 +8,7 @@ from threading import Event
 
 import numpy as np
 import zmq
+from simgl_bridge.native import LOOPBACK_BUFFER
 
 # As long as the header of a reply with one picture.
 HEADER_BYTES = 800
@@ -26,6 +27,7 @@ def main() -> None:
     pixels, header = memoryview(dn.data).cast("B"), bytes(HEADER_BYTES)
     with zmq.Context() as context, context.socket(zmq.ROUTER) as socket:
         socket.linger = 0
+        socket.setsockopt(zmq.SNDBUF, LOOPBACK_BUFFER)
         socket.bind(address)
         while not stop.is_set():
             if socket.poll(50):

@@ -10,6 +10,7 @@ from typing import TypeVar
 import zmq
 from zmq.utils.monitor import recv_monitor_message
 
+from simgl_bridge import multipart
 from simgl_bridge.access import ClientKeys
 from simgl_bridge.dial import dial
 from simgl_bridge.failures import NoAnswerError, RemoteError
@@ -283,7 +284,7 @@ class Client:
         frames = pack(message)
         while True:
             try:
-                self._socket.send_multipart(frames, zmq.NOBLOCK)
+                multipart.send(self._socket, frames)
                 return
             except zmq.Again:
                 left = deadline - time.monotonic()
@@ -292,12 +293,8 @@ class Client:
 
     def _receive(self) -> tuple[Message, Sequence[memoryview]] | None:
         """A message that has arrived; None where none has."""
-        try:
-            frames = self._socket.recv_multipart(zmq.NOBLOCK, copy=False)
-        except zmq.Again:
-            return None
-        parts = [frame.buffer for frame in frames]
-        return self._talk.opened(parts), parts[2:]
+        parts = [frame.buffer for frame in multipart.receive(self._socket)]
+        return (self._talk.opened(parts), parts[2:]) if parts else None
 
     def _wait_for_reply(self, deadline: float) -> bool:
         """Wait for a reply or the end of the connection; whether the connection broke."""
@@ -315,7 +312,7 @@ class Client:
         if self._context.closed:
             return
         if self._talk.connected and self._socket.poll(0, zmq.POLLOUT):
-            self._socket.send_multipart(pack(Bye()), zmq.NOBLOCK)
+            multipart.send(self._socket, pack(Bye()))
         # Time for the goodbye to leave; a server that is gone costs no more than this.
         self._context.destroy(linger=100)
 
