@@ -16,7 +16,7 @@ from simgl_bridge.failures import RemoteError
 from simgl_bridge.image import Image, Tick
 from simgl_bridge.messages import Bye, Error, Images, Message, Ping, Pong, Shot, Welcome
 from simgl_bridge.pose import BodyPose
-from simgl_bridge.talk import Talk, check_timeout
+from simgl_bridge.talk import Talk, check_timeout, shot_of
 from simgl_bridge.wire import pack
 
 _R = TypeVar("_R", bound=Message)
@@ -96,11 +96,24 @@ class AsyncClient:
         bodies: Mapping[str, BodyPose] | None = None,
         exposure_time_s: float | None = None,
         products: Sequence[str] = ("dn",),
+        *,
+        gain_dn_per_e: float | None = None,
+        sun_position_m: Sequence[float] | None = None,
+        lamps: Mapping[str, float] | None = None,
+        moving: bool = False,
+        seek: bool = False,
     ) -> Image:
         """The picture that one camera takes of a state; see ``Client.render``."""
-        exposure = None if exposure_time_s is None else float(exposure_time_s)
-        shot = Shot(camera=camera, exposure_time_s=exposure, products=tuple(products))
-        return (await self.render_all(tai_ns, [shot], bodies))[camera]
+        tick = await self.render_all(
+            tai_ns,
+            [shot_of(camera, exposure_time_s, gain_dn_per_e, products)],
+            bodies,
+            sun_position_m=sun_position_m,
+            lamps=lamps,
+            moving=moving,
+            seek=seek,
+        )
+        return tick[camera]
 
     async def render_all(
         self,

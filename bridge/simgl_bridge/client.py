@@ -31,7 +31,7 @@ from simgl_bridge.messages import (
     Welcome,
 )
 from simgl_bridge.pose import BodyPose
-from simgl_bridge.talk import Talk, check_timeout
+from simgl_bridge.talk import Talk, check_timeout, shot_of
 from simgl_bridge.wire import pack
 
 # A deadline that the server keeps ends this much before the client's own [s].
@@ -127,15 +127,9 @@ class Client:
         exposure_time_s, gain_dn_per_e : None takes the camera's own
         products : of "dn", "radiance", "electrons", "depth", "part_id"
         """
-        shot = Shot(
-            camera=camera,
-            exposure_time_s=None if exposure_time_s is None else float(exposure_time_s),
-            gain_dn_per_e=None if gain_dn_per_e is None else float(gain_dn_per_e),
-            products=tuple(products),
-        )
         tick = self.render_all(
             tai_ns,
-            [shot],
+            [shot_of(camera, exposure_time_s, gain_dn_per_e, products)],
             bodies,
             sun_position_m=sun_position_m,
             lamps=lamps,

@@ -39,6 +39,21 @@ def check_timeout(timeout_s: float) -> None:
         raise ConfigError("Client", "timeout_s", f"must be finite, above 0 s, got {timeout_s}")
 
 
+def shot_of(
+    camera: str,
+    exposure_time_s: float | None,
+    gain_dn_per_e: float | None,
+    products: Sequence[str],
+) -> Shot:
+    """What one camera is asked for; None takes the camera's own."""
+    return Shot(
+        camera=camera,
+        exposure_time_s=None if exposure_time_s is None else float(exposure_time_s),
+        gain_dn_per_e=None if gain_dn_per_e is None else float(gain_dn_per_e),
+        products=tuple(products),
+    )
+
+
 class Talk:
     """Requests made and replies checked, with what is known of the server.
 
