@@ -27,9 +27,9 @@ from simgl_bridge.messages import (
     Shot,
     State,
     Welcome,
-    state_hash,
 )
 from simgl_bridge.pose import BodyPose
+from simgl_bridge.state_hash import state_hash
 from simgl_bridge.wire import VERSION, BadMessageError, unpack_reply
 
 

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from simgl_bridge import BodyPose, Client, RemoteError
-from simgl_bridge.messages import SentPose, state_hash
+from simgl_bridge.messages import SentPose
+from simgl_bridge.state_hash import state_hash
 
 from simgl import Scenario, load_scenario
 from tests.bridge.harness import LAMP, SCENARIO, Running
