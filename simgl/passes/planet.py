@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from simgl.gpu.blocks import Block, UniformBuffer
 from simgl.gpu.context import is_software
@@ -20,7 +21,7 @@ from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS
 from simgl.physics.sea import water_body, wave_slope_variance
 from simgl.scene.chart import LEVELS, SIZE, TEXEL_KM
 from simgl.view.background import Background, PlanetView
-from simgl.view.tiles import BLOCK, TILE, Tiles, tiles_of
+from simgl.view.tiles import PARTS, TILE, Tiles, tiles_of
 
 PLANET = Block(
     "Planet",
@@ -71,6 +72,7 @@ PLANET = Block(
 # The maps' texels are so many radians long; a picture whose pixels are shorter by this factor where
 # it looks straight down needs no mipmaps, which cost software renderers more than all the rest.
 _TEXEL = np.pi / HEIGHT
+_TEXEL_M = _TEXEL * WGS84_EQUATORIAL_RADIUS
 _MAGNIFIED = 0.25
 # Brightest texel of the night map, all bands together [W m-2 sr-1]: 200 nW cm-2 sr-1, the core of
 # a city of millions in VIIRS's day-night band (Elvidge et al. 2017), over 10 km; and its share in
@@ -114,9 +116,10 @@ class PlanetPass:
         planet = background.planet
         mapped = planet is not None and planet.earth.albedo is None
         textures: Sequence[Texture] = ()
+        magnified = False
         if planet is not None and mapped:
             magnified = self._magnified(planet, background)
-            textures = self._textures.of(planet.earth, mipmaps=not magnified)
+            textures = self._textures.of(planet.earth)
         air = None if planet is None else self._air.before(planet)
         alone = background.heavens is None
         state = self.state if alone else self.before
@@ -133,40 +136,57 @@ class PlanetPass:
                 _values(background, planet, area) | {"chart_kept": self._textures.chart_kept}
             )
             self._block.bind()
-            open_sea = self._textures.open_sea if mapped else None
-            tiles = tiles_of(planet, background.intrinsics, area[2:], open_sea)
-            if alone:
+            shores = self._textures.shores if mapped else None
+            tiles = tiles_of(planet, background.intrinsics, area[2:], shores, noise=not far)
+            even = tiles.even | tiles.finer
+            if alone and not (even | tiles.ground | tiles.air).all():
                 target.clear(0.0, 0.0, 0.0, 0.0, viewport=area)
             ground = tiles.ground
             if variant in _EVEN:
-                self._draw_even(tiles, variant, textures)
+                self._draw_even(tiles, variant, textures, magnified)
             else:
-                ground = ground | tiles.even[:: BLOCK // TILE, :: BLOCK // TILE]
+                ground = ground | even
+            if mapped:
+                self._textures.read_maps(mipmaps=not magnified)
             # One large face costs less than its parts.
-            edge = max(area[2:]) if ground.all() else BLOCK
+            edge = max(area[2:]) if ground.all() else TILE
             ground = ground[:1, :1] if ground.all() else ground
             self._program_for("planet/planet", variant).draw(ground, edge)
             if air is not None:
-                self._program_for("planet/air", variant).draw(tiles.air, BLOCK)
+                self._program_for("planet/air", variant).draw(tiles.air, TILE)
         elif alone:
             target.clear(0.0, 0.0, 0.0, 0.0, viewport=area)
 
     def _draw_even(
-        self, tiles: Tiles, variant: tuple[str, ...], textures: Sequence[Texture]
+        self,
+        tiles: Tiles,
+        variant: tuple[str, ...],
+        textures: Sequence[Texture],
+        magnified: bool,
     ) -> None:
-        """Tiles found at their corners, by the halving of the noise that their pixels show."""
-        kinds = {("EVEN",): tiles.even & ~tiles.sea, ("EVEN", "SEA"): tiles.sea}
-        level = np.zeros(tiles.even.shape, dtype=np.int64)
+        """Tiles found at their corners, by the halvings of noise and maps that they show."""
+        seen = tiles.even | tiles.finer
+        noise = np.zeros(seen.shape, dtype=np.int64)
+        maps = noise
         if "FAR" not in variant:
-            level = np.rint(np.log2(tiles.pixel / (1e3 * TEXEL_KM))).astype(np.int64)
-            level = np.clip(level, 0, LEVELS - 1)
-        for each in np.unique(level[tiles.even]).tolist():
+            noise = _halvings(tiles.pixel, 1e3 * TEXEL_KM)
+        self._textures.read_maps(mipmaps=self._hardware)
+        if not (magnified or self._hardware):
+            maps = _halvings(tiles.pixel, _TEXEL_M)
+        for step in np.unique((LEVELS * maps + noise)[seen]).tolist():
+            of_maps, of_noise = divmod(step, LEVELS)
             if "FAR" not in variant:
-                self._textures.chart_with(each).use(len(SAMPLERS) - 1)
-            for kind, mask in kinds.items():
+                self._textures.chart_with(of_noise).use(len(SAMPLERS) - 1)
+            for unit, halved in enumerate(self._textures.maps_with(of_maps)):
+                halved.use(unit)
+            here = (maps == of_maps) & (noise == of_noise)
+            for kind, mask in (("EVEN",), ~tiles.sea), (("EVEN", "SEA"), tiles.sea):
                 program = self._program_for("planet/tiles", (*kind, *variant))
-                program.draw(mask & (level == each), TILE, sheet=each)
-        textures[-1].use(len(SAMPLERS) - 1)
+                program.draw(mask & here & tiles.even, TILE, sheet=step)
+                finer = (mask & here & tiles.finer).repeat(PARTS, axis=0).repeat(PARTS, axis=1)
+                program.draw(finer, TILE // PARTS, sheet=step)
+        for unit, texture in enumerate(textures):
+            texture.use(unit)
 
     def _program_for(self, name: str, variant: tuple[str, ...]) -> TileProgram:
         key = name, *variant
@@ -195,7 +215,7 @@ class PlanetPass:
         """Whether the maps' texels are larger than pixels wherever they are not seen at a slant."""
         if self._hardware:
             return False
-        return _nadir_pixel(planet, background) < _MAGNIFIED * _TEXEL * WGS84_EQUATORIAL_RADIUS
+        return _nadir_pixel(planet, background) < _MAGNIFIED * _TEXEL_M
 
     def release(self) -> None:
         """Free everything."""
@@ -203,6 +223,11 @@ class PlanetPass:
             program.release()
         self._block.release()
         self._textures.release()
+
+
+def _halvings(pixel: NDArray[np.float64], texel: float) -> NDArray[np.int64]:
+    """Of a picture whose texels are so long, for pixels of such edges [m]."""
+    return np.clip(np.rint(np.log2(pixel / texel)), 0, LEVELS - 1).astype(np.int64)
 
 
 def _nadir_pixel(planet: PlanetView, background: Background) -> float:
