@@ -145,9 +145,9 @@ def main(
             for name, draw in draws.items():
                 # The air's tables of eight views are kept: made before the clock starts.
                 draw()
-                cost = _timed(ctx, draw)
+                spent = _timed(ctx, draw)
                 if round_ > 1:
-                    taken[name].append(cost)
+                    taken[name].append(spent)
         renderer = ctx.info["GL_RENDERER"]
     costs = {
         name: Cost(
@@ -165,9 +165,9 @@ def main(
     with complete_file(out) as temporary:
         temporary.write_text(json.dumps(msgspec.to_builtins(record), indent=2) + "\n")
     sphere = costs["empty pass: sphere"]
-    for name, cost in costs.items():
-        times = f"{cost.cpu_ms / sphere.cpu_ms:.1f} of the sphere's"
-        print(f"{name:36}{cost.cpu_ms:8.1f} ms of CPU, {cost.wall_ms:6.1f} by the clock, {times}")
+    for name, one in costs.items():
+        times = f"{one.cpu_ms / sphere.cpu_ms:.1f} of the sphere's"
+        print(f"{name:36}{one.cpu_ms:8.1f} ms of CPU, {one.wall_ms:6.1f} by the clock, {times}")
 
 
 if __name__ == "__main__":
