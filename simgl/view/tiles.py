@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -24,6 +24,9 @@ _LONGITUDE_CHANGE = 0.05
 _SUN_CHANGE = 0.09
 # Cosine that light takes to fall by e at the terminator.
 _TWILIGHT = 0.026
+# Sine of the light's height below which it is night (shaders/planet/night.glsl), and above which it
+# reaches ground or air.
+_NIGHTFALL, _DAWN = 0.5 / 12.0, -0.1
 # Where the noise of two faces of its cube is mixed, as in shaders/planet/chart.glsl; and how far
 # off the place that is seen the clouds before it and before the Sun may lie, in their heights.
 _CHART_SEAM, _CLOUD_REACH = 0.02, 10.0
@@ -38,6 +41,7 @@ class Tiles:
     ground : with other ground on them
     air : that miss the ground; what is in none of these masks misses the air, too
     sea : those of the even and the finer ones that have no shore on them
+    night, day : any of them on which it is night somewhere, and which light reaches somewhere
     pixel : (rows, columns) edge of a pixel on the ground of the even and the finer ones [m]
     """
 
@@ -46,7 +50,25 @@ class Tiles:
     ground: Mask
     air: Mask
     sea: Mask
+    night: Mask
+    day: Mask
     pixel: Array
+
+    @property
+    def any(self) -> Mask:
+        """Tiles with ground or air on them."""
+        return np.asarray(self.even | self.finer | self.ground | self.air)
+
+    def within(self, mask: Mask) -> Tiles:
+        """Those of a mask."""
+        return replace(
+            self,
+            even=self.even & mask,
+            finer=self.finer & mask,
+            ground=self.ground & mask,
+            air=self.air & mask,
+            sea=self.sea & mask,
+        )
 
 
 def tiles_of(
@@ -66,7 +88,7 @@ def tiles_of(
     noise : whether the picture shows any, which even tiles read on one face of its cube
     """
     corners = corners_on_ground(planet, intrinsics, size)
-    even, finer = even_tiles(planet, corners), even_tiles(planet, corners, PARTS)
+    even, finer = even_tiles(corners), even_tiles(corners, PARTS)
     if noise:
         one_face = _on_one_face(corners.normal, _CHART_SEAM + _CLOUD_REACH * _cloud_height(planet))
         even, finer = even & one_face, finer & one_face
@@ -86,6 +108,8 @@ def tiles_of(
         ground=ground & ~(even | finer),
         air=air & ~ground,
         sea=sea & (even | finer),
+        night=_least(corners.sun) < _NIGHTFALL,
+        day=_most(corners.sun) > _DAWN,
         pixel=pixel / float(intrinsics[0, 0]) * planet.earth.equatorial_radius,
     )
 
@@ -113,16 +137,18 @@ def _nadir_angles(
 class Corners:
     """Of the tiles of a picture, (rows + 1, columns + 1): where they lie on the ground.
 
-    Corners beside the Earth get some place or other.
+    Of corners beside the Earth, the place on their ray that is nearest to it.
 
     meets : whether the ground is there
     normal : of it, ITRF
+    sun : sine of the Sun's height
     slant : cosine of the ray from the vertical
     distance : in Earth radii
     """
 
     meets: Mask
     normal: Array
+    sun: Array
     slant: Array
     distance: Array
 
@@ -142,24 +168,25 @@ def corners_on_ground(
     discriminant = od * od - dd * planet.outside
     meets = (discriminant > 0.0) & (od < 0.0)
     root = np.sqrt(np.maximum(discriminant, 0.0))
-    distance = planet.outside / np.where(meets, root - od, 1.0)
-    ground = place + distance[..., None] * d
+    nearest = np.maximum(-od, 0.0) / dd
+    distance = np.where(meets, planet.outside / np.where(meets, root - od, 1.0), nearest)
+    normal = _unit((place + distance[..., None] * d) / np.array(planet.earth.radii))
     return Corners(
         meets=meets,
-        normal=_unit(ground / np.array(planet.earth.radii)),
+        normal=normal,
+        sun=normal @ planet.sun_direction_itrf.astype(np.float64),
         slant=root / np.sqrt(dd),
         distance=distance,
     )
 
 
-def even_tiles(planet: PlanetView, corners: Corners, parts: int = 1) -> Mask:
+def even_tiles(corners: Corners, parts: int = 1) -> Mask:
     """(rows, columns) whether a tile lies on the ground and its parts see it change evenly.
 
     What bends across a tile bends by the square of ``parts`` less across one of them.
     """
-    normal, slant = corners.normal, corners.slant
+    normal, slant, sun = corners.normal, corners.slant, corners.sun
     longitude = np.arctan2(normal[..., 1], normal[..., 0])
-    sun = normal @ planet.sun_direction_itrf.astype(np.float64)
     even = _least(corners.meets) & (_range(slant) < parts**2 * _SLANT_CHANGE * _least(slant))
     even &= _range(longitude) < parts**2 * _LONGITUDE_CHANGE
     sun_height = np.maximum(_least(np.abs(sun)), _TWILIGHT)

@@ -735,6 +735,24 @@ BAD_VALUES = (
         ' [earth]: atmosphere goes with an Earth, got shape = "none"',
     ),
     Damage(
+        "airglow without air",
+        SHAPE,
+        'shape = "wgs84"\natmosphere = "none"\nairglow = true',
+        " [earth]: airglow goes with an atmosphere, got none",
+    ),
+    Damage(
+        "moonlight without a Moon",
+        SHAPE,
+        'shape = "wgs84"\nmoonlight = true',
+        " [earth]: moonlight goes with a Moon, which a Sun fixed by hand has not",
+    ),
+    Damage(
+        "moonlight on a grey Earth",
+        SHAPE,
+        'shape = "wgs84"\nalbedo = 0.3\nmoonlight = true',
+        " [earth]: moonlight goes with an Earth that has maps, got albedo",
+    ),
+    Damage(
         "two places",
         PLACE,
         PLACE + "\norbit = { altitude_km = 400.0, inclination_deg = 51.6 }",
