@@ -79,6 +79,24 @@ DAMAGES = (
         ' [earth]: atmosphere goes with an Earth, got shape = "none"',
     ),
     Damage(
+        "airglow without air",
+        SHAPE,
+        'shape = "wgs84"\natmosphere = "none"\nairglow = true',
+        " [earth]: airglow goes with an atmosphere, got none",
+    ),
+    Damage(
+        "moonlight without a Moon",
+        SHAPE,
+        'shape = "wgs84"\nmoonlight = true',
+        " [earth]: moonlight goes with a Moon, which a Sun fixed by hand has not",
+    ),
+    Damage(
+        "moonlight on a grey Earth",
+        SHAPE,
+        'shape = "wgs84"\nalbedo = 0.3\nmoonlight = true',
+        " [earth]: moonlight goes with an Earth that has maps, got albedo",
+    ),
+    Damage(
         "temperature of a measured Sun",
         SUNWARD,
         f'{SUNWARD}\nspectrum = "astm_g173"\ntemperature_k = 5777.0',
