@@ -307,8 +307,9 @@ def _glow(planet: PlanetView) -> NDArray[np.float64]:
 
 
 def _halvings(pixel: NDArray[np.float64], texel: float) -> NDArray[np.int64]:
-    """Of a picture whose texels are so long, for pixels of such edges [m]."""
-    return np.clip(np.rint(np.log2(pixel / texel)), 0, LEVELS - 1).astype(np.int64)
+    """Of a picture whose texels are so long, for pixels of such edges [m]; 0 beside the planet."""
+    steps = np.rint(np.log2(np.maximum(pixel / texel, 1.0)))
+    return np.minimum(steps, LEVELS - 1).astype(np.int64)
 
 
 def _nadir_pixel(planet: PlanetView, background: Background) -> float:
