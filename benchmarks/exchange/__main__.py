@@ -25,7 +25,7 @@ from simgl.scene.means import mean_materials
 from simgl.sky import SkyRadiance, cell_radiance, cube_directions
 from simgl.transport.directions import CELLS_ACROSS
 from simgl.transport.response import Response
-from simgl.transport.solve import lit_normals, radiosity, reflectors, site_irradiance
+from simgl.transport.solve import lit_normals, radiosity, reflectors, vertex_irradiance
 from simgl.transport.sunlit import SunlitPatches
 from simgl.transport.transport import Transport
 from simgl.view.background import SKY_TEXELS
@@ -80,7 +80,7 @@ def frame_times(ctx: moderngl.Context, craft: CraftView, step: float) -> dict[st
 
 
 def agreement(craft: CraftView, transport: Transport, count: int) -> dict[str, Any]:
-    """Irradiance of sites by other surfaces, solved beforehand, over that solved at once.
+    """Irradiance of vertices by other surfaces, solved beforehand, over that solved at once.
 
     The light on the patches is the same for both; then at once with sunlight traced in the Sun's
     own direction, with all sample points: what the lattice of directions costs.
@@ -91,16 +91,19 @@ def agreement(craft: CraftView, transport: Transport, count: int) -> dict[str, A
     cells = cell_radiance(earth_below(), CELLS_ACROSS)
     sky = transport.sky @ (np.float32(np.pi) * cells)
 
+    def on_vertices(exitance: NDArray[np.float32]) -> NDArray[np.float32]:
+        values = np.empty((*transport.site_of_vertex.shape[::-1], 4), dtype=np.float32)
+        vertex_irradiance(transport, exitance, values)
+        return values
+
     def at_once(cosines: NDArray[np.float32]) -> NDArray[np.float32]:
         irradiance = (cosines[:, None] * SUN).astype(np.float32) + sky
-        return site_irradiance(
-            transport, radiosity(transport, surface, surface.albedo * irradiance)
-        )
+        return on_vertices(radiosity(transport, surface, surface.albedo * irradiance))
 
     worst, squares, values, brightest, traced = 0.0, [], [], 0.0, []
     for direction in directions(count):
         exitance = response.of_sun(direction, SUN) + response.of_sky(cells)
-        found = site_irradiance(transport, exitance)
+        found = on_vertices(exitance)
         expected = at_once(sunlit.cosines(direction))
         difference = found - expected
         worst = max(worst, float(np.abs(difference).max()))
