@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from collections import OrderedDict
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import moderngl
 import numpy as np
 
 from simgl.gpu.blocks import UniformBuffer
-from simgl.gpu.geometry import DETAIL, Geometry, Values
+from simgl.gpu.geometry import DETAIL, Geometry, Selection, Values
+from simgl.levels.levels import Levels, Progress, levels_of
 from simgl.passes.blocks import MATERIALS, MAX_MATERIALS, material_values
 from simgl.passes.textures import TextureStore
 from simgl.scene.materials import Material
 from simgl.scene.mesh import Mesh
 from simgl.scene.spacecraft import SpacecraftModel
+from simgl.view.detail import Detail
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -29,15 +32,39 @@ class VertexLighting:
     defines: tuple[str, ...]
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Shape:
+    """What stands for a spacecraft: a mesh and, where it is far, fewer triangles over it.
+
+    selection : None for the mesh's own triangles
+    error : how far these are from the model's at most [m]
+    """
+
+    mesh: Mesh
+    selection: Selection | None = None
+    error: float = 0.0
+
+
+# The mesh of a model that carries the light between its surfaces, and its levels; None without.
+Exchanging = Callable[[SpacecraftModel, Progress | None], tuple[Mesh, Levels] | None]
+
+# Sets of levels whose triangles stay on the GPU.
+_LEVELS_KEPT = 64
+
 # A joint that moves makes a new mesh each frame. No frame draws more than some dozens.
 KEPT = 256
 
 
 class MeshStore:
-    """Geometries, materials and images by their content."""
+    """Geometries, materials and images by their content.
 
-    def __init__(self, ctx: moderngl.Context) -> None:
-        self._ctx = ctx
+    exchanging : where meshes that carry light between surfaces come from
+    """
+
+    def __init__(self, ctx: moderngl.Context, exchanging: Exchanging) -> None:
+        self._ctx, self._exchanging = ctx, exchanging
+        self._levels: dict[str, Levels] = {}
+        self._indices: OrderedDict[int, tuple[Levels, moderngl.Buffer]] = OrderedDict()
         self._textures = TextureStore(ctx)
         self._materials: dict[tuple[tuple[Material, ...], str], UniformBuffer] = {}
         self._geometries: OrderedDict[str, Geometry] = OrderedDict()
@@ -55,6 +82,58 @@ class MeshStore:
                 self._ctx, mesh.positions, mesh.normals, labels, mesh.triangles, _details(mesh)
             )
         return self._geometries[mesh.digest]
+
+    def levels(
+        self,
+        model: SpacecraftModel,
+        progress: Progress | None = None,
+        *,
+        exchanging: bool = False,
+    ) -> tuple[Mesh, Levels]:
+        """What a model is drawn from where it is far, made at the first call if no file has it.
+
+        exchanging : with the mesh that carries the light between its surfaces
+        """
+        found = self._exchanging(model, progress) if exchanging else None
+        if found is not None:
+            return found
+        # Triangles are the same whatever its joints do.
+        stored = (model.stored or model).mesh
+        if stored.digest not in self._levels:
+            self._levels[stored.digest] = levels_of(stored, progress=progress)
+        return model.mesh, self._levels[stored.digest]
+
+    def shape(self, model: SpacecraftModel, detail: Detail, *, exchanging: bool = False) -> Shape:
+        """What is drawn of a model; exchanging : see ``levels``."""
+        if not any(detail.errors):
+            return Shape(mesh=model.mesh)
+        mesh, levels = self.levels(model, exchanging=exchanging)
+        chosen = levels.chosen(detail.errors)
+        selection = Selection(indices=self._uploaded(levels), ranges=tuple(levels.ranges(chosen)))
+        return Shape(mesh=mesh, selection=selection, error=levels.error(chosen))
+
+    def distance(self, model: SpacecraftModel, detail: Detail, *, exchanging: bool) -> float:
+        """How far what is seen of a model may be below what casts its shadows [m].
+
+        The two are the same where its surfaces do not light each other.
+        """
+        seen = self.shape(model, detail, exchanging=exchanging)
+        caster = self.shape(model, detail)
+        return seen.error if seen.mesh is caster.mesh else seen.error + caster.error
+
+    def _uploaded(self, levels: Levels) -> moderngl.Buffer:
+        # The levels are kept with their buffer, so that no others get their identity.
+        if id(levels) in self._indices:
+            self._indices.move_to_end(id(levels))
+        else:
+            if len(self._indices) >= _LEVELS_KEPT:
+                _, oldest = self._indices.popitem(last=False)[1]
+                for geometry in self._geometries.values():
+                    geometry.forget(oldest)
+                oldest.release()
+            content = levels.triangles.astype("<u4").tobytes()
+            self._indices[id(levels)] = levels, self._ctx.buffer(content)
+        return self._indices[id(levels)][1]
 
     def bind_materials(self, model: SpacecraftModel) -> None:
         """Bind the Materials block of a model."""
@@ -76,6 +155,9 @@ class MeshStore:
         for geometry in self._geometries.values():
             geometry.release()
         self._geometries.clear()
+        for _, indices in self._indices.values():
+            indices.release()
+        self._indices.clear()
         for buffer in self._materials.values():
             buffer.release()
         self._materials.clear()

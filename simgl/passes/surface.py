@@ -166,7 +166,8 @@ class SurfacePass:
         for craft, maps, sky, exchange, air in zip(
             tile.craft, shadow_maps, skies, exchanging, before, strict=True
         ):
-            self._bind(craft, tile, maps, sky, air)
+            error = self._meshes.distance(craft.model, craft.detail, exchanging=exchange)
+            self._bind(craft, tile, maps, sky, air, error)
             self.state.apply(self._ctx, depth, area, area)
             depth.clear(depth=1.0, viewport=area)
             self._others.draw()
@@ -195,8 +196,9 @@ class SurfacePass:
         maps: Sequence[moderngl.Texture],
         sky: Sequence[_SkyTexture],
         air: AirBetween | None,
+        error: float,
     ) -> None:
-        self._craft.write(craft_values(craft, air))
+        self._craft.write(craft_values(craft, air, error))
         self._shadow.write(shadow_values(craft, tile.lattice))
         self._meshes.bind_materials(craft.model)
         if "JOINTED" in craft.model.variant:
