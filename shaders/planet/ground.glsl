@@ -1,6 +1,7 @@
 // What land, sea and clouds send up of the light that reaches them [W m-2 sr-1].
 #include "block/planet"
 #include "planet/cloud.glsl"
+#include "planet/night.glsl"
 #include "planet/ocean.glsl"
 #include "planet/place.glsl"
 
@@ -113,10 +114,12 @@ Sight ground_sight(Place here, float on_earth, float on_clouds) {
     float sea = clamp(0.5 + shore_km / max(here.footprint, 0.4), 0.0, 1.0);
     vec4 below = mix(land / PI * (direct * lit_land + diffuse) * through, water, sea);
 
+#ifdef NIGHT
     // Lamps are on from sunset, most where the ground is level. For slopes of variance v along both
     // axes the mean of exp(-1.5 slope^2) is 1 / (1 + 3 v).
     float lamps = form.w * form.w * exp(-1.5 * dot(along, along)) * (1.0 + 3.0 * kept_hills);
-    below += here.to_ground * night_radiance * (lamps * clamp(0.5 - 12.0 * mu_sun, 0.0, 1.0));
+    below += here.to_ground * night_radiance * (lamps * nightfall(mu_sun));
+#endif
 #endif
 
     // Clouds between the ground and the camera. Where the noise is high they are thick; what looks

@@ -3,6 +3,7 @@
 #include "common/sun.glsl"
 #include "air/daylight.glsl"
 #include "planet/chart.glsl"
+#include "planet/night.glsl"
 #ifdef AIR
 #include "air/air.glsl"
 #endif
@@ -105,6 +106,10 @@ Place place_at(vec3 d, float t, float cloud_t, float slant) {
     place.levels.y = chart_level(place.levels.y);
     place.kept = chart_kept[int(place.levels.y)].xy;
     Daylight high = air_daylight_at(cloud_km, mu_sun);
+#ifdef NIGHT
+    place.diffuse += glow_irradiance * nightfall(mu_sun);
+    high.diffuse += glow_irradiance * nightfall(mu_sun);
+#endif
     place.white = (high.direct * place.lit + high.diffuse) / PI;
     place.beneath = vec4(0.0);
 #endif

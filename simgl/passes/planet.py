@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from itertools import product
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from simgl.gpu.blocks import Block, UniformBuffer
 from simgl.gpu.context import is_software
@@ -16,11 +19,13 @@ from simgl.passes.air import AIR_SAMPLERS, AIR_VIEW, AirPass
 from simgl.passes.air_tables import AIR
 from simgl.passes.earth_maps import HEIGHT
 from simgl.passes.earth_textures import SAMPLERS, EarthTextures
+from simgl.physics.air import AIR_TOP
+from simgl.physics.airglow import GLOW_BOTTOM, GLOW_TOP, ground_irradiance, zenith_glow
 from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS
 from simgl.physics.sea import water_body, wave_slope_variance
 from simgl.scene.chart import LEVELS, SIZE, TEXEL_KM
 from simgl.view.background import Background, PlanetView
-from simgl.view.tiles import BLOCK, TILE, Tiles, tiles_of
+from simgl.view.tiles import PARTS, TILE, Mask, Tiles, tiles_of
 
 PLANET = Block(
     "Planet",
@@ -38,6 +43,11 @@ PLANET = Block(
             ("water_body", "f4", 4),
             # Of the brightest lamps [W m-2 sr-1].
             ("night_radiance", "f4", 4),
+            # The airglow's radiance for each Earth radius of way in its layers, what it sends down
+            # to horizontal ground [W m-2], and as ``outside``, from the layers' bottoms and tops.
+            ("glow", "f4", 4),
+            ("glow_irradiance", "f4", 4),
+            ("glow_outside", "f4", (2, 4)),
             # fx, fy, cx, cy [pixels]
             ("intrinsics", "f4", 4),
             # Of the picture: its first corner [pixels], and clip space per pixel.
@@ -71,6 +81,7 @@ PLANET = Block(
 # The maps' texels are so many radians long; a picture whose pixels are shorter by this factor where
 # it looks straight down needs no mipmaps, which cost software renderers more than all the rest.
 _TEXEL = np.pi / HEIGHT
+_TEXEL_M = _TEXEL * WGS84_EQUATORIAL_RADIUS
 _MAGNIFIED = 0.25
 # Brightest texel of the night map, all bands together [W m-2 sr-1]: 200 nW cm-2 sr-1, the core of
 # a city of millions in VIIRS's day-night band (Elvidge et al. 2017), over 10 km; and its share in
@@ -91,13 +102,14 @@ class PlanetPass:
 
     state = State()
     before = State(blend=(moderngl.ONE, SRC1_COLOR))
+    more = State(blend=(moderngl.ONE, moderngl.ONE))
 
     def __init__(self, ctx: moderngl.Context, air: AirPass) -> None:
         self._ctx, self._air = ctx, air
         # Software renderers pay for what a shader could do: an Earth of one albedo has its own, and
         # so has one without air.
         self._programs: dict[tuple[str, ...], TileProgram] = {}
-        self._block = UniformBuffer(ctx, PLANET)
+        self._block, self._moon_block = UniformBuffer(ctx, PLANET), UniformBuffer(ctx, PLANET)
         self._textures = EarthTextures(ctx)
         self._hardware = not is_software(ctx)
 
@@ -112,61 +124,141 @@ class PlanetPass:
         area : x, y, width, height [pixels]
         """
         planet = background.planet
-        mapped = planet is not None and planet.earth.albedo is None
-        textures: Sequence[Texture] = ()
-        if planet is not None and mapped:
-            magnified = self._magnified(planet, background)
-            textures = self._textures.of(planet.earth, mipmaps=not magnified)
-        air = None if planet is None else self._air.before(planet)
-        alone = background.heavens is None
-        state = self.state if alone else self.before
-        state.apply(self._ctx, target, area, area)
-        if planet is not None:
-            inside = air is not None and air.inside
-            far = mapped and _nadir_pixel(planet, background) > _FAR
-            present = {"EARTH_MAPS": mapped, "FAR": far, "AIR": air, "AIR_INSIDE": inside}
-            variant = tuple(d for d, there in present.items() if there)
-            through = () if air is None else air.textures
-            for unit, texture in enumerate((*textures, *through)):
-                texture.use(unit)
-            self._block.write(
-                _values(background, planet, area) | {"chart_kept": self._textures.chart_kept}
-            )
-            self._block.bind()
-            open_sea = self._textures.open_sea if mapped else None
-            tiles = tiles_of(planet, background.intrinsics, area[2:], open_sea)
-            if alone:
+        state = self.state if background.heavens is None else self.before
+        if planet is None:
+            state.apply(self._ctx, target, area, area)
+            if background.heavens is None:
                 target.clear(0.0, 0.0, 0.0, 0.0, viewport=area)
-            ground = tiles.ground
-            if variant in _EVEN:
-                self._draw_even(tiles, variant, textures)
-            else:
-                ground = ground | tiles.even[:: BLOCK // TILE, :: BLOCK // TILE]
-            # One large face costs less than its parts.
-            edge = max(area[2:]) if ground.all() else BLOCK
-            ground = ground[:1, :1] if ground.all() else ground
-            self._program_for("planet/planet", variant).draw(ground, edge)
-            if air is not None:
-                self._program_for("planet/air", variant).draw(tiles.air, BLOCK)
-        elif alone:
+            return
+        night = self._draw_lit(background, planet, target, area, state, self._block, None)
+        if not night.any():
+            return
+        if planet.earth.airglow:
+            self._draw_glow(background, planet, target, area, night)
+        moon = planet.moonlight
+        if moon is not None:
+            lit = replace(
+                planet,
+                sun_direction_itrf=moon.direction_itrf,
+                sun_irradiance=moon.irradiance,
+                earth=replace(planet.earth, airglow=False),
+            )
+            self._draw_lit(background, lit, target, area, self.more, self._moon_block, night)
+
+    def _draw_lit(
+        self,
+        background: Background,
+        planet: PlanetView,
+        target: moderngl.Framebuffer,
+        area: tuple[int, int, int, int],
+        state: State,
+        block: UniformBuffer,
+        only: Mask | None,
+    ) -> Mask:
+        """The Earth in one light.
+
+        only : tiles, if not all; without the lamps of cities
+        returns : tiles on which it is night
+        """
+        mapped = planet.earth.albedo is None
+        textures: Sequence[Texture] = ()
+        magnified = False
+        if mapped:
+            magnified = self._magnified(planet, background)
+            textures = self._textures.of(planet.earth)
+        far = mapped and _nadir_pixel(planet, background) > _FAR
+        shores = self._textures.shores if mapped else None
+        tiles = tiles_of(planet, background.intrinsics, area[2:], shores, noise=not far)
+        if only is not None:
+            tiles = tiles.within(only & tiles.day)
+            if not tiles.any.any():
+                return tiles.night
+        air = self._air.before(planet)
+        state.apply(self._ctx, target, area, area)
+        inside = air is not None and air.inside
+        present = {"EARTH_MAPS": mapped, "FAR": far, "AIR": air, "AIR_INSIDE": inside}
+        variant = tuple(d for d, there in present.items() if there)
+        through = () if air is None else air.textures
+        for unit, texture in enumerate((*textures, *through)):
+            texture.use(unit)
+        values = _values(background, planet, area, lamps=only is None)
+        block.write(values | {"chart_kept": self._textures.chart_kept})
+        block.bind()
+        if state is self.state and not tiles.any.all():
             target.clear(0.0, 0.0, 0.0, 0.0, viewport=area)
+        dark = tiles.night if mapped and only is None else np.zeros_like(tiles.night)
+        ground = tiles.ground
+        if variant in _EVEN:
+            self._draw_even(tiles, dark, variant, textures, magnified)
+        else:
+            ground = ground | tiles.even | tiles.finer
+        if mapped:
+            self._textures.read_maps(mipmaps=not magnified)
+        for kind, mask in ((), ground & ~dark), (("NIGHT",), ground & dark):
+            # One large face costs less than its parts.
+            edge = max(area[2:]) if mask.all() else TILE
+            mask = mask[:1, :1] if mask.all() else mask
+            if mask.any():
+                self._program_for("planet/planet", (*kind, *variant)).draw(mask, edge)
+        if air is not None:
+            self._program_for("planet/air", variant).draw(tiles.air, TILE)
+        return tiles.night
+
+    def _draw_glow(
+        self,
+        background: Background,
+        planet: PlanetView,
+        target: moderngl.Framebuffer,
+        area: tuple[int, int, int, int],
+        night: Mask,
+    ) -> None:
+        """The air's own light, on top of the Earth; reads what that was drawn with."""
+        tiles = tiles_of(planet, background.intrinsics, area[2:]).within(night)
+        self.more.apply(self._ctx, target, area, area)
+        inside = ("AIR_INSIDE",) if planet.height < AIR_TOP else ()
+        self._program_for("planet/glow", ()).draw(tiles.even | tiles.finer, TILE)
+        rim = self._program_for("planet/glow", ("AIR", *inside))
+        rim.draw(tiles.ground | tiles.air, TILE)
 
     def _draw_even(
-        self, tiles: Tiles, variant: tuple[str, ...], textures: Sequence[Texture]
+        self,
+        tiles: Tiles,
+        dark: Mask,
+        variant: tuple[str, ...],
+        textures: Sequence[Texture],
+        magnified: bool,
     ) -> None:
-        """Tiles found at their corners, by the halving of the noise that their pixels show."""
-        kinds = {("EVEN",): tiles.even & ~tiles.sea, ("EVEN", "SEA"): tiles.sea}
-        level = np.zeros(tiles.even.shape, dtype=np.int64)
+        """Tiles found at their corners, by the halvings of noise and maps that they show.
+
+        dark : those with lamps and the airglow's light
+        """
+        seen = tiles.even | tiles.finer
+        noise = np.zeros(seen.shape, dtype=np.int64)
+        maps = noise
         if "FAR" not in variant:
-            level = np.rint(np.log2(tiles.pixel / (1e3 * TEXEL_KM))).astype(np.int64)
-            level = np.clip(level, 0, LEVELS - 1)
-        for each in np.unique(level[tiles.even]).tolist():
+            noise = _halvings(tiles.pixel, 1e3 * TEXEL_KM)
+        self._textures.read_maps(mipmaps=self._hardware)
+        if not (magnified or self._hardware):
+            maps = _halvings(tiles.pixel, _TEXEL_M)
+        for step in np.unique((LEVELS * maps + noise)[seen]).tolist():
+            of_maps, of_noise = divmod(step, LEVELS)
             if "FAR" not in variant:
-                self._textures.chart_with(each).use(len(SAMPLERS) - 1)
-            for kind, mask in kinds.items():
-                program = self._program_for("planet/tiles", (*kind, *variant))
-                program.draw(mask & (level == each), TILE, sheet=each)
-        textures[-1].use(len(SAMPLERS) - 1)
+                self._textures.chart_with(of_noise).use(len(SAMPLERS) - 1)
+            for unit, halved in enumerate(self._textures.maps_with(of_maps)):
+                halved.use(unit)
+            here = (maps == of_maps) & (noise == of_noise)
+            for sea, night in product((False, True), repeat=2):
+                mask = here & (tiles.sea == sea) & (dark == night)
+                if not (mask & seen).any():
+                    continue
+                present = {"SEA": sea, "NIGHT": night}
+                kind = tuple(d for d, there in present.items() if there)
+                program = self._program_for("planet/tiles", ("EVEN", *kind, *variant))
+                program.draw(mask & tiles.even, TILE, sheet=step)
+                finer = (mask & tiles.finer).repeat(PARTS, axis=0).repeat(PARTS, axis=1)
+                program.draw(finer, TILE // PARTS, sheet=step)
+        for unit, texture in enumerate(textures):
+            texture.use(unit)
 
     def _program_for(self, name: str, variant: tuple[str, ...]) -> TileProgram:
         key = name, *variant
@@ -178,8 +270,9 @@ class PlanetPass:
             unread += ["land_map", "form_map"] if "SEA" in variant else []
             for sampler in unread:
                 samplers.pop(sampler)
-            if name == "planet/air":
-                samplers = {sampler: samplers[sampler] for sampler in AIR_SAMPLERS[2:]}
+            if name in ("planet/air", "planet/glow"):
+                there = AIR_SAMPLERS[2:] if "AIR" in variant else ()
+                samplers = {sampler: unit for sampler, unit in samplers.items() if sampler in there}
             blocks = [AIR, AIR_VIEW]
             self._programs[key] = TileProgram(
                 self._ctx,
@@ -195,14 +288,28 @@ class PlanetPass:
         """Whether the maps' texels are larger than pixels wherever they are not seen at a slant."""
         if self._hardware:
             return False
-        return _nadir_pixel(planet, background) < _MAGNIFIED * _TEXEL * WGS84_EQUATORIAL_RADIUS
+        return _nadir_pixel(planet, background) < _MAGNIFIED * _TEXEL_M
 
     def release(self) -> None:
         """Free everything."""
         for program in self._programs.values():
             program.release()
         self._block.release()
+        self._moon_block.release()
         self._textures.release()
+
+
+def _glow(planet: PlanetView) -> NDArray[np.float64]:
+    """(4,) radiance of the airglow for each Earth radius of way [W m-2 sr-1]."""
+    below = planet.height < float(GLOW_BOTTOM.max())
+    each = planet.earth.equatorial_radius / (GLOW_TOP - GLOW_BOTTOM)
+    return np.asarray(each * zenith_glow(from_below=below) * planet.earth.airglow)
+
+
+def _halvings(pixel: NDArray[np.float64], texel: float) -> NDArray[np.int64]:
+    """Of a picture whose texels are so long, for pixels of such edges [m]; 0 beside the planet."""
+    steps = np.rint(np.log2(np.maximum(pixel / texel, 1.0)))
+    return np.minimum(steps, LEVELS - 1).astype(np.int64)
 
 
 def _nadir_pixel(planet: PlanetView, background: Background) -> float:
@@ -211,14 +318,16 @@ def _nadir_pixel(planet: PlanetView, background: Background) -> float:
 
 
 def _values(
-    view: Background, planet: PlanetView, area: tuple[int, int, int, int]
+    view: Background, planet: PlanetView, area: tuple[int, int, int, int], *, lamps: bool
 ) -> dict[str, object]:
+    """The block of a light; lamps : whether cities shine."""
     k = view.intrinsics
     matrix = np.zeros((4, 4), dtype=np.float32)
     matrix[:3, :3] = planet.sphere_from_camera
     earth, clouds = planet.earth, planet.earth.clouds
     radii = np.array(earth.radii)
     cloud_height = clouds.height / radii[0] if clouds else 0.0
+    layers = np.stack([GLOW_BOTTOM, GLOW_TOP]) / radii[0]
     return {
         "sphere_from_camera": matrix,
         "camera_in_sphere": (*planet.camera_in_sphere, 0.0),
@@ -227,7 +336,10 @@ def _values(
         "earth_sun_irradiance": planet.sun_irradiance,
         "earth_albedo": earth.albedo or (0.0, 0.0, 0.0, 0.0),
         "water_body": water_body(earth.wind),
-        "night_radiance": _NIGHT_RADIANCE,
+        "night_radiance": _NIGHT_RADIANCE * lamps,
+        "glow": _glow(planet),
+        "glow_irradiance": ground_irradiance(radii[0]) * earth.airglow,
+        "glow_outside": planet.outside - layers * (2.0 + layers),
         "outside": planet.outside,
         "cloud_outside": planet.outside - cloud_height * (2.0 + cloud_height),
         "map_texel_km": _TEXEL * radii[0] * 1e-3,

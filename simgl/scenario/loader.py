@@ -92,7 +92,7 @@ def scenario_from_dict(
         source=source,
         epoch_tai_ns=epoch,
         sun=light,
-        earth=read_earth(earth, f"{where} [earth]", base),
+        earth=read_earth(earth, f"{where} [earth]", base, light),
         models=models,
         motions={n: law.motion() for n, law in laws.items()},
         joints={n: law.joint_laws(models[n]) for n, law in laws.items()},

@@ -32,6 +32,16 @@ height_px = 40
 focal_length_mm = 2.0
 """
 SCENARIO = SMALL.replace("[render]", f"{_SIDE}[render]")
+# What a test may put before [render].
+LAMP = """
+[lamp.flood]
+on = "chaser"
+position_body_m = [0.05, 0.0, -0.2]
+boresight = [0.0, 0.0, -1.0]
+half_angle_deg = 20.0
+power_w = 5000.0
+temperature_k = 3000.0
+"""
 
 
 class WatchedSimulator(Simulator):
