@@ -22,6 +22,7 @@ from simgl.passes.earth_textures import SAMPLERS, EarthTextures
 from simgl.physics.air import AIR_TOP
 from simgl.physics.airglow import GLOW_BOTTOM, GLOW_TOP, ground_irradiance, zenith_glow
 from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS
+from simgl.physics.regolith import Regolith, geometric_albedo
 from simgl.physics.sea import water_body, wave_slope_variance
 from simgl.scene.chart import LEVELS, SIZE, TEXEL_KM
 from simgl.view.background import Background, PlanetView
@@ -77,6 +78,24 @@ PLANET = Block(
     ),
 )
 
+REGOLITH = Block(
+    "Regolith",
+    25,
+    np.dtype(
+        [
+            ("grain_albedo", "f4"),
+            ("lobe_width", "f4"),
+            ("lobe_backward", "f4"),
+            ("surge_height", "f4"),
+            ("surge_width", "f4"),
+            # Of the slopes' mean angle, and what they leave of the cosine of a level plane.
+            ("slope_tangent", "f4"),
+            ("slope_chi", "f4"),
+            # 2/3, a white Lambertian globe's geometric albedo, over this law's.
+            ("regolith_scale", "f4"),
+        ]
+    ),
+)
 
 # The maps' texels are so many radians long; a picture whose pixels are shorter by this factor where
 # it looks straight down needs no mipmaps, which cost software renderers more than all the rest.
@@ -110,6 +129,7 @@ class PlanetPass:
         # so has one without air.
         self._programs: dict[tuple[str, ...], TileProgram] = {}
         self._block, self._moon_block = UniformBuffer(ctx, PLANET), UniformBuffer(ctx, PLANET)
+        self._regolith = UniformBuffer(ctx, REGOLITH)
         self._textures = EarthTextures(ctx)
         self._hardware = not is_software(ctx)
 
@@ -176,7 +196,17 @@ class PlanetPass:
         air = self._air.before(planet)
         state.apply(self._ctx, target, area, area)
         inside = air is not None and air.inside
-        present = {"EARTH_MAPS": mapped, "FAR": far, "AIR": air, "AIR_INSIDE": inside}
+        regolith = None if mapped else planet.earth.regolith
+        if regolith is not None:
+            self._regolith.write(_regolith_values(regolith))
+            self._regolith.bind()
+        present = {
+            "EARTH_MAPS": mapped,
+            "REGOLITH": regolith,
+            "FAR": far,
+            "AIR": air,
+            "AIR_INSIDE": inside,
+        }
         variant = tuple(d for d, there in present.items() if there)
         through = () if air is None else air.textures
         for unit, texture in enumerate((*textures, *through)):
@@ -279,8 +309,15 @@ class PlanetPass:
                 name,
                 samplers,
                 variant,
-                shared=[PLANET, *(blocks if "AIR" in variant else ())],
-                spare=() if "AIR" in variant else blocks,
+                shared=[
+                    PLANET,
+                    *(blocks if "AIR" in variant else ()),
+                    *([REGOLITH] if "REGOLITH" in variant else ()),
+                ],
+                spare=(
+                    *(() if "AIR" in variant else blocks),
+                    *(() if "REGOLITH" in variant else (REGOLITH,)),
+                ),
             )
         return self._programs[key]
 
@@ -296,6 +333,7 @@ class PlanetPass:
             program.release()
         self._block.release()
         self._moon_block.release()
+        self._regolith.release()
         self._textures.release()
 
 
@@ -315,6 +353,20 @@ def _halvings(pixel: NDArray[np.float64], texel: float) -> NDArray[np.int64]:
 def _nadir_pixel(planet: PlanetView, background: Background) -> float:
     """Edge of a pixel straight below [m]."""
     return planet.height / float(background.intrinsics[0, 0])
+
+
+def _regolith_values(ground: Regolith) -> dict[str, object]:
+    tangent = np.tan(ground.roughness)
+    return {
+        "grain_albedo": ground.single_scattering,
+        "lobe_width": ground.lobe,
+        "lobe_backward": ground.backward,
+        "surge_height": ground.surge,
+        "surge_width": ground.surge_width,
+        "slope_tangent": tangent,
+        "slope_chi": 1.0 / np.sqrt(1.0 + np.pi * tangent**2),
+        "regolith_scale": 2.0 / 3.0 / geometric_albedo(ground),
+    }
 
 
 def _values(
