@@ -118,7 +118,7 @@ Sight ground_sight(Place here, float on_earth, float on_clouds) {
     // Lamps are on from sunset, most where the ground is level. For slopes of variance v along both
     // axes the mean of exp(-1.5 slope^2) is 1 / (1 + 3 v).
     float lamps = form.w * form.w * exp(-1.5 * dot(along, along)) * (1.0 + 3.0 * kept_hills);
-    below += here.to_ground * night_radiance * (lamps * nightfall(mu_sun));
+    below += here.to_ground * night_radiance * (lamps * dusk(mu_sun));
 #endif
 #endif
 
