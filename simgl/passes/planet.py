@@ -24,7 +24,7 @@ from simgl.physics.airglow import GLOW_BOTTOM, GLOW_TOP, ground_irradiance, zeni
 from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS
 from simgl.physics.sea import water_body, wave_slope_variance
 from simgl.scene.chart import LEVELS, SIZE, TEXEL_KM
-from simgl.view.background import Background, Moonlight, PlanetView
+from simgl.view.background import Background, PlanetView
 from simgl.view.tiles import PARTS, TILE, Mask, Tiles, tiles_of
 
 PLANET = Block(
@@ -139,17 +139,15 @@ class PlanetPass:
         tiles = self._draw_lit(background, planet, target, area, state, self._block, None)
         if planet.earth.airglow:
             self._draw_glow(tiles.within(tiles.low < _DARK), planet, target, area)
-        moon = planet.moonlight
-        if moon is not None:
-            lit = replace(
-                planet,
-                sun_direction_itrf=moon.direction_itrf,
-                sun_irradiance=moon.irradiance,
-                earth=replace(planet.earth, airglow=False),
-            )
-            night = tiles.any & (tiles.low < _moonlit(planet, moon))
-            if night.any():
-                self._draw_lit(background, lit, target, area, self.more, self._moon_block, night)
+        moonlit = _in_moonlight(planet)
+        night = tiles.any & (tiles.low < _moonlit_below(planet))
+        if moonlit is not None and night.any():
+            self._draw_lit(background, moonlit, target, area, self.more, self._moon_block, night)
+        if planet.earth.clouds is not None and planet.height < planet.earth.clouds.height:
+            self._draw_ceiling(tiles, planet, target, area, self.before, self._block)
+            if moonlit is not None and night.any():
+                over = tiles.within(night)
+                self._draw_ceiling(over, moonlit, target, area, self.more, self._moon_block)
 
     def _draw_lit(
         self,
@@ -220,10 +218,32 @@ class PlanetPass:
         if not tiles.any.any():
             return
         self.more.apply(self._ctx, target, area, area)
+        # Maps move the air's tables to other texture units.
+        maps = ("EARTH_MAPS",) if planet.earth.albedo is None else ()
         inside = ("AIR_INSIDE",) if planet.height < AIR_TOP else ()
-        self._program_for("planet/glow", ()).draw(tiles.even | tiles.finer, TILE)
-        rim = self._program_for("planet/glow", ("AIR", *inside))
+        self._program_for("planet/glow", maps).draw(tiles.even | tiles.finer, TILE)
+        rim = self._program_for("planet/glow", (*maps, "AIR", *inside))
         rim.draw(tiles.ground | tiles.air, TILE)
+
+    def _draw_ceiling(
+        self,
+        tiles: Tiles,
+        planet: PlanetView,
+        target: moderngl.Framebuffer,
+        area: tuple[int, int, int, int],
+        state: State,
+        block: UniformBuffer,
+    ) -> None:
+        """The clouds over a camera beneath them, in the light of a block, over all else."""
+        air = self._air.before(planet)
+        state.apply(self._ctx, target, area, area)
+        block.bind()
+        through = () if air is None else air.textures
+        for unit, texture in enumerate((*self._textures.of(planet.earth), *through)):
+            texture.use(unit)
+        present = {"NIGHT": planet.earth.airglow, "EARTH_MAPS": True, "AIR": air, "AIR_INSIDE": air}
+        variant = tuple(d for d, there in present.items() if there)
+        self._program_for("planet/ceiling", variant).draw(tiles.ground | tiles.air, TILE)
 
     def _draw_even(
         self,
@@ -272,7 +292,8 @@ class PlanetPass:
             air = AIR_SAMPLERS if "AIR" in variant else ()
             samplers = {sampler: unit for unit, sampler in enumerate((*ground, *air))}
             unread = ["chart"] if "FAR" in variant else []
-            unread += ["land_map", "form_map"] if "SEA" in variant else []
+            groundless = "SEA" in variant or name == "planet/ceiling"
+            unread += ["land_map", "form_map"] if groundless else []
             for sampler in unread:
                 samplers.pop(sampler)
             if name in ("planet/air", "planet/glow"):
@@ -318,9 +339,24 @@ def _glow(planet: PlanetView) -> NDArray[np.float64]:
     return np.asarray(each * zenith_glow(from_below=below) * planet.earth.airglow)
 
 
-def _moonlit(planet: PlanetView, moon: Moonlight) -> float:
-    """Sine of the Sun's height below which this Moon is 1e-4 of the light."""
-    share = float(moon.irradiance.sum() / max(planet.sun_irradiance.sum(), 1e-30))
+def _in_moonlight(planet: PlanetView) -> PlanetView | None:
+    """The Earth with the Moon in the Sun's place, and no light of its own."""
+    moon = planet.moonlight
+    if moon is None:
+        return None
+    return replace(
+        planet,
+        sun_direction_itrf=moon.direction_itrf,
+        sun_irradiance=moon.irradiance,
+        earth=replace(planet.earth, airglow=False),
+    )
+
+
+def _moonlit_below(planet: PlanetView) -> float:
+    """Sine of the Sun's height below which the Moon is 1e-4 of the light and more."""
+    if planet.moonlight is None:
+        return -1.0
+    share = float(planet.moonlight.irradiance.sum() / max(planet.sun_irradiance.sum(), 1e-30))
     return _DUSK + _FADES * float(np.log(max(share, 1e-30) / _FULL_MOON))
 
 
