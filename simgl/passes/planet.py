@@ -110,6 +110,12 @@ _NIGHT_RADIANCE = 2e-3 * np.array([0.40, 0.32, 0.06, 0.22])
 _HIGH_CLOUD = 1.5
 
 
+# Sines of the Sun's height: below the first the lamps of cities shine, by the second the air is
+# dark but for its own glow (shaders/planet/night.glsl).
+_DUSK, _DARK = 0.5 / 12.0, -0.1
+# There a full Moon, 2.5e-6 of the Sun, gives 1e-4 of the light on the ground, which falls by e
+# while the sine falls by so much: 2,000 lx at 2.4 deg, 3.4 at -6 (Bond and Henderson 1963).
+_FULL_MOON, _FADES = 2.5e-6, 0.023
 # Variants that find light and place at the corners of tiles; the others are cheap or rare.
 _EVEN = ("EARTH_MAPS", "AIR"), ("EARTH_MAPS", "FAR", "AIR")
 # Pixels larger than this [m] resolve nothing of the chart.
@@ -150,20 +156,18 @@ class PlanetPass:
             if background.heavens is None:
                 target.clear(0.0, 0.0, 0.0, 0.0, viewport=area)
             return
-        night = self._draw_lit(background, planet, target, area, state, self._block, None)
-        if not night.any():
-            return
+        tiles = self._draw_lit(background, planet, target, area, state, self._block, None)
         if planet.earth.airglow:
-            self._draw_glow(background, planet, target, area, night)
-        moon = planet.moonlight
-        if moon is not None:
-            lit = replace(
-                planet,
-                sun_direction_itrf=moon.direction_itrf,
-                sun_irradiance=moon.irradiance,
-                earth=replace(planet.earth, airglow=False),
-            )
-            self._draw_lit(background, lit, target, area, self.more, self._moon_block, night)
+            self._draw_glow(tiles.within(tiles.low < _DARK), planet, target, area)
+        moonlit = _in_moonlight(planet)
+        night = tiles.any & (tiles.low < _moonlit_below(planet))
+        if moonlit is not None and night.any():
+            self._draw_lit(background, moonlit, target, area, self.more, self._moon_block, night)
+        if planet.earth.clouds is not None and planet.height < planet.earth.clouds.height:
+            self._draw_ceiling(tiles, planet, target, area, self.before, self._block)
+            if moonlit is not None and night.any():
+                over = tiles.within(night)
+                self._draw_ceiling(over, moonlit, target, area, self.more, self._moon_block)
 
     def _draw_lit(
         self,
@@ -174,11 +178,10 @@ class PlanetPass:
         state: State,
         block: UniformBuffer,
         only: Mask | None,
-    ) -> Mask:
+    ) -> Tiles:
         """The Earth in one light.
 
         only : tiles, if not all; without the lamps of cities
-        returns : tiles on which it is night
         """
         mapped = planet.earth.albedo is None
         textures: Sequence[Texture] = ()
@@ -190,9 +193,9 @@ class PlanetPass:
         shores = self._textures.shores if mapped else None
         tiles = tiles_of(planet, background.intrinsics, area[2:], shores, noise=not far)
         if only is not None:
-            tiles = tiles.within(only & tiles.day)
+            tiles = tiles.within(only & (tiles.high > _DARK))
             if not tiles.any.any():
-                return tiles.night
+                return tiles
         air = self._air.before(planet)
         state.apply(self._ctx, target, area, area)
         inside = air is not None and air.inside
@@ -216,14 +219,14 @@ class PlanetPass:
         block.bind()
         if state is self.state and not tiles.any.all():
             target.clear(0.0, 0.0, 0.0, 0.0, viewport=area)
-        dark = tiles.night if mapped and only is None else np.zeros_like(tiles.night)
+        dark = tiles.low < (_DUSK if mapped and only is None else -1.0)
         ground = tiles.ground
         if variant in _EVEN:
             self._draw_even(tiles, dark, variant, textures, magnified)
         else:
             ground = ground | tiles.even | tiles.finer
         if mapped:
-            self._textures.read_maps(mipmaps=not magnified)
+            self._textures.read_maps(self._maps_filter(magnified))
         for kind, mask in ((), ground & ~dark), (("NIGHT",), ground & dark):
             # One large face costs less than its parts.
             edge = max(area[2:]) if mask.all() else TILE
@@ -232,23 +235,45 @@ class PlanetPass:
                 self._program_for("planet/planet", (*kind, *variant)).draw(mask, edge)
         if air is not None:
             self._program_for("planet/air", variant).draw(tiles.air, TILE)
-        return tiles.night
+        return tiles
 
     def _draw_glow(
         self,
-        background: Background,
+        tiles: Tiles,
         planet: PlanetView,
         target: moderngl.Framebuffer,
         area: tuple[int, int, int, int],
-        night: Mask,
     ) -> None:
         """The air's own light, on top of the Earth; reads what that was drawn with."""
-        tiles = tiles_of(planet, background.intrinsics, area[2:]).within(night)
+        if not tiles.any.any():
+            return
         self.more.apply(self._ctx, target, area, area)
+        # Maps move the air's tables to other texture units.
+        maps = ("EARTH_MAPS",) if planet.earth.albedo is None else ()
         inside = ("AIR_INSIDE",) if planet.height < AIR_TOP else ()
-        self._program_for("planet/glow", ()).draw(tiles.even | tiles.finer, TILE)
-        rim = self._program_for("planet/glow", ("AIR", *inside))
+        self._program_for("planet/glow", maps).draw(tiles.even | tiles.finer, TILE)
+        rim = self._program_for("planet/glow", (*maps, "AIR", *inside))
         rim.draw(tiles.ground | tiles.air, TILE)
+
+    def _draw_ceiling(
+        self,
+        tiles: Tiles,
+        planet: PlanetView,
+        target: moderngl.Framebuffer,
+        area: tuple[int, int, int, int],
+        state: State,
+        block: UniformBuffer,
+    ) -> None:
+        """The clouds over a camera beneath them, in the light of a block, over all else."""
+        air = self._air.before(planet)
+        state.apply(self._ctx, target, area, area)
+        block.bind()
+        through = () if air is None else air.textures
+        for unit, texture in enumerate((*self._textures.of(planet.earth), *through)):
+            texture.use(unit)
+        present = {"NIGHT": planet.earth.airglow, "EARTH_MAPS": True, "AIR": air, "AIR_INSIDE": air}
+        variant = tuple(d for d, there in present.items() if there)
+        self._program_for("planet/ceiling", variant).draw(tiles.ground | tiles.air, TILE)
 
     def _draw_even(
         self,
@@ -267,7 +292,7 @@ class PlanetPass:
         maps = noise
         if "FAR" not in variant:
             noise = _halvings(tiles.pixel, 1e3 * TEXEL_KM)
-        self._textures.read_maps(mipmaps=self._hardware)
+        self._textures.read_maps(self._maps_filter(magnified or not self._hardware))
         if not (magnified or self._hardware):
             maps = _halvings(tiles.pixel, _TEXEL_M)
         for step in np.unique((LEVELS * maps + noise)[seen]).tolist():
@@ -297,7 +322,8 @@ class PlanetPass:
             air = AIR_SAMPLERS if "AIR" in variant else ()
             samplers = {sampler: unit for unit, sampler in enumerate((*ground, *air))}
             unread = ["chart"] if "FAR" in variant else []
-            unread += ["land_map", "form_map"] if "SEA" in variant else []
+            groundless = "SEA" in variant or name == "planet/ceiling"
+            unread += ["land_map", "form_map"] if groundless else []
             for sampler in unread:
                 samplers.pop(sampler)
             if name in ("planet/air", "planet/glow"):
@@ -327,6 +353,13 @@ class PlanetPass:
             return False
         return _nadir_pixel(planet, background) < _MAGNIFIED * _TEXEL_M
 
+    def _maps_filter(self, magnified: bool) -> int:
+        """How to read the maps; software renderers pay twice for what lies between two halvings."""
+        smaller = (
+            moderngl.LINEAR_MIPMAP_LINEAR if self._hardware else moderngl.LINEAR_MIPMAP_NEAREST
+        )
+        return moderngl.LINEAR if magnified else smaller
+
     def release(self) -> None:
         """Free everything."""
         for program in self._programs.values():
@@ -342,6 +375,27 @@ def _glow(planet: PlanetView) -> NDArray[np.float64]:
     below = planet.height < float(GLOW_BOTTOM.max())
     each = planet.earth.equatorial_radius / (GLOW_TOP - GLOW_BOTTOM)
     return np.asarray(each * zenith_glow(from_below=below) * planet.earth.airglow)
+
+
+def _in_moonlight(planet: PlanetView) -> PlanetView | None:
+    """The Earth with the Moon in the Sun's place, and no light of its own."""
+    moon = planet.moonlight
+    if moon is None:
+        return None
+    return replace(
+        planet,
+        sun_direction_itrf=moon.direction_itrf,
+        sun_irradiance=moon.irradiance,
+        earth=replace(planet.earth, airglow=False),
+    )
+
+
+def _moonlit_below(planet: PlanetView) -> float:
+    """Sine of the Sun's height below which the Moon is 1e-4 of the light and more."""
+    if planet.moonlight is None:
+        return -1.0
+    share = float(planet.moonlight.irradiance.sum() / max(planet.sun_irradiance.sum(), 1e-30))
+    return _DUSK + _FADES * float(np.log(max(share, 1e-30) / _FULL_MOON))
 
 
 def _halvings(pixel: NDArray[np.float64], texel: float) -> NDArray[np.int64]:
