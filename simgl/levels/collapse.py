@@ -26,9 +26,7 @@ from simgl.levels.triangles import (
 )
 
 # Root mean square of the angle by which normals may turn where their vertex has gone [rad].
-NORMALS_TURN = 0.1
-# Means of values over what a vertex stands for keep to this, where single ones may be off by 1.
-MEANS_SHIFT = 0.3
+NORMALS_TURN = 0.04
 # A triangle turns by less than this at a time: cosine.
 _LEAST_COSINE = 0.5
 # What quadrics and planes tell of an error is larger than it: the end of a chord lies four times as
@@ -47,7 +45,7 @@ class Surface:
     triangles : (m, 3)
     labels : (n,) vertices with different ones never stand for each other
     groups : (n,) vertices of different ones are apart even at one place
-    values : (n, k) what must stay the same to within 1, root mean square, and ``MEANS_SHIFT``
+    values : (n, k) what must stay the same to within 1, root mean square
     places : (n, j) what must stay the same to within the allowed error; in metres along the surface
     """
 
@@ -257,20 +255,14 @@ class Collapser:
         n /= np.maximum(np.linalg.norm(n, axis=1), 1e-9)[:, None]
         length = np.maximum(np.linalg.norm(s.normals[gone], axis=1), 1e-9)[:, None]
         off = np.sum((n - s.normals[gone] / length) ** 2, axis=1) / NORMALS_TURN**2
-        if s.places.shape[1]:
-            there = (place * s.places[corners]).sum(axis=1)
-            off = np.maximum(off, np.max(((there - s.places[gone]) / error) ** 2, axis=1))
-        change = (place * s.values[corners]).sum(axis=1) - s.values[gone]
-        off = np.maximum(off, np.max(change**2, axis=1, initial=0.0))
-        to, rows = np.unique(home[gone], return_inverse=True)
-        summing = sparse.csr_matrix((self._weight[gone], (rows, np.arange(len(gone)))))
-        total = np.maximum(summing @ np.ones(len(gone)), 1e-300)
-        worst = np.zeros(len(to), dtype=np.bool_)
-        np.logical_or.at(worst, rows, far)
-        worst |= (summing @ off) / total > 1.0
-        shift = np.abs(summing @ change).max(axis=1, initial=0.0) / total
-        worst |= shift > MEANS_SHIFT
-        return np.asarray(np.bincount(cause[to], worst, minlength=len(chosen)) == 0)
+        for values, unit in ((s.values, 1.0), (s.places, error)):
+            change = ((place * values[corners]).sum(axis=1) - values[gone]) / unit
+            off = np.maximum(off, np.max(change**2, axis=1, initial=0.0))
+        to, weight = home[gone], self._weight[gone]
+        total = np.bincount(to, weight, minlength=len(s.positions))
+        mean = np.bincount(to, weight * off, minlength=len(s.positions)) / np.maximum(total, 1e-300)
+        bad = far | (mean[to] > 1.0)
+        return np.asarray(np.bincount(cause[to], bad, minlength=len(chosen)) == 0)
 
     def _collapse(self, edges: _Edges, chosen: Indices) -> None:
         old, new, _ = self._moves(edges, chosen)

@@ -70,7 +70,7 @@ CRAFT = Block(
             ("air_transmittance", "f4", 4),
             ("sun_angular_radius", "f4"),
             ("instance", "u4"),
-            # How far what is seen may lie below what casts its shadows [m].
+            # How far what is drawn may lie below the surface that it stands for [m].
             ("level_error", "f4"),
             ("craft_padding", "f4"),
         ]
@@ -181,7 +181,7 @@ def craft_values(
     """The Craft block of a spacecraft.
 
     air : before it
-    level_error : how far what is seen of it may lie below what casts its shadows [m]
+    level_error : how far what is drawn may lie below the surface that it stands for [m]
     """
     return {
         "camera_from_body": craft.camera_from_body,

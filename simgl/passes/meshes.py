@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import moderngl
@@ -32,22 +31,6 @@ class VertexLighting:
     defines: tuple[str, ...]
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Shape:
-    """What stands for a spacecraft: a mesh and, where it is far, fewer triangles over it.
-
-    selection : None for the mesh's own triangles
-    error : how far these are from the model's at most [m]
-    """
-
-    mesh: Mesh
-    selection: Selection | None = None
-    error: float = 0.0
-
-
-# The mesh of a model that carries the light between its surfaces, and its levels; None without.
-Exchanging = Callable[[SpacecraftModel, Progress | None], tuple[Mesh, Levels] | None]
-
 # Sets of levels whose triangles stay on the GPU.
 _LEVELS_KEPT = 64
 
@@ -56,13 +39,10 @@ KEPT = 256
 
 
 class MeshStore:
-    """Geometries, materials and images by their content.
+    """Geometries, materials, images and levels of detail by their content."""
 
-    exchanging : where meshes that carry light between surfaces come from
-    """
-
-    def __init__(self, ctx: moderngl.Context, exchanging: Exchanging) -> None:
-        self._ctx, self._exchanging = ctx, exchanging
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
         self._levels: dict[str, Levels] = {}
         self._indices: OrderedDict[int, tuple[Levels, moderngl.Buffer]] = OrderedDict()
         self._textures = TextureStore(ctx)
@@ -83,43 +63,28 @@ class MeshStore:
             )
         return self._geometries[mesh.digest]
 
-    def levels(
-        self,
-        model: SpacecraftModel,
-        progress: Progress | None = None,
-        *,
-        exchanging: bool = False,
-    ) -> tuple[Mesh, Levels]:
-        """What a model is drawn from where it is far, made at the first call if no file has it.
-
-        exchanging : with the mesh that carries the light between its surfaces
-        """
-        found = self._exchanging(model, progress) if exchanging else None
-        if found is not None:
-            return found
+    def levels(self, model: SpacecraftModel, progress: Progress | None = None) -> Levels:
+        """What a model is drawn from where it is far, made at the first call if no file has it."""
         # Triangles are the same whatever its joints do.
         stored = (model.stored or model).mesh
         if stored.digest not in self._levels:
-            self._levels[stored.digest] = levels_of(stored, progress=progress)
-        return model.mesh, self._levels[stored.digest]
+            self._levels[stored.digest] = levels_of(stored, progress)
+        return self._levels[stored.digest]
 
-    def shape(self, model: SpacecraftModel, detail: Detail, *, exchanging: bool = False) -> Shape:
-        """What is drawn of a model; exchanging : see ``levels``."""
+    def selection(self, model: SpacecraftModel, detail: Detail) -> Selection | None:
+        """What is drawn of a model's vertices, or of a mesh that begins with them; None for all."""
         if not any(detail.errors):
-            return Shape(mesh=model.mesh)
-        mesh, levels = self.levels(model, exchanging=exchanging)
-        chosen = levels.chosen(detail.errors)
-        selection = Selection(indices=self._uploaded(levels), ranges=tuple(levels.ranges(chosen)))
-        return Shape(mesh=mesh, selection=selection, error=levels.error(chosen))
+            return None
+        levels = self.levels(model)
+        ranges = levels.ranges(levels.chosen(detail.errors))
+        return Selection(indices=self._uploaded(levels), ranges=tuple(ranges))
 
-    def distance(self, model: SpacecraftModel, detail: Detail, *, exchanging: bool) -> float:
-        """How far what is seen of a model may be below what casts its shadows [m].
-
-        The two are the same where its surfaces do not light each other.
-        """
-        seen = self.shape(model, detail, exchanging=exchanging)
-        caster = self.shape(model, detail)
-        return seen.error if seen.mesh is caster.mesh else seen.error + caster.error
+    def error(self, model: SpacecraftModel, detail: Detail) -> float:
+        """How far what is drawn of a model is from it at most [m]."""
+        if not any(detail.errors):
+            return 0.0
+        levels = self.levels(model)
+        return levels.error(levels.chosen(detail.errors))
 
     def _uploaded(self, levels: Levels) -> moderngl.Buffer:
         # The levels are kept with their buffer, so that no others get their identity.

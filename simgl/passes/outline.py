@@ -42,10 +42,10 @@ class OutlineProgram:
 
     def draw(self, model: SpacecraftModel, detail: Detail = WHOLE) -> None:
         """All triangles of what stands for a model."""
-        shape = self._meshes.shape(model, detail)
-        geometry = self._meshes.geometry(shape.mesh)
+        geometry = self._meshes.geometry(model.mesh)
+        selection = self._meshes.selection(model, detail)
         if "CUT_OUT" not in model.variant:
-            geometry.draw(self._plain, selection=shape.selection)
+            geometry.draw(self._plain, selection=selection)
             return
         if self._cut_out is None:
             self._cut_out = load_program(
@@ -56,7 +56,7 @@ class OutlineProgram:
                 defines=self._defines | {"CUT_OUT": 1},
             )
         self._meshes.bind_surface(model)
-        geometry.draw(self._cut_out, selection=shape.selection)
+        geometry.draw(self._cut_out, selection=selection)
 
     def release(self) -> None:
         """Free the programs."""

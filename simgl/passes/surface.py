@@ -166,8 +166,7 @@ class SurfacePass:
         for craft, maps, sky, exchange, air in zip(
             tile.craft, shadow_maps, skies, exchanging, before, strict=True
         ):
-            error = self._meshes.distance(craft.model, craft.detail, exchanging=exchange)
-            self._bind(craft, tile, maps, sky, air, error)
+            self._bind(craft, tile, maps, sky, air)
             self.state.apply(self._ctx, depth, area, area)
             depth.clear(depth=1.0, viewport=area)
             self._others.draw()
@@ -196,8 +195,8 @@ class SurfacePass:
         maps: Sequence[moderngl.Texture],
         sky: Sequence[_SkyTexture],
         air: AirBetween | None,
-        error: float,
     ) -> None:
+        error = self._meshes.error(craft.model, craft.detail)
         self._craft.write(craft_values(craft, air, error))
         self._shadow.write(shadow_values(craft, tile.lattice))
         self._meshes.bind_materials(craft.model)

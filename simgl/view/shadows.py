@@ -120,8 +120,8 @@ def shadow_view(
     """The maps that one spacecraft needs in a picture.
 
     body_from_camera : (4, 4)
-    detail : what stands for it, in the picture and as a caster; others cast with no larger an error
-        than the least of its own
+    detail : what stands for it in the picture. The same stands for it as a caster, so that it does
+        not shade itself; others cast with no larger an error than the least of its parts
     """
     sun = state.sun.seen_from(body.pose.position)
     R_light = _light_axes(body.pose.R_icrf_from_body.T @ sun.direction_icrf)
