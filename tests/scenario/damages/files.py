@@ -24,7 +24,7 @@ DAMAGES = (
         SEED,
         "sead = 1",
         ' [render]: sead is not a key here; did you mean "seed"? (allowed: '
-        "gather, inter_reflection, samples_per_pixel, seed)",
+        "gather, inter_reflection, level_of_detail_error_px, samples_per_pixel, seed)",
     ),
     Damage(
         "unknown key on two lines",
