@@ -31,7 +31,7 @@ DAMAGES = (
         SEED,
         '"a\\nb" = 1',
         ' [render]: "a\\nb" is not a key here; (allowed: gather, '
-        "inter_reflection, samples_per_pixel, seed)",
+        "inter_reflection, level_of_detail_error_px, samples_per_pixel, seed)",
     ),
     Damage(
         "unknown gather",
