@@ -94,13 +94,19 @@ class Renderer:
         models: Iterable[SpacecraftModel],
         earth: Earth | None = None,
         progress: Progress | None = None,
+        far: Iterable[SpacecraftModel] = (),
     ) -> None:
         """Trace how the surfaces of models see each other, and make the tables of the Earth's air,
-        so that no frame waits for it."""
+        so that no frame waits for it.
+
+        far : models whose levels of detail are wanted
+        """
         if earth is not None:
             self._air.prepare(earth, progress)
         for model in models:
             self._exchange.transport(model, progress)
+        for model in far:
+            self._meshes.levels(model, progress)
 
     def radiance(self, view: FrameView) -> ImageTarget:
         """Radiance per band [W m-2 sr-1], RGBA32F; valid until the next call at this size."""
