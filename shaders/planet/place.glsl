@@ -2,24 +2,14 @@
 #include "block/planet"
 #include "common/sun.glsl"
 #include "air/daylight.glsl"
-#include "planet/chart.glsl"
+#include "planet/night.glsl"
+#include "planet/puffs.glsl"
 #ifdef AIR
 #include "air/air.glsl"
 #endif
 
 // Lower than this sine the Sun throws no longer shadows [km of way per km of height].
 const float SHADOW_SINE = 0.15;
-
-// A place of the clouds' noise and of the maps: on the maps, longitude and latitude, 0..1 eastwards
-// and southwards; on the chart, where one face is enough for all of a tile, and the vertical where not.
-struct Spot {
-    vec2 on_map;
-#ifdef EVEN
-    vec2 on_chart;
-#else
-    vec3 up;
-#endif
-};
 
 // Light as it reaches the camera: dimmed by the air on the way.
 //
@@ -105,6 +95,10 @@ Place place_at(vec3 d, float t, float cloud_t, float slant) {
     place.levels.y = chart_level(place.levels.y);
     place.kept = chart_kept[int(place.levels.y)].xy;
     Daylight high = air_daylight_at(cloud_km, mu_sun);
+#ifdef NIGHT
+    place.diffuse += glow_irradiance * nightfall(mu_sun);
+    high.diffuse += glow_irradiance * nightfall(mu_sun);
+#endif
     place.white = (high.direct * place.lit + high.diffuse) / PI;
     place.beneath = vec4(0.0);
 #endif
@@ -135,8 +129,11 @@ Place place_through(AirRay air, Place place) {
     place.diffuse *= air.to_ground;
 #ifdef EARTH_MAPS
 #ifdef AIR_INSIDE
-    place.sky = mix(place.diffuse / PI, sky_in_the_sea(place) * air.to_ground,
-                    exp(-camera_height / SAME_SKY_KM));
+    vec4 mirrored = sky_in_the_sea(place);
+#ifdef NIGHT
+    mirrored += glow_irradiance / PI * nightfall(dot(place.normal, sun_direction_itrf.xyz));
+#endif
+    place.sky = mix(place.diffuse / PI, mirrored * air.to_ground, exp(-camera_height / SAME_SKY_KM));
 #endif
     AirRay over = air_before(air, cloud_km);
     place.white *= over.to_ground;
