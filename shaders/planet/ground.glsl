@@ -4,6 +4,9 @@
 #include "planet/night.glsl"
 #include "planet/ocean.glsl"
 #include "planet/place.glsl"
+#ifdef REGOLITH
+#include "planet/regolith.glsl"
+#endif
 
 #ifndef SEA
 uniform sampler2D land_map;   // square roots of reflectance R, G, B, N
@@ -32,7 +35,12 @@ Sight ground_sight(Place here, float on_earth, float on_clouds) {
     vec3 normal = here.normal, view = here.view, sun = sun_direction_itrf.xyz;
     float lit = here.lit, mu_sun = dot(normal, sun);
     vec4 direct = here.direct, diffuse = here.diffuse;
-#ifndef EARTH_MAPS
+#ifdef REGOLITH
+    // Its geometric albedo is that of a Lambertian globe of `earth_albedo`.
+    if (lit <= 0.0) return Sight(vec4(0.0), 1.0);
+    float r = regolith_reflectance(lit, max(dot(normal, view), 1e-3), dot(view, sun));
+    return Sight(on_earth * regolith_scale * earth_albedo * direct * r, 1.0);
+#elif !defined(EARTH_MAPS)
     return Sight(on_earth * earth_albedo / PI * (direct * lit + diffuse), 1.0);
 #else
     float level = here.levels.x, halvings = here.levels.y;

@@ -104,6 +104,7 @@ def scenario_from_dict(
         samples_per_pixel=render.samples_per_pixel,
         inter_reflection=render.inter_reflection,
         gather=render.gather,
+        level_error_px=render.level_of_detail_error_px,
         stars=read_sky(sky, light),
     )
     # Laws that contradict each other, such as relative places in a circle, show here.

@@ -23,7 +23,7 @@ from simgl_bridge import BodyPose, Client, NoAnswerError, RemoteError, launched_
 
 from simgl import Scenario
 from simgl.errors import BridgeError
-from tests.bridge.harness import Gate, RawLink, Running, header_of
+from tests.bridge.harness import Gate, RawLink, Running, free_address, header_of
 from tests.bridge.zmtp import Wire
 
 Starter = Callable[..., Running]
@@ -53,14 +53,6 @@ def served(path: Path, address: str, stderr: IO[bytes] | None = None) -> Iterato
     finally:
         process.kill()
         process.wait(10)
-
-
-def free_address() -> str:
-    import socket
-
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return f"tcp://127.0.0.1:{probe.getsockname()[1]}"
 
 
 def test_a_server_killed_in_the_middle_of_a_frame_is_known_at_once(

@@ -11,7 +11,7 @@ import pytest
 from scipy.interpolate import RegularGridInterpolator
 
 from simgl.errors import ConfigError
-from simgl.physics.air import STANDARD
+from simgl.physics.air import SOURCE, STANDARD
 from simgl.physics.sea import fresnel, wave_slope_variance
 from simgl.scenario.loader import load_scenario
 from simgl.scene.earth import Earth
@@ -144,6 +144,27 @@ def test_the_limb_falls_with_the_airs_density_and_is_even_where_it_is_opaque(
     assert min(green[:4]) > 0.85 * max(green[:4])
     # exp(-10 / 8), and the chord through a layer grows with the root of the radius: 0.1 %.
     np.testing.assert_allclose(green[5] / green[4], np.exp(-10.0 / 8.0), rtol=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("sun_zenith_deg", "lowest_km", "highest_km"), [(60.0, 2.0, 6.0), (90.0, 8.0, 16.0)]
+)
+def test_the_green_limb_peaks_low_by_day_and_higher_at_the_terminator(
+    gl: moderngl.Context, sun_zenith_deg: float, lowest_km: float, highest_km: float
+) -> None:
+    """With the Sun aside. The truth table has 0.416 at 5 km and 0.198 at 20 km by day; with the Sun
+    on the horizon 0.0842 and 0.0786, so that the peak between them is flat: 12 km, 4 either way."""
+    heights = np.array([0.5, 2.0, 4.0, 6.0, 8.0, 10.0, 12.0, 14.0, 16.0, 20.0, 25.0])
+    angle = np.radians(sun_zenith_deg)
+    sun = np.cos(angle) * UP + np.sin(angle) * EAST
+    earth = replace(sphere(0.3), air=SOURCE)
+    with window(gl) as look:
+        green = []
+        for r in RADIUS + 1e3 * heights:
+            # A ray along y whose lowest point lies on the x axis, from 400 km.
+            place = r * UP - np.sqrt((RADIUS + 4e5) ** 2 - r**2) * NORTH
+            green.append(look.ray(earth, place, NORTH, sun)[1])
+    assert lowest_km <= heights[int(np.argmax(green))] <= highest_km
 
 
 def test_space_above_the_air_is_black(gl: moderngl.Context) -> None:
