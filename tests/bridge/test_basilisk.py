@@ -26,6 +26,8 @@ from simgl_bridge.turns import Turns
 
 from simgl import Scenario, load_scenario
 from simgl.errors import AssetError, ConfigError, SimglError
+from simgl.physics.regolith import MARS, reflectance
+from simgl.scenario.schema import CameraTable
 from tests.bridge import basilisk_wire as wire
 from tests.bridge.harness import WatchedSimulator
 
@@ -217,6 +219,35 @@ def test_mars_is_oblate_though_sent_as_a_sphere(peer: wire.Peer) -> None:
     # last pixel, lit in part and white all the same, adds half a pixel to both of 116: 3e-5.
     axis_ratio = y.std() / x.std()
     assert axis_ratio == pytest.approx(3376.20 / 3396.19, abs=3e-4)
+
+
+@pytest.mark.parametrize("sun_au", [0.7, 1.6])
+def test_a_camera_without_exposure_is_exposed_for_the_sunlit_planet(
+    peer: wire.Peer, sun_au: float
+) -> None:
+    mars = wire.body("mars barycenter", (0.0, 0.0, 0.0), 3396.19)
+    # The Sun behind the camera, whose id no file has.
+    sun = (sun_au * wire.AU, 0.0, 0.0)
+    state = scene(central=mars, place=(12e6, 0.0, 0.0), sun=sun, id=7, fov_deg=36.0)
+    peer.update(state)
+    picture = pixels(peer.image(7))
+    # Half of the range at opposition; 10 deg from it the ground has this share of that.
+    least = 0.5 * float(reflectance(MARS, 1.0, 0.985, 0.985) / reflectance(MARS, 1.0, 1.0, 1.0))
+    # Of 256, rounded down; the pedestal has 4 of them.
+    assert least < picture[20:28, 28:36].mean() / 255.0 < 0.52
+
+
+def test_an_exposure_that_a_file_has_is_kept(base: Scenario, tmp_path: Path) -> None:
+    said: list[str] = []
+    times = []
+    for line in ("", "exposure_time_s = 0.003"):
+        (tmp_path / "navcam.toml").write_text(f'preset = "ideal"\n{line}\n')
+        navcam = load_sheet(tmp_path / "navcam.toml")
+        state = scene_of(read_update(scene()), 1, base, navcam, said.append)
+        times.append(state.cameras["camera 1"].camera.exposure_time)
+    assert times[1] == 0.003
+    assert times[0] != CameraTable().exposure_time_s
+    assert ["exposure_time_s" in line for line in said].count(True) == 1
 
 
 def test_a_state_is_drawn_once_however_often_it_is_asked_for(

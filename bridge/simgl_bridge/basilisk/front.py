@@ -216,7 +216,7 @@ class BasiliskFront:
         """PNG of what a camera sees of a state. Raises SimglError where it sees nothing."""
         sheet = self._sheets.get(camera_id)
         if sheet is None:
-            self._say(f"camera {camera_id} has no file: exposure and lens are the defaults")
+            self._say(f"camera {camera_id} has no file: its lens and detector are the defaults")
             sheet = DEFAULT_SHEET
         return png_of(self._studio, update, camera_id, sheet, self._say)
 

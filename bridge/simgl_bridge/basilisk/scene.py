@@ -6,9 +6,8 @@ parameters sigma (Schaub and Junkins, Analytical Mechanics of Space Systems, 4th
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -16,16 +15,24 @@ import numpy as np
 from msgspec import structs
 from numpy.typing import ArrayLike, NDArray
 
-from simgl.errors import BridgeError, ConfigError, SimglError
-from simgl.physics.ephemeris import itrf_from_icrf, sun_position, tai_ns_from_utc
+from simgl.errors import ConfigError, SimglError
+from simgl.physics.ephemeris import sun_position, tai_ns_from_utc
 from simgl.physics.frames import Pose
 from simgl.physics.moon import moon_from_icrf
 from simgl.scenario.cameras import read_camera
 from simgl.scenario.loader import scenario_from_dict
 from simgl.scenario.scenario import EphemerisSun, Scenario
 from simgl.scene.camera import Camera
-from simgl.scene.earth import Earth
-from simgl.scene.state import CameraState, EarthState, SceneState, SunAtPosition, SunInDirection
+from simgl.scene.state import CameraState, SceneState, SunAtPosition, SunInDirection
+from simgl_bridge.basilisk.bodies import (
+    NoPictureError,
+    central_body,
+    globe_of,
+    plain_name,
+    turned,
+    vector_of,
+)
+from simgl_bridge.basilisk.meter import metered
 from simgl_bridge.basilisk.sheet import Sheet
 from simgl_bridge.basilisk.wire import CameraConfig, CelestialBody, Craft, Epoch, Update
 
@@ -34,37 +41,6 @@ Say = Callable[[str], None]
 
 # Of a side of an image.
 MOST_PIXELS = 8192
-# Of a rotation matrix from the wire.
-_ROTATION_TOLERANCE = 1e-6
-# Farther than light goes in 12 days; beyond, float64 holds no picture's geometry.
-_FARTHEST = 3e14
-
-
-class NoPictureError(BridgeError):
-    """There is no picture of this request; says why in one line."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Spheroid:
-    """Semi-axes [km], and the Lambert albedo in every band."""
-
-    equatorial_km: float
-    polar_km: float
-    albedo: float
-
-
-# Radii: IAU Working Group on Cartographic Coordinates 2015 (Archinal et al. 2018); giants at 1 bar.
-# Bond albedos: NASA planetary fact sheets; Jupiter's Li et al. 2018.
-SPHEROIDS = {
-    "mercury": Spheroid(equatorial_km=2440.53, polar_km=2438.26, albedo=0.068),
-    "venus": Spheroid(equatorial_km=6051.8, polar_km=6051.8, albedo=0.77),
-    "mars": Spheroid(equatorial_km=3396.19, polar_km=3376.20, albedo=0.25),
-    "jupiter": Spheroid(equatorial_km=71492.0, polar_km=66854.0, albedo=0.503),
-    "saturn": Spheroid(equatorial_km=60268.0, polar_km=54364.0, albedo=0.342),
-    "uranus": Spheroid(equatorial_km=25559.0, polar_km=24973.0, albedo=0.300),
-    "neptune": Spheroid(equatorial_km=24764.0, polar_km=24341.0, albedo=0.290),
-}
-_EARTH_ALBEDO_OF_OTHERS = 0.3
 
 
 def bare_scenario() -> Scenario:
@@ -120,26 +96,34 @@ def scene_of(update: Update, camera_id: int, base: Scenario, sheet: Sheet, say: 
     tai_ns = _tai_ns(update, base, say)
     _say_what_is_left_out(update, base, say)
     parent = _pose(craft[config.parent], np.zeros(3), np.zeros(3))
-    bodies = {_plain_name(b): b for b in update.bodies}
-    central = _central(update.bodies, parent.position)
-    origin = parent.position if central is None else _vector(central.position, central.name)
+    bodies = {plain_name(b): b for b in update.bodies}
+    central = central_body(update.bodies, parent.position)
+    origin = parent.position if central is None else vector_of(central.position, central.name)
     origin_velocity = np.zeros(3)
     if central is not None and central.velocity:
-        origin_velocity = _vector(central.velocity, central.name)
+        origin_velocity = vector_of(central.velocity, central.name)
     _say_what_is_far(bodies, central, say)
     sun = _sun(bodies, central, origin, base, tai_ns, say)
     poses = {n: _pose(c, origin, origin_velocity) for n, c in craft.items()}
     state = _with_models(base, tai_ns, poses, sun)
     pose = poses[config.parent]
-    at = pose.position + pose.R_icrf_from_body @ _vector(config.position_B, "cameraPos_B")
-    direction = _vector(config.direction_B, "cameraDir_B")
+    at = pose.position + pose.R_icrf_from_body @ vector_of(config.position_B, "cameraPos_B")
+    direction = vector_of(config.direction_B, "cameraDir_B")
     moon = bodies.get("moon")
+    globe = None if central is None else globe_of(central, base, tai_ns)
+    if sheet.metered:
+        camera = metered(camera, sun, globe)
+        for_what = "white" if central is None else f'"{central.name}"'
+        say(
+            f"camera {camera_id} has no exposure_time_s: it has {camera.exposure_time:.2g} s, "
+            f"for {for_what} in full sunlight"
+        )
     return replace(
         state,
         sun=sun,
-        earth=None if central is None else _globe(central, base, tai_ns),
-        moon=None if moon is None else _vector(moon.position, "moon") - origin,
-        R_moon_from_icrf=None if moon is None else _turned(moon, moon_from_icrf(tai_ns)),
+        earth=globe,
+        moon=None if moon is None else vector_of(moon.position, "moon") - origin,
+        R_moon_from_icrf=None if moon is None else turned(moon, moon_from_icrf(tai_ns)),
         cameras={
             camera.name: CameraState(
                 camera=camera,
@@ -197,20 +181,11 @@ def _camera(config: CameraConfig, sheet: Sheet) -> Camera:
         raise _none(config.id, f"cannot be built: {error}") from None
 
 
-def _vector(values: Sequence[float], name: str) -> Array:
-    if len(values) != 3:
-        raise NoPictureError(f"{name} must have 3 numbers, got {len(values)}")
-    vector = np.array(values, dtype=np.float64)
-    if not np.all(np.abs(vector) < _FARTHEST):
-        raise NoPictureError(f"{name} must have numbers below {_FARTHEST:g}, got {vector.tolist()}")
-    return vector
-
-
 def _pose(craft: Craft, origin: Array, origin_velocity: Array) -> Pose:
-    velocity = _vector(craft.velocity or (0.0, 0.0, 0.0), f'velocity of "{craft.name}"')
-    sigma = _vector(craft.sigma_BN, f'attitude of "{craft.name}"')
+    velocity = vector_of(craft.velocity or (0.0, 0.0, 0.0), f'velocity of "{craft.name}"')
+    sigma = vector_of(craft.sigma_BN, f'attitude of "{craft.name}"')
     return Pose(
-        position=_vector(craft.position, f'position of "{craft.name}"') - origin,
+        position=vector_of(craft.position, f'position of "{craft.name}"') - origin,
         velocity=velocity - origin_velocity,
         R_icrf_from_body=matrix_from_mrp(sigma).T,
     )
@@ -231,62 +206,6 @@ def _tai_ns(update: Update, base: Scenario, say: Say) -> int:
         raise NoPictureError(f"the epoch {error}") from None
 
 
-def _plain_name(body: CelestialBody) -> str:
-    """The first word: mars, of "Mars barycenter"."""
-    return re.split(r"[^a-z0-9]+", body.name.lower())[0]
-
-
-def _central(bodies: Sequence[CelestialBody], place: Array) -> CelestialBody | None:
-    """The body, neither Sun nor Moon, that looks largest; None without one."""
-    best, widest = None, 0.0
-    for body in bodies:
-        name = _plain_name(body)
-        if name in ("sun", "moon"):
-            continue
-        radius = 1e3 * (SPHEROIDS[name].equatorial_km if name in SPHEROIDS else body.radius_km)
-        distance = float(np.linalg.norm(_vector(body.position, body.name) - place))
-        if name == "earth":
-            radius = Earth().equatorial_radius
-        if radius > 0.0 and radius / max(distance, 1.0) > widest:
-            best, widest = body, radius / max(distance, 1.0)
-    return best
-
-
-def _globe(body: CelestialBody, base: Scenario, tai_ns: int) -> EarthState:
-    name = _plain_name(body)
-    fallback = np.eye(3)
-    if name == "earth":
-        assert base.earth is not None
-        globe, fallback = base.earth, itrf_from_icrf(tai_ns)
-    else:
-        ratio = body.radius_ratio if body.radius_ratio > 0.0 else 1.0
-        sent = Spheroid(
-            equatorial_km=body.radius_km,
-            polar_km=body.radius_km * ratio,
-            albedo=_EARTH_ALBEDO_OF_OTHERS,
-        )
-        shape = SPHEROIDS.get(name, sent)
-        globe = Earth(
-            equatorial_radius=shape.equatorial_km * 1e3,
-            polar_radius=shape.polar_km * 1e3,
-            albedo=(shape.albedo,) * 4,
-        )
-    return EarthState(earth=globe, position=np.zeros(3), R_itrf_from_icrf=_turned(body, fallback))
-
-
-def _turned(body: CelestialBody, fallback: Array) -> Array:
-    """R_fixed_from_icrf (3, 3) as sent; the fallback where none was, or all zeros."""
-    if not any(body.rotation):
-        return fallback
-    R = np.array(body.rotation, dtype=np.float64)
-    if R.shape == (9,) and np.all(np.abs(R) < 2.0):
-        R = R.reshape(3, 3)
-        off = float(np.abs(R @ R.T - np.eye(3)).max())
-        if off < _ROTATION_TOLERANCE and np.linalg.det(R) > 0.0:
-            return R
-    raise NoPictureError(f'"{body.name}" must have a rotation matrix, got {list(body.rotation)}')
-
-
 def _sun(
     bodies: dict[str, CelestialBody],
     central: CelestialBody | None,
@@ -298,8 +217,8 @@ def _sun(
     light = base.sun
     assert isinstance(light, EphemerisSun)
     if "sun" in bodies:
-        position = _vector(bodies["sun"].position, "sun") - origin
-    elif central is not None and _plain_name(central) == "earth":
+        position = vector_of(bodies["sun"].position, "sun") - origin
+    elif central is not None and plain_name(central) == "earth":
         say("no Sun was sent: it stands where the ephemeris has it at the epoch")
         position = sun_position(tai_ns)
     else:

@@ -25,16 +25,18 @@ class Sheet:
 
     where : opens error messages
     base : folder of relative paths
+    metered : no exposure time is given; ``meter`` has it
     sun_temperature : of the spectrum that bands are averaged over [K]
     """
 
     table: CameraTable
     where: str
     base: Base
+    metered: bool = False
     sun_temperature: float = SOLAR_TEMPERATURE
 
 
-DEFAULT_SHEET = Sheet(table=CameraTable(), where="camera", base=Path())
+DEFAULT_SHEET = Sheet(table=CameraTable(), where="camera", base=Path(), metered=True)
 
 
 def load_sheet(path: Path, root: Path | None = None) -> Sheet:
@@ -47,7 +49,9 @@ def load_sheet(path: Path, root: Path | None = None) -> Sheet:
         if key in data:
             raise ConfigError(str(path), key, "comes from Basilisk; leave it out here")
     base: Base = path.parent if root is None else Folder(path.parent, root.resolve())
-    return Sheet(table=convert(data, CameraTable, str(path)), where=str(path), base=base)
+    table = convert(data, CameraTable, str(path))
+    metered = "exposure_time_s" not in data
+    return Sheet(table=table, where=str(path), base=base, metered=metered)
 
 
 def load_sheets(entries: list[str], root: Path | None = None) -> dict[int, Sheet]:
