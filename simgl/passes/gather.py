@@ -112,7 +112,7 @@ def _certain(
 ) -> tuple[Floats, Floats]:
     """What ``gathered`` gives, with more rays in cells whose mean is uncertain.
 
-    What is uncertain even then takes the mean of the cells around.
+    What is dark and uncertain even then takes the mean of the cells around.
 
     enough : an error that does not matter, bands together [W m-2]
     """
@@ -130,7 +130,8 @@ def _certain(
         chosen = np.flatnonzero(times[cells.of_point] == factor)
         light[chosen], share[chosen] = gathered(points.of(chosen), bodies, sky, rays * factor)
     after, error = _means(light.sum(axis=1, dtype=np.float64), cells)
-    uncertain = error > np.maximum(_CERTAIN * (after + sunlit), enough)
+    # Where there is more light, three pixels may hold a contact or an edge.
+    uncertain = (error > enough) & (_CERTAIN * (after + sunlit) < enough)
     step = _PLANE_STEP * bodies[0].mesh.radius
     return _evened(light, points, cells, np.flatnonzero(uncertain[cells.of_point]), step), share
 
