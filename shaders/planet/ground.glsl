@@ -87,7 +87,7 @@ Sight ground_sight(Place here, float on_earth, float on_clouds) {
     // The sea; the waves' glint takes only light that no cloud has scattered.
     float mu_view = max(dot(normal, view), 0.0);
     float variance = wave_slope_variance;
-    float sky_mirror = sky_in_waves(mu_view, variance);
+    float sky_mirror = sky_in_waves(mu_view);
 #ifdef AIR_INSIDE
     vec4 sky = here.sky;
 #else

@@ -2,6 +2,7 @@
 #include "block/planet"
 #include "common/sun.glsl"
 #include "air/daylight.glsl"
+#include "planet/mirror.glsl"
 #include "planet/night.glsl"
 #include "planet/puffs.glsl"
 #ifdef AIR
@@ -109,16 +110,20 @@ Place place_at(vec3 d, float t, float cloud_t, float slant) {
 // Height over which the sky that the camera sees stands for that over the sea [km].
 const float SAME_SKY_KM = 4.0;
 
-// The sky that waves mirror towards the camera, radiance there. Of a grazing ray they show their
-// near sides, which lean by some of their rms slope and mirror the sky that much twice higher.
+// The sky that waves mirror towards the camera, radiance there: mean of two heights, a standard
+// deviation of what is mirrored above and below its mean.
 vec4 sky_in_the_sea(Place place) {
     vec3 up = camera_up.xyz;
-    float lean = sqrt(0.5 * wave_slope_variance);
     float mu = dot(place.normal, place.view);
-    float high = clamp(mu + 1.5 * lean * (1.0 - mu), 0.01, 0.999);
-    vec3 level = -place.view + dot(place.view, up) * up;
-    vec3 direction = normalize(level + 1e-6) * sqrt(1.0 - high * high) + high * up;
-    return air_ray(direction, high / camera_nearness, 0.0, 0.0).light;
+    vec3 level = normalize(-place.view + dot(place.view, up) * up + 1e-6);
+    float mean = cubic(sea_mirror[1], mu), spread = cubic(sea_mirror[2], mu);
+    vec4 light = vec4(0.0);
+    for (int side = -1; side <= 1; side += 2) {
+        float high = clamp(mean + float(side) * spread, 0.01, 0.999);
+        vec3 direction = level * sqrt(1.0 - high * high) + high * up;
+        light += 0.5 * air_ray(direction, high / camera_nearness, 0.0, 0.0).light;
+    }
+    return light;
 }
 #endif
 

@@ -144,7 +144,8 @@ class PlanetPass:
         values = planet_values(background, planet, area, lamps=only is None)
         block.write(values | {"chart_kept": self._textures.chart_kept})
         block.bind()
-        if state is self.state and not tiles.any.all():
+        drawn = tiles.any if air is not None else tiles.even | tiles.finer | tiles.ground
+        if state is self.state and not drawn.all():
             target.clear(0.0, 0.0, 0.0, 0.0, viewport=area)
         dark = tiles.low < (_DUSK if mapped and only is None else -1.0)
         ground = tiles.ground

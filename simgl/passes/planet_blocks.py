@@ -9,7 +9,7 @@ from simgl.gpu.blocks import Block
 from simgl.passes.earth_maps import HEIGHT
 from simgl.physics.airglow import GLOW_BOTTOM, GLOW_TOP, ground_irradiance, zenith_glow
 from simgl.physics.regolith import Regolith, geometric_albedo
-from simgl.physics.sea import water_body, wave_slope_variance
+from simgl.physics.sea import mirror_laws, water_body, wave_slope_variance
 from simgl.scene.chart import LEVELS, SIZE, TEXEL_KM
 from simgl.view.background import Background, PlanetView
 
@@ -34,6 +34,8 @@ PLANET = Block(
             ("glow", "f4", 4),
             ("glow_irradiance", "f4", 4),
             ("glow_outside", "f4", (2, 4)),
+            # Cubics of the view's cosine (simgl/physics/sea.py).
+            ("sea_mirror", "f4", (3, 4)),
             # fx, fy, cx, cy [pixels]
             ("intrinsics", "f4", 4),
             # Of the picture: its first corner [pixels], and clip space per pixel.
@@ -151,6 +153,7 @@ def planet_values(
         "high_cloud_thickness": _HIGH_CLOUD if clouds else 0.0,
         "clouds_below": float(clouds is not None and planet.height > clouds.height),
         "wave_slope_variance": wave_slope_variance(earth.wind),
+        "sea_mirror": mirror_laws(wave_slope_variance(earth.wind)),
         "area": (area[0], area[1], 2.0 / area[2], 2.0 / area[3]),
         "intrinsics": (k[0, 0], k[1, 1], k[0, 2] + area[0], k[1, 2] + area[1]),
         "sun_angular_radius": view.sun_angular_radius,

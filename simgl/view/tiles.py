@@ -36,7 +36,7 @@ class Tiles:
     even : on the ground, which they see change evenly
     finer : on the ground, which their ``PARTS`` see change evenly
     ground : with other ground on them
-    air : that miss the ground; what is in none of these masks misses the air, too
+    air : that miss the ground; what is in none of these masks misses air and clouds, too
     sea : those of the even and the finer ones that have no shore on them
     low, high : (rows, columns) sines of the Sun's height there, the least and the most
     pixel : (rows, columns) edge of a pixel on the ground of the even and the finer ones [m]
@@ -92,7 +92,8 @@ def tiles_of(
     finer &= ~even
     nearest = _nadir_angles(planet, intrinsics, size)
     distance = float(np.sqrt(1.0 + planet.outside))
-    top = 1.0 if planet.earth.air is None else 1.0 + AIR_TOP / planet.earth.equatorial_radius
+    height = 0.0 if planet.earth.air is None else AIR_TOP / planet.earth.equatorial_radius
+    top = 1.0 + max(height, _cloud_height(planet))
     ground = nearest < np.arcsin(min((1.0 + _cloud_height(planet)) / distance, 1.0))
     air = (nearest < np.arcsin(top / distance)) if distance > top else np.ones_like(ground)
     pixel = np.mean(
