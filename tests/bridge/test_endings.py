@@ -17,7 +17,7 @@ from threading import Event
 import pytest
 import zmq
 from simgl_bridge import Client, NoAnswerError, launched_server
-from simgl_bridge.address import check_bindable
+from simgl_bridge.address import check_bindable, is_loopback
 from simgl_bridge.keeper import keep
 
 from simgl import Scenario
@@ -229,6 +229,24 @@ def test_an_address_beyond_this_machine_is_refused(address: str) -> None:
         f'got "{address}": beyond this machine it needs --keys and --allow, or --insecure'
     )
     check_bindable(address, guarded=True)
+
+
+@pytest.mark.parametrize(
+    ("address", "here"),
+    [
+        ("tcp://127.0.0.1:5563", True),
+        ("tcp://127.1.2.3:*", True),
+        ("tcp://localhost:5563", True),
+        ("tcp://[::1]:5563", True),
+        ("tcp://127.0.0.1.example.org:5563", False),
+        ("tcp://*:5563", False),
+        ("tcp://192.168.1.4:5563", False),
+        ("ipc:///tmp/simgl", False),
+    ],
+)
+def test_only_the_loopback_has_a_short_buffer(address: str, here: bool) -> None:
+    # A short one would hold up pictures on a network with some delay.
+    assert is_loopback(address) == here
 
 
 @pytest.mark.parametrize(
