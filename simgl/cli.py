@@ -363,6 +363,9 @@ def bench(
     json: Annotated[Path | None, typer.Option(help="Write the results to this file too.")] = None,
     scene: Annotated[list[str] | None, typer.Option(help="Only these scenes.")] = None,
     frames: Annotated[int, typer.Option(min=5, help="Timed frames of each scene.")] = 60,
+    step: Annotated[
+        float, typer.Option(min=0.0, help="Seconds from frame to frame; 0.1 as in a loop of 10 Hz.")
+    ] = 1.0,
 ) -> None:
     """Time each pass and the whole frame, in process and through the bridge.
 
@@ -370,7 +373,7 @@ def bench(
     """
     from simgl.bench import run, tables
 
-    results = run(scenes=scene, frames=frames, console=console)
+    results = run(scenes=scene, frames=frames, console=console, step_s=step)
     console.print(tables(results))
     if json is not None:
         from simgl.output import complete_file

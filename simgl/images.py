@@ -202,7 +202,7 @@ def saturation_level(detector: Detector) -> int:
     sigma are allowed for, which misses one full pixel in 740.
     """
     full = (detector.full_well - 3.0 * detector.noise_of_reading) * detector.gain_dn_per_e
-    return int(min(2.0**detector.bits - 1.0, np.floor(full + detector.pedestal)))
+    return int(min(2.0**detector.bits - 1.0, math.floor(full + detector.pedestal)))
 
 
 def saturated(dn: NDArray[np.uint16], detector: Detector) -> NDArray[np.bool_]:

@@ -94,13 +94,19 @@ class Renderer:
         models: Iterable[SpacecraftModel],
         earth: Earth | None = None,
         progress: Progress | None = None,
+        far: Iterable[SpacecraftModel] = (),
     ) -> None:
         """Trace how the surfaces of models see each other, and make the tables of the Earth's air,
-        so that no frame waits for it."""
+        so that no frame waits for it.
+
+        far : models whose levels of detail are wanted
+        """
         if earth is not None:
             self._air.prepare(earth, progress)
         for model in models:
             self._exchange.transport(model, progress)
+        for model in far:
+            self._meshes.levels(model, progress)
 
     def radiance(self, view: FrameView) -> ImageTarget:
         """Radiance per band [W m-2 sr-1], RGBA32F; valid until the next call at this size."""
@@ -139,10 +145,10 @@ class Renderer:
         if view.background.planet is not None:
             with self.timer.measure("air"):
                 self._air.before(view.background.planet)
-        # The first probes before the planet: they are read back, and would wait for it.
+        # The first skies before the planet: they are read back, and would wait for it.
         for tile in view.tiles[:1]:
             with self.timer.measure("probe"):
-                self._probe.draw([craft.sky for craft in tile.craft])
+                self._probe.look([craft.sky for craft in tile.craft])
         fine = target if view.field is None else self._target("field", view.field.fine, _BANDS)
         if view.background.heavens is not None:
             with self.timer.measure("heavens"):
@@ -248,8 +254,14 @@ class Renderer:
         the bands: one sum for a monochrome detector, three for one of colour.
         """
         if not spreads(camera):
-            irradiance = self.irradiance(camera, radiance, sun)
-            return self.electrons(camera, photons_per_joule, irradiance)
+            target = self._target("electrons", camera, _ELECTRONS)
+            relative = self._optics.relative_illumination(camera)
+            seen = radiance.textures[0]
+            with self.timer.measure("exposure"):
+                self._exposure.draw_through_lens(
+                    camera, photons_per_joule, seen, relative, target.framebuffer
+                )
+            return target
         sharp = self._sharp(camera, radiance)
         target = self._target("electrons", camera, _ELECTRONS)
         square = square_electrons_per_irradiance(camera, photons_per_joule)

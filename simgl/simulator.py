@@ -29,9 +29,11 @@ from simgl.receiver import lidar_frame
 from simgl.renderer import Renderer
 from simgl.scenario.scenario import Scenario
 from simgl.scene.camera import Camera
+from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import SceneState
 from simgl.sensor.shutter import duration, instants, parts, row_shares
 from simgl.transport.bake import Progress
+from simgl.view.detail import far_models
 from simgl.view.frame import FrameView, frame_view
 from simgl.view.lidar import pulse_view
 from simgl.view.motion import picture_motion
@@ -104,8 +106,8 @@ class Simulator:
     >>> with Simulator(load_scenario("approach.toml")) as simulator:
     ...     exposure = simulator.capture(simulator.scenario.at(epoch), "navcam")
 
-    progress : told the steps done and their number while light between surfaces is traced and the
-        air's tables are made, some seconds for a new model or air
+    progress : told the steps done and their number while light between surfaces is traced, and
+        levels of detail and the air's tables are made, some seconds for a new model or air
     """
 
     def __init__(
@@ -120,7 +122,10 @@ class Simulator:
         with self._ctx:
             self._renderer = Renderer(self._ctx)
             models = scenario.models_at_epoch() if scenario.inter_reflection else ()
-            self._renderer.prepare(models, scenario.earth, progress)
+            far: list[SpacecraftModel] = []
+            if scenario.level_error_px > 0.0 and scenario.gather == "vertex":
+                far = far_models(scenario.at(scenario.epoch_tai_ns), scenario.level_error_px)
+            self._renderer.prepare(models, scenario.earth, progress, far)
         self.renderer_name = f"{self._ctx.info['GL_RENDERER']}, {self._ctx.info['GL_VERSION']}"
 
     @property
@@ -218,6 +223,7 @@ class Simulator:
                 samples_per_pixel=self.scenario.samples_per_pixel,
                 inter_reflection=self.scenario.inter_reflection,
                 gather=self.scenario.gather,
+                level_error_px=self.scenario.level_error_px,
             )
         except ConfigError as error:
             where = f"{self.scenario.source or self.scenario.name} {error.where}"

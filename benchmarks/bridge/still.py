@@ -19,14 +19,16 @@ from simgl import Exposure, Scenario, Simulator, load_scenario
 from simgl.images import DigitalFrame, FrameInfo
 from simgl.scene.state import SceneState
 
-# Pictures up to this many pixels are made anew for each state: 64 x 48.
+# Pictures up to this many pixels are those of their state: 64 x 48.
 SMALL_PIXELS = 3072
+# One more than the largest number of a pixel.
+LEVELS = 4000
 
 
 class StillSimulator:
     """Stands where a Simulator would; every capture is noise, and there at once.
 
-    Small pictures differ from state to state, large ones are always the same.
+    The first pixels of small pictures tell the state's time; large ones are always the same.
     """
 
     renderer_name = "none"
@@ -36,11 +38,14 @@ class StillSimulator:
         self.scenario = scenario
         detector = next(iter(scenario.cameras.values())).detector
         self._shape = (detector.height, detector.width)
-        self._dn = self._noise(1)
+        self._dn = np.random.default_rng(1).integers(0, LEVELS, self._shape, dtype=np.uint16)
 
-    def _noise(self, seed: int) -> NDArray[np.uint16]:
-        rng = np.random.default_rng(seed)
-        return rng.integers(0, 4000, self._shape, dtype=np.uint16)
+    def _picture(self, tai_ns: int) -> NDArray[np.uint16]:
+        if self._dn.size > SMALL_PIXELS:
+            return self._dn
+        dn = self._dn.copy()
+        dn[0, :6] = [tai_ns // LEVELS**digit % LEVELS for digit in range(6)]
+        return dn
 
     def capture(
         self, state: SceneState, camera: str, products: Any, during: Any = None
@@ -60,8 +65,7 @@ class StillSimulator:
             seed=self.scenario.seed,
             renderer=self.renderer_name,
         )
-        dn = self._noise(state.tai_ns) if self._dn.size <= SMALL_PIXELS else self._dn
-        return Exposure(info=info, digital=DigitalFrame(info=info, dn=dn))
+        return Exposure(info=info, digital=DigitalFrame(info=info, dn=self._picture(state.tai_ns)))
 
     def close(self) -> None:
         """Nothing to free."""

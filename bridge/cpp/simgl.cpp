@@ -19,6 +19,31 @@ template <std::size_t N> void copy(const std::array<double, N> &from, double *to
     std::copy(from.begin(), from.end(), to);
 }
 
+std::map<std::string, double> named(const simgl_setting *settings, std::size_t count) {
+    std::map<std::string, double> values;
+    for (std::size_t i = 0; i < count; ++i) values[settings[i].name] = settings[i].value;
+    return values;
+}
+
+simgl::Pose pose_of(const simgl_body &body) {
+    simgl::Pose pose;
+    std::copy_n(body.position_m, 3, pose.position_m.begin());
+    std::copy_n(body.velocity_m_s, 3, pose.velocity_m_s.begin());
+    std::copy_n(body.q_icrf_from_body_xyzw, 4, pose.q_icrf_from_body_xyzw.begin());
+    std::copy_n(body.angular_velocity_rad_s, 3, pose.angular_velocity_rad_s.begin());
+    pose.joints = named(body.joints, body.joint_count);
+    return pose;
+}
+
+simgl::Scene scene_of(const simgl_scene &scene) {
+    simgl::Scene all;
+    if (const double *sun = scene.sun_position_m)
+        all.sun_position_m = simgl::Vector{sun[0], sun[1], sun[2]};
+    all.lamps = named(scene.lamps, scene.lamp_count);
+    all.moving = scene.moving != 0;
+    return all;
+}
+
 void describe(const simgl::Tick &tick, const simgl::Image &image, simgl_image &info) {
     const simgl::Plane &dn = image.plane("dn");
     info.sequence = tick.sequence;
@@ -73,17 +98,23 @@ int simgl_render_dn(simgl_client *client, int64_t tai_ns, const char *camera,
                     const simgl_body *bodies, size_t body_count, double exposure_time_s,
                     uint16_t *pixels, size_t pixel_count, simgl_image *info, char *error,
                     size_t error_size) {
+    return simgl_render_scene_dn(client, tai_ns, camera, bodies, body_count, nullptr,
+                                 exposure_time_s, pixels, pixel_count, info, error, error_size);
+}
+
+int simgl_render_scene_dn(simgl_client *client, int64_t tai_ns, const char *camera,
+                          const simgl_body *bodies, size_t body_count, const simgl_scene *scene,
+                          double exposure_time_s, uint16_t *pixels, size_t pixel_count,
+                          simgl_image *info, char *error, size_t error_size) {
     try {
         std::map<std::string, simgl::Pose> poses;
-        for (size_t i = 0; i < body_count; ++i) {
-            simgl::Pose &pose = poses[bodies[i].name];
-            std::copy_n(bodies[i].position_m, 3, pose.position_m.begin());
-            std::copy_n(bodies[i].velocity_m_s, 3, pose.velocity_m_s.begin());
-            std::copy_n(bodies[i].q_icrf_from_body_xyzw, 4, pose.q_icrf_from_body_xyzw.begin());
-        }
+        for (size_t i = 0; i < body_count; ++i) poses[bodies[i].name] = pose_of(bodies[i]);
+        const simgl_scene said = scene == nullptr ? simgl_scene{} : *scene;
         simgl::Shot shot{camera};
         if (exposure_time_s > 0.0) shot.exposure_time_s = exposure_time_s;
-        const simgl::Tick tick = client->client.render(tai_ns, {shot}, poses);
+        if (said.gain_dn_per_e > 0.0) shot.gain_dn_per_e = said.gain_dn_per_e;
+        const simgl::Tick tick =
+            client->client.render(tai_ns, {shot}, poses, scene_of(said), said.seek != 0);
         const simgl::Image &image = tick.image(camera);
         const std::vector<std::uint16_t> dn = image.plane("dn").u16();
         if (dn.size() != pixel_count) {

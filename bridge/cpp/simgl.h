@@ -23,12 +23,32 @@ enum {
 
 typedef struct simgl_client simgl_client;
 
+/* A named number: a joint's angle [rad] or travel [m], a lamp's share of its power. */
+typedef struct {
+    const char *name;
+    double value;
+} simgl_setting;
+
+/* What is left out of an initialiser is zero, and says nothing. */
 typedef struct {
     const char *name;
     double position_m[3];
     double velocity_m_s[3];
     double q_icrf_from_body_xyzw[4];
+    double angular_velocity_rad_s[3]; /* against ICRF, in body axes; shows in a scene that moves */
+    const simgl_setting *joints;
+    size_t joint_count;
 } simgl_body;
+
+/* What else a request may say of the scene; all zero says nothing. */
+typedef struct {
+    const simgl_setting *lamps; /* shares 0 to 1; lamps left out burn fully */
+    size_t lamp_count;
+    int moving; /* bodies go on with their rates while the shutter is open: motion blur */
+    int seek;   /* allow a time before that of the last request */
+    const double *sun_position_m; /* 3 numbers; NULL leaves the Sun to the scenario */
+    double gain_dn_per_e;         /* 0 takes the camera's own */
+} simgl_scene;
 
 typedef struct {
     uint64_t sequence;
@@ -60,6 +80,12 @@ int simgl_render_dn(simgl_client *client, int64_t tai_ns, const char *camera,
                     const simgl_body *bodies, size_t body_count, double exposure_time_s,
                     uint16_t *pixels, size_t pixel_count, simgl_image *info, char *error,
                     size_t error_size);
+
+/* The same of a scene with lamps dimmed, bodies that move, or another Sun; NULL says nothing. */
+int simgl_render_scene_dn(simgl_client *client, int64_t tai_ns, const char *camera,
+                          const simgl_body *bodies, size_t body_count, const simgl_scene *scene,
+                          double exposure_time_s, uint16_t *pixels, size_t pixel_count,
+                          simgl_image *info, char *error, size_t error_size);
 
 #ifdef __cplusplus
 }

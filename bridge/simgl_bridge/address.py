@@ -34,6 +34,12 @@ def check_bindable(address: str, *, guarded: bool = False, option: str = "--addr
         raise _refused(address, reason, option)
 
 
+def is_loopback(address: str) -> bool:
+    """Whether a TCP address reaches this machine alone."""
+    match = _TCP.fullmatch(address)
+    return match is not None and _LOOPBACK.fullmatch(match[1]) is not None
+
+
 def ipc_path(address: str) -> Path | None:
     """The socket file of an ipc address; None for tcp, and for Linux's abstract names (``@``)."""
     name = address.removeprefix("ipc://")

@@ -6,17 +6,17 @@ import asyncio
 from collections.abc import Mapping, Sequence
 from typing import TypeVar
 
-import zmq
 import zmq.asyncio
 from zmq.utils.monitor import parse_monitor_message
 
 from simgl.errors import BridgeError
 from simgl_bridge.access import ClientKeys
+from simgl_bridge.dial import dial
 from simgl_bridge.failures import RemoteError
 from simgl_bridge.image import Image, Tick
 from simgl_bridge.messages import Bye, Error, Images, Message, Ping, Pong, Shot, Welcome
 from simgl_bridge.pose import BodyPose
-from simgl_bridge.talk import EVENTS, Talk, check_timeout, configure
+from simgl_bridge.talk import Talk, check_timeout, shot_of
 from simgl_bridge.wire import pack
 
 _R = TypeVar("_R", bound=Message)
@@ -58,15 +58,7 @@ class AsyncClient:
     async def __aenter__(self) -> AsyncClient:
         self._context = zmq.asyncio.Context()
         try:
-            self._socket = self._context.socket(zmq.DEALER)
-            configure(self._socket, self._name)  # type: ignore[arg-type]
-            if self._keys is not None:
-                self._keys.apply(self._socket)
-            self._monitor = self._socket.get_monitor_socket(EVENTS)
-            try:
-                self._socket.connect(self.address)
-            except zmq.ZMQError as error:
-                raise BridgeError(f"{self.address}: is no address ({error.strerror})") from None
+            self._socket, self._monitor = dial(self._context, self.address, self._name, self._keys)
             self._readers = [
                 asyncio.create_task(self._read()),
                 asyncio.create_task(self._read_events()),
@@ -104,11 +96,24 @@ class AsyncClient:
         bodies: Mapping[str, BodyPose] | None = None,
         exposure_time_s: float | None = None,
         products: Sequence[str] = ("dn",),
+        *,
+        gain_dn_per_e: float | None = None,
+        sun_position_m: Sequence[float] | None = None,
+        lamps: Mapping[str, float] | None = None,
+        moving: bool = False,
+        seek: bool = False,
     ) -> Image:
         """The picture that one camera takes of a state; see ``Client.render``."""
-        exposure = None if exposure_time_s is None else float(exposure_time_s)
-        shot = Shot(camera=camera, exposure_time_s=exposure, products=tuple(products))
-        return (await self.render_all(tai_ns, [shot], bodies))[camera]
+        tick = await self.render_all(
+            tai_ns,
+            [shot_of(camera, exposure_time_s, gain_dn_per_e, products)],
+            bodies,
+            sun_position_m=sun_position_m,
+            lamps=lamps,
+            moving=moving,
+            seek=seek,
+        )
+        return tick[camera]
 
     async def render_all(
         self,

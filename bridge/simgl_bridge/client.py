@@ -10,8 +10,9 @@ from typing import TypeVar
 import zmq
 from zmq.utils.monitor import recv_monitor_message
 
-from simgl.errors import BridgeError
+from simgl_bridge import multipart
 from simgl_bridge.access import ClientKeys
+from simgl_bridge.dial import dial
 from simgl_bridge.failures import NoAnswerError, RemoteError
 from simgl_bridge.image import Image, Tick
 from simgl_bridge.messages import (
@@ -30,7 +31,7 @@ from simgl_bridge.messages import (
     Welcome,
 )
 from simgl_bridge.pose import BodyPose
-from simgl_bridge.talk import EVENTS, Talk, check_timeout, configure
+from simgl_bridge.talk import Talk, check_timeout, shot_of
 from simgl_bridge.wire import pack
 
 # A deadline that the server keeps ends this much before the client's own [s].
@@ -68,23 +69,14 @@ class Client:
         self._states: dict[int, State] = {}
         self._context = zmq.Context()
         try:
-            self._socket = self._open_socket(name, keys)
+            self._socket, self._monitor = dial(self._context, address, name, keys)
+            self._poller = zmq.Poller()
+            self._poller.register(self._socket, zmq.POLLIN)
+            self._poller.register(self._monitor, zmq.POLLIN)
             self._talk.greeted(self._ask(self._talk.hello(name), Welcome, None)[0])
         except BaseException:
             self._context.destroy(linger=0)
             raise
-
-    def _open_socket(self, name: str, keys: ClientKeys | None) -> zmq.Socket[bytes]:
-        s = self._context.socket(zmq.DEALER)
-        configure(s, name)
-        if keys is not None:
-            keys.apply(s)
-        try:
-            self._monitor = s.get_monitor_socket(EVENTS)
-            s.connect(self.address)
-        except zmq.ZMQError as error:
-            raise BridgeError(f"{self.address}: is no address ({error.strerror})") from None
-        return s
 
     @property
     def welcome(self) -> Welcome:
@@ -135,15 +127,9 @@ class Client:
         exposure_time_s, gain_dn_per_e : None takes the camera's own
         products : of "dn", "radiance", "electrons", "depth", "part_id"
         """
-        shot = Shot(
-            camera=camera,
-            exposure_time_s=None if exposure_time_s is None else float(exposure_time_s),
-            gain_dn_per_e=None if gain_dn_per_e is None else float(gain_dn_per_e),
-            products=tuple(products),
-        )
         tick = self.render_all(
             tai_ns,
-            [shot],
+            [shot_of(camera, exposure_time_s, gain_dn_per_e, products)],
             bodies,
             sun_position_m=sun_position_m,
             lamps=lamps,
@@ -205,12 +191,10 @@ class Client:
         A state that the server refuses is raised by the next call that waits.
         """
         state = self._talk.state(tai_ns, cameras, bodies, sun_position_m, lamps, moving)
-        if not self._wait(zmq.POLLOUT, time.monotonic() + self.timeout_s):
-            raise self._talk.timed_out(state, self.timeout_s)
+        self._post(state, time.monotonic() + self.timeout_s)
         self._states[state.id] = state
         if len(self._states) > _STATES:
             del self._states[next(iter(self._states))]
-        self._socket.send_multipart(pack(state), zmq.NOBLOCK)
         return state.id
 
     def next_images(self, after: int = 0) -> Tick:
@@ -249,14 +233,12 @@ class Client:
     ) -> tuple[_R, Sequence[memoryview]]:
         deadline = time.monotonic() + self.timeout_s
         self._settle()
-        if not self._wait(zmq.POLLOUT, deadline):
-            raise self._talk.timed_out(message, self.timeout_s)
-        self._socket.send_multipart(pack(message), zmq.NOBLOCK)
+        self._post(message, deadline)
         while True:
             broke = self._wait_for_reply(deadline)
             # What came before a break counts: read first.
-            while self._socket.poll(0, zmq.POLLIN):
-                reply, payload = self._receive()
+            while received := self._receive():
+                reply, payload = received
                 if isinstance(reply, Bye):
                     raise self._talk.no_answer("the server said goodbye", message)
                 if isinstance(reply, Error) and self._concerns(reply, id, message):
@@ -275,42 +257,56 @@ class Client:
 
     def _settle(self) -> None:
         """Take in what happened since the last request; late replies are dropped."""
-        while self._monitor.poll(0):
-            self._talk.heed(int(recv_monitor_message(self._monitor)["event"]))
-        while self._socket.poll(0, zmq.POLLIN):
-            reply, _ = self._receive()
+        if not self._poller.poll(0):
+            return
+        self._heed_events()
+        while received := self._receive():
+            reply, _ = received
             if isinstance(reply, Error) and reply.id in self._states:
                 raise RemoteError(self.address, reply)
 
-    def _receive(self) -> tuple[Message, Sequence[memoryview]]:
-        parts = [f.buffer for f in self._socket.recv_multipart(copy=False)]
-        return self._talk.opened(parts), parts[2:]
+    def _heed_events(self) -> bool:
+        """Take in what became of the connection; whether it broke."""
+        broke = False
+        while self._monitor.poll(0):
+            event = int(recv_monitor_message(self._monitor)["event"])
+            broke = self._talk.heed(event) or broke
+        return broke
+
+    def _post(self, message: Message, deadline: float) -> None:
+        """Hand a message over; raises NoAnswerError where there is no room for it in time."""
+        frames = pack(message)
+        while True:
+            try:
+                multipart.send(self._socket, frames)
+                return
+            except zmq.Again:
+                left = deadline - time.monotonic()
+                if left <= 0.0 or not self._socket.poll(math.ceil(left * 1000.0), zmq.POLLOUT):
+                    raise self._talk.timed_out(message, self.timeout_s) from None
+
+    def _receive(self) -> tuple[Message, Sequence[memoryview]] | None:
+        """A message that has arrived; None where none has."""
+        parts = [frame.buffer for frame in multipart.receive(self._socket)]
+        return (self._talk.opened(parts), parts[2:]) if parts else None
 
     def _wait_for_reply(self, deadline: float) -> bool:
         """Wait for a reply or the end of the connection; whether the connection broke."""
-        poller = zmq.Poller()
-        poller.register(self._socket, zmq.POLLIN)
-        poller.register(self._monitor, zmq.POLLIN)
         broke = False
         while not broke and (left := deadline - time.monotonic()) > 0.0:
-            ready = dict(poller.poll(math.ceil(left * 1000.0)))
-            while self._monitor.poll(0):
-                event = int(recv_monitor_message(self._monitor)["event"])
-                broke = self._talk.heed(event) or broke
+            ready = dict(self._poller.poll(math.ceil(left * 1000.0)))
+            if self._monitor in ready:
+                broke = self._heed_events()
             if self._socket in ready:
                 break
         return broke
-
-    def _wait(self, event: int, deadline: float) -> bool:
-        left = deadline - time.monotonic()
-        return left > 0.0 and bool(self._socket.poll(math.ceil(left * 1000.0), event))
 
     def close(self) -> None:
         """Say goodbye and hang up, without waiting."""
         if self._context.closed:
             return
         if self._talk.connected and self._socket.poll(0, zmq.POLLOUT):
-            self._socket.send_multipart(pack(Bye()), zmq.NOBLOCK)
+            multipart.send(self._socket, pack(Bye()))
         # Time for the goodbye to leave; a server that is gone costs no more than this.
         self._context.destroy(linger=100)
 

@@ -24,12 +24,8 @@ from this file.
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Mapping, Sequence
 from enum import StrEnum
-from types import MappingProxyType
 
-import msgspec
 from msgspec import Struct
 
 Vector = tuple[float, float, float]
@@ -311,7 +307,7 @@ class Images(Message, frozen=True, kw_only=True):
 
     id : of the request; in free-run that of the Next
     sequence : of replies with pictures made by this server, from 1
-    state_hash : see the function of this name
+    state_hash : name of the state that is shown, made as under State hash
     bodies : every spacecraft's pose as it was used, those of the scenario's laws included
     state_id : free-run: id of the State that is shown; None in lock-step
     dropped : free-run: states that were replaced by newer ones, unseen, since the picture before
@@ -418,47 +414,3 @@ class Preview(Message, frozen=True, kw_only=True):
     camera: str
     tai_ns: int
     shape: tuple[int, int, int]
-
-
-def state_hash(
-    *,
-    tai_ns: int,
-    bodies: Mapping[str, SentPose],
-    sun: SentSun | None,
-    cameras: Sequence[tuple[str, float, float]],
-    seed: int,
-    lamps: Mapping[str, float] = MappingProxyType({}),
-    moving: bool = False,
-) -> str:
-    """Name of the state that pictures show, the same at both ends of the link.
-
-    BLAKE2b with 16 bytes in hexadecimal digits, over the MessagePack array
-    ``[tai_ns, [[name, position_m, velocity_m_s, q_icrf_from_body_xyzw, [[joint, value], ...]],
-    ...], sun position_m or nil, [[camera, exposure_time_s, gain_dn_per_e], ...], seed]``:
-    spacecraft as sent, sorted by name, joints likewise; cameras in the order asked for with the
-    values used; integers in their shortest form; real numbers as float64. Names sort by Unicode
-    code points, which is the order of their UTF-8 bytes. Where lamps were sent, or bodies move, a
-    sixth entry follows: ``[[[lamp, share], ...], [[name, angular_velocity_rad_s], ...]]``, lamps
-    and spacecraft sorted by name, the second list nil where all stand still.
-    """
-    placed = [
-        [
-            name,
-            [float(v) for v in pose.position_m],
-            [float(v) for v in pose.velocity_m_s],
-            [float(v) for v in pose.q_icrf_from_body_xyzw],
-            [[joint, float(value)] for joint, value in sorted(pose.joints.items())],
-        ]
-        for name, pose in sorted(bodies.items())
-    ]
-    light = None if sun is None else [float(v) for v in sun.position_m]
-    shots = [[name, float(exposure), float(gain)] for name, exposure, gain in cameras]
-    state: list[object] = [int(tai_ns), placed, light, shots, int(seed)]
-    if lamps or moving:
-        rates = [
-            [name, [float(v) for v in pose.angular_velocity_rad_s]]
-            for name, pose in sorted(bodies.items())
-        ]
-        burning = [[name, float(share)] for name, share in sorted(lamps.items())]
-        state.append([burning, rates if moving else None])
-    return hashlib.blake2b(msgspec.msgpack.encode(state), digest_size=16).hexdigest()

@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-import errno
 import time
 import uuid
-from collections import OrderedDict
 from collections.abc import Callable
-from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import msgspec
 import zmq
 
 from simgl.errors import SimglError
-from simgl_bridge.access import ANY_LOCAL, Access, bound
+from simgl_bridge.access import ANY_LOCAL, Access
 from simgl_bridge.cards import welcome
 from simgl_bridge.checks import Refusals, Wanted, check_id, check_request, check_wait
 from simgl_bridge.messages import (
     Bye,
     Configure,
-    Error,
     ErrorCode,
     Hello,
     Images,
@@ -33,13 +30,14 @@ from simgl_bridge.messages import (
     Statistics,
     Stats,
     Welcome,
-    state_hash,
 )
 from simgl_bridge.picture import Pictures, take_pictures
+from simgl_bridge.post import Post
 from simgl_bridge.preview import Monitor
 from simgl_bridge.replies import Frames, ReplyCache
-from simgl_bridge.server import report_failure
-from simgl_bridge.stream import OWNER_SILENCE, Shown, Stream
+from simgl_bridge.sessions import Session, Sessions
+from simgl_bridge.state_hash import state_hash
+from simgl_bridge.stream import Shown, Stream
 from simgl_bridge.studio import GpuLostError, Studio
 from simgl_bridge.turns import Turns
 from simgl_bridge.wire import VERSION, BadMessageError, pack, unpack_request
@@ -48,38 +46,10 @@ from simgl_bridge.wire import VERSION, BadMessageError, pack, unpack_request
 WINDOW = 2
 # Replies that may still be on their way when the server stops get this long [ms].
 LINGER_MS = 2000
-# ZeroMQ drops a client that sends a longer frame, before it takes any memory for it.
-LARGEST_FRAME = 1024 * 1024
-# Replies waiting for one client, as pictures of the largest camera: a reader that stalls loses what
-# is beyond. ZeroMQ may take a queue for full from its half on, so it is never shorter than 16.
-QUEUE_BYTES = 256 * 1024 * 1024
-QUEUE_RANGE = (16, 256)
-# Messages taken in between two pictures: a flood must not keep the others from theirs.
-MOST_AT_ONCE = 256
-# Clients remembered; the ones longest silent go first.
-MOST_SESSIONS = 256
 # The noise takes keys of 32 bits.
 LARGEST_SEED = 2**32 - 1
 # The name under which pictures of the free-running stream wait; no client can have it.
 _STREAM = b""
-
-
-@dataclass
-class _Session:
-    """What the server knows of a client."""
-
-    name: str = ""
-    last_tai_ns: int | None = None
-    heard: float = 0.0
-
-
-@dataclass
-class _Counts:
-    images: int = 0
-    repeated: int = 0
-    errors: int = 0
-    busy: int = 0
-    lost: int = 0
 
 
 class NativeFront:
@@ -107,17 +77,18 @@ class NativeFront:
         self._boot = uuid.uuid4().hex
         self._started = time.monotonic()
         self._sequence = 0
-        self._counts = _Counts()
+        self._repeated = 0
         self._replies = ReplyCache()
-        self._sessions: OrderedDict[bytes, _Session] = OrderedDict()
+        self._sessions = Sessions()
         self._stream = Stream(0.0 if rate_hz is None else 1.0 / rate_hz)
         self._configured_by: bytes | None = None
         self._context: zmq.Context[Any] = zmq.Context()
         self._doorkeeper = access.guard(self._context)
         try:
-            self.socket = self._context.socket(zmq.ROUTER)
-            self._configure()
-            self.address = bound(self.socket, address, access)
+            self._post = Post(
+                self._context, address, access, most_pixels=self._most_pixels, on_gone=self._leave
+            )
+            self.socket, self.address = self._post.socket, self._post.address
             self._monitor = None
             if monitor is not None:
                 self._monitor = Monitor(self._context, monitor, access)
@@ -125,27 +96,10 @@ class NativeFront:
             self._destroy(0)
             raise
 
-    def _configure(self) -> None:
-        s = self.socket
-        s.setsockopt(zmq.LINGER, 0)
-        s.setsockopt(zmq.MAXMSGSIZE, LARGEST_FRAME)
-        sizes = [
-            c.detector.width * c.detector.height for c in self._studio.scenario.cameras.values()
-        ]
-        least, most = QUEUE_RANGE
-        s.setsockopt(zmq.SNDHWM, min(max(QUEUE_BYTES // (2 * max(sizes, default=1)), least), most))
-        s.setsockopt(zmq.RCVHWM, least)
-        # A client that comes back with its identity takes over at once.
-        s.setsockopt(zmq.ROUTER_HANDOVER, 1)
-        # A reply to a client that left is an error that can be seen, not silence.
-        s.setsockopt(zmq.ROUTER_MANDATORY, 1)
-        # Not ZMQ_HEARTBEAT_IVL: where a client hangs up while its messages wait at a full queue,
-        # the timer of libzmq 4.3.5 aborts the whole process (!_io_error in stream_engine_base.cpp).
-        # The clients send heartbeats, which are answered; one that vanished is noticed by TCP.
-        s.setsockopt(zmq.TCP_KEEPALIVE, 1)
-        s.setsockopt(zmq.TCP_KEEPALIVE_IDLE, 10)
-        s.setsockopt(zmq.TCP_KEEPALIVE_INTVL, 5)
-        s.setsockopt(zmq.TCP_KEEPALIVE_CNT, 3)
+    @property
+    def _most_pixels(self) -> int:
+        detectors = [c.detector for c in self._studio.scenario.cameras.values()]
+        return max((d.width * d.height for d in detectors), default=1)
 
     @property
     def summary(self) -> str:
@@ -165,70 +119,19 @@ class NativeFront:
 
     def receive(self) -> None:
         """Take in what has arrived; what needs no picture is answered at once."""
-        for _ in range(MOST_AT_ONCE):
-            try:
-                client, *frames = self.socket.recv_multipart(zmq.NOBLOCK)
-            except zmq.Again:
-                return
-            session = self._session(client)
-            self._guarded(client, lambda: self._request(client, session, frames))  # noqa: B023
-
-    def _session(self, client: bytes) -> _Session:
-        session = self._sessions.setdefault(client, _Session())
-        session.heard = time.monotonic()
-        self._sessions.move_to_end(client)
-        if len(self._sessions) > MOST_SESSIONS:
-            self._sessions.popitem(last=False)
-        return session
-
-    def _guarded(self, client: bytes, answer: Callable[[], None], id: int | None = None) -> None:
-        """Answer a client; whatever goes wrong becomes an Error reply."""
-        try:
-            answer()
-        except BadMessageError as error:
-            self._refuse(client, error)
-        except GpuLostError as error:
-            code, detail = ErrorCode.GPU_LOST, f"{error}; a new context is opened"
-            self._refuse(client, BadMessageError(code, "", detail, id, retryable=True))
-        # Nothing that a request sets off may end the service for the others.
-        except Exception as error:
-            report_failure()
-            detail = " ".join(f"{type(error).__name__}: {error}".split())
-            self._refuse(client, BadMessageError(ErrorCode.INTERNAL, "", detail, id))
-
-    def _refuse(self, client: bytes, error: BadMessageError) -> None:
-        self._counts.errors += 1
-        self._counts.busy += error.code == ErrorCode.BUSY
-        reply = Error(
-            id=error.id,
-            code=error.code,
-            field=error.field,
-            detail=str(error),
-            retryable=error.retryable,
-        )
-        self._send(client, pack(reply))
-
-    def _send(self, client: bytes, frames: Frames) -> None:
-        try:
-            self.socket.send_multipart([client, *frames], zmq.NOBLOCK, copy=False)
-        except zmq.ZMQError as error:
-            if error.errno not in (errno.EHOSTUNREACH, zmq.EAGAIN):
-                raise
-            # A client that reads nothing loses its reply and may ask again; nothing more is
-            # rendered for one that left.
-            self._counts.lost += 1
-            if error.errno == errno.EHOSTUNREACH:
-                self._leave(client)
+        for client, frames in self._post.arrived():
+            session = self._sessions.heard(client)
+            self._post.guarded(client, partial(self._request, client, session, frames))
 
     def _leave(self, client: bytes) -> None:
         self._turns.drop(client)
         self._replies.forget(client)
         self._stream.forget(client)
-        self._sessions.pop(client, None)
+        self._sessions.forget(client)
         if self._configured_by == client:
             self._configured_by = None
 
-    def _request(self, client: bytes, session: _Session, frames: list[bytes]) -> None:
+    def _request(self, client: bytes, session: Session, frames: list[bytes]) -> None:
         request = unpack_request(frames)
         if isinstance(request, Render):
             self._queue(client, session, request, frames[1])
@@ -241,9 +144,9 @@ class NativeFront:
         elif isinstance(request, Bye):
             self._leave(client)
         else:
-            self._send(client, pack(self._quick_reply(client, session, request)))
+            self._post.send(client, pack(self._quick_reply(client, session, request)))
 
-    def _quick_reply(self, client: bytes, session: _Session, request: Message) -> Message:
+    def _quick_reply(self, client: bytes, session: Session, request: Message) -> Message:
         if isinstance(request, Ping):
             return Pong(id=request.id, boot=self._boot)
         if isinstance(request, Stats):
@@ -259,11 +162,11 @@ class NativeFront:
 
     # Lock-step
 
-    def _queue(self, client: bytes, session: _Session, request: Render, header: bytes) -> None:
+    def _queue(self, client: bytes, session: Session, request: Render, header: bytes) -> None:
         check_id(request.id)
         if kept := self._replies.find(client, request.id, header):
-            self._counts.repeated += 1
-            self._send(client, kept)
+            self._repeated += 1
+            self._post.send(client, kept)
             return
         # The reply to a request that waits already answers its repetition too.
         if self._turns.waits(client, request.id):
@@ -271,7 +174,7 @@ class NativeFront:
         arrived = time.monotonic()
 
         def render() -> None:
-            self._guarded(
+            self._post.guarded(
                 client, lambda: self._render(client, session, request, header, arrived), request.id
             )
 
@@ -283,7 +186,7 @@ class NativeFront:
             raise BadMessageError(ErrorCode.BUSY, "", problem, id, retryable=True)
 
     def _render(
-        self, client: bytes, session: _Session, request: Render, header: bytes, arrived: float
+        self, client: bytes, session: Session, request: Render, header: bytes, arrived: float
     ) -> None:
         check_wait(request.id, request.deadline_ms)
         waited = (time.monotonic() - arrived) * 1000.0
@@ -301,12 +204,11 @@ class NativeFront:
         images = self._described(request, pictures)
         frames: Frames = [*pack(images), *_payload(pictures)]
         self._replies.keep(client, request.id, header, frames)
-        self._send(client, frames)
+        self._post.send(client, frames)
         self._show(images, pictures)
 
     def _described(self, request: Wanted, pictures: Pictures) -> Images:
         self._sequence += 1
-        self._counts.images += 1
         seed = self._studio.scenario.seed
         return Images(
             id=request.id,
@@ -334,7 +236,7 @@ class NativeFront:
 
     # Free-run
 
-    def _accept(self, client: bytes, session: _Session, state: State) -> None:
+    def _accept(self, client: bytes, session: Session, state: State) -> None:
         check_request(self._studio.scenario, state)
         if not self._stream.accept(client, session.name, state, time.monotonic()):
             owner = self._stream.owner_name
@@ -357,7 +259,9 @@ class NativeFront:
         for client, request in self._stream.overdue(now):
             problem = f"no picture after sequence {request.after} came in time"
             code = ErrorCode.DEADLINE
-            self._refuse(client, BadMessageError(code, "", problem, request.id, retryable=True))
+            self._post.refuse(
+                client, BadMessageError(code, "", problem, request.id, retryable=True)
+            )
         return self._stream.next_event()
 
     def _render_stream(self) -> None:
@@ -374,14 +278,14 @@ class NativeFront:
             self._answer_waiting()
             self._show(images, pictures)
 
-        self._guarded(owner, render, state.id)
+        self._post.guarded(owner, render, state.id)
 
     def _answer_waiting(self) -> None:
         shown = self._stream.shown
         for client, request in self._stream.answered():
             assert shown is not None
             images = msgspec.structs.replace(shown.images, id=request.id)
-            self._send(client, [*pack(images), *shown.pixels])
+            self._post.send(client, [*pack(images), *shown.pixels])
 
     # The scene
 
@@ -394,14 +298,14 @@ class NativeFront:
         if request.scenario is not None and request.scenario not in names:
             say.missing("scenario", request.scenario, names, ErrorCode.NO_SCENARIO)
         owner = self._configured_by
-        if owner is not None and owner != client and self._is_here(owner):
-            problem = f'"{self._sessions[owner].name}" chose the scenario; it has not left'
+        if owner is not None and owner != client and self._sessions.is_here(owner):
+            problem = f'"{self._sessions.name(owner)}" chose the scenario; it has not left'
             code = ErrorCode.NOT_OWNER
             raise BadMessageError(code, "", problem, request.id, retryable=True)
         self._configured_by = client
 
         def configure() -> None:
-            self._guarded(client, lambda: self._change(client, request), request.id)
+            self._post.guarded(client, lambda: self._change(client, request), request.id)
 
         self._offer(client, request.id, configure)
 
@@ -413,36 +317,31 @@ class NativeFront:
         except SimglError as error:
             code = ErrorCode.BAD_SCENE
             raise BadMessageError(code, "scenario", str(error), request.id) from None
-        self._send(client, pack(self._welcome(request.id)))
-
-    def _is_here(self, client: bytes) -> bool:
-        session = self._sessions.get(client)
-        return session is not None and time.monotonic() - session.heard < OWNER_SILENCE
+        self._post.send(client, pack(self._welcome(request.id)))
 
     def _welcome(self, id: int | None) -> Welcome:
         return welcome(self._studio, id=id, boot=self._boot, window=self._turns.window)
 
     def _statistics(self, id: int) -> Statistics:
-        counts = self._counts
         return Statistics(
             id=id,
             boot=self._boot,
             uptime_s=time.monotonic() - self._started,
-            images=counts.images,
-            repeated=counts.repeated,
-            errors=counts.errors,
-            busy=counts.busy,
-            lost=counts.lost,
+            images=self._sequence,
+            repeated=self._repeated,
+            errors=self._post.errors,
+            busy=self._post.busy,
+            lost=self._post.lost,
             waiting=len(self._turns),
-            clients=sum(self._is_here(client) for client in self._sessions),
+            clients=len(self._sessions.here()),
         )
 
     # The end
 
     def farewell(self) -> None:
         """Say Bye to every client heard of lately; requests that wait get no other answer."""
-        for client in [c for c in self._sessions if self._is_here(c)]:
-            self._send(client, pack(Bye(boot=self._boot)))
+        for client in self._sessions.here():
+            self._post.send(client, pack(Bye(boot=self._boot)))
 
     def close(self) -> None:
         """Give the address back once the last replies are out, at most two seconds later."""

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import msgspec
 
-from simgl_bridge import messages, native, stream, wire
+from simgl_bridge import messages, native, post, state_hash, stream, wire
 
 _INTRODUCTION = Path(__file__).with_name("protocol.md")
 # Types without a message tag, after the messages that hold them.
@@ -39,7 +39,8 @@ def page() -> str:
     for name, value in {
         "WINDOW": native.WINDOW,
         "LARGEST_HEADER": wire.LARGEST_HEADER,
-        "LARGEST_FRAME": native.LARGEST_FRAME,
+        "LARGEST_FRAME": post.LARGEST_FRAME,
+        "MOST_WAITING": post.MOST_WAITING,
         "OWNER_SILENCE": f"{stream.OWNER_SILENCE:g}",
     }.items():
         text = text.replace(f"@{name}@", str(value))
@@ -58,6 +59,8 @@ def _reference() -> Iterator[str]:
     yield "## Parts of messages\n"
     for part in _PARTS:
         yield from _struct(part, part.__name__)
+    yield "## State hash\n"
+    yield f"{_read(inspect.getdoc(state_hash.state_hash) or '')[0]}\n"
     yield "## Error codes\n"
     yield "| code | meaning |"
     yield "|---|---|"

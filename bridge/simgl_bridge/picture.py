@@ -33,7 +33,7 @@ from simgl_bridge.messages import (
     Shot,
     Vector,
 )
-from simgl_bridge.pose import BodyPose
+from simgl_bridge.pose import sent_pose
 from simgl_bridge.wire import BadMessageError
 
 # Pixels looked at together.
@@ -127,14 +127,18 @@ def requested_state(scenario: Scenario, request: Wanted, tai_ns: int | None = No
                 state = _turned_to(state, scenario, placed, angles)
     except ConfigError as error:
         raise _bad_scene(error, request.id) from None
-    cameras = dict(state.cameras)
-    for shot in request.cameras:
-        there = cameras[shot.camera]
-        cameras[shot.camera] = replace(there, camera=_set(there.camera, shot))
-    # A lamp that is off costs nothing where it is not there at all.
-    burning = (lamp for lamp in state.lamps if request.lamps.get(lamp.lamp.name, 1.0) > 0.0)
-    lamps = tuple(_dimmed(lamp, request.lamps) for lamp in burning)
-    return replace(state, cameras=cameras, lamps=lamps)
+    chosen = [s for s in request.cameras if (s.exposure_time_s, s.gain_dn_per_e) != (None, None)]
+    if chosen:
+        cameras = dict(state.cameras)
+        for shot in chosen:
+            there = cameras[shot.camera]
+            cameras[shot.camera] = replace(there, camera=_set(there.camera, shot))
+        state = replace(state, cameras=cameras)
+    if request.lamps:
+        # A lamp that is off costs nothing where it is not there at all.
+        burning = (lamp for lamp in state.lamps if request.lamps.get(lamp.lamp.name, 1.0) > 0.0)
+        state = replace(state, lamps=tuple(_dimmed(lamp, request.lamps) for lamp in burning))
+    return state
 
 
 def _gone_on(pose: Pose, angular_velocity: Vector, duration: float) -> Pose:
@@ -179,9 +183,11 @@ def _as_direction(sun: Sun) -> SunInDirection:
 def _as_used(body: BodyState, sent: SentPose | None) -> SentPose:
     """A pose as it was used, with all its joints."""
     model = body.model
+    pose = sent_pose(body.pose) if sent is None else sent
+    if not model.joints:
+        return pose
     angles = model.angles or (0.0,) * len(model.joints)
     joints = {joint.name: angle for joint, angle in zip(model.joints, angles, strict=True)}
-    pose = BodyPose.from_pose(body.pose).as_sent() if sent is None else sent
     return structs.replace(pose, joints=joints)
 
 
@@ -205,9 +211,7 @@ def _moved_sun(sun: Sun, position: Vector) -> Sun:
 
 def _pose(sent: SentPose, field: str, id: int) -> Pose:
     try:
-        # Components near the end of float64 have the norm infinity, which is no unit either.
-        with np.errstate(over="ignore"):
-            R_icrf_from_body = matrix_from_quaternion(sent.q_icrf_from_body_xyzw)
+        R_icrf_from_body = matrix_from_quaternion(sent.q_icrf_from_body_xyzw)
     except ValueError as error:
         where = f"{field}.q_icrf_from_body_xyzw"
         raise BadMessageError(ErrorCode.BAD_VALUE, where, str(error), id) from None
@@ -233,13 +237,12 @@ def _described(
     seconds: float,
 ) -> CameraImage:
     info, truth, camera = exposure.info, exposure.truth, state.cameras[shot.camera].camera
-    x, y, z, w = (float(v) for v in quaternion_from_matrix(info.R_camera_from_icrf))
     dn = frames.get("dn")
     timing = exposure_timing(camera, state.tai_ns)
     return CameraImage(
         camera=camera.name,
         position_m=_vector(info.position),
-        q_camera_from_icrf_xyzw=(x, y, z, w),
+        q_camera_from_icrf_xyzw=_four(quaternion_from_matrix(info.R_camera_from_icrf)),
         intrinsics=rows(camera),
         exposure_time_s=camera.exposure_time,
         gain_dn_per_e=camera.detector.gain_dn_per_e,
@@ -300,12 +303,12 @@ def rows(camera: Camera) -> Matrix:
 
 
 def _vector(values: NDArray[np.float64]) -> Vector:
-    x, y, z = (float(v) for v in values)
+    x, y, z = values.tolist()
     return x, y, z
 
 
 def _four(values: NDArray[np.float64]) -> Quaternion:
-    a, b, c, d = (float(v) for v in values)
+    a, b, c, d = values.tolist()
     return a, b, c, d
 
 

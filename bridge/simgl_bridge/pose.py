@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from simgl.physics.frames import Pose, quaternion_from_matrix
 from simgl_bridge.messages import SentPose
@@ -55,7 +55,18 @@ class BodyPose:
 
 
 def _floats(field: str, values: ArrayLike, count: int) -> list[float]:
-    array = np.asarray(values, dtype=np.float64)
+    array: NDArray[np.float64] = np.asarray(values, dtype=np.float64)
     if array.shape != (count,):
         raise ValueError(f"{field} must be {count} numbers, got shape {array.shape}")
-    return [float(v) for v in array]
+    numbers: list[float] = array.tolist()
+    return numbers
+
+
+def sent_pose(pose: Pose) -> SentPose:
+    """A pose of simgl's own type as it travels."""
+    x, y, z = pose.position.tolist()
+    vx, vy, vz = pose.velocity.tolist()
+    qx, qy, qz, qw = quaternion_from_matrix(pose.R_icrf_from_body).tolist()
+    return SentPose(
+        position_m=(x, y, z), velocity_m_s=(vx, vy, vz), q_icrf_from_body_xyzw=(qx, qy, qz, qw)
+    )

@@ -8,12 +8,12 @@ from __future__ import annotations
 import math
 import operator
 import time
-import uuid
 from collections.abc import Mapping, Sequence
 
 import zmq
 
 from simgl.errors import BridgeError, ConfigError
+from simgl_bridge.dial import FAILURES
 from simgl_bridge.failures import AccessError, NoAnswerError
 from simgl_bridge.image import Tick, tick_of
 from simgl_bridge.messages import (
@@ -27,24 +27,10 @@ from simgl_bridge.messages import (
     Shot,
     State,
     Welcome,
-    state_hash,
 )
 from simgl_bridge.pose import BodyPose
+from simgl_bridge.state_hash import state_hash
 from simgl_bridge.wire import VERSION, BadMessageError, unpack_reply
-
-# The largest plane: radiance of 16384 x 16384 pixels.
-LARGEST_FRAME = 16384 * 16384 * 16
-# Requests and replies that may wait; the server's window is smaller.
-QUEUE = 8
-
-EVENTS = (
-    zmq.EVENT_HANDSHAKE_SUCCEEDED
-    | zmq.EVENT_DISCONNECTED
-    | zmq.EVENT_HANDSHAKE_FAILED_AUTH
-    | zmq.EVENT_HANDSHAKE_FAILED_PROTOCOL
-    | zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL
-)
-_FAILED = EVENTS & ~(zmq.EVENT_HANDSHAKE_SUCCEEDED | zmq.EVENT_DISCONNECTED)
 
 
 def check_timeout(timeout_s: float) -> None:
@@ -53,21 +39,19 @@ def check_timeout(timeout_s: float) -> None:
         raise ConfigError("Client", "timeout_s", f"must be finite, above 0 s, got {timeout_s}")
 
 
-def configure(socket: zmq.Socket[bytes], name: str) -> None:
-    """The options of a client's DEALER socket.
-
-    Not ZMQ_IMMEDIATE, which would tell a missing server sooner: with it a reply that came just
-    before a disconnection is dropped unread.
-    """
-    # Two clients of one name must not take over each other's place.
-    socket.setsockopt(zmq.IDENTITY, f"{uuid.uuid4().hex}-{name[:32]}".encode()[:255])
-    socket.setsockopt(zmq.LINGER, 0)
-    socket.setsockopt(zmq.MAXMSGSIZE, LARGEST_FRAME)
-    socket.setsockopt(zmq.SNDHWM, QUEUE)
-    socket.setsockopt(zmq.RCVHWM, QUEUE)
-    socket.setsockopt(zmq.RECONNECT_IVL, 50)
-    socket.setsockopt(zmq.HEARTBEAT_IVL, 1000)
-    socket.setsockopt(zmq.HEARTBEAT_TIMEOUT, 10_000)
+def shot_of(
+    camera: str,
+    exposure_time_s: float | None,
+    gain_dn_per_e: float | None,
+    products: Sequence[str],
+) -> Shot:
+    """What one camera is asked for; None takes the camera's own."""
+    return Shot(
+        camera=camera,
+        exposure_time_s=None if exposure_time_s is None else float(exposure_time_s),
+        gain_dn_per_e=None if gain_dn_per_e is None else float(gain_dn_per_e),
+        products=tuple(products),
+    )
 
 
 class Talk:
@@ -218,7 +202,7 @@ class Talk:
         # A server that ends in the middle of a handshake fails it without detail, as one that does
         # not take the keys does: to a client that was let in before it is a broken connection.
         cut_off = event == zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL and self._let_in
-        if event & _FAILED and not cut_off:
+        if event & FAILURES and not cut_off:
             raise AccessError(
                 f"{self.address}: the server refused this client: its key, or the server's, is "
                 "missing or wrong, or the client is not on the server's list"

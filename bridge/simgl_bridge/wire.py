@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from functools import reduce
+from operator import or_
 from typing import Any
 
 import msgspec
@@ -48,6 +50,9 @@ _WORDS = {
     "bool": "true or false",
 }
 _ENCODER = msgspec.msgpack.Encoder()
+# Straight from bytes to a message, for those that are all right.
+_REQUEST: msgspec.msgpack.Decoder[Message] = msgspec.msgpack.Decoder(reduce(or_, REQUESTS))
+_REPLY: msgspec.msgpack.Decoder[Message] = msgspec.msgpack.Decoder(reduce(or_, REPLIES))
 
 
 class BadMessageError(BridgeError):
@@ -83,7 +88,15 @@ def unpack_request(frames: Sequence[bytes]) -> Message:
     if len(frames[1]) > LARGEST_HEADER:
         problem = f"must be at most {LARGEST_HEADER} bytes, got {len(frames[1])}"
         raise BadMessageError(ErrorCode.TOO_LARGE, "header", problem)
-    data, kind = _opened(frames[1], REQUESTS)
+    try:
+        return _REQUEST.decode(frames[1])
+    except (ValueError, RecursionError):
+        return _explained_request(frames[1])
+
+
+def _explained_request(header: bytes) -> Message:
+    """A request step by step; raises what is wrong with it."""
+    data, kind = _opened(header, REQUESTS)
     try:
         return msgspec.convert(data, kind)
     except msgspec.ValidationError as error:
@@ -98,7 +111,14 @@ def unpack_reply(frames: Sequence[bytes | memoryview]) -> Message:
         problem = f"must be 2 frames or more, got {len(frames)}"
         raise BadMessageError(ErrorCode.BAD_FRAMING, "reply", problem)
     _check_version(bytes(frames[0][:16]))
-    data, kind = _opened(frames[1], REPLIES)
+    try:
+        return _REPLY.decode(frames[1])
+    except (ValueError, RecursionError):
+        return _explained_reply(frames[1])
+
+
+def _explained_reply(header: bytes | memoryview) -> Message:
+    data, kind = _opened(header, REPLIES)
     try:
         return msgspec.convert(data, kind)
     except msgspec.ValidationError as error:

@@ -44,8 +44,9 @@ float lamp_lit(Surface s, Lamp lamp, vec3 v) {
                              dot(lamp.row.xyz, lamp.row.xyz));
     float texel = inversesqrt(min(per_tangent2.x, per_tangent2.y));   // as a tangent
     // The smooth surface that the normals stand for lies above its facets by the sagitta of an edge;
-    // a quarter of a texel lifts the receiver there.
-    v += s.plain_n * (0.25 * texel * dot(v, lamp.axis));
+    // a quarter of a texel lifts the receiver there. With fewer triangles, those that face away are
+    // lifted by what these are off: they lie below the ridge before them.
+    v += s.plain_n * (0.25 * texel * dot(v, lamp.axis) + (faces ? 0.0 : level_error));
     float near = 1.0 / dot(v, lamp.axis);
     vec2 place = vec2(dot(lamp.column.xyz, v), dot(lamp.row.xyz, v)) * near
                + vec2(lamp.column.w, lamp.row.w) - 0.5;

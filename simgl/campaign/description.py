@@ -26,6 +26,9 @@ _LIMITS = {
     "phase_angle_deg": (0.0, 180.0),
     "offset_x": (-1.0, 1.0),
     "offset_y": (-1.0, 1.0),
+    "target_rate_deg_s": (0.0, 3600.0),
+    "camera_rate_deg_s": (0.0, 3600.0),
+    "relative_speed_m_s": (0.0, 1e5),
     "exposure_time_s": (1e-9, 3600.0),
     "f_number": (0.5, 1e3),
 }
@@ -120,6 +123,9 @@ _NUMBERS = (
     "roll_deg",
     "offset_x",
     "offset_y",
+    "target_rate_deg_s",
+    "camera_rate_deg_s",
+    "relative_speed_m_s",
     "exposure_time_s",
     "f_number",
 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,17 +22,20 @@ Array = NDArray[np.float64]
 
 # Frames that cannot be, such as one with the camera inside the target, are drawn again.
 ATTEMPTS = 1000
+_RATES = ("target_rate_deg_s", "camera_rate_deg_s", "relative_speed_m_s")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FrameScene:
     """What one frame is a picture of.
 
+    during : the scene at epochs [TAI ns] while the shutter is open; None where it stands still
     seed : of its noise
     """
 
     frame: int
     state: SceneState
+    during: Callable[[int], SceneState] | None
     seed: int
 
 
@@ -49,7 +52,8 @@ def frame_scene(campaign: Campaign, frame: int) -> FrameScene:
         state = _state(campaign, draw, values)
         camera = state.cameras[campaign.camera]
         if not any(body.encloses(camera.position) for body in state.bodies.values()):
-            return FrameScene(frame=frame, state=state, seed=draw.word("noise"))
+            during = _during(campaign, draw, values, state)
+            return FrameScene(frame=frame, state=state, during=during, seed=draw.word("noise"))
     problem = f"gives no possible scene for frame {frame} in {ATTEMPTS} attempts"
     raise ConfigError(str(campaign.source), "draw", problem)
 
@@ -75,7 +79,17 @@ def _values(campaign: Campaign, draw: Draw) -> _Values | None:
     return _Values(*found)
 
 
-def _state(campaign: Campaign, draw: Draw, values: _Values) -> SceneState:
+def _during(
+    campaign: Campaign, draw: Draw, values: _Values, state: SceneState
+) -> Callable[[int], SceneState] | None:
+    """The scene of a frame while its shutter is open, where anything drawn sets it in motion."""
+    if not any(values.plain.get(name) for name in _RATES):
+        return None
+    return lambda tai_ns: _state(campaign, draw, values, 1e-9 * (tai_ns - state.tai_ns))
+
+
+def _state(campaign: Campaign, draw: Draw, values: _Values, after: float = 0.0) -> SceneState:
+    """The scene some time [s] after mid-exposure. Sun, sky and joints stay as they are then."""
     scenario, drawn = campaign.scenario, values.plain
     tai_ns = scenario.epoch_tai_ns + round(1e9 * drawn.get("epoch_offset_s", 0.0))
     poses = scenario.poses(tai_ns)
@@ -86,6 +100,8 @@ def _state(campaign: Campaign, draw: Draw, values: _Values) -> SceneState:
     mount = scenario.mounts[campaign.camera]
     if isinstance(mount, BodyMount) and placed is not before.cameras[campaign.camera]:
         poses[mount.spacecraft] = _carrier(mount, placed, poses[mount.spacecraft])
+    if after:
+        placed, poses = _coasted(campaign, draw, drawn, placed, poses, after)
     state = scenario.with_poses(tai_ns, poses, joint_angles={campaign.target: angles})
     placed = replace(placed, camera=_camera(placed.camera, drawn))
     lamps = tuple(
@@ -93,6 +109,45 @@ def _state(campaign: Campaign, draw: Draw, values: _Values) -> SceneState:
         for name, lamp in zip(scenario.lamps, state.lamps, strict=True)
     )
     return replace(state, cameras={**state.cameras, campaign.camera: placed}, lamps=lamps)
+
+
+def _turn_rate(draw: Draw, drawn: Mapping[str, float], name: str) -> Array:
+    """(3,) in the axes of what turns [rad s-1]."""
+    return math.radians(drawn.get(name, 0.0)) * direction(draw, f"{name} axis")
+
+
+def _coasted(
+    campaign: Campaign,
+    draw: Draw,
+    drawn: Mapping[str, float],
+    camera: CameraState,
+    poses: Mapping[str, Pose],
+    after: float,
+) -> tuple[CameraState, dict[str, Pose]]:
+    """The camera and all spacecraft some time [s] on their way."""
+    target = poses[campaign.target]
+    there = {n: replace(p, position=p.position + after * p.velocity) for n, p in poses.items()}
+    turn = Rotation.from_rotvec(after * _turn_rate(draw, drawn, "target_rate_deg_s")).as_matrix()
+    R_icrf_from_body = target.R_icrf_from_body @ turn
+    there[campaign.target] = replace(there[campaign.target], R_icrf_from_body=R_icrf_from_body)
+    past = drawn.get("relative_speed_m_s", 0.0) * direction(draw, "relative_speed_m_s direction")
+    turn = Rotation.from_rotvec(-after * _turn_rate(draw, drawn, "camera_rate_deg_s")).as_matrix()
+    moved = replace(
+        camera,
+        position=camera.position + after * (target.velocity + past),
+        R_camera_from_icrf=turn @ camera.R_camera_from_icrf,
+    )
+    mount = campaign.scenario.mounts[campaign.camera]
+    if isinstance(mount, BodyMount):
+        # The craft that carries the camera is rigid with it.
+        carrier = poses[mount.spacecraft]
+        R_then_from_now = moved.R_camera_from_icrf.T @ camera.R_camera_from_icrf
+        there[mount.spacecraft] = replace(
+            carrier,
+            position=moved.position + R_then_from_now @ (carrier.position - camera.position),
+            R_icrf_from_body=R_then_from_now @ carrier.R_icrf_from_body,
+        )
+    return moved, there
 
 
 def _camera(camera: Camera, drawn: Mapping[str, float]) -> Camera:

@@ -43,6 +43,8 @@ class DrawTable(Table, frozen=True, kw_only=True):
     roll_deg : of the camera about its boresight
     offset_x, offset_y : where the target's origin lies, from the middle of the picture in halves of
         it; a lens's distortion is left out of account
+    target_rate_deg_s, camera_rate_deg_s : each turns about any axis while the shutter is open
+    relative_speed_m_s : of the camera past the target, in any direction, likewise
     exposure_time_s, f_number : of the camera
     joints_deg : of the target, by name
     lamp_power : factor on the power of lamps, by name
@@ -59,6 +61,9 @@ class DrawTable(Table, frozen=True, kw_only=True):
     roll_deg: Drawn | None = None
     offset_x: Drawn | None = None
     offset_y: Drawn | None = None
+    target_rate_deg_s: Drawn | None = None
+    camera_rate_deg_s: Drawn | None = None
+    relative_speed_m_s: Drawn | None = None
     exposure_time_s: Drawn | None = None
     f_number: Drawn | None = None
     joints_deg: dict[str, Drawn] = field(default_factory=dict)

@@ -100,7 +100,9 @@ def take(campaign: Campaign, simulator: Simulator, frame: int) -> Taken:
     products = {Product.DN, Product.TRUTH}
     if {"view", "exr"} & set(campaign.write):
         products.add(Product.RADIANCE)
-    exposure = simulator.capture(scene.state, campaign.camera, products, seed=scene.seed)
+    exposure = simulator.capture(
+        scene.state, campaign.camera, products, during=scene.during, seed=scene.seed
+    )
     files = {file_name(kind, frame): _content(kind, exposure) for kind in campaign.write}
     labels = _labels(campaign, scene, exposure)
     files[label_name(frame)] = json.dumps(labels, indent=1).encode()

@@ -40,18 +40,19 @@ class TileProgram:
             defines=dict.fromkeys(defines, 1),
         )
         self._ctx = ctx
-        self._sheets: dict[int, _Sheet] = {}
+        self._sheets: dict[tuple[int, int], _Sheet] = {}
 
     def draw(self, tiles: NDArray[np.bool_], edge: int, sheet: int = 0) -> None:
         """The tiles of a mask (rows, columns), their edges so many pixels long.
 
-        sheet : masks that are drawn in turn keep their faces on different ones
+        sheet : masks that are drawn in turn with one edge keep their faces on different ones
         """
         if not tiles.any():
             return
-        if sheet not in self._sheets:
-            self._sheets[sheet] = _Sheet(self._ctx, self._program)
-        self._sheets[sheet].draw(tiles, edge)
+        key = edge, sheet
+        if key not in self._sheets:
+            self._sheets[key] = _Sheet(self._ctx, self._program, edge)
+        self._sheets[key].draw(tiles)
 
     def release(self) -> None:
         """Free everything."""
@@ -63,28 +64,30 @@ class TileProgram:
 class _Sheet:
     """The faces of one mask, uploaded when it changes."""
 
-    def __init__(self, ctx: moderngl.Context, program: moderngl.Program) -> None:
+    def __init__(self, ctx: moderngl.Context, program: moderngl.Program, edge: int) -> None:
+        self._edge = edge
         self._corners = ctx.buffer(reserve=16, dynamic=True)
         self._indices = ctx.buffer(reserve=16, dynamic=True)
         self._array = ctx.vertex_array(
             program, [(self._corners, "2f", "corner")], index_buffer=self._indices
         )
-        self._drawn: tuple[int, bytes] | None = None
+        self._drawn: tuple[tuple[int, ...], bytes] | None = None
         self._count = 0
 
-    def draw(self, tiles: NDArray[np.bool_], edge: int) -> None:
-        if (edge, tiles.tobytes()) != self._drawn:
+    def draw(self, tiles: NDArray[np.bool_]) -> None:
+        key = tiles.shape, tiles.tobytes()
+        if key != self._drawn:
             row, column = np.nonzero(tiles)
             rows, columns = tiles.shape
             y, x = np.mgrid[: rows + 1, : columns + 1]
-            corners = edge * np.stack([x, y], axis=-1).astype(np.float32)
+            corners = self._edge * np.stack([x, y], axis=-1).astype(np.float32)
             first = row * (columns + 1) + column
             below = first + columns + 1
             faces = np.stack([first, first + 1, below, below, first + 1, below + 1], axis=1)
             for buffer, data in ((self._corners, corners), (self._indices, faces.astype("<u4"))):
                 buffer.orphan(max(data.nbytes, 16))
                 buffer.write(data.tobytes())
-            self._drawn, self._count = (edge, tiles.tobytes()), 6 * row.size
+            self._drawn, self._count = key, 6 * row.size
         self._array.render(moderngl.TRIANGLES, vertices=self._count)
 
     def release(self) -> None:

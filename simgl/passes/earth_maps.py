@@ -68,10 +68,12 @@ def _shore(water: Image.Image) -> Bytes:
     return np.asarray(code, dtype=np.uint8)
 
 
-def open_sea(maps: EarthMaps) -> NDArray[np.bool_]:
-    """(rows, columns) cells of 0.7 deg all of which lies far enough from any shore.
+def shores(maps: EarthMaps) -> NDArray[np.int64]:
+    """(rows + 1, columns + 1) of the corners of cells of 0.7 deg: how many of those above and left
+    of each are not all open sea.
 
-    So far that noise frays no shore into them, and no pixel of half a cell's width sees one.
+    Open sea is so far from any shore that noise frays none into it, and no pixel of half a cell's
+    width sees one.
     """
     shore = form_map(maps.water, maps.night)[..., 2]
     height, width = shore.shape
@@ -80,7 +82,10 @@ def open_sea(maps: EarthMaps) -> NDArray[np.bool_]:
         np.arange(2 * _CELLS) * width // (2 * _CELLS),
     )
     least = np.minimum.reduceat(np.minimum.reduceat(shore, rows, axis=0), columns, axis=1)
-    return np.asarray(least > 128 + _SHORE_STEPS_PER_KM * _OPEN_SEA_KM)
+    found = np.zeros((_CELLS + 1, 2 * _CELLS + 1), dtype=np.int64)
+    closed = least <= 128 + _SHORE_STEPS_PER_KM * _OPEN_SEA_KM
+    found[1:, 1:] = np.cumsum(np.cumsum(closed, axis=0), axis=1)
+    return found
 
 
 def map_texture(ctx: moderngl.Context, values: Bytes) -> moderngl.Texture:

@@ -21,17 +21,15 @@ from simgl.transport.bake import Progress
 from simgl.transport.cache import transport_of
 from simgl.transport.directions import CELLS_ACROSS
 from simgl.transport.gather import LitBody
+from simgl.transport.response import Response
 from simgl.transport.solve import (
     Reflectors,
     beside,
     earth_share,
     lamp_irradiance,
     material_light,
-    radiosity,
     reflectors,
-    site_irradiance,
-    sky_irradiance,
-    vertex_values,
+    vertex_irradiance,
 )
 from simgl.transport.sunlit import SunlitPatches
 from simgl.transport.transport import Floats, Transport
@@ -64,7 +62,7 @@ class ExchangePass:
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._transports: dict[tuple[str, bool], Transport | None] = {}
-        self._reflectors: dict[tuple[object, ...], Reflectors] = {}
+        self._surfaces: dict[tuple[object, ...], tuple[Reflectors, Response]] = {}
         self._sunlit: dict[int, SunlitPatches] = {}
         self._cosines: dict[int, tuple[bytes, Floats]] = {}
         self._buffers: dict[tuple[int, int], moderngl.Buffer] = {}
@@ -155,18 +153,32 @@ class ExchangePass:
         transport = self.transport(craft.model)
         if transport is None:
             return None
-        surface = self._surface(craft.model, transport)
-        cells = None if sky is None else cell_radiance(sky, CELLS_ACROSS)
-        cosines = self._sun_cosines(craft.instance, transport, view)
-        direct = cosines[:, None] * view.sun_irradiance.astype(np.float32)
-        if cells is not None:
-            direct = direct + sky_irradiance(transport, cells)
+        return _Solved(
+            transport=transport,
+            surface=self._surface(craft.model, transport)[0],
+            cosines=self._sun_cosines(craft.instance, transport, view),
+            exitance=self._exitance(craft, transport, sky, view),
+        )
+
+    def _exitance(
+        self, craft: CraftView, transport: Transport, sky: SkyRadiance | None, view: ExchangeView
+    ) -> Floats:
+        """(p, 4) of the patches after all bounces [W m-2]."""
+        response = self._surface(craft.model, transport)[1]
+        exitance = response.glow
+        others = np.zeros_like(exitance)
+        if view.before_sun:
+            cosines = self._sun_cosines(craft.instance, transport, view)
+            others += cosines[:, None] * view.sun_irradiance.astype(np.float32)
+        else:
+            exitance = exitance + response.of_sun(view.sun_direction, view.sun_irradiance)
+        if sky is not None:
+            exitance = exitance + response.of_sky(cell_radiance(sky, CELLS_ACROSS))
         if view.lamps:
             around = [n.blocker() for n in view.around]
             for lamp in view.lamps:
-                direct = direct + lamp_irradiance(transport, lamp, around)
-        exitance = radiosity(transport, surface, direct)
-        return _Solved(transport=transport, surface=surface, cosines=cosines, exitance=exitance)
+                others += lamp_irradiance(transport, lamp, around)
+        return exitance + response.of_irradiance(others) if np.any(others) else exitance
 
     def _of_craft(self, craft: CraftView, sky: SkyRadiance | None) -> VertexLighting | None:
         if craft.exchange is None:
@@ -177,10 +189,10 @@ class ExchangePass:
         cells = None if sky is None else cell_radiance(sky, CELLS_ACROSS)
         # In the other thread while this one is busy with the bounces.
         share = beside().submit(earth_share, transport, cells)
-        solved = self._solved(craft, sky, craft.exchange)
-        assert solved is not None
-        bounced = site_irradiance(transport, solved.exitance)
-        values = vertex_values(transport, bounced, share.result())
+        exitance = self._exitance(craft, transport, sky, craft.exchange)
+        values = np.empty((*transport.site_of_vertex.shape[::-1], 5), dtype=np.float32)
+        vertex_irradiance(transport, exitance, values)
+        values[..., 4] = share.result()
         buffer = self._buffer(craft.instance, values.nbytes)
         buffer.write(values)
         two_sided = transport.sides == 2
@@ -212,19 +224,24 @@ class ExchangePass:
             self._turned.popitem(last=False)
         return self._turned[key]
 
-    def _surface(self, model: SpacecraftModel, transport: Transport) -> Reflectors:
+    def _surface(self, model: SpacecraftModel, transport: Transport) -> tuple[Reflectors, Response]:
         key = transport.mesh.digest, model.open_sheets, model.materials, model.textures.digest
-        if key not in self._reflectors:
-            self._reflectors[key] = reflectors(transport, mean_materials(model))
-        return self._reflectors[key]
+        if key not in self._surfaces:
+            surface = reflectors(transport, mean_materials(model))
+            sunlit = self._patches(transport)
+            self._surfaces[key] = surface, Response(transport, surface, sunlit)
+        return self._surfaces[key]
+
+    def _patches(self, transport: Transport) -> SunlitPatches:
+        return self._sunlit.setdefault(id(transport), SunlitPatches(transport))
 
     def _sun_cosines(self, instance: int, transport: Transport, view: ExchangeView) -> Floats:
         """Traced anew only where Sun or spacecraft have moved in the body's axes."""
         key = _sun_key(transport, view)
         if self._cosines.get(instance, (b"",))[0] != key:
             blockers = [n.blocker() for n in view.before_sun]
-            lit = self._sunlit.setdefault(id(transport), SunlitPatches(transport))
-            self._cosines[instance] = key, lit.cosines(view.sun_direction, blockers)
+            lit = self._patches(transport).cosines(view.sun_direction, blockers)
+            self._cosines[instance] = key, lit
         return self._cosines[instance][1]
 
     def _buffer(self, instance: int, size: int) -> moderngl.Buffer:

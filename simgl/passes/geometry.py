@@ -62,11 +62,13 @@ class GeometryPass:
                 variant = tuple(d for d in craft.model.variant if d not in ("LAYERED", "JOINTED"))
                 if variant:
                     self._meshes.bind_surface(craft.model)
-                if own is None:
-                    self._meshes.geometry(craft.model.mesh).draw(self._program_for(variant))
-                else:
-                    program = self._program_for(variant + own.defines)
-                    self._meshes.geometry(own.mesh).draw(program, own.values)
+                mesh, values = craft.model.mesh, None
+                if own is not None:
+                    # Its vertices begin with those of the model.
+                    mesh, values, variant = own.mesh, own.values, variant + own.defines
+                selection = self._meshes.selection(craft.model, craft.detail)
+                program = self._program_for(variant)
+                self._meshes.geometry(mesh).draw(program, values, selection)
         return textures_of(target)
 
     def _program_for(self, variant: tuple[str, ...]) -> moderngl.Program:

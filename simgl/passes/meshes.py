@@ -9,12 +9,14 @@ import moderngl
 import numpy as np
 
 from simgl.gpu.blocks import UniformBuffer
-from simgl.gpu.geometry import DETAIL, Geometry, Values
+from simgl.gpu.geometry import DETAIL, Geometry, Selection, Values
+from simgl.levels.levels import Levels, Progress, levels_of
 from simgl.passes.blocks import MATERIALS, MAX_MATERIALS, material_values
 from simgl.passes.textures import TextureStore
 from simgl.scene.materials import Material
 from simgl.scene.mesh import Mesh
 from simgl.scene.spacecraft import SpacecraftModel
+from simgl.view.detail import Detail
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -29,15 +31,20 @@ class VertexLighting:
     defines: tuple[str, ...]
 
 
+# Sets of levels whose triangles stay on the GPU.
+_LEVELS_KEPT = 64
+
 # A joint that moves makes a new mesh each frame. No frame draws more than some dozens.
 KEPT = 256
 
 
 class MeshStore:
-    """Geometries, materials and images by their content."""
+    """Geometries, materials, images and levels of detail by their content."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
+        self._levels: dict[str, Levels] = {}
+        self._indices: OrderedDict[int, tuple[Levels, moderngl.Buffer]] = OrderedDict()
         self._textures = TextureStore(ctx)
         self._materials: dict[tuple[tuple[Material, ...], str], UniformBuffer] = {}
         self._geometries: OrderedDict[str, Geometry] = OrderedDict()
@@ -55,6 +62,43 @@ class MeshStore:
                 self._ctx, mesh.positions, mesh.normals, labels, mesh.triangles, _details(mesh)
             )
         return self._geometries[mesh.digest]
+
+    def levels(self, model: SpacecraftModel, progress: Progress | None = None) -> Levels:
+        """What a model is drawn from where it is far, made at the first call if no file has it."""
+        # Triangles are the same whatever its joints do.
+        stored = (model.stored or model).mesh
+        if stored.digest not in self._levels:
+            self._levels[stored.digest] = levels_of(stored, progress)
+        return self._levels[stored.digest]
+
+    def selection(self, model: SpacecraftModel, detail: Detail) -> Selection | None:
+        """What is drawn of a model's vertices, or of a mesh that begins with them; None for all."""
+        if not any(detail.errors):
+            return None
+        levels = self.levels(model)
+        ranges = levels.ranges(levels.chosen(detail.errors))
+        return Selection(indices=self._uploaded(levels), ranges=tuple(ranges))
+
+    def error(self, model: SpacecraftModel, detail: Detail) -> float:
+        """How far what is drawn of a model is from it at most [m]."""
+        if not any(detail.errors):
+            return 0.0
+        levels = self.levels(model)
+        return levels.error(levels.chosen(detail.errors))
+
+    def _uploaded(self, levels: Levels) -> moderngl.Buffer:
+        # The levels are kept with their buffer, so that no others get their identity.
+        if id(levels) in self._indices:
+            self._indices.move_to_end(id(levels))
+        else:
+            if len(self._indices) >= _LEVELS_KEPT:
+                _, oldest = self._indices.popitem(last=False)[1]
+                for geometry in self._geometries.values():
+                    geometry.forget(oldest)
+                oldest.release()
+            content = levels.triangles.astype("<u4").tobytes()
+            self._indices[id(levels)] = levels, self._ctx.buffer(content)
+        return self._indices[id(levels)][1]
 
     def bind_materials(self, model: SpacecraftModel) -> None:
         """Bind the Materials block of a model."""
@@ -76,6 +120,9 @@ class MeshStore:
         for geometry in self._geometries.values():
             geometry.release()
         self._geometries.clear()
+        for _, indices in self._indices.values():
+            indices.release()
+        self._indices.clear()
         for buffer in self._materials.values():
             buffer.release()
         self._materials.clear()

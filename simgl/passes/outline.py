@@ -12,6 +12,7 @@ from simgl.passes.blocks import MATERIALS
 from simgl.passes.meshes import MeshStore
 from simgl.passes.textures import BASE_COLOUR_UNIT
 from simgl.scene.spacecraft import SpacecraftModel
+from simgl.view.detail import WHOLE, Detail
 
 
 class OutlineProgram:
@@ -39,11 +40,12 @@ class OutlineProgram:
         )
         self._cut_out: moderngl.Program | None = None
 
-    def draw(self, model: SpacecraftModel) -> None:
-        """All triangles of a model."""
+    def draw(self, model: SpacecraftModel, detail: Detail = WHOLE) -> None:
+        """All triangles of what stands for a model."""
         geometry = self._meshes.geometry(model.mesh)
+        selection = self._meshes.selection(model, detail)
         if "CUT_OUT" not in model.variant:
-            geometry.draw(self._plain)
+            geometry.draw(self._plain, selection=selection)
             return
         if self._cut_out is None:
             self._cut_out = load_program(
@@ -54,7 +56,7 @@ class OutlineProgram:
                 defines=self._defines | {"CUT_OUT": 1},
             )
         self._meshes.bind_surface(model)
-        geometry.draw(self._cut_out)
+        geometry.draw(self._cut_out, selection=selection)
 
     def release(self) -> None:
         """Free the programs."""

@@ -3,102 +3,46 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from itertools import product
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
-from simgl.gpu.blocks import Block, UniformBuffer
+from simgl.gpu.blocks import UniformBuffer
 from simgl.gpu.context import is_software
 from simgl.gpu.fullscreen import Texture
 from simgl.gpu.state import SRC1_COLOR, State
 from simgl.gpu.tiles import TileProgram
 from simgl.passes.air import AIR_SAMPLERS, AIR_VIEW, AirPass
 from simgl.passes.air_tables import AIR
-from simgl.passes.earth_maps import HEIGHT
 from simgl.passes.earth_textures import SAMPLERS, EarthTextures
+from simgl.passes.planet_blocks import (
+    MAP_TEXEL,
+    PLANET,
+    REGOLITH,
+    planet_values,
+    regolith_values,
+)
+from simgl.physics.air import AIR_TOP
 from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS
-from simgl.physics.regolith import Regolith, geometric_albedo
-from simgl.physics.sea import water_body, wave_slope_variance
-from simgl.scene.chart import LEVELS, SIZE, TEXEL_KM
+from simgl.scene.chart import LEVELS, TEXEL_KM
 from simgl.view.background import Background, PlanetView
-from simgl.view.tiles import BLOCK, TILE, Tiles, tiles_of
+from simgl.view.tiles import PARTS, TILE, Mask, Tiles, tiles_of
 
-PLANET = Block(
-    "Planet",
-    4,
-    np.dtype(
-        [
-            ("sphere_from_camera", "f4", (4, 4)),
-            ("camera_in_sphere", "f4", 4),
-            # Equatorial radius over each semi-axis: turns a sphere's point into the normal.
-            ("sphere_axes", "f4", 4),
-            ("sun_direction_itrf", "f4", 4),
-            ("earth_sun_irradiance", "f4", 4),
-            ("earth_albedo", "f4", 4),
-            # Of the water without its surface's mirror.
-            ("water_body", "f4", 4),
-            # Of the brightest lamps [W m-2 sr-1].
-            ("night_radiance", "f4", 4),
-            # fx, fy, cx, cy [pixels]
-            ("intrinsics", "f4", 4),
-            # Of the picture: its first corner [pixels], and clip space per pixel.
-            ("area", "f4", 4),
-            # Variance of the noise of clouds and of hills by the chart's halvings.
-            ("chart_kept", "f4", (LEVELS, 4)),
-            ("outside", "f4"),
-            # The same from the sphere that the clouds lie on.
-            ("cloud_outside", "f4"),
-            ("sun_angular_radius", "f4"),
-            ("planet_km", "f4"),
-            ("cloud_km", "f4"),
-            ("high_cloud_thickness", "f4"),
-            ("wave_slope_variance", "f4"),
-            # 1 where the camera is above the clouds.
-            ("clouds_below", "f4"),
-            # Of a texel of the maps on the equator, and of the chart [km].
-            ("map_texel_km", "f4"),
-            ("chart_texel_km", "f4"),
-            # The chart's last halving, and its repetitions between a face's middle and edge.
-            ("chart_texels", "f4"),
-            ("chart_last", "f4"),
-            ("chart_repeats", "f4"),
-            ("planet_padding", "f4"),
-            ("planet_padding2", "f4", 2),
-        ]
-    ),
-)
-
-REGOLITH = Block(
-    "Regolith",
-    25,
-    np.dtype(
-        [
-            ("grain_albedo", "f4"),
-            ("lobe_width", "f4"),
-            ("lobe_backward", "f4"),
-            ("surge_height", "f4"),
-            ("surge_width", "f4"),
-            # Of the slopes' mean angle, and what they leave of the cosine of a level plane.
-            ("slope_tangent", "f4"),
-            ("slope_chi", "f4"),
-            # 2/3, a white Lambertian globe's geometric albedo, over this law's.
-            ("regolith_scale", "f4"),
-        ]
-    ),
-)
-
-# The maps' texels are so many radians long; a picture whose pixels are shorter by this factor where
-# it looks straight down needs no mipmaps, which cost software renderers more than all the rest.
-_TEXEL = np.pi / HEIGHT
+# A picture whose pixels are shorter than the maps' texels by this factor where it looks straight
+# down needs no mipmaps, which cost software renderers more than all the rest.
+_TEXEL_M = MAP_TEXEL * WGS84_EQUATORIAL_RADIUS
 _MAGNIFIED = 0.25
-# Brightest texel of the night map, all bands together [W m-2 sr-1]: 200 nW cm-2 sr-1, the core of
-# a city of millions in VIIRS's day-night band (Elvidge et al. 2017), over 10 km; and its share in
-# each band, between sodium lamps and white ones.
-_NIGHT_RADIANCE = 2e-3 * np.array([0.40, 0.32, 0.06, 0.22])
-# Optical thickness of the thickest of the thin high clouds.
-_HIGH_CLOUD = 1.5
 
 
+# Sines of the Sun's height: below the first the lamps of cities shine, by the second the air is
+# dark but for its own glow (shaders/planet/night.glsl).
+_DUSK, _DARK = 0.5 / 12.0, -0.1
+# There a full Moon, 2.5e-6 of the Sun, gives 1e-4 of the light on the ground, which falls by e
+# while the sine falls by so much: 2,000 lx at 2.4 deg, 3.4 at -6 (Bond and Henderson 1963).
+_FULL_MOON, _FADES = 2.5e-6, 0.023
 # Variants that find light and place at the corners of tiles; the others are cheap or rare.
 _EVEN = ("EARTH_MAPS", "AIR"), ("EARTH_MAPS", "FAR", "AIR")
 # Pixels larger than this [m] resolve nothing of the chart.
@@ -110,13 +54,14 @@ class PlanetPass:
 
     state = State()
     before = State(blend=(moderngl.ONE, SRC1_COLOR))
+    more = State(blend=(moderngl.ONE, moderngl.ONE))
 
     def __init__(self, ctx: moderngl.Context, air: AirPass) -> None:
         self._ctx, self._air = ctx, air
         # Software renderers pay for what a shader could do: an Earth of one albedo has its own, and
         # so has one without air.
         self._programs: dict[tuple[str, ...], TileProgram] = {}
-        self._block = UniformBuffer(ctx, PLANET)
+        self._block, self._moon_block = UniformBuffer(ctx, PLANET), UniformBuffer(ctx, PLANET)
         self._regolith = UniformBuffer(ctx, REGOLITH)
         self._textures = EarthTextures(ctx)
         self._hardware = not is_software(ctx)
@@ -132,71 +77,171 @@ class PlanetPass:
         area : x, y, width, height [pixels]
         """
         planet = background.planet
-        mapped = planet is not None and planet.earth.albedo is None
-        textures: Sequence[Texture] = ()
-        if planet is not None and mapped:
-            magnified = self._magnified(planet, background)
-            textures = self._textures.of(planet.earth, mipmaps=not magnified)
-        air = None if planet is None else self._air.before(planet)
-        alone = background.heavens is None
-        state = self.state if alone else self.before
-        state.apply(self._ctx, target, area, area)
-        if planet is not None:
-            inside = air is not None and air.inside
-            regolith = None if mapped else planet.earth.regolith
-            if regolith is not None:
-                self._regolith.write(_regolith_values(regolith))
-                self._regolith.bind()
-            far = mapped and _nadir_pixel(planet, background) > _FAR
-            present = {
-                "EARTH_MAPS": mapped,
-                "REGOLITH": regolith,
-                "FAR": far,
-                "AIR": air,
-                "AIR_INSIDE": inside,
-            }
-            variant = tuple(d for d, there in present.items() if there)
-            through = () if air is None else air.textures
-            for unit, texture in enumerate((*textures, *through)):
-                texture.use(unit)
-            self._block.write(
-                _values(background, planet, area) | {"chart_kept": self._textures.chart_kept}
-            )
-            self._block.bind()
-            open_sea = self._textures.open_sea if mapped else None
-            tiles = tiles_of(planet, background.intrinsics, area[2:], open_sea)
-            if alone:
+        state = self.state if background.heavens is None else self.before
+        if planet is None:
+            state.apply(self._ctx, target, area, area)
+            if background.heavens is None:
                 target.clear(0.0, 0.0, 0.0, 0.0, viewport=area)
-            ground = tiles.ground
-            if variant in _EVEN:
-                self._draw_even(tiles, variant, textures)
-            else:
-                ground = ground | tiles.even[:: BLOCK // TILE, :: BLOCK // TILE]
-            # One large face costs less than its parts.
-            edge = max(area[2:]) if ground.all() else BLOCK
-            ground = ground[:1, :1] if ground.all() else ground
-            self._program_for("planet/planet", variant).draw(ground, edge)
-            if air is not None:
-                self._program_for("planet/air", variant).draw(tiles.air, BLOCK)
-        elif alone:
+            return
+        tiles = self._draw_lit(background, planet, target, area, state, self._block, None)
+        if planet.earth.airglow:
+            self._draw_glow(tiles.within(tiles.low < _DARK), planet, target, area)
+        moonlit = _in_moonlight(planet)
+        night = tiles.any & (tiles.low < _moonlit_below(planet))
+        if moonlit is not None and night.any():
+            self._draw_lit(background, moonlit, target, area, self.more, self._moon_block, night)
+        if planet.earth.clouds is not None and planet.height < planet.earth.clouds.height:
+            self._draw_ceiling(tiles, planet, target, area, self.before, self._block)
+            if moonlit is not None and night.any():
+                over = tiles.within(night)
+                self._draw_ceiling(over, moonlit, target, area, self.more, self._moon_block)
+
+    def _draw_lit(
+        self,
+        background: Background,
+        planet: PlanetView,
+        target: moderngl.Framebuffer,
+        area: tuple[int, int, int, int],
+        state: State,
+        block: UniformBuffer,
+        only: Mask | None,
+    ) -> Tiles:
+        """The Earth in one light.
+
+        only : tiles, if not all; without the lamps of cities
+        """
+        mapped = planet.earth.albedo is None
+        textures: Sequence[Texture] = ()
+        magnified = False
+        if mapped:
+            magnified = self._magnified(planet, background)
+            textures = self._textures.of(planet.earth)
+        far = mapped and _nadir_pixel(planet, background) > _FAR
+        shores = self._textures.shores if mapped else None
+        tiles = tiles_of(planet, background.intrinsics, area[2:], shores, noise=not far)
+        if only is not None:
+            tiles = tiles.within(only & (tiles.high > _DARK))
+            if not tiles.any.any():
+                return tiles
+        air = self._air.before(planet)
+        state.apply(self._ctx, target, area, area)
+        inside = air is not None and air.inside
+        regolith = None if mapped else planet.earth.regolith
+        if regolith is not None:
+            self._regolith.write(regolith_values(regolith))
+            self._regolith.bind()
+        present = {
+            "EARTH_MAPS": mapped,
+            "REGOLITH": regolith,
+            "FAR": far,
+            "AIR": air,
+            "AIR_INSIDE": inside,
+        }
+        variant = tuple(d for d, there in present.items() if there)
+        through = () if air is None else air.textures
+        for unit, texture in enumerate((*textures, *through)):
+            texture.use(unit)
+        values = planet_values(background, planet, area, lamps=only is None)
+        block.write(values | {"chart_kept": self._textures.chart_kept})
+        block.bind()
+        drawn = tiles.any if air is not None else tiles.even | tiles.finer | tiles.ground
+        if state is self.state and not drawn.all():
             target.clear(0.0, 0.0, 0.0, 0.0, viewport=area)
+        dark = tiles.low < (_DUSK if mapped and only is None else -1.0)
+        ground = tiles.ground
+        if variant in _EVEN:
+            self._draw_even(tiles, dark, variant, textures, magnified)
+        else:
+            ground = ground | tiles.even | tiles.finer
+        if mapped:
+            self._textures.read_maps(self._maps_filter(magnified))
+        for kind, mask in ((), ground & ~dark), (("NIGHT",), ground & dark):
+            # One large face costs less than its parts.
+            edge = max(area[2:]) if mask.all() else TILE
+            mask = mask[:1, :1] if mask.all() else mask
+            if mask.any():
+                self._program_for("planet/planet", (*kind, *variant)).draw(mask, edge)
+        if air is not None:
+            self._program_for("planet/air", variant).draw(tiles.air, TILE)
+        return tiles
+
+    def _draw_glow(
+        self,
+        tiles: Tiles,
+        planet: PlanetView,
+        target: moderngl.Framebuffer,
+        area: tuple[int, int, int, int],
+    ) -> None:
+        """The air's own light, on top of the Earth; reads what that was drawn with."""
+        if not tiles.any.any():
+            return
+        self.more.apply(self._ctx, target, area, area)
+        # Maps move the air's tables to other texture units.
+        maps = ("EARTH_MAPS",) if planet.earth.albedo is None else ()
+        inside = ("AIR_INSIDE",) if planet.height < AIR_TOP else ()
+        self._program_for("planet/glow", maps).draw(tiles.even | tiles.finer, TILE)
+        rim = self._program_for("planet/glow", (*maps, "AIR", *inside))
+        rim.draw(tiles.ground | tiles.air, TILE)
+
+    def _draw_ceiling(
+        self,
+        tiles: Tiles,
+        planet: PlanetView,
+        target: moderngl.Framebuffer,
+        area: tuple[int, int, int, int],
+        state: State,
+        block: UniformBuffer,
+    ) -> None:
+        """The clouds over a camera beneath them, in the light of a block, over all else."""
+        air = self._air.before(planet)
+        state.apply(self._ctx, target, area, area)
+        block.bind()
+        through = () if air is None else air.textures
+        for unit, texture in enumerate((*self._textures.of(planet.earth), *through)):
+            texture.use(unit)
+        present = {"NIGHT": planet.earth.airglow, "EARTH_MAPS": True, "AIR": air, "AIR_INSIDE": air}
+        variant = tuple(d for d, there in present.items() if there)
+        self._program_for("planet/ceiling", variant).draw(tiles.ground | tiles.air, TILE)
 
     def _draw_even(
-        self, tiles: Tiles, variant: tuple[str, ...], textures: Sequence[Texture]
+        self,
+        tiles: Tiles,
+        dark: Mask,
+        variant: tuple[str, ...],
+        textures: Sequence[Texture],
+        magnified: bool,
     ) -> None:
-        """Tiles found at their corners, by the halving of the noise that their pixels show."""
-        kinds = {("EVEN",): tiles.even & ~tiles.sea, ("EVEN", "SEA"): tiles.sea}
-        level = np.zeros(tiles.even.shape, dtype=np.int64)
+        """Tiles found at their corners, by the halvings of noise and maps that they show.
+
+        dark : those with lamps and the airglow's light
+        """
+        seen = tiles.even | tiles.finer
+        noise = np.zeros(seen.shape, dtype=np.int64)
+        maps = noise
         if "FAR" not in variant:
-            level = np.rint(np.log2(tiles.pixel / (1e3 * TEXEL_KM))).astype(np.int64)
-            level = np.clip(level, 0, LEVELS - 1)
-        for each in np.unique(level[tiles.even]).tolist():
+            noise = _halvings(tiles.pixel, 1e3 * TEXEL_KM)
+        self._textures.read_maps(self._maps_filter(magnified or not self._hardware))
+        if not (magnified or self._hardware):
+            maps = _halvings(tiles.pixel, _TEXEL_M)
+        for step in np.unique((LEVELS * maps + noise)[seen]).tolist():
+            of_maps, of_noise = divmod(step, LEVELS)
             if "FAR" not in variant:
-                self._textures.chart_with(each).use(len(SAMPLERS) - 1)
-            for kind, mask in kinds.items():
-                program = self._program_for("planet/tiles", (*kind, *variant))
-                program.draw(mask & (level == each), TILE, sheet=each)
-        textures[-1].use(len(SAMPLERS) - 1)
+                self._textures.chart_with(of_noise).use(len(SAMPLERS) - 1)
+            for unit, halved in enumerate(self._textures.maps_with(of_maps)):
+                halved.use(unit)
+            here = (maps == of_maps) & (noise == of_noise)
+            for sea, night in product((False, True), repeat=2):
+                mask = here & (tiles.sea == sea) & (dark == night)
+                if not (mask & seen).any():
+                    continue
+                present = {"SEA": sea, "NIGHT": night}
+                kind = tuple(d for d, there in present.items() if there)
+                program = self._program_for("planet/tiles", ("EVEN", *kind, *variant))
+                program.draw(mask & tiles.even, TILE, sheet=step)
+                finer = (mask & tiles.finer).repeat(PARTS, axis=0).repeat(PARTS, axis=1)
+                program.draw(finer, TILE // PARTS, sheet=step)
+        for unit, texture in enumerate(textures):
+            texture.use(unit)
 
     def _program_for(self, name: str, variant: tuple[str, ...]) -> TileProgram:
         key = name, *variant
@@ -205,11 +250,13 @@ class PlanetPass:
             air = AIR_SAMPLERS if "AIR" in variant else ()
             samplers = {sampler: unit for unit, sampler in enumerate((*ground, *air))}
             unread = ["chart"] if "FAR" in variant else []
-            unread += ["land_map", "form_map"] if "SEA" in variant else []
+            groundless = "SEA" in variant or name == "planet/ceiling"
+            unread += ["land_map", "form_map"] if groundless else []
             for sampler in unread:
                 samplers.pop(sampler)
-            if name == "planet/air":
-                samplers = {sampler: samplers[sampler] for sampler in AIR_SAMPLERS[2:]}
+            if name in ("planet/air", "planet/glow"):
+                there = AIR_SAMPLERS[2:] if "AIR" in variant else ()
+                samplers = {sampler: unit for sampler, unit in samplers.items() if sampler in there}
             blocks = [AIR, AIR_VIEW]
             self._programs[key] = TileProgram(
                 self._ctx,
@@ -232,69 +279,52 @@ class PlanetPass:
         """Whether the maps' texels are larger than pixels wherever they are not seen at a slant."""
         if self._hardware:
             return False
-        return _nadir_pixel(planet, background) < _MAGNIFIED * _TEXEL * WGS84_EQUATORIAL_RADIUS
+        return _nadir_pixel(planet, background) < _MAGNIFIED * _TEXEL_M
+
+    def _maps_filter(self, magnified: bool) -> int:
+        """How to read the maps; software renderers pay twice for what lies between two halvings."""
+        smaller = (
+            moderngl.LINEAR_MIPMAP_LINEAR if self._hardware else moderngl.LINEAR_MIPMAP_NEAREST
+        )
+        return moderngl.LINEAR if magnified else smaller
 
     def release(self) -> None:
         """Free everything."""
         for program in self._programs.values():
             program.release()
         self._block.release()
+        self._moon_block.release()
         self._regolith.release()
         self._textures.release()
+
+
+def _in_moonlight(planet: PlanetView) -> PlanetView | None:
+    """The Earth with the Moon in the Sun's place, and no light of its own."""
+    moon = planet.moonlight
+    if moon is None:
+        return None
+    return replace(
+        planet,
+        sun_direction_itrf=moon.direction_itrf,
+        sun_irradiance=moon.irradiance,
+        earth=replace(planet.earth, airglow=False),
+    )
+
+
+def _moonlit_below(planet: PlanetView) -> float:
+    """Sine of the Sun's height below which the Moon is 1e-4 of the light and more."""
+    if planet.moonlight is None:
+        return -1.0
+    share = float(planet.moonlight.irradiance.sum() / max(planet.sun_irradiance.sum(), 1e-30))
+    return _DUSK + _FADES * float(np.log(max(share, 1e-30) / _FULL_MOON))
+
+
+def _halvings(pixel: NDArray[np.float64], texel: float) -> NDArray[np.int64]:
+    """Of a picture whose texels are so long, for pixels of such edges [m]; 0 beside the planet."""
+    steps = np.rint(np.log2(np.maximum(pixel / texel, 1.0)))
+    return np.minimum(steps, LEVELS - 1).astype(np.int64)
 
 
 def _nadir_pixel(planet: PlanetView, background: Background) -> float:
     """Edge of a pixel straight below [m]."""
     return planet.height / float(background.intrinsics[0, 0])
-
-
-def _regolith_values(ground: Regolith) -> dict[str, object]:
-    tangent = np.tan(ground.roughness)
-    return {
-        "grain_albedo": ground.single_scattering,
-        "lobe_width": ground.lobe,
-        "lobe_backward": ground.backward,
-        "surge_height": ground.surge,
-        "surge_width": ground.surge_width,
-        "slope_tangent": tangent,
-        "slope_chi": 1.0 / np.sqrt(1.0 + np.pi * tangent**2),
-        "regolith_scale": 2.0 / 3.0 / geometric_albedo(ground),
-    }
-
-
-def _values(
-    view: Background, planet: PlanetView, area: tuple[int, int, int, int]
-) -> dict[str, object]:
-    k = view.intrinsics
-    matrix = np.zeros((4, 4), dtype=np.float32)
-    matrix[:3, :3] = planet.sphere_from_camera
-    earth, clouds = planet.earth, planet.earth.clouds
-    radii = np.array(earth.radii)
-    cloud_height = clouds.height / radii[0] if clouds else 0.0
-    return {
-        "sphere_from_camera": matrix,
-        "camera_in_sphere": (*planet.camera_in_sphere, 0.0),
-        "sphere_axes": (*(radii[0] / radii), 0.0),
-        "sun_direction_itrf": (*planet.sun_direction_itrf, 0.0),
-        "earth_sun_irradiance": planet.sun_irradiance,
-        "earth_albedo": earth.albedo or (0.0, 0.0, 0.0, 0.0),
-        "water_body": water_body(earth.wind),
-        "night_radiance": _NIGHT_RADIANCE,
-        "outside": planet.outside,
-        "cloud_outside": planet.outside - cloud_height * (2.0 + cloud_height),
-        "map_texel_km": _TEXEL * radii[0] * 1e-3,
-        "chart_texel_km": TEXEL_KM,
-        "chart_texels": SIZE,
-        "chart_last": LEVELS - 1,
-        # In the middle of a face the chart is drawn together to 0.8, at its edges out to 1.0 of
-        # this, and most between.
-        "chart_repeats": radii[0] * 1e-3 / (1.2 * SIZE * TEXEL_KM),
-        "planet_km": radii[0] * 1e-3,
-        "cloud_km": clouds.height * 1e-3 if clouds else 0.0,
-        "high_cloud_thickness": _HIGH_CLOUD if clouds else 0.0,
-        "clouds_below": float(clouds is not None and planet.height > clouds.height),
-        "wave_slope_variance": wave_slope_variance(earth.wind),
-        "area": (area[0], area[1], 2.0 / area[2], 2.0 / area[3]),
-        "intrinsics": (k[0, 0], k[1, 1], k[0, 2] + area[0], k[1, 2] + area[1]),
-        "sun_angular_radius": view.sun_angular_radius,
-    }

@@ -196,7 +196,8 @@ class SurfacePass:
         sky: Sequence[_SkyTexture],
         air: AirBetween | None,
     ) -> None:
-        self._craft.write(craft_values(craft, air))
+        error = self._meshes.error(craft.model, craft.detail)
+        self._craft.write(craft_values(craft, air, error))
         self._shadow.write(shadow_values(craft, tile.lattice))
         self._meshes.bind_materials(craft.model)
         if "JOINTED" in craft.model.variant:

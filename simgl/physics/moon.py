@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from simgl.physics.constants import MOON_RADIUS
 from simgl.physics.ephemeris import julian_date_tt
 
 Array = NDArray[np.float64]
@@ -52,6 +53,17 @@ def surface_factor(phase: float) -> float:
     """f of the module's law at a phase angle [rad]."""
     held = min(abs(phase), _LAST_PHASE)
     return disc_brightness(held) / _lommel_seeliger_disc(held)
+
+
+def moonlight(sunlight: Array, distance: float, phase: float) -> Array:
+    """(4,) irradiance by the whole disc [W m-2].
+
+    sunlight : (4,) irradiance at the Moon [W m-2]
+    distance : from its centre [m]
+    phase : angle between Sun and observer, from the Moon [rad]
+    """
+    disc = surface_factor(phase) * _lommel_seeliger_disc(phase)
+    return np.asarray(sunlight * GEOMETRIC_ALBEDO * (disc * (MOON_RADIUS / distance) ** 2))
 
 
 # Angles E1 to E13 of the Moon's rotation [deg, deg per day], and their terms in the pole's right

@@ -11,7 +11,15 @@ from simgl.scene.earth import Clouds, Earth, EarthMaps
 from simgl.scene.pictures import read_picture
 
 # Keys of what an Earth with an albedo given by hand, or none at all, does not have.
-_OF_MAPS = ("wind_m_s", "clouds", "land_picture", "water_picture", "night_picture")
+_OF_MAPS = (
+    "wind_m_s",
+    "moonlight",
+    "airglow",
+    "clouds",
+    "land_picture",
+    "water_picture",
+    "night_picture",
+)
 
 
 def refuse_ground(table: EarthTable, where: str, because: str) -> None:

@@ -48,7 +48,9 @@ def read_sun(table: SunTable, temperature: float, where: str) -> EphemerisSun | 
     )
 
 
-def read_earth(table: EarthTable, where: str, base: Base) -> Earth | None:
+def read_earth(
+    table: EarthTable, where: str, base: Base, sun: EphemerisSun | SunInDirection
+) -> Earth | None:
     """The Earth of a scenario; None in deep space. Relative paths start at ``base``."""
     if table.radius_km is not None and table.shape != "sphere":
         raise ConfigError(where, "radius_km", f'goes with shape = "sphere", got "{table.shape}"')
@@ -68,12 +70,27 @@ def read_earth(table: EarthTable, where: str, base: Base) -> Earth | None:
     else:
         wind, clouds, maps = read_ground(table, where, base)
         earth = Earth(air=air, wind=wind, clouds=clouds, maps=maps)
+        earth = _at_night(earth, table, where, by_hand=isinstance(sun, SunInDirection))
     if table.shape == "sphere":
         if table.radius_km is None:
             raise ConfigError(where, "radius_km", 'is missing; shape = "sphere" needs it')
         radius = table.radius_km * 1e3
         return replace(earth, equatorial_radius=radius, polar_radius=radius)
     return earth
+
+
+def _at_night(earth: Earth, table: EarthTable, where: str, *, by_hand: bool) -> Earth:
+    """The Earth with what lights it at night: under a Sun fixed by hand, what is asked for."""
+    if table.moonlight and by_hand:
+        raise ConfigError(where, "moonlight", "goes with a Moon, which a Sun fixed by hand has not")
+    if table.airglow and earth.air is None:
+        raise ConfigError(where, "airglow", "goes with an atmosphere, got none")
+    airglow = earth.air is not None and not by_hand
+    return replace(
+        earth,
+        moonlight=not by_hand if table.moonlight is None else table.moonlight,
+        airglow=airglow if table.airglow is None else table.airglow,
+    )
 
 
 def read_sky(table: SkyTable, sun: EphemerisSun | SunInDirection) -> StarCatalogue | None:

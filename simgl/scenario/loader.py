@@ -92,7 +92,7 @@ def scenario_from_dict(
         source=source,
         epoch_tai_ns=epoch,
         sun=light,
-        earth=read_earth(earth, f"{where} [earth]", base),
+        earth=read_earth(earth, f"{where} [earth]", base, light),
         models=models,
         motions={n: law.motion() for n, law in laws.items()},
         joints={n: law.joint_laws(models[n]) for n, law in laws.items()},
@@ -104,6 +104,7 @@ def scenario_from_dict(
         samples_per_pixel=render.samples_per_pixel,
         inter_reflection=render.inter_reflection,
         gather=render.gather,
+        level_error_px=render.level_of_detail_error_px,
         stars=read_sky(sky, light),
     )
     # Laws that contradict each other, such as relative places in a circle, show here.

@@ -74,6 +74,7 @@ class Scenario:
     samples_per_pixel : of geometry; None lets the renderer choose by cost
     inter_reflection : light between the surfaces of a spacecraft, and the Earth hidden by them
     gather : that light at vertices, or by rays from every sample of every pixel
+    level_error_px : how far levels of detail may move anything [pixels]; 0 for none
     stars : None for a sky without them
     """
 
@@ -93,6 +94,7 @@ class Scenario:
     samples_per_pixel: int | None = None
     inter_reflection: bool = True
     gather: Literal["vertex", "pixel"] = "vertex"
+    level_error_px: float = 0.25
     stars: StarCatalogue | None = None
 
     def at(self, tai_ns: int) -> SceneState:
@@ -160,29 +162,28 @@ class Scenario:
         else:
             sun, moon = self.sun, None
         states = {}
-        for name, camera in cameras.items():
-            with self._named_in_errors():
-                position, R_camera_from_icrf = camera_pose(
-                    name, self.mounts[name], bodies, sun, earth
-                )
-            states[name] = CameraState(
-                camera=camera,
-                position=position,
-                R_camera_from_icrf=R_camera_from_icrf,
-                velocity=camera_velocity(self.mounts[name], bodies),
-            )
-        with self._named_in_errors():
-            lamps = tuple(lamp_state(lamp, bodies) for lamp in self.lamps.values())
         given = joint_angles or {}
+        with self._named_in_errors():
+            for name, camera in cameras.items():
+                mount = self.mounts[name]
+                position, R_camera_from_icrf = camera_pose(name, mount, bodies, sun, earth)
+                states[name] = CameraState(
+                    camera=camera,
+                    position=position,
+                    R_camera_from_icrf=R_camera_from_icrf,
+                    velocity=camera_velocity(mount, bodies),
+                )
+            lamps = tuple(lamp_state(lamp, bodies) for lamp in self.lamps.values())
+            placed = {
+                name: self._body(name, tai_ns, sun, bodies[name], given.get(name, {}))
+                for name in self.models
+            }
         return SceneState(
             tai_ns=tai_ns,
             sun=sun,
             earth=earth,
             moon=moon,
-            bodies={
-                name: self._body(name, tai_ns, sun, bodies[name], given.get(name, {}))
-                for name in self.models
-            },
+            bodies=placed,
             cameras=states,
             lamps=lamps,
             R_moon_from_icrf=None if moon is None else moon_from_icrf(tai_ns),
@@ -195,9 +196,8 @@ class Scenario:
         """A spacecraft with its joints where their laws, or the given angles [rad], put them."""
         model = self.models[name]
         laws = self.joints.get(name)
-        if laws is None and not given:
+        if not given and (laws is None or not model.joints):
             return BodyState(model=model, pose=pose)
         sunward = pose.R_icrf_from_body.T @ sun.seen_from(pose.position).direction_icrf
-        with self._named_in_errors():
-            angles = (laws or JointLaws()).angles(model.joints, tai_ns, sunward)
+        angles = (laws or JointLaws()).angles(model.joints, tai_ns, sunward)
         return BodyState(model=model.posed(angles | dict(given)), pose=pose)

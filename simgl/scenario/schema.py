@@ -82,6 +82,8 @@ class EarthTable(Table, frozen=True, kw_only=True):
         with WGS84 and "none" with a sphere. What scatters and dims light over the ground, at the
         limb, before spacecraft inside it, and on sunlight's way past the Earth
     wind_m_s : over the sea
+    moonlight, airglow : what lights an Earth with maps at night, and the glow of its air; omitted,
+        both are there, unless the Sun is fixed by hand
     land_picture, water_picture, night_picture : paths of pictures in place of the shipped maps
     """
 
@@ -90,6 +92,8 @@ class EarthTable(Table, frozen=True, kw_only=True):
     albedo: BandValues | None = None
     atmosphere: Literal["standard", "source", "none"] | None = None
     wind_m_s: Annotated[float, Meta(ge=0.0, le=40.0)] | None = None
+    moonlight: bool | None = None
+    airglow: bool | None = None
     clouds: CloudsTable | None = None
     land_picture: str | None = None
     water_picture: str | None = None
@@ -404,9 +408,12 @@ class RenderTable(Table, frozen=True, kw_only=True):
 
     inter_reflection : light between the surfaces of a spacecraft, and the Earth hidden by them
     gather : that light at vertices, or by rays from every sample of every pixel
+    level_of_detail_error_px : far spacecraft are drawn from fewer triangles that move nothing by
+        more; 0 draws all. None are left out with ``gather = "pixel"``
     """
 
     seed: Annotated[int, Meta(ge=0, le=2**32 - 1)] = 0
     samples_per_pixel: Annotated[int, Meta(ge=FEWEST, le=256)] | None = None
     inter_reflection: bool = True
     gather: Literal["vertex", "pixel"] = "vertex"
+    level_of_detail_error_px: Annotated[float, Meta(ge=0.0, le=2.0)] = 0.25

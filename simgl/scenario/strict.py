@@ -137,6 +137,10 @@ def _explain(error: msgspec.ValidationError, data: Any, table: type[T], where: s
     wanted = re.sub(r"`(\w+)((?: \| \w+)*)`", lambda m: _alternatives(m[1] + m[2]), wanted)
     if message.startswith("Invalid enum value"):
         wanted = f"one of {_literals(_reached(table, steps))}"
+    elif wanted.endswith("a table"):
+        node = _reached(table, steps)
+        if isinstance(node, inspect.StructType):
+            wanted += f" of {', '.join(field.encode_name for field in node.fields)}"
     if "..." in steps:
         # msgspec does not say under which of the file's own names it stumbled.
         return ConfigError(where, key.partition("[...]")[0], f"must hold {wanted} in every entry")

@@ -60,6 +60,8 @@ class Earth:
     air : what scatters and dims light above the ground; None is a bare sphere
     wind : speed 12.5 m above the sea, which roughens it [m s-1]
     clouds : None is a clear day everywhere
+    moonlight, airglow : whether the Moon, and the air's own glow, light ground and clouds at night;
+        the glow is seen, too
     """
 
     equatorial_radius: float = WGS84_EQUATORIAL_RADIUS
@@ -69,6 +71,8 @@ class Earth:
     air: Atmosphere | None = None
     wind: float = 7.0
     clouds: Clouds | None = None
+    moonlight: bool = False
+    airglow: bool = False
     maps: EarthMaps = field(default_factory=EarthMaps)
 
     @property

@@ -76,6 +76,20 @@ class Mesh:
             choice = np.indices((2, 2, 2)).reshape(3, -1).T
             return np.asarray(np.where(choice, high, low))
 
+    @cached_property
+    def part_spheres(self) -> NDArray[np.float64]:
+        """(parts, 4) middle and radius of a sphere around each part [m]; -inf without vertices."""
+        count = int(self.part.max(initial=0)) + 1
+        spheres = np.zeros((count, 4))
+        spheres[:, 3] = -np.inf
+        for part in range(count):
+            points = self.positions[self.part == part].astype(np.float64)
+            if len(points):
+                middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
+                spheres[part, :3] = middle
+                spheres[part, 3] = np.sqrt(np.max(np.sum((points - middle) ** 2, axis=1)))
+        return spheres
+
     def winding_number(self, point: NDArray[np.float64]) -> float:
         """How often the surface encloses a point: 0 outside, 1 inside one closed part.
 

@@ -43,7 +43,7 @@ class SpacecraftModel:
     angles: tuple[float, ...] = ()
     stored: SpacecraftModel | None = None
 
-    @property
+    @cached_property
     def variant(self) -> tuple[str, ...]:
         """What drawing it needs beyond materials that are the same all over.
 

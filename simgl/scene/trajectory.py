@@ -15,6 +15,7 @@ from simgl.errors import ConfigError
 from simgl.physics.constants import EARTH_MU
 from simgl.physics.frames import (
     Pose,
+    cross,
     lvlh_angular_velocity,
     lvlh_from_icrf,
     rotation_between,
@@ -128,12 +129,12 @@ def _relative(law: Relative, tai_ns: int, reference: tuple[Array, Array]) -> tup
     R_icrf_from_lvlh = lvlh_from_icrf(r, v).T
     offset = R_icrf_from_lvlh @ place
     rate = lvlh_angular_velocity(r, v)
-    return r + offset, v + R_icrf_from_lvlh @ moving + np.cross(rate, offset)
+    return r + offset, v + R_icrf_from_lvlh @ moving + cross(rate, offset)
 
 
 def lvlh_axes(where: str, key: str, name: str, position: Array, velocity: Array) -> Array:
     """R_lvlh_from_icrf, or the reason why spacecraft ``name`` has none."""
-    if np.linalg.norm(np.cross(position, velocity)) == 0.0:
+    if np.linalg.norm(cross(position, velocity)) == 0.0:
         problem = f'needs LVLH axes, which "{name}" lacks: it does not move about the Earth'
         raise ConfigError(where, key, problem)
     return lvlh_from_icrf(position, velocity)
@@ -160,7 +161,7 @@ def _attitude(
     if not np.any(line):
         problem = f'cannot point at "{law.target}", which is at the same place'
         raise ConfigError(f"[spacecraft.{name}]", "point_at", problem)
-    moving = np.linalg.norm(np.cross(position, velocity)) > 0.0
+    moving = np.linalg.norm(cross(position, velocity)) > 0.0
     start = lvlh_from_icrf(position, velocity).T if moving else np.eye(3)
     return np.asarray(rotation_between(start @ law.axis_body, line) @ start)
 

@@ -115,35 +115,38 @@ def _contraction(form_factors: sparse.csr_matrix, albedo: Array) -> float:
     return min(bound, 1.0 - 1e-6)
 
 
-def radiosity(transport: Transport, surface: Reflectors, irradiance: Floats) -> Floats:
-    """(p, 4) exitance of the patches after all bounces [W m-2].
+def radiosity(transport: Transport, surface: Reflectors, own: Floats) -> Floats:
+    """(p, 4) or (p, 4, n) exitance of the patches after all bounces [W m-2].
 
-    irradiance : (p, 4) direct, from all lights
+    own : before any, of one light or of n by themselves: as many bits alone as together
 
     x = M x + c with Chebyshev's acceleration (Golub & Varga 1961): after k steps the error is below
     2 r^k of the first, r = mu / (1 + sqrt(1 - mu^2)) for a spectrum in -mu .. mu. The first guess
     lets the second bounce stand for all later ones, each less by the same ratio.
     """
-    own = np.asarray(surface.exitance + surface.albedo * irradiance, dtype=np.float32)
+    factors, count = transport.form_factors, len(own)
+    albedo = surface.albedo if own.ndim == 2 else surface.albedo[:, :, None]
+
+    def bounced(light: Floats) -> Floats:
+        return np.asarray(albedo * (factors @ light.reshape(count, -1)).reshape(own.shape))
+
     mu = surface.contraction
     rate = mu / (1.0 + np.sqrt(1.0 - mu * mu))
-    once = surface.albedo * (transport.form_factors @ own)
+    once = bounced(own)
     if rate <= 0.0 or not np.any(once):
-        return np.asarray(own + once)
-    twice = surface.albedo * (transport.form_factors @ once)
-    ratio = np.einsum("ij,ij->j", once, twice) / np.maximum(
-        np.einsum("ij,ij->j", once, once), np.float32(1e-30)
-    )
+        return own + once
+    twice = bounced(once)
+    ratio = (once * twice).sum(axis=0) / np.maximum((once * once).sum(axis=0), np.float32(1e-30))
     older = own + once + twice / (1.0 - np.clip(ratio, 0.0, np.float32(mu)))
     newer, omega = older, 1.0
     steps = min(int(np.ceil(np.log(0.5 * RESIDUAL) / np.log(rate))) - 2, _MOST_STEPS)
     for step in range(steps):
-        bounced = surface.albedo * (transport.form_factors @ newer) + own
+        next_ = bounced(newer) + own
         if step == 0:
-            older, newer = newer, bounced
+            older, newer = newer, next_
             continue
         omega = 1.0 / (1.0 - 0.5 * mu * mu) if step == 1 else 1.0 / (1.0 - 0.25 * mu * mu * omega)
-        older, newer = newer, (omega * (bounced - older) + older).astype(np.float32)
+        older, newer = newer, (omega * (next_ - older) + older).astype(np.float32)
     return np.asarray(np.maximum(newer, 0.0))
 
 
@@ -221,15 +224,6 @@ def _blocked_before(
     return blocked
 
 
-def sky_irradiance(transport: Transport, cell_radiance: Floats) -> Floats:
-    """(p, 4) irradiance of the patches by the sky [W m-2].
-
-    cell_radiance : (96, 4) mean radiance of the sky's cells [W m-2 sr-1]
-    """
-    # Rays follow the cosine: each stands for pi over their number.
-    return np.asarray(transport.sky @ (np.float32(np.pi) * cell_radiance))
-
-
 @lru_cache(maxsize=1)
 def beside() -> ThreadPoolExecutor:
     """One thread beside the caller's: products of sparse matrices leave Python alone."""
@@ -237,30 +231,34 @@ def beside() -> ThreadPoolExecutor:
 
 
 def earth_share(transport: Transport, cell_radiance: Floats | None) -> Floats:
-    """(s,) of the Earth's irradiance on a free surface, the share that arrives at each site.
+    """(v, sides) of the Earth's irradiance on a free surface, the share that arrives at vertices.
 
     cell_radiance : (96, 4) of the sky; None for a dark sky
     """
+    sides, count = transport.site_of_vertex.shape
     if cell_radiance is None:
-        return np.ones(transport.gather.shape[0], dtype=np.float32)
+        return np.ones((count, sides), dtype=np.float32)
+    part, seen, whole_row = transport.vertex_sky
     bands = cell_radiance.mean(axis=1)
-    whole = np.maximum(transport.whole @ bands, np.float32(1e-30))[transport.whole_row]
-    share = (transport.sky_part @ bands) / whole
-    np.subtract(np.float32(1.0), share, out=share, where=~transport.sky_part_seen)
-    return np.asarray(np.clip(share, 0.0, 1.0, out=share))
+    whole = np.maximum(transport.whole @ bands, np.float32(1e-30))[whole_row]
+    share = (part @ bands) / whole
+    np.subtract(np.float32(1.0), share, out=share, where=~seen)
+    return np.asarray(np.clip(share, 0.0, 1.0, out=share).reshape(count, sides))
 
 
-def site_irradiance(transport: Transport, exitance: Floats) -> Floats:
-    """(s, 4) irradiance of each site from the body's own surfaces [W m-2].
+def vertex_irradiance(transport: Transport, exitance: Floats, values: Floats) -> None:
+    """Irradiance of each vertex from the body's own surfaces [W m-2], by two threads.
 
-    exitance : (p, 4) of the patches, from ``radiosity``
+    exitance : (p, 4) of the patches, after all bounces
+    values : (v, sides, 4 or more) whose first four columns are filled
     """
-    first, second = transport.gather_halves
-    rest = beside().submit(second.__matmul__, exitance)
-    return np.concatenate([first @ exitance, rest.result()])
+    first, second = transport.vertex_gather
+    rows = values.reshape(-1, values.shape[2])
+    middle = first.shape[0]
 
+    def fill(part: Floats, gather: sparse.csr_matrix) -> None:
+        part[:, :4] = gather @ exitance
 
-def vertex_values(transport: Transport, bounced: Floats, share: Floats) -> Floats:
-    """(v, sides, 5) of every vertex: irradiance by the body, and the share of the Earth's light."""
-    sites = np.concatenate([bounced, share[:, None]], axis=1)
-    return np.take(sites, transport.site_of_vertex.T, axis=0)
+    rest = beside().submit(fill, rows[middle:], second)
+    fill(rows[:middle], first)
+    rest.result()

@@ -16,12 +16,15 @@ Array = NDArray[np.float64]
 # Steps of the lattice of directions from one end of an axis to the other: half a degree each, the
 # width of the Sun. What light a patch gets is linear between three of them, as in a penumbra.
 _STEPS = 360
-# The Sun crosses some of them a minute; one takes 100 kB.
-_KEPT = 64
+# Directions of the lattice that are remembered; the Sun crosses some of them a minute.
+KEPT = 64
+
+# A direction of the lattice: its column and row.
+Node = tuple[int, int]
 
 
 class SunlitPatches:
-    """The mean of the lit normals of each patch, traced for directions of a fixed lattice.
+    """The mean cosine of each patch to the Sun, traced for directions of a fixed lattice.
 
     The lattice is an octahedral map (simgl/sky.py). What is asked for follows from transport and
     direction alone: what is kept from earlier calls only saves the tracing.
@@ -29,7 +32,7 @@ class SunlitPatches:
 
     def __init__(self, transport: Transport) -> None:
         self._transport = transport
-        self._nodes: OrderedDict[tuple[int, int], Floats] = OrderedDict()
+        self._nodes: OrderedDict[Node, Floats] = OrderedDict()
 
     def cosines(self, direction: Array, blockers: Sequence[Blocker] = ()) -> Floats:
         """(p,) mean over each patch of its cosine to the Sun where the Sun is seen.
@@ -37,41 +40,54 @@ class SunlitPatches:
         direction : (3,) unit, towards the Sun, body axes
         blockers : other bodies; what they hide of a patch is hidden evenly in its lit part
         """
-        mean = np.zeros((len(self._transport.areas), 3), dtype=np.float32)
-        for node, weight in _around(direction):
-            mean += np.float32(weight) * self._node(node)
-        cosines = np.maximum(mean @ direction.astype(np.float32), 0.0)
+        cosines = np.zeros(len(self._transport.areas), dtype=np.float32)
+        for node, weight in around(direction):
+            cosines += np.float32(weight) * self.at(node)
         if blockers:
             cosines *= 1.0 - blocked_by(self._transport, direction, blockers)
-        return np.asarray(cosines)
+        return cosines
 
-    def _node(self, node: tuple[int, int]) -> Floats:
+    def at(self, node: Node) -> Floats:
+        """(p,) the same for a direction of the lattice, traced."""
         if node in self._nodes:
             self._nodes.move_to_end(node)
             return self._nodes[node]
-        if len(self._nodes) >= _KEPT:
+        if len(self._nodes) >= KEPT:
             self._nodes.popitem(last=False)
         # Neighbours take turns between two halves of a patch's sample points.
-        direction = _direction(np.array(node) * (2.0 / _STEPS) - 1.0)
-        self._nodes[node] = lit_normals(self._transport, direction, sum(node) % 2)
+        direction = direction_of(node)
+        normals = lit_normals(self._transport, direction, sum(node) % 2)
+        self._nodes[node] = np.maximum(normals @ direction.astype(np.float32), 0.0)
         return self._nodes[node]
 
 
-def _around(direction: Array) -> list[tuple[tuple[int, int], float]]:
-    """The three points of the lattice about a direction, and their weights."""
+def around(direction: Array) -> tuple[tuple[Node, float], ...]:
+    """Three directions of the lattice whose sum with these weights is the one given.
+
+    Cosines summed likewise are exact where all three see the Sun. Triangles do not cross the
+    octahedron's edges, so their sides are arcs of great circles, which neighbours share.
+    """
     place = direction[:2] / np.abs(direction).sum()
     if direction[2] < 0.0:
         place = (1.0 - np.abs(place[::-1])) * np.where(place < 0.0, -1.0, 1.0)
     at = np.clip((place + 1.0) * (_STEPS / 2.0), 0.0, _STEPS * (1.0 - 1e-12))
     i, j = (int(v) for v in at)
     u, v = at[0] - i, at[1] - j
-    third = (i + 1, j) if u > v else (i, j + 1)
-    weights = 1.0 - max(u, v), min(u, v), abs(u - v)
-    return list(zip(((i, j), (i + 1, j + 1), third), weights, strict=True))
+    nodes: tuple[Node, Node, Node]
+    if (i < _STEPS // 2) == (j < _STEPS // 2):
+        # The octahedron's edge runs from upper left to lower right here.
+        nodes = (i + 1, j), (i, j + 1), (i, j) if u + v < 1.0 else (i + 1, j + 1)
+    else:
+        nodes = (i, j), (i + 1, j + 1), (i + 1, j) if u > v else (i, j + 1)
+    corners = np.stack([direction_of(node) for node in nodes], axis=1)
+    # Rounding may leave less than nothing of the corner opposite.
+    weights = np.maximum(np.linalg.solve(corners, direction), 0.0).tolist()
+    return tuple(zip(nodes, weights, strict=True))
 
 
-def _direction(place: Array) -> Array:
-    """(3,) unit direction of a place on the octahedral map, -1..1."""
+def direction_of(node: Node) -> Array:
+    """(3,) unit direction of a place on the octahedral map."""
+    place = np.array(node) * (2.0 / _STEPS) - 1.0
     z = 1.0 - float(np.abs(place).sum())
     folded = max(-z, 0.0)
     d = np.array([*(place - np.copysign(folded, place)), z])

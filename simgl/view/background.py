@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from simgl.errors import ConfigError
 from simgl.physics.air import AIR_TOP
+from simgl.physics.moon import moonlight
 from simgl.scene.earth import Earth
 from simgl.scene.state import BodyState, CameraState, EarthState, SceneState, SunSeen
 from simgl.sky import DOWN, FORWARD, RIGHT
@@ -29,6 +30,18 @@ _HIGH_SUN, _TWILIGHT = np.radians(5.0), np.radians(10.0)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Moonlight:
+    """The Moon as a light.
+
+    direction_itrf : (3,) float32 unit, from the Earth's centre
+    irradiance : (4,) float32 at the Earth [W m-2]
+    """
+
+    direction_itrf: Floats
+    irradiance: Floats
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class PlanetView:
     """The Earth before a pinhole, in a space where it is the unit sphere.
 
@@ -37,6 +50,7 @@ class PlanetView:
     outside : |camera|^2 - 1, taken in float64
     sun_direction_itrf : (3,) float32
     sun_irradiance : (4,) float32 at the Earth [W m-2]
+    moonlight : None where the Moon lights nothing
     """
 
     earth: Earth
@@ -45,6 +59,7 @@ class PlanetView:
     outside: float
     sun_direction_itrf: Floats
     sun_irradiance: Floats
+    moonlight: Moonlight | None = None
 
     @property
     def height(self) -> float:
@@ -97,6 +112,7 @@ def background(state: SceneState, camera: CameraState) -> Background:
     if state.earth is not None:
         earth = _earth_from(state, state.earth, camera.position, f"[camera.{optics.name}]")
         cone = EarthCone(direction_icrf=earth.direction_icrf, angular_radius=earth.within)
+        earth = replace(earth, view=replace(earth.view, moonlight=_moonlight(state, state.earth)))
     beyond = heavens(state, camera, field, cone)
     return _background(optics.intrinsics, R, field, seen, earth, beyond)
 
@@ -174,13 +190,26 @@ def _earth_from(state: SceneState, earth: EarthState, place: Array, who: str) ->
     )
 
 
+def _moonlight(state: SceneState, earth: EarthState) -> Moonlight | None:
+    if state.moon is None or not earth.earth.moonlight:
+        return None
+    towards = state.moon - earth.position
+    distance = float(np.linalg.norm(towards))
+    sun = state.sun.seen_from(state.moon)
+    cosine = float(-towards @ sun.direction_icrf) / distance
+    phase = float(np.arccos(np.clip(cosine, -1.0, 1.0)))
+    return Moonlight(
+        direction_itrf=_float32(earth.R_itrf_from_icrf @ towards / distance),
+        irradiance=_float32(moonlight(sun.irradiance, distance, phase)),
+    )
+
+
 def _limb_angle(earth: Earth, distance: float) -> float:
-    """Largest angle from nadir at which the Earth or its air is seen [rad]; pi inside the air."""
-    highest = max(earth.radii)
-    if earth.air is not None:
-        highest += AIR_TOP
-        if distance <= highest:
-            return np.pi
+    """Largest angle from nadir at which Earth, air or clouds are seen [rad]; pi within them."""
+    clouds = 0.0 if earth.clouds is None else earth.clouds.height
+    highest = max(earth.radii) + max(clouds, 0.0 if earth.air is None else AIR_TOP)
+    if distance <= highest:
+        return np.pi
     return float(np.arcsin(min(highest / distance, 1.0)))
 
 

@@ -23,6 +23,7 @@ from simgl.scene.state import BodyState, CameraState, EarthState, SceneState
 from simgl.transport.view import ExchangeView, exchange_view
 from simgl.view.air import AirSegment, air_between
 from simgl.view.background import Background, SkyView, background, sky_view
+from simgl.view.detail import WHOLE, Detail, camera_from_body, detail
 from simgl.view.lamps import LampView, lamp_views
 from simgl.view.shadows import ShadowView, shadow_view
 
@@ -50,6 +51,7 @@ class CraftView:
     sky : None where there is no Earth
     exchange : None where light between its surfaces is left out
     air : on the way to the camera; None where there is none
+    detail : what may stand for it
     """
 
     name: str
@@ -64,6 +66,7 @@ class CraftView:
     sky: SkyView | None
     exchange: ExchangeView | None
     air: AirSegment | None = None
+    detail: Detail = WHOLE
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -117,12 +120,15 @@ def frame_view(
     samples_per_pixel: int | None = None,
     inter_reflection: bool = True,
     gather: Gather = "vertex",
+    level_error_px: float = 0.0,
 ) -> FrameView:
     """What one camera of the scene draws.
 
     sample_budget : geometry samples that a tile may take where ``samples_per_pixel`` is None
     inter_reflection : light between the surfaces of a spacecraft, and the Earth hidden by them
     gather : that light at vertices, or by rays from every sample
+    level_error_px : how far levels of detail may move anything [pixels]; with rays from every
+        sample, which start on the model itself, there are none
 
     Raises ConfigError where the camera is inside a body or the Earth.
     """
@@ -132,12 +138,16 @@ def frame_view(
     if seen is not None:
         camera, fine = replace(camera, camera=seen.pinhole), replace(camera, camera=seen.fine)
     fixed = None if samples_per_pixel is None else turned_lattice(samples_per_pixel)
+    allowed = 0.0 if gather == "pixel" else level_error_px
+    if seen is not None:
+        allowed *= seen.smallest_pixel
+    craft = _craft(state, camera, inter_reflection, allowed)
     return FrameView(
         camera=real,
         field=seen,
         background=background(state, fine),
-        tiles=_tiles(_craft(state, camera, inter_reflection), camera, sample_budget, fixed),
-        lamps=lamp_views(state, camera),
+        tiles=_tiles(craft, camera, sample_budget, fixed),
+        lamps=lamp_views(state, camera, {c.name: c.detail for c in craft}),
         gather=gather,
     )
 
@@ -184,19 +194,6 @@ def _hidden_by_earth(earth: EarthState | None, camera: Array, body: Array) -> bo
     return bool(np.linalg.norm(start + nearest * line) < 1.0)
 
 
-def _matrix(rotation: Array, translation: Array) -> Array:
-    matrix = np.eye(4)
-    matrix[:3, :3] = rotation
-    matrix[:3, 3] = translation
-    return matrix
-
-
-def _camera_from_body(camera: CameraState, body: BodyState) -> Array:
-    R = camera.R_camera_from_icrf
-    offset = R @ (body.pose.position - camera.position)
-    return _matrix(R @ body.pose.R_icrf_from_body, offset)
-
-
 def _refuse_inside(camera: CameraState, name: str, body: BodyState) -> None:
     if body.encloses(camera.position):
         place = ", ".join(f"{v:.3f}" for v in body.in_body(camera.position))
@@ -207,28 +204,34 @@ def _refuse_inside(camera: CameraState, name: str, body: BodyState) -> None:
         )
 
 
-def _craft(state: SceneState, camera: CameraState, inter_reflection: bool) -> list[CraftView]:
+def _craft(
+    state: SceneState, camera: CameraState, inter_reflection: bool, level_error_px: float
+) -> list[CraftView]:
     views = []
     for index, (name, body) in enumerate(state.bodies.items()):
         _refuse_inside(camera, name, body)
         if _hidden_by_earth(state.earth, camera.position, body.pose.position):
             continue
         sun = state.sun.seen_from(body.pose.position)
-        camera_from_body = _camera_from_body(camera, body)
-        body_from_camera = np.asarray(np.linalg.inv(camera_from_body))
+        matrix = camera_from_body(camera, body)
+        body_from_camera = np.asarray(np.linalg.inv(matrix))
+        found = WHOLE
+        if level_error_px > 0.0:
+            found = detail(body.model.mesh, matrix, camera.camera, level_error_px)
         views.append(
             CraftView(
                 name=name,
                 instance=index + 1,
                 model=body.model,
-                camera_from_body=_float32(camera_from_body),
+                camera_from_body=_float32(matrix),
                 sun_direction=_float32(camera.R_camera_from_icrf @ sun.direction_icrf),
                 sun_irradiance=_float32(sun.irradiance * state.sunlight(body.pose.position)),
                 sun_limb=_float32(sun.limb),
                 sun_angular_radius=sun.angular_radius,
                 sky=sky_view(state, name, body),
                 exchange=exchange_view(state, body) if inter_reflection else None,
-                shadow=shadow_view(state, body, camera.camera, body_from_camera),
+                shadow=shadow_view(state, body, camera.camera, body_from_camera, found),
+                detail=found,
                 air=air_between(state, camera.position, body.pose.position),
             )
         )

@@ -7,6 +7,7 @@ for every plane and keeps its digits at any distance.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from simgl.physics.frames import camera_from_directions
 from simgl.scene.lamps import Lamp, LampState
 from simgl.scene.state import BodyState, CameraState, SceneState
+from simgl.view.detail import WHOLE, Detail
 from simgl.view.shadows import Caster
 
 Array = NDArray[np.float64]
@@ -60,24 +62,33 @@ class _Seen:
     low: Array
     high: Array
     far: float
+    detail: Detail
 
 
-def lamp_views(state: SceneState, camera: CameraState) -> tuple[LampView, ...]:
-    """The lamps that light some spacecraft of the scene."""
-    views = (
-        lamp_view(lamp, state.bodies[lamp.lamp.spacecraft].pose.R_icrf_from_body, state, camera)
-        for lamp in state.lamps
-        if lamp.lamp.power.any()
-    )
+def lamp_views(
+    state: SceneState, camera: CameraState, details: Mapping[str, Detail] | None = None
+) -> tuple[LampView, ...]:
+    """The lamps that light some spacecraft of the scene.
+
+    details : what stands for each spacecraft, in the picture and in the maps; without, all of it
+    """
+    lit = (lamp for lamp in state.lamps if lamp.lamp.power.any())
+    carriers = ((lamp, state.bodies[lamp.lamp.spacecraft].pose.R_icrf_from_body) for lamp in lit)
+    views = (lamp_view(lamp, R, state, camera, details or {}) for lamp, R in carriers)
     return tuple(view for view in views if view is not None)
 
 
 def lamp_view(
-    lamp: LampState, carrier: Array, state: SceneState, camera: CameraState
+    lamp: LampState,
+    carrier: Array,
+    state: SceneState,
+    camera: CameraState,
+    details: Mapping[str, Detail],
 ) -> LampView | None:
     """A lamp before a camera; None where it lights no spacecraft of the scene.
 
     carrier : (3, 3) R_icrf_from_body of what carries it
+    details : what stands for each spacecraft
     """
     # Any turn about the axis serves; one tied to the carrier keeps the map while both stand still.
     up = carrier[:, int(np.argmin(np.abs(carrier.T @ lamp.direction)))]
@@ -85,8 +96,8 @@ def lamp_view(
     near = max(_NEAREST, lamp.lamp.radius)
     widest = float(np.tan(lamp.lamp.half_angle + lamp.lamp.edge))
     seen = []
-    for body in state.bodies.values():
-        found = _in_beam(body, lamp, R_lamp_from_icrf, near, widest)
+    for name, body in state.bodies.items():
+        found = _in_beam(body, lamp, R_lamp_from_icrf, near, widest, details.get(name, WHOLE))
         if found is not None:
             seen.append(found)
     if not seen:
@@ -106,7 +117,7 @@ def lamp_view(
     first = 0.5 * MAP_SIZE * (1.0 - middle / half)
     return LampView(
         lamp=lamp.lamp,
-        key=b"".join(c.model.outline.encode() + c.clip_from_body.tobytes() for c in casters),
+        key=b"".join(c.key for c in casters),
         casters=casters,
         place=_float32(camera.R_camera_from_icrf @ (lamp.position - camera.position)),
         axis=_float32(R_camera_from_lamp[:, 2]),
@@ -121,7 +132,12 @@ def _float32(values: Array) -> Floats:
 
 
 def _in_beam(
-    body: BodyState, lamp: LampState, R_lamp_from_icrf: Array, near: float, widest: float
+    body: BodyState,
+    lamp: LampState,
+    R_lamp_from_icrf: Array,
+    near: float,
+    widest: float,
+    detail: Detail,
 ) -> _Seen | None:
     R = R_lamp_from_icrf @ body.pose.R_icrf_from_body
     offset = R_lamp_from_icrf @ (body.pose.position - lamp.position)
@@ -140,10 +156,19 @@ def _in_beam(
     if np.any(high <= low):
         return None
     far = float(max(points[:, 2].max(), 2.0 * near))
-    return _Seen(body=body, R_lamp_from_body=R, offset=offset, low=low, high=high, far=far)
+    return _Seen(
+        body=body,
+        R_lamp_from_body=R,
+        offset=offset,
+        low=low,
+        high=high,
+        far=far,
+        detail=detail,
+    )
 
 
 def _caster(seen: _Seen, clip_from_lamp: Array) -> Caster:
     lamp_from_body = np.eye(4)
     lamp_from_body[:3, :3], lamp_from_body[:3, 3] = seen.R_lamp_from_body, seen.offset
-    return Caster(model=seen.body.model, clip_from_body=_float32(clip_from_lamp @ lamp_from_body))
+    clip = _float32(clip_from_lamp @ lamp_from_body)
+    return Caster(model=seen.body.model, clip_from_body=clip, detail=seen.detail)

@@ -10,6 +10,7 @@ from simgl.physics.frames import unit
 from simgl.scene.lamps import Lamp, LampState
 from simgl.scene.lidar import Lidar
 from simgl.scene.state import CameraState, SceneState
+from simgl.view.detail import WHOLE
 from simgl.view.frame import CraftView, FrameView
 from simgl.view.lamps import lamp_view
 
@@ -42,7 +43,7 @@ def pulse_view(
         position=camera.position + R_icrf_from_camera @ np.array(lidar.offset),
         direction=unit(R_icrf_from_camera[:, 2]),
     )
-    lamp = lamp_view(place, R_icrf_from_camera, state, camera)
+    lamp = lamp_view(place, R_icrf_from_camera, state, camera, {})
     if lamp is None or not view.tiles:
         return None
     black = replace(view.background, heavens=None, planet=None)
@@ -51,4 +52,5 @@ def pulse_view(
 
 
 def _unlit(craft: CraftView) -> CraftView:
-    return replace(craft, sun_irradiance=np.zeros(4, dtype=np.float32), sky=None, exchange=None)
+    dark = np.zeros(4, dtype=np.float32)
+    return replace(craft, sun_irradiance=dark, sky=None, exchange=None, detail=WHOLE)

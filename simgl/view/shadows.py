@@ -17,6 +17,7 @@ from simgl.rays import ray_tracer
 from simgl.scene.camera import Camera
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import BodyState, SceneState
+from simgl.view.detail import WHOLE, Detail
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
@@ -45,6 +46,12 @@ class Caster:
 
     model: SpacecraftModel
     clip_from_body: Floats
+    detail: Detail = WHOLE
+
+    @property
+    def key(self) -> bytes:
+        """Equal keys mean that they leave the same in a map."""
+        return self.model.outline.encode() + self.clip_from_body.tobytes() + self.detail.key
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -100,19 +107,26 @@ class _Near:
     model: SpacecraftModel
     R_light_from_other: Array
     offset: Array
+    detail: Detail
 
 
 def shadow_view(
-    state: SceneState, body: BodyState, camera: Camera, body_from_camera: Array
+    state: SceneState,
+    body: BodyState,
+    camera: Camera,
+    body_from_camera: Array,
+    detail: Detail = WHOLE,
 ) -> ShadowView:
     """The maps that one spacecraft needs in a picture.
 
     body_from_camera : (4, 4)
+    detail : what stands for it in the picture. The same stands for it as a caster, so that it does
+        not shade itself; others cast with no larger an error than the least of its parts
     """
     sun = state.sun.seen_from(body.pose.position)
     R_light = _light_axes(body.pose.R_icrf_from_body.T @ sun.direction_icrf)
     tangent = float(np.tan(sun.angular_radius))
-    casters = _casters(state, body, R_light, tangent)
+    casters = _casters(state, body, R_light, tangent, detail)
     mesh = body.model.mesh
     centre = R_light @ mesh.centre
     bottom = float(centre[2] - 1.01 * mesh.radius)
@@ -155,7 +169,7 @@ def _light_axes(sun_body: Array) -> Array:
 
 
 def _casters(
-    state: SceneState, receiver: BodyState, R_light: Array, tangent: float
+    state: SceneState, receiver: BodyState, R_light: Array, tangent: float, detail: Detail
 ) -> tuple[_Near, ...]:
     """All bodies whose shadow may touch the receiver."""
     pose, mesh = receiver.pose, receiver.model.mesh
@@ -174,7 +188,8 @@ def _casters(
             blur = (place[2] - mesh.radius) * tangent
             if blur > 0.0 and (other.model.mesh.radius / blur) ** 2 < _LEAST_SHARE:
                 continue
-        found.append(_Near(model=other.model, R_light_from_other=R, offset=offset))
+        own = detail if other is receiver else detail.all_within_least(len(other.model.parts))
+        found.append(_Near(model=other.model, R_light_from_other=R, offset=offset, detail=own))
     return tuple(found)
 
 
@@ -204,13 +219,13 @@ def _map(
         matrix = np.eye(4)
         matrix[:3, :3], matrix[:3, 3] = caster.R_light_from_other, caster.offset
         clip = np.asarray(clip_from_light @ matrix, dtype=np.float32)
-        drawn.append(Caster(model=caster.model, clip_from_body=clip))
+        drawn.append(Caster(model=caster.model, clip_from_body=clip, detail=caster.detail))
     texel = 2.0 * reach / size
     texel_from_body = np.eye(4)
     texel_from_body[:3, :3] = R_light
     texel_from_body[:2, :3] /= texel
     texel_from_body[:2, 3] = 0.5 * size - middle / texel
-    digests = b"".join(c.model.outline.encode() + c.clip_from_body.tobytes() for c in drawn)
+    digests = b"".join(c.key for c in drawn)
     return ShadowMap(
         key=size.to_bytes(4, "little") + digests,
         casters=tuple(drawn),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,10 +14,10 @@ from simgl.view.background import PlanetView
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-# Edges of tiles and of blocks of them [pixels]. Software renderers draw by 64.
-TILE, BLOCK = 16, 64
+# Edge of a tile [pixels], and into how many along each edge it may be cut.
+TILE, PARTS = 16, 2
 # What may change along a tile's edge. Between its corners a place lies off by an eighth of the
-# slant's change, in edges: 0.25 pixel; light that falls by e while the Sun's cosine changes by c is
+# slant's change, in edges: 1/8 pixel; light that falls by e while the Sun's cosine changes by c is
 # off by 1 / 8 of the squared change over c, 0.1 %.
 _SLANT_CHANGE = 0.0625
 _LONGITUDE_CHANGE = 0.05
@@ -31,54 +31,84 @@ _CHART_SEAM, _CLOUD_REACH = 0.02, 10.0
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Tiles:
-    """What is seen where in a picture: masks (rows, columns), no two on one place.
+    """What is seen where in a picture: masks (rows, columns) of tiles, no two on one place.
 
-    even : tiles on the ground that see it change evenly
-    sea : those of them that have no shore on them
-    pixel : (rows, columns) edge of a pixel on the ground of the even tiles [m]
-    ground : blocks with other ground on them
-    air : blocks that miss the ground; what is in none of the masks misses the air, too
+    even : on the ground, which they see change evenly
+    finer : on the ground, which their ``PARTS`` see change evenly
+    ground : with other ground on them
+    air : that miss the ground; what is in none of these masks misses air and clouds, too
+    sea : those of the even and the finer ones that have no shore on them
+    low, high : (rows, columns) sines of the Sun's height there, the least and the most
+    pixel : (rows, columns) edge of a pixel on the ground of the even and the finer ones [m]
     """
 
     even: Mask
-    sea: Mask
-    pixel: Array
+    finer: Mask
     ground: Mask
     air: Mask
+    sea: Mask
+    low: Array
+    high: Array
+    pixel: Array
+
+    @property
+    def any(self) -> Mask:
+        """Tiles with ground or air on them."""
+        return np.asarray(self.even | self.finer | self.ground | self.air)
+
+    def within(self, mask: Mask) -> Tiles:
+        """Those of a mask."""
+        return replace(
+            self,
+            even=self.even & mask,
+            finer=self.finer & mask,
+            ground=self.ground & mask,
+            air=self.air & mask,
+            sea=self.sea & mask,
+        )
 
 
 def tiles_of(
     planet: PlanetView,
     intrinsics: NDArray[np.float32],
     size: tuple[int, int],
-    open_sea: Mask | None = None,
+    shores: NDArray[np.int64] | None = None,
+    *,
+    noise: bool = True,
 ) -> Tiles:
     """The tiles of a picture.
 
     intrinsics : (3, 3) [pixels]
     size : width and height [pixels]; the last tiles may reach past it
-    open_sea : (rows, columns) cells of an equirectangular map that hold nothing but open sea
+    shores : (rows + 1, columns + 1) of the corners of an equirectangular map's cells, how many of
+        those above and left of each hold something else than open sea
+    noise : whether the picture shows any, which even tiles read on one face of its cube
     """
-    columns, rows = (-(-length // BLOCK) for length in size)
-    corners = corners_on_ground(planet, intrinsics, (columns * BLOCK, rows * BLOCK))
-    even = even_tiles(planet, corners)
-    parts = BLOCK // TILE
-    block_even = even.reshape(rows, parts, columns, parts).all(axis=(1, 3))
-    nearest = _nadir_angles(planet, intrinsics, (columns, rows))
+    corners = corners_on_ground(planet, intrinsics, size)
+    even, finer = even_tiles(corners), even_tiles(corners, PARTS)
+    if noise:
+        one_face = _on_one_face(corners.normal, _CHART_SEAM + _CLOUD_REACH * _cloud_height(planet))
+        even, finer = even & one_face, finer & one_face
+    finer &= ~even
+    nearest = _nadir_angles(planet, intrinsics, size)
     distance = float(np.sqrt(1.0 + planet.outside))
-    top = 1.0 if planet.earth.air is None else 1.0 + AIR_TOP / planet.earth.equatorial_radius
+    height = 0.0 if planet.earth.air is None else AIR_TOP / planet.earth.equatorial_radius
+    top = 1.0 + max(height, _cloud_height(planet))
     ground = nearest < np.arcsin(min((1.0 + _cloud_height(planet)) / distance, 1.0))
     air = (nearest < np.arcsin(top / distance)) if distance > top else np.ones_like(ground)
-    even &= block_even.repeat(parts, axis=0).repeat(parts, axis=1)
     pixel = np.mean(
         _corners_of(corners.distance / np.sqrt(np.maximum(corners.slant, 1e-3))), axis=0
     )
+    sea = np.zeros_like(even) if shores is None else _open_sea(corners, shores)
     return Tiles(
         even=even,
-        sea=even & (False if open_sea is None else _all_within(corners, open_sea)),
-        pixel=pixel / float(intrinsics[0, 0]) * planet.earth.equatorial_radius,
-        ground=ground & ~block_even,
+        finer=finer,
+        ground=ground & ~(even | finer),
         air=air & ~ground,
+        sea=sea & (even | finer),
+        low=_least(corners.sun),
+        high=_most(corners.sun),
+        pixel=pixel / float(intrinsics[0, 0]) * planet.earth.equatorial_radius,
     )
 
 
@@ -89,32 +119,34 @@ def _cloud_height(planet: PlanetView) -> float:
 
 
 def _nadir_angles(
-    planet: PlanetView, intrinsics: NDArray[np.float32], blocks: tuple[int, int]
+    planet: PlanetView, intrinsics: NDArray[np.float32], size: tuple[int, int]
 ) -> Array:
-    """(rows, columns) least angle from nadir within each block and a pixel about it [rad]."""
-    columns, rows = blocks
-    corners = _unit(_rays(planet, intrinsics, (columns + 1, rows + 1), BLOCK))
-    middles = _unit(np.sum(_corners_of(corners), axis=0))
+    """(rows, columns) least angle from nadir within each tile and a pixel about it [rad]."""
+    columns, rows = (-(-length // TILE) for length in size)
+    middles = _unit(_rays(planet, intrinsics, (columns, rows), 0.5))
     nadir = _unit(-planet.camera_in_sphere.astype(np.float64))
     angle = np.arccos(np.clip(middles @ nadir, -1.0, 1.0))
-    reach = np.max([_angle(middles, corner) for corner in _corners_of(corners)], axis=0)
-    return np.asarray(angle - (1.0 + 4.0 / BLOCK) * reach)
+    # No tile is wider than one in the middle of the picture.
+    half = 0.5 * TILE * float(np.hypot(1.0 / intrinsics[0, 0], 1.0 / intrinsics[1, 1]))
+    return np.asarray(angle - (1.0 + 4.0 / TILE) * half)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Corners:
     """Of the tiles of a picture, (rows + 1, columns + 1): where they lie on the ground.
 
-    Corners beside the Earth get some place or other.
+    Of corners beside the Earth, the place on their ray that is nearest to it.
 
     meets : whether the ground is there
     normal : of it, ITRF
+    sun : sine of the Sun's height
     slant : cosine of the ray from the vertical
     distance : in Earth radii
     """
 
     meets: Mask
     normal: Array
+    sun: Array
     slant: Array
     distance: Array
 
@@ -128,50 +160,51 @@ def corners_on_ground(
     size : of the picture, width and height [pixels]; the last tiles may reach past it
     """
     columns, rows = (-(-length // TILE) + 1 for length in size)
-    d = _rays(planet, intrinsics, (columns, rows), TILE)
+    d = _rays(planet, intrinsics, (columns, rows), 0.0)
     place = planet.camera_in_sphere.astype(np.float64)
     dd, od = np.einsum("...i,...i", d, d), d @ place
     discriminant = od * od - dd * planet.outside
     meets = (discriminant > 0.0) & (od < 0.0)
     root = np.sqrt(np.maximum(discriminant, 0.0))
-    distance = planet.outside / np.where(meets, root - od, 1.0)
-    ground = place + distance[..., None] * d
+    nearest = np.maximum(-od, 0.0) / dd
+    distance = np.where(meets, planet.outside / np.where(meets, root - od, 1.0), nearest)
+    normal = _unit((place + distance[..., None] * d) / np.array(planet.earth.radii))
     return Corners(
         meets=meets,
-        normal=_unit(ground / np.array(planet.earth.radii)),
+        normal=normal,
+        sun=normal @ planet.sun_direction_itrf.astype(np.float64),
         slant=root / np.sqrt(dd),
         distance=distance,
     )
 
 
-def even_tiles(planet: PlanetView, corners: Corners) -> Mask:
-    """(rows, columns) whether a tile lies on the ground and sees it change evenly."""
-    normal, slant = corners.normal, corners.slant
+def even_tiles(corners: Corners, parts: int = 1) -> Mask:
+    """(rows, columns) whether a tile lies on the ground and its parts see it change evenly.
+
+    What bends across a tile bends by the square of ``parts`` less across one of them.
+    """
+    normal, slant, sun = corners.normal, corners.slant, corners.sun
     longitude = np.arctan2(normal[..., 1], normal[..., 0])
-    sun = normal @ planet.sun_direction_itrf.astype(np.float64)
-    even = _least(corners.meets) & (_range(slant) < _SLANT_CHANGE * _least(slant))
-    even &= _range(longitude) < _LONGITUDE_CHANGE
-    even &= _on_one_face(normal, _CHART_SEAM + _CLOUD_REACH * _cloud_height(planet))
+    even = _least(corners.meets) & (_range(slant) < parts**2 * _SLANT_CHANGE * _least(slant))
+    even &= _range(longitude) < parts**2 * _LONGITUDE_CHANGE
     sun_height = np.maximum(_least(np.abs(sun)), _TWILIGHT)
-    return np.asarray(even & (_range(sun) < _SUN_CHANGE * sun_height))
+    return np.asarray(even & (_range(sun) < parts * _SUN_CHANGE * sun_height))
 
 
-def _all_within(corners: Corners, cells: Mask) -> Mask:
-    """Whether every cell of an equirectangular map that a tile may touch is set.
+def _open_sea(corners: Corners, shores: NDArray[np.int64]) -> Mask:
+    """Whether no cell of an equirectangular map that a tile may touch has a shore.
 
     Of a tile that spans the date line every longitude is asked for.
     """
-    rows, columns = cells.shape
+    rows, columns = shores.shape[0] - 1, shores.shape[1] - 1
     x, y, z = np.moveaxis(corners.normal, -1, 0)
     row = (0.5 - np.arctan2(z, np.hypot(x, y)) / np.pi) * rows
     column = (np.arctan2(y, x) / (2.0 * np.pi) + 0.5) * columns
     top, left = (np.floor(_least(v) - 0.5).astype(int) for v in (row, column))
     bottom, right = (np.ceil(_most(v) + 0.5).astype(int) for v in (row, column))
-    unset = np.zeros((rows + 1, columns + 1), dtype=np.int64)
-    unset[1:, 1:] = np.cumsum(np.cumsum(~cells, axis=0), axis=1)
     top, bottom = np.clip(top, 0, rows), np.clip(bottom, 0, rows)
     left, right = np.clip(left, 0, columns), np.clip(right, 0, columns)
-    found = unset[bottom, right] - unset[top, right] - unset[bottom, left] + unset[top, left]
+    found = shores[bottom, right] - shores[top, right] - shores[bottom, left] + shores[top, left]
     return np.asarray(found == 0)
 
 
@@ -184,12 +217,16 @@ def _on_one_face(normal: Array, margin: float) -> Mask:
 
 
 def _rays(
-    planet: PlanetView, intrinsics: NDArray[np.float32], corners: tuple[int, int], edge: int
+    planet: PlanetView, intrinsics: NDArray[np.float32], count: tuple[int, int], first: float
 ) -> Array:
-    """(rows, columns, 3) directions of corners so many pixels apart, in sphere space."""
+    """(rows, columns, 3) unit directions in camera axes, turned into sphere space.
+
+    count : columns and rows of places, a tile's edge apart
+    first : of the picture's first corner, in edges
+    """
     k = intrinsics.astype(np.float64)
-    x = (edge * np.arange(corners[0]) - k[0, 2]) / k[0, 0]
-    y = (edge * np.arange(corners[1]) - k[1, 2]) / k[1, 1]
+    x = (TILE * (np.arange(count[0]) + first) - k[0, 2]) / k[0, 0]
+    y = (TILE * (np.arange(count[1]) + first) - k[1, 2]) / k[1, 1]
     x, y = np.broadcast_arrays(x, y[:, None])
     rays = _unit(np.stack([x, y, np.ones_like(x)], axis=-1))
     return np.asarray(rays @ planet.sphere_from_camera.astype(np.float64).T)
@@ -197,10 +234,6 @@ def _rays(
 
 def _unit(vectors: Array) -> Array:
     return np.asarray(vectors / np.linalg.norm(vectors, axis=-1, keepdims=True))
-
-
-def _angle(a: Array, b: Array) -> Array:
-    return np.asarray(2.0 * np.arcsin(np.minimum(0.5 * np.linalg.norm(a - b, axis=-1), 1.0)))
 
 
 def _corners_of(values: NDArray[Any]) -> list[NDArray[Any]]:

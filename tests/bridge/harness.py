@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -32,6 +33,16 @@ height_px = 40
 focal_length_mm = 2.0
 """
 SCENARIO = SMALL.replace("[render]", f"{_SIDE}[render]")
+# What a test may put before [render].
+LAMP = """
+[lamp.flood]
+on = "chaser"
+position_body_m = [0.05, 0.0, -0.2]
+boresight = [0.0, 0.0, -1.0]
+half_angle_deg = 20.0
+power_w = 5000.0
+temperature_k = 3000.0
+"""
 
 
 class WatchedSimulator(Simulator):
@@ -139,6 +150,13 @@ def finish(running: Running) -> None:
     running.stop.set()
     running.thread.join(timeout=20)
     assert not running.thread.is_alive()
+
+
+def free_address() -> str:
+    """An address of this machine where nobody listens."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return f"tcp://127.0.0.1:{probe.getsockname()[1]}"
 
 
 class RawLink:

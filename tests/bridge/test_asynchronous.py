@@ -5,13 +5,15 @@ from __future__ import annotations
 import asyncio
 import time
 from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
-from simgl_bridge import AsyncClient, Client, NoAnswerError, RemoteError, Shot
+from simgl_bridge import AsyncClient, BodyPose, Client, Image, NoAnswerError, RemoteError, Shot
 
-from simgl import Scenario
-from tests.bridge.harness import Gate, Running
+from simgl import Scenario, load_scenario
+from tests.bridge.harness import LAMP, SCENARIO, Gate, Running
 
 Starter = Callable[..., Running]
 
@@ -31,6 +33,44 @@ def test_it_gets_what_the_synchronous_client_gets(
 
     for dn in asyncio.run(ask()):
         np.testing.assert_array_equal(dn, client.render(now, "nav").dn)
+
+
+def test_it_says_of_a_scene_what_the_synchronous_client_says(
+    start_server: Starter, tmp_path: Path
+) -> None:
+    path = tmp_path / "lit.toml"
+    path.write_text(SCENARIO.replace("[render]", f"{LAMP}[render]"))
+    scenario = load_scenario(path)
+    running, now = start_server(scenario), scenario.epoch_tai_ns
+    turning = BodyPose(
+        position_m=(0.5, -0.25, 40.0),
+        velocity_m_s=(0.0, 0.0, -0.1),
+        q_icrf_from_body_xyzw=(0.0, 0.0, 0.0, 1.0),
+        angular_velocity_rad_s=(0.25, -0.5, 0.125),
+    )
+    said: list[dict[str, Any]] = [
+        {"moving": True},
+        {"lamps": {"flood": 0.5}},
+        {"sun_position_m": (1e11, -5e10, 9e10), "gain_dn_per_e": 0.125},
+        {"seek": True},
+    ]
+    times = [now + 1, now + 1, now + 1, now]
+    bodies = {"chaser": turning}
+
+    async def ask() -> list[Image]:
+        async with AsyncClient(running.address, timeout_s=20.0) as link:
+            images = []
+            for when, words in zip(times, said, strict=True):
+                images.append(await link.render(when, "nav", bodies, 0.1, **words))
+            return images
+
+    images = asyncio.run(ask())
+    with Client(running.address, timeout_s=20.0) as client:
+        for when, words, image in zip(times, said, images, strict=True):
+            same = client.render(when, "nav", bodies, 0.1, **words)
+            assert image.state_hash == same.state_hash
+            np.testing.assert_array_equal(image.dn, same.dn)
+    assert len({image.dn.tobytes() for image in images}) == 4
 
 
 def test_more_requests_than_the_window_wait_here_and_none_is_busy(

@@ -9,13 +9,14 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from simgl_bridge import BodyPose, Client, Shot, launched_server
 
-from simgl import Scenario
-from tests.bridge.harness import Running
+from simgl import Scenario, load_scenario
+from tests.bridge.harness import LAMP, SCENARIO, Running
 
 Starter = Callable[..., Running]
 ROOT = Path(__file__).parents[2]
@@ -89,7 +90,9 @@ C_PROGRAM = """
 int main(int argc, char **argv) {
     char error[300] = "";
     simgl_client *client = simgl_connect(argv[1], 20.0, error, sizeof error);
-    simgl_body chaser = {"chaser", {0.5, -0.25, 40.0}, {0.0, 0.0, -0.1}, {0.0, 0.0, 0.0, 1.0}};
+    simgl_body chaser = {.name = "chaser", .position_m = {0.5, -0.25, 40.0},
+                         .velocity_m_s = {0.0, 0.0, -0.1},
+                         .q_icrf_from_body_xyzw = {0.0, 0.0, 0.0, 1.0}};
     simgl_image info;
     int32_t width, height;
     uint16_t *pixels;
@@ -108,6 +111,46 @@ int main(int argc, char **argv) {
     printf("%d %s", code, error);
     simgl_close(client);
     free(pixels);
+    return 0;
+}
+"""
+
+C_SCENES = """
+#include <simgl.h>
+#include <stdio.h>
+static uint16_t pixels[64 * 48];
+static void show(simgl_client *client, const simgl_body *body, const simgl_scene *scene) {
+    char error[300] = "";
+    simgl_image info;
+    unsigned long sum = 0;
+    int i, code = simgl_render_scene_dn(client, simgl_epoch_tai_ns(client), "nav", body, 1, scene,
+                                        0.1, pixels, 64 * 48, &info, error, sizeof error);
+    for (i = 0; i < 64 * 48; ++i) sum += pixels[i];
+    if (code == SIMGL_OK) printf("%lu %s %g\\n", sum, info.state_hash, info.gain_dn_per_e);
+    else printf("%d %s\\n", code, error);
+}
+int main(int argc, char **argv) {
+    char error[300] = "";
+    simgl_client *client = simgl_connect(argv[argc - 1], 20.0, error, sizeof error);
+    simgl_body chaser = {.name = "chaser", .position_m = {0.5, -0.25, 40.0},
+                         .velocity_m_s = {0.0, 0.0, -0.1},
+                         .q_icrf_from_body_xyzw = {0.0, 0.0, 0.0, 1.0},
+                         .angular_velocity_rad_s = {0.25, -0.5, 0.125}};
+    simgl_setting half = {"flood", 0.5}, wrong = {"flod", 0.5}, bend = {"elbow", 0.5};
+    double sun[3] = {1e11, -5e10, 9e10};
+    simgl_scene moving = {.moving = 1}, dimmed = {.lamps = &half, .lamp_count = 1};
+    simgl_scene other = {.sun_position_m = sun, .gain_dn_per_e = 0.125, .seek = 1};
+    simgl_scene typo = {.lamps = &wrong, .lamp_count = 1};
+    if (client == NULL) { printf("%s", error); return 1; }
+    show(client, &chaser, NULL);
+    show(client, &chaser, &moving);
+    show(client, &chaser, &dimmed);
+    show(client, &chaser, &other);
+    show(client, &chaser, &typo);
+    chaser.joints = &bend;
+    chaser.joint_count = 1;
+    show(client, &chaser, NULL);
+    simgl_close(client);
     return 0;
 }
 """
@@ -252,18 +295,21 @@ def test_the_cpp_client_knows_a_frozen_and_a_killed_server_and_goes_on_after_a_r
         assert program.end() == 0
 
 
-def test_the_c_interface_gets_the_same_image(
-    build: Callable[..., Path], tmp_path: Path, client: Client, scenario: Scenario
-) -> None:
-    source = tmp_path / "user.c"
-    source.write_text(C_PROGRAM)
-    # The header must be plain C.
-    user = tmp_path / "user.o"
+def c_program(build: Callable[..., Path], folder: Path, text: str) -> Path:
+    """A program in plain C over the C interface."""
+    source, user = folder / "user.c", folder / "user.o"
+    source.write_text(text)
     compiler = shutil.which("gcc") or shutil.which("cc")
     assert compiler is not None
     command = [compiler, "-std=c99", *WARNINGS, f"-I{CPP}", "-c", str(source), "-o", str(user)]
     subprocess.run(command, check=True)
-    program = build("user", CPP / "simgl.cpp", user)
+    return build("user", CPP / "simgl.cpp", user)
+
+
+def test_the_c_interface_gets_the_same_image(
+    build: Callable[..., Path], tmp_path: Path, client: Client, scenario: Scenario
+) -> None:
+    program = c_program(build, tmp_path, C_PROGRAM)
     output = subprocess.run(
         [str(program), client.address], capture_output=True, text=True, check=True, timeout=60
     ).stdout
@@ -278,6 +324,63 @@ def test_the_c_interface_gets_the_same_image(
     assert int(total) == image.dn.sum(dtype=np.int64)
     assert digest == image.state_hash
     assert 'NO_CAMERA: cameras[0].camera "nva" does not exist here' in " ".join(error)
+
+
+def test_the_c_interface_moves_bodies_dims_lamps_and_places_the_sun(
+    build: Callable[..., Path], tmp_path: Path, start_server: Starter
+) -> None:
+    path = tmp_path / "lit.toml"
+    path.write_text(SCENARIO.replace("[render]", f"{LAMP}[render]"))
+    scenario = load_scenario(path)
+    running = start_server(scenario)
+    program = c_program(build, tmp_path, C_SCENES)
+    output = subprocess.run(
+        [str(program), running.address], capture_output=True, text=True, check=True, timeout=60
+    ).stdout
+    *pictures, typo, bent = output.splitlines()
+    pose = BodyPose(
+        position_m=(0.5, -0.25, 40.0),
+        velocity_m_s=(0.0, 0.0, -0.1),
+        q_icrf_from_body_xyzw=(0.0, 0.0, 0.0, 1.0),
+        angular_velocity_rad_s=(0.25, -0.5, 0.125),
+    )
+    said: list[dict[str, Any]] = [
+        {},
+        {"moving": True},
+        {"lamps": {"flood": 0.5}},
+        {"sun_position_m": (1e11, -5e10, 9e10), "gain_dn_per_e": 0.125},
+    ]
+    expected = []
+    with Client(running.address) as client:
+        for words in said:
+            image = client.render(scenario.epoch_tai_ns, "nav", {"chaser": pose}, 0.1, **words)
+            total = image.dn.sum(dtype=np.int64)
+            expected.append(f"{total} {image.state_hash} {image.gain_dn_per_e:g}")
+    assert pictures == expected
+    assert len(set(pictures)) == 4
+    assert typo.startswith("1 ")
+    assert 'NO_LAMP: lamps "flod" does not exist here' in typo
+    assert "NO_JOINT" in bent
+
+
+def test_the_first_pictures_of_the_page_are_the_same_picture(
+    build: Callable[..., Path], tmp_path: Path, start_server: Starter
+) -> None:
+    running = start_server(load_scenario(ROOT / "examples" / "bridge" / "box.toml"))
+    page = (ROOT / "docs" / "protocol.md").read_text(encoding="utf-8")
+    page = page.replace("tcp://127.0.0.1:5563", running.address)
+    in_python = page.partition("```python\n")[2].partition("```")[0]
+    in_c = page.partition("```c\n")[2].partition("```")[0]
+    commands = [[sys.executable, "-c", in_python], [str(c_program(build, tmp_path, in_c))]]
+    last_lines = [
+        subprocess.run(c, capture_output=True, text=True, check=True, timeout=60)
+        .stdout.splitlines()[-1]
+        .split()
+        for c in commands
+    ]
+    assert last_lines[0][:2] == ["(240,", "320)"]
+    assert last_lines[1][:3] == ["320", "x", "240,"]
+    assert last_lines[0][-1] == last_lines[1][-1]
 
 
 def test_the_examples_are_a_page_and_fly(build: Callable[..., Path], client: Client) -> None:

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from msgspec import msgpack, structs
 from simgl_bridge import BodyPose, Client, RemoteError
-from simgl_bridge.messages import Message, Render, SentPose, Shot, state_hash
+from simgl_bridge.messages import Message, Render, SentPose, Shot
 from simgl_bridge.picture import requested_state
+from simgl_bridge.state_hash import state_hash
 from simgl_bridge.wire import pack
 
 from simgl import Product, Scenario, Simulator, scenario_from_dict

@@ -8,8 +8,9 @@ import struct
 import msgspec
 import numpy as np
 import pytest
-from simgl_bridge.messages import Hello, Images, Ping, Render, SentPose, SentSun, Shot, state_hash
+from simgl_bridge.messages import Hello, Images, Ping, Render, SentPose, SentSun, Shot
 from simgl_bridge.replies import MOST_OF_A_CLIENT, ReplyCache
+from simgl_bridge.state_hash import state_hash
 from simgl_bridge.wire import BadMessageError, pack, unpack_reply, unpack_request
 
 from simgl.errors import BridgeError

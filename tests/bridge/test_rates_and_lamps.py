@@ -10,22 +10,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from simgl_bridge import BodyPose, Client, RemoteError
-from simgl_bridge.messages import SentPose, state_hash
+from simgl_bridge.messages import SentPose
+from simgl_bridge.state_hash import state_hash
 
 from simgl import Scenario, load_scenario
-from tests.bridge.harness import SCENARIO, Running
+from tests.bridge.harness import LAMP, SCENARIO, Running
 
 Starter = Callable[..., Running]
 
-LAMP = """
-[lamp.flood]
-on = "chaser"
-position_body_m = [0.05, 0.0, -0.2]
-boresight = [0.0, 0.0, -1.0]
-half_angle_deg = 20.0
-power_w = 5000.0
-temperature_k = 3000.0
-"""
 CHASER = BodyPose(
     position_m=(0.0, 0.0, 40.0),
     velocity_m_s=(0.0, 0.0, 0.0),

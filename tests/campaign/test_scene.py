@@ -7,13 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from simgl.campaign.description import Campaign, load_campaign
 from simgl.campaign.scene import FrameScene, frame_scene
+from simgl.campaign.take import take
 from simgl.errors import ConfigError
 from simgl.scene.mounts import BodyMount, camera_pose
 from simgl.scene.pointing import Pointing
-from tests.campaign.small import small_campaign
+from simgl.simulator import Simulator
+from tests.campaign.small import DRAW, small_campaign
 
 Array = NDArray[np.float64]
 
@@ -97,6 +100,51 @@ def test_no_camera_is_inside_a_spacecraft(tmp_path: Path) -> None:
         assert not scene.state.bodies["target"].encloses(camera.position)
     with pytest.raises(ConfigError, match=r"draw gives no possible scene for frame 0 in 1000"):
         frame_scene(small_campaign(tmp_path, "range_m = 0.001"), 0)
+
+
+def test_what_moves_while_the_shutter_is_open_moves_by_its_rates(tmp_path: Path) -> None:
+    still = small_campaign(tmp_path)
+    rates = "target_rate_deg_s = 30.0\ncamera_rate_deg_s = 2.0\nrelative_speed_m_s = 0.5\n"
+    moving = small_campaign(tmp_path, DRAW + rates)
+    axes = []
+    for frame in range(4):
+        assert frame_scene(still, frame).during is None
+        scene = frame_scene(moving, frame)
+        middle, during = scene.state, scene.during
+        assert during is not None
+        # Mid-exposure is what it would be without rates: they change no other draw.
+        other = frame_scene(still, frame).state
+        camera = middle.cameras["nav"]
+        assert np.array_equal(camera.position, other.cameras["nav"].position)
+        seconds = 0.04
+        later = during(middle.tai_ns + round(seconds * 1e9))
+        here, there = middle.bodies["target"].pose, later.bodies["target"].pose
+        turn = Rotation.from_matrix(here.R_icrf_from_body.T @ there.R_icrf_from_body)
+        assert np.degrees(turn.magnitude()) == pytest.approx(30.0 * seconds)
+        axes.append(turn.as_rotvec() / turn.magnitude())
+        assert there.position - here.position == pytest.approx(seconds * here.velocity, abs=1e-6)
+        after = later.cameras["nav"]
+        turned = Rotation.from_matrix(after.R_camera_from_icrf @ camera.R_camera_from_icrf.T)
+        assert np.degrees(turned.magnitude()) == pytest.approx(2.0 * seconds)
+        past = after.position - there.position - (camera.position - here.position)
+        assert np.linalg.norm(past) == pytest.approx(0.5 * seconds, rel=1e-6)
+        # The craft behind the camera, and its lamp, are rigid with it.
+        for state, seen in ((middle, camera), (later, after)):
+            behind = seen.position - 0.03 * seen.R_camera_from_icrf[2]
+            assert state.lamps[0].position == pytest.approx(behind, abs=1e-7)
+    assert np.linalg.matrix_rank(np.array(axes)) == 3
+
+
+def test_a_turning_target_is_blurred_and_its_labels_are_of_mid_exposure(tmp_path: Path) -> None:
+    draw = "range_m = 6.0\nexposure_time_s = 0.002\n"
+    exposures = {}
+    with Simulator(small_campaign(tmp_path).scenario) as simulator:
+        for rate in (0.0, 3000.0):
+            campaign = small_campaign(tmp_path, f"{draw}target_rate_deg_s = {rate}\n")
+            exposures[rate] = take(campaign, simulator, 0)
+    still, blurred = exposures.values()
+    assert still.files["labels/000000.json"] == blurred.files["labels/000000.json"]
+    assert still.row["dn_sha256"] != blurred.row["dn_sha256"]
 
 
 def test_the_example_draws_what_it_says() -> None:

@@ -21,6 +21,7 @@ FLOORS = {
     "reference": 3,
     "rays": 3,
     "transport": 3,
+    "levels": 3,
     "optics": 3,
     "view": 3,
     "images": 3,
@@ -63,6 +64,7 @@ NEIGHBOURS = {
     ("view", "rays"),
     ("view", "transport"),
     ("transport", "rays"),
+    ("levels", "rays"),
     ("reference", "sensor"),
     ("images", "sensor"),
 }
@@ -90,6 +92,7 @@ SHARED_PASSES = {
     "simgl.passes.lobes",
     "simgl.passes.meshes",
     "simgl.passes.outline",
+    "simgl.passes.planet_blocks",
     "simgl.passes.textures",
     "simgl.passes.weather",
 }

@@ -68,18 +68,20 @@ class Window:
         size: tuple[int, int] = (3, 3),
         pixel: float = 1e-5,
         behind: float = 0.0,
+        moon: Array | None = None,
     ) -> Floats:
         """(height, width, 4) radiance factor pi L / E.
 
         pixel : its angle [rad]
         behind : radiance factor of what lies beyond Earth and air, everywhere
+        moon : its place [m]
         """
         state, camera = _state(earth, place, axes(view, up), sun, size, pixel)
         # Refuses before anything is made.
         background(state, camera)
         target = ImageTarget(self.ctx, size, (Format("f4", 4),))
         target.framebuffer.clear(*(behind / np.pi,) * 4)
-        self.draw(earth, place, view, sun, target, up=up, pixel=pixel, beyond=True)
+        self.draw(earth, place, view, sun, target, up=up, pixel=pixel, beyond=True, moon=moon)
         picture = np.pi * target.read()
         self.ctx.detect_framebuffer(0).use()
         target.release()
@@ -96,9 +98,11 @@ class Window:
         up: Array | None = None,
         pixel: float,
         beyond: bool = False,
+        moon: Array | None = None,
     ) -> None:
         """Into a target; ``beyond``: over what it holds already."""
         state, camera = _state(earth, place, axes(view, up), sun, target.size, pixel)
+        state = replace(state, moon=moon)
         drawn = Heavens(
             focal_length=1.0, principal_point=(0.0, 0.0), stars=None, sun=None, moon=None
         )

@@ -8,10 +8,13 @@ from pathlib import Path
 import moderngl
 import numpy as np
 import pytest
+from scipy.interpolate import RegularGridInterpolator
 
 from simgl.errors import ConfigError
-from simgl.physics.air import STANDARD
+from simgl.physics.air import SOURCE, STANDARD
+from simgl.physics.sea import fresnel, wave_slope_variance
 from simgl.scenario.loader import load_scenario
+from simgl.scene.earth import Earth
 from simgl.simulator import Product, Simulator
 from tests.passes.air_scenes import RADIUS, Array, Window, sphere, window
 from tests.scenes import lambert, radiance, scene
@@ -143,6 +146,27 @@ def test_the_limb_falls_with_the_airs_density_and_is_even_where_it_is_opaque(
     np.testing.assert_allclose(green[5] / green[4], np.exp(-10.0 / 8.0), rtol=1e-2)
 
 
+@pytest.mark.parametrize(
+    ("sun_zenith_deg", "lowest_km", "highest_km"), [(60.0, 2.0, 6.0), (90.0, 8.0, 16.0)]
+)
+def test_the_green_limb_peaks_low_by_day_and_higher_at_the_terminator(
+    gl: moderngl.Context, sun_zenith_deg: float, lowest_km: float, highest_km: float
+) -> None:
+    """With the Sun aside. The truth table has 0.416 at 5 km and 0.198 at 20 km by day; with the Sun
+    on the horizon 0.0842 and 0.0786, so that the peak between them is flat: 12 km, 4 either way."""
+    heights = np.array([0.5, 2.0, 4.0, 6.0, 8.0, 10.0, 12.0, 14.0, 16.0, 20.0, 25.0])
+    angle = np.radians(sun_zenith_deg)
+    sun = np.cos(angle) * UP + np.sin(angle) * EAST
+    earth = replace(sphere(0.3), air=SOURCE)
+    with window(gl) as look:
+        green = []
+        for r in RADIUS + 1e3 * heights:
+            # A ray along y whose lowest point lies on the x axis, from 400 km.
+            place = r * UP - np.sqrt((RADIUS + 4e5) ** 2 - r**2) * NORTH
+            green.append(look.ray(earth, place, NORTH, sun)[1])
+    assert lowest_km <= heights[int(np.argmax(green))] <= highest_km
+
+
 def test_space_above_the_air_is_black(gl: moderngl.Context) -> None:
     with window(gl) as look:
         place = (RADIUS + 4e5) * UP
@@ -255,3 +279,43 @@ def test_a_black_ball_at_the_end_of_the_air_looks_like_what_is_behind(
     # The march itself against the view's table: 0.3 %. Below the ball 200 m of air are missing.
     np.testing.assert_allclose(pictures[0], pictures[1], rtol=3e-2 if ball_km < 1.0 else 5e-3)
     assert pictures[0].min() > 0.0
+
+
+@pytest.mark.parametrize("zenith", [60.0, 89.0])
+def test_the_sea_mirrors_the_sky_by_fresnels_law_on_every_wave(
+    gl: moderngl.Context, zenith: float
+) -> None:
+    """Near infrared, where water is black, square to the Sun's azimuth, where no glint is."""
+    up, east, north = np.eye(3)
+    z = np.radians(zenith)
+    sun = np.cos(z) * up + np.sin(z) * east
+    earth = Earth(equatorial_radius=RADIUS, polar_radius=RADIUS, air=STANDARD, wind=7.0)
+    place = (RADIUS + 2.0) * up
+    heights = np.radians([0.1, 1.0, 3.0, 6.0, 10.0, 16.0, 25.0, 40.0, 60.0, 89.0])
+    turns = np.linspace(0.0, np.pi, 9)
+
+    def towards(height: float, turn: float) -> Array:
+        level = np.cos(turn) * east + np.sin(turn) * north
+        return np.asarray(np.sin(height) * up + np.cos(height) * level)
+
+    variance = wave_slope_variance(7.0)
+    steps = np.linspace(-4.0, 4.0, 81) * np.sqrt(0.5 * variance)
+    x, y = np.meshgrid(steps, steps, indexing="ij")
+    length = np.sqrt(1.0 + x * x + y * y)
+    with window(gl) as seen:
+        values = [[seen.ray(earth, place, towards(h, t), sun)[3] for h in heights] for t in turns]
+        sky = RegularGridInterpolator((turns, heights), values)
+        for angle in (0.5, 5.0, 20.0, 45.0):
+            look = towards(-np.radians(angle), np.pi / 2.0)
+            normal = (up + x[..., None] * east - y[..., None] * north) / length[..., None]
+            incidence = np.maximum(-(normal @ look), 0.0)
+            weight = np.exp(-(x * x + y * y) / variance) * incidence * length
+            sent = look + 2.0 * incidence[..., None] * normal
+            height = np.clip(np.arcsin(sent @ up), heights[0], heights[-1])
+            turn = np.arctan2(np.abs(sent @ north), sent @ east)
+            light = sky(np.stack([turn, height], axis=-1))
+            expected = np.sum(weight * fresnel(incidence) * light) / np.sum(weight)
+            # Two heights on one azimuth stand for all that is mirrored; the sky bends less than
+            # this between them. Foam adds up to 1e-4 / 4e-3 of it.
+            found = seen.ray(earth, place, look, sun)[3]
+            assert found == pytest.approx(expected, rel=0.2), angle

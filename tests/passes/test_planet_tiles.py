@@ -10,7 +10,7 @@ import pytest
 from simgl.physics.air import AIR_TOP, STANDARD
 from simgl.scene.earth import Earth
 from simgl.view.background import PlanetView
-from simgl.view.tiles import BLOCK, TILE, tiles_of
+from simgl.view.tiles import TILE, tiles_of
 from tests.passes.air_scenes import axes
 
 Array = np.ndarray[Any, Any]
@@ -54,11 +54,11 @@ def test_ground_and_air_lie_inside_their_tiles(
     in_air = (planet.outside < reach) | ((od < 0.0) & (od * od > dd * (planet.outside - reach)))
     tiles = tiles_of(planet, k, SIZE)
 
-    def pixels(mask: Array, edge: int) -> Array:
-        return mask.repeat(edge, axis=0).repeat(edge, axis=1)[: SIZE[1], : SIZE[0]]
+    def pixels(mask: Array) -> Array:
+        return mask.repeat(TILE, axis=0).repeat(TILE, axis=1)[: SIZE[1], : SIZE[0]]
 
-    even = pixels(tiles.even, TILE)
-    ground, air = pixels(tiles.ground, BLOCK), pixels(tiles.air, BLOCK)
+    assert not (tiles.even & tiles.finer).any()
+    even, ground, air = pixels(tiles.even | tiles.finer), pixels(tiles.ground), pixels(tiles.air)
     assert (even.astype(int) + ground + air).max() <= 1
     assert np.all((even | ground)[on_ground])
     assert np.all(on_ground[even])

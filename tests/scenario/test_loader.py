@@ -18,9 +18,8 @@ from simgl.scene.detector import FixedPattern
 from simgl.scene.mounts import BodyMount, OrbitingMount
 from simgl.scene.orbits import KeplerianOrbit
 from simgl.scene.state import SunInDirection
-from tests.scenario.tables import (
-    BAD_FILES,
-    BAD_VALUES,
+from tests.scenario.damages import BAD_FILES, BAD_VALUES
+from tests.scenario.damages.damage import (
     EPOCH,
     LOOK,
     MODEL,

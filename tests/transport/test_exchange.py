@@ -18,6 +18,7 @@ from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.trajectory import FixedAttitude, FixedPosition, Motion
 from simgl.transport.bake import BakeSettings, bake, sees_itself
 from simgl.transport.directions import SKY_CELLS
+from simgl.transport.response import Response
 from simgl.transport.sites import cast, sites_of
 from simgl.transport.solve import (
     SpotLight,
@@ -25,9 +26,7 @@ from simgl.transport.solve import (
     lamp_irradiance,
     radiosity,
     reflectors,
-    site_irradiance,
-    sky_irradiance,
-    vertex_values,
+    vertex_irradiance,
 )
 from simgl.transport.sunlit import SunlitPatches
 from simgl.transport.transport import Floats, Transport
@@ -71,17 +70,11 @@ def sunlight(transport: Transport) -> Floats:
     return np.asarray(cosines[:, None] * np.full(4, 1367.0, dtype=np.float32))
 
 
-def vertex_irradiance(transport: Transport, exitance: Floats) -> Floats:
-    """(v, sides, 4) of the vertices from the body's own surfaces."""
-    sites = site_irradiance(transport, exitance)
-    return vertex_values(transport, sites, np.ones(len(sites), dtype=np.float32))[..., :4]
-
-
-def vertex_share(transport: Transport, sky: Floats) -> Floats:
-    """(v,) of the Earth's light on the front of the vertices."""
-    share = earth_share(transport, sky)
-    bounced = np.zeros((len(share), 4), dtype=np.float32)
-    return vertex_values(transport, bounced, share)[:, 0, 4]
+def vertex_light(transport: Transport, exitance: Floats) -> Floats:
+    """(v, sides, 4) irradiance of the vertices from the body's own surfaces."""
+    values = np.full((*transport.site_of_vertex.shape[::-1], 4), np.nan, dtype=np.float32)
+    vertex_irradiance(transport, exitance, values)
+    return values
 
 
 def inside(transport: Transport) -> NDArray[np.bool_]:
@@ -147,8 +140,7 @@ def test_the_same_body_gives_the_same_bits() -> None:
 def test_a_closed_cavity_fills_with_its_emission_over_one_minus_albedo(albedo: float) -> None:
     transport = closed_box()
     surface = reflectors(transport, white(albedo, emission=2.0))
-    dark = np.zeros((len(transport.areas), 4), dtype=np.float32)
-    inner = radiosity(transport, surface, dark)[inside(transport)]
+    inner = radiosity(transport, surface, surface.exitance)[inside(transport)]
     # The iteration stops at 1e-3 of what one bounce leaves; float32 rounds far below.
     np.testing.assert_allclose(inner, np.pi * 2.0 / (1.0 - albedo), rtol=2e-3)
 
@@ -192,7 +184,7 @@ def test_the_open_box_has_the_radiance_of_every_bounce(bounces: int) -> None:
         for _ in range(bounces - 1):
             exitance = first + surface.albedo * (transport.form_factors @ exitance)
     else:
-        exitance = radiosity(transport, surface, irradiance)
+        exitance = radiosity(transport, surface, surface.albedo * irradiance)
     for name, patches in box_faces(transport).items():
         area = transport.areas[patches]
         found = float((area * exitance[patches, 0]).sum() / area.sum() / np.pi)
@@ -206,8 +198,8 @@ def test_vertices_get_the_light_that_the_patches_around_them_get() -> None:
     transport = open_box()
     surface = reflectors(transport, white(0.8))
     irradiance = sunlight(transport)
-    exitance = radiosity(transport, surface, irradiance)
-    light = vertex_irradiance(transport, exitance)
+    exitance = radiosity(transport, surface, surface.albedo * irradiance)
+    light = vertex_light(transport, exitance)
     patch = transport.form_factors @ exitance
     floor = box_faces(transport)["floor"]
     area = transport.areas[floor]
@@ -226,7 +218,8 @@ def test_the_back_of_a_sheet_gets_nothing_of_the_light_before_it() -> None:
     transport = open_box()
     surface = reflectors(transport, white(0.8))
     irradiance = sunlight(transport)
-    light = vertex_irradiance(transport, radiosity(transport, surface, irradiance))
+    exitance = radiosity(transport, surface, surface.albedo * irradiance)
+    light = vertex_light(transport, exitance)
     assert light[:, 0].max() > 100.0
     # The outside of a convex box sees nothing of it.
     assert light[:, 1].max() == 0.0
@@ -241,7 +234,7 @@ def test_a_plate_behind_a_big_plate_gets_no_light_of_the_earth() -> None:
     # An Earth that fills the half space below.
     below = np.zeros((SKY_CELLS, 4), dtype=np.float32)
     below[5 * 16 : 6 * 16] = 100.0
-    share = vertex_share(transport, below)
+    share = earth_share(transport, below)[:, 0]
     lower = mesh.normals[:, 2] < -0.9
     near = np.abs(mesh.positions[:, :2]).max(axis=1) < 0.11
     hidden = lower & near & (mesh.positions[:, 2] > 0.01)
@@ -397,7 +390,7 @@ def test_a_board_whose_corners_are_inside_blocks_is_lit_between_them() -> None:
     assert transport is not None
     above = np.zeros((SKY_CELLS, 4), dtype=np.float32)
     above[4 * 16 : 5 * 16] = 100.0
-    share = vertex_share(transport, above)
+    share = earth_share(transport, above)[:, 0]
     mesh = transport.mesh
     corner = (mesh.normals[:, 2] > 0.9) & (mesh.positions[:, 2] == 0.0)
     assert np.count_nonzero(corner) >= 4
@@ -438,8 +431,10 @@ def test_a_free_surface_under_a_uniform_sky_gets_pi_times_its_radiance() -> None
     transport = open_box()
     sky = np.full((SKY_CELLS, 4), 3.0, dtype=np.float32)
     outer = ~inside(transport)
+    response = Response(transport, reflectors(transport, white(0.5)), SunlitPatches(transport))
     # The outside of the box sees the sky with every ray; float32 sums.
-    np.testing.assert_allclose(sky_irradiance(transport, sky)[outer], 3.0 * np.pi, rtol=1e-5)
+    found = response.of_sky(sky)[outer]
+    np.testing.assert_allclose(found, 0.5 * 3.0 * np.pi, rtol=1e-5)
 
 
 def test_a_sheet_above_another_shows_it_its_back() -> None:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from simgl.rays import ray_tracer
 from simgl.scene.mesh import plate
 from simgl.transport.solve import Blocker, lit_normals
-from simgl.transport.sunlit import SunlitPatches
+from simgl.transport.sunlit import SunlitPatches, around, direction_of
 from tests.transport.test_exchange import inside, open_box
 
 Array = NDArray[np.float64]
@@ -51,6 +51,21 @@ def test_free_patches_have_the_exact_cosine() -> None:
     cosine = np.maximum(transport.normals[:, 0] @ direction, 0.0)
     # float32 sums of three nodes.
     np.testing.assert_allclose(found[outside], cosine[outside], atol=1e-6)
+
+
+def test_three_directions_of_the_lattice_add_up_to_the_one_between() -> None:
+    """Everywhere, so that a wall in full light has the cosine itself."""
+    random = np.random.default_rng(2).normal(size=(400, 3))
+    # On the folds of the map the octahedron has its edges: there neighbours must agree.
+    edges = random * np.tile(1.0 - np.eye(3), (134, 1))[:400]
+    for direction in np.concatenate([random, edges, np.eye(3), -np.eye(3)]):
+        direction = direction / np.linalg.norm(direction)
+        corners = around(direction)
+        total = sum(weight * direction_of(node) for node, weight in corners)
+        np.testing.assert_allclose(total, direction, atol=1e-12)
+        # Three directions half a degree apart, times what an octahedral map stretches.
+        reach = min(float(direction_of(node) @ direction) for node, _ in corners)
+        assert reach > np.cos(np.radians(1.6 * 0.5 * 2.0**0.5))
 
 
 def test_sunlight_in_the_box_is_that_of_the_directions_around() -> None:

@@ -1,0 +1,1 @@
+"""Coarser triangles over the vertices of a mesh, for spacecraft that are far away."""

@@ -1,0 +1,79 @@
+"""How exactly each part of a spacecraft has to be drawn for one camera: a function of the state."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simgl.scene.camera import Camera
+from simgl.scene.detail import step_below
+from simgl.scene.mesh import Mesh
+from simgl.scene.spacecraft import SpacecraftModel
+from simgl.scene.state import BodyState, CameraState, SceneState
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Detail:
+    """What may stand for a spacecraft.
+
+    errors : that each of its parts may have [m]; none at all for the model as it is
+    """
+
+    errors: tuple[float, ...] = ()
+
+    @property
+    def key(self) -> bytes:
+        """Equal keys mean that the same is drawn."""
+        return np.array(self.errors, dtype=np.float64).tobytes()
+
+    def all_within_least(self, parts: int) -> Detail:
+        """For another body of so many parts, errors no larger than any of these."""
+        least = min(self.errors, default=0.0)
+        return Detail((least,) * parts) if least > 0.0 else WHOLE
+
+
+# The model as it is.
+WHOLE = Detail()
+
+
+def camera_from_body(camera: CameraState, body: BodyState) -> Array:
+    """(4, 4) from body axes to camera axes [m]."""
+    matrix = np.eye(4)
+    matrix[:3, :3] = camera.R_camera_from_icrf @ body.pose.R_icrf_from_body
+    matrix[:3, 3] = camera.R_camera_from_icrf @ (body.pose.position - camera.position)
+    return matrix
+
+
+def far_models(state: SceneState, error_px: float) -> list[SpacecraftModel]:
+    """The spacecraft that some camera of the scene is so far from that less may stand for them."""
+    return [
+        body.model
+        for body in state.bodies.values()
+        if any(
+            detail(body.model.mesh, camera_from_body(seen, body), seen.camera, error_px).errors
+            for seen in state.cameras.values()
+        )
+    ]
+
+
+def detail(mesh: Mesh, camera_from_body: Array, camera: Camera, error_px: float) -> Detail:
+    """What may stand for a spacecraft before a pinhole.
+
+    A place that is off by d at depth z moves in the picture by at most f d / (z cos a), where a is
+    its angle from the boresight, so by at most so much with the depth of a part's nearest place
+    and the angle of the picture's corner.
+
+    camera_from_body : (4, 4)
+    camera : whose pixels are meant; the field of a lens that distorts ends where its pinhole's does
+    error_px : how far anything may be moved [pixels]
+    """
+    spheres = mesh.part_spheres
+    depth = camera_from_body[2, :3] @ spheres[:, :3].T + camera_from_body[2, 3] - spheres[:, 3]
+    d, f = camera.detector, camera.focal_length_px
+    corner = 1.0 / np.sqrt(1.0 + (d.width**2 + d.height**2) / (2.0 * f) ** 2)
+    errors = tuple(step_below(float(e)) for e in error_px * corner / f * depth)
+    return Detail(errors) if any(errors) else WHOLE

@@ -1,0 +1,1 @@
+"""The closed-loop example: its parts obey their laws, and the loop arrives."""

@@ -1,0 +1,54 @@
+"""Files named by a scenario: damaged, and what is said of it."""
+
+from __future__ import annotations
+
+from tests.scenario.damages.damage import LOOK, MODEL, Damage
+
+DAMAGES = (
+    Damage(
+        "axes of a shipped model",
+        MODEL,
+        f'{MODEL}\nup_axis = "y"',
+        ' [spacecraft.chaser]: model: model "cubesat_12u" knows its axes; up_axis goes with a '
+        "mesh file",
+    ),
+    Damage(
+        "misspelt model",
+        MODEL,
+        'model = "cubesat_21u"',
+        ' [spacecraft.chaser]: model: no model "cubesat_21u"; did you mean "cubesat_12u"? '
+        "(allowed: MODELS)",
+    ),
+    Damage(
+        "model file missing",
+        MODEL,
+        'model = "no/craft.glb"',
+        " [spacecraft.chaser]: model: FOLDER/no/craft.glb: no such model file",
+    ),
+    Damage(
+        "model file of another kind",
+        MODEL,
+        'model = "./scene.toml"',
+        " [spacecraft.chaser]: model: FILE: not a mesh that simgl reads (.glb, .gltf, .obj, .stl)",
+    ),
+    Damage(
+        "unit of a shipped model",
+        MODEL,
+        f"{MODEL}\nunit_m = 0.001",
+        ' [spacecraft.chaser]: model: model "cubesat_12u" knows its unit; unit_m goes with a '
+        "mesh file",
+    ),
+    Damage(
+        "misspelt preset",
+        LOOK,
+        f'{LOOK}\npreset = "mt9m043"',
+        ' [camera.nav]: preset: no camera preset "mt9m043"; did you mean "mt9m034"? (allowed: '
+        "PRESETS)",
+    ),
+    Damage(
+        "preset file missing",
+        LOOK,
+        f'{LOOK}\npreset = "mine.toml"',
+        " [camera.nav]: preset: FOLDER/mine.toml: cannot be read (No such file or directory)",
+    ),
+)
