@@ -78,7 +78,7 @@ class Renderer:
         self._air = AirPass(ctx)
         self._planet = PlanetPass(ctx, self._air)
         self._probe = ProbePass(ctx, self._planet.draw)
-        self._exchange = ExchangePass(ctx)
+        self._exchange = ExchangePass(ctx, self._meshes)
         self._gather = GatherPass()
         self._resolve = ResolvePass(ctx)
         self._warp = WarpPass(ctx)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from simgl.gpu.blocks import UniformBuffer
 from simgl.gpu.geometry import DETAIL, Geometry, Selection, Values
@@ -31,6 +32,15 @@ class VertexLighting:
     defines: tuple[str, ...]
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Drawn:
+    """Those vertices of a mesh that are drawn, (k,) in order; the same object for the same ones."""
+
+    vertices: NDArray[np.int64]
+
+
+_NONE = np.zeros(0, dtype=np.int64)
+
 # Sets of levels whose triangles stay on the GPU.
 _LEVELS_KEPT = 64
 
@@ -45,6 +55,7 @@ class MeshStore:
         self._ctx = ctx
         self._levels: dict[str, Levels] = {}
         self._indices: OrderedDict[int, tuple[Levels, moderngl.Buffer]] = OrderedDict()
+        self._drawn: OrderedDict[tuple[int, tuple[int, ...]], Drawn] = OrderedDict()
         self._textures = TextureStore(ctx)
         self._materials: dict[tuple[tuple[Material, ...], str], UniformBuffer] = {}
         self._geometries: OrderedDict[str, Geometry] = OrderedDict()
@@ -78,6 +89,22 @@ class MeshStore:
         levels = self.levels(model)
         ranges = levels.ranges(levels.chosen(detail.errors))
         return Selection(indices=self._uploaded(levels), ranges=tuple(ranges))
+
+    def vertices(self, model: SpacecraftModel, detail: Detail) -> Drawn | None:
+        """What ``selection`` draws; None for all."""
+        if not any(detail.errors):
+            return None
+        levels = self.levels(model)
+        chosen = levels.chosen(detail.errors)
+        key = id(levels), chosen
+        if key not in self._drawn:
+            if len(self._drawn) >= _LEVELS_KEPT:
+                self._drawn.popitem(last=False)
+            parts = [levels.triangles[a : a + n] for a, n in levels.ranges(chosen)]
+            used = np.unique(np.concatenate(parts)).astype(np.int64) if parts else _NONE
+            self._drawn[key] = Drawn(vertices=used)
+        self._drawn.move_to_end(key)
+        return self._drawn[key]
 
     def error(self, model: SpacecraftModel, detail: Detail) -> float:
         """How far what is drawn of a model is from it at most [m]."""
