@@ -32,8 +32,8 @@ _LEAST_COSINE = 0.5
 # What quadrics and planes tell of an error is larger than it: the end of a chord lies four times as
 # far from the other end's tangent as its middle from the arc.
 _SLACK = 4.0
-# Rounds end where they take away less than this share of the triangles.
-_LEAST_PROGRESS = 2e-3
+# Rounds end where they decide on less than this share of the triangles.
+_LEAST_PROGRESS = 1e-2
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -132,10 +132,11 @@ class Collapser:
         still = self.frozen[self.shell_of(self.triangles)]
         rest, self.triangles = self.triangles[still], self.triangles[~still]
         banned = np.zeros(0, dtype=np.int64)
-        taken = len(self.triangles)
-        while taken > _LEAST_PROGRESS * len(self.triangles):
+        tried = len(self.triangles)
+        while tried > _LEAST_PROGRESS * len(self.triangles):
             taken, refused = self._round(error, banned)
             banned = np.sort(np.concatenate([banned, refused]))
+            tried = taken + len(refused)
         self.triangles = self._sorted(np.concatenate([rest, self.triangles]))
 
     def _round(self, error: float, banned: Indices) -> tuple[int, Indices]:
@@ -144,12 +145,12 @@ class Collapser:
         chosen = self._candidates(edges, error, banned)
         if len(chosen) == 0:
             return 0, chosen
-        chosen = self._apart(edges, chosen)
         fit = self._keeps_topology(edges, chosen) & self._keeps_facing(edges, chosen, error)
         refused = [edges.key[chosen[~fit]]]
         chosen = chosen[fit]
         if len(chosen) == 0:
             return 0, refused[0]
+        chosen = self._apart(edges, chosen)
         near = self._keeps_near(edges, chosen, error)
         refused.append(edges.key[chosen[~near]])
         self._collapse(edges, chosen[near])

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from simgl.scene.camera import Camera
 from simgl.scene.detail import step_below
-from simgl.scene.mesh import Mesh
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import BodyState, CameraState, SceneState
 
@@ -54,26 +53,29 @@ def far_models(state: SceneState, error_px: float) -> list[SpacecraftModel]:
         body.model
         for body in state.bodies.values()
         if any(
-            detail(body.model.mesh, camera_from_body(seen, body), seen.camera, error_px).errors
+            detail(body.model, camera_from_body(seen, body), seen.camera, error_px).errors
             for seen in state.cameras.values()
         )
     ]
 
 
-def detail(mesh: Mesh, camera_from_body: Array, camera: Camera, error_px: float) -> Detail:
+def detail(model: SpacecraftModel, matrix: Array, camera: Camera, error_px: float) -> Detail:
     """What may stand for a spacecraft before a pinhole.
 
     A place that is off by d at depth z moves in the picture by at most f d / (z cos a), where a is
     its angle from the boresight, so by at most so much with the depth of a part's nearest place
     and the angle of the picture's corner.
 
-    camera_from_body : (4, 4)
+    matrix : (4, 4) camera_from_body
     camera : whose pixels are meant; the field of a lens that distorts ends where its pinhole's does
     error_px : how far anything may be moved [pixels]
     """
-    spheres = mesh.part_spheres
-    depth = camera_from_body[2, :3] @ spheres[:, :3].T + camera_from_body[2, 3] - spheres[:, 3]
+    if model.exact or error_px <= 0.0:
+        return WHOLE
+    spheres = model.mesh.part_spheres
+    depth = matrix[2, :3] @ spheres[:, :3].T + matrix[2, 3] - spheres[:, 3]
     d, f = camera.detector, camera.focal_length_px
     corner = 1.0 / np.sqrt(1.0 + (d.width**2 + d.height**2) / (2.0 * f) ** 2)
+    # A part without vertices is infinitely deep, and takes any level.
     errors = tuple(step_below(float(e)) for e in error_px * corner / f * depth)
     return Detail(errors) if any(errors) else WHOLE
