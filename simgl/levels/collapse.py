@@ -27,6 +27,8 @@ from simgl.levels.triangles import (
 
 # Root mean square of the angle by which normals may turn where their vertex has gone [rad].
 NORMALS_TURN = 0.04
+# Means of values over what a vertex stands for keep to this: a chord over a hollow curve adds up.
+MEANS_SHIFT = 0.15
 # A triangle turns by less than this at a time: cosine.
 _LEAST_COSINE = 0.5
 # What quadrics and planes tell of an error is larger than it: the end of a chord lies four times as
@@ -45,7 +47,7 @@ class Surface:
     triangles : (m, 3)
     labels : (n,) vertices with different ones never stand for each other
     groups : (n,) vertices of different ones are apart even at one place
-    values : (n, k) what must stay the same to within 1, root mean square
+    values : (n, k) what must stay the same to within 1, root mean square, and ``MEANS_SHIFT``
     places : (n, j) what must stay the same to within the allowed error; in metres along the surface
     """
 
@@ -263,6 +265,10 @@ class Collapser:
         total = np.bincount(to, weight, minlength=len(s.positions))
         mean = np.bincount(to, weight * off, minlength=len(s.positions)) / np.maximum(total, 1e-300)
         bad = far | (mean[to] > 1.0)
+        change = (place * s.values[corners]).sum(axis=1) - s.values[gone]
+        for column in change.T:
+            shift = np.bincount(to, weight * column, minlength=len(s.positions))
+            bad |= (np.abs(shift) > MEANS_SHIFT * total)[to]
         return np.asarray(np.bincount(cause[to], bad, minlength=len(chosen)) == 0)
 
     def _collapse(self, edges: _Edges, chosen: Indices) -> None:

@@ -215,7 +215,9 @@ def _craft(
         sun = state.sun.seen_from(body.pose.position)
         matrix = camera_from_body(camera, body)
         body_from_camera = np.asarray(np.linalg.inv(matrix))
-        found = detail(body.model, matrix, camera.camera, level_error_px)
+        found = detail(
+            body.model, matrix, camera.camera, level_error_px, exchanging=inter_reflection
+        )
         views.append(
             CraftView(
                 name=name,

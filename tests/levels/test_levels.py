@@ -16,10 +16,7 @@ from simgl.levels.measure import projected_areas
 from simgl.scenario.library import load_model
 from simgl.scene.detail import RUNGS, step_below
 from simgl.scene.mesh import Mesh, box, cylinder, sphere
-from simgl.transport.bake import BakeSettings
-from simgl.transport.cache import transport_of
 from simgl.transport.remesh import subdivided
-from tests.transport.shapes import OPEN_BOX, quads
 
 
 @cache
@@ -153,19 +150,6 @@ def test_errors_are_asked_for_in_steps() -> None:
     assert step_below(0.5 * RUNGS[0]) == 0.0
     assert step_below(RUNGS[3]) == RUNGS[3]
     assert step_below(1.9 * RUNGS[3]) == RUNGS[3]
-
-
-def test_a_mesh_for_light_begins_with_the_vertices_of_the_model(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Levels of the model are drawn from the vertices that carry the light between surfaces."""
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    mesh = quads(OPEN_BOX)
-    quick = BakeSettings(patches=50, patch_rays=32, site_rays=16, added_triangles=50)
-    transport = transport_of(mesh, open_sheets=True, settings=quick)
-    assert transport is not None
-    assert len(transport.mesh.positions) > len(mesh.positions)
-    np.testing.assert_array_equal(transport.mesh.positions[: len(mesh.positions)], mesh.positions)
 
 
 @pytest.fixture
