@@ -8,7 +8,7 @@ import time
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import msgspec
 import numpy as np
@@ -16,7 +16,7 @@ import typer
 
 from simgl.bench import machine, scene_files
 from simgl.output import check_writable, complete_file
-from simgl.scenario.loader import load_scenario, scenario_from_dict
+from simgl.scenario.loader import load_scenario
 from simgl.scenario.scenario import Scenario
 from simgl.simulator import Product, Simulator
 
@@ -48,25 +48,6 @@ class Record(msgspec.Struct, frozen=True, kw_only=True):
     renderer: str
     bound_px: float
     cases: list[Case]
-
-
-def _station() -> Scenario:
-    """The station from 500 m in deep space, the Sun over the camera's shoulder."""
-    data: dict[str, Any] = {
-        "epoch": {"utc": "2026-03-20T12:00:00"},
-        "sun": {"direction_icrf": [0.3, 0.5, -0.8]},
-        "earth": {"shape": "none"},
-        "spacecraft": {"target": {"model": "iss_like", "position_icrf_m": [0, 0, 0]}},
-        "camera": {
-            "cam": {
-                "position_icrf_m": [0, 0, -500.0],
-                "look_at": "target",
-                "width_px": 900,
-                "height_px": 900,
-            }
-        },
-    }
-    return scenario_from_dict(data, name="iss_like_500")
 
 
 def measured(scenario: Scenario, frames: int) -> tuple[str, Case]:
@@ -129,7 +110,7 @@ def main(
     source = load_scenario(scene_files()["source_600"])
     dark = replace(source, name="source_600 without inter_reflection", inter_reflection=False)
     cases, renderer = [], ""
-    for scenario in (source, dark, _station()):
+    for scenario in (source, dark):
         renderer, case = measured(scenario, frames)
         cases.append(case)
     record = Record(
