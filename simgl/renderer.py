@@ -147,10 +147,10 @@ class Renderer:
         if view.background.planet is not None:
             with self.timer.measure("air"):
                 self._air.before(view.background.planet)
-        # The first probes before the planet: they are read back, and would wait for it.
+        # The first skies before the planet: they are read back, and would wait for it.
         for tile in view.tiles[:1]:
             with self.timer.measure("probe"):
-                self._probe.draw([craft.sky for craft in tile.craft])
+                self._probe.look([craft.sky for craft in tile.craft])
         fine = target if view.field is None else self._target("field", view.field.fine, _BANDS)
         if view.background.heavens is not None:
             with self.timer.measure("heavens"):
@@ -256,8 +256,14 @@ class Renderer:
         the bands: one sum for a monochrome detector, three for one of colour.
         """
         if not spreads(camera):
-            irradiance = self.irradiance(camera, radiance, sun)
-            return self.electrons(camera, photons_per_joule, irradiance)
+            target = self._target("electrons", camera, _ELECTRONS)
+            relative = self._optics.relative_illumination(camera)
+            seen = radiance.textures[0]
+            with self.timer.measure("exposure"):
+                self._exposure.draw_through_lens(
+                    camera, photons_per_joule, seen, relative, target.framebuffer
+                )
+            return target
         sharp = self._sharp(camera, radiance)
         target = self._target("electrons", camera, _ELECTRONS)
         square = square_electrons_per_irradiance(camera, photons_per_joule)

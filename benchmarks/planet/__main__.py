@@ -29,7 +29,8 @@ from simgl.gpu.state import State
 from simgl.gpu.targets import Format, ImageTarget
 from simgl.output import complete_file
 from simgl.passes.air import AirPass
-from simgl.passes.planet import PLANET, PlanetPass
+from simgl.passes.planet import PlanetPass
+from simgl.passes.planet_blocks import PLANET
 from simgl.physics.ephemeris import itrf_from_icrf, tai_ns_from_utc
 from simgl.scenario.loader import scenario_from_dict
 from simgl.view.background import Background, background

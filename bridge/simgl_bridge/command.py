@@ -5,9 +5,9 @@ from __future__ import annotations
 import os
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from threading import Event
 from types import FrameType
@@ -25,8 +25,10 @@ from simgl_bridge.address import DEFAULT_ADDRESS, check_bindable
 from simgl_bridge.basilisk.front import BasiliskFront
 from simgl_bridge.basilisk.replay import replay
 from simgl_bridge.basilisk.scene import bare_scenario, check_base
-from simgl_bridge.basilisk.sheet import load_sheets
+from simgl_bridge.basilisk.sheet import Sheet, load_sheets
+from simgl_bridge.keeper import WithParent, keep
 from simgl_bridge.native import LARGEST_SEED, WINDOW, NativeFront
+from simgl_bridge.server import Stop
 from simgl_bridge.server import serve as serve_until
 from simgl_bridge.studio import Studio
 from simgl_bridge.turns import Turns
@@ -98,6 +100,9 @@ def serve(
     insecure: Annotated[
         bool, typer.Option("--insecure", help="Let anybody in, from other machines too.")
     ] = False,
+    restart: Annotated[
+        bool, typer.Option("--restart", help="Start the server again if a fault kills it.")
+    ] = False,
 ) -> None:
     """Serve a scenario's cameras to a closed-loop simulation over ZeroMQ.
 
@@ -122,23 +127,76 @@ def serve(
     if basilisk is not None:
         # Its protocol knows no keys.
         check_bindable(basilisk, option="--basilisk")
-    sheets = load_sheets(camera or [], root)
-    with _stop_on_signals() as stop, ExitStack() as stack:
-        loaded = bare_scenario() if scenario is None else load_scenario(scenario, root=root)
-        if seed is not None:
-            loaded = replace(loaded, seed=seed)
-        if basilisk is not None:
+    if restart and any(a and a.endswith(":*") for a in (address, basilisk, monitor)):
+        problem = "needs ports that stay the same, not :*"
+        raise ConfigError("simgl serve", "--restart", problem)
+    wanted = _Wanted(
+        scenario=scenario,
+        address=address,
+        basilisk=basilisk,
+        sheets=load_sheets(camera or [], root),
+        monitor=monitor,
+        rate_hz=rate_hz,
+        seed=seed,
+        root=root,
+        access=access,
+    )
+    with _stop_on_signals() as stop:
+        if not restart:
+            _serve(wanted, stop)
+        elif code := keep(_serve_kept, {"wanted": wanted}, stop):
+            raise typer.Exit(code)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Wanted:
+    """What the command was asked for, checked."""
+
+    scenario: Path | None
+    address: str | None
+    basilisk: str | None
+    sheets: Mapping[int, Sheet]
+    monitor: str | None
+    rate_hz: float | None
+    seed: int | None
+    root: Path | None
+    access: Access
+
+
+def _serve_kept(wanted: _Wanted) -> None:
+    """Serve in a process that another one looks after, and that ends with it."""
+    with _stop_on_signals() as stop:
+        try:
+            _serve(wanted, WithParent(stop))
+        except SimglError as error:
+            print(f"simgl: {error}", file=sys.stderr)
+            sys.exit(2)
+
+
+def _serve(wanted: _Wanted, stop: Stop) -> None:
+    """Serve until a stop is wished for."""
+    with ExitStack() as stack:
+        path = wanted.scenario
+        loaded = bare_scenario() if path is None else load_scenario(path, root=wanted.root)
+        if wanted.seed is not None:
+            loaded = replace(loaded, seed=wanted.seed)
+        if wanted.basilisk is not None:
             check_base(loaded)
         turns = Turns(WINDOW)
-        studio = stack.enter_context(Studio(loaded, root=root, open_simulator=_open))
+        studio = stack.enter_context(Studio(loaded, root=wanted.root, open_simulator=_open))
         fronts: list[NativeFront | BasiliskFront] = []
-        if address is not None:
+        if wanted.address is not None:
             native = NativeFront(
-                studio, turns, address, access=access, monitor=monitor, rate_hz=rate_hz
+                studio,
+                turns,
+                wanted.address,
+                access=wanted.access,
+                monitor=wanted.monitor,
+                rate_hz=wanted.rate_hz,
             )
             fronts.append(stack.enter_context(native))
-        if basilisk is not None:
-            front = BasiliskFront(studio, turns, basilisk, sheets=sheets)
+        if wanted.basilisk is not None:
+            front = BasiliskFront(studio, turns, wanted.basilisk, sheets=wanted.sheets)
             fronts.append(stack.enter_context(front))
         for one in fronts:
             _say(one.summary)

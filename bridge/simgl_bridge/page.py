@@ -40,6 +40,7 @@ def page() -> str:
         "WINDOW": native.WINDOW,
         "LARGEST_HEADER": wire.LARGEST_HEADER,
         "LARGEST_FRAME": post.LARGEST_FRAME,
+        "MOST_WAITING": post.MOST_WAITING,
         "OWNER_SILENCE": f"{stream.OWNER_SILENCE:g}",
     }.items():
         text = text.replace(f"@{name}@", str(value))

@@ -22,11 +22,16 @@ from simgl_bridge.wire import BadMessageError, pack
 # 1280 x 960 pixels arrive in half the time. A network needs what the system finds best.
 LOOPBACK_BUFFER = 256 * 1024
 # ZeroMQ drops a client that sends a longer frame, before it takes any memory for it.
-LARGEST_FRAME = 1024 * 1024
+LARGEST_FRAME = 128 * 1024
 # Replies waiting for one client, as pictures of the largest camera: a reader that stalls loses what
 # is beyond. ZeroMQ may take a queue for full from its half on, so it is never shorter than 16.
 QUEUE_BYTES = 256 * 1024 * 1024
 QUEUE_RANGE = (16, 256)
+# Messages of one client that wait to be taken in: those that a fast simulation in free-run sends
+# while a picture is made. Only where more come can libzmq 4.3.5 abort the process: if a heartbeat
+# is among those that found no room, and the client breaks the connection (!_io_error in
+# stream_engine_base.cpp).
+MOST_WAITING = 1024
 # Messages taken in between two pictures: a flood must not keep the others from theirs.
 MOST_AT_ONCE = 256
 
@@ -66,14 +71,13 @@ class Post:
         s.setsockopt(zmq.MAXMSGSIZE, LARGEST_FRAME)
         least, most = QUEUE_RANGE
         s.setsockopt(zmq.SNDHWM, min(max(QUEUE_BYTES // (2 * most_pixels), least), most))
-        s.setsockopt(zmq.RCVHWM, least)
+        s.setsockopt(zmq.RCVHWM, MOST_WAITING)
         # A client that comes back with its identity takes over at once.
         s.setsockopt(zmq.ROUTER_HANDOVER, 1)
         # A reply to a client that left is an error that can be seen, not silence.
         s.setsockopt(zmq.ROUTER_MANDATORY, 1)
-        # Not ZMQ_HEARTBEAT_IVL: where a client hangs up while its messages wait at a full queue,
-        # the timer of libzmq 4.3.5 aborts the whole process (!_io_error in stream_engine_base.cpp).
-        # The clients send heartbeats, which are answered; one that vanished is noticed by TCP.
+        # Not ZMQ_HEARTBEAT_IVL, whose timer aborts the process in the same place. The clients send
+        # heartbeats, which are answered; one that vanished is noticed by TCP.
         s.setsockopt(zmq.TCP_KEEPALIVE, 1)
         s.setsockopt(zmq.TCP_KEEPALIVE_IDLE, 10)
         s.setsockopt(zmq.TCP_KEEPALIVE_INTVL, 5)

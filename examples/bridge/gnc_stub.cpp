@@ -7,7 +7,7 @@ int main(int, char **argv) {
     try {
         simgl::Client client(argv[1]);
         const simgl::Camera camera = client.welcome().cameras.at(0);
-        simgl::Pose chaser{{0.0, 0.0, 60.0}, {0.0, 0.0, -0.5}};
+        simgl::Pose chaser{{1.0, 0.0, 60.0}, {0.0, 0.0, -0.5}};
         for (std::int64_t step = 0; step < 20; ++step) {
             const std::int64_t now = client.welcome().epoch_tai_ns + step * 1'000'000'000;
             const auto tick = client.render(now, {{camera.name}}, {{"chaser", chaser}});

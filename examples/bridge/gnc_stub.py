@@ -7,7 +7,7 @@ from simgl_bridge import BodyPose, Client, DelayLine
 
 with Client(sys.argv[1]) as client:
     camera = client.welcome.cameras[0]
-    position, velocity = np.array([0.0, 0.0, 60.0]), np.array([0.0, 0.0, -0.5])
+    position, velocity = np.array([1.0, 0.0, 60.0]), np.array([0.0, 0.0, -0.5])
     columns = np.arange(camera.width) + 0.5
     on_their_way = DelayLine()
     for step in range(20):

@@ -1,12 +1,13 @@
 // Mean photo-electrons from the irradiance of the image plane [W m-2 per band], of four neighbouring
-// pixels of a row at a time.
+// pixels of a row at a time; with LENS from the radiance that pixels see [W m-2 sr-1].
 //
 // Electrons = E * area * time * photons per joule * quantum efficiency, all of it folded per band
-// into electrons_per_irradiance [e- W-1 m2]: one row for each pixel of a square of 2 x 2, in the order
-// (0, 0), (1, 0), (0, 1), (1, 1), which are alike without colour filters.
+// into electrons_per_light [e- W-1 m2, with LENS e- W-1 m2 sr]: one row for each pixel of a square of
+// 2 x 2, in the order (0, 0), (1, 0), (0, 1), (1, 1), which are alike without colour filters.
 #include "block/exposure"
+#include "optics/off_axis.glsl"
 
-uniform sampler2D irradiance;
+uniform sampler2D light;
 #ifdef ROW_SHARES
 // Of each row's exposure time, the share during which the scene looked like this.
 uniform sampler2D row_shares;
@@ -18,8 +19,11 @@ out vec4 electrons;
 vec2 even_and_odd(int column) {
     int row = int(gl_FragCoord.y);
     // The last group may reach past the end of the row.
-    ivec2 pixel = ivec2(min(column, textureSize(irradiance, 0).x - 1), row);
-    vec4 square = electrons_per_irradiance * texelFetch(irradiance, pixel, 0);
+    ivec2 pixel = ivec2(min(column, textureSize(light, 0).x - 1), row);
+    vec4 square = electrons_per_light * texelFetch(light, pixel, 0);
+#ifdef LENS
+    square *= off_axis(pixel, intrinsics);
+#endif
 #ifdef MOSAIC
     return (row & 1) == 0 ? square.xy : square.zw;
 #else

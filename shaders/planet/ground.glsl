@@ -4,6 +4,9 @@
 #include "planet/night.glsl"
 #include "planet/ocean.glsl"
 #include "planet/place.glsl"
+#ifdef REGOLITH
+#include "planet/regolith.glsl"
+#endif
 
 #ifndef SEA
 uniform sampler2D land_map;   // square roots of reflectance R, G, B, N
@@ -17,25 +20,6 @@ const float SHORE_KM = 255.0 / 6.0;
 const vec3 ZERO_CODE = vec3(128.0 / 255.0);
 // Mean of max(1 - 3 |g|, 0) for a normal g: 2 phi(0) (1/3 - 1/6) to first order.
 const float BED_MEAN = 0.131;
-
-#ifdef EARTH_MAPS
-// The noise at a spot; none where pixels are too large for it.
-vec4 noise_at(Spot spot, float level) {
-#ifdef FAR
-    return vec4(0.0);
-#elif defined(EVEN)
-    return chart_at(spot.on_chart, level);
-#else
-    return chart_about(spot.up, level);
-#endif
-}
-
-// The clouds' noise: cells where they lie in decks, puffs elsewhere.
-float cloud_noise(vec4 noise, float ragged) {
-    float cells = clamp(2.2 - 4.0 * ragged, 0.0, 1.0);
-    return noise.z * sqrt(1.0 - cells) + noise.w * sqrt(cells);
-}
-#endif
 
 // What comes from ground and clouds to the camera [W m-2 sr-1], and how much passes the clouds.
 struct Sight {
@@ -51,7 +35,12 @@ Sight ground_sight(Place here, float on_earth, float on_clouds) {
     vec3 normal = here.normal, view = here.view, sun = sun_direction_itrf.xyz;
     float lit = here.lit, mu_sun = dot(normal, sun);
     vec4 direct = here.direct, diffuse = here.diffuse;
-#ifndef EARTH_MAPS
+#ifdef REGOLITH
+    // Its geometric albedo is that of a Lambertian globe of `earth_albedo`.
+    if (lit <= 0.0) return Sight(vec4(0.0), 1.0);
+    float r = regolith_reflectance(lit, max(dot(normal, view), 1e-3), dot(view, sun));
+    return Sight(on_earth * regolith_scale * earth_albedo * direct * r, 1.0);
+#elif !defined(EARTH_MAPS)
     return Sight(on_earth * earth_albedo / PI * (direct * lit + diffuse), 1.0);
 #else
     float level = here.levels.x, halvings = here.levels.y;
@@ -98,7 +87,7 @@ Sight ground_sight(Place here, float on_earth, float on_clouds) {
     // The sea; the waves' glint takes only light that no cloud has scattered.
     float mu_view = max(dot(normal, view), 0.0);
     float variance = wave_slope_variance;
-    float sky_mirror = sky_in_waves(mu_view, variance);
+    float sky_mirror = sky_in_waves(mu_view);
 #ifdef AIR_INSIDE
     vec4 sky = here.sky;
 #else
@@ -118,7 +107,7 @@ Sight ground_sight(Place here, float on_earth, float on_clouds) {
     // Lamps are on from sunset, most where the ground is level. For slopes of variance v along both
     // axes the mean of exp(-1.5 slope^2) is 1 / (1 + 3 v).
     float lamps = form.w * form.w * exp(-1.5 * dot(along, along)) * (1.0 + 3.0 * kept_hills);
-    below += here.to_ground * night_radiance * (lamps * nightfall(mu_sun));
+    below += here.to_ground * night_radiance * (lamps * dusk(mu_sun));
 #endif
 #endif
 
@@ -131,7 +120,8 @@ Sight ground_sight(Place here, float on_earth, float on_clouds) {
                  + 0.2 * max(2.0 * weather.x - 1.0, 0.0) * (noise - shade_noise);
     float bright = cover * reflected * max(1.0 + (1.0 - reflected) * relief, 0.0);
     float back = cover * cloud_diffuse_reflectance(tau);
-    float high_tau = clouds_below * high_cloud_thickness * weather.z;
+    float high_tau = clouds_below * high_cloud_thickness * weather.z
+                   * fibres(here.cloud, normal, halvings, kept);
     float high = high_tau / (high_tau + 7.7 * mu_light), high_back = high_tau / (high_tau + 7.7);
     float past_high = (1.0 - high) * (1.0 - high_back);
     float past = past_high * (1.0 - back);

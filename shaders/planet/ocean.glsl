@@ -10,14 +10,6 @@ float fresnel_water(float c) {
     return 0.5 * a * a * (1.0 + b * b);
 }
 
-// Share of an even sky that waves send towards cosine `mu` of the view: Schlick's form of Fresnel's
-// law, at the incidence that waves leave of a grazing ray.
-float sky_in_waves(float mu, float slope_variance) {
-    float off = 1.0 - sqrt(mu * mu + 0.5 * slope_variance);
-    float off2 = off * off;
-    return 0.021 + 0.979 * off2 * off2 * off;
-}
-
 // Smith's auxiliary function for normally distributed slopes (Walter et al. 2007, eq. 15), of the
 // total mean square slope and the cosine of a direction.
 float hidden_by_waves(float slope_variance, float c) {

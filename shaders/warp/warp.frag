@@ -1,5 +1,7 @@
 // A distorted picture from a finer one without distortion: the mean over a pixel of what its lines of
-// sight meet. Four places with linear interpolation between the fine pixels stand for the pixel.
+// sight meet. Places with linear interpolation between the fine pixels stand for the pixel, in rows and
+// columns that lie no farther apart than fine pixels: what is as small as a star keeps its light
+// wherever it falls.
 #include "block/warp"
 
 uniform sampler2D places;
@@ -7,8 +9,16 @@ uniform sampler2D fine;
 
 out vec4 radiance;
 
+// Fine pixels from one place to the next, of which a star's light ripples by 1e-4; most rows of places.
+const float SPACING = 1.15;
+const float MOST = 8.0;
+
 vec2 place(ivec2 pixel) {
     return texelFetch(places, clamp(pixel, ivec2(0), textureSize(places, 0) - 1), 0).xy;
+}
+
+float rows_along(vec2 step) {
+    return clamp(ceil(length(step) * fine_per_pixel / SPACING), 2.0, MOST);
 }
 
 void main() {
@@ -20,12 +30,13 @@ void main() {
     vec2 across = (place(pixel + ivec2(1, 0)) - place(pixel - ivec2(1, 0))) / max(span.x, 1.0);
     vec2 down = (place(pixel + ivec2(0, 1)) - place(pixel - ivec2(0, 1))) / max(span.y, 1.0);
     vec2 to_texture = fine_per_pixel / vec2(textureSize(fine, 0));
+    float columns = rows_along(across), rows = rows_along(down);
     vec4 sum = vec4(0.0);
-    for (int j = -1; j <= 1; j += 2) {
-        for (int i = -1; i <= 1; i += 2) {
-            vec2 at = middle + 0.25 * (float(i) * across + float(j) * down);
+    for (float j = 0.5; j < rows; ++j) {
+        for (float i = 0.5; i < columns; ++i) {
+            vec2 at = middle + (i / columns - 0.5) * across + (j / rows - 0.5) * down;
             sum += textureLod(fine, at * to_texture, 0.0);
         }
     }
-    radiance = 0.25 * sum;
+    radiance = sum / (rows * columns);
 }

@@ -146,6 +146,7 @@ class AirPass:
         self._tables: dict[AirKind, AirTables] = {}
         self._mix = FullscreenProgram(ctx, "air/mix", _MIX, _MIX_SAMPLERS)
         self._nodes, self._views = _Kept(ctx), _Kept(ctx)
+        self._last: tuple[tuple[object, ...], AirBefore] | None = None
 
     def prepare(self, earth: Earth, progress: Progress | None = None) -> None:
         """Make the tables that do not depend on a view, so that no frame waits for them."""
@@ -164,13 +165,19 @@ class AirPass:
             return None
         self.prepare(planet.earth)
         tables = self._tables[kind]
-        height, angle = _height_step(planet), _sun_angle(planet)
         tables.block.bind()
-        mixed = self._mixed(tables, kind, height, angle)
-        self._view.write(_view_values(planet, kind.radius, height, angle))
+        # The faces of a sky look from one place.
+        place = planet.earth.radii, planet.camera_in_sphere.tobytes(), planet.outside
+        key = kind, *place, planet.sun_direction_itrf.tobytes()
+        if self._last is None or self._last[0] != key:
+            height, angle = _height_step(planet), _sun_angle(planet)
+            mixed = self._mixed(tables, kind, height, angle)
+            self._view.write(_view_values(planet, kind.radius, height, angle))
+            shared = (tables.textures[name] for name in AIR_SAMPLERS[:2])
+            air = AirBefore(inside=height < AIR_TOP, textures=(*shared, *mixed.textures))
+            self._last = key, air
         self._view.bind()
-        shared = (tables.textures[name] for name in AIR_SAMPLERS[:2])
-        return AirBefore(inside=height < AIR_TOP, textures=(*shared, *mixed.textures))
+        return self._last[1]
 
     def between(self, segment: AirSegment | None) -> AirBetween | None:
         """The air before a spacecraft; None where there is none. Read back: 4 ms on a CPU."""
@@ -240,6 +247,7 @@ class AirPass:
     def release(self) -> None:
         """Free everything."""
         self._ctx.detect_framebuffer(0).use()
+        self._last = None
         self._views.release()
         self._nodes.release()
         self._mix.release()

@@ -64,9 +64,8 @@ class EarthTextures:
         """The chart at a halving alone, for the last sampler in place of all of them."""
         return self._chart[1 + level]
 
-    def read_maps(self, *, mipmaps: bool) -> None:
-        """Whether the maps of ``of`` are read smaller than they are."""
-        smaller = moderngl.LINEAR_MIPMAP_LINEAR if mipmaps else moderngl.LINEAR
+    def read_maps(self, smaller: int) -> None:
+        """How to read the maps of ``of`` where pixels are larger than texels: an OpenGL filter."""
         for texture in (*self._ground, *self._weather):
             texture.filter = (smaller, moderngl.LINEAR)
 

@@ -30,8 +30,7 @@ from simgl.transport.solve import (
     lamp_irradiance,
     material_light,
     reflectors,
-    site_irradiance,
-    vertex_values,
+    vertex_irradiance,
 )
 from simgl.transport.sunlit import SunlitPatches
 from simgl.transport.transport import Floats, Transport
@@ -210,8 +209,9 @@ class ExchangePass:
         # In the other thread while this one is busy with the bounces.
         share = beside().submit(earth_share, transport, cells)
         exitance = self._exitance(craft, transport, sky, craft.exchange)
-        bounced = site_irradiance(transport, exitance)
-        values = vertex_values(transport, bounced, share.result())
+        values = np.empty((*transport.site_of_vertex.shape[::-1], 5), dtype=np.float32)
+        vertex_irradiance(transport, exitance, values)
+        values[..., 4] = share.result()
         buffer = self._buffer(craft.instance, values.nbytes)
         buffer.write(values)
         two_sided = transport.sides == 2

@@ -1,8 +1,8 @@
-"""Exposure: from the irradiance of the image plane to the mean electrons of each pixel."""
+"""Exposure: from the light of the image plane to the mean electrons of each pixel."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import moderngl
 import numpy as np
@@ -13,12 +13,17 @@ from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.state import State
 from simgl.gpu.targets import Format
 from simgl.scene.camera import Camera
-from simgl.scene.radiometry import square_electrons_per_irradiance
+from simgl.scene.radiometry import irradiance_per_radiance, square_electrons_per_irradiance
 
 # Four pixels a texel: on the CPU renderer a third of the cost of one.
 ELECTRONS_FORMAT = Format("f4", 4, packed=True)
 
-_EXPOSURE = Block("Exposure", 14, np.dtype([("electrons_per_irradiance", "f4", (4, 4))]))
+_EXPOSURE = Block(
+    "Exposure",
+    14,
+    # fx, fy, cx, cy [pixels]
+    np.dtype([("electrons_per_light", "f4", (4, 4)), ("intrinsics", "f4", 4)]),
+)
 
 
 class ExposurePass:
@@ -43,7 +48,28 @@ class ExposurePass:
         photons_per_joule : (4,) of the light's spectrum in each band
         """
         self.fills.apply(self._ctx, target, (0, 0, *target.size))
-        self._draw(camera, photons_per_joule, [irradiance], [])
+        folded = square_electrons_per_irradiance(camera, photons_per_joule)
+        self._draw(camera, folded, {"light": irradiance})
+
+    def draw_through_lens(
+        self,
+        camera: Camera,
+        photons_per_joule: NDArray[np.float64],
+        radiance: moderngl.Texture,
+        relative_illumination: moderngl.Texture | None,
+        target: moderngl.Framebuffer,
+    ) -> None:
+        """The same from what pixels see, where a lens keeps their light apart.
+
+        relative_illumination : map of what is left off the axis; None for cos^4
+        """
+        self.fills.apply(self._ctx, target, (0, 0, *target.size))
+        folded = square_electrons_per_irradiance(camera, photons_per_joule)
+        textures, defines = {"light": radiance}, ["LENS"]
+        if relative_illumination is not None:
+            textures["relative_illumination"] = relative_illumination
+            defines.append("MAPPED")
+        self._draw(camera, folded * irradiance_per_radiance(camera), textures, defines)
 
     def add(
         self,
@@ -64,26 +90,30 @@ class ExposurePass:
         texture = self._ctx.texture((1, len(shares)), 1, shares.astype("<f4").tobytes(), dtype="f4")
         texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
         self.adds.apply(self._ctx, target, (0, first, target.width, count))
-        self._draw(camera, photons_per_joule, [irradiance, texture], ["ROW_SHARES"])
+        folded = square_electrons_per_irradiance(camera, photons_per_joule)
+        self._draw(camera, folded, {"light": irradiance, "row_shares": texture}, ["ROW_SHARES"])
         texture.release()
 
     def _draw(
         self,
         camera: Camera,
-        photons_per_joule: NDArray[np.float64],
-        textures: Sequence[moderngl.Texture],
-        defines: Sequence[str],
+        electrons_per_light: NDArray[np.float64],
+        textures: Mapping[str, moderngl.Texture],
+        defines: Sequence[str] = (),
     ) -> None:
         if camera.detector.mosaic is not None:
             defines = [*defines, "MOSAIC"]
         variant = tuple(defines)
         if variant not in self._programs:
-            samplers = ["irradiance", "row_shares"][: len(textures)]
             self._programs[variant] = FullscreenProgram(
-                self._ctx, "exposure/exposure", _EXPOSURE, samplers, variant
+                self._ctx, "exposure/exposure", _EXPOSURE, list(textures), variant
             )
-        folded = square_electrons_per_irradiance(camera, photons_per_joule)
-        self._programs[variant].draw({"electrons_per_irradiance": folded}, textures)
+        k = camera.intrinsics
+        values = {
+            "electrons_per_light": electrons_per_light,
+            "intrinsics": (k[0, 0], k[1, 1], k[0, 2], k[1, 2]),
+        }
+        self._programs[variant].draw(values, list(textures.values()))
 
     def release(self) -> None:
         """Free everything."""

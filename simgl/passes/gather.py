@@ -21,7 +21,7 @@ Floats = NDArray[np.float32]
 # Rays of a pixel, shared by its samples: so many at first, and up to so many times more where their
 # mean is not certain to a share of all light there, or of the Sun's irradiance.
 RAYS, MOST_TIMES = 256, 32
-_CERTAIN, _CERTAIN_OF_SUN = 0.04, 3e-4
+_CERTAIN, _CERTAIN_OF_SUN = 0.04, 1e-4
 
 # Of the geometry pass's targets: place and label, normal, triangle's normal and share, others.
 _PLACE, _SHAPE, _PLANE, _OTHERS = 0, 1, 2, 3

@@ -47,12 +47,16 @@ class OpticsPass:
             "intrinsics": (k[0, 0], k[1, 1], k[0, 2], k[1, 2]),
             "irradiance_per_radiance": irradiance_per_radiance(camera),
         }
-        if camera.lens.vignetting == Vignetting() and camera.lens.distortion is None:
+        relative = self.relative_illumination(camera)
+        if relative is None:
             self._program.draw(values, [radiance])
         else:
-            self._mapped.draw(values, [radiance, self._map(camera)])
+            self._mapped.draw(values, [radiance, relative])
 
-    def _map(self, camera: Camera) -> moderngl.Texture:
+    def relative_illumination(self, camera: Camera) -> moderngl.Texture | None:
+        """The map of what a lens leaves off its axis; None where that is cos^4."""
+        if camera.lens.vignetting == Vignetting() and camera.lens.distortion is None:
+            return None
         texture = self._maps.pop(camera, None)
         if texture is None:
             if len(self._maps) >= _KEPT:

@@ -10,87 +10,39 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from simgl.gpu.blocks import Block, UniformBuffer
+from simgl.gpu.blocks import UniformBuffer
 from simgl.gpu.context import is_software
 from simgl.gpu.fullscreen import Texture
 from simgl.gpu.state import SRC1_COLOR, State
 from simgl.gpu.tiles import TileProgram
 from simgl.passes.air import AIR_SAMPLERS, AIR_VIEW, AirPass
 from simgl.passes.air_tables import AIR
-from simgl.passes.earth_maps import HEIGHT
 from simgl.passes.earth_textures import SAMPLERS, EarthTextures
+from simgl.passes.planet_blocks import (
+    MAP_TEXEL,
+    PLANET,
+    REGOLITH,
+    planet_values,
+    regolith_values,
+)
 from simgl.physics.air import AIR_TOP
-from simgl.physics.airglow import GLOW_BOTTOM, GLOW_TOP, ground_irradiance, zenith_glow
 from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS
-from simgl.physics.sea import water_body, wave_slope_variance
-from simgl.scene.chart import LEVELS, SIZE, TEXEL_KM
+from simgl.scene.chart import LEVELS, TEXEL_KM
 from simgl.view.background import Background, PlanetView
 from simgl.view.tiles import PARTS, TILE, Mask, Tiles, tiles_of
 
-PLANET = Block(
-    "Planet",
-    4,
-    np.dtype(
-        [
-            ("sphere_from_camera", "f4", (4, 4)),
-            ("camera_in_sphere", "f4", 4),
-            # Equatorial radius over each semi-axis: turns a sphere's point into the normal.
-            ("sphere_axes", "f4", 4),
-            ("sun_direction_itrf", "f4", 4),
-            ("earth_sun_irradiance", "f4", 4),
-            ("earth_albedo", "f4", 4),
-            # Of the water without its surface's mirror.
-            ("water_body", "f4", 4),
-            # Of the brightest lamps [W m-2 sr-1].
-            ("night_radiance", "f4", 4),
-            # The airglow's radiance for each Earth radius of way in its layers, what it sends down
-            # to horizontal ground [W m-2], and as ``outside``, from the layers' bottoms and tops.
-            ("glow", "f4", 4),
-            ("glow_irradiance", "f4", 4),
-            ("glow_outside", "f4", (2, 4)),
-            # fx, fy, cx, cy [pixels]
-            ("intrinsics", "f4", 4),
-            # Of the picture: its first corner [pixels], and clip space per pixel.
-            ("area", "f4", 4),
-            # Variance of the noise of clouds and of hills by the chart's halvings.
-            ("chart_kept", "f4", (LEVELS, 4)),
-            ("outside", "f4"),
-            # The same from the sphere that the clouds lie on.
-            ("cloud_outside", "f4"),
-            ("sun_angular_radius", "f4"),
-            ("planet_km", "f4"),
-            ("cloud_km", "f4"),
-            ("high_cloud_thickness", "f4"),
-            ("wave_slope_variance", "f4"),
-            # 1 where the camera is above the clouds.
-            ("clouds_below", "f4"),
-            # Of a texel of the maps on the equator, and of the chart [km].
-            ("map_texel_km", "f4"),
-            ("chart_texel_km", "f4"),
-            # The chart's last halving, and its repetitions between a face's middle and edge.
-            ("chart_texels", "f4"),
-            ("chart_last", "f4"),
-            ("chart_repeats", "f4"),
-            ("planet_padding", "f4"),
-            ("planet_padding2", "f4", 2),
-        ]
-    ),
-)
-
-
-# The maps' texels are so many radians long; a picture whose pixels are shorter by this factor where
-# it looks straight down needs no mipmaps, which cost software renderers more than all the rest.
-_TEXEL = np.pi / HEIGHT
-_TEXEL_M = _TEXEL * WGS84_EQUATORIAL_RADIUS
+# A picture whose pixels are shorter than the maps' texels by this factor where it looks straight
+# down needs no mipmaps, which cost software renderers more than all the rest.
+_TEXEL_M = MAP_TEXEL * WGS84_EQUATORIAL_RADIUS
 _MAGNIFIED = 0.25
-# Brightest texel of the night map, all bands together [W m-2 sr-1]: 200 nW cm-2 sr-1, the core of
-# a city of millions in VIIRS's day-night band (Elvidge et al. 2017), over 10 km; and its share in
-# each band, between sodium lamps and white ones.
-_NIGHT_RADIANCE = 2e-3 * np.array([0.40, 0.32, 0.06, 0.22])
-# Optical thickness of the thickest of the thin high clouds.
-_HIGH_CLOUD = 1.5
 
 
+# Sines of the Sun's height: below the first the lamps of cities shine, by the second the air is
+# dark but for its own glow (shaders/planet/night.glsl).
+_DUSK, _DARK = 0.5 / 12.0, -0.1
+# There a full Moon, 2.5e-6 of the Sun, gives 1e-4 of the light on the ground, which falls by e
+# while the sine falls by so much: 2,000 lx at 2.4 deg, 3.4 at -6 (Bond and Henderson 1963).
+_FULL_MOON, _FADES = 2.5e-6, 0.023
 # Variants that find light and place at the corners of tiles; the others are cheap or rare.
 _EVEN = ("EARTH_MAPS", "AIR"), ("EARTH_MAPS", "FAR", "AIR")
 # Pixels larger than this [m] resolve nothing of the chart.
@@ -110,6 +62,7 @@ class PlanetPass:
         # so has one without air.
         self._programs: dict[tuple[str, ...], TileProgram] = {}
         self._block, self._moon_block = UniformBuffer(ctx, PLANET), UniformBuffer(ctx, PLANET)
+        self._regolith = UniformBuffer(ctx, REGOLITH)
         self._textures = EarthTextures(ctx)
         self._hardware = not is_software(ctx)
 
@@ -130,20 +83,18 @@ class PlanetPass:
             if background.heavens is None:
                 target.clear(0.0, 0.0, 0.0, 0.0, viewport=area)
             return
-        night = self._draw_lit(background, planet, target, area, state, self._block, None)
-        if not night.any():
-            return
+        tiles = self._draw_lit(background, planet, target, area, state, self._block, None)
         if planet.earth.airglow:
-            self._draw_glow(background, planet, target, area, night)
-        moon = planet.moonlight
-        if moon is not None:
-            lit = replace(
-                planet,
-                sun_direction_itrf=moon.direction_itrf,
-                sun_irradiance=moon.irradiance,
-                earth=replace(planet.earth, airglow=False),
-            )
-            self._draw_lit(background, lit, target, area, self.more, self._moon_block, night)
+            self._draw_glow(tiles.within(tiles.low < _DARK), planet, target, area)
+        moonlit = _in_moonlight(planet)
+        night = tiles.any & (tiles.low < _moonlit_below(planet))
+        if moonlit is not None and night.any():
+            self._draw_lit(background, moonlit, target, area, self.more, self._moon_block, night)
+        if planet.earth.clouds is not None and planet.height < planet.earth.clouds.height:
+            self._draw_ceiling(tiles, planet, target, area, self.before, self._block)
+            if moonlit is not None and night.any():
+                over = tiles.within(night)
+                self._draw_ceiling(over, moonlit, target, area, self.more, self._moon_block)
 
     def _draw_lit(
         self,
@@ -154,11 +105,10 @@ class PlanetPass:
         state: State,
         block: UniformBuffer,
         only: Mask | None,
-    ) -> Mask:
+    ) -> Tiles:
         """The Earth in one light.
 
         only : tiles, if not all; without the lamps of cities
-        returns : tiles on which it is night
         """
         mapped = planet.earth.albedo is None
         textures: Sequence[Texture] = ()
@@ -170,30 +120,41 @@ class PlanetPass:
         shores = self._textures.shores if mapped else None
         tiles = tiles_of(planet, background.intrinsics, area[2:], shores, noise=not far)
         if only is not None:
-            tiles = tiles.within(only & tiles.day)
+            tiles = tiles.within(only & (tiles.high > _DARK))
             if not tiles.any.any():
-                return tiles.night
+                return tiles
         air = self._air.before(planet)
         state.apply(self._ctx, target, area, area)
         inside = air is not None and air.inside
-        present = {"EARTH_MAPS": mapped, "FAR": far, "AIR": air, "AIR_INSIDE": inside}
+        regolith = None if mapped else planet.earth.regolith
+        if regolith is not None:
+            self._regolith.write(regolith_values(regolith))
+            self._regolith.bind()
+        present = {
+            "EARTH_MAPS": mapped,
+            "REGOLITH": regolith,
+            "FAR": far,
+            "AIR": air,
+            "AIR_INSIDE": inside,
+        }
         variant = tuple(d for d, there in present.items() if there)
         through = () if air is None else air.textures
         for unit, texture in enumerate((*textures, *through)):
             texture.use(unit)
-        values = _values(background, planet, area, lamps=only is None)
+        values = planet_values(background, planet, area, lamps=only is None)
         block.write(values | {"chart_kept": self._textures.chart_kept})
         block.bind()
-        if state is self.state and not tiles.any.all():
+        drawn = tiles.any if air is not None else tiles.even | tiles.finer | tiles.ground
+        if state is self.state and not drawn.all():
             target.clear(0.0, 0.0, 0.0, 0.0, viewport=area)
-        dark = tiles.night if mapped and only is None else np.zeros_like(tiles.night)
+        dark = tiles.low < (_DUSK if mapped and only is None else -1.0)
         ground = tiles.ground
         if variant in _EVEN:
             self._draw_even(tiles, dark, variant, textures, magnified)
         else:
             ground = ground | tiles.even | tiles.finer
         if mapped:
-            self._textures.read_maps(mipmaps=not magnified)
+            self._textures.read_maps(self._maps_filter(magnified))
         for kind, mask in ((), ground & ~dark), (("NIGHT",), ground & dark):
             # One large face costs less than its parts.
             edge = max(area[2:]) if mask.all() else TILE
@@ -202,23 +163,45 @@ class PlanetPass:
                 self._program_for("planet/planet", (*kind, *variant)).draw(mask, edge)
         if air is not None:
             self._program_for("planet/air", variant).draw(tiles.air, TILE)
-        return tiles.night
+        return tiles
 
     def _draw_glow(
         self,
-        background: Background,
+        tiles: Tiles,
         planet: PlanetView,
         target: moderngl.Framebuffer,
         area: tuple[int, int, int, int],
-        night: Mask,
     ) -> None:
         """The air's own light, on top of the Earth; reads what that was drawn with."""
-        tiles = tiles_of(planet, background.intrinsics, area[2:]).within(night)
+        if not tiles.any.any():
+            return
         self.more.apply(self._ctx, target, area, area)
+        # Maps move the air's tables to other texture units.
+        maps = ("EARTH_MAPS",) if planet.earth.albedo is None else ()
         inside = ("AIR_INSIDE",) if planet.height < AIR_TOP else ()
-        self._program_for("planet/glow", ()).draw(tiles.even | tiles.finer, TILE)
-        rim = self._program_for("planet/glow", ("AIR", *inside))
+        self._program_for("planet/glow", maps).draw(tiles.even | tiles.finer, TILE)
+        rim = self._program_for("planet/glow", (*maps, "AIR", *inside))
         rim.draw(tiles.ground | tiles.air, TILE)
+
+    def _draw_ceiling(
+        self,
+        tiles: Tiles,
+        planet: PlanetView,
+        target: moderngl.Framebuffer,
+        area: tuple[int, int, int, int],
+        state: State,
+        block: UniformBuffer,
+    ) -> None:
+        """The clouds over a camera beneath them, in the light of a block, over all else."""
+        air = self._air.before(planet)
+        state.apply(self._ctx, target, area, area)
+        block.bind()
+        through = () if air is None else air.textures
+        for unit, texture in enumerate((*self._textures.of(planet.earth), *through)):
+            texture.use(unit)
+        present = {"NIGHT": planet.earth.airglow, "EARTH_MAPS": True, "AIR": air, "AIR_INSIDE": air}
+        variant = tuple(d for d, there in present.items() if there)
+        self._program_for("planet/ceiling", variant).draw(tiles.ground | tiles.air, TILE)
 
     def _draw_even(
         self,
@@ -237,7 +220,7 @@ class PlanetPass:
         maps = noise
         if "FAR" not in variant:
             noise = _halvings(tiles.pixel, 1e3 * TEXEL_KM)
-        self._textures.read_maps(mipmaps=self._hardware)
+        self._textures.read_maps(self._maps_filter(magnified or not self._hardware))
         if not (magnified or self._hardware):
             maps = _halvings(tiles.pixel, _TEXEL_M)
         for step in np.unique((LEVELS * maps + noise)[seen]).tolist():
@@ -267,7 +250,8 @@ class PlanetPass:
             air = AIR_SAMPLERS if "AIR" in variant else ()
             samplers = {sampler: unit for unit, sampler in enumerate((*ground, *air))}
             unread = ["chart"] if "FAR" in variant else []
-            unread += ["land_map", "form_map"] if "SEA" in variant else []
+            groundless = "SEA" in variant or name == "planet/ceiling"
+            unread += ["land_map", "form_map"] if groundless else []
             for sampler in unread:
                 samplers.pop(sampler)
             if name in ("planet/air", "planet/glow"):
@@ -279,8 +263,15 @@ class PlanetPass:
                 name,
                 samplers,
                 variant,
-                shared=[PLANET, *(blocks if "AIR" in variant else ())],
-                spare=() if "AIR" in variant else blocks,
+                shared=[
+                    PLANET,
+                    *(blocks if "AIR" in variant else ()),
+                    *([REGOLITH] if "REGOLITH" in variant else ()),
+                ],
+                spare=(
+                    *(() if "AIR" in variant else blocks),
+                    *(() if "REGOLITH" in variant else (REGOLITH,)),
+                ),
             )
         return self._programs[key]
 
@@ -290,20 +281,42 @@ class PlanetPass:
             return False
         return _nadir_pixel(planet, background) < _MAGNIFIED * _TEXEL_M
 
+    def _maps_filter(self, magnified: bool) -> int:
+        """How to read the maps; software renderers pay twice for what lies between two halvings."""
+        smaller = (
+            moderngl.LINEAR_MIPMAP_LINEAR if self._hardware else moderngl.LINEAR_MIPMAP_NEAREST
+        )
+        return moderngl.LINEAR if magnified else smaller
+
     def release(self) -> None:
         """Free everything."""
         for program in self._programs.values():
             program.release()
         self._block.release()
         self._moon_block.release()
+        self._regolith.release()
         self._textures.release()
 
 
-def _glow(planet: PlanetView) -> NDArray[np.float64]:
-    """(4,) radiance of the airglow for each Earth radius of way [W m-2 sr-1]."""
-    below = planet.height < float(GLOW_BOTTOM.max())
-    each = planet.earth.equatorial_radius / (GLOW_TOP - GLOW_BOTTOM)
-    return np.asarray(each * zenith_glow(from_below=below) * planet.earth.airglow)
+def _in_moonlight(planet: PlanetView) -> PlanetView | None:
+    """The Earth with the Moon in the Sun's place, and no light of its own."""
+    moon = planet.moonlight
+    if moon is None:
+        return None
+    return replace(
+        planet,
+        sun_direction_itrf=moon.direction_itrf,
+        sun_irradiance=moon.irradiance,
+        earth=replace(planet.earth, airglow=False),
+    )
+
+
+def _moonlit_below(planet: PlanetView) -> float:
+    """Sine of the Sun's height below which the Moon is 1e-4 of the light and more."""
+    if planet.moonlight is None:
+        return -1.0
+    share = float(planet.moonlight.irradiance.sum() / max(planet.sun_irradiance.sum(), 1e-30))
+    return _DUSK + _FADES * float(np.log(max(share, 1e-30) / _FULL_MOON))
 
 
 def _halvings(pixel: NDArray[np.float64], texel: float) -> NDArray[np.int64]:
@@ -315,46 +328,3 @@ def _halvings(pixel: NDArray[np.float64], texel: float) -> NDArray[np.int64]:
 def _nadir_pixel(planet: PlanetView, background: Background) -> float:
     """Edge of a pixel straight below [m]."""
     return planet.height / float(background.intrinsics[0, 0])
-
-
-def _values(
-    view: Background, planet: PlanetView, area: tuple[int, int, int, int], *, lamps: bool
-) -> dict[str, object]:
-    """The block of a light; lamps : whether cities shine."""
-    k = view.intrinsics
-    matrix = np.zeros((4, 4), dtype=np.float32)
-    matrix[:3, :3] = planet.sphere_from_camera
-    earth, clouds = planet.earth, planet.earth.clouds
-    radii = np.array(earth.radii)
-    cloud_height = clouds.height / radii[0] if clouds else 0.0
-    layers = np.stack([GLOW_BOTTOM, GLOW_TOP]) / radii[0]
-    return {
-        "sphere_from_camera": matrix,
-        "camera_in_sphere": (*planet.camera_in_sphere, 0.0),
-        "sphere_axes": (*(radii[0] / radii), 0.0),
-        "sun_direction_itrf": (*planet.sun_direction_itrf, 0.0),
-        "earth_sun_irradiance": planet.sun_irradiance,
-        "earth_albedo": earth.albedo or (0.0, 0.0, 0.0, 0.0),
-        "water_body": water_body(earth.wind),
-        "night_radiance": _NIGHT_RADIANCE * lamps,
-        "glow": _glow(planet),
-        "glow_irradiance": ground_irradiance(radii[0]) * earth.airglow,
-        "glow_outside": planet.outside - layers * (2.0 + layers),
-        "outside": planet.outside,
-        "cloud_outside": planet.outside - cloud_height * (2.0 + cloud_height),
-        "map_texel_km": _TEXEL * radii[0] * 1e-3,
-        "chart_texel_km": TEXEL_KM,
-        "chart_texels": SIZE,
-        "chart_last": LEVELS - 1,
-        # In the middle of a face the chart is drawn together to 0.8, at its edges out to 1.0 of
-        # this, and most between.
-        "chart_repeats": radii[0] * 1e-3 / (1.2 * SIZE * TEXEL_KM),
-        "planet_km": radii[0] * 1e-3,
-        "cloud_km": clouds.height * 1e-3 if clouds else 0.0,
-        "high_cloud_thickness": _HIGH_CLOUD if clouds else 0.0,
-        "clouds_below": float(clouds is not None and planet.height > clouds.height),
-        "wave_slope_variance": wave_slope_variance(earth.wind),
-        "area": (area[0], area[1], 2.0 / area[2], 2.0 / area[3]),
-        "intrinsics": (k[0, 0], k[1, 1], k[0, 2] + area[0], k[1, 2] + area[1]),
-        "sun_angular_radius": view.sun_angular_radius,
-    }

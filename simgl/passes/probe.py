@@ -4,18 +4,22 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
+from concurrent.futures import Future
 from dataclasses import dataclass
 
 import moderngl
 
 from simgl.gpu.targets import Format, ImageTarget
-from simgl.sky import COARSE, FINE, ROUGHNESS, SkyRadiance, irradiance, prefiltered
+from simgl.sky import COARSE, FINE, ROUGHNESS, Floats, SkyRadiance, irradiance, prefiltered
+from simgl.transport.solve import beside
 from simgl.view.background import Background, SkyView
 
 # Skies kept for views that come back; a picture of more spacecraft keeps as many as it needs.
 KEPT = 8
 
 Textures = tuple[moderngl.TextureCube, moderngl.Texture3D, moderngl.Texture]
+# Irradiance, and what glossy lobes see.
+_Sums = tuple[Floats, Floats]
 DrawBackground = Callable[[Background, moderngl.Framebuffer, tuple[int, int, int, int]], None]
 
 
@@ -40,6 +44,11 @@ class Probe:
         return self.cube, self.lobes, self.irradiance
 
 
+def _sums(sky: SkyRadiance) -> _Sums:
+    plane_irradiance = irradiance(sky)
+    return plane_irradiance, prefiltered(sky, plane_irradiance)
+
+
 class ProbePass:
     """Draws a spacecraft's sky with the pass that draws backgrounds, or finds it already drawn."""
 
@@ -48,9 +57,20 @@ class ProbePass:
         # By their number of texels along an edge of a face.
         self._targets: dict[int, ImageTarget] = {}
         self._probes: OrderedDict[tuple[object, ...], Probe] = OrderedDict()
+        # Read back, and being summed.
+        self._looked: dict[tuple[object, ...], tuple[SkyRadiance, Future[_Sums]]] = {}
+
+    def look(self, views: Sequence[SkyView | None]) -> None:
+        """Draw and read back what ``draw`` will be asked for; it is summed beside other work."""
+        for view in views:
+            if view is None or view.key in self._probes or view.key in self._looked:
+                continue
+            sky = self._look(view)
+            self._looked[view.key] = sky, beside().submit(_sums, sky)
 
     def draw(self, views: Sequence[SkyView | None]) -> list[Probe | None]:
         """The probe of each view, None for none. They stay as they are until the next call."""
+        self.look(views)
         wanted = [view for view in views if view is not None]
         for view in wanted:
             if view.key in self._probes:
@@ -59,15 +79,17 @@ class ProbePass:
         for view in wanted:
             if view.key not in self._probes:
                 self._probes[view.key] = self._drawn(view, kept)
+        # A picture that failed may have left some.
+        self._looked.clear()
         return [None if view is None else self._probes[view.key] for view in views]
 
     def _drawn(self, view: SkyView, kept: int) -> Probe:
-        sky = self._look(view)
-        plane_irradiance = irradiance(sky)
+        sky, sums = self._looked[view.key]
         cube, lobes, plane = self._free_textures(kept, view.texels)
         for face, radiance in enumerate(sky.radiance):
             cube.write(face, radiance.tobytes())
-        lobes.write(prefiltered(sky, plane_irradiance).tobytes())
+        plane_irradiance, glossy = sums.result()
+        lobes.write(glossy.tobytes())
         plane.write(plane_irradiance.tobytes())
         return Probe(sky=sky, cube=cube, lobes=lobes, irradiance=plane)
 

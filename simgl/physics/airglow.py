@@ -12,6 +12,8 @@ from 250 km and aurorae are left out.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -68,6 +70,7 @@ def path_in_layers(radius: float, lowest: Array) -> Array:
     return np.asarray(top - bottom)
 
 
+@lru_cache(maxsize=8)
 def ground_irradiance(radius: float) -> Array:
     """(4,) of the layers on horizontal ground [W m-2], the air beneath it left out."""
     x, weights = np.polynomial.legendre.leggauss(64)
@@ -75,4 +78,6 @@ def ground_irradiance(radius: float) -> Array:
     # A ray that leaves the ground at this cosine would pass at radius * sine, so deep below it.
     path = path_in_layers(radius, radius * (np.sqrt(1.0 - cosine**2) - 1.0))
     factor = 2.0 * np.pi * ((weights * cosine) @ path) / (GLOW_TOP - GLOW_BOTTOM)
-    return np.asarray(factor * zenith_glow(from_below=True))
+    found = np.asarray(factor * zenith_glow(from_below=True))
+    found.flags.writeable = False
+    return found

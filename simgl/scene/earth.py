@@ -7,6 +7,7 @@ from pathlib import Path
 
 from simgl.physics.air import Atmosphere
 from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS, WGS84_POLAR_RADIUS
+from simgl.physics.regolith import Regolith
 
 # Of ground and clouds together, in every band, for the light that goes to and fro between them and
 # the air: the planet's Bond albedo is 0.29 (CERES EBAF).
@@ -54,6 +55,8 @@ class Earth:
 
     albedo : Lambert albedo per band R, G, B, N, with nothing over it; None takes the maps of land
         and sea, and the clouds
+    regolith : law by which airless ground of one albedo sends light back, in place of Lambert's,
+        scaled to the geometric albedo of a Lambertian globe of ``albedo``
     air : what scatters and dims light above the ground; None is a bare sphere
     wind : speed 12.5 m above the sea, which roughens it [m s-1]
     clouds : None is a clear day everywhere
@@ -64,6 +67,7 @@ class Earth:
     equatorial_radius: float = WGS84_EQUATORIAL_RADIUS
     polar_radius: float = WGS84_POLAR_RADIUS
     albedo: tuple[float, float, float, float] | None = None
+    regolith: Regolith | None = None
     air: Atmosphere | None = None
     wind: float = 7.0
     clouds: Clouds | None = None

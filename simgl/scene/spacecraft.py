@@ -45,7 +45,7 @@ class SpacecraftModel:
     stored: SpacecraftModel | None = None
     exact: bool = False
 
-    @property
+    @cached_property
     def variant(self) -> tuple[str, ...]:
         """What drawing it needs beyond materials that are the same all over.
 

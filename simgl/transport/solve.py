@@ -231,30 +231,34 @@ def beside() -> ThreadPoolExecutor:
 
 
 def earth_share(transport: Transport, cell_radiance: Floats | None) -> Floats:
-    """(s,) of the Earth's irradiance on a free surface, the share that arrives at each site.
+    """(v, sides) of the Earth's irradiance on a free surface, the share that arrives at vertices.
 
     cell_radiance : (96, 4) of the sky; None for a dark sky
     """
+    sides, count = transport.site_of_vertex.shape
     if cell_radiance is None:
-        return np.ones(transport.gather.shape[0], dtype=np.float32)
+        return np.ones((count, sides), dtype=np.float32)
+    part, seen, whole_row = transport.vertex_sky
     bands = cell_radiance.mean(axis=1)
-    whole = np.maximum(transport.whole @ bands, np.float32(1e-30))[transport.whole_row]
-    share = (transport.sky_part @ bands) / whole
-    np.subtract(np.float32(1.0), share, out=share, where=~transport.sky_part_seen)
-    return np.asarray(np.clip(share, 0.0, 1.0, out=share))
+    whole = np.maximum(transport.whole @ bands, np.float32(1e-30))[whole_row]
+    share = (part @ bands) / whole
+    np.subtract(np.float32(1.0), share, out=share, where=~seen)
+    return np.asarray(np.clip(share, 0.0, 1.0, out=share).reshape(count, sides))
 
 
-def site_irradiance(transport: Transport, exitance: Floats) -> Floats:
-    """(s, 4) irradiance of each site from the body's own surfaces [W m-2].
+def vertex_irradiance(transport: Transport, exitance: Floats, values: Floats) -> None:
+    """Irradiance of each vertex from the body's own surfaces [W m-2], by two threads.
 
-    exitance : (p, 4) of the patches, from ``radiosity``
+    exitance : (p, 4) of the patches, after all bounces
+    values : (v, sides, 4 or more) whose first four columns are filled
     """
-    first, second = transport.gather_halves
-    rest = beside().submit(second.__matmul__, exitance)
-    return np.concatenate([first @ exitance, rest.result()])
+    first, second = transport.vertex_gather
+    rows = values.reshape(-1, values.shape[2])
+    middle = first.shape[0]
 
+    def fill(part: Floats, gather: sparse.csr_matrix) -> None:
+        part[:, :4] = gather @ exitance
 
-def vertex_values(transport: Transport, bounced: Floats, share: Floats) -> Floats:
-    """(v, sides, 5) of every vertex: irradiance by the body, and the share of the Earth's light."""
-    sites = np.concatenate([bounced, share[:, None]], axis=1)
-    return np.take(sites, transport.site_of_vertex.T, axis=0)
+    rest = beside().submit(fill, rows[middle:], second)
+    fill(rows[:middle], first)
+    rest.result()

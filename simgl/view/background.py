@@ -205,12 +205,11 @@ def _moonlight(state: SceneState, earth: EarthState) -> Moonlight | None:
 
 
 def _limb_angle(earth: Earth, distance: float) -> float:
-    """Largest angle from nadir at which the Earth or its air is seen [rad]; pi inside the air."""
-    highest = max(earth.radii)
-    if earth.air is not None:
-        highest += AIR_TOP
-        if distance <= highest:
-            return np.pi
+    """Largest angle from nadir at which Earth, air or clouds are seen [rad]; pi within them."""
+    clouds = 0.0 if earth.clouds is None else earth.clouds.height
+    highest = max(earth.radii) + max(clouds, 0.0 if earth.air is None else AIR_TOP)
+    if distance <= highest:
+        return np.pi
     return float(np.arcsin(min(highest / distance, 1.0)))
 
 

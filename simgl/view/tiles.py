@@ -24,9 +24,6 @@ _LONGITUDE_CHANGE = 0.05
 _SUN_CHANGE = 0.09
 # Cosine that light takes to fall by e at the terminator.
 _TWILIGHT = 0.026
-# Sine of the light's height below which it is night (shaders/planet/night.glsl), and above which it
-# reaches ground or air.
-_NIGHTFALL, _DAWN = 0.5 / 12.0, -0.1
 # Where the noise of two faces of its cube is mixed, as in shaders/planet/chart.glsl; and how far
 # off the place that is seen the clouds before it and before the Sun may lie, in their heights.
 _CHART_SEAM, _CLOUD_REACH = 0.02, 10.0
@@ -39,9 +36,9 @@ class Tiles:
     even : on the ground, which they see change evenly
     finer : on the ground, which their ``PARTS`` see change evenly
     ground : with other ground on them
-    air : that miss the ground; what is in none of these masks misses the air, too
+    air : that miss the ground; what is in none of these masks misses air and clouds, too
     sea : those of the even and the finer ones that have no shore on them
-    night, day : any of them on which it is night somewhere, and which light reaches somewhere
+    low, high : (rows, columns) sines of the Sun's height there, the least and the most
     pixel : (rows, columns) edge of a pixel on the ground of the even and the finer ones [m]
     """
 
@@ -50,8 +47,8 @@ class Tiles:
     ground: Mask
     air: Mask
     sea: Mask
-    night: Mask
-    day: Mask
+    low: Array
+    high: Array
     pixel: Array
 
     @property
@@ -95,7 +92,8 @@ def tiles_of(
     finer &= ~even
     nearest = _nadir_angles(planet, intrinsics, size)
     distance = float(np.sqrt(1.0 + planet.outside))
-    top = 1.0 if planet.earth.air is None else 1.0 + AIR_TOP / planet.earth.equatorial_radius
+    height = 0.0 if planet.earth.air is None else AIR_TOP / planet.earth.equatorial_radius
+    top = 1.0 + max(height, _cloud_height(planet))
     ground = nearest < np.arcsin(min((1.0 + _cloud_height(planet)) / distance, 1.0))
     air = (nearest < np.arcsin(top / distance)) if distance > top else np.ones_like(ground)
     pixel = np.mean(
@@ -108,8 +106,8 @@ def tiles_of(
         ground=ground & ~(even | finer),
         air=air & ~ground,
         sea=sea & (even | finer),
-        night=_least(corners.sun) < _NIGHTFALL,
-        day=_most(corners.sun) > _DAWN,
+        low=_least(corners.sun),
+        high=_most(corners.sun),
         pixel=pixel / float(intrinsics[0, 0]) * planet.earth.equatorial_radius,
     )
 

@@ -41,7 +41,6 @@ def test_the_json_report_has_the_promised_form(tmp_path: Path) -> None:
         "geometry",
         "surface",
         "resolve",
-        "optics",
         "exposure",
         "detector",
         "read",

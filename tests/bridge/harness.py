@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -149,6 +150,13 @@ def finish(running: Running) -> None:
     running.stop.set()
     running.thread.join(timeout=20)
     assert not running.thread.is_alive()
+
+
+def free_address() -> str:
+    """An address of this machine where nobody listens."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return f"tcp://127.0.0.1:{probe.getsockname()[1]}"
 
 
 class RawLink:

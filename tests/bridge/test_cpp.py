@@ -363,6 +363,26 @@ def test_the_c_interface_moves_bodies_dims_lamps_and_places_the_sun(
     assert "NO_JOINT" in bent
 
 
+def test_the_first_pictures_of_the_page_are_the_same_picture(
+    build: Callable[..., Path], tmp_path: Path, start_server: Starter
+) -> None:
+    running = start_server(load_scenario(ROOT / "examples" / "bridge" / "box.toml"))
+    page = (ROOT / "docs" / "protocol.md").read_text(encoding="utf-8")
+    page = page.replace("tcp://127.0.0.1:5563", running.address)
+    in_python = page.partition("```python\n")[2].partition("```")[0]
+    in_c = page.partition("```c\n")[2].partition("```")[0]
+    commands = [[sys.executable, "-c", in_python], [str(c_program(build, tmp_path, in_c))]]
+    last_lines = [
+        subprocess.run(c, capture_output=True, text=True, check=True, timeout=60)
+        .stdout.splitlines()[-1]
+        .split()
+        for c in commands
+    ]
+    assert last_lines[0][:2] == ["(240,", "320)"]
+    assert last_lines[1][:3] == ["320", "x", "240,"]
+    assert last_lines[0][-1] == last_lines[1][-1]
+
+
 def test_the_examples_are_a_page_and_fly(build: Callable[..., Path], client: Client) -> None:
     examples = ROOT / "examples" / "bridge"
     for path in (examples / "gnc_stub.cpp", examples / "gnc_stub.py"):

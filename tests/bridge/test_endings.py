@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import stat
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from threading import Event
 
 import pytest
 import zmq
 from simgl_bridge import Client, NoAnswerError, launched_server
-from simgl_bridge.address import check_bindable
+from simgl_bridge.address import check_bindable, is_loopback
+from simgl_bridge.keeper import keep
 
 from simgl import Scenario
 from simgl.errors import BridgeError, ConfigError
-from tests.bridge.harness import RawLink, Running
+from tests.bridge.harness import RawLink, Running, free_address
 
 Starter = Callable[..., Running]
 
@@ -32,6 +36,82 @@ def test_without_a_server_the_client_gives_up_and_names_the_address() -> None:
         "never heard of it, no image before"
     )
     assert 0.25 < time.monotonic() - start < 2.0
+
+
+def kept_process(parent: int) -> int:
+    """The server that a process looks after."""
+    children = Path(f"/proc/{parent}/task/{parent}/children").read_text().split()
+    (kept,) = [c for c in children if b"spawn_main" in Path(f"/proc/{c}/cmdline").read_bytes()]
+    return int(kept)
+
+
+def is_running(pid: int) -> bool:
+    """Whether a process is there and no zombie."""
+    try:
+        return "\nState:\tZ" not in Path(f"/proc/{pid}/status").read_text()
+    except FileNotFoundError:
+        return False
+
+
+@pytest.fixture
+def kept(scenario_path: Path) -> Iterator[tuple[subprocess.Popen[bytes], str]]:
+    """A server that is started again whenever it dies."""
+    address = free_address()
+    command = [sys.executable, "-m", "simgl_bridge.command", str(scenario_path)]
+    command += ["--address", address, "--restart"]
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+    yield process, address
+    process.kill()
+    process.communicate(timeout=20)
+
+
+def test_a_server_that_a_fault_kills_goes_on_with_the_same_pictures(
+    kept: tuple[subprocess.Popen[bytes], str], scenario: Scenario
+) -> None:
+    process, address = kept
+    now = scenario.epoch_tai_ns
+    with Client(address, timeout_s=60.0) as client:
+        first = client.render(now, "nav")
+        os.kill(kept_process(process.pid), signal.SIGABRT)
+        # At once where the death is noticed in the middle of it, else by the new server.
+        with suppress(NoAnswerError):
+            client.render(now, "nav")
+        again = client.render(now, "nav")
+        assert again.sequence in (1, 2)
+        assert client.restarts == 1
+    assert again.dn.tobytes() == first.dn.tobytes()
+    process.send_signal(signal.SIGTERM)
+    assert process.stderr is not None
+    assert b"simgl: the server died of SIGABRT and is started again" in process.stderr.read()
+    assert process.wait(20) == 0
+
+
+def test_a_kept_server_ends_with_the_process_that_keeps_it(
+    kept: tuple[subprocess.Popen[bytes], str],
+) -> None:
+    process, address = kept
+    Client(address, timeout_s=60.0).close()
+    server = kept_process(process.pid)
+    process.kill()
+    deadline = time.monotonic() + 20.0
+    while is_running(server) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert not is_running(server)
+
+
+def test_a_process_that_keeps_dying_is_given_up(capfd: pytest.CaptureFixture[str]) -> None:
+    line = r"^the server died 5 times in a row, the last time of SIGABRT$"
+    with pytest.raises(BridgeError, match=line):
+        keep(os.abort, {}, Event())
+    assert capfd.readouterr().err.count("died of SIGABRT and is started again") == 4
+
+
+def test_a_restart_needs_an_address_that_stays(scenario_path: Path) -> None:
+    command = [sys.executable, "-m", "simgl_bridge.command", str(scenario_path), "--restart"]
+    command += ["--address", "tcp://127.0.0.1:*"]
+    run = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert run.returncode == 2
+    assert run.stderr == "simgl: simgl serve: --restart needs ports that stay the same, not :*\n"
 
 
 def test_a_malformed_address_is_named() -> None:
@@ -149,6 +229,24 @@ def test_an_address_beyond_this_machine_is_refused(address: str) -> None:
         f'got "{address}": beyond this machine it needs --keys and --allow, or --insecure'
     )
     check_bindable(address, guarded=True)
+
+
+@pytest.mark.parametrize(
+    ("address", "here"),
+    [
+        ("tcp://127.0.0.1:5563", True),
+        ("tcp://127.1.2.3:*", True),
+        ("tcp://localhost:5563", True),
+        ("tcp://[::1]:5563", True),
+        ("tcp://127.0.0.1.example.org:5563", False),
+        ("tcp://*:5563", False),
+        ("tcp://192.168.1.4:5563", False),
+        ("ipc:///tmp/simgl", False),
+    ],
+)
+def test_only_the_loopback_has_a_short_buffer(address: str, here: bool) -> None:
+    # A short one would hold up pictures on a network with some delay.
+    assert is_loopback(address) == here
 
 
 @pytest.mark.parametrize(

@@ -19,12 +19,14 @@ from typing import IO, Any
 import moderngl
 import msgspec
 import pytest
-from simgl_bridge import BodyPose, Client, NoAnswerError, RemoteError, launched_server
+from simgl_bridge import BodyPose, Client, NoAnswerError, RemoteError, Shot, launched_server
+from simgl_bridge.messages import Render
+from simgl_bridge.wire import pack
 
 from simgl import Scenario
 from simgl.errors import BridgeError
-from tests.bridge.harness import Gate, RawLink, Running, header_of
-from tests.bridge.zmtp import Wire
+from tests.bridge.harness import Gate, RawLink, Running, free_address, header_of
+from tests.bridge.zmtp import EMPTY, PING, Wire
 
 Starter = Callable[..., Running]
 Connect = Callable[[Running], RawLink]
@@ -53,14 +55,6 @@ def served(path: Path, address: str, stderr: IO[bytes] | None = None) -> Iterato
     finally:
         process.kill()
         process.wait(10)
-
-
-def free_address() -> str:
-    import socket
-
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return f"tcp://127.0.0.1:{probe.getsockname()[1]}"
 
 
 def test_a_server_killed_in_the_middle_of_a_frame_is_known_at_once(
@@ -217,6 +211,43 @@ def test_a_flood_harms_no_other(
         counts = client.stats()
     assert counts.busy > 0
     assert counts.waiting <= 2
+
+
+def test_a_burst_with_a_heartbeat_and_a_broken_link_do_not_end_the_service(
+    scenario_path: Path,
+) -> None:
+    address = free_address()
+    script = (
+        "import time\n"
+        "import simgl_bridge.native as n\n"
+        "from simgl_bridge.command import main\n"
+        "take = n.take_pictures\n"
+        "def slowly(studio, request):\n"
+        "    time.sleep(0.5)\n"
+        "    return take(studio, request)\n"
+        "n.take_pictures = slowly\n"
+        "main()\n"
+    )
+    command = [sys.executable, "-c", script, str(scenario_path), "--address", address]
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+    try:
+        with Client(address, timeout_s=60.0) as client:
+            now = client.welcome.epoch_tai_ns
+            wire = Wire(address)
+            version, header = pack(Render(id=1, tai_ns=now, cameras=(Shot(camera="nav"),)))
+            wire.frame(version, more=True)
+            wire.frame(header, more=False)
+            # While that picture is in hand everything else waits.
+            time.sleep(0.1)
+            wire.raw(EMPTY * 100 + PING)
+            time.sleep(0.1)
+            wire.reset()
+            assert client.render(now, "nav").dn.shape == (48, 64)
+        process.terminate()
+        assert process.wait(20) == 0
+    finally:
+        process.kill()
+        process.wait(10)
 
 
 def test_a_reader_that_takes_nothing_loses_only_its_own_replies(

@@ -9,6 +9,11 @@ import time
 _GREETING = b"\xff" + bytes(8) + b"\x7f" + b"\x03\x00" + b"NULL".ljust(20, b"\0") + bytes(32)
 
 
+# A message without content, and a heartbeat.
+EMPTY = b"\x00\x00"
+PING = b"\x04\x07\x04PING\x00\x00"
+
+
 class Wire:
     """A TCP connection that has shaken hands as a DEALER socket without security."""
 
@@ -50,6 +55,11 @@ class Wire:
         except TimeoutError:
             return False
         return False
+
+    def reset(self) -> None:
+        """Break the connection, as the end of a process does whose replies lie unread."""
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        self._socket.close()
 
     def close(self) -> None:
         """Hang up in the middle of whatever it is."""

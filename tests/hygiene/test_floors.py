@@ -92,6 +92,7 @@ SHARED_PASSES = {
     "simgl.passes.lobes",
     "simgl.passes.meshes",
     "simgl.passes.outline",
+    "simgl.passes.planet_blocks",
     "simgl.passes.textures",
     "simgl.passes.weather",
 }

@@ -8,10 +8,13 @@ from pathlib import Path
 import moderngl
 import numpy as np
 import pytest
+from scipy.interpolate import RegularGridInterpolator
 
 from simgl.errors import ConfigError
 from simgl.physics.air import SOURCE, STANDARD
+from simgl.physics.sea import fresnel, wave_slope_variance
 from simgl.scenario.loader import load_scenario
+from simgl.scene.earth import Earth
 from simgl.simulator import Product, Simulator
 from tests.passes.air_scenes import RADIUS, Array, Window, sphere, window
 from tests.scenes import lambert, radiance, scene
@@ -276,3 +279,43 @@ def test_a_black_ball_at_the_end_of_the_air_looks_like_what_is_behind(
     # The march itself against the view's table: 0.3 %. Below the ball 200 m of air are missing.
     np.testing.assert_allclose(pictures[0], pictures[1], rtol=3e-2 if ball_km < 1.0 else 5e-3)
     assert pictures[0].min() > 0.0
+
+
+@pytest.mark.parametrize("zenith", [60.0, 89.0])
+def test_the_sea_mirrors_the_sky_by_fresnels_law_on_every_wave(
+    gl: moderngl.Context, zenith: float
+) -> None:
+    """Near infrared, where water is black, square to the Sun's azimuth, where no glint is."""
+    up, east, north = np.eye(3)
+    z = np.radians(zenith)
+    sun = np.cos(z) * up + np.sin(z) * east
+    earth = Earth(equatorial_radius=RADIUS, polar_radius=RADIUS, air=STANDARD, wind=7.0)
+    place = (RADIUS + 2.0) * up
+    heights = np.radians([0.1, 1.0, 3.0, 6.0, 10.0, 16.0, 25.0, 40.0, 60.0, 89.0])
+    turns = np.linspace(0.0, np.pi, 9)
+
+    def towards(height: float, turn: float) -> Array:
+        level = np.cos(turn) * east + np.sin(turn) * north
+        return np.asarray(np.sin(height) * up + np.cos(height) * level)
+
+    variance = wave_slope_variance(7.0)
+    steps = np.linspace(-4.0, 4.0, 81) * np.sqrt(0.5 * variance)
+    x, y = np.meshgrid(steps, steps, indexing="ij")
+    length = np.sqrt(1.0 + x * x + y * y)
+    with window(gl) as seen:
+        values = [[seen.ray(earth, place, towards(h, t), sun)[3] for h in heights] for t in turns]
+        sky = RegularGridInterpolator((turns, heights), values)
+        for angle in (0.5, 5.0, 20.0, 45.0):
+            look = towards(-np.radians(angle), np.pi / 2.0)
+            normal = (up + x[..., None] * east - y[..., None] * north) / length[..., None]
+            incidence = np.maximum(-(normal @ look), 0.0)
+            weight = np.exp(-(x * x + y * y) / variance) * incidence * length
+            sent = look + 2.0 * incidence[..., None] * normal
+            height = np.clip(np.arcsin(sent @ up), heights[0], heights[-1])
+            turn = np.arctan2(np.abs(sent @ north), sent @ east)
+            light = sky(np.stack([turn, height], axis=-1))
+            expected = np.sum(weight * fresnel(incidence) * light) / np.sum(weight)
+            # Two heights on one azimuth stand for all that is mirrored; the sky bends less than
+            # this between them. Foam adds up to 1e-4 / 4e-3 of it.
+            found = seen.ray(earth, place, look, sun)[3]
+            assert found == pytest.approx(expected, rel=0.2), angle

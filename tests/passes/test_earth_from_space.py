@@ -109,6 +109,60 @@ def test_a_camera_under_the_clouds_sees_none_on_the_ground(
     assert seen[1] > 0.5
 
 
+def looking_up(gl: moderngl.Context, sun: Array, zenith: float, earth: Any) -> Array:
+    """(3, 3, 4) radiance of the sky over 2 m, so far from the zenith to the north [deg]."""
+    R, up = icrf_from_itrf(), up_at(*SEA)
+    north = np.array([0.0, 0.0, 1.0]) - up[2] * up
+    north /= np.linalg.norm(north)
+    a = np.radians(zenith)
+    camera = {
+        "position_icrf_m": (R @ up * (RADIUS + 0.002) * 1e3).tolist(),
+        "boresight": (R @ (np.cos(a) * up + np.sin(a) * north)).tolist(),
+        "up": (R @ np.cross(up, north)).tolist(),
+        "width_px": 3,
+        "height_px": 3,
+        "pixel_pitch_um": 3.75,
+        "focal_length_mm": 3.75e-3 * 3 / (2.0 * np.tan(np.radians(60.0))),
+    }
+    return radiance(gl, scene({}, camera, sun_direction=tuple(R @ sun), earth=earth))
+
+
+@pytest.mark.parametrize("thickness", [5.0, 20.0, 80.0])
+def test_an_overcast_sky_sends_down_what_two_streams_let_through(
+    gl: moderngl.Context, overcast: str, thickness: float
+) -> None:
+    """Without air, far from the Sun: pi L / (E cos z) = 1 - R - T, T what passes unscattered.
+
+    R by Meador and Weaver (1980), eq. 24; droplets of asymmetry 0.85, scaled by its square.
+    """
+    mu = np.cos(np.radians(50.0))
+    scaled, g = thickness * (1.0 - 0.85**2), 0.85 / 1.85
+    g1, g3 = 0.75 * (1.0 - g), 0.5 - 0.75 * g * mu
+    direct = np.exp(-scaled / mu)
+    reflected = (g1 * scaled + (g3 - g1 * mu) * (1.0 - direct)) / (1.0 + g1 * scaled)
+    clouds = {"picture": overcast, "optical_thickness": thickness, "height_km": 20.0}
+    earth = {"shape": "sphere", "radius_km": RADIUS, "atmosphere": "none", "clouds": clouds}
+    # The Sun in the south, 100 deg from the middle pixel, which spans 40 km: of the noise, waves of
+    # 64 km are left, which make the layer a tenth thinner there.
+    image = looking_up(gl, tilted_sun(SEA, 50.0, 180.0), 50.0, earth)[1:2, 1:2]
+    # Droplets throw 2 % of the direct light so far aside.
+    wanted = 1.0 - reflected - direct
+    np.testing.assert_allclose(seen_over_sun(image, 50.0), wanted, rtol=0.12, atol=0.02 * direct)
+
+
+def test_an_overcast_sky_is_grey_and_a_clear_one_blue(gl: moderngl.Context, overcast: str) -> None:
+    sun = tilted_sun(SEA, 60.0, 90.0)
+    earth = {"shape": "sphere", "radius_km": RADIUS, "atmosphere": "standard"}
+    clear = looking_up(gl, sun, 30.0, earth | {"clouds": {"cover": 0.0}})
+    clouds = {"picture": overcast, "optical_thickness": 30.0}
+    grey = looking_up(gl, sun, 30.0, earth | {"clouds": clouds})
+    # The clear sky is blue, the overcast one grey, and brighter.
+    blue, pale = (seen_over_sun(image, 60.0) for image in (clear, grey))
+    assert blue[2] > 1.7 * blue[0]
+    assert pale[2] < 1.3 * pale[0]
+    assert np.all(pale[:3] > blue[:3])
+
+
 def test_a_thick_cloud_and_a_clear_sea_reflect_what_is_known(
     gl: moderngl.Context, overcast: str
 ) -> None:

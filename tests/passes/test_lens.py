@@ -86,6 +86,38 @@ def test_behind_colour_filters_a_spread_image_makes_the_electrons_of_its_bands(
         np.testing.assert_allclose(found[of], bands[of] @ weights, rtol=1e-4, atol=1e-3)
 
 
+@pytest.mark.parametrize("width", [256, 254])
+@pytest.mark.parametrize(
+    "lens",
+    [{}, {"vignetting": Vignetting(angles=(0.0, 0.03, 0.2), relative=(1.0, 0.9, 0.3))}],
+    ids=["plain", "measured"],
+)
+@pytest.mark.parametrize("coloured", [False, True])
+def test_a_sharp_image_makes_the_electrons_of_its_irradiance(
+    gl: moderngl.Context, lens: dict[str, Any], width: int, coloured: bool
+) -> None:
+    """From radiance in one step, which never writes the irradiance down."""
+    cam = camera(width, **lens)
+    if coloured:
+        mosaic = Mosaic(
+            order="RGGB", red=(0.6, 0.1, 0.0, 0.3), green=(0.1, 0.5, 0.1, 0.3), blue=(0, 0, 1, 0)
+        )
+        cam = replace(cam, detector=replace(cam.detector, mosaic=mosaic))
+    radiance = np.random.default_rng(6).random((192, width, 4))
+    photons = np.array([3.3e18, 2.8e18, 2.3e18, 4.2e18])
+    target = ImageTarget(gl, (width, 192), [Format("f4", 4)])
+    target.textures[0].write(radiance.astype("<f4").tobytes())
+    with Renderer(gl) as renderer:
+        bands = renderer.irradiance(cam, target)
+        in_two_steps = renderer.electrons(cam, photons, bands).read().copy()
+        found = renderer.electrons_through(cam, photons, target).read()
+    gl.detect_framebuffer(0).use()
+    target.release()
+    assert found.max() > 0.0
+    # Some float32 products in another order.
+    np.testing.assert_allclose(found, in_two_steps, rtol=2e-6)
+
+
 # Corner of 1280 x 960 pixels of 3.75 um: focal length [mm], relative illumination.
 @pytest.mark.parametrize(
     ("millimetres", "expected"), [(4.0, 0.409600), (8.0, 0.768625), (16.0, 0.933229)]

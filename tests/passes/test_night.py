@@ -78,9 +78,12 @@ def test_the_airglow_over_black_ground_is_its_radiance_at_the_zenith(gl: moderng
     np.testing.assert_allclose(up, zenith_glow(from_below=True) * np.exp(-depth), rtol=5e-3)
 
 
-def test_the_airglow_at_the_limb_is_brighter_by_its_longer_way(gl: moderngl.Context) -> None:
+@pytest.mark.parametrize("albedo", [(0.0,) * 4, None])
+def test_the_airglow_at_the_limb_is_brighter_by_its_longer_way(
+    gl: moderngl.Context, albedo: tuple[float, float, float, float] | None
+) -> None:
     """Two passages of the layers; the air at 75 km and higher takes less than 1e-3."""
-    earth = replace(sphere(0.0, air=STANDARD), airglow=True)
+    earth = replace(sphere(0.0, air=STANDARD), airglow=True, albedo=albedo)
     r = RADIUS + 4e5
     with window(gl) as seen:
         for height in (75e3, 81e3, 85e3, 90.5e3, 95e3, 99e3):

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import moderngl
 import numpy as np
 import pytest
 
 from simgl.physics.eclipse import limb_angle
 from simgl.physics.ephemeris import itrf_from_icrf, tai_ns_from_utc
+from simgl.physics.regolith import MARS, geometric_albedo, reflectance
 from tests.scenes import radiance, scene
 
 GREEN = 174.7738123  # [W m-2]
@@ -187,3 +190,42 @@ def test_the_earth_at_the_edge_of_the_field_is_neither_lost_nor_invented(
     if off_axis_deg == 69.0:
         # The limb crosses the picture's middle half: 1.2 deg is 72 of 128 pixels off the middle.
         assert (image[64] > 0.0).sum() >= 126
+
+
+@pytest.mark.parametrize("phase_deg", [0.0, 50.0, 110.0])
+def test_a_globe_of_loose_grains_follows_its_law(gl: moderngl.Context, phase_deg: float) -> None:
+    phase = np.radians(phase_deg)
+    sun = (float(np.cos(phase)), float(np.sin(phase)), 0.0)
+    distance = 5e7
+    bare = scene(
+        {},
+        {
+            "position_icrf_m": [distance, 0, 0],
+            "boresight": [-1, 0, 0],
+            "up": [0, 0, 1],
+            "focal_length_mm": 1.6,
+        },
+        sun_direction=sun,
+        earth=SPHERE,
+    )
+    assert bare.earth is not None
+    ground = replace(bare, earth=replace(bare.earth, regolith=MARS))
+    camera = bare.cameras["cam"]
+    image = radiance(gl, ground)[..., 1]
+    y, x = np.indices(image.shape)
+    f, size = camera.focal_length_px, image.shape[0]
+    # From the camera: x right is +y of ICRF, y down -z.
+    d = np.stack([-np.ones(image.shape), (x + 0.5 - size / 2) / f, -(y + 0.5 - size / 2) / f], -1)
+    d /= np.linalg.norm(d, axis=-1, keepdims=True)
+    along = -distance * d[..., 0]
+    root = along**2 - distance**2 + 6.371e6**2
+    hit = root > 0.0
+    n = ((along - np.sqrt(np.where(hit, root, 0.0)))[..., None] * d + [distance, 0, 0]) / 6.371e6
+    mu, mu0, cos_phase = -(n * d).sum(-1), n @ sun, -(d @ sun)
+    scale = 2.0 / 3.0 * 0.3 / geometric_albedo(MARS)
+    expected = GREEN * scale * reflectance(MARS, mu0, mu, cos_phase)
+    # Beside the limb, whose pixels are covered in part, and the terminator, where the Sun's disc
+    # is cut; float32 geometry is good to 1e-5 there, and the law is steep at the surge.
+    seen = hit & (mu > 0.25) & (mu0 > 0.05)
+    assert seen.sum() > 400
+    np.testing.assert_allclose(image[seen], expected[seen], rtol=1e-3)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.special import ndtri
 
-from simgl.passes.planet import PLANET
+from simgl.passes.planet_blocks import PLANET
 from simgl.physics.sea import foam_cover, water_body, wave_slope_variance
 from simgl.scene.chart import RANGE, SIZE, chart
 from tests.gpu.glsl_functions import evaluate

@@ -26,8 +26,7 @@ from simgl.transport.solve import (
     lamp_irradiance,
     radiosity,
     reflectors,
-    site_irradiance,
-    vertex_values,
+    vertex_irradiance,
 )
 from simgl.transport.sunlit import SunlitPatches
 from simgl.transport.transport import Floats, Transport
@@ -71,17 +70,11 @@ def sunlight(transport: Transport) -> Floats:
     return np.asarray(cosines[:, None] * np.full(4, 1367.0, dtype=np.float32))
 
 
-def vertex_irradiance(transport: Transport, exitance: Floats) -> Floats:
-    """(v, sides, 4) of the vertices from the body's own surfaces."""
-    sites = site_irradiance(transport, exitance)
-    return vertex_values(transport, sites, np.ones(len(sites), dtype=np.float32))[..., :4]
-
-
-def vertex_share(transport: Transport, sky: Floats) -> Floats:
-    """(v,) of the Earth's light on the front of the vertices."""
-    share = earth_share(transport, sky)
-    bounced = np.zeros((len(share), 4), dtype=np.float32)
-    return vertex_values(transport, bounced, share)[:, 0, 4]
+def vertex_light(transport: Transport, exitance: Floats) -> Floats:
+    """(v, sides, 4) irradiance of the vertices from the body's own surfaces."""
+    values = np.full((*transport.site_of_vertex.shape[::-1], 4), np.nan, dtype=np.float32)
+    vertex_irradiance(transport, exitance, values)
+    return values
 
 
 def inside(transport: Transport) -> NDArray[np.bool_]:
@@ -206,7 +199,7 @@ def test_vertices_get_the_light_that_the_patches_around_them_get() -> None:
     surface = reflectors(transport, white(0.8))
     irradiance = sunlight(transport)
     exitance = radiosity(transport, surface, surface.albedo * irradiance)
-    light = vertex_irradiance(transport, exitance)
+    light = vertex_light(transport, exitance)
     patch = transport.form_factors @ exitance
     floor = box_faces(transport)["floor"]
     area = transport.areas[floor]
@@ -226,7 +219,7 @@ def test_the_back_of_a_sheet_gets_nothing_of_the_light_before_it() -> None:
     surface = reflectors(transport, white(0.8))
     irradiance = sunlight(transport)
     exitance = radiosity(transport, surface, surface.albedo * irradiance)
-    light = vertex_irradiance(transport, exitance)
+    light = vertex_light(transport, exitance)
     assert light[:, 0].max() > 100.0
     # The outside of a convex box sees nothing of it.
     assert light[:, 1].max() == 0.0
@@ -241,7 +234,7 @@ def test_a_plate_behind_a_big_plate_gets_no_light_of_the_earth() -> None:
     # An Earth that fills the half space below.
     below = np.zeros((SKY_CELLS, 4), dtype=np.float32)
     below[5 * 16 : 6 * 16] = 100.0
-    share = vertex_share(transport, below)
+    share = earth_share(transport, below)[:, 0]
     lower = mesh.normals[:, 2] < -0.9
     near = np.abs(mesh.positions[:, :2]).max(axis=1) < 0.11
     hidden = lower & near & (mesh.positions[:, 2] > 0.01)
@@ -397,7 +390,7 @@ def test_a_board_whose_corners_are_inside_blocks_is_lit_between_them() -> None:
     assert transport is not None
     above = np.zeros((SKY_CELLS, 4), dtype=np.float32)
     above[4 * 16 : 5 * 16] = 100.0
-    share = vertex_share(transport, above)
+    share = earth_share(transport, above)[:, 0]
     mesh = transport.mesh
     corner = (mesh.normals[:, 2] > 0.9) & (mesh.positions[:, 2] == 0.0)
     assert np.count_nonzero(corner) >= 4

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from simgl.errors import BridgeError
 from simgl.physics.ephemeris import itrf_from_icrf
+from simgl.physics.regolith import MARS, Regolith
 from simgl.scenario.scenario import Scenario
 from simgl.scene.earth import Earth
 from simgl.scene.state import EarthState
@@ -30,25 +31,45 @@ class NoPictureError(BridgeError):
 
 @dataclass(frozen=True, kw_only=True)
 class Spheroid:
-    """Semi-axes [km], and the Lambert albedo in every band."""
+    """Semi-axes [km], and the ground.
+
+    albedo : Lambert albedo in the bands R, G, B, N, or in all of them
+    regolith : law of the ground in place of Lambert's
+    """
 
     equatorial_km: float
     polar_km: float
-    albedo: float
+    albedo: float | tuple[float, float, float, float]
+    regolith: Regolith | None = None
 
+    @property
+    def globe(self) -> Earth:
+        """As simgl draws it."""
+        albedo = (self.albedo,) * 4 if isinstance(self.albedo, float) else self.albedo
+        return Earth(
+            equatorial_radius=self.equatorial_km * 1e3,
+            polar_radius=self.polar_km * 1e3,
+            albedo=albedo,
+            regolith=self.regolith,
+        )
+
+
+# Mars's is 3/2 of its geometric albedo, 0.17 in V (NASA planetary fact sheet); the others rounded
+# from the spectrum of the whole disc (McCord and Westphal 1971, ApJ 168, 141).
+_MARS = (0.40, 0.25, 0.12, 0.46)
 
 # Radii: IAU Working Group on Cartographic Coordinates 2015 (Archinal et al. 2018); giants at 1 bar.
 # Bond albedos: NASA planetary fact sheets; Jupiter's Li et al. 2018.
 SPHEROIDS = {
     "mercury": Spheroid(equatorial_km=2440.53, polar_km=2438.26, albedo=0.068),
     "venus": Spheroid(equatorial_km=6051.8, polar_km=6051.8, albedo=0.77),
-    "mars": Spheroid(equatorial_km=3396.19, polar_km=3376.20, albedo=0.25),
+    "mars": Spheroid(equatorial_km=3396.19, polar_km=3376.20, albedo=_MARS, regolith=MARS),
     "jupiter": Spheroid(equatorial_km=71492.0, polar_km=66854.0, albedo=0.503),
     "saturn": Spheroid(equatorial_km=60268.0, polar_km=54364.0, albedo=0.342),
     "uranus": Spheroid(equatorial_km=25559.0, polar_km=24973.0, albedo=0.300),
     "neptune": Spheroid(equatorial_km=24764.0, polar_km=24341.0, albedo=0.290),
 }
-_EARTH_ALBEDO_OF_OTHERS = 0.3
+_ALBEDO_OF_OTHERS = 0.3
 
 
 def vector_of(values: Sequence[float], name: str) -> Array:
@@ -92,14 +113,9 @@ def globe_of(body: CelestialBody, base: Scenario, tai_ns: int) -> EarthState:
         sent = Spheroid(
             equatorial_km=body.radius_km,
             polar_km=body.radius_km * ratio,
-            albedo=_EARTH_ALBEDO_OF_OTHERS,
+            albedo=_ALBEDO_OF_OTHERS,
         )
-        shape = SPHEROIDS.get(name, sent)
-        globe = Earth(
-            equatorial_radius=shape.equatorial_km * 1e3,
-            polar_radius=shape.polar_km * 1e3,
-            albedo=(shape.albedo,) * 4,
-        )
+        globe = SPHEROIDS.get(name, sent).globe
     return EarthState(earth=globe, position=np.zeros(3), R_itrf_from_icrf=turned(body, fallback))
 
 

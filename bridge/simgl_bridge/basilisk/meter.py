@@ -7,11 +7,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from simgl.assess.exposure import FILLED, full_electrons
+from simgl.assess.exposure import full_electrons
+from simgl.physics.regolith import face_on, geometric_albedo
 from simgl.scene.camera import Camera
 from simgl.scene.radiometry import irradiance_per_radiance, square_electrons_per_irradiance
 from simgl.scene.state import EarthState, SunAtPosition
 
+# Share of a pixel's range that the brightest fills: a stop is left for glints.
+FILLED = 0.5
 # Reflectance factor of the brightest that is to be held where no one albedo says it: thick cloud
 # under a high Sun, or white paint.
 WHITE = 0.85
@@ -24,8 +27,10 @@ def metered(camera: Camera, sun: SunAtPosition, globe: EarthState | None) -> Cam
     and white paint where it has maps, or where there is none. It does not depend on what is in
     view, so a series of pictures compares.
     """
-    albedo = None if globe is None else globe.earth.albedo
+    albedo, law = (None, None) if globe is None else (globe.earth.albedo, globe.earth.regolith)
     reflectance = np.full(4, WHITE) if albedo is None else np.asarray(albedo)
+    if law is not None:
+        reflectance = reflectance * (2.0 / 3.0 * face_on(law) / geometric_albedo(law))
     radiance = reflectance / np.pi * sun.seen_from(np.zeros(3)).irradiance
     irradiance: NDArray[np.float64] = irradiance_per_radiance(camera) * radiance
     square = square_electrons_per_irradiance(camera, sun.photons_per_joule)

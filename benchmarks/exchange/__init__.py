@@ -1,0 +1,1 @@
+"""Light between surfaces: its time in a frame, and what solving beforehand leaves out."""

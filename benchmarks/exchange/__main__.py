@@ -1,0 +1,155 @@
+"""Light between the surfaces of Space Rider: its time in a frame, and solved beforehand or at once.
+
+python -m benchmarks.exchange --out FILE.json
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from simgl.bench import machine, scene_files
+from simgl.gpu.context import open_context
+from simgl.passes.exchange import ExchangePass
+from simgl.scenario.loader import load_scenario
+from simgl.scene.means import mean_materials
+from simgl.sky import SkyRadiance, cell_radiance, cube_directions
+from simgl.transport.directions import CELLS_ACROSS
+from simgl.transport.response import Response
+from simgl.transport.solve import lit_normals, radiosity, reflectors, vertex_irradiance
+from simgl.transport.sunlit import SunlitPatches
+from simgl.transport.transport import Transport
+from simgl.view.background import SKY_TEXELS
+from simgl.view.frame import CraftView, frame_view
+
+Array = NDArray[np.float64]
+
+SUN = np.array([154.4, 174.8, 171.9, 313.4])
+# Of a cloudy Earth below, per band [W m-2 sr-1], and how far it reaches from nadir at 400 km.
+EARTH = np.array([20.0, 22.0, 25.0, 38.0])
+EARTH_RADIUS = np.radians(70.0)
+# An orbit of 400 km turns so far in a second [rad].
+STEP = np.radians(0.0649)
+FRAMES, WARM_UP = 60, 5
+
+
+def earth_below() -> SkyRadiance:
+    """Uniform, about -z."""
+    seen = cube_directions(SKY_TEXELS)[..., 2] < -np.cos(EARTH_RADIUS)
+    return SkyRadiance(radiance=(seen[..., None] * EARTH).astype(np.float32))
+
+
+def directions(count: int) -> Array:
+    """(count, 3) unit, anywhere."""
+    found = np.random.default_rng(20261122).normal(size=(count, 3))
+    return np.asarray(found / np.linalg.norm(found, axis=1)[:, None])
+
+
+def frame_times(ctx: moderngl.Context, craft: CraftView, step: float) -> dict[str, float]:
+    """Of ``ExchangePass.draw``, the Sun moved by a step [rad] from each to the next [ms].
+
+    work : of all cores
+    """
+    exchange, sky = ExchangePass(ctx), earth_below()
+    assert craft.exchange is not None
+    clock, work = [], []
+    for frame in range(WARM_UP + FRAMES):
+        turned = Rotation.from_rotvec([0.0, frame * step, 0.0])
+        sun = turned.apply(craft.exchange.sun_direction)
+        moved = replace(craft, exchange=replace(craft.exchange, sun_direction=sun))
+        start, before = time.perf_counter(), time.process_time()
+        exchange.draw([moved], [sky])
+        clock.append(1e3 * (time.perf_counter() - start))
+        work.append(1e3 * (time.process_time() - before))
+    exchange.release()
+    names = "clock_p50", "clock_p95", "clock_least"
+    values = np.percentile(clock[WARM_UP:], [50, 95, 0]).round(2).tolist()
+    return dict(zip(names, values, strict=True)) | {
+        "work_p50": round(float(np.median(work[WARM_UP:])), 2),
+        "work_mean": round(float(np.mean(work[WARM_UP:])), 2),
+    }
+
+
+def agreement(craft: CraftView, transport: Transport, count: int) -> dict[str, Any]:
+    """Irradiance of vertices by other surfaces, solved beforehand, over that solved at once.
+
+    The light on the patches is the same for both; then at once with sunlight traced in the Sun's
+    own direction, with all sample points: what the lattice of directions costs.
+    """
+    surface = reflectors(transport, mean_materials(craft.model))
+    sunlit = SunlitPatches(transport)
+    response = Response(transport, surface, sunlit)
+    cells = cell_radiance(earth_below(), CELLS_ACROSS)
+    sky = transport.sky @ (np.float32(np.pi) * cells)
+
+    def on_vertices(exitance: NDArray[np.float32]) -> NDArray[np.float32]:
+        values = np.empty((*transport.site_of_vertex.shape[::-1], 4), dtype=np.float32)
+        vertex_irradiance(transport, exitance, values)
+        return values
+
+    def at_once(cosines: NDArray[np.float32]) -> NDArray[np.float32]:
+        irradiance = (cosines[:, None] * SUN).astype(np.float32) + sky
+        return on_vertices(radiosity(transport, surface, surface.albedo * irradiance))
+
+    worst, squares, values, brightest, traced = 0.0, [], [], 0.0, []
+    for direction in directions(count):
+        exitance = response.of_sun(direction, SUN) + response.of_sky(cells)
+        found = on_vertices(exitance)
+        expected = at_once(sunlit.cosines(direction))
+        difference = found - expected
+        worst = max(worst, float(np.abs(difference).max()))
+        brightest = max(brightest, float(expected.max()))
+        squares.append(np.mean(difference.astype(np.float64) ** 2))
+        values.append(np.mean(expected.astype(np.float64) ** 2))
+        halves = [lit_normals(transport, direction, half) for half in (0, 1)]
+        mean = 0.5 * (halves[0] + halves[1]) @ direction.astype(np.float32)
+        there = at_once(np.maximum(mean, 0.0))
+        traced.append(np.sqrt(np.mean((expected - there) ** 2) / np.mean(there**2)))
+    return {
+        "directions": count,
+        "largest_irradiance": round(brightest, 1),
+        "rms_irradiance": round(float(np.sqrt(np.mean(values))), 2),
+        "largest_difference": round(worst, 3),
+        "rms_difference": round(float(np.sqrt(np.mean(squares))), 4),
+        "lattice_rms_percent_p50_p95": (100 * np.percentile(traced, [50, 95])).round(1).tolist(),
+    }
+
+
+def main() -> None:
+    """Measure, print and write."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.exchange")
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--directions", type=int, default=200)
+    options = parser.parse_args()
+    scenario = load_scenario(scene_files()["source_600"])
+    state = scenario.at(scenario.epoch_tai_ns)
+    craft = frame_view(state, "observer", sample_budget=1000).tiles[0].craft[0]
+    with open_context() as ctx:
+        transport = ExchangePass(ctx).transport(craft.model)
+        assert transport is not None
+        results = {
+            "machine": machine(),
+            "renderer": ctx.info["GL_RENDERER"],
+            "frame_ms": {
+                "frames a second apart": frame_times(ctx, craft, STEP),
+                "frames 0.1 s apart": frame_times(ctx, craft, 0.1 * STEP),
+                "frames 15 s apart": frame_times(ctx, craft, 15.0 * STEP),
+            },
+            "irradiance_w_m2": agreement(craft, transport, options.directions),
+        }
+    text = json.dumps(results, indent=1)
+    print(text)
+    options.out.write_text(text + "\n")
+
+
+if __name__ == "__main__":
+    main()

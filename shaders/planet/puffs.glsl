@@ -1,0 +1,59 @@
+// What the chart's noise makes of clouds, below the weather map's texels.
+#include "planet/chart.glsl"
+
+// A place of the clouds' noise and of the maps: on the maps, longitude and latitude, 0..1 eastwards
+// and southwards; on the chart, where one face is enough for all of a tile, and the vertical where not.
+struct Spot {
+    vec2 on_map;
+#ifdef EVEN
+    vec2 on_chart;
+#else
+    vec3 up;
+#endif
+};
+
+// The noise at a spot; none where pixels are too large for it.
+vec4 noise_at(Spot spot, float level) {
+#ifdef FAR
+    return vec4(0.0);
+#elif defined(EVEN)
+    return chart_at(spot.on_chart, level);
+#else
+    return chart_about(spot.up, level);
+#endif
+}
+
+// The clouds' noise: cells where they lie in decks, puffs elsewhere.
+float cloud_noise(vec4 noise, float ragged) {
+    float cells = clamp(2.2 - 4.0 * ragged, 0.0, 1.0);
+    return noise.z * sqrt(1.0 - cells) + noise.w * sqrt(cells);
+}
+
+// Puffs drawn out along the chart's first axis, sheared and bent, are fibres.
+float drawn_out(vec2 place, float level) {
+    float bend = 0.02 * sin(7.0 * place.x + 3.0 * place.y) + 0.05 * sin(2.3 * place.x);
+    return chart_at(vec2(place.x / 9.0, place.y + 0.15 * place.x + bend), level).z;
+}
+
+// Thickness of high cloud at a spot over its mean, which is 1. Ice falls and is blown out along the wind,
+// which is easterly or westerly but for the caps of the poles.
+//
+// normal : there; kept : variance of the noise that a pixel resolves
+float fibres(Spot spot, vec3 normal, float level, float kept) {
+#ifdef FAR
+    return 1.0;
+#else
+#ifdef EVEN
+    vec3 a = abs(normal);
+    bool across = a.y > max(a.x, a.z);
+    float noise = drawn_out(across ? spot.on_chart.yx : spot.on_chart, level);
+#else
+    vec3 n = spot.up, share = chart_shares(n);
+    float noise = share.x * drawn_out(chart_x(n), level) + share.y * drawn_out(chart_y(n).yx, level)
+                + share.z * drawn_out(chart_z(n), level);
+    noise *= inversesqrt(dot(share, share));
+#endif
+    // Spread like the exponential of a normal variable, whose mean is taken off.
+    return exp(1.1 * (noise - 0.55 * kept));
+#endif
+}
