@@ -67,8 +67,8 @@ class Renderer:
         self._ctx = ctx
         self.timer = PassTimer(ctx)
         self.sample_budget = _SAMPLE_BUDGET_CPU if is_software(ctx) else _SAMPLE_BUDGET_GPU
-        self._exchange = ExchangePass(ctx)
-        self._meshes = MeshStore(ctx, self._exchange.levels)
+        self._meshes = MeshStore(ctx, lambda *asked: self._exchange.levels(*asked))
+        self._exchange = ExchangePass(ctx, self._meshes)
         self._shadow = ShadowPass(ctx, self._meshes)
         self._lamp_shadow = LampShadowPass(ctx, self._meshes)
         self._geometry = GeometryPass(ctx, self._meshes)

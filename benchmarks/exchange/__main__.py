@@ -19,16 +19,20 @@ from scipy.spatial.transform import Rotation
 
 from simgl.bench import machine, scene_files
 from simgl.gpu.context import open_context
-from simgl.passes.exchange import ExchangePass
+from simgl.passes.exchange import JOINT_STEP, ExchangePass
+from simgl.passes.meshes import MeshStore
 from simgl.scenario.loader import load_scenario
 from simgl.scene.means import mean_materials
 from simgl.sky import SkyRadiance, cell_radiance, cube_directions
+from simgl.transport.cache import transport_of
 from simgl.transport.directions import CELLS_ACROSS
 from simgl.transport.response import Response
+from simgl.transport.rows import vertex_rows
 from simgl.transport.solve import lit_normals, radiosity, reflectors, vertex_irradiance
 from simgl.transport.sunlit import SunlitPatches
 from simgl.transport.transport import Transport
 from simgl.view.background import SKY_TEXELS
+from simgl.view.detail import WHOLE
 from simgl.view.frame import CraftView, frame_view
 
 Array = NDArray[np.float64]
@@ -59,7 +63,8 @@ def frame_times(ctx: moderngl.Context, craft: CraftView, step: float) -> dict[st
 
     work : of all cores
     """
-    exchange, sky = ExchangePass(ctx), earth_below()
+    meshes = MeshStore(ctx, lambda *asked: exchange.levels(*asked))
+    exchange, sky = ExchangePass(ctx, meshes), earth_below()
     assert craft.exchange is not None
     clock, work = [], []
     for frame in range(WARM_UP + FRAMES):
@@ -71,6 +76,7 @@ def frame_times(ctx: moderngl.Context, craft: CraftView, step: float) -> dict[st
         clock.append(1e3 * (time.perf_counter() - start))
         work.append(1e3 * (time.process_time() - before))
     exchange.release()
+    meshes.release()
     names = "clock_p50", "clock_p95", "clock_least"
     values = np.percentile(clock[WARM_UP:], [50, 95, 0]).round(2).tolist()
     return dict(zip(names, values, strict=True)) | {
@@ -91,9 +97,11 @@ def agreement(craft: CraftView, transport: Transport, count: int) -> dict[str, A
     cells = cell_radiance(earth_below(), CELLS_ACROSS)
     sky = transport.sky @ (np.float32(np.pi) * cells)
 
+    rows = vertex_rows(transport)
+
     def on_vertices(exitance: NDArray[np.float32]) -> NDArray[np.float32]:
-        values = np.empty((*transport.site_of_vertex.shape[::-1], 4), dtype=np.float32)
-        vertex_irradiance(transport, exitance, values)
+        values = np.empty((*rows.shape, 4), dtype=np.float32)
+        vertex_irradiance(rows, exitance, values)
         return values
 
     def at_once(cosines: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -132,15 +140,23 @@ def main() -> None:
     options = parser.parse_args()
     scenario = load_scenario(scene_files()["source_600"])
     state = scenario.at(scenario.epoch_tai_ns)
-    craft = frame_view(state, "observer", sample_budget=1000).tiles[0].craft[0]
+    craft = (
+        frame_view(state, "observer", sample_budget=1000, level_error_px=scenario.level_error_px)
+        .tiles[0]
+        .craft[0]
+    )
+    whole = replace(craft, detail=WHOLE)
     with open_context() as ctx:
-        transport = ExchangePass(ctx).transport(craft.model)
+        transport = transport_of(
+            craft.model.coarsely_posed(JOINT_STEP).mesh, open_sheets=craft.model.open_sheets
+        )
         assert transport is not None
         results = {
             "machine": machine(),
             "renderer": ctx.info["GL_RENDERER"],
             "frame_ms": {
                 "frames a second apart": frame_times(ctx, craft, STEP),
+                "frames a second apart, every vertex": frame_times(ctx, whole, STEP),
                 "frames 0.1 s apart": frame_times(ctx, craft, 0.1 * STEP),
                 "frames 15 s apart": frame_times(ctx, craft, 15.0 * STEP),
             },

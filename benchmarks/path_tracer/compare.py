@@ -46,16 +46,16 @@ class Difference:
 
 
 def difference(simgl: Array, reference: Array, error: Array) -> Difference:
-    """Two pictures (height, width, bands) compared.
+    """Two pictures (height, width, bands) and the reference's standard error compared.
 
-    error : (height, width) standard error of the reference's sum of bands
+    The bands of a path are one path, so their errors add.
     """
     a, b = simgl.sum(axis=2), reference.sum(axis=2)
     seen = (a > 0.0) | (b > 0.0)
     mean = float(b[seen].mean())
     scale = np.maximum(b, FLOOR * mean)
     relative = np.where(seen, (a - b) / scale, 0.0)
-    noise = (error / scale)[seen]
+    noise = (error.sum(axis=2) / scale)[seen]
     near = np.abs(relative[seen]) <= WITHIN
     bands = simgl.sum(axis=(0, 1)) / reference.sum(axis=(0, 1))
     agreement = Agreement(

@@ -18,7 +18,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.path_tracer.compare import FLOOR
 from simgl.cache import read_arrays, write_arrays
 from simgl.physics.constants import ASTRONOMICAL_UNIT
 from simgl.physics.frames import unit
@@ -31,11 +30,6 @@ Array = NDArray[np.float64]
 VISIBLE, NEAR_INFRARED = (0, 1, 2), (3, 3, 3)
 # Of the picture's samples; their spread tells the noise.
 PARTS = 16
-# Squares of the picture in which a tenth of the pixels have a larger standard error than this are
-# traced on, until they have so many times the samples.
-_SQUARE = 10
-_NOISE = 0.025
-_MOST_TIMES = 16
 # As many bounces as any light survives: Russian roulette begins after the sixteenth.
 _ROULETTE_DEPTH = 16
 
@@ -48,42 +42,13 @@ class Traced:
     """The tracer's picture.
 
     radiance : (height, width, 3) mean over each pixel [W m-2 sr-1]
-    error : (height, width) standard error of the three bands' sum
-    paths : (height, width) that a pixel has
-    cpu_seconds : processor time, without loading; of the even picture, before dark squares go on
-    dark_cpu_seconds : of those
+    error : the same, standard error of that mean
+    cpu_seconds : processor time, without loading
     """
 
     radiance: Array
     error: Array
-    paths: Array
     cpu_seconds: float
-    dark_cpu_seconds: float
-
-
-class _Sums:
-    """Parts of a picture as they come, all of the same number of paths."""
-
-    def __init__(self, height: int, width: int, bands: int) -> None:
-        self._total = np.zeros((height, width, bands))
-        self._squares = np.zeros((height, width))
-        self.parts = np.zeros((height, width))
-
-    def add(self, part: Array, place: tuple[slice, slice]) -> None:
-        self._total[place] += part
-        self._squares[place] += part.sum(axis=2) ** 2
-        self.parts[place] += 1.0
-
-    @property
-    def mean(self) -> Array:
-        """(height, width, bands) of the parts."""
-        return np.asarray(self._total / self.parts[..., None])
-
-    @property
-    def error(self) -> Array:
-        """(height, width) standard error of the bands' sum, whose paths are the same."""
-        variance = self._squares / self.parts - self.mean.sum(axis=2) ** 2
-        return np.asarray(np.sqrt(np.maximum(variance, 0.0) / (self.parts - 1.0)))
 
 
 def mitsuba() -> Any:
@@ -104,7 +69,7 @@ def trace(
     kept: Path,
     tick: Callable[[], None],
 ) -> Traced:
-    """The picture of a camera in three bands with ``samples`` paths a pixel, more in the dark.
+    """The picture of a camera in three bands with about ``samples`` paths a pixel.
 
     kept : folder of pictures that were traced before; the same scene is not traced again
     tick : called after each of ``PARTS``
@@ -117,63 +82,27 @@ def trace(
         path = kept / f"traced_{key[:16]}.npz"
         found = read_arrays(path)
         if found is not None:
-            even, dark = (float(found.pop(k)) for k in ("cpu_seconds", "dark_cpu_seconds"))
-            return Traced(**found, cpu_seconds=even, dark_cpu_seconds=dark)
+            seconds = float(found.pop("cpu_seconds"))
+            return Traced(radiance=found["radiance"], error=found["error"], cpu_seconds=seconds)
         scene = mi.load_dict(described)
-    detector = camera.camera.detector
-    sums = _Sums(detector.height, detector.width, len(bands))
+    size = (camera.camera.detector.height, camera.camera.detector.width, len(bands))
+    total, squares = np.zeros(size), np.zeros(size)
     start = time.process_time()
     for part in range(PARTS):
         image = np.array(mi.render(scene, spp=each, seed=part), dtype=np.float64)
-        sums.add(image, (slice(None), slice(None)))
+        total, squares = total + image, squares + image**2
         tick()
-    even = time.process_time()
-    _trace_on(mi, scene, described["sensor"], each, sums)
-    traced = Traced(
-        radiance=sums.mean,
-        error=sums.error,
-        paths=sums.parts * each,
-        cpu_seconds=even - start,
-        dark_cpu_seconds=time.process_time() - even,
-    )
+    seconds = time.process_time() - start
+    mean = total / PARTS
+    variance = np.maximum(squares / PARTS - mean**2, 0.0) / (PARTS - 1)
+    traced = Traced(radiance=mean, error=np.sqrt(variance), cpu_seconds=seconds)
     write_arrays(path, asdict(traced), "the scene is traced again next time")
     return traced
 
 
-def _trace_on(mi: Any, scene: Any, sensor: dict[str, Any], each: int, sums: _Sums) -> None:
-    """More parts for the squares of a picture that are noisy, twice as many each time."""
-    height, width = sums.parts.shape
-    places = [
-        (slice(row, min(row + _SQUARE, height)), slice(column, min(column + _SQUARE, width)))
-        for row in range(0, height, _SQUARE)
-        for column in range(0, width, _SQUARE)
-    ]
-    seed = PARTS
-    parts = PARTS
-    while parts < _MOST_TIMES * PARTS:
-        radiance = sums.mean.sum(axis=2)
-        scale = np.maximum(radiance, FLOOR * radiance[radiance > 0.0].mean())
-        noise = sums.error / scale
-        places = [p for p in places if np.percentile(noise[p], 90.0) > _NOISE]
-        for rows, columns in places:
-            film = sensor["film"] | {
-                "crop_offset_x": columns.start,
-                "crop_offset_y": rows.start,
-                "crop_width": columns.stop - columns.start,
-                "crop_height": rows.stop - rows.start,
-            }
-            part_of = mi.load_dict(sensor | {"film": film})
-            for _ in range(parts):
-                image = mi.render(scene, sensor=part_of, spp=each, seed=seed)
-                sums.add(np.array(image, dtype=np.float64), (rows, columns))
-                seed += 1
-        parts *= 2
-
-
 def _key(scene: dict[str, Any], folder: Path, samples: int, version: str) -> str:
     """A name for the picture of a scene: all that goes into it, meshes by their bytes."""
-    settings = (PARTS, _SQUARE, _NOISE, _MOST_TIMES, samples, version)
-    digest = hashlib.sha256(str(settings).encode())
+    digest = hashlib.sha256(f"{PARTS} {samples} {version}".encode())
     digest.update(str(scene).replace(str(folder), "").encode())
     for path in sorted(folder.iterdir()):
         digest.update(path.read_bytes())
@@ -258,8 +187,7 @@ def _sensor(
             "component_format": "float32",
             "rfilter": {"type": "box"},
         },
-        # Edges, the Sun's disc and the first bounce are met evenly; parts are independent.
-        "sampler": {"type": "multijitter"},
+        "sampler": {"type": "independent"},
     }
 
 

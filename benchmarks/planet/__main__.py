@@ -146,6 +146,7 @@ def main(
             for name, draw in draws.items():
                 # The air's tables of eight views are kept: made before the clock starts.
                 draw()
+                ctx.finish()
                 spent = _timed(ctx, draw)
                 if round_ > 1:
                     taken[name].append(spent)

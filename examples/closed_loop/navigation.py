@@ -26,8 +26,10 @@ Array = NDArray[np.float64]
 GATES = {3: 21.1, 6: 27.9}
 # What the model leaves out: J2, the curved orbit, drag [m s-2 over a second, 1 sigma].
 ACCELERATION_NOISE = 5e-5
-# How fast the target's attitude wanders [rad over a second, 1 sigma].
-TURN_NOISE = 3e-5
+# How fast the target's attitude wanders [rad over a second, 1 sigma]. Its control swings it through
+# a dead band of 0.1 deg in minutes, 2e-5 rad/s: as much as this in half a minute, over which near
+# fixes are averaged. A smaller one trails the swing by more than the covariance says.
+TURN_NOISE = 1e-4
 # The share of a commanded velocity change that may be missing or sideways, 1 sigma.
 EXECUTION_ERROR = 0.02
 # A fix that is older than this is of no use [s].

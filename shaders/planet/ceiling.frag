@@ -58,7 +58,7 @@ void main() {
     float softness = cloud_softness(weather.w);
     float cover = cover_here(weather.x, noise, kept, softness);
     float thick = max(1.0 + 0.5 * thicker(weather.x, noise, kept, softness), 0.2);
-    float high_tau = high_cloud_thickness * weather.z * fibres(spot, n, levels.y, kept);
+    float high_tau = high_cloud_thickness * weather.z * fibres(spot, levels.y, kept);
 
     Daylight above = air_daylight_at(cloud_km, mu_sun);
 #ifdef NIGHT

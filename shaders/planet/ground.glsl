@@ -121,7 +121,7 @@ Sight ground_sight(Place here, float on_earth, float on_clouds) {
     float bright = cover * reflected * max(1.0 + (1.0 - reflected) * relief, 0.0);
     float back = cover * cloud_diffuse_reflectance(tau);
     float high_tau = clouds_below * high_cloud_thickness * weather.z
-                   * fibres(here.cloud, normal, halvings, kept);
+                   * fibres(here.cloud, halvings, kept);
     float high = high_tau / (high_tau + 7.7 * mu_light), high_back = high_tau / (high_tau + 7.7);
     float past_high = (1.0 - high) * (1.0 - high_back);
     float past = past_high * (1.0 - back);

@@ -60,7 +60,7 @@ Spot spot_at(vec3 n, vec2 near) {
     // On the same side of the date line.
     on_map.x = near.x + fract(on_map.x - near.x + 0.5) - 0.5;
 #ifdef EVEN
-    return Spot(on_map, chart_place(n));
+    return Spot(on_map, chart_place(n), drawn_out_there(n));
 #else
     return Spot(on_map, n);
 #endif

@@ -2,11 +2,13 @@
 #include "planet/chart.glsl"
 
 // A place of the clouds' noise and of the maps: on the maps, longitude and latitude, 0..1 eastwards
-// and southwards; on the chart, where one face is enough for all of a tile, and the vertical where not.
+// and southwards; on the chart, for puffs and for fibres, where one face is enough for all of a tile,
+// and the vertical where not.
 struct Spot {
     vec2 on_map;
 #ifdef EVEN
     vec2 on_chart;
+    vec2 drawn_out;
 #else
     vec3 up;
 #endif
@@ -29,28 +31,34 @@ float cloud_noise(vec4 noise, float ragged) {
     return noise.z * sqrt(1.0 - cells) + noise.w * sqrt(cells);
 }
 
-// Puffs drawn out along the chart's first axis, sheared and bent, are fibres.
-float drawn_out(vec2 place, float level) {
+// Puffs drawn out along the chart's first axis, sheared and bent, are fibres: where on the chart to read
+// them for a place on it.
+vec2 drawn_out(vec2 place) {
     float bend = 0.02 * sin(7.0 * place.x + 3.0 * place.y) + 0.05 * sin(2.3 * place.x);
-    return chart_at(vec2(place.x / 9.0, place.y + 0.15 * place.x + bend), level).z;
+    return vec2(place.x / 9.0, place.y + 0.15 * place.x + bend);
 }
 
-// Thickness of high cloud at a spot over its mean, which is 1. Ice falls and is blown out along the wind,
-// which is easterly or westerly but for the caps of the poles.
+// Ice falls and is blown out along the wind, which is easterly or westerly but for the caps of the poles:
+// on the faces about the y axis the chart's second axis runs east.
+vec2 drawn_out_there(vec3 n) {
+    vec3 a = abs(n);
+    return drawn_out(a.x > max(a.y, a.z) ? chart_x(n) : a.y > a.z ? chart_y(n).yx : chart_z(n));
+}
+
+// Thickness of high cloud at a spot over its mean, which is 1.
 //
-// normal : there; kept : variance of the noise that a pixel resolves
-float fibres(Spot spot, vec3 normal, float level, float kept) {
+// kept : variance of the noise that a pixel resolves
+float fibres(Spot spot, float level, float kept) {
 #ifdef FAR
     return 1.0;
 #else
 #ifdef EVEN
-    vec3 a = abs(normal);
-    bool across = a.y > max(a.x, a.z);
-    float noise = drawn_out(across ? spot.on_chart.yx : spot.on_chart, level);
+    float noise = chart_at(spot.drawn_out, level).z;
 #else
     vec3 n = spot.up, share = chart_shares(n);
-    float noise = share.x * drawn_out(chart_x(n), level) + share.y * drawn_out(chart_y(n).yx, level)
-                + share.z * drawn_out(chart_z(n), level);
+    float noise = share.x * chart_at(drawn_out(chart_x(n)), level).z
+                + share.y * chart_at(drawn_out(chart_y(n).yx), level).z
+                + share.z * chart_at(drawn_out(chart_z(n)), level).z;
     noise *= inversesqrt(dot(share, share));
 #endif
     // Spread like the exponential of a normal variable, whose mean is taken off.

@@ -1,7 +1,6 @@
 // A distorted picture from a finer one without distortion: the mean over a pixel of what its lines of
-// sight meet. Places with linear interpolation between the fine pixels stand for the pixel, in rows and
-// columns that lie no farther apart than fine pixels: what is as small as a star keeps its light
-// wherever it falls.
+// sight meet. Places with linear interpolation between the fine pixels stand for the pixel, in rows
+// and columns that lie hardly farther apart than fine pixels, so that none is passed over.
 #include "block/warp"
 
 uniform sampler2D places;
@@ -9,7 +8,8 @@ uniform sampler2D fine;
 
 out vec4 radiance;
 
-// Fine pixels from one place to the next, of which a star's light ripples by 1e-4; most rows of places.
+// Fine pixels from one place to the next, and the most rows of places; as in simgl/optics/field.py,
+// which knows what share of a star's light that keeps.
 const float SPACING = 1.15;
 const float MOST = 8.0;
 

@@ -102,6 +102,100 @@ def _finer(pinhole: Camera, more: int) -> Camera:
     return replace(pinhole, detector=fine)
 
 
+# Of the warp, as in shaders/warp/warp.frag: fine pixels between its places, and most rows of these.
+_SPACING, _FEWEST, _MOST = 1.15, 2, 8
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Cells:
+    """What stands for the pixels of a picture in the warp, (height, width, ...).
+
+    down, across : (2,) of a pixel in the pinhole's picture; rows, columns : of places on it
+    part : solid angle of a pixel, over that of a fine one on the axis, for each place
+    reach : pixels from a point of light's own to the farthest that may hold some of it
+    """
+
+    down: Floats
+    across: Floats
+    rows: NDArray[np.intp]
+    columns: NDArray[np.intp]
+    part: Floats
+    reach: int
+
+
+@lru_cache(maxsize=_FEWEST_MAPS)
+def _cells(camera: Camera) -> _Cells:
+    seen = field(camera)
+    # One-sided at the edges, as in the shader.
+    down, across = (np.gradient(seen.places, axis=axis) for axis in (0, 1))
+    lengths = [np.linalg.norm(step, axis=-1) for step in (down, across)]
+    rows, columns = (
+        np.clip(np.ceil(n * FINER / _SPACING), _FEWEST, _MOST).astype(np.intp) for n in lengths
+    )
+    cosine3 = _cosine_cubed(seen.places.astype(np.float64), seen.pinhole)
+    part = FINER**2 / seen.stretch * cosine3 / (rows * columns)
+    # A star's 3 x 3 fine pixels and half a one beside them, and half a pixel.
+    reach = 2.0 / FINER / max(min(float(n.min()) for n in lengths), 0.25) + 0.5
+    return _Cells(
+        down=down,
+        across=across,
+        rows=rows,
+        columns=columns,
+        part=part.astype(np.float32),
+        reach=int(np.ceil(reach)),
+    )
+
+
+def point_kept(camera: Camera, pixels: Floats) -> Array:
+    """(n,) share of the light of points that the warp keeps; 1 at and beside the picture's edges.
+
+    pixels : (n, 2) in the finer picture, whose 3 x 3 pixels about each hold its light by the
+        shares of shaders/stars/stars.frag
+
+    The places that stand for pixels lie on another lattice than the fine ones: these count by some
+    hundredths too much or too little, which evens out but for what is as small as a star.
+    """
+    seen, cells = field(camera), _cells(camera)
+    distortion, d, f = camera.lens.distortion, camera.detector, camera.focal_length_px
+    assert distortion is not None
+    star = pixels.astype(np.float64)
+    pinhole, size = seen.pinhole.detector, np.array([d.width, d.height])
+    tangent = (star / FINER - 0.5 * np.array([pinhole.width, pinhole.height])) / f
+    own = np.floor(distortion.distorted(tangent) * f + 0.5 * size).astype(np.intp)
+    window = np.mgrid[-cells.reach : cells.reach + 1, -cells.reach : cells.reach + 1]
+    x, y = (own[:, k, None] + window[1 - k].ravel() for k in (0, 1))
+    whole = np.all((x >= 0) & (x < d.width) & (y >= 0) & (y < d.height), axis=1)
+    x, y, star = x[whole], y[whole], star[whole]
+    rows, columns, part = cells.rows[y, x], cells.columns[y, x], cells.part[y, x]
+    middle, across, down = seen.places[y, x], cells.across[y, x], cells.down[y, x]
+    kept = np.zeros(len(star))
+    for j, i in np.ndindex(int(rows.max(initial=0)), int(columns.max(initial=0))):
+        v, u = (j + 0.5) / rows - 0.5, (i + 0.5) / columns - 0.5
+        at = FINER * (middle + u[..., None] * across + v[..., None] * down)
+        light = _interpolated(at, star[:, None]).prod(axis=-1)
+        kept += np.sum(np.where((j < rows) & (i < columns), part * light, 0.0), axis=1)
+    share = np.ones(len(pixels))
+    share[whole] = kept / _cosine_cubed(star / FINER, seen.pinhole)
+    return share
+
+
+def _interpolated(at: Array, star: Array) -> Array:
+    """A star's shares of fine pixels along one axis, interpolated at places, (..., 2) each."""
+    total = np.zeros(np.broadcast_shapes(at.shape, star.shape))
+    for step in (-1.0, 0.0, 1.0):
+        cell = np.floor(star) + step + 0.5
+        off = np.abs(cell - star)
+        part = np.where(off < 0.5, 0.75 - off * off, 0.5 * (1.5 - off) ** 2)
+        total += part * np.maximum(1.0 - np.abs(at - cell), 0.0)
+    return total
+
+
+def _cosine_cubed(places: Array, pinhole: Camera) -> Array:
+    d, f = pinhole.detector, pinhole.focal_length_px
+    tangent = (places - 0.5 * np.array([d.width, d.height])) / f
+    return np.asarray((1.0 + (tangent**2).sum(axis=-1)) ** -1.5)
+
+
 def sight_lines(camera: Camera) -> Array:
     """(height, width, 3) directions that the middles of pixels see, of depth 1, camera axes."""
     d, f = camera.detector, camera.focal_length_px

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from simgl.gpu.geometry import Values
 from simgl.levels.levels import Levels, levels_of
-from simgl.passes.meshes import VertexLighting
+from simgl.passes.meshes import Drawn, MeshStore, VertexLighting
 from simgl.scene.joints import turned_mesh
 from simgl.scene.means import mean_materials
 from simgl.scene.mesh import Mesh
@@ -23,6 +23,7 @@ from simgl.transport.cache import transport_of
 from simgl.transport.directions import CELLS_ACROSS
 from simgl.transport.gather import LitBody
 from simgl.transport.response import Response
+from simgl.transport.rows import VertexRows, vertex_rows
 from simgl.transport.solve import (
     Reflectors,
     beside,
@@ -44,6 +45,9 @@ JOINT_STEP = np.radians(5.0)
 # Meshes with joints between these steps, for poses that come back.
 _TURNED_KEPT = 8
 
+# Sets of vertices whose rows are kept, up to 15 MB each.
+_ROWS_KEPT = 8
+
 _FRONT = {"in_bounced": "4f", "in_earth_share": "1f"}
 _BACK = {"in_bounced_back": "4f", "in_earth_share_back": "1f"}
 
@@ -61,8 +65,9 @@ class _Solved:
 class ExchangePass:
     """Solves the exchange for spacecraft with surfaces that see each other; others have none."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
-        self._ctx = ctx
+    def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
+        self._ctx, self._meshes = ctx, meshes
+        self._rows: OrderedDict[tuple[int, Drawn | None], VertexRows] = OrderedDict()
         self._transports: dict[tuple[str, bool], Transport | None] = {}
         self._surfaces: dict[tuple[object, ...], tuple[Reflectors, Response]] = {}
         self._sunlit: dict[int, SunlitPatches] = {}
@@ -206,12 +211,18 @@ class ExchangePass:
         if transport is None:
             return None
         cells = None if sky is None else cell_radiance(sky, CELLS_ACROSS)
+        drawn = self._meshes.vertices(craft.model, craft.detail)
+        rows = self._rows_of(transport, drawn)
         # In the other thread while this one is busy with the bounces.
-        share = beside().submit(earth_share, transport, cells)
+        share = beside().submit(earth_share, rows, cells)
         exitance = self._exitance(craft, transport, sky, craft.exchange)
-        values = np.empty((*transport.site_of_vertex.shape[::-1], 5), dtype=np.float32)
-        vertex_irradiance(transport, exitance, values)
+        values = np.empty((*rows.shape, 5), dtype=np.float32)
+        vertex_irradiance(rows, exitance, values)
         values[..., 4] = share.result()
+        if drawn is not None:
+            some, count = values, len(transport.mesh.positions)
+            values = np.zeros((count, *some.shape[1:]), dtype=np.float32)
+            values[drawn.vertices] = some
         buffer = self._buffer(craft.instance, values.nbytes)
         buffer.write(values)
         two_sided = transport.sides == 2
@@ -223,6 +234,17 @@ class ExchangePass:
             ),
             defines=("EXCHANGE", "TWO_SIDED") if two_sided else ("EXCHANGE",),
         )
+
+    def _rows_of(self, transport: Transport, drawn: Drawn | None) -> VertexRows:
+        """For the vertices that are drawn: of a spacecraft far away some of them only."""
+        key = id(transport), drawn
+        if key not in self._rows:
+            if len(self._rows) >= _ROWS_KEPT:
+                self._rows.popitem(last=False)
+            vertices = None if drawn is None else drawn.vertices
+            self._rows[key] = vertex_rows(transport, vertices)
+        self._rows.move_to_end(key)
+        return self._rows[key]
 
     def _mesh(self, model: SpacecraftModel, transport: Transport) -> Mesh:
         """The transport's mesh with the joints where they are."""

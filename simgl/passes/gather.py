@@ -22,6 +22,8 @@ Floats = NDArray[np.float32]
 # mean is not certain to a share of all light there, or of the Sun's irradiance.
 RAYS, MOST_TIMES = 256, 32
 _CERTAIN, _CERTAIN_OF_SUN = 0.04, 1e-4
+# Of the body's radius: planes this far apart are different surfaces.
+_PLANE_STEP = 0.05
 
 # Of the geometry pass's targets: place and label, normal, triangle's normal and share, others.
 _PLACE, _SHAPE, _PLANE, _OTHERS = 0, 1, 2, 3
@@ -110,11 +112,14 @@ def _certain(
 ) -> tuple[Floats, Floats]:
     """What ``gathered`` gives, with more rays in cells whose mean is uncertain.
 
+    What is dark and uncertain even then takes the mean of the cells around.
+
     enough : an error that does not matter, bands together [W m-2]
     """
     light, share = gathered(points, bodies, sky, rays)
     mean, error = _means(light.sum(axis=1, dtype=np.float64), cells)
-    mean += _means(sunlight(points, bodies).astype(np.float64), cells)[0]
+    sunlit = _means(sunlight(points, bodies).astype(np.float64), cells)[0]
+    mean += sunlit
     need = error / np.maximum(_CERTAIN * mean, enough)
     if sky is not None:
         need = np.maximum(need, _means(share.astype(np.float64), cells)[1] / _CERTAIN)
@@ -124,7 +129,41 @@ def _certain(
     for factor in np.unique(times[times > 1]).tolist():
         chosen = np.flatnonzero(times[cells.of_point] == factor)
         light[chosen], share[chosen] = gathered(points.of(chosen), bodies, sky, rays * factor)
-    return light, share
+    after, error = _means(light.sum(axis=1, dtype=np.float64), cells)
+    # Where there is more light, three pixels may hold a contact or an edge.
+    uncertain = (error > enough) & (_CERTAIN * (after + sunlit) < enough)
+    step = _PLANE_STEP * bodies[0].mesh.radius
+    return _evened(light, points, cells, np.flatnonzero(uncertain[cells.of_point]), step), share
+
+
+def _evened(
+    light: Floats, points: Points, cells: _Cells, uncertain: NDArray[np.int64], step: float
+) -> Floats:
+    """The light with that of uncertain points replaced by the mean of nine cells.
+
+    step : points whose planes are this far apart do not count [m]
+
+    Only what faces alike and lies in much the same plane counts: in deep shadow, where this comes
+    to bear, light changes little over three pixels of a surface.
+    """
+    found = light.copy()
+    away = np.einsum("ij,ij->i", points.places, points.facets)[:, None] / np.float32(step)
+    kind = np.unique(np.round(np.hstack([4.0 * points.facets, away])), axis=0, return_inverse=True)[
+        1
+    ].ravel()
+    count = cells.shape[0] * cells.shape[1]
+    for number in np.unique(kind[uncertain]).tolist():
+        alike = np.flatnonzero(kind == number)
+        chosen = uncertain[kind[uncertain] == number]
+        values = np.column_stack([np.ones(len(alike)), light[alike]]).T
+        there, *bands = (
+            uniform_filter(
+                np.bincount(cells.of_point[alike], v, minlength=count).reshape(cells.shape), 3
+            ).ravel()[cells.of_point[chosen]]
+            for v in values
+        )
+        found[chosen] = np.stack(bands, axis=1) / there[:, None]
+    return found
 
 
 def _means(values: Array, cells: _Cells) -> tuple[Array, Array]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from simgl.gpu.blocks import UniformBuffer
 from simgl.gpu.geometry import DETAIL, Geometry, Selection, Values
@@ -48,6 +49,16 @@ class Shape:
 # The mesh of a model that carries the light between its surfaces, and its levels; None without.
 Exchanging = Callable[[SpacecraftModel, Progress | None], tuple[Mesh, Levels] | None]
 
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Drawn:
+    """Those vertices of a mesh that are drawn, (k,) in order; the same object for the same ones."""
+
+    vertices: NDArray[np.int64]
+
+
+_NONE = np.zeros(0, dtype=np.int64)
+
 # Sets of levels whose triangles stay on the GPU.
 _LEVELS_KEPT = 64
 
@@ -65,6 +76,7 @@ class MeshStore:
         self._ctx, self._exchanging = ctx, exchanging
         self._levels: dict[str, Levels] = {}
         self._indices: OrderedDict[int, tuple[Levels, moderngl.Buffer]] = OrderedDict()
+        self._drawn: OrderedDict[tuple[int, tuple[int, ...]], Drawn] = OrderedDict()
         self._textures = TextureStore(ctx)
         self._materials: dict[tuple[tuple[Material, ...], str], UniformBuffer] = {}
         self._geometries: OrderedDict[str, Geometry] = OrderedDict()
@@ -108,6 +120,22 @@ class MeshStore:
         ranges = tuple(levels.ranges(chosen))
         selection = Selection(indices=self._uploaded(levels), ranges=ranges)
         return Shape(mesh=mesh, selection=selection, error=levels.error(chosen))
+
+    def vertices(self, model: SpacecraftModel, detail: Detail) -> Drawn | None:
+        """The vertices of what ``shape`` draws; None for all."""
+        if not any(detail.errors):
+            return None
+        _, levels = self.levels(model, exchanging=detail.exchanging)
+        chosen = levels.chosen(detail.errors)
+        key = id(levels), chosen
+        if key not in self._drawn:
+            if len(self._drawn) >= _LEVELS_KEPT:
+                self._drawn.popitem(last=False)
+            parts = [levels.triangles[a : a + n] for a, n in levels.ranges(chosen)]
+            used = np.unique(np.concatenate(parts)).astype(np.int64) if parts else _NONE
+            self._drawn[key] = Drawn(vertices=used)
+        self._drawn.move_to_end(key)
+        return self._drawn[key]
 
     def _uploaded(self, levels: Levels) -> moderngl.Buffer:
         # The levels are kept with their buffer, so that no others get their identity.

@@ -13,6 +13,7 @@ from scipy import sparse
 
 from simgl.rays import RayTracer
 from simgl.scene.materials import Material
+from simgl.transport.rows import VertexRows
 from simgl.transport.transport import Transport
 
 Array = NDArray[np.float64]
@@ -230,35 +231,33 @@ def beside() -> ThreadPoolExecutor:
     return ThreadPoolExecutor(max_workers=1, thread_name_prefix="simgl-exchange")
 
 
-def earth_share(transport: Transport, cell_radiance: Floats | None) -> Floats:
-    """(v, sides) of the Earth's irradiance on a free surface, the share that arrives at vertices.
+def earth_share(rows: VertexRows, cell_radiance: Floats | None) -> Floats:
+    """(k, sides) of the Earth's irradiance on a free surface, the share that arrives at vertices.
 
     cell_radiance : (96, 4) of the sky; None for a dark sky
     """
-    sides, count = transport.site_of_vertex.shape
     if cell_radiance is None:
-        return np.ones((count, sides), dtype=np.float32)
-    part, seen, whole_row = transport.vertex_sky
+        return np.ones(rows.shape, dtype=np.float32)
     bands = cell_radiance.mean(axis=1)
-    whole = np.maximum(transport.whole @ bands, np.float32(1e-30))[whole_row]
-    share = (part @ bands) / whole
-    np.subtract(np.float32(1.0), share, out=share, where=~seen)
-    return np.asarray(np.clip(share, 0.0, 1.0, out=share).reshape(count, sides))
+    whole = np.maximum(rows.whole @ bands, np.float32(1e-30))[rows.whole_row]
+    share = (rows.sky_part @ bands) / whole
+    np.subtract(np.float32(1.0), share, out=share, where=~rows.sky_part_seen)
+    return np.asarray(np.clip(share, 0.0, 1.0, out=share).reshape(rows.shape))
 
 
-def vertex_irradiance(transport: Transport, exitance: Floats, values: Floats) -> None:
-    """Irradiance of each vertex from the body's own surfaces [W m-2], by two threads.
+def vertex_irradiance(rows: VertexRows, exitance: Floats, values: Floats) -> None:
+    """Irradiance of vertices from the body's own surfaces [W m-2], by two threads.
 
     exitance : (p, 4) of the patches, after all bounces
-    values : (v, sides, 4 or more) whose first four columns are filled
+    values : (k, sides, 4 or more) whose first four columns are filled
     """
-    first, second = transport.vertex_gather
-    rows = values.reshape(-1, values.shape[2])
+    first, second = rows.gather
+    flat = values.reshape(-1, values.shape[2])
     middle = first.shape[0]
 
     def fill(part: Floats, gather: sparse.csr_matrix) -> None:
         part[:, :4] = gather @ exitance
 
-    rest = beside().submit(fill, rows[middle:], second)
-    fill(rows[:middle], first)
+    rest = beside().submit(fill, flat[middle:], second)
+    fill(flat[:middle], first)
     rest.result()

@@ -54,19 +54,6 @@ class Transport:
     site_of_vertex: Indices
 
     @cached_property
-    def vertex_gather(self) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
-        """``gather`` by vertex and side, (v * sides, p), cut where half of its entries are."""
-        rows = self.gather[self.site_of_vertex.T.ravel()]
-        middle = int(np.searchsorted(rows.indptr, rows.nnz // 2))
-        return rows[:middle], rows[middle:]
-
-    @cached_property
-    def vertex_sky(self) -> tuple[sparse.csr_matrix, NDArray[np.bool_], Indices]:
-        """``sky_part``, ``sky_part_seen`` and ``whole_row`` likewise."""
-        sites = self.site_of_vertex.T.ravel()
-        return self.sky_part[sites], self.sky_part_seen[sites], self.whole_row[sites]
-
-    @cached_property
     def tracer(self) -> RayTracer:
         """For the light of the Sun and of lamps."""
         return RayTracer(self.mesh)

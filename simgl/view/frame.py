@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from simgl.errors import ConfigError
 from simgl.lattice import PIXEL_CENTRES, Lattice, choose_lattice, turned_lattice
-from simgl.optics.field import Field, field
+from simgl.optics.field import Field, field, point_kept
 from simgl.scene.camera import Camera
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import BodyState, CameraState, EarthState, SceneState
@@ -145,11 +145,22 @@ def frame_view(
     return FrameView(
         camera=real,
         field=seen,
-        background=background(state, fine),
+        background=_with_all_their_light(background(state, fine), real),
         tiles=_tiles(craft, camera, sample_budget, fixed),
         lamps=lamp_views(state, camera, {c.name: c.detail for c in craft}),
         gather=gather,
     )
+
+
+def _with_all_their_light(behind: Background, camera: Camera) -> Background:
+    """A background whose stars make up for what a distorting lens's warp loses or adds of them."""
+    beyond = behind.heavens
+    if camera.lens.distortion is None or beyond is None or beyond.stars is None:
+        return behind
+    kept = point_kept(camera, beyond.stars.pixels)
+    irradiance = np.asarray(beyond.stars.irradiance / kept[:, None], dtype=np.float32)
+    stars = replace(beyond.stars, irradiance=irradiance)
+    return replace(behind, heavens=replace(beyond, stars=stars))
 
 
 def truth_tile(view: FrameView) -> Tile | None:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from simgl.assess.stars import stars_in_view
+from simgl.optics.field import field, sight_lines
 from simgl.simulator import Simulator
 from simgl.view.background import background, sky_view
 from tests.passes.skies import (
@@ -227,3 +228,41 @@ def test_a_camera_that_sees_nothing_but_the_earth_draws_no_heavens() -> None:
     )
     state = scenario.at(scenario.epoch_tai_ns)
     assert background(state, state.cameras["cam"]).heavens is None
+
+
+@pytest.mark.parametrize(
+    "distortion", [{"k1": -0.28, "k2": 0.07, "p1": 0.0015, "p2": -0.001}, {"k1": 0.12}]
+)
+def test_a_star_keeps_its_light_wherever_a_distorting_lens_shows_it(
+    gl: moderngl.Context, distortion: dict[str, float]
+) -> None:
+    camera = {
+        "width_px": 160,
+        "height_px": 120,
+        "pixel_pitch_um": 10.0,
+        "focal_length_mm": 1.2,
+        "boresight": [0, 1, 0],
+        "optics": {"distortion": distortion},
+    }
+    scenario = sky_scene(camera)
+    state = scenario.at(scenario.epoch_tai_ns)
+    seat = state.cameras["cam"]
+    lens, f = seat.camera, seat.camera.focal_length_px
+    assert lens.lens.distortion is not None
+    slope = sight_lines(lens)[..., :2]
+    solid_angle = (1.0 + (slope**2).sum(axis=-1)) ** -1.5 / (f * f * field(lens).stretch)
+    columns, rows = np.meshgrid([10, 45, 80, 115, 149], [10, 60, 109])
+    corners = np.stack([columns.ravel(), rows.ravel()], axis=-1)
+    shifts = np.random.default_rng(3).uniform(0.0, 1.0, (8, len(corners), 2))
+    with Simulator(scenario, gl) as simulator:
+        for shift in shifts:
+            tangent = (corners + shift - [80.0, 60.0]) / f
+            ray = np.ones((len(corners), 3))
+            ray[:, :2] = lens.lens.distortion.undistorted(tangent)
+            ray /= np.linalg.norm(ray, axis=1, keepdims=True)
+            stars = lone_stars(state, list(ray @ seat.R_camera_from_icrf), 1.0)
+            light = taken(simulator, stars)[..., 0] * solid_angle
+            for x, y in corners:
+                found = light[y - 5 : y + 6, x - 5 : x + 6].sum()
+                # Solid angles at the middles of pixels stand for all of them: 2e-4.
+                assert found == pytest.approx(1.0, abs=1e-3), (x, y)

@@ -18,6 +18,7 @@ from examples.closed_loop.navigation import (
     update,
 )
 from examples.closed_loop.relative_motion import transition
+from examples.closed_loop.spacecraft import wandering
 from simgl.physics.constants import EARTH_MU, WGS84_EQUATORIAL_RADIUS
 
 Array = NDArray[np.float64]
@@ -148,3 +149,19 @@ def test_a_filter_forgets_what_is_too_old_and_takes_no_fix_from_before() -> None
         known.push(float(time), np.zeros(3))
     assert not known.fix(100.0, fix_at(np.array([-50.0, 0.0, 0.0])))
     assert known.fix(380.0, fix_at(known.at(380.0).mean[:3]))
+
+
+def test_the_estimate_of_a_swinging_target_is_no_surer_than_it_is_right() -> None:
+    # Fixes as good as at docking range: 1 mm and 0.026 deg about the board's axis.
+    there, sigma = np.array([-1.6, 0.0, 0.0]), 4.5e-4
+    covariance = np.diag([1e-6] * 3 + [sigma**2] * 3)
+    known = Filter(estimate_at(there, sigma=1e-3), MEAN_MOTION)
+    squares = []
+    for time in np.arange(0.0, 1200.0, 8.0):
+        turn = wandering(np.zeros(3), time)
+        known.fix(time, Fix(point=np.zeros(3), position=there, turn=turn, covariance=covariance))
+        error = known.at(time).mean[6:] - turn
+        squares.append(float(error @ np.linalg.solve(known.at(time).covariance[6:, 6:], error)))
+    # Of three components 3 is expected where fixes scatter. These do not: all that is left is how
+    # far the estimate trails the swing.
+    assert np.mean(squares[10:]) < 3.0
