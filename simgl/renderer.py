@@ -67,7 +67,8 @@ class Renderer:
         self._ctx = ctx
         self.timer = PassTimer(ctx)
         self.sample_budget = _SAMPLE_BUDGET_CPU if is_software(ctx) else _SAMPLE_BUDGET_GPU
-        self._meshes = MeshStore(ctx)
+        self._meshes = MeshStore(ctx, lambda *asked: self._exchange.levels(*asked))
+        self._exchange = ExchangePass(ctx, self._meshes)
         self._shadow = ShadowPass(ctx, self._meshes)
         self._lamp_shadow = LampShadowPass(ctx, self._meshes)
         self._geometry = GeometryPass(ctx, self._meshes)
@@ -78,7 +79,6 @@ class Renderer:
         self._air = AirPass(ctx)
         self._planet = PlanetPass(ctx, self._air)
         self._probe = ProbePass(ctx, self._planet.draw)
-        self._exchange = ExchangePass(ctx, self._meshes)
         self._gather = GatherPass()
         self._resolve = ResolvePass(ctx)
         self._warp = WarpPass(ctx)
@@ -103,10 +103,12 @@ class Renderer:
         """
         if earth is not None:
             self._air.prepare(earth, progress)
+        models = tuple(models)
         for model in models:
             self._exchange.transport(model, progress)
         for model in far:
-            self._meshes.levels(model, progress)
+            exchanging = any(model is other for other in models)
+            self._meshes.levels(model, progress, exchanging=exchanging)
 
     def radiance(self, view: FrameView) -> ImageTarget:
         """Radiance per band [W m-2 sr-1], RGBA32F; valid until the next call at this size."""

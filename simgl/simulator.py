@@ -124,7 +124,11 @@ class Simulator:
             models = scenario.models_at_epoch() if scenario.inter_reflection else ()
             far: list[SpacecraftModel] = []
             if scenario.level_error_px > 0.0 and scenario.gather == "vertex":
-                far = far_models(scenario.at(scenario.epoch_tai_ns), scenario.level_error_px)
+                far = far_models(
+                    scenario.at(scenario.epoch_tai_ns),
+                    scenario.level_error_px,
+                    exchanging=scenario.inter_reflection,
+                )
             self._renderer.prepare(models, scenario.earth, progress, far)
         self.renderer_name = f"{self._ctx.info['GL_RENDERER']}, {self._ctx.info['GL_VERSION']}"
 

@@ -63,7 +63,7 @@ def frame_times(ctx: moderngl.Context, craft: CraftView, step: float) -> dict[st
 
     work : of all cores
     """
-    meshes = MeshStore(ctx)
+    meshes = MeshStore(ctx, lambda *asked: exchange.levels(*asked))
     exchange, sky = ExchangePass(ctx, meshes), earth_below()
     assert craft.exchange is not None
     clock, work = [], []

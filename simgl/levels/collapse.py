@@ -27,13 +27,15 @@ from simgl.levels.triangles import (
 
 # Root mean square of the angle by which normals may turn where their vertex has gone [rad].
 NORMALS_TURN = 0.04
+# Means of values over what a vertex stands for keep to this: a chord over a hollow curve adds up.
+MEANS_SHIFT = 0.15
 # A triangle turns by less than this at a time: cosine.
 _LEAST_COSINE = 0.5
 # What quadrics and planes tell of an error is larger than it: the end of a chord lies four times as
 # far from the other end's tangent as its middle from the arc.
 _SLACK = 4.0
-# Rounds end where they take away less than this share of the triangles.
-_LEAST_PROGRESS = 2e-3
+# Rounds end where they decide on less than this share of the triangles.
+_LEAST_PROGRESS = 1e-2
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -45,7 +47,7 @@ class Surface:
     triangles : (m, 3)
     labels : (n,) vertices with different ones never stand for each other
     groups : (n,) vertices of different ones are apart even at one place
-    values : (n, k) what must stay the same to within 1, root mean square
+    values : (n, k) what must stay the same to within 1, root mean square, and ``MEANS_SHIFT``
     places : (n, j) what must stay the same to within the allowed error; in metres along the surface
     """
 
@@ -132,10 +134,11 @@ class Collapser:
         still = self.frozen[self.shell_of(self.triangles)]
         rest, self.triangles = self.triangles[still], self.triangles[~still]
         banned = np.zeros(0, dtype=np.int64)
-        taken = len(self.triangles)
-        while taken > _LEAST_PROGRESS * len(self.triangles):
+        tried = len(self.triangles)
+        while tried > _LEAST_PROGRESS * len(self.triangles):
             taken, refused = self._round(error, banned)
             banned = np.sort(np.concatenate([banned, refused]))
+            tried = taken + len(refused)
         self.triangles = self._sorted(np.concatenate([rest, self.triangles]))
 
     def _round(self, error: float, banned: Indices) -> tuple[int, Indices]:
@@ -144,12 +147,12 @@ class Collapser:
         chosen = self._candidates(edges, error, banned)
         if len(chosen) == 0:
             return 0, chosen
-        chosen = self._apart(edges, chosen)
         fit = self._keeps_topology(edges, chosen) & self._keeps_facing(edges, chosen, error)
         refused = [edges.key[chosen[~fit]]]
         chosen = chosen[fit]
         if len(chosen) == 0:
             return 0, refused[0]
+        chosen = self._apart(edges, chosen)
         near = self._keeps_near(edges, chosen, error)
         refused.append(edges.key[chosen[~near]])
         self._collapse(edges, chosen[near])
@@ -262,6 +265,10 @@ class Collapser:
         total = np.bincount(to, weight, minlength=len(s.positions))
         mean = np.bincount(to, weight * off, minlength=len(s.positions)) / np.maximum(total, 1e-300)
         bad = far | (mean[to] > 1.0)
+        change = (place * s.values[corners]).sum(axis=1) - s.values[gone]
+        for column in change.T:
+            shift = np.bincount(to, weight * column, minlength=len(s.positions))
+            bad |= (np.abs(shift) > MEANS_SHIFT * total)[to]
         return np.asarray(np.bincount(cause[to], bad, minlength=len(chosen)) == 0)
 
     def _collapse(self, edges: _Edges, chosen: Indices) -> None:

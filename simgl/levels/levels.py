@@ -75,21 +75,27 @@ class Levels:
         return float(max((self.errors[level, p] for p, level in enumerate(chosen)), default=0.0))
 
 
-def levels_of(mesh: Mesh, progress: Progress | None = None) -> Levels:
+def levels_of(
+    mesh: Mesh, progress: Progress | None = None, values: NDArray[np.float32] | None = None
+) -> Levels:
     """The levels of a mesh, from the file of an earlier run where there is one.
+
+    values : (n, k) of the vertices, what must stay the same to within 1, root mean square
 
     progress : told the steps done and their number
 
     A folder that cannot be written only costs the next run; a damaged file is made anew.
     """
-    key = hashlib.sha256(f"{VERSION} {mesh.digest}".encode()).hexdigest()
-    path = cache_folder("levels") / f"{key}.npz"
+    key = hashlib.sha256(f"{VERSION} {mesh.digest}".encode())
+    if values is not None:
+        key.update(np.ascontiguousarray(values).tobytes())
+    path = cache_folder("levels") / f"{key.hexdigest()}.npz"
     data = read_arrays(path)
     if data is not None and set(data) == {"triangles", "starts", "errors"}:
         found = Levels(**data)
         if _fits(found, mesh):
             return found
-    found = make_levels(mesh, progress)
+    found = make_levels(mesh, progress, values)
     arrays = {"triangles": found.triangles, "starts": found.starts, "errors": found.errors}
     write_arrays(path, arrays, "levels of detail are made again next time")
     return found
@@ -112,8 +118,10 @@ def _fits(levels: Levels, mesh: Mesh) -> bool:
     )
 
 
-def make_levels(mesh: Mesh, progress: Progress | None = None) -> Levels:
-    """The levels, computed. Deterministic: the same mesh gives the same ones."""
+def make_levels(
+    mesh: Mesh, progress: Progress | None = None, values: NDArray[np.float32] | None = None
+) -> Levels:
+    """The levels, computed; values : see ``levels_of``. The same mesh gives the same ones."""
     report = progress if progress is not None else _silent
     part = mesh.part.astype(np.int64)
     parts = int(part.max(initial=0)) + 1
@@ -121,7 +129,7 @@ def make_levels(mesh: Mesh, progress: Progress | None = None) -> Levels:
     all_triangles = [mesh.triangles[order].astype(np.int64)]
     errors = [np.zeros(parts)]
     rungs = [e for e in RUNGS if e <= mesh.radius / 16.0] if len(order) >= FEWEST else []
-    work = _Work(mesh) if rungs else None
+    work = _Work(mesh, values) if rungs else None
     for step, rung in enumerate(rungs):
         report(step, len(rungs))
         assert work is not None
@@ -155,12 +163,14 @@ def _silent(done: int, total: int) -> None:
 class _Work:
     """A mesh on its way from level to level."""
 
-    def __init__(self, mesh: Mesh) -> None:
+    def __init__(self, mesh: Mesh, values: NDArray[np.float32] | None) -> None:
         self._positions = mesh.positions.astype(np.float64)
         part = mesh.part.astype(np.int64)
-        values = np.zeros((len(part), 0))
+        columns = [np.zeros((len(part), 0))]
+        if values is not None:
+            columns.append(values.astype(np.float64))
         if mesh.colour is not None:
-            values = mesh.colour.astype(np.float64) / _COLOUR_STEP
+            columns.append(mesh.colour.astype(np.float64) / _COLOUR_STEP)
         self._collapser = Collapser(
             Surface(
                 positions=self._positions,
@@ -168,7 +178,7 @@ class _Work:
                 triangles=mesh.triangles.astype(np.int64),
                 labels=mesh.material.astype(np.int64),
                 groups=part,
-                values=values,
+                values=np.concatenate(columns, axis=1),
                 places=_places_in_images(mesh),
             )
         )

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simgl.gpu.geometry import Values
+from simgl.levels.levels import Levels, levels_of
 from simgl.passes.meshes import Drawn, MeshStore, VertexLighting
 from simgl.scene.joints import turned_mesh
 from simgl.scene.means import mean_materials
@@ -34,6 +35,7 @@ from simgl.transport.solve import (
 )
 from simgl.transport.sunlit import SunlitPatches
 from simgl.transport.transport import Floats, Transport
+from simgl.transport.vertices import light_on_vertices
 from simgl.transport.view import ExchangeView, Neighbour
 from simgl.view.frame import CraftView
 
@@ -71,6 +73,7 @@ class ExchangePass:
         self._sunlit: dict[int, SunlitPatches] = {}
         self._cosines: dict[int, tuple[bytes, Floats]] = {}
         self._buffers: dict[tuple[int, int], moderngl.Buffer] = {}
+        self._levels: dict[str, Levels] = {}
         self._turned: OrderedDict[tuple[object, ...], Mesh] = OrderedDict()
 
     def transport(
@@ -87,6 +90,22 @@ class ExchangePass:
                 model.mesh, open_sheets=model.open_sheets, progress=progress
             )
         return self._transports[key]
+
+    def levels(
+        self, model: SpacecraftModel, progress: Progress | None = None
+    ) -> tuple[Mesh, Levels] | None:
+        """The mesh that carries a model's light, and its levels; None where nothing sees itself.
+
+        model : with its joints as stored
+        """
+        transport = self.transport(model, progress)
+        if transport is None:
+            return None
+        key = transport.mesh.digest
+        if key not in self._levels:
+            values = light_on_vertices(transport)
+            self._levels[key] = levels_of(transport.mesh, progress, values)
+        return transport.mesh, self._levels[key]
 
     def draw(
         self, craft: Sequence[CraftView], skies: Sequence[SkyRadiance | None]

@@ -62,13 +62,12 @@ class GeometryPass:
                 variant = tuple(d for d in craft.model.variant if d not in ("LAYERED", "JOINTED"))
                 if variant:
                     self._meshes.bind_surface(craft.model)
-                mesh, values = craft.model.mesh, None
+                shape = self._meshes.shape(craft.model, craft.detail)
+                mesh, values = shape.mesh, None
                 if own is not None:
-                    # Its vertices begin with those of the model.
                     mesh, values, variant = own.mesh, own.values, variant + own.defines
-                selection = self._meshes.selection(craft.model, craft.detail)
                 program = self._program_for(variant)
-                self._meshes.geometry(mesh).draw(program, values, selection)
+                self._meshes.geometry(mesh).draw(program, values, shape.selection)
         return textures_of(target)
 
     def _program_for(self, variant: tuple[str, ...]) -> moderngl.Program:

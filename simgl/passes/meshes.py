@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import OrderedDict
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import moderngl
@@ -33,6 +34,23 @@ class VertexLighting:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Shape:
+    """What stands for a spacecraft: a mesh and, where it is far, fewer triangles over it.
+
+    selection : None for the mesh's own triangles
+    error : how far these are from the model's at most [m]
+    """
+
+    mesh: Mesh
+    selection: Selection | None = None
+    error: float = 0.0
+
+
+# The mesh of a model that carries the light between its surfaces, and its levels; None without.
+Exchanging = Callable[[SpacecraftModel, Progress | None], tuple[Mesh, Levels] | None]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Drawn:
     """Those vertices of a mesh that are drawn, (k,) in order; the same object for the same ones."""
 
@@ -49,10 +67,13 @@ KEPT = 256
 
 
 class MeshStore:
-    """Geometries, materials, images and levels of detail by their content."""
+    """Geometries, materials, images and levels of detail by their content.
 
-    def __init__(self, ctx: moderngl.Context) -> None:
-        self._ctx = ctx
+    exchanging : where meshes that carry light between surfaces come from
+    """
+
+    def __init__(self, ctx: moderngl.Context, exchanging: Exchanging) -> None:
+        self._ctx, self._exchanging = ctx, exchanging
         self._levels: dict[str, Levels] = {}
         self._indices: OrderedDict[int, tuple[Levels, moderngl.Buffer]] = OrderedDict()
         self._drawn: OrderedDict[tuple[int, tuple[int, ...]], Drawn] = OrderedDict()
@@ -74,27 +95,37 @@ class MeshStore:
             )
         return self._geometries[mesh.digest]
 
-    def levels(self, model: SpacecraftModel, progress: Progress | None = None) -> Levels:
-        """What a model is drawn from where it is far, made at the first call if no file has it."""
+    def levels(
+        self, model: SpacecraftModel, progress: Progress | None = None, *, exchanging: bool
+    ) -> tuple[Mesh, Levels]:
+        """What a model is drawn from where it is far, made at the first call if no file has it.
+
+        exchanging : with the mesh that carries the light between its surfaces
+        """
+        found = self._exchanging(model, progress) if exchanging else None
+        if found is not None:
+            return found
         # Triangles are the same whatever its joints do.
         stored = (model.stored or model).mesh
         if stored.digest not in self._levels:
             self._levels[stored.digest] = levels_of(stored, progress)
-        return self._levels[stored.digest]
+        return model.mesh, self._levels[stored.digest]
 
-    def selection(self, model: SpacecraftModel, detail: Detail) -> Selection | None:
-        """What is drawn of a model's vertices, or of a mesh that begins with them; None for all."""
+    def shape(self, model: SpacecraftModel, detail: Detail) -> Shape:
+        """What is drawn of a model."""
         if not any(detail.errors):
-            return None
-        levels = self.levels(model)
-        ranges = levels.ranges(levels.chosen(detail.errors))
-        return Selection(indices=self._uploaded(levels), ranges=tuple(ranges))
+            return Shape(mesh=model.mesh)
+        mesh, levels = self.levels(model, exchanging=detail.exchanging)
+        chosen = levels.chosen(detail.errors)
+        ranges = tuple(levels.ranges(chosen))
+        selection = Selection(indices=self._uploaded(levels), ranges=ranges)
+        return Shape(mesh=mesh, selection=selection, error=levels.error(chosen))
 
     def vertices(self, model: SpacecraftModel, detail: Detail) -> Drawn | None:
-        """What ``selection`` draws; None for all."""
+        """The vertices of what ``shape`` draws; None for all."""
         if not any(detail.errors):
             return None
-        levels = self.levels(model)
+        _, levels = self.levels(model, exchanging=detail.exchanging)
         chosen = levels.chosen(detail.errors)
         key = id(levels), chosen
         if key not in self._drawn:
@@ -105,13 +136,6 @@ class MeshStore:
             self._drawn[key] = Drawn(vertices=used)
         self._drawn.move_to_end(key)
         return self._drawn[key]
-
-    def error(self, model: SpacecraftModel, detail: Detail) -> float:
-        """How far what is drawn of a model is from it at most [m]."""
-        if not any(detail.errors):
-            return 0.0
-        levels = self.levels(model)
-        return levels.error(levels.chosen(detail.errors))
 
     def _uploaded(self, levels: Levels) -> moderngl.Buffer:
         # The levels are kept with their buffer, so that no others get their identity.

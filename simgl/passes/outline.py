@@ -42,8 +42,8 @@ class OutlineProgram:
 
     def draw(self, model: SpacecraftModel, detail: Detail = WHOLE) -> None:
         """All triangles of what stands for a model."""
-        geometry = self._meshes.geometry(model.mesh)
-        selection = self._meshes.selection(model, detail)
+        shape = self._meshes.shape(model, detail)
+        geometry, selection = self._meshes.geometry(shape.mesh), shape.selection
         if "CUT_OUT" not in model.variant:
             geometry.draw(self._plain, selection=selection)
             return

@@ -196,7 +196,7 @@ class SurfacePass:
         sky: Sequence[_SkyTexture],
         air: AirBetween | None,
     ) -> None:
-        error = self._meshes.error(craft.model, craft.detail)
+        error = self._meshes.shape(craft.model, craft.detail).error
         self._craft.write(craft_values(craft, air, error))
         self._shadow.write(shadow_values(craft, tile.lattice))
         self._meshes.bind_materials(craft.model)

@@ -94,7 +94,7 @@ class Scenario:
     samples_per_pixel: int | None = None
     inter_reflection: bool = True
     gather: Literal["vertex", "pixel"] = "vertex"
-    level_error_px: float = 0.25
+    level_error_px: float = 0.0
     stars: StarCatalogue | None = None
 
     def at(self, tai_ns: int) -> SceneState:

@@ -29,6 +29,7 @@ class SpacecraftModel:
     joints : of the parts that move
     angles : of the joints now, in their order [rad]; none where all are as stored
     stored : the model with all joints as stored, where they are not
+    exact : drawn whole at any distance, as the shapes of calibration scenes are
     """
 
     name: str
@@ -42,6 +43,7 @@ class SpacecraftModel:
     joints: tuple[Joint, ...] = ()
     angles: tuple[float, ...] = ()
     stored: SpacecraftModel | None = None
+    exact: bool = False
 
     @cached_property
     def variant(self) -> tuple[str, ...]:

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from simgl.scene.camera import Camera
 from simgl.scene.detail import step_below
-from simgl.scene.mesh import Mesh
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import BodyState, CameraState, SceneState
 
@@ -21,19 +20,23 @@ class Detail:
     """What may stand for a spacecraft.
 
     errors : that each of its parts may have [m]; none at all for the model as it is
+    exchanging : it is drawn from the mesh that carries the light between its surfaces
     """
 
     errors: tuple[float, ...] = ()
+    exchanging: bool = False
 
     @property
     def key(self) -> bytes:
         """Equal keys mean that the same is drawn."""
-        return np.array(self.errors, dtype=np.float64).tobytes()
+        return np.array([self.exchanging, *self.errors]).tobytes()
 
-    def all_within_least(self, parts: int) -> Detail:
-        """For another body of so many parts, errors no larger than any of these."""
+    def for_other(self, model: SpacecraftModel) -> Detail:
+        """For another body, errors no larger than any of these."""
         least = min(self.errors, default=0.0)
-        return Detail((least,) * parts) if least > 0.0 else WHOLE
+        if least == 0.0 or not may_be_coarse(model, exchanging=self.exchanging):
+            return WHOLE
+        return Detail((least,) * len(model.parts), self.exchanging)
 
 
 # The model as it is.
@@ -48,32 +51,50 @@ def camera_from_body(camera: CameraState, body: BodyState) -> Array:
     return matrix
 
 
-def far_models(state: SceneState, error_px: float) -> list[SpacecraftModel]:
+def may_be_coarse(model: SpacecraftModel, *, exchanging: bool) -> bool:
+    """Whether a model has levels: not where it is drawn whole, and with light between its surfaces
+    only with its joints as stored, since each pose has its own mesh."""
+    return not (model.exact or (exchanging and model.stored is not None))
+
+
+def far_models(state: SceneState, error_px: float, *, exchanging: bool) -> list[SpacecraftModel]:
     """The spacecraft that some camera of the scene is so far from that less may stand for them."""
     return [
         body.model
         for body in state.bodies.values()
         if any(
-            detail(body.model.mesh, camera_from_body(seen, body), seen.camera, error_px).errors
+            detail(body.model, place, seen.camera, error_px, exchanging=exchanging).errors
             for seen in state.cameras.values()
+            for place in [camera_from_body(seen, body)]
         )
     ]
 
 
-def detail(mesh: Mesh, camera_from_body: Array, camera: Camera, error_px: float) -> Detail:
+def detail(
+    model: SpacecraftModel,
+    matrix: Array,
+    camera: Camera,
+    error_px: float,
+    *,
+    exchanging: bool = False,
+) -> Detail:
     """What may stand for a spacecraft before a pinhole.
 
     A place that is off by d at depth z moves in the picture by at most f d / (z cos a), where a is
     its angle from the boresight, so by at most so much with the depth of a part's nearest place
     and the angle of the picture's corner.
 
-    camera_from_body : (4, 4)
+    matrix : (4, 4) camera_from_body
     camera : whose pixels are meant; the field of a lens that distorts ends where its pinhole's does
     error_px : how far anything may be moved [pixels]
+    exchanging : its surfaces light each other
     """
-    spheres = mesh.part_spheres
-    depth = camera_from_body[2, :3] @ spheres[:, :3].T + camera_from_body[2, 3] - spheres[:, 3]
+    if error_px <= 0.0 or not may_be_coarse(model, exchanging=exchanging):
+        return WHOLE
+    spheres = model.mesh.part_spheres
+    depth = matrix[2, :3] @ spheres[:, :3].T + matrix[2, 3] - spheres[:, 3]
     d, f = camera.detector, camera.focal_length_px
     corner = 1.0 / np.sqrt(1.0 + (d.width**2 + d.height**2) / (2.0 * f) ** 2)
+    # A part without vertices is infinitely deep, and takes any level.
     errors = tuple(step_below(float(e)) for e in error_px * corner / f * depth)
-    return Detail(errors) if any(errors) else WHOLE
+    return Detail(errors, exchanging) if any(errors) else WHOLE

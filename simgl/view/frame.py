@@ -226,9 +226,9 @@ def _craft(
         sun = state.sun.seen_from(body.pose.position)
         matrix = camera_from_body(camera, body)
         body_from_camera = np.asarray(np.linalg.inv(matrix))
-        found = WHOLE
-        if level_error_px > 0.0:
-            found = detail(body.model.mesh, matrix, camera.camera, level_error_px)
+        found = detail(
+            body.model, matrix, camera.camera, level_error_px, exchanging=inter_reflection
+        )
         views.append(
             CraftView(
                 name=name,

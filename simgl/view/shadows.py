@@ -188,7 +188,7 @@ def _casters(
             blur = (place[2] - mesh.radius) * tangent
             if blur > 0.0 and (other.model.mesh.radius / blur) ** 2 < _LEAST_SHARE:
                 continue
-        own = detail if other is receiver else detail.all_within_least(len(other.model.parts))
+        own = detail if other is receiver else detail.for_other(other.model)
         found.append(_Near(model=other.model, R_light_from_other=R, offset=offset, detail=own))
     return tuple(found)
 

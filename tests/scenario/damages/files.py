@@ -136,6 +136,24 @@ DAMAGES = (
         " [render]: samples_per_pixel must be a whole number >= 5, got 4",
     ),
     Damage(
+        "negative error of levels",
+        SEED,
+        "level_of_detail_error_px = -0.1",
+        " [render]: level_of_detail_error_px must be a number >= 0.0, got -0.1",
+    ),
+    Damage(
+        "levels too coarse",
+        SEED,
+        "level_of_detail_error_px = 3",
+        " [render]: level_of_detail_error_px must be a number <= 2.0, got 3",
+    ),
+    Damage(
+        "levels switched off by a word",
+        SEED,
+        "level_of_detail_error_px = false",
+        " [render]: level_of_detail_error_px must be a number, got false",
+    ),
+    Damage(
         "whole number beyond a float",
         SEED,
         "seed = 1" + "0" * 400,
