@@ -26,6 +26,16 @@ struct SunMap {
     int taps;      // directions that stand for the disc, at most 28
 };
 
+// A place that light may reach, and its own surface: what lies in that casts nothing on it.
+struct Receiver {
+    vec3 here;     // column, row [texels] and height [m]; beside a steep surface, not in it
+    vec2 slope;    // of the surface, height per texel [m]
+    float drop;    // so far the surface lies below `here` [m]
+    float slack;   // by so much rounding moves a height [m]
+    float tilt;    // and by so much for each texel of distance
+    float steep;   // 0..1: stands along the light
+};
+
 // The casters over a receiver at one texel: heights [m] above the receiver.
 struct Slab {
     float high, low;
@@ -53,54 +63,76 @@ int level_for(float reach) {
 // What the bounds tell of the casters around a receiver.
 struct Around {
     float high;    // none that matters stands higher over the receiver [m]
-    float slack;   // by so much rounding moves a height [m]
     bool dark;     // all of the Sun is behind them
     bool near;     // the Sun is a point to them
     bool search;   // neither, nor is all of it free
 };
 
-// here, slope : as for slab_at
-// reach : texels per metre of height to the disc's edge
-Around casters_around(sampler2D tops, SunMap map, vec3 here, vec2 slope, float reach) {
+// A receiver in a surface.
+//
+// here : column, row [texels] and height [m]; n : unit normal of the surface, in the light's axes
+//
+// A map's texel tells of its middle. There a surface along the light has risen by many texels, past
+// what stands over it, which then would seem to lie in it. So the receiver of a steep one is moved
+// out of it: as far as its own texel's middle can lie towards it, and where it rises past all that may
+// stand near, as far as the middles can that smooth an edge.
+Receiver receiver_at(SunMap map, vec3 here, vec3 n) {
+    vec2 gradient = -n.xy / max(n.z, 1e-9);
+    float grade = length(gradient);
+    Receiver r;
+    r.steep = smoothstep(8.0, 24.0, grade);
+    float aside = 0.75 * (r.steep + smoothstep(60.0, 180.0, grade));
+    r.here = here - vec3(aside * gradient / max(grade, 1e-9), 0.0);
+    r.slope = gradient * map.texel;
+    r.drop = aside * grade * map.texel;
     // Rounding: 24-bit depth and float32 vertices are good to a few 1e-7 of the map's depth. The plane's
     // normal comes from differences of neighbouring positions, good to about 1e-3 rad, which at
-    // incidence t tilts the plane by 1e-3 / cos^2 t = 1e-3 (1 + slope^2).
-    vec2 gradient = slope / map.texel;
-    float slack = 1e-6 * map.depth + 0.002 * map.texel * (1.0 + dot(gradient, gradient));
+    // incidence t tilts the plane by 1e-3 / cos^2 t = 1e-3 (1 + slope^2). Beside a steep surface no
+    // tilt lifts that above the receiver.
+    r.tilt = 0.002 * map.texel * (1.0 + grade * grade);
+    float least = min(grade, 8.0);
+    r.slack = 1e-6 * map.depth + mix(r.tilt, 0.002 * map.texel * (1.0 + least * least), r.steep);
+    return r;
+}
 
+// How high above the receiver its own surface may stand at an offset [texels] from it.
+float own_surface(Receiver r, vec2 offset) {
+    float rise = dot(r.slope, offset) - r.drop;
+    float past = max(rise, 0.0) / max(length(r.slope), 1e-9);
+    return rise + r.slack + r.tilt * mix(abs(offset.x) + abs(offset.y), past, r.steep);
+}
+
+// reach : texels per metre of height to the disc's edge
+Around casters_around(sampler2D tops, SunMap map, Receiver r, float reach) {
     // How high the casters reach that can matter: higher ones are farther off on the map.
-    float above = map.top - here.z, high = above, low = 0.0;
+    float above = map.top - r.here.z, high = above, low = 0.0;
     int level = CONE + 1;
     for (int i = 0; i < 4; ++i) {
         int finer = level_for(high * reach + 1.0);
-        if (finer >= level || high <= slack) break;
+        if (finer >= level || high <= r.slack) break;
         level = finer;
-        vec2 depths_there = depths_around(tops, map, here.xy, level);
+        vec2 depths_there = depths_around(tops, map, r.here.xy, level);
         high = min(high, above - map.depth * depths_there.x);
         low = above - map.depth * depths_there.y;
     }
     // Where casters of much the same height stand over all of the neighbourhood, all is dark. They
     // stand over the receiver's own plane where they are higher than it is anywhere there.
     float window = float(16 << level);
-    float plane = (abs(slope.x) + abs(slope.y)) * window + slack * (1.0 + 2.0 * window);
+    float plane = (abs(r.slope.x) + abs(r.slope.y)) * window + r.slack + 2.0 * window * r.tilt;
     bool dark = level < CONE && low > plane && (high - low) * reach < 4.0;
     // The disc spans less than a texel: only the texels smooth the edge.
-    bool near = !dark && high > slack && high * reach < 1.0;
-    return Around(high, slack, dark, near, !dark && !near && high > slack);
+    bool near = !dark && high > r.slack && high * reach < 1.0;
+    return Around(high, dark, near, !dark && !near && high > r.slack);
 }
 
 // What stands over the receiver at an offset [texels] from it.
-//
-// here : receiver, column, row [texels] and height [m]
-// slope : of the receiver's own plane, height per texel [m]; what lies in it casts nothing on it
-Slab slab_at(sampler2D depths, SunMap map, vec3 here, vec2 slope, float slack, vec2 offset) {
-    ivec2 at = clamp(ivec2(floor(here.xy + offset)), ivec2(0), ivec2(map.size - 1));
-    float above = map.top - here.z;
+Slab slab_at(sampler2D depths, SunMap map, Receiver r, vec2 offset) {
+    ivec2 at = clamp(ivec2(floor(r.here.xy + offset)), ivec2(0), ivec2(map.size - 1));
+    float above = map.top - r.here.z;
     Slab slab;
     slab.high = above - map.depth * texelFetch(depths, at + ivec2(map.column, 0), 0).r;
     // The texel tells of its middle.
-    vec2 middle = vec2(at) + 0.5 - here.xy;
-    float plane = dot(slope, middle) + slack * (1.0 + abs(middle.x) + abs(middle.y));
+    float plane = own_surface(r, vec2(at) + 0.5 - r.here.xy);
     slab.casts = slab.high > plane;
     slab.low = slab.high;
     slab.ends = true;
@@ -115,12 +147,11 @@ Slab slab_at(sampler2D depths, SunMap map, vec3 here, vec2 slope, float slack, v
 }
 
 // What stands there below the slabs, its lower end unknown: a solid is taken to reach the receiver.
-Slab slab_behind(sampler2D behind, SunMap map, vec3 here, vec2 slope, float slack, vec2 offset) {
-    ivec2 at = clamp(ivec2(floor(here.xy + offset)), ivec2(0), ivec2(map.size - 1));
-    vec2 middle = vec2(at) + 0.5 - here.xy;
-    float plane = dot(slope, middle) + slack * (1.0 + abs(middle.x) + abs(middle.y));
+Slab slab_behind(sampler2D behind, SunMap map, Receiver r, vec2 offset) {
+    ivec2 at = clamp(ivec2(floor(r.here.xy + offset)), ivec2(0), ivec2(map.size - 1));
+    float plane = own_surface(r, vec2(at) + 0.5 - r.here.xy);
     float depth = texelFetch(behind, at + ivec2(map.column, 0), 0).r;
-    float high = map.top - here.z - map.depth * depth;
+    float high = map.top - r.here.z - map.depth * depth;
     return Slab(high, map.solid ? min(plane, high) : high, high > plane, false);
 }
 
@@ -128,18 +159,18 @@ Slab slab_behind(sampler2D behind, SunMap map, vec3 here, vec2 slope, float slac
 //
 // ray, reach : texels per metre of height, of this line and at the disc's edge
 // top, bottom : between which heights the slabs around lie
-bool meets_caster(sampler2D depths, sampler2D behind, SunMap map, vec3 here, vec2 slope, float slack, vec2 ray,
-                  float reach, float top, float bottom) {
+bool meets_caster(sampler2D depths, sampler2D behind, SunMap map, Receiver r, vec2 ray, float reach,
+                  float top, float bottom) {
     float height = top;
     bool lowest = false;
     for (int look = 0; look < 3; ++look) {
         // Near contact the disc shrinks below a texel; then the texel's own width smooths.
         float wider = sqrt(1.0 + 0.6 / max(height * height * reach * reach, 1e-6));
         vec2 offset = wider * height * ray;
-        Slab slab = slab_at(depths, map, here, slope, slack, offset);
+        Slab slab = slab_at(depths, map, r, offset);
         bool over = slab.casts && slab.low > 1.05 * height;
         for (int once = 0; once < int(over); ++once) {
-            Slab next = slab_behind(behind, map, here, slope, slack, offset);
+            Slab next = slab_behind(behind, map, r, offset);
             if (next.casts) slab = next;
         }
         float meets = clamp(height, slab.low, slab.high);
@@ -152,14 +183,14 @@ bool meets_caster(sampler2D depths, sampler2D behind, SunMap map, vec3 here, vec
 }
 
 // Lit share of the receiver's four nearest texels, for casters so near that the Sun is a point.
-float lit_by_neighbours(sampler2D depths, SunMap map, vec3 here, vec2 slope, float slack) {
-    ivec2 first = clamp(ivec2(floor(here.xy - 0.5)), ivec2(0), ivec2(map.size - 2));
-    vec2 offset = vec2(first) + 0.5 - here.xy;
+float lit_by_neighbours(sampler2D depths, SunMap map, Receiver r) {
+    ivec2 first = clamp(ivec2(floor(r.here.xy - 0.5)), ivec2(0), ivec2(map.size - 2));
+    vec2 offset = vec2(first) + 0.5 - r.here.xy;
     vec2 weight = clamp(-offset, 0.0, 1.0);
-    // As a depth of the receiver's own plane, a little above it.
-    float own = (map.top - here.z - dot(slope, offset) - 3.0 * slack) / map.depth;
-    vec2 next = -slope / map.depth;
-    vec4 plane = own + vec4(0.0, next.x, next.y, next.x + next.y);
+    // As depths of the receiver's own surface, a little above it.
+    vec4 own = vec4(own_surface(r, offset), own_surface(r, offset + vec2(1.0, 0.0)),
+                    own_surface(r, offset + vec2(0.0, 1.0)), own_surface(r, offset + 1.0));
+    vec4 plane = (map.top - r.here.z - own - r.slack) / map.depth;
     first.x += map.column;
     vec4 caster = vec4(texelFetch(depths, first, 0).r, texelFetch(depths, first + ivec2(1, 0), 0).r,
                        texelFetch(depths, first + ivec2(0, 1), 0).r,
@@ -170,13 +201,12 @@ float lit_by_neighbours(sampler2D depths, SunMap map, vec3 here, vec2 slope, flo
 
 // Share of the disc's light that passes the casters around a receiver, per band.
 //
-// here, slope : as for slab_at
 // reach : texels per metre of height to the disc's edge
 // limb_u, limb_v : darkening of the disc towards its limb, per band
 // turn : two numbers 0..1 that vary from sample to sample
-vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, vec3 here, vec2 slope,
-               Around around, float reach, vec4 limb_u, vec4 limb_v, vec2 turn) {
-    float high = around.high, slack = around.slack;
+vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, Receiver r, Around around, float reach,
+               vec4 limb_u, vec4 limb_v, vec2 turn) {
+    float high = around.high;
     // Directions are tried first at that height. What they meet tells between which heights the slabs
     // around lie; lower casters near the receiver are looked for on rings towards the disc's middle.
     vec2 first = vec2(cos(6.28318531 * turn.x), sin(6.28318531 * turn.x));
@@ -187,9 +217,9 @@ vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, vec3 here, vec2 s
     float share = 1.0 / float(map.taps), near = 1.0 - 0.6 * turn.y;
     for (int k = 0; k < map.taps + NEAR_TAPS; ++k) {
         if (k >= map.taps) near *= 0.35;
-        float r = k < map.taps ? sqrt((float(k) + turn.y) * share) : near;
-        vec2 offset = r * spread * direction;
-        Slab slab = slab_at(depths, map, here, slope, slack, offset);
+        float part = k < map.taps ? sqrt((float(k) + turn.y) * share) : near;
+        vec2 offset = part * spread * direction;
+        Slab slab = slab_at(depths, map, r, offset);
         direction = GOLDEN_TURN * direction;
         if (!slab.casts) continue;
         top = max(top, slab.high);
@@ -212,11 +242,10 @@ vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, vec3 here, vec2 s
         direction = GOLDEN_TURN * direction;
         float fall = 1.0 - sqrt(1.0 - r2);
         // Below the surface's own horizon: the disc's cosine leaves it out.
-        vec3 light = dot(slope, ray) < 1.0 ? vec3(1.0, fall, fall * fall) : vec3(0.0);
+        vec3 light = dot(r.slope, ray) < 1.0 ? vec3(1.0, fall, fall * fall) : vec3(0.0);
         bool shaded = ((blocked >> k) & 1) == 1;
         if (!shaded && !settled)
-            shaded = meets_caster(depths, behind, map, here, slope, slack, ray, reach, top,
-                                  bottom);
+            shaded = meets_caster(depths, behind, map, r, ray, reach, top, bottom);
         all += light;
         lit += shaded ? vec3(0.0) : light;
     }

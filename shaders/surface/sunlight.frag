@@ -51,20 +51,20 @@ void main() {
     float lift = faces ? 0.0 : level_error;
     here += plain_n * (vec3(0.25, 0.25, 0.25 * frame.x)
                        + lift * vec3(1.0 / frame.x, 1.0 / frame.x, 1.0));
-    vec2 slope = -plane.xy / max(plane.z, 1e-9) * frame.x;
     SunMap map = SunMap(frame.x, frame.y, frame.z, int(sheet.x), int(sheet.y), int(sheet.z),
                         shadow_solid > 0.5, int(shadow_taps));
-    Around around = casters_around(sun_tops, map, here, slope, sheet.w);
+    Receiver receiver = receiver_at(map, here, plane);
+    Around around = casters_around(sun_tops, map, receiver, sheet.w);
     // Where the surface faces away no light is asked for.
     bool away = dot(n, wi) <= 0.0;
 #ifdef SEARCH
     vec2 turn = evenly_spread(floor(gl_FragCoord.xy));
-    share = disc_past(sun_depths, sun_behind, map, here, slope, around, sheet.w, sun_limb_u,
-                      sun_limb_v, turn);
+    share = disc_past(sun_depths, sun_behind, map, receiver, around, sheet.w, sun_limb_u, sun_limb_v,
+                      turn);
 #else
     share = vec4(1.0);
     if (around.dark || away) share = vec4(0.0);
-    else if (around.near) share = vec4(lit_by_neighbours(sun_depths, map, here, slope, around.slack));
+    else if (around.near) share = vec4(lit_by_neighbours(sun_depths, map, receiver));
     if (around.search && !away) discard;
 #endif
 }

@@ -153,6 +153,31 @@ def test_a_dozen_craft_in_one_tile_keep_their_own_shadows(gl: moderngl.Context) 
         assert (image[64:72, column].max() > 1.0) == (i % 2 == 0), i
 
 
+@pytest.mark.parametrize("incidence", [80.0, 87.0, 89.0, 89.5, 89.8])
+def test_what_shades_a_plate_that_stands_along_the_light_is_not_taken_for_the_plate(
+    gl: moderngl.Context, incidence: float
+) -> None:
+    """Within a texel of the map such a plate rises past a box that is 0.7 m away."""
+    scenario = scene(
+        {
+            "plate": {"model": plate(2.0), "position_icrf_m": [0, 0, 0]},
+            "box": {"model": box((1.0, 9.0, 9.0)), "position_icrf_m": [2.2, 0, 0]},
+        },
+        {
+            "position_icrf_m": [0.0, 0.0, 30.0],
+            "look_at": "plate",
+            "focal_length_mm": 8.0,
+        },
+        sun_direction=sun_at(incidence, 13.0),
+    )
+    image = radiance(gl, scenario)[..., 1]
+    f = scenario.cameras["cam"].focal_length_px
+    y, x = np.abs((np.mgrid[0:128, 0:128] + 0.5 - 64.0) / f * 30.0)
+    inner = (x < 0.9) & (y < 0.9)
+    assert inner.sum() > 50
+    assert image[inner].max() == 0.0
+
+
 @pytest.mark.parametrize("distance", [2.0, 10.0, 40.0])
 def test_one_craft_shadows_another_behind_it(gl: moderngl.Context, distance: float) -> None:
     scenario = scene(
