@@ -40,7 +40,7 @@ HERE = Path(__file__).parent
 # Brightening of the pictures: the second scene has no direct sunlight in view.
 GAINS = {"bay": 1.5, "earth": 6.0}
 # Paths a pixel: of R, G and B together, and of N. Deep shadows need many.
-PATHS = {"bay": (8192, 2048), "earth": (4096, 1024)}
+PATHS = {"bay": (16384, 2048), "earth": (4096, 1024)}
 _GATHERS: tuple[Gather, ...] = ("vertex", "pixel")
 
 
