@@ -33,7 +33,6 @@ struct Receiver {
     float drop;    // so far the surface lies below `here` [m]
     float slack;   // by so much rounding moves a height [m]
     float tilt;    // and by so much for each texel of distance
-    float steep;   // 0..1: stands along the light
 };
 
 // The casters over a receiver at one texel: heights [m] above the receiver.
@@ -80,26 +79,24 @@ Receiver receiver_at(SunMap map, vec3 here, vec3 n) {
     vec2 gradient = -n.xy / max(n.z, 1e-9);
     float grade = length(gradient);
     Receiver r;
-    r.steep = smoothstep(8.0, 24.0, grade);
-    float aside = 0.75 * (r.steep + smoothstep(60.0, 180.0, grade));
+    float aside = 0.75 * (smoothstep(8.0, 24.0, grade) + smoothstep(60.0, 180.0, grade));
     r.here = here - vec3(aside * gradient / max(grade, 1e-9), 0.0);
     r.slope = gradient * map.texel;
     r.drop = aside * grade * map.texel;
     // Rounding: 24-bit depth and float32 vertices are good to a few 1e-7 of the map's depth. The plane's
     // normal comes from differences of neighbouring positions, good to about 1e-3 rad, which at
-    // incidence t tilts the plane by 1e-3 / cos^2 t = 1e-3 (1 + slope^2). Beside a steep surface no
-    // tilt lifts that above the receiver.
-    r.tilt = 0.002 * map.texel * (1.0 + grade * grade);
-    float least = min(grade, 8.0);
-    r.slack = 1e-6 * map.depth + mix(r.tilt, 0.002 * map.texel * (1.0 + least * least), r.steep);
+    // incidence t tilts the plane by 1e-3 / cos^2 t = 1e-3 (1 + slope^2); beside the steepest surfaces
+    // that no longer matters. Facets that meet in a shallow valley rise out of each other's planes by more,
+    // the farther aside the receiver stands.
+    float least = min(grade, 60.0);
+    r.tilt = 0.002 * map.texel * (1.0 + least * least);
+    r.slack = 1e-6 * map.depth + r.tilt * (1.0 + 8.0 * aside);
     return r;
 }
 
 // How high above the receiver its own surface may stand at an offset [texels] from it.
 float own_surface(Receiver r, vec2 offset) {
-    float rise = dot(r.slope, offset) - r.drop;
-    float past = max(rise, 0.0) / max(length(r.slope), 1e-9);
-    return rise + r.slack + r.tilt * mix(abs(offset.x) + abs(offset.y), past, r.steep);
+    return dot(r.slope, offset) - r.drop + r.slack + r.tilt * (abs(offset.x) + abs(offset.y));
 }
 
 // reach : texels per metre of height to the disc's edge
