@@ -32,7 +32,6 @@ from simgl.transport.solve import lit_normals, radiosity, reflectors, vertex_irr
 from simgl.transport.sunlit import SunlitPatches
 from simgl.transport.transport import Transport
 from simgl.view.background import SKY_TEXELS
-from simgl.view.detail import WHOLE
 from simgl.view.frame import CraftView, frame_view
 
 Array = NDArray[np.float64]
@@ -140,12 +139,7 @@ def main() -> None:
     options = parser.parse_args()
     scenario = load_scenario(scene_files()["source_600"])
     state = scenario.at(scenario.epoch_tai_ns)
-    craft = (
-        frame_view(state, "observer", sample_budget=1000, level_error_px=scenario.level_error_px)
-        .tiles[0]
-        .craft[0]
-    )
-    whole = replace(craft, detail=WHOLE)
+    craft = frame_view(state, "observer", sample_budget=1000).tiles[0].craft[0]
     with open_context() as ctx:
         transport = transport_of(
             craft.model.coarsely_posed(JOINT_STEP).mesh, open_sheets=craft.model.open_sheets
@@ -156,7 +150,6 @@ def main() -> None:
             "renderer": ctx.info["GL_RENDERER"],
             "frame_ms": {
                 "frames a second apart": frame_times(ctx, craft, STEP),
-                "frames a second apart, every vertex": frame_times(ctx, whole, STEP),
                 "frames 0.1 s apart": frame_times(ctx, craft, 0.1 * STEP),
                 "frames 15 s apart": frame_times(ctx, craft, 15.0 * STEP),
             },

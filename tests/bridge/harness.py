@@ -5,16 +5,19 @@ from __future__ import annotations
 import socket
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import msgspec
 import zmq
+from simgl_bridge.basilisk.front import BasiliskFront
+from simgl_bridge.basilisk.sheet import Sheet
 from simgl_bridge.native import WINDOW, NativeFront
+from simgl_bridge.pose import BodyPose
 from simgl_bridge.server import serve
 from simgl_bridge.studio import Studio
 from simgl_bridge.turns import Turns
@@ -33,8 +36,7 @@ height_px = 40
 focal_length_mm = 2.0
 """
 SCENARIO = SMALL.replace("[render]", f"{_SIDE}[render]")
-# What a test may put before [render].
-LAMP = """
+_LAMP = """
 [lamp.flood]
 on = "chaser"
 position_body_m = [0.05, 0.0, -0.2]
@@ -43,6 +45,15 @@ half_angle_deg = 20.0
 power_w = 5000.0
 temperature_k = 3000.0
 """
+# The same with a lamp.
+LIT_SCENARIO = SCENARIO.replace("[render]", f"{_LAMP}[render]")
+# Of the chaser, before the target.
+TURNING = BodyPose(
+    position_m=(0.5, -0.25, 40.0),
+    velocity_m_s=(0.0, 0.0, -0.1),
+    q_icrf_from_body_xyzw=(0.0, 0.0, 0.0, 1.0),
+    angular_velocity_rad_s=(0.25, -0.5, 0.125),
+)
 
 
 class WatchedSimulator(Simulator):
@@ -150,6 +161,41 @@ def finish(running: Running) -> None:
     running.stop.set()
     running.thread.join(timeout=20)
     assert not running.thread.is_alive()
+
+
+@contextmanager
+def basilisk_source(
+    base: Scenario, sheets: Mapping[int, Sheet] | None = None
+) -> Iterator[tuple[BasiliskFront, WatchedSimulator]]:
+    """An image source for Basilisk on a thread of this process, and its first simulator."""
+    stop, ready = threading.Event(), Future[tuple[BasiliskFront, WatchedSimulator]]()
+
+    def run() -> None:
+        made: list[WatchedSimulator] = []
+
+        def open_simulator(scenario: Scenario) -> WatchedSimulator:
+            made.append(WatchedSimulator(scenario))
+            return made[-1]
+
+        try:
+            turns = Turns(WINDOW)
+            with (
+                Studio(base, open_simulator=open_simulator) as studio,
+                BasiliskFront(studio, turns, "tcp://127.0.0.1:*", sheets=sheets) as front,
+            ):
+                ready.set_result((front, made[0]))
+                serve([front], turns, stop)
+        except BaseException as error:
+            ready.set_exception(error)
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    try:
+        yield ready.result(timeout=60)
+    finally:
+        stop.set()
+        thread.join(timeout=20)
+    assert not thread.is_alive()
 
 
 def free_address() -> str:

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from simgl_bridge import AsyncClient, BodyPose, Client, Image, NoAnswerError, RemoteError, Shot
+from simgl_bridge import AsyncClient, Client, Image, NoAnswerError, RemoteError, Shot
 
 from simgl import Scenario, load_scenario
-from tests.bridge.harness import LAMP, SCENARIO, Gate, Running
+from tests.bridge.harness import LIT_SCENARIO, TURNING, Gate, Running
 
 Starter = Callable[..., Running]
 
@@ -39,15 +39,9 @@ def test_it_says_of_a_scene_what_the_synchronous_client_says(
     start_server: Starter, tmp_path: Path
 ) -> None:
     path = tmp_path / "lit.toml"
-    path.write_text(SCENARIO.replace("[render]", f"{LAMP}[render]"))
+    path.write_text(LIT_SCENARIO)
     scenario = load_scenario(path)
     running, now = start_server(scenario), scenario.epoch_tai_ns
-    turning = BodyPose(
-        position_m=(0.5, -0.25, 40.0),
-        velocity_m_s=(0.0, 0.0, -0.1),
-        q_icrf_from_body_xyzw=(0.0, 0.0, 0.0, 1.0),
-        angular_velocity_rad_s=(0.25, -0.5, 0.125),
-    )
     said: list[dict[str, Any]] = [
         {"moving": True},
         {"lamps": {"flood": 0.5}},
@@ -55,7 +49,7 @@ def test_it_says_of_a_scene_what_the_synchronous_client_says(
         {"seek": True},
     ]
     times = [now + 1, now + 1, now + 1, now]
-    bodies = {"chaser": turning}
+    bodies = {"chaser": TURNING}
 
     async def ask() -> list[Image]:
         async with AsyncClient(running.address, timeout_s=20.0) as link:

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import io
-import threading
 from collections.abc import Iterator
-from concurrent.futures import Future
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,17 +17,14 @@ from simgl_bridge.basilisk.replay import replay
 from simgl_bridge.basilisk.scene import camera_from_body, check_base, matrix_from_mrp, scene_of
 from simgl_bridge.basilisk.sheet import Sheet, load_sheet, load_sheets
 from simgl_bridge.basilisk.wire import read_update
-from simgl_bridge.native import WINDOW
-from simgl_bridge.server import serve
 from simgl_bridge.studio import Studio
-from simgl_bridge.turns import Turns
 
 from simgl import Scenario, load_scenario
 from simgl.errors import AssetError, ConfigError, SimglError
 from simgl.physics.regolith import MARS, reflectance
 from simgl.scenario.schema import CameraTable
 from tests.bridge import basilisk_wire as wire
-from tests.bridge.harness import WatchedSimulator
+from tests.bridge.harness import WatchedSimulator, basilisk_source
 
 SCENARIO = """
 [epoch]
@@ -81,33 +76,8 @@ def sheet(folder: Path) -> Sheet:
 
 @pytest.fixture(scope="module")
 def source(base: Scenario, sheet: Sheet) -> Iterator[Source]:
-    stop, ready = threading.Event(), Future[Source]()
-
-    def run() -> None:
-        made: list[WatchedSimulator] = []
-
-        def open_simulator(scenario: Scenario) -> WatchedSimulator:
-            made.append(WatchedSimulator(scenario))
-            return made[-1]
-
-        try:
-            turns = Turns(WINDOW)
-            with Studio(base, open_simulator=open_simulator) as studio:
-                address = "tcp://127.0.0.1:*"
-                with BasiliskFront(studio, turns, address, sheets={1: sheet}) as front:
-                    ready.set_result(Source(front, made[0]))
-                    serve([front], turns, stop)
-        except BaseException as error:
-            ready.set_exception(error)
-
-    thread = threading.Thread(target=run)
-    thread.start()
-    try:
-        yield ready.result(timeout=60)
-    finally:
-        stop.set()
-        thread.join(timeout=20)
-    assert not thread.is_alive()
+    with basilisk_source(base, {1: sheet}) as (front, simulator):
+        yield Source(front, simulator)
 
 
 @pytest.fixture

@@ -16,7 +16,7 @@ import pytest
 from simgl_bridge import BodyPose, Client, Shot, launched_server
 
 from simgl import Scenario, load_scenario
-from tests.bridge.harness import LAMP, SCENARIO, Running
+from tests.bridge.harness import LIT_SCENARIO, TURNING, Running
 
 Starter = Callable[..., Running]
 ROOT = Path(__file__).parents[2]
@@ -330,7 +330,7 @@ def test_the_c_interface_moves_bodies_dims_lamps_and_places_the_sun(
     build: Callable[..., Path], tmp_path: Path, start_server: Starter
 ) -> None:
     path = tmp_path / "lit.toml"
-    path.write_text(SCENARIO.replace("[render]", f"{LAMP}[render]"))
+    path.write_text(LIT_SCENARIO)
     scenario = load_scenario(path)
     running = start_server(scenario)
     program = c_program(build, tmp_path, C_SCENES)
@@ -338,12 +338,6 @@ def test_the_c_interface_moves_bodies_dims_lamps_and_places_the_sun(
         [str(program), running.address], capture_output=True, text=True, check=True, timeout=60
     ).stdout
     *pictures, typo, bent = output.splitlines()
-    pose = BodyPose(
-        position_m=(0.5, -0.25, 40.0),
-        velocity_m_s=(0.0, 0.0, -0.1),
-        q_icrf_from_body_xyzw=(0.0, 0.0, 0.0, 1.0),
-        angular_velocity_rad_s=(0.25, -0.5, 0.125),
-    )
     said: list[dict[str, Any]] = [
         {},
         {"moving": True},
@@ -353,7 +347,7 @@ def test_the_c_interface_moves_bodies_dims_lamps_and_places_the_sun(
     expected = []
     with Client(running.address) as client:
         for words in said:
-            image = client.render(scenario.epoch_tai_ns, "nav", {"chaser": pose}, 0.1, **words)
+            image = client.render(scenario.epoch_tai_ns, "nav", {"chaser": TURNING}, 0.1, **words)
             total = image.dn.sum(dtype=np.int64)
             expected.append(f"{total} {image.state_hash} {image.gain_dn_per_e:g}")
     assert pictures == expected

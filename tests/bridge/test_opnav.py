@@ -3,22 +3,16 @@
 from __future__ import annotations
 
 import io
-import threading
 from collections.abc import Iterator
-from concurrent.futures import Future
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from PIL import Image
-from simgl_bridge.basilisk.front import BasiliskFront
 from simgl_bridge.basilisk.scene import bare_scenario
-from simgl_bridge.native import WINDOW
-from simgl_bridge.server import serve
-from simgl_bridge.studio import Studio
-from simgl_bridge.turns import Turns
 
 from tests.bridge import basilisk_wire as wire
+from tests.bridge.harness import basilisk_source
 
 SIZE, FOV_DEG = 256, 55.0
 FOCAL = 0.5 * SIZE / np.tan(np.radians(0.5 * FOV_DEG))
@@ -32,28 +26,8 @@ HOUGH = 15
 
 @pytest.fixture(scope="module")
 def address() -> Iterator[str]:
-    stop, ready = threading.Event(), Future[str]()
-
-    def run() -> None:
-        try:
-            turns = Turns(WINDOW)
-            with (
-                Studio(bare_scenario()) as studio,
-                BasiliskFront(studio, turns, "tcp://127.0.0.1:*") as front,
-            ):
-                ready.set_result(front.address)
-                serve([front], turns, stop)
-        except BaseException as error:
-            ready.set_exception(error)
-
-    thread = threading.Thread(target=run)
-    thread.start()
-    try:
-        yield ready.result(timeout=60)
-    finally:
-        stop.set()
-        thread.join(timeout=20)
-    assert not thread.is_alive()
+    with basilisk_source(bare_scenario()) as (front, _):
+        yield front.address
 
 
 def message(seconds: float, place: NDArray[np.float64] = PLACE, *, first: bool = False) -> bytes:

@@ -14,7 +14,7 @@ from simgl_bridge.messages import SentPose
 from simgl_bridge.state_hash import state_hash
 
 from simgl import Scenario, load_scenario
-from tests.bridge.harness import LAMP, SCENARIO, Running
+from tests.bridge.harness import LIT_SCENARIO, Running
 
 Starter = Callable[..., Running]
 
@@ -97,7 +97,7 @@ def test_rates_without_moving_change_nothing_in_the_picture(client: Client) -> N
 def lit(start_server: Starter, tmp_path: Path) -> Running:
     """The small scene with a lamp."""
     path = tmp_path / "lit.toml"
-    path.write_text(SCENARIO.replace("[render]", f"{LAMP}[render]"))
+    path.write_text(LIT_SCENARIO)
     return start_server(load_scenario(path))
 
 
