@@ -172,23 +172,8 @@ def poses(motions: Mapping[str, Motion], tai_ns: int) -> dict[str, Pose]:
     Raises ConfigError where relative positions refer to each other in a circle.
     """
     states: dict[str, tuple[Array, Array]] = {}
-
-    def resolve(name: str, chain: tuple[str, ...]) -> tuple[Array, Array]:
-        if name in chain:
-            circle = " -> ".join((*chain, name))
-            raise ConfigError(f"[spacecraft.{name}]", "relative_to", f"runs in a circle: {circle}")
-        if name not in states:
-            law = motions[name].trajectory
-            if isinstance(law, Relative):
-                reference = resolve(law.reference, (*chain, name))
-                lvlh_axes(f"[spacecraft.{name}]", "relative_to", law.reference, *reference)
-                states[name] = _relative(law, tai_ns, reference)
-            else:
-                states[name] = law.state(tai_ns)
-        return states[name]
-
     for name in motions:
-        resolve(name, ())
+        _resolve(name, (), motions, tai_ns, states)
     return {
         name: Pose(
             position=states[name][0],
@@ -197,3 +182,25 @@ def poses(motions: Mapping[str, Motion], tai_ns: int) -> dict[str, Pose]:
         )
         for name, motion in motions.items()
     }
+
+
+def _resolve(
+    name: str,
+    chain: tuple[str, ...],
+    motions: Mapping[str, Motion],
+    tai_ns: int,
+    states: dict[str, tuple[Array, Array]],
+) -> tuple[Array, Array]:
+    """Position and velocity of a spacecraft, noted in ``states``; first those of its references."""
+    if name in chain:
+        circle = " -> ".join((*chain, name))
+        raise ConfigError(f"[spacecraft.{name}]", "relative_to", f"runs in a circle: {circle}")
+    if name not in states:
+        law = motions[name].trajectory
+        if isinstance(law, Relative):
+            reference = _resolve(law.reference, (*chain, name), motions, tai_ns, states)
+            lvlh_axes(f"[spacecraft.{name}]", "relative_to", law.reference, *reference)
+            states[name] = _relative(law, tai_ns, reference)
+        else:
+            states[name] = law.state(tai_ns)
+    return states[name]
