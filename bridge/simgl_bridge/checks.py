@@ -156,8 +156,8 @@ def _check_shot(say: Refusals, field: str, shot: Shot, scenario: Scenario) -> No
 
 def _vector_problem(values: Vector, limit: float, unit: str) -> str | None:
     """What is wrong with a vector, or None."""
+    if all(-limit <= v <= limit for v in values):
+        return None
     if not all(math.isfinite(v) for v in values):
         return f"must be finite, got {list(values)}"
-    if not all(abs(v) <= limit for v in values):
-        return f"must be at most {limit:g} {unit} along each axis, got {list(values)}"
-    return None
+    return f"must be at most {limit:g} {unit} along each axis, got {list(values)}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,14 @@ class BodyMount:
     spacecraft: str
     position_body: Array
     pointing: Pointing
+
+    @cached_property
+    def fixed(self) -> Array | None:
+        """R_camera_from_body of a camera with a direction of its spacecraft; None of others."""
+        law = self.pointing
+        if law.axes != "body" or not isinstance(law.towards, np.ndarray):
+            return None
+        return camera_from_directions(law.towards, law.up)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -74,9 +83,8 @@ def at_rest(mount: BodyMount) -> Array:
 
     One that turns on it is taken to look along body x, body -z at the top of the picture.
     """
-    law = mount.pointing
-    if law.axes == "body" and isinstance(law.towards, np.ndarray):
-        return camera_from_directions(law.towards, law.up)
+    if mount.fixed is not None:
+        return mount.fixed
     return camera_from_directions([1.0, 0.0, 0.0], [0.0, 0.0, -1.0])
 
 
@@ -102,6 +110,8 @@ def camera_pose(
     else:
         body = bodies[mount.spacecraft]
         position = body.position + body.R_icrf_from_body @ mount.position_body
+        if mount.fixed is not None and law.sun_exclusion == 0.0:
+            return position, mount.fixed @ body.R_icrf_from_body.T
         R_icrf_from_axes = _axes(where, mount, body)
     up = R_icrf_from_axes @ law.up
     if isinstance(law.towards, Place):
