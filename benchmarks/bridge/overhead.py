@@ -1,12 +1,14 @@
 """The loop without rendering beside its floor: a full-size picture that is ready at once.
 
-The floor is a bare ZeroMQ socket that answers with the same number of bytes. Both are asked in
-turns, some round trips each, so that whatever else the machine does falls on both alike.
+By the Python client and by the C++ one. The floor is a bare ZeroMQ socket that answers with the
+same number of bytes. All are asked in turns, some round trips each, so that whatever else the
+machine does falls on them alike.
 """
 
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -25,16 +27,22 @@ SIZES = ((64, 48), (640, 480), (1280, 960), (2048, 2048))
 BLOCK = 50
 # As long as a request for one camera with one pose.
 REQUEST_BYTES = 300
+# Of the numbers in a row.
+KINDS = (("", "Python"), ("cpp_", "C++"), ("floor_", "floor"))
 
-RoundTrip = Callable[[int], None]
+# Makes some round trips, the first of a number, and tells the seconds that each one took.
+RoundTrips = Callable[[int, int], list[float]]
 
 
 class Course:
-    """Round trips of one kind: their times, and what both processes worked for them."""
+    """Round trips of one kind: their times, and what both processes worked for them.
 
-    def __init__(self, server: int, round_trip: RoundTrip) -> None:
-        self._server = server
-        self._round_trip = round_trip
+    client, server : process ids
+    """
+
+    def __init__(self, client: int, server: int, round_trips: RoundTrips) -> None:
+        self._processes = (client, server)
+        self._round_trips = round_trips
         self._done = 0
         self.seconds: list[float] = []
         self.worked = np.zeros(2)
@@ -42,17 +50,14 @@ class Course:
     def go(self, count: int, warm: bool = False) -> None:
         """Some more; ``warm`` ones are not counted."""
         before = self._work()
-        for _ in range(count):
-            start = time.perf_counter()
-            self._round_trip(self._done)
-            self._done += 1
-            if not warm:
-                self.seconds.append(time.perf_counter() - start)
+        seconds = self._round_trips(self._done, count)
+        self._done += count
         if not warm:
+            self.seconds += seconds
             self.worked += self._work() - before
 
     def _work(self) -> np.ndarray:
-        return np.array([work_seconds(os.getpid()), work_seconds(self._server)])
+        return np.array([work_seconds(pid) for pid in self._processes])
 
 
 def work_seconds(pid: int) -> float:
@@ -62,31 +67,46 @@ def work_seconds(pid: int) -> float:
 
 
 def overhead(frames: int, folder: Path) -> dict[str, object]:
-    """Round trips as a client sees them, beside those of the floor, by size and transport [ms].
+    """Round trips as clients see them, beside those of the floor, by size and transport [ms].
 
-    p50 and p99 of the times; processor time of client and server, per round trip.
+    p50 and p99 of the times; processor time of client and server, per round trip. By the Python
+    client, ``cpp_`` by the C++ one where there is a compiler, and ``floor_``.
     """
     rows = []
+    compiled = _compiled(folder)
     for width, height in SIZES:
         for transport in ("ipc", "tcp"):
-            row = _side_by_side(width, height, transport, frames, folder)
+            row = _side_by_side(width, height, transport, frames, folder, compiled)
             print(_line(row), file=sys.stderr, flush=True)
             rows.append(row)
     return {**machine(), "frames": frames, "round_trips": rows}
 
 
 def _line(row: dict[str, object]) -> str:
-    return (
-        f"{row['width']:>4} x {row['height']:<4} {row['transport']}:  "
-        f"p50 {row['p50_ms']:6.3f}  p99 {row['p99_ms']:6.3f}  "
-        f"work {row['client_ms']:5.3f} + {row['server_ms']:5.3f}   "
-        f"floor  p50 {row['floor_p50_ms']:6.3f}  p99 {row['floor_p99_ms']:6.3f}  "
-        f"work {row['floor_client_ms']:5.3f} + {row['floor_server_ms']:5.3f} ms"
-    )
+    def numbers(prefix: str) -> str:
+        p50, p99, client, server = (
+            row[f"{prefix}{name}_ms"] for name in ("p50", "p99", "client", "server")
+        )
+        return f"p50 {p50:6.3f}  p99 {p99:6.3f}  work {client:5.3f} + {server:5.3f}"
+
+    kinds = [f"{name}: {numbers(prefix)}" for prefix, name in KINDS if f"{prefix}p50_ms" in row]
+    return f"{row['width']:>4} x {row['height']:<4} {row['transport']}:  " + "   ".join(kinds)
+
+
+def _compiled(folder: Path) -> Path | None:
+    """The C++ client's round trips as a program; None where there is no compiler."""
+    compiler = shutil.which(os.environ.get("CXX", "g++"))
+    if compiler is None:
+        return None
+    program, source = folder / "round_trips", Path(__file__).with_name("round_trips.cpp")
+    headers = source.parents[2] / "bridge" / "cpp"
+    options = ["-std=c++17", "-O3", f"-I{headers}", "-o", str(program), "-lzmq"]
+    subprocess.run([compiler, str(source), *options], check=True)
+    return program
 
 
 def _side_by_side(
-    width: int, height: int, transport: str, frames: int, folder: Path
+    width: int, height: int, transport: str, frames: int, folder: Path, compiled: Path | None
 ) -> dict[str, object]:
     text = SMALL.replace("width_px = 64", f"width_px = {width}")
     path = folder / f"{width}.toml"
@@ -95,28 +115,42 @@ def _side_by_side(
     if transport == "tcp":
         addresses = ["tcp://127.0.0.1:5597", "tcp://127.0.0.1:5598"]
     with ExitStack() as stack:
-        loop = stack.enter_context(_loop(path, addresses[0]))
-        floor = stack.enter_context(_floor(width, height, addresses[1]))
-        for course in (loop, floor):
+        server = stack.enter_context(
+            server_process("benchmarks.bridge.still", str(path), address=addresses[0])
+        )
+        courses = {"": stack.enter_context(_python(addresses[0], server))}
+        if compiled is not None:
+            courses["cpp_"] = stack.enter_context(_cpp(compiled, addresses[0], server))
+        courses["floor_"] = stack.enter_context(_floor(width, height, addresses[1]))
+        for course in courses.values():
             course.go(max(frames // 10, BLOCK), warm=True)
         for _ in range(-(-frames // BLOCK)):
-            loop.go(BLOCK)
-            floor.go(BLOCK)
+            for course in courses.values():
+                course.go(BLOCK)
     row: dict[str, object] = {"width": width, "height": height, "transport": transport}
-    for prefix, course in (("", loop), ("floor_", floor)):
+    for prefix, course in courses.items():
         p50, p99 = np.percentile(np.array(course.seconds) * 1e3, [50.0, 99.0])
-        client, server = course.worked * 1e3 / len(course.seconds)
-        numbers = {"p50": p50, "p99": p99, "client": client, "server": server}
+        client, worked = course.worked * 1e3 / len(course.seconds)
+        numbers = {"p50": p50, "p99": p99, "client": client, "server": worked}
         row |= {f"{prefix}{name}_ms": round(float(v), 3) for name, v in numbers.items()}
     return row
 
 
+def _timed(round_trip: Callable[[int], None]) -> RoundTrips:
+    def round_trips(first: int, count: int) -> list[float]:
+        seconds = []
+        for step in range(first, first + count):
+            start = time.perf_counter()
+            round_trip(step)
+            seconds.append(time.perf_counter() - start)
+        return seconds
+
+    return round_trips
+
+
 @contextmanager
-def _loop(scenario: Path, address: str) -> Iterator[Course]:
-    with (
-        server_process("benchmarks.bridge.still", str(scenario), address=address) as pid,
-        Client(address, timeout_s=20.0) as client,
-    ):
+def _python(address: str, server: int) -> Iterator[Course]:
+    with Client(address, timeout_s=20.0) as client:
         epoch = client.welcome.epoch_tai_ns
 
         def round_trip(step: int) -> None:
@@ -124,7 +158,22 @@ def _loop(scenario: Path, address: str) -> Iterator[Course]:
             # Read once, as any use of it would.
             assert int(image.dn.max()) < 4000
 
-        yield Course(pid, round_trip)
+        yield Course(os.getpid(), server, _timed(round_trip))
+
+
+@contextmanager
+def _cpp(program: Path, address: str, server: int) -> Iterator[Course]:
+    pipe = subprocess.PIPE
+    with subprocess.Popen([program, address], stdin=pipe, stdout=pipe, text=True) as process:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        asked, told = process.stdin, process.stdout
+
+        def round_trips(first: int, count: int) -> list[float]:  # noqa: ARG001 - it counts itself
+            print(count, file=asked, flush=True)
+            return [int(told.readline()) * 1e-9 for _ in range(count)]
+
+        yield Course(process.pid, server, round_trips)
 
 
 @contextmanager
@@ -143,7 +192,7 @@ def _floor(width: int, height: int, address: str) -> Iterator[Course]:
             pixels = socket.recv_multipart(copy=False)[2].buffer
             assert int(np.frombuffer(pixels, dtype=np.uint16).max()) < 4000
 
-        yield Course(process.pid, round_trip)
+        yield Course(os.getpid(), process.pid, _timed(round_trip))
     finally:
         context.destroy(linger=0)
         process.terminate()

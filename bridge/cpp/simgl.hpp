@@ -417,11 +417,12 @@ class Plane {
     template <typename T> std::vector<T> raw(const char *wanted) const {
         if (dtype != wanted) throw Error("plane \"" + product + "\" holds " + dtype);
         std::vector<T> values(size() / sizeof(T));
-        for (std::size_t i = 0; i < values.size(); ++i) {
+        const unsigned char *at = data();
+        for (T &value : values) {
             T v = 0;
             for (std::size_t b = 0; b < sizeof(T); ++b)
-                v = static_cast<T>(v | static_cast<T>(data()[i * sizeof(T) + b]) << (8 * b));
-            values[i] = v;
+                v = static_cast<T>(v | static_cast<T>(*at++) << (8 * b));
+            value = v;
         }
         return values;
     }
