@@ -1,13 +1,20 @@
 """Light that the air itself gives off at night, in thin layers about 90 km up.
 
-Round numbers for a quiet night away from the poles, in Rayleighs (1 R: 1e10 / (4 pi) photons
-m-2 s-1 sr-1) towards the zenith. Green line: 250 R (190 R is the mean over Cerro Paranal: Noll et
-al. 2012, A&A 543, A92). Sodium: 20 R in D1 (Slanger and Osterbrock 2000), 1.6 times as much in D2
-(Slanger and Plane 2005). Molecular oxygen at 762 nm: 5 kR, swallowed by the oxygen beneath it.
-Hydroxyl and what is continuous: what remains of the dark sky over Paranal, B 22.6, R 20.9, I 19.7
-mag per square arcsecond (Patat 2003, A&A 400, 1183), less stars and zodiacal light, about a half in
-B and R and a fifth in I. Real glow comes and goes by a factor of two within hours; red 630 nm light
-from 250 km and aurorae are left out.
+Towards the zenith, away from the poles, at the Sun's mean activity (130 solar flux units), in
+Rayleighs (1 R: 1e10 / (4 pi) photons m-2 s-1 sr-1). From ESO's model of the sky over Cerro Paranal
+(Noll et al. 2012, A&A 543, A92; Jones et al. 2013, A&A 560, A91), good to 20 %: its moonless sky at
+the zenith, by way of the tables in the package pydiet, less zodiacal light of 60 S10, as at the
+ecliptic's pole (Leinert et al. 1998, A&AS 127, 1), less the lines at 630 and 636 nm, which shine
+250 km up, and in B, G and R less a twentieth for scattered starlight. At 70 and 200 units it has
+0.7 and 1.35 times as much in B, G and R, 0.9 and 1.1 in N; real glow comes and goes by a factor of
+two within hours. Aurorae are left out.
+
+Measured elsewhere: the green line 250 R over Japan (Vyas and Saraswat 2012), 320 R in North America
+(Johnston 1992, thesis), who has 4.4 kR in six bands of hydroxyl at 728 to 882 nm, where the model
+has 7.0 kR in and between all bands from 700 to 900 nm.
+
+The oxygen beneath swallows its own light at 762 nm, which no sky of the ground shows: 5 kR is a
+round figure whose source could not be checked.
 """
 
 from __future__ import annotations
@@ -29,15 +36,16 @@ GLOW_TOP = GLOW_BOTTOM + 10e3
 
 _RAYLEIGH = 1e10 / (4.0 * np.pi)  # [photons m-2 s-1 sr-1]
 
-# Wavelength [m], radiance at the zenith [R].
+# Wavelength [m], radiance at the zenith [R]. What is continuous or a crowd of bands stands at its
+# mean wavelength, weighed by energy.
 _GLOW = np.array(
     [
-        (557.7e-9, 250.0),  # O I
-        (589.3e-9, 52.0),  # Na
-        (550e-9, 250.0),  # NO2 and FeO, continuous
-        (450e-9, 200.0),  # O2, Herzberg and Chamberlain
-        (650e-9, 800.0),  # OH and continuous
-        (870e-9, 9000.0),  # OH
+        (557.7e-9, 190.0),  # O I
+        (589.3e-9, 47.0),  # Na
+        (555e-9, 530.0),  # FeO and NO2, continuous
+        (448e-9, 410.0),  # O2, Herzberg and Chamberlain, and continuous
+        (648e-9, 800.0),  # OH and continuous
+        (892e-9, 15000.0),  # OH, and O2 at 864 nm
     ]
 )
 _ABSORBED_BELOW = np.array([(762e-9, 5000.0)])  # O2

@@ -46,7 +46,7 @@ class Regolith:
 
 
 # The mean over the planet from orbit, the air's share taken off (Vincendon 2013, Planetary and
-# Space Science 76, 87).
+# Space Science 76, 87, and its abstract: omega, b, c, B0, h, theta).
 MARS = Regolith(
     single_scattering=0.85,
     lobe=0.12,

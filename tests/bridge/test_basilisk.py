@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from PIL import Image
+from simgl_bridge.basilisk.bodies import SPHEROIDS
 from simgl_bridge.basilisk.front import BasiliskFront, varint
 from simgl_bridge.basilisk.replay import replay
 from simgl_bridge.basilisk.scene import camera_from_body, check_base, matrix_from_mrp, scene_of
@@ -189,6 +190,25 @@ def test_mars_is_oblate_though_sent_as_a_sphere(peer: wire.Peer) -> None:
     # last pixel, lit in part and white all the same, adds half a pixel to both of 116: 3e-5.
     axis_ratio = y.std() / x.std()
     assert axis_ratio == pytest.approx(3376.20 / 3396.19, abs=3e-4)
+
+
+# Geometric albedo in V: NASA planetary fact sheets.
+@pytest.mark.parametrize(
+    ("name", "measured"),
+    [
+        ("mars", 0.170),
+        ("jupiter", 0.538),
+        ("saturn", 0.499),
+        ("uranus", 0.488),
+        ("neptune", 0.442),
+    ],
+)
+def test_the_full_disc_of_a_planet_is_as_bright_as_measured(name: str, measured: float) -> None:
+    albedo = SPHEROIDS[name].globe.albedo
+    assert albedo is not None
+    # A Lambertian globe sends back 2/3 of its albedo. V is wider than the band of 500 to 600 nm,
+    # which tells where methane absorbs red light: a tenth for Uranus.
+    assert 2.0 / 3.0 * albedo[1] == pytest.approx(measured, rel=0.1)
 
 
 @pytest.mark.parametrize("sun_au", [0.7, 1.6])

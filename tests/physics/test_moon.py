@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from simgl.physics.ephemeris import moon_position, tai_ns_from_utc
 from simgl.physics.moon import (
@@ -42,6 +43,42 @@ def test_the_visual_albedo_is_the_published_one() -> None:
     # Redder than sunlight: B-V 0.92 against the Sun's 0.65 over 107 nm, here over 100 nm.
     ratio = -2.5 * np.log10(GEOMETRIC_ALBEDO[2] / GEOMETRIC_ALBEDO[1])
     np.testing.assert_allclose(ratio, 0.27 * 100.0 / 107.0, atol=0.04)
+
+
+# Of Kieffer & Stone (2005), table 4: wavelength [nm], a0 to a3, d1 to d3; libration left out.
+LUNAR_MODEL = np.array(
+    [
+        (665.1, -1.88914, -1.58096, 0.30477, -0.17908, 0.37141, -0.13514, 0.01248),
+        (549.1, -2.10782, -1.66736, 0.41697, -0.22026, 0.36814, -0.09815, -0.00000),
+        (441.6, -2.31964, -1.72114, 0.37286, -0.19304, 0.37935, -0.09562, 0.00970),
+        (865.3, -1.74561, -1.58482, 0.35009, -0.19569, 0.39200, -0.18837, 0.00978),
+    ]
+)
+
+
+def over_the_lunar_model(degrees: float) -> NDArray[np.float64]:
+    """(4,) light of the disc over the model's, R, G, B, N at one wavelength each."""
+    phase = np.radians(degrees)
+    a, d = LUNAR_MODEL[:, 1:5], LUNAR_MODEL[:, 5:]
+    near = [
+        np.exp(-degrees / 4.06054),
+        np.exp(-degrees / 12.8802),
+        np.cos((degrees + 30.5858) / 16.7498),
+    ]
+    model = np.exp(a @ phase ** np.arange(4) + d @ near)
+    return np.asarray(GEOMETRIC_ALBEDO * disc_brightness(phase) / model)
+
+
+@pytest.mark.parametrize("degrees", [10.0, 20.0, 45.0, 90.0, 120.0])
+def test_its_light_is_that_of_the_lunar_irradiance_model(degrees: float) -> None:
+    # A tenth of a magnitude for Allen's curve, some 5 % for the model's scale.
+    np.testing.assert_allclose(over_the_lunar_model(degrees), 1.0, atol=0.15)
+
+
+def test_its_colour_is_that_of_the_lunar_irradiance_model_at_45_deg() -> None:
+    ratio = over_the_lunar_model(45.0)
+    # One wavelength for a band: neighbours in the table stand up to 6 % off a smooth line.
+    np.testing.assert_allclose(ratio / ratio[1], 1.0, atol=0.06)
 
 
 def test_the_moon_shows_the_earth_one_face_but_for_its_libration() -> None:

@@ -54,20 +54,22 @@ class Spheroid:
         )
 
 
-# Mars's is 3/2 of its geometric albedo, 0.17 in V (NASA planetary fact sheet); the others rounded
-# from the spectrum of the whole disc (McCord and Westphal 1971, ApJ 168, 141).
-_MARS = (0.40, 0.25, 0.12, 0.46)
-
 # Radii: IAU Working Group on Cartographic Coordinates 2015 (Archinal et al. 2018); giants at 1 bar.
-# Bond albedos: NASA planetary fact sheets; Jupiter's Li et al. 2018.
+# Albedos in R, G, B, N are 3/2 of the geometric ones, so that the full disc is as bright as in
+# nature, from disc spectra in the package coronagraph 1.1, weighed by sunlight over the bands:
+# Mars's the Virtual Planetary Laboratory's, raised by a fourteenth to 0.170 in V (NASA planetary
+# fact sheet); the giants' measured (Karkoschka 1998, Icarus 133, 134), Saturn without its rings.
+# Mercury and Venus: Bond albedos (NASA planetary fact sheets).
 SPHEROIDS = {
     "mercury": Spheroid(equatorial_km=2440.53, polar_km=2438.26, albedo=0.068),
     "venus": Spheroid(equatorial_km=6051.8, polar_km=6051.8, albedo=0.77),
-    "mars": Spheroid(equatorial_km=3396.19, polar_km=3376.20, albedo=_MARS, regolith=MARS),
-    "jupiter": Spheroid(equatorial_km=71492.0, polar_km=66854.0, albedo=0.503),
-    "saturn": Spheroid(equatorial_km=60268.0, polar_km=54364.0, albedo=0.342),
-    "uranus": Spheroid(equatorial_km=25559.0, polar_km=24973.0, albedo=0.300),
-    "neptune": Spheroid(equatorial_km=24764.0, polar_km=24341.0, albedo=0.290),
+    "mars": Spheroid(
+        equatorial_km=3396.19, polar_km=3376.20, albedo=(0.41, 0.25, 0.11, 0.45), regolith=MARS
+    ),
+    "jupiter": Spheroid(equatorial_km=71492.0, polar_km=66854.0, albedo=(0.79, 0.80, 0.68, 0.55)),
+    "saturn": Spheroid(equatorial_km=60268.0, polar_km=54364.0, albedo=(0.83, 0.73, 0.51, 0.63)),
+    "uranus": Spheroid(equatorial_km=25559.0, polar_km=24973.0, albedo=(0.50, 0.80, 0.87, 0.16)),
+    "neptune": Spheroid(equatorial_km=24764.0, polar_km=24341.0, albedo=(0.38, 0.69, 0.86, 0.11)),
 }
 _ALBEDO_OF_OTHERS = 0.3
 

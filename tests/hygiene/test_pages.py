@@ -1,0 +1,149 @@
+"""What the pages show is there: links, pictures, commands with their options, code, frame times."""
+
+from __future__ import annotations
+
+import ast
+import importlib.util
+import json
+import re
+import shlex
+import tomllib
+from collections.abc import Iterator
+from functools import cache
+from importlib.metadata import entry_points
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer
+
+from simgl.cli import app
+
+ROOT = Path(__file__).parents[2]
+PAGES = [
+    ROOT / "README.md",
+    ROOT / "examples" / "README.md",
+    ROOT / "shaders" / "README.md",
+    *sorted((ROOT / "docs").glob("*.md")),
+]
+RECORDS = ROOT / "benchmarks"
+
+every_page = pytest.mark.parametrize("page", PAGES, ids=lambda p: str(p.relative_to(ROOT)))
+
+
+def blocks(page: Path) -> Iterator[tuple[str, str]]:
+    """Language and text of the page's code blocks."""
+    for match in re.finditer(r"^```(\w*)\n(.*?)^```", page.read_text(), re.M | re.S):
+        yield match[1], match[2]
+
+
+def command_lines(page: Path) -> Iterator[list[str]]:
+    """Words of what the page says to type, in blocks and within lines."""
+    for language, text in blocks(page):
+        if language in ("", "sh"):
+            for line in text.replace("\\\n", " ").splitlines():
+                for part in re.sub(r"^\$ ", "", line).split(";"):
+                    yield shlex.split(part, comments=True) if "'" not in part else []
+    without = re.sub(r"^```.*?^```", "", page.read_text(), flags=re.M | re.S)
+    for match in re.finditer(r"`((?:\./run )?simgl [a-z][^`]*|python -m [^`]*)`", without):
+        yield match[1].replace("\n", " ").split()
+
+
+def headings(page: Path) -> set[str]:
+    """Anchors of a page, as GitHub and MyST make them."""
+    lines = re.findall(r"^#+ (.*)$", page.read_text(), re.M)
+    return {re.sub(r"[^\w -]", "", line.lower()).strip().replace(" ", "-") for line in lines}
+
+
+@every_page
+def test_every_link_leads_somewhere(page: Path) -> None:
+    for target, anchor in re.findall(r"\]\(([^)#\s]*)(?:#([^)]*))?\)", page.read_text()):
+        if target.startswith("http"):
+            continue
+        there = (page.parent / target).resolve() if target else page
+        assert there.exists(), target
+        if anchor:
+            assert anchor in headings(there), f"{target}#{anchor}"
+
+
+@every_page
+def test_every_command_has_the_options_that_are_shown(page: Path) -> None:
+    for words in command_lines(page):
+        if words[:2] == ["./run", "simgl"]:
+            words = words[1:]
+        if words[:1] == ["simgl"]:
+            _check_simgl(words[1:])
+        elif words[:2] == ["python", "-m"] and len(words) > 2:
+            assert importlib.util.find_spec(words[2]) is not None, words
+
+
+@cache
+def simgl_commands() -> dict[str, tuple[set[str], set[str]]]:
+    """Options and those that must be given by command, "camera test" for one of a group."""
+    found = {}
+    apps = [("", app)]
+    for entry in entry_points(group="simgl.commands"):
+        further = typer.Typer()
+        further.command()(entry.load())
+        apps.append((entry.name, further))
+    waiting: list[tuple[str, Any]] = [(name, typer.main.get_command(a)) for name, a in apps]
+    while waiting:
+        name, command = waiting.pop()
+        inner = getattr(command, "commands", {})
+        waiting += [(f"{name} {word}".strip(), c) for word, c in inner.items()]
+        if not inner:
+            options = {o for p in command.params for o in (*p.opts, *p.secondary_opts)}
+            needed = {p.opts[0] for p in command.params if p.required and p.opts[0][:2] == "--"}
+            found[name] = options, needed
+    return found
+
+
+def _check_simgl(words: list[str]) -> None:
+    name = " ".join(words[:2]) if " ".join(words[:2]) in simgl_commands() else words[0]
+    assert name in simgl_commands(), f"simgl has no command {name}: {words}"
+    options, needed = simgl_commands()[name]
+    # Naming an option is no line to type; naming a scenario is.
+    if any(not w.startswith("--") for w in words[len(name.split()) :]):
+        assert needed <= set(words), f"{words} lack {needed - set(words)}"
+    for word in words:
+        if word.startswith("--"):
+            assert word in options | {"--help"}, f"{name} has no {word}"
+        elif word.startswith("examples/"):
+            assert (ROOT / word).exists(), word
+
+
+@every_page
+def test_code_that_is_shown_can_be_read(page: Path) -> None:
+    for language, text in blocks(page):
+        if language == "python":
+            ast.parse(text)
+        elif language == "toml":
+            tomllib.loads(text)
+
+
+def test_the_frame_times_of_the_readme_are_those_of_the_record() -> None:
+    record = json.loads((RECORDS / "2026-11-22-llvmpipe-2-cores.json").read_text())["scenes"]
+    loop = json.loads((RECORDS / "2026-11-22-source_600-10-hz.json").read_text())["scenes"]
+    rows = re.findall(
+        r"^\| ([^|]*) \| (\d+) x (\d+) \| ([\d,]+) \| ([^|]*) \| ([^|]*) \|$",
+        (ROOT / "README.md").read_text(),
+        re.M,
+    )
+    assert len(rows) == 5
+    names = ["source_600", "source_600", "earth_1280", "camera_1280", "bay_1280"]
+    for row, name in zip(rows, names, strict=True):
+        measured = loop if "10 Hz" in row[0] else record
+        for text, through_bridge in ((row[4], False), (row[5], True)):
+            scene = next(
+                s for s in measured if s["name"] == name and s["through_bridge"] == through_bridge
+            )
+            assert (int(row[1]), int(row[2])) == (scene["width"], scene["height"])
+            assert int(row[3].replace(",", "")) == scene["triangles"]
+            number, unit = text.split(",")[0].split()
+            shown = float(number) * {"ms": 1.0, "s": 1e3}[unit]
+            # Half of the last digit.
+            digit = 0.5 if unit == "ms" else 50.0
+            assert shown == pytest.approx(scene["frame_ms"]["p50"], abs=digit), row
+            if rate := re.search(r"([\d.]+) frames/s", text):
+                mean = 1e3 / scene["frame_ms"]["mean"]
+                assert float(rate[1]) == pytest.approx(mean, abs=0.05), row
