@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 from rich.progress import Progress as Bar
 
-from simgl.transport.bake import Progress
+from simgl.cache import Progress
 
 
 @contextmanager

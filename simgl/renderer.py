@@ -8,6 +8,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from simgl.cache import Progress
 from simgl.gpu.context import is_software
 from simgl.gpu.targets import Format, ImageTarget
 from simgl.gpu.timers import PassTimer
@@ -36,8 +37,9 @@ from simgl.scene.camera import Camera
 from simgl.scene.earth import Earth
 from simgl.scene.radiometry import square_electrons_per_irradiance
 from simgl.scene.spacecraft import SpacecraftModel
-from simgl.transport.bake import Progress
+from simgl.shapes import Shapes
 from simgl.transport.gather import LitBody
+from simgl.transport.models import Transports
 from simgl.view.frame import FrameView, Tile, parts, truth_tile
 from simgl.view.heavens import Heavens
 
@@ -67,8 +69,10 @@ class Renderer:
         self._ctx = ctx
         self.timer = PassTimer(ctx)
         self.sample_budget = _SAMPLE_BUDGET_CPU if is_software(ctx) else _SAMPLE_BUDGET_GPU
-        self._meshes = MeshStore(ctx, lambda *asked: self._exchange.levels(*asked))
-        self._exchange = ExchangePass(ctx, self._meshes)
+        self._transports = Transports()
+        self._shapes = Shapes(self._transports)
+        self._meshes = MeshStore(ctx, self._shapes)
+        self._exchange = ExchangePass(ctx, self._transports, self._shapes)
         self._shadow = ShadowPass(ctx, self._meshes)
         self._lamp_shadow = LampShadowPass(ctx, self._meshes)
         self._geometry = GeometryPass(ctx, self._meshes)
@@ -105,10 +109,10 @@ class Renderer:
             self._air.prepare(earth, progress)
         models = tuple(models)
         for model in models:
-            self._exchange.transport(model, progress)
+            self._transports.of(model, progress)
         for model in far:
             exchanging = any(model is other for other in models)
-            self._meshes.levels(model, progress, exchanging=exchanging)
+            self._shapes.levels(model, progress, exchanging=exchanging)
 
     def radiance(self, view: FrameView) -> ImageTarget:
         """Radiance per band [W m-2 sr-1], RGBA32F; valid until the next call at this size."""

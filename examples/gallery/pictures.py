@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simgl import Product, Scenario, Simulator, load_scenario
+from simgl.cache import Progress
 from simgl.images import LayersFrame, contact_sheet, display_from_layers, display_from_radiance
 from simgl.scene.camera import Camera
-from simgl.transport.bake import Progress
 
 Picture = NDArray[np.uint8]
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from simgl.cache import cache_folder, read_arrays, write_arrays
+from simgl.cache import Progress, cache_folder, read_arrays, write_arrays
 from simgl.levels.collapse import Collapser, Surface
 from simgl.levels.measure import Pieces, deviations, projected_areas
 from simgl.levels.triangles import Array, Indices, doubled_areas
@@ -29,9 +29,6 @@ AREA_SHARE = 0.03
 _AIMS = (0.75, 0.3)
 # Vertex colours may change so much.
 _COLOUR_STEP = 0.02
-
-# How many steps are done, of how many.
-Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -15,11 +15,12 @@ from math import atan2, exp, floor, log
 import moderngl
 import numpy as np
 
+from simgl.cache import Progress
 from simgl.gpu.blocks import Block, UniformBuffer
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.state import State
 from simgl.gpu.targets import Format, ImageTarget
-from simgl.passes.air_tables import AIR, SCATTERING, AirKind, AirTables, Progress, tables_of
+from simgl.passes.air_tables import AIR, SCATTERING, AirKind, AirTables, tables_of
 from simgl.passes.blocks import AirBetween
 from simgl.physics.air import AIR_TOP
 from simgl.scene.earth import Earth

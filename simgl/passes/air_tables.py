@@ -7,7 +7,7 @@ Sun's angle, and its irradiance from above (``down``). shaders/air says what eac
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import astuple, dataclass
 
 import moderngl
@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simgl import assets
-from simgl.cache import cache_folder, read_arrays, write_arrays
+from simgl.cache import Progress, cache_folder, read_arrays, write_arrays
 from simgl.gpu.blocks import Block, UniformBuffer
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.state import State
@@ -31,7 +31,6 @@ from simgl.physics.skylight import (
     skylight,
 )
 
-Progress = Callable[[int, int], None]
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
 _Texture = moderngl.Texture | moderngl.Texture3D

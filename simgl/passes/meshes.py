@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 
 from simgl.gpu.blocks import UniformBuffer
 from simgl.gpu.geometry import DETAIL, Geometry, Selection, Values
-from simgl.levels.levels import Levels, Progress, levels_of
+from simgl.levels.levels import Levels
 from simgl.passes.blocks import MATERIALS, MAX_MATERIALS, material_values
 from simgl.passes.textures import TextureStore
 from simgl.scene.materials import Material
 from simgl.scene.mesh import Mesh
 from simgl.scene.spacecraft import SpacecraftModel
+from simgl.shapes import Shapes
 from simgl.view.detail import Detail
 
 
@@ -34,8 +33,8 @@ class VertexLighting:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Shape:
-    """What stands for a spacecraft: a mesh and, where it is far, fewer triangles over it.
+class Drawable:
+    """A shape of a spacecraft on the GPU.
 
     selection : None for the mesh's own triangles
     error : how far these are from the model's at most [m]
@@ -46,19 +45,6 @@ class Shape:
     error: float = 0.0
 
 
-# The mesh of a model that carries the light between its surfaces, and its levels; None without.
-Exchanging = Callable[[SpacecraftModel, Progress | None], tuple[Mesh, Levels] | None]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Drawn:
-    """Those vertices of a mesh that are drawn, (k,) in order; the same object for the same ones."""
-
-    vertices: NDArray[np.int64]
-
-
-_NONE = np.zeros(0, dtype=np.int64)
-
 # Sets of levels whose triangles stay on the GPU.
 _LEVELS_KEPT = 64
 
@@ -67,16 +53,11 @@ KEPT = 256
 
 
 class MeshStore:
-    """Geometries, materials, images and levels of detail by their content.
+    """Geometries, materials, images and levels of detail by their content."""
 
-    exchanging : where meshes that carry light between surfaces come from
-    """
-
-    def __init__(self, ctx: moderngl.Context, exchanging: Exchanging) -> None:
-        self._ctx, self._exchanging = ctx, exchanging
-        self._levels: dict[str, Levels] = {}
+    def __init__(self, ctx: moderngl.Context, shapes: Shapes) -> None:
+        self._ctx, self._shapes = ctx, shapes
         self._indices: OrderedDict[int, tuple[Levels, moderngl.Buffer]] = OrderedDict()
-        self._drawn: OrderedDict[tuple[int, tuple[int, ...]], Drawn] = OrderedDict()
         self._textures = TextureStore(ctx)
         self._materials: dict[tuple[tuple[Material, ...], str], UniformBuffer] = {}
         self._geometries: OrderedDict[str, Geometry] = OrderedDict()
@@ -95,47 +76,19 @@ class MeshStore:
             )
         return self._geometries[mesh.digest]
 
-    def levels(
-        self, model: SpacecraftModel, progress: Progress | None = None, *, exchanging: bool
-    ) -> tuple[Mesh, Levels]:
-        """What a model is drawn from where it is far, made at the first call if no file has it.
-
-        exchanging : with the mesh that carries the light between its surfaces
-        """
-        found = self._exchanging(model, progress) if exchanging else None
-        if found is not None:
-            return found
-        # Triangles are the same whatever its joints do.
-        stored = (model.stored or model).mesh
-        if stored.digest not in self._levels:
-            self._levels[stored.digest] = levels_of(stored, progress)
-        return model.mesh, self._levels[stored.digest]
-
-    def shape(self, model: SpacecraftModel, detail: Detail) -> Shape:
+    def shape(self, model: SpacecraftModel, detail: Detail) -> Drawable:
         """What is drawn of a model."""
-        if not any(detail.errors):
-            return Shape(mesh=model.mesh)
-        mesh, levels = self.levels(model, exchanging=detail.exchanging)
-        chosen = levels.chosen(detail.errors)
-        ranges = tuple(levels.ranges(chosen))
-        selection = Selection(indices=self._uploaded(levels), ranges=ranges)
-        return Shape(mesh=mesh, selection=selection, error=levels.error(chosen))
-
-    def vertices(self, model: SpacecraftModel, detail: Detail) -> Drawn | None:
-        """The vertices of what ``shape`` draws; None for all."""
-        if not any(detail.errors):
-            return None
-        _, levels = self.levels(model, exchanging=detail.exchanging)
-        chosen = levels.chosen(detail.errors)
-        key = id(levels), chosen
-        if key not in self._drawn:
-            if len(self._drawn) >= _LEVELS_KEPT:
-                self._drawn.popitem(last=False)
-            parts = [levels.triangles[a : a + n] for a, n in levels.ranges(chosen)]
-            used = np.unique(np.concatenate(parts)).astype(np.int64) if parts else _NONE
-            self._drawn[key] = Drawn(vertices=used)
-        self._drawn.move_to_end(key)
-        return self._drawn[key]
+        shape = self._shapes.of(model, detail)
+        if shape.levels is None:
+            return Drawable(mesh=shape.mesh)
+        return Drawable(
+            mesh=shape.mesh,
+            selection=Selection(
+                indices=self._uploaded(shape.levels),
+                ranges=tuple(shape.levels.ranges(shape.chosen)),
+            ),
+            error=shape.levels.error(shape.chosen),
+        )
 
     def _uploaded(self, levels: Levels) -> moderngl.Buffer:
         # The levels are kept with their buffer, so that no others get their identity.

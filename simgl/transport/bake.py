@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +9,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.spatial import ConvexHull, QhullError
 
+from simgl.cache import Progress
 from simgl.rays import RayTracer
 from simgl.scene.mesh import Mesh
 from simgl.transport.directions import SKY_CELLS, cosine_directions, frames, sky_cell, spins
@@ -31,9 +31,6 @@ from simgl.transport.transport import Transport
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
-
-# How many steps of a bake are done, of how many.
-Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True, kw_only=True)

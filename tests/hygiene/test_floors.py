@@ -24,6 +24,7 @@ FLOORS = {
     "levels": 3,
     "optics": 3,
     "view": 3,
+    "shapes": 3,
     "images": 3,
     "false_colour": 4,
     "receiver": 4,
@@ -65,6 +66,9 @@ NEIGHBOURS = {
     ("view", "transport"),
     ("transport", "rays"),
     ("levels", "rays"),
+    ("shapes", "levels"),
+    ("shapes", "transport"),
+    ("shapes", "view"),
     ("reference", "sensor"),
     ("images", "sensor"),
 }
