@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from simgl.generate.glb import R_FILE_FROM_BODY
-from tests.generate.shipped import NAMES, document_of, record_of, corners_of
+from tests.generate.shipped import NAMES, corners_of, document_of, record_of
 
 TARGETS = ("calibration_board", "marker_board", "mirror", "wedge")
 JOINTED = tuple(name for name in NAMES if name not in TARGETS)

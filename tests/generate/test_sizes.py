@@ -10,10 +10,10 @@ from tests.generate.shipped import (
     ATV_WINGS,
     Floats,
     all_corners,
+    corners_of,
     document_of,
     ray_hits,
     record_of,
-    corners_of,
 )
 
 
