@@ -6,7 +6,6 @@ python -m benchmarks.exchange --out FILE.json
 from __future__ import annotations
 
 import argparse
-import json
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -17,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from simgl.bench import machine, scene_files
+from benchmarks.record import write_record
+from simgl.bench import scene_files
 from simgl.gpu.context import open_context
 from simgl.passes.exchange import ExchangePass
 from simgl.scenario.loader import load_scenario
@@ -143,7 +143,6 @@ def main() -> None:
         transport = Transports().of(craft.model)
         assert transport is not None
         results = {
-            "machine": machine(),
             "renderer": ctx.info["GL_RENDERER"],
             "frame_ms": {
                 "frames a second apart": frame_times(ctx, craft, STEP),
@@ -152,9 +151,8 @@ def main() -> None:
             },
             "irradiance_w_m2": agreement(craft, transport, options.directions),
         }
-    text = json.dumps(results, indent=1)
-    print(text)
-    options.out.write_text(text + "\n")
+    write_record(options.out, results)
+    print(options.out.read_text())
 
 
 if __name__ == "__main__":
