@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import moderngl
 import numpy as np
@@ -19,7 +20,7 @@ from simgl.shapes import Drawn, Shapes
 from simgl.sky import SkyRadiance, cell_radiance
 from simgl.transport.directions import CELLS_ACROSS
 from simgl.transport.gather import LitBody
-from simgl.transport.light import LitPatches, PatchLight
+from simgl.transport.light import PatchLight
 from simgl.transport.models import JOINT_STEP, Transports
 from simgl.transport.rows import VertexRows, vertex_rows
 from simgl.transport.solve import beside, earth_share, material_light, vertex_irradiance
@@ -34,6 +35,19 @@ _ROWS_KEPT = 8
 
 _FRONT = {"in_bounced": "4f", "in_earth_share": "1f"}
 _BACK = {"in_bounced_back": "4f", "in_earth_share_back": "1f"}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _LitPatches:
+    """The light that leaves a body with a transport.
+
+    exitance : (p, 4) of the patches after all bounces [W m-2]
+    of_direct_sun : (p, 4) what a Sun of 1 W m-2 adds to it before any bounce
+    """
+
+    transport: Transport
+    exitance: Floats
+    of_direct_sun: Floats
 
 
 class ExchangePass:
@@ -86,13 +100,13 @@ class ExchangePass:
         own_from_here: NDArray[np.float64],
         sun_direction: NDArray[np.float64],
         sun_irradiance: Floats,
-        solved: LitPatches | None,
+        solved: _LitPatches | None,
     ) -> LitBody:
         albedo, exitance = material_light(mean_materials(model))
         mesh, rest = model.mesh, None
         if solved is not None:
             mesh = self._mesh(model, solved.transport)
-            rest = np.maximum(solved.exitance - solved.sunlit * sun_irradiance, 0.0)
+            rest = np.maximum(solved.exitance - solved.of_direct_sun * sun_irradiance, 0.0)
             rest = rest[solved.transport.patch_of_side]
         return LitBody(
             mesh=mesh,
@@ -105,14 +119,19 @@ class ExchangePass:
             solved=rest,
         )
 
-    def _patches(self, craft: CraftView, sky: SkyRadiance | None) -> LitPatches | None:
+    def _patches(self, craft: CraftView, sky: SkyRadiance | None) -> _LitPatches | None:
         """The light on a spacecraft; None where nothing sees itself, or that light is left out."""
         if craft.exchange is None:
             return None
         transport = self._transports.of(craft.model)
         if transport is None:
             return None
-        return self._light.patches(craft.instance, craft.model, transport, sky, craft.exchange)
+        lit = craft.instance, craft.model, transport
+        return _LitPatches(
+            transport=transport,
+            exitance=self._light.exitance(*lit, sky, craft.exchange),
+            of_direct_sun=self._light.of_direct_sun(*lit, craft.exchange),
+        )
 
     def _of_craft(self, craft: CraftView, sky: SkyRadiance | None) -> VertexLighting | None:
         if craft.exchange is None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from simgl.scene.means import mean_materials
@@ -15,19 +13,6 @@ from simgl.transport.solve import Reflectors, lamp_irradiance, reflectors
 from simgl.transport.sunlit import SunlitPatches
 from simgl.transport.transport import Floats, Transport
 from simgl.transport.view import ExchangeView, Neighbour
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class LitPatches:
-    """The light that leaves a body with a transport.
-
-    exitance : (p, 4) of the patches after all bounces [W m-2]
-    sunlit : (p, 4) what a Sun of 1 W m-2 adds to it before any bounce
-    """
-
-    transport: Transport
-    exitance: Floats
-    sunlit: Floats
 
 
 class PatchLight:
@@ -66,22 +51,12 @@ class PatchLight:
                 others += lamp_irradiance(transport, lamp, around)
         return exitance + response.of_irradiance(others) if np.any(others) else exitance
 
-    def patches(
-        self,
-        instance: int,
-        model: SpacecraftModel,
-        transport: Transport,
-        sky: SkyRadiance | None,
-        view: ExchangeView,
-    ) -> LitPatches:
-        """The same, and how much of it is sunlight that has met nothing else."""
-        albedo = self._surface(model, transport)[0].albedo
+    def of_direct_sun(
+        self, instance: int, model: SpacecraftModel, transport: Transport, view: ExchangeView
+    ) -> Floats:
+        """(p, 4) what a Sun of 1 W m-2 adds to the exitance before any bounce."""
         cosines = self._sun_cosines(instance, transport, view)
-        return LitPatches(
-            transport=transport,
-            exitance=self.exitance(instance, model, transport, sky, view),
-            sunlit=albedo * cosines[:, None],
-        )
+        return self._surface(model, transport)[0].albedo * cosines[:, None]
 
     def _surface(self, model: SpacecraftModel, transport: Transport) -> tuple[Reflectors, Response]:
         key = transport.mesh.digest, model.open_sheets, model.materials, model.textures.digest

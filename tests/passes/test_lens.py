@@ -164,6 +164,18 @@ def test_distortion_in_the_convention_of_opencv() -> None:
 BALLS = [(0.0, 0.0), (0.33, 0.21), (-0.3, 0.25), (0.36, -0.27), (-0.36, -0.05)]
 
 
+# At the origin, 49 deg wide.
+CAMERA: dict[str, Any] = {
+    "position_icrf_m": [0, 0, 0],
+    "boresight": [0, 0, 1],
+    "up": [0, -1, 0],
+    "width_px": 640,
+    "height_px": 480,
+    "pixel_pitch_um": 10.0,
+    "focal_length_mm": 7.0,
+}
+
+
 def balls(optics: dict[str, Any], **sun: Any) -> Any:
     """Small spheres over a wide field, lit from behind the camera at the origin."""
     ball = {"sphere": {"radius_m": 0.05, "material": lambert(0.8)}}
@@ -172,16 +184,7 @@ def balls(optics: dict[str, Any], **sun: Any) -> Any:
             f"ball{i}": {"model": ball, "position_icrf_m": [10.0 * x, 10.0 * y, 10.0]}
             for i, (x, y) in enumerate(BALLS)
         },
-        {
-            "position_icrf_m": [0, 0, 0],
-            "boresight": [0, 0, 1],
-            "up": [0, -1, 0],
-            "width_px": 640,
-            "height_px": 480,
-            "pixel_pitch_um": 10.0,
-            "focal_length_mm": 7.0,
-            "optics": optics,
-        },
+        {**CAMERA, "optics": optics},
         sun_direction=(0.0, 0.0, -1.0),
         **sun,
     )
@@ -241,16 +244,7 @@ def test_bodies_keep_their_light(gl: moderngl.Context) -> None:
 def test_the_sun_appears_where_the_lens_puts_it(gl: moderngl.Context) -> None:
     scenario = scene(
         {},
-        {
-            "position_icrf_m": [0, 0, 0],
-            "boresight": [0, 0, 1],
-            "up": [0, -1, 0],
-            "width_px": 640,
-            "height_px": 480,
-            "pixel_pitch_um": 10.0,
-            "focal_length_mm": 7.0,
-            "optics": BARREL,
-        },
+        {**CAMERA, "optics": BARREL},
         sun_direction=(0.33, 0.24, 1.0),
     )
     image = frames(capture(gl, scenario))[0].radiance[..., 1]

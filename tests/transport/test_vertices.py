@@ -19,6 +19,12 @@ from tests.transport.boxes import QUICK, box_faces, open_box, sunlight, white
 from tests.transport.shapes import joined, moved
 
 
+def sunlit_exitance(transport: Transport) -> Floats:
+    """(p, 4) of white patches after all bounces [W m-2]."""
+    surface = reflectors(transport, white(0.8))
+    return radiosity(transport, surface, surface.albedo * sunlight(transport))
+
+
 def vertex_light(transport: Transport, exitance: Floats) -> Floats:
     """(v, sides, 4) irradiance of the vertices from the body's own surfaces."""
     values = np.full((*transport.site_of_vertex.shape[::-1], 4), np.nan, dtype=np.float32)
@@ -29,9 +35,7 @@ def vertex_light(transport: Transport, exitance: Floats) -> Floats:
 def test_vertices_get_the_light_that_the_patches_around_them_get() -> None:
     """Two ways from exitance to irradiance: the vertices' own rays, and the form factors."""
     transport = open_box()
-    surface = reflectors(transport, white(0.8))
-    irradiance = sunlight(transport)
-    exitance = radiosity(transport, surface, surface.albedo * irradiance)
+    exitance = sunlit_exitance(transport)
     light = vertex_light(transport, exitance)
     patch = transport.form_factors @ exitance
     floor = box_faces(transport)["floor"]
@@ -50,8 +54,7 @@ def test_vertices_get_the_light_that_the_patches_around_them_get() -> None:
 def test_some_vertices_get_what_they_get_among_all() -> None:
     """On both sides: from surfaces, and of the Earth's light."""
     transport = open_box()
-    surface = reflectors(transport, white(0.8))
-    exitance = radiosity(transport, surface, surface.albedo * sunlight(transport))
+    exitance = sunlit_exitance(transport)
     sky = np.random.default_rng(8).uniform(1.0, 9.0, (SKY_CELLS, 4)).astype(np.float32)
     some = np.arange(3, len(transport.mesh.positions), 7)
     rows = vertex_rows(transport, some)
@@ -64,9 +67,7 @@ def test_some_vertices_get_what_they_get_among_all() -> None:
 
 def test_the_back_of_a_sheet_gets_nothing_of_the_light_before_it() -> None:
     transport = open_box()
-    surface = reflectors(transport, white(0.8))
-    irradiance = sunlight(transport)
-    exitance = radiosity(transport, surface, surface.albedo * irradiance)
+    exitance = sunlit_exitance(transport)
     light = vertex_light(transport, exitance)
     assert light[:, 0].max() > 100.0
     # The outside of a convex box sees nothing of it.
