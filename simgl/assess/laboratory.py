@@ -24,9 +24,9 @@ from simgl.assess.photon_transfer import (
     spatial_statistics,
 )
 from simgl.gpu.targets import Format, ImageTarget
+from simgl.imager import Imager
 from simgl.physics.constants import SOLAR_TEMPERATURE
 from simgl.physics.spectrum import BANDS, black_body_light
-from simgl.renderer import Renderer
 from simgl.scenario.cameras import read_camera
 from simgl.scenario.schema import CameraTable
 from simgl.scene.camera import Camera
@@ -110,7 +110,7 @@ class _Laboratory:
         self._seed = seed
         self._frames = 0
         self._photons = black_body_light(1.0, SOLAR_TEMPERATURE).photons_per_joule
-        self._renderer = Renderer(ctx)
+        self._imager = Imager(ctx)
         d = camera.detector
         self._light = ImageTarget(ctx, (d.width, d.height), [Format("f4", 4)])
         # One colour at a time: the first green pixel of each square, or every pixel.
@@ -123,8 +123,8 @@ class _Laboratory:
         irradiance = photons / (self._photons * area * exposure_time)
         self._light.framebuffer.clear(*irradiance.tolist())
         self._frames += 1
-        electrons = self._renderer.electrons(camera, self._photons, self._light)
-        frame: Frame = self._renderer.digital(camera, self._frames, self._seed, electrons).read()
+        electrons = self._imager.electrons(camera, self._photons, self._light)
+        frame: Frame = self._imager.digital(camera, self._frames, self._seed, electrons).read()
         return frame
 
     def one_colour(self, frame: Frame, place: tuple[int, int] | None = None) -> Frame:
@@ -141,7 +141,7 @@ class _Laboratory:
         """Free everything."""
         self._ctx.detect_framebuffer(0).use()
         self._light.release()
-        self._renderer.release()
+        self._imager.release()
 
 
 def examine(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -73,3 +74,35 @@ class ImageTarget:
             texture.release()
         if self._depth is not None:
             self._depth.release()
+
+
+# Four targets for each of eight image sizes; a window that is resized leaves no more behind.
+_KEPT = 32
+
+
+class TargetStore:
+    """Targets by what they are for and by size; those unused for longest are freed."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        self._targets: OrderedDict[tuple[str, tuple[int, int]], ImageTarget] = OrderedDict()
+
+    def of(
+        self, use: str, size: tuple[int, int], formats: Sequence[Format], *, depth: bool = False
+    ) -> ImageTarget:
+        """The target for a use; each has one set of formats."""
+        key = use, size
+        if key not in self._targets:
+            if len(self._targets) >= _KEPT:
+                # moderngl binds the last framebuffer again whenever it makes one: not a freed one.
+                self._ctx.detect_framebuffer(0).use()
+                self._targets.popitem(last=False)[1].release()
+            self._targets[key] = ImageTarget(self._ctx, size, formats, depth=depth)
+        self._targets.move_to_end(key)
+        return self._targets[key]
+
+    def release(self) -> None:
+        """Free them all; none may be bound."""
+        for target in self._targets.values():
+            target.release()
+        self._targets.clear()

@@ -32,6 +32,7 @@ FLOORS = {
     "generate": 3,
     "passes": 4,
     "renderer": 5,
+    "imager": 5,
     "progress": 6,
     "simulator": 6,
     "output": 6,

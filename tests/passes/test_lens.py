@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from simgl.gpu.targets import Format, ImageTarget
+from simgl.imager import Imager
 from simgl.images import ElectronFrame, RadianceFrame, TruthFrame
 from simgl.optics.field import field, relative_illumination
 from simgl.reference.optics import image_irradiance
-from simgl.renderer import Renderer
 from simgl.scene.camera import Camera
 from simgl.scene.detector import Mosaic
 from simgl.scene.lens import Distortion, Vignetting
@@ -33,8 +33,8 @@ def irradiance(gl: moderngl.Context, cam: Camera, radiance: Array) -> Array:
     """The optics of the renderer on given radiance."""
     target = ImageTarget(gl, (cam.detector.width, cam.detector.height), [Format("f4", 4)])
     target.textures[0].write(radiance.astype("<f4").tobytes())
-    with Renderer(gl) as renderer:
-        found = renderer.irradiance(cam, target).read()
+    with Imager(gl) as imager:
+        found = imager.irradiance(cam, target).read()
     gl.detect_framebuffer(0).use()
     target.release()
     return found
@@ -75,9 +75,9 @@ def test_behind_colour_filters_a_spread_image_makes_the_electrons_of_its_bands(
     photons = np.array([3.3e18, 2.8e18, 2.3e18, 4.2e18])
     target = ImageTarget(gl, (width, 192), [Format("f4", 4)])
     target.textures[0].write(radiance.astype("<f4").tobytes())
-    with Renderer(gl) as renderer:
-        bands = renderer.irradiance(cam, target).read().astype(np.float64)
-        found = renderer.electrons_through(cam, photons, target).read()
+    with Imager(gl) as imager:
+        bands = imager.irradiance(cam, target).read().astype(np.float64)
+        found = imager.electrons_through(cam, photons, target).read()
     gl.detect_framebuffer(0).use()
     target.release()
     square = square_electrons_per_irradiance(cam, photons)
@@ -107,10 +107,10 @@ def test_a_sharp_image_makes_the_electrons_of_its_irradiance(
     photons = np.array([3.3e18, 2.8e18, 2.3e18, 4.2e18])
     target = ImageTarget(gl, (width, 192), [Format("f4", 4)])
     target.textures[0].write(radiance.astype("<f4").tobytes())
-    with Renderer(gl) as renderer:
-        bands = renderer.irradiance(cam, target)
-        in_two_steps = renderer.electrons(cam, photons, bands).read().copy()
-        found = renderer.electrons_through(cam, photons, target).read()
+    with Imager(gl) as imager:
+        bands = imager.irradiance(cam, target)
+        in_two_steps = imager.electrons(cam, photons, bands).read().copy()
+        found = imager.electrons_through(cam, photons, target).read()
     gl.detect_framebuffer(0).use()
     target.release()
     assert found.max() > 0.0
