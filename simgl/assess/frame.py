@@ -13,7 +13,7 @@ from simgl.assess.exposure import DETECTION, exposure_limits, full_electrons
 from simgl.errors import ConfigError, did_you_mean
 from simgl.false_colour import relative_flux
 from simgl.images import saturated
-from simgl.physics.frames import unit
+from simgl.physics.frames import angle_between
 from simgl.scene.camera import Camera
 from simgl.scene.criteria import Criteria
 from simgl.scene.state import SceneState
@@ -78,11 +78,6 @@ class FrameAssessment:
         return float(np.pi * sum(self.mean_radiance))
 
 
-def _angle(a: Array, b: Array) -> float:
-    """Between two unit vectors [rad], exact for small and large ones."""
-    return float(2.0 * np.arctan2(np.linalg.norm(a - b), np.linalg.norm(a + b)))
-
-
 def assess_frame(
     exposure: Exposure, state: SceneState, target: str, criteria: Criteria = Criteria()
 ) -> FrameAssessment:
@@ -124,8 +119,8 @@ def assess_frame(
     return FrameAssessment(
         target=target,
         range=float(np.linalg.norm(to_camera)),
-        phase_angle=_angle(sun.direction_icrf, unit(to_camera)),
-        sun_to_boresight=_angle(info.sun_direction_icrf, info.R_camera_from_icrf[2]),
+        phase_angle=angle_between(sun.direction_icrf, to_camera),
+        sun_to_boresight=angle_between(info.sun_direction_icrf, info.R_camera_from_icrf[2]),
         sunlight=state.sunlit_share(position),
         target_pixels=count,
         saturated=share(full),

@@ -50,6 +50,11 @@ def cross(a: Array, b: Array) -> Array:
     return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
 
 
+def angle_between(a: Array, b: Array) -> float:
+    """Angle of two vectors (3,) of any length [rad], exact for small and large ones."""
+    return float(np.arctan2(np.linalg.norm(np.cross(a, b)), np.dot(a, b)))
+
+
 def matrix_from_quaternion(q_a_from_b_xyzw: ArrayLike) -> Array:
     """R_a_from_b of a unit quaternion; the ValueError says how far off a non-unit one is.
 
