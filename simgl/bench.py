@@ -22,7 +22,6 @@ from rich.progress import Progress, TaskID
 from rich.table import Table
 
 from simgl import __version__, assets
-from simgl.cache import Progress as Report
 from simgl.errors import ConfigError, did_you_mean
 from simgl.gpu.context import open_context
 from simgl.passes.air_tables import ORDERS, AirKind, make_tables
@@ -34,6 +33,7 @@ from simgl.scenario.scenario import Scenario
 from simgl.scene.chart import chart
 from simgl.scene.earth import Clouds, Earth
 from simgl.simulator import Simulator
+from simgl.steps import Progress as Report
 
 # Entry points of this group time frames through a link: (scenario file, camera, epochs) -> seconds.
 LINKS_GROUP = "simgl.bench_links"

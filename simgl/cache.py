@@ -6,16 +6,13 @@ import os
 import tempfile
 import warnings
 import zipfile
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 Arrays = dict[str, "np.ndarray[Any, np.dtype[Any]]"]
-
-# Told the steps done and their number while something is made.
-Progress = Callable[[int, int], None]
 
 
 def cache_folder(what: str) -> Path:

@@ -8,7 +8,6 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from simgl.cache import Progress
 from simgl.gpu.context import is_software
 from simgl.gpu.targets import Format, ImageTarget, TargetStore
 from simgl.gpu.timers import PassTimer
@@ -32,6 +31,7 @@ from simgl.scene.camera import Camera
 from simgl.scene.earth import Earth
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.shapes import Shapes
+from simgl.steps import Progress
 from simgl.transport.gather import LitBody
 from simgl.transport.models import Transports
 from simgl.view.frame import FrameView, Tile, parts, truth_tile

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simgl.cache import Progress
 from simgl.levels.levels import Levels, levels_of
 from simgl.scene.mesh import Mesh
 from simgl.scene.spacecraft import SpacecraftModel
+from simgl.steps import Progress
 from simgl.transport.models import Transports
 from simgl.transport.vertices import light_on_vertices
 from simgl.view.detail import Detail

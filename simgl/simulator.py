@@ -9,7 +9,6 @@ from enum import StrEnum
 import moderngl
 import numpy as np
 
-from simgl.cache import Progress
 from simgl.errors import ConfigError, did_you_mean
 from simgl.gpu.context import open_context
 from simgl.gpu.targets import ImageTarget
@@ -34,6 +33,7 @@ from simgl.scene.camera import Camera
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import SceneState
 from simgl.sensor.shutter import duration, instants, parts, row_shares
+from simgl.steps import Progress
 from simgl.view.detail import far_models
 from simgl.view.frame import FrameView, frame_view
 from simgl.view.lidar import pulse_view

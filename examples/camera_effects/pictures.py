@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simgl import Product, Scenario, Simulator, load_scenario
-from simgl.cache import Progress
 from simgl.images import display_from_dn
 from simgl.physics.constants import SOLAR_TEMPERATURE
 from simgl.scenario.cameras import read_camera
@@ -19,6 +18,7 @@ from simgl.scenario.schema import CameraTable
 from simgl.scene.camera import Camera
 from simgl.scene.detector import Detector, FixedPattern, Particles
 from simgl.scene.state import SceneState
+from simgl.steps import Progress
 
 Picture = NDArray[np.uint8]
 

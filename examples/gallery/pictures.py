@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from examples.fewer_pixels import fewer_pixels
 from simgl import Product, Simulator, load_scenario
-from simgl.cache import Progress
 from simgl.images import LayersFrame, contact_sheet, display_from_layers, display_from_radiance
+from simgl.steps import Progress
 
 Picture = NDArray[np.uint8]
 

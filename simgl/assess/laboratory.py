@@ -31,6 +31,7 @@ from simgl.physics.spectrum import BANDS, black_body_light
 from simgl.scenario.cameras import read_camera
 from simgl.scenario.schema import CameraTable
 from simgl.scene.camera import Camera
+from simgl.steps import Progress
 
 Array = NDArray[np.float64]
 
@@ -154,7 +155,7 @@ def examine(
     levels: int = 58,
     repeats: int = 16,
     seed: int = 1,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> CameraReport:
     """Photon-transfer test of a camera.
 

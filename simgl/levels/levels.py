@@ -9,12 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simgl.cache import Progress, cache_folder, read_arrays, write_arrays
+from simgl.cache import cache_folder, read_arrays, write_arrays
 from simgl.levels.collapse import Collapser, Surface
 from simgl.levels.measure import Pieces, deviations, projected_areas
 from simgl.levels.triangles import Array, Indices, doubled_areas
 from simgl.scene.detail import RUNGS
 from simgl.scene.mesh import Mesh
+from simgl.steps import Progress, silent
 
 # Part of every key: a change in how levels are made makes the old files strangers.
 VERSION = 1
@@ -119,7 +120,7 @@ def make_levels(
     mesh: Mesh, progress: Progress | None = None, values: NDArray[np.float32] | None = None
 ) -> Levels:
     """The levels, computed; values : see ``levels_of``. The same mesh gives the same ones."""
-    report = progress if progress is not None else _silent
+    report = silent if progress is None else progress
     part = mesh.part.astype(np.int64)
     parts = int(part.max(initial=0)) + 1
     order = np.argsort(part[mesh.triangles[:, 0]], kind="stable")
@@ -151,10 +152,6 @@ def make_levels(
         starts=np.stack(starts).astype(np.int64),
         errors=np.stack(errors),
     )
-
-
-def _silent(done: int, total: int) -> None:
-    pass
 
 
 class _Work:

@@ -15,7 +15,6 @@ from math import atan2, exp, floor, log
 import moderngl
 import numpy as np
 
-from simgl.cache import Progress
 from simgl.gpu.blocks import Block, UniformBuffer
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.state import State
@@ -24,6 +23,7 @@ from simgl.passes.air_tables import AIR, SCATTERING, AirKind, AirTables, tables_
 from simgl.passes.blocks import AirBetween
 from simgl.physics.air import AIR_TOP
 from simgl.scene.earth import Earth
+from simgl.steps import Progress
 from simgl.view.air import AirSegment
 from simgl.view.background import PlanetView
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simgl import assets
-from simgl.cache import Progress, cache_folder, read_arrays, write_arrays
+from simgl.cache import cache_folder, read_arrays, write_arrays
 from simgl.gpu.blocks import Block, UniformBuffer
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.state import State
@@ -30,6 +30,7 @@ from simgl.physics.skylight import (
     aureole_strength,
     skylight,
 )
+from simgl.steps import Progress
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]

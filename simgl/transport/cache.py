@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from simgl.cache import Progress, cache_folder, read_arrays, write_arrays
+from simgl.cache import cache_folder, read_arrays, write_arrays
 from simgl.scene.mesh import Mesh
+from simgl.steps import Progress
 from simgl.transport.bake import BakeSettings, bake, sees_itself
 from simgl.transport.transport import Transport
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from simgl.cache import Progress
 from simgl.scene.spacecraft import SpacecraftModel
+from simgl.steps import Progress
 from simgl.transport.cache import transport_of
 from simgl.transport.transport import Transport
 

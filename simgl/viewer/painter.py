@@ -9,13 +9,13 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from simgl.cache import Progress
 from simgl.gpu.targets import ImageTarget
 from simgl.passes.display import DisplayPass
 from simgl.renderer import Renderer
 from simgl.scenario.scenario import Scenario
 from simgl.scene.camera import Camera, Detector, Lens
 from simgl.scene.state import CameraState, SceneState
+from simgl.steps import Progress
 from simgl.view.frame import frame_view
 from simgl.viewer.look import Look
 from simgl.viewer.orbit import FIELD_OF_VIEW, orbit_axes
