@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections import OrderedDict
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from simgl.kept import LastUsed
 from simgl.levels.levels import Levels, levels_of
 from simgl.scene.mesh import Mesh
 from simgl.scene.spacecraft import SpacecraftModel
@@ -53,7 +53,7 @@ class Shapes:
     def __init__(self, transports: Transports) -> None:
         self._transports = transports
         self._levels: dict[tuple[str, bool], Levels] = {}
-        self._drawn: OrderedDict[tuple[int, tuple[int, ...]], Drawn] = OrderedDict()
+        self._drawn = LastUsed[tuple[int, tuple[int, ...]], Drawn](_DRAWN_KEPT)
 
     def levels(
         self, model: SpacecraftModel, progress: Progress | None = None, *, exchanging: bool
@@ -83,14 +83,12 @@ class Shapes:
         shape = self.of(model, detail)
         if shape.levels is None:
             return None
+        levels, chosen = shape.levels, shape.chosen
         # The levels are kept for good, so that no others get their identity.
-        key = id(shape.levels), shape.chosen
-        if key not in self._drawn:
-            if len(self._drawn) >= _DRAWN_KEPT:
-                self._drawn.popitem(last=False)
-            ranges = shape.levels.ranges(shape.chosen)
-            parts = [shape.levels.triangles[a : a + n] for a, n in ranges]
-            used = np.unique(np.concatenate(parts)).astype(np.int64) if parts else _NONE
-            self._drawn[key] = Drawn(vertices=used)
-        self._drawn.move_to_end(key)
-        return self._drawn[key]
+        return self._drawn.get((id(levels), chosen), lambda: _drawn(levels, chosen))
+
+
+def _drawn(levels: Levels, chosen: tuple[int, ...]) -> Drawn:
+    parts = [levels.triangles[a : a + n] for a, n in levels.ranges(chosen)]
+    used = np.unique(np.concatenate(parts)).astype(np.int64) if parts else _NONE
+    return Drawn(vertices=used)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import OrderedDict
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -10,6 +9,8 @@ from typing import Any
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
+
+from simgl.kept import LastUsed
 
 
 @dataclass(frozen=True)
@@ -80,29 +81,35 @@ class ImageTarget:
 _KEPT = 32
 
 
+def map_texture(ctx: moderngl.Context, values: NDArray[np.float32]) -> moderngl.Texture:
+    """(height, width) or (height, width, channels) values as a texture, read texel by texel."""
+    height, width = values.shape[:2]
+    channels = values.shape[2] if values.ndim > 2 else 1
+    texture = ctx.texture((width, height), channels, values.tobytes(), dtype="f4")
+    texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    return texture
+
+
 class TargetStore:
     """Targets by what they are for and by size; those unused for longest are freed."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        self._targets: OrderedDict[tuple[str, tuple[int, int]], ImageTarget] = OrderedDict()
+        self._targets = LastUsed[tuple[str, tuple[int, int]], ImageTarget](_KEPT, self._free)
 
     def of(
         self, use: str, size: tuple[int, int], formats: Sequence[Format], *, depth: bool = False
     ) -> ImageTarget:
         """The target for a use; each has one set of formats."""
-        key = use, size
-        if key not in self._targets:
-            if len(self._targets) >= _KEPT:
-                # moderngl binds the last framebuffer again whenever it makes one: not a freed one.
-                self._ctx.detect_framebuffer(0).use()
-                self._targets.popitem(last=False)[1].release()
-            self._targets[key] = ImageTarget(self._ctx, size, formats, depth=depth)
-        self._targets.move_to_end(key)
-        return self._targets[key]
+        return self._targets.get(
+            (use, size), lambda: ImageTarget(self._ctx, size, formats, depth=depth)
+        )
+
+    def _free(self, target: ImageTarget) -> None:
+        # moderngl binds the last framebuffer again whenever it makes one: not a freed one, then.
+        self._ctx.detect_framebuffer(0).use()
+        target.release()
 
     def release(self) -> None:
-        """Free them all; none may be bound."""
-        for target in self._targets.values():
-            target.release()
+        """Free them all."""
         self._targets.clear()

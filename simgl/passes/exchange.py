@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simgl.gpu.geometry import Values
+from simgl.kept import LastUsed
 from simgl.passes.meshes import VertexLighting
 from simgl.scene.joints import turned_mesh
 from simgl.scene.means import mean_materials
@@ -56,7 +57,7 @@ class ExchangePass:
     def __init__(self, ctx: moderngl.Context, transports: Transports, shapes: Shapes) -> None:
         self._ctx, self._transports, self._shapes = ctx, transports, shapes
         self._light = PatchLight()
-        self._rows: OrderedDict[tuple[int, Drawn | None], VertexRows] = OrderedDict()
+        self._rows = LastUsed[tuple[int, Drawn | None], VertexRows](_ROWS_KEPT)
         self._buffers: dict[tuple[int, int], moderngl.Buffer] = {}
         self._turned: OrderedDict[tuple[object, ...], Mesh] = OrderedDict()
 
@@ -163,14 +164,8 @@ class ExchangePass:
 
     def _rows_of(self, transport: Transport, drawn: Drawn | None) -> VertexRows:
         """For the vertices that are drawn: of a spacecraft far away some of them only."""
-        key = id(transport), drawn
-        if key not in self._rows:
-            if len(self._rows) >= _ROWS_KEPT:
-                self._rows.popitem(last=False)
-            vertices = None if drawn is None else drawn.vertices
-            self._rows[key] = vertex_rows(transport, vertices)
-        self._rows.move_to_end(key)
-        return self._rows[key]
+        vertices = None if drawn is None else drawn.vertices
+        return self._rows.get((id(transport), drawn), lambda: vertex_rows(transport, vertices))
 
     def _mesh(self, model: SpacecraftModel, transport: Transport) -> Mesh:
         """The transport's mesh with the joints where they are."""

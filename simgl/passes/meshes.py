@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import OrderedDict
 from dataclasses import dataclass
 
 import moderngl
@@ -10,6 +9,7 @@ import numpy as np
 
 from simgl.gpu.blocks import UniformBuffer
 from simgl.gpu.geometry import DETAIL, Geometry, Selection, Values
+from simgl.kept import LastUsed
 from simgl.levels.levels import Levels
 from simgl.passes.blocks import MATERIALS, MAX_MATERIALS, material_values
 from simgl.passes.textures import TextureStore
@@ -57,24 +57,14 @@ class MeshStore:
 
     def __init__(self, ctx: moderngl.Context, shapes: Shapes) -> None:
         self._ctx, self._shapes = ctx, shapes
-        self._indices: OrderedDict[int, tuple[Levels, moderngl.Buffer]] = OrderedDict()
+        self._indices = LastUsed[int, tuple[Levels, moderngl.Buffer]](_LEVELS_KEPT, self._forget)
         self._textures = TextureStore(ctx)
         self._materials: dict[tuple[tuple[Material, ...], str], UniformBuffer] = {}
-        self._geometries: OrderedDict[str, Geometry] = OrderedDict()
+        self._geometries = LastUsed[str, Geometry](KEPT, Geometry.release)
 
     def geometry(self, mesh: Mesh) -> Geometry:
         """The uploaded mesh, good for as long as it is among the last ``KEPT`` asked for."""
-        if mesh.digest in self._geometries:
-            self._geometries.move_to_end(mesh.digest)
-        else:
-            if len(self._geometries) >= KEPT:
-                self._geometries.popitem(last=False)[1].release()
-            joint = 0 if mesh.joint is None else mesh.joint
-            labels = np.stack([mesh.part, mesh.material + MAX_MATERIALS * joint], axis=1)
-            self._geometries[mesh.digest] = Geometry(
-                self._ctx, mesh.positions, mesh.normals, labels, mesh.triangles, _details(mesh)
-            )
-        return self._geometries[mesh.digest]
+        return self._geometries.get(mesh.digest, lambda: _geometry(self._ctx, mesh))
 
     def shape(self, model: SpacecraftModel, detail: Detail) -> Drawable:
         """What is drawn of a model."""
@@ -91,18 +81,17 @@ class MeshStore:
         )
 
     def _uploaded(self, levels: Levels) -> moderngl.Buffer:
+        def upload() -> tuple[Levels, moderngl.Buffer]:
+            return levels, self._ctx.buffer(levels.triangles.astype("<u4").tobytes())
+
         # The levels are kept with their buffer, so that no others get their identity.
-        if id(levels) in self._indices:
-            self._indices.move_to_end(id(levels))
-        else:
-            if len(self._indices) >= _LEVELS_KEPT:
-                _, oldest = self._indices.popitem(last=False)[1]
-                for geometry in self._geometries.values():
-                    geometry.forget(oldest)
-                oldest.release()
-            content = levels.triangles.astype("<u4").tobytes()
-            self._indices[id(levels)] = levels, self._ctx.buffer(content)
-        return self._indices[id(levels)][1]
+        return self._indices.get(id(levels), upload)[1]
+
+    def _forget(self, uploaded: tuple[Levels, moderngl.Buffer]) -> None:
+        _, indices = uploaded
+        for geometry in self._geometries.values():
+            geometry.forget(indices)
+        indices.release()
 
     def bind_materials(self, model: SpacecraftModel) -> None:
         """Bind the Materials block of a model."""
@@ -121,16 +110,18 @@ class MeshStore:
 
     def release(self) -> None:
         """Free all of them."""
-        for geometry in self._geometries.values():
-            geometry.release()
-        self._geometries.clear()
-        for _, indices in self._indices.values():
-            indices.release()
         self._indices.clear()
+        self._geometries.clear()
         for buffer in self._materials.values():
             buffer.release()
         self._materials.clear()
         self._textures.release()
+
+
+def _geometry(ctx: moderngl.Context, mesh: Mesh) -> Geometry:
+    joint = 0 if mesh.joint is None else mesh.joint
+    labels = np.stack([mesh.part, mesh.material + MAX_MATERIALS * joint], axis=1)
+    return Geometry(ctx, mesh.positions, mesh.normals, labels, mesh.triangles, _details(mesh))
 
 
 def _details(mesh: Mesh) -> np.ndarray[tuple[int, ...], np.dtype[np.void]] | None:

@@ -12,6 +12,7 @@ FLOORS = {
     "assets": 0,
     "cache": 0,
     "steps": 0,
+    "kept": 0,
     "physics": 1,
     "scene": 2,
     "lattice": 2,
@@ -79,7 +80,7 @@ NEIGHBOURS = {
 # Where a room may look is less than its floor allows.
 KEPT_APART = {
     # Knows OpenGL, not spacecraft.
-    "gpu": {"errors", "assets", "gpu"},
+    "gpu": {"errors", "assets", "kept", "gpu"},
     # Textbook formulas, whatever draws them.
     "reference": {"errors", "physics", "scene", "sensor", "reference"},
     # What the camera does besides the passes, alike for them and the references.
