@@ -81,7 +81,7 @@ class ImageTarget:
 _KEPT = 32
 
 
-def map_texture(ctx: moderngl.Context, values: NDArray[np.float32]) -> moderngl.Texture:
+def table_texture(ctx: moderngl.Context, values: NDArray[np.float32]) -> moderngl.Texture:
     """(height, width) or (height, width, channels) values as a texture, read texel by texel."""
     height, width = values.shape[:2]
     channels = values.shape[2] if values.ndim > 2 else 1

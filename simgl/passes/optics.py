@@ -8,7 +8,7 @@ import numpy as np
 from simgl.gpu.blocks import Block
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.state import State
-from simgl.gpu.targets import map_texture
+from simgl.gpu.targets import table_texture
 from simgl.kept import LastUsed
 from simgl.optics.field import relative_illumination
 from simgl.scene.camera import Camera
@@ -59,7 +59,9 @@ class OpticsPass:
         """The map of what a lens leaves off its axis; None where that is cos^4."""
         if camera.lens.vignetting == Vignetting() and camera.lens.distortion is None:
             return None
-        return self._maps.get(camera, lambda: map_texture(self._ctx, relative_illumination(camera)))
+        return self._maps.get(
+            camera, lambda: table_texture(self._ctx, relative_illumination(camera))
+        )
 
     def release(self) -> None:
         """Free everything."""

@@ -10,7 +10,7 @@ import numpy as np
 from simgl.gpu.blocks import Block
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.state import State
-from simgl.gpu.targets import map_texture
+from simgl.gpu.targets import table_texture
 from simgl.kept import LastUsed
 from simgl.optics.field import FINER, field
 from simgl.scene.camera import Camera
@@ -40,7 +40,7 @@ class WarpPass:
 
     def places(self, camera: Camera) -> moderngl.Texture:
         """RG32F, coordinates in the pinhole's picture that the middles of the pixels see."""
-        return self._places.get(camera, lambda: map_texture(self._ctx, field(camera).places))
+        return self._places.get(camera, lambda: table_texture(self._ctx, field(camera).places))
 
     def mean(self, camera: Camera, fine: moderngl.Texture, target: moderngl.Framebuffer) -> None:
         """Means over the pixels of a fine RGBA32F picture."""
