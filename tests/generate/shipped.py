@@ -57,21 +57,37 @@ def corners_of(document: Any, primitive: Any, attribute: str = "POSITION") -> An
     return rows_of(document, getattr(primitive.attributes, attribute), "<f4")[rows]
 
 
+def placed(document: Any) -> dict[str, tuple[Any, Rotation, Floats]]:
+    """Node name to the node, its turn and its place in the file's axes, through all above it."""
+    found: dict[str, tuple[Any, Rotation, Floats]] = {}
+
+    def visit(number: int, turn: Rotation, place: Floats) -> None:
+        node = document.nodes[number]
+        place = place + turn.apply(node.translation or [0.0, 0.0, 0.0])
+        found[node.name] = node, turn * Rotation.from_quat(node.rotation or [0, 0, 0, 1]), place
+        for child in node.children or []:
+            visit(child, *found[node.name][1:])
+
+    for root in document.scenes[0].nodes:
+        visit(root, Rotation.identity(), np.zeros(3))
+    assert len(found) == len(document.nodes)
+    return found
+
+
 @cache
 def pieces(name: str) -> dict[str, Piece]:
     """Part name to geometry, read from the committed file."""
     document = document_of(name)
     found = {}
-    for node in document.nodes:
+    for node, R_file_from_node, place in placed(document).values():
         positions, normals = [], []
         for primitive in document.meshes[node.mesh].primitives:
             positions.append(corners_of(document, primitive))
             normals.append(corners_of(document, primitive, "NORMAL"))
         local = np.concatenate(positions)
         _, vertices = np.unique(local.reshape(-1, 3), axis=0, return_inverse=True)
-        R_file_from_node = Rotation.from_quat(node.rotation or [0, 0, 0, 1]).as_matrix()
-        R_body_from_node = R_FILE_FROM_BODY.T @ R_file_from_node
-        offset = R_FILE_FROM_BODY.T @ (node.translation or [0.0, 0.0, 0.0])
+        R_body_from_node = R_FILE_FROM_BODY.T @ R_file_from_node.as_matrix()
+        offset = R_FILE_FROM_BODY.T @ place
         found[node.name] = Piece(
             corners=local.astype(np.float64) @ R_body_from_node.T + offset,
             normals=np.concatenate(normals).astype(np.float64) @ R_body_from_node.T,

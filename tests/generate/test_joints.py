@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 from simgl.generate.glb import R_FILE_FROM_BODY
-from tests.generate.shipped import NAMES, corners_of, document_of, record_of
+from tests.generate.shipped import NAMES, corners_of, document_of, placed, record_of
 
 TARGETS = ("calibration_board", "marker_board", "mirror", "wedge")
 JOINTED = tuple(name for name in NAMES if name not in TARGETS)
@@ -15,12 +14,12 @@ JOINTED = tuple(name for name in NAMES if name not in TARGETS)
 
 @pytest.mark.parametrize("name", JOINTED)
 def test_joints_name_parts_whose_node_stands_on_the_hinge(name: str) -> None:
-    nodes = {node.name: node for node in document_of(name).nodes}
+    places = {part: place for part, (_, _, place) in placed(document_of(name)).items()}
     joints = record_of(name)["joint"]
     assert joints
     for joint in joints:
         on_hinge = R_FILE_FROM_BODY @ joint["origin_body_m"]
-        np.testing.assert_allclose(nodes[joint["part"]].translation, on_hinge, atol=1e-6)
+        np.testing.assert_allclose(places[joint["part"]], on_hinge, atol=1e-6)
         assert np.linalg.norm(joint["axis_body"]) == pytest.approx(1.0)
         assert joint["range_deg"][0] < 0.0 < joint["range_deg"][1]
 
@@ -32,11 +31,11 @@ def test_drives_turn_the_faces_of_their_cells_to_the_sun(name: str) -> None:
         if "sunward_body" not in joint:
             continue
         assert np.dot(joint["sunward_body"], joint["axis_body"]) == pytest.approx(0.0, abs=1e-6)
-        node = next(node for node in document.nodes if node.name == joint["part"])
-        R_file_from_node = Rotation.from_quat(node.rotation or [0, 0, 0, 1]).as_matrix()
+        node, R_file_from_node, _ = placed(document)[joint["part"]]
         heights, facing = {}, {}
         for primitive in document.meshes[node.mesh].primitives:
-            corners = corners_of(document, primitive) @ R_file_from_node.T @ R_FILE_FROM_BODY
+            corners = corners_of(document, primitive)
+            corners = corners @ R_file_from_node.as_matrix().T @ R_FILE_FROM_BODY
             across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
             material = document.materials[primitive.material].name
             heights[material] = (corners @ joint["sunward_body"]).max()
