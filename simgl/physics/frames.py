@@ -51,8 +51,9 @@ def cross(a: Array, b: Array) -> Array:
 
 
 def angle_between(a: Array, b: Array) -> float:
-    """Angle of two vectors (3,) of any length [rad], exact for small and large ones."""
-    return float(np.arctan2(np.linalg.norm(np.cross(a, b)), np.dot(a, b)))
+    """Angle between two vectors (3,) of any lengths [rad], good for small ones, too."""
+    across = cross(a, b)
+    return math.atan2(math.sqrt(across.dot(across)), a.dot(b))
 
 
 def matrix_from_quaternion(q_a_from_b_xyzw: ArrayLike) -> Array:
