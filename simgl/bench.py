@@ -33,7 +33,7 @@ from simgl.scenario.scenario import Scenario
 from simgl.scene.chart import chart
 from simgl.scene.earth import Clouds, Earth
 from simgl.simulator import Simulator
-from simgl.transport.bake import Progress as Report
+from simgl.steps import Progress as Report
 
 # Entry points of this group time frames through a link: (scenario file, camera, epochs) -> seconds.
 LINKS_GROUP = "simgl.bench_links"

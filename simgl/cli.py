@@ -97,13 +97,13 @@ def render(
     Example: simgl render examples/azimuths.toml --camera azimuth_28 --out out/azimuths
     """
     from simgl.output import check_writable, write_exposure
-    from simgl.progress import bake_bar
+    from simgl.progress import opened
     from simgl.scenario.loader import load_scenario
-    from simgl.sequence.options import camera_names
-    from simgl.simulator import Product, Simulator
+    from simgl.sequence.options import camera_names, epoch_at
+    from simgl.simulator import Product
 
     loaded = load_scenario(scenario)
-    epoch = _epoch(loaded.epoch_tai_ns, at)
+    epoch = epoch_at(loaded, at)
     names = camera_names(loaded, camera)
     for name in names:
         bits = loaded.cameras[name].detector.bits
@@ -120,9 +120,7 @@ def render(
     if maps:
         products |= {Product.IRRADIANCE, Product.ELECTRONS, Product.LIDAR}
     check_writable(out)
-    with bake_bar() as progress:
-        ready = Simulator(loaded, progress=progress)
-    with ready as simulator:
+    with opened(loaded) as simulator:
         for name in names:
             exposure = simulator.capture(state, name, products, during=loaded.around(epoch))
             paths = write_exposure(exposure, out, name, packed=packed)
@@ -161,11 +159,10 @@ def sequence(
     A run that was broken off goes on where it was. Example:
     simgl sequence examples/trajectories/files.toml --duration 5400 --count 90 --out out/orbit
     """
-    from simgl.progress import bake_bar, frame_bar
+    from simgl.progress import frame_bar, opened
     from simgl.scenario.loader import load_scenario
     from simgl.sequence.options import EpochOptions, camera_names, outputs_named
     from simgl.sequence.run import Plan, run
-    from simgl.simulator import Simulator
 
     loaded = load_scenario(scenario)
     options = EpochOptions(
@@ -187,9 +184,7 @@ def sequence(
         outputs=outputs_named(write),
         frame_rate=frame_rate,
     )
-    with bake_bar() as progress:
-        ready = Simulator(loaded, progress=progress)
-    with ready as simulator, frame_bar() as report:
+    with opened(loaded) as simulator, frame_bar() as report:
         taken = run(plan, simulator, out, report)
     total = len(plan.epochs) * len(names)
     console.print(
@@ -212,30 +207,19 @@ def exposure(
     Example: simgl exposure examples/approach.toml --camera navcam --target target
     """
     from simgl.assess.exposure import advice_text, advise
-    from simgl.progress import bake_bar
+    from simgl.progress import opened
     from simgl.scenario.loader import load_scenario
-    from simgl.simulator import Product, Simulator
+    from simgl.sequence.options import epoch_at
+    from simgl.simulator import Product
 
     loaded = load_scenario(scenario)
-    state = loaded.at(_epoch(loaded.epoch_tai_ns, at))
-    with bake_bar() as progress:
-        ready = Simulator(loaded, progress=progress)
-    with ready as simulator:
+    state = loaded.at(epoch_at(loaded, at))
+    with opened(loaded) as simulator:
         taken = simulator.capture(state, camera, {Product.ELECTRONS, Product.TRUTH})
     console.print(advice_text(advise(taken, state, target, loaded.criteria)), highlight=False)
 
 
 app.command()(assess)
-
-
-def _epoch(default_tai_ns: int, at: str | None) -> int:
-    """TAI ns of the option ``--at``, or the scenario's own epoch."""
-    from simgl.physics.ephemeris import tai_ns_from_utc
-
-    try:
-        return default_tai_ns if at is None else tai_ns_from_utc(at)
-    except ValueError as error:
-        raise ConfigError("command line", "--at", str(error)) from None
 
 
 camera_app = typer.Typer(help="Cameras by themselves.", no_args_is_help=True)

@@ -154,10 +154,7 @@ class TruthFrame:
         return np.asarray(self.part_id >> np.uint32(16))
 
     def _repr_png_(self) -> bytes:
-        seen = self.depth > 0
-        near = float(self.depth[seen].min()) if np.any(seen) else 1.0
-        nearness = np.where(seen, near / np.maximum(self.depth, near), 0.0)
-        return png_bytes(display_from_linear(nearness.astype(np.float32)))
+        return png_bytes(display_from_linear(_nearness(self.depth)))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -189,10 +186,14 @@ class LidarFrame:
     energy: NDArray[np.float32]
 
     def _repr_png_(self) -> bytes:
-        seen = self.range > 0.0
-        near = float(self.range[seen].min()) if np.any(seen) else 1.0
-        nearness = np.where(seen, near / np.maximum(self.range, near), 0.0)
-        return png_bytes(display_from_linear(nearness.astype(np.float32)))
+        return png_bytes(display_from_linear(_nearness(self.range)))
+
+
+def _nearness(distance: NDArray[np.float32]) -> NDArray[np.float32]:
+    """1 at the nearest place, less as 1 / distance, 0 where there is none."""
+    seen = distance > 0.0
+    near = float(distance[seen].min()) if np.any(seen) else 1.0
+    return np.where(seen, near / np.maximum(distance, near), 0.0).astype(np.float32)
 
 
 def saturation_level(detector: Detector) -> int:
@@ -202,7 +203,7 @@ def saturation_level(detector: Detector) -> int:
     sigma are allowed for, which misses one full pixel in 740.
     """
     full = (detector.full_well - 3.0 * detector.noise_of_reading) * detector.gain_dn_per_e
-    return int(min(2.0**detector.bits - 1.0, math.floor(full + detector.pedestal)))
+    return int(min(detector.largest_dn, math.floor(full + detector.pedestal)))
 
 
 def saturated(dn: NDArray[np.uint16], detector: Detector) -> NDArray[np.bool_]:

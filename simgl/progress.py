@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 from rich.progress import Progress as Bar
 
-from simgl.transport.bake import Progress
+from simgl.scenario.scenario import Scenario
+from simgl.simulator import Simulator
+from simgl.steps import Progress
 
 
 @contextmanager
-def frame_bar(console: Console | None = None) -> Iterator[Callable[[int, int], None]]:
+def frame_bar(console: Console | None = None) -> Iterator[Progress]:
     """What a run tells the pictures done and their number to; with the time left, on a terminal.
 
     console : standard error, if not given
@@ -49,3 +51,9 @@ def bake_bar(console: Console | None = None) -> Iterator[Progress]:
             bar.update(task, completed=done, total=total)
 
         yield report
+
+
+def opened(scenario: Scenario) -> Simulator:
+    """A simulator, with a bar while it prepares."""
+    with bake_bar() as progress:
+        return Simulator(scenario, progress=progress)

@@ -1,4 +1,4 @@
-"""The ordered passes that turn a view into radiance, electrons, digital numbers and truth."""
+"""The ordered passes that turn a view into radiance and truth."""
 
 from __future__ import annotations
 
@@ -9,24 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simgl.gpu.context import is_software
-from simgl.gpu.targets import Format, ImageTarget
+from simgl.gpu.targets import Format, ImageTarget, TargetStore
 from simgl.gpu.timers import PassTimer
-from simgl.optics.spread import SunBefore, spreads
 from simgl.passes.air import AirPass
-from simgl.passes.detector import DN_FORMAT, DetectorPass
 from simgl.passes.exchange import ExchangePass
-from simgl.passes.exposure import ELECTRONS_FORMAT, ExposurePass
 from simgl.passes.gather import GatherPass
 from simgl.passes.geometry import GeometryPass
 from simgl.passes.lamp_shadow import LampShadowPass
 from simgl.passes.meshes import MeshStore, VertexLighting
 from simgl.passes.moon import MoonPass
-from simgl.passes.optics import OpticsPass
 from simgl.passes.planet import PlanetPass
 from simgl.passes.probe import ProbePass
 from simgl.passes.resolve import DistortedView, ResolvePass
 from simgl.passes.shadow import ShadowPass
-from simgl.passes.spread import SpreadPass
 from simgl.passes.stars import StarPass
 from simgl.passes.sun import SunPass
 from simgl.passes.surface import LIGHTS, SurfacePass
@@ -34,21 +29,17 @@ from simgl.passes.truth import TruthPass
 from simgl.passes.warp import WarpPass
 from simgl.scene.camera import Camera
 from simgl.scene.earth import Earth
-from simgl.scene.radiometry import square_electrons_per_irradiance
 from simgl.scene.spacecraft import SpacecraftModel
-from simgl.transport.bake import Progress
+from simgl.shapes import Shapes
+from simgl.steps import Progress
 from simgl.transport.gather import LitBody
+from simgl.transport.models import Transports
 from simgl.view.frame import FrameView, Tile, parts, truth_tile
 from simgl.view.heavens import Heavens
 
 _BANDS = (Format("f4", 4),)
-_ELECTRONS = (ELECTRONS_FORMAT,)
-_DN = (DN_FORMAT,)
 _TRUTH = (Format("f4"), Format("u4"))
 _TRUTH_NORMALS = (*_TRUTH, Format("f4", 4))
-
-# Five targets for each of eight image sizes; a window that is resized leaves no more behind.
-_TARGETS_KEPT = 40
 
 # Geometry samples that one tile may take before its lattice gets coarser. On a CPU renderer a
 # shaded sample under all lights costs about 0.3 us, so this is some 40 ms; a GPU is bounded by
@@ -61,14 +52,16 @@ _SAMPLES_AT_ONCE = 2_500_000
 
 
 class Renderer:
-    """Owns every pass and target of one OpenGL context."""
+    """Owns every pass and target between a view and its picture, in one OpenGL context."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self.timer = PassTimer(ctx)
         self.sample_budget = _SAMPLE_BUDGET_CPU if is_software(ctx) else _SAMPLE_BUDGET_GPU
-        self._meshes = MeshStore(ctx, lambda *asked: self._exchange.levels(*asked))
-        self._exchange = ExchangePass(ctx, self._meshes)
+        self._transports = Transports()
+        self._shapes = Shapes(self._transports)
+        self._meshes = MeshStore(ctx, self._shapes)
+        self._exchange = ExchangePass(ctx, self._transports, self._shapes)
         self._shadow = ShadowPass(ctx, self._meshes)
         self._lamp_shadow = LampShadowPass(ctx, self._meshes)
         self._geometry = GeometryPass(ctx, self._meshes)
@@ -83,11 +76,7 @@ class Renderer:
         self._resolve = ResolvePass(ctx)
         self._warp = WarpPass(ctx)
         self._truth = TruthPass(ctx, self._meshes)
-        self._optics = OpticsPass(ctx)
-        self._spread = SpreadPass(ctx)
-        self._exposure = ExposurePass(ctx)
-        self._detector = DetectorPass(ctx)
-        self._targets: dict[tuple[str, tuple[int, int]], ImageTarget] = {}
+        self._targets = TargetStore(ctx)
 
     def prepare(
         self,
@@ -105,10 +94,10 @@ class Renderer:
             self._air.prepare(earth, progress)
         models = tuple(models)
         for model in models:
-            self._exchange.transport(model, progress)
+            self._transports.of(model, progress)
         for model in far:
             exchanging = any(model is other for other in models)
-            self._meshes.levels(model, progress, exchanging=exchanging)
+            self._shapes.levels(model, progress, exchanging=exchanging)
 
     def radiance(self, view: FrameView) -> ImageTarget:
         """Radiance per band [W m-2 sr-1], RGBA32F; valid until the next call at this size."""
@@ -222,98 +211,6 @@ class Renderer:
                     )
                 yield part, samples
 
-    def irradiance(
-        self, camera: Camera, radiance: ImageTarget, sun: SunBefore | None = None
-    ) -> ImageTarget:
-        """Irradiance of the image plane per band [W m-2], RGBA32F.
-
-        sun : gives ghosts
-        """
-        target = self._sharp(camera, radiance)
-        if not spreads(camera):
-            return target
-        spread = self._target("spread", camera, _BANDS)
-        with self.timer.measure("spread"):
-            self._spread.bands(camera, sun, target.textures[0], spread.textures[0])
-        return spread
-
-    def _sharp(self, camera: Camera, radiance: ImageTarget) -> ImageTarget:
-        target = self._target("irradiance", camera, _BANDS)
-        with self.timer.measure("optics"):
-            self._optics.draw(camera, radiance.textures[0], target.framebuffer)
-        return target
-
-    def electrons_through(
-        self,
-        camera: Camera,
-        photons_per_joule: NDArray[np.float64],
-        radiance: ImageTarget,
-        sun: SunBefore | None = None,
-    ) -> ImageTarget:
-        """Mean electrons [e-] of a radiance, in ``ELECTRONS_FORMAT``.
-
-        A lens that spreads light works on what the detector's filters make of the bands, not on
-        the bands: one sum for a monochrome detector, three for one of colour.
-        """
-        if not spreads(camera):
-            target = self._target("electrons", camera, _ELECTRONS)
-            relative = self._optics.relative_illumination(camera)
-            seen = radiance.textures[0]
-            with self.timer.measure("exposure"):
-                self._exposure.draw_through_lens(
-                    camera, photons_per_joule, seen, relative, target.framebuffer
-                )
-            return target
-        sharp = self._sharp(camera, radiance)
-        target = self._target("electrons", camera, _ELECTRONS)
-        square = square_electrons_per_irradiance(camera, photons_per_joule)
-        with self.timer.measure("spread"):
-            target.write(self._spread.electrons(camera, square, sun, sharp.textures[0]))
-        return target
-
-    def electrons(
-        self, camera: Camera, photons_per_joule: NDArray[np.float64], irradiance: ImageTarget
-    ) -> ImageTarget:
-        """Mean electrons [e-], in ``ELECTRONS_FORMAT``."""
-        target = self._target("electrons", camera, _ELECTRONS)
-        with self.timer.measure("exposure"):
-            source = irradiance.textures[0]
-            self._exposure.draw(camera, photons_per_joule, source, target.framebuffer)
-        return target
-
-    def add_electrons(
-        self,
-        camera: Camera,
-        photons_per_joule: NDArray[np.float64],
-        irradiance: ImageTarget,
-        shares: NDArray[np.float64],
-        *,
-        first: bool,
-    ) -> ImageTarget:
-        """Mean electrons [e-], summed over parts of the exposure.
-
-        shares : (height,) part of each row's exposure time
-        first : forget what was summed before
-        """
-        target = self._target("electrons", camera, _ELECTRONS)
-        with self.timer.measure("exposure"):
-            if first:
-                target.framebuffer.scissor = None  # type: ignore[assignment]
-                target.framebuffer.viewport = (0, 0, *target.framebuffer.size)
-                target.framebuffer.clear()
-            source = irradiance.textures[0]
-            self._exposure.add(camera, photons_per_joule, source, target.framebuffer, shares)
-        return target
-
-    def digital(
-        self, camera: Camera, tai_ns: int, seed: int, electrons: ImageTarget
-    ) -> ImageTarget:
-        """Digital numbers, in ``DN_FORMAT``."""
-        target = self._target("dn", camera, _DN)
-        with self.timer.measure("detector"):
-            self._detector.draw(camera, tai_ns, seed, electrons.textures[0], target.framebuffer)
-        return target
-
     def truth(self, view: FrameView, *, normals: bool = False) -> ImageTarget:
         """Depth [m], part ids and, if wanted, normals at pixel centres, R32F, R32UI, RGBA32F."""
         formats = _TRUTH_NORMALS if normals or view.field is not None else _TRUTH
@@ -332,26 +229,15 @@ class Renderer:
     def _target(
         self, use: str, camera: Camera, formats: tuple[Format, ...], *, depth: bool = False
     ) -> ImageTarget:
-        size = (camera.detector.width, camera.detector.height)
-        key = (use, size)
-        target = self._targets.pop(key, None)
-        if target is None:
-            if len(self._targets) >= _TARGETS_KEPT:
-                self._ctx.detect_framebuffer(0).use()
-                self._targets.pop(next(iter(self._targets))).release()
-            target = ImageTarget(self._ctx, size, formats, depth=depth)
-        # Back in as the newest: the first is always the one unused for longest.
-        self._targets[key] = target
-        return target
+        size = camera.detector.width, camera.detector.height
+        return self._targets.of(use, size, formats, depth=depth)
 
     def release(self) -> None:
         """Free everything that this renderer made."""
         # moderngl binds the last framebuffer again whenever it makes one: not a freed one, then.
         self._ctx.detect_framebuffer(0).use()
-        for target in self._targets.values():
-            target.release()
-        self._targets.clear()
         for owner in (
+            self._targets,
             self._shadow,
             self._lamp_shadow,
             self._geometry,
@@ -366,10 +252,6 @@ class Renderer:
             self._resolve,
             self._warp,
             self._truth,
-            self._optics,
-            self._spread,
-            self._exposure,
-            self._detector,
             self._meshes,
         ):
             owner.release()

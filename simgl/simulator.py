@@ -13,6 +13,7 @@ from simgl.errors import ConfigError, did_you_mean
 from simgl.gpu.context import open_context
 from simgl.gpu.targets import ImageTarget
 from simgl.gpu.timers import PassTimer
+from simgl.imager import Imager
 from simgl.images import (
     DigitalFrame,
     ElectronFrame,
@@ -32,7 +33,7 @@ from simgl.scene.camera import Camera
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import SceneState
 from simgl.sensor.shutter import duration, instants, parts, row_shares
-from simgl.transport.bake import Progress
+from simgl.steps import Progress
 from simgl.view.detail import far_models
 from simgl.view.frame import FrameView, frame_view
 from simgl.view.lidar import pulse_view
@@ -121,6 +122,7 @@ class Simulator:
         self._ctx = open_context() if ctx is None else ctx
         with self._ctx:
             self._renderer = Renderer(self._ctx)
+            self._imager = Imager(self._ctx, self._renderer.timer)
             models = scenario.models_at_epoch() if scenario.inter_reflection else ()
             far: list[SpacecraftModel] = []
             if scenario.level_error_px > 0.0 and scenario.gather == "vertex":
@@ -273,7 +275,7 @@ class Simulator:
             frames["normals"] = NormalsFrame(info=info, normals=normals)
         if Product.IRRADIANCE in products:
             assert radiance is not None
-            target = self._renderer.irradiance(view.camera, radiance, _sun(state, info))
+            target = self._imager.irradiance(view.camera, radiance, _sun(state, info))
             frames["irradiance"] = IrradianceFrame(
                 info=info,
                 irradiance=target.read(),
@@ -292,19 +294,19 @@ class Simulator:
         still: ImageTarget | None,
     ) -> ImageTarget:
         """Of the still scene, or of the states that the shutter sees one after the other."""
-        renderer, camera = self._renderer, view.camera
+        camera = view.camera
         if not states:
             assert still is not None
             sun = _sun(state, self._info(state, camera.name))
-            return renderer.electrons_through(camera, state.sun.photons_per_joule, still, sun)
+            return self._imager.electrons_through(camera, state.sun.photons_per_joule, still, sun)
         shares = row_shares(camera, len(states))
         for index, (moved, share) in enumerate(zip(states, shares, strict=True)):
-            radiance = renderer.radiance(self._view(moved, camera.name))
+            radiance = self._renderer.radiance(self._view(moved, camera.name))
             sun = _sun(moved, self._info(moved, camera.name))
-            electrons = renderer.add_electrons(
+            electrons = self._imager.add_electrons(
                 camera,
                 moved.sun.photons_per_joule,
-                renderer.irradiance(camera, radiance, sun),
+                self._imager.irradiance(camera, radiance, sun),
                 share,
                 first=index == 0,
             )
@@ -313,7 +315,7 @@ class Simulator:
     def _digital(
         self, state: SceneState, view: FrameView, info: FrameInfo, electrons: ImageTarget
     ) -> DigitalFrame:
-        target = self._renderer.digital(view.camera, state.tai_ns, info.seed, electrons)
+        target = self._imager.digital(view.camera, state.tai_ns, info.seed, electrons)
         with self._renderer.timer.measure("read"):
             return DigitalFrame(info=info, dn=target.read())
 
@@ -353,8 +355,9 @@ class Simulator:
         )
 
     def close(self) -> None:
-        """Free the renderer, and the context if this simulator opened it."""
+        """Free what draws, and the context if this simulator opened it."""
         with self._ctx:
+            self._imager.release()
             self._renderer.release()
         if self._own_ctx:
             self._ctx.release()

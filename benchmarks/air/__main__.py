@@ -6,7 +6,6 @@ python -m benchmarks.air --out FILE.json
 from __future__ import annotations
 
 import argparse
-import json
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -17,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.air.photons import radiance_factor
-from simgl.bench import machine
+from benchmarks.record import write_record
 from simgl.gpu.context import open_context
 from simgl.gpu.state import State
 from simgl.gpu.targets import Format, ImageTarget
@@ -159,14 +158,13 @@ def main() -> None:
     }
     with window(ctx) as look:
         record = {
-            "machine": machine(),
             "renderer": ctx.info["GL_RENDERER"],
             "static_tables": static,
             "cost_1280x960": cost(ctx, look),
             "own_rays": own_rays(look, given.photons),
             "truth_table_worst": worst_rows(look),
         }
-    given.out.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+    write_record(given.out, record)
 
 
 if __name__ == "__main__":

@@ -3,22 +3,20 @@ worker processes, once in one go, and once killed half-way and gone on with; sam
 
 from __future__ import annotations
 
-import json
 import os
 import resource
 import signal
 import subprocess
 import sys
 import time
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated
 
 import msgspec
 import typer
 
-from simgl.bench import machine
-from simgl.output import check_writable, complete_file
+from benchmarks.record import load, write_record
+from simgl.output import check_writable
 from simgl.sequence.journal import rows_written
 
 SCENARIO = Path(__file__).parent / "orbit.toml"
@@ -28,14 +26,12 @@ ORBIT_S = 5553
 class Record(msgspec.Struct, frozen=True, kw_only=True):
     """What the last run found.
 
-    load : of the machine, mean of the last minute, before the run; over 1 other work slowed it
+    load : of the machine before the run
     wall_s : of the run in one go, its report and the start of its processes included
     cpu_ms_per_epoch : of all processes
     same_table : of the run in one go, and of the one that was killed half-way
     """
 
-    date: str
-    machine: str
     epochs: int
     workers: int
     load: float
@@ -57,7 +53,7 @@ def main(
     """Time it, kill it, compare, write results.json."""
     check_writable(out)
     whole, broken = out / "whole", out / "broken"
-    load = round(os.getloadavg()[0], 1)
+    before = load()
     start = time.monotonic()
     subprocess.run(_command(whole, epochs, workers), check=True)
     wall = time.monotonic() - start
@@ -71,17 +67,14 @@ def main(
     print(f"killed after {rows_written(broken)} epochs")
     subprocess.run(_command(broken, epochs, workers), check=True)
     record = Record(
-        date=datetime.now(UTC).date().isoformat(),
-        machine=machine(),
         epochs=epochs,
         workers=workers,
-        load=load,
+        load=before,
         wall_s=round(wall, 1),
         cpu_ms_per_epoch=round(1e3 * (used.ru_utime + used.ru_stime) / epochs, 1),
         same_table=(whole / "frames.csv").read_bytes() == (broken / "frames.csv").read_bytes(),
     )
-    with complete_file(out / "results.json") as temporary:
-        temporary.write_text(json.dumps(msgspec.to_builtins(record), indent=2) + "\n")
+    write_record(out / "results.json", record)
     print(f"{record.cpu_ms_per_epoch} ms of CPU an epoch, same table: {record.same_table}")
 
 

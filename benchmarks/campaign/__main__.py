@@ -4,14 +4,12 @@ one process, by two Dask workers, and by two of which one is killed half-way; sa
 from __future__ import annotations
 
 import hashlib
-import json
 import os
 import resource
 import signal
 import subprocess
 import sys
 import time
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated
 
@@ -19,8 +17,8 @@ import msgspec
 import psutil
 import typer
 
-from simgl.bench import machine
-from simgl.output import check_writable, complete_file
+from benchmarks.record import load, write_record
+from simgl.output import check_writable
 from simgl.sequence.journal import rows_written
 
 CAMPAIGN = Path(__file__).parents[2] / "examples" / "campaign" / "approach.toml"
@@ -42,13 +40,11 @@ class Run(msgspec.Struct, frozen=True, kw_only=True):
 class Record(msgspec.Struct, frozen=True, kw_only=True):
     """What the last run found.
 
-    load : of the machine, mean of the last minute, before each run; over 1 other work slowed it
+    load : of the machine before each run
     speed_up : steady rate of two workers over that of one process
     same_bytes : of all files but the database, whoever took the frames
     """
 
-    date: str
-    machine: str
     frames: int
     load: dict[str, float]
     runs: dict[str, Run]
@@ -107,26 +103,23 @@ def main(
         text.replace("../approach.toml", str(CAMPAIGN.parents[1] / "approach.toml"))
     )
     ways = {"one process": (1, False), "two workers": (2, False), "one of two killed": (2, True)}
-    load, runs = {}, {}
+    loads, runs = {}, {}
     for name, (workers, lose_one) in ways.items():
-        load[name] = round(os.getloadavg()[0], 1)
+        loads[name] = load()
         folder = out / name.replace(" ", "_")
         runs[name] = _take(campaign, folder, frames, workers, lose_one=lose_one)
         print(name, runs[name])
     digests = {_digest(out / name.replace(" ", "_")) for name in ways}
     record = Record(
-        date=datetime.now(UTC).date().isoformat(),
-        machine=machine(),
         frames=frames,
-        load=load,
+        load=loads,
         runs=runs,
         speed_up=round(
             runs["two workers"].steady_frames_s / runs["one process"].steady_frames_s, 2
         ),
         same_bytes=len(digests) == 1,
     )
-    with complete_file(out / "results.json") as temporary:
-        temporary.write_text(json.dumps(msgspec.to_builtins(record), indent=2) + "\n")
+    write_record(out / "results.json", record)
     print(f"speed-up {record.speed_up}, same bytes: {record.same_bytes}")
 
 

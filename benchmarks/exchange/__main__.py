@@ -6,7 +6,6 @@ python -m benchmarks.exchange --out FILE.json
 from __future__ import annotations
 
 import argparse
-import json
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -17,15 +16,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from simgl.bench import machine, scene_files
+from benchmarks.record import write_record
+from simgl.bench import scene_files
 from simgl.gpu.context import open_context
-from simgl.passes.exchange import JOINT_STEP, ExchangePass
-from simgl.passes.meshes import MeshStore
+from simgl.passes.exchange import ExchangePass
 from simgl.scenario.loader import load_scenario
 from simgl.scene.means import mean_materials
+from simgl.shapes import Shapes
 from simgl.sky import SkyRadiance, cell_radiance, cube_directions
-from simgl.transport.cache import transport_of
 from simgl.transport.directions import CELLS_ACROSS
+from simgl.transport.models import Transports
 from simgl.transport.response import Response
 from simgl.transport.rows import vertex_rows
 from simgl.transport.solve import lit_normals, radiosity, reflectors, vertex_irradiance
@@ -62,8 +62,8 @@ def frame_times(ctx: moderngl.Context, craft: CraftView, step: float) -> dict[st
 
     work : of all cores
     """
-    meshes = MeshStore(ctx, lambda *asked: exchange.levels(*asked))
-    exchange, sky = ExchangePass(ctx, meshes), earth_below()
+    transports = Transports()
+    exchange, sky = ExchangePass(ctx, transports, Shapes(transports)), earth_below()
     assert craft.exchange is not None
     clock, work = [], []
     for frame in range(WARM_UP + FRAMES):
@@ -75,7 +75,6 @@ def frame_times(ctx: moderngl.Context, craft: CraftView, step: float) -> dict[st
         clock.append(1e3 * (time.perf_counter() - start))
         work.append(1e3 * (time.process_time() - before))
     exchange.release()
-    meshes.release()
     names = "clock_p50", "clock_p95", "clock_least"
     values = np.percentile(clock[WARM_UP:], [50, 95, 0]).round(2).tolist()
     return dict(zip(names, values, strict=True)) | {
@@ -141,12 +140,9 @@ def main() -> None:
     state = scenario.at(scenario.epoch_tai_ns)
     craft = frame_view(state, "observer", sample_budget=1000).tiles[0].craft[0]
     with open_context() as ctx:
-        transport = transport_of(
-            craft.model.coarsely_posed(JOINT_STEP).mesh, open_sheets=craft.model.open_sheets
-        )
+        transport = Transports().of(craft.model)
         assert transport is not None
         results = {
-            "machine": machine(),
             "renderer": ctx.info["GL_RENDERER"],
             "frame_ms": {
                 "frames a second apart": frame_times(ctx, craft, STEP),
@@ -155,9 +151,8 @@ def main() -> None:
             },
             "irradiance_w_m2": agreement(craft, transport, options.directions),
         }
-    text = json.dumps(results, indent=1)
-    print(text)
-    options.out.write_text(text + "\n")
+    write_record(options.out, results)
+    print(options.out.read_text())
 
 
 if __name__ == "__main__":

@@ -4,7 +4,6 @@ of them, as a sheet; the time of the spread at 1280 x 960; its distance from the
 from __future__ import annotations
 
 import time
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -14,7 +13,7 @@ import typer
 from numpy.typing import NDArray
 from PIL import Image
 
-from simgl.bench import machine
+from benchmarks.record import write_record
 from simgl.images import contact_sheet, display_from_linear
 from simgl.optics.spread import Spread
 from simgl.output import check_writable, complete_file
@@ -62,8 +61,6 @@ class Record(msgspec.Struct, frozen=True, kw_only=True):
     veil_error : of the light in the dark, by its distance from a sunlit panel [pixels]
     """
 
-    date: str
-    machine: str
     spread_cpu_ms: dict[str, float]
     veil_error: dict[str, float]
 
@@ -150,13 +147,10 @@ def main(
     with complete_file(out / "effects.png") as temporary:
         Image.fromarray(sheet()).save(temporary)
     record = Record(
-        date=datetime.now(UTC).date().isoformat(),
-        machine=machine(),
         spread_cpu_ms=spread_times(),
         veil_error=veil_errors(),
     )
-    with complete_file(out / "record.json") as temporary:
-        temporary.write_bytes(msgspec.json.format(msgspec.json.encode(record), indent=2) + b"\n")
+    write_record(out / "record.json", record)
     print((out / "record.json").read_text())
 
 

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated
 
@@ -14,8 +13,9 @@ import msgspec
 import numpy as np
 import typer
 
-from simgl.bench import machine, scene_files
-from simgl.output import check_writable, complete_file
+from benchmarks.record import write_record
+from simgl.bench import scene_files
+from simgl.output import check_writable
 from simgl.scenario.loader import load_scenario
 from simgl.scenario.scenario import Scenario
 from simgl.simulator import Product, Simulator
@@ -43,8 +43,6 @@ class Case(msgspec.Struct, frozen=True, kw_only=True):
 class Record(msgspec.Struct, frozen=True, kw_only=True):
     """What the file holds."""
 
-    date: str
-    machine: str
     renderer: str
     bound_px: float
     cases: list[Case]
@@ -114,14 +112,11 @@ def main(
         renderer, case = measured(scenario, frames)
         cases.append(case)
     record = Record(
-        date=datetime.now(UTC).date().isoformat(),
-        machine=machine(),
         renderer=renderer,
         bound_px=BOUND,
         cases=cases,
     )
-    with complete_file(out) as part:
-        part.write_bytes(msgspec.json.format(msgspec.json.encode(record), indent=2) + b"\n")
+    write_record(out, record)
 
 
 if __name__ == "__main__":

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated
 
@@ -30,8 +29,8 @@ from benchmarks.path_tracer.tracer import (
     plate_error,
     trace,
 )
+from benchmarks.record import write_record
 from simgl import Exposure, Product, Scenario, Simulator
-from simgl.bench import machine
 from simgl.output import check_writable, write_exr
 from simgl.scene.state import SceneState, SunInDirection
 from simgl.view.frame import Gather
@@ -79,8 +78,6 @@ class SceneRecord(msgspec.Struct, frozen=True, kw_only=True):
 class Record(msgspec.Struct, frozen=True, kw_only=True):
     """What ``results.json`` holds."""
 
-    date: str
-    machine: str
     renderer: str
     tracer: str
     scenes: list[SceneRecord]
@@ -96,14 +93,11 @@ def main(
     paths = sorted(HERE.glob("*.toml"))
     found = [_compared(path, out, console) for path in paths]
     record = Record(
-        date=datetime.now(UTC).date().isoformat(),
-        machine=machine(),
         renderer=found[0][1],
         tracer=f"Mitsuba {version}, scalar_rgb",
         scenes=[scene for scene, _ in found],
     )
-    text = msgspec.json.format(msgspec.json.encode(record), indent=2) + b"\n"
-    (out / "results.json").write_bytes(text)
+    write_record(out / "results.json", record)
     console.print(_table(record))
 
 

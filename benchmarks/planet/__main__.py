@@ -7,11 +7,8 @@ on the machine slows all alike; of each the quickest counts.
 
 from __future__ import annotations
 
-import json
-import os
 import time
 from collections.abc import Callable
-from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
@@ -21,13 +18,12 @@ import msgspec
 import numpy as np
 import typer
 
+from benchmarks.record import load, write_record
 from simgl import assets
-from simgl.bench import machine
 from simgl.gpu.context import open_context
 from simgl.gpu.glsl import assemble
 from simgl.gpu.state import State
 from simgl.gpu.targets import Format, ImageTarget
-from simgl.output import complete_file
 from simgl.passes.air import AirPass
 from simgl.passes.planet import PlanetPass
 from simgl.passes.planet_blocks import PLANET
@@ -63,10 +59,8 @@ class Cost(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Record(msgspec.Struct, frozen=True, kw_only=True):
-    """What a run found; load : of the machine before it, mean of the last minute."""
+    """What a run found; load : of the machine before it."""
 
-    date: str
-    machine: str
     renderer: str
     load: float
     draws: dict[str, Cost]
@@ -129,7 +123,7 @@ def main(
     rounds: Annotated[int, typer.Option(help="Draws of each.")] = 30,
 ) -> None:
     """Draw, time, print, and write the record."""
-    load = round(os.getloadavg()[0], 1)
+    before = load()
     with open_context() as ctx:
         air = AirPass(ctx)
         planet = PlanetPass(ctx, air)
@@ -158,14 +152,11 @@ def main(
         for name, found in taken.items()
     }
     record = Record(
-        date=datetime.now(UTC).date().isoformat(),
-        machine=machine(),
         renderer=renderer,
-        load=load,
+        load=before,
         draws=costs,
     )
-    with complete_file(out) as temporary:
-        temporary.write_text(json.dumps(msgspec.to_builtins(record), indent=2) + "\n")
+    write_record(out, record)
     sphere = costs["empty pass: sphere"]
     for name, one in costs.items():
         times = f"{one.cpu_ms / sphere.cpu_ms:.1f} of the sphere's"

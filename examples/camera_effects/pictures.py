@@ -18,7 +18,7 @@ from simgl.scenario.schema import CameraTable
 from simgl.scene.camera import Camera
 from simgl.scene.detector import Detector, FixedPattern, Particles
 from simgl.scene.state import SceneState
-from simgl.transport.bake import Progress
+from simgl.steps import Progress
 
 Picture = NDArray[np.uint8]
 

@@ -206,28 +206,42 @@ def fly(
 
         R_lvlh_from_body = R_lvlh_from_icrf @ world.attitude.R_icrf_from_body
         delta_v = pilot.push(now, R_lvlh_from_body)
-        size = float(np.linalg.norm(delta_v))
-        if size > 0.0:
-            spent += size
-            world = replace(
-                world,
-                chaser=spacecraft.pushed(world.chaser, R_lvlh_from_icrf.T @ delta_v, rng),
-                attitude=world.attitude.kicked(size, rng),
-            )
+        spent += float(np.linalg.norm(delta_v))
+        world = _pushed(world, delta_v, rng)
         seconds += round(STEP)
         aim = pilot.attitude(now, R_lvlh_from_body)
         world = _advanced(world, drawing, aim, start_turn, float(seconds), rng)
-    R_board_from_icrf, place = _board(world, drawing)
-    own = world.chaser.position + world.attitude.R_icrf_from_body @ drawing.camera_position
-    axis = world.attitude.R_icrf_from_body @ drawing.R_camera_from_body[2]
+    final, misalignment = _before_the_board(world, drawing)
     return Flight(
         settings=settings,
         frames=frames,
         pictures=_spread(kept, settings.pictures),
         arrived=arrived_at is not None,
-        final=R_board_from_icrf @ (own - place),
-        misalignment=float(np.arccos(np.clip(-(R_board_from_icrf @ axis)[0], -1.0, 1.0))),
+        final=final,
+        misalignment=misalignment,
     )
+
+
+def _pushed(world: _World, delta_v: Array, rng: np.random.Generator) -> _World:
+    """The truth after a push of the thrusters, (3,) LVLH [m s-1]."""
+    size = float(np.linalg.norm(delta_v))
+    if size == 0.0:
+        return world
+    R_icrf_from_lvlh = world.target.R_lvlh_from_icrf.T
+    return replace(
+        world,
+        chaser=spacecraft.pushed(world.chaser, R_icrf_from_lvlh @ delta_v, rng),
+        attitude=world.attitude.kicked(size, rng),
+    )
+
+
+def _before_the_board(world: _World, drawing: Drawing) -> tuple[Array, float]:
+    """The camera in the board's axes (3,) [m], and the angle between their axes [rad]."""
+    R_board_from_icrf, place = _board(world, drawing)
+    own = world.chaser.position + world.attitude.R_icrf_from_body @ drawing.camera_position
+    axis = world.attitude.R_icrf_from_body @ drawing.R_camera_from_body[2]
+    angle = float(np.arccos(np.clip(-(R_board_from_icrf @ axis)[0], -1.0, 1.0)))
+    return R_board_from_icrf @ (own - place), angle
 
 
 def _drawing(scenario: Scenario) -> Drawing:

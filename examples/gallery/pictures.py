@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from simgl import Product, Scenario, Simulator, load_scenario
+from examples.fewer_pixels import fewer_pixels
+from simgl import Product, Simulator, load_scenario
 from simgl.images import LayersFrame, contact_sheet, display_from_layers, display_from_radiance
-from simgl.scene.camera import Camera
-from simgl.transport.bake import Progress
+from simgl.steps import Progress
 
 Picture = NDArray[np.uint8]
 
@@ -37,7 +37,7 @@ def pictures(shrink: int = 1, progress: Progress | None = None) -> Iterator[tupl
     shrink : pictures are smaller by this factor
     progress : told of the light between surfaces while it is traced
     """
-    scenario = smaller(load_scenario(BAY), shrink)
+    scenario = fewer_pixels(load_scenario(BAY), shrink)
     with Simulator(scenario, progress=progress) as simulator:
         for camera in scenario.cameras:
             day = _layers(simulator, scenario.epoch_tai_ns, camera)
@@ -54,7 +54,7 @@ def pictures(shrink: int = 1, progress: Progress | None = None) -> Iterator[tupl
 
 def _by_camera(scenario_file: Path, shrink: int) -> dict[str, Picture]:
     """The picture of each camera at the scenario's epoch."""
-    scenario = smaller(load_scenario(scenario_file), shrink)
+    scenario = fewer_pixels(load_scenario(scenario_file), shrink)
     state = scenario.at(scenario.epoch_tai_ns)
     found = {}
     with Simulator(scenario) as simulator:
@@ -81,19 +81,3 @@ def _halved(frame: LayersFrame) -> LayersFrame:
         return np.asarray(blocks.mean(axis=(1, 3)), dtype=np.float32)
 
     return replace(frame, layers={name: half(layer) for name, layer in frame.layers.items()})
-
-
-def smaller(scenario: Scenario, shrink: int) -> Scenario:
-    """A scenario whose cameras have fewer, larger pixels and the same field."""
-
-    def camera_of(camera: Camera) -> Camera:
-        d = camera.detector
-        pixels = replace(
-            d,
-            width=d.width // shrink,
-            height=d.height // shrink,
-            pixel_pitch=d.pixel_pitch * shrink,
-        )
-        return replace(camera, detector=pixels)
-
-    return replace(scenario, cameras={n: camera_of(c) for n, c in scenario.cameras.items()})

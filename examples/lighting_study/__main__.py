@@ -14,9 +14,9 @@ from PIL import Image
 from examples.lighting_study.cases import CASES
 from examples.lighting_study.page import page, readings, sheet
 from examples.lighting_study.shot import smaller, take
-from simgl import SimglError, Simulator, load_scenario
+from simgl import SimglError, load_scenario
 from simgl.output import check_writable, complete_file
-from simgl.progress import bake_bar
+from simgl.progress import opened
 
 HERE = Path(__file__).parent
 QUALITY = 85
@@ -33,9 +33,7 @@ def main(
     renderer = ""
     for file in dict.fromkeys(case.file for case in CASES):
         scenario = smaller(load_scenario(HERE / f"{file}.toml"), shrink)
-        with bake_bar() as progress:
-            ready = Simulator(scenario, progress=progress)
-        with ready as simulator:
+        with opened(scenario) as simulator:
             renderer = simulator.renderer_name.rsplit(", ", 1)[0]
             for case in (case for case in CASES if case.file == file):
                 shot = take(simulator, case.camera)

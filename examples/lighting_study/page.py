@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from examples.lighting_study.cases import CASES, NUMBERS, Case, Number
+from examples.lighting_study.cases import CASES, Case, Number
 from examples.lighting_study.shot import Shot
 from simgl.physics.exposure_value import blender_exposure, exposure_value
 
@@ -70,7 +70,7 @@ def read(number: Number, shot: Shot) -> Reading:
 
 def readings(case: Case, shot: Shot) -> list[Reading]:
     """All numbers of a case."""
-    return [read(number, shot) for number in NUMBERS if number.case == case.name]
+    return [read(number, shot) for number in case.numbers]
 
 
 def sheet(shot: Shot) -> NDArray[np.uint8]:

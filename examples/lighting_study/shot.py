@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from examples.fewer_pixels import fewer_pixels
 from simgl import Product, Scenario, Simulator
 from simgl.assess.backdrop import ring_around
 from simgl.assess.criteria import Verdict, verdict
@@ -140,19 +141,12 @@ class Shot:
 def smaller(scenario: Scenario, shrink: int) -> Scenario:
     """A scenario whose cameras have fewer, larger pixels, the same field, and as full wells."""
 
-    def camera_of(camera: Camera) -> Camera:
-        d = camera.detector
-        pixels = replace(
-            d,
-            width=d.width // shrink,
-            height=d.height // shrink,
-            pixel_pitch=d.pixel_pitch * shrink,
-        )
+    def dimmed(camera: Camera) -> Camera:
         r, g, b, n = (share / shrink**2 for share in camera.lens.transmission)
-        lens = replace(camera.lens, transmission=(r, g, b, n))
-        return replace(camera, detector=pixels, lens=lens)
+        return replace(camera, lens=replace(camera.lens, transmission=(r, g, b, n)))
 
-    return replace(scenario, cameras={n: camera_of(c) for n, c in scenario.cameras.items()})
+    fewer = fewer_pixels(scenario, shrink)
+    return replace(fewer, cameras={n: dimmed(c) for n, c in fewer.cameras.items()})
 
 
 def take(simulator: Simulator, camera: str) -> Shot:

@@ -13,7 +13,7 @@ from simgl import Product, Scenario, Simulator, load_scenario
 from simgl.images import display_from_radiance, display_gain
 from simgl.physics.ephemeris import itrf_from_icrf, tai_ns_from_utc
 from simgl.scenario.loader import scenario_from_dict
-from simgl.transport.bake import Progress
+from simgl.steps import Progress
 
 Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]

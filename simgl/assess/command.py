@@ -16,13 +16,9 @@ from simgl.assess.run import PRODUCTS, assignment, moments, run
 from simgl.assess.sweep import Sweep, run_sweep
 from simgl.assess.sweep_report import write_sweep_report
 from simgl.crew.hiring import hired
-from simgl.errors import ConfigError
-from simgl.physics.ephemeris import tai_ns_from_utc
-from simgl.progress import bake_bar, frame_bar
+from simgl.progress import frame_bar, opened
 from simgl.scenario.loader import load_scenario
-from simgl.scenario.scenario import Scenario
-from simgl.sequence.options import EpochOptions
-from simgl.simulator import Simulator
+from simgl.sequence.options import EpochOptions, epoch_at
 
 
 def one_epoch(
@@ -30,12 +26,10 @@ def one_epoch(
 ) -> None:
     """Assess one picture and say what was found."""
     scenario = load_scenario(path)
-    epoch = _epoch(scenario, at)
+    epoch = epoch_at(scenario, at)
     work = assignment(scenario, camera, target, [epoch])
     state = scenario.at(epoch)
-    with bake_bar() as progress:
-        ready = Simulator(scenario, progress=progress)
-    with ready as simulator:
+    with opened(scenario) as simulator:
         exposure = simulator.capture(state, work.camera, PRODUCTS)
     found = assess_frame(exposure, state, work.target, work.limits)
     judged, reasons = verdict(found, work.limits)
@@ -79,9 +73,7 @@ def trajectory(
     epochs = options.epochs(scenario, named.camera, named.target)
     work = assignment(scenario, camera, target, epochs)
     report = out / "report.html"
-    with bake_bar() as progress:
-        ready = Simulator(scenario, progress=progress)
-    with ready as simulator:
+    with opened(scenario) as simulator:
         with frame_bar() as bar:
             rows = run(work, hired(work, simulator, *hands), out, bar)
         found = course(moments(rows))
@@ -108,11 +100,9 @@ def over_axes(
     hands : workers on this machine, or the address of a scheduler of others
     """
     scenario = load_scenario(path)
-    work = assignment(scenario, camera, target, [_epoch(scenario, at)])
+    work = assignment(scenario, camera, target, [epoch_at(scenario, at)])
     sweep = Sweep(work, parse_axes(axes))
-    with bake_bar() as progress:
-        ready = Simulator(scenario, progress=progress)
-    with ready as simulator, frame_bar() as bar:
+    with opened(scenario) as simulator, frame_bar() as bar:
         rows = run_sweep(sweep, hired(sweep, simulator, *hands), out, bar)
     write_sweep_report(out / "report.html", sweep, rows)
     good = sum(row["verdict"] == Verdict.GOOD.value for row in rows)
@@ -122,11 +112,3 @@ def over_axes(
         markup=False,
         soft_wrap=True,
     )
-
-
-def _epoch(scenario: Scenario, at: str | None) -> int:
-    """TAI ns of the option ``--at``, or the scenario's own epoch."""
-    try:
-        return scenario.epoch_tai_ns if at is None else tai_ns_from_utc(at)
-    except ValueError as error:
-        raise ConfigError("command line", "--at", str(error)) from None

@@ -13,7 +13,8 @@ from simgl.assess.exposure import DETECTION, exposure_limits, full_electrons
 from simgl.errors import ConfigError, did_you_mean
 from simgl.false_colour import relative_flux
 from simgl.images import saturated
-from simgl.physics.frames import unit
+from simgl.physics.frames import angle_between
+from simgl.scene.camera import Camera
 from simgl.scene.criteria import Criteria
 from simgl.scene.state import SceneState
 from simgl.simulator import Exposure
@@ -77,11 +78,6 @@ class FrameAssessment:
         return float(np.pi * sum(self.mean_radiance))
 
 
-def _angle(a: Array, b: Array) -> float:
-    """Between two unit vectors [rad], exact for small and large ones."""
-    return float(2.0 * np.arctan2(np.linalg.norm(a - b), np.linalg.norm(a + b)))
-
-
 def assess_frame(
     exposure: Exposure, state: SceneState, target: str, criteria: Criteria = Criteria()
 ) -> FrameAssessment:
@@ -105,16 +101,12 @@ def assess_frame(
     instance = list(state.bodies).index(target) + 1
     craft = exposure.truth.part_id // 65536
     on_target = craft == instance
-    detector = info.camera.detector
     image = exposure.electrons.electrons
     electrons = image[on_target].astype(np.float64)
     ring = ring_around(on_target, craft > 0)
     pose = info.position, info.R_camera_from_icrf, info.camera.intrinsics
-    most = full_electrons(info.camera)
-    full = saturated(exposure.digital.dn[on_target], detector)
-    # A full pixel tells no more than that it is full.
-    counted = np.minimum(electrons, most)
-    snr = counted / np.sqrt(counted + detector.read_noise**2 + 1.0 / 12.0)
+    full = saturated(exposure.digital.dn[on_target], info.camera.detector)
+    snr = _signal_to_noise(electrons, info.camera)
     dark = ~full & (snr < DETECTION)
     count = int(on_target.sum())
 
@@ -124,15 +116,11 @@ def assess_frame(
     mean = exposure.radiance.radiance[on_target].mean(axis=0) if count else np.zeros(4)
     r, g, b, n = (float(v) for v in mean)
     edges = np.concatenate([on_target[0], on_target[-1], on_target[:, 0], on_target[:, -1]])
-    better = math.inf
-    if count:
-        limits = exposure_limits(electrons, image[craft == 0], info.camera, criteria)
-        better = limits.time / info.camera.exposure_time
     return FrameAssessment(
         target=target,
         range=float(np.linalg.norm(to_camera)),
-        phase_angle=_angle(sun.direction_icrf, unit(to_camera)),
-        sun_to_boresight=_angle(info.sun_direction_icrf, info.R_camera_from_icrf[2]),
+        phase_angle=angle_between(sun.direction_icrf, to_camera),
+        sun_to_boresight=angle_between(info.sun_direction_icrf, info.R_camera_from_icrf[2]),
         sunlight=state.sunlit_share(position),
         target_pixels=count,
         saturated=share(full),
@@ -146,9 +134,25 @@ def assess_frame(
         relative_flux=float(relative_flux(np.asarray(mean, dtype=np.float32))),
         median_electrons=float(np.median(electrons)) if count else 0.0,
         bright_electrons=float(np.percentile(electrons, _BRIGHT)) if count else 0.0,
-        full_electrons=most,
-        better_exposure=better if math.isfinite(better) else None,
+        full_electrons=full_electrons(info.camera),
+        better_exposure=_better_exposure(electrons, image[craft == 0], info.camera, criteria),
     )
+
+
+def _signal_to_noise(electrons: Array, camera: Camera) -> Array:
+    """Of each pixel; a full one tells no more than that it is full."""
+    counted = np.minimum(electrons, full_electrons(camera))
+    return np.asarray(counted / np.sqrt(counted + camera.detector.read_noise**2 + 1.0 / 12.0))
+
+
+def _better_exposure(
+    target: Array, sky: NDArray[np.float32], camera: Camera, criteria: Criteria
+) -> float | None:
+    """Of the exposure time that it was; None where there is no target, or no limit."""
+    if target.size == 0:
+        return None
+    better = exposure_limits(target, sky, camera, criteria).time / camera.exposure_time
+    return better if math.isfinite(better) else None
 
 
 def _contrast(target: Array, background: NDArray[np.float32]) -> float | None:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.table import Table
 
+from simgl.assess.exposure import full_electrons
 from simgl.assess.photon_transfer import (
     Frame,
     Spatial,
@@ -24,12 +25,13 @@ from simgl.assess.photon_transfer import (
     spatial_statistics,
 )
 from simgl.gpu.targets import Format, ImageTarget
+from simgl.imager import Imager
 from simgl.physics.constants import SOLAR_TEMPERATURE
 from simgl.physics.spectrum import BANDS, black_body_light
-from simgl.renderer import Renderer
 from simgl.scenario.cameras import read_camera
 from simgl.scenario.schema import CameraTable
 from simgl.scene.camera import Camera
+from simgl.steps import Progress
 
 Array = NDArray[np.float64]
 
@@ -41,6 +43,8 @@ _EXPOSURE = 1e-3
 _BRIGHTEST = 1.12
 # Levels of light between the dark and the first of the evenly spaced ones.
 _FAINT = 8
+# Photons of the flat fields and dark frames, R, G, B and N.
+_GREEN = np.array([0.0, 1.0, 0.0, 0.0])
 # Electrons that the longest dark exposure collects on average.
 _DARK_ELECTRONS = 200.0
 
@@ -110,7 +114,7 @@ class _Laboratory:
         self._seed = seed
         self._frames = 0
         self._photons = black_body_light(1.0, SOLAR_TEMPERATURE).photons_per_joule
-        self._renderer = Renderer(ctx)
+        self._imager = Imager(ctx)
         d = camera.detector
         self._light = ImageTarget(ctx, (d.width, d.height), [Format("f4", 4)])
         # One colour at a time: the first green pixel of each square, or every pixel.
@@ -123,8 +127,8 @@ class _Laboratory:
         irradiance = photons / (self._photons * area * exposure_time)
         self._light.framebuffer.clear(*irradiance.tolist())
         self._frames += 1
-        electrons = self._renderer.electrons(camera, self._photons, self._light)
-        frame: Frame = self._renderer.digital(camera, self._frames, self._seed, electrons).read()
+        electrons = self._imager.electrons(camera, self._photons, self._light)
+        frame: Frame = self._imager.digital(camera, self._frames, self._seed, electrons).read()
         return frame
 
     def one_colour(self, frame: Frame, place: tuple[int, int] | None = None) -> Frame:
@@ -141,7 +145,7 @@ class _Laboratory:
         """Free everything."""
         self._ctx.detect_framebuffer(0).use()
         self._light.release()
-        self._renderer.release()
+        self._imager.release()
 
 
 def examine(
@@ -151,7 +155,7 @@ def examine(
     levels: int = 58,
     repeats: int = 16,
     seed: int = 1,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> CameraReport:
     """Photon-transfer test of a camera.
 
@@ -169,25 +173,14 @@ def examine(
 
     laboratory = _Laboratory(ctx, camera, seed)
     try:
-        green = np.array([0.0, 1.0, 0.0, 0.0])
-        full = _full_scale(camera) / _efficiency(camera, laboratory.place)[1]
-        # A few of the levels show where the noise of the dark takes over.
-        faint = full * np.geomspace(1e-4, 0.02, _FAINT)
-        even = np.linspace(0.0, _BRIGHTEST * full, levels - _FAINT)
-        photons = np.sort(np.concatenate([faint, even]))
-        points = []
-        for level in photons.tolist():
-            points.append(pair_statistics(*laboratory.frames(2, level * green)))
-            step()
-        mean, variance = np.array(points).T
-        curve = TransferCurve(photons=photons, mean=mean, variance=variance)
-        dark = spatial_statistics(laboratory.frames(repeats, 0.0 * green))
+        curve = _transfer_curve(laboratory, levels, step)
+        dark = spatial_statistics(laboratory.frames(repeats, 0.0 * _GREEN))
         step()
         half = 0.5 * curve.photons[curve.saturation]
-        flat = spatial_statistics(laboratory.frames(repeats, half * green))
+        flat = spatial_statistics(laboratory.frames(repeats, half * _GREEN))
         step()
         times = _EXPOSURE + np.linspace(0.0, _longest(camera), 6)
-        means = [laboratory.one_colour(laboratory.frame(0.0 * green, t)).mean() for t in times]
+        means = [laboratory.one_colour(laboratory.frame(0.0 * _GREEN, t)).mean() for t in times]
         step()
         efficiencies = list(_efficiencies(laboratory, curve))
         step()
@@ -206,10 +199,22 @@ def examine(
     )
 
 
-def _full_scale(camera: Camera) -> float:
-    """Electrons that fill the well or the converter, whichever comes first."""
-    d = camera.detector
-    return min(d.full_well, (d.largest_dn - d.pedestal) / d.gain_dn_per_e)
+def _transfer_curve(
+    laboratory: _Laboratory, levels: int, step: Callable[[], None]
+) -> TransferCurve:
+    """Pairs of flat fields from the dark to saturation."""
+    camera = laboratory.camera
+    full = full_electrons(camera) / _efficiency(camera, laboratory.place)[1]
+    # A few of the levels show where the noise of the dark takes over.
+    faint = full * np.geomspace(1e-4, 0.02, _FAINT)
+    even = np.linspace(0.0, _BRIGHTEST * full, levels - _FAINT)
+    photons = np.sort(np.concatenate([faint, even]))
+    points = []
+    for level in photons.tolist():
+        points.append(pair_statistics(*laboratory.frames(2, level * _GREEN)))
+        step()
+    mean, variance = np.array(points).T
+    return TransferCurve(photons=photons, mean=mean, variance=variance)
 
 
 def _efficiency(camera: Camera, place: tuple[int, int]) -> Array:
@@ -242,7 +247,7 @@ def _efficiencies(laboratory: _Laboratory, curve: TransferCurve) -> Iterator[Fin
             if expected[band] == 0.0:
                 continue
             photons = np.zeros(4)
-            photons[band] = 0.5 * _full_scale(camera) / expected.max()
+            photons[band] = 0.5 * full_electrons(camera) / expected.max()
             frame = laboratory.one_colour(laboratory.frame(photons), place)
             found = (frame.mean() - curve.mean[0]) / curve.gain / photons[band]
             low, high = (round(1e9 * edge) for edge in BANDS.edges[band])
@@ -292,7 +297,7 @@ def _findings(
     expected = float(dead / (1.0 - p.dead_pixels))
     yield finding("PRNU", "%", 100.0 * expected, 100.0 * prnu, 0.02, 0.01)
     yield finding("linearity error", "%", 0.0, 100.0 * curve.linearity_error, 0.0, 0.05)
-    full = _full_scale(camera)
+    full = full_electrons(camera)
     # Noise is cut a few standard deviations below the full well, and found to one level.
     largest_step = float(np.diff(curve.photons).max() / curve.photons[-1]) * _BRIGHTEST
     share = 4.0 / np.sqrt(full) + largest_step

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,15 +16,14 @@ from simgl.output import check_writable
 from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.scenario.scenario import Scenario
 from simgl.scene.criteria import Criteria
-from simgl.sequence.journal import Journal, Value
+from simgl.sequence.journal import Columns, Journal, Value
 from simgl.sequence.run import identity
 from simgl.simulator import Product, Simulator
-
-Report = Callable[[int, int], None]
+from simgl.steps import Progress
 
 PRODUCTS = frozenset({Product.DN, Product.ELECTRONS, Product.RADIANCE, Product.TRUTH})
 
-COLUMNS: dict[str, type[str] | type[int] | type[float]] = {
+COLUMNS: Columns = {
     "frame": int,
     "utc": str,
     "tai_ns": int,
@@ -109,7 +108,7 @@ def assignment(
 
 
 def run(
-    work: Assignment, crew: Crew[dict[str, Value]], folder: Path, report: Report | None = None
+    work: Assignment, crew: Crew[dict[str, Value]], folder: Path, report: Progress | None = None
 ) -> list[dict[str, Value]]:
     """Assess every epoch that the folder's table does not hold yet.
 

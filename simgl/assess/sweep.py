@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -14,9 +14,10 @@ from simgl.assess.run import COLUMNS, PRODUCTS, Assignment, row_of
 from simgl.crew.job import Crew
 from simgl.output import check_writable
 from simgl.scenario.scenario import Scenario
-from simgl.sequence.journal import Journal, Value
+from simgl.sequence.journal import Columns, Journal, Value
 from simgl.sequence.run import identity
 from simgl.simulator import Simulator
+from simgl.steps import Progress
 
 Row = dict[str, Value]
 
@@ -66,7 +67,7 @@ class Sweep:
         return rows
 
     @property
-    def columns(self) -> dict[str, type[str] | type[int] | type[float]]:
+    def columns(self) -> Columns:
         """Of the table."""
         swept = {_column(axis.name): float for axis in self.axes}
         return {"frame": int, **swept, **COLUMNS}
@@ -94,7 +95,7 @@ def run_sweep(
     sweep: Sweep,
     crew: Crew[list[Row]],
     folder: Path,
-    report: Callable[[int, int], None] | None = None,
+    report: Progress | None = None,
 ) -> list[Row]:
     """Assess every point that the folder's table does not hold yet.
 

@@ -28,13 +28,10 @@ def campaign(
     from simgl.campaign.run import run
     from simgl.campaign.take import CampaignJob
     from simgl.crew.hiring import hired
-    from simgl.progress import bake_bar, frame_bar
-    from simgl.simulator import Simulator
+    from simgl.progress import frame_bar, opened
 
     loaded = load_campaign(file)
-    with bake_bar() as progress:
-        ready = Simulator(loaded.scenario, progress=progress)
-    with ready as simulator, frame_bar() as report:
+    with opened(loaded.scenario) as simulator, frame_bar() as report:
         crew = hired(CampaignJob(campaign=loaded), simulator, workers, scheduler)
         found = run(loaded, out, crew, report)
     lines = [f"{loaded.frames} frames in {out}, {found.taken} of them now; labels: {out}/coco.json"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,8 +12,7 @@ from simgl.campaign.take import COLUMNS, KEYS, Taken
 from simgl.crew.job import Crew
 from simgl.output import check_writable, complete_file
 from simgl.sequence.journal import Journal, Value
-
-Report = Callable[[int, int], None]
+from simgl.steps import Progress
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,7 +24,7 @@ class Outcome:
 
 
 def run(
-    campaign: Campaign, folder: Path, crew: Crew[Taken], report: Report | None = None
+    campaign: Campaign, folder: Path, crew: Crew[Taken], report: Progress | None = None
 ) -> Outcome:
     """Take every frame that the folder does not hold yet, then write the labels of all.
 

@@ -21,10 +21,10 @@ from simgl.output import write_dn_png, write_exr, write_view_png
 from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.physics.frames import quaternion_from_matrix, unit
 from simgl.scenario.scenario import Scenario
-from simgl.sequence.journal import Value
+from simgl.sequence.journal import Columns, Value
 from simgl.simulator import Exposure, Product, Simulator
 
-COLUMNS: dict[str, type[str] | type[int] | type[float]] = {
+COLUMNS: Columns = {
     "frame": int,
     "file": str,
     "utc": str,

@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation
 from simgl.generate.craft import Craft, Joint, Part, Vec3
 from simgl.generate.fittings import (
     bell,
-    framed_panel,
     helix_antenna,
+    panel_row,
     patch_antenna,
     seated,
     star_tracker,
@@ -245,16 +245,13 @@ def _wing() -> list[Shape]:
         *(rod("grey_paint", (s * 0.05, 0.32, 0.0), (s * 0.66, first + 0.006, 0.0), 0.03, 16)
           for s in (-1.0, 1.0)),
     ]  # fmt: skip
-    for panel in range(4):
-        start = first + panel * (width + gap)
-        plate = framed_panel((-0.5 * chord, 0.5 * chord), (start, start + width), (6, 12), 0.026)
-        shapes += [shape.moved((0.0, 0.0, -0.013)) for shape in plate]
-        if panel:
-            shapes += [
-                rod("anodised_dark", (x - 0.06, start - 0.5 * gap, 0.0),
-                    (x + 0.06, start - 0.5 * gap, 0.0), 0.033, 16)
-                for x in (-0.6, 0.6)
-            ]  # fmt: skip
+    starts = [first + panel * (width + gap) for panel in range(4)]
+    shapes += panel_row((-0.5 * chord, 0.5 * chord), starts, width, (6, 12), 0.026)
+    shapes += [
+        rod("anodised_dark", (x - 0.06, y, 0.0), (x + 0.06, y, 0.0), 0.033, 16)
+        for y in (start - 0.5 * gap for start in starts[1:])
+        for x in (-0.6, 0.6)
+    ]
     return shapes
 
 

@@ -4,7 +4,7 @@ Body axes: x forward, y starboard (right), z down. Metres, radians.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from scipy.spatial.transform import Rotation
 
@@ -45,6 +45,43 @@ class Part:
     shapes: tuple[Shape, ...]
     origin_body: Vec3 = (0.0, 0.0, 0.0)
     R_body_from_part: Rotation = field(default_factory=Rotation.identity)
+
+
+def _port(name: str) -> str:
+    assert name.endswith("_right"), name
+    return name.removesuffix("right") + "left"
+
+
+def _mirrored(point: Vec3) -> Vec3:
+    # Taken from zero: a negated zero would stand in a file as -0.0.
+    return point[0], 0.0 - point[1], point[2]
+
+
+def both_sides(part: Part, joint: Joint) -> tuple[list[Part], list[Joint]]:
+    """A starboard part on its joint, and before it the mirror image of both to port.
+
+    All names end with "_right", those of the mirror image with "_left".
+    """
+    # A turn's mirror image is the opposite turn about the axis' mirror image.
+    quaternion = part.R_body_from_part.as_quat() * [-1.0, 1.0, -1.0, 1.0]
+    x, y, z = joint.axis_body
+    port_part = replace(
+        part,
+        name=_port(part.name),
+        shapes=tuple(shape.mirrored() for shape in part.shapes),
+        origin_body=_mirrored(part.origin_body),
+        R_body_from_part=Rotation.from_quat(quaternion),
+    )
+    port_joint = replace(
+        joint,
+        name=_port(joint.name),
+        part=port_part.name,
+        axis_body=(0.0 - x, y, 0.0 - z),
+        origin_body=_mirrored(joint.origin_body),
+        keypoints=tuple(_port(name) for name in joint.keypoints),
+        sunward_body=None if joint.sunward_body is None else _mirrored(joint.sunward_body),
+    )
+    return [port_part, part], [port_joint, joint]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,8 +7,8 @@ frame's origin is its centre.
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from simgl.generate.craft import Craft, Joint, Part, Vec3
-from simgl.generate.fittings import bell, framed_panel, hinge_line, solar_cells
+from simgl.generate.craft import Craft, Joint, Part, Vec3, both_sides
+from simgl.generate.fittings import bell, hinge_line, panel_row, solar_cells
 from simgl.generate.shapes import Shape, box, lathe, rod, slab, sphere, tube
 
 LENGTH, WIDTH, HEIGHT = 0.30, 0.29, 0.20  # along x, y, z [m]
@@ -175,10 +175,8 @@ def _starboard_panel() -> list[Shape]:
     shapes = hinge_line((-0.05, 0.05), 0.04, 0.005)
     arm = box("aluminium", (0.030, 0.014, 0.003), (0.0, 0.0095, 0.0))
     shapes += [arm.moved((x, 0.0, 0.0)) for x in (-0.05, 0.05)]
-    for leaf in range(2):
-        start = first + leaf * (PANEL_WIDTH + gap)
-        plate = framed_panel((-half, half), (start, start + PANEL_WIDTH), (6, 3), thickness)
-        shapes += [shape.moved((0.0, 0.0, -0.5 * thickness)) for shape in plate]
+    starts = [first + leaf * (PANEL_WIDTH + gap) for leaf in range(2)]
+    shapes += panel_row((-half, half), starts, PANEL_WIDTH, (6, 3), thickness)
     middle = first + PANEL_WIDTH + 0.5 * gap
     bridge = box("anodised_dark", (0.024, gap + 0.006, 0.004), (0.0, middle, 0.0))
     shapes += [bridge.moved((x, 0.0, 0.0)) for x in (-0.10, 0.10)]
@@ -187,23 +185,16 @@ def _starboard_panel() -> list[Shape]:
 
 def _panels() -> tuple[list[Part], list[Joint]]:
     """Both panels with their hinges."""
-    parts, joints = [], []
-    starboard = _starboard_panel()
-    for name, side in (("panel_left", -1.0), ("panel_right", 1.0)):
-        origin = HINGE[0], side * HINGE[1], HINGE[2]
-        shapes = starboard if side > 0.0 else [shape.mirrored() for shape in starboard]
-        parts.append(Part(name=name, shapes=tuple(shapes), origin_body=origin))
-        joints.append(
-            Joint(
-                name=name,
-                part=name,
-                axis_body=(side, 0.0, 0.0),  # positive folds the panel down to the side
-                origin_body=origin,
-                angles=(np.radians(-45.0), np.radians(90.0)),
-                keypoints=(name.replace("panel", "panel_tip"),),
-            )
-        )
-    return parts, joints
+    starboard = Part(name="panel_right", shapes=tuple(_starboard_panel()), origin_body=HINGE)
+    hinge = Joint(
+        name=starboard.name,
+        part=starboard.name,
+        axis_body=(1.0, 0.0, 0.0),  # positive folds the panel down to the side
+        origin_body=HINGE,
+        angles=(np.radians(-45.0), np.radians(90.0)),
+        keypoints=("panel_tip_right",),
+    )
+    return both_sides(starboard, hinge)
 
 
 def _keypoints() -> dict[str, Vec3]:

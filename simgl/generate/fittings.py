@@ -132,6 +132,26 @@ def framed_panel(
     return [*shapes, solar_cells(field_x, field_y, grid, gap)]
 
 
+def panel_row(
+    x: tuple[float, float],
+    starts: Sequence[float],
+    width: float,
+    grid: tuple[int, int],
+    thickness: float,
+) -> list[Shape]:
+    """Framed panels side by side along y, the middle of their plates in the plane z = 0.
+
+    x : outer extent of all [m]; starts : of each along y [m]; width : of each [m]
+    grid, thickness : as of ``framed_panel``
+    """
+    lift = (0.0, 0.0, -0.5 * thickness)
+    return [
+        shape.moved(lift)
+        for start in starts
+        for shape in framed_panel(x, (start, start + width), grid, thickness)
+    ]
+
+
 def hinge_line(x: Sequence[float], length: float, radius: float) -> list[Shape]:
     """Hinge knuckles about the x axis, centred at each `x` [m]."""
     return [

@@ -1,11 +1,12 @@
 """The lifting body of Space Rider: airframe, cargo bay, bay doors and body flaps."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from simgl.generate.craft import Joint, Part
+from simgl.generate.craft import Joint, Part, both_sides
 from simgl.generate.fittings import bell, hinge_line, patch_antenna
 from simgl.generate.reentry_skin import BASE_X, BAY_X, FLOOR_Z, airframe, upper_skin
 from simgl.generate.shapes import (
@@ -35,14 +36,14 @@ def _both(shapes: Sequence[Shape]) -> list[Shape]:
     return [*shapes, *(shape.mirrored() for shape in shapes)]
 
 
-def _hinge(side: float) -> tuple[float, float, float]:
-    """A door's hinge: just outside the skin beside the opening; side +1 is starboard [m]."""
-    return BAY_X, side * HINGE_Y, float(upper_skin(BAY_X, HINGE_Y)[2]) - 0.014
+def _hinge() -> tuple[float, float, float]:
+    """The starboard door's hinge: just outside the skin beside the opening [m]."""
+    return BAY_X, HINGE_Y, float(upper_skin(BAY_X, HINGE_Y)[2]) - 0.014
 
 
 def body() -> Part:
     """The airframe with what is fixed to its skin and base."""
-    knuckles = [shape.moved(_hinge(1.0)) for shape in hinge_line((-0.5, -0.1, 0.3), 0.12, 0.014)]
+    knuckles = [shape.moved(_hinge()) for shape in hinge_line((-0.5, -0.1, 0.3), 0.12, 0.014)]
     rails = [
         piece
         for y, front, rear in ((0.40, 1.85, 1.35), (0.45, -0.20, -0.60))
@@ -153,7 +154,7 @@ def _starboard_door() -> list[Shape]:
     back = np.array([[upper_skin(float(a), float(b), 0.030) for b in y] for a in x])
     panel = shell(("felt_white", "silver_foil", "aluminium"), front, back)
     stiffeners = [_door_bar(BAY_X + at) for at in (-0.40, 0.0, 0.40)]
-    hinge_z = _hinge(1.0)[2]
+    hinge_z = _hinge()[2]
     arms = [
         box("aluminium", (0.06, 0.050, 0.014), (BAY_X + at, 0.515, hinge_z)) for at in (-0.3, 0.1)
     ]
@@ -175,29 +176,21 @@ def _door_bar(x: float) -> Shape:
 
 def bay_doors() -> tuple[list[Part], list[Joint]]:
     """Both doors, open, with their hinges."""
-    parts, joints = [], []
-    starboard = _starboard_door()
-    for name, side in (("bay_door_left", -1.0), ("bay_door_right", 1.0)):
-        hinge = _hinge(side)
-        shapes = starboard if side > 0.0 else [shape.mirrored() for shape in starboard]
-        parts.append(
-            Part(
-                name=name,
-                shapes=tuple(shape.moved(-np.array(hinge)) for shape in shapes),
-                origin_body=hinge,
-                R_body_from_part=Rotation.from_rotvec([side * DOOR_ANGLE, 0.0, 0.0]),
-            )
-        )
-        joints.append(
-            Joint(
-                name=name,
-                part=name,
-                axis_body=(side, 0.0, 0.0),  # positive opens
-                origin_body=hinge,
-                angles=(-DOOR_ANGLE, np.radians(40.0)),
-            )
-        )
-    return parts, joints
+    place = _hinge()
+    door = Part(
+        name="bay_door_right",
+        shapes=tuple(shape.moved(-np.array(place)) for shape in _starboard_door()),
+        origin_body=place,
+        R_body_from_part=Rotation.from_rotvec([DOOR_ANGLE, 0.0, 0.0]),
+    )
+    hinge = Joint(
+        name=door.name,
+        part=door.name,
+        axis_body=(1.0, 0.0, 0.0),  # positive opens
+        origin_body=place,
+        angles=(-DOOR_ANGLE, np.radians(40.0)),
+    )
+    return both_sides(door, hinge)
 
 
 def body_flaps() -> tuple[list[Part], list[Joint]]:
@@ -209,28 +202,23 @@ def body_flaps() -> tuple[list[Part], list[Joint]]:
     surface = prism("ceramic_black", outline, 0.74)
     horns = [box("titanium", (0.10, 0.03, 0.06), (-0.08, y, -0.055)) for y in (-0.2, 0.2)]
     shaft = rod("titanium", (0.0, -0.40, 0.0), (0.0, 0.40, 0.0), 0.022, 16)
-    parts, joints = [], []
-    for name, side in (("body_flap_left", -1.0), ("body_flap_right", 1.0)):
-        origin = FLAP_HINGE[0], side * FLAP_HINGE[1], FLAP_HINGE[2]
-        parts.append(
-            Part(
-                name=name,
-                shapes=(surface, shaft, *horns),
-                origin_body=origin,
-                R_body_from_part=Rotation.from_rotvec([0.0, FLAP_ANGLE, 0.0]),
-            )
-        )
-        joints.append(
-            Joint(
-                name=name,
-                part=name,
-                axis_body=(0.0, 1.0, 0.0),  # positive lowers the trailing edge
-                origin_body=origin,
-                angles=(np.radians(-10.0), np.radians(20.0)),
-                keypoints=(name.replace("body_flap", "flap_tip"),),
-            )
-        )
-    return parts, joints
+    flap = Part(
+        name="body_flap_right",
+        shapes=(surface, shaft, *horns),
+        origin_body=FLAP_HINGE,
+        R_body_from_part=Rotation.from_rotvec([0.0, FLAP_ANGLE, 0.0]),
+    )
+    hinge = Joint(
+        name=flap.name,
+        part=flap.name,
+        axis_body=(0.0, 1.0, 0.0),  # positive lowers the trailing edge
+        origin_body=FLAP_HINGE,
+        angles=(np.radians(-10.0), np.radians(20.0)),
+        keypoints=("flap_tip_right",),
+    )
+    (port, starboard), joints = both_sides(flap, hinge)
+    # A flap is its own mirror image.
+    return [replace(port, shapes=flap.shapes), starboard], joints
 
 
 def base_ring() -> Shape:

@@ -7,11 +7,11 @@ nose (x = +3.9 m) and the mouth of the main nozzle (x = -3.9 m).
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from simgl.generate.craft import Craft, Joint, Part, Vec3
+from simgl.generate.craft import Craft, Joint, Part, Vec3, both_sides
 from simgl.generate.fittings import (
     bell,
-    framed_panel,
     helix_antenna,
+    panel_row,
     patch_antenna,
     seated,
     star_tracker,
@@ -210,7 +210,6 @@ def _starboard_wing() -> list[Shape]:
     reach = WING_TIP_Y - WING_ROOT[1]
     width = (reach - first - 2.0 * gap) / 3.0
     half = 0.5 * chord
-    lift = 0.011  # the panels' middle plane on the yoke's
     shapes = [
         rod("aluminium", (0.0, -0.015, 0.0), (0.0, 0.16, 0.0), 0.055, 24),
         box("anodised_dark", (0.16, 0.09, 0.09), (0.0, 0.17, 0.0)),
@@ -218,43 +217,34 @@ def _starboard_wing() -> list[Shape]:
         rod("white_paint", (-0.03, 0.17, 0.0), (-0.50, first + 0.004, 0.0), 0.022, 16),
         rod("white_paint", (-0.32, 0.42, 0.0), (0.32, 0.42, 0.0), 0.016, 12),
     ]
-    for panel in range(3):
-        start = first + panel * (width + gap)
-        plate = framed_panel((-half, half), (start, start + width), (9, 8), 0.022)
-        shapes += [shape.moved((0.0, 0.0, -lift)) for shape in plate]
-        shapes += [
-            box("grey_paint", (0.05, width - 0.08, 0.05), (x, start + 0.5 * width, 0.032))
-            for x in (-0.42, 0.42)
-        ]
-        if panel:
-            shapes += [
-                rod("anodised_dark", (x - 0.05, start - 0.5 * gap, 0.0),
-                    (x + 0.05, start - 0.5 * gap, 0.0), 0.028, 16)
-                for x in (-0.5, 0.5)
-            ]  # fmt: skip
+    starts = [first + panel * (width + gap) for panel in range(3)]
+    shapes += panel_row((-half, half), starts, width, (9, 8), 0.022)
+    shapes += [
+        box("grey_paint", (0.05, width - 0.08, 0.05), (x, start + 0.5 * width, 0.032))
+        for start in starts
+        for x in (-0.42, 0.42)
+    ]
+    shapes += [
+        rod("anodised_dark", (x - 0.05, y, 0.0), (x + 0.05, y, 0.0), 0.028, 16)
+        for y in (start - 0.5 * gap for start in starts[1:])
+        for x in (-0.5, 0.5)
+    ]
     return shapes
 
 
 def _wings() -> tuple[list[Part], list[Joint]]:
     """Both wings with their drives."""
-    parts, joints = [], []
-    starboard = _starboard_wing()
-    for name, side in (("panel_wing_left", -1.0), ("panel_wing_right", 1.0)):
-        origin = WING_ROOT[0], side * WING_ROOT[1], WING_ROOT[2]
-        shapes = starboard if side > 0.0 else [shape.mirrored() for shape in starboard]
-        parts.append(Part(name=name, shapes=tuple(shapes), origin_body=origin))
-        joints.append(
-            Joint(
-                name=name,
-                part=name,
-                axis_body=(0.0, 1.0, 0.0),  # positive raises the leading edge
-                origin_body=origin,
-                angles=(-np.pi, np.pi),
-                keypoints=(name.replace("panel_wing", "wing_tip"),),
-                sunward_body=(0.0, 0.0, -1.0),
-            )
-        )
-    return parts, joints
+    wing = Part(name="panel_wing_right", shapes=tuple(_starboard_wing()), origin_body=WING_ROOT)
+    drive = Joint(
+        name=wing.name,
+        part=wing.name,
+        axis_body=(0.0, 1.0, 0.0),  # positive raises the leading edge
+        origin_body=WING_ROOT,
+        angles=(-np.pi, np.pi),
+        keypoints=("wing_tip_right",),
+        sunward_body=(0.0, 0.0, -1.0),
+    )
+    return both_sides(wing, drive)
 
 
 def _keypoints() -> dict[str, Vec3]:

@@ -10,6 +10,8 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from simgl.kept import LastUsed
+
 
 @dataclass(frozen=True)
 class Format:
@@ -73,3 +75,41 @@ class ImageTarget:
             texture.release()
         if self._depth is not None:
             self._depth.release()
+
+
+# Four targets for each of eight image sizes; a window that is resized leaves no more behind.
+_KEPT = 32
+
+
+def table_texture(ctx: moderngl.Context, values: NDArray[np.float32]) -> moderngl.Texture:
+    """(height, width) or (height, width, channels) values as a texture, read texel by texel."""
+    height, width = values.shape[:2]
+    channels = values.shape[2] if values.ndim > 2 else 1
+    texture = ctx.texture((width, height), channels, values.tobytes(), dtype="f4")
+    texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    return texture
+
+
+class TargetStore:
+    """Targets by what they are for and by size; those unused for longest are freed."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        self._targets = LastUsed[tuple[str, tuple[int, int]], ImageTarget](_KEPT, self._free)
+
+    def of(
+        self, use: str, size: tuple[int, int], formats: Sequence[Format], *, depth: bool = False
+    ) -> ImageTarget:
+        """The target for a use; each has one set of formats."""
+        return self._targets.get(
+            (use, size), lambda: ImageTarget(self._ctx, size, formats, depth=depth)
+        )
+
+    def _free(self, target: ImageTarget) -> None:
+        # moderngl binds the last framebuffer again whenever it makes one: not a freed one, then.
+        self._ctx.detect_framebuffer(0).use()
+        target.release()
+
+    def release(self) -> None:
+        """Free them all."""
+        self._targets.clear()

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from simgl.images import contact_sheet, display_from_radiance, png_bytes
 from simgl.output import complete_file
+from simgl.physics.frames import unit
 from simgl.scenario.library import load_model
 from simgl.scenario.loader import scenario_from_dict
 from simgl.scene.mesh import Mesh
@@ -37,14 +38,9 @@ _RANGE = 5.0
 _FILLED = 0.94
 
 
-def _unit(vector: Any) -> NDArray[np.float64]:
-    values = np.asarray(vector, dtype=np.float64)
-    return np.asarray(values / np.linalg.norm(values))
-
-
 def _right_and_above(side: NDArray[np.float64], up: Any) -> NDArray[np.float64]:
     """(2, 3) directions in the picture of who stands at a side, unit."""
-    right = _unit(np.cross(np.asarray(up), side))
+    right = unit(np.cross(np.asarray(up), side))
     return np.stack([right, np.cross(side, right)])
 
 
@@ -55,7 +51,7 @@ def _sun_direction(side: NDArray[np.float64], up: Any) -> NDArray[np.float64]:
     """
     right, above = _right_and_above(side, up)
     lean = -0.8 if side[2] > 0.0 else 0.8
-    return _unit(side + lean * above + 0.6 * right)
+    return unit(side + lean * above + 0.6 * right)
 
 
 def _half_angles(mesh: Mesh) -> NDArray[np.float64]:
@@ -63,7 +59,7 @@ def _half_angles(mesh: Mesh) -> NDArray[np.float64]:
     offsets = mesh.hull - mesh.centre
     tangents = []
     for side, up in VIEWS.values():
-        towards = _unit(side)
+        towards = unit(side)
         distance = _RANGE * mesh.radius - offsets @ towards
         across = np.abs(offsets @ _right_and_above(towards, up).T)
         tangents.append((across / distance[:, None]).max(axis=0))
@@ -102,8 +98,8 @@ def turntable(
     craft |= {key: value for key, value in file_says.items() if value is not None}
     cameras = {}
     for number, (side, up) in enumerate(VIEWS.values()):
-        place = mesh.centre + _RANGE * mesh.radius * _unit(side)
-        pose = {"position_icrf_m": place, "boresight": -_unit(side), "up": up}
+        place = mesh.centre + _RANGE * mesh.radius * unit(side)
+        pose = {"position_icrf_m": place, "boresight": -unit(side), "up": up}
         cameras[f"view_{number}"] = lens | pose
     scenario = scenario_from_dict(
         {
@@ -121,7 +117,7 @@ def turntable(
     panels = {}
     with Simulator(scenario, ctx) as simulator:
         for camera, (title, (side, up)) in zip(cameras, VIEWS.items(), strict=True):
-            lit = replace(state.sun, direction_icrf=_sun_direction(_unit(side), up))
+            lit = replace(state.sun, direction_icrf=_sun_direction(unit(side), up))
             taken = simulator.capture(replace(state, sun=lit), camera, {Product.RADIANCE})
             assert taken.radiance is not None
             panels[title] = display_from_radiance(taken.radiance.radiance)

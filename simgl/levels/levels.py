@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +15,7 @@ from simgl.levels.measure import Pieces, deviations, projected_areas
 from simgl.levels.triangles import Array, Indices, doubled_areas
 from simgl.scene.detail import RUNGS
 from simgl.scene.mesh import Mesh
+from simgl.steps import Progress, silent
 
 # Part of every key: a change in how levels are made makes the old files strangers.
 VERSION = 1
@@ -29,9 +30,6 @@ AREA_SHARE = 0.03
 _AIMS = (0.75, 0.3)
 # Vertex colours may change so much.
 _COLOUR_STEP = 0.02
-
-# How many steps are done, of how many.
-Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -122,7 +120,7 @@ def make_levels(
     mesh: Mesh, progress: Progress | None = None, values: NDArray[np.float32] | None = None
 ) -> Levels:
     """The levels, computed; values : see ``levels_of``. The same mesh gives the same ones."""
-    report = progress if progress is not None else _silent
+    report = silent if progress is None else progress
     part = mesh.part.astype(np.int64)
     parts = int(part.max(initial=0)) + 1
     order = np.argsort(part[mesh.triangles[:, 0]], kind="stable")
@@ -154,10 +152,6 @@ def make_levels(
         starts=np.stack(starts).astype(np.int64),
         errors=np.stack(errors),
     )
-
-
-def _silent(done: int, total: int) -> None:
-    pass
 
 
 class _Work:

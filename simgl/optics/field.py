@@ -20,7 +20,8 @@ _MARGIN = 3
 _LARGEST_FIELD = 3.0
 # The background and the truth are drawn on pixels so much smaller than the detector's.
 FINER = 2
-_FEWEST_MAPS = 4
+# Cameras whose maps are kept.
+_KEPT = 4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -56,7 +57,7 @@ class Field:
         return float(min(step.min(initial=1.0) for step in steps))
 
 
-@lru_cache(maxsize=_FEWEST_MAPS)
+@lru_cache(maxsize=_KEPT)
 def field(camera: Camera) -> Field:
     """The field of a camera whose lens distorts.
 
@@ -123,7 +124,7 @@ class _Cells:
     reach: int
 
 
-@lru_cache(maxsize=_FEWEST_MAPS)
+@lru_cache(maxsize=_KEPT)
 def _cells(camera: Camera) -> _Cells:
     seen = field(camera)
     # One-sided at the edges, as in the shader.

@@ -19,10 +19,11 @@ from simgl.gpu.blocks import Block, UniformBuffer
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.state import State
 from simgl.gpu.targets import Format, ImageTarget
-from simgl.passes.air_tables import AIR, SCATTERING, AirKind, AirTables, Progress, tables_of
+from simgl.passes.air_tables import AIR, SCATTERING, AirKind, AirTables, tables_of
 from simgl.passes.blocks import AirBetween
 from simgl.physics.air import AIR_TOP
 from simgl.scene.earth import Earth
+from simgl.steps import Progress
 from simgl.view.air import AirSegment
 from simgl.view.background import PlanetView
 

@@ -7,7 +7,7 @@ Sun's angle, and its irradiance from above (``down``). shaders/air says what eac
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import astuple, dataclass
 
 import moderngl
@@ -30,8 +30,8 @@ from simgl.physics.skylight import (
     aureole_strength,
     skylight,
 )
+from simgl.steps import Progress
 
-Progress = Callable[[int, int], None]
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
 _Texture = moderngl.Texture | moderngl.Texture3D

@@ -20,6 +20,7 @@ from simgl.gpu.blocks import Block
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.state import State
 from simgl.gpu.targets import Format, ImageTarget
+from simgl.kept import LastUsed
 from simgl.scene.camera import Camera
 from simgl.scene.detector import Detector
 from simgl.sensor.blooming import spilt
@@ -91,7 +92,7 @@ class DetectorPass:
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._programs: dict[tuple[str, ...], FullscreenProgram] = {}
-        self._maps: dict[tuple[str, Detector], ImageTarget] = {}
+        self._maps = LastUsed[tuple[str, Detector], ImageTarget](_MAPS_KEPT, self._free)
 
     def draw(
         self,
@@ -200,13 +201,12 @@ class DetectorPass:
 
     def _map(self, name: str, detector: Detector) -> moderngl.Texture:
         """One map of a detector's pattern, drawn at the first call."""
-        key = name, detector
-        if key not in self._maps:
-            if len(self._maps) >= _MAPS_KEPT:
-                self._ctx.detect_framebuffer(0).use()
-                self._maps.pop(next(iter(self._maps))).release()
-            self._maps[key] = self._drawn(name, detector)
-        return self._maps[key].textures[0]
+        drawn = self._maps.get((name, detector), lambda: self._drawn(name, detector))
+        return drawn.textures[0]
+
+    def _free(self, target: ImageTarget) -> None:
+        self._ctx.detect_framebuffer(0).use()
+        target.release()
 
     def _drawn(self, name: str, detector: Detector) -> ImageTarget:
         p = detector.pattern
@@ -232,9 +232,6 @@ class DetectorPass:
         for program in self._programs.values():
             program.release()
         self._programs.clear()
-        self._ctx.detect_framebuffer(0).use()
-        for target in self._maps.values():
-            target.release()
         self._maps.clear()
 
 

@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from collections import OrderedDict
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 
 from simgl.gpu.blocks import UniformBuffer
 from simgl.gpu.geometry import DETAIL, Geometry, Selection, Values
-from simgl.levels.levels import Levels, Progress, levels_of
+from simgl.kept import LastUsed
+from simgl.levels.levels import Levels
 from simgl.passes.blocks import MATERIALS, MAX_MATERIALS, material_values
 from simgl.passes.textures import TextureStore
 from simgl.scene.materials import Material
 from simgl.scene.mesh import Mesh
 from simgl.scene.spacecraft import SpacecraftModel
+from simgl.shapes import Shapes
 from simgl.view.detail import Detail
 
 
@@ -34,8 +33,8 @@ class VertexLighting:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Shape:
-    """What stands for a spacecraft: a mesh and, where it is far, fewer triangles over it.
+class Drawable:
+    """A shape of a spacecraft on the GPU.
 
     selection : None for the mesh's own triangles
     error : how far these are from the model's at most [m]
@@ -46,19 +45,6 @@ class Shape:
     error: float = 0.0
 
 
-# The mesh of a model that carries the light between its surfaces, and its levels; None without.
-Exchanging = Callable[[SpacecraftModel, Progress | None], tuple[Mesh, Levels] | None]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Drawn:
-    """Those vertices of a mesh that are drawn, (k,) in order; the same object for the same ones."""
-
-    vertices: NDArray[np.int64]
-
-
-_NONE = np.zeros(0, dtype=np.int64)
-
 # Sets of levels whose triangles stay on the GPU.
 _LEVELS_KEPT = 64
 
@@ -67,89 +53,45 @@ KEPT = 256
 
 
 class MeshStore:
-    """Geometries, materials, images and levels of detail by their content.
+    """Geometries, materials, images and levels of detail by their content."""
 
-    exchanging : where meshes that carry light between surfaces come from
-    """
-
-    def __init__(self, ctx: moderngl.Context, exchanging: Exchanging) -> None:
-        self._ctx, self._exchanging = ctx, exchanging
-        self._levels: dict[str, Levels] = {}
-        self._indices: OrderedDict[int, tuple[Levels, moderngl.Buffer]] = OrderedDict()
-        self._drawn: OrderedDict[tuple[int, tuple[int, ...]], Drawn] = OrderedDict()
+    def __init__(self, ctx: moderngl.Context, shapes: Shapes) -> None:
+        self._ctx, self._shapes = ctx, shapes
+        self._indices = LastUsed[int, tuple[Levels, moderngl.Buffer]](_LEVELS_KEPT, self._forget)
         self._textures = TextureStore(ctx)
         self._materials: dict[tuple[tuple[Material, ...], str], UniformBuffer] = {}
-        self._geometries: OrderedDict[str, Geometry] = OrderedDict()
+        self._geometries = LastUsed[str, Geometry](KEPT, Geometry.release)
 
     def geometry(self, mesh: Mesh) -> Geometry:
         """The uploaded mesh, good for as long as it is among the last ``KEPT`` asked for."""
-        if mesh.digest in self._geometries:
-            self._geometries.move_to_end(mesh.digest)
-        else:
-            if len(self._geometries) >= KEPT:
-                self._geometries.popitem(last=False)[1].release()
-            joint = 0 if mesh.joint is None else mesh.joint
-            labels = np.stack([mesh.part, mesh.material + MAX_MATERIALS * joint], axis=1)
-            self._geometries[mesh.digest] = Geometry(
-                self._ctx, mesh.positions, mesh.normals, labels, mesh.triangles, _details(mesh)
-            )
-        return self._geometries[mesh.digest]
+        return self._geometries.get(mesh.digest, lambda: _geometry(self._ctx, mesh))
 
-    def levels(
-        self, model: SpacecraftModel, progress: Progress | None = None, *, exchanging: bool
-    ) -> tuple[Mesh, Levels]:
-        """What a model is drawn from where it is far, made at the first call if no file has it.
-
-        exchanging : with the mesh that carries the light between its surfaces
-        """
-        found = self._exchanging(model, progress) if exchanging else None
-        if found is not None:
-            return found
-        # Triangles are the same whatever its joints do.
-        stored = (model.stored or model).mesh
-        if stored.digest not in self._levels:
-            self._levels[stored.digest] = levels_of(stored, progress)
-        return model.mesh, self._levels[stored.digest]
-
-    def shape(self, model: SpacecraftModel, detail: Detail) -> Shape:
+    def shape(self, model: SpacecraftModel, detail: Detail) -> Drawable:
         """What is drawn of a model."""
-        if not any(detail.errors):
-            return Shape(mesh=model.mesh)
-        mesh, levels = self.levels(model, exchanging=detail.exchanging)
-        chosen = levels.chosen(detail.errors)
-        ranges = tuple(levels.ranges(chosen))
-        selection = Selection(indices=self._uploaded(levels), ranges=ranges)
-        return Shape(mesh=mesh, selection=selection, error=levels.error(chosen))
-
-    def vertices(self, model: SpacecraftModel, detail: Detail) -> Drawn | None:
-        """The vertices of what ``shape`` draws; None for all."""
-        if not any(detail.errors):
-            return None
-        _, levels = self.levels(model, exchanging=detail.exchanging)
-        chosen = levels.chosen(detail.errors)
-        key = id(levels), chosen
-        if key not in self._drawn:
-            if len(self._drawn) >= _LEVELS_KEPT:
-                self._drawn.popitem(last=False)
-            parts = [levels.triangles[a : a + n] for a, n in levels.ranges(chosen)]
-            used = np.unique(np.concatenate(parts)).astype(np.int64) if parts else _NONE
-            self._drawn[key] = Drawn(vertices=used)
-        self._drawn.move_to_end(key)
-        return self._drawn[key]
+        shape = self._shapes.of(model, detail)
+        if shape.levels is None:
+            return Drawable(mesh=shape.mesh)
+        return Drawable(
+            mesh=shape.mesh,
+            selection=Selection(
+                indices=self._uploaded(shape.levels),
+                ranges=tuple(shape.levels.ranges(shape.chosen)),
+            ),
+            error=shape.levels.error(shape.chosen),
+        )
 
     def _uploaded(self, levels: Levels) -> moderngl.Buffer:
+        def upload() -> tuple[Levels, moderngl.Buffer]:
+            return levels, self._ctx.buffer(levels.triangles.astype("<u4").tobytes())
+
         # The levels are kept with their buffer, so that no others get their identity.
-        if id(levels) in self._indices:
-            self._indices.move_to_end(id(levels))
-        else:
-            if len(self._indices) >= _LEVELS_KEPT:
-                _, oldest = self._indices.popitem(last=False)[1]
-                for geometry in self._geometries.values():
-                    geometry.forget(oldest)
-                oldest.release()
-            content = levels.triangles.astype("<u4").tobytes()
-            self._indices[id(levels)] = levels, self._ctx.buffer(content)
-        return self._indices[id(levels)][1]
+        return self._indices.get(id(levels), upload)[1]
+
+    def _forget(self, uploaded: tuple[Levels, moderngl.Buffer]) -> None:
+        _, indices = uploaded
+        for geometry in self._geometries.values():
+            geometry.forget(indices)
+        indices.release()
 
     def bind_materials(self, model: SpacecraftModel) -> None:
         """Bind the Materials block of a model."""
@@ -168,16 +110,18 @@ class MeshStore:
 
     def release(self) -> None:
         """Free all of them."""
-        for geometry in self._geometries.values():
-            geometry.release()
-        self._geometries.clear()
-        for _, indices in self._indices.values():
-            indices.release()
         self._indices.clear()
+        self._geometries.clear()
         for buffer in self._materials.values():
             buffer.release()
         self._materials.clear()
         self._textures.release()
+
+
+def _geometry(ctx: moderngl.Context, mesh: Mesh) -> Geometry:
+    joint = 0 if mesh.joint is None else mesh.joint
+    labels = np.stack([mesh.part, mesh.material + MAX_MATERIALS * joint], axis=1)
+    return Geometry(ctx, mesh.positions, mesh.normals, labels, mesh.triangles, _details(mesh))
 
 
 def _details(mesh: Mesh) -> np.ndarray[tuple[int, ...], np.dtype[np.void]] | None:

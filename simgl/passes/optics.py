@@ -8,6 +8,8 @@ import numpy as np
 from simgl.gpu.blocks import Block
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.state import State
+from simgl.gpu.targets import table_texture
+from simgl.kept import LastUsed
 from simgl.optics.field import relative_illumination
 from simgl.scene.camera import Camera
 from simgl.scene.lens import Vignetting
@@ -35,7 +37,7 @@ class OpticsPass:
         self._mapped = FullscreenProgram(
             ctx, "optics/optics", _OPTICS, ["radiance", "relative_illumination"], ["MAPPED"]
         )
-        self._maps: dict[Camera, moderngl.Texture] = {}
+        self._maps = LastUsed[Camera, moderngl.Texture](_KEPT, moderngl.Texture.release)
 
     def draw(
         self, camera: Camera, radiance: moderngl.Texture, target: moderngl.Framebuffer
@@ -57,20 +59,12 @@ class OpticsPass:
         """The map of what a lens leaves off its axis; None where that is cos^4."""
         if camera.lens.vignetting == Vignetting() and camera.lens.distortion is None:
             return None
-        texture = self._maps.pop(camera, None)
-        if texture is None:
-            if len(self._maps) >= _KEPT:
-                self._maps.pop(next(iter(self._maps))).release()
-            relative = relative_illumination(camera)
-            size = relative.shape[1], relative.shape[0]
-            texture = self._ctx.texture(size, 1, relative.tobytes(), dtype="f4")
-            texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        self._maps[camera] = texture
-        return texture
+        return self._maps.get(
+            camera, lambda: table_texture(self._ctx, relative_illumination(camera))
+        )
 
     def release(self) -> None:
         """Free everything."""
         self._program.release()
         self._mapped.release()
-        for texture in self._maps.values():
-            texture.release()
+        self._maps.clear()

@@ -14,6 +14,7 @@ from simgl.gpu.blocks import Block
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.state import State
 from simgl.gpu.targets import Format, ImageTarget
+from simgl.kept import LastUsed
 from simgl.optics.spread import Spread, SunBefore
 from simgl.scene.camera import Camera
 
@@ -37,7 +38,7 @@ class SpreadPass:
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._programs: dict[int, FullscreenProgram] = {}
-        self._spreads: dict[object, Spread] = {}
+        self._spreads = LastUsed[object, Spread](_KEPT)
         self._target: ImageTarget | None = None
 
     def bands(
@@ -80,10 +81,7 @@ class SpreadPass:
         irradiance: moderngl.Texture,
     ) -> list[Floats]:
         key = (camera.lens, camera.detector, None if weights is None else weights.tobytes())
-        spread = self._spreads.pop(key, None) or Spread(camera, weights)
-        self._spreads[key] = spread
-        if len(self._spreads) > _KEPT:
-            self._spreads.pop(next(iter(self._spreads)))
+        spread = self._spreads.get(key, lambda: Spread(camera, weights))
         return spread.apply(self._planes(spread.mixture, irradiance), sun)
 
     def _planes(self, mixture: Array, irradiance: moderngl.Texture) -> list[Floats]:

@@ -10,6 +10,8 @@ import numpy as np
 from simgl.gpu.blocks import Block
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.state import State
+from simgl.gpu.targets import table_texture
+from simgl.kept import LastUsed
 from simgl.optics.field import FINER, field
 from simgl.scene.camera import Camera
 
@@ -34,20 +36,11 @@ class WarpPass:
         self._nearest = FullscreenProgram(
             ctx, "warp/nearest", _WARP, ["places", "fine_depth", "fine_part", "fine_normal"]
         )
-        self._places: dict[Camera, moderngl.Texture] = {}
+        self._places = LastUsed[Camera, moderngl.Texture](_KEPT, moderngl.Texture.release)
 
     def places(self, camera: Camera) -> moderngl.Texture:
         """RG32F, coordinates in the pinhole's picture that the middles of the pixels see."""
-        texture = self._places.pop(camera, None)
-        if texture is None:
-            if len(self._places) >= _KEPT:
-                self._places.pop(next(iter(self._places))).release()
-            places = field(camera).places
-            size = places.shape[1], places.shape[0]
-            texture = self._ctx.texture(size, 2, places.tobytes(), dtype="f4")
-            texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        self._places[camera] = texture
-        return texture
+        return self._places.get(camera, lambda: table_texture(self._ctx, field(camera).places))
 
     def mean(self, camera: Camera, fine: moderngl.Texture, target: moderngl.Framebuffer) -> None:
         """Means over the pixels of a fine RGBA32F picture."""
@@ -70,5 +63,4 @@ class WarpPass:
         """Free everything."""
         self._mean.release()
         self._nearest.release()
-        for texture in self._places.values():
-            texture.release()
+        self._places.clear()

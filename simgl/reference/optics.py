@@ -78,9 +78,3 @@ def convolved(image: Array, kernel: Array) -> Array:
     spectrum = scipy.fft.rfft2(image, s=kernel.shape) * scipy.fft.rfft2(kernel)
     whole = scipy.fft.irfft2(spectrum, s=kernel.shape)
     return np.asarray(whole[: image.shape[0], : image.shape[1]])
-
-
-def binned(image: Array, by: int) -> Array:
-    """Means over squares of ``by`` pixels along an edge."""
-    height, width = image.shape
-    return np.asarray(image.reshape(height // by, by, width // by, by).mean(axis=(1, 3)))

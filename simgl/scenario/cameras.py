@@ -7,7 +7,14 @@ from numpy.typing import NDArray
 
 from simgl.errors import AssetError, ConfigError, did_you_mean
 from simgl.scenario.detectors import read_detector
-from simgl.scenario.fields import craft_named, direction, exactly_one, fractions, place_on
+from simgl.scenario.fields import (
+    craft_named,
+    direction,
+    exactly_one,
+    fractions,
+    keypoint_on,
+    place_on,
+)
 from simgl.scenario.folder import Base, beside
 from simgl.scenario.library import load_preset, preset_path
 from simgl.scenario.optics import check_optics, read_lidar, read_optics
@@ -134,11 +141,7 @@ def _place(where: str, given: str | LookAtTable, models: dict[str, SpacecraftMod
         raise ConfigError(where, "look_at.part", "contradicts keypoint; give one of them")
     place = np.zeros(3)
     if given.keypoint is not None:
-        if given.keypoint not in model.keypoints:
-            known = did_you_mean(given.keypoint, model.keypoints)
-            problem = f'is not on "{model.name}": {shown(given.keypoint)}; {known}'
-            raise ConfigError(where, "look_at.keypoint", problem)
-        place = np.asarray(model.keypoints[given.keypoint], dtype=np.float64)
+        place = keypoint_on(model, given.keypoint, where, "look_at.keypoint")
     if given.part is not None:
         if given.part not in model.parts:
             known = did_you_mean(given.part, model.parts)

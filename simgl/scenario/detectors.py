@@ -17,6 +17,7 @@ from simgl.physics.spectrum import photon_mean
 from simgl.scenario.fields import Four, fractions
 from simgl.scenario.folder import Base
 from simgl.scenario.schema import CameraPresetTable, CameraTable, CurveTable, ParticlesTable
+from simgl.scenario.strict import read_text
 from simgl.scene.detector import Detector, FixedPattern, Mosaic, Particles
 
 Array = NDArray[np.float64]
@@ -27,14 +28,8 @@ _WAVELENGTHS: Array = np.linspace(400.0, 1000.0, 601)
 
 def _csv_columns(path: Path) -> tuple[list[float], list[float]]:
     """Wavelengths [nm] and values; a first line of words is a heading."""
-    try:
-        text = path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise AssetError(f"{path}: cannot be read ({error.strerror})") from None
-    except UnicodeDecodeError as error:
-        raise ConfigError(str(path), "", f"is not UTF-8 text (byte {error.start})") from None
     wavelength, value = [], []
-    for number, row in enumerate(csv.reader(text.splitlines()), 1):
+    for number, row in enumerate(csv.reader(read_text(path).splitlines()), 1):
         try:
             nm, share = (float(cell) for cell in row)
         except ValueError:

@@ -65,18 +65,25 @@ def craft_named(name: str, models: Mapping[str, SpacecraftModel], where: str, ke
     return name
 
 
+def keypoint_on(model: SpacecraftModel, name: str, where: str, key: str) -> NDArray[np.float64]:
+    """(3,) place of a keypoint in body axes [m], which must be on the model."""
+    if name not in model.keypoints:
+        suggestion = did_you_mean(name, model.keypoints)
+        problem = f'is not on "{model.name}": {shown(name)}; {suggestion}'
+        raise ConfigError(where, key, problem)
+    return np.asarray(model.keypoints[name], dtype=np.float64)
+
+
 def place_on(
     model: SpacecraftModel, table: CameraTable | LampTable, where: str
 ) -> NDArray[np.float64]:
     """(3,) place in body axes [m], given by exactly one of a keypoint and coordinates."""
     if (table.keypoint is None) == (table.position_body_m is None):
         raise ConfigError(where, "position_body_m", "or keypoint is needed, and not both")
-    if table.keypoint is not None and table.keypoint not in model.keypoints:
-        suggestion = did_you_mean(table.keypoint, model.keypoints)
-        problem = f'is not on "{model.name}": {shown(table.keypoint)}; {suggestion}'
-        raise ConfigError(where, "keypoint", problem)
-    position = model.keypoints[table.keypoint] if table.keypoint else table.position_body_m
-    return np.asarray(position, dtype=np.float64)
+    if table.keypoint is not None:
+        return keypoint_on(model, table.keypoint, where, "keypoint")
+    assert table.position_body_m is not None
+    return np.asarray(table.position_body_m, dtype=np.float64)
 
 
 def exactly_one(

@@ -63,10 +63,7 @@ def scenario_from_dict(
     """
     where = str(source) if source else name
     data = plain(data)
-    for key in data:
-        if key not in _TABLES:
-            problem = f"is not a table here; {did_you_mean(key, _TABLES)}"
-            raise ConfigError(where, shown_key(key), problem)
+    _check_tables(data, where)
     folder = source.parent if source else Path()
     base: Base = folder if root is None else Folder(folder, root.resolve())
     epoch = _epoch(data, where)
@@ -79,6 +76,7 @@ def scenario_from_dict(
     assess = convert(data.get("assess", {}), AssessTable, f"{where} [assess]")
     render = convert(data.get("render", {}), RenderTable, f"{where} [render]")
     temperature = SOLAR_TEMPERATURE if sun.temperature_k is None else sun.temperature_k
+    light = read_sun(sun, temperature, f"{where} [sun]")
     bodies = {n: f"{where} [spacecraft.{n}]" for n in craft}
     models = {n: read_model(bodies[n], n, t, base) for n, t in craft.items()}
     laws = {n: MotionReader(bodies[n], n, t, craft, epoch, base) for n, t in craft.items()}
@@ -86,7 +84,6 @@ def scenario_from_dict(
     lenses = {n: read_camera(places[n], n, t, temperature, base) for n, t in cameras.items()}
     there = earth.shape != "none"
     mounts = {n: read_mount(places[n], t, models, earth=there) for n, t in cameras.items()}
-    light = read_sun(sun, temperature, f"{where} [sun]")
     scenario = Scenario(
         name=name,
         source=source,
@@ -110,6 +107,13 @@ def scenario_from_dict(
     # Laws that contradict each other, such as relative places in a circle, show here.
     scenario.poses(epoch)
     return scenario
+
+
+def _check_tables(data: dict[str, Any], where: str) -> None:
+    for key in data:
+        if key not in _TABLES:
+            problem = f"is not a table here; {did_you_mean(key, _TABLES)}"
+            raise ConfigError(where, shown_key(key), problem)
 
 
 def _named_tables(

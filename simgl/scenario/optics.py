@@ -31,6 +31,11 @@ _TRIPLET = (
     (-18.39533, 42.207782, 1.0),
 )
 
+_COEFFICIENTS = ("k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2")
+
+# Samples of a point spread's image along an edge.
+_LARGEST_PSF = 512
+
 
 def read_optics(table: OpticsTable, where: str, base: Base) -> dict[str, Any]:
     """Arguments of a Lens.
@@ -102,9 +107,6 @@ def _distortion(table: OpticsTable) -> Distortion | None:
     return None if found == Distortion() else found
 
 
-_COEFFICIENTS = ("k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2")
-
-
 def _spread(table: OpticsTable, where: str, base: Base) -> PointSpread | None:
     if table.psf_image is not None:
         for key in ("diffraction", "aberration_um", "defocus_um", "field_zones"):
@@ -157,9 +159,6 @@ def _psf_image(path: Path, where: str) -> tuple[tuple[float, ...], ...]:
             where, "optics.psf_image", f"{path} must hold values of 0 or more, not all 0"
         )
     return tuple(map(tuple, values.tolist()))
-
-
-_LARGEST_PSF = 512
 
 
 def _surfaces(table: OpticsTable, where: str) -> tuple[LensSurface, ...]:

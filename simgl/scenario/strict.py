@@ -40,16 +40,20 @@ _WORDS = {
 }
 
 
-def read_toml(path: Path) -> dict[str, Any]:
-    """The parsed file; unreadable or malformed is an error that names file and line."""
+def read_text(path: Path) -> str:
+    """A file's text; AssetError where it cannot be read, ConfigError where it is no text."""
     try:
-        text = path.read_text(encoding="utf-8")
+        return path.read_text(encoding="utf-8")
     except OSError as error:
         raise AssetError(f"{path}: cannot be read ({error.strerror})") from None
     except UnicodeDecodeError as error:
         raise ConfigError(str(path), "", f"is not UTF-8 text (byte {error.start})") from None
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """The parsed file; unreadable or malformed is an error that names file and line."""
     try:
-        return tomllib.loads(text)
+        return tomllib.loads(read_text(path))
     except ValueError as error:
         raise ConfigError(str(path), "", f"is not valid TOML: {error}") from None
 

@@ -48,7 +48,7 @@ def chart(seed: int) -> tuple[tuple[NDArray[np.uint8], ...], Floats]:
     ground, clouds = np.random.default_rng(_GROUND_SEED), np.random.default_rng([seed, 1])
     puffs = _normal(_octaves(clouds, _CLOUDS, _PUFF_WEIGHT, folded=True), clouds)
     cells = _normal(
-        _walled_cells(clouds) + 0.6 * _unit(_octaves(clouds, _CLOUDS, 0.9, folded=True)), clouds
+        _walled_cells(clouds) + 0.6 * _standard(_octaves(clouds, _CLOUDS, 0.9, folded=True)), clouds
     )
     values = np.dstack([_slopes(ground), puffs, cells])
     codes, left = [], []
@@ -82,7 +82,7 @@ def _octaves(
     while cycles <= SIZE / 4.0:
         band = np.exp(-((np.log2(np.maximum(k, 0.1) / cycles) / 0.5) ** 2))
         white = np.fft.rfft2(rng.standard_normal((SIZE, SIZE), dtype=np.float32))
-        octave = _unit(np.fft.irfft2(white * band).astype(np.float32))
+        octave = _standard(np.fft.irfft2(white * band).astype(np.float32))
         total += amplitude * (np.abs(octave) if folded and cycles > longest else octave)
         cycles, amplitude = 2.0 * cycles, weight * amplitude
     return total
@@ -93,7 +93,7 @@ def _slopes(rng: np.random.Generator) -> Floats:
     x, y, _ = _frequencies()
     heights = np.fft.rfft2(_octaves(rng, _HILLS, _HILL_WEIGHT, folded=True))
     parts = [np.fft.irfft2(1j * axis * heights) for axis in (x, y)]
-    return _unit(np.stack(parts, axis=-1).astype(np.float32))
+    return _standard(np.stack(parts, axis=-1).astype(np.float32))
 
 
 def _walled_cells(rng: np.random.Generator) -> Floats:
@@ -101,13 +101,14 @@ def _walled_cells(rng: np.random.Generator) -> Floats:
     places = rng.uniform(0.0, SIZE, (_CELLS, 2))
     y, x = np.mgrid[:SIZE, :SIZE] + 0.5
     # Their walls are bent.
-    bend = 8.0 * np.stack([_unit(_octaves(rng, _CLOUDS, 0.5)) for _ in range(2)], axis=-1)
+    bend = 8.0 * np.stack([_standard(_octaves(rng, _CLOUDS, 0.5)) for _ in range(2)], axis=-1)
     at = np.mod(np.stack([x, y], axis=-1) + bend, SIZE).reshape(-1, 2)
     near, _ = KDTree(places, boxsize=SIZE).query(at, k=2)
-    return _unit(np.log(4.0 + near[:, 1] - near[:, 0]).reshape(SIZE, SIZE).astype(np.float32))
+    return _standard(np.log(4.0 + near[:, 1] - near[:, 0]).reshape(SIZE, SIZE).astype(np.float32))
 
 
-def _unit(field: Floats) -> Floats:
+def _standard(field: Floats) -> Floats:
+    """The field with mean 0 and standard deviation 1."""
     return np.asarray((field - field.mean()) / field.std(), dtype=np.float32)
 
 

@@ -5,8 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from simgl.physics.silicon import REFERENCE_TEMPERATURE, dark_current_ratio
 
+Array = NDArray[np.float64]
 Four = tuple[float, float, float, float]
 
 ORDERS = ("RGGB", "BGGR", "GRBG", "GBRG")
@@ -128,6 +132,18 @@ class Detector:
         """Everything that is added to a pixel's charge when it is read [e- rms]."""
         p = self.pattern
         return math.hypot(self.read_noise, self.row_noise, p.dsnu, p.rows, p.columns)
+
+    def pixels_within(self, low: Array, high: Array) -> tuple[int, int, int, int] | None:
+        """x0, y0, x1, y1 of the pixels that a rectangle touches; None where it is out of view.
+
+        low, high : (2,) its corners [pixels]
+        """
+        limits = np.array([self.width, self.height])
+        first = np.clip(np.floor(low), 0, limits).astype(int)
+        end = np.clip(np.ceil(high), 0, limits).astype(int)
+        if np.any(end <= first):
+            return None
+        return int(first[0]), int(first[1]), int(end[0]), int(end[1])
 
     @property
     def largest_dn(self) -> int:

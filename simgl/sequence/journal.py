@@ -16,6 +16,8 @@ from simgl.errors import ConfigError, OutputError
 from simgl.output import complete_file
 
 Value = str | int | float | None
+# Name to type, the key columns first.
+Columns = Mapping[str, type[str] | type[int] | type[float]]
 _TYPES = {str: "TEXT", int: "INTEGER", float: "REAL"}
 
 
@@ -42,7 +44,7 @@ class Journal:
         self,
         folder: Path,
         plan: Mapping[str, Value],
-        columns: Mapping[str, type[str] | type[int] | type[float]],
+        columns: Columns,
         keys: int,
     ) -> None:
         self.path = folder / "frames.sqlite"
@@ -53,9 +55,7 @@ class Journal:
         except sqlite3.DatabaseError as error:
             raise OutputError(f"{self.path}: cannot be used ({error})") from None
 
-    def _begin(
-        self, plan: Mapping[str, Value], columns: Mapping[str, type[str] | type[int] | type[float]]
-    ) -> None:
+    def _begin(self, plan: Mapping[str, Value], columns: Columns) -> None:
         fields = ", ".join(f'"{name}" {_TYPES[kind]}' for name, kind in columns.items())
         names = ", ".join(f'"{name}"' for name in self._columns[: self._keys])
         with self._database:

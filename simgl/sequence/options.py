@@ -111,6 +111,17 @@ def _target(scenario: Scenario, target: str | None) -> str:
     return target
 
 
+def epoch_at(scenario: Scenario, at: str | None) -> int:
+    """TAI ns of the option ``--at``, or the scenario's own epoch; ConfigError for one that is none.
+
+    at : UTC
+    """
+    try:
+        return scenario.epoch_tai_ns if at is None else tai_ns_from_utc(at)
+    except ValueError as error:
+        raise ConfigError(_WHERE, "--at", str(error)) from None
+
+
 def camera_names(scenario: Scenario, wanted: list[str] | None) -> tuple[str, ...]:
     """The cameras asked for, all of the scenario if none is; ConfigError for one not there."""
     if not scenario.cameras:

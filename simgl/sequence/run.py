@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -16,11 +16,10 @@ from simgl.output import check_writable, write_dn_png, write_exr, write_view_png
 from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.physics.frames import quaternion_from_matrix
 from simgl.scenario.scenario import Scenario
-from simgl.sequence.journal import Journal, Value
+from simgl.sequence.journal import Columns, Journal, Value
 from simgl.sequence.video import write_mp4
 from simgl.simulator import Exposure, Product, Simulator
-
-Report = Callable[[int, int], None]
+from simgl.steps import Progress
 
 
 class Output(StrEnum):
@@ -39,7 +38,7 @@ _PRODUCTS = {
     Output.MP4: {Product.RADIANCE},
 }
 
-COLUMNS: dict[str, type[str] | type[int] | type[float]] = {
+COLUMNS: Columns = {
     "frame": int,
     "camera": str,
     "utc": str,
@@ -134,7 +133,7 @@ def frame_path(folder: Path, camera: str, frame: int, suffix: str) -> Path:
     return folder / camera / f"{frame:06d}.{suffix}"
 
 
-def run(plan: Plan, simulator: Simulator, folder: Path, report: Report | None = None) -> int:
+def run(plan: Plan, simulator: Simulator, folder: Path, report: Progress | None = None) -> int:
     """Take every picture of a plan that its folder does not hold yet.
 
     report : told the pictures done and their number, those of an earlier run among them

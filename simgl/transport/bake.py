@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +11,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from simgl.rays import RayTracer
 from simgl.scene.mesh import Mesh
+from simgl.steps import Progress, silent
 from simgl.transport.directions import SKY_CELLS, cosine_directions, frames, sky_cell, spins
 from simgl.transport.outside import brought_out
 from simgl.transport.patches import SAMPLES, Patches, cluster
@@ -31,9 +31,6 @@ from simgl.transport.transport import Transport
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
-
-# How many steps of a bake are done, of how many.
-Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,7 +93,7 @@ def bake(
     sides = 2 if open_sheets else 1
     if not sees_itself(mesh, sides):
         return None
-    report = progress if progress is not None else _silent
+    report = silent if progress is None else progress
     fine = _refined(mesh, sides, settings)
     tracer = RayTracer(fine)
     sites = sites_of(fine, sides)
@@ -117,10 +114,6 @@ def bake(
     factors, sky, point_open = _exchange(fine, tracer, sides, patches, settings.patch_rays)
     report(total, total)
     return _assembled(fine, sides, sites, seen, patches, (factors, sky, point_open), settings)
-
-
-def _silent(done: int, total: int) -> None:
-    pass
 
 
 def _refined(mesh: Mesh, sides: int, settings: BakeSettings) -> Mesh:

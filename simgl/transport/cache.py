@@ -12,7 +12,8 @@ from scipy import sparse
 
 from simgl.cache import cache_folder, read_arrays, write_arrays
 from simgl.scene.mesh import Mesh
-from simgl.transport.bake import BakeSettings, Progress, bake, sees_itself
+from simgl.steps import Progress
+from simgl.transport.bake import BakeSettings, bake, sees_itself
 from simgl.transport.transport import Transport
 
 # Part of every key: a change in how bakes are made or stored makes the old files strangers.

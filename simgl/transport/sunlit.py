@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections import OrderedDict
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from simgl.kept import LastUsed
 from simgl.transport.solve import Blocker, blocked_by, lit_normals
 from simgl.transport.transport import Floats, Transport
 
@@ -32,7 +32,7 @@ class SunlitPatches:
 
     def __init__(self, transport: Transport) -> None:
         self._transport = transport
-        self._nodes: OrderedDict[Node, Floats] = OrderedDict()
+        self._nodes = LastUsed[Node, Floats](KEPT)
 
     def cosines(self, direction: Array, blockers: Sequence[Blocker] = ()) -> Floats:
         """(p,) mean over each patch of its cosine to the Sun where the Sun is seen.
@@ -49,16 +49,13 @@ class SunlitPatches:
 
     def at(self, node: Node) -> Floats:
         """(p,) the same for a direction of the lattice, traced."""
-        if node in self._nodes:
-            self._nodes.move_to_end(node)
-            return self._nodes[node]
-        if len(self._nodes) >= KEPT:
-            self._nodes.popitem(last=False)
+        return self._nodes.get(node, lambda: self._traced(node))
+
+    def _traced(self, node: Node) -> Floats:
         # Neighbours take turns between two halves of a patch's sample points.
         direction = direction_of(node)
         normals = lit_normals(self._transport, direction, sum(node) % 2)
-        self._nodes[node] = np.maximum(normals @ direction.astype(np.float32), 0.0)
-        return self._nodes[node]
+        return np.asarray(np.maximum(normals @ direction.astype(np.float32), 0.0))
 
 
 def around(direction: Array) -> tuple[tuple[Node, float], ...]:

@@ -16,7 +16,7 @@ from simgl.physics.moon import moonlight
 from simgl.scene.earth import Earth
 from simgl.scene.state import BodyState, CameraState, EarthState, SceneState, SunSeen
 from simgl.sky import DOWN, FORWARD, RIGHT
-from simgl.view.heavens import EarthCone, Field, Heavens, heavens
+from simgl.view.heavens import EarthCone, Heavens, PictureCone, heavens
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
@@ -106,15 +106,15 @@ def background(state: SceneState, camera: CameraState) -> Background:
     optics, R = camera.camera, camera.R_camera_from_icrf
     d = optics.detector
     half_diagonal = float(np.arctan(0.5 * np.hypot(d.width, d.height) / optics.focal_length_px))
-    field = Field(half_diagonal, 1.0 / optics.focal_length_px)
+    cone = PictureCone(half_diagonal, 1.0 / optics.focal_length_px)
     seen = state.sun.seen_from(camera.position)
-    earth = cone = None
+    earth = hidden = None
     if state.earth is not None:
         earth = _earth_from(state, state.earth, camera.position, f"[camera.{optics.name}]")
-        cone = EarthCone(direction_icrf=earth.direction_icrf, angular_radius=earth.within)
+        hidden = EarthCone(direction_icrf=earth.direction_icrf, angular_radius=earth.within)
         earth = replace(earth, view=replace(earth.view, moonlight=_moonlight(state, state.earth)))
-    beyond = heavens(state, camera, field, cone)
-    return _background(optics.intrinsics, R, field, seen, earth, beyond)
+    beyond = heavens(state, camera, cone, hidden)
+    return _background(optics.intrinsics, R, cone, seen, earth, beyond)
 
 
 def sky_view(state: SceneState, name: str, body: BodyState) -> SkyView | None:
@@ -129,10 +129,10 @@ def sky_view(state: SceneState, name: str, body: BodyState) -> SkyView | None:
     texels = _sky_texels(earth.view)
     half = 0.5 * texels
     intrinsics = np.array([[half, 0.0, half], [0.0, half, half], [0.0, 0.0, 1.0]])
-    field = Field(float(np.arctan(np.sqrt(2.0))), 1.0 / half)
+    cone = PictureCone(float(np.arctan(np.sqrt(2.0))), 1.0 / half)
     R_body_from_icrf = body.pose.R_icrf_from_body.T
     faces = tuple(
-        _background(intrinsics, axes @ R_body_from_icrf, field, seen, earth, None)
+        _background(intrinsics, axes @ R_body_from_icrf, cone, seen, earth, None)
         for axes in np.stack([RIGHT, DOWN, FORWARD], axis=1)
     )
     key = tuple(part for face in faces for part in _key(face))
@@ -216,14 +216,14 @@ def _limb_angle(earth: Earth, distance: float) -> float:
 def _background(
     intrinsics: Array,
     R_camera_from_icrf: Array,
-    field: Field,
+    cone: PictureCone,
     sun: SunSeen,
     earth: _EarthFrom | None,
     beyond: Heavens | None,
 ) -> Background:
     planet = None
     boresight = R_camera_from_icrf[2]
-    if earth is not None and field.holds(boresight, earth.direction_icrf, earth.angular_radius):
+    if earth is not None and cone.holds(boresight, earth.direction_icrf, earth.angular_radius):
         turned = _float32(earth.sphere_from_icrf @ R_camera_from_icrf.T)
         planet = replace(earth.view, sphere_from_camera=turned)
     return Background(

@@ -273,12 +273,7 @@ def _pixel_box(hull: Array, camera: Camera) -> tuple[int, int, int, int] | None:
         return None
     hull = _before_the_camera(hull)
     xy = hull[:, :2] / hull[:, 2:] * camera.focal_length_px + 0.5 * np.array([d.width, d.height])
-    limits = np.array([d.width, d.height])
-    low = np.clip(np.floor(xy.min(axis=0)), 0, limits).astype(int)
-    high = np.clip(np.ceil(xy.max(axis=0)), 0, limits).astype(int)
-    if np.any(high <= low):
-        return None
-    return int(low[0]), int(low[1]), int(high[0]), int(high[1])
+    return d.pixels_within(xy.min(axis=0), xy.max(axis=0))
 
 
 def _tiles(

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simgl.physics.constants import MOON_RADIUS
+from simgl.physics.frames import angle_between
 from simgl.physics.moon import GEOMETRIC_ALBEDO, surface_factor
 from simgl.physics.stars import aberrated, directions
 from simgl.scene.state import CameraState, SceneState, SunSeen
@@ -26,7 +27,7 @@ _STARS_MOVE = 1e-2
 
 
 @dataclass(frozen=True)
-class Field:
+class PictureCone:
     """The cone around a picture: its half angle, and the angle of a pixel [rad]."""
 
     half_diagonal: float
@@ -36,7 +37,7 @@ class Field:
         """Whether a disc on the sky may touch the picture."""
         # Nearly a pixel more than enough: a disc's edge is drawn over one.
         reach = self.half_diagonal + angular_radius + self.pixel
-        return _angle(boresight, direction) < reach
+        return angle_between(boresight, direction) < reach
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -138,13 +139,13 @@ class StarPlaces:
 
 
 def heavens(
-    state: SceneState, camera: CameraState, field: Field, earth: EarthCone | None
+    state: SceneState, camera: CameraState, cone: PictureCone, earth: EarthCone | None
 ) -> Heavens | None:
     """What a camera sees beyond the Earth; None where that is nothing."""
-    hidden = _Hidden(earth, field.pixel)
+    hidden = _Hidden(earth, cone.pixel)
     points = _star_points(state, camera, hidden)
-    sun = _sun_disc(state, camera, field, hidden)
-    moon = _moon_disc(state, camera, field, hidden)
+    sun = _sun_disc(state, camera, cone, hidden)
+    moon = _moon_disc(state, camera, cone, hidden)
     if points is None and sun is None and moon is None:
         return None
     k = camera.camera.intrinsics
@@ -188,10 +189,6 @@ def star_places(state: SceneState, camera: CameraState) -> StarPlaces | None:
     return StarPlaces(rows=rows[inside], direction_icrf=seen[inside], pixels=pixels[inside])
 
 
-def _angle(a: Array, b: Array) -> float:
-    return float(np.arctan2(np.linalg.norm(np.cross(a, b)), np.dot(a, b)))
-
-
 @dataclass(frozen=True)
 class _Hidden:
     """Tells what lies wholly behind the Earth, two pixels and more from its limb."""
@@ -202,7 +199,7 @@ class _Hidden:
     def disc(self, direction: Array, angular_radius: float) -> bool:
         if self.earth is None:
             return False
-        away = _angle(self.earth.direction_icrf, direction)
+        away = angle_between(self.earth.direction_icrf, direction)
         return away + angular_radius + 2.0 * self.pixel < self.earth.angular_radius
 
     def points(self, direction: Array) -> NDArray[np.bool_]:
@@ -227,19 +224,19 @@ def _star_points(state: SceneState, camera: CameraState, hidden: _Hidden) -> Sta
 
 
 def _sun_disc(
-    state: SceneState, camera: CameraState, field: Field, hidden: _Hidden
+    state: SceneState, camera: CameraState, cone: PictureCone, hidden: _Hidden
 ) -> SunDisc | None:
     seen: SunSeen = state.sun.seen_from(camera.position)
     if not state.sun.visible or hidden.disc(seen.direction_icrf, seen.angular_radius):
         return None
-    ellipse = _ellipse(camera, field, seen.direction_icrf, seen.angular_radius)
+    ellipse = _ellipse(camera, cone, seen.direction_icrf, seen.angular_radius)
     if ellipse is None or not seen.irradiance.any():
         return None
     return SunDisc(ellipse=ellipse, radiance=_float32(seen.radiance), limb=_float32(seen.limb))
 
 
 def _moon_disc(
-    state: SceneState, camera: CameraState, field: Field, hidden: _Hidden
+    state: SceneState, camera: CameraState, cone: PictureCone, hidden: _Hidden
 ) -> MoonDisc | None:
     if state.moon is None:
         return None
@@ -248,11 +245,11 @@ def _moon_disc(
     towards, radius = offset / distance, float(np.arcsin(min(MOON_RADIUS / distance, 1.0)))
     if hidden.disc(towards, radius):
         return None
-    ellipse = _ellipse(camera, field, towards, radius)
+    ellipse = _ellipse(camera, cone, towards, radius)
     if ellipse is None:
         return None
     sun = state.sun.seen_from(state.moon)
-    phase = _angle(sun.direction_icrf, -towards)
+    phase = angle_between(sun.direction_icrf, -towards)
     axes, disc_from_pixel = _disc_axes(camera, ellipse, towards)
     disc_from_icrf = np.stack([*axes, -towards])
     turned = None
@@ -269,33 +266,27 @@ def _moon_disc(
 
 
 def _ellipse(
-    camera: CameraState, field: Field, direction: Array, angular_radius: float
+    camera: CameraState, cone: PictureCone, direction: Array, angular_radius: float
 ) -> Ellipse | None:
     """A disc's ellipse; None where it is out of view, or reaches 90 deg from the boresight."""
     R, k = camera.R_camera_from_icrf, camera.camera.intrinsics
-    if not field.holds(R[2], direction, angular_radius):
+    if not cone.holds(R[2], direction, angular_radius):
         return None
-    if _angle(R[2], direction) + angular_radius > np.radians(89.9):
+    if angle_between(R[2], direction) + angular_radius > np.radians(89.9):
         return None
-    # Rays r within the cone: (s.r)^2 >= cos^2 r.r; with r linear in homogeneous pixels, a conic.
+    # Rays r to the disc: (s.r)^2 >= cos^2 r.r; with r linear in homogeneous pixels, a conic.
     s = R @ direction
-    cone = np.outer(s, s) - np.cos(angular_radius) ** 2 * np.eye(3)
+    form_of_rays = np.outer(s, s) - np.cos(angular_radius) ** 2 * np.eye(3)
     camera_from_pixel = np.linalg.inv(k)
-    conic = camera_from_pixel.T @ cone @ camera_from_pixel
+    conic = camera_from_pixel.T @ form_of_rays @ camera_from_pixel
     centre = -np.linalg.solve(conic[:2, :2], conic[:2, 2])
     form = -conic[:2, :2] / (conic[2, 2] + np.dot(conic[:2, 2], centre))
     half = np.sqrt(np.diag(np.linalg.inv(form)))
-    d = camera.camera.detector
-    limits = np.array([d.width, d.height])
-    low = np.clip(np.floor(centre - half), 0, limits).astype(int)
-    high = np.clip(np.ceil(centre + half), 0, limits).astype(int)
-    if np.any(high <= low):
+    touched = camera.camera.detector.pixels_within(centre - half, centre + half)
+    if touched is None:
         return None
-    return Ellipse(
-        centre=centre,
-        form=form,
-        box=(int(low[0]), int(low[1]), int(high[0] - low[0]), int(high[1] - low[1])),
-    )
+    x0, y0, x1, y1 = touched
+    return Ellipse(centre=centre, form=form, box=(x0, y0, x1 - x0, y1 - y0))
 
 
 def _disc_axes(camera: CameraState, ellipse: Ellipse, towards: Array) -> tuple[Array, Array]:

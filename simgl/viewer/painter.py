@@ -15,7 +15,7 @@ from simgl.renderer import Renderer
 from simgl.scenario.scenario import Scenario
 from simgl.scene.camera import Camera, Detector, Lens
 from simgl.scene.state import CameraState, SceneState
-from simgl.transport.bake import Progress
+from simgl.steps import Progress
 from simgl.view.frame import frame_view
 from simgl.viewer.look import Look
 from simgl.viewer.orbit import FIELD_OF_VIEW, orbit_axes

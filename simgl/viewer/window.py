@@ -38,7 +38,7 @@ _IDLE = 0.25
 # A window that is being resized shows the old picture until its size has kept this long [s].
 _SETTLE = 0.2
 
-_BY_KEY = {key: command for command in COMMANDS for key in command.keys}
+BY_KEY = {key: command for command in COMMANDS for key in command.keys}
 
 # Characters arrive as the keyboard layout types them; these keys type none.
 _NAMED_KEYS = {
@@ -183,8 +183,8 @@ class _Session:
             temporary.write_bytes(png_bytes(picture))
 
     def _press(self, key: str) -> None:
-        if key in _BY_KEY:
-            self._look = _BY_KEY[key].effect(self._look, self._painter.scenario)
+        if key in BY_KEY:
+            self._look = BY_KEY[key].effect(self._look, self._painter.scenario)
         elif key in ("q", "escape"):
             glfw.set_window_should_close(self._window, True)
         elif key == "h":

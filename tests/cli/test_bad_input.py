@@ -38,14 +38,6 @@ def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> 
 
 
 @pytest.fixture
-def scene(tmp_path: Path) -> Path:
-    """The scenario file."""
-    path = tmp_path / "scene.toml"
-    path.write_text(SCENE)
-    return path
-
-
-@pytest.fixture
 def out(tmp_path: Path) -> Path:
     """An output folder with a picture of yesterday in it."""
     folder = tmp_path / "out"

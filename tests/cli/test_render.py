@@ -28,14 +28,6 @@ FILES = ["nav.dn.png", "nav.radiance.exr", "nav.view.png"]
 
 
 @pytest.fixture
-def scene(tmp_path: Path) -> Path:
-    """The scenario file."""
-    path = tmp_path / "scene.toml"
-    path.write_text(SCENE)
-    return path
-
-
-@pytest.fixture
 def exposure(gl: moderngl.Context, scene: Path) -> Exposure:
     """A capture of the scene."""
     scenario = load_scenario(scene)

@@ -11,6 +11,8 @@ FLOORS = {
     "errors": 0,
     "assets": 0,
     "cache": 0,
+    "steps": 0,
+    "kept": 0,
     "physics": 1,
     "scene": 2,
     "lattice": 2,
@@ -24,6 +26,7 @@ FLOORS = {
     "levels": 3,
     "optics": 3,
     "view": 3,
+    "shapes": 3,
     "images": 3,
     "false_colour": 4,
     "receiver": 4,
@@ -31,6 +34,7 @@ FLOORS = {
     "generate": 3,
     "passes": 4,
     "renderer": 5,
+    "imager": 5,
     "progress": 6,
     "simulator": 6,
     "output": 6,
@@ -57,6 +61,7 @@ NEIGHBOURS = {
     ("campaign", "crew"),
     ("campaign", "sequence"),
     ("output", "simulator"),
+    ("progress", "simulator"),
     ("images", "optics"),
     ("scenario", "optics"),
     ("view", "optics"),
@@ -65,6 +70,9 @@ NEIGHBOURS = {
     ("view", "transport"),
     ("transport", "rays"),
     ("levels", "rays"),
+    ("shapes", "levels"),
+    ("shapes", "transport"),
+    ("shapes", "view"),
     ("reference", "sensor"),
     ("images", "sensor"),
 }
@@ -72,7 +80,7 @@ NEIGHBOURS = {
 # Where a room may look is less than its floor allows.
 KEPT_APART = {
     # Knows OpenGL, not spacecraft.
-    "gpu": {"errors", "assets", "gpu"},
+    "gpu": {"errors", "assets", "kept", "gpu"},
     # Textbook formulas, whatever draws them.
     "reference": {"errors", "physics", "scene", "sensor", "reference"},
     # What the camera does besides the passes, alike for them and the references.

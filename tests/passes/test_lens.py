@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from simgl.gpu.targets import Format, ImageTarget
+from simgl.imager import Imager
 from simgl.images import ElectronFrame, RadianceFrame, TruthFrame
 from simgl.optics.field import field, relative_illumination
 from simgl.reference.optics import image_irradiance
-from simgl.renderer import Renderer
 from simgl.scene.camera import Camera
 from simgl.scene.detector import Mosaic
 from simgl.scene.lens import Distortion, Vignetting
@@ -33,8 +33,8 @@ def irradiance(gl: moderngl.Context, cam: Camera, radiance: Array) -> Array:
     """The optics of the renderer on given radiance."""
     target = ImageTarget(gl, (cam.detector.width, cam.detector.height), [Format("f4", 4)])
     target.textures[0].write(radiance.astype("<f4").tobytes())
-    with Renderer(gl) as renderer:
-        found = renderer.irradiance(cam, target).read()
+    with Imager(gl) as imager:
+        found = imager.irradiance(cam, target).read()
     gl.detect_framebuffer(0).use()
     target.release()
     return found
@@ -75,9 +75,9 @@ def test_behind_colour_filters_a_spread_image_makes_the_electrons_of_its_bands(
     photons = np.array([3.3e18, 2.8e18, 2.3e18, 4.2e18])
     target = ImageTarget(gl, (width, 192), [Format("f4", 4)])
     target.textures[0].write(radiance.astype("<f4").tobytes())
-    with Renderer(gl) as renderer:
-        bands = renderer.irradiance(cam, target).read().astype(np.float64)
-        found = renderer.electrons_through(cam, photons, target).read()
+    with Imager(gl) as imager:
+        bands = imager.irradiance(cam, target).read().astype(np.float64)
+        found = imager.electrons_through(cam, photons, target).read()
     gl.detect_framebuffer(0).use()
     target.release()
     square = square_electrons_per_irradiance(cam, photons)
@@ -107,10 +107,10 @@ def test_a_sharp_image_makes_the_electrons_of_its_irradiance(
     photons = np.array([3.3e18, 2.8e18, 2.3e18, 4.2e18])
     target = ImageTarget(gl, (width, 192), [Format("f4", 4)])
     target.textures[0].write(radiance.astype("<f4").tobytes())
-    with Renderer(gl) as renderer:
-        bands = renderer.irradiance(cam, target)
-        in_two_steps = renderer.electrons(cam, photons, bands).read().copy()
-        found = renderer.electrons_through(cam, photons, target).read()
+    with Imager(gl) as imager:
+        bands = imager.irradiance(cam, target)
+        in_two_steps = imager.electrons(cam, photons, bands).read().copy()
+        found = imager.electrons_through(cam, photons, target).read()
     gl.detect_framebuffer(0).use()
     target.release()
     assert found.max() > 0.0
@@ -164,6 +164,18 @@ def test_distortion_in_the_convention_of_opencv() -> None:
 BALLS = [(0.0, 0.0), (0.33, 0.21), (-0.3, 0.25), (0.36, -0.27), (-0.36, -0.05)]
 
 
+# At the origin, 49 deg wide.
+CAMERA: dict[str, Any] = {
+    "position_icrf_m": [0, 0, 0],
+    "boresight": [0, 0, 1],
+    "up": [0, -1, 0],
+    "width_px": 640,
+    "height_px": 480,
+    "pixel_pitch_um": 10.0,
+    "focal_length_mm": 7.0,
+}
+
+
 def balls(optics: dict[str, Any], **sun: Any) -> Any:
     """Small spheres over a wide field, lit from behind the camera at the origin."""
     ball = {"sphere": {"radius_m": 0.05, "material": lambert(0.8)}}
@@ -172,16 +184,7 @@ def balls(optics: dict[str, Any], **sun: Any) -> Any:
             f"ball{i}": {"model": ball, "position_icrf_m": [10.0 * x, 10.0 * y, 10.0]}
             for i, (x, y) in enumerate(BALLS)
         },
-        {
-            "position_icrf_m": [0, 0, 0],
-            "boresight": [0, 0, 1],
-            "up": [0, -1, 0],
-            "width_px": 640,
-            "height_px": 480,
-            "pixel_pitch_um": 10.0,
-            "focal_length_mm": 7.0,
-            "optics": optics,
-        },
+        {**CAMERA, "optics": optics},
         sun_direction=(0.0, 0.0, -1.0),
         **sun,
     )
@@ -241,16 +244,7 @@ def test_bodies_keep_their_light(gl: moderngl.Context) -> None:
 def test_the_sun_appears_where_the_lens_puts_it(gl: moderngl.Context) -> None:
     scenario = scene(
         {},
-        {
-            "position_icrf_m": [0, 0, 0],
-            "boresight": [0, 0, 1],
-            "up": [0, -1, 0],
-            "width_px": 640,
-            "height_px": 480,
-            "pixel_pitch_um": 10.0,
-            "focal_length_mm": 7.0,
-            "optics": BARREL,
-        },
+        {**CAMERA, "optics": BARREL},
         sun_direction=(0.33, 0.24, 1.0),
     )
     image = frames(capture(gl, scenario))[0].radiance[..., 1]

@@ -11,7 +11,7 @@ from simgl.transport.response import Response
 from simgl.transport.solve import RESIDUAL, radiosity, reflectors
 from simgl.transport.sunlit import SunlitPatches
 from simgl.transport.transport import Floats
-from tests.transport.test_exchange import open_box, white
+from tests.transport.boxes import open_box, white
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from simgl.rays import ray_tracer
 from simgl.scene.mesh import plate
 from simgl.transport.solve import Blocker, lit_normals
 from simgl.transport.sunlit import SunlitPatches, around, direction_of
-from tests.transport.test_exchange import inside, open_box
+from tests.transport.boxes import inside, open_box
 
 Array = NDArray[np.float64]
 

@@ -1,0 +1,24 @@
+"""Smaller pictures of a scenario."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from simgl import Scenario
+from simgl.scene.camera import Camera
+
+
+def fewer_pixels(scenario: Scenario, shrink: int) -> Scenario:
+    """A scenario whose cameras have fewer, larger pixels and the same field."""
+
+    def camera_of(camera: Camera) -> Camera:
+        d = camera.detector
+        detector = replace(
+            d,
+            width=d.width // shrink,
+            height=d.height // shrink,
+            pixel_pitch=d.pixel_pitch * shrink,
+        )
+        return replace(camera, detector=detector)
+
+    return replace(scenario, cameras={n: camera_of(c) for n, c in scenario.cameras.items()})

@@ -1,0 +1,87 @@
+"""Light on the patches of spacecraft, frame by frame: what stays the same is worked out once."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from simgl.scene.means import mean_materials
+from simgl.scene.spacecraft import SpacecraftModel
+from simgl.sky import SkyRadiance, cell_radiance
+from simgl.transport.directions import CELLS_ACROSS
+from simgl.transport.response import Response
+from simgl.transport.solve import Reflectors, lamp_irradiance, reflectors
+from simgl.transport.sunlit import SunlitPatches
+from simgl.transport.transport import Floats, Transport
+from simgl.transport.view import ExchangeView, Neighbour
+
+
+class PatchLight:
+    """Solves for the light that leaves the patches of bodies.
+
+    A body is told from others by its ``instance`` in the scene; its transport is one that stays.
+    """
+
+    def __init__(self) -> None:
+        self._surfaces: dict[tuple[object, ...], tuple[Reflectors, Response]] = {}
+        self._sunlit: dict[int, SunlitPatches] = {}
+        self._cosines: dict[int, tuple[bytes, Floats]] = {}
+
+    def exitance(
+        self,
+        instance: int,
+        model: SpacecraftModel,
+        transport: Transport,
+        sky: SkyRadiance | None,
+        view: ExchangeView,
+    ) -> Floats:
+        """(p, 4) of the patches after all bounces [W m-2]."""
+        response = self._surface(model, transport)[1]
+        exitance = response.glow
+        others = np.zeros_like(exitance)
+        if view.before_sun:
+            cosines = self._sun_cosines(instance, transport, view)
+            others += cosines[:, None] * view.sun_irradiance.astype(np.float32)
+        else:
+            exitance = exitance + response.of_sun(view.sun_direction, view.sun_irradiance)
+        if sky is not None:
+            exitance = exitance + response.of_sky(cell_radiance(sky, CELLS_ACROSS))
+        if view.lamps:
+            around = [n.blocker() for n in view.around]
+            for lamp in view.lamps:
+                others += lamp_irradiance(transport, lamp, around)
+        return exitance + response.of_irradiance(others) if np.any(others) else exitance
+
+    def of_direct_sun(
+        self, instance: int, model: SpacecraftModel, transport: Transport, view: ExchangeView
+    ) -> Floats:
+        """(p, 4) what a Sun of 1 W m-2 adds to the exitance before any bounce."""
+        cosines = self._sun_cosines(instance, transport, view)
+        return self._surface(model, transport)[0].albedo * cosines[:, None]
+
+    def _surface(self, model: SpacecraftModel, transport: Transport) -> tuple[Reflectors, Response]:
+        key = transport.mesh.digest, model.open_sheets, model.materials, model.textures.digest
+        if key not in self._surfaces:
+            surface = reflectors(transport, mean_materials(model))
+            sunlit = self._patches(transport)
+            self._surfaces[key] = surface, Response(transport, surface, sunlit)
+        return self._surfaces[key]
+
+    def _patches(self, transport: Transport) -> SunlitPatches:
+        return self._sunlit.setdefault(id(transport), SunlitPatches(transport))
+
+    def _sun_cosines(self, instance: int, transport: Transport, view: ExchangeView) -> Floats:
+        """Traced anew only where Sun or spacecraft have moved in the body's axes."""
+        key = _sun_key(transport, view)
+        if self._cosines.get(instance, (b"",))[0] != key:
+            blockers = [n.blocker() for n in view.before_sun]
+            lit = self._patches(transport).cosines(view.sun_direction, blockers)
+            self._cosines[instance] = key, lit
+        return self._cosines[instance][1]
+
+
+def _sun_key(transport: Transport, view: ExchangeView) -> bytes:
+    def place(neighbour: Neighbour) -> bytes:
+        return neighbour.mesh.digest.encode() + neighbour.other_from_body.tobytes()
+
+    parts = [transport.mesh.digest.encode(), view.sun_direction.tobytes()]
+    return b"".join(parts + [place(n) for n in view.before_sun])

@@ -1,0 +1,34 @@
+"""How the surfaces of spacecraft models see each other, found once for each of their shapes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from simgl.scene.spacecraft import SpacecraftModel
+from simgl.steps import Progress
+from simgl.transport.cache import transport_of
+from simgl.transport.transport import Transport
+
+# Light between surfaces changes little over a few degrees of a joint, and tracing it takes seconds.
+JOINT_STEP = np.radians(5.0)
+
+
+class Transports:
+    """The transports of models by their content."""
+
+    def __init__(self) -> None:
+        self._found: dict[tuple[str, bool], Transport | None] = {}
+
+    def of(self, model: SpacecraftModel, progress: Progress | None = None) -> Transport | None:
+        """How a model's surfaces see each other; None where none sees another.
+
+        Traced at the first call, if no file has it. Joints stand at the nearest multiple of
+        ``JOINT_STEP``.
+        """
+        model = model.coarsely_posed(JOINT_STEP)
+        key = model.mesh.digest, model.open_sheets
+        if key not in self._found:
+            self._found[key] = transport_of(
+                model.mesh, open_sheets=model.open_sheets, progress=progress
+            )
+        return self._found[key]
