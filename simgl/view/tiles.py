@@ -37,7 +37,8 @@ class Tiles:
     finer : on the ground, which their ``PARTS`` see change evenly
     ground : with other ground on them
     air : that miss the ground; what is in none of these masks misses air and clouds, too
-    sea : those of the even and the finer ones that have no shore on them
+    one_face : those of the even and the finer ones on one face of the noise's cube
+    sea : likewise those that have no shore on them
     low, high : (rows, columns) sines of the Sun's height there, the least and the most
     pixel : (rows, columns) edge of a pixel on the ground of the even and the finer ones [m]
     """
@@ -46,6 +47,7 @@ class Tiles:
     finer: Mask
     ground: Mask
     air: Mask
+    one_face: Mask
     sea: Mask
     low: Array
     high: Array
@@ -64,6 +66,7 @@ class Tiles:
             finer=self.finer & mask,
             ground=self.ground & mask,
             air=self.air & mask,
+            one_face=self.one_face & mask,
             sea=self.sea & mask,
         )
 
@@ -82,14 +85,14 @@ def tiles_of(
     size : width and height [pixels]; the last tiles may reach past it
     shores : (rows + 1, columns + 1) of the corners of an equirectangular map's cells, how many of
         those above and left of each hold something else than open sea
-    noise : whether the picture shows any, which even tiles read on one face of its cube
+    noise : whether the picture shows any
     """
     corners = corners_on_ground(planet, intrinsics, size)
     even, finer = even_tiles(corners), even_tiles(corners, PARTS)
+    finer &= ~even
+    one_face = np.ones_like(even)
     if noise:
         one_face = _on_one_face(corners.normal, _CHART_SEAM + _CLOUD_REACH * _cloud_height(planet))
-        even, finer = even & one_face, finer & one_face
-    finer &= ~even
     nearest = _nadir_angles(planet, intrinsics, size)
     distance = float(np.sqrt(1.0 + planet.outside))
     height = 0.0 if planet.earth.air is None else AIR_TOP / planet.earth.equatorial_radius
@@ -105,6 +108,7 @@ def tiles_of(
         finer=finer,
         ground=ground & ~(even | finer),
         air=air & ~ground,
+        one_face=one_face & (even | finer),
         sea=sea & (even | finer),
         low=_least(corners.sun),
         high=_most(corners.sun),
