@@ -137,10 +137,11 @@ class ShadowPass:
         programs = (self._tops,) * len(_CELLS) + (self._cone,)
         for one, cells in zip(view.maps, sheet.cells, strict=True):
             source, where = sheet.textures[0], _where(column=column, from_map=True, across=8)
-            for level in cells:
+            for size, level in zip(_CELLS, cells, strict=True):
+                if level is not cells[0]:
+                    source, where = _colour(cells[0]), _where(column=0, across=size // _CELLS[0])
                 self.bounds.apply(self._ctx, level, (0, 0, *level.size))
                 self._cells.draw(where, [source])
-                source, where = _colour(level), _where(column=0, across=2)
             for level, program in zip((*cells, cells[-1]), programs, strict=True):
                 area = (columns, 0, *level.size)
                 self.bounds.apply(self._ctx, sheet.tops, area)
