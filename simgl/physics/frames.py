@@ -50,6 +50,12 @@ def cross(a: Array, b: Array) -> Array:
     return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
 
 
+def angle_between(a: Array, b: Array) -> float:
+    """Angle between two vectors (3,) of any lengths [rad], good for small ones, too."""
+    across = cross(a, b)
+    return math.atan2(math.sqrt(across.dot(across)), a.dot(b))
+
+
 def matrix_from_quaternion(q_a_from_b_xyzw: ArrayLike) -> Array:
     """R_a_from_b of a unit quaternion; the ValueError says how far off a non-unit one is.
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simgl.physics.constants import MOON_RADIUS
+from simgl.physics.frames import angle_between
 from simgl.physics.moon import GEOMETRIC_ALBEDO, surface_factor
 from simgl.physics.stars import aberrated, directions
 from simgl.scene.state import CameraState, SceneState, SunSeen
@@ -36,7 +37,7 @@ class Field:
         """Whether a disc on the sky may touch the picture."""
         # Nearly a pixel more than enough: a disc's edge is drawn over one.
         reach = self.half_diagonal + angular_radius + self.pixel
-        return _angle(boresight, direction) < reach
+        return angle_between(boresight, direction) < reach
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -188,10 +189,6 @@ def star_places(state: SceneState, camera: CameraState) -> StarPlaces | None:
     return StarPlaces(rows=rows[inside], direction_icrf=seen[inside], pixels=pixels[inside])
 
 
-def _angle(a: Array, b: Array) -> float:
-    return float(np.arctan2(np.linalg.norm(np.cross(a, b)), np.dot(a, b)))
-
-
 @dataclass(frozen=True)
 class _Hidden:
     """Tells what lies wholly behind the Earth, two pixels and more from its limb."""
@@ -202,7 +199,7 @@ class _Hidden:
     def disc(self, direction: Array, angular_radius: float) -> bool:
         if self.earth is None:
             return False
-        away = _angle(self.earth.direction_icrf, direction)
+        away = angle_between(self.earth.direction_icrf, direction)
         return away + angular_radius + 2.0 * self.pixel < self.earth.angular_radius
 
     def points(self, direction: Array) -> NDArray[np.bool_]:
@@ -252,7 +249,7 @@ def _moon_disc(
     if ellipse is None:
         return None
     sun = state.sun.seen_from(state.moon)
-    phase = _angle(sun.direction_icrf, -towards)
+    phase = angle_between(sun.direction_icrf, -towards)
     axes, disc_from_pixel = _disc_axes(camera, ellipse, towards)
     disc_from_icrf = np.stack([*axes, -towards])
     turned = None
@@ -275,7 +272,7 @@ def _ellipse(
     R, k = camera.R_camera_from_icrf, camera.camera.intrinsics
     if not field.holds(R[2], direction, angular_radius):
         return None
-    if _angle(R[2], direction) + angular_radius > np.radians(89.9):
+    if angle_between(R[2], direction) + angular_radius > np.radians(89.9):
         return None
     # Rays r within the cone: (s.r)^2 >= cos^2 r.r; with r linear in homogeneous pixels, a conic.
     s = R @ direction

@@ -99,9 +99,8 @@ def tiles_of(
     top = 1.0 + max(height, _cloud_height(planet))
     ground = nearest < np.arcsin(min((1.0 + _cloud_height(planet)) / distance, 1.0))
     air = (nearest < np.arcsin(top / distance)) if distance > top else np.ones_like(ground)
-    pixel = np.mean(
-        _corners_of(corners.distance / np.sqrt(np.maximum(corners.slant, 1e-3))), axis=0
-    )
+    apart = corners.distance / np.sqrt(np.maximum(corners.slant, 1e-3))
+    pixel = 0.25 * _over_corners(np.add, apart)
     sea = np.zeros_like(even) if shores is None else _open_sea(corners, shores)
     return Tiles(
         even=even,
@@ -240,18 +239,19 @@ def _unit(vectors: Array) -> Array:
     return np.asarray(vectors / np.linalg.norm(vectors, axis=-1, keepdims=True))
 
 
-def _corners_of(values: NDArray[Any]) -> list[NDArray[Any]]:
-    """The four corners of every tile."""
-    return [values[:-1, :-1], values[:-1, 1:], values[1:, :-1], values[1:, 1:]]
+def _over_corners(of_two: np.ufunc, values: NDArray[Any]) -> NDArray[Any]:
+    """What a function of two makes of the four corners of every tile."""
+    across = of_two(values[:, :-1], values[:, 1:])
+    return np.asarray(of_two(across[:-1], across[1:]))
 
 
 def _least(values: NDArray[Any]) -> NDArray[Any]:
-    return np.asarray(np.min(_corners_of(values), axis=0))
+    return _over_corners(np.minimum, values)
 
 
 def _most(values: NDArray[Any]) -> NDArray[Any]:
-    return np.asarray(np.max(_corners_of(values), axis=0))
+    return _over_corners(np.maximum, values)
 
 
 def _range(values: Array) -> Array:
-    return np.asarray(np.ptp(_corners_of(values), axis=0))
+    return np.asarray(_most(values) - _least(values))
