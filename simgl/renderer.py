@@ -175,8 +175,9 @@ class Renderer:
         for tile in view.tiles:
             with self.timer.measure("probe"):
                 probes = self._probe.draw([craft.sky for craft in tile.craft])
+            shadows = [craft.shadow for craft in tile.craft]
             with self.timer.measure("shadow"):
-                maps = self._shadow.draw([craft.shadow for craft in tile.craft])
+                self._shadow.cast(shadows)
             # On the CPU, while the renderer is busy with what it was given before.
             with self.timer.measure("exchange"):
                 around = [probe.sky if probe else None for probe in probes]
@@ -197,6 +198,9 @@ class Renderer:
                 if view.gather == "pixel":
                     with self.timer.measure("gather"):
                         self._gather.draw(part, seen, bodies, around)
+                # What follows reads what is still being drawn, and waits for it.
+                with self.timer.measure("shadow"):
+                    maps = self._shadow.draw(shadows)
                 with self.timer.measure("surface"):
                     samples = self._surface.draw(
                         part,

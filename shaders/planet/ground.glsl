@@ -49,7 +49,12 @@ Sight ground_sight(Place here, float on_earth, float on_clouds) {
 #ifndef SEA
     // Noise below the maps' resolution, as far as the pixel resolves it: slopes to east and north.
     vec2 along = noise_at(here.ground, halvings).xy;
-    vec2 hills = mat2(here.turn, -here.turn.y, here.turn.x) * along;
+#if defined(EVEN) && !defined(ONE_FACE)
+    vec2 turn = turn_at(normal);
+#else
+    vec2 turn = here.turn;
+#endif
+    vec2 hills = mat2(turn, -turn.y, turn.x) * along;
     float kept_hills = here.kept.y, grain = 0.7071 * (along.x + along.y);
     // It frays what lies between two texels of the maps.
     float across = max(length(normal.xy), 1e-4);

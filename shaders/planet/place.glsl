@@ -59,11 +59,17 @@ Spot spot_at(vec3 n, vec2 near) {
     vec2 on_map = place_on_map(n);
     // On the same side of the date line.
     on_map.x = near.x + fract(on_map.x - near.x + 0.5) - 0.5;
-#ifdef EVEN
+#ifdef ONE_FACE
     return Spot(on_map, chart_place(n), drawn_out_there(n));
 #else
     return Spot(on_map, n);
 #endif
+}
+
+// Of the chart's axes there from east and north: cosine, sine.
+vec2 turn_at(vec3 n) {
+    vec3 east = vec3(-n.y, n.x, 0.0) / max(length(n.xy), 1e-4);
+    return chart_turn(n, east, cross(n, east));
 }
 
 // Where a ray along `d` meets the ground at `t`, in sphere space; the cosine there, at least 1e-3.
@@ -89,8 +95,7 @@ Place place_at(vec3 d, float t, float cloud_t, float slant) {
     place.ground = spot_at(n, on_map);
     place.cloud = spot_at(normalize(cloud), on_map);
     place.shade = spot_at(normalize(shade), on_map);
-    vec3 east = vec3(-n.y, n.x, 0.0) / max(length(n.xy), 1e-4);
-    place.turn = chart_turn(n, east, cross(n, east));
+    place.turn = turn_at(n);
     vec2 texels = place.footprint / vec2(map_texel_km, chart_texel_km);
     place.levels = max(log2(texels), 0.0);
     place.levels.y = chart_level(place.levels.y);

@@ -6,7 +6,7 @@
 // and the vertical where not.
 struct Spot {
     vec2 on_map;
-#ifdef EVEN
+#ifdef ONE_FACE
     vec2 on_chart;
     vec2 drawn_out;
 #else
@@ -18,7 +18,7 @@ struct Spot {
 vec4 noise_at(Spot spot, float level) {
 #ifdef FAR
     return vec4(0.0);
-#elif defined(EVEN)
+#elif defined(ONE_FACE)
     return chart_at(spot.on_chart, level);
 #else
     return chart_about(spot.up, level);
@@ -52,7 +52,7 @@ float fibres(Spot spot, float level, float kept) {
 #ifdef FAR
     return 1.0;
 #else
-#ifdef EVEN
+#ifdef ONE_FACE
     float noise = chart_at(spot.drawn_out, level).z;
 #else
     vec3 n = spot.up, share = chart_shares(n);

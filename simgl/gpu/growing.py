@@ -11,7 +11,7 @@ _GRAIN = 256
 
 
 class GrowingTarget:
-    """Framebuffers over RGBA32F textures that share one depth buffer, and one of the depth alone.
+    """Framebuffers over RGBA32F textures that share one depth buffer.
 
     groups : for each framebuffer its textures, counted from 0
     """
@@ -25,7 +25,7 @@ class GrowingTarget:
         self._depth: moderngl.Renderbuffer | None = None
 
     def at_least(self, size: tuple[int, int]) -> list[moderngl.Framebuffer]:
-        """The framebuffer of each group, last that of the depth, for a raster of a size."""
+        """The framebuffer of each group, for a raster of a size."""
         if self._size[0] >= size[0] and self._size[1] >= size[1]:
             return self._framebuffers
         steps = (-(-max(have, want) // _GRAIN) for have, want in zip(self._size, size, strict=True))
@@ -39,7 +39,6 @@ class GrowingTarget:
         for group in self._groups:
             textures = [self._textures[index] for index in group]
             self._framebuffers.append(self._ctx.framebuffer(textures, self._depth))
-        self._framebuffers.append(self._ctx.framebuffer(depth_attachment=self._depth))
         return self._framebuffers
 
     def release(self) -> None:

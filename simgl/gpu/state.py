@@ -45,7 +45,6 @@ class State:
         scissor: tuple[int, int, int, int] | None = None,
     ) -> None:
         """Bind the target and set every piece of state; viewport and scissor in pixels."""
-        target.use()
         target.viewport = viewport
         target.scissor = scissor  # type: ignore[assignment]
         if target.color_attachments:
@@ -53,6 +52,8 @@ class State:
             count = len(target.color_attachments)
             target.color_mask = one if count == 1 else (one,) * count  # type: ignore[assignment]
         target.depth_mask = self.depth
+        # After its settings: those of a framebuffer that is bound already may not reach OpenGL.
+        target.use()
         flags = moderngl.NOTHING
         if self.depth:
             flags |= moderngl.DEPTH_TEST

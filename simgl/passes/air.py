@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from dataclasses import dataclass
-from math import atan2, exp, floor, log
+from math import exp, floor, log
 
 import moderngl
 import numpy as np
@@ -22,6 +22,7 @@ from simgl.gpu.targets import Format, ImageTarget
 from simgl.passes.air_tables import AIR, SCATTERING, AirKind, AirTables, tables_of
 from simgl.passes.blocks import AirBetween
 from simgl.physics.air import AIR_TOP
+from simgl.physics.frames import angle_between
 from simgl.scene.earth import Earth
 from simgl.steps import Progress
 from simgl.view.air import AirSegment
@@ -289,9 +290,7 @@ def _height_step(planet: PlanetView) -> float:
 
 def _sun_angle(planet: PlanetView) -> float:
     """From the camera's zenith, in sphere space [rad]."""
-    place = planet.camera_in_sphere.astype(np.float64)
-    sun = _sun_in_sphere(planet)
-    return atan2(float(np.linalg.norm(np.cross(place, sun))), float(np.dot(place, sun)))
+    return angle_between(planet.camera_in_sphere.astype(np.float64), _sun_in_sphere(planet))
 
 
 def _values(radius: float, height: float, angle: float) -> dict[str, object]:

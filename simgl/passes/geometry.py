@@ -34,7 +34,7 @@ class GeometryPass:
         self._programs: dict[tuple[str, ...], moderngl.Program] = {}
         self._tile = UniformBuffer(ctx, TILE)
         self._craft = UniformBuffer(ctx, CRAFT)
-        self._targets = {n: GrowingTarget(ctx, [range(n), [0]]) for n in (_PLAIN, _DETAILED)}
+        self._targets = {n: GrowingTarget(ctx, [range(n)]) for n in (_PLAIN, _DETAILED)}
 
     def draw(
         self, tile: Tile, lightings: Sequence[VertexLighting | None]
@@ -45,10 +45,12 @@ class GeometryPass:
         """
         detailed = any("DETAILED" in craft.model.variant for craft in tile.craft)
         size = tile.lattice.raster_size(tile.width, tile.height)
-        target, first, _ = self._targets[_DETAILED if detailed else _PLAIN].at_least(size)
+        (target,) = self._targets[_DETAILED if detailed else _PLAIN].at_least(size)
         viewport = (0, 0, *size)
-        self.closed.apply(self._ctx, first, viewport, viewport)
-        first.clear(EMPTY, EMPTY, EMPTY, EMPTY, depth=1.0, viewport=viewport)
+        self.closed.apply(self._ctx, target, viewport, viewport)
+        others = ((False,) * 4,) * (len(target.color_attachments) - 1)
+        target.color_mask = ((True,) * 4, *others)  # type: ignore[assignment]
+        target.clear(EMPTY, EMPTY, EMPTY, EMPTY, depth=1.0, viewport=viewport)
         self._tile.bind()
         self._craft.bind()
         for index, clip_from_camera in enumerate(tile.slices):

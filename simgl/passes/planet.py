@@ -230,11 +230,11 @@ class PlanetPass:
             for unit, halved in enumerate(self._textures.maps_with(of_maps)):
                 halved.use(unit)
             here = (maps == of_maps) & (noise == of_noise)
-            for sea, night in product((False, True), repeat=2):
-                mask = here & (tiles.sea == sea) & (dark == night)
+            for one_face, sea, night in product((False, True), repeat=3):
+                mask = here & (tiles.one_face == one_face) & (tiles.sea == sea) & (dark == night)
                 if not (mask & seen).any():
                     continue
-                present = {"SEA": sea, "NIGHT": night}
+                present = {"ONE_FACE": one_face, "SEA": sea, "NIGHT": night}
                 kind = tuple(d for d, there in present.items() if there)
                 program = self._program_for("planet/tiles", ("EVEN", *kind, *variant))
                 program.draw(mask & tiles.even, TILE, sheet=step)

@@ -74,6 +74,22 @@ class ShadowPass:
         self._caster = UniformBuffer(ctx, _CASTER)
         self._drawn: OrderedDict[bytes, _Sheet] = OrderedDict()
 
+    def cast(self, views: Sequence[ShadowView]) -> None:
+        """Draw those of the maps of ``draw`` that read no other.
+
+        A renderer on the CPU waits where a draw reads what is still being drawn: until then it may
+        be busy with these, and the caller with more that waits for nothing.
+        """
+        keys = [_key(view) for view in views]
+        for key in keys:
+            if key in self._drawn:
+                self._drawn.move_to_end(key)
+        kept = max(KEPT, len(views))
+        for key, view in zip(keys, views, strict=True):
+            if key not in self._drawn:
+                self._drawn[key] = self._free_sheet(view.maps, kept)
+                self._cast(view, self._drawn[key])
+
     def draw(self, views: Sequence[ShadowView]) -> list[tuple[moderngl.Texture, ...]]:
         """Depths, behind and tops of each view's maps, the close one right of the whole one.
 
@@ -83,16 +99,12 @@ class ShadowPass:
 
         They stay as they are until the next call.
         """
-        keys = [b"".join(one.key for one in view.maps) for view in views]
-        for key in keys:
-            if key in self._drawn:
-                self._drawn.move_to_end(key)
-        kept = max(KEPT, len(views))
-        for key, view in zip(keys, views, strict=True):
-            if key not in self._drawn:
-                self._drawn[key] = self._free_sheet(view.maps, kept)
-                self._draw(view, self._drawn[key])
-        return [self._drawn[key].textures for key in keys]
+        self.cast(views)
+        sheets = [self._drawn[_key(view)] for view in views]
+        for view, sheet in zip(views, sheets, strict=True):
+            if not sheet.complete:
+                self._complete(view, sheet)
+        return [sheet.textures for sheet in sheets]
 
     def _free_sheet(self, maps: Sequence[ShadowMap], kept: int) -> _Sheet:
         if len(self._drawn) >= kept:
@@ -103,27 +115,33 @@ class ShadowPass:
             oldest.release()
         return _Sheet(self._ctx, maps)
 
-    def _draw(self, view: ShadowView, sheet: _Sheet) -> None:
+    def _cast(self, view: ShadowView, sheet: _Sheet) -> None:
         self._caster.bind()
-        for target in (sheet.depths, sheet.behind):
-            self.open_sheets.apply(self._ctx, target, (0, 0, *target.size))
-            target.clear(depth=1.0)
+        self._clear(sheet.depths)
         column = 0
         for one in view.maps:
-            corner = (column, 0)
-            self._layer(one, sheet.depths, corner, self.towards_sun, self._program)
+            self._layer(one, sheet.depths, (column, 0), self.towards_sun, self._program)
             self._layer(one, sheet.depths, (column, one.size), self.from_sun, self._program)
-            sheet.textures[0].use(0)
-            self._layer(one, sheet.behind, corner, self.towards_sun, self._behind)
+            column += one.size
+        sheet.complete = False
+
+    def _complete(self, view: ShadowView, sheet: _Sheet) -> None:
+        self._caster.bind()
+        self._clear(sheet.behind)
+        sheet.textures[0].use(0)
+        column = 0
+        for one in view.maps:
+            self._layer(one, sheet.behind, (column, 0), self.towards_sun, self._behind)
             column += one.size
         column = columns = 0
         programs = (self._tops,) * len(_CELLS) + (self._cone,)
         for one, cells in zip(view.maps, sheet.cells, strict=True):
             source, where = sheet.textures[0], _where(column=column, from_map=True, across=8)
-            for level in cells:
+            for size, level in zip(_CELLS, cells, strict=True):
+                if level is not cells[0]:
+                    source, where = _colour(cells[0]), _where(column=0, across=size // _CELLS[0])
                 self.bounds.apply(self._ctx, level, (0, 0, *level.size))
                 self._cells.draw(where, [source])
-                source, where = _colour(level), _where(column=0, across=2)
             for level, program in zip((*cells, cells[-1]), programs, strict=True):
                 area = (columns, 0, *level.size)
                 self.bounds.apply(self._ctx, sheet.tops, area)
@@ -131,6 +149,11 @@ class ShadowPass:
                 program.draw(where, [_colour(level)])
                 columns += level.size[0]
             column += one.size
+        sheet.complete = True
+
+    def _clear(self, target: moderngl.Framebuffer) -> None:
+        self.open_sheets.apply(self._ctx, target, (0, 0, *target.size))
+        target.clear(depth=1.0)
 
     def _layer(
         self,
@@ -163,9 +186,13 @@ class ShadowPass:
 
 
 class _Sheet:
-    """The textures of a view's maps side by side, and what draws into them."""
+    """The textures of a view's maps side by side, and what draws into them.
+
+    complete : whether all are drawn, not only those that read no other
+    """
 
     def __init__(self, ctx: moderngl.Context, maps: Sequence[ShadowMap]) -> None:
+        self.complete = False
         self.sizes = sizes = tuple(one.size for one in maps)
         depths = ctx.depth_texture((sum(sizes), 2 * max(sizes)))
         behind = ctx.depth_texture((sum(sizes), max(sizes)))
@@ -189,6 +216,10 @@ class _Sheet:
             framebuffer.release()
         for texture in self._owned:
             texture.release()
+
+
+def _key(view: ShadowView) -> bytes:
+    return b"".join(one.key for one in view.maps)
 
 
 def _where(

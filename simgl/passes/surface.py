@@ -108,6 +108,8 @@ class SurfacePass:
     """
 
     state = State(depth=True)
+    depth_only = State(depth=True, write_color=False)
+    empty = State()
 
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
         self._ctx, self._meshes = ctx, meshes
@@ -151,10 +153,8 @@ class SurfacePass:
         returns : one texture, or with ``apart`` one for each of ``LIGHTS``
         """
         size = tile.lattice.raster_size(tile.width, tile.height)
-        sunlight, target, depth = self._targets[len(LIGHTS) if apart else 1].at_least(size)
+        sunlight, target = self._targets[len(LIGHTS) if apart else 1].at_least(size)
         area = (0, 0, *size)
-        self.state.apply(self._ctx, target, area, area)
-        target.clear(EMPTY, EMPTY, EMPTY, EMPTY, viewport=area)
         self._write(tile, lamps)
         for unit, texture in enumerate(seen):
             texture.use(unit)
@@ -167,12 +167,16 @@ class SurfacePass:
             tile.craft, shadow_maps, skies, exchanging, before, strict=True
         ):
             self._bind(craft, tile, maps, sky, air)
-            self.state.apply(self._ctx, depth, area, area)
-            depth.clear(depth=1.0, viewport=area)
+            self.depth_only.apply(self._ctx, sunlight, area, area)
+            sunlight.clear(depth=1.0, viewport=area)
             self._others.draw()
             self.state.apply(self._ctx, sunlight, area, area)
             self._known.draw()
             self._searched.draw()
+            if craft is tile.craft[0]:
+                # Not its depth, which says what to draw.
+                self.empty.apply(self._ctx, target, area, area)
+                target.clear(EMPTY, EMPTY, EMPTY, EMPTY, viewport=area)
             self.state.apply(self._ctx, target, area, area)
             variant = [d for d in craft.model.variant if d != "CUT_OUT"]
             present = {"SKY": sky, "EXCHANGE": exchange, "LAMPS": lamps, "APART": apart}

@@ -12,6 +12,7 @@ from simgl.physics.air import (
     optical_depth_to_space,
 )
 from simgl.physics.constants import MOON_RADIUS
+from simgl.physics.frames import angle_between
 from simgl.physics.sun import UNIFORM, limb_profile
 
 Array = NDArray[np.float64]
@@ -167,13 +168,6 @@ def _arc_profile(disc_radius: float, separation: float, theta: Array, limb: Arra
     return np.asarray(np.einsum("j,kjb->kb", weight, profile))
 
 
-def _from_nadir(position: Array, direction: Array) -> float:
-    """Angle between a direction and the one to the centre [rad]."""
-    nadir = -position / np.linalg.norm(position)
-    cross = float(np.linalg.norm(np.cross(nadir, direction)))
-    return float(np.arctan2(cross, np.dot(nadir, direction)))
-
-
 def sunlit_fraction(
     position: Array, sun_direction: Array, sun_angular_radius: float, radii: Array
 ) -> float:
@@ -199,7 +193,7 @@ def sunlit_shares(
 
     Arguments as for ``sunlit_fraction``; limb : (2, 4) darkening of the Sun's disc.
     """
-    separation = _from_nadir(position, sun_direction)
+    separation = angle_between(-position, sun_direction)
     if separation - sun_angular_radius > 0.5 * np.pi:
         return np.ones(4)
     edge = limb_angle(position, sun_direction, radii)
@@ -219,7 +213,7 @@ def sunlit_transmission(
     The disc's mean of the transmission along each grazing ray, zero where the ray meets the ground.
     Arguments as for ``sunlit_shares``; the point may lie inside the air.
     """
-    separation = _from_nadir(position, sun_direction)
+    separation = angle_between(-position, sun_direction)
     distance = float(np.linalg.norm(position))
     # Heights at a place are taken above the sphere through the ellipsoid's point below it.
     below = distance / float(np.linalg.norm(position / radii))
@@ -263,6 +257,6 @@ def past_the_moon(
     """
     offset = moon - point
     distance = float(np.linalg.norm(offset))
-    separation = _from_nadir(-offset, sun_direction)
+    separation = angle_between(offset, sun_direction)
     moon_angular_radius = float(np.arcsin(MOON_RADIUS / distance))
     return visible_light_fraction(sun_angular_radius, moon_angular_radius, separation, limb)

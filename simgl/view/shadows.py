@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simgl.lattice import ANGLE
+from simgl.physics.frames import cross
 from simgl.rays import ray_tracer
 from simgl.scene.camera import Camera
 from simgl.scene.spacecraft import SpacecraftModel
@@ -160,12 +161,12 @@ def shadow_view(
 
 def _light_axes(sun_body: Array) -> Array:
     """(3, 3) rows: x and y across the light, and towards the Sun."""
-    across = np.cross(np.eye(3)[int(np.argmin(np.abs(sun_body)))], sun_body)
+    across = cross(np.eye(3)[int(np.argmin(np.abs(sun_body)))], sun_body)
     across /= np.linalg.norm(across)
-    other = np.cross(sun_body, across)
+    other = cross(sun_body, across)
     x = np.cos(ANGLE) * across + np.sin(ANGLE) * other
     # Right-handed with z away from the Sun, like a camera that looks along the light.
-    return np.stack([x, np.cross(-sun_body, x), sun_body])
+    return np.stack([x, cross(-sun_body, x), sun_body])
 
 
 def _casters(

@@ -37,7 +37,8 @@ class Tiles:
     finer : on the ground, which their ``PARTS`` see change evenly
     ground : with other ground on them
     air : that miss the ground; what is in none of these masks misses air and clouds, too
-    sea : those of the even and the finer ones that have no shore on them
+    one_face : those of the even and the finer ones on one face of the noise's cube
+    sea : likewise those that have no shore on them
     low, high : (rows, columns) sines of the Sun's height there, the least and the most
     pixel : (rows, columns) edge of a pixel on the ground of the even and the finer ones [m]
     """
@@ -46,6 +47,7 @@ class Tiles:
     finer: Mask
     ground: Mask
     air: Mask
+    one_face: Mask
     sea: Mask
     low: Array
     high: Array
@@ -64,6 +66,7 @@ class Tiles:
             finer=self.finer & mask,
             ground=self.ground & mask,
             air=self.air & mask,
+            one_face=self.one_face & mask,
             sea=self.sea & mask,
         )
 
@@ -82,29 +85,29 @@ def tiles_of(
     size : width and height [pixels]; the last tiles may reach past it
     shores : (rows + 1, columns + 1) of the corners of an equirectangular map's cells, how many of
         those above and left of each hold something else than open sea
-    noise : whether the picture shows any, which even tiles read on one face of its cube
+    noise : whether the picture shows any
     """
     corners = corners_on_ground(planet, intrinsics, size)
     even, finer = even_tiles(corners), even_tiles(corners, PARTS)
+    finer &= ~even
+    one_face = np.ones_like(even)
     if noise:
         one_face = _on_one_face(corners.normal, _CHART_SEAM + _CLOUD_REACH * _cloud_height(planet))
-        even, finer = even & one_face, finer & one_face
-    finer &= ~even
     nearest = _nadir_angles(planet, intrinsics, size)
     distance = float(np.sqrt(1.0 + planet.outside))
     height = 0.0 if planet.earth.air is None else AIR_TOP / planet.earth.equatorial_radius
     top = 1.0 + max(height, _cloud_height(planet))
     ground = nearest < np.arcsin(min((1.0 + _cloud_height(planet)) / distance, 1.0))
     air = (nearest < np.arcsin(top / distance)) if distance > top else np.ones_like(ground)
-    pixel = np.mean(
-        _corners_of(corners.distance / np.sqrt(np.maximum(corners.slant, 1e-3))), axis=0
-    )
+    apart = corners.distance / np.sqrt(np.maximum(corners.slant, 1e-3))
+    pixel = 0.25 * _over_corners(np.add, apart)
     sea = np.zeros_like(even) if shores is None else _open_sea(corners, shores)
     return Tiles(
         even=even,
         finer=finer,
         ground=ground & ~(even | finer),
         air=air & ~ground,
+        one_face=one_face & (even | finer),
         sea=sea & (even | finer),
         low=_least(corners.sun),
         high=_most(corners.sun),
@@ -236,18 +239,19 @@ def _unit(vectors: Array) -> Array:
     return np.asarray(vectors / np.linalg.norm(vectors, axis=-1, keepdims=True))
 
 
-def _corners_of(values: NDArray[Any]) -> list[NDArray[Any]]:
-    """The four corners of every tile."""
-    return [values[:-1, :-1], values[:-1, 1:], values[1:, :-1], values[1:, 1:]]
+def _over_corners(of_two: np.ufunc, values: NDArray[Any]) -> NDArray[Any]:
+    """What a function of two makes of the four corners of every tile."""
+    across = of_two(values[:, :-1], values[:, 1:])
+    return np.asarray(of_two(across[:-1], across[1:]))
 
 
 def _least(values: NDArray[Any]) -> NDArray[Any]:
-    return np.asarray(np.min(_corners_of(values), axis=0))
+    return _over_corners(np.minimum, values)
 
 
 def _most(values: NDArray[Any]) -> NDArray[Any]:
-    return np.asarray(np.max(_corners_of(values), axis=0))
+    return _over_corners(np.maximum, values)
 
 
 def _range(values: Array) -> Array:
-    return np.asarray(np.ptp(_corners_of(values), axis=0))
+    return np.asarray(_most(values) - _least(values))
