@@ -17,7 +17,7 @@ from tests.scenes import scene
 
 HINGE = Joint(
     name="hinge",
-    part=0,
+    parts=(0,),
     axis_body=np.array([0.0, 0.6, 0.8]),
     origin_body=np.zeros(3),
     limits=(-np.pi, np.pi),

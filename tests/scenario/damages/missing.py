@@ -29,7 +29,8 @@ DAMAGES = (
         "model file of another kind",
         MODEL,
         'model = "./scene.toml"',
-        " [spacecraft.chaser]: model: FILE: not a mesh that simgl reads (.glb, .gltf, .obj, .stl)",
+        " [spacecraft.chaser]: model: FILE: neither a mesh that simgl reads (.glb, .gltf, .obj, "
+        ".stl) nor a model card (.toml)",
     ),
     Damage(
         "unit of a shipped model",
