@@ -16,8 +16,8 @@ Array = NDArray[np.float64]
 
 TAU = 2.0 * np.pi
 
-# Two ways to point as well as each other, to the rounding of a few products in double precision.
-_SAME = 1e-9  # [rad]
+# Ways to point are as good as each other to the rounding of a few products in double precision.
+_SAME = 1e-13  # [rad]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

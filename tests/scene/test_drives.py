@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -58,12 +58,15 @@ def between(a: Array, b: Array) -> float:
 
 @settings(deadline=None, database=None, max_examples=300)
 @given(directions)
+@example(unit(np.array([1e-9, 1.0, -3e-9])))
+@example(np.array([0.0, -1.0, 0.0]))
 def test_two_square_axes_point_a_wing_at_any_sun(sun: Array) -> None:
     joints = (YOKE, WING)
     found = sun_angles(joints, ("yoke", "wing"), {}, sun)
     assert between(faces(joints, found), sun) < EXACT
-    # The wing needs no more than a quarter turn, so that it never turns its back on the way.
-    assert abs(found["wing"]) <= np.pi / 2.0 + EXACT
+    # The wing needs no more than a quarter turn, so that the yoke alone follows an orbit; swings
+    # are told apart to a billionth of a radian.
+    assert abs(found["wing"]) <= np.pi / 2.0 + 1e-9
 
 
 @settings(deadline=None, database=None, max_examples=300)
