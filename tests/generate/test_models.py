@@ -58,12 +58,33 @@ def _array(document: Any, accessor: int, dtype: str) -> Any:
     return rows
 
 
+def _turn(node: Any) -> Rotation:
+    return Rotation.from_quat(node.rotation or [0, 0, 0, 1])
+
+
+def _placed(document: Any) -> dict[str, tuple[Any, Rotation, Floats]]:
+    """Node name to the node, its turn and its place in the file's axes, through all above it."""
+    found: dict[str, tuple[Any, Rotation, Floats]] = {}
+
+    def visit(number: int, turn: Rotation, place: Floats) -> None:
+        node = document.nodes[number]
+        place = place + turn.apply(node.translation or [0.0, 0.0, 0.0])
+        found[node.name] = node, turn * _turn(node), place
+        for child in node.children or []:
+            visit(child, *found[node.name][1:])
+
+    for root in document.scenes[0].nodes:
+        visit(root, Rotation.identity(), np.zeros(3))
+    assert len(found) == len(document.nodes)
+    return found
+
+
 @cache
 def pieces(name: str) -> dict[str, Piece]:
     """Part name to geometry, read from the committed file."""
     document = _file(name)
     found = {}
-    for node in document.nodes:
+    for node, R_file_from_node, place in _placed(document).values():
         positions, normals = [], []
         for primitive in document.meshes[node.mesh].primitives:
             rows = _array(document, primitive.indices, "<u4")
@@ -71,9 +92,8 @@ def pieces(name: str) -> dict[str, Piece]:
             normals.append(_array(document, primitive.attributes.NORMAL, "<f4")[rows])
         local = np.concatenate(positions)
         _, vertices = np.unique(local.reshape(-1, 3), axis=0, return_inverse=True)
-        R_file_from_node = Rotation.from_quat(node.rotation or [0, 0, 0, 1]).as_matrix()
-        R_body_from_node = R_FILE_FROM_BODY.T @ R_file_from_node
-        offset = R_FILE_FROM_BODY.T @ (node.translation or [0.0, 0.0, 0.0])
+        R_body_from_node = R_FILE_FROM_BODY.T @ R_file_from_node.as_matrix()
+        offset = R_FILE_FROM_BODY.T @ place
         found[node.name] = Piece(
             corners=local.astype(np.float64) @ R_body_from_node.T + offset,
             normals=np.concatenate(normals).astype(np.float64) @ R_body_from_node.T,
@@ -189,6 +209,7 @@ def test_triangles_have_area_and_normals_that_face_outward(name: str) -> None:
         ("atv_like", 50_000, 60_000),
         ("iss_like", 70_000, 150_000),
         ("debris_rocket_body", 25_000, 60_000),
+        ("servicer", 8_000, 20_000),
         ("calibration_board", 100, 1_000),
         ("marker_board", 5_000, 10_000),
         ("mirror", 100, 1_000),
@@ -394,6 +415,8 @@ def test_accessors_state_the_bounds_of_their_positions(name: str) -> None:
         ("iss_like", "docking_port_forward"),
         ("debris_rocket_body", "adapter_centre"),
         ("debris_rocket_body", "nozzle_exit"),
+        ("servicer", "capture_ring"),
+        ("servicer", "grip"),
     ],
 )
 def test_open_keypoints_lie_outside_every_solid(name: str, point: str) -> None:
@@ -429,6 +452,7 @@ ON_THE_SURFACE = {
         for place in ("adapter", "skirt")
         for side in ("top", "bottom", "left", "right")
     ],
+    "servicer": ["wing_tip_left", "wing_tip_right", "dish_feed"],
     "calibration_board": [f"step_{percent:02d}" for percent in GREY_STEPS],
     "marker_board": [f"circle_{row}_{column}" for row in range(5) for column in range(7)],
     "mirror": ["centre"],
@@ -457,13 +481,18 @@ def test_surface_keypoints_lie_on_the_surface(name: str, point: str) -> None:
 
 @pytest.mark.parametrize("name", JOINTED)
 def test_joints_name_parts_whose_node_stands_on_the_hinge(name: str) -> None:
-    nodes = {node.name: node for node in _file(name).nodes}
+    placed = _placed(_file(name))
     joints = _record(name)["joint"]
     assert joints
     for joint in joints:
-        on_hinge = R_FILE_FROM_BODY @ joint["origin_body_m"]
-        np.testing.assert_allclose(nodes[joint["part"]].translation, on_hinge, atol=1e-6)
+        place = placed[joint["part"]][2]
         assert np.linalg.norm(joint["axis_body"]) == pytest.approx(1.0)
+        if joint["kind"] == "prismatic":
+            assert joint["range_m"][0] <= 0.0 < joint["range_m"][1]
+            continue
+        on_hinge = R_FILE_FROM_BODY @ joint["origin_body_m"]
+        # A micrometre for each node on the way.
+        np.testing.assert_allclose(place, on_hinge, atol=5e-6)
         assert joint["range_deg"][0] < 0.0 < joint["range_deg"][1]
 
 
@@ -495,7 +524,19 @@ def test_materials_reflect_between_nothing_and_everything(name: str) -> None:
         assert material.extras.get("simgl_finish") == stated.finish, material.name
 
 
-@pytest.mark.parametrize("name", ["atv_like", "iss_like", "space_rider"])
+def test_the_parts_of_the_servicer_hang_under_what_carries_them() -> None:
+    nodes = _file("servicer").nodes
+    above = {nodes[c].name: node.name for node in nodes for c in node.children or []}
+    chain = ["finger_1"]
+    while chain[-1] in above:
+        chain.append(above[chain[-1]])
+    assert chain[1:] == [
+        "arm_hand", "arm_wrist", "arm_lower", "arm_upper", "arm_turntable", "hull"
+    ]  # fmt: skip
+    assert (above["wing_left"], above["dish"]) == ("yoke_left", "dish_fork")
+
+
+@pytest.mark.parametrize("name", ["atv_like", "iss_like", "servicer", "space_rider"])
 def test_drives_turn_the_faces_of_their_cells_to_the_sun(name: str) -> None:
     document = _file(name)
     for joint in _record(name)["joint"]:

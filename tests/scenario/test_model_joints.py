@@ -247,3 +247,20 @@ def test_at_most_two_drives_on_each_other_follow_the_sun(folder: Path) -> None:
     (body,) = scenario(folder, three.replace('"shoulder", ', "")).models_at_epoch()
     assert body.angles[0] == 0.0
     assert body.angles[1] != 0.0
+
+
+@pytest.mark.parametrize("minutes", [0, 13, 29, 47])
+def test_the_cells_of_two_axis_arrays_face_the_sun_all_along_an_orbit(minutes: int) -> None:
+    """To the rounding of their normals in float32, 1e-7 in each component."""
+    servicing = load_scenario(Path(__file__).parents[2] / "examples" / "servicer.toml")
+    state = servicing.at(servicing.epoch_tai_ns + minutes * 60 * 10**9)
+    body = state.bodies["servicer"]
+    model, stored = body.model, servicing.models["servicer"].mesh
+    cells = [m.name for m in model.materials].index("solar_cell")
+    for wing in ("wing_left", "wing_right"):
+        own = (stored.part == model.parts.index(wing)) & (stored.material == cells)
+        normals = model.mesh.normals[own & (stored.normals[:, 2] < -0.999)].astype(np.float64)
+        assert len(normals) > 100
+        sun = body.pose.R_icrf_from_body.T @ state.sun.seen_from(body.pose.position).direction_icrf
+        assert np.abs(np.cross(normals, sun)).max() < 3e-7
+        assert np.all(normals @ sun > 0.0)
