@@ -282,7 +282,7 @@ def _wings() -> tuple[list[Part], list[Joint]]:
                 part=name,
                 axis_body=(0.0, float(outward[1]), float(outward[2])),
                 origin_body=origin,
-                limits=(-np.pi, np.pi),
+                angles=(-np.pi, np.pi),
                 keypoints=(f"wing_tip_{where}",),
                 sunward_body=(1.0, 0.0, 0.0),
             )

@@ -18,7 +18,7 @@ class Joint:
     """A hinge of one part, or a rail, with all that the part carries.
 
     axis_body : unit; origin_body : a point on the hinge line [m]
-    limits : least and greatest angle from the stored position, right-handed [rad], or travel [m]
+    angles : least and greatest angle from the stored position, right-handed [rad], or travel [m]
     keypoints : names of those that move with the part
     sunward_body : the side that a drive turns to the Sun, as stored; None where there is none
     """
@@ -27,7 +27,7 @@ class Joint:
     part: str
     axis_body: Vec3
     origin_body: Vec3
-    limits: tuple[float, float]
+    angles: tuple[float, float]
     keypoints: tuple[str, ...] = ()
     sunward_body: Vec3 | None = None
     slides: bool = False

@@ -199,7 +199,7 @@ def _panels() -> tuple[list[Part], list[Joint]]:
                 part=name,
                 axis_body=(side, 0.0, 0.0),  # positive folds the panel down to the side
                 origin_body=origin,
-                limits=(np.radians(-45.0), np.radians(90.0)),
+                angles=(np.radians(-45.0), np.radians(90.0)),
                 keypoints=(name.replace("panel", "panel_tip"),),
             )
         )

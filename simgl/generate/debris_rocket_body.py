@@ -195,7 +195,7 @@ def _nozzle() -> tuple[Part, Joint]:
         part="nozzle",
         axis_body=(0.0, 1.0, 0.0),
         origin_body=origin,
-        limits=(-np.radians(6.0), np.radians(6.0)),
+        angles=(-np.radians(6.0), np.radians(6.0)),
         keypoints=("nozzle_exit",),
     )
     return part, gimbal

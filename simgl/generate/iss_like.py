@@ -132,7 +132,7 @@ def _outer_truss(side: float) -> tuple[Part, Joint]:
         part=part.name,
         axis_body=(0.0, 1.0, 0.0),
         origin_body=origin,
-        limits=(-np.pi, np.pi),
+        angles=(-np.pi, np.pi),
         keypoints=(*(tip for tip in _wing_tips() if tip.endswith(name)), f"truss_end_{name}"),
         sunward_body=(0.0, 0.0, -1.0),
     )
@@ -206,7 +206,7 @@ def _radiator(side: float) -> tuple[Part, Joint]:
         axis_body=(0.0, 1.0, 0.0),
         origin_body=origin,
         # Positive swings it down, where the modules and their wings are.
-        limits=(-np.radians(105.0), np.radians(8.0)),
+        angles=(-np.radians(105.0), np.radians(8.0)),
     )
     return part, joint
 

@@ -22,11 +22,11 @@ def _joint(joint: Joint) -> list[str]:
         f"axis_body = {_numbers(joint.axis_body)}",
     ]
     if joint.slides:
-        lines.append(f"range_m = {_numbers(joint.limits)}  # 0 = as stored in the file")
+        lines.append(f"range_m = {_numbers(joint.angles)}  # 0 = as stored in the file")
     else:
         lines += [
             f"origin_body_m = {_numbers(joint.origin_body)}",
-            f"range_deg = {_numbers(np.degrees(joint.limits))}  # 0 = as stored in the file",
+            f"range_deg = {_numbers(np.degrees(joint.angles))}  # 0 = as stored in the file",
         ]
     if joint.keypoints:
         lines.append(f"keypoints = {json.dumps(joint.keypoints)}")

@@ -194,7 +194,7 @@ def bay_doors() -> tuple[list[Part], list[Joint]]:
                 part=name,
                 axis_body=(side, 0.0, 0.0),  # positive opens
                 origin_body=hinge,
-                limits=(-DOOR_ANGLE, np.radians(40.0)),
+                angles=(-DOOR_ANGLE, np.radians(40.0)),
             )
         )
     return parts, joints
@@ -226,7 +226,7 @@ def body_flaps() -> tuple[list[Part], list[Joint]]:
                 part=name,
                 axis_body=(0.0, 1.0, 0.0),  # positive lowers the trailing edge
                 origin_body=origin,
-                limits=(np.radians(-10.0), np.radians(20.0)),
+                angles=(np.radians(-10.0), np.radians(20.0)),
                 keypoints=(name.replace("body_flap", "flap_tip"),),
             )
         )

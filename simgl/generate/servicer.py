@@ -116,14 +116,14 @@ def _array(side: float, hand: str) -> tuple[list[Part], list[Joint]]:
             part=names[0],
             axis_body=(0.0, 1.0, 0.0),
             origin_body=origins[0],
-            limits=(-np.pi, np.pi),
+            angles=(-np.pi, np.pi),
         ),
         Joint(
             name=f"array_tilt_{hand}",
             part=names[1],
             axis_body=(1.0, 0.0, 0.0),
             origin_body=origins[1],
-            limits=(np.radians(-80.0), np.radians(80.0)),
+            angles=(np.radians(-80.0), np.radians(80.0)),
             keypoints=(f"wing_tip_{hand}",),
             sunward_body=(0.0, 0.0, -1.0),
         ),
@@ -181,14 +181,14 @@ def _dish() -> tuple[list[Part], list[Joint]]:
             part="dish_fork",
             axis_body=(0.0, 0.0, 1.0),
             origin_body=stands[0],
-            limits=(-np.pi, np.pi),
+            angles=(-np.pi, np.pi),
         ),
         Joint(
             name="dish_elevation",
             part="dish",
             axis_body=(0.0, 1.0, 0.0),
             origin_body=stands[1],
-            limits=(np.radians(-70.0), np.radians(70.0)),
+            angles=(np.radians(-70.0), np.radians(70.0)),
             keypoints=("dish_feed",),
         ),
     ]
@@ -256,7 +256,7 @@ def _arm() -> tuple[list[Part], list[Joint]]:
             part=part,
             axis_body=axis,
             origin_body=origin,
-            limits=(-np.radians(reach), np.radians(reach)),
+            angles=(-np.radians(reach), np.radians(reach)),
             keypoints=("grip",) if name == "arm_roll" else (),
         )
         for name, (part, axis, origin, reach) in axes.items()
@@ -275,7 +275,7 @@ def _arm() -> tuple[list[Part], list[Joint]]:
                 part=part,
                 axis_body=(0.0, side, 0.0),  # positive opens
                 origin_body=origin,
-                limits=(0.0, GRIP),
+                angles=(0.0, GRIP),
                 slides=True,
             )
         )

@@ -249,7 +249,7 @@ def _wings() -> tuple[list[Part], list[Joint]]:
                 part=name,
                 axis_body=(0.0, 1.0, 0.0),  # positive raises the leading edge
                 origin_body=origin,
-                limits=(-np.pi, np.pi),
+                angles=(-np.pi, np.pi),
                 keypoints=(name.replace("panel_wing", "wing_tip"),),
                 sunward_body=(0.0, 0.0, -1.0),
             )
