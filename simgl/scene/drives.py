@@ -77,13 +77,27 @@ def sun_angles(
         sun = turned[joint.carrier].T @ sun_direction_body
         carried = next((i for i in waiting if index in chain(joints, i)), None)
         if carried is None:
-            assert joint.sunward_body is not None
-            values[index] = sun_angle(joint.axis_body, joint.sunward_body, joint.limits, sun)
+            face = turned[joint.carrier].T @ _face(joints, drives, index, turned)
+            values[index] = sun_angle(joint.axis_body, face, joint.limits, sun)
         else:
             waiting.remove(carried)
             between = turned[joint.carrier].T @ turned[joints[carried].carrier]
             values[index], values[carried] = _pair(joint, joints[carried], between, sun)
     return {j.name: value for j, value in zip(joints, values, strict=True) if j.name in moving}
+
+
+def _face(joints: Sequence[Joint], drives: Collection[str], index: int, turned: Array) -> Array:
+    """(3,) the side that a drive as stored turns to the Sun: its own, or that of one it carries.
+
+    turned : (joints + 1, 3, 3) by all joints
+    """
+    faces = [
+        turned[i + 1] @ joints[i].sunward_body
+        for i in outward(joints)
+        if index in chain(joints, i) and joints[i].name in drives
+        if joints[i].sunward_body is not None
+    ]
+    return np.asarray(faces[0])
 
 
 def sun_angle(axis: Array, face: Array, limits: tuple[float, float], sun: Array) -> float:

@@ -143,6 +143,18 @@ def test_a_drive_on_a_joint_that_stands_reckons_with_where_it_stands() -> None:
         assert best == pytest.approx(np.arcsin(abs(np.dot(axis, sun))), abs=EXACT)
 
 
+def test_a_yoke_turns_for_a_wing_that_a_simulation_holds() -> None:
+    """It has no face of its own: the wing's, tilted as it is, comes as near as the yoke can."""
+    joints = (YOKE, WING)
+    sun = unit(np.array([0.5, -0.3, 0.6]))
+    found = JointLaws(sunward=("yoke", "wing")).angles(joints, 0, sun, {"wing": 0.4})
+    assert found["wing"] == 0.4
+    face = faces(joints, found)
+    # Turning about y changes only the angle about y: what is left is the difference in height.
+    expected = abs(np.arcsin(face[1]) - np.arcsin(sun[1]))
+    assert between(face, sun) == pytest.approx(expected, abs=EXACT)
+
+
 def test_several_wings_on_one_yoke_that_are_alike_all_face_the_sun() -> None:
     wings = tuple(replace(WING, name=f"wing_{k}") for k in range(3))
     joints = (YOKE, *wings)
