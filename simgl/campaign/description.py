@@ -216,7 +216,7 @@ def _digest(path: Path, scenario: Scenario) -> str:
     h.update(scenario.source.read_bytes())
     for model in scenario.models.values():
         h.update(model.mesh.digest.encode())
-        h.update(repr(model.materials).encode())
+        h.update(repr((model.materials, model.joints)).encode())
     for pose in scenario.poses(scenario.epoch_tai_ns).values():
         h.update(pose.position.tobytes() + pose.R_icrf_from_body.tobytes())
     return h.hexdigest()

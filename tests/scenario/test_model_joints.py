@@ -13,6 +13,7 @@ from simgl.errors import AssetError, SimglError
 from simgl.scenario.library import load_model
 from simgl.scenario.loader import load_scenario
 from simgl.scene.spacecraft import SpacecraftModel
+from simgl.sequence.run import fingerprint
 from tests.scenario.gltf import Document
 
 CARD = """\
@@ -247,6 +248,18 @@ def test_at_most_two_drives_on_each_other_follow_the_sun(folder: Path) -> None:
     (body,) = scenario(folder, three.replace('"shoulder", ', "")).models_at_epoch()
     assert body.angles[0] == 0.0
     assert body.angles[1] != 0.0
+
+
+def test_a_changed_card_makes_another_scenario(folder: Path) -> None:
+    """A sequence that goes on where it stopped must not mix two."""
+    one = scenario(folder, SCENE)
+    (folder / "arm.toml").write_text(CARD.replace("[1.0, 0.0, 0.0]", "[1.1, 0.0, 0.0]"))
+    load_model.cache_clear()
+    other = scenario(folder, SCENE)
+    epochs = [one.epoch_tai_ns]
+    assert fingerprint(one, epochs) != fingerprint(other, epochs)
+    load_model.cache_clear()
+    assert fingerprint(other, epochs) == fingerprint(scenario(folder, SCENE), epochs)
 
 
 @pytest.mark.parametrize("minutes", [0, 13, 29, 47])
