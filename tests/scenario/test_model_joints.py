@@ -187,6 +187,16 @@ def test_a_card_knows_its_unit_and_axes(folder: Path) -> None:
         load_model("arm.toml", folder, None, "y")
 
 
+def test_a_file_of_another_kind_is_refused_with_the_kinds_there_are(folder: Path) -> None:
+    (folder / "arm.step").write_text("ISO-10303-21;")
+    complaint = (
+        "arm.step: neither a mesh that simgl reads (.glb, .gltf, .obj, .stl) nor a model card "
+        "(.toml)"
+    )
+    with pytest.raises(AssetError, match=re.escape(complaint)):
+        load_model("./arm.step", folder)
+
+
 SCENE = """\
 [epoch]
 utc = "2026-03-20T12:00:00"
