@@ -32,7 +32,7 @@ LONGEST_EXPOSURE = 3600.0
 LARGEST_GAIN = 1e6
 # Sixteen turns a second [rad s-1].
 FASTEST_TURN = 100.0
-# Of a joint's limits [rad].
+# Of a joint's limits [rad] or [m].
 _SLACK = 1e-9
 
 _EARLIEST = tai_ns_from_utc(f"{FIRST_YEAR}-01-01")
@@ -130,7 +130,8 @@ def _check_joints(
         low, high = known[name].limits
         # Limits in degrees are a few units in the last place off in a client's radians.
         if not low - _SLACK <= value <= high + _SLACK:
-            say.refuse(f"{field}.{name}", f"must lie in {low:g}..{high:g} rad, got {value:g}")
+            limits = f"{low:g}..{high:g} {known[name].unit}"
+            say.refuse(f"{field}.{name}", f"must lie in {limits}, got {value:g}")
 
 
 def _check_shot(say: Refusals, field: str, shot: Shot, scenario: Scenario) -> None:

@@ -17,6 +17,7 @@ from simgl.scenario.scenario import Scenario
 from simgl.scenario.strict import convert, read_toml, shown
 from simgl.scene.joints import unknown_joint
 from simgl.scene.mounts import BodyMount
+from simgl.scene.spacecraft import SpacecraftModel
 
 _WAYS = ("direction", "azimuth_deg", "phase_angle_deg")
 # What a value may be, where that is not everything.
@@ -40,7 +41,7 @@ class Campaign:
 
     write : kinds of files of each frame
     drawn : by key of ``[draw]``
-    joints, lamps : of the target, and factors on the power of lamps, by name
+    joints, lamps : of the target [deg] or [m], and factors on the power of lamps, by name
     sphere : the camera may lie anywhere about the target
     any_attitude : the target may be turned in any way
     digest : of everything that a frame depends on
@@ -77,15 +78,10 @@ def load_campaign(path: Path) -> Campaign:
         problem = f'is on the target, "{target}"; a campaign looks at it from elsewhere'
         raise ConfigError(where, "camera", problem)
     model = scenario.models[target]
-    for name in table.draw.joints_deg:
-        if all(joint.name != name for joint in model.joints):
-            problem = f"{shown(name)} {unknown_joint(name, model.joints)}"
-            raise ConfigError(place, f"joints_deg.{name}", problem)
     for name in table.draw.lamp_power:
         if name not in scenario.lamps:
             problem = f"names no lamp of the scenario; {did_you_mean(name, scenario.lamps)}"
             raise ConfigError(place, f"lamp_power.{name}", problem)
-    limits = {j.name: tuple(math.degrees(a) for a in j.limits) for j in model.joints}
     return Campaign(
         source=path,
         scenario=scenario,
@@ -99,10 +95,8 @@ def load_campaign(path: Path) -> Campaign:
             for key in _NUMBERS
             if getattr(table.draw, key) is not None
         },
-        joints={
-            name: _distribution(drawn, place, f"joints_deg.{name}", limits[name])
-            for name, drawn in table.draw.joints_deg.items()
-        },
+        joints=_joints(table.draw.joints_deg, model, place, "joints_deg", slides=False)
+        | _joints(table.draw.joints_m, model, place, "joints_m", slides=True),
         lamps={
             name: _distribution(drawn, place, f"lamp_power.{name}", (0.0, 1e6))
             for name, drawn in table.draw.lamp_power.items()
@@ -129,6 +123,25 @@ _NUMBERS = (
     "exposure_time_s",
     "f_number",
 )
+
+
+def _joints(
+    drawn: Mapping[str, Drawn], model: SpacecraftModel, where: str, key: str, *, slides: bool
+) -> dict[str, Distribution]:
+    """Of a key's joints, in its unit."""
+    joints = {joint.name: joint for joint in model.joints}
+    found = {}
+    for name, given in drawn.items():
+        if name not in joints:
+            problem = f"{shown(name)} {unknown_joint(name, model.joints)}"
+            raise ConfigError(where, f"{key}.{name}", problem)
+        if joints[name].slides != slides:
+            way = "slides, by metres" if joints[name].slides else "turns, by degrees"
+            raise ConfigError(where, f"{key}.{name}", f"{shown(name)} {way}")
+        scale = 1.0 if slides else math.degrees(1.0)
+        limits = tuple(scale * limit for limit in joints[name].limits)
+        found[name] = _distribution(given, where, f"{key}.{name}", limits)
+    return found
 
 
 def _named(where: str, kind: str, given: str | None, known: list[str]) -> str:
@@ -203,7 +216,7 @@ def _digest(path: Path, scenario: Scenario) -> str:
     h.update(scenario.source.read_bytes())
     for model in scenario.models.values():
         h.update(model.mesh.digest.encode())
-        h.update(repr(model.materials).encode())
+        h.update(repr((model.materials, model.joints)).encode())
     for pose in scenario.poses(scenario.epoch_tai_ns).values():
         h.update(pose.position.tobytes() + pose.R_icrf_from_body.tobytes())
     return h.hexdigest()

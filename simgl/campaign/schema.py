@@ -46,7 +46,7 @@ class DrawTable(Table, frozen=True, kw_only=True):
     target_rate_deg_s, camera_rate_deg_s : each turns about any axis while the shutter is open
     relative_speed_m_s : of the camera past the target, in any direction, likewise
     exposure_time_s, f_number : of the camera
-    joints_deg : of the target, by name
+    joints_deg, joints_m : of the target's hinges and rails, by name
     lamp_power : factor on the power of lamps, by name
     """
 
@@ -67,6 +67,7 @@ class DrawTable(Table, frozen=True, kw_only=True):
     exposure_time_s: Drawn | None = None
     f_number: Drawn | None = None
     joints_deg: dict[str, Drawn] = field(default_factory=dict)
+    joints_m: dict[str, Drawn] = field(default_factory=dict)
     lamp_power: dict[str, Drawn] = field(default_factory=dict)
 
 

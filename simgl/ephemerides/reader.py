@@ -116,10 +116,15 @@ def read_angles(
     if _kind(lines, path) != "table":
         raise ConfigError(str(path), "", "is no table of joint angles (CSV) with a header")
     table = Table(lines, epoch_tai_ns)
-    names, angles = table.joint_angles()
+    names, angles, slides = table.joint_angles()
     gap = default_gap_ns(table.tai_ns) if longest_gap_s is None else round(longest_gap_s * 1e9)
     return SampledAngles(
-        source=str(path), tai_ns=table.tai_ns, names=names, angles=angles, longest_gap_ns=gap
+        source=str(path),
+        tai_ns=table.tai_ns,
+        names=names,
+        angles=angles,
+        slides=slides,
+        longest_gap_ns=gap,
     )
 
 

@@ -7,7 +7,7 @@ time        utc, tai, tt, gps (texts); tai_ns; time_s (from the scenario's epoch
 place       x_m ... or x_km, with the frame in between: x_icrf_m, x_eme2000_km, x_itrf_m, x_lvlh_m;
             STK: x (km), Radial (km) with In-Track and Cross-Track
 velocity    vx_m_s ... or vx_km_s, vx_lvlh_m_s; STK: vx (km/sec)
-joints      joint_NAME_deg
+joints      joint_NAME_deg of hinges, joint_NAME_m of rails
 attitude    qx qy qz qw, q_icrf_x ..., q_lvlh_x ... : frame from body, scalar last; STK: q1 q2 q3 q4
 """
 
@@ -46,7 +46,7 @@ _TEXT_TIMES: dict[str, TimeScale] = {
     "gps": "GPS",
 }
 _SECONDS = ("time_s", "time (epsec)", "time (sec)")
-_JOINT = re.compile(r"joint_([A-Za-z0-9_-]+)_deg")
+_JOINT = re.compile(r"joint_([A-Za-z0-9_-]+)_(deg|m)")
 _AXES = "xyz"
 
 
@@ -193,15 +193,20 @@ class Table:
             frame=self._frame(columns),
         )
 
-    def joint_angles(self) -> tuple[tuple[str, ...], Array]:
-        """Names of the joints, and their angles (n, joints) [rad]."""
+    def joint_angles(self) -> tuple[tuple[str, ...], Array, frozenset[str]]:
+        """Names of the joints, (n, joints) angles [rad] or travels [m], and names of the latter."""
         found: dict[str, _Column] = {}
+        slides = set()
         for index, title in enumerate(self._names):
             if match := _JOINT.fullmatch(title):
-                self._put(found, match[1], _Column(index, title, np.pi / 180.0, None))
+                name, unit = match[1], match[2]
+                factor = 1.0 if unit == "m" else np.pi / 180.0
+                self._put(found, name, _Column(index, title, factor, None))
+                if unit == "m":
+                    slides.add(name)
         if not found:
-            self._missing("names no joint angle joint_NAME_deg")
-        return tuple(found), self._values(list(found.values()))
+            self._missing("names no joint angle joint_NAME_deg or joint_NAME_m")
+        return tuple(found), self._values(list(found.values())), frozenset(slides)
 
     def _values(self, columns: list[_Column]) -> Array:
         return np.array([[row.value(column) for column in columns] for row in self._rows])

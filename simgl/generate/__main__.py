@@ -11,6 +11,7 @@ from simgl.generate.debris_rocket_body import debris_rocket_body
 from simgl.generate.glb import glb_bytes
 from simgl.generate.iss_like import iss_like
 from simgl.generate.record import record_text
+from simgl.generate.servicer import servicer
 from simgl.generate.space_rider import space_rider
 from simgl.generate.targets import calibration_board, marker_board, mirror, wedge
 
@@ -22,6 +23,7 @@ GENERATORS: Mapping[str, Callable[[], Craft]] = {
     "iss_like": iss_like,
     "marker_board": marker_board,
     "mirror": mirror,
+    "servicer": servicer,
     "space_rider": space_rider,
     "wedge": wedge,
 }

@@ -15,10 +15,10 @@ Vec3 = tuple[float, float, float]
 
 @dataclass(frozen=True, kw_only=True)
 class Joint:
-    """A hinge of one part.
+    """A hinge of one part, or a rail, with all that the part carries.
 
     axis_body : unit; origin_body : a point on the hinge line [m]
-    angles : least and greatest angle from the stored position, right-handed [rad]
+    angles : least and greatest angle from the stored position, right-handed [rad], or travel [m]
     keypoints : names of those that move with the part
     sunward_body : the side that a drive turns to the Sun, as stored; None where there is none
     """
@@ -30,6 +30,7 @@ class Joint:
     angles: tuple[float, float]
     keypoints: tuple[str, ...] = ()
     sunward_body: Vec3 | None = None
+    slides: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,12 +40,14 @@ class Part:
     shapes : in the part's own frame [m]
     origin_body : where the part's origin lies in the body frame [m]
     R_body_from_part : how the part's frame is turned in the stored position
+    parent : the part that carries it, listed before it; None for the body
     """
 
     name: str
     shapes: tuple[Shape, ...]
     origin_body: Vec3 = (0.0, 0.0, 0.0)
     R_body_from_part: Rotation = field(default_factory=Rotation.identity)
+    parent: str | None = None
 
 
 def _port(name: str) -> str:

@@ -1,8 +1,11 @@
 """Writes a craft as a binary glTF 2.0 file, one node and one mesh per part.
 
+A part that another one carries hangs under that one's node.
+
 glTF wants +Y up and +Z forward, which leaves -X for the right: body x, y, z are file +z, -x, -y.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -117,15 +120,22 @@ def _gltf_mesh(part: Part, palette: list[str], buffer: _Buffer) -> Any:
     return gltf.Mesh(name=part.name, primitives=primitives)
 
 
-def _gltf_node(part: Part, mesh: int) -> Any:
+def _gltf_node(part: Part, mesh: int, parts: Sequence[Part]) -> Any:
     """The part's node; a transform is written only where it does something."""
-    R_body_from_part = part.R_body_from_part.as_matrix()
-    R_file = Rotation.from_matrix(R_FILE_FROM_BODY @ R_body_from_part @ R_FILE_FROM_BODY.T)
+    carrier = next(
+        (other for other in parts if other.name == part.parent), Part(name="", shapes=())
+    )
+    R_carrier_from_body = carrier.R_body_from_part.as_matrix().T
+    R_carrier_from_part = R_carrier_from_body @ part.R_body_from_part.as_matrix()
+    offset = R_carrier_from_body @ np.subtract(part.origin_body, carrier.origin_body)
+    R_file = Rotation.from_matrix(R_FILE_FROM_BODY @ R_carrier_from_part @ R_FILE_FROM_BODY.T)
     rotation = (np.round(R_file.as_quat(canonical=True), 9) + 0.0).tolist()
-    translation = (np.round(R_FILE_FROM_BODY @ part.origin_body, DECIMALS) + 0.0).tolist()
+    translation = (np.round(R_FILE_FROM_BODY @ offset, DECIMALS) + 0.0).tolist()
+    children = [number for number, other in enumerate(parts) if other.parent == part.name]
     return gltf.Node(
         name=part.name,
         mesh=mesh,
+        children=children,
         translation=translation if any(translation) else None,
         rotation=rotation if any(rotation[:3]) else None,
     )
@@ -137,11 +147,12 @@ def glb_bytes(craft: Craft) -> bytes:
     palette = sorted({str(name) for shape in shapes for name in np.unique(shape.materials)})
     buffer = _Buffer()
     meshes = [_gltf_mesh(part, palette, buffer) for part in craft.parts]
+    roots = [i for i, part in enumerate(craft.parts) if part.parent is None]
     document = gltf.GLTF2(
         asset=gltf.Asset(version="2.0", generator="simgl"),
         scene=0,
-        scenes=[gltf.Scene(name=craft.name, nodes=list(range(len(meshes))))],
-        nodes=[_gltf_node(part, i) for i, part in enumerate(craft.parts)],
+        scenes=[gltf.Scene(name=craft.name, nodes=roots)],
+        nodes=[_gltf_node(part, i, craft.parts) for i, part in enumerate(craft.parts)],
         meshes=meshes,
         materials=[_gltf_material(name, MATERIALS[name]) for name in palette],
         accessors=buffer.accessors,

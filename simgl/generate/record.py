@@ -18,11 +18,16 @@ def _joint(joint: Joint) -> list[str]:
         "[[joint]]",
         f'name = "{joint.name}"',
         f'part = "{joint.part}"',
-        'kind = "revolute"',
+        f'kind = "{"prismatic" if joint.slides else "revolute"}"',
         f"axis_body = {_numbers(joint.axis_body)}",
-        f"origin_body_m = {_numbers(joint.origin_body)}",
-        f"range_deg = {_numbers(np.degrees(joint.angles))}  # 0 = as stored in the file",
     ]
+    if joint.slides:
+        lines.append(f"range_m = {_numbers(joint.angles)}  # 0 = as stored in the file")
+    else:
+        lines += [
+            f"origin_body_m = {_numbers(joint.origin_body)}",
+            f"range_deg = {_numbers(np.degrees(joint.angles))}  # 0 = as stored in the file",
+        ]
     if joint.keypoints:
         lines.append(f"keypoints = {json.dumps(joint.keypoints)}")
     if joint.sunward_body is not None:

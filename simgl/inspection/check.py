@@ -14,6 +14,7 @@ from simgl.errors import AssetError
 from simgl.levels.levels import levels_of
 from simgl.scenario.file_axes import UNITS
 from simgl.scenario.library import load_model
+from simgl.scene.joints import Joint
 from simgl.scene.materials import Material
 from simgl.scene.mesh import Mesh
 from simgl.scene.spacecraft import SpacecraftModel
@@ -55,6 +56,21 @@ class PartReport:
 
 
 @dataclass(frozen=True, kw_only=True)
+class JointReport:
+    """One joint of a model.
+
+    way : how far it goes, in words
+    carrier : what it sits on, in words
+    parts : that sit on it, and on no joint that it carries
+    """
+
+    name: str
+    way: str
+    carrier: str
+    parts: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
 class LevelReport:
     """What may be drawn of a model from afar.
 
@@ -83,7 +99,7 @@ class ModelReport:
     levels: tuple[LevelReport, ...]
     materials: tuple[Material, ...]
     images: int
-    joints: tuple[str, ...]
+    joints: tuple[JointReport, ...]
     keypoints: tuple[str, ...]
     notes: tuple[str, ...]
 
@@ -127,7 +143,7 @@ def examine(
         levels=_levels(mesh),
         materials=tuple(model.materials[index] for index in worn),
         images=sum(len(getattr(model.textures, kind)) for kind in _KINDS),
-        joints=tuple(joint.name for joint in model.joints),
+        joints=tuple(_joint(model, joint) for joint in model.joints),
         keypoints=tuple(model.keypoints),
         notes=(*model.notes, *_left_out(Path(name))),
     )
@@ -211,6 +227,17 @@ def _part(model: SpacecraftModel, index: int, places: NDArray[np.int64]) -> Part
     )
 
 
+def _joint(model: SpacecraftModel, joint: Joint) -> JointReport:
+    low, high = joint.limits if joint.slides else np.degrees(joint.limits)
+    way = f"{'slides' if joint.slides else 'turns'} {low:.4g}..{high:.4g}"
+    return JointReport(
+        name=joint.name,
+        way=f"{way} {'m' if joint.slides else 'deg'}",
+        carrier="on the body" if joint.parent is None else f"on {model.joints[joint.parent].name}",
+        parts=tuple(model.parts[part] for part in joint.parts),
+    )
+
+
 def _open_edges(triangles: NDArray[np.int64]) -> int:
     """Directed edges of (m, 3) triangles that are not met by as many the other way."""
     edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
@@ -257,7 +284,7 @@ def report_text(report: ModelReport) -> str:
         f"triangles  {report.triangles}",
         f"watertight {closed} of {len(report.parts)} parts",
         f"images     {report.images}",
-        f"joints     {', '.join(report.joints) or 'none'}",
+        f"joints     {len(report.joints) or 'none'}",
         f"keypoints  {', '.join(report.keypoints) or 'none'}",
         "",
         "parts",
@@ -273,6 +300,11 @@ def report_text(report: ModelReport) -> str:
         for part in report.parts
     ]
     lines += _columns(rows)
+    if report.joints:
+        lines += ["", "joints"]
+        lines += _columns(
+            [(j.name, j.way, j.carrier, ", ".join(j.parts) or "none") for j in report.joints]
+        )
     lines += ["", "levels of detail" if report.levels else "levels of detail: none, drawn whole"]
     lines += [f"  {one.triangles} triangles, off by {one.error:.4f} m" for one in report.levels]
     lines += ["", "materials, reflectance in R G B N [%]"]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from simgl.errors import AssetError
 from simgl.gpu.blocks import Block
 from simgl.lattice import Lattice
-from simgl.scene.joints import stored_from_body
+from simgl.scene.joints import motion_between
 from simgl.scene.materials import Material
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.textures import Image, SurfaceTextures
@@ -170,7 +170,8 @@ def joint_values(model: SpacecraftModel) -> dict[str, Any]:
         problem = f"has {len(model.joints)} joints, at most {MAX_JOINTS} can move"
         raise AssetError(f'model "{model.name}" {problem}')
     rows = np.zeros((3 * (1 + MAX_JOINTS), 4), dtype=np.float32)
-    back = stored_from_body(model.joints, model.angles).reshape(-1, 4)
+    stored = (0.0,) * len(model.joints)
+    back = motion_between(model.joints, model.angles, stored)[:, :3].reshape(-1, 4)
     rows[: len(back)] = back
     return {"joint_rows": rows}
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from simgl.gpu.geometry import Values
 from simgl.kept import LastUsed
 from simgl.passes.meshes import VertexLighting
-from simgl.scene.joints import turned_mesh
+from simgl.scene.joints import motion_between, moved_mesh
 from simgl.scene.means import mean_materials
 from simgl.scene.mesh import Mesh
 from simgl.scene.spacecraft import SpacecraftModel
@@ -177,11 +177,8 @@ class ExchangePass:
             self._turned.move_to_end(key)
             return self._turned[key]
         there = coarse.angles or (0.0,) * len(model.joints)
-        rest = {
-            joint.name: angle - other
-            for joint, angle, other in zip(model.joints, model.angles, there, strict=True)
-        }
-        self._turned[key] = turned_mesh(transport.mesh, model.joints, rest)
+        rest = motion_between(model.joints, there, model.angles)
+        self._turned[key] = moved_mesh(transport.mesh, model.joints, rest)
         if len(self._turned) > _TURNED_KEPT:
             self._turned.popitem(last=False)
         return self._turned[key]

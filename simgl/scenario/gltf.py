@@ -22,7 +22,7 @@ from simgl.scenario.gltf_file import FLOAT, UNSIGNED, GltfFile
 from simgl.scenario.gltf_materials import Palette, read_palette
 from simgl.scene.materials import Material
 from simgl.scene.mesh import Mesh
-from simgl.scene.spacecraft import SpacecraftModel
+from simgl.scene.spacecraft import Branch, SpacecraftModel
 
 Array = NDArray[np.float64]
 
@@ -198,7 +198,8 @@ def read_gltf(
     body_from_file : (3, 3) axes, unit included: body metres from the file's coordinates
     folder : of buffers and images that it names; None is its own
 
-    Each node that carries a mesh is a part, named after the node. A primitive without normals is
+    Each node that carries a mesh is a part, named after the node; the tree of nodes that carry any
+    are the model's branches. A primitive without normals is
     drawn with flat facets, as the glTF specification asks.
     """
     file = GltfFile(path, folder)
@@ -211,11 +212,17 @@ def read_gltf(
     parts: list[str] = []
     pieces: list[_Piece] = []
     owners: list[int] = []
+    names: dict[int, str] = {}
+    carried: dict[int, list[int]] = {}
     notes = list(palette.notes)
-    for node, matrix in file.nodes():
+    for node, matrix, line in file.nodes():
+        names[line[-1]] = node.name or ""
         if node.mesh is None:
             continue
         part = _Part(file, palette, node.name or f"part_{len(parts)}", body_from_root @ matrix)
+        names[line[-1]] = part.name
+        for number in line:
+            carried.setdefault(number, []).append(len(parts))
         found = part.pieces(node.mesh)
         pieces += found
         owners += [len(parts)] * len(found)
@@ -227,6 +234,11 @@ def read_gltf(
         name=name,
         mesh=_mesh(path, palette, pieces, owners),
         parts=tuple(parts),
+        branches=tuple(
+            Branch(name=name, parts=tuple(carried[number]))
+            for number, name in names.items()
+            if number in carried
+        ),
         materials=(*palette.materials, _DEFAULT),
         textures=palette.textures,
         open_sheets=any(m.double_sided for m in file.gltf.materials),

@@ -159,22 +159,26 @@ class GltfFile:
         largest = 1.0 if values.dtype.kind == "f" else float(np.iinfo(values.dtype).max)
         return np.asarray(values / largest, dtype=np.float64)
 
-    def nodes(self) -> Iterator[tuple[schema.Node, NDArray[np.float64]]]:
-        """Every node of the scene with its (4, 4) file_from_node matrix."""
+    def nodes(self) -> Iterator[tuple[schema.Node, NDArray[np.float64], tuple[int, ...]]]:
+        """Every node of the scene, each after those that it hangs under.
+
+        With its (4, 4) file_from_node matrix, and the numbers of the nodes from the root to it.
+        """
 
         def visit(
-            index: int, parent: NDArray[np.float64], above: frozenset[int]
-        ) -> Iterator[tuple[schema.Node, NDArray[np.float64]]]:
+            index: int, parent: NDArray[np.float64], above: tuple[int, ...]
+        ) -> Iterator[tuple[schema.Node, NDArray[np.float64], tuple[int, ...]]]:
             if index in above:
                 raise AssetError(f"{self.path}: node {index} is its own ancestor")
             node = self.item("node", self.gltf.nodes, index)
             matrix = parent @ self._local(index, node)
-            yield node, matrix
+            path = (*above, index)
+            yield node, matrix, path
             for child in node.children:
-                yield from visit(child, matrix, above | {index})
+                yield from visit(child, matrix, path)
 
         for root in self.item("scene", self.gltf.scenes, self.gltf.scene).nodes:
-            yield from visit(root, np.eye(4), frozenset())
+            yield from visit(root, np.eye(4), ())
 
     def _local(self, index: int, node: schema.Node) -> NDArray[np.float64]:
         if node.matrix is not None:

@@ -6,7 +6,7 @@ import io
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import numpy as np
 import trimesh
@@ -15,14 +15,13 @@ from numpy.typing import NDArray
 
 from simgl import assets
 from simgl.errors import AssetError, ConfigError, did_you_mean
-from simgl.scenario.fields import direction
 from simgl.scenario.file_axes import body_from_file
 from simgl.scenario.folder import Base, beside
 from simgl.scenario.gltf import face_normals, read_gltf
+from simgl.scenario.model_joints import JointTable, read_joints
 from simgl.scenario.schema import CameraPresetTable
 from simgl.scenario.strict import convert, read_toml
 from simgl.scenario.values import Positive, Table, Vector
-from simgl.scene.joints import Joint
 from simgl.scene.materials import Material
 from simgl.scene.mesh import Mesh
 from simgl.scene.spacecraft import SpacecraftModel
@@ -46,30 +45,13 @@ class AxesTable(Table, frozen=True, kw_only=True):
     z: str
 
 
-class JointTable(Table, frozen=True, kw_only=True):
-    """How a part can move; 0 is the position stored in the file.
-
-    keypoints : those that move with the part
-    sunward_body : the side that a drive turns to the Sun, as stored
-    """
-
-    name: str
-    part: str
-    kind: Literal["revolute"]
-    axis_body: Vector
-    origin_body_m: Vector
-    range_deg: tuple[float, float]
-    keypoints: tuple[str, ...] = ()
-    sunward_body: Vector | None = None
-
-
 class ModelTable(Table, frozen=True, kw_only=True):
-    """``models/NAME/model.toml``."""
+    """A model card, such as ``models/NAME/model.toml``; file : from the card's folder."""
 
     name: str
     file: str
-    description: str
-    source: str
+    description: str = ""
+    source: str = ""
     unit_m: Positive
     axes: AxesTable
     joint: Annotated[tuple[JointTable, ...], Meta(max_length=256)] = ()
@@ -97,41 +79,16 @@ def _body_from_file(axes: AxesTable, where: str) -> NDArray[np.float64]:
     return matrix
 
 
-def _read_model_folder(folder: Path) -> SpacecraftModel:
-    where = str(folder / "model.toml")
-    table = convert(read_toml(folder / "model.toml"), ModelTable, where)
+def _read_model_card(path: Path, folder: Base) -> SpacecraftModel:
+    """The model that a card describes; its file is named from ``folder``."""
+    where = str(path)
+    table = convert(read_toml(path), ModelTable, where)
     file_to_body = table.unit_m * _body_from_file(table.axes, where)
-    model = read_gltf(folder / table.file, table.name, file_to_body)
-    joints = tuple(_joint(j, model, table.keypoints, where) for j in table.joint)
+    file = folder / table.file
+    model = read_gltf(file, table.name, file_to_body, beside(folder, file))
+    joints = read_joints(table.joint, model, table.keypoints, where)
     keypoints = {k: np.array(v) for k, v in table.keypoints.items()}
     return replace(model, keypoints=keypoints, joints=joints)
-
-
-def _joint(
-    table: JointTable, model: SpacecraftModel, keypoints: dict[str, Vector], where: str
-) -> Joint:
-    key = f"joint {table.name}"
-    if table.part not in model.parts:
-        problem = f"names no part: {did_you_mean(table.part, model.parts)}"
-        raise ConfigError(where, key, problem)
-    for name in table.keypoints:
-        if name not in keypoints:
-            raise ConfigError(where, key, f"names no keypoint: {did_you_mean(name, keypoints)}")
-    low, high = np.radians(table.range_deg)
-    if not low <= 0.0 <= high:
-        raise ConfigError(where, key, "must have 0, the stored position, in its range_deg")
-    sunward = table.sunward_body
-    return Joint(
-        name=table.name,
-        part=model.parts.index(table.part),
-        axis_body=direction(table.axis_body, where, f"{key} axis_body"),
-        origin_body=np.array(table.origin_body_m),
-        limits=(float(low), float(high)),
-        keypoints=table.keypoints,
-        sunward_body=(
-            None if sunward is None else direction(sunward, where, f"{key} sunward_body")
-        ),
-    )
 
 
 def _is_binary_stl(content: bytes) -> bool:
@@ -185,32 +142,40 @@ def load_model(
     up_axis: str | None = None,
     forward_axis: str | None = None,
 ) -> SpacecraftModel:
-    """A shipped model by name, or a mesh file by path.
+    """A shipped model by name, or by path a mesh file or a card that stands beside one.
 
-    name : a shipped name, or a path to .glb, .gltf, .obj or .stl
+    name : a shipped name, or a path to .glb, .gltf, .obj or .stl, or to a card's .toml
     base : folder that a relative path starts from
     unit_m : metres per unit of the file, for files that are not in metres
     up_axis, forward_axis : the file's axes ("y", "-z") that become body -z and x
 
-    Raises AssetError; ValueError for axes that are not square to each other.
+    Raises AssetError; ConfigError for a bad card; ValueError for axes that are not square to each
+    other.
     """
     file_to_body = body_from_file(unit_m or 1.0, up_axis, forward_axis)
-    if "/" not in name and Path(name).suffix.lower() not in _MESH_SUFFIXES:
-        if name not in shipped_models():
-            raise AssetError(f'no model "{name}"; {did_you_mean(name, shipped_models())}')
+    kind = Path(name).suffix.lower()
+    shipped = "/" not in name and kind not in (*_MESH_SUFFIXES, ".toml")
+    if shipped and name not in shipped_models():
+        raise AssetError(f'no model "{name}"; {did_you_mean(name, shipped_models())}')
+    if shipped or kind == ".toml":
         if unit_m is not None:
             raise AssetError(f'model "{name}" knows its unit; unit_m goes with a mesh file')
         if up_axis is not None:
             raise AssetError(f'model "{name}" knows its axes; up_axis goes with a mesh file')
-        return _read_model_folder(assets.models() / name)
+    if shipped:
+        folder = assets.models() / name
+        return _read_model_card(folder / "model.toml", folder)
     path = base / name
     if not path.is_file():
         raise AssetError(f"{path}: no such model file")
-    if path.suffix.lower() in (".glb", ".gltf"):
+    if kind == ".toml":
+        return _read_model_card(path, beside(base, path))
+    if kind in (".glb", ".gltf"):
         return read_gltf(path, path.stem, file_to_body, beside(base, path))
-    if path.suffix.lower() in _MESH_SUFFIXES:
+    if kind in _MESH_SUFFIXES:
         return _read_plain_mesh(path, file_to_body)
-    raise AssetError(f"{path}: not a mesh that simgl reads ({', '.join(_MESH_SUFFIXES)})")
+    known = ", ".join(_MESH_SUFFIXES)
+    raise AssetError(f"{path}: neither a mesh that simgl reads ({known}) nor a model card (.toml)")
 
 
 def preset_path(name: str, base: Base = Path()) -> Path:

@@ -15,7 +15,8 @@ from simgl.scenario.fields import direction, exactly_one
 from simgl.scenario.folder import Base
 from simgl.scenario.schema import MotionFileTable, OrbitTable, SpacecraftTable
 from simgl.scenario.strict import shown
-from simgl.scene.joints import Joint, JointLaws, unknown_joint
+from simgl.scene.drives import JointLaws
+from simgl.scene.joints import chain, unknown_joint
 from simgl.scene.orbits import KeplerianOrbit, TwoLineElements
 from simgl.scene.samples import SampledAngles
 from simgl.scene.spacecraft import SpacecraftModel
@@ -141,19 +142,19 @@ class MotionReader:
     def joint_laws(self, model: SpacecraftModel) -> JointLaws:
         """How its joints move; raises ConfigError or AssetError."""
         t = self._table
-        fixed = {name: float(np.radians(angle)) for name, angle in (t.joints_deg or {}).items()}
-        for name, angle in fixed.items():
-            self._check_joint(model, f"joints_deg.{name}", name, [angle])
-        for name in t.sun_tracking:
-            joint = self._check_joint(model, "sun_tracking", name, [])
-            if joint.sunward_body is None:
-                problem = f"cannot turn {shown(name)} to the Sun: its model names no sunward_body"
-                raise ConfigError(self._where, "sun_tracking", problem)
+        fixed: dict[str, float] = {}
+        for key in ("joints_deg", "joints_m"):
+            for name, value in (getattr(t, key) or {}).items():
+                at = value if key == "joints_m" else float(np.radians(value))
+                self._check_joint(model, f"{key}.{name}", name, [at], slides=key == "joints_m")
+                fixed[name] = at
+        self._check_drives(model)
         sampled = None
         if t.joint_file is not None:
             sampled = self._joint_file(_as_table(t.joint_file))
-            for name, angles in zip(sampled.names, sampled.angles.T, strict=True):
-                self._check_joint(model, "joint_file", name, angles.tolist())
+            for name, values in zip(sampled.names, sampled.angles.T, strict=True):
+                slides = name in sampled.slides
+                self._check_joint(model, "joint_file", name, values.tolist(), slides=slides)
         moved = [*fixed, *t.sun_tracking, *(sampled.names if sampled else ())]
         for name in moved:
             if moved.count(name) > 1:
@@ -161,19 +162,45 @@ class MotionReader:
                 raise ConfigError(self._where, "joints_deg", problem)
         return JointLaws(fixed=fixed, sampled=sampled, sunward=t.sun_tracking)
 
-    def _check_joint(
-        self, model: SpacecraftModel, key: str, name: str, angles: list[float]
-    ) -> Joint:
-        joint = next((j for j in model.joints if j.name == name), None)
-        if joint is None:
+    def _check_drives(self, model: SpacecraftModel) -> None:
+        """Raise ConfigError for drives that cannot follow the Sun."""
+        drives = {n: self._joint(model, "sun_tracking", n) for n in self._table.sun_tracking}
+        for name, index in drives.items():
+            line = [model.joints[i].name for i in chain(model.joints, index)]
+            line = [other for other in reversed(line) if other in drives]
+            if len(line) > 2:
+                problem = f"has {', '.join(line)} each on the one before; at most two may follow"
+                raise ConfigError(self._where, "sun_tracking", problem)
+            alone = sum(index in chain(model.joints, other) for other in drives.values()) == 1
+            if model.joints[index].sunward_body is None and alone:
+                problem = f"cannot turn {shown(name)} to the Sun: its model names no sunward_body"
+                raise ConfigError(self._where, "sun_tracking", problem)
+
+    def _joint(self, model: SpacecraftModel, key: str, name: str) -> int:
+        index = next((i for i, j in enumerate(model.joints) if j.name == name), None)
+        if index is None:
             problem = f"{shown(name)} {unknown_joint(name, model.joints)}"
             raise ConfigError(self._where, key, problem)
-        low, high = np.degrees(joint.limits)
-        for angle in np.degrees(angles):
-            if not low - 1e-9 <= angle <= high + 1e-9:
-                problem = f"must turn {shown(name)} within {low:g}..{high:g} deg, got {angle:g}"
+        return index
+
+    def _check_joint(
+        self, model: SpacecraftModel, key: str, name: str, values: list[float], *, slides: bool
+    ) -> None:
+        """Raise ConfigError for what a joint cannot do; values [rad] or [m]."""
+        joint = model.joints[self._joint(model, key, name)]
+        if joint.slides != slides:
+            way = "slides, by metres" if joint.slides else "turns, by degrees"
+            raise ConfigError(self._where, key, f"{shown(name)} {way}")
+        (verb, unit), scale = ("move", "m"), 1.0
+        if not slides:
+            (verb, unit), scale = ("turn", "deg"), float(np.degrees(1.0))
+        low, high = (scale * limit for limit in joint.limits)
+        for value in (scale * v for v in values):
+            if not low - 1e-9 <= value <= high + 1e-9:
+                problem = (
+                    f"must {verb} {shown(name)} within {low:g}..{high:g} {unit}, got {value:g}"
+                )
                 raise ConfigError(self._where, key, problem)
-        return joint
 
     def _joint_file(self, file: MotionFileTable) -> SampledAngles:
         try:

@@ -20,8 +20,8 @@ from simgl.physics.spectrum import BandLight
 from simgl.physics.sun import UNIFORM
 from simgl.scene.camera import Camera
 from simgl.scene.criteria import Criteria
+from simgl.scene.drives import JointLaws
 from simgl.scene.earth import Earth
-from simgl.scene.joints import JointLaws
 from simgl.scene.lamps import Lamp, lamp_state
 from simgl.scene.mounts import Mount, camera_pose, camera_velocity
 from simgl.scene.spacecraft import SpacecraftModel
@@ -144,7 +144,8 @@ class Scenario:
         """The scene with given poses, e.g. those that a simulation sent.
 
         exposure_times : camera name to exposure [s], where it differs from the file
-        joint_angles : spacecraft to joint to angle [rad]; joints not named follow their laws
+        joint_angles : spacecraft to joint to angle [rad] or travel [m]; joints not named follow
+            their laws
         """
         cameras = dict(self.cameras)
         for name, seconds in (exposure_times or {}).items():
@@ -193,11 +194,12 @@ class Scenario:
     def _body(
         self, name: str, tai_ns: int, sun: Sun, pose: Pose, given: Mapping[str, float]
     ) -> BodyState:
-        """A spacecraft with its joints where their laws, or the given angles [rad], put them."""
+        """A spacecraft with its joints where their laws, or given angles [rad] or travels [m], put
+        them."""
         model = self.models[name]
         laws = self.joints.get(name)
         if not given and (laws is None or not model.joints):
             return BodyState(model=model, pose=pose)
         sunward = pose.R_icrf_from_body.T @ sun.seen_from(pose.position).direction_icrf
-        angles = (laws or JointLaws()).angles(model.joints, tai_ns, sunward)
-        return BodyState(model=model.posed(angles | dict(given)), pose=pose)
+        angles = (laws or JointLaws()).angles(model.joints, tai_ns, sunward, given)
+        return BodyState(model=model.posed(angles), pose=pose)

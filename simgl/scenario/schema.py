@@ -163,8 +163,9 @@ class SpacecraftTable(Table, frozen=True, kw_only=True):
     attitude : "lvlh" (default on an orbit), "icrf" (default at a fixed place), or one of the keys
         ``quaternion_icrf_from_body_xyzw``, ``quaternion_lvlh_from_body_xyzw``, ``point_at``,
         ``attitude_file``
-    joints : ``joints_deg`` by name; ``joint_file``, a table with columns joint_NAME_deg;
-        ``sun_tracking``, drives that follow the Sun; a joint in none of them is as stored
+    joints : ``joints_deg`` of hinges and ``joints_m`` of rails by name; ``joint_file``, a table
+        with columns joint_NAME_deg and joint_NAME_m; ``sun_tracking``, drives that follow the Sun;
+        a joint in none of them is as stored
     """
 
     model: str | PrimitiveTable
@@ -186,6 +187,7 @@ class SpacecraftTable(Table, frozen=True, kw_only=True):
     point_at: PointAtTable | None = None
     attitude_file: str | MotionFileTable | None = None
     joints_deg: dict[str, float] | None = None
+    joints_m: dict[str, float] | None = None
     joint_file: str | MotionFileTable | None = None
     sun_tracking: tuple[str, ...] = ()
 

@@ -1,9 +1,13 @@
-"""Parts that turn on hinges: doors, flaps, solar wings."""
+"""Parts that turn on hinges or slide on rails: doors, wings, arms, one joint on another.
+
+`body_from_stored` alone says where joints put a place; the mesh, its light, its patterns and its
+keypoints all follow it.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,120 +15,133 @@ from scipy.spatial.transform import Rotation
 
 from simgl.errors import did_you_mean
 from simgl.scene.mesh import Mesh
-from simgl.scene.samples import SampledAngles
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Joint:
-    """A hinge of one part.
+    """A hinge, or a rail.
 
-    part : index in the model's parts
-    axis_body : (3,) unit, about which positive angles turn right-handed
-    origin_body : (3,) a point on the hinge line [m]
-    limits : least and greatest angle from the stored position [rad]
-    keypoints : names of those that move with the part
-    sunward_body : (3,) unit, the side of the part that a drive turns to the Sun, as stored; None
+    parts : indices of the model's parts that sit on it and on no joint that it carries
+    axis_body : (3,) unit, as stored: about it positive angles turn right-handed, along it it slides
+    origin_body : (3,) a point on the hinge line, as stored [m]
+    limits : least and greatest value from the stored position [rad], or [m] where it slides
+    keypoints : names of those that move with its parts
+    sunward_body : (3,) unit, the side of its parts that a drive turns to the Sun, as stored; None
         for a joint that is no such drive
+    parent : index among the model's joints of the one that carries it; None for the body
+    slides : along its axis, instead of turning about it
     """
 
     name: str
-    part: int
+    parts: tuple[int, ...]
     axis_body: Array
     origin_body: Array
     limits: tuple[float, float]
     keypoints: tuple[str, ...] = ()
     sunward_body: Array | None = None
+    parent: int | None = None
+    slides: bool = False
 
-    def sun_angle(self, sun_direction_body: Array) -> float:
-        """The angle within the limits that brings the part's face nearest to the Sun [rad].
+    @property
+    def unit(self) -> str:
+        """Of its values."""
+        return "m" if self.slides else "rad"
 
-        sun_direction_body : (3,) towards the Sun, body axes
-        """
-        assert self.sunward_body is not None
-        start = self.sunward_body - np.dot(self.sunward_body, self.axis_body) * self.axis_body
-        aim = sun_direction_body - np.dot(sun_direction_body, self.axis_body) * self.axis_body
-        angle = float(np.arctan2(np.dot(np.cross(start, aim), self.axis_body), np.dot(start, aim)))
-        low, high = self.limits
-        if low <= angle <= high:
-            return angle
-        # Out of reach: the end that is nearer, going round the shorter way.
-        beyond = [abs(np.angle(np.exp(1j * (angle - end)))) for end in (low, high)]
-        return low if beyond[0] <= beyond[1] else high
+    @property
+    def carrier(self) -> int:
+        """Where `body_from_stored` has what carries it."""
+        return 0 if self.parent is None else self.parent + 1
+
+    def own_motion(self, value: float) -> Array:
+        """(4, 4) of what sits on it, what carries it as stored; value [rad] or [m]."""
+        motion = np.eye(4)
+        if self.slides:
+            motion[:3, 3] = value * self.axis_body
+        else:
+            turn = Rotation.from_rotvec(value * self.axis_body).as_matrix()
+            motion[:3, :3] = turn
+            motion[:3, 3] = self.origin_body - turn @ self.origin_body
+        return motion
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class JointLaws:
-    """How the joints of one spacecraft move.
+def chain(joints: Sequence[Joint], index: int) -> list[int]:
+    """The indices of a joint and of those that carry it, the one on the body last."""
+    found = [index]
+    while (parent := joints[found[-1]].parent) is not None:
+        found.append(parent)
+    return found
 
-    fixed : name to angle [rad]
-    sampled : None where no file moves any
-    sunward : names of the drives that follow the Sun
+
+def outward(joints: Sequence[Joint]) -> Iterator[int]:
+    """The joints' indices, each after those that carry it."""
+    yield from sorted(range(len(joints)), key=lambda index: len(chain(joints, index)))
+
+
+def carried_parts(joints: Sequence[Joint], index: int) -> list[int]:
+    """Indices of all parts that move with a joint, on it or on what it carries."""
+    return [part for i, j in enumerate(joints) if index in chain(joints, i) for part in j.parts]
+
+
+def body_from_stored(joints: Sequence[Joint], values: Sequence[float]) -> Array:
+    """(joints + 1, 4, 4) from where a place is stored to where the joints put it, body axes.
+
+    values : of the joints, in their order [rad] or [m]
+    The first is for places on no joint. What sits on a joint moves by the product of the motions
+    along its chain about axes as stored, the joint on the body leftmost (product of exponentials,
+    Brockett 1984).
     """
+    moved = np.tile(np.eye(4), (len(joints) + 1, 1, 1))
+    for index in outward(joints):
+        joint = joints[index]
+        own = joint.own_motion(values[index]) if values[index] else np.eye(4)
+        moved[index + 1] = moved[joint.carrier] @ own
+    return moved
 
-    fixed: Mapping[str, float] = field(default_factory=dict)
-    sampled: SampledAngles | None = None
-    sunward: tuple[str, ...] = ()
 
-    def angles(
-        self, joints: Sequence[Joint], tai_ns: int, sun_direction_body: Array
-    ) -> dict[str, float]:
-        """Name to angle [rad] of every joint that is moved.
+def motion_between(
+    joints: Sequence[Joint], before: Sequence[float], after: Sequence[float]
+) -> Array:
+    """(joints + 1, 4, 4) from where the joints put a place to where they put it later.
 
-        sun_direction_body : (3,) towards the Sun, body axes
-        Raises ConfigError where a file has no angles for the epoch.
-        """
-        found = dict(self.fixed)
-        if self.sampled is not None:
-            found |= self.sampled.at(tai_ns)
-        drives = [joint for joint in joints if joint.name in self.sunward]
-        return found | {joint.name: joint.sun_angle(sun_direction_body) for joint in drives}
+    Exactly the identity for what has not moved.
+    """
+    first, second = body_from_stored(joints, before), body_from_stored(joints, after)
+    motion = second @ np.linalg.inv(first)
+    motion[(first == second).all(axis=(1, 2))] = np.eye(4)
+    return motion
+
+
+def moved_mesh(mesh: Mesh, joints: Sequence[Joint], motion: Array) -> Mesh:
+    """The mesh with the parts on joints moved; what has not moved stays to the bit.
+
+    motion : (joints + 1, 4, 4) of each joint's parts, after `body_from_stored`
+    """
+    positions, normals = mesh.positions.copy(), mesh.normals.copy()
+    label = np.zeros(len(positions), dtype=np.uint32) if mesh.joint is None else mesh.joint.copy()
+    for index, joint in enumerate(joints):
+        matrix = motion[index + 1]
+        chosen = np.isin(mesh.part, joint.parts)
+        if np.array_equal(matrix, np.eye(4)) or not np.any(chosen):
+            continue
+        positions[chosen] = mesh.positions[chosen] @ matrix[:3, :3].T + matrix[:3, 3]
+        normals[chosen] = mesh.normals[chosen] @ matrix[:3, :3].T
+        label[chosen] = index + 1
+    return replace(mesh, positions=positions, normals=normals, joint=label)
+
+
+def moved_keypoints(
+    keypoints: Mapping[str, Array], joints: Sequence[Joint], motion: Array
+) -> dict[str, Array]:
+    """The keypoints with those on joints where they are now [m]; motion as for `moved_mesh`."""
+    moved = dict(keypoints)
+    for joint, matrix in zip(joints, motion[1:], strict=True):
+        for name in joint.keypoints:
+            moved[name] = matrix[:3, :3] @ keypoints[name] + matrix[:3, 3]
+    return moved
 
 
 def unknown_joint(name: str, joints: Sequence[Joint]) -> str:
     """What to say of a name that is none of the joints'."""
     return f"is no joint of this model; {did_you_mean(name, [joint.name for joint in joints])}"
-
-
-def turned_mesh(mesh: Mesh, joints: Sequence[Joint], angles: Mapping[str, float]) -> Mesh:
-    """The mesh with the parts of some joints turned by angles [rad]; the others stay."""
-    positions, normals = mesh.positions.copy(), mesh.normals.copy()
-    moved = np.zeros(len(positions), dtype=np.uint32) if mesh.joint is None else mesh.joint.copy()
-    for index, joint in enumerate(joints):
-        angle = angles.get(joint.name, 0.0)
-        chosen = mesh.part == joint.part
-        if angle == 0.0 or not np.any(chosen):
-            continue
-        turn = Rotation.from_rotvec(angle * joint.axis_body).as_matrix()
-        offsets = mesh.positions[chosen] - joint.origin_body
-        positions[chosen] = offsets @ turn.T + joint.origin_body
-        normals[chosen] = mesh.normals[chosen] @ turn.T
-        moved[chosen] = index + 1
-    return replace(mesh, positions=positions, normals=normals, joint=moved)
-
-
-def stored_from_body(joints: Sequence[Joint], angles: Sequence[float]) -> Array:
-    """(joints + 1, 3, 4) back from where joints have turned a place to where it is stored.
-
-    The first is for places that no joint has turned.
-    """
-    back = [np.eye(3, 4)]
-    for joint, angle in zip(joints, angles, strict=True):
-        turn = Rotation.from_rotvec(-angle * joint.axis_body).as_matrix()
-        shift = joint.origin_body - turn @ joint.origin_body
-        back.append(np.column_stack([turn, shift]))
-    return np.stack(back)
-
-
-def turned_keypoints(
-    keypoints: Mapping[str, Array], joints: Sequence[Joint], angles: Mapping[str, float]
-) -> dict[str, Array]:
-    """The keypoints with those on moved parts where they are now [m]."""
-    moved = dict(keypoints)
-    for joint in joints:
-        turn = Rotation.from_rotvec(angles.get(joint.name, 0.0) * joint.axis_body)
-        for name in joint.keypoints:
-            offset = keypoints[name] - joint.origin_body
-            moved[name] = turn.apply(offset) + joint.origin_body
-    return moved

@@ -161,12 +161,13 @@ class Path:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SampledAngles:
-    """Angles through samples, straight between two of them.
+    """Angles and travels through samples, straight between two of them.
 
     source : file, for messages
     tai_ns : (n,) int64, increasing
     names : of the joints
-    angles : (n, joints) [rad]
+    angles : (n, joints) [rad], or travels [m]
+    slides : names of those that are travels
     longest_gap_ns : a longer step between samples is a gap
     """
 
@@ -174,10 +175,11 @@ class SampledAngles:
     tai_ns: Times
     names: tuple[str, ...]
     angles: Array
+    slides: frozenset[str]
     longest_gap_ns: int
 
     def at(self, tai_ns: int) -> dict[str, float]:
-        """Name to angle [rad]; ConfigError outside the samples and in a gap."""
+        """Name to angle [rad] or travel [m]; ConfigError outside the samples and in a gap."""
         index = bracket(self.tai_ns, tai_ns, self.longest_gap_ns, self.source)
         after = min(index + 1, len(self.tai_ns) - 1)
         step = max(int(self.tai_ns[after] - self.tai_ns[index]), 1)

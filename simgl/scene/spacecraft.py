@@ -10,10 +10,25 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from simgl.scene.joints import Joint, turned_keypoints, turned_mesh, unknown_joint
+from simgl.scene.joints import (
+    Joint,
+    body_from_stored,
+    carried_parts,
+    moved_keypoints,
+    moved_mesh,
+    unknown_joint,
+)
 from simgl.scene.materials import Material
 from simgl.scene.mesh import Mesh
 from simgl.scene.textures import SurfaceTextures
+
+
+@dataclass(frozen=True, kw_only=True)
+class Branch:
+    """A node of a model's file with the parts, by index, that it and all under it carry."""
+
+    name: str
+    parts: tuple[int, ...]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -26,8 +41,10 @@ class SpacecraftModel:
     keypoints : name to (3,) position [m]
     open_sheets : some surfaces are seen from both sides, so none may be culled
     notes : what the file asks for and does not get, one line each
+    branches : of the tree of parts, each after those that it hangs under
     joints : of the parts that move
-    angles : of the joints now, in their order [rad]; none where all are as stored
+    angles : of the joints now, in their order [rad], or travel [m] of those that slide; none where
+        all are as stored
     stored : the model with all joints as stored, where they are not
     exact : drawn whole at any distance, as the shapes of calibration scenes are
     """
@@ -40,6 +57,7 @@ class SpacecraftModel:
     open_sheets: bool = False
     notes: tuple[str, ...] = ()
     textures: SurfaceTextures = field(default_factory=SurfaceTextures)
+    branches: tuple[Branch, ...] = ()
     joints: tuple[Joint, ...] = ()
     angles: tuple[float, ...] = ()
     stored: SpacecraftModel | None = None
@@ -65,7 +83,7 @@ class SpacecraftModel:
         return tuple(found)
 
     def posed(self, angles: Mapping[str, float]) -> SpacecraftModel:
-        """The model with its joints at these angles [rad]; joints not named are as stored.
+        """The model with its joints at these angles [rad] or travels [m]; others are as stored.
 
         Equal angles give the same object for as long as it is among the last ones used.
         """
@@ -77,16 +95,24 @@ class SpacecraftModel:
         return _posed(stored, values) if any(values) else stored
 
     def coarsely_posed(self, step: float) -> SpacecraftModel:
-        """The model with each joint at the nearest multiple of a step [rad] within its limits."""
+        """The model with each joint at the nearest multiple of a step [rad] within its limits.
+
+        What slides takes steps as long as that turn would move the rim of its largest part.
+        """
         if self.stored is None:
             return self
         rounded = {}
-        for joint, angle in zip(self.joints, self.angles, strict=True):
+        for index, (joint, angle) in enumerate(zip(self.joints, self.angles, strict=True)):
             low, high = joint.limits
-            multiple = step * round(angle / step)
-            multiple += step * (multiple < low - 1e-9) - step * (multiple > high + 1e-9)
+            own = step * self.stored.reach(index) if joint.slides else step
+            multiple = own * round(angle / own)
+            multiple += own * (multiple < low - 1e-9) - own * (multiple > high + 1e-9)
             rounded[joint.name] = angle if abs(multiple - angle) < 1e-6 else multiple
         return self.posed(rounded)
+
+    def reach(self, joint: int) -> float:
+        """Radius of the largest part that moves with a joint, by its index [m]."""
+        return float(self.mesh.part_spheres[carried_parts(self.joints, joint), 3].max())
 
     @cached_property
     def outline(self) -> str:
@@ -101,11 +127,11 @@ class SpacecraftModel:
 # A scene of two craft whose wings follow the Sun asks for the same poses several times a frame.
 @lru_cache(maxsize=16)
 def _posed(stored: SpacecraftModel, values: tuple[float, ...]) -> SpacecraftModel:
-    angles = {joint.name: value for joint, value in zip(stored.joints, values, strict=True)}
+    motion = body_from_stored(stored.joints, values)
     return replace(
         stored,
-        mesh=turned_mesh(stored.mesh, stored.joints, angles),
-        keypoints=turned_keypoints(stored.keypoints, stored.joints, angles),
+        mesh=moved_mesh(stored.mesh, stored.joints, motion),
+        keypoints=moved_keypoints(stored.keypoints, stored.joints, motion),
         angles=values,
         stored=stored,
     )

@@ -99,7 +99,7 @@ def fingerprint(scenario: Scenario, epochs: Sequence[int]) -> str:
         h.update(scenario.source.read_bytes())
     for model in scenario.models.values():
         h.update(model.mesh.digest.encode())
-        h.update(repr(model.materials).encode())
+        h.update(repr((model.materials, model.joints)).encode())
     for tai_ns in (epochs[0], epochs[len(epochs) // 2], epochs[-1]):
         for pose in scenario.poses(tai_ns).values():
             h.update(pose.position.tobytes() + pose.R_icrf_from_body.tobytes())

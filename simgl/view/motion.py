@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from simgl.scene.joints import motion_between
+from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import BodyState, CameraState, SceneState
 
 Array = NDArray[np.float64]
@@ -13,8 +15,7 @@ Array = NDArray[np.float64]
 def picture_motion(first: SceneState, second: SceneState, camera: str) -> float:
     """Upper bound on how far anything in view moves across the picture [px].
 
-    Bodies that are not in view count too; the ground only where the Earth may be in view. Joints
-    are taken as still.
+    Bodies that are not in view count too; the ground only where the Earth may be in view.
     """
     a, b = first.cameras[camera], second.cameras[camera]
     turned = _angle(b.R_camera_from_icrf @ a.R_camera_from_icrf.T)
@@ -46,9 +47,25 @@ def _body_motion(a: CameraState, b: CameraState, before: BodyState, after: BodyS
     mesh = before.model.mesh
     reach = float(np.linalg.norm(mesh.centre)) + mesh.radius
     travel = float(np.linalg.norm(place_b - place_a)) + _angle(R_b @ R_a.T) * reach
+    travel += _joint_motion(before.model, after.model)
     # From inside a body's sphere, a tenth of it stands for how near its surface may be.
     nearest = max(float(np.linalg.norm(place_a)) - reach, 0.1 * reach)
     return travel / nearest
+
+
+def _joint_motion(before: SpacecraftModel, after: SpacecraftModel) -> float:
+    """How far joints move anything in body axes, at most [m]."""
+    if before is after or not before.joints:
+        return 0.0
+    rest = (0.0,) * len(before.joints)
+    motion = motion_between(before.joints, before.angles or rest, after.angles or rest)
+    spheres = before.mesh.part_spheres
+    moved = [0.0]
+    for joint, matrix in zip(before.joints, motion[1:], strict=True):
+        for middle, radius in ((spheres[p, :3], spheres[p, 3]) for p in joint.parts):
+            shift = matrix[:3, :3] @ middle + matrix[:3, 3] - middle
+            moved.append(float(np.linalg.norm(shift)) + _angle(matrix[:3, :3]) * float(radius))
+    return max(moved)
 
 
 def _ground_motion(state: SceneState, a: CameraState, b: CameraState) -> float:

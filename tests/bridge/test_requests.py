@@ -10,6 +10,7 @@ from typing import Any
 import msgspec
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from simgl_bridge import Client, DelayLine, RemoteError, Shot
 from simgl_bridge.basilisk.sheet import load_sheets
 from simgl_bridge.checks import check_request
@@ -434,6 +435,33 @@ def sat_request(scenario: Scenario, joints: dict[str, float], **changes: Any) ->
     shots = (Shot(camera="nav"),)
     start = scenario.epoch_tai_ns
     return Render(id=1, tai_ns=start, cameras=shots, bodies={"sat": pose}, **changes)
+
+
+def test_rails_are_told_their_limits_in_metres() -> None:
+    scenario = satellite(model="servicer")
+    with pytest.raises(BadMessageError) as caught:
+        check_request(scenario, sat_request(scenario, {"finger_1": 0.2}))
+    problem = "bodies.sat.joints.finger_1 must lie in 0..0.05 m, got 0.2"
+    assert str(caught.value).startswith(problem)
+
+
+def test_what_a_sent_joint_carries_follows_the_sun_from_where_that_stands() -> None:
+    """The tilt alone: what is left is the Sun's height over the plane square to its axis."""
+    drives = ["array_roll_left", "array_tilt_left"]
+    scenario = satellite(model="servicer", sun_tracking=drives)
+    names = [joint.name for joint in scenario.models["sat"].joints]
+    free = requested_state(scenario, sat_request(scenario, {})).bodies["sat"].model
+    sent = free.angles[names.index(drives[0])] + 0.2
+    state = requested_state(scenario, sat_request(scenario, {drives[0]: sent}))
+    body = state.bodies["sat"]
+    roll, tilt = (body.model.angles[names.index(name)] for name in drives)
+    assert roll == sent
+    turn = Rotation.from_rotvec([0.0, roll, 0.0])
+    face = (turn * Rotation.from_rotvec([tilt, 0.0, 0.0])).apply([0.0, 0.0, -1.0])
+    sun = body.pose.R_icrf_from_body.T @ state.sun.seen_from(body.pose.position).direction_icrf
+    left = np.arcsin(abs(np.dot(turn.apply([1.0, 0.0, 0.0]), sun)))
+    assert left > 0.01
+    assert np.arccos(np.dot(face, sun)) == pytest.approx(left, abs=1e-6)
 
 
 def test_joints_are_turned_as_sent() -> None:

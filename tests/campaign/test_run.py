@@ -155,6 +155,7 @@ def test_a_lost_worker_and_a_killed_campaign_lose_nothing(tmp_path: Path) -> Non
         ("[draw]", "[draw]\noffset_x = {}", "needs exactly one of uniform, log_uniform, normal"),
         ("[draw]", "[draw]\noffset_x = { choice = [] }", "offset_x.choice must be"),
         ("[draw]", "[draw]\njoints_deg = { door = 3.0 }", "joints_deg.door"),
+        ("[draw]", "[draw]\njoints_m = { rail = 3.0 }", "joints_m.rail"),
         ("[draw]", "[draw]\nlamp_power = { sun = 3.0 }", "lamp_power.sun names no lamp"),
         ("[draw]", "[draw]\nlamp_power = { spot = -3.0 }", "lamp_power.spot must lie in 0.."),
     ],

@@ -87,6 +87,8 @@ def test_left_is_port_and_right_is_starboard() -> None:
         ("iss_like", "docking_port_forward"),
         ("debris_rocket_body", "adapter_centre"),
         ("debris_rocket_body", "nozzle_exit"),
+        ("servicer", "capture_ring"),
+        ("servicer", "grip"),
     ],
 )
 def test_open_keypoints_lie_outside_every_solid(name: str, point: str) -> None:
@@ -122,6 +124,7 @@ ON_THE_SURFACE = {
         for place in ("adapter", "skirt")
         for side in ("top", "bottom", "left", "right")
     ],
+    "servicer": ["wing_tip_left", "wing_tip_right", "dish_feed"],
     "calibration_board": [f"step_{percent:02d}" for percent in GREY_STEPS],
     "marker_board": [f"circle_{row}_{column}" for row in range(5) for column in range(7)],
     "mirror": ["centre"],

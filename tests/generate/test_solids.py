@@ -60,6 +60,7 @@ def test_triangles_have_area_and_normals_that_face_outward(name: str) -> None:
         ("atv_like", 50_000, 60_000),
         ("iss_like", 70_000, 150_000),
         ("debris_rocket_body", 25_000, 60_000),
+        ("servicer", 8_000, 20_000),
         ("calibration_board", 100, 1_000),
         ("marker_board", 5_000, 10_000),
         ("mirror", 100, 1_000),

@@ -17,7 +17,7 @@ from tests.scenes import scene
 
 HINGE = Joint(
     name="hinge",
-    part=0,
+    parts=(0,),
     axis_body=np.array([0.0, 0.6, 0.8]),
     origin_body=np.zeros(3),
     limits=(-np.pi, np.pi),
@@ -72,3 +72,41 @@ def test_a_turned_part_is_a_turned_body(gl: moderngl.Context, material: str) -> 
     assert difference.mean() < 1e-3 * scale
     # And it is another picture than the stored one, so the comparison says something.
     assert np.abs(as_stored.radiance - other.radiance).mean() > 0.05 * scale
+
+
+@pytest.mark.parametrize("material", ["solar_cell", "mli_gold"])
+def test_a_part_on_two_joints_is_a_body_turned_twice(gl: moderngl.Context, material: str) -> None:
+    """Its pattern too, which lies where the surface is stored; to rounding as above."""
+    first = Joint(
+        name="first",
+        parts=(),
+        axis_body=np.array([0.6, 0.8, 0.0]),
+        origin_body=np.array([0.3, -0.2, 0.1]),
+        limits=(-np.pi, np.pi),
+    )
+    scenario = panel(material)
+    models = {n: replace(m, joints=(first, replace(HINGE, parent=0)))
+              for n, m in scenario.models.items()}  # fmt: skip
+    scenario = replace(scenario, models=models)
+    epoch = scenario.epoch_tai_ns
+    poses = scenario.poses(epoch)
+    angles = {"first": -0.4, "hinge": 0.7}
+    carrier = Rotation.from_rotvec(-0.4 * first.axis_body)
+    turn = (carrier * Rotation.from_rotvec(0.7 * HINGE.axis_body)).as_matrix()
+    shift = first.origin_body - carrier.apply(first.origin_body)
+    pose = poses["panel"]
+    turned = Pose(position=pose.position + shift, velocity=pose.velocity, R_icrf_from_body=turn)
+    cameras = {"cam": scenario.at(epoch).cameras["cam"]}
+    with Simulator(scenario, gl) as simulator:
+        by_joint = scenario.with_poses(epoch, poses, joint_angles={"panel": angles})
+        by_body = scenario.with_poses(epoch, {"panel": turned})
+        one, other = (
+            simulator.capture(replace(s, cameras=cameras), "cam", {Product.RADIANCE}).radiance
+            for s in (by_joint, by_body)
+        )
+    assert one is not None
+    assert other is not None
+    difference = np.abs(one.radiance - other.radiance).max(axis=-1)
+    scale = np.percentile(other.radiance, 99)
+    assert np.percentile(difference, 98) < 1e-3 * scale
+    assert difference.mean() < 1e-3 * scale

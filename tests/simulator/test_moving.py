@@ -11,6 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from simgl.scenario.scenario import Scenario
+from simgl.scene.joints import Joint
 from simgl.scene.state import SceneState
 from simgl.simulator import Product, Simulator
 from simgl.view.motion import picture_motion
@@ -129,3 +130,49 @@ def test_the_motion_of_the_picture_is_bounded_from_above() -> None:
     turned = replace(camera, R_camera_from_icrf=turn @ camera.R_camera_from_icrf)
     moved = picture_motion(first, replace(first, cameras={"cam": turned}), "cam")
     assert 60.5 < moved < 64.0
+
+
+def jointed(one: Scenario) -> Scenario:
+    """The ball on a rail that a hinge carries; a quarter turn of that brings the rail along x."""
+    hinge = Joint(
+        name="hinge",
+        parts=(),
+        axis_body=np.array([0.0, 0.0, 1.0]),
+        origin_body=np.zeros(3),
+        limits=(-10.0, 10.0),
+    )
+    along = np.array([0.0, -1.0, 0.0])
+    rail = replace(hinge, name="rail", parts=(0,), axis_body=along, parent=0, slides=True)
+    models = {"ball": replace(one.models["ball"], joints=(hinge, rail))}
+    return replace(one, models=models)
+
+
+def test_what_a_rail_on_a_hinge_slides_blurs_as_what_drifts(gl: moderngl.Context) -> None:
+    """6 px within the exposure; the sphere, turned a quarter, has its facets elsewhere."""
+    one = scenario(exposure_time_s=0.01)
+    on_rail = jointed(one)
+    poses = one.poses(one.epoch_tai_ns)
+
+    def sliding(tai_ns: int) -> SceneState:
+        travel = 600.0 / SCALE * 1e-9 * (tai_ns - one.epoch_tai_ns)
+        angles = {"ball": {"hinge": np.pi / 2.0, "rail": travel}}
+        return on_rail.with_poses(one.epoch_tai_ns, poses, joint_angles=angles)
+
+    by_joint = electrons(gl, on_rail, sliding)
+    by_drift = electrons(gl, one, drifting(one, 600.0))
+    still = electrons(gl, one, None)
+    assert np.abs(by_joint - by_drift).sum() < 1e-3 * by_drift.sum()
+    assert np.abs(still - by_drift).sum() > 0.01 * by_drift.sum()
+
+
+def test_the_motion_of_a_part_far_out_on_a_chain_is_bounded_from_above() -> None:
+    """The ball's middle, 2 m out along the rail, comes round with it by 0.1 rad."""
+    one = jointed(scenario())
+    poses = one.poses(one.epoch_tai_ns)
+    first, second = (
+        one.with_poses(one.epoch_tai_ns, poses, joint_angles={"ball": angles})
+        for angles in ({"hinge": 1.0, "rail": 2.0}, {"hinge": 1.1, "rail": 2.0})
+    )
+    moved = picture_motion(first, second, "cam")
+    # The farthest place of the ball goes along an arc of 0.1 rad with 3 m of radius.
+    assert 0.3 * SCALE <= moved < 0.31 * SCALE / (1.0 - 3.0 / RANGE)

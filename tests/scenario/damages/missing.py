@@ -26,12 +26,6 @@ DAMAGES = (
         " [spacecraft.chaser]: model: FOLDER/no/craft.glb: no such model file",
     ),
     Damage(
-        "model file of another kind",
-        MODEL,
-        'model = "./scene.toml"',
-        " [spacecraft.chaser]: model: FILE: not a mesh that simgl reads (.glb, .gltf, .obj, .stl)",
-    ),
-    Damage(
         "unit of a shipped model",
         MODEL,
         f"{MODEL}\nunit_m = 0.001",

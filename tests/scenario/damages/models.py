@@ -6,6 +6,13 @@ from tests.scenario.damages.damage import MODEL, ORBIT, PLACE, PLATE, Damage
 
 DAMAGES = (
     Damage(
+        "scenario in place of a model card",
+        MODEL,
+        'model = "./scene.toml"',
+        ": epoch is not a key here; (allowed: axes, description, file, joint, keypoints, name, "
+        "source, unit_m)",
+    ),
+    Damage(
         "unknown key of a primitive",
         "width_m = 1.0",
         "widht_m = 1.0",
