@@ -57,7 +57,7 @@ class ExchangePass:
     def __init__(self, ctx: moderngl.Context, transports: Transports, shapes: Shapes) -> None:
         self._ctx, self._transports, self._shapes = ctx, transports, shapes
         self._light = PatchLight()
-        self._rows = LastUsed[tuple[int, Drawn | None], VertexRows](_ROWS_KEPT)
+        self._rows = LastUsed[tuple[Transport, Drawn | None], VertexRows](_ROWS_KEPT)
         self._buffers: dict[tuple[int, int], moderngl.Buffer] = {}
         self._turned: OrderedDict[tuple[object, ...], Mesh] = OrderedDict()
 
@@ -165,7 +165,7 @@ class ExchangePass:
     def _rows_of(self, transport: Transport, drawn: Drawn | None) -> VertexRows:
         """For the vertices that are drawn: of a spacecraft far away some of them only."""
         vertices = None if drawn is None else drawn.vertices
-        return self._rows.get((id(transport), drawn), lambda: vertex_rows(transport, vertices))
+        return self._rows.get((transport, drawn), lambda: vertex_rows(transport, vertices))
 
     def _mesh(self, model: SpacecraftModel, transport: Transport) -> Mesh:
         """The transport's mesh with the joints where they are."""
