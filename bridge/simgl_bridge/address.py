@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import socket
 import stat
 from pathlib import Path
 
@@ -46,10 +47,26 @@ def ipc_path(address: str) -> Path | None:
     return Path(name) if name != address and not name.startswith("@") else None
 
 
+def is_listening(path: Path) -> bool:
+    """Whether a process listens at a socket file; where one has died its file stays behind."""
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as probe:
+        # A queue that is full has somebody behind it too.
+        probe.setblocking(False)
+        try:
+            probe.connect(str(path))
+        except (ConnectionRefusedError, FileNotFoundError):
+            return False
+        except BlockingIOError:
+            return True
+    return True
+
+
 def _check_ipc(address: str, option: str) -> None:
     path = ipc_path(address)
     if path is None:
         raise _refused(address, "an abstract name has no file permissions", option)
+    if path == Path("*"):
+        raise _refused(address, "a socket needs a name of its own", option)
     # ZeroMQ removes whatever stands at the path before it binds.
     if path.exists() and not stat.S_ISSOCK(path.stat().st_mode):
         raise _refused(address, "something that is no socket stands there", option)

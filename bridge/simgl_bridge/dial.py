@@ -11,7 +11,7 @@ from typing import Any
 import zmq
 
 from simgl.errors import BridgeError
-from simgl_bridge.access import ClientKeys
+from simgl_bridge.access import ClientKeys, reason
 
 # The largest plane: radiance of 16384 x 16384 pixels.
 LARGEST_FRAME = 16384 * 16384 * 16
@@ -44,7 +44,7 @@ def dial(
         monitor = socket.get_monitor_socket(_EVENTS)
         socket.connect(address)
     except zmq.ZMQError as error:
-        raise BridgeError(f"{address}: is no address ({error.strerror})") from None
+        raise BridgeError(f"{address}: is no address ({reason(error)})") from None
     return socket, monitor
 
 
