@@ -34,6 +34,8 @@ from simgl_bridge.wire import VERSION, BadMessageError, unpack_reply
 
 # A deadline that the server keeps ends this much before the client's own [s].
 _MARGIN = 0.2
+# The most that a request may ask a server to wait [s].
+LONGEST_DEADLINE = 3600.0
 
 
 def check_timeout(timeout_s: float) -> None:
@@ -45,7 +47,7 @@ def check_timeout(timeout_s: float) -> None:
 def server_deadline_ms(timeout_s: float, attempts: int = 1) -> int:
     """Time for the server to say that it cannot [ms], before a client gives up itself."""
     seconds = attempts * timeout_s
-    return max(1, round(1000.0 * max(0.5 * seconds, seconds - _MARGIN)))
+    return max(1, round(1000.0 * min(max(0.5 * seconds, seconds - _MARGIN), LONGEST_DEADLINE)))
 
 
 def shot_of(

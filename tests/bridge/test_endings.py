@@ -126,6 +126,11 @@ def test_a_wait_without_end_is_refused(timeout: float) -> None:
         Client("tcp://127.0.0.1:1", timeout_s=timeout)
 
 
+def test_a_client_may_be_more_patient_than_any_server(running: Running, scenario: Scenario) -> None:
+    with Client(running.address, timeout_s=1e6) as client:
+        assert client.render(scenario.epoch_tai_ns, "nav").dn.shape == (48, 64)
+
+
 def test_a_slow_picture_is_a_timeout_and_its_late_reply_is_dropped(
     start_server: Starter, scenario: Scenario
 ) -> None:
