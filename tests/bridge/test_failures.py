@@ -440,12 +440,16 @@ def test_a_jump_of_the_wall_clock_ends_no_wait_and_stretches_none(
         running.simulator.hook = gate = Gate()
         first.send(render(scenario, 1))
         gate.wait()
+        first.send(render(scenario, 2))
         answers: list[Any] = []
         asker = threading.Thread(target=lambda: answers.append(client.render(now, "nav")))
         asker.start()
+
         # Its request waits in the queue, with a deadline, when the clock jumps.
-        time.sleep(0.3)
-        monkeypatch.setattr(time, "time", lambda: honest() + jump)
+        def jumps() -> None:
+            monkeypatch.setattr(time, "time", lambda: honest() + jump)
+
+        running.simulator.hook = jumps
         gate.open()
         asker.join(20.0)
         assert [image.tai_ns for image in answers] == [now]
