@@ -165,7 +165,9 @@ def finish(running: Running) -> None:
 
 @contextmanager
 def basilisk_source(
-    base: Scenario, sheets: Mapping[int, Sheet] | None = None
+    base: Scenario,
+    sheets: Mapping[int, Sheet] | None = None,
+    address: str = "tcp://127.0.0.1:*",
 ) -> Iterator[tuple[BasiliskFront, WatchedSimulator]]:
     """An image source for Basilisk on a thread of this process, and its first simulator."""
     stop, ready = threading.Event(), Future[tuple[BasiliskFront, WatchedSimulator]]()
@@ -181,7 +183,7 @@ def basilisk_source(
             turns = Turns(WINDOW)
             with (
                 Studio(base, open_simulator=open_simulator) as studio,
-                BasiliskFront(studio, turns, "tcp://127.0.0.1:*", sheets=sheets) as front,
+                BasiliskFront(studio, turns, address, sheets=sheets) as front,
             ):
                 ready.set_result((front, made[0]))
                 serve([front], turns, stop)

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
-from PIL import Image
 from simgl_bridge.basilisk.front import BasiliskFront, varint
 from simgl_bridge.basilisk.replay import replay
 from simgl_bridge.basilisk.scene import camera_from_body, check_base, matrix_from_mrp, scene_of
@@ -24,28 +20,8 @@ from simgl.errors import AssetError, ConfigError, SimglError
 from simgl.physics.regolith import MARS, reflectance
 from simgl.scenario.schema import CameraTable
 from tests.bridge import basilisk_wire as wire
+from tests.bridge.basilisk_wire import PLACE, SIGMA_CB, pixels, scene
 from tests.bridge.harness import WatchedSimulator, basilisk_source
-
-SCENARIO = """
-[epoch]
-utc = "2026-06-01T12:00:00"
-[earth]
-albedo = 0.5
-atmosphere = "none"
-[sky]
-stars = false
-[spacecraft.target]
-model = { sphere = { radius_m = 0.5, material = { reflectance = 0.5 } } }
-position_icrf_m = [8e6, 0.0, 0.0]
-[render]
-samples_per_pixel = 16
-"""
-SHEET = """
-preset = "ideal"
-exposure_time_s = 0.00005
-"""
-SIGMA_CB = (0.1, -0.2, 0.3)
-PLACE = (9.0e6, 0.0, 0.0)
 
 
 @dataclass
@@ -59,8 +35,8 @@ class Source:
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("basilisk")
-    (path / "base.toml").write_text(SCENARIO)
-    (path / "navcam.toml").write_text(SHEET)
+    (path / "base.toml").write_text(wire.SCENARIO)
+    (path / "navcam.toml").write_text(wire.SHEET)
     return path
 
 
@@ -85,32 +61,6 @@ def peer(source: Source) -> Iterator[wire.Peer]:
     link = wire.Peer(source.front.address)
     yield link
     link.close()
-
-
-def scene(
-    *,
-    seconds: float = 1.0,
-    frame: int = 1,
-    central: bytes | None = None,
-    sun: tuple[float, float, float] | None = (wire.AU, 0.0, 0.0),
-    place: tuple[float, float, float] = PLACE,
-    more: bytes = b"",
-    epoch: bytes = wire.epoch(),
-    **camera: Any,
-) -> bytes:
-    """A state whose camera looks at the origin from ``place``."""
-    message = wire.instant(seconds, frame) + epoch
-    message += wire.body("earth", (0.0, 0.0, 0.0), 6378.1366) if central is None else central
-    if sun is not None:
-        message += wire.body("sun", sun, 695700.0)
-    message += wire.craft("chaser", place, wire.looking_at_earth(place, SIGMA_CB))
-    return message + wire.camera(direction_B=wire.direction_from_sigma(SIGMA_CB), **camera) + more
-
-
-def pixels(png: bytes) -> NDArray[np.uint8]:
-    picture = np.asarray(Image.open(io.BytesIO(png)))
-    assert picture.dtype == np.uint8
-    return picture
 
 
 def test_modified_rodrigues_parameters_are_tan_of_a_quarter_of_the_angle() -> None:
@@ -307,7 +257,7 @@ def test_the_epoch_is_utc_and_ambient_light_is_refused_aloud(base: Scenario, she
 def test_the_epoch_of_the_first_message_holds(source: Source, peer: wire.Peer) -> None:
     peer.update(scene(seconds=41.0))
     first, before = peer.image(), source.simulator.captures
-    peer.update(scene(seconds=41.0, epoch=b""))
+    peer.update(scene(seconds=41.0, at=b""))
     # The very same state, so nothing is drawn.
     assert peer.image() == first
     assert source.simulator.captures == before
