@@ -219,7 +219,7 @@ def replay_recording(
 
     Example: simgl replay leo_UnityViz.bin --camera 1=navcam.toml --out pictures
     """
-    sheets = load_sheets(camera or [])
+    sheets = load_sheets(camera or [], command="simgl replay")
     loaded = bare_scenario() if scenario is None else load_scenario(scenario)
     check_base(loaded)
     with Studio(loaded, open_simulator=_open) as studio:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +18,7 @@ from simgl_bridge.basilisk.wire import read_update
 from simgl_bridge.studio import Studio
 
 from simgl import Scenario, load_scenario
-from simgl.errors import AssetError, ConfigError, SimglError
+from simgl.errors import AssetError, ConfigError, OutputError, SimglError
 from simgl.physics.regolith import MARS, reflectance
 from simgl.scenario.schema import CameraTable
 from tests.bridge import basilisk_wire as wire
@@ -301,11 +303,42 @@ def test_a_recording_becomes_images(base: Scenario, sheet: Sheet, tmp_path: Path
     assert len(list((tmp_path / "cut").iterdir())) == 1
 
 
+def test_a_disk_that_fills_up_ends_a_replay_in_one_line_and_leaves_whole_images(
+    base: Scenario, sheet: Sheet, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    states = [scene(seconds=float(second)) for second in (1, 2)]
+    recording = tmp_path / "run_UnityViz.bin"
+    recording.write_bytes(b"".join(varint(len(s)) + s for s in states))
+    honest, written = Path.write_bytes, []
+
+    def until_full(path: Path, data: bytes) -> int:
+        written.append(path)
+        if len(written) == 2:
+            honest(path, data[:100])
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return honest(path, data)
+
+    out = tmp_path / "out"
+    with Studio(base) as studio:
+        monkeypatch.setattr(Path, "write_bytes", until_full)
+        with pytest.raises(OutputError, match=r"cannot be written \(No space left on device\)"):
+            replay(recording, studio, out, sheets={1: sheet})
+        monkeypatch.undo()
+        assert [p.name for p in out.iterdir()] == ["camera_1_000001000000000.png"]
+        assert pixels((out / "camera_1_000001000000000.png").read_bytes()).shape == (48, 64)
+        with pytest.raises(
+            OutputError, match=r"run_UnityViz\.bin: cannot be written \(File exists"
+        ):
+            replay(recording, studio, recording, sheets={1: sheet})
+
+
 @pytest.mark.parametrize(
     ("entry", "problem"),
     [
         ("navcam.toml", 'must be ID=FILE such as 1=navcam.toml, got "navcam.toml"'),
         ("1=", "must be ID=FILE"),
+        ("--1=navcam.toml", "must be ID=FILE"),
+        ("99999999999999999999=navcam.toml", "must be ID=FILE"),
     ],
 )
 def test_a_camera_option_says_what_it_needs(entry: str, problem: str) -> None:
