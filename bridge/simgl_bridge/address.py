@@ -32,6 +32,8 @@ def check_bindable(address: str, *, guarded: bool = False, option: str = "--addr
         raise _refused(address, "a port is at most 65535", option)
     if not guarded and not _LOOPBACK.fullmatch(match[1]):
         reason = "beyond this machine it needs --keys and --allow, or --insecure"
+        if option == "--basilisk":
+            reason = "Basilisk's protocol has no keys, so it stays on this machine"
         raise _refused(address, reason, option)
 
 

@@ -121,6 +121,11 @@ def serve(
         raise ConfigError("simgl serve", "SCENARIO", "is missing; only --basilisk does without")
     if camera and basilisk is None:
         raise ConfigError("simgl serve", "--camera", "goes with --basilisk")
+    natively = {"--monitor": monitor, "--rate-hz": rate_hz, "--keys": keys, "--insecure": insecure}
+    for option, given in natively.items():
+        if given and address is None:
+            problem = "goes with --address: Basilisk's own protocol has nothing of the kind"
+            raise ConfigError("simgl serve", option, problem)
     access = Access(secret=keys, allowed=allow, insecure=insecure)
     if address is not None:
         check_bindable(address, guarded=access.guarded)

@@ -14,11 +14,13 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from threading import Event
+from typing import Any
 
 import pytest
 import zmq
 from simgl_bridge import Client, NoAnswerError, launched_server
 from simgl_bridge.address import check_bindable, is_loopback
+from simgl_bridge.command import serve
 from simgl_bridge.keeper import keep
 
 from simgl import Scenario
@@ -235,6 +237,25 @@ def test_an_address_beyond_this_machine_is_refused(address: str) -> None:
         f'got "{address}": beyond this machine it needs --keys and --allow, or --insecure'
     )
     check_bindable(address, guarded=True)
+
+
+def test_basilisk_stays_on_this_machine_whatever_is_said() -> None:
+    with pytest.raises(ConfigError) as caught:
+        check_bindable("tcp://0.0.0.0:5556", option="--basilisk")
+    assert str(caught.value) == (
+        "simgl serve: --basilisk must be tcp://127.0.0.1:PORT or ipc://PATH, "
+        'got "tcp://0.0.0.0:5556": Basilisk\'s protocol has no keys, so it stays on this machine'
+    )
+
+
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [("monitor", "tcp://127.0.0.1:5564"), ("rate_hz", 5.0), ("insecure", True)],
+)
+def test_an_option_that_basilisk_alone_would_ignore_is_refused(option: str, value: object) -> None:
+    said: dict[str, Any] = {option: value}
+    with pytest.raises(ConfigError, match=rf"--{option.replace('_', '-')} goes with --address"):
+        serve(basilisk="tcp://127.0.0.1:5556", **said)
 
 
 @pytest.mark.parametrize(
