@@ -547,6 +547,7 @@ class Client {
         // The largest plane: radiance of 16384 x 16384 pixels. What announces more is hung up on.
         const std::int64_t largest = std::int64_t{16384} * 16384 * 16;
         zmq_setsockopt(socket_.get(), ZMQ_MAXMSGSIZE, &largest, sizeof largest);
+        if (address_.rfind("tcp://[", 0) == 0) set(ZMQ_IPV6, 1);
         // Clients of one name must not take over each other's place.
         std::random_device random;
         char identity[48];

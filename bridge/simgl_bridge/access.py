@@ -20,7 +20,7 @@ from zmq.auth import create_certificates, load_certificate
 from zmq.auth.thread import ThreadAuthenticator
 
 from simgl.errors import BridgeError, ConfigError, OutputError
-from simgl_bridge.address import check_bindable, ipc_path, is_listening
+from simgl_bridge.address import check_bindable, ipc_path, is_ipv6, is_listening
 
 _DOMAIN = b"simgl"
 # 32 bytes in ZeroMQ's Z85.
@@ -173,6 +173,8 @@ def bound(socket: zmq.Socket[Any], address: str, access: Access, option: str = "
     """
     check_bindable(address, guarded=access.guarded, option=option)
     access.apply(socket)
+    if is_ipv6(address):
+        socket.setsockopt(zmq.IPV6, 1)
     path = ipc_path(address)
     # ZeroMQ would take the place of whoever listens there without a word.
     if path is not None and is_listening(path):

@@ -43,6 +43,11 @@ def is_loopback(address: str) -> bool:
     return match is not None and _LOOPBACK.fullmatch(match[1]) is not None
 
 
+def is_ipv6(address: str) -> bool:
+    """Whether an address names a host by a number of IP version 6, such as ``tcp://[::1]:5563``."""
+    return address.startswith("tcp://[")
+
+
 def ipc_path(address: str) -> Path | None:
     """The socket file of an ipc address; None for tcp, and for Linux's abstract names (``@``)."""
     name = address.removeprefix("ipc://")

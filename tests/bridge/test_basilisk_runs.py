@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack
 from typing import Any
 
+import moderngl
 import numpy as np
 import pytest
 from simgl_bridge.basilisk.front import BasiliskFront
@@ -165,6 +166,25 @@ def test_a_run_of_more_than_104_days_goes_on(
     assert abs(state.tai_ns - begin.tai_ns - 366 * 86_400 * 10**9) <= 4
     peer.update(scene(seconds=seconds))
     assert pixels(peer.image()).max() > 100
+
+
+def test_a_lost_gpu_is_one_empty_image_and_the_next_is_as_ever(
+    base: Scenario, sheets: dict[int, Sheet]
+) -> None:
+    def lose() -> None:
+        raise moderngl.Error("GL_CONTEXT_LOST")
+
+    with basilisk_source(base, sheets) as (front, simulator):
+        link = wire.Peer(front.address)
+        link.update(scene(seconds=1.0))
+        first = link.image()
+        simulator.hook = lose
+        link.update(scene(seconds=2.0))
+        assert link.image() == b""
+        # The simulator with the hook is gone, and a new one draws what was not drawn.
+        assert link.image()
+        assert front.picture(1, read_update(scene(seconds=1.0))) == first
+        link.close()
 
 
 def test_two_gigabytes_announced_by_a_peer_cost_it_its_link(

@@ -318,6 +318,14 @@ def test_the_cpp_client_says_what_is_wrong(probe: Path, client: Client) -> None:
     assert program.end() == 0
 
 
+def test_the_cpp_client_skips_what_it_does_not_know(probe: Path, newer_address: str) -> None:
+    program = Program(probe, newer_address, "20")
+    assert program.first == "64"
+    assert program.ask("nav").endswith(" 0")
+    assert program.ask("nva") == "refused FROM_LATER cameras[0].camera"
+    assert program.end() == 0
+
+
 def test_the_cpp_client_without_a_server_gives_up_in_time(probe: Path) -> None:
     program = Program(probe, "tcp://127.0.0.1:1", "0.3")
     assert program.first == (

@@ -276,6 +276,25 @@ def test_only_the_loopback_has_a_short_buffer(address: str, here: bool) -> None:
     assert is_loopback(address) == here
 
 
+def has_ipv6() -> bool:
+    """Whether this machine has a loopback of IP version 6."""
+    with socket.socket(socket.AF_INET6) as probe:
+        try:
+            probe.bind(("::1", 0))
+        except OSError:
+            return False
+    return True
+
+
+@pytest.mark.skipif(not has_ipv6(), reason="no loopback of IP version 6 here")
+def test_the_loopback_may_be_that_of_ip_version_6(
+    start_server: Starter, scenario: Scenario
+) -> None:
+    running = start_server(scenario, "tcp://[::1]:*")
+    with Client(running.address, timeout_s=10.0) as client:
+        assert client.render(scenario.epoch_tai_ns, "side").dn.shape == (40, 48)
+
+
 @pytest.mark.parametrize(
     ("address", "reason"),
     [
