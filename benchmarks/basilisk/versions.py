@@ -4,8 +4,8 @@
     python benchmarks/basilisk/versions.py
     python benchmarks/basilisk/versions.py --live     # liveStream in place of noDisplay
 
-each by a Python that has the version to try. Prints one line, and ends with code 1 where an image is
-missing. docs/basilisk.md has the results.
+each by a Python that has the version to try. Prints one line, and ends with code 1 where an image
+is missing. docs/basilisk.md has the results.
 """
 
 from __future__ import annotations
