@@ -24,7 +24,7 @@ PLAYER = """
 #include <cstring>
 #include <string>
 static FILE *tape;
-static bool more_to_come = true;
+static bool more_to_come = false;
 struct Held { unsigned char *data; std::size_t size; int more; };
 static Held &held(const zmq_msg_t *m) {
     return *reinterpret_cast<Held *>(const_cast<zmq_msg_t *>(m));
@@ -142,7 +142,7 @@ def test_a_big_endian_machine_sends_the_same_bytes_and_reads_the_same_numbers(
     here, ours = output("g++", tmp_path)
     assert here == "little"
     assert theirs == ours
-    (digest, dn, radiance) = next(line for line in theirs if " " in line).split()
+    digest, dn, radiance = next(line for line in theirs if " " in line).split()
     header = msgpack.decode(messages[1][1])
     assert digest == header["state_hash"]
     assert int(dn) == np.frombuffer(messages[1][2], dtype="<u2").sum(dtype=np.int64)
