@@ -250,7 +250,7 @@ def test_a_burst_with_a_heartbeat_and_a_broken_link_do_not_end_the_service(
         process.wait(10)
 
 
-def test_a_reader_that_takes_nothing_loses_only_its_own_replies(
+def test_replies_that_are_taken_late_are_whole_and_in_order(
     start_server: Starter, scenario: Scenario, connect: Connect
 ) -> None:
     running = start_server(scenario)
