@@ -1,15 +1,16 @@
 """Basilisk flies over simgl's Earth, and its own image processing measures against truth.
 
-Start the server, then this with a Python that has ``bsk[opnav]``; docs/basilisk.md has the results:
+With a Python that has ``bsk[opnav]``; docs/basilisk.md has the results:
 
-    simgl serve benchmarks/basilisk/earth.toml --basilisk tcp://127.0.0.1:5556 \
-        --camera 1=benchmarks/basilisk/navcam.toml
-    python benchmarks/basilisk/leo.py --images 1000
+    simgl run --scenario benchmarks/basilisk/earth.toml \
+        --camera 1=benchmarks/basilisk/navcam.toml -- \
+        python benchmarks/basilisk/leo.py --images 1000
 """
 
 from __future__ import annotations
 
 import argparse
+import sys
 import time
 from dataclasses import dataclass, field
 from typing import Any
@@ -165,8 +166,8 @@ def limb_residuals(points: Array, cone: Array, centre: Array, f: float) -> Array
     return np.asarray(f * (radius - np.sqrt(-level / along)))
 
 
-def report(flight: Flight, size: int, seconds: float) -> None:
-    """Print what Basilisk measured against truth."""
+def report(flight: Flight, size: int, seconds: float) -> int:
+    """Print what Basilisk measured against truth; returns how many images were valid."""
     records = flight.recorders
     f, half = 0.5 * size / np.tan(0.5 * FOV), 0.5 * size - 0.5
     circle, limb, shift, place = [], [], [], []
@@ -196,10 +197,11 @@ def report(flight: Flight, size: int, seconds: float) -> None:
     print(f"std {every.std():.3f}, shift of the whole {np.mean(shift, axis=0)}")
     rms = float(np.sqrt(np.mean(np.square(place))))
     print(f"horizonOpNav: {rms / 1e3:.2f} km rms, {100.0 * rms / RANGE:.3f} % of the distance")
+    return valid
 
 
-def main() -> None:
-    """Fly, and report."""
+def main() -> int:
+    """Fly, and report; 1 where an image is missing."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--address", default="tcp://127.0.0.1:5556")
     parser.add_argument("--images", type=int, default=40)
@@ -214,8 +216,9 @@ def main() -> None:
         flight.horizon.planetTarget = EARTH
         flight.simulation.ConfigureStopTime(macros.sec2nano(float(step)))
         flight.simulation.ExecuteSimulation()
-    report(flight, given.size, time.perf_counter() - start)
+    valid = report(flight, given.size, time.perf_counter() - start)
+    return int(valid != given.images)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -19,10 +19,36 @@ template <std::size_t N> void copy(const std::array<double, N> &from, double *to
     std::copy(from.begin(), from.end(), to);
 }
 
-std::map<std::string, double> named(const simgl_setting *settings, std::size_t count) {
+// What a caller handed over that cannot be.
+struct BadArgument : simgl::Error {
+    using simgl::Error::Error;
+};
+
+void need(const void *pointer, const char *what) {
+    if (pointer == nullptr) throw BadArgument(std::string(what) + " is NULL");
+}
+
+template <typename T>
+void add(std::map<std::string, T> &values, const char *name, const T &value, const char *what) {
+    need(name, (std::string("a name of ") + what).c_str());
+    if (!values.emplace(name, value).second)
+        throw BadArgument(std::string(what) + " has \"" + name + "\" twice");
+}
+
+std::map<std::string, double> named(const simgl_setting *settings, std::size_t count,
+                                    const char *what) {
     std::map<std::string, double> values;
-    for (std::size_t i = 0; i < count; ++i) values[settings[i].name] = settings[i].value;
+    if (count > 0) need(settings, what);
+    for (std::size_t i = 0; i < count; ++i) add(values, settings[i].name, settings[i].value, what);
     return values;
+}
+
+void check_room(const simgl::Camera &card, std::size_t pixel_count) {
+    const std::size_t needed =
+        static_cast<std::size_t>(card.width) * static_cast<std::size_t>(card.height);
+    if (pixel_count < needed)
+        throw BadArgument("pixels has room for " + std::to_string(pixel_count) + ", camera \"" +
+                          card.name + "\" has " + std::to_string(needed));
 }
 
 simgl::Pose pose_of(const simgl_body &body) {
@@ -31,7 +57,7 @@ simgl::Pose pose_of(const simgl_body &body) {
     std::copy_n(body.velocity_m_s, 3, pose.velocity_m_s.begin());
     std::copy_n(body.q_icrf_from_body_xyzw, 4, pose.q_icrf_from_body_xyzw.begin());
     std::copy_n(body.angular_velocity_rad_s, 3, pose.angular_velocity_rad_s.begin());
-    pose.joints = named(body.joints, body.joint_count);
+    pose.joints = named(body.joints, body.joint_count, "joints");
     return pose;
 }
 
@@ -39,7 +65,7 @@ simgl::Scene scene_of(const simgl_scene &scene) {
     simgl::Scene all;
     if (const double *sun = scene.sun_position_m)
         all.sun_position_m = simgl::Vector{sun[0], sun[1], sun[2]};
-    all.lamps = named(scene.lamps, scene.lamp_count);
+    all.lamps = named(scene.lamps, scene.lamp_count, "lamps");
     all.moving = scene.moving != 0;
     return all;
 }
@@ -67,6 +93,7 @@ void describe(const simgl::Tick &tick, const simgl::Image &image, simgl_image &i
 
 simgl_client *simgl_connect(const char *address, double timeout_s, char *error, size_t error_size) {
     try {
+        need(address, "address");
         simgl::Options options;
         options.timeout_s = timeout_s;
         options.name = "c";
@@ -80,11 +107,13 @@ simgl_client *simgl_connect(const char *address, double timeout_s, char *error, 
 void simgl_close(simgl_client *client) { delete client; }
 
 int64_t simgl_epoch_tai_ns(const simgl_client *client) {
-    return client->client.welcome().epoch_tai_ns;
+    return client == nullptr ? 0 : client->client.welcome().epoch_tai_ns;
 }
 
 int simgl_camera_size(const simgl_client *client, const char *camera, int32_t *width,
                       int32_t *height) {
+    if (client == nullptr || camera == nullptr || width == nullptr || height == nullptr)
+        return SIMGL_BAD_ARGUMENT;
     for (const simgl::Camera &card : client->client.welcome().cameras)
         if (card.name == camera) {
             *width = card.width;
@@ -107,25 +136,32 @@ int simgl_render_scene_dn(simgl_client *client, int64_t tai_ns, const char *came
                           double exposure_time_s, uint16_t *pixels, size_t pixel_count,
                           simgl_image *info, char *error, size_t error_size) {
     try {
+        need(client, "client");
+        need(camera, "camera");
+        need(pixels, "pixels");
+        if (body_count > 0) need(bodies, "bodies");
+        // Before it is sent: time would have gone on with a picture that nobody gets.
+        for (const simgl::Camera &card : client->client.welcome().cameras)
+            if (card.name == camera) check_room(card, pixel_count);
         std::map<std::string, simgl::Pose> poses;
-        for (size_t i = 0; i < body_count; ++i) poses[bodies[i].name] = pose_of(bodies[i]);
+        for (size_t i = 0; i < body_count; ++i)
+            add(poses, bodies[i].name, pose_of(bodies[i]), "bodies");
         const simgl_scene said = scene == nullptr ? simgl_scene{} : *scene;
         simgl::Shot shot{camera};
-        if (exposure_time_s > 0.0) shot.exposure_time_s = exposure_time_s;
-        if (said.gain_dn_per_e > 0.0) shot.gain_dn_per_e = said.gain_dn_per_e;
+        // Zero says nothing; the server refuses what else is no time or gain.
+        if (exposure_time_s != 0.0) shot.exposure_time_s = exposure_time_s;
+        if (said.gain_dn_per_e != 0.0) shot.gain_dn_per_e = said.gain_dn_per_e;
         const simgl::Tick tick =
             client->client.render(tai_ns, {shot}, poses, scene_of(said), said.seek != 0);
         const simgl::Image &image = tick.image(camera);
         const std::vector<std::uint16_t> dn = image.plane("dn").u16();
-        if (dn.size() != pixel_count) {
-            const std::string line = "pixels has room for " + std::to_string(pixel_count) +
-                                     ", the camera has " + std::to_string(dn.size());
-            tell(error, error_size, line.c_str());
-            return SIMGL_BAD_ARGUMENT;
-        }
+        if (dn.size() > pixel_count) throw simgl::BadReply("an image is larger than its camera");
         std::copy(dn.begin(), dn.end(), pixels);
         if (info != nullptr) describe(tick, image, *info);
         return SIMGL_OK;
+    } catch (const BadArgument &failure) {
+        tell(error, error_size, failure.what());
+        return SIMGL_BAD_ARGUMENT;
     } catch (const simgl::Refused &failure) {
         tell(error, error_size, failure.what());
         return SIMGL_REFUSED;

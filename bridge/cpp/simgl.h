@@ -18,7 +18,7 @@ enum {
     SIMGL_REFUSED = 1,   /* the server refused the request */
     SIMGL_NO_ANSWER = 2, /* away, frozen or gone; the next call connects again */
     SIMGL_BAD_REPLY = 3, /* the reply shows something else than what was asked for */
-    SIMGL_BAD_ARGUMENT = 4
+    SIMGL_BAD_ARGUMENT = 4 /* a null pointer, a name twice, too little room; nothing was sent */
 };
 
 typedef struct simgl_client simgl_client;
@@ -29,7 +29,8 @@ typedef struct {
     double value;
 } simgl_setting;
 
-/* What is left out of an initialiser is zero, and says nothing. */
+/* What is left out of an initialiser is zero, and says nothing; but an attitude is always needed:
+ * four zeros are refused. */
 typedef struct {
     const char *name;
     double position_m[3];
@@ -66,16 +67,18 @@ typedef struct {
 
 /* A client, or NULL with the reason in error. */
 simgl_client *simgl_connect(const char *address, double timeout_s, char *error, size_t error_size);
+/* NULL is allowed. */
 void simgl_close(simgl_client *client);
 
-/* Start of the server's scenario. */
+/* Start of the server's scenario; 0 for a client that is NULL. */
 int64_t simgl_epoch_tai_ns(const simgl_client *client);
 /* Pixels of a camera. */
 int simgl_camera_size(const simgl_client *client, const char *camera, int32_t *width,
                       int32_t *height);
 
 /* The digital numbers that a camera takes of a state, row by row from the top. An exposure of 0
- * takes the camera's own. pixels has room for pixel_count numbers; info may be NULL. */
+ * takes the camera's own. pixels has room for pixel_count numbers, those of the camera at least; info
+ * may be NULL. */
 int simgl_render_dn(simgl_client *client, int64_t tai_ns, const char *camera,
                     const simgl_body *bodies, size_t body_count, double exposure_time_s,
                     uint16_t *pixels, size_t pixel_count, simgl_image *info, char *error,

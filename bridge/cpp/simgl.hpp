@@ -18,6 +18,7 @@
 
 #include <zmq.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstdint>
@@ -462,7 +463,8 @@ struct Tick {
     }
 };
 
-// How to connect. The keys are for a server that asks for them, in ZeroMQ's Z85 form.
+// How to connect. The keys are for a server that asks for them, in ZeroMQ's Z85 form: what stands
+// after public-key and secret-key in the files that simgl keys makes.
 struct Options {
     double timeout_s = 10.0;
     std::string name = "c++";
@@ -543,6 +545,10 @@ class Client {
         set(ZMQ_RECONNECT_IVL, 50);
         set(ZMQ_HEARTBEAT_IVL, 1000);
         set(ZMQ_HEARTBEAT_TIMEOUT, 10000);
+        // The largest plane: radiance of 16384 x 16384 pixels. What announces more is hung up on.
+        const std::int64_t largest = std::int64_t{16384} * 16384 * 16;
+        zmq_setsockopt(socket_.get(), ZMQ_MAXMSGSIZE, &largest, sizeof largest);
+        if (address_.rfind("tcp://[", 0) == 0) set(ZMQ_IPV6, 1);
         // Clients of one name must not take over each other's place.
         std::random_device random;
         char identity[48];
@@ -587,13 +593,20 @@ class Client {
             welcome_.bodies.push_back(body.first.text());
     }
 
-    static std::string request(std::uint64_t id, std::int64_t tai_ns,
-                               const std::vector<Shot> &cameras,
-                               const std::map<std::string, Pose> &bodies, const Scene &scene,
-                               bool seek) {
+    // Time for the server to say that it cannot, before this client gives up itself; an hour is the
+    // most that it takes.
+    std::uint64_t server_deadline_ms() const {
+        const double seconds = std::min(3600.0, std::max(0.5 * timeout_s_, timeout_s_ - 0.2));
+        return std::max<std::uint64_t>(1, static_cast<std::uint64_t>(1000.0 * seconds));
+    }
+
+    std::string request(std::uint64_t id, std::int64_t tai_ns, const std::vector<Shot> &cameras,
+                        const std::map<std::string, Pose> &bodies, const Scene &scene,
+                        bool seek) const {
         detail::Writer w;
-        w.map(scene.sun_position_m ? 9 : 8).text("type").text("render").text("id").natural(id);
+        w.map(scene.sun_position_m ? 10 : 9).text("type").text("render").text("id").natural(id);
         w.text("tai_ns").whole(tai_ns).text("seek").boolean(seek);
+        w.text("deadline_ms").natural(server_deadline_ms());
         w.text("cameras").array(cameras.size());
         for (const Shot &shot : cameras) {
             w.map(4).text("camera").text(shot.camera).text("exposure_time_s");

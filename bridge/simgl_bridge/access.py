@@ -6,7 +6,11 @@ in the format of ZeroMQ's own tools.
 
 from __future__ import annotations
 
+import errno
 import os
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,10 +19,12 @@ import zmq
 from zmq.auth import create_certificates, load_certificate
 from zmq.auth.thread import ThreadAuthenticator
 
-from simgl.errors import BridgeError, ConfigError
-from simgl_bridge.address import check_bindable, ipc_path
+from simgl.errors import BridgeError, ConfigError, OutputError
+from simgl_bridge.address import check_bindable, ipc_path, is_ipv6, is_listening
 
 _DOMAIN = b"simgl"
+# 32 bytes in ZeroMQ's Z85.
+_KEY = re.compile(rb"[0-9A-Za-z.:+=^!/*?&<>()\[\]{}@%$#-]{40}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,9 +48,14 @@ class Access:
             raise ConfigError("simgl serve", "--insecure", "contradicts --keys")
         if self.secret is not None:
             _pair(self.secret)
-        if self.allowed is not None and not any(self.allowed.glob("*.key")):
-            problem = f"must be a folder with the .key files of clients, got {self.allowed}"
-            raise ConfigError("simgl serve", "--allow", problem)
+        if self.allowed is not None:
+            listed = sorted(self.allowed.glob("*.key"))
+            if not listed:
+                problem = f"must be a folder with the .key files of clients, got {self.allowed}"
+                raise ConfigError("simgl serve", "--allow", problem)
+            # One that cannot be read would cost every client its place on the list.
+            for path in listed:
+                _keys_in(path)
 
     @property
     def guarded(self) -> bool:
@@ -95,9 +106,16 @@ class ClientKeys:
 
 def _keys_in(path: Path) -> tuple[bytes, bytes | None]:
     try:
-        return load_certificate(path)
-    except (OSError, ValueError) as error:
-        raise ConfigError(str(path), "", f"is no key file ({error})") from None
+        public, secret = load_certificate(path)
+    except OSError as error:
+        why = error.strerror or "there is no such file"
+        raise ConfigError(str(path), "", f"cannot be read ({why})") from None
+    except ValueError:
+        raise ConfigError(str(path), "", "is no key file; simgl keys makes them") from None
+    for key in (public, secret):
+        if key is not None and not _KEY.fullmatch(key):
+            raise ConfigError(str(path), "", "holds a key that is cut off or damaged")
+    return public, secret
 
 
 def _pair(path: Path) -> tuple[bytes, bytes]:
@@ -111,7 +129,7 @@ def _pair(path: Path) -> tuple[bytes, bytes]:
 def make_keys(name: str, folder: Path) -> tuple[Path, Path]:
     """Make a pair of keys; returns the public and the secret file.
 
-    Raises ConfigError rather than replace a file.
+    Raises ConfigError rather than replace a file, and OutputError where none can be written.
     """
     if not name or not name.replace("-", "").replace("_", "").isalnum():
         problem = f'must be letters, digits, "-" and "_", got "{name}"'
@@ -120,15 +138,32 @@ def make_keys(name: str, folder: Path) -> tuple[Path, Path]:
     for path in (public, secret):
         if path.exists():
             raise ConfigError("simgl keys", "NAME", f"would replace {path}")
-    folder.mkdir(parents=True, exist_ok=True)
-    # Made unreadable for others, not made so afterwards.
-    before = os.umask(0o077)
     try:
-        create_certificates(folder, name)
+        folder.mkdir(parents=True, exist_ok=True)
+        # Made unreadable for others, not made so afterwards.
+        with _umask(0o077):
+            create_certificates(folder, name)
+        public.chmod(0o644)
+    except OSError as error:
+        for path in (public, secret):
+            with suppress(OSError):
+                path.unlink()
+        raise OutputError(f"{folder}: cannot be written ({error.strerror})") from None
+    return public, secret
+
+
+@contextmanager
+def _umask(mask: int) -> Iterator[None]:
+    before = os.umask(mask)
+    try:
+        yield
     finally:
         os.umask(before)
-    public.chmod(0o644)
-    return public, secret
+
+
+def reason(error: zmq.ZMQError) -> str:
+    """Why ZeroMQ cannot, without the address that it may add."""
+    return zmq.strerror(error.errno or 0)
 
 
 def bound(socket: zmq.Socket[Any], address: str, access: Access, option: str = "--address") -> str:
@@ -138,10 +173,16 @@ def bound(socket: zmq.Socket[Any], address: str, access: Access, option: str = "
     """
     check_bindable(address, guarded=access.guarded, option=option)
     access.apply(socket)
+    if is_ipv6(address):
+        socket.setsockopt(zmq.IPV6, 1)
+    path = ipc_path(address)
+    # ZeroMQ would take the place of whoever listens there without a word.
+    if path is not None and is_listening(path):
+        raise BridgeError(f"{address}: cannot be bound ({os.strerror(errno.EADDRINUSE)})")
     try:
-        socket.bind(address)
+        # A socket file is for its user alone from the start.
+        with _umask(0o177):
+            socket.bind(address)
     except zmq.ZMQError as error:
-        raise BridgeError(f"{address}: cannot be bound ({error.strerror})") from None
-    if path := ipc_path(address):
-        path.chmod(0o600)
+        raise BridgeError(f"{address}: cannot be bound ({reason(error)})") from None
     return str(socket.get_string(zmq.LAST_ENDPOINT))

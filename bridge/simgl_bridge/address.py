@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import socket
 import stat
 from pathlib import Path
 
@@ -31,6 +32,8 @@ def check_bindable(address: str, *, guarded: bool = False, option: str = "--addr
         raise _refused(address, "a port is at most 65535", option)
     if not guarded and not _LOOPBACK.fullmatch(match[1]):
         reason = "beyond this machine it needs --keys and --allow, or --insecure"
+        if option == "--basilisk":
+            reason = "Basilisk's protocol has no keys, so it stays on this machine"
         raise _refused(address, reason, option)
 
 
@@ -40,16 +43,37 @@ def is_loopback(address: str) -> bool:
     return match is not None and _LOOPBACK.fullmatch(match[1]) is not None
 
 
+def is_ipv6(address: str) -> bool:
+    """Whether an address names a host by a number of IP version 6, such as ``tcp://[::1]:5563``."""
+    return address.startswith("tcp://[")
+
+
 def ipc_path(address: str) -> Path | None:
     """The socket file of an ipc address; None for tcp, and for Linux's abstract names (``@``)."""
     name = address.removeprefix("ipc://")
     return Path(name) if name != address and not name.startswith("@") else None
 
 
+def is_listening(path: Path) -> bool:
+    """Whether a process listens at a socket file; where one has died its file stays behind."""
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as probe:
+        # A queue that is full has somebody behind it too.
+        probe.setblocking(False)
+        try:
+            probe.connect(str(path))
+        except (ConnectionRefusedError, FileNotFoundError):
+            return False
+        except BlockingIOError:
+            return True
+    return True
+
+
 def _check_ipc(address: str, option: str) -> None:
     path = ipc_path(address)
     if path is None:
         raise _refused(address, "an abstract name has no file permissions", option)
+    if path == Path("*"):
+        raise _refused(address, "a socket needs a name of its own", option)
     # ZeroMQ removes whatever stands at the path before it binds.
     if path.exists() and not stat.S_ISSOCK(path.stat().st_mode):
         raise _refused(address, "something that is no socket stands there", option)

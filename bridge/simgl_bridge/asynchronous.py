@@ -14,10 +14,24 @@ from simgl_bridge.access import ClientKeys
 from simgl_bridge.dial import dial
 from simgl_bridge.failures import RemoteError
 from simgl_bridge.image import Image, Tick
-from simgl_bridge.messages import Bye, Error, Images, Message, Ping, Pong, Shot, Welcome
+from simgl_bridge.messages import (
+    Bye,
+    Error,
+    ErrorCode,
+    Images,
+    Message,
+    Ping,
+    Pong,
+    Render,
+    Shot,
+    Welcome,
+)
 from simgl_bridge.pose import BodyPose
-from simgl_bridge.talk import Talk, check_timeout, shot_of
+from simgl_bridge.talk import Talk, check_timeout, server_deadline_ms, shot_of
 from simgl_bridge.wire import pack
+
+# Before a request that was BUSY is sent again [s].
+_PAUSE = 0.02
 
 _R = TypeVar("_R", bound=Message)
 _Reply = tuple[Message, Sequence[memoryview]]
@@ -80,6 +94,7 @@ class AsyncClient:
         for reader in self._readers:
             reader.cancel()
         await asyncio.gather(*self._readers, return_exceptions=True)
+        self._readers = []
         self._context.destroy(linger=linger)
 
     async def ping(self) -> float:
@@ -127,20 +142,39 @@ class AsyncClient:
         seek: bool = False,
     ) -> Tick:
         """The pictures that several cameras take of one state; see ``Client.render_all``."""
+        deadline_ms = server_deadline_ms(self.timeout_s)
         request = self._talk.render(
-            tai_ns, cameras, bodies, sun_position_m, seek, None, lamps, moving
+            tai_ns, cameras, bodies, sun_position_m, seek, deadline_ms, lamps, moving
         )
+        self._check_open()
         async with self._credit:
-            images, payload = await self._ask(request, Images, request.id)
+            images, payload = await self._ask_again_while_busy(request)
         return self._talk.shown(request, images, payload)
 
+    async def _ask_again_while_busy(self, request: Render) -> tuple[Images, Sequence[memoryview]]:
+        # What was given up here, by a timeout or a cancelled task, may still wait at the server.
+        loop = asyncio.get_running_loop()
+        end = loop.time() + self.timeout_s
+        while True:
+            try:
+                return await self._ask(request, Images, request.id, end - loop.time())
+            except RemoteError as error:
+                if error.code != ErrorCode.BUSY or loop.time() + _PAUSE >= end:
+                    raise
+            await asyncio.sleep(_PAUSE)
+
+    def _check_open(self) -> None:
+        if not self._readers:
+            raise BridgeError(f"{self.address}: this client is not open; it opens with async with")
+
     async def _ask(
-        self, message: Message, kind: type[_R], id: int | None
+        self, message: Message, kind: type[_R], id: int | None, seconds: float | None = None
     ) -> tuple[_R, Sequence[memoryview]]:
+        self._check_open()
         answer: asyncio.Future[_Reply] = asyncio.get_running_loop().create_future()
         self._open[id] = (message, answer)
         try:
-            async with asyncio.timeout(self.timeout_s):
+            async with asyncio.timeout(self.timeout_s if seconds is None else seconds):
                 await self._socket.send_multipart(pack(message))
                 reply, payload = await answer
         except TimeoutError:
@@ -165,7 +199,12 @@ class AsyncClient:
             if isinstance(reply, Bye):
                 self._fail("the server said goodbye")
                 continue
-            _, answer = self._open.get(getattr(reply, "id", None), (None, None))
+            id = getattr(reply, "id", None)
+            if isinstance(reply, Error) and id is None:
+                # Of which request the server cannot say: none of them waits in vain.
+                self._fail(RemoteError(self.address, reply))
+                continue
+            _, answer = self._open.get(id, (None, None))
             if answer is not None and not answer.done():
                 answer.set_result((reply, parts[2:]))
 

@@ -10,6 +10,7 @@ from typing import TypeVar
 import zmq
 from zmq.utils.monitor import recv_monitor_message
 
+from simgl.errors import BridgeError
 from simgl_bridge import multipart
 from simgl_bridge.access import ClientKeys
 from simgl_bridge.dial import dial
@@ -31,11 +32,9 @@ from simgl_bridge.messages import (
     Welcome,
 )
 from simgl_bridge.pose import BodyPose
-from simgl_bridge.talk import Talk, check_timeout, shot_of
+from simgl_bridge.talk import Talk, check_timeout, server_deadline_ms, shot_of
 from simgl_bridge.wire import pack
 
-# A deadline that the server keeps ends this much before the client's own [s].
-_MARGIN = 0.2
 # States of the free-run that a client remembers, to check the pictures of them.
 _STATES = 1024
 
@@ -169,7 +168,7 @@ class Client:
             bodies,
             sun_position_m,
             seek,
-            self._server_deadline(attempts),
+            server_deadline_ms(self.timeout_s, attempts),
             lamps,
             moving,
         )
@@ -190,6 +189,7 @@ class Client:
 
         A state that the server refuses is raised by the next call that waits.
         """
+        self._check_open()
         state = self._talk.state(tai_ns, cameras, bodies, sun_position_m, lamps, moving)
         self._post(state, time.monotonic() + self.timeout_s)
         self._states[state.id] = state
@@ -203,18 +203,13 @@ class Client:
         They say which state they show, and how many states went by unseen.
         """
         id = self._talk.next_id()
-        request = Next(id=id, after=after, deadline_ms=self._server_deadline())
+        request = Next(id=id, after=after, deadline_ms=server_deadline_ms(self.timeout_s))
         images, payload = self._ask(request, Images, id)
         state = self._states.get(images.state_id) if images.state_id is not None else None
         # The state may be another client's, or older than what is remembered.
         if state is None or state.tai_ns != images.tai_ns:
             return self._talk.unverified(images, payload)
         return self._talk.shown(state, images, payload)
-
-    def _server_deadline(self, attempts: int = 1) -> int:
-        """Time for the server to say that it cannot [ms], before this client gives up itself."""
-        seconds = attempts * self.timeout_s
-        return max(1, round(1000.0 * max(0.5 * seconds, seconds - _MARGIN)))
 
     def _ask(
         self, message: Message, kind: type[_R], id: int | None, attempts: int = 1
@@ -231,6 +226,7 @@ class Client:
     def _ask_once(
         self, message: Message, kind: type[_R], id: int | None
     ) -> tuple[_R, Sequence[memoryview]]:
+        self._check_open()
         deadline = time.monotonic() + self.timeout_s
         self._settle()
         self._post(message, deadline)
@@ -254,6 +250,10 @@ class Client:
         """Whether an error is about the open request, or a state that was sent before it."""
         # An error without id belongs to the only request that is open.
         return error.id in (id, None) or (isinstance(message, Next) and error.id in self._states)
+
+    def _check_open(self) -> None:
+        if self._context.closed:
+            raise BridgeError(f"{self.address}: this client is closed")
 
     def _settle(self) -> None:
         """Take in what happened since the last request; late replies are dropped."""

@@ -22,10 +22,12 @@ from simgl.scenario.scenario import Scenario
 from simgl.simulator import Simulator
 from simgl_bridge.access import Access, make_keys
 from simgl_bridge.address import DEFAULT_ADDRESS, check_bindable
+from simgl_bridge.basilisk.front import DEFAULT_ADDRESS as DEFAULT_BASILISK_ADDRESS
 from simgl_bridge.basilisk.front import BasiliskFront
 from simgl_bridge.basilisk.replay import replay
 from simgl_bridge.basilisk.scene import bare_scenario, check_base
 from simgl_bridge.basilisk.sheet import Sheet, load_sheets
+from simgl_bridge.escort import escort, server_command
 from simgl_bridge.keeper import WithParent, keep
 from simgl_bridge.native import LARGEST_SEED, WINDOW, NativeFront
 from simgl_bridge.server import Stop
@@ -119,6 +121,11 @@ def serve(
         raise ConfigError("simgl serve", "SCENARIO", "is missing; only --basilisk does without")
     if camera and basilisk is None:
         raise ConfigError("simgl serve", "--camera", "goes with --basilisk")
+    natively = {"--monitor": monitor, "--rate-hz": rate_hz, "--keys": keys, "--insecure": insecure}
+    for option, given in natively.items():
+        if given and address is None:
+            problem = "goes with --address: Basilisk's own protocol has nothing of the kind"
+            raise ConfigError("simgl serve", option, problem)
     access = Access(secret=keys, allowed=allow, insecure=insecure)
     if address is not None:
         check_bindable(address, guarded=access.guarded)
@@ -203,6 +210,44 @@ def _serve(wanted: _Wanted, stop: Stop) -> None:
         serve_until(fronts, turns, stop)
 
 
+def run(
+    program: Annotated[
+        list[str],
+        typer.Argument(help="The program and its arguments, after --.", metavar="COMMAND"),
+    ],
+    basilisk: Annotated[
+        str, typer.Option(help="Where the program looks for its image source.")
+    ] = DEFAULT_BASILISK_ADDRESS,
+    scenario: Annotated[
+        Path | None, typer.Option(help="Scenario file (TOML) with models, Earth and light.")
+    ] = None,
+    camera: Annotated[
+        list[str] | None,
+        typer.Option(help="ID=FILE: exposure, lens and detector of a camera of Basilisk."),
+    ] = None,
+    patience_s: Annotated[
+        float, typer.Option(min=1.0, help="A server silent for so long is given up.")
+    ] = 300.0,
+) -> None:
+    """Run a program that uses Basilisk beside its image source, and end it if that dies.
+
+    Basilisk itself would wait for ever. The exit code is the program's.
+
+    Example: simgl run --camera 1=navcam.toml -- python scenario.py
+    """
+    check_bindable(basilisk, option="--basilisk")
+    if basilisk.endswith(":*"):
+        raise ConfigError("simgl run", "--basilisk", "needs a port that the program knows, not :*")
+    arguments = [] if scenario is None else [str(scenario)]
+    arguments += ["--basilisk", basilisk]
+    for entry in camera or []:
+        arguments += ["--camera", entry]
+    with _stop_on_signals() as stop:
+        code = escort(server_command(arguments), basilisk, program, patience=patience_s, stop=stop)
+    if code:
+        raise typer.Exit(code)
+
+
 def replay_recording(
     recording: Annotated[Path, typer.Argument(help="What Basilisk recorded: NAME_UnityViz.bin.")],
     scenario: Annotated[
@@ -219,7 +264,7 @@ def replay_recording(
 
     Example: simgl replay leo_UnityViz.bin --camera 1=navcam.toml --out pictures
     """
-    sheets = load_sheets(camera or [])
+    sheets = load_sheets(camera or [], command="simgl replay")
     loaded = bare_scenario() if scenario is None else load_scenario(scenario)
     check_base(loaded)
     with Studio(loaded, open_simulator=_open) as studio:

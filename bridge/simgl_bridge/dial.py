@@ -11,7 +11,8 @@ from typing import Any
 import zmq
 
 from simgl.errors import BridgeError
-from simgl_bridge.access import ClientKeys
+from simgl_bridge.access import ClientKeys, reason
+from simgl_bridge.address import is_ipv6
 
 # The largest plane: radiance of 16384 x 16384 pixels.
 LARGEST_FRAME = 16384 * 16384 * 16
@@ -38,13 +39,15 @@ def dial(
     """
     socket = context.socket(zmq.DEALER)
     _set_options(socket, name)
+    if is_ipv6(address):
+        socket.setsockopt(zmq.IPV6, 1)
     if keys is not None:
         keys.apply(socket)
     try:
         monitor = socket.get_monitor_socket(_EVENTS)
         socket.connect(address)
     except zmq.ZMQError as error:
-        raise BridgeError(f"{address}: is no address ({error.strerror})") from None
+        raise BridgeError(f"{address}: is no address ({reason(error)})") from None
     return socket, monitor
 
 

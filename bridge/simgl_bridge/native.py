@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 import uuid
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from functools import partial
 from typing import Any
 
@@ -169,7 +169,8 @@ class NativeFront:
             self._post.send(client, kept)
             return
         # The reply to a request that waits already answers its repetition too.
-        if self._turns.waits(client, request.id):
+        key = (request.id, header)
+        if self._turns.waits(client, key):
             return
         arrived = time.monotonic()
 
@@ -178,10 +179,12 @@ class NativeFront:
                 client, lambda: self._render(client, session, request, header, arrived), request.id
             )
 
-        self._offer(client, request.id, render)
+        self._offer(client, request.id, render, key)
 
-    def _offer(self, client: bytes, id: int, work: Callable[[], None]) -> None:
-        if not self._turns.offer(client, id, work):
+    def _offer(
+        self, client: bytes, id: int, work: Callable[[], None], key: Hashable = None
+    ) -> None:
+        if not self._turns.offer(client, key, work):
             problem = f"{self._turns.window} requests of this client wait already, its window"
             raise BadMessageError(ErrorCode.BUSY, "", problem, id, retryable=True)
 
@@ -189,6 +192,8 @@ class NativeFront:
         self, client: bytes, session: Session, request: Render, header: bytes, arrived: float
     ) -> None:
         check_wait(request.id, request.deadline_ms)
+        # Another request of this id may have been before it in the queue.
+        self._replies.find(client, request.id, header)
         waited = (time.monotonic() - arrived) * 1000.0
         if request.deadline_ms is not None and waited > request.deadline_ms:
             problem = f"{request.deadline_ms} ms were over when the turn came, at {waited:.0f} ms"
@@ -316,7 +321,8 @@ class NativeFront:
             raise
         except SimglError as error:
             code = ErrorCode.BAD_SCENE
-            raise BadMessageError(code, "scenario", str(error), request.id) from None
+            problem = self._studio.as_in_folder(str(error))
+            raise BadMessageError(code, "scenario", problem, request.id) from None
         self._post.send(client, pack(self._welcome(request.id)))
 
     def _welcome(self, id: int | None) -> Welcome:

@@ -41,10 +41,10 @@ class BodyPose:
 
     def as_sent(self) -> SentPose:
         """The pose as it travels; ValueError for a wrong shape. The server checks the values."""
-        x, y, z = _floats("position_m", self.position_m, 3)
-        vx, vy, vz = _floats("velocity_m_s", self.velocity_m_s, 3)
-        qx, qy, qz, qw = _floats("q_icrf_from_body_xyzw", self.q_icrf_from_body_xyzw, 4)
-        wx, wy, wz = _floats("angular_velocity_rad_s", self.angular_velocity_rad_s, 3)
+        x, y, z = floats("position_m", self.position_m, 3)
+        vx, vy, vz = floats("velocity_m_s", self.velocity_m_s, 3)
+        qx, qy, qz, qw = floats("q_icrf_from_body_xyzw", self.q_icrf_from_body_xyzw, 4)
+        wx, wy, wz = floats("angular_velocity_rad_s", self.angular_velocity_rad_s, 3)
         return SentPose(
             position_m=(x, y, z),
             velocity_m_s=(vx, vy, vz),
@@ -54,7 +54,8 @@ class BodyPose:
         )
 
 
-def _floats(field: str, values: ArrayLike, count: int) -> list[float]:
+def floats(field: str, values: ArrayLike, count: int) -> list[float]:
+    """Numbers as they travel; ValueError for a wrong shape."""
     array: NDArray[np.float64] = np.asarray(values, dtype=np.float64)
     if array.shape != (count,):
         raise ValueError(f"{field} must be {count} numbers, got shape {array.shape}")

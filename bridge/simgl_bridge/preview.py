@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from simgl.errors import BridgeError
 from simgl.images import display_from_dn
 from simgl.scene.camera import Camera
-from simgl_bridge.access import Access, ClientKeys, bound
+from simgl_bridge.access import Access, ClientKeys, bound, reason
 from simgl_bridge.messages import Images, Preview
 from simgl_bridge.wire import BadMessageError, pack, unpack_reply
 
@@ -106,7 +106,7 @@ class Watch:
             self._socket.subscribe(b"simgl/1")
         except zmq.ZMQError as error:
             self.close()
-            raise BridgeError(f"{address}: is no address ({error.strerror})") from None
+            raise BridgeError(f"{address}: is no address ({reason(error)})") from None
 
     def __iter__(self) -> Iterator[Seen]:
         return self

@@ -98,6 +98,10 @@ class Studio:
         inside = [p for p in self._root.glob("*.toml") if p.resolve().parent == self._root]
         return tuple(sorted(p.stem for p in inside))
 
+    def as_in_folder(self, text: str) -> str:
+        """A text for clients: files by their names in the folder, wherever that lies."""
+        return text.replace(f"{self._root}/", "")
+
     def configure(self, name: str | None, seed: int | None) -> None:
         """Another scenario of the folder, or another seed.
 

@@ -28,15 +28,26 @@ from simgl_bridge.messages import (
     State,
     Welcome,
 )
-from simgl_bridge.pose import BodyPose
+from simgl_bridge.pose import BodyPose, floats
 from simgl_bridge.state_hash import state_hash
 from simgl_bridge.wire import VERSION, BadMessageError, unpack_reply
+
+# A deadline that the server keeps ends this much before the client's own [s].
+_MARGIN = 0.2
+# The most that a request may ask a server to wait [s].
+LONGEST_DEADLINE = 3600.0
 
 
 def check_timeout(timeout_s: float) -> None:
     """Raises ConfigError for a wait that would not end."""
     if not 0.0 < timeout_s < math.inf:
         raise ConfigError("Client", "timeout_s", f"must be finite, above 0 s, got {timeout_s}")
+
+
+def server_deadline_ms(timeout_s: float, attempts: int = 1) -> int:
+    """Time for the server to say that it cannot [ms], before a client gives up itself."""
+    seconds = attempts * timeout_s
+    return max(1, round(1000.0 * min(max(0.5 * seconds, seconds - _MARGIN), LONGEST_DEADLINE)))
 
 
 def shot_of(
@@ -100,7 +111,7 @@ class Talk:
         """A request of the lock-step."""
         return Render(
             id=self.next_id(),
-            tai_ns=operator.index(tai_ns),
+            tai_ns=_whole(tai_ns),
             cameras=tuple(cameras),
             bodies=_sent(bodies),
             sun=_sun(sun_position_m),
@@ -122,7 +133,7 @@ class Talk:
         """A state of the free-run."""
         return State(
             id=self.next_id(),
-            tai_ns=operator.index(tai_ns),
+            tai_ns=_whole(tai_ns),
             cameras=tuple(cameras),
             bodies=_sent(bodies),
             sun=_sun(sun_position_m),
@@ -228,6 +239,14 @@ def _sent(bodies: Mapping[str, BodyPose] | None) -> dict[str, SentPose]:
     return {name: pose.as_sent() for name, pose in (bodies or {}).items()}
 
 
+def _whole(tai_ns: int) -> int:
+    try:
+        return operator.index(tai_ns)
+    except TypeError:
+        problem = "must be a whole number of nanoseconds"
+        raise TypeError(f"tai_ns {problem}, got {tai_ns!r}") from None
+
+
 def _shares(lamps: Mapping[str, float] | None) -> dict[str, float]:
     return {name: float(share) for name, share in (lamps or {}).items()}
 
@@ -235,5 +254,5 @@ def _shares(lamps: Mapping[str, float] | None) -> dict[str, float]:
 def _sun(position_m: Sequence[float] | None) -> SentSun | None:
     if position_m is None:
         return None
-    x, y, z = (float(v) for v in position_m)
+    x, y, z = floats("sun_position_m", position_m, 3)
     return SentSun(position_m=(x, y, z))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import OrderedDict, deque
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 
 Work = Callable[[], None]
 
@@ -16,19 +16,19 @@ class Turns:
 
     def __init__(self, window: int) -> None:
         self.window = window
-        self._waiting: OrderedDict[bytes, deque[tuple[int, Work]]] = OrderedDict()
+        self._waiting: OrderedDict[bytes, deque[tuple[Hashable, Work]]] = OrderedDict()
 
-    def offer(self, client: bytes, id: int, work: Work) -> bool:
-        """Let work wait; False where the client's window is full."""
+    def offer(self, client: bytes, key: Hashable, work: Work) -> bool:
+        """Let work wait under a key; False where the client's window is full."""
         line = self._waiting.setdefault(client, deque())
         if len(line) >= self.window:
             return False
-        line.append((id, work))
+        line.append((key, work))
         return True
 
-    def waits(self, client: bytes, id: int) -> bool:
-        """Whether a client's work of this id waits."""
-        return any(id == other for other, _ in self._waiting.get(client, ()))
+    def waits(self, client: bytes, key: Hashable) -> bool:
+        """Whether a client's work of this key waits."""
+        return any(key == other for other, _ in self._waiting.get(client, ()))
 
     def take(self) -> Work | None:
         """The next work, no longer waiting; None where there is none."""

@@ -3,9 +3,9 @@
 
 #include <iostream>
 
-int main(int, char **argv) {
+int main(int argc, char **argv) {
     try {
-        simgl::Client client(argv[1]);
+        simgl::Client client(argc > 1 ? argv[1] : "tcp://127.0.0.1:5563");
         const simgl::Camera camera = client.welcome().cameras.at(0);
         simgl::Pose chaser{{1.0, 0.0, 60.0}, {0.0, 0.0, -0.5}};
         for (std::int64_t step = 0; step < 20; ++step) {

@@ -1,11 +1,11 @@
-"""A GNC loop that steers by brightness: python -m examples.bridge.gnc_stub tcp://127.0.0.1:5563."""
+"""A GNC loop that steers by brightness: python -m examples.bridge.gnc_stub [ADDRESS]."""
 
 import sys
 
 import numpy as np
 from simgl_bridge import BodyPose, Client, DelayLine
 
-with Client(sys.argv[1]) as client:
+with Client(sys.argv[1] if sys.argv[1:] else "tcp://127.0.0.1:5563") as client:
     camera = client.welcome.cameras[0]
     position, velocity = np.array([1.0, 0.0, 60.0]), np.array([0.0, 0.0, -0.5])
     columns = np.arange(camera.width) + 0.5

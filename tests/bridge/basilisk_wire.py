@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import struct
 from collections.abc import Sequence
 from typing import Any
@@ -9,10 +10,32 @@ from typing import Any
 import numpy as np
 import zmq
 from numpy.typing import NDArray
+from PIL import Image
 from simgl_bridge.basilisk.front import varint
 from simgl_bridge.basilisk.scene import matrix_from_mrp
 
 AU = 149597870700.0
+SIGMA_CB = (0.1, -0.2, 0.3)
+PLACE = (9.0e6, 0.0, 0.0)
+# The server's own files.
+SCENARIO = """
+[epoch]
+utc = "2026-06-01T12:00:00"
+[earth]
+albedo = 0.5
+atmosphere = "none"
+[sky]
+stars = false
+[spacecraft.target]
+model = { sphere = { radius_m = 0.5, material = { reflectance = 0.5 } } }
+position_icrf_m = [8e6, 0.0, 0.0]
+[render]
+samples_per_pixel = 16
+"""
+SHEET = """
+preset = "ideal"
+exposure_time_s = 0.00005
+"""
 
 
 def number(field: int, value: int) -> bytes:
@@ -113,6 +136,33 @@ def looking_at_earth(position: Sequence[float], sigma_CB: Sequence[float]) -> li
     y /= np.linalg.norm(y)
     R_camera_from_icrf = np.stack([np.cross(y, z), y, z])
     return sigma_from_matrix(matrix_from_mrp(sigma_CB).T @ R_camera_from_icrf)
+
+
+def scene(
+    *,
+    seconds: float = 1.0,
+    frame: int = 1,
+    central: bytes | None = None,
+    sun: Sequence[float] | None = (AU, 0.0, 0.0),
+    place: tuple[float, float, float] = PLACE,
+    more: bytes = b"",
+    at: bytes | None = None,
+    **of_camera: Any,
+) -> bytes:
+    """A state whose camera looks at the origin from ``place``; ``at`` is its epoch."""
+    message = instant(seconds, frame) + (epoch() if at is None else at)
+    message += body("earth", (0.0, 0.0, 0.0), 6378.1366) if central is None else central
+    if sun is not None:
+        message += body("sun", sun, 695700.0)
+    message += craft("chaser", place, looking_at_earth(place, SIGMA_CB))
+    return message + camera(direction_B=direction_from_sigma(SIGMA_CB), **of_camera) + more
+
+
+def pixels(png: bytes) -> NDArray[np.uint8]:
+    """An image that was received."""
+    picture = np.asarray(Image.open(io.BytesIO(png)))
+    assert picture.dtype == np.uint8
+    return picture
 
 
 class Peer:

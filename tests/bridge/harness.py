@@ -165,7 +165,9 @@ def finish(running: Running) -> None:
 
 @contextmanager
 def basilisk_source(
-    base: Scenario, sheets: Mapping[int, Sheet] | None = None
+    base: Scenario,
+    sheets: Mapping[int, Sheet] | None = None,
+    address: str = "tcp://127.0.0.1:*",
 ) -> Iterator[tuple[BasiliskFront, WatchedSimulator]]:
     """An image source for Basilisk on a thread of this process, and its first simulator."""
     stop, ready = threading.Event(), Future[tuple[BasiliskFront, WatchedSimulator]]()
@@ -181,7 +183,7 @@ def basilisk_source(
             turns = Turns(WINDOW)
             with (
                 Studio(base, open_simulator=open_simulator) as studio,
-                BasiliskFront(studio, turns, "tcp://127.0.0.1:*", sheets=sheets) as front,
+                BasiliskFront(studio, turns, address, sheets=sheets) as front,
             ):
                 ready.set_result((front, made[0]))
                 serve([front], turns, stop)
@@ -254,3 +256,21 @@ def header_of(frames: Sequence[bytes]) -> dict[str, Any]:
     header = msgspec.msgpack.decode(frames[1])
     assert isinstance(header, dict)
     return header
+
+
+# What a later version may add anywhere.
+NEWER = {"of_a_newer_version": {"deep": [1, None, "text", 2.5, {"more": True}]}}
+
+
+def newer(value: Any) -> Any:
+    """A header as a newer server would send it: more fields in every map that is a message."""
+    if isinstance(value, list):
+        return [newer(v) for v in value]
+    if not isinstance(value, dict):
+        return value
+    # Maps by name hold what they hold.
+    named = ("bodies", "part_names", "joints")
+    more = {k: v if k in named else newer(v) for k, v in value.items()} | NEWER
+    return more | (
+        {"code": "FROM_LATER", "retryable": True} if value.get("type") == "error" else {}
+    )

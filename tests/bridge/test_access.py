@@ -18,7 +18,7 @@ from simgl_bridge.talk import Talk
 from typer.testing import CliRunner
 
 from simgl import Scenario
-from simgl.errors import BridgeError, ConfigError
+from simgl.errors import BridgeError, ConfigError, OutputError
 from tests.bridge.harness import Running
 
 Starter = Callable[..., Running]
@@ -104,8 +104,29 @@ def test_halves_of_access_are_refused(ring: Ring, tmp_path: Path) -> None:
         Access(secret=ring.folder / "server.key_secret", allowed=tmp_path)
     with pytest.raises(ConfigError, match="holds no secret key"):
         Access(secret=ring.folder / "server.key", allowed=ring.folder / "allowed")
-    with pytest.raises(ConfigError, match="is no key file"):
+    with pytest.raises(ConfigError, match=r"absent: cannot be read \(there is no such file\)"):
         Access(secret=tmp_path / "absent", allowed=ring.folder / "allowed")
+
+
+def test_a_key_on_the_list_that_cannot_be_read_is_named(ring: Ring, tmp_path: Path) -> None:
+    # One of them would shut every client out.
+    (tmp_path / "guest.key").write_bytes((ring.folder / "guest.key").read_bytes())
+    damaged = tmp_path / "old.key"
+    good = (ring.folder / "stranger.key").read_text()
+    for text, problem in (
+        ("not a key\n", "is no key file; simgl keys makes them"),
+        (good.rstrip('"\n')[:-3] + '"\n', "holds a key that is cut off or damaged"),
+    ):
+        damaged.write_text(text)
+        with pytest.raises(ConfigError) as caught:
+            Access(secret=ring.folder / "server.key_secret", allowed=tmp_path)
+        assert str(caught.value) == f"{damaged}: {problem}"
+
+
+def test_keys_that_cannot_be_written_are_one_line(tmp_path: Path) -> None:
+    (tmp_path / "taken").write_text("a file")
+    with pytest.raises(OutputError, match=r"taken: cannot be written \(File exists\)$"):
+        make_keys("loop", tmp_path / "taken")
 
 
 def test_keys_are_made_for_their_owner_alone_and_never_replaced(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ import pytest
 from simgl_bridge import AsyncClient, Client, Image, NoAnswerError, RemoteError, Shot
 
 from simgl import Scenario, load_scenario
+from simgl.errors import BridgeError
 from tests.bridge.harness import LIT_SCENARIO, TURNING, Gate, Running
 
 Starter = Callable[..., Running]
@@ -122,6 +123,57 @@ def test_its_waits_end(start_server: Starter, scenario: Scenario) -> None:
             with pytest.raises(NoAnswerError, match="the server said goodbye"):
                 await other
             assert time.monotonic() - start < 10.0
+
+    asyncio.run(ask())
+
+
+def test_what_was_given_up_makes_none_of_the_next_busy(
+    start_server: Starter, scenario: Scenario
+) -> None:
+    running = start_server(scenario)
+    now = scenario.epoch_tai_ns
+
+    async def ask() -> list[int]:
+        async with AsyncClient(running.address, timeout_s=20.0) as link:
+            running.simulator.hook = gate = Gate()
+            given_up = [asyncio.create_task(link.render(now + i, "nav")) for i in range(2)]
+            await asyncio.to_thread(gate.wait)
+            for _ in range(2):
+                for task in given_up:
+                    task.cancel()
+                await asyncio.gather(*given_up, return_exceptions=True)
+                given_up = [asyncio.create_task(link.render(now + 2, "nav")) for _ in range(2)]
+                await asyncio.sleep(0.1)
+            asyncio.get_running_loop().call_later(0.2, gate.open, 0.0)
+            return [image.tai_ns - now for image in await asyncio.gather(*given_up)]
+
+    assert asyncio.run(ask()) == [2, 2]
+
+
+def test_an_error_that_names_no_request_ends_the_wait_at_once(running: Running) -> None:
+    async def ask() -> None:
+        async with AsyncClient(running.address, timeout_s=60.0) as link:
+            crowd = {f"{number:06}{'x' * 60}": TURNING for number in range(400)}
+            start = time.monotonic()
+            # Of a header too large to be read the server cannot say whose it is.
+            with pytest.raises(RemoteError, match="TOO_LARGE: header must be at most 65536 bytes"):
+                await link.render(0, "nav", crowd)
+            assert time.monotonic() - start < 10.0
+            assert await link.ping() < 10.0
+
+    asyncio.run(ask())
+
+
+def test_a_client_that_is_not_open_says_so(running: Running) -> None:
+    link = AsyncClient(running.address)
+
+    async def ask() -> None:
+        with pytest.raises(BridgeError, match="this client is not open; it opens with async with"):
+            await link.ping()
+        async with link:
+            assert await link.ping() < 10.0
+        with pytest.raises(BridgeError, match="this client is not open"):
+            await link.render(0, "nav")
 
     asyncio.run(ask())
 

@@ -218,7 +218,7 @@ def test_a_frame_beyond_the_limit_costs_its_sender_the_link_and_nobody_else(
     greedy.close()
 
 
-def test_a_client_that_reads_nothing_does_not_hold_up_the_others(
+def test_a_client_that_asks_much_and_takes_late_does_not_hold_up_the_others(
     raw: RawLink, running: Running
 ) -> None:
     lazy = RawLink(running.address)

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import io
+import errno
+import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
-from PIL import Image
 from simgl_bridge.basilisk.bodies import SPHEROIDS
 from simgl_bridge.basilisk.front import BasiliskFront, varint
 from simgl_bridge.basilisk.replay import replay
@@ -21,32 +19,12 @@ from simgl_bridge.basilisk.wire import read_update
 from simgl_bridge.studio import Studio
 
 from simgl import Scenario, load_scenario
-from simgl.errors import AssetError, ConfigError, SimglError
+from simgl.errors import AssetError, ConfigError, OutputError, SimglError
 from simgl.physics.regolith import MARS, reflectance
 from simgl.scenario.schema import CameraTable
 from tests.bridge import basilisk_wire as wire
+from tests.bridge.basilisk_wire import PLACE, SIGMA_CB, pixels, scene
 from tests.bridge.harness import WatchedSimulator, basilisk_source
-
-SCENARIO = """
-[epoch]
-utc = "2026-06-01T12:00:00"
-[earth]
-albedo = 0.5
-atmosphere = "none"
-[sky]
-stars = false
-[spacecraft.target]
-model = { sphere = { radius_m = 0.5, material = { reflectance = 0.5 } } }
-position_icrf_m = [8e6, 0.0, 0.0]
-[render]
-samples_per_pixel = 16
-"""
-SHEET = """
-preset = "ideal"
-exposure_time_s = 0.00005
-"""
-SIGMA_CB = (0.1, -0.2, 0.3)
-PLACE = (9.0e6, 0.0, 0.0)
 
 
 @dataclass
@@ -60,8 +38,8 @@ class Source:
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("basilisk")
-    (path / "base.toml").write_text(SCENARIO)
-    (path / "navcam.toml").write_text(SHEET)
+    (path / "base.toml").write_text(wire.SCENARIO)
+    (path / "navcam.toml").write_text(wire.SHEET)
     return path
 
 
@@ -86,32 +64,6 @@ def peer(source: Source) -> Iterator[wire.Peer]:
     link = wire.Peer(source.front.address)
     yield link
     link.close()
-
-
-def scene(
-    *,
-    seconds: float = 1.0,
-    frame: int = 1,
-    central: bytes | None = None,
-    sun: tuple[float, float, float] | None = (wire.AU, 0.0, 0.0),
-    place: tuple[float, float, float] = PLACE,
-    more: bytes = b"",
-    epoch: bytes = wire.epoch(),
-    **camera: Any,
-) -> bytes:
-    """A state whose camera looks at the origin from ``place``."""
-    message = wire.instant(seconds, frame) + epoch
-    message += wire.body("earth", (0.0, 0.0, 0.0), 6378.1366) if central is None else central
-    if sun is not None:
-        message += wire.body("sun", sun, 695700.0)
-    message += wire.craft("chaser", place, wire.looking_at_earth(place, SIGMA_CB))
-    return message + wire.camera(direction_B=wire.direction_from_sigma(SIGMA_CB), **camera) + more
-
-
-def pixels(png: bytes) -> NDArray[np.uint8]:
-    picture = np.asarray(Image.open(io.BytesIO(png)))
-    assert picture.dtype == np.uint8
-    return picture
 
 
 def test_modified_rodrigues_parameters_are_tan_of_a_quarter_of_the_angle() -> None:
@@ -327,7 +279,7 @@ def test_the_epoch_is_utc_and_ambient_light_is_refused_aloud(base: Scenario, she
 def test_the_epoch_of_the_first_message_holds(source: Source, peer: wire.Peer) -> None:
     peer.update(scene(seconds=41.0))
     first, before = peer.image(), source.simulator.captures
-    peer.update(scene(seconds=41.0, epoch=b""))
+    peer.update(scene(seconds=41.0, at=b""))
     # The very same state, so nothing is drawn.
     assert peer.image() == first
     assert source.simulator.captures == before
@@ -371,11 +323,42 @@ def test_a_recording_becomes_images(base: Scenario, sheet: Sheet, tmp_path: Path
     assert len(list((tmp_path / "cut").iterdir())) == 1
 
 
+def test_a_disk_that_fills_up_ends_a_replay_in_one_line_and_leaves_whole_images(
+    base: Scenario, sheet: Sheet, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    states = [scene(seconds=float(second)) for second in (1, 2)]
+    recording = tmp_path / "run_UnityViz.bin"
+    recording.write_bytes(b"".join(varint(len(s)) + s for s in states))
+    honest, written = Path.write_bytes, []
+
+    def until_full(path: Path, data: bytes) -> int:
+        written.append(path)
+        if len(written) == 2:
+            honest(path, data[:100])
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return honest(path, data)
+
+    out = tmp_path / "out"
+    with Studio(base) as studio:
+        monkeypatch.setattr(Path, "write_bytes", until_full)
+        with pytest.raises(OutputError, match=r"cannot be written \(No space left on device\)"):
+            replay(recording, studio, out, sheets={1: sheet})
+        monkeypatch.undo()
+        assert [p.name for p in out.iterdir()] == ["camera_1_000001000000000.png"]
+        assert pixels((out / "camera_1_000001000000000.png").read_bytes()).shape == (48, 64)
+        with pytest.raises(
+            OutputError, match=r"run_UnityViz\.bin: cannot be written \(File exists"
+        ):
+            replay(recording, studio, recording, sheets={1: sheet})
+
+
 @pytest.mark.parametrize(
     ("entry", "problem"),
     [
         ("navcam.toml", 'must be ID=FILE such as 1=navcam.toml, got "navcam.toml"'),
         ("1=", "must be ID=FILE"),
+        ("--1=navcam.toml", "must be ID=FILE"),
+        ("99999999999999999999=navcam.toml", "must be ID=FILE"),
     ],
 )
 def test_a_camera_option_says_what_it_needs(entry: str, problem: str) -> None:

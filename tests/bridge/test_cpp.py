@@ -7,6 +7,8 @@ import shutil
 import signal
 import subprocess
 import sys
+import threading
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -14,6 +16,8 @@ from typing import Any
 import numpy as np
 import pytest
 from simgl_bridge import BodyPose, Client, Shot, launched_server
+from simgl_bridge.access import Access, make_keys
+from zmq.auth import load_certificate
 
 from simgl import Scenario, load_scenario
 from tests.bridge.harness import LIT_SCENARIO, TURNING, Running
@@ -111,6 +115,55 @@ int main(int argc, char **argv) {
     printf("%d %s", code, error);
     simgl_close(client);
     free(pixels);
+    return 0;
+}
+"""
+
+C_MISTAKES = """
+#include <math.h>
+#include <simgl.h>
+#include <stdio.h>
+static uint16_t pixels[64 * 48 + 1];
+static char error[300];
+static int ask(simgl_client *client, const simgl_body *bodies, size_t count,
+               const simgl_scene *scene, double exposure, uint16_t *into, size_t room) {
+    int64_t now = simgl_epoch_tai_ns(client);
+    int code = simgl_render_scene_dn(client, now, "nav", bodies, count, scene, exposure, into, room,
+                                     NULL, error, sizeof error);
+    printf("%d %s\\n", code, code == SIMGL_OK ? "" : error);
+    return code;
+}
+int main(int argc, char **argv) {
+    simgl_client *client = simgl_connect(argv[argc - 1], 20.0, error, sizeof error);
+    simgl_body body = {.name = "chaser", .position_m = {0.5, -0.25, 40.0},
+                       .q_icrf_from_body_xyzw = {0.0, 0.0, 0.0, 1.0}};
+    simgl_body twice[2], nameless = body, listless = body, shapeless = body;
+    simgl_setting setting = {NULL, 1.0};
+    simgl_scene lamps = {.lamps = &setting, .lamp_count = 1}, gain = {.gain_dn_per_e = -1.0};
+    int32_t width, height;
+    twice[0] = twice[1] = body;
+    nameless.name = NULL;
+    listless.joint_count = 1;
+    shapeless.q_icrf_from_body_xyzw[3] = 0.0;
+    ask(NULL, &body, 1, NULL, 0.0, pixels, 64 * 48);
+    ask(client, NULL, 1, NULL, 0.0, pixels, 64 * 48);
+    ask(client, &body, 1, NULL, 0.0, NULL, 64 * 48);
+    ask(client, &body, 1, NULL, 0.0, pixels, 64 * 48 - 1);
+    ask(client, twice, 2, NULL, 0.0, pixels, 64 * 48);
+    ask(client, &nameless, 1, NULL, 0.0, pixels, 64 * 48);
+    ask(client, &listless, 1, NULL, 0.0, pixels, 64 * 48);
+    ask(client, &body, 1, &lamps, 0.0, pixels, 64 * 48);
+    ask(client, &shapeless, 1, NULL, 0.0, pixels, 64 * 48);
+    ask(client, &body, 1, NULL, -0.001, pixels, 64 * 48);
+    ask(client, &body, 1, NULL, nan(""), pixels, 64 * 48);
+    ask(client, &body, 1, &gain, 0.0, pixels, 64 * 48);
+    ask(client, &body, 1, NULL, 0.0, pixels, 64 * 48 + 1);
+    if (simgl_connect(NULL, 1.0, error, sizeof error) != NULL) return 1;
+    printf("%s\\n%d %d %d\\n", error, simgl_camera_size(NULL, "nav", &width, &height),
+           simgl_camera_size(client, NULL, &width, &height),
+           simgl_camera_size(client, "nva", &width, &height));
+    simgl_close(client);
+    simgl_close(NULL);
     return 0;
 }
 """
@@ -265,6 +318,14 @@ def test_the_cpp_client_says_what_is_wrong(probe: Path, client: Client) -> None:
     assert program.end() == 0
 
 
+def test_the_cpp_client_skips_what_it_does_not_know(probe: Path, newer_address: str) -> None:
+    program = Program(probe, newer_address, "20")
+    assert program.first == "64"
+    assert program.ask("nav").endswith(" 0")
+    assert program.ask("nva") == "refused FROM_LATER cameras[0].camera"
+    assert program.end() == 0
+
+
 def test_the_cpp_client_without_a_server_gives_up_in_time(probe: Path) -> None:
     program = Program(probe, "tcp://127.0.0.1:1", "0.3")
     assert program.first == (
@@ -355,6 +416,79 @@ def test_the_c_interface_moves_bodies_dims_lamps_and_places_the_sun(
     assert typo.startswith("1 ")
     assert 'NO_LAMP: lamps "flod" does not exist here' in typo
     assert "NO_JOINT" in bent
+
+
+def test_the_c_interface_names_what_a_caller_got_wrong(
+    build: Callable[..., Path], tmp_path: Path, running: Running
+) -> None:
+    before = running.simulator.captures
+    program = c_program(build, tmp_path, C_MISTAKES)
+    run = subprocess.run(
+        [str(program), running.address], capture_output=True, text=True, check=True, timeout=60
+    )
+    refused = f"1 {running.address}: BAD_VALUE: "
+    lines = run.stdout.splitlines()
+    assert lines[:8] == [
+        "4 client is NULL",
+        "4 bodies is NULL",
+        "4 pixels is NULL",
+        '4 pixels has room for 3071, camera "nav" has 3072',
+        '4 bodies has "chaser" twice',
+        "4 a name of bodies is NULL",
+        "4 joints is NULL",
+        "4 a name of lamps is NULL",
+    ]
+    assert lines[8].startswith(refused + "bodies.chaser.q_icrf_from_body_xyzw must be a unit")
+    for line, given in zip(lines[9:11], ("-0.001", "nan"), strict=True):
+        wanted = "cameras[0].exposure_time_s must lie above 0, up to 3600 s, got "
+        assert line == f"{refused}{wanted}{given}"
+    assert lines[11].startswith(refused + "cameras[0].gain_dn_per_e must lie above 0")
+    assert lines[12:] == ["0 ", "address is NULL", "4 4 4"]
+    assert running.simulator.captures == before + 1
+
+
+def test_the_cpp_client_knows_a_server_killed_in_the_middle_of_a_frame_at_once(
+    probe: Path, scenario_path: Path
+) -> None:
+    with launched_server(scenario_path) as (process, address):
+        program = Program(probe, address, "60")
+        assert program.ask("nav") == "1 0"
+        # Frozen first, so that the request is surely under way when it is killed.
+        os.kill(process.pid, signal.SIGSTOP)
+        killer = threading.Timer(0.5, process.kill)
+        killer.start()
+        start = time.monotonic()
+        answer = program.ask("nav")
+        # Not at the deadline of 60 s.
+        assert time.monotonic() - start < 10.0
+        killer.join()
+        assert answer.startswith(f"error {address}: the connection broke, waiting for render; last")
+        assert program.end() == 0
+
+
+def test_the_cpp_client_comes_in_with_keys_and_is_told_at_once_without(
+    probe: Path, start_server: Starter, scenario: Scenario, tmp_path: Path
+) -> None:
+    keys: dict[str, list[str]] = {}
+    for name in ("server", "guest", "stranger"):
+        _, secret = make_keys(name, tmp_path)
+        keys[name] = [key.decode() for key in load_certificate(secret) if key is not None]
+    (tmp_path / "allowed").mkdir()
+    (tmp_path / "guest.key").rename(tmp_path / "allowed" / "guest.key")
+    access = Access(secret=tmp_path / "server.key_secret", allowed=tmp_path / "allowed")
+    address = start_server(scenario, access=access).address
+    public = keys["server"][0]
+    guest = Program(probe, address, "20", public, *keys["guest"])
+    assert guest.first == "64"
+    assert guest.ask("nav") == "1 0"
+    assert guest.end() == 0
+    for wrong in ([public, *keys["stranger"]], [keys["stranger"][0], *keys["guest"]], []):
+        start = time.monotonic()
+        told = Program(probe, address, "60", *wrong)
+        assert told.first.startswith(f"error {address}: the server refused this client: its key")
+        # Not at the deadline of 60 s.
+        assert time.monotonic() - start < 10.0
+        assert told.end() == 0
 
 
 def test_the_first_pictures_of_the_page_are_the_same_picture(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import socket
 import stat
 import subprocess
 import sys
@@ -13,11 +14,13 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from threading import Event
+from typing import Any
 
 import pytest
 import zmq
 from simgl_bridge import Client, NoAnswerError, launched_server
 from simgl_bridge.address import check_bindable, is_loopback
+from simgl_bridge.command import serve
 from simgl_bridge.keeper import keep
 
 from simgl import Scenario
@@ -123,6 +126,11 @@ def test_a_malformed_address_is_named() -> None:
 def test_a_wait_without_end_is_refused(timeout: float) -> None:
     with pytest.raises(ConfigError, match="timeout_s must be finite, above 0 s"):
         Client("tcp://127.0.0.1:1", timeout_s=timeout)
+
+
+def test_a_client_may_be_more_patient_than_any_server(running: Running, scenario: Scenario) -> None:
+    with Client(running.address, timeout_s=1e6) as client:
+        assert client.render(scenario.epoch_tai_ns, "nav").dn.shape == (48, 64)
 
 
 def test_a_slow_picture_is_a_timeout_and_its_late_reply_is_dropped(
@@ -231,6 +239,25 @@ def test_an_address_beyond_this_machine_is_refused(address: str) -> None:
     check_bindable(address, guarded=True)
 
 
+def test_basilisk_stays_on_this_machine_whatever_is_said() -> None:
+    with pytest.raises(ConfigError) as caught:
+        check_bindable("tcp://0.0.0.0:5556", option="--basilisk")
+    assert str(caught.value) == (
+        "simgl serve: --basilisk must be tcp://127.0.0.1:PORT or ipc://PATH, "
+        'got "tcp://0.0.0.0:5556": Basilisk\'s protocol has no keys, so it stays on this machine'
+    )
+
+
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [("monitor", "tcp://127.0.0.1:5564"), ("rate_hz", 5.0), ("insecure", True)],
+)
+def test_an_option_that_basilisk_alone_would_ignore_is_refused(option: str, value: object) -> None:
+    said: dict[str, Any] = {option: value}
+    with pytest.raises(ConfigError, match=rf"--{option.replace('_', '-')} goes with --address"):
+        serve(basilisk="tcp://127.0.0.1:5556", **said)
+
+
 @pytest.mark.parametrize(
     ("address", "here"),
     [
@@ -249,6 +276,25 @@ def test_only_the_loopback_has_a_short_buffer(address: str, here: bool) -> None:
     assert is_loopback(address) == here
 
 
+def has_ipv6() -> bool:
+    """Whether this machine has a loopback of IP version 6."""
+    with socket.socket(socket.AF_INET6) as probe:
+        try:
+            probe.bind(("::1", 0))
+        except OSError:
+            return False
+    return True
+
+
+@pytest.mark.skipif(not has_ipv6(), reason="no loopback of IP version 6 here")
+def test_the_loopback_may_be_that_of_ip_version_6(
+    start_server: Starter, scenario: Scenario
+) -> None:
+    running = start_server(scenario, "tcp://[::1]:*")
+    with Client(running.address, timeout_s=10.0) as client:
+        assert client.render(scenario.epoch_tai_ns, "side").dn.shape == (40, 48)
+
+
 @pytest.mark.parametrize(
     ("address", "reason"),
     [
@@ -259,6 +305,7 @@ def test_only_the_loopback_has_a_short_buffer(address: str, here: bool) -> None:
         ("ipc://@simgl", "an abstract name has no file permissions"),
         ("ipc:///no/such/folder/simgl", "its folder does not exist"),
         ("ipc://", "something that is no socket stands there"),
+        ("ipc://*", "a socket needs a name of its own"),
         ("ipc:///tmp/" + "x" * 110, "longer than 107 bytes"),
     ],
 )
@@ -288,8 +335,33 @@ def test_an_address_in_use_is_an_error(start_server: Starter, scenario: Scenario
     with zmq.Context() as context, context.socket(zmq.ROUTER) as other:
         other.bind("tcp://127.0.0.1:*")
         address = other.get_string(zmq.LAST_ENDPOINT)
-        with pytest.raises(BridgeError, match=rf"^{address}: cannot be bound \(Address already"):
+        with pytest.raises(BridgeError) as caught:
             start_server(scenario, address)
+        assert str(caught.value) == f"{address}: cannot be bound (Address already in use)"
+
+
+def test_a_socket_file_in_use_is_an_error_and_its_server_goes_on(
+    start_server: Starter, scenario: Scenario, tmp_path: Path
+) -> None:
+    first = start_server(scenario, f"ipc://{tmp_path / 's'}")
+    with Client(first.address, timeout_s=5.0) as client:
+        with pytest.raises(BridgeError) as caught:
+            start_server(scenario, first.address)
+        assert str(caught.value) == f"{first.address}: cannot be bound (Address already in use)"
+        assert client.render(scenario.epoch_tai_ns, "side").sequence == 1
+    with Client(first.address, timeout_s=5.0) as later:
+        assert later.welcome.boot == client.welcome.boot
+
+
+def test_a_socket_file_whose_server_has_died_is_used_again(
+    start_server: Starter, scenario: Scenario, tmp_path: Path
+) -> None:
+    path = tmp_path / "s"
+    with socket.socket(socket.AF_UNIX) as dead:
+        dead.bind(str(path))
+    running = start_server(scenario, f"ipc://{path}")
+    with Client(running.address, timeout_s=5.0) as client:
+        assert client.ping() < 5.0
 
 
 def test_a_launched_server_answers_and_ends_with_code_0(

@@ -250,7 +250,7 @@ def test_a_burst_with_a_heartbeat_and_a_broken_link_do_not_end_the_service(
         process.wait(10)
 
 
-def test_a_reader_that_takes_nothing_loses_only_its_own_replies(
+def test_replies_that_are_taken_late_are_whole_and_in_order(
     start_server: Starter, scenario: Scenario, connect: Connect
 ) -> None:
     running = start_server(scenario)
@@ -270,6 +270,33 @@ def test_a_reader_that_takes_nothing_loses_only_its_own_replies(
             ids.append(header["id"])
     assert ids == sorted(ids)
     assert ids
+
+
+def test_a_reader_whose_replies_pile_up_loses_those_and_holds_up_nobody(
+    start_server: Starter, scenario: Scenario
+) -> None:
+    running = start_server(scenario)
+    # It asks for the same 49 kB again and again, and never takes a byte off its connection.
+    shot = {"camera": "nav", "products": ["radiance"]}
+    start = scenario.epoch_tai_ns
+    version, header = packed({"type": "render", "id": 1, "tai_ns": start, "cameras": [shot]})
+    stuck = Wire(running.address, room=4096)
+    with Client(running.address, timeout_s=20.0) as client:
+        times = []
+        for step in range(20):
+            for _ in range(50):
+                stuck.frame(version, more=True)
+                stuck.frame(header, more=False)
+            began = time.monotonic()
+            client.render(scenario.epoch_tai_ns + step, "nav")
+            times.append(time.monotonic() - began)
+        counts = client.stats()
+    # A thousand replies, of which the queue and the system's buffers hold some 300.
+    assert counts.repeated + counts.lost > 500
+    assert counts.lost > 200
+    assert max(times) < 3.0
+    assert running.simulator.captures == 21
+    stuck.close()
 
 
 def test_two_gigabytes_announced_cost_the_sender_its_link_and_the_server_nothing(
@@ -396,6 +423,47 @@ def test_the_wall_clock_is_nowhere_in_a_picture(
     monkeypatch.setattr(time, "time", lambda: 4e9)
     again = client.render(now, "nav", {"chaser": HERE})
     assert again.dn.tobytes() == first.dn.tobytes()
+
+
+@pytest.mark.parametrize("jump", [3600.0, -3600.0])
+def test_a_jump_of_the_wall_clock_ends_no_wait_and_stretches_none(
+    start_server: Starter,
+    scenario: Scenario,
+    connect: Connect,
+    monkeypatch: pytest.MonkeyPatch,
+    jump: float,
+) -> None:
+    running = start_server(scenario)
+    now, honest = scenario.epoch_tai_ns, time.time
+    first = connect(running)
+    with Client(running.address, timeout_s=10.0) as client:
+        running.simulator.hook = gate = Gate()
+        first.send(render(scenario, 1))
+        gate.wait()
+        first.send(render(scenario, 2))
+        answers: list[Any] = []
+        asker = threading.Thread(target=lambda: answers.append(client.render(now, "nav")))
+        asker.start()
+
+        # Its request waits in the queue, with a deadline, when the clock jumps.
+        def jumps() -> None:
+            monkeypatch.setattr(time, "time", lambda: honest() + jump)
+
+        running.simulator.hook = jumps
+        gate.open()
+        asker.join(20.0)
+        assert [image.tai_ns for image in answers] == [now]
+        # And a wait that nobody answers ends when it would have.
+        running.simulator.hook = frozen = Gate()
+        client.timeout_s = 0.6
+        back = threading.Timer(0.2, lambda: monkeypatch.setattr(time, "time", honest))
+        back.start()
+        start = time.monotonic()
+        with pytest.raises(NoAnswerError, match=r"no answer within 0\.6 s"):
+            client.render(now + 1, "nav")
+        assert time.monotonic() - start < 3.0
+        back.join()
+        frozen.open(0.0)
 
 
 def test_a_gap_in_ids_and_an_old_id_are_nothing_special(raw: RawLink, scenario: Scenario) -> None:

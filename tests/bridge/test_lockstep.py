@@ -181,8 +181,23 @@ def test_a_law_relative_to_a_sent_spacecraft_follows_it() -> None:
 
 
 def test_a_time_that_is_no_whole_number_is_refused(client: Client) -> None:
-    with pytest.raises(TypeError):
+    problem = r"^tai_ns must be a whole number of nanoseconds, got 1\.774e\+18$"
+    with pytest.raises(TypeError, match=problem):
         client.render(1.774e18, "nav")  # type: ignore[arg-type]
+
+
+def test_a_sun_of_two_numbers_is_named(client: Client, scenario: Scenario) -> None:
+    with pytest.raises(ValueError, match=r"^sun_position_m must be 3 numbers, got shape \(2,\)$"):
+        client.render(scenario.epoch_tai_ns, "nav", sun_position_m=(1e11, 0.0))
+
+
+def test_a_closed_client_says_so(running: Running) -> None:
+    link = Client(running.address, timeout_s=20.0)
+    link.close()
+    link.close()
+    for call in (link.ping, lambda: link.send_state(0, [Shot(camera="nav")])):
+        with pytest.raises(BridgeError, match=f"^{running.address}: this client is closed$"):
+            call()
 
 
 def test_the_welcome_describes_the_scenario(client: Client, scenario: Scenario) -> None:

@@ -17,9 +17,14 @@ PING = b"\x04\x07\x04PING\x00\x00"
 class Wire:
     """A TCP connection that has shaken hands as a DEALER socket without security."""
 
-    def __init__(self, address: str) -> None:
+    def __init__(self, address: str, room: int | None = None) -> None:
+        """Connect; ``room`` is for bytes that arrive and lie unread, about."""
         host, _, port = address.removeprefix("tcp://").rpartition(":")
-        self._socket = socket.create_connection((host, int(port)), timeout=5.0)
+        self._socket = socket.socket()
+        self._socket.settimeout(5.0)
+        if room is not None:
+            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, room)
+        self._socket.connect((host, int(port)))
         self._socket.sendall(_GREETING)
         ready = b"\x05READY" + _property(b"Socket-Type", b"DEALER") + _property(b"Identity", b"")
         self._socket.sendall(b"\x04" + bytes([len(ready)]) + ready)

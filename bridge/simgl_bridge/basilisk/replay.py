@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from simgl.errors import AssetError, SimglError
+from simgl.output import check_writable, complete_file
 from simgl_bridge.basilisk.front import Remarks
 from simgl_bridge.basilisk.picture import png_of
 from simgl_bridge.basilisk.scene import check_base
@@ -44,10 +45,13 @@ def replay(
     """Write ``camera_ID_NANOSECONDS.png`` for every camera and state; returns how many.
 
     every : one state in so many
+
+    Raises AssetError where the recording cannot be read and OutputError where nothing can be
+    written; the images before that are whole.
     """
     check_base(studio.scenario)
     say = Remarks()
-    folder.mkdir(parents=True, exist_ok=True)
+    check_writable(folder)
     count = 0
     for index, update in enumerate(recorded(path)):
         if index % every:
@@ -60,8 +64,7 @@ def replay(
                 say(f"no image: {error}")
                 continue
             name = f"camera_{config.id}_{round(update.instant.sim_time_ns):015d}.png"
-            beside = folder / f".{name}.part"
-            beside.write_bytes(png)
-            beside.replace(folder / name)
+            with complete_file(folder / name) as beside:
+                beside.write_bytes(png)
             count += 1
     return count

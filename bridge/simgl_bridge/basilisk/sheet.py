@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,6 +12,8 @@ from simgl.scenario.folder import Base, Folder
 from simgl.scenario.schema import CameraTable
 from simgl.scenario.strict import convert, read_toml
 
+# Of a camera, as Basilisk's 64 bits hold it.
+_ID = re.compile(r"-?[0-9]{1,18}")
 # Basilisk says these itself.
 _SENT = (
     *("width_px", "height_px", "focal_length_mm"),
@@ -54,15 +57,20 @@ def load_sheet(path: Path, root: Path | None = None) -> Sheet:
     return Sheet(table=table, where=str(path), base=base, metered=metered)
 
 
-def load_sheets(entries: list[str], root: Path | None = None) -> dict[int, Sheet]:
-    """Camera files by camera id, from texts such as ``1=navcam.toml``."""
+def load_sheets(
+    entries: list[str], root: Path | None = None, command: str = "simgl serve"
+) -> dict[int, Sheet]:
+    """Camera files by camera id, from texts such as ``1=navcam.toml``.
+
+    command : that they were given to, for errors
+    """
     sheets = {}
     for entry in entries:
         number, _, path = entry.partition("=")
-        if not number.strip().lstrip("-").isdecimal() or not path:
+        if not _ID.fullmatch(number.strip()) or not path:
             problem = f'must be ID=FILE such as 1=navcam.toml, got "{entry}"'
-            raise ConfigError("simgl serve", "--camera", problem)
+            raise ConfigError(command, "--camera", problem)
         if int(number) in sheets:
-            raise ConfigError("simgl serve", "--camera", f"has camera {int(number)} twice")
+            raise ConfigError(command, "--camera", f"has camera {int(number)} twice")
         sheets[int(number)] = load_sheet(Path(path), root)
     return sheets
