@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from simgl.kept import LastUsed
 from simgl.scene.means import mean_materials
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.sky import SkyRadiance, cell_radiance
 from simgl.transport.directions import CELLS_ACROSS
+from simgl.transport.models import KEPT
 from simgl.transport.response import Response
 from simgl.transport.solve import Reflectors, lamp_irradiance, reflectors
 from simgl.transport.sunlit import SunlitPatches
@@ -22,8 +24,8 @@ class PatchLight:
     """
 
     def __init__(self) -> None:
-        self._surfaces: dict[tuple[object, ...], tuple[Reflectors, Response]] = {}
-        self._sunlit: dict[int, SunlitPatches] = {}
+        self._surfaces = LastUsed[tuple[object, ...], tuple[Reflectors, Response]](KEPT)
+        self._sunlit = LastUsed[Transport, SunlitPatches](KEPT)
         self._cosines: dict[int, tuple[bytes, Floats]] = {}
 
     def exitance(
@@ -60,14 +62,15 @@ class PatchLight:
 
     def _surface(self, model: SpacecraftModel, transport: Transport) -> tuple[Reflectors, Response]:
         key = transport.mesh.digest, model.open_sheets, model.materials, model.textures.digest
-        if key not in self._surfaces:
+
+        def worked_out() -> tuple[Reflectors, Response]:
             surface = reflectors(transport, mean_materials(model))
-            sunlit = self._patches(transport)
-            self._surfaces[key] = surface, Response(transport, surface, sunlit)
-        return self._surfaces[key]
+            return surface, Response(transport, surface, self._patches(transport))
+
+        return self._surfaces.get(key, worked_out)
 
     def _patches(self, transport: Transport) -> SunlitPatches:
-        return self._sunlit.setdefault(id(transport), SunlitPatches(transport))
+        return self._sunlit.get(transport, lambda: SunlitPatches(transport))
 
     def _sun_cosines(self, instance: int, transport: Transport, view: ExchangeView) -> Floats:
         """Traced anew only where Sun or spacecraft have moved in the body's axes."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from simgl.kept import LastUsed
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.steps import Progress
 from simgl.transport.cache import transport_of
@@ -11,13 +12,15 @@ from simgl.transport.transport import Transport
 
 # Light between surfaces changes little over a few degrees of a joint, and tracing it takes seconds.
 JOINT_STEP = np.radians(5.0)
+# Shapes that are kept, up to 25 MB each: an arm on the move takes a new one with every step.
+KEPT = 32
 
 
 class Transports:
     """The transports of models by their content."""
 
     def __init__(self) -> None:
-        self._found: dict[tuple[str, bool], Transport | None] = {}
+        self._found = LastUsed[tuple[str, bool], Transport | None](KEPT)
 
     def of(self, model: SpacecraftModel, progress: Progress | None = None) -> Transport | None:
         """How a model's surfaces see each other; None where none sees another.
@@ -27,8 +30,7 @@ class Transports:
         """
         model = model.coarsely_posed(JOINT_STEP)
         key = model.mesh.digest, model.open_sheets
-        if key not in self._found:
-            self._found[key] = transport_of(
-                model.mesh, open_sheets=model.open_sheets, progress=progress
-            )
-        return self._found[key]
+        return self._found.get(
+            key,
+            lambda: transport_of(model.mesh, open_sheets=model.open_sheets, progress=progress),
+        )

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import weakref
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from simgl.cache import cache_folder
-from simgl.transport import cache
+from simgl.scene.mesh import Mesh
+from simgl.scene.spacecraft import SpacecraftModel
+from simgl.transport import cache, models
 from simgl.transport.bake import BakeSettings
 from simgl.transport.cache import transport_of
-from tests.transport.shapes import OPEN_BOX, quads
+from simgl.transport.models import KEPT, Transports
+from tests.transport.shapes import OPEN_BOX, moved, quads
 
 QUICK = BakeSettings(patches=50, patch_rays=32, site_rays=16, added_triangles=50)
 
@@ -68,3 +72,29 @@ def test_other_settings_are_another_file() -> None:
     transport_of(mesh, open_sheets=True, settings=QUICK)
     transport_of(mesh, open_sheets=False, settings=QUICK)
     assert len(list(cache_folder("transport").iterdir())) == 2
+
+
+def test_of_the_many_shapes_of_an_arm_on_the_move_the_last_ones_are_kept(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    traced: list[str] = []
+
+    class Traced:
+        """Stands for a transport."""
+
+    def trace(mesh: Mesh, **_: object) -> Traced:
+        traced.append(mesh.digest)
+        return Traced()
+
+    monkeypatch.setattr(models, "transport_of", trace)
+    box = quads(OPEN_BOX)
+    poses = [
+        SpacecraftModel(name="arm", mesh=moved(box, (0.0, 0.0, z)), parts=("arm",), materials=())
+        for z in np.linspace(1.0, 2.0, KEPT + 1).tolist()
+    ]
+    transports = Transports()
+    first = weakref.ref(transports.of(poses[0]))
+    for pose in 2 * poses[1:]:
+        transports.of(pose)
+    assert traced == [pose.mesh.digest for pose in poses]
+    assert first() is None
