@@ -77,7 +77,7 @@ class Table:
     """
 
     def __init__(self, lines: list[Line], epoch_tai_ns: int) -> None:
-        self._lines, self._epoch_tai_ns = lines, epoch_tai_ns
+        self._epoch_tai_ns = epoch_tai_ns
         filled = [line for line in lines if line.text.strip() and not line.text.startswith("#")]
         if not filled:
             raise ConfigError(str(lines[0].path) if lines else "", "", "holds no table")

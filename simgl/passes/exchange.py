@@ -42,13 +42,11 @@ _BACK = {"in_bounced_back": "4f", "in_earth_share_back": "1f"}
 class _LitPatches:
     """The light that leaves a body with a transport.
 
-    exitance : (p, 4) of the patches after all bounces [W m-2]
-    of_direct_sun : (p, 4) what a Sun of 1 W m-2 adds to it before any bounce
+    indirect : (p, 4) of the patches after all bounces, less the Sun's before any [W m-2]
     """
 
     transport: Transport
-    exitance: Floats
-    of_direct_sun: Floats
+    indirect: Floats
 
 
 class ExchangePass:
@@ -107,8 +105,7 @@ class ExchangePass:
         mesh, rest = model.mesh, None
         if solved is not None:
             mesh = self._mesh(model, solved.transport)
-            rest = np.maximum(solved.exitance - solved.of_direct_sun * sun_irradiance, 0.0)
-            rest = rest[solved.transport.patch_of_side]
+            rest = solved.indirect[solved.transport.patch_of_side]
         return LitBody(
             mesh=mesh,
             own_from_here=own_from_here.astype(np.float32),
@@ -128,11 +125,11 @@ class ExchangePass:
         if transport is None:
             return None
         lit = craft.instance, craft.model, transport
-        return _LitPatches(
-            transport=transport,
-            exitance=self._light.exitance(*lit, sky, craft.exchange),
-            of_direct_sun=self._light.of_direct_sun(*lit, craft.exchange),
-        )
+        exitance = self._light.exitance(*lit, sky, craft.exchange)
+        # Of its own place: nearer to a shadow's edge than its neighbour, it sees less of the Sun.
+        of_sun = self._light.of_direct_sun(*lit, craft.exchange) * craft.exchange.sun_irradiance
+        indirect = np.maximum(exitance - of_sun, 0.0).astype(np.float32)
+        return _LitPatches(transport=transport, indirect=indirect)
 
     def _of_craft(self, craft: CraftView, sky: SkyRadiance | None) -> VertexLighting | None:
         if craft.exchange is None:
