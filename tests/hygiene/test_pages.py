@@ -105,7 +105,8 @@ def _check_simgl(words: list[str]) -> None:
     # Naming an option is no line to type; naming a scenario is.
     if any(not w.startswith("--") for w in words[len(name.split()) :]):
         assert needed <= set(words), f"{words} lack {needed - set(words)}"
-    for word in words:
+    # What follows a bare -- is another program's.
+    for word in words[: words.index("--")] if "--" in words else words:
         if word.startswith("--"):
             assert word in options | {"--help"}, f"{name} has no {word}"
         elif word.startswith("examples/"):
