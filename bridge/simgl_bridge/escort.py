@@ -15,6 +15,7 @@ from typing import Any
 import zmq
 
 from simgl.errors import BridgeError
+from simgl_bridge.launch import end
 from simgl_bridge.server import Stop
 
 # For the server to start [s]: models are loaded, light between surfaces may be traced.
@@ -91,7 +92,7 @@ def escort(
         knock.close()
         for process in (client, source):
             if process is not None:
-                _finish(process)
+                end(process, _GRACE)
 
 
 def server_command(arguments: Sequence[str]) -> list[str]:
@@ -115,13 +116,3 @@ def _whose(client: subprocess.Popen[bytes] | None, program: Sequence[str]) -> st
     name = " ".join(" ".join(program).split())
     name = name if len(name) <= 60 else f"{name[:57]}..."
     return f"; {name} was not begun" if client is None else f"; {name} is ended with it"
-
-
-def _finish(process: subprocess.Popen[bytes]) -> None:
-    if process.poll() is None:
-        process.terminate()
-        try:
-            process.wait(_GRACE)
-        except subprocess.TimeoutExpired:
-            process.kill()
-    process.wait()

@@ -46,7 +46,7 @@ def launched_server(
             _wait_until_ready(process, address, log, timeout_s)
             yield process, address
         finally:
-            _end(process)
+            end(process, _PATIENCE)
 
 
 def _free_port() -> int:
@@ -81,11 +81,12 @@ def _last_line(log: IO[bytes]) -> str:
     return lines[-1] if lines else "it wrote nothing"
 
 
-def _end(process: subprocess.Popen[bytes]) -> None:
+def end(process: subprocess.Popen[bytes], patience: float) -> None:
+    """Ask a process to end, and kill it where it has not after a time [s]."""
     if process.poll() is None:
         process.terminate()
         try:
-            process.wait(_PATIENCE)
+            process.wait(patience)
         except subprocess.TimeoutExpired:
             process.kill()
     process.wait()
