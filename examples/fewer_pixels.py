@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from simgl import Scenario
-from simgl.scene.camera import Camera
+from simgl.camera.camera import Camera
 
 
 def fewer_pixels(scenario: Scenario, shrink: int) -> Scenario:

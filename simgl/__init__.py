@@ -5,7 +5,7 @@ from importlib.metadata import PackageNotFoundError, version
 from simgl.errors import SimglError
 from simgl.scenario.loader import load_scenario, scenario_from_dict
 from simgl.scenario.scenario import Scenario
-from simgl.simulator import ALL_PRODUCTS, Exposure, Product, Simulator
+from simgl.simulator import ALL_PRODUCTS, Capture, Product, Simulator
 
 try:
     __version__ = version("simgl")
@@ -14,7 +14,7 @@ except PackageNotFoundError:
 
 __all__ = [
     "ALL_PRODUCTS",
-    "Exposure",
+    "Capture",
     "Product",
     "Scenario",
     "SimglError",

@@ -24,16 +24,16 @@ from rich.table import Table
 from simgl import __version__, assets
 from simgl.errors import ConfigError, did_you_mean
 from simgl.gpu.context import open_context
-from simgl.passes.air_tables import ORDERS, AirKind, make_tables
-from simgl.passes.earth_maps import form_map, ground_textures, land_map
-from simgl.passes.weather import noise_texture, weather_codes
-from simgl.physics.air import STANDARD
+from simgl.passes.background.air_tables import ORDERS, AirKind, make_tables
+from simgl.passes.background.cloud_map import noise_texture, weather_codes
+from simgl.passes.background.earth_maps import form_map, ground_textures, land_map
+from simgl.physics.atmosphere import STANDARD
+from simgl.progress import Progress as Report
 from simgl.scenario.loader import load_scenario
 from simgl.scenario.scenario import Scenario
-from simgl.scene.chart import chart
 from simgl.scene.earth import Clouds, Earth
+from simgl.scene.noise_projection import chart
 from simgl.simulator import Simulator
-from simgl.steps import Progress as Report
 
 # Entry points of this group time frames through a link: (scenario file, camera, epochs) -> seconds.
 LINKS_GROUP = "simgl.bench_links"

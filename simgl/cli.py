@@ -11,8 +11,8 @@ import typer
 from rich.console import Console
 
 from simgl import __version__
-from simgl.assess.cli import assess
-from simgl.campaign.cli import campaign
+from simgl.assess.assess_cli import assess
+from simgl.campaign.campaign_cli import campaign
 from simgl.errors import ConfigError, SimglError
 from simgl.sequence.events import Event
 from simgl.sequence.spans import Count, Duration, Random, Seed, Start, Step, Stop
@@ -96,10 +96,10 @@ def render(
 
     Example: simgl render examples/azimuths.toml --camera azimuth_28 --out out/azimuths
     """
+    from simgl.cli_progress import opened
     from simgl.output import check_writable, write_exposure
-    from simgl.progress import opened
     from simgl.scenario.loader import load_scenario
-    from simgl.sequence.options import camera_names, epoch_at
+    from simgl.sequence.epoch_options import camera_names, epoch_at
     from simgl.simulator import Product
 
     loaded = load_scenario(scenario)
@@ -159,10 +159,10 @@ def sequence(
     A run that was broken off goes on where it was. Example:
     simgl sequence examples/trajectories/files.toml --duration 5400 --count 90 --out out/orbit
     """
-    from simgl.progress import frame_bar, opened
+    from simgl.cli_progress import frame_bar, opened
     from simgl.scenario.loader import load_scenario
-    from simgl.sequence.options import EpochOptions, camera_names, outputs_named
-    from simgl.sequence.run import Plan, run
+    from simgl.sequence.epoch_options import EpochOptions, camera_names, outputs_named
+    from simgl.sequence.run_sequence import Plan, run
 
     loaded = load_scenario(scenario)
     options = EpochOptions(
@@ -206,10 +206,10 @@ def exposure(
 
     Example: simgl exposure examples/approach.toml --camera navcam --target target
     """
-    from simgl.assess.exposure import advice_text, advise
-    from simgl.progress import opened
+    from simgl.assess.exposure_advice import advice_text, advise
+    from simgl.cli_progress import opened
     from simgl.scenario.loader import load_scenario
-    from simgl.sequence.options import epoch_at
+    from simgl.sequence.epoch_options import epoch_at
     from simgl.simulator import Product
 
     loaded = load_scenario(scenario)
@@ -238,7 +238,7 @@ def camera_test(
     from rich.progress import Progress
 
     from simgl.assess.camera_plots import plot_report
-    from simgl.assess.laboratory import camera_under_test, examine, table
+    from simgl.assess.emva1288 import camera_under_test, examine, table
     from simgl.gpu.context import open_context
     from simgl.output import check_writable, complete_file
 
@@ -291,7 +291,7 @@ def model_check(
 
     Example: simgl model check station.stl --unit mm --up-axis y
     """
-    from simgl.inspection.check import examine, report_text
+    from simgl.inspection.model_check import examine, report_text
 
     report = examine(file, *_file_frame(unit, unit_m, up_axis, forward_axis))
     console.print(report_text(report), highlight=False, markup=False, soft_wrap=True)
@@ -323,7 +323,7 @@ def _file_frame(
     unit: str | None, unit_m: float | None, up_axis: str | None, forward_axis: str | None
 ) -> tuple[float | None, str | None, str | None]:
     """The options on a model file's unit and axes: metres per unit, way up, way ahead."""
-    from simgl.scenario.file_axes import AXES, UNITS, body_from_file
+    from simgl.model_files.file_axes import AXES, UNITS, body_from_file
 
     where = "command line"
     if unit is not None and unit not in UNITS:

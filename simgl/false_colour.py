@@ -11,11 +11,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simgl.arrays import Array, Array32, Image8
 from simgl.images import WHITE_RADIANCE
-
-Array = NDArray[np.float64]
 
 # Weights of the primaries of ITU-R BT.709.
 _LUMA = np.array([0.2126, 0.7152, 0.0722])
@@ -46,28 +44,28 @@ LEGEND = (
 )
 
 
-def relative_luminance(radiance: NDArray[np.float32]) -> Array:
+def relative_luminance(radiance: Array32) -> Array:
     """(height, width), 1 for a white plate that faces the Sun at 1 au.
 
     radiance : (height, width, 4) [W m-2 sr-1]
     """
-    return np.asarray((radiance[..., :3] / WHITE_RADIANCE.astype(np.float64)) @ _LUMA)
+    return (radiance[..., :3] / WHITE_RADIANCE.astype(np.float64)) @ _LUMA
 
 
-def relative_flux(radiance: NDArray[np.float32]) -> Array:
+def relative_flux(radiance: Array32) -> Array:
     """The source study's flux [W m-2]: relative luminance times 1367."""
-    return np.asarray(relative_luminance(radiance) * SOURCE_SOLAR_CONSTANT)
+    return relative_luminance(radiance) * SOURCE_SOLAR_CONSTANT
 
 
-def scene_value(radiance: NDArray[np.float32], setting: float) -> Array:
+def scene_value(radiance: Array32, setting: float) -> Array:
     """What the source study's false colours are of: its relative radiance times 2^setting.
 
     setting : its software's exposure (``blender_exposure``)
     """
-    return np.asarray(relative_flux(radiance) / math.pi * 2.0**setting)
+    return relative_flux(radiance) / math.pi * 2.0**setting
 
 
-def false_colour(value: Array) -> NDArray[np.uint8]:
+def false_colour(value: Array) -> Image8:
     """(height, width, 3) sRGB: the legend's colours, mixed in between by the logarithm."""
     steps = np.log2([step.value for step in LEGEND])
     colours = np.array([_rgb(step.colour) for step in LEGEND])

@@ -8,17 +8,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from simgl.optics.field import sight_lines
+from simgl.arrays import Array, Array32, Image8, Image16, Mask, UIntArray
+from simgl.camera.camera import Camera, Detector
+from simgl.camera.camera_equation import irradiance_per_radiance
+from simgl.camera.demosaic import develop
+from simgl.camera.distortion import sight_lines
 from simgl.physics.constants import SOLAR_CONSTANT, SOLAR_TEMPERATURE
 from simgl.physics.spectrum import black_body_light
-from simgl.scene.camera import Camera, Detector
-from simgl.scene.radiometry import irradiance_per_radiance
-from simgl.sensor.develop import develop
-
-Array = NDArray[np.float64]
 
 # Shown as full white, R G B: a white surface that faces a 5777 K Sun of 1367 W m-2 [W m-2 sr-1].
 WHITE_RADIANCE = np.array([154.4, 174.8, 171.9], dtype=np.float32) / np.float32(np.pi)
@@ -54,7 +52,7 @@ class RadianceFrame:
     """radiance : (height, width, 4) float32, bands R, G, B, N [W m-2 sr-1]."""
 
     info: FrameInfo
-    radiance: NDArray[np.float32]
+    radiance: Array32
 
     def _repr_png_(self) -> bytes:
         return png_bytes(display_from_radiance(self.radiance))
@@ -71,10 +69,10 @@ class LayersFrame:
     """
 
     info: FrameInfo
-    layers: Mapping[str, NDArray[np.float32]]
+    layers: Mapping[str, Array32]
 
     @property
-    def total(self) -> NDArray[np.float32]:
+    def total(self) -> Array32:
         """(height, width, 4) the whole picture [W m-2 sr-1]."""
         return np.asarray(np.sum(tuple(self.layers.values()), axis=0), dtype=np.float32)
 
@@ -91,7 +89,7 @@ class IrradianceFrame:
     """
 
     info: FrameInfo
-    irradiance: NDArray[np.float32]
+    irradiance: Array32
     photons_per_joule: Array
 
     @property
@@ -99,7 +97,7 @@ class IrradianceFrame:
         """(height, width) that a pixel's area receives in the exposure time, over all bands."""
         camera = self.info.camera
         area_time = camera.detector.pixel_pitch**2 * camera.exposure_time
-        return np.asarray(self.irradiance @ (self.photons_per_joule * area_time))
+        return self.irradiance @ (self.photons_per_joule * area_time)
 
     def _repr_png_(self) -> bytes:
         scale = irradiance_per_radiance(self.info.camera)
@@ -111,7 +109,7 @@ class ElectronFrame:
     """electrons : (height, width) float32, mean before noise and saturation [e-]."""
 
     info: FrameInfo
-    electrons: NDArray[np.float32]
+    electrons: Array32
 
     def _repr_png_(self) -> bytes:
         share = self.electrons / np.float32(self.info.camera.detector.full_well)
@@ -123,7 +121,7 @@ class DigitalFrame:
     """dn : (height, width) uint16, from the converter [DN]."""
 
     info: FrameInfo
-    dn: NDArray[np.uint16]
+    dn: Image16
 
     def _repr_png_(self) -> bytes:
         return png_bytes(display_from_dn(self.dn, self.info.camera))
@@ -139,19 +137,19 @@ class TruthFrame:
     """
 
     info: FrameInfo
-    depth: NDArray[np.float32]
-    part_id: NDArray[np.uint32]
+    depth: Array32
+    part_id: UIntArray
     part_names: dict[int, str]
 
     @property
     def range(self) -> Array:
         """(height, width) straight distance from the pinhole [m]; 0 where no spacecraft is."""
-        return np.asarray(self.depth * np.linalg.norm(sight_lines(self.info.camera), axis=-1))
+        return self.depth * np.linalg.norm(sight_lines(self.info.camera), axis=-1)
 
     @property
-    def instance(self) -> NDArray[np.uint32]:
+    def instance(self) -> UIntArray:
         """(height, width) number of the spacecraft in the scene, from 1; 0 where there is none."""
-        return np.asarray(self.part_id >> np.uint32(16))
+        return self.part_id >> np.uint32(16)
 
     def _repr_png_(self) -> bytes:
         return png_bytes(display_from_linear(_nearness(self.depth)))
@@ -162,7 +160,7 @@ class NormalsFrame:
     """normals : (height, width, 3) float32 unit, camera axes; 0 where no spacecraft is."""
 
     info: FrameInfo
-    normals: NDArray[np.float32]
+    normals: Array32
 
     def _repr_png_(self) -> bytes:
         seen = np.any(self.normals != 0.0, axis=-1, keepdims=True)
@@ -181,15 +179,15 @@ class LidarFrame:
     """
 
     info: FrameInfo
-    range: NDArray[np.float32]
-    electrons: NDArray[np.float32]
-    energy: NDArray[np.float32]
+    range: Array32
+    electrons: Array32
+    energy: Array32
 
     def _repr_png_(self) -> bytes:
         return png_bytes(display_from_linear(_nearness(self.range)))
 
 
-def _nearness(distance: NDArray[np.float32]) -> NDArray[np.float32]:
+def _nearness(distance: Array32) -> Array32:
     """1 at the nearest place, less as 1 / distance, 0 where there is none."""
     seen = distance > 0.0
     near = float(distance[seen].min()) if np.any(seen) else 1.0
@@ -206,24 +204,24 @@ def saturation_level(detector: Detector) -> int:
     return int(min(detector.largest_dn, math.floor(full + detector.pedestal)))
 
 
-def saturated(dn: NDArray[np.uint16], detector: Detector) -> NDArray[np.bool_]:
+def saturated(dn: Image16, detector: Detector) -> Mask:
     """Pixels at the converter's largest number, or at the full well."""
-    return np.asarray(dn >= saturation_level(detector))
+    return dn >= saturation_level(detector)
 
 
-def srgb_from_linear(linear: NDArray[np.float32]) -> NDArray[np.uint8]:
+def srgb_from_linear(linear: Array32) -> Image8:
     """8-bit sRGB code values of linear light 0..1 (IEC 61966-2-1); brighter saturates."""
     x = np.clip(linear, 0.0, 1.0)
     encoded = np.where(x <= 0.0031308, 12.92 * x, 1.055 * np.power(x, 1.0 / 2.4) - 0.055)
     return np.round(255.0 * encoded).astype(np.uint8)
 
 
-def display_from_linear(linear: NDArray[np.float32]) -> NDArray[np.uint8]:
+def display_from_linear(linear: Array32) -> Image8:
     """(height, width, 3) sRGB grey picture of a linear value 0..1."""
     return np.repeat(srgb_from_linear(linear)[..., None], 3, axis=2)
 
 
-def display_from_dn(dn: NDArray[np.uint16], camera: Camera, gain: float = 1.0) -> NDArray[np.uint8]:
+def display_from_dn(dn: Image16, camera: Camera, gain: float = 1.0) -> Image8:
     """(height, width, 3) sRGB picture of digital numbers, pedestal black, full scale white.
 
     Grey from a monochrome detector; developed from a colour one, so that white surfaces in sunlight
@@ -232,7 +230,7 @@ def display_from_dn(dn: NDArray[np.uint16], camera: Camera, gain: float = 1.0) -
     return srgb_from_linear(develop(dn, camera.detector, _WHITE_PHOTONS, gain))
 
 
-def display_from_radiance(radiance: NDArray[np.float32], gain: float = 1.0) -> NDArray[np.uint8]:
+def display_from_radiance(radiance: Array32, gain: float = 1.0) -> Image8:
     """(height, width, 3) sRGB picture of the red, green and blue bands.
 
     A white surface that faces the Sun at 1 au is white, so that pictures compare; a grey surface in
@@ -241,14 +239,14 @@ def display_from_radiance(radiance: NDArray[np.float32], gain: float = 1.0) -> N
     return srgb_from_linear(radiance[..., :3] * (np.float32(gain) / WHITE_RADIANCE))
 
 
-def display_gain(radiance: NDArray[np.float32]) -> float:
+def display_gain(radiance: Array32) -> float:
     """Power of two that shows all but the brightest hundredth of the lit pixels; 1 for black."""
     brightest = (radiance[..., :3] / WHITE_RADIANCE).max(axis=-1)
     lit = brightest[brightest > 0.0]
     return 2.0 ** -math.ceil(math.log2(float(np.percentile(lit, 99.0)))) if lit.size else 1.0
 
 
-def display_from_layers(frame: LayersFrame) -> NDArray[np.uint8]:
+def display_from_layers(frame: LayersFrame) -> Image8:
     """sRGB picture of the whole and its layers side by side, each under its name and gain.
 
     Layers that are black even at a thousand times the gain of the whole are left out.
@@ -263,7 +261,7 @@ def display_from_layers(frame: LayersFrame) -> NDArray[np.uint8]:
     return contact_sheet(panels, columns=3)
 
 
-def contact_sheet(panels: Mapping[str, NDArray[np.uint8]], columns: int) -> NDArray[np.uint8]:
+def contact_sheet(panels: Mapping[str, Image8], columns: int) -> Image8:
     """(rows, columns, 3) pictures of one size on a grid, each with its name above it."""
     height, width = next(iter(panels.values())).shape[:2]
     line = max(11, width // 20)
@@ -278,7 +276,7 @@ def contact_sheet(panels: Mapping[str, NDArray[np.uint8]], columns: int) -> NDAr
     return np.asarray(sheet)
 
 
-def png_bytes(picture: NDArray[np.uint8]) -> bytes:
+def png_bytes(picture: Image8) -> bytes:
     """An 8-bit picture as PNG."""
     buffer = io.BytesIO()
     Image.fromarray(picture).save(buffer, format="PNG")

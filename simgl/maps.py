@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simgl.arrays import AnyArray
+from simgl.camera.exposure_value import blender_exposure, exposure_value
 from simgl.false_colour import (
     LEGEND,
     SOURCE_SOLAR_CONSTANT,
@@ -20,17 +21,14 @@ from simgl.false_colour import (
 from simgl.images import ElectronFrame, FrameInfo
 from simgl.output import complete_file
 from simgl.physics.ephemeris import utc_from_tai_ns
-from simgl.physics.exposure_value import blender_exposure, exposure_value
-from simgl.simulator import Exposure
+from simgl.simulator import Capture
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Array = NDArray[Any]
 
-
-def write_maps(exposure: Exposure, folder: Path, name: str) -> list[Path]:
+def write_maps(exposure: Capture, folder: Path, name: str) -> list[Path]:
     """A PNG for each map that the frames of an exposure allow: ``NAME.map.radiance.png`` and so on.
 
     returns : the paths written
@@ -90,7 +88,7 @@ def _sheet(info: FrameInfo, title: str, shape: tuple[int, ...]) -> tuple[Figure,
 
 
 def _drawn(
-    info: FrameInfo, title: str, values: Array, label: str, norm: Any, colours: str
+    info: FrameInfo, title: str, values: AnyArray, label: str, norm: Any, colours: str
 ) -> Figure:
     figure, axes = _sheet(info, title, values.shape)
     extent = (0, values.shape[1], values.shape[0], 0)
@@ -103,7 +101,7 @@ def _drawn(
     return figure
 
 
-def _extension(values: Array, norm: Any) -> Any:
+def _extension(values: AnyArray, norm: Any) -> Any:
     # Where nothing is there is nothing to compare.
     with np.errstate(invalid="ignore"):
         low, high = bool(np.any(values < norm.vmin)), bool(np.any(values > norm.vmax))
@@ -112,7 +110,7 @@ def _extension(values: Array, norm: Any) -> Any:
     )
 
 
-def _log_norm(values: Array, decades: float = 5.0) -> Any:
+def _log_norm(values: AnyArray, decades: float = 5.0) -> Any:
     """Whole decades below the brightest of most pixels; the Sun's disc may lie beyond."""
     from matplotlib.colors import LogNorm
 
@@ -122,7 +120,7 @@ def _log_norm(values: Array, decades: float = 5.0) -> Any:
     return LogNorm(high / 10.0**decades, high)
 
 
-def _radiance(info: FrameInfo, radiance: Array) -> Figure:
+def _radiance(info: FrameInfo, radiance: AnyArray) -> Figure:
     total = radiance.sum(axis=-1, dtype=np.float64)
     label = "radiance 400-1000 nm [W m$^{-2}$ sr$^{-1}$]"
     # What is black has no logarithm; it is drawn as the darkest.
@@ -130,7 +128,7 @@ def _radiance(info: FrameInfo, radiance: Array) -> Figure:
     return _drawn(info, "Radiance", shown, label, _log_norm(total), "inferno")
 
 
-def _flux(info: FrameInfo, radiance: Array) -> Figure:
+def _flux(info: FrameInfo, radiance: AnyArray) -> Figure:
     from matplotlib.colors import Normalize
 
     label = f"relative luminance x {SOURCE_SOLAR_CONSTANT:g} [W m$^{{-2}}$]"
@@ -138,7 +136,7 @@ def _flux(info: FrameInfo, radiance: Array) -> Figure:
     return _drawn(info, "Relative flux", relative_flux(radiance), label, norm, "gray")
 
 
-def _photons(info: FrameInfo, photons: Array) -> Figure:
+def _photons(info: FrameInfo, photons: AnyArray) -> Figure:
     shown = np.maximum(photons, np.finfo(np.float32).tiny)
     label = "photons 400-1000 nm per pixel and exposure"
     return _drawn(info, "Photons", shown, label, _log_norm(photons), "inferno")
@@ -156,7 +154,7 @@ def electron_map(frame: ElectronFrame) -> Figure:
     return _drawn(frame.info, title, shown, label, norm, "inferno")
 
 
-def _range(info: FrameInfo, distance: Array, title: str = "Range") -> Figure:
+def _range(info: FrameInfo, distance: AnyArray, title: str = "Range") -> Figure:
     from matplotlib.colors import Normalize
 
     seen = distance > 0.0
@@ -166,13 +164,13 @@ def _range(info: FrameInfo, distance: Array, title: str = "Range") -> Figure:
     return _drawn(info, title, shown, "range [m]", norm, "viridis_r")
 
 
-def _returned(info: FrameInfo, electrons: Array) -> Figure:
+def _returned(info: FrameInfo, electrons: AnyArray) -> Figure:
     shown = np.maximum(electrons, np.finfo(np.float32).tiny)
     label = "electrons of one pulse and of sunlight per pixel"
     return _drawn(info, "LIDAR, return", shown, label, _log_norm(electrons), "inferno")
 
 
-def _false_colours(info: FrameInfo, radiance: Array) -> Figure:
+def _false_colours(info: FrameInfo, radiance: AnyArray) -> Figure:
     value = exposure_value(info.camera.lens.f_number, info.camera.exposure_time)
     setting = blender_exposure(value)
     title = f"False colours, EV {value:.2f} (source's setting {setting:.2f})"

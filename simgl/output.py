@@ -17,6 +17,7 @@ import numpy as np
 import OpenEXR
 from PIL import Image
 
+from simgl.camera.pixel_packing import pack_mono12p
 from simgl.errors import OutputError
 from simgl.images import (
     DigitalFrame,
@@ -30,8 +31,7 @@ from simgl.images import (
 )
 from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.physics.frames import quaternion_from_matrix
-from simgl.sensor.packing import pack_mono12p
-from simgl.simulator import Exposure
+from simgl.simulator import Capture
 
 
 def check_writable(folder: Path) -> None:
@@ -169,7 +169,7 @@ def write_layers_png(path: Path, frame: LayersFrame) -> None:
 
 
 def write_exposure(
-    exposure: Exposure, folder: Path, name: str, *, packed: bool = False
+    exposure: Capture, folder: Path, name: str, *, packed: bool = False
 ) -> list[Path]:
     """Every frame of an exposure as ``NAME.radiance.exr``, ``NAME.dn.png``, ``NAME.view.png``;
     its layers as ``NAME.layers.exr`` and ``NAME.layers.png``; from a colour detector also

@@ -9,6 +9,7 @@ from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import ArrayLike, NDArray
 
+from simgl.arrays import Array32, Mask
 from simgl.scene.mesh import Mesh
 
 
@@ -19,9 +20,7 @@ class RayTracer:
         self._scene = EmbreeScene()
         TriangleMesh(self._scene, mesh.positions, mesh.triangles.astype(np.int32))
 
-    def hits(
-        self, origins: ArrayLike, directions: ArrayLike
-    ) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
+    def hits(self, origins: ArrayLike, directions: ArrayLike) -> tuple[NDArray[np.int32], Array32]:
         """(n,) first triangle that each ray meets, -1 for none, and (n,) distance along it.
 
         origins, directions : (n, 3), in the mesh's axes
@@ -29,16 +28,16 @@ class RayTracer:
         found = self._scene.run(_rows(origins), _rows(directions), output=True)
         return found["primID"], found["tfar"]
 
-    def occluded(self, origins: ArrayLike, directions: ArrayLike) -> NDArray[np.bool_]:
+    def occluded(self, origins: ArrayLike, directions: ArrayLike) -> Mask:
         """(n,) whether a ray meets anything.
 
         origins, directions : (n, 3), in the mesh's axes
         """
         found = self._scene.run(_rows(origins), _rows(directions), query="OCCLUDED")
-        return np.asarray(found >= 0)
+        return found >= 0
 
 
-def _rows(vectors: ArrayLike) -> NDArray[np.float32]:
+def _rows(vectors: ArrayLike) -> Array32:
     return np.ascontiguousarray(vectors, dtype=np.float32)
 
 

@@ -5,37 +5,36 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 import moderngl
-import numpy as np
-from numpy.typing import NDArray
 
+from simgl.arrays import Array32
+from simgl.camera.camera import Camera
 from simgl.gpu.context import is_software
-from simgl.gpu.targets import Format, ImageTarget, TargetStore
+from simgl.gpu.render_targets import Format, ImageTarget, TargetStore
 from simgl.gpu.timers import PassTimer
-from simgl.passes.air import AirPass
-from simgl.passes.exchange import ExchangePass
-from simgl.passes.gather import GatherPass
-from simgl.passes.geometry import GeometryPass
+from simgl.passes.background.air import AtmospherePass
+from simgl.passes.background.environment_probe import EnvironmentProbePass
+from simgl.passes.background.moon import MoonPass
+from simgl.passes.background.planet import PlanetPass
+from simgl.passes.background.stars import StarPass
+from simgl.passes.background.sun import SunPass
+from simgl.passes.final_gather_pass import FinalGatherPass
+from simgl.passes.gbuffer import GBufferPass
+from simgl.passes.interreflection import InterreflectionPass
 from simgl.passes.lamp_shadow import LampShadowPass
-from simgl.passes.meshes import MeshStore, VertexLighting
-from simgl.passes.moon import MoonPass
-from simgl.passes.planet import PlanetPass
-from simgl.passes.probe import ProbePass
+from simgl.passes.mesh_store import MeshStore, VertexLighting
 from simgl.passes.resolve import DistortedView, ResolvePass
 from simgl.passes.shadow import ShadowPass
-from simgl.passes.stars import StarPass
-from simgl.passes.sun import SunPass
 from simgl.passes.surface import LIGHTS, SurfacePass
 from simgl.passes.truth import TruthPass
 from simgl.passes.warp import WarpPass
-from simgl.scene.camera import Camera
+from simgl.progress import Progress
+from simgl.radiosity.final_gather import LitBody
+from simgl.radiosity.transport_store import TransportStore
 from simgl.scene.earth import Earth
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.shapes import Shapes
-from simgl.steps import Progress
-from simgl.transport.gather import LitBody
-from simgl.transport.models import Transports
-from simgl.view.frame import FrameView, Tile, parts, truth_tile
-from simgl.view.heavens import Heavens
+from simgl.view.celestial import CelestialView
+from simgl.view.frame_view import FrameView, RasterTile, parts, truth_tile
 
 _BANDS = (Format("f4", 4),)
 _TRUTH = (Format("f4"), Format("u4"))
@@ -58,21 +57,21 @@ class Renderer:
         self._ctx = ctx
         self.timer = PassTimer(ctx)
         self.sample_budget = _SAMPLE_BUDGET_CPU if is_software(ctx) else _SAMPLE_BUDGET_GPU
-        self._transports = Transports()
+        self._transports = TransportStore()
         self._shapes = Shapes(self._transports)
         self._meshes = MeshStore(ctx, self._shapes)
-        self._exchange = ExchangePass(ctx, self._transports, self._shapes)
+        self._exchange = InterreflectionPass(ctx, self._transports, self._shapes)
         self._shadow = ShadowPass(ctx, self._meshes)
         self._lamp_shadow = LampShadowPass(ctx, self._meshes)
-        self._geometry = GeometryPass(ctx, self._meshes)
+        self._geometry = GBufferPass(ctx, self._meshes)
         self._surface = SurfacePass(ctx, self._meshes)
         self._stars = StarPass(ctx)
         self._sun = SunPass(ctx)
         self._moon = MoonPass(ctx)
-        self._air = AirPass(ctx)
+        self._air = AtmospherePass(ctx)
         self._planet = PlanetPass(ctx, self._air)
-        self._probe = ProbePass(ctx, self._planet.draw)
-        self._gather = GatherPass()
+        self._probe = EnvironmentProbePass(ctx, self._planet.draw)
+        self._gather = FinalGatherPass()
         self._resolve = ResolvePass(ctx)
         self._warp = WarpPass(ctx)
         self._truth = TruthPass(ctx, self._meshes)
@@ -109,7 +108,7 @@ class Renderer:
                 self._resolve.draw(tile, samples, target.framebuffer, lens)
         return target
 
-    def layers(self, view: FrameView) -> dict[str, NDArray[np.float32]]:
+    def layers(self, view: FrameView) -> dict[str, Array32]:
         """The radiance in parts: what each of ``LIGHTS`` gives the spacecraft, and "background".
 
         returns : (height, width, 4) each [W m-2 sr-1]
@@ -141,9 +140,9 @@ class Renderer:
             with self.timer.measure("probe"):
                 self._probe.look([craft.sky for craft in tile.craft])
         fine = target if view.field is None else self._target("field", view.field.fine, _BANDS)
-        if view.background.heavens is not None:
+        if view.background.celestial is not None:
             with self.timer.measure("heavens"):
-                self._heavens(view.background.heavens, fine)
+                self._celestial(view.background.celestial, fine)
         with self.timer.measure("planet"):
             self._planet.draw(view.background, fine.framebuffer, (0, 0, *fine.size))
         if fine is not target:
@@ -155,7 +154,7 @@ class Renderer:
             return None
         return DistortedView(camera=view.camera, places=self._warp.places(view.camera))
 
-    def _heavens(self, view: Heavens, target: ImageTarget) -> None:
+    def _celestial(self, view: CelestialView, target: ImageTarget) -> None:
         """What lies beyond the Earth, the farthest first."""
         # The area, for a clear without one keeps to the scissor of the last draw.
         target.framebuffer.clear(viewport=(0, 0, *target.size))
@@ -168,7 +167,7 @@ class Renderer:
 
     def _samples(
         self, view: FrameView, *, apart: bool = False
-    ) -> Iterator[tuple[Tile, tuple[moderngl.Texture, ...]]]:
+    ) -> Iterator[tuple[RasterTile, tuple[moderngl.Texture, ...]]]:
         """Each tile, or its parts, with the samples of its spacecraft, valid until the next one."""
         with self.timer.measure("lamp_shadow"):
             lamp_maps = self._lamp_shadow.draw(view.lamps)

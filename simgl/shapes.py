@@ -5,15 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from simgl.kept import LastUsed
+from simgl.arrays import IndexArray
 from simgl.levels.levels import Levels, levels_of
+from simgl.lru_cache import LruCache
+from simgl.progress import Progress
+from simgl.radiosity.transport_store import TransportStore
+from simgl.radiosity.vertex_light import light_on_vertices
 from simgl.scene.mesh import Mesh
 from simgl.scene.spacecraft import SpacecraftModel
-from simgl.steps import Progress
-from simgl.transport.models import Transports
-from simgl.transport.vertices import light_on_vertices
 from simgl.view.detail import Detail
 
 
@@ -34,7 +34,7 @@ class Shape:
 class Drawn:
     """Those vertices of a mesh that are drawn, (k,) in order; the same object for the same ones."""
 
-    vertices: NDArray[np.int64]
+    vertices: IndexArray
 
 
 _NONE = np.zeros(0, dtype=np.int64)
@@ -50,10 +50,10 @@ class Shapes:
     apart what that light tells apart; without it they lie over the model's own mesh.
     """
 
-    def __init__(self, transports: Transports) -> None:
+    def __init__(self, transports: TransportStore) -> None:
         self._transports = transports
         self._levels: dict[tuple[str, bool], Levels] = {}
-        self._drawn = LastUsed[tuple[int, tuple[int, ...]], Drawn](_DRAWN_KEPT)
+        self._drawn = LruCache[tuple[int, tuple[int, ...]], Drawn](_DRAWN_KEPT)
 
     def levels(
         self, model: SpacecraftModel, progress: Progress | None = None, *, exchanging: bool

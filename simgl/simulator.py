@@ -9,11 +9,15 @@ from enum import StrEnum
 import moderngl
 import numpy as np
 
+from simgl.camera.camera import Camera
+from simgl.camera.point_spread import SunBefore
+from simgl.camera.rolling_shutter import duration, instants, parts, row_shares
+from simgl.camera_pipeline import CameraPipeline
 from simgl.errors import ConfigError, did_you_mean
+from simgl.flash_lidar import lidar_frame
 from simgl.gpu.context import open_context
-from simgl.gpu.targets import ImageTarget
+from simgl.gpu.render_targets import ImageTarget
 from simgl.gpu.timers import PassTimer
-from simgl.imager import Imager
 from simgl.images import (
     DigitalFrame,
     ElectronFrame,
@@ -25,19 +29,15 @@ from simgl.images import (
     RadianceFrame,
     TruthFrame,
 )
-from simgl.optics.spread import SunBefore
-from simgl.receiver import lidar_frame
+from simgl.progress import Progress
 from simgl.renderer import Renderer
 from simgl.scenario.scenario import Scenario
-from simgl.scene.camera import Camera
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import SceneState
-from simgl.sensor.shutter import duration, instants, parts, row_shares
-from simgl.steps import Progress
 from simgl.view.detail import far_models
-from simgl.view.frame import FrameView, frame_view
-from simgl.view.lidar import pulse_view
-from simgl.view.motion import picture_motion
+from simgl.view.frame_view import FrameView, frame_view
+from simgl.view.image_motion import picture_motion
+from simgl.view.lidar_pulse import pulse_view
 
 
 class Product(StrEnum):
@@ -61,7 +61,7 @@ _OF_THE_SCENE = frozenset({Product.RADIANCE, Product.LAYERS, Product.TRUTH, Prod
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Exposure:
+class Capture:
     """One picture in the forms that were asked for; the others are None.
 
     lidar : None also where the camera has no LIDAR
@@ -122,7 +122,7 @@ class Simulator:
         self._ctx = open_context() if ctx is None else ctx
         with self._ctx:
             self._renderer = Renderer(self._ctx)
-            self._imager = Imager(self._ctx, self._renderer.timer)
+            self._camera_pipeline = CameraPipeline(self._ctx, self._renderer.timer)
             models = scenario.models_at_epoch() if scenario.inter_reflection else ()
             far: list[SpacecraftModel] = []
             if scenario.level_error_px > 0.0 and scenario.gather == "vertex":
@@ -152,7 +152,7 @@ class Simulator:
         products: Collection[Product] = frozenset({Product.DN}),
         during: Callable[[int], SceneState] | None = None,
         seed: int | None = None,
-    ) -> Exposure:
+    ) -> Capture:
         """The picture that a camera of the scene takes.
 
         during : the scene at other epochs [TAI ns] while the shutter is open, such as the
@@ -181,7 +181,7 @@ class Simulator:
                     frames["electrons"] = ElectronFrame(info=info, electrons=electrons.read())
                 if Product.DN in products:
                     frames["digital"] = self._digital(state, view, info, electrons)
-        return Exposure(info=info, **frames)  # type: ignore[arg-type]
+        return Capture(info=info, **frames)  # type: ignore[arg-type]
 
     def bracket(
         self,
@@ -189,7 +189,7 @@ class Simulator:
         camera: str,
         settings: Sequence[Camera],
         products: Collection[Product] = frozenset({Product.DN}),
-    ) -> tuple[Exposure, ...]:
+    ) -> tuple[Capture, ...]:
         """Pictures of one instant with other settings of a camera, its scene rendered only once.
 
         settings : the camera with other exposure times, f-numbers, filters or electronics; its
@@ -217,7 +217,7 @@ class Simulator:
                     frames["electrons"] = ElectronFrame(info=own, electrons=electrons.read())
                 if Product.DN in products:
                     frames["digital"] = self._digital(there, seen, own, electrons)
-                taken.append(Exposure(info=own, **frames))  # type: ignore[arg-type]
+                taken.append(Capture(info=own, **frames))  # type: ignore[arg-type]
         return tuple(taken)
 
     def _view(self, state: SceneState, camera: str) -> FrameView:
@@ -275,7 +275,7 @@ class Simulator:
             frames["normals"] = NormalsFrame(info=info, normals=normals)
         if Product.IRRADIANCE in products:
             assert radiance is not None
-            target = self._imager.irradiance(view.camera, radiance, _sun(state, info))
+            target = self._camera_pipeline.irradiance(view.camera, radiance, _sun(state, info))
             frames["irradiance"] = IrradianceFrame(
                 info=info,
                 irradiance=target.read(),
@@ -298,15 +298,17 @@ class Simulator:
         if not states:
             assert still is not None
             sun = _sun(state, self._info(state, camera.name))
-            return self._imager.electrons_through(camera, state.sun.photons_per_joule, still, sun)
+            return self._camera_pipeline.electrons_through(
+                camera, state.sun.photons_per_joule, still, sun
+            )
         shares = row_shares(camera, len(states))
         for index, (moved, share) in enumerate(zip(states, shares, strict=True)):
             radiance = self._renderer.radiance(self._view(moved, camera.name))
             sun = _sun(moved, self._info(moved, camera.name))
-            electrons = self._imager.add_electrons(
+            electrons = self._camera_pipeline.add_electrons(
                 camera,
                 moved.sun.photons_per_joule,
-                self._imager.irradiance(camera, radiance, sun),
+                self._camera_pipeline.irradiance(camera, radiance, sun),
                 share,
                 first=index == 0,
             )
@@ -315,7 +317,7 @@ class Simulator:
     def _digital(
         self, state: SceneState, view: FrameView, info: FrameInfo, electrons: ImageTarget
     ) -> DigitalFrame:
-        target = self._imager.digital(view.camera, state.tai_ns, info.seed, electrons)
+        target = self._camera_pipeline.digital(view.camera, state.tai_ns, info.seed, electrons)
         with self._renderer.timer.measure("read"):
             return DigitalFrame(info=info, dn=target.read())
 
@@ -357,7 +359,7 @@ class Simulator:
     def close(self) -> None:
         """Free what draws, and the context if this simulator opened it."""
         with self._ctx:
-            self._imager.release()
+            self._camera_pipeline.release()
             self._renderer.release()
         if self._own_ctx:
             self._ctx.release()

@@ -10,7 +10,7 @@ import numpy as np
 
 from simgl.scenario.loader import scenario_from_dict
 from simgl.scenario.scenario import Scenario
-from simgl.simulator import Exposure, Product, Simulator
+from simgl.simulator import Capture, Product, Simulator
 
 Table = dict[str, Any]
 
@@ -53,7 +53,7 @@ def scene(
     return scenario_from_dict(data)
 
 
-def capture(gl: moderngl.Context, scenario: Scenario) -> Exposure:
+def capture(gl: moderngl.Context, scenario: Scenario) -> Capture:
     """The usual products of camera "cam" at the scenario's epoch."""
     with Simulator(scenario, gl) as simulator:
         return simulator.capture(scenario.at(scenario.epoch_tai_ns), "cam", USUAL_PRODUCTS)

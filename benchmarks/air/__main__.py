@@ -13,20 +13,18 @@ from typing import Any
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.air.photons import radiance_factor
 from benchmarks.record import write_record
+from simgl.arrays import Array
 from simgl.gpu.context import open_context
-from simgl.gpu.state import State
-from simgl.gpu.targets import Format, ImageTarget
-from simgl.passes.air_tables import ORDERS, AirKind, make_tables
-from simgl.physics.air import STANDARD
+from simgl.gpu.pipeline_state import State
+from simgl.gpu.render_targets import Format, ImageTarget
+from simgl.passes.background.air_tables import ORDERS, AirKind, make_tables
+from simgl.physics.atmosphere import STANDARD
 from simgl.scene.earth import Earth
 from tests.authorities.atmosphere import rows
 from tests.passes.air_scenes import RADIUS, Window, sphere, window
-
-Array = NDArray[np.float64]
 
 SIZE = 1280, 960
 

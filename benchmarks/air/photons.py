@@ -7,11 +7,9 @@ reflection. Straight rays, a point Sun, no polarisation; lengths [m].
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from simgl.physics.air import AIR_TOP, Atmosphere, extinction
-
-Array = NDArray[np.float64]
+from simgl.arrays import Array, Mask
+from simgl.physics.atmosphere import AIR_TOP, Atmosphere, extinction
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(32)
 # Weights below this are played for.
@@ -73,7 +71,7 @@ class _World:
 
     def fly(
         self, position: Array, direction: Array, rng: np.random.Generator
-    ) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_]]:
+    ) -> tuple[Array, Mask, Mask]:
         """Where each photon scatters or meets the ground; those that leave are not alive."""
         b = np.einsum("ij,ij->i", position, direction)
         squared = np.einsum("ij,ij->i", position, position)
@@ -122,7 +120,7 @@ class _World:
         self,
         position: Array,
         direction: Array,
-        on_ground: NDArray[np.bool_],
+        on_ground: Mask,
         rng: np.random.Generator,
     ) -> tuple[Array, Array, Array]:
         """Light of the Sun towards the camera [sr-1], the next direction, and its share."""
@@ -163,4 +161,4 @@ def _around(axis: Array, cosine: Array, azimuth: Array) -> Array:
     sine = np.sqrt(1.0 - cosine**2)
     turned = cosine[:, None] * axis
     turned += sine[:, None] * (np.cos(azimuth)[:, None] * u + np.sin(azimuth)[:, None] * v)
-    return np.asarray(turned / np.linalg.norm(turned, axis=1)[:, None])
+    return turned / np.linalg.norm(turned, axis=1)[:, None]

@@ -20,9 +20,8 @@ from Basilisk.architecture import messaging
 from Basilisk.fswAlgorithms import horizonOpNav, houghCircles, limbFinding
 from Basilisk.simulation import camera, simpleNav, spacecraft, vizInterface
 from Basilisk.utilities import RigidBodyKinematics, SimulationBaseClass, macros, simIncludeGravBody
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from simgl.arrays import Array
 
 MU = 3.986004418e14  # [m3 s-2]
 AU = 149597870700.0  # [m]
@@ -163,7 +162,7 @@ def limb_residuals(points: Array, cone: Array, centre: Array, f: float) -> Array
     direction = outward / radius[:, None]
     level = cone[2, 2] + cone[:2, 2] @ centre
     along = np.einsum("ni,ij,nj->n", direction, cone[:2, :2], direction)
-    return np.asarray(f * (radius - np.sqrt(-level / along)))
+    return f * (radius - np.sqrt(-level / along))
 
 
 def report(flight: Flight, size: int, seconds: float) -> int:

@@ -27,9 +27,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from simgl.arrays import Array, IndexArray
 
 NAMES = (
     "OpNavPoint",
@@ -163,7 +162,7 @@ def watch(base: Any, pictures: Path | None) -> Watched:
     return watched
 
 
-def fresh(recorder: Any, valid: Array | None = None) -> NDArray[np.int64]:
+def fresh(recorder: Any, valid: Array | None = None) -> IndexArray:
     """Indices where a recorder saw a message for the first time, among the valid ones."""
     written = np.array(recorder.timesWritten())
     _, first = np.unique(written, return_index=True)

@@ -28,7 +28,7 @@ def steps(count: int, folder: Path) -> dict[str, object]:
     (folder / "base.toml").write_text(wire.SCENARIO)
     (folder / "navcam.toml").write_text(wire.SHEET)
     address = f"ipc://{folder / 'source'}"
-    command = [sys.executable, "-m", "simgl_bridge.command", str(folder / "base.toml")]
+    command = [sys.executable, "-m", "simgl_bridge.commands", str(folder / "base.toml")]
     command += ["--basilisk", address, "--camera", f"1={folder / 'navcam.toml'}"]
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
     try:

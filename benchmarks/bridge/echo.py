@@ -8,7 +8,7 @@ from threading import Event
 
 import numpy as np
 import zmq
-from simgl_bridge.post import LOOPBACK_BUFFER
+from simgl_bridge.router_socket import LOOPBACK_BUFFER
 
 # As long as the header of a reply with one picture.
 HEADER_BYTES = 800

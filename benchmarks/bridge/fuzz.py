@@ -39,7 +39,7 @@ def fuzz(messages: int, folder: Path) -> dict[str, object]:
     replies: Counter[str] = Counter()
     warm = messages // 5
     before = 0
-    with server_process("simgl_bridge.command", str(path), address=address) as pid:
+    with server_process("simgl_bridge.commands", str(path), address=address) as pid:
         with Client(address, timeout_s=60.0) as client:
             epoch = client.welcome.epoch_tai_ns
             wanted = client.render(epoch, "nav", {"chaser": chaser(1)}).dn.tobytes()

@@ -27,7 +27,7 @@ REPORT_EVERY = 10_000
 
 def soak(frames: int, folder: Path) -> dict[str, object]:
     """The whole way, rendering included; see ``checked_frames``."""
-    return checked_frames("simgl_bridge.command", frames, folder)
+    return checked_frames("simgl_bridge.commands", frames, folder)
 
 
 def loop(frames: int, folder: Path) -> dict[str, object]:

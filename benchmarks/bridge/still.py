@@ -9,13 +9,13 @@ from threading import Event
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
-from simgl_bridge.native import WINDOW, NativeFront
+from simgl_bridge.fair_queue import FairQueue
+from simgl_bridge.render_session import RenderSession
 from simgl_bridge.server import serve
-from simgl_bridge.studio import Studio
-from simgl_bridge.turns import Turns
+from simgl_bridge.simgl1_endpoint import WINDOW, Simgl1Endpoint
 
-from simgl import Exposure, Scenario, Simulator, load_scenario
+from simgl import Capture, Scenario, Simulator, load_scenario
+from simgl.arrays import Image16
 from simgl.images import DigitalFrame, FrameInfo
 from simgl.scene.state import SceneState
 
@@ -40,16 +40,14 @@ class StillSimulator:
         self._shape = (detector.height, detector.width)
         self._dn = np.random.default_rng(1).integers(0, LEVELS, self._shape, dtype=np.uint16)
 
-    def _picture(self, tai_ns: int) -> NDArray[np.uint16]:
+    def _picture(self, tai_ns: int) -> Image16:
         if self._dn.size > SMALL_PIXELS:
             return self._dn
         dn = self._dn.copy()
         dn[0, :6] = [tai_ns // LEVELS**digit % LEVELS for digit in range(6)]
         return dn
 
-    def capture(
-        self, state: SceneState, camera: str, products: Any, during: Any = None
-    ) -> Exposure:
+    def capture(self, state: SceneState, camera: str, products: Any, during: Any = None) -> Capture:
         """The picture, with the pose of the state."""
         del products, during
         there = state.cameras[camera]
@@ -65,7 +63,7 @@ class StillSimulator:
             seed=self.scenario.seed,
             renderer=self.renderer_name,
         )
-        return Exposure(info=info, digital=DigitalFrame(info=info, dn=self._picture(state.tai_ns)))
+        return Capture(info=info, digital=DigitalFrame(info=info, dn=self._picture(state.tai_ns)))
 
     def close(self) -> None:
         """Nothing to free."""
@@ -76,16 +74,16 @@ def main() -> None:
     path, _, address = sys.argv[1:]
     stop = Event()
     signal.signal(signal.SIGTERM, lambda *_: stop.set())
-    turns = Turns(WINDOW)
+    queue = FairQueue(WINDOW)
 
     def open_still(scenario: Scenario) -> Simulator:
         return cast(Simulator, StillSimulator(scenario))
 
     with (
-        Studio(load_scenario(Path(path)), open_simulator=open_still) as studio,
-        NativeFront(studio, turns, address) as front,
+        RenderSession(load_scenario(Path(path)), open_simulator=open_still) as render_session,
+        Simgl1Endpoint(render_session, queue, address) as front,
     ):
-        serve([front], turns, stop)
+        serve([front], queue, stop)
 
 
 if __name__ == "__main__":

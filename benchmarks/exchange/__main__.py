@@ -13,28 +13,26 @@ from typing import Any
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from benchmarks.record import write_record
+from simgl.arrays import Array, Array32
 from simgl.bench import scene_files
+from simgl.environment_map import SkyRadiance, cell_radiance, cube_directions
 from simgl.gpu.context import open_context
-from simgl.passes.exchange import ExchangePass
+from simgl.passes.interreflection import InterreflectionPass
+from simgl.radiosity.gather_matrix import vertex_rows
+from simgl.radiosity.hemisphere import CELLS_ACROSS
+from simgl.radiosity.light_transport import LightTransport
+from simgl.radiosity.precomputed_response import PrecomputedResponse
+from simgl.radiosity.solver import lit_normals, radiosity, reflectors, vertex_irradiance
+from simgl.radiosity.sunlit_patches import SunlitPatches
+from simgl.radiosity.transport_store import TransportStore
 from simgl.scenario.loader import load_scenario
-from simgl.scene.means import mean_materials
+from simgl.scene.mean_materials import mean_materials
 from simgl.shapes import Shapes
-from simgl.sky import SkyRadiance, cell_radiance, cube_directions
-from simgl.transport.directions import CELLS_ACROSS
-from simgl.transport.models import Transports
-from simgl.transport.response import Response
-from simgl.transport.rows import vertex_rows
-from simgl.transport.solve import lit_normals, radiosity, reflectors, vertex_irradiance
-from simgl.transport.sunlit import SunlitPatches
-from simgl.transport.transport import Transport
 from simgl.view.background import SKY_TEXELS
-from simgl.view.frame import CraftView, frame_view
-
-Array = NDArray[np.float64]
+from simgl.view.frame_view import SpacecraftView, frame_view
 
 SUN = np.array([154.4, 174.8, 171.9, 313.4])
 # Of a cloudy Earth below, per band [W m-2 sr-1], and how far it reaches from nadir at 400 km.
@@ -54,16 +52,16 @@ def earth_below() -> SkyRadiance:
 def directions(count: int) -> Array:
     """(count, 3) unit, anywhere."""
     found = np.random.default_rng(20261122).normal(size=(count, 3))
-    return np.asarray(found / np.linalg.norm(found, axis=1)[:, None])
+    return found / np.linalg.norm(found, axis=1)[:, None]
 
 
-def frame_times(ctx: moderngl.Context, craft: CraftView, step: float) -> dict[str, float]:
+def frame_times(ctx: moderngl.Context, craft: SpacecraftView, step: float) -> dict[str, float]:
     """Of ``ExchangePass.draw``, the Sun moved by a step [rad] from each to the next [ms].
 
     work : of all cores
     """
-    transports = Transports()
-    exchange, sky = ExchangePass(ctx, transports, Shapes(transports)), earth_below()
+    transports = TransportStore()
+    exchange, sky = InterreflectionPass(ctx, transports, Shapes(transports)), earth_below()
     assert craft.exchange is not None
     clock, work = [], []
     for frame in range(WARM_UP + FRAMES):
@@ -83,7 +81,7 @@ def frame_times(ctx: moderngl.Context, craft: CraftView, step: float) -> dict[st
     }
 
 
-def agreement(craft: CraftView, transport: Transport, count: int) -> dict[str, Any]:
+def agreement(craft: SpacecraftView, transport: LightTransport, count: int) -> dict[str, Any]:
     """Irradiance of vertices by other surfaces, solved beforehand, over that solved at once.
 
     The light on the patches is the same for both; then at once with sunlight traced in the Sun's
@@ -91,18 +89,18 @@ def agreement(craft: CraftView, transport: Transport, count: int) -> dict[str, A
     """
     surface = reflectors(transport, mean_materials(craft.model))
     sunlit = SunlitPatches(transport)
-    response = Response(transport, surface, sunlit)
+    response = PrecomputedResponse(transport, surface, sunlit)
     cells = cell_radiance(earth_below(), CELLS_ACROSS)
     sky = transport.sky @ (np.float32(np.pi) * cells)
 
     rows = vertex_rows(transport)
 
-    def on_vertices(exitance: NDArray[np.float32]) -> NDArray[np.float32]:
+    def on_vertices(exitance: Array32) -> Array32:
         values = np.empty((*rows.shape, 4), dtype=np.float32)
         vertex_irradiance(rows, exitance, values)
         return values
 
-    def at_once(cosines: NDArray[np.float32]) -> NDArray[np.float32]:
+    def at_once(cosines: Array32) -> Array32:
         irradiance = (cosines[:, None] * SUN).astype(np.float32) + sky
         return on_vertices(radiosity(transport, surface, surface.albedo * irradiance))
 
@@ -140,7 +138,7 @@ def main() -> None:
     state = scenario.at(scenario.epoch_tai_ns)
     craft = frame_view(state, "observer", sample_budget=1000).tiles[0].craft[0]
     with open_context() as ctx:
-        transport = Transports().of(craft.model)
+        transport = TransportStore().of(craft.model)
         assert transport is not None
         results = {
             "renderer": ctx.info["GL_RENDERER"],

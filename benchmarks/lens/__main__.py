@@ -10,22 +10,21 @@ from typing import Annotated, Any
 import msgspec
 import numpy as np
 import typer
-from numpy.typing import NDArray
 from PIL import Image
 
 from benchmarks.record import write_record
+from simgl.arrays import Array32, Image8
+from simgl.camera.camera import Camera, Detector, Lens
+from simgl.camera.lens import Blur, PointSpread
+from simgl.camera.point_spread import Spread
+from simgl.config.validation import read_toml
 from simgl.images import contact_sheet, display_from_linear
-from simgl.optics.spread import Spread
 from simgl.output import check_writable, complete_file
-from simgl.reference.optics import convolved, point_spread
 from simgl.scenario.loader import scenario_from_dict
-from simgl.scenario.strict import read_toml
-from simgl.scene.camera import Camera, Detector, Lens
-from simgl.scene.lens import Blur, PointSpread
 from simgl.simulator import Product, Simulator
+from tests.reference.optics import convolved, point_spread
 
 HERE = Path(__file__).parent
-Floats = NDArray[np.float32]
 
 BARREL = {"k1": -0.35, "k2": 0.1, "p1": 0.002}
 EFFECTS: dict[str, dict[str, Any]] = {
@@ -65,9 +64,9 @@ class Record(msgspec.Struct, frozen=True, kw_only=True):
     veil_error: dict[str, float]
 
 
-def sheet() -> NDArray[np.uint8]:
+def sheet() -> Image8:
     """Each effect, and below it the same with its faint parts brightened."""
-    panels: dict[str, NDArray[np.uint8]] = {}
+    panels: dict[str, Image8] = {}
     data = read_toml(HERE / "scene.toml")
     for name, optics in EFFECTS.items():
         scenario = scenario_from_dict(
@@ -99,7 +98,7 @@ def _camera() -> Camera:
     return Camera(name="nav", lens=lens, detector=detector, exposure_time=5e-4)
 
 
-def _panel() -> Floats:
+def _panel() -> Array32:
     """A sunlit panel and a glint, irradiance of four bands [W m-2]."""
     planes = np.zeros((4, _HEIGHT, _WIDTH), dtype=np.float32)
     planes[:, 250:700, 200:500] = np.array([1.9, 2.1, 2.1, 3.8], dtype=np.float32)[:, None, None]

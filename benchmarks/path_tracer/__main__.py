@@ -30,10 +30,10 @@ from benchmarks.path_tracer.tracer import (
     trace,
 )
 from benchmarks.record import write_record
-from simgl import Exposure, Product, Scenario, Simulator
+from simgl import Capture, Product, Scenario, Simulator
 from simgl.output import check_writable, write_exr
 from simgl.scene.state import SceneState, SunInDirection
-from simgl.view.frame import Gather
+from simgl.view.frame_view import Gather
 
 HERE = Path(__file__).parent
 # Brightening of the pictures: the second scene has no direct sunlight in view.
@@ -145,7 +145,7 @@ def _compared(path: Path, out: Path, console: Console) -> tuple[SceneRecord, str
     return scene, renderer
 
 
-def _simgl(scenario: Scenario, state: SceneState) -> tuple[Exposure, float, str]:
+def _simgl(scenario: Scenario, state: SceneState) -> tuple[Capture, float, str]:
     """The picture, the processor time of a frame [ms] and the renderer's name."""
     products = {Product.RADIANCE}
     with Simulator(scenario) as simulator:
@@ -164,7 +164,7 @@ def _sun_moved(state: SceneState, angle: float) -> SceneState:
     return replace(state, sun=replace(state.sun, direction_icrf=direction))
 
 
-def _write(out: Path, name: str, exposure: Exposure, traced: Traced, found: Difference) -> None:
+def _write(out: Path, name: str, exposure: Capture, traced: Traced, found: Difference) -> None:
     assert exposure.radiance is not None
     write_exr(out / f"{name}.simgl.exr", exposure.radiance)
     gain = GAINS.get(name.partition(".")[0], 1.0)

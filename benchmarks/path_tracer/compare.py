@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from simgl.arrays import Array
 
 # A pixel's difference is taken relative to the reference, but at least to this share of its mean.
 FLOOR = 0.01

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+from simgl.radiosity.solver import hemispherical_albedo
 from simgl.scenario.loader import load_scenario
 from simgl.scenario.scenario import Scenario
 from simgl.scene.materials import Material
-from simgl.scene.means import mean_materials
+from simgl.scene.mean_materials import mean_materials
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.textures import SurfaceTextures
-from simgl.transport.solve import hemispherical_albedo
 
 
 def lambertian_scenario(path: Path) -> Scenario:

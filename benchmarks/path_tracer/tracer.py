@@ -16,15 +16,13 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from simgl.cache import read_arrays, write_arrays
+from simgl.arrays import Array, UIntArray
+from simgl.disk_cache import read_arrays, write_arrays
 from simgl.physics.constants import ASTRONOMICAL_UNIT
 from simgl.physics.frames import unit
 from simgl.scene.materials import Material
 from simgl.scene.state import BodyState, CameraState, SceneState, SunSeen
-
-Array = NDArray[np.float64]
 
 # The bands that the tracer's three colours stand for, picture by picture.
 VISIBLE, NEAR_INFRARED = (0, 1, 2), (3, 3, 3)
@@ -246,7 +244,7 @@ def _shape(
     return shape
 
 
-def _write_ply(path: Path, positions: Array, normals: Array, triangles: NDArray[np.uint32]) -> None:
+def _write_ply(path: Path, positions: Array, normals: Array, triangles: UIntArray) -> None:
     used, corners = np.unique(triangles, return_inverse=True)
     vertices = np.empty(len(used), dtype=_VERTEX)
     for k, axis in enumerate("xyz"):

@@ -22,11 +22,11 @@ from benchmarks.record import load, write_record
 from simgl import assets
 from simgl.gpu.context import open_context
 from simgl.gpu.glsl import assemble
-from simgl.gpu.state import State
-from simgl.gpu.targets import Format, ImageTarget
-from simgl.passes.air import AirPass
-from simgl.passes.planet import PlanetPass
-from simgl.passes.planet_blocks import PLANET
+from simgl.gpu.pipeline_state import State
+from simgl.gpu.render_targets import Format, ImageTarget
+from simgl.passes.background.air import AtmospherePass
+from simgl.passes.background.planet import PlanetPass
+from simgl.passes.background.planet_blocks import PLANET
 from simgl.physics.ephemeris import itrf_from_icrf, tai_ns_from_utc
 from simgl.scenario.loader import scenario_from_dict
 from simgl.view.background import Background, background
@@ -125,7 +125,7 @@ def main(
     """Draw, time, print, and write the record."""
     before = load()
     with open_context() as ctx:
-        air = AirPass(ctx)
+        air = AtmospherePass(ctx)
         planet = PlanetPass(ctx, air)
         target = ImageTarget(ctx, SIZE, (Format("f4", 4),))
         area = 0, 0, *SIZE

@@ -20,7 +20,7 @@ from zmq.auth import create_certificates, load_certificate
 from zmq.auth.thread import ThreadAuthenticator
 
 from simgl.errors import BridgeError, ConfigError, OutputError
-from simgl_bridge.address import check_bindable, ipc_path, is_ipv6, is_listening
+from simgl_bridge.bind_address import check_bindable, ipc_path, is_ipv6, is_listening
 
 _DOMAIN = b"simgl"
 # 32 bytes in ZeroMQ's Z85.

@@ -13,9 +13,12 @@ from zmq.utils.monitor import recv_monitor_message
 from simgl.errors import BridgeError
 from simgl_bridge import multipart
 from simgl_bridge.access import ClientKeys
-from simgl_bridge.dial import dial
-from simgl_bridge.failures import NoAnswerError, RemoteError
-from simgl_bridge.image import Image, Tick
+from simgl_bridge.body_pose import BodyPose
+from simgl_bridge.client_errors import NoAnswerError, RemoteError
+from simgl_bridge.client_images import Image, Tick
+from simgl_bridge.client_protocol import ClientProtocol, check_timeout, server_deadline_ms, shot_of
+from simgl_bridge.connect import dial
+from simgl_bridge.framing import pack
 from simgl_bridge.messages import (
     Bye,
     Configure,
@@ -31,9 +34,6 @@ from simgl_bridge.messages import (
     Stats,
     Welcome,
 )
-from simgl_bridge.pose import BodyPose
-from simgl_bridge.talk import Talk, check_timeout, server_deadline_ms, shot_of
-from simgl_bridge.wire import pack
 
 # States of the free-run that a client remembers, to check the pictures of them.
 _STATES = 1024
@@ -64,7 +64,7 @@ class Client:
         check_timeout(timeout_s)
         self.address = address
         self.timeout_s = timeout_s
-        self._talk = Talk(address)
+        self._protocol = ClientProtocol(address)
         self._states: dict[int, State] = {}
         self._context = zmq.Context()
         try:
@@ -72,7 +72,7 @@ class Client:
             self._poller = zmq.Poller()
             self._poller.register(self._socket, zmq.POLLIN)
             self._poller.register(self._monitor, zmq.POLLIN)
-            self._talk.greeted(self._ask(self._talk.hello(name), Welcome, None)[0])
+            self._protocol.greeted(self._ask(self._protocol.hello(name), Welcome, None)[0])
         except BaseException:
             self._context.destroy(linger=0)
             raise
@@ -80,30 +80,30 @@ class Client:
     @property
     def welcome(self) -> Welcome:
         """What the server said of itself: cameras, bodies, seed, window."""
-        return self._talk.welcome
+        return self._protocol.welcome
 
     @property
     def restarts(self) -> int:
         """Times that the server was restarted with the same scene since this client connected."""
-        return self._talk.restarts
+        return self._protocol.restarts
 
     def ping(self) -> float:
         """Round-trip time [s]."""
-        id = self._talk.next_id()
+        id = self._protocol.next_id()
         start = time.perf_counter()
         self._ask(Ping(id=id), Pong, id)
         return time.perf_counter() - start
 
     def stats(self) -> Statistics:
         """What the server counted."""
-        id = self._talk.next_id()
+        id = self._protocol.next_id()
         return self._ask(Stats(id=id), Statistics, id)[0]
 
     def configure(self, scenario: str | None = None, seed: int | None = None) -> Welcome:
         """Another scenario of the server's folder, or another seed, for all its clients."""
-        id = self._talk.next_id()
+        id = self._protocol.next_id()
         reply, _ = self._ask(Configure(id=id, scenario=scenario, seed=seed), Welcome, id)
-        self._talk.greeted(reply)
+        self._protocol.greeted(reply)
         return reply
 
     def render(
@@ -162,7 +162,7 @@ class Client:
             still there renders once
         """
         attempts = 2 if retry else 1
-        request = self._talk.render(
+        request = self._protocol.render(
             tai_ns,
             cameras,
             bodies,
@@ -173,7 +173,7 @@ class Client:
             moving,
         )
         images, payload = self._ask(request, Images, request.id, attempts)
-        return self._talk.shown(request, images, payload)
+        return self._protocol.shown(request, images, payload)
 
     def send_state(
         self,
@@ -190,8 +190,8 @@ class Client:
         A state that the server refuses is raised by the next call that waits.
         """
         self._check_open()
-        state = self._talk.state(tai_ns, cameras, bodies, sun_position_m, lamps, moving)
-        self._post(state, time.monotonic() + self.timeout_s)
+        state = self._protocol.state(tai_ns, cameras, bodies, sun_position_m, lamps, moving)
+        self._router(state, time.monotonic() + self.timeout_s)
         self._states[state.id] = state
         if len(self._states) > _STATES:
             del self._states[next(iter(self._states))]
@@ -202,14 +202,14 @@ class Client:
 
         They say which state they show, and how many states went by unseen.
         """
-        id = self._talk.next_id()
+        id = self._protocol.next_id()
         request = Next(id=id, after=after, deadline_ms=server_deadline_ms(self.timeout_s))
         images, payload = self._ask(request, Images, id)
         state = self._states.get(images.state_id) if images.state_id is not None else None
         # The state may be another client's, or older than what is remembered.
         if state is None or state.tai_ns != images.tai_ns:
-            return self._talk.unverified(images, payload)
-        return self._talk.shown(state, images, payload)
+            return self._protocol.unverified(images, payload)
+        return self._protocol.shown(state, images, payload)
 
     def _ask(
         self, message: Message, kind: type[_R], id: int | None, attempts: int = 1
@@ -229,22 +229,22 @@ class Client:
         self._check_open()
         deadline = time.monotonic() + self.timeout_s
         self._settle()
-        self._post(message, deadline)
+        self._router(message, deadline)
         while True:
             broke = self._wait_for_reply(deadline)
             # What came before a break counts: read first.
             while received := self._receive():
                 reply, payload = received
                 if isinstance(reply, Bye):
-                    raise self._talk.no_answer("the server said goodbye", message)
+                    raise self._protocol.no_answer("the server said goodbye", message)
                 if isinstance(reply, Error) and self._concerns(reply, id, message):
                     raise RemoteError(self.address, reply)
                 if isinstance(reply, kind) and getattr(reply, "id", None) == id:
                     return reply, payload
             if broke:
-                raise self._talk.no_answer("the connection broke", message)
+                raise self._protocol.no_answer("the connection broke", message)
             if time.monotonic() >= deadline:
-                raise self._talk.timed_out(message, self.timeout_s)
+                raise self._protocol.timed_out(message, self.timeout_s)
 
     def _concerns(self, error: Error, id: int | None, message: Message) -> bool:
         """Whether an error is about the open request, or a state that was sent before it."""
@@ -270,10 +270,10 @@ class Client:
         broke = False
         while self._monitor.poll(0):
             event = int(recv_monitor_message(self._monitor)["event"])
-            broke = self._talk.heed(event) or broke
+            broke = self._protocol.heed(event) or broke
         return broke
 
-    def _post(self, message: Message, deadline: float) -> None:
+    def _router(self, message: Message, deadline: float) -> None:
         """Hand a message over; raises NoAnswerError where there is no room for it in time."""
         frames = pack(message)
         while True:
@@ -283,12 +283,12 @@ class Client:
             except zmq.Again:
                 left = deadline - time.monotonic()
                 if left <= 0.0 or not self._socket.poll(math.ceil(left * 1000.0), zmq.POLLOUT):
-                    raise self._talk.timed_out(message, self.timeout_s) from None
+                    raise self._protocol.timed_out(message, self.timeout_s) from None
 
     def _receive(self) -> tuple[Message, Sequence[memoryview]] | None:
         """A message that has arrived; None where none has."""
         parts = [frame.buffer for frame in multipart.receive(self._socket)]
-        return (self._talk.opened(parts), parts[2:]) if parts else None
+        return (self._protocol.opened(parts), parts[2:]) if parts else None
 
     def _wait_for_reply(self, deadline: float) -> bool:
         """Wait for a reply or the end of the connection; whether the connection broke."""
@@ -305,7 +305,7 @@ class Client:
         """Say goodbye and hang up, without waiting."""
         if self._context.closed:
             return
-        if self._talk.connected and self._socket.poll(0, zmq.POLLOUT):
+        if self._protocol.connected and self._socket.poll(0, zmq.POLLOUT):
             multipart.send(self._socket, pack(Bye()))
         # Time for the goodbye to leave; a server that is gone costs no more than this.
         self._context.destroy(linger=100)

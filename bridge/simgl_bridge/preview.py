@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 import zmq
-from numpy.typing import NDArray
 
+from simgl.arrays import Image8, Image16
+from simgl.camera.camera import Camera
 from simgl.errors import BridgeError
 from simgl.images import display_from_dn
-from simgl.scene.camera import Camera
 from simgl_bridge.access import Access, ClientKeys, bound, reason
+from simgl_bridge.framing import BadMessageError, pack, unpack_reply
 from simgl_bridge.messages import Images, Preview
-from simgl_bridge.wire import BadMessageError, pack, unpack_reply
 
 # Least time between two previews [s]; a person sees no more.
 INTERVAL = 0.1
@@ -37,7 +37,7 @@ class Monitor:
         self._skipped = 0
         self._due = 0.0
 
-    def show(self, images: Images, digital: tuple[Camera, NDArray[np.uint16]] | None) -> None:
+    def show(self, images: Images, digital: tuple[Camera, Image16] | None) -> None:
         """Publish a picture, unless the last one was just now."""
         if digital is None:
             return
@@ -73,7 +73,7 @@ class Seen:
     missed : previews that were published since the last one and never came
     """
 
-    picture: NDArray[np.uint8]
+    picture: Image8
     camera: str
     tai_ns: int
     sequence: int
@@ -137,7 +137,7 @@ class Watch:
         self.close()
 
 
-def _opened(address: str, frames: list[bytes]) -> tuple[Preview, NDArray[np.uint8]]:
+def _opened(address: str, frames: list[bytes]) -> tuple[Preview, Image8]:
     try:
         preview = unpack_reply(frames)
     except BadMessageError as error:

@@ -15,7 +15,7 @@ from typing import Any, Protocol
 
 import zmq
 
-from simgl_bridge.turns import Turns
+from simgl_bridge.fair_queue import FairQueue
 
 # How soon a stop is noticed while no request comes [s].
 IDLE = 0.05
@@ -31,7 +31,7 @@ class Stop(Protocol):
         """Whether to stop now."""
 
 
-class Front(Protocol):
+class Endpoint(Protocol):
     """One protocol at one address. Nothing that a peer sends may raise."""
 
     @property
@@ -48,7 +48,7 @@ class Front(Protocol):
         """Tell the peers that the server leaves."""
 
 
-def serve(fronts: Sequence[Front], turns: Turns, stop: Stop) -> None:
+def serve(fronts: Sequence[Endpoint], queue: FairQueue, stop: Stop) -> None:
     """Answer until ``stop`` is set; a picture in hand is finished and sent first."""
     poller = zmq.Poller()
     for front in fronts:
@@ -57,11 +57,11 @@ def serve(fronts: Sequence[Front], turns: Turns, stop: Stop) -> None:
     while not stop.is_set():
         now = time.monotonic()
         due = min(front.tick(now) for front in fronts)
-        wait = 0.0 if len(turns) or now < awake else max(min(due - now, IDLE), 0.0)
+        wait = 0.0 if len(queue) or now < awake else max(min(due - now, IDLE), 0.0)
         poller.poll(round(wait * 1000.0))
         for front in fronts:
             front.receive()
-        work = turns.take()
+        work = queue.take()
         if work is not None:
             work()
             awake = time.monotonic() + AWAKE

@@ -11,9 +11,9 @@ from PIL import Image
 
 from examples.camera_effects.pictures import pictures
 from simgl import SimglError
+from simgl.cli_progress import bake_bar
 from simgl.images import contact_sheet
 from simgl.output import check_writable, complete_file
-from simgl.progress import bake_bar
 
 COLUMNS = 4
 

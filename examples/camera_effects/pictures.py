@@ -8,19 +8,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simgl import Product, Scenario, Simulator, load_scenario
+from simgl.arrays import Image8
+from simgl.camera.camera import Camera
+from simgl.camera.detector import Detector, FixedPattern, Particles
+from simgl.camera.presets import read_camera
 from simgl.images import display_from_dn
 from simgl.physics.constants import SOLAR_TEMPERATURE
-from simgl.scenario.cameras import read_camera
+from simgl.progress import Progress
 from simgl.scenario.schema import CameraTable
-from simgl.scene.camera import Camera
-from simgl.scene.detector import Detector, FixedPattern, Particles
 from simgl.scene.state import SceneState
-from simgl.steps import Progress
-
-Picture = NDArray[np.uint8]
 
 SCENE = Path(__file__).parents[1] / "gallery" / "bay.toml"
 CAMERA = "craft"
@@ -112,7 +110,7 @@ def panels(colour: Detector) -> dict[str, Panel]:
     }
 
 
-def pictures(width: int, progress: Progress | None = None) -> Iterator[tuple[str, Picture]]:
+def pictures(width: int, progress: Progress | None = None) -> Iterator[tuple[str, Image8]]:
     """Title and 8-bit sRGB picture of each panel.
 
     width : pixels; the height is three quarters of it
@@ -150,7 +148,7 @@ def _plain(camera: Camera, width: int) -> Camera:
     return replace(camera, detector=detector, exposure_time=0.25 * camera.exposure_time)
 
 
-def _picture(simulator: Simulator, camera: Camera, panel: Panel) -> Picture:
+def _picture(simulator: Simulator, camera: Camera, panel: Panel) -> Image8:
     scenario = simulator.scenario
     at = _turning(scenario, camera) if panel.turns else None
     state = _seen_by(scenario.at(scenario.epoch_tai_ns), camera)

@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-Array = NDArray[np.float64]
+from simgl.arrays import Array
 
 MASS = 20.0  # [kg] of a 12U
 INERTIA = np.array([0.26, 0.28, 0.31])  # [kg m2] with both panels out, about the body axes

@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from simgl_bridge.messages import CameraCard
 
-Array = NDArray[np.float64]
-Image = NDArray[np.uint16]
+from simgl.arrays import Array
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,7 +43,7 @@ class Pinhole:
         """(3,) unit vector in camera axes through a point of the image (u, v) [px]."""
         u, v = point
         along = np.array([u - self.cx, v - self.cy, self.focal_length])
-        return np.asarray(along / np.linalg.norm(along))
+        return along / np.linalg.norm(along)
 
     def project(self, position_camera: Array) -> tuple[float, float]:
         """Point of the image (u, v) [px] where a position in camera axes appears."""
@@ -55,4 +53,4 @@ class Pinhole:
     def project_all(self, positions_camera: Array) -> Array:
         """(n, 2) points of the image [px] where positions (n, 3) in camera axes appear."""
         plane = positions_camera[:, :2] / positions_camera[:, 2:]
-        return np.asarray(plane * self.focal_length + [self.cx, self.cy])
+        return plane * self.focal_length + [self.cx, self.cy]

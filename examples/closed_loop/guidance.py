@@ -11,11 +11,9 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
-from numpy.typing import NDArray
 
 from examples.closed_loop.relative_motion import velocity_to_reach
-
-Array = NDArray[np.float64]
+from simgl.arrays import Array
 
 
 class Phase(StrEnum):
@@ -48,7 +46,7 @@ class Leg:
         """
         step = from_aim * (1.0 - np.exp(-self.hop / self.time_constant))
         size, limit = float(np.linalg.norm(step)), self.top_speed * self.hop
-        return np.asarray(from_aim - step * min(1.0, limit / max(size, 1e-12)))
+        return from_aim - step * min(1.0, limit / max(size, 1e-12))
 
 
 @dataclass(frozen=True, kw_only=True)

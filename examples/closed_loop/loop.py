@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 from simgl_bridge import BodyPose, DelayLine, Image
 
@@ -22,15 +21,14 @@ from examples.closed_loop.navigation import Estimate
 from examples.closed_loop.pilot import Drawing, Look, Pilot
 from examples.closed_loop.spacecraft import Orbit, relative_state, wandering
 from simgl import Scenario
+from simgl.arrays import Array, Image16
+from simgl.motion.mounts import BodyMount, at_rest
+from simgl.motion.trajectory import LvlhAttitude, poses
 from simgl.physics.frames import (
     Pose,
     lvlh_angular_velocity,
     quaternion_from_matrix,
 )
-from simgl.scene.mounts import BodyMount, at_rest
-from simgl.scene.trajectory import LvlhAttitude, poses
-
-Array = NDArray[np.float64]
 
 CAMERA, LAMP = "navcam", "flood"
 WING_TIPS = ("wing_tip_left", "wing_tip_right")  # keypoints of the target, as the camera sees them
@@ -112,7 +110,7 @@ class Frame:
     @property
     def error(self) -> Array:
         """(9,) estimate minus truth."""
-        return np.asarray(self.estimated - self.true)
+        return self.estimated - self.true
 
     @property
     def sigma(self) -> Array:
@@ -124,7 +122,7 @@ class Frame:
 class Picture:
     """An image kept for the report."""
 
-    dn: NDArray[np.uint16]
+    dn: Image16
     frame: Frame
 
 
@@ -326,7 +324,7 @@ def _advanced(
 def _target_attitude(world: _World, drawing: Drawing) -> Array:
     """R_icrf_from_target (3, 3), as it really is."""
     turn = Rotation.from_rotvec(world.turn).as_matrix()
-    return np.asarray(world.target.R_lvlh_from_icrf.T @ turn @ drawing.R_lvlh_from_target)
+    return world.target.R_lvlh_from_icrf.T @ turn @ drawing.R_lvlh_from_target
 
 
 def _board(world: _World, drawing: Drawing) -> tuple[Array, Array]:

@@ -11,13 +11,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.spatial import KDTree
 
-from examples.closed_loop.camera import Image, Pinhole
-
-Array = NDArray[np.float64]
+from examples.closed_loop.camera import Pinhole
+from simgl.arrays import Array, Image16, IndexArray, Mask
 
 DARK = 0.5  # of the white around it; the paint is at 0.05, half of a pixel's area makes the rest
 LEAST_SIGNAL = 20.0  # [DN] of the white around a disc, five times the noise of reading
@@ -67,11 +65,11 @@ class Sighting:
     points : (n, 2) their centres [px]
     """
 
-    index: NDArray[np.intp]
+    index: IndexArray
     points: Array
 
 
-def board_level(dn: Image, camera: Pinhole, predicted: Array) -> float:
+def board_level(dn: Image16, camera: Pinhole, predicted: Array) -> float:
     """How bright the white is where the board should be, above the pedestal [DN]."""
     low, high = _window(camera, predicted, 0.0)
     if np.any(high - low < 2):
@@ -81,7 +79,7 @@ def board_level(dn: Image, camera: Pinhole, predicted: Array) -> float:
 
 
 def find_markers(
-    dn: Image, camera: Pinhole, board: Board, predicted: Array, scale: float, search: float
+    dn: Image16, camera: Pinhole, board: Board, predicted: Array, scale: float, search: float
 ) -> Sighting | None:
     """The board's discs in an image, or None where they are not beyond doubt.
 
@@ -116,9 +114,7 @@ def find_markers(
     return Sighting(index=index, points=found[chosen])
 
 
-def _window(
-    camera: Pinhole, predicted: Array, margin: float
-) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def _window(camera: Pinhole, predicted: Array, margin: float) -> tuple[IndexArray, IndexArray]:
     """Corners (column, row) of the part of the image around places, high ones excluded."""
     edge = np.array([camera.width, camera.height])
     low = np.clip(np.floor(predicted.min(axis=0) - margin), 0, edge).astype(np.intp)
@@ -126,7 +122,7 @@ def _window(
     return low, high
 
 
-def _dark_discs(signal: Array, radius: float) -> tuple[Array, NDArray[np.bool_]]:
+def _dark_discs(signal: Array, radius: float) -> tuple[Array, Mask]:
     """(n, 2) centres of dark discs [px], and which of them have a bright middle."""
     size = 2 * int(np.ceil(1.15 * radius)) + 1
     white = ndimage.grey_closing(signal, size=(size, size))
@@ -161,7 +157,7 @@ def _dark_discs(signal: Array, radius: float) -> tuple[Array, NDArray[np.bool_]]
 
 def _matched(
     found: Array, predicted: Array, pitch: float, search: float
-) -> tuple[NDArray[np.intp], NDArray[np.intp]] | None:
+) -> tuple[IndexArray, IndexArray] | None:
     """Which disc each found place is: indices of ``predicted`` and of ``found``, pairwise."""
     tree = KDTree(found)
     middle = predicted.mean(axis=0)

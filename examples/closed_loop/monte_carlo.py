@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from examples.closed_loop.loop import Flight
 from examples.closed_loop.report import Summary, document, picture_of
+from simgl.arrays import Array
 from simgl.output import complete_file
 
 PAGE = "monte_carlo.html"
@@ -52,7 +52,7 @@ def statistics(summaries: Sequence[Summary]) -> dict[str, object]:
     return table
 
 
-def normalised_errors(flight: Flight) -> NDArray[np.float64]:
+def normalised_errors(flight: Flight) -> Array:
     """(frame,) squared error of place and turn over the filter's covariance; 6 on average."""
     keep = [0, 1, 2, 6, 7, 8]
     values = []

@@ -16,11 +16,9 @@ from bisect import bisect_right
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from examples.closed_loop.relative_motion import transition
-
-Array = NDArray[np.float64]
+from simgl.arrays import Array
 
 # Chi-square of 3 and of 6 degrees of freedom exceeds these once in 10 000.
 GATES = {3: 21.1, 6: 27.9}

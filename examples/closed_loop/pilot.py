@@ -9,19 +9,17 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from examples.closed_loop.attitude import ATTITUDE_KNOWLEDGE_ERROR
-from examples.closed_loop.camera import Image, Pinhole
+from examples.closed_loop.camera import Pinhole
 from examples.closed_loop.exposure import ExposureControl, Light
 from examples.closed_loop.guidance import Phase, Plan
 from examples.closed_loop.markers import Board, Sighting, board_level, find_markers
 from examples.closed_loop.navigation import Estimate, Filter, Fix, far_fix
 from examples.closed_loop.pose import BoardPose, locate, solve_pose
 from examples.closed_loop.silhouette import SPACE_RIDER_WING, Silhouette, find_target
-
-Array = NDArray[np.float64]
+from simgl.arrays import Array, Image16
 
 # Against the truth a tip is found to 0.1 to 0.2 px, but the error is that of shadows and highlights
 # on the wing and lasts for many frames: a fix is worth less than its scatter says.
@@ -63,12 +61,12 @@ class Drawing:
     @property
     def board_lvlh(self) -> Array:
         """(3,) nominal place of the board from the target's origin [m]."""
-        return np.asarray(self.R_lvlh_from_target @ self.board_position)
+        return self.R_lvlh_from_target @ self.board_position
 
     @property
     def R_lvlh_from_board(self) -> Array:
         """(3, 3) nominal."""
-        return np.asarray(self.R_lvlh_from_target @ self.R_target_from_board)
+        return self.R_lvlh_from_target @ self.R_target_from_board
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -124,7 +122,7 @@ class Pilot:
         """
         state = self.filter.at(time).mean
         place, _ = self._board(state)
-        return np.asarray(place - state[:3] - R_lvlh_from_body @ self._drawing.camera_position)
+        return place - state[:3] - R_lvlh_from_body @ self._drawing.camera_position
 
     def _board(self, state: Array) -> tuple[Array, Array]:
         """Place (3,) [m] and R_lvlh_from_board of the board from the target, by the filter."""
@@ -137,7 +135,7 @@ class Pilot:
         self._taken[time] = (R_lvlh_from_body, self.light)
         return self.light
 
-    def see(self, dn: Image, time: float, now: float) -> Look:
+    def see(self, dn: Image16, time: float, now: float) -> Look:
         """An image of an earlier time has arrived."""
         R_lvlh_from_body, light = self._taken.pop(time)
         state = self.filter.at(time)
@@ -155,7 +153,7 @@ class Pilot:
         self.light = self._control.after(self.light, light, look.brightness)
         return look
 
-    def _see_wings(self, dn: Image, look: Look, R_lvlh_from_body: Array, near: bool) -> Look:
+    def _see_wings(self, dn: Image16, look: Look, R_lvlh_from_body: Array, near: bool) -> Look:
         camera, drawing = self._camera, self._drawing
         silhouette = find_target(dn, camera, SPACE_RIDER_WING)
         if silhouette is None:
@@ -177,7 +175,9 @@ class Pilot:
         )
         return replace(look, silhouette=silhouette, fix=fix)
 
-    def _see_markers(self, dn: Image, look: Look, state: Estimate, R_lvlh_from_body: Array) -> Look:
+    def _see_markers(
+        self, dn: Image16, look: Look, state: Estimate, R_lvlh_from_body: Array
+    ) -> Look:
         camera, drawing = self._camera, self._drawing
         R_camera_from_lvlh = drawing.R_camera_from_body @ R_lvlh_from_body.T
         place, R_lvlh_from_board = self._board(state.mean)
@@ -251,7 +251,7 @@ class Pilot:
         """(3,) where the present leg wants the chaser: its camera on the board's axis."""
         place, R_lvlh_from_board = self._board(state)
         camera = place + self._plan.leg(self.phase).distance * R_lvlh_from_board[:, 0]
-        return np.asarray(camera - R_lvlh_from_body @ self._drawing.camera_position)
+        return camera - R_lvlh_from_body @ self._drawing.camera_position
 
     def _change_phase(self, state: Array, aim: Array) -> None:
         off = float(np.linalg.norm(state[:3] - aim))

@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from examples.closed_loop.camera import Pinhole
 from examples.closed_loop.silhouette import Silhouette
-
-Array = NDArray[np.float64]
+from simgl.arrays import Array
 
 CONSISTENT = 3.0  # [px] rays of both tips must meet the two tips within this
 FEWEST_MARKERS = 8  # a pose has 6 unknowns, each marker gives 2 equations

@@ -6,10 +6,9 @@ The state is (6,): position [m] and velocity [m s-1] of the chaser from the targ
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import expm
 
-Array = NDArray[np.float64]
+from simgl.arrays import Array
 
 
 def transition(mean_motion: float, duration: float) -> Array:
@@ -24,7 +23,7 @@ def transition(mean_motion: float, duration: float) -> Array:
     rate[4, 1] = -n * n
     rate[5, 2] = 3.0 * n * n
     rate[5, 3] = -2.0 * n
-    return np.asarray(expm(rate * duration))
+    return expm(rate * duration)
 
 
 def velocity_to_reach(mean_motion: float, duration: float, position: Array, aim: Array) -> Array:

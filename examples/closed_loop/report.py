@@ -15,12 +15,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
-from numpy.typing import NDArray
 
 from examples.closed_loop.loop import Flight, Frame, Picture
+from simgl.arrays import Array
 from simgl.output import complete_file
-
-Array = NDArray[np.float64]
 
 PAGE = "docking.html"
 TABLE = "docking.csv"

@@ -9,13 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 
-from examples.closed_loop.camera import Image, Pinhole
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
+from examples.closed_loop.camera import Pinhole
+from simgl.arrays import Array, Image16, Mask
 
 BORDER = 16  # [px] the frame around the image that serves as dark sample
 DETECTION_SIGMA = 6.0  # 360 000 pixels of normal noise exceed it 4e-4 times per image
@@ -65,7 +62,7 @@ class Silhouette:
     right_tip: tuple[float, float] | None
 
 
-def find_target(dn: Image, camera: Pinhole, pattern: TipPattern) -> Silhouette | None:
+def find_target(dn: Image16, camera: Pinhole, pattern: TipPattern) -> Silhouette | None:
     """The largest bright region of the image with its neighbours, or None in an empty one."""
     signal = dn.astype(np.float64) - camera.pedestal_dn
     border = np.concatenate(
@@ -114,7 +111,7 @@ def _largest_group(bright: Mask) -> Mask | None:
         beside = np.all((boxes[:, :2] < high + reach) & (boxes[:, 2:] > low - reach), axis=1)
         grown = member | (able & beside)
         if np.array_equal(grown, member):
-            return np.asarray(np.concatenate([[False], member])[regions])
+            return np.concatenate([[False], member])[regions]
         member = grown
 
 

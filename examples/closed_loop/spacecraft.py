@@ -5,17 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from simgl.arrays import Array
 from simgl.physics.constants import EARTH_MU, WGS84_EQUATORIAL_RADIUS
 from simgl.physics.frames import (
     lvlh_angular_velocity,
     lvlh_from_icrf,
     rotation_between,
 )
-
-Array = NDArray[np.float64]
 
 EARTH_J2 = 1.08262668e-3  # EGM96
 EARTH_POLE_ICRF = np.array([0.0, 0.0, 1.0])  # the pole of date is 0.14 deg away: J2 bears that
@@ -73,7 +71,7 @@ def gravity(position: Array) -> Array:
     z = float(position @ EARTH_POLE_ICRF) / r
     bulge = 1.5 * EARTH_J2 * (WGS84_EQUATORIAL_RADIUS / r) ** 2
     pull = (1.0 + bulge * (1.0 - 5.0 * z * z)) * position / r + 2.0 * bulge * z * EARTH_POLE_ICRF
-    return np.asarray(-EARTH_MU / (r * r) * pull)
+    return -EARTH_MU / (r * r) * pull
 
 
 def relative_state(chaser: Orbit, target: Orbit) -> Array:
@@ -104,4 +102,4 @@ def wandering(start: Array, time: float) -> Array:
     A constant part, ``start`` (3,), and a swing within its control's dead band.
     """
     swing = DEAD_BAND * np.sin(2.0 * np.pi * time / SWING_TIME + np.array([0.0, 2.0, 4.0]))
-    return np.asarray(start + swing)
+    return start + swing

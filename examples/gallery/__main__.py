@@ -11,8 +11,8 @@ from PIL import Image
 
 from examples.gallery.pictures import pictures
 from simgl import SimglError
+from simgl.cli_progress import bake_bar
 from simgl.output import check_writable, complete_file
-from simgl.progress import bake_bar
 
 QUALITY = 88
 

@@ -7,14 +7,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from examples.fewer_pixels import fewer_pixels
 from simgl import Product, Simulator, load_scenario
+from simgl.arrays import Array32, Image8
 from simgl.images import LayersFrame, contact_sheet, display_from_layers, display_from_radiance
-from simgl.steps import Progress
-
-Picture = NDArray[np.uint8]
+from simgl.progress import Progress
 
 BAY = Path(__file__).with_name("bay.toml")
 BOARD = Path(__file__).parents[1] / "materials.toml"
@@ -31,7 +29,7 @@ HALF_AN_ORBIT_NS = 2_777 * 10**9
 LAMP_GAIN = 128.0
 
 
-def pictures(shrink: int = 1, progress: Progress | None = None) -> Iterator[tuple[str, Picture]]:
+def pictures(shrink: int = 1, progress: Progress | None = None) -> Iterator[tuple[str, Image8]]:
     """Name and 8-bit sRGB picture, one after the other.
 
     shrink : pictures are smaller by this factor
@@ -52,7 +50,7 @@ def pictures(shrink: int = 1, progress: Progress | None = None) -> Iterator[tupl
     yield "materials", _by_camera(BOARD, shrink)["board"]
 
 
-def _by_camera(scenario_file: Path, shrink: int) -> dict[str, Picture]:
+def _by_camera(scenario_file: Path, shrink: int) -> dict[str, Image8]:
     """The picture of each camera at the scenario's epoch."""
     scenario = fewer_pixels(load_scenario(scenario_file), shrink)
     state = scenario.at(scenario.epoch_tai_ns)
@@ -75,7 +73,7 @@ def _layers(simulator: Simulator, tai_ns: int, camera: str) -> LayersFrame:
 def _halved(frame: LayersFrame) -> LayersFrame:
     """Each four pixels as one."""
 
-    def half(layer: NDArray[np.float32]) -> NDArray[np.float32]:
+    def half(layer: Array32) -> Array32:
         height, width = (side // 2 * 2 for side in layer.shape[:2])
         blocks = layer[:height, :width].reshape(height // 2, 2, width // 2, 2, 4)
         return np.asarray(blocks.mean(axis=(1, 3)), dtype=np.float32)

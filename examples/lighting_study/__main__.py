@@ -15,8 +15,8 @@ from examples.lighting_study.cases import CASES
 from examples.lighting_study.page import page, readings, sheet
 from examples.lighting_study.shot import smaller, take
 from simgl import SimglError, load_scenario
+from simgl.cli_progress import opened
 from simgl.output import check_writable, complete_file
-from simgl.progress import opened
 
 HERE = Path(__file__).parent
 QUALITY = 85

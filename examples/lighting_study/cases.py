@@ -6,7 +6,8 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from examples.lighting_study.shot import BACK, PORT, Mask, Shot
+from examples.lighting_study.shot import BACK, PORT, Shot
+from simgl.arrays import Mask
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image
 
 from examples.lighting_study.cases import CASES, Case, Number
 from examples.lighting_study.shot import Shot
-from simgl.physics.exposure_value import blender_exposure, exposure_value
+from simgl.arrays import Image8
+from simgl.camera.exposure_value import blender_exposure, exposure_value
 
 TEMPLATE = Path(__file__).with_name("page_template.md")
 # The study's exposure, and the settings of its software that it names.
@@ -73,7 +73,7 @@ def readings(case: Case, shot: Shot) -> list[Reading]:
     return [read(number, shot) for number in case.numbers]
 
 
-def sheet(shot: Shot) -> NDArray[np.uint8]:
+def sheet(shot: Shot) -> Image8:
     """(height, width, 3) sRGB: the picture, the study's flux map and scale, the true exitance."""
     from matplotlib.figure import Figure
 

@@ -6,21 +6,18 @@ import time
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from examples.fewer_pixels import fewer_pixels
 from simgl import Product, Scenario, Simulator
-from simgl.assess.backdrop import ring_around
-from simgl.assess.criteria import Verdict, verdict
-from simgl.assess.frame import FrameAssessment, assess_frame
+from simgl.arrays import Array, Array32, Image8, Mask
+from simgl.assess.target_background import ring_around
+from simgl.assess.target_light import FrameAssessment, assess_frame
+from simgl.assess.verdict import Verdict, verdict
+from simgl.camera.camera import Camera
 from simgl.false_colour import relative_flux
 from simgl.images import display_from_radiance
-from simgl.scene.camera import Camera
 from simgl.scene.state import SceneState
-from simgl.simulator import Exposure
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
+from simgl.simulator import Capture
 
 TARGET = "space_rider"
 # Body axes of Space Rider.
@@ -41,7 +38,7 @@ PRODUCTS = frozenset(
 class Shot:
     """A picture, its assessment, and the processor time that it took on all cores [s]."""
 
-    exposure: Exposure
+    exposure: Capture
     state: SceneState
     found: FrameAssessment
     verdict: Verdict
@@ -49,13 +46,13 @@ class Shot:
     seconds: float
 
     @property
-    def radiance(self) -> NDArray[np.float32]:
+    def radiance(self) -> Array32:
         """(height, width, 4) [W m-2 sr-1]."""
         assert self.exposure.radiance is not None
         return self.exposure.radiance.radiance
 
     @property
-    def picture(self) -> NDArray[np.uint8]:
+    def picture(self) -> Image8:
         """(height, width, 3) sRGB; a white plate that faces the Sun is white."""
         return display_from_radiance(self.radiance)
 
@@ -69,7 +66,7 @@ class Shot:
         """(height, width) the study's flux as its script has it from an 8-bit picture [W m-2]."""
         code = self.picture / 255.0
         linear = np.where(code <= 0.04045, code / 12.92, ((code + 0.055) / 1.055) ** 2.4)
-        return np.asarray(1367.0 * linear @ np.array([0.2126, 0.7152, 0.0722]))
+        return 1367.0 * linear @ np.array([0.2126, 0.7152, 0.0722])
 
     @property
     def exitance(self) -> Array:
@@ -77,7 +74,7 @@ class Shot:
 
         What leaves a surface, if it is equally bright from all sides.
         """
-        return np.asarray(np.pi * self.radiance.sum(axis=-1, dtype=np.float64))
+        return np.pi * self.radiance.sum(axis=-1, dtype=np.float64)
 
     def part(self, *names: str) -> Mask:
         """Pixels of parts of Space Rider; of all of it if none is named."""
@@ -94,7 +91,7 @@ class Shot:
     def background(self) -> Mask:
         """Pixels without a spacecraft."""
         assert self.exposure.truth is not None
-        return np.asarray(self.exposure.truth.part_id == 0)
+        return self.exposure.truth.part_id == 0
 
     @property
     def beside(self) -> Mask:
@@ -121,14 +118,14 @@ class Shot:
     def _facing(self, direction_icrf: Array, within_deg: float) -> Mask:
         assert self.exposure.normals is not None
         towards = self.exposure.info.R_camera_from_icrf @ direction_icrf
-        return np.asarray(self.exposure.normals.normals @ towards > np.cos(np.radians(within_deg)))
+        return self.exposure.normals.normals @ towards > np.cos(np.radians(within_deg))
 
     def _by_sunlight(self, above: float, upto: float) -> Mask:
         """Pixels whose share of direct sunlight in all their light lies in a range."""
         assert self.exposure.layers is not None
         sun = self.exposure.layers.layers["sun"].sum(axis=-1)
         share = sun / np.maximum(self.radiance.sum(axis=-1), 1e-12)
-        return np.asarray((share > above) & (share <= upto))
+        return (share > above) & (share <= upto)
 
     def saturated_at(self, exposure_time: float) -> float:
         """Share of Space Rider's pixels that another exposure time [s] would fill."""

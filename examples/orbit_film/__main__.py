@@ -10,14 +10,14 @@ from typing import Annotated
 
 import numpy as np
 import typer
-from numpy.typing import NDArray
 from PIL import Image
 
 from examples.orbit_film.views import orbit_frames, views
 from simgl import SimglError
+from simgl.arrays import Image8
+from simgl.cli_progress import bake_bar
 from simgl.images import contact_sheet
 from simgl.output import check_writable, complete_file
-from simgl.progress import bake_bar
 from simgl.sequence.video import write_mp4
 
 QUALITY = 82
@@ -44,9 +44,7 @@ def main(
     _write_sheet(out / "earth_views.jpg", others, columns=3, width=480)
 
 
-def _write_sheet(
-    path: Path, pictures: Mapping[str, NDArray[np.uint8]], *, columns: int, width: int
-) -> None:
+def _write_sheet(path: Path, pictures: Mapping[str, Image8], *, columns: int, width: int) -> None:
     size = width, width * 3 // 4
     panels = {
         name: np.asarray(Image.fromarray(picture).resize(size, Image.Resampling.LANCZOS))

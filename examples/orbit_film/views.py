@@ -7,16 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simgl import Product, Scenario, Simulator, load_scenario
+from simgl.arrays import Array32, Image8
 from simgl.images import display_from_radiance, display_gain
 from simgl.physics.ephemeris import itrf_from_icrf, tai_ns_from_utc
+from simgl.progress import Progress
 from simgl.scenario.loader import scenario_from_dict
-from simgl.steps import Progress
-
-Array = NDArray[np.float64]
-Picture = NDArray[np.uint8]
 
 ORBIT = Path(__file__).with_name("orbit.toml")
 LIMB = Path(__file__).parents[1] / "limb.toml"
@@ -40,7 +37,7 @@ VIEWS = {
 }
 
 
-def orbit_frames(progress: Progress | None = None) -> Iterator[tuple[str, Picture]]:
+def orbit_frames(progress: Progress | None = None) -> Iterator[tuple[str, Image8]]:
     """Minute of the orbit with the gain, and the picture, frame by frame.
 
     progress : told of the light between surfaces while it is traced
@@ -53,7 +50,7 @@ def orbit_frames(progress: Progress | None = None) -> Iterator[tuple[str, Pictur
             yield _shown(f"{after_ns / 60e9:.0f} min", radiance)
 
 
-def views(progress: Progress | None = None) -> Iterator[tuple[str, Picture]]:
+def views(progress: Progress | None = None) -> Iterator[tuple[str, Image8]]:
     """Name with the gain, and the picture, of every view; the last has a craft in it."""
     earth = scenario_from_dict(
         {"epoch": {"utc": _UTC}, "camera": {name: _camera(*place) for name, place in VIEWS.items()}}
@@ -66,15 +63,13 @@ def views(progress: Progress | None = None) -> Iterator[tuple[str, Picture]]:
                 yield _shown(name, radiance if scenario is earth else radiance[75:525])
 
 
-def _radiance(
-    simulator: Simulator, scenario: Scenario, camera: str, tai_ns: int
-) -> NDArray[np.float32]:
+def _radiance(simulator: Simulator, scenario: Scenario, camera: str, tai_ns: int) -> Array32:
     frame = simulator.capture(scenario.at(tai_ns), camera, {Product.RADIANCE}).radiance
     assert frame is not None
     return frame.radiance
 
 
-def _shown(name: str, radiance: NDArray[np.float32]) -> tuple[str, Picture]:
+def _shown(name: str, radiance: Array32) -> tuple[str, Image8]:
     gain = min(display_gain(radiance), DARKEST_GAIN)
     return f"{name}, x {gain:g}", display_from_radiance(radiance, gain)
 

@@ -1,6 +1,6 @@
 """A camera measured as a laboratory would (EMVA 1288), beside what its preset says."""
 
-from simgl.assess.laboratory import camera_under_test, examine
+from simgl.assess.emva1288 import camera_under_test, examine
 from simgl.gpu.context import open_context
 
 camera = camera_under_test("mt9m034", largest=(160, 120))

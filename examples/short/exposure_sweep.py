@@ -1,9 +1,9 @@
 """An exposure sweep: what each time, as an exposure value, does to the target's pixels."""
 
 import simgl
-from simgl.assess.frame import assess_frame
-from simgl.assess.run import PRODUCTS
-from simgl.physics.exposure_value import exposure_time, exposure_value
+from simgl.assess.target_light import assess_frame
+from simgl.assess.trajectory_assessment import PRODUCTS
+from simgl.camera.exposure_value import exposure_time, exposure_value
 
 scenario = simgl.load_scenario("examples/approach.toml")
 f_number = scenario.cameras["navcam"].lens.f_number

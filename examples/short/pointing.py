@@ -3,7 +3,7 @@
 import numpy as np
 
 import simgl
-from simgl.assess.backdrop import tangent_heights
+from simgl.assess.target_background import tangent_heights
 
 scenario = simgl.load_scenario("examples/pointing.toml")
 state = scenario.at(scenario.epoch_tai_ns)

@@ -1,7 +1,7 @@
 #include "common/constants.glsl"
 
 // Radiance of the Sun's disc at cosine of emergence `mu` over its mean, per band: the numpy function
-// of the same name in simgl/physics/sun.py.
+// of the same name in simgl/physics/solar_disc.py.
 vec4 limb_profile(float mu, vec4 u, vec4 v) {
     float fall = 1.0 - mu;
     return (1.0 - fall * (u + fall * v)) / (1.0 - u / 3.0 - v / 6.0);

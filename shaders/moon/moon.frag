@@ -1,6 +1,6 @@
 // The Moon: mean radiance of each pixel [W m-2 sr-1], and the share of it that the disc covers.
 //
-// Light by the law of simgl/physics/moon.py, L = moon_radiance mu0 / (mu0 + mu), a mean over points
+// Light by the law of simgl/physics/lunar_model.py, L = moon_radiance mu0 / (mu0 + mu), a mean over points
 // of the pixel; the covered share exact along rows, by Gauss's rule across them.
 #include "block/moondisc"
 #include "common/constants.glsl"

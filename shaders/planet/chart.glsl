@@ -1,4 +1,4 @@
-// Noise over the whole sphere from one periodic picture (simgl/scene/chart.py), laid on the six faces
+// Noise over the whole sphere from one periodic picture (simgl/scene/noise_projection.py), laid on the six faces
 // of a cube about it: slopes of hills, and the clouds' puffs and cells.
 #include "block/planet"
 

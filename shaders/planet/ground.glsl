@@ -14,7 +14,7 @@ uniform sampler2D form_map;   // slopes to the east and north, shore, night ligh
 #endif
 uniform sampler2D weather_map;   // share of cloud, thickness code, thin high cloud, raggedness
 
-// Steps of the maps' codes, as in simgl/generate/earth_maps.py.
+// Steps of the maps' codes, as in tools/earth_maps.py.
 const float ROOT_SLOPE_STEP = 255.0 / 120.0;
 const float SHORE_KM = 255.0 / 6.0;
 const vec3 ZERO_CODE = vec3(128.0 / 255.0);

@@ -1,4 +1,4 @@
-// What the sea mirrors of the sky, as cubics of the view's cosine (simgl/physics/sea.py).
+// What the sea mirrors of the sky, as cubics of the view's cosine (simgl/physics/sea_surface.py).
 #include "block/planet"
 
 float cubic(vec4 law, float x) {

@@ -1,4 +1,4 @@
-// How far night has fallen where the Sun stands at a sine over the horizon; simgl/passes/planet.py
+// How far night has fallen where the Sun stands at a sine over the horizon; simgl/passes/background/planet.py
 // knows where these are 0.
 
 // For lamps: from 2.4 deg over to 2.4 deg under the horizon.

@@ -1,4 +1,4 @@
-// Noise over the whole sphere from one periodic volume (simgl/scene/noise.py).
+// Noise over the whole sphere from one periodic volume (simgl/scene/noise_volume.py).
 uniform sampler3D noise_volume;
 
 // The volume lies askew to the poles and the equator: rows are unit vectors.

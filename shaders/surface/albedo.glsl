@@ -1,5 +1,5 @@
 // How much of a uniform light a surface turns to the viewer, lobe by lobe. The table is made by
-// quadrature in simgl/reference/albedo.py, which the base's polynomial repeats to 1e-5.
+// quadrature in simgl/physics/directional_albedo.py, which the base's polynomial repeats to 1e-5.
 
 uniform sampler2D lobe_table;
 

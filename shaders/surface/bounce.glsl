@@ -1,7 +1,7 @@
 #include "surface/material.glsl"
 
 // Radiance of the light from other surfaces of the spacecraft that this one turns to the viewer
-// [W m-2 sr-1]; solved per vertex for every frame (simgl/transport/solve.py). To the specular lobes
+// [W m-2 sr-1]; solved per vertex for every frame (simgl/radiosity/solver.py). To the specular lobes
 // it is uniform over the hemisphere.
 vec4 bounced_light(Surface s, Albedo albedo) {
     return (albedo.diffuse + albedo.glossy + albedo.coat) * s.others / PI;

@@ -1,7 +1,7 @@
 #include "block/craft"
 #include "surface/material.glsl"
 
-// What the spacecraft sees around it (simgl/sky.py), body axes [W m-2 sr-1].
+// What the spacecraft sees around it (simgl/environment_map.py), body axes [W m-2 sr-1].
 uniform samplerCube sky_cube;
 // What glossy lobes of roughness 0.2, 0.4 ... 1 see of it: slices of octahedral maps by the lobe's
 // axis.

@@ -6,7 +6,7 @@
 #endif
 #endif
 
-// What the samples see: the targets of geometry/geometry.frag.
+// What the samples see: the targets of gbuffer/gbuffer.frag.
 uniform sampler2D seen_place;
 uniform sampler2D seen_shape;
 uniform sampler2D seen_plane;

@@ -12,7 +12,7 @@ uniform sampler2D sun_tops;
 uniform sampler2D sun_behind;
 #endif
 
-// What the samples see: targets of geometry/geometry.frag.
+// What the samples see: targets of gbuffer/gbuffer.frag.
 uniform sampler2D seen_place;
 uniform sampler2D seen_shape;
 uniform sampler2D seen_plane;

@@ -8,7 +8,7 @@ uniform sampler2D fine;
 
 out vec4 radiance;
 
-// Fine pixels from one place to the next, and the most rows of places; as in simgl/optics/field.py,
+// Fine pixels from one place to the next, and the most rows of places; as in simgl/camera/distortion.py,
 // which knows what share of a star's light that keeps.
 const float SPACING = 1.15;
 const float MOST = 8.0;

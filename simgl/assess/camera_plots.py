@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy import stats
 
-from simgl.assess.laboratory import CameraReport
+from simgl.assess.emva1288 import CameraReport
 
 _MEASURED: dict[str, Any] = {"marker": ".", "linestyle": "", "color": "tab:blue"}
 _FITTED: dict[str, Any] = {"color": "tab:orange", "linewidth": 1.0}

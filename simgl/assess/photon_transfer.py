@@ -9,10 +9,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Frame = NDArray[np.uint16]
+from simgl.arrays import Array, Image16, Mask
 
 # Variance that rounding adds [DN^2], and the least variance at which it acts like that.
 ROUNDING = 1.0 / 12.0
@@ -39,7 +37,7 @@ class TransferCurve:
     @property
     def signal(self) -> Array:
         """(n,) mean above dark [DN]."""
-        return np.asarray(self.mean - self.mean[0])
+        return self.mean - self.mean[0]
 
     @property
     def saturation(self) -> int:
@@ -47,8 +45,8 @@ class TransferCurve:
         return int(np.argmax(self.variance))
 
     @property
-    def _fitted(self) -> NDArray[np.bool_]:
-        return np.asarray(self.signal <= _FIT_END * self.signal[self.saturation])
+    def _fitted(self) -> Mask:
+        return self.signal <= _FIT_END * self.signal[self.saturation]
 
     @property
     def gain(self) -> float:
@@ -103,17 +101,17 @@ class TransferCurve:
         return float(offset), float(slope)
 
     @property
-    def linear_part(self) -> NDArray[np.bool_]:
+    def linear_part(self) -> Mask:
         """(n,) the points within 5 to 95 % of saturation."""
         low, high = (share * self.signal[self.saturation] for share in _LINEAR_PART)
-        return np.asarray((self.signal >= low) & (self.signal <= high))
+        return (self.signal >= low) & (self.signal <= high)
 
     @property
     def deviations(self) -> Array:
         """Signal over the line, minus one, of the points in the linear part."""
         offset, slope = self.line()
         fit = offset + slope * self.photons[self.linear_part]
-        return np.asarray(self.signal[self.linear_part] / fit - 1.0)
+        return self.signal[self.linear_part] / fit - 1.0
 
     @property
     def linearity_error(self) -> float:
@@ -121,7 +119,7 @@ class TransferCurve:
         return float(np.abs(self.deviations).mean())
 
 
-def pair_statistics(a: Frame, b: Frame) -> tuple[float, float]:
+def pair_statistics(a: Image16, b: Image16) -> tuple[float, float]:
     """Mean and variance in time of two frames of the same light [DN, DN^2].
 
     What stays the same in both cancels in their difference.
@@ -146,7 +144,7 @@ class Spatial:
     pixels: float
 
 
-def spatial_statistics(frames: Iterable[Frame]) -> Spatial:
+def spatial_statistics(frames: Iterable[Image16]) -> Spatial:
     """Variances in space; at least two frames."""
     count, total, squares = 0, np.zeros(()), np.zeros(())
     for frame in frames:

@@ -10,25 +10,25 @@ from pathlib import Path
 
 import numpy as np
 
-from simgl.assess.backdrop import Backdrop
-from simgl.assess.course import Course, Window
-from simgl.assess.criteria import Verdict
-from simgl.assess.page import COLOURS, image, inline, write_page
-from simgl.assess.run import PRODUCTS, Assignment
+from simgl.assess.html_page import COLOURS, image, inline, write_page
+from simgl.assess.target_background import TargetBackground
+from simgl.assess.timeline import Timeline, Window
+from simgl.assess.trajectory_assessment import PRODUCTS, Assignment
+from simgl.assess.verdict import Verdict
 from simgl.images import display_from_radiance, display_gain, png_bytes
 from simgl.maps import electron_map
 from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.sequence.journal import Value
-from simgl.simulator import Exposure, Simulator
+from simgl.simulator import Capture, Simulator
 
 # More light than this does not help an eye; stars would come before the target.
 _MOST_GAIN = 1024.0
 _BEHIND = {
-    Backdrop.SPACE: "#3b4252",
-    Backdrop.LIMB: "#4f8fd0",
-    Backdrop.EARTH: "#8fb996",
-    Backdrop.MIXED: "#c9a66b",
-    Backdrop.NONE: "#c8ccd4",
+    TargetBackground.SPACE: "#3b4252",
+    TargetBackground.LIMB: "#4f8fd0",
+    TargetBackground.EARTH: "#8fb996",
+    TargetBackground.MIXED: "#c9a66b",
+    TargetBackground.NONE: "#c8ccd4",
 }
 
 
@@ -44,7 +44,7 @@ def write_report(
     path: Path,
     work: Assignment,
     rows: Sequence[dict[str, Value]],
-    found: Course,
+    found: Timeline,
     simulator: Simulator,
 ) -> None:
     """One HTML file that needs no other."""
@@ -77,7 +77,7 @@ def _utc(row: dict[str, Value]) -> str:
     return str(row["utc"])[:19]
 
 
-def _summary(found: Course) -> str:
+def _summary(found: Timeline) -> str:
     shares = "".join(
         f'<tr><td><span class="key" style="background:{COLOURS[v]}"></span>{v.value}</td>'
         f'<td class="n">{100.0 * share:.1f} %</td></tr>'
@@ -113,7 +113,7 @@ def _strip(windows: Sequence[Window], rows: Sequence[dict[str, Value]]) -> str:
     )
     behind = "".join(
         f'<div style="flex:{count};background:{_BEHIND[kind]}" title="behind: {kind.value}"></div>'
-        for kind, count in _runs([Backdrop(str(row["backdrop"])) for row in rows])
+        for kind, count in _runs([TargetBackground(str(row["backdrop"])) for row in rows])
     )
     keys = "".join(
         f'<span><span class="key" style="background:{colour}"></span>{kind.value}</span>'
@@ -127,7 +127,7 @@ def _strip(windows: Sequence[Window], rows: Sequence[dict[str, Value]]) -> str:
     )
 
 
-def _runs(kinds: Sequence[Backdrop]) -> list[tuple[Backdrop, int]]:
+def _runs(kinds: Sequence[TargetBackground]) -> list[tuple[TargetBackground, int]]:
     """Stretches of one kind, and how many epochs each has."""
     return [(kind, len(list(same))) for kind, same in itertools.groupby(kinds)]
 
@@ -138,7 +138,7 @@ def _column(
     return np.array([np.nan if row[name] is None else float(row[name] or 0.0) for row in rows])
 
 
-def _timeline(rows: Sequence[dict[str, Value]], found: Course) -> str:
+def _timeline(rows: Sequence[dict[str, Value]], found: Timeline) -> str:
     from matplotlib.figure import Figure
 
     minutes = (_column(rows, "tai_ns") - float(rows[0]["tai_ns"] or 0)) / 60e9
@@ -204,7 +204,7 @@ def _pictures(work: Assignment, chosen: Sequence[Chosen], simulator: Simulator) 
     return "\n".join(parts)
 
 
-def _picture(one: Chosen, exposure: Exposure) -> str:
+def _picture(one: Chosen, exposure: Capture) -> str:
     assert exposure.radiance is not None
     assert exposure.electrons is not None
     radiance = exposure.radiance.radiance

@@ -8,16 +8,16 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from simgl.assess.axes import CAMERA_AXES, SUN_AXES, Axis, with_setting, with_sun
-from simgl.assess.frame import assess_frame
-from simgl.assess.run import COLUMNS, PRODUCTS, Assignment, row_of
-from simgl.crew.job import Crew
+from simgl.assess.sweep_axes import CAMERA_AXES, SUN_AXES, Axis, with_setting, with_sun
+from simgl.assess.target_light import assess_frame
+from simgl.assess.trajectory_assessment import COLUMNS, PRODUCTS, Assignment, row_of
 from simgl.output import check_writable
+from simgl.progress import Progress
 from simgl.scenario.scenario import Scenario
 from simgl.sequence.journal import Columns, Journal, Value
-from simgl.sequence.run import identity
+from simgl.sequence.run_sequence import identity
 from simgl.simulator import Simulator
-from simgl.steps import Progress
+from simgl.workers.frame_job import Crew
 
 Row = dict[str, Value]
 

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm, Normalize
-from numpy.typing import NDArray
 
-from simgl.assess.axes import CAMERA_AXES, SUN_AXES, Axis
-from simgl.assess.criteria import Verdict
-from simgl.assess.page import COLOURS, inline, write_page
+from simgl.arrays import Array, Mask
+from simgl.assess.html_page import COLOURS, inline, write_page
 from simgl.assess.sweep import Row, Sweep, swept
+from simgl.assess.sweep_axes import CAMERA_AXES, SUN_AXES, Axis
+from simgl.assess.verdict import Verdict
 from simgl.physics.ephemeris import utc_from_tai_ns
 
 if TYPE_CHECKING:
@@ -154,7 +154,7 @@ def _sheet(across: Axis, down: Axis | None, rows: Sequence[Row]) -> Figure:
         cells[j, across.values.index(swept(row, across))] = row
     verdicts = list(Verdict)
 
-    def grid(name: str) -> NDArray[np.float64]:
+    def grid(name: str) -> Array:
         return np.array(
             [
                 [float(cells[j, i][name] or 0.0) for i in range(shape[1])]  # type: ignore[arg-type]
@@ -196,7 +196,7 @@ def _sheet(across: Axis, down: Axis | None, rows: Sequence[Row]) -> Figure:
     return figure
 
 
-def _numbers(plot: Axes, values: NDArray[np.float64], bright: NDArray[np.bool_]) -> None:
+def _numbers(plot: Axes, values: Array, bright: Mask) -> None:
     """The values in their cells, where there is room for them."""
     if values.shape[1] > _MOST_CELLS:
         return

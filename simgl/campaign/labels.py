@@ -10,14 +10,12 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simgl.arrays import Array, Mask
 from simgl.images import FrameInfo, TruthFrame
 from simgl.physics.frames import quaternion_from_matrix
 from simgl.rays import ray_tracer
 from simgl.scene.state import BodyState, SceneState
-
-Array = NDArray[np.float64]
 
 # A keypoint lies on its surface to within this share of the craft's bounding sphere.
 ON_SURFACE = 0.005
@@ -46,7 +44,7 @@ class Keypoint:
 
 
 @dataclass(frozen=True, kw_only=True)
-class CraftLabel:
+class SpacecraftLabel:
     """A spacecraft in a picture.
 
     q_camera_from_body_xyzw, position : of the body frame in camera axes; [m]
@@ -68,7 +66,7 @@ class CraftLabel:
     keypoints: tuple[Keypoint, ...]
 
 
-def run_lengths(mask: NDArray[np.bool_]) -> tuple[int, ...]:
+def run_lengths(mask: Mask) -> tuple[int, ...]:
     """Run lengths down the columns of a mask, the first of pixels that are not in it (COCO)."""
     flat = mask.ravel(order="F")
     changes = np.flatnonzero(flat[1:] != flat[:-1]) + 1
@@ -77,7 +75,7 @@ def run_lengths(mask: NDArray[np.bool_]) -> tuple[int, ...]:
     return tuple([0, *runs] if flat.size and flat[0] else runs)
 
 
-def craft_labels(truth: TruthFrame, state: SceneState) -> tuple[CraftLabel, ...]:
+def craft_labels(truth: TruthFrame, state: SceneState) -> tuple[SpacecraftLabel, ...]:
     """The labels of every spacecraft that the camera sees a pixel of."""
     info, instances = truth.info, truth.instance
     labels = []
@@ -93,15 +91,15 @@ def _label(
     bodies: Mapping[str, BodyState],
     name: str,
     body: BodyState,
-    mask: NDArray[np.bool_],
-) -> CraftLabel:
+    mask: Mask,
+) -> SpacecraftLabel:
     rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
     top, left = int(rows[0]), int(columns[0])
     edges = np.concatenate([mask[0], mask[-1], mask[:, 0], mask[:, -1]])
     R, position = pose_in_camera(info, body)
     qx, qy, qz, qw = quaternion_from_matrix(R).tolist()
     x, y, z = position.tolist()
-    return CraftLabel(
+    return SpacecraftLabel(
         name=name,
         model=body.model.name,
         q_camera_from_body_xyzw=(qx, qy, qz, qw),
@@ -118,8 +116,8 @@ def pose_in_camera(info: FrameInfo, body: BodyState) -> tuple[Array, Array]:
     """R_camera_from_body (3, 3), and the body's origin (3,) in camera axes [m]."""
     R_camera_from_icrf = info.R_camera_from_icrf
     return (
-        np.asarray(R_camera_from_icrf @ body.pose.R_icrf_from_body),
-        np.asarray(R_camera_from_icrf @ (body.pose.position - info.position)),
+        R_camera_from_icrf @ body.pose.R_icrf_from_body,
+        R_camera_from_icrf @ (body.pose.position - info.position),
     )
 
 
@@ -151,7 +149,7 @@ def keypoints(info: FrameInfo, bodies: Mapping[str, BodyState], name: str) -> tu
 
 def _hidden(
     pinhole: Array, places: Array, body: BodyState, bodies: Mapping[str, BodyState]
-) -> NDArray[np.bool_]:
+) -> Mask:
     """(n,) whether a craft stands between places (n, 3) in a body's axes and the pinhole (ICRF)."""
     hidden = np.zeros(len(places), dtype=np.bool_)
     towards = body.in_body(pinhole) - places

@@ -7,8 +7,8 @@ from typing import Any
 
 import moderngl
 
-from simgl.gpu.blocks import Block, UniformBuffer
 from simgl.gpu.program import load_program
+from simgl.gpu.uniform_blocks import Block, UniformBuffer
 
 # Of two or three dimensions.
 Texture = moderngl.Texture | moderngl.Texture3D

@@ -8,8 +8,8 @@ import moderngl
 
 from simgl import assets
 from simgl.errors import ShaderError
-from simgl.gpu.blocks import Block
 from simgl.gpu.glsl import Stage, assemble
+from simgl.gpu.uniform_blocks import Block
 
 
 def _compile(ctx: moderngl.Context, vertex: Stage, fragment: Stage) -> moderngl.Program:

@@ -8,12 +8,12 @@ from typing import Any
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 
+from simgl.arrays import Array, Image8
 from simgl.images import contact_sheet, display_from_radiance, png_bytes
+from simgl.model_files.model_library import load_model
 from simgl.output import complete_file
 from simgl.physics.frames import unit
-from simgl.scenario.library import load_model
 from simgl.scenario.loader import scenario_from_dict
 from simgl.scene.mesh import Mesh
 from simgl.scene.state import SunInDirection
@@ -38,13 +38,13 @@ _RANGE = 5.0
 _FILLED = 0.94
 
 
-def _right_and_above(side: NDArray[np.float64], up: Any) -> NDArray[np.float64]:
+def _right_and_above(side: Array, up: Any) -> Array:
     """(2, 3) directions in the picture of who stands at a side, unit."""
     right = unit(np.cross(np.asarray(up), side))
     return np.stack([right, np.cross(side, right)])
 
 
-def _sun_direction(side: NDArray[np.float64], up: Any) -> NDArray[np.float64]:
+def _sun_direction(side: Array, up: Any) -> Array:
     """(3,) over the right shoulder of who looks from a side: 45 deg of phase.
 
     Who looks from below has the Sun below as well, so that lower faces are lit.
@@ -54,7 +54,7 @@ def _sun_direction(side: NDArray[np.float64], up: Any) -> NDArray[np.float64]:
     return unit(side + lean * above + 0.6 * right)
 
 
-def _half_angles(mesh: Mesh) -> NDArray[np.float64]:
+def _half_angles(mesh: Mesh) -> Array:
     """(2,) tangents of the largest angles off the boresight, across and up, over all views."""
     offsets = mesh.hull - mesh.centre
     tangents = []
@@ -63,7 +63,7 @@ def _half_angles(mesh: Mesh) -> NDArray[np.float64]:
         distance = _RANGE * mesh.radius - offsets @ towards
         across = np.abs(offsets @ _right_and_above(towards, up).T)
         tangents.append((across / distance[:, None]).max(axis=0))
-    return np.asarray(np.max(tangents, axis=0))
+    return np.max(tangents, axis=0)
 
 
 def turntable(
@@ -74,7 +74,7 @@ def turntable(
     *,
     up_axis: str | None = None,
     forward_axis: str | None = None,
-) -> NDArray[np.uint8]:
+) -> Image8:
     """(rows, columns, 3) the sheet, four views to a row.
 
     name, unit_m, up_axis, forward_axis : as `load_model` takes them

@@ -16,14 +16,8 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
-from simgl.levels.triangles import (
-    Array,
-    Indices,
-    Lists,
-    doubled_areas,
-    first_least,
-    nearest_place,
-)
+from simgl.arrays import Array, IndexArray, Mask
+from simgl.levels.triangles import Lists, doubled_areas, first_least, nearest_place
 
 # Root mean square of the angle by which normals may turn where their vertex has gone [rad].
 NORMALS_TURN = 0.04
@@ -53,9 +47,9 @@ class Surface:
 
     positions: Array
     normals: Array
-    triangles: Indices
-    labels: Indices
-    groups: Indices
+    triangles: IndexArray
+    labels: IndexArray
+    groups: IndexArray
     values: Array
     places: Array
 
@@ -89,7 +83,7 @@ class Collapser:
         self._weight = self._vertex_areas()
         self._quadric, self._quadric_weight = self._quadrics()
 
-    def _shells(self) -> Indices:
+    def _shells(self) -> IndexArray:
         """(points,) number of the connected piece that each is part of."""
         w = self.point[self.original]
         pairs = np.concatenate([w[:, :2], w[:, 1:]])
@@ -127,7 +121,7 @@ class Collapser:
         adding = sparse.coo_matrix(
             (np.ones(len(row)), (row, np.arange(len(row)))), shape=(self.count, len(row))
         ).tocsr()
-        return np.asarray((adding @ flat).reshape(-1, 4, 4)), np.asarray(adding @ weight)
+        return (adding @ flat).reshape(-1, 4, 4), adding @ weight
 
     def reduce(self, error: float) -> None:
         """Collapse what keeps all that has gone within an error [m]."""
@@ -141,7 +135,7 @@ class Collapser:
             tried = taken + len(refused)
         self.triangles = self._sorted(np.concatenate([rest, self.triangles]))
 
-    def _round(self, error: float, banned: Indices) -> tuple[int, Indices]:
+    def _round(self, error: float, banned: IndexArray) -> tuple[int, IndexArray]:
         """One round: how many were collapsed, and the edges that may not be."""
         edges = _edges(self.triangles, self.point, self.count)
         chosen = self._candidates(edges, error, banned)
@@ -158,7 +152,7 @@ class Collapser:
         self._collapse(edges, chosen[near])
         return int(near.sum()), np.concatenate(refused)
 
-    def _candidates(self, edges: _Edges, error: float, banned: Indices) -> Indices:
+    def _candidates(self, edges: _Edges, error: float, banned: IndexArray) -> IndexArray:
         """The best half edge of each point that may leave, cheapest first."""
         s = self._s
         used = np.bincount(self.triangles.ravel(), minlength=len(s.positions)) > 0
@@ -192,9 +186,9 @@ class Collapser:
         # Much the same costs go in a scattered order: in one of place, only the first could go.
         coarse = np.ceil(2.0 * np.log2(np.maximum(cost / error, 1e-3)))
         scattered = (edges.a[rows] * 2654435761) % (1 << 32)
-        return np.asarray(rows[np.lexsort((scattered, coarse))])
+        return rows[np.lexsort((scattered, coarse))]
 
-    def _apart(self, edges: _Edges, chosen: Indices) -> Indices:
+    def _apart(self, edges: _Edges, chosen: IndexArray) -> IndexArray:
         """Those of which no other, cheaper one touches the same triangles."""
         rank = np.arange(len(chosen))
         touched = np.full(self.count, len(chosen))
@@ -204,15 +198,15 @@ class Collapser:
         least = np.full(self.count, len(chosen))
         np.minimum.at(least, corners.ravel(), np.repeat(touched[corners].min(axis=1), 3))
         free = (least[edges.a[chosen]] == rank) & (least[edges.b[chosen]] == rank)
-        return np.asarray(chosen[free])
+        return chosen[free]
 
-    def _keeps_topology(self, edges: _Edges, chosen: Indices) -> NDArray[np.bool_]:
+    def _keeps_topology(self, edges: _Edges, chosen: IndexArray) -> Mask:
         """Whether the two ends have no more than two neighbours in common."""
         owner, row = edges.leaving.of(edges.a[chosen])
         there = edges.has(edges.b[chosen][owner], edges.b[row])
-        return np.asarray(np.bincount(owner, there, minlength=len(chosen)) == 2)
+        return np.bincount(owner, there, minlength=len(chosen)) == 2
 
-    def _keeps_facing(self, edges: _Edges, chosen: Indices, error: float) -> NDArray[np.bool_]:
+    def _keeps_facing(self, edges: _Edges, chosen: IndexArray, error: float) -> Mask:
         """Whether no triangle that stays turns far, or is lifted off its plane."""
         owner, row = edges.leaving.of(edges.a[chosen])
         tri = row // 3
@@ -226,9 +220,11 @@ class Collapser:
         facing = np.einsum("ij,ij->i", before, after) > _LEAST_COSINE * lengths
         rise = np.einsum("ij,ij->i", before, self._place[b] - self._place[a])
         facing &= np.abs(rise) <= _SLACK * error * np.linalg.norm(before, axis=1)
-        return np.asarray(np.bincount(owner, ~facing, minlength=len(chosen)) == 0)
+        return np.bincount(owner, ~facing, minlength=len(chosen)) == 0
 
-    def _moves(self, edges: _Edges, chosen: Indices) -> tuple[Indices, Indices, Indices]:
+    def _moves(
+        self, edges: _Edges, chosen: IndexArray
+    ) -> tuple[IndexArray, IndexArray, IndexArray]:
         """Vertices that go, those that stand for them, and which of ``chosen`` does it."""
         which = np.arange(len(chosen))
         rows = (edges.va[chosen], edges.vb[chosen]), (edges.va2[chosen], edges.vb2[chosen])
@@ -236,7 +232,7 @@ class Collapser:
         new = np.concatenate([rows[0][1], rows[1][1]])
         return old, new, np.concatenate([which, which])
 
-    def _keeps_near(self, edges: _Edges, chosen: Indices, error: float) -> NDArray[np.bool_]:
+    def _keeps_near(self, edges: _Edges, chosen: IndexArray, error: float) -> Mask:
         """Whether all vertices that the collapses concern keep near to what is left."""
         s, old_new = self._s, self._moves(edges, chosen)
         remap = np.arange(len(s.positions))
@@ -269,9 +265,9 @@ class Collapser:
         for column in change.T:
             shift = np.bincount(to, weight * column, minlength=len(s.positions))
             bad |= (np.abs(shift) > MEANS_SHIFT * total)[to]
-        return np.asarray(np.bincount(cause[to], bad, minlength=len(chosen)) == 0)
+        return np.bincount(cause[to], bad, minlength=len(chosen)) == 0
 
-    def _collapse(self, edges: _Edges, chosen: Indices) -> None:
+    def _collapse(self, edges: _Edges, chosen: IndexArray) -> None:
         old, new, _ = self._moves(edges, chosen)
         remap = np.arange(len(self._s.positions))
         remap[old] = new
@@ -281,11 +277,13 @@ class Collapser:
         np.add.at(self._quadric, b, self._quadric[a])
         np.add.at(self._quadric_weight, b, self._quadric_weight[a])
 
-    def state(self) -> tuple[Indices, Indices, Array, Array]:
+    def state(self) -> tuple[IndexArray, IndexArray, Array, Array]:
         """What `restore` takes."""
         return self.triangles, self.home, self._quadric.copy(), self._quadric_weight.copy()
 
-    def restore(self, state: tuple[Indices, Indices, Array, Array], shells: Indices) -> None:
+    def restore(
+        self, state: tuple[IndexArray, IndexArray, Array, Array], shells: IndexArray
+    ) -> None:
         """Put some shells back to where they were."""
         triangles, home, quadric, weight = state
         back = np.zeros(len(self.frozen), dtype=np.bool_)
@@ -297,13 +295,13 @@ class Collapser:
         points = back[self.shell]
         self._quadric[points], self._quadric_weight[points] = quadric[points], weight[points]
 
-    def _sorted(self, triangles: Indices) -> Indices:
+    def _sorted(self, triangles: IndexArray) -> IndexArray:
         """In the order of the shells, so that the order tells nothing of what was tried."""
-        return np.asarray(triangles[np.argsort(self.shell_of(triangles), kind="stable")])
+        return triangles[np.argsort(self.shell_of(triangles), kind="stable")]
 
-    def shell_of(self, triangles: Indices) -> Indices:
+    def shell_of(self, triangles: IndexArray) -> IndexArray:
         """(m,) the connected piece of each triangle."""
-        return np.asarray(self.shell[self.point[triangles[:, 0]]])
+        return self.shell[self.point[triangles[:, 0]]]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -317,24 +315,24 @@ class _Edges:
     leaving : half edges by the point that they leave
     """
 
-    a: Indices
-    b: Indices
-    va: Indices
-    vb: Indices
-    other: Indices
-    va2: Indices
-    vb2: Indices
-    key: Indices
+    a: IndexArray
+    b: IndexArray
+    va: IndexArray
+    vb: IndexArray
+    other: IndexArray
+    va2: IndexArray
+    vb2: IndexArray
+    key: IndexArray
     leaving: Lists
     count: int
-    sorted_keys: Indices
+    sorted_keys: IndexArray
 
-    def has(self, a: Indices, b: Indices) -> NDArray[np.bool_]:
+    def has(self, a: IndexArray, b: IndexArray) -> Mask:
         """Whether there is an edge from one point to another."""
         return _among(a * self.count + b, self.sorted_keys)
 
 
-def _edges(triangles: Indices, point: Indices, count: int) -> _Edges:
+def _edges(triangles: IndexArray, point: IndexArray, count: int) -> _Edges:
     va, vb = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
     a, b = point[va], point[vb]
     key = a * count + b
@@ -354,12 +352,12 @@ def _edges(triangles: Indices, point: Indices, count: int) -> _Edges:
     )  # fmt: skip
 
 
-def _among(keys: Indices, ordered: Indices) -> NDArray[np.bool_]:
+def _among(keys: IndexArray, ordered: IndexArray) -> Mask:
     """Whether each key is one of some that are in order."""
     if len(ordered) == 0:
         return np.zeros(len(keys), dtype=np.bool_)
     at = np.minimum(np.searchsorted(ordered, keys), len(ordered) - 1)
-    return np.asarray(ordered[at] == keys)
+    return ordered[at] == keys
 
 
 def _plane(normal: Array, through: Array) -> Array:
@@ -367,14 +365,14 @@ def _plane(normal: Array, through: Array) -> Array:
     return np.column_stack([normal, -np.einsum("ij,ij->i", normal, through)])
 
 
-def _whole(triangles: Indices, point: Indices) -> Indices:
+def _whole(triangles: IndexArray, point: IndexArray) -> IndexArray:
     """Those with three different corners."""
     w = point[triangles]
     kept = (w[:, 0] != w[:, 1]) & (w[:, 1] != w[:, 2]) & (w[:, 2] != w[:, 0])
-    return np.asarray(triangles[kept])
+    return triangles[kept]
 
 
-def _numbers(*columns: NDArray[np.generic]) -> Indices:
+def _numbers(*columns: NDArray[np.generic]) -> IndexArray:
     """(n,) the same number for rows that are the same."""
     # Adding zero makes -0 and 0 the same bytes.
     rows = np.column_stack([np.asarray(c, dtype=np.float64) for c in columns]) + 0.0

@@ -7,15 +7,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from simgl.cache import cache_folder, read_arrays, write_arrays
+from simgl.arrays import Array, Array32, IndexArray, UIntArray
+from simgl.disk_cache import cache_folder, read_arrays, write_arrays
 from simgl.levels.collapse import Collapser, Surface
 from simgl.levels.measure import Pieces, deviations, projected_areas
-from simgl.levels.triangles import Array, Indices, doubled_areas
-from simgl.scene.detail import RUNGS
+from simgl.levels.triangles import doubled_areas
+from simgl.progress import Progress, silent
+from simgl.scene.detail_steps import RUNGS
 from simgl.scene.mesh import Mesh
-from simgl.steps import Progress, silent
 
 # Part of every key: a change in how levels are made makes the old files strangers.
 VERSION = 1
@@ -42,14 +42,14 @@ class Levels:
         first level, which is the original
     """
 
-    triangles: NDArray[np.uint32]
-    starts: Indices
+    triangles: UIntArray
+    starts: IndexArray
     errors: Array
 
     @property
-    def counts(self) -> Indices:
+    def counts(self) -> IndexArray:
         """(levels, parts) triangles."""
-        return np.asarray(np.diff(self.starts, axis=1))
+        return np.diff(self.starts, axis=1)
 
     def chosen(self, allowed: Sequence[float]) -> tuple[int, ...]:
         """For each part the coarsest level within an allowed error [m]."""
@@ -74,7 +74,7 @@ class Levels:
 
 
 def levels_of(
-    mesh: Mesh, progress: Progress | None = None, values: NDArray[np.float32] | None = None
+    mesh: Mesh, progress: Progress | None = None, values: Array32 | None = None
 ) -> Levels:
     """The levels of a mesh, from the file of an earlier run where there is one.
 
@@ -117,7 +117,7 @@ def _fits(levels: Levels, mesh: Mesh) -> bool:
 
 
 def make_levels(
-    mesh: Mesh, progress: Progress | None = None, values: NDArray[np.float32] | None = None
+    mesh: Mesh, progress: Progress | None = None, values: Array32 | None = None
 ) -> Levels:
     """The levels, computed; values : see ``levels_of``. The same mesh gives the same ones."""
     report = silent if progress is None else progress
@@ -157,7 +157,7 @@ def make_levels(
 class _Work:
     """A mesh on its way from level to level."""
 
-    def __init__(self, mesh: Mesh, values: NDArray[np.float32] | None) -> None:
+    def __init__(self, mesh: Mesh, values: Array32 | None) -> None:
         self._positions = mesh.positions.astype(np.float64)
         part = mesh.part.astype(np.int64)
         columns = [np.zeros((len(part), 0))]
@@ -184,18 +184,18 @@ class _Work:
         self._areas = self._projected(c.original)
         self._error = np.zeros(self._count)
 
-    def _projected(self, triangles: Indices) -> Array:
+    def _projected(self, triangles: IndexArray) -> Array:
         shell = self._collapser.shell_of(triangles)
         return projected_areas(self._positions, triangles, shell, self._count)
 
-    def _pieces(self, triangles: Indices) -> Pieces:
+    def _pieces(self, triangles: IndexArray) -> Pieces:
         return Pieces(
             positions=self._positions,
             triangles=triangles,
             piece=self._collapser.shell_of(triangles),
         )
 
-    def reduced(self, rung: float) -> tuple[Indices, Array]:
+    def reduced(self, rung: float) -> tuple[IndexArray, Array]:
         """The triangles within an error [m], and the measured error of each connected piece."""
         c = self._collapser
         before = c.state()
@@ -236,4 +236,4 @@ def _places_in_images(mesh: Mesh) -> Array:
     in_images = float(np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]).sum())
     on_surface = float(np.linalg.norm(doubled_areas(corners), axis=1).sum())
     # One scale for the whole mesh: that of its mean.
-    return np.asarray(mesh.uv * np.sqrt(on_surface / max(in_images, 1e-30)))
+    return mesh.uv * np.sqrt(on_surface / max(in_images, 1e-30))

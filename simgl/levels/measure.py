@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from simgl.levels.triangles import Array, Indices, doubled_areas, first_least, nearest_place
+from simgl.arrays import Array, IndexArray
+from simgl.levels.triangles import doubled_areas, first_least, nearest_place
 from simgl.rays import RayTracer
 from simgl.scene.mesh import Mesh
 
@@ -40,13 +41,13 @@ class Pieces:
     each triangle (m,)."""
 
     positions: Array
-    triangles: Indices
-    piece: Indices
+    triangles: IndexArray
+    piece: IndexArray
 
 
 def deviations(
     original: Pieces, simple: Pieces, count: int, expected: float
-) -> tuple[Array, Indices]:
+) -> tuple[Array, IndexArray]:
     """Largest distance found between two surfaces, for each connected piece [m].
 
     Every distance is one to some place on the same piece of the other surface, so that none is
@@ -99,7 +100,7 @@ def _tracer(surface: Pieces) -> RayTracer:
 
 
 def _along(
-    tracer: RayTracer, points: Array, ways: Array, piece: Indices, other: Pieces, reach: float
+    tracer: RayTracer, points: Array, ways: Array, piece: IndexArray, other: Pieces, reach: float
 ) -> Array:
     """Distance to the same piece of another surface along lines, inf where nothing is met."""
     found = np.full(len(points), np.inf)
@@ -111,7 +112,7 @@ def _along(
     return found
 
 
-def _near(points: Array, piece: Indices, other: Pieces) -> Array:
+def _near(points: Array, piece: IndexArray, other: Pieces) -> Array:
     """Distance to the same piece of another surface, its triangles found by places on them."""
     found = np.full(len(points), np.inf)
     order = np.argsort(piece, kind="stable")
@@ -130,20 +131,20 @@ def _near(points: Array, piece: Indices, other: Pieces) -> Array:
     return found
 
 
-def _difference(original: Indices, simple: Indices) -> tuple[Indices, Indices]:
+def _difference(original: IndexArray, simple: IndexArray) -> tuple[IndexArray, IndexArray]:
     """Triangles that only the one, and only the other surface has."""
     n = int(original.max()) + 1
 
-    def key(triangles: Indices) -> Indices:
+    def key(triangles: IndexArray) -> IndexArray:
         turned = np.argmin(triangles, axis=1)
         a, b, c = (triangles[np.arange(len(triangles)), (turned + k) % 3] for k in range(3))
-        return np.asarray((a * n + b) % (1 << 62) * 31 + c)
+        return (a * n + b) % (1 << 62) * 31 + c
 
     first, second = key(original), key(simple)
     return np.flatnonzero(~np.isin(first, second)), np.flatnonzero(~np.isin(second, first))
 
 
-def _largest(surface: Pieces, chosen: Indices) -> Indices:
+def _largest(surface: Pieces, chosen: IndexArray) -> IndexArray:
     """At most ``_MOST`` of the chosen triangles: half the largest, half evenly spread."""
     if len(chosen) <= _MOST:
         return chosen
@@ -154,7 +155,9 @@ def _largest(surface: Pieces, chosen: Indices) -> Indices:
     return np.sort(np.concatenate([order[: _MOST // 2], rest[:: 2 * len(rest) // _MOST + 1]]))
 
 
-def projected_areas(positions: Array, triangles: Indices, shell: Indices, count: int) -> Array:
+def projected_areas(
+    positions: Array, triangles: IndexArray, shell: IndexArray, count: int
+) -> Array:
     """(count, DIRECTIONS) area that each connected piece turns to a direction [m2].
 
     Of a piece that hides nothing of itself that is the area of its picture.

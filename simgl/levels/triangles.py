@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+from simgl.arrays import Array, IndexArray
 
 
 class Lists:
     """For each of ``count`` keys the places at which it stands in ``keys``, in their order."""
 
-    def __init__(self, keys: Indices, count: int) -> None:
+    def __init__(self, keys: IndexArray, count: int) -> None:
         self._members = np.argsort(keys, kind="stable")
         self._starts = np.concatenate([[0], np.cumsum(np.bincount(keys, minlength=count))])
 
-    def counts(self, keys: Indices) -> Indices:
+    def counts(self, keys: IndexArray) -> IndexArray:
         """(k,) lengths of the lists of some keys."""
-        return np.asarray(self._starts[keys + 1] - self._starts[keys])
+        return self._starts[keys + 1] - self._starts[keys]
 
-    def of(self, keys: Indices) -> tuple[Indices, Indices]:
+    def of(self, keys: IndexArray) -> tuple[IndexArray, IndexArray]:
         """The lists of some keys one after the other: which of ``keys``, and the member."""
         lengths = self.counts(keys)
         owner = np.repeat(np.arange(len(keys)), lengths)
@@ -58,7 +56,7 @@ def nearest_place(points: Array, corners: Array) -> tuple[Array, Array]:
 
 
 def _dot(a: Array, b: Array) -> Array:
-    return np.asarray(np.einsum("ij,ij->i", a, b))
+    return np.einsum("ij,ij->i", a, b)
 
 
 def _squared(points: Array, corners: Array, place: Array) -> Array:
@@ -66,13 +64,13 @@ def _squared(points: Array, corners: Array, place: Array) -> Array:
     return _dot(offset, offset)
 
 
-def first_least(values: Array, owner: Indices) -> Indices:
+def first_least(values: Array, owner: IndexArray) -> IndexArray:
     """Of rows that stand together by owner, the place of the first least value of each owner."""
     starts = np.flatnonzero(np.diff(owner, prepend=-1))
     least = np.minimum.reduceat(values, starts)
     group = np.cumsum(np.diff(owner, prepend=owner[0]) != 0)
     hits = np.flatnonzero(values == least[group])
-    return np.asarray(hits[np.unique(group[hits], return_index=True)[1]])
+    return hits[np.unique(group[hits], return_index=True)[1]]
 
 
 def doubled_areas(corners: Array) -> Array:

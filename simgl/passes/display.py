@@ -5,9 +5,9 @@ from __future__ import annotations
 import moderngl
 import numpy as np
 
-from simgl.gpu.blocks import Block
 from simgl.gpu.fullscreen import FullscreenProgram
-from simgl.gpu.state import State
+from simgl.gpu.pipeline_state import State
+from simgl.gpu.uniform_blocks import Block
 from simgl.images import WHITE_RADIANCE
 
 _DISPLAY = Block(

@@ -6,14 +6,14 @@ from collections.abc import Mapping, Sequence
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 
-from simgl.gpu.blocks import Block
+from simgl.arrays import Array
+from simgl.camera.camera import Camera
+from simgl.camera.camera_equation import irradiance_per_radiance, square_electrons_per_irradiance
 from simgl.gpu.fullscreen import FullscreenProgram
-from simgl.gpu.state import State
-from simgl.gpu.targets import Format
-from simgl.scene.camera import Camera
-from simgl.scene.radiometry import irradiance_per_radiance, square_electrons_per_irradiance
+from simgl.gpu.pipeline_state import State
+from simgl.gpu.render_targets import Format
+from simgl.gpu.uniform_blocks import Block
 
 # Four pixels a texel: on the CPU renderer a third of the cost of one.
 ELECTRONS_FORMAT = Format("f4", 4, packed=True)
@@ -39,7 +39,7 @@ class ExposurePass:
     def draw(
         self,
         camera: Camera,
-        photons_per_joule: NDArray[np.float64],
+        photons_per_joule: Array,
         irradiance: moderngl.Texture,
         target: moderngl.Framebuffer,
     ) -> None:
@@ -54,7 +54,7 @@ class ExposurePass:
     def draw_through_lens(
         self,
         camera: Camera,
-        photons_per_joule: NDArray[np.float64],
+        photons_per_joule: Array,
         radiance: moderngl.Texture,
         relative_illumination: moderngl.Texture | None,
         target: moderngl.Framebuffer,
@@ -74,10 +74,10 @@ class ExposurePass:
     def add(
         self,
         camera: Camera,
-        photons_per_joule: NDArray[np.float64],
+        photons_per_joule: Array,
         irradiance: moderngl.Texture,
         target: moderngl.Framebuffer,
-        shares: NDArray[np.float64],
+        shares: Array,
     ) -> None:
         """Add the electrons of a part of the exposure to a target.
 
@@ -97,7 +97,7 @@ class ExposurePass:
     def _draw(
         self,
         camera: Camera,
-        electrons_per_light: NDArray[np.float64],
+        electrons_per_light: Array,
         textures: Mapping[str, moderngl.Texture],
         defines: Sequence[str] = (),
     ) -> None:

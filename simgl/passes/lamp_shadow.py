@@ -7,12 +7,12 @@ from collections.abc import Sequence
 import moderngl
 import numpy as np
 
-from simgl.gpu.blocks import Block, UniformBuffer
-from simgl.gpu.state import State
-from simgl.passes.blocks import MAX_LAMPS, lamp_corner
-from simgl.passes.meshes import MeshStore
-from simgl.passes.outline import OutlineProgram
-from simgl.view.lamps import MAP_SIZE, LampView
+from simgl.gpu.pipeline_state import State
+from simgl.gpu.uniform_blocks import Block, UniformBuffer
+from simgl.passes.mesh_store import MeshStore
+from simgl.passes.outline_program import OutlineProgram
+from simgl.passes.shared_blocks import MAX_LAMPS, lamp_corner
+from simgl.view.lamp_views import MAP_SIZE, LampView
 
 _CASTER = Block("LampCaster", 13, np.dtype([("lamp_clip_from_body", "f4", (4, 4))]))
 

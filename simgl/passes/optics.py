@@ -5,15 +5,15 @@ from __future__ import annotations
 import moderngl
 import numpy as np
 
-from simgl.gpu.blocks import Block
+from simgl.camera.camera import Camera
+from simgl.camera.camera_equation import irradiance_per_radiance
+from simgl.camera.distortion import relative_illumination
+from simgl.camera.lens import Vignetting
 from simgl.gpu.fullscreen import FullscreenProgram
-from simgl.gpu.state import State
-from simgl.gpu.targets import table_texture
-from simgl.kept import LastUsed
-from simgl.optics.field import relative_illumination
-from simgl.scene.camera import Camera
-from simgl.scene.lens import Vignetting
-from simgl.scene.radiometry import irradiance_per_radiance
+from simgl.gpu.pipeline_state import State
+from simgl.gpu.render_targets import table_texture
+from simgl.gpu.uniform_blocks import Block
+from simgl.lru_cache import LruCache
 
 _OPTICS = Block(
     "Optics",
@@ -37,7 +37,7 @@ class OpticsPass:
         self._mapped = FullscreenProgram(
             ctx, "optics/optics", _OPTICS, ["radiance", "relative_illumination"], ["MAPPED"]
         )
-        self._maps = LastUsed[Camera, moderngl.Texture](_KEPT, moderngl.Texture.release)
+        self._maps = LruCache[Camera, moderngl.Texture](_KEPT, moderngl.Texture.release)
 
     def draw(
         self, camera: Camera, radiance: moderngl.Texture, target: moderngl.Framebuffer

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import moderngl
 import numpy as np
 
-from simgl.gpu.blocks import Block
+from simgl.camera.camera import Camera
+from simgl.camera.distortion import field
 from simgl.gpu.fullscreen import FullscreenProgram
-from simgl.gpu.state import ONE_MINUS_SRC1_COLOR, State
-from simgl.optics.field import field
-from simgl.scene.camera import Camera
-from simgl.view.frame import Tile
+from simgl.gpu.pipeline_state import ONE_MINUS_SRC1_COLOR, State
+from simgl.gpu.uniform_blocks import Block
+from simgl.view.frame_view import RasterTile
 
 _RESOLVE = Block(
     "Resolve",
@@ -60,7 +60,7 @@ class ResolvePass:
 
     def draw(
         self,
-        tile: Tile,
+        tile: RasterTile,
         samples: moderngl.Texture,
         target: moderngl.Framebuffer,
         lens: DistortedView | None = None,
@@ -70,7 +70,7 @@ class ResolvePass:
 
     def hide(
         self,
-        tile: Tile,
+        tile: RasterTile,
         samples: moderngl.Texture,
         target: moderngl.Framebuffer,
         lens: DistortedView | None = None,
@@ -81,7 +81,7 @@ class ResolvePass:
     def _draw(
         self,
         state: State,
-        tile: Tile,
+        tile: RasterTile,
         samples: moderngl.Texture,
         target: moderngl.Framebuffer,
         lens: DistortedView | None,
@@ -101,7 +101,7 @@ class ResolvePass:
         self._distorted.release()
 
 
-def _distorted_box(tile: Tile, camera: Camera) -> tuple[int, int, int, int]:
+def _distorted_box(tile: RasterTile, camera: Camera) -> tuple[int, int, int, int]:
     """x, y, width, height of the pixels that may see a tile of the pinhole's picture."""
     low, high = np.array([tile.x, tile.y]), np.array([tile.x + tile.width, tile.y + tile.height])
     places = field(camera).places
@@ -115,12 +115,12 @@ def _distorted_box(tile: Tile, camera: Camera) -> tuple[int, int, int, int]:
     return x, y, int(columns[-1]) + 1 - x, int(rows[-1]) + 1 - y
 
 
-def _values(tile: Tile) -> dict[str, object]:
-    turn = tile.lattice.turn
+def _values(tile: RasterTile) -> dict[str, object]:
+    turn = tile.sample_grid.turn
     return {
         "raster_from_pixel": turn.T.ravel(),
         "pixel_from_raster": np.linalg.inv(turn).T.ravel(),
-        "raster_origin": tile.lattice.raster_from_pixel(tile.width)[:, 2],
+        "raster_origin": tile.sample_grid.raster_from_pixel(tile.width)[:, 2],
         "tile_origin": (tile.x, tile.y),
-        "pinhole_reach": tile.lattice.reach,
+        "pinhole_reach": tile.sample_grid.reach,
     }

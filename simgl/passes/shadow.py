@@ -8,12 +8,12 @@ from collections.abc import Sequence
 import moderngl
 import numpy as np
 
-from simgl.gpu.blocks import Block, UniformBuffer
 from simgl.gpu.fullscreen import FullscreenProgram
-from simgl.gpu.state import State
-from simgl.passes.meshes import MeshStore
-from simgl.passes.outline import OutlineProgram
-from simgl.view.shadows import ShadowMap, ShadowView
+from simgl.gpu.pipeline_state import State
+from simgl.gpu.uniform_blocks import Block, UniformBuffer
+from simgl.passes.mesh_store import MeshStore
+from simgl.passes.outline_program import OutlineProgram
+from simgl.view.shadow_views import ShadowMap, ShadowView
 
 # Maps kept for views that come back; a picture of more spacecraft keeps as many as it needs.
 KEPT = 8
@@ -72,7 +72,7 @@ class ShadowPass:
         self._tops = FullscreenProgram(ctx, "shadow/tops", _TOPS, ["cells"])
         self._cone = FullscreenProgram(ctx, "shadow/tops", _TOPS, ["cells"], ["CONE"])
         self._caster = UniformBuffer(ctx, _CASTER)
-        self._drawn: OrderedDict[bytes, _Sheet] = OrderedDict()
+        self._drawn: OrderedDict[bytes, _ShadowAtlas] = OrderedDict()
 
     def cast(self, views: Sequence[ShadowView]) -> None:
         """Draw those of the maps of ``draw`` that read no other.
@@ -106,16 +106,16 @@ class ShadowPass:
                 self._complete(view, sheet)
         return [sheet.textures for sheet in sheets]
 
-    def _free_sheet(self, maps: Sequence[ShadowMap], kept: int) -> _Sheet:
+    def _free_sheet(self, maps: Sequence[ShadowMap], kept: int) -> _ShadowAtlas:
         if len(self._drawn) >= kept:
             oldest = self._drawn.popitem(last=False)[1]
             if oldest.sizes == tuple(one.size for one in maps):
                 return oldest
             self._ctx.detect_framebuffer(0).use()
             oldest.release()
-        return _Sheet(self._ctx, maps)
+        return _ShadowAtlas(self._ctx, maps)
 
-    def _cast(self, view: ShadowView, sheet: _Sheet) -> None:
+    def _cast(self, view: ShadowView, sheet: _ShadowAtlas) -> None:
         self._caster.bind()
         self._clear(sheet.depths)
         column = 0
@@ -125,7 +125,7 @@ class ShadowPass:
             column += one.size
         sheet.complete = False
 
-    def _complete(self, view: ShadowView, sheet: _Sheet) -> None:
+    def _complete(self, view: ShadowView, sheet: _ShadowAtlas) -> None:
         self._caster.bind()
         self._clear(sheet.behind)
         sheet.textures[0].use(0)
@@ -185,7 +185,7 @@ class ShadowPass:
         self._behind.release()
 
 
-class _Sheet:
+class _ShadowAtlas:
     """The textures of a view's maps side by side, and what draws into them.
 
     complete : whether all are drawn, not only those that read no other

@@ -8,18 +8,15 @@ from __future__ import annotations
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 
-from simgl.gpu.blocks import Block
+from simgl.arrays import Array, Array32
+from simgl.camera.camera import Camera
+from simgl.camera.point_spread import Spread, SunBefore
 from simgl.gpu.fullscreen import FullscreenProgram
-from simgl.gpu.state import State
-from simgl.gpu.targets import Format, ImageTarget
-from simgl.kept import LastUsed
-from simgl.optics.spread import Spread, SunBefore
-from simgl.scene.camera import Camera
-
-Array = NDArray[np.float64]
-Floats = NDArray[np.float32]
+from simgl.gpu.pipeline_state import State
+from simgl.gpu.render_targets import Format, ImageTarget
+from simgl.gpu.uniform_blocks import Block
+from simgl.lru_cache import LruCache
 
 # The most planes that one draw writes, and pixels of a texel in each.
 _MOST = 4
@@ -38,7 +35,7 @@ class SpreadPass:
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._programs: dict[int, FullscreenProgram] = {}
-        self._spreads = LastUsed[object, Spread](_KEPT)
+        self._spreads = LruCache[object, Spread](_KEPT)
         self._target: ImageTarget | None = None
 
     def bands(
@@ -57,7 +54,7 @@ class SpreadPass:
         square: Array,
         sun: SunBefore | None,
         irradiance: moderngl.Texture,
-    ) -> Floats:
+    ) -> Array32:
         """(height, width) mean electrons.
 
         square : (4, 4) electrons per irradiance of the pixels (0, 0), (1, 0), (0, 1), (1, 1) in
@@ -79,12 +76,12 @@ class SpreadPass:
         weights: Array | None,
         sun: SunBefore | None,
         irradiance: moderngl.Texture,
-    ) -> list[Floats]:
+    ) -> list[Array32]:
         key = (camera.lens, camera.detector, None if weights is None else weights.tobytes())
         spread = self._spreads.get(key, lambda: Spread(camera, weights))
         return spread.apply(self._planes(spread.mixture, irradiance), sun)
 
-    def _planes(self, mixture: Array, irradiance: moderngl.Texture) -> list[Floats]:
+    def _planes(self, mixture: Array, irradiance: moderngl.Texture) -> list[Array32]:
         count = len(mixture)
         if self._target is None or (self._target.size, len(self._target.textures)) != (
             irradiance.size,

@@ -6,11 +6,13 @@ from collections.abc import Mapping, Sequence
 
 import moderngl
 
-from simgl.gpu.blocks import Block, UniformBuffer
-from simgl.gpu.growing import GrowingTarget, textures_of
+from simgl.gpu.growing_target import GrowingTarget, textures_of
+from simgl.gpu.pipeline_state import State
 from simgl.gpu.program import load_program
-from simgl.gpu.state import State
-from simgl.passes.blocks import (
+from simgl.gpu.uniform_blocks import Block, UniformBuffer
+from simgl.passes.albedo_table import LOBE_UNIT, lobe_texture
+from simgl.passes.mesh_store import MeshStore
+from simgl.passes.shared_blocks import (
     CRAFT,
     JOINTS,
     LAMPS,
@@ -24,17 +26,15 @@ from simgl.passes.blocks import (
     shadow_values,
     tile_values,
 )
-from simgl.passes.lobes import LOBE_UNIT, lobe_texture
-from simgl.passes.meshes import MeshStore
-from simgl.view.frame import CraftView, Tile
-from simgl.view.lamps import LampView
+from simgl.view.frame_view import RasterTile, SpacecraftView
+from simgl.view.lamp_views import LampView
 
 EMPTY = -1.0
 
 # The terms of a surface's radiance, in the order of the targets of shaders/surface/surface.frag.
 LIGHTS = ("sun", "earth", "inter_reflected", "lamp", "emitted")
 
-# What samples see, in the order of the targets of shaders/geometry/geometry.frag.
+# What samples see, in the order of the targets of shaders/gbuffer/gbuffer.frag.
 _SEEN = ("seen_place", "seen_shape", "seen_plane", "seen_others")
 _WORN = ("worn_reflectance", "worn_emission", "worn_normal")
 _SEEN_UNITS = {name: unit for unit, name in enumerate(_SEEN + _WORN)}
@@ -131,7 +131,7 @@ class SurfacePass:
 
     def draw(
         self,
-        tile: Tile,
+        tile: RasterTile,
         seen: Sequence[moderngl.Texture],
         shadow_maps: Sequence[Sequence[moderngl.Texture]],
         skies: Sequence[Sequence[_SkyTexture]],
@@ -152,7 +152,7 @@ class SurfacePass:
         airs : before each spacecraft; none at all where nothing is given
         returns : one texture, or with ``apart`` one for each of ``LIGHTS``
         """
-        size = tile.lattice.raster_size(tile.width, tile.height)
+        size = tile.sample_grid.raster_size(tile.width, tile.height)
         sunlight, target = self._targets[len(LIGHTS) if apart else 1].at_least(size)
         area = (0, 0, *size)
         self._write(tile, lamps)
@@ -186,7 +186,7 @@ class SurfacePass:
                 screen.draw()
         return textures_of(target)
 
-    def _write(self, tile: Tile, lamps: Sequence[LampView]) -> None:
+    def _write(self, tile: RasterTile, lamps: Sequence[LampView]) -> None:
         for block in (self._tile, self._craft, self._shadow, self._lamps, self._joints):
             block.bind()
         self._tile.write(tile_values(tile, tile.slices[0]))
@@ -194,15 +194,15 @@ class SurfacePass:
 
     def _bind(
         self,
-        craft: CraftView,
-        tile: Tile,
+        craft: SpacecraftView,
+        tile: RasterTile,
         maps: Sequence[moderngl.Texture],
         sky: Sequence[_SkyTexture],
         air: AirBetween | None,
     ) -> None:
         error = self._meshes.shape(craft.model, craft.detail).error
         self._craft.write(craft_values(craft, air, error))
-        self._shadow.write(shadow_values(craft, tile.lattice))
+        self._shadow.write(shadow_values(craft, tile.sample_grid))
         self._meshes.bind_materials(craft.model)
         if "JOINTED" in craft.model.variant:
             self._joints.write(joint_values(craft.model))

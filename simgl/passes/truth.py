@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import moderngl
 
-from simgl.gpu.blocks import UniformBuffer
-from simgl.gpu.state import State, clear_depth
-from simgl.passes.blocks import CRAFT, TILE, craft_values, tile_values
-from simgl.passes.meshes import MeshStore
-from simgl.passes.outline import OutlineProgram
-from simgl.view.frame import Tile
+from simgl.gpu.pipeline_state import State, clear_depth
+from simgl.gpu.uniform_blocks import UniformBuffer
+from simgl.passes.mesh_store import MeshStore
+from simgl.passes.outline_program import OutlineProgram
+from simgl.passes.shared_blocks import CRAFT, TILE, craft_values, tile_values
+from simgl.view.frame_view import RasterTile
 
 # Attachments of a target that wants normals too.
 _WITH_NORMALS = 3
@@ -30,7 +30,7 @@ class TruthPass:
         self._tile = UniformBuffer(ctx, TILE)
         self._craft = UniformBuffer(ctx, CRAFT)
 
-    def draw(self, tile: Tile | None, target: moderngl.Framebuffer) -> None:
+    def draw(self, tile: RasterTile | None, target: moderngl.Framebuffer) -> None:
         """Fill a target of R32F, R32UI and, if wanted, RGBA32F attachments with depth; None draws
         nothing."""
         normals = len(target.color_attachments) == _WITH_NORMALS

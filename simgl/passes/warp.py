@@ -7,13 +7,13 @@ from collections.abc import Sequence
 import moderngl
 import numpy as np
 
-from simgl.gpu.blocks import Block
+from simgl.camera.camera import Camera
+from simgl.camera.distortion import FINER, field
 from simgl.gpu.fullscreen import FullscreenProgram
-from simgl.gpu.state import State
-from simgl.gpu.targets import table_texture
-from simgl.kept import LastUsed
-from simgl.optics.field import FINER, field
-from simgl.scene.camera import Camera
+from simgl.gpu.pipeline_state import State
+from simgl.gpu.render_targets import table_texture
+from simgl.gpu.uniform_blocks import Block
+from simgl.lru_cache import LruCache
 
 _WARP = Block(
     "Warp",
@@ -36,7 +36,7 @@ class WarpPass:
         self._nearest = FullscreenProgram(
             ctx, "warp/nearest", _WARP, ["places", "fine_depth", "fine_part", "fine_normal"]
         )
-        self._places = LastUsed[Camera, moderngl.Texture](_KEPT, moderngl.Texture.release)
+        self._places = LruCache[Camera, moderngl.Texture](_KEPT, moderngl.Texture.release)
 
     def places(self, camera: Camera) -> moderngl.Texture:
         """RG32F, coordinates in the pinhole's picture that the middles of the pixels see."""

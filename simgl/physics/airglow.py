@@ -22,12 +22,10 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simgl.arrays import Array
 from simgl.physics.constants import LIGHT_SPEED, PLANCK
 from simgl.physics.spectrum import BANDS
-
-Array = NDArray[np.float64]
 
 # Heights in each band between which it shines, evenly [m]: oxygen peaks at 94 to 97 km, hydroxyl,
 # which is most of red and near infrared, at 87.
@@ -75,7 +73,7 @@ def path_in_layers(radius: float, lowest: Array) -> Array:
     top, bottom = (
         np.sqrt(np.maximum((radius + h) ** 2 - rim**2, 0.0)) for h in (GLOW_TOP, GLOW_BOTTOM)
     )
-    return np.asarray(top - bottom)
+    return top - bottom
 
 
 @lru_cache(maxsize=8)
@@ -86,6 +84,6 @@ def ground_irradiance(radius: float) -> Array:
     # A ray that leaves the ground at this cosine would pass at radius * sine, so deep below it.
     path = path_in_layers(radius, radius * (np.sqrt(1.0 - cosine**2) - 1.0))
     factor = 2.0 * np.pi * ((weights * cosine) @ path) / (GLOW_TOP - GLOW_BOTTOM)
-    found = np.asarray(factor * zenith_glow(from_below=True))
+    found = factor * zenith_glow(from_below=True)
     found.flags.writeable = False
     return found

@@ -5,11 +5,9 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simgl import assets
-
-Array = NDArray[np.float64]
+from simgl.arrays import Array
 
 MAXIMUM_EFFICACY = (
     683.0  # [lm W-1] at 540 THz, exact by definition of the SI; at 555 nm within 1e-5
@@ -41,7 +39,7 @@ def tristimulus(wavelength: Array, power: Array) -> Array:
 
 def chromaticity(xyz: Array) -> Array:
     """(2,) x, y of tristimulus values (3,)."""
-    return np.asarray(xyz[:2] / np.sum(xyz))
+    return xyz[:2] / np.sum(xyz)
 
 
 def luminous_efficacy(wavelength: Array, power: Array, total: float) -> float:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from simgl.physics.air import (
+from simgl.arrays import Array
+from simgl.physics.atmosphere import (
     AIR_TOP,
     Atmosphere,
     grazing_optical_depth,
@@ -13,9 +13,7 @@ from simgl.physics.air import (
 )
 from simgl.physics.constants import MOON_RADIUS
 from simgl.physics.frames import angle_between
-from simgl.physics.sun import UNIFORM, limb_profile
-
-Array = NDArray[np.float64]
+from simgl.physics.solar_disc import UNIFORM, limb_profile
 
 # Above this tangent height the air takes less than 1e-5 of any band [m].
 HIGHEST = 120e3
@@ -140,7 +138,7 @@ def visible_light_fraction(
         light = (np.sin(r) * step)[:, None] * limb_profile(np.cos(t), limb)
         whole += np.sum(light, axis=0)
         hidden += _hidden_share(r, body_radius, separation) @ light
-    return np.asarray(np.clip(1.0 - hidden / whole, 0.0, 1.0))
+    return np.clip(1.0 - hidden / whole, 0.0, 1.0)
 
 
 def _hidden_share(r: Array, body_radius: float, separation: float) -> Array:
@@ -150,7 +148,7 @@ def _hidden_share(r: Array, body_radius: float, separation: float) -> Array:
     inside = np.sin(half - r) * np.sin(half - separation)
     outside = np.sin(half) * np.sin(half - body_radius)
     roots = np.sqrt(np.maximum([inside, outside], 0.0))
-    return np.asarray(2.0 / np.pi * np.arctan2(roots[0], roots[1]))
+    return 2.0 / np.pi * np.arctan2(roots[0], roots[1])
 
 
 def _arc_profile(disc_radius: float, separation: float, theta: Array, limb: Array) -> Array:
@@ -165,7 +163,7 @@ def _arc_profile(disc_radius: float, separation: float, theta: Array, limb: Arra
     mu2 = top[:, None] - stretch[:, None] * np.sin(0.5 * angle) ** 2
     profile = limb_profile(np.sqrt(np.clip(mu2, 0.0, 1.0)), limb)
     weight = 0.25 * np.pi * np.cos(turn) * _ACROSS_WEIGHTS
-    return np.asarray(np.einsum("j,kjb->kb", weight, profile))
+    return np.einsum("j,kjb->kb", weight, profile)
 
 
 def sunlit_fraction(
@@ -220,7 +218,7 @@ def sunlit_transmission(
     inside = distance - below < AIR_TOP
     if inside and separation > 0.5 * np.pi + _HIGH:
         cosine = np.array([-np.cos(separation)])
-        return np.asarray(np.exp(-optical_depth_to_space(air, below, distance - below, cosine)[0]))
+        return np.exp(-optical_depth_to_space(air, below, distance - below, cosine)[0])
     if not inside and separation - sun_angular_radius > 0.5 * np.pi:
         return np.ones(4)
     edge = limb_angle(position, sun_direction, radii)
@@ -238,10 +236,10 @@ def sunlit_transmission(
     else:
         depth = grazing_optical_depth(air, radius, distance * np.sin(theta) - radius)
     if not limb.any():
-        return np.asarray(outside @ np.exp(-depth) / np.sum(whole))
+        return outside @ np.exp(-depth) / np.sum(whole)
     seen = _arc_profile(sun_angular_radius, separation, theta, limb)
     total = _arc_profile(sun_angular_radius, separation, everywhere, limb)
-    return np.asarray(outside @ (seen * np.exp(-depth)) / (whole @ total))
+    return outside @ (seen * np.exp(-depth)) / (whole @ total)
 
 
 def past_the_moon(

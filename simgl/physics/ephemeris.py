@@ -14,12 +14,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import erfa
-import numpy as np
-from numpy.typing import NDArray
 
+from simgl.arrays import Array
 from simgl.physics.constants import ASTRONOMICAL_UNIT
-
-Array = NDArray[np.float64]
 
 NANOSECONDS_PER_DAY = 86_400_000_000_000
 _JD_1970 = 2440587.5
@@ -96,12 +93,12 @@ def utc_julian_date(tai_ns: int) -> tuple[float, float]:
 def sun_position(tai_ns: int) -> Array:
     """(3,) geometric position of the Sun's centre in GCRF [m]; within 0.01 arcsec of DE421."""
     heliocentric, _ = erfa.epv00(*julian_date_tt(tai_ns))
-    return np.asarray(-heliocentric["p"] * ASTRONOMICAL_UNIT)
+    return -heliocentric["p"] * ASTRONOMICAL_UNIT
 
 
 def moon_position(tai_ns: int) -> Array:
     """(3,) position of the Moon's centre in GCRF [m]; within 10 arcsec (SOFA moon98)."""
-    return np.asarray(erfa.moon98(*julian_date_tt(tai_ns))["p"] * ASTRONOMICAL_UNIT)
+    return erfa.moon98(*julian_date_tt(tai_ns))["p"] * ASTRONOMICAL_UNIT
 
 
 def itrf_from_icrf(tai_ns: int) -> Array:
@@ -109,4 +106,4 @@ def itrf_from_icrf(tai_ns: int) -> Array:
     tt = julian_date_tt(tai_ns)
     with _future_leap_seconds_accepted():
         ut1 = erfa.utcut1(*utc_julian_date(tai_ns), 0.0)
-    return np.asarray(erfa.c2t06a(*tt, *ut1, 0.0, 0.0))
+    return erfa.c2t06a(*tt, *ut1, 0.0, 0.0)

@@ -12,10 +12,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-Array = NDArray[np.float64]
+from simgl.arrays import Array
 
 # A quaternion typed with four decimals is off by at most 1e-4; anything worse is a mistake.
 QUATERNION_NORM_TOLERANCE = 1e-4
@@ -41,7 +41,7 @@ def unit(vector: ArrayLike) -> Array:
     norm = math.sqrt(v.dot(v))
     if not math.isfinite(norm) or norm == 0.0:
         raise ValueError(f"needs a direction, got {v.tolist()}")
-    return np.asarray(v / norm)
+    return v / norm
 
 
 def cross(a: Array, b: Array) -> Array:
@@ -113,7 +113,7 @@ def lvlh_from_icrf(position: Array, velocity: Array) -> Array:
 
 def lvlh_angular_velocity(position: Array, velocity: Array) -> Array:
     """(3,) rate of the LVLH frame against ICRF, in ICRF axes [rad s-1]."""
-    return np.asarray(cross(position, velocity) / np.dot(position, position))
+    return cross(position, velocity) / np.dot(position, position)
 
 
 def camera_from_directions(boresight: ArrayLike, up: ArrayLike) -> Array:
@@ -143,4 +143,4 @@ def rotation_between(source: ArrayLike, target: ArrayLike) -> Array:
     # Of nearly opposite vectors the cross product is rounding; only what is square to a turns
     # a into b.
     axis = axis - np.dot(axis, a) * a
-    return np.asarray(Rotation.from_rotvec(unit(axis) * np.arctan2(sine, cosine)).as_matrix())
+    return Rotation.from_rotvec(unit(axis) * np.arctan2(sine, cosine)).as_matrix()

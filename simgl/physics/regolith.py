@@ -17,9 +17,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from simgl.arrays import Array
 
 # Rings of the disc in its geometric albedo, by Gauss's rule.
 _RINGS = 64
@@ -75,7 +75,7 @@ def reflectance(ground: Regolith, mu0: ArrayLike, mu: ArrayLike, cos_phase: Arra
     multiple = multiple * (1.0 + 2.0 * mue) / (1.0 + 2.0 * mue * gamma) - 1.0
     light = _lobes(ground, g) * (1.0 + surge) + multiple
     r = w / (4.0 * np.pi) * mu0e / (mu0e + mue) * light * shade
-    return np.asarray(np.where(up, r, 0.0))
+    return np.where(up, r, 0.0)
 
 
 @lru_cache(maxsize=16)
@@ -97,7 +97,7 @@ def _lobes(ground: Regolith, cos_phase: Array) -> Array:
     square = 1.0 + b * b
     back = (square - 2.0 * b * cos_phase) ** -1.5
     forward = (square + 2.0 * b * cos_phase) ** -1.5
-    return np.asarray((1.0 - b * b) * (c * back + (1.0 - c) * forward))
+    return (1.0 - b * b) * (c * back + (1.0 - c) * forward)
 
 
 def _facets(
@@ -112,7 +112,7 @@ def _facets(
         return np.exp(-2.0 / np.pi * cot), np.exp(-(cot**2) / np.pi)
 
     def alone(cos: Array, sin: Array, e1: Array, e2: Array) -> Array:
-        return np.asarray(chi * (cos + sin * tan * e2 / (2.0 - e1)))
+        return chi * (cos + sin * tan * e2 / (2.0 - e1))
 
     i1, i2 = falls(i, sin_i)
     e1, e2 = falls(e, sin_e)

@@ -12,11 +12,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from simgl.physics.air import AIR_TOP
-
-Array = NDArray[np.float64]
+from simgl.arrays import Array
+from simgl.physics.atmosphere import AIR_TOP
 
 # The axes of the tables, as in shaders/air/diffuse_place.glsl.
 HEIGHTS, SUNS, LOOKS = 32, 96, 24
@@ -34,7 +32,7 @@ def table_heights() -> Array:
 def table_suns() -> Array:
     """(SUNS,) cosine of the Sun's angle from the zenith, crowded about the terminator."""
     low, high = (np.arcsinh(_CROWDING * (_MIDDLE + end)) for end in (-1.0, 1.0))
-    return np.asarray(np.sinh(np.linspace(low, high, SUNS)) / _CROWDING - _MIDDLE)
+    return np.sinh(np.linspace(low, high, SUNS)) / _CROWDING - _MIDDLE
 
 
 def table_looks() -> Array:
@@ -112,7 +110,7 @@ def skylight(
     sine = np.sqrt(np.maximum(1.0 - mu**2, 0.0))
 
     def summed(values: Array, factor: Array) -> Array:
-        return np.asarray(np.einsum("ihsb,hi->hsb", values, weight * factor))
+        return np.einsum("ihsb,hi->hsb", values, weight * factor)
 
     zero, one, two = field
     return Skylight(
@@ -140,7 +138,7 @@ def aureole_strength(rings: Rings, radius: float, asymmetry: Array, peak: Array)
     _, weight = rings.elevations(radius)
     order = np.arange(3, _TERMS)[:, None]
     own = np.sum((2 * order + 1) * asymmetry ** (2 * order), axis=0) / (4.0 * np.pi)
-    return np.asarray(np.einsum("ihsb,hi->hsb", peak, weight) / own)
+    return np.einsum("ihsb,hi->hsb", peak, weight) / own
 
 
 def _by_look(
@@ -158,7 +156,7 @@ def _by_look(
     g = asymmetry ** order[:, None]
     per_order -= np.einsum("lb,ls,hsb->lhsb", g, sunward, aureole, optimize=True)
     made = np.einsum("l,lb,lo,lhsb->hosb", scale, g, looking, per_order, optimize=True)
-    return np.asarray(made / (4.0 * np.pi))
+    return made / (4.0 * np.pi)
 
 
 def _legendre(m: int, x: Array) -> Array:

@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simgl.arrays import Array
 from simgl.physics.constants import BOLTZMANN, LIGHT_SPEED, PLANCK, STEFAN_BOLTZMANN
-
-Array = NDArray[np.float64]
 
 # Gauss-Legendre of this order integrates Planck's law over a 300 nm band to better than 1e-12.
 _ORDER = 48
@@ -56,7 +54,7 @@ def planck_radiance(wavelength: Array, temperature: float) -> Array:
     """Spectral radiance of a black body [W m-2 sr-1 m-1] at wavelength [m], temperature [K]."""
     first = 2.0 * PLANCK * LIGHT_SPEED**2 / wavelength**5
     exponent = PLANCK * LIGHT_SPEED / (wavelength * BOLTZMANN * temperature)
-    return np.asarray(first / np.expm1(exponent))
+    return first / np.expm1(exponent)
 
 
 def _nodes(edges: tuple[float, float]) -> tuple[Array, Array]:

@@ -7,15 +7,17 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
+from simgl.camera.camera import Camera
+from simgl.camera.presets import read_camera
+from simgl.config.path_sandbox import Base, SandboxedFolder
+from simgl.config.validation import convert, plain, read_toml, shown, shown_key
 from simgl.errors import ConfigError, did_you_mean
 from simgl.physics.constants import SOLAR_TEMPERATURE
 from simgl.physics.ephemeris import tai_ns_from_utc
-from simgl.scenario.cameras import read_camera, read_mount
-from simgl.scenario.craft import read_model
-from simgl.scenario.folder import Base, Folder
-from simgl.scenario.lamps import read_lamps
-from simgl.scenario.light import read_earth, read_sky, read_sun
-from simgl.scenario.motions import MotionReader
+from simgl.scenario.camera_tables import read_mount
+from simgl.scenario.lamp_tables import read_lamps
+from simgl.scenario.light_tables import read_earth, read_sky, read_sun
+from simgl.scenario.motion_tables import MotionReader
 from simgl.scenario.scenario import Scenario
 from simgl.scenario.schema import (
     AssessTable,
@@ -28,10 +30,9 @@ from simgl.scenario.schema import (
     SpacecraftTable,
     SunTable,
 )
-from simgl.scenario.strict import convert, plain, read_toml, shown, shown_key
-from simgl.scene.camera import Camera
-from simgl.scene.criteria import Criteria
+from simgl.scenario.spacecraft_tables import read_model
 from simgl.scene.spacecraft import SpacecraftModel
+from simgl.scene.usability_criteria import UsabilityCriteria
 
 _TABLES = ("epoch", "sun", "earth", "sky", "spacecraft", "camera", "lamp", "assess", "render")
 _NAME = re.compile(r"[A-Za-z0-9_-]+")
@@ -65,7 +66,7 @@ def scenario_from_dict(
     data = plain(data)
     _check_tables(data, where)
     folder = source.parent if source else Path()
-    base: Base = folder if root is None else Folder(folder, root.resolve())
+    base: Base = folder if root is None else SandboxedFolder(folder, root.resolve())
     epoch = _epoch(data, where)
     craft = _named_tables(data, "spacecraft", SpacecraftTable, where)
     cameras = _named_tables(data, "camera", CameraTable, where)
@@ -135,13 +136,13 @@ def _criteria(
     where: str,
     models: Mapping[str, SpacecraftModel],
     cameras: Mapping[str, Camera],
-) -> Criteria:
+) -> UsabilityCriteria:
     named = (("target", table.target, models), ("camera", table.camera, cameras))
     for key, name, known in named:
         if name is not None and name not in known:
             problem = f"names none of this file: {shown(name)}; {did_you_mean(name, known)}"
             raise ConfigError(where, key, problem)
-    return Criteria(
+    return UsabilityCriteria(
         target=table.target,
         camera=table.camera,
         least_pixels=table.least_pixels,

@@ -9,23 +9,23 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simgl.arrays import Array
+from simgl.camera.camera import Camera
 from simgl.errors import ConfigError
+from simgl.motion.drives import JointLaws
+from simgl.motion.mounts import Mount, camera_pose, camera_velocity
+from simgl.motion.trajectory import Motion, poses
 from simgl.physics.constants import SOLAR_RADIUS
 from simgl.physics.ephemeris import itrf_from_icrf, moon_position, sun_position
 from simgl.physics.frames import Pose
-from simgl.physics.moon import moon_from_icrf
+from simgl.physics.lunar_model import moon_from_icrf
+from simgl.physics.solar_disc import UNIFORM
 from simgl.physics.spectrum import BandLight
-from simgl.physics.sun import UNIFORM
-from simgl.scene.camera import Camera
-from simgl.scene.criteria import Criteria
-from simgl.scene.drives import JointLaws
 from simgl.scene.earth import Earth
 from simgl.scene.lamps import Lamp, lamp_state
-from simgl.scene.mounts import Mount, camera_pose, camera_velocity
 from simgl.scene.spacecraft import SpacecraftModel
-from simgl.scene.stars import StarCatalogue, star_sky
+from simgl.scene.star_catalogue import StarCatalogue, star_sky
 from simgl.scene.state import (
     BodyState,
     CameraState,
@@ -35,7 +35,7 @@ from simgl.scene.state import (
     SunAtPosition,
     SunInDirection,
 )
-from simgl.scene.trajectory import Motion, poses
+from simgl.scene.usability_criteria import UsabilityCriteria
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -51,7 +51,7 @@ class EphemerisSun:
     light_at_1_au: BandLight
     radius: float = SOLAR_RADIUS
     visible: bool = True
-    limb: NDArray[np.float64] = field(default_factory=UNIFORM.copy)
+    limb: Array = field(default_factory=UNIFORM.copy)
 
     def at(self, tai_ns: int) -> Sun:
         """The Sun at an epoch."""
@@ -89,7 +89,7 @@ class Scenario:
     mounts: Mapping[str, Mount]
     lamps: Mapping[str, Lamp] = field(default_factory=dict)
     joints: Mapping[str, JointLaws] = field(default_factory=dict)
-    criteria: Criteria = field(default_factory=Criteria)
+    criteria: UsabilityCriteria = field(default_factory=UsabilityCriteria)
     seed: int = 0
     samples_per_pixel: int | None = None
     inter_reflection: bool = True
@@ -167,7 +167,9 @@ class Scenario:
         with self._named_in_errors():
             for name, camera in cameras.items():
                 mount = self.mounts[name]
-                position, R_camera_from_icrf = camera_pose(name, mount, bodies, sun, earth)
+                position, R_camera_from_icrf = camera_pose(
+                    name, mount, bodies, lambda place: sun.seen_from(place).direction_icrf, earth
+                )
                 states[name] = CameraState(
                     camera=camera,
                     position=position,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from simgl.physics.air import Atmosphere
+from simgl.physics.atmosphere import Atmosphere
 from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS, WGS84_POLAR_RADIUS
 from simgl.physics.regolith import Regolith
 
@@ -20,7 +20,7 @@ class EarthMaps:
 
     Equirectangular, from 180 deg west to 180 deg east, north up.
 
-    land : sRGB picture; becomes reflectance as ``simgl.physics.land`` says
+    land : sRGB picture; becomes reflectance as ``simgl.physics.land_reflectance`` says
     water : white on water, black on land
     night : brightness of lights, 0..1 of the brightest
     """

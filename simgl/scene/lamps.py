@@ -6,12 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simgl.arrays import Array
 from simgl.errors import ConfigError
 from simgl.physics.frames import Pose, unit
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -41,7 +39,7 @@ class Lamp:
     @property
     def intensity(self) -> Array:
         """(4,) radiant intensity within the cone [W sr-1]."""
-        return np.asarray(self.power / beam_solid_angle(self.half_angle, self.edge))
+        return self.power / beam_solid_angle(self.half_angle, self.edge)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -89,7 +87,7 @@ def beam_profile(angle: Array, half_angle: float, edge: float) -> Array:
     Half a cosine leads from 1 at ``half_angle`` to 0 at ``half_angle + edge``.
     """
     share = np.clip((np.asarray(angle) - half_angle) / edge, 0.0, 1.0)
-    return np.asarray(0.5 + 0.5 * np.cos(np.pi * share))
+    return 0.5 + 0.5 * np.cos(np.pi * share)
 
 
 def beam_solid_angle(half_angle: float, edge: float) -> float:
@@ -119,4 +117,4 @@ def lamp_irradiance(lamp: LampState, points: Array, normals: Array) -> Array:
     profile = beam_profile(np.arctan2(across, along), lamp.lamp.half_angle, lamp.lamp.edge)
     cosine = -np.sum(beam * normals, axis=1) / np.maximum(distance, 1e-12)
     reached = profile * np.maximum(cosine, 0.0) / np.maximum(distance, lamp.lamp.radius) ** 2
-    return np.asarray(reached[:, None] * lamp.lamp.intensity)
+    return reached[:, None] * lamp.lamp.intensity

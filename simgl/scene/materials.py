@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from math import isfinite
 
-from simgl.scene.layers import SMOOTHEST, Bands, Cells, Coat, Crinkle
+from simgl.scene.surface_layers import SMOOTHEST, Bands, Cells, Coat, Crinkle
 from simgl.scene.textures import Maps
 
 

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull, QhullError
 
-Floats = NDArray[np.float32]
+from simgl.arrays import Array, Array32, UIntArray
+from simgl.motion.joints import Joint
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -28,14 +30,14 @@ class Mesh:
         is stored, 0 for none; None where none has
     """
 
-    positions: Floats
-    normals: Floats
-    triangles: NDArray[np.uint32]
-    part: NDArray[np.uint32]
-    material: NDArray[np.uint32]
-    uv: Floats | None = None
-    colour: Floats | None = None
-    joint: NDArray[np.uint32] | None = None
+    positions: Array32
+    normals: Array32
+    triangles: UIntArray
+    part: UIntArray
+    material: UIntArray
+    uv: Array32 | None = None
+    colour: Array32 | None = None
+    joint: UIntArray | None = None
 
     @cached_property
     def digest(self) -> str:
@@ -51,10 +53,10 @@ class Mesh:
         return h.hexdigest()
 
     @cached_property
-    def centre(self) -> NDArray[np.float64]:
+    def centre(self) -> Array:
         """(3,) middle of the bounding box [m]."""
         low, high = self.positions.min(axis=0), self.positions.max(axis=0)
-        return np.asarray(0.5 * (low.astype(np.float64) + high.astype(np.float64)))
+        return 0.5 * (low.astype(np.float64) + high.astype(np.float64))
 
     @cached_property
     def radius(self) -> float:
@@ -63,21 +65,21 @@ class Mesh:
         return float(np.sqrt(np.max(np.sum(offsets * offsets, axis=1))))
 
     @cached_property
-    def hull(self) -> NDArray[np.float64]:
+    def hull(self) -> Array:
         """(k, 3) corners of the convex hull, which bound every projection of the mesh [m].
 
         A flat mesh has no hull; the corners of its bounding box serve.
         """
         points = self.positions.astype(np.float64)
         try:
-            return np.asarray(points[ConvexHull(points).vertices])
+            return points[ConvexHull(points).vertices]
         except QhullError:
             low, high = points.min(axis=0), points.max(axis=0)
             choice = np.indices((2, 2, 2)).reshape(3, -1).T
-            return np.asarray(np.where(choice, high, low))
+            return np.where(choice, high, low)
 
     @cached_property
-    def part_spheres(self) -> NDArray[np.float64]:
+    def part_spheres(self) -> Array:
         """(parts, 4) middle and radius of a sphere around each part [m]; -inf without vertices."""
         count = int(self.part.max(initial=0)) + 1
         spheres = np.zeros((count, 4))
@@ -90,7 +92,7 @@ class Mesh:
                 spheres[part, 3] = np.sqrt(np.max(np.sum((points - middle) ** 2, axis=1)))
         return spheres
 
-    def winding_number(self, point: NDArray[np.float64]) -> float:
+    def winding_number(self, point: Array) -> float:
         """How often the surface encloses a point: 0 outside, 1 inside one closed part.
 
         Sum of the signed solid angles of all triangles over 4 pi (Van Oosterom & Strackee 1983).
@@ -121,8 +123,8 @@ def _single(positions: ArrayLike, normals: ArrayLike, triangles: ArrayLike) -> M
 
 def box(size: tuple[float, float, float]) -> Mesh:
     """A box about the origin; size along x, y, z [m]."""
-    positions: list[NDArray[np.float64]] = []
-    normals: list[NDArray[np.float64]] = []
+    positions: list[Array] = []
+    normals: list[Array] = []
     triangles: list[tuple[int, int, int]] = []
     half = 0.5 * np.asarray(size)
     for axis in range(3):
@@ -188,3 +190,21 @@ def cylinder(radius: float, length: float, segments: int = 192) -> Mesh:
         fan = np.stack([np.full(segments, first + n), first + j, first + j + 1], axis=1)
         triangles.append(fan if sign > 0 else fan[:, ::-1])
     return _single(np.concatenate(positions), np.concatenate(normals), np.concatenate(triangles))
+
+
+def moved_mesh(mesh: Mesh, joints: Sequence[Joint], motion: Array) -> Mesh:
+    """The mesh with the parts on joints moved; what has not moved stays to the bit.
+
+    motion : (joints + 1, 4, 4) of each joint's parts, after `body_from_stored`
+    """
+    positions, normals = mesh.positions.copy(), mesh.normals.copy()
+    label = np.zeros(len(positions), dtype=np.uint32) if mesh.joint is None else mesh.joint.copy()
+    for index, joint in enumerate(joints):
+        matrix = motion[index + 1]
+        chosen = np.isin(mesh.part, joint.parts)
+        if np.array_equal(matrix, np.eye(4)) or not np.any(chosen):
+            continue
+        positions[chosen] = mesh.positions[chosen] @ matrix[:3, :3].T + matrix[:3, 3]
+        normals[chosen] = mesh.normals[chosen] @ matrix[:3, :3].T
+        label[chosen] = index + 1
+    return replace(mesh, positions=positions, normals=normals, joint=label)

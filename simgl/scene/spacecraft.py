@@ -7,19 +7,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 
-import numpy as np
-from numpy.typing import NDArray
-
-from simgl.scene.joints import (
+from simgl.arrays import Array
+from simgl.motion.joints import (
     Joint,
     body_from_stored,
     carried_parts,
     moved_keypoints,
-    moved_mesh,
     unknown_joint,
 )
 from simgl.scene.materials import Material
-from simgl.scene.mesh import Mesh
+from simgl.scene.mesh import Mesh, moved_mesh
 from simgl.scene.textures import SurfaceTextures
 
 
@@ -53,7 +50,7 @@ class SpacecraftModel:
     mesh: Mesh
     parts: tuple[str, ...]
     materials: tuple[Material, ...]
-    keypoints: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    keypoints: Mapping[str, Array] = field(default_factory=dict)
     open_sheets: bool = False
     notes: tuple[str, ...] = ()
     textures: SurfaceTextures = field(default_factory=SurfaceTextures)

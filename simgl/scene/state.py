@@ -6,20 +6,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simgl.arrays import Array
+from simgl.camera.camera import Camera
 from simgl.physics.constants import ASTRONOMICAL_UNIT
 from simgl.physics.eclipse import past_the_moon, sunlit_shares, sunlit_transmission
 from simgl.physics.frames import Pose, unit
+from simgl.physics.solar_disc import UNIFORM
 from simgl.physics.spectrum import BandLight
-from simgl.physics.sun import UNIFORM
-from simgl.scene.camera import Camera
 from simgl.scene.earth import Earth
 from simgl.scene.lamps import LampState
 from simgl.scene.spacecraft import SpacecraftModel
-from simgl.scene.stars import StarSky
-
-Array = NDArray[np.float64]
+from simgl.scene.star_catalogue import StarSky
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -40,7 +38,7 @@ class SunSeen:
     @property
     def radiance(self) -> Array:
         """(4,) mean over the disc [W m-2 sr-1]."""
-        return np.asarray(self.irradiance / (np.pi * np.sin(self.angular_radius) ** 2))
+        return self.irradiance / (np.pi * np.sin(self.angular_radius) ** 2)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -124,6 +122,11 @@ class EarthState:
     position: Array
     R_itrf_from_icrf: Array
 
+    @property
+    def radii(self) -> tuple[float, float, float]:
+        """Of the ellipsoid's axes [m]."""
+        return self.earth.radii
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BodyState:
@@ -134,7 +137,7 @@ class BodyState:
 
     def in_body(self, point: Array) -> Array:
         """A point (3,) of ICRF axes in those of the body [m]."""
-        return np.asarray(self.pose.R_icrf_from_body.T @ (point - self.pose.position))
+        return self.pose.R_icrf_from_body.T @ (point - self.pose.position)
 
     def encloses(self, point: Array) -> bool:
         """Whether a point (3,) of ICRF axes [m] lies inside its skin."""

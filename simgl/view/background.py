@@ -8,18 +8,15 @@ from __future__ import annotations
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simgl.arrays import Array, Array32
+from simgl.environment_map import DOWN, FORWARD, RIGHT
 from simgl.errors import ConfigError
-from simgl.physics.air import AIR_TOP
-from simgl.physics.moon import moonlight
+from simgl.physics.atmosphere import AIR_TOP
+from simgl.physics.lunar_model import moonlight
 from simgl.scene.earth import Earth
 from simgl.scene.state import BodyState, CameraState, EarthState, SceneState, SunSeen
-from simgl.sky import DOWN, FORWARD, RIGHT
-from simgl.view.heavens import EarthCone, Heavens, PictureCone, heavens
-
-Array = NDArray[np.float64]
-Floats = NDArray[np.float32]
+from simgl.view.celestial import CelestialView, EarthCone, PictureCone, celestial
 
 # Texels along an edge of a sky's faces: under a high Sun, and where the terminator may be all that
 # is lit. There, what the Sun's disc sends past it onto a plate that looks away, 3e-7 of full
@@ -37,8 +34,8 @@ class Moonlight:
     irradiance : (4,) float32 at the Earth [W m-2]
     """
 
-    direction_itrf: Floats
-    irradiance: Floats
+    direction_itrf: Array32
+    irradiance: Array32
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -54,11 +51,11 @@ class PlanetView:
     """
 
     earth: Earth
-    sphere_from_camera: Floats
-    camera_in_sphere: Floats
+    sphere_from_camera: Array32
+    camera_in_sphere: Array32
     outside: float
-    sun_direction_itrf: Floats
-    sun_irradiance: Floats
+    sun_direction_itrf: Array32
+    sun_irradiance: Array32
     moonlight: Moonlight | None = None
 
     @property
@@ -78,17 +75,18 @@ class Background:
     heavens : None where nothing beyond the Earth is drawn
     """
 
-    intrinsics: Floats
+    intrinsics: Array32
     sun_angular_radius: float
     planet: PlanetView | None
-    heavens: Heavens | None
+    celestial: CelestialView | None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SkyView:
     """What a spacecraft sees around it.
 
-    faces : six pinholes at the spacecraft, in its body axes; see ``simgl.sky`` for their order
+    faces : six pinholes at the spacecraft, in its body axes; in the order of
+        ``simgl.environment_map``
     texels : along an edge of each
     key : equal keys mean equal skies
     """
@@ -113,7 +111,7 @@ def background(state: SceneState, camera: CameraState) -> Background:
         earth = _earth_from(state, state.earth, camera.position, f"[camera.{optics.name}]")
         hidden = EarthCone(direction_icrf=earth.direction_icrf, angular_radius=earth.within)
         earth = replace(earth, view=replace(earth.view, moonlight=_moonlight(state, state.earth)))
-    beyond = heavens(state, camera, cone, hidden)
+    beyond = celestial(state, camera, cone, hidden)
     return _background(optics.intrinsics, R, cone, seen, earth, beyond)
 
 
@@ -219,7 +217,7 @@ def _background(
     cone: PictureCone,
     sun: SunSeen,
     earth: _EarthFrom | None,
-    beyond: Heavens | None,
+    beyond: CelestialView | None,
 ) -> Background:
     planet = None
     boresight = R_camera_from_icrf[2]
@@ -230,7 +228,7 @@ def _background(
         intrinsics=_float32(intrinsics),
         sun_angular_radius=sun.angular_radius,
         planet=planet,
-        heavens=beyond,
+        celestial=beyond,
     )
 
 
@@ -248,5 +246,5 @@ def _key(part: Background | PlanetView) -> tuple[object, ...]:
     return tuple(key)
 
 
-def _float32(values: Array) -> Floats:
+def _float32(values: Array) -> Array32:
     return np.asarray(values, dtype=np.float32)

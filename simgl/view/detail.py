@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from simgl.scene.camera import Camera
-from simgl.scene.detail import step_below
+from simgl.arrays import Array
+from simgl.camera.camera import Camera
+from simgl.scene.detail_steps import step_below
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import BodyState, CameraState, SceneState
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

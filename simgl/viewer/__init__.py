@@ -3,5 +3,6 @@
     Look (what the user chose)  ->  viewer_state  ->  frame_view  ->  Renderer.radiance
                                                         -> DisplayPass -> window
 
-Everything up to the window is pure functions of a frozen ``Look``; keys and mouse replace it.
+Everything up to the window is pure functions of frozen ``ViewSettings``; keys and mouse replace
+them.
 """

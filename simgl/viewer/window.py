@@ -15,14 +15,14 @@ from typing import Any
 
 import moderngl
 
+from simgl.cli_progress import bake_bar
 from simgl.errors import ConfigError, ContextError, OutputError
 from simgl.gpu.context import REQUIRED_VERSION
 from simgl.images import png_bytes
 from simgl.output import complete_file
-from simgl.progress import bake_bar
 from simgl.scenario.loader import load_scenario
-from simgl.viewer.look import COMMANDS, HELP, Look, opening_look, title
-from simgl.viewer.painter import Painter, Size, read_window
+from simgl.viewer.view_settings import COMMANDS, HELP, ViewSettings, opening_look, title
+from simgl.viewer.viewport import Size, Viewport, read_window
 
 _REMEDY = "use simgl render, or run under xvfb-run"
 
@@ -101,12 +101,14 @@ def _window(caption: str) -> Iterator[Any]:
 class _Session:
     """One open window: its events change the look, its draws follow the look."""
 
-    def __init__(self, window: Any, ctx: moderngl.Context, painter: Painter, look: Look) -> None:
+    def __init__(
+        self, window: Any, ctx: moderngl.Context, painter: Viewport, look: ViewSettings
+    ) -> None:
         self._window, self._painter, self._look = window, painter, look
         self._target = ctx.screen
         self._size: Size = glfw.get_framebuffer_size(window)
-        self._rendered: tuple[Look, Size] | None = None
-        self._shown: Look | None = None
+        self._rendered: tuple[ViewSettings, Size] | None = None
+        self._shown: ViewSettings | None = None
         self._exposed = True
         self._resized_at = -math.inf
         self._shown_at = -math.inf
@@ -244,7 +246,7 @@ def run(scenario_path: Path, target: str | None = None, screenshot: Path | None 
         ctx = moderngl.create_context(context=functions, require=REQUIRED_VERSION)
         try:
             with bake_bar() as progress:
-                ready = Painter(ctx, scenario, progress)
+                ready = Viewport(ctx, scenario, progress)
             with ready as painter:
                 session = _Session(window, ctx, painter, look)
                 if screenshot is None:

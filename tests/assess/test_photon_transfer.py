@@ -9,17 +9,17 @@ from pathlib import Path
 import moderngl
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from simgl.arrays import Array, Image16
 from simgl.assess.camera_plots import plot_report
-from simgl.assess.laboratory import camera_under_test, examine
+from simgl.assess.emva1288 import camera_under_test, examine
 from simgl.assess.photon_transfer import (
     TransferCurve,
     pair_statistics,
     spatial_statistics,
 )
-from simgl.scenario.library import shipped_presets
-from simgl.scene.detector import FixedPattern
+from simgl.camera.detector import FixedPattern
+from simgl.camera.presets import shipped_presets
 
 GAIN, EFFICIENCY, NOISE, FULL = 0.34125, 0.6, 4.0, 12000.0
 
@@ -65,9 +65,7 @@ def test_a_bend_shows_as_linearity_error() -> None:
     assert 1e-4 < bent.linearity_error < 5e-3
 
 
-def frames(
-    draw: Callable[[np.random.Generator], NDArray[np.float64]], count: int
-) -> list[NDArray[np.uint16]]:
+def frames(draw: Callable[[np.random.Generator], Array], count: int) -> list[Image16]:
     rng = np.random.default_rng(1)
     return [np.round(draw(rng)).astype(np.uint16) for _ in range(count)]
 

@@ -13,7 +13,7 @@ import moderngl
 import numpy as np
 import pytest
 
-from simgl.assess.axes import Axis, parse_axes, with_setting, with_sun
+from simgl.assess.sweep_axes import Axis, parse_axes, with_setting, with_sun
 from simgl.cli import main
 from simgl.errors import ConfigError
 from simgl.scenario.loader import load_scenario

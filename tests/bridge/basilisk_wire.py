@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 import zmq
-from numpy.typing import NDArray
 from PIL import Image
-from simgl_bridge.basilisk.front import varint
-from simgl_bridge.basilisk.scene import matrix_from_mrp
+from simgl_bridge.basilisk.endpoint import varint
+from simgl_bridge.basilisk.viz_scene import matrix_from_mrp
+
+from simgl.arrays import Array, Image8
 
 AU = 149597870700.0
 SIGMA_CB = (0.1, -0.2, 0.3)
@@ -116,7 +117,7 @@ def direction_from_sigma(sigma_CB: Sequence[float]) -> list[float]:
     return mrp_sum(sigma_CB, (1 / 3, 1 / 3, -1 / 3))
 
 
-def sigma_from_matrix(R_b_from_a: NDArray[np.float64]) -> list[float]:
+def sigma_from_matrix(R_b_from_a: Array) -> list[float]:
     """Modified Rodrigues parameters sigma_ba of a rotation, by its unit quaternion."""
     w = 0.5 * np.sqrt(1.0 + float(np.trace(R_b_from_a)))
     v = np.array(
@@ -158,7 +159,7 @@ def scene(
     return message + camera(direction_B=direction_from_sigma(SIGMA_CB), **of_camera) + more
 
 
-def pixels(png: bytes) -> NDArray[np.uint8]:
+def pixels(png: bytes) -> Image8:
     """An image that was received."""
     picture = np.asarray(Image.open(io.BytesIO(png)))
     assert picture.dtype == np.uint8

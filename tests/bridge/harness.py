@@ -14,16 +14,16 @@ from typing import Any
 
 import msgspec
 import zmq
-from simgl_bridge.basilisk.front import BasiliskFront
-from simgl_bridge.basilisk.sheet import Sheet
-from simgl_bridge.native import WINDOW, NativeFront
-from simgl_bridge.pose import BodyPose
+from simgl_bridge.basilisk.camera_overrides import CameraOverrides
+from simgl_bridge.basilisk.endpoint import BasiliskEndpoint
+from simgl_bridge.body_pose import BodyPose
+from simgl_bridge.fair_queue import FairQueue
+from simgl_bridge.render_session import RenderSession
 from simgl_bridge.server import serve
-from simgl_bridge.studio import Studio
-from simgl_bridge.turns import Turns
+from simgl_bridge.simgl1_endpoint import WINDOW, Simgl1Endpoint
 
 from benchmarks.bridge.scene import SMALL
-from simgl import Exposure, Product, Scenario, Simulator
+from simgl import Capture, Product, Scenario, Simulator
 from simgl.scene.state import SceneState
 
 # The scene of the long runs with a second camera.
@@ -69,7 +69,7 @@ class WatchedSimulator(Simulator):
         products: Any = frozenset({Product.DN}),
         during: Callable[[int], SceneState] | None = None,
         seed: int | None = None,
-    ) -> Exposure:
+    ) -> Capture:
         self.captures += 1
         if self.hook is not None:
             self.hook()
@@ -101,7 +101,7 @@ class Gate:
 class Running:
     """A server on a thread: what a test needs of it."""
 
-    front: NativeFront
+    front: Simgl1Endpoint
     simulators: list[WatchedSimulator]
     stop: threading.Event
     thread: threading.Thread
@@ -134,21 +134,21 @@ def start(
         return made[-1]
 
     stop = threading.Event()
-    ready: Future[NativeFront] = Future()
+    ready: Future[Simgl1Endpoint] = Future()
 
     def run() -> None:
         with ExitStack() as stack:
             try:
-                studio = Studio(scenario, root=root, open_simulator=open_simulator)
-                stack.enter_context(studio)
-                turns = Turns(WINDOW)
-                front = NativeFront(studio, turns, address, **options)
+                render_session = RenderSession(scenario, root=root, open_simulator=open_simulator)
+                stack.enter_context(render_session)
+                queue = FairQueue(WINDOW)
+                front = Simgl1Endpoint(render_session, queue, address, **options)
                 stack.enter_context(front)
             except BaseException as error:
                 ready.set_exception(error)
                 return
             ready.set_result(front)
-            serve([front], turns, stop)
+            serve([front], queue, stop)
 
     thread = threading.Thread(target=run)
     thread.start()
@@ -166,11 +166,11 @@ def finish(running: Running) -> None:
 @contextmanager
 def basilisk_source(
     base: Scenario,
-    sheets: Mapping[int, Sheet] | None = None,
+    sheets: Mapping[int, CameraOverrides] | None = None,
     address: str = "tcp://127.0.0.1:*",
-) -> Iterator[tuple[BasiliskFront, WatchedSimulator]]:
+) -> Iterator[tuple[BasiliskEndpoint, WatchedSimulator]]:
     """An image source for Basilisk on a thread of this process, and its first simulator."""
-    stop, ready = threading.Event(), Future[tuple[BasiliskFront, WatchedSimulator]]()
+    stop, ready = threading.Event(), Future[tuple[BasiliskEndpoint, WatchedSimulator]]()
 
     def run() -> None:
         made: list[WatchedSimulator] = []
@@ -180,13 +180,13 @@ def basilisk_source(
             return made[-1]
 
         try:
-            turns = Turns(WINDOW)
+            queue = FairQueue(WINDOW)
             with (
-                Studio(base, open_simulator=open_simulator) as studio,
-                BasiliskFront(studio, turns, address, sheets=sheets) as front,
+                RenderSession(base, open_simulator=open_simulator) as render_session,
+                BasiliskEndpoint(render_session, queue, address, sheets=sheets) as front,
             ):
                 ready.set_result((front, made[0]))
-                serve([front], turns, stop)
+                serve([front], queue, stop)
         except BaseException as error:
             ready.set_exception(error)
 

@@ -13,8 +13,8 @@ import typer
 import zmq
 from simgl_bridge import AccessError, Client, ClientKeys
 from simgl_bridge.access import Access, make_keys
-from simgl_bridge.command import keys
-from simgl_bridge.talk import Talk
+from simgl_bridge.client_protocol import ClientProtocol
+from simgl_bridge.commands import keys
 from typer.testing import CliRunner
 
 from simgl import Scenario
@@ -147,7 +147,7 @@ def test_keys_are_made_for_their_owner_alone_and_never_replaced(tmp_path: Path) 
 
 
 def test_a_server_that_ends_in_the_middle_of_a_handshake_is_not_taken_for_a_refusal() -> None:
-    talk = Talk("tcp://127.0.0.1:1")
+    talk = ClientProtocol("tcp://127.0.0.1:1")
     with pytest.raises(AccessError):
         talk.heed(zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL)
     # To a client that was let in before, as when a server is stopped and started again.

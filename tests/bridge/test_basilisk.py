@@ -10,13 +10,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from simgl_bridge.basilisk.bodies import SPHEROIDS
-from simgl_bridge.basilisk.front import BasiliskFront, varint
-from simgl_bridge.basilisk.replay import replay
-from simgl_bridge.basilisk.scene import camera_from_body, check_base, matrix_from_mrp, scene_of
-from simgl_bridge.basilisk.sheet import Sheet, load_sheet, load_sheets
-from simgl_bridge.basilisk.wire import read_update
-from simgl_bridge.studio import Studio
+from simgl_bridge.basilisk.camera_overrides import CameraOverrides, load_sheet, load_sheets
+from simgl_bridge.basilisk.endpoint import BasiliskEndpoint, varint
+from simgl_bridge.basilisk.planets import SPHEROIDS
+from simgl_bridge.basilisk.recording_replay import replay
+from simgl_bridge.basilisk.viz_messages import read_update
+from simgl_bridge.basilisk.viz_scene import camera_from_body, check_base, matrix_from_mrp, scene_of
+from simgl_bridge.render_session import RenderSession
 
 from simgl import Scenario, load_scenario
 from simgl.errors import AssetError, ConfigError, OutputError, SimglError
@@ -31,7 +31,7 @@ from tests.bridge.harness import WatchedSimulator, basilisk_source
 class Source:
     """A running image source and what it took."""
 
-    front: BasiliskFront
+    front: BasiliskEndpoint
     simulator: WatchedSimulator
 
 
@@ -49,13 +49,13 @@ def base(folder: Path) -> Scenario:
 
 
 @pytest.fixture(scope="module")
-def sheet(folder: Path) -> Sheet:
+def overrides(folder: Path) -> CameraOverrides:
     return load_sheet(folder / "navcam.toml")
 
 
 @pytest.fixture(scope="module")
-def source(base: Scenario, sheet: Sheet) -> Iterator[Source]:
-    with basilisk_source(base, {1: sheet}) as (front, simulator):
+def source(base: Scenario, overrides: CameraOverrides) -> Iterator[Source]:
+    with basilisk_source(base, {1: overrides}) as (front, simulator):
         yield Source(front, simulator)
 
 
@@ -83,9 +83,11 @@ def test_the_direction_of_a_camera_is_its_attitude_turned_into_the_viewer() -> N
         np.testing.assert_allclose(camera_from_body(direction), matrix_from_mrp(sigma), atol=1e-13)
 
 
-def test_a_camera_sits_on_its_craft_and_looks_along_z(base: Scenario, sheet: Sheet) -> None:
+def test_a_camera_sits_on_its_craft_and_looks_along_z(
+    base: Scenario, overrides: CameraOverrides
+) -> None:
     at = (0.3, -1.0, 2.0)
-    state = scene_of(read_update(scene(position_B=at)), 1, base, sheet, print)
+    state = scene_of(read_update(scene(position_B=at)), 1, base, overrides, print)
     camera = state.cameras["camera 1"]
     np.testing.assert_allclose(camera.R_camera_from_icrf[2], [-1.0, 0.0, 0.0], atol=1e-12)
     np.testing.assert_allclose(camera.R_camera_from_icrf[0], [0.0, 1.0, 0.0], atol=1e-12)
@@ -266,11 +268,13 @@ def test_a_failure_while_drawing_is_an_empty_image(source: Source, peer: wire.Pe
     assert len(peer.image()) > 0
 
 
-def test_the_epoch_is_utc_and_ambient_light_is_refused_aloud(base: Scenario, sheet: Sheet) -> None:
+def test_the_epoch_is_utc_and_ambient_light_is_refused_aloud(
+    base: Scenario, overrides: CameraOverrides
+) -> None:
     said: list[str] = []
     ambient = wire.block(7, wire.double(1, 0.5))
     update = read_update(scene(more=ambient, seconds=2.0))
-    state = scene_of(update, 1, base, sheet, said.append)
+    state = scene_of(update, 1, base, overrides, said.append)
     # 2026-06-01T12:00:00 UTC is 1780315200 s of Unix time, 37 s before TAI.
     assert state.tai_ns == (1_780_315_200 + 37 + 2) * 10**9
     assert any("ambient = 0.5 is REFUSED" in line for line in said)
@@ -285,7 +289,7 @@ def test_the_epoch_of_the_first_message_holds(source: Source, peer: wire.Peer) -
     assert source.simulator.captures == before
 
 
-def test_mutated_messages_are_read_or_refused(base: Scenario, sheet: Sheet) -> None:
+def test_mutated_messages_are_read_or_refused(base: Scenario, overrides: CameraOverrides) -> None:
     rng = np.random.default_rng(5)
     good, refused = scene(), 0
     for _ in range(3000):
@@ -295,7 +299,7 @@ def test_mutated_messages_are_read_or_refused(base: Scenario, sheet: Sheet) -> N
         if rng.random() < 0.3:
             del data[rng.integers(0, len(data)) :]
         try:
-            scene_of(read_update(bytes(data)), 1, base, sheet, lambda _: None)
+            scene_of(read_update(bytes(data)), 1, base, overrides, lambda _: None)
         except SimglError:
             refused += 1
     assert 1000 < refused < 3000
@@ -307,24 +311,26 @@ def test_unknown_fields_are_skipped() -> None:
     assert read_update(scene() + newer) == read_update(scene())
 
 
-def test_a_recording_becomes_images(base: Scenario, sheet: Sheet, tmp_path: Path) -> None:
+def test_a_recording_becomes_images(
+    base: Scenario, overrides: CameraOverrides, tmp_path: Path
+) -> None:
     states = [scene(seconds=1.0), scene(seconds=2.0, id=3)]
     data = b"".join(varint(len(s)) + s for s in states)
     recording = tmp_path / "run_UnityViz.bin"
     recording.write_bytes(data)
-    with Studio(base) as studio:
+    with RenderSession(base) as render_session:
         out = tmp_path / "out"
-        assert replay(recording, studio, out, sheets={1: sheet, 3: sheet}) == 2
+        assert replay(recording, render_session, out, sheets={1: overrides, 3: overrides}) == 2
         names = ["camera_1_000001000000000.png", "camera_3_000002000000000.png"]
         assert sorted(p.name for p in out.iterdir()) == names
         recording.write_bytes(data[:-5])
         with pytest.raises(AssetError, match="ends 5 bytes early"):
-            replay(recording, studio, tmp_path / "cut", sheets={1: sheet})
+            replay(recording, render_session, tmp_path / "cut", sheets={1: overrides})
     assert len(list((tmp_path / "cut").iterdir())) == 1
 
 
 def test_a_disk_that_fills_up_ends_a_replay_in_one_line_and_leaves_whole_images(
-    base: Scenario, sheet: Sheet, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    base: Scenario, overrides: CameraOverrides, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     states = [scene(seconds=float(second)) for second in (1, 2)]
     recording = tmp_path / "run_UnityViz.bin"
@@ -339,17 +345,17 @@ def test_a_disk_that_fills_up_ends_a_replay_in_one_line_and_leaves_whole_images(
         return honest(path, data)
 
     out = tmp_path / "out"
-    with Studio(base) as studio:
+    with RenderSession(base) as render_session:
         monkeypatch.setattr(Path, "write_bytes", until_full)
         with pytest.raises(OutputError, match=r"cannot be written \(No space left on device\)"):
-            replay(recording, studio, out, sheets={1: sheet})
+            replay(recording, render_session, out, sheets={1: overrides})
         monkeypatch.undo()
         assert [p.name for p in out.iterdir()] == ["camera_1_000001000000000.png"]
         assert pixels((out / "camera_1_000001000000000.png").read_bytes()).shape == (48, 64)
         with pytest.raises(
             OutputError, match=r"run_UnityViz\.bin: cannot be written \(File exists"
         ):
-            replay(recording, studio, recording, sheets={1: sheet})
+            replay(recording, render_session, recording, sheets={1: overrides})
 
 
 @pytest.mark.parametrize(

@@ -11,10 +11,10 @@ from typing import Any
 import moderngl
 import numpy as np
 import pytest
-from simgl_bridge.basilisk.front import BasiliskFront
-from simgl_bridge.basilisk.scene import scene_of
-from simgl_bridge.basilisk.sheet import Sheet, load_sheet
-from simgl_bridge.basilisk.wire import read_update
+from simgl_bridge.basilisk.camera_overrides import CameraOverrides, load_sheet
+from simgl_bridge.basilisk.endpoint import BasiliskEndpoint
+from simgl_bridge.basilisk.viz_messages import read_update
+from simgl_bridge.basilisk.viz_scene import scene_of
 
 from benchmarks.bridge.scene import resident_kib
 from simgl import Scenario, load_scenario
@@ -32,7 +32,7 @@ def base(tmp_path_factory: pytest.TempPathFactory) -> Scenario:
 
 
 @pytest.fixture(scope="module")
-def sheets(tmp_path_factory: pytest.TempPathFactory) -> dict[int, Sheet]:
+def sheets(tmp_path_factory: pytest.TempPathFactory) -> dict[int, CameraOverrides]:
     path = tmp_path_factory.mktemp("runs") / "navcam.toml"
     path.write_text(wire.SHEET)
     return dict.fromkeys((1, 0, -3), load_sheet(path))
@@ -40,20 +40,22 @@ def sheets(tmp_path_factory: pytest.TempPathFactory) -> dict[int, Sheet]:
 
 @pytest.fixture(scope="module")
 def source(
-    base: Scenario, sheets: dict[int, Sheet]
-) -> Iterator[tuple[BasiliskFront, WatchedSimulator]]:
+    base: Scenario, sheets: dict[int, CameraOverrides]
+) -> Iterator[tuple[BasiliskEndpoint, WatchedSimulator]]:
     with basilisk_source(base, sheets) as running:
         yield running
 
 
 @pytest.fixture
-def peer(source: tuple[BasiliskFront, WatchedSimulator]) -> Iterator[wire.Peer]:
+def peer(source: tuple[BasiliskEndpoint, WatchedSimulator]) -> Iterator[wire.Peer]:
     link = wire.Peer(source[0].address)
     yield link
     link.close()
 
 
-def test_basilisk_may_start_before_the_server(base: Scenario, sheets: dict[int, Sheet]) -> None:
+def test_basilisk_may_start_before_the_server(
+    base: Scenario, sheets: dict[int, CameraOverrides]
+) -> None:
     address = free_address()
     early = wire.Peer(address)
     # What Reset sends while nobody listens.
@@ -87,7 +89,7 @@ def test_a_second_reset_in_one_process_is_a_run_like_the_first(peer: wire.Peer) 
 
 
 def test_runs_on_ports_of_their_own_get_the_same_pictures(
-    base: Scenario, sheets: dict[int, Sheet]
+    base: Scenario, sheets: dict[int, CameraOverrides]
 ) -> None:
     with ExitStack() as stack:
         fronts = [stack.enter_context(basilisk_source(base, sheets))[0] for _ in range(3)]
@@ -147,7 +149,7 @@ def test_a_camera_that_changes_in_the_middle_of_a_run_is_the_new_one_at_once(
 
 
 def test_ambient_light_that_was_not_asked_for_is_not_refused(
-    base: Scenario, sheets: dict[int, Sheet]
+    base: Scenario, sheets: dict[int, CameraOverrides]
 ) -> None:
     # Basilisk sends -1 for "as the viewer likes".
     for settings in (b"", wire.block(7, wire.double(1, -1.0)), wire.block(7, b"")):
@@ -157,7 +159,7 @@ def test_ambient_light_that_was_not_asked_for_is_not_refused(
 
 
 def test_a_run_of_more_than_104_days_goes_on(
-    base: Scenario, sheets: dict[int, Sheet], peer: wire.Peer
+    base: Scenario, sheets: dict[int, CameraOverrides], peer: wire.Peer
 ) -> None:
     # 2^53 ns are 104 days; a year later the double steps by 4 ns.
     seconds = 366.0 * 86_400.0
@@ -169,7 +171,7 @@ def test_a_run_of_more_than_104_days_goes_on(
 
 
 def test_a_lost_gpu_is_one_empty_image_and_the_next_is_as_ever(
-    base: Scenario, sheets: dict[int, Sheet]
+    base: Scenario, sheets: dict[int, CameraOverrides]
 ) -> None:
     def lose() -> None:
         raise moderngl.Error("GL_CONTEXT_LOST")
@@ -188,7 +190,7 @@ def test_a_lost_gpu_is_one_empty_image_and_the_next_is_as_ever(
 
 
 def test_two_gigabytes_announced_by_a_peer_cost_it_its_link(
-    source: tuple[BasiliskFront, WatchedSimulator], peer: wire.Peer
+    source: tuple[BasiliskEndpoint, WatchedSimulator], peer: wire.Peer
 ) -> None:
     for size in (2**31, 2**63 - 1):
         greedy = Wire(source[0].address)

@@ -19,9 +19,9 @@ from typing import Any
 import pytest
 import zmq
 from simgl_bridge import Client, NoAnswerError, launched_server
-from simgl_bridge.address import check_bindable, is_loopback
-from simgl_bridge.command import serve
-from simgl_bridge.keeper import keep
+from simgl_bridge.bind_address import check_bindable, is_loopback
+from simgl_bridge.commands import serve
+from simgl_bridge.supervisor import keep
 
 from simgl import Scenario
 from simgl.errors import BridgeError, ConfigError
@@ -60,7 +60,7 @@ def is_running(pid: int) -> bool:
 def kept(scenario_path: Path) -> Iterator[tuple[subprocess.Popen[bytes], str]]:
     """A server that is started again whenever it dies."""
     address = free_address()
-    command = [sys.executable, "-m", "simgl_bridge.command", str(scenario_path)]
+    command = [sys.executable, "-m", "simgl_bridge.commands", str(scenario_path)]
     command += ["--address", address, "--restart"]
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
     yield process, address
@@ -110,7 +110,7 @@ def test_a_process_that_keeps_dying_is_given_up(capfd: pytest.CaptureFixture[str
 
 
 def test_a_restart_needs_an_address_that_stays(scenario_path: Path) -> None:
-    command = [sys.executable, "-m", "simgl_bridge.command", str(scenario_path), "--restart"]
+    command = [sys.executable, "-m", "simgl_bridge.commands", str(scenario_path), "--restart"]
     command += ["--address", "tcp://127.0.0.1:*"]
     run = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
     assert run.returncode == 2
@@ -401,7 +401,7 @@ def test_a_launch_that_fails_brings_the_reason(tmp_path: Path) -> None:
 def test_the_command_says_when_it_is_ready_and_sigint_ends_it_with_code_0(
     scenario_path: Path,
 ) -> None:
-    command = [sys.executable, "-m", "simgl_bridge.command", str(scenario_path)]
+    command = [sys.executable, "-m", "simgl_bridge.commands", str(scenario_path)]
     command += ["--address", "tcp://127.0.0.1:*"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None

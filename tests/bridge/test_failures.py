@@ -20,8 +20,8 @@ import moderngl
 import msgspec
 import pytest
 from simgl_bridge import BodyPose, Client, NoAnswerError, RemoteError, Shot, launched_server
+from simgl_bridge.framing import pack
 from simgl_bridge.messages import Render
-from simgl_bridge.wire import pack
 
 from simgl import Scenario
 from simgl.errors import BridgeError
@@ -48,7 +48,7 @@ def render(scenario: Scenario, id: int) -> list[bytes]:
 @contextmanager
 def served(path: Path, address: str, stderr: IO[bytes] | None = None) -> Iterator[Any]:
     """A server process at a known address; ends with the block."""
-    command = [sys.executable, "-m", "simgl_bridge.command", str(path), "--address", address]
+    command = [sys.executable, "-m", "simgl_bridge.commands", str(path), "--address", address]
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=stderr)
     try:
         yield process
@@ -219,8 +219,8 @@ def test_a_burst_with_a_heartbeat_and_a_broken_link_do_not_end_the_service(
     address = free_address()
     script = (
         "import time\n"
-        "import simgl_bridge.native as n\n"
-        "from simgl_bridge.command import main\n"
+        "import simgl_bridge.simgl1_endpoint as n\n"
+        "from simgl_bridge.commands import main\n"
         "take = n.take_pictures\n"
         "def slowly(studio, request):\n"
         "    time.sleep(0.5)\n"
@@ -389,8 +389,8 @@ def test_an_error_flag_of_opengl_makes_no_picture(
 def test_a_full_disk_under_its_log_does_not_end_the_service(scenario_path: Path) -> None:
     address = free_address()
     script = (
-        "import simgl_bridge.native as n\n"
-        "from simgl_bridge.command import main\n"
+        "import simgl_bridge.simgl1_endpoint as n\n"
+        "from simgl_bridge.commands import main\n"
         "take = n.take_pictures\n"
         "def fail(studio, request):\n"
         "    if request.id == 99: raise RuntimeError('written to the log')\n"
@@ -404,7 +404,7 @@ def test_a_full_disk_under_its_log_does_not_end_the_service(scenario_path: Path)
     try:
         with Client(address, timeout_s=60.0) as client:
             now = client.welcome.epoch_tai_ns
-            client._talk._last_id = 98
+            client._protocol._last_id = 98
             with pytest.raises(RemoteError, match="INTERNAL: RuntimeError: written to the log"):
                 client.render(now, "nav")
             assert client.render(now, "nav").sequence == 1

@@ -8,9 +8,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from simgl_bridge import Client, RemoteError, Shot, Watch
+from simgl_bridge.free_run import Stream
 from simgl_bridge.messages import State
 from simgl_bridge.preview import Seen
-from simgl_bridge.stream import Stream
 
 from simgl import Scenario
 from tests.bridge.harness import RawLink, Running

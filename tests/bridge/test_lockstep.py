@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 from msgspec import msgpack, structs
 from simgl_bridge import BodyPose, Client, RemoteError
+from simgl_bridge.framing import pack
 from simgl_bridge.messages import Message, Render, SentPose, Shot
-from simgl_bridge.picture import requested_state
+from simgl_bridge.render_request import requested_state
 from simgl_bridge.state_hash import state_hash
-from simgl_bridge.wire import pack
 
 from simgl import Product, Scenario, Simulator, scenario_from_dict
+from simgl.camera.camera import Detector
 from simgl.errors import BridgeError
 from simgl.images import saturated
 from simgl.physics.frames import Pose, matrix_from_quaternion
-from simgl.scene.camera import Detector
 from tests.bridge.harness import RawLink, Running
 
 SECOND = 1_000_000_000

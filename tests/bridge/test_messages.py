@@ -8,10 +8,10 @@ import struct
 import msgspec
 import numpy as np
 import pytest
+from simgl_bridge.framing import BadMessageError, pack, unpack_reply, unpack_request
 from simgl_bridge.messages import Hello, Images, Ping, Render, SentPose, SentSun, Shot
-from simgl_bridge.replies import MOST_OF_A_CLIENT, ReplyCache
+from simgl_bridge.reply_cache import MOST_OF_A_CLIENT, ReplyCache
 from simgl_bridge.state_hash import state_hash
-from simgl_bridge.wire import BadMessageError, pack, unpack_reply, unpack_request
 
 from simgl.errors import BridgeError
 
@@ -124,7 +124,7 @@ def test_the_cache_refuses_an_id_with_other_content() -> None:
 
 
 def test_the_cache_has_room_for_one_reply_of_any_size(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("simgl_bridge.replies.MOST_BYTES", 1000)
+    monkeypatch.setattr("simgl_bridge.reply_cache.MOST_BYTES", 1000)
     cache = ReplyCache()
     big = np.zeros((50, 50), dtype=np.uint16)
     for id in (1, 2):

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from PIL import Image
-from simgl_bridge.basilisk.scene import bare_scenario
+from simgl_bridge.basilisk.viz_scene import bare_scenario
 
+from simgl.arrays import Array
 from tests.bridge import basilisk_wire as wire
 from tests.bridge.harness import basilisk_source
 
@@ -30,7 +30,7 @@ def address() -> Iterator[str]:
         yield front.address
 
 
-def message(seconds: float, place: NDArray[np.float64] = PLACE, *, first: bool = False) -> bytes:
+def message(seconds: float, place: Array = PLACE, *, first: bool = False) -> bytes:
     """A state as the scenarios send it: Mars at the origin, camera 1 towards it, 3 to the side."""
     state = wire.instant(seconds, int(seconds))
     for name, position, radius in (
@@ -57,7 +57,7 @@ def message(seconds: float, place: NDArray[np.float64] = PLACE, *, first: bool =
     return state + wire.epoch(2019) if first else state
 
 
-def picture(png: bytes) -> NDArray[np.float64]:
+def picture(png: bytes) -> Array:
     seen = np.asarray(Image.open(io.BytesIO(png))).astype(np.float64)
     assert seen.shape == (SIZE, SIZE)
     return seen

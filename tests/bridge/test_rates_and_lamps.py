@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from simgl_bridge import BodyPose, Client, RemoteError
 from simgl_bridge.messages import SentPose
 from simgl_bridge.state_hash import state_hash
 
 from simgl import Scenario, load_scenario
+from simgl.arrays import Array
 from tests.bridge.harness import LIT_SCENARIO, Running
 
 Starter = Callable[..., Running]
@@ -40,7 +40,7 @@ def target(
     )
 
 
-def electrons(client: Client, body: BodyPose, *, moving: bool) -> NDArray[np.float64]:
+def electrons(client: Client, body: BodyPose, *, moving: bool) -> Array:
     """(height, width) of what the camera collects."""
     image = client.render(
         client.welcome.epoch_tai_ns,
@@ -54,7 +54,7 @@ def electrons(client: Client, body: BodyPose, *, moving: bool) -> NDArray[np.flo
     return np.asarray(image.planes["electrons"], dtype=np.float64)
 
 
-def variance(picture: NDArray[np.float64], axis: int) -> float:
+def variance(picture: Array, axis: int) -> float:
     """Of where the light lies along an axis of the picture [px^2]."""
     light = picture.sum(axis=1 - axis)
     places = np.arange(len(light)) + 0.5
@@ -101,7 +101,7 @@ def lit(start_server: Starter, tmp_path: Path) -> Running:
     return start_server(load_scenario(path))
 
 
-def radiance(client: Client, lamps: dict[str, float] | None) -> NDArray[np.float64]:
+def radiance(client: Client, lamps: dict[str, float] | None) -> Array:
     """Of the target by what is left of the lamp, and the Sun."""
     image = client.render(
         client.welcome.epoch_tai_ns,

@@ -12,17 +12,17 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from simgl_bridge import Client, DelayLine, RemoteError, Shot
-from simgl_bridge.basilisk.sheet import load_sheets
-from simgl_bridge.checks import check_request
-from simgl_bridge.command import serve
+from simgl_bridge.basilisk.camera_overrides import load_sheets
+from simgl_bridge.commands import serve
+from simgl_bridge.framing import BadMessageError
 from simgl_bridge.messages import Render, SentPose
-from simgl_bridge.picture import requested_state
-from simgl_bridge.wire import BadMessageError
+from simgl_bridge.render_request import requested_state
+from simgl_bridge.validate_request import check_request
 
 from simgl import Scenario, scenario_from_dict
+from simgl.camera.presets import read_camera
 from simgl.errors import AssetError
 from simgl.physics.constants import ASTRONOMICAL_UNIT
-from simgl.scenario.cameras import read_camera
 from tests.bridge.harness import Gate, RawLink, Running, header_of
 
 Starter = Callable[..., Running]
@@ -401,12 +401,12 @@ def test_the_servers_own_scenario_and_cameras_may_not_reach_out_either(
     path.write_text(scenario_path.read_text().replace(
         "[camera.nav]", '[camera.nav]\noptics = { psf_image = "psf.npy" }'
     ))  # fmt: skip
-    sheet = tmp_path / "sheet.toml"
-    sheet.write_text('optics = { psf_image = "psf.npy" }\n')
+    overrides = tmp_path / "sheet.toml"
+    overrides.write_text('optics = { psf_image = "psf.npy" }\n')
     np.save(tmp_path / "psf.npy", np.ones((3, 3)))
     with pytest.raises(AssetError, match=r"optics\.psf_image: .* leads out of"):
         serve(path, root=root)
-    found = load_sheets([f"1={sheet}"], root)[1]
+    found = load_sheets([f"1={overrides}"], root)[1]
     with pytest.raises(AssetError, match=r"optics\.psf_image: .* leads out of"):
         read_camera(found.where, "1", found.table, found.sun_temperature, found.base)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from simgl.campaign.description import Campaign, load_campaign
+from simgl.campaign.campaign_file import Campaign, load_campaign
 
 SCENE = """\
 [epoch]

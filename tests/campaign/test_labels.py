@@ -11,11 +11,11 @@ from pathlib import Path
 import moderngl
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from simgl.campaign.formats import write_coco, write_speed
-from simgl.campaign.labels import CraftLabel, Visibility, craft_labels, run_lengths
+from simgl.arrays import Mask
+from simgl.campaign.label_formats import write_coco, write_speed
+from simgl.campaign.labels import SpacecraftLabel, Visibility, craft_labels, run_lengths
 from simgl.scenario.scenario import Scenario
 from simgl.sequence.journal import Value
 from simgl.simulator import Product, Simulator
@@ -65,7 +65,7 @@ def box_behind_a_plate() -> Scenario:
     return replace(made, models={**made.models, "box": box})
 
 
-def labels_of(gl: moderngl.Context, scenario: Scenario) -> dict[str, CraftLabel]:
+def labels_of(gl: moderngl.Context, scenario: Scenario) -> dict[str, SpacecraftLabel]:
     state = scenario.at(scenario.epoch_tai_ns)
     with Simulator(scenario, gl) as simulator:
         truth = simulator.capture(state, "cam", {Product.TRUTH}).truth
@@ -84,7 +84,7 @@ def test_run_lengths_are_read_back_by_coco() -> None:
         assert np.array_equal(counts, coco_runs(mask))
 
 
-def coco_runs(mask: NDArray[np.bool_]) -> list[int]:
+def coco_runs(mask: Mask) -> list[int]:
     """By counting pixel after pixel down the columns."""
     runs, now = [0], False
     for pixel in mask.T.ravel().tolist():

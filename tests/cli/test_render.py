@@ -14,13 +14,13 @@ import pytest
 from PIL import Image
 
 from simgl import __version__, cli
+from simgl.camera.pixel_packing import unpack_mono12p
 from simgl.errors import OutputError
 from simgl.images import display_from_radiance
 from simgl.output import complete_file, write_exposure
 from simgl.physics.frames import matrix_from_quaternion
 from simgl.scenario.loader import load_scenario
-from simgl.sensor.packing import unpack_mono12p
-from simgl.simulator import Exposure, Product, Simulator
+from simgl.simulator import Capture, Product, Simulator
 from tests.cli.small_scene import SCENE
 from tests.scenes import USUAL_PRODUCTS
 
@@ -28,7 +28,7 @@ FILES = ["nav.dn.png", "nav.radiance.exr", "nav.view.png"]
 
 
 @pytest.fixture
-def exposure(gl: moderngl.Context, scene: Path) -> Exposure:
+def exposure(gl: moderngl.Context, scene: Path) -> Capture:
     """A capture of the scene."""
     scenario = load_scenario(scene)
     with Simulator(scenario, gl) as simulator:
@@ -38,7 +38,7 @@ def exposure(gl: moderngl.Context, scene: Path) -> Exposure:
 def test_render_writes_the_three_files_and_names_them(
     gl: moderngl.Context,
     scene: Path,
-    exposure: Exposure,
+    exposure: Capture,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
@@ -80,7 +80,7 @@ def test_a_colour_camera_leaves_a_picture_and_packed_dn(
 
 
 def test_the_exr_holds_radiance_depth_and_parts_bit_for_bit(
-    exposure: Exposure, tmp_path: Path
+    exposure: Capture, tmp_path: Path
 ) -> None:
     write_exposure(exposure, tmp_path, "nav")
     with OpenEXR.File(str(tmp_path / "nav.radiance.exr"), separate_channels=True) as file:
@@ -100,7 +100,7 @@ def test_the_exr_holds_radiance_depth_and_parts_bit_for_bit(
     assert channels["partId"][16, 24] == 65536 + 1
 
 
-def test_the_exr_header_says_what_it_is_with_units(exposure: Exposure, tmp_path: Path) -> None:
+def test_the_exr_header_says_what_it_is_with_units(exposure: Capture, tmp_path: Path) -> None:
     write_exposure(exposure, tmp_path, "nav")
     with OpenEXR.File(str(tmp_path / "nav.radiance.exr")) as file:
         header = dict(file.header())
@@ -137,7 +137,7 @@ def test_the_exr_header_says_what_it_is_with_units(exposure: Exposure, tmp_path:
     np.testing.assert_allclose(light, [154.439, 174.774, 171.947, 313.358], rtol=0.01)
 
 
-def test_the_dn_png_has_16_bits_and_equals_the_capture(exposure: Exposure, tmp_path: Path) -> None:
+def test_the_dn_png_has_16_bits_and_equals_the_capture(exposure: Capture, tmp_path: Path) -> None:
     write_exposure(exposure, tmp_path, "nav")
     content = (tmp_path / "nav.dn.png").read_bytes()
     # Bit depth and colour type stand in the header chunk: 16 bits, grey.
@@ -148,7 +148,7 @@ def test_the_dn_png_has_16_bits_and_equals_the_capture(exposure: Exposure, tmp_p
     np.testing.assert_array_equal(np.asarray(picture), exposure.digital.dn)
 
 
-def test_the_view_png_is_the_radiance_as_srgb(exposure: Exposure, tmp_path: Path) -> None:
+def test_the_view_png_is_the_radiance_as_srgb(exposure: Capture, tmp_path: Path) -> None:
     write_exposure(exposure, tmp_path, "nav")
     picture = np.asarray(Image.open(tmp_path / "nav.view.png"))
     assert picture.shape == (32, 48, 3)
@@ -161,11 +161,11 @@ def test_the_view_png_is_the_radiance_as_srgb(exposure: Exposure, tmp_path: Path
     np.testing.assert_allclose(picture[16, 24], expected, rtol=0.0, atol=0.6)
 
 
-def test_an_exposure_writes_only_what_it_holds(exposure: Exposure, tmp_path: Path) -> None:
-    paths = write_exposure(Exposure(info=exposure.info, digital=exposure.digital), tmp_path, "a")
+def test_an_exposure_writes_only_what_it_holds(exposure: Capture, tmp_path: Path) -> None:
+    paths = write_exposure(Capture(info=exposure.info, digital=exposure.digital), tmp_path, "a")
     assert paths == [tmp_path / "a.dn.png"]
     assert exposure.radiance is not None
-    paths = write_exposure(Exposure(info=exposure.info, radiance=exposure.radiance), tmp_path, "b")
+    paths = write_exposure(Capture(info=exposure.info, radiance=exposure.radiance), tmp_path, "b")
     assert paths == [tmp_path / "b.radiance.exr", tmp_path / "b.view.png"]
     with OpenEXR.File(str(paths[0]), separate_channels=True) as file:
         assert sorted(file.parts[0].channels) == ["B", "G", "N", "R"]
@@ -208,10 +208,10 @@ def test_whoever_reads_the_old_file_meanwhile_reads_all_of_it(tmp_path: Path) ->
     assert path.read_text() == "today"
 
 
-def test_a_folder_in_place_of_the_file_is_refused(exposure: Exposure, tmp_path: Path) -> None:
+def test_a_folder_in_place_of_the_file_is_refused(exposure: Capture, tmp_path: Path) -> None:
     path = tmp_path / "a.dn.png"
     path.mkdir()
-    digital = Exposure(info=exposure.info, digital=exposure.digital)
+    digital = Capture(info=exposure.info, digital=exposure.digital)
     with pytest.raises(OutputError) as caught:
         write_exposure(digital, tmp_path, "a")
     assert str(caught.value) == f"{path}: cannot be written (Is a directory)"
@@ -221,7 +221,7 @@ def test_a_folder_in_place_of_the_file_is_refused(exposure: Exposure, tmp_path: 
 def test_layers_are_written_where_they_are_asked_for(
     gl: moderngl.Context,
     scene: Path,
-    exposure: Exposure,
+    exposure: Capture,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -4,23 +4,23 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from examples.camera_effects.pictures import Picture, pictures
+from examples.camera_effects.pictures import pictures
+from simgl.arrays import Array, Image8
 
 
 @pytest.fixture(scope="module")
-def panels() -> dict[str, Picture]:
+def panels() -> dict[str, Image8]:
     return dict(pictures(80))
 
 
-def linear(panels: dict[str, Picture], start: str) -> NDArray[np.float64]:
+def linear(panels: dict[str, Image8], start: str) -> Array:
     """The panel whose title starts like this, in linear light."""
     (picture,) = [picture for title, picture in panels.items() if title.startswith(start)]
-    return np.asarray((picture / 255.0) ** 2.2)
+    return (picture / 255.0) ** 2.2
 
 
-def test_every_panel_differs_from_the_plain_one(panels: dict[str, Picture]) -> None:
+def test_every_panel_differs_from_the_plain_one(panels: dict[str, Image8]) -> None:
     assert len(panels) == 16
     plain = panels["plain: shot noise alone"]
     assert plain.shape == (60, 80, 3)
@@ -29,7 +29,7 @@ def test_every_panel_differs_from_the_plain_one(panels: dict[str, Picture]) -> N
             assert np.mean(picture != plain) > 1e-3, title
 
 
-def test_effects_look_like_their_names(panels: dict[str, Picture]) -> None:
+def test_effects_look_like_their_names(panels: dict[str, Image8]) -> None:
     plain = linear(panels, "plain")
     # Faint light times the gain of the display is as bright; noise adds to it where it is cut at 0.
     assert linear(panels, "shot noise").mean() == pytest.approx(plain.mean(), rel=0.2)

@@ -6,11 +6,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
-
 ROOT = Path(__file__).parents[2]
 
 

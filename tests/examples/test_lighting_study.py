@@ -14,12 +14,12 @@ from examples.lighting_study.cases import CASES, Case
 from examples.lighting_study.page import agrees, readings
 from examples.lighting_study.shot import Shot, smaller, take
 from simgl import Simulator, load_scenario
-from simgl.assess.backdrop import Backdrop
-from simgl.assess.course import course
-from simgl.assess.criteria import Verdict
 from simgl.assess.report import write_report
-from simgl.assess.run import assignment, moments, run
-from simgl.crew.hiring import alone
+from simgl.assess.target_background import TargetBackground
+from simgl.assess.timeline import course
+from simgl.assess.trajectory_assessment import assignment, moments, run
+from simgl.assess.verdict import Verdict
+from simgl.workers.executors import alone
 
 ROOT = Path(__file__).parents[2]
 STUDY = ROOT / "examples" / "lighting_study"
@@ -43,14 +43,14 @@ def shots(simulator: Simulator) -> list[tuple[Case, Shot]]:
 
 # What the study shows: behind the craft, and whether the picture can be used.
 SEEN = {
-    "eclipse": (Backdrop.MIXED, Verdict.TOO_DARK),
-    "too_bright": (Backdrop.EARTH, Verdict.GOOD),
-    "craft_alone": (Backdrop.SPACE, Verdict.GOOD),
-    "over_earth": (Backdrop.EARTH, Verdict.GOOD),
-    "bay": (Backdrop.NONE, Verdict.GOOD),
-    "azimuth_20": (Backdrop.SPACE, Verdict.GOOD),
-    "azimuth_28": (Backdrop.MIXED, Verdict.GOOD),
-    "azimuth_90": (Backdrop.EARTH, Verdict.GOOD),
+    "eclipse": (TargetBackground.MIXED, Verdict.TOO_DARK),
+    "too_bright": (TargetBackground.EARTH, Verdict.GOOD),
+    "craft_alone": (TargetBackground.SPACE, Verdict.GOOD),
+    "over_earth": (TargetBackground.EARTH, Verdict.GOOD),
+    "bay": (TargetBackground.NONE, Verdict.GOOD),
+    "azimuth_20": (TargetBackground.SPACE, Verdict.GOOD),
+    "azimuth_28": (TargetBackground.MIXED, Verdict.GOOD),
+    "azimuth_90": (TargetBackground.EARTH, Verdict.GOOD),
 }
 DIFFERS = {("craft_alone", "tail cone")}
 

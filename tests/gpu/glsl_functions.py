@@ -9,8 +9,8 @@ import moderngl
 import numpy as np
 
 from simgl import assets
-from simgl.gpu.blocks import Block
 from simgl.gpu.glsl import assemble
+from simgl.gpu.uniform_blocks import Block
 
 
 def evaluate(

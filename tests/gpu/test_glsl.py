@@ -11,10 +11,10 @@ import pytest
 
 from simgl import assets
 from simgl.errors import ShaderError
-from simgl.gpu.blocks import Block, UniformBuffer
 from simgl.gpu.context import open_context
 from simgl.gpu.glsl import Stage, assemble
 from simgl.gpu.program import load_program
+from simgl.gpu.uniform_blocks import Block, UniformBuffer
 
 
 def write(root: Path, files: dict[str, str]) -> None:
@@ -78,7 +78,7 @@ def test_a_compile_error_names_file_and_line(
 
 
 def test_every_shader_folder_belongs_to_a_pass() -> None:
-    passes = {p.stem for p in (Path(assets.__file__).parent / "passes").glob("*.py")}
+    passes = {p.stem for p in (Path(assets.__file__).parent / "passes").rglob("*.py")}
     folders = {p.name for p in assets.shaders().iterdir() if p.is_dir()}
     assert folders - {"common"} <= passes
 

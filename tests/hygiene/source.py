@@ -32,7 +32,7 @@ class Module:
         return ast.parse(self.text, str(self.path))
 
     @property
-    def room(self) -> str:
+    def package(self) -> str:
         """The first name below ``simgl``; empty for the package itself."""
         return self.name.partition(".")[2].partition(".")[0]
 

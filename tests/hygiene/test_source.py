@@ -16,12 +16,12 @@ from tests.hygiene.source import PACKAGE, Module, imports, modules
 LONGEST = 450  # lines
 
 # Commands and the window talk to the person who started them; everything else returns or raises.
-SPEAKERS = {"simgl.cli", "simgl.generate.__main__", "simgl.viewer.window"}
+SPEAKERS = {"simgl.cli", "tools.spacecraft_models.__main__", "simgl.viewer.window"}
 
 each_module = pytest.mark.parametrize("module", modules(), ids=lambda m: m.name)
 
 # Modules whose import needs a display or starts the program.
-_NOT_IMPORTED = {"simgl.__main__", "simgl.generate.__main__"}
+_NOT_IMPORTED = {"simgl.__main__", "tools.spacecraft_models.__main__"}
 
 
 def public_definitions(

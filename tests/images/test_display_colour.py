@@ -42,7 +42,7 @@ SUNLIGHT = 1.0 / (NM**5 * (np.exp(1.4388e7 / (NM * 5777.0)) - 1.0))
 def seen(share: Array) -> Array:
     """Linear sRGB of sunlight times a spectrum, white for sunlight itself."""
     matrix = SRGB_FROM_XYZ @ colour_matching()
-    return np.asarray(matrix @ (SUNLIGHT * share) / (matrix @ SUNLIGHT))
+    return matrix @ (SUNLIGHT * share) / (matrix @ SUNLIGHT)
 
 
 def shown(share: Array) -> Array:

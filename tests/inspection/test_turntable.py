@@ -7,17 +7,17 @@ from pathlib import Path
 import moderngl
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from simgl.arrays import Image8
 from simgl.errors import AssetError
 from simgl.inspection.turntable import VIEWS, turntable, write_turntable
-from simgl.scenario.library import load_model
+from simgl.model_files.model_library import load_model
 
 WIDTH, HEIGHT = 80, 60
 LINE = 11  # the titles' [px]
 
 
-def views(sheet: NDArray[np.uint8]) -> dict[str, NDArray[np.uint8]]:
+def views(sheet: Image8) -> dict[str, Image8]:
     """Title to (HEIGHT, WIDTH, 3) view."""
     found = {}
     for number, title in enumerate(VIEWS):
@@ -27,11 +27,11 @@ def views(sheet: NDArray[np.uint8]) -> dict[str, NDArray[np.uint8]]:
 
 
 @pytest.fixture
-def board(gl: moderngl.Context) -> dict[str, NDArray[np.uint8]]:
+def board(gl: moderngl.Context) -> dict[str, Image8]:
     return views(turntable("calibration_board", size=(WIDTH, HEIGHT), ctx=gl))
 
 
-def test_every_view_shows_the_model_whole(board: dict[str, NDArray[np.uint8]]) -> None:
+def test_every_view_shows_the_model_whole(board: dict[str, Image8]) -> None:
     for title, picture in board.items():
         lit = picture.max(axis=-1) > 0
         assert lit.any(), title
@@ -39,7 +39,7 @@ def test_every_view_shows_the_model_whole(board: dict[str, NDArray[np.uint8]]) -
         assert not rim.any(), title
 
 
-def test_the_largest_view_fills_the_picture(board: dict[str, NDArray[np.uint8]]) -> None:
+def test_the_largest_view_fills_the_picture(board: dict[str, Image8]) -> None:
     shares = []
     for picture in board.values():
         rows, columns = np.nonzero(picture.max(axis=-1))
@@ -49,7 +49,7 @@ def test_the_largest_view_fills_the_picture(board: dict[str, NDArray[np.uint8]])
 
 
 def test_from_ahead_the_steps_grow_brighter_from_top_left_to_bottom_right(
-    board: dict[str, NDArray[np.uint8]],
+    board: dict[str, Image8],
 ) -> None:
     picture = board["from ahead (+x)"]
     rows, columns = np.nonzero(picture.max(axis=-1))

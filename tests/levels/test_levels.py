@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from simgl.cache import cache_folder
+from simgl.disk_cache import cache_folder
 from simgl.levels import levels as module
 from simgl.levels.levels import AREA_SHARE, Levels, levels_of, make_levels
 from simgl.levels.measure import projected_areas
-from simgl.scenario.library import load_model
-from simgl.scene.detail import RUNGS, step_below
+from simgl.model_files.model_library import load_model
+from simgl.radiosity.remesh import subdivided
+from simgl.scene.detail_steps import RUNGS, step_below
 from simgl.scene.mesh import Mesh, box, cylinder, sphere
-from simgl.transport.remesh import subdivided
 
 
 @cache
@@ -97,7 +97,7 @@ def test_materials_keep_their_areas() -> None:
     ) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
         a, b, c = np.moveaxis(mesh.positions[triangles].astype(np.float64), 1, 0)
         each = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
-        return np.asarray(np.bincount(mesh.material[triangles[:, 0]], each))
+        return np.asarray(np.bincount(mesh.material[triangles[:, 0]], each), dtype=np.float64)
 
     before = areas(level(levels, 0))
     for index in range(1, len(levels.errors)):

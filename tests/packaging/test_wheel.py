@@ -51,6 +51,6 @@ def test_licence_notice_and_commands_come_along(wheel: zipfile.ZipFile) -> None:
     assert f"{info}/licenses/NOTICE" in wheel.namelist()
     entry_points = wheel.read(f"{info}/entry_points.txt").decode()
     assert "simgl = simgl.cli:main" in entry_points
-    for line in ("serve = simgl_bridge.command:serve", "run = simgl_bridge.command:run"):
+    for line in ("serve = simgl_bridge.commands:serve", "run = simgl_bridge.commands:run"):
         assert line in entry_points
     assert "License-Expression: Apache-2.0" in wheel.read(f"{info}/METADATA").decode()

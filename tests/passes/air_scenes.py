@@ -9,22 +9,19 @@ from functools import lru_cache
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 
-from simgl.gpu.targets import Format, ImageTarget
-from simgl.passes.air import AirPass
-from simgl.passes.planet import PlanetPass
-from simgl.physics.air import SOURCE
+from simgl.arrays import Array, Array32
+from simgl.camera.camera import Camera
+from simgl.gpu.render_targets import Format, ImageTarget
+from simgl.passes.background.air import AtmospherePass
+from simgl.passes.background.planet import PlanetPass
+from simgl.physics.atmosphere import SOURCE
 from simgl.physics.spectrum import BandLight
-from simgl.scene.camera import Camera
 from simgl.scene.earth import Earth
 from simgl.scene.state import CameraState, EarthState, SceneState, SunInDirection
 from simgl.view.background import background
-from simgl.view.heavens import Heavens
+from simgl.view.celestial import CelestialView
 from tests.scenes import scene
-
-Array = NDArray[np.float64]
-Floats = NDArray[np.float32]
 
 RADIUS = 6.371e6
 SUN_HALF_ANGLE = np.radians(0.2666)
@@ -54,7 +51,7 @@ class Window:
     """Draws planet and air for sunlight of 1 W m-2 in each band."""
 
     ctx: moderngl.Context
-    air: AirPass
+    air: AtmospherePass
     planet: PlanetPass
 
     def picture(
@@ -69,7 +66,7 @@ class Window:
         pixel: float = 1e-5,
         behind: float = 0.0,
         moon: Array | None = None,
-    ) -> Floats:
+    ) -> Array32:
         """(height, width, 4) radiance factor pi L / E.
 
         pixel : its angle [rad]
@@ -103,10 +100,10 @@ class Window:
         """Into a target; ``beyond``: over what it holds already."""
         state, camera = _state(earth, place, axes(view, up), sun, target.size, pixel)
         state = replace(state, moon=moon)
-        drawn = Heavens(
+        drawn = CelestialView(
             focal_length=1.0, principal_point=(0.0, 0.0), stars=None, sun=None, moon=None
         )
-        seen = replace(background(state, camera), heavens=drawn if beyond else None)
+        seen = replace(background(state, camera), celestial=drawn if beyond else None)
         self.planet.draw(seen, target.framebuffer, (0, 0, *target.size))
 
     def ray(self, earth: Earth, place: Array, view: Array, sun: Array) -> Array:
@@ -117,7 +114,7 @@ class Window:
 @contextmanager
 def window(ctx: moderngl.Context) -> Iterator[Window]:
     """Everything freed at the end."""
-    air = AirPass(ctx)
+    air = AtmospherePass(ctx)
     planet = PlanetPass(ctx, air)
     try:
         yield Window(ctx, air, planet)

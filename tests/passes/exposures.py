@@ -8,10 +8,11 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from simgl.gpu.targets import ImageTarget
-from simgl.passes.detector import DN_FORMAT, DetectorPass
+from simgl.arrays import Image16
+from simgl.camera.camera import Camera, Detector, Lens
+from simgl.gpu.render_targets import ImageTarget
 from simgl.passes.exposure import ELECTRONS_FORMAT
-from simgl.scene.camera import Camera, Detector, Lens
+from simgl.passes.readout import DN_FORMAT, ReadoutPass
 
 SIDE = 512
 EPOCH = 1_774_008_037_000_000_000
@@ -46,16 +47,16 @@ def expose(
     *,
     tai_ns: int = EPOCH,
     seed: int = 1,
-) -> NDArray[np.uint16]:
+) -> Image16:
     size = (cam.detector.width, cam.detector.height)
     source = ImageTarget(gl, size, [ELECTRONS_FORMAT])
     target = ImageTarget(gl, size, [DN_FORMAT])
-    pass_ = DetectorPass(gl)
+    pass_ = ReadoutPass(gl)
     padded = np.zeros((size[1], -(-size[0] // 4) * 4), dtype="<f4")
     padded[:, : size[0]] = mean
     source.textures[0].write(padded.tobytes())
     pass_.draw(cam, tai_ns, seed, source.textures[0], target.framebuffer)
-    dn: NDArray[np.uint16] = target.read().copy()
+    dn: Image16 = target.read().copy()
     gl.detect_framebuffer(0).use()
     for resource in (source, target, pass_):
         resource.release()

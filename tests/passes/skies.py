@@ -8,17 +8,15 @@ from typing import Any
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 
+from simgl.arrays import Array
+from simgl.camera.camera import Camera
 from simgl.physics.frames import camera_from_directions
 from simgl.scenario.loader import scenario_from_dict
 from simgl.scenario.scenario import Scenario
-from simgl.scene.camera import Camera
-from simgl.scene.stars import StarCatalogue, StarSky
+from simgl.scene.star_catalogue import StarCatalogue, StarSky
 from simgl.scene.state import SceneState
 from simgl.simulator import Product, Simulator
-
-Array = NDArray[np.float64]
 
 
 def towards(right_ascension_deg: float, declination_deg: float) -> Array:
@@ -74,7 +72,7 @@ def lone_stars(state: SceneState, directions: Sequence[Array], irradiance: float
 def direction_of_pixel(camera: Camera, R_camera_from_icrf: Array, x: float, y: float) -> Array:
     """(3,) unit direction in ICRF axes."""
     ray = np.linalg.inv(camera.intrinsics) @ np.array([x, y, 1.0])
-    return np.asarray(R_camera_from_icrf.T @ (ray / np.linalg.norm(ray)))
+    return R_camera_from_icrf.T @ (ray / np.linalg.norm(ray))
 
 
 def turned(state: SceneState, boresight: Array, up: Array) -> SceneState:
@@ -94,4 +92,4 @@ def received(image: Array, camera: Camera) -> Array:
     y = (np.arange(d.height + 1) - k[1, 2]) / k[1, 1]
     corner = np.arctan2(x[None, :] * y[:, None], np.sqrt(1.0 + x[None, :] ** 2 + y[:, None] ** 2))
     solid_angle = np.diff(np.diff(corner, axis=0), axis=1)
-    return np.asarray(np.sum(image * solid_angle[..., None], axis=(0, 1)))
+    return np.sum(image * solid_angle[..., None], axis=(0, 1))

@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 from scipy.interpolate import RegularGridInterpolator
 
+from simgl.arrays import Array
 from simgl.errors import ConfigError
-from simgl.physics.air import SOURCE, STANDARD
-from simgl.physics.sea import fresnel, wave_slope_variance
+from simgl.physics.atmosphere import SOURCE, STANDARD
+from simgl.physics.sea_surface import fresnel, wave_slope_variance
 from simgl.scenario.loader import load_scenario
 from simgl.scene.earth import Earth
 from simgl.simulator import Product, Simulator
-from tests.passes.air_scenes import RADIUS, Array, Window, sphere, window
+from tests.passes.air_scenes import RADIUS, Window, sphere, window
 from tests.scenes import lambert, radiance, scene
 
 UP, NORTH, EAST = np.eye(3)
@@ -26,7 +27,7 @@ EXAMPLE = Path(__file__).parents[2] / "examples" / "limb.toml"
 def direction(elevation_deg: float, azimuth_deg: float = 0.0) -> Array:
     """Unit, from north over east; UP is the zenith."""
     e, a = np.radians([elevation_deg, azimuth_deg])
-    return np.asarray(np.sin(e) * UP + np.cos(e) * (np.cos(a) * NORTH + np.sin(a) * EAST))
+    return np.sin(e) * UP + np.cos(e) * (np.cos(a) * NORTH + np.sin(a) * EAST)
 
 
 def column(look: Window, height: float, sun: Array, *, pixel: float, rows: int) -> Array:
@@ -109,7 +110,7 @@ def chromaticity(factor: Array) -> Array:
     """x, y of CIE 1931 from red, green and blue radiance factors, as sRGB primaries under D65."""
     xyz = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
     value = xyz @ factor[:3]
-    return np.asarray(value[:2] / value.sum())
+    return value[:2] / value.sum()
 
 
 def test_the_sky_is_blue_at_noon_and_red_at_sunset(gl: moderngl.Context) -> None:
@@ -296,7 +297,7 @@ def test_the_sea_mirrors_the_sky_by_fresnels_law_on_every_wave(
 
     def towards(height: float, turn: float) -> Array:
         level = np.cos(turn) * east + np.sin(turn) * north
-        return np.asarray(np.sin(height) * up + np.cos(height) * level)
+        return np.sin(height) * up + np.cos(height) * level
 
     variance = wave_slope_variance(7.0)
     steps = np.linspace(-4.0, 4.0, 81) * np.sqrt(0.5 * variance)

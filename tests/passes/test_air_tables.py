@@ -8,11 +8,11 @@ import moderngl
 import numpy as np
 import pytest
 
-from simgl.cache import cache_folder
-from simgl.passes import air_tables
-from simgl.passes.air import _rows
-from simgl.passes.air_tables import AIR, TABLES, AirKind, make_tables, tables_of
-from simgl.physics.air import SOURCE
+from simgl.disk_cache import cache_folder
+from simgl.passes.background import air_tables
+from simgl.passes.background.air import _rows
+from simgl.passes.background.air_tables import AIR, TABLES, AirKind, make_tables, tables_of
+from simgl.physics.atmosphere import SOURCE
 from simgl.physics.skylight import Rings, table_heights, table_suns
 from tests.gpu.glsl_functions import evaluate
 from tests.passes.air_scenes import RADIUS, sphere, window
@@ -142,7 +142,7 @@ def test_between_two_nodes_the_light_is_that_of_the_sun_there(
     gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch, height: float, sun_deg: float
 ) -> None:
     mixed = _view_light(gl, height, sun_deg)
-    monkeypatch.setattr("simgl.passes.air._NODE_STEP", 2.0**-14)
+    monkeypatch.setattr("simgl.passes.background.air._NODE_STEP", 2.0**-14)
     marched = _view_light(gl, height, sun_deg)
     there = marched > 1e-3 * marched.max()
     off = np.abs(mixed[there] / marched[there] - 1.0)

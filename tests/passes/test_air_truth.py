@@ -8,15 +8,16 @@ import moderngl
 import numpy as np
 import pytest
 
-from simgl.passes import air as air_pass
-from simgl.passes.air_tables import AirKind, make_tables, tables_of
-from simgl.physics.air import SOURCE
+from simgl.arrays import Array
+from simgl.environment_map import DOWN, FORWARD
+from simgl.passes.background import air as air_pass
+from simgl.passes.background.air_tables import AirKind, make_tables, tables_of
+from simgl.physics.atmosphere import SOURCE
 from simgl.physics.skylight import table_suns
 from simgl.scene.earth import Earth
-from simgl.sky import DOWN, FORWARD
 from simgl.view.background import SKY_TEXELS, TERMINATOR_TEXELS
 from tests.authorities.atmosphere import Row, ground_irradiance, plate_irradiance, rows
-from tests.passes.air_scenes import RADIUS, Array, sphere, window
+from tests.passes.air_scenes import RADIUS, sphere, window
 
 # A camera that stands on the ground is put so far above it [m]: 1e-6 of the air's depth.
 LIFT = 2.0

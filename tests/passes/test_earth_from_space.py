@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from simgl.view.tiles import even_tiles
+from simgl.view.background_tiles import even_tiles
 from tests.passes.test_ground import RADIUS, SUN, icrf_from_itrf, looking_down, tilted_sun, up_at
 from tests.scenes import radiance, scene
 
@@ -29,7 +29,7 @@ def overcast(tmp_path: Path) -> str:
 
 def seen_over_sun(image: Array, zenith: float) -> Array:
     """(4,) mean of pi L / (E cos z)."""
-    return np.asarray(np.pi * image.mean(axis=(0, 1)) / SUN / np.cos(np.radians(zenith)))
+    return np.pi * image.mean(axis=(0, 1)) / SUN / np.cos(np.radians(zenith))
 
 
 def oblique(
@@ -71,7 +71,7 @@ def fast_over_exact(
         return np.zeros_like(tiles)
 
     with monkeypatch.context() as patched:
-        patched.setattr("simgl.view.tiles.even_tiles", none)
+        patched.setattr("simgl.view.background_tiles.even_tiles", none)
         exact = oblique(gl, place, slant, sun, earth)
     return (fast - exact) / exact.mean(axis=(0, 1)), shares
 

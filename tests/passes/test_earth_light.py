@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from simgl.passes.probe import ProbePass
+from simgl.passes.background.environment_probe import EnvironmentProbePass
 from simgl.scenario.scenario import Scenario
 from simgl.view.background import SKY_TEXELS, TERMINATOR_TEXELS, Background, SkyView, sky_view
 from tests.scenes import IN_BANDS, TOTAL, Table, lambert, radiance, scene
@@ -205,7 +205,7 @@ def test_equal_skies_are_drawn_once(gl: moderngl.Context) -> None:
         state = scenario.at(scenario.epoch_tai_ns)
         return sky_view(state, "body", state.bodies["body"])
 
-    probes = ProbePass(gl, draw)
+    probes = EnvironmentProbePass(gl, draw)
     first, again, none = probes.draw([sky(10.0), sky(10.0), None])
     assert first is again
     assert none is None

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from simgl.passes.earth_maps import HEIGHT, WIDTH, form_map, ground_textures, land_map
-from simgl.passes.weather import noise_texture, weather_codes
+from simgl.passes.background.cloud_map import noise_texture, weather_codes
+from simgl.passes.background.earth_maps import HEIGHT, WIDTH, form_map, ground_textures, land_map
 from simgl.physics.ephemeris import itrf_from_icrf, tai_ns_from_utc
 from simgl.scene.earth import Clouds, EarthMaps
 from tests.scenes import radiance, scene
@@ -69,7 +69,7 @@ def tilted_sun(place: tuple[float, float], zenith: float, azimuth: float) -> Arr
     east /= np.linalg.norm(east)
     z, a = np.radians([zenith, azimuth])
     level = np.cos(a) * np.cross(up, east) + np.sin(a) * east
-    return np.asarray(np.cos(z) * up + np.sin(z) * level)
+    return np.cos(z) * up + np.sin(z) * level
 
 
 def test_the_maps_have_the_means_that_the_documentation_states() -> None:
@@ -188,7 +188,7 @@ def test_a_cloud_throws_its_shadow_away_from_the_sun(
 
     def covered(dx: float, dy: float) -> Array:
         wide, high = 0.5 * 111.2 * np.cos(np.radians(23.0)), 0.5 * 111.2
-        return np.asarray((np.abs(km * x - dx) < wide) & (np.abs(km * y - dy) < high))
+        return (np.abs(km * x - dx) < wide) & (np.abs(km * y - dy) < high)
 
     expected = covered(step_x, step_y) & ~covered(0.0, 0.0)
     for axis in (x, y):

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from simgl.motion.joints import Joint
 from simgl.physics.frames import Pose
 from simgl.scenario.scenario import Scenario
-from simgl.scene.joints import Joint
 from simgl.simulator import Product, Simulator
 from tests.scenes import scene
 

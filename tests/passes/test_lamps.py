@@ -11,7 +11,7 @@ import pytest
 from simgl.scenario.scenario import Scenario
 from simgl.scene.lamps import beam_solid_angle, lamp_irradiance
 from simgl.simulator import Product, Simulator
-from simgl.view.lamps import MAP_SIZE, lamp_views
+from simgl.view.lamp_views import MAP_SIZE, lamp_views
 from tests.scenes import lambert, radiance, scene
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -61,8 +61,8 @@ def ground(scenario: Scenario, distance: float) -> Array:
     """Place across the picture [m], on a plane so far below a camera that looks down."""
     camera = scenario.cameras["cam"]
     width = camera.detector.width
-    middles = np.arange(width) + 0.5 - 0.5 * width
-    return np.asarray(middles / camera.focal_length_px * distance)
+    middles: Array = np.arange(width, dtype=np.float64) + 0.5 - 0.5 * width
+    return middles / camera.focal_length_px * distance
 
 
 DOWN = {"boresight": [0, 0, -1], "up": [0, 1, 0]}

@@ -6,8 +6,8 @@ import moderngl
 import numpy as np
 import pytest
 
-from simgl.passes.blocks import CRAFT, MATERIALS
-from simgl.passes.lobes import lobe_texture
+from simgl.passes.albedo_table import lobe_texture
+from simgl.passes.shared_blocks import CRAFT, MATERIALS
 from tests.gpu.glsl_functions import evaluate
 from tests.scenes import Table, radiance, scene
 

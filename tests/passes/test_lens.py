@@ -9,17 +9,17 @@ import moderngl
 import numpy as np
 import pytest
 
-from simgl.gpu.targets import Format, ImageTarget
-from simgl.imager import Imager
+from simgl.camera.camera import Camera
+from simgl.camera.camera_equation import square_electrons_per_irradiance
+from simgl.camera.detector import Mosaic
+from simgl.camera.distortion import field, relative_illumination
+from simgl.camera.lens import Distortion, Vignetting
+from simgl.camera_pipeline import CameraPipeline
+from simgl.gpu.render_targets import Format, ImageTarget
 from simgl.images import ElectronFrame, RadianceFrame, TruthFrame
-from simgl.optics.field import field, relative_illumination
-from simgl.reference.optics import image_irradiance
-from simgl.scene.camera import Camera
-from simgl.scene.detector import Mosaic
-from simgl.scene.lens import Distortion, Vignetting
-from simgl.scene.radiometry import square_electrons_per_irradiance
-from simgl.simulator import Exposure, Product, Simulator
-from tests.optics.cameras import DIFFRACTION, camera
+from simgl.simulator import Capture, Product, Simulator
+from tests.camera.cameras import DIFFRACTION, camera
+from tests.reference.optics import image_irradiance
 from tests.scenes import SUN, USUAL_PRODUCTS, capture, lambert, scene
 
 WIDE = Distortion(k1=-0.28, k2=0.07, p1=0.0015, p2=-0.001)
@@ -33,8 +33,8 @@ def irradiance(gl: moderngl.Context, cam: Camera, radiance: Array) -> Array:
     """The optics of the renderer on given radiance."""
     target = ImageTarget(gl, (cam.detector.width, cam.detector.height), [Format("f4", 4)])
     target.textures[0].write(radiance.astype("<f4").tobytes())
-    with Imager(gl) as imager:
-        found = imager.irradiance(cam, target).read()
+    with CameraPipeline(gl) as camera_pipeline:
+        found = camera_pipeline.irradiance(cam, target).read()
     gl.detect_framebuffer(0).use()
     target.release()
     return found
@@ -57,7 +57,7 @@ def test_shader_and_reference_agree(gl: moderngl.Context, lens: dict[str, Any]) 
     radiance = np.random.default_rng(5).random((192, 256, 4))
     # A few float32 products and, for maps, interpolated tangents: 2e-6.
     np.testing.assert_allclose(
-        irradiance(gl, cam, radiance), np.asarray(image_irradiance(cam, radiance)), rtol=2e-6
+        irradiance(gl, cam, radiance), image_irradiance(cam, radiance), rtol=2e-6
     )
 
 
@@ -75,9 +75,9 @@ def test_behind_colour_filters_a_spread_image_makes_the_electrons_of_its_bands(
     photons = np.array([3.3e18, 2.8e18, 2.3e18, 4.2e18])
     target = ImageTarget(gl, (width, 192), [Format("f4", 4)])
     target.textures[0].write(radiance.astype("<f4").tobytes())
-    with Imager(gl) as imager:
-        bands = imager.irradiance(cam, target).read().astype(np.float64)
-        found = imager.electrons_through(cam, photons, target).read()
+    with CameraPipeline(gl) as camera_pipeline:
+        bands = camera_pipeline.irradiance(cam, target).read().astype(np.float64)
+        found = camera_pipeline.electrons_through(cam, photons, target).read()
     gl.detect_framebuffer(0).use()
     target.release()
     square = square_electrons_per_irradiance(cam, photons)
@@ -107,10 +107,10 @@ def test_a_sharp_image_makes_the_electrons_of_its_irradiance(
     photons = np.array([3.3e18, 2.8e18, 2.3e18, 4.2e18])
     target = ImageTarget(gl, (width, 192), [Format("f4", 4)])
     target.textures[0].write(radiance.astype("<f4").tobytes())
-    with Imager(gl) as imager:
-        bands = imager.irradiance(cam, target)
-        in_two_steps = imager.electrons(cam, photons, bands).read().copy()
-        found = imager.electrons_through(cam, photons, target).read()
+    with CameraPipeline(gl) as camera_pipeline:
+        bands = camera_pipeline.irradiance(cam, target)
+        in_two_steps = camera_pipeline.electrons(cam, photons, bands).read().copy()
+        found = camera_pipeline.electrons_through(cam, photons, target).read()
     gl.detect_framebuffer(0).use()
     target.release()
     assert found.max() > 0.0
@@ -193,7 +193,7 @@ def balls(optics: dict[str, Any], **sun: Any) -> Any:
 BARREL = {"distortion": {"k1": -0.28, "k2": 0.07, "p1": 0.0015, "p2": -0.001}}
 
 
-def frames(exposure: Exposure) -> tuple[RadianceFrame, TruthFrame, ElectronFrame]:
+def frames(exposure: Capture) -> tuple[RadianceFrame, TruthFrame, ElectronFrame]:
     assert exposure.radiance is not None
     assert exposure.truth is not None
     assert exposure.electrons is not None
@@ -204,7 +204,7 @@ def centroid(image: Array, about: Array) -> Array:
     """Centroid of the light within 9 pixels."""
     y, x = np.mgrid[0 : image.shape[0], 0 : image.shape[1]] + 0.5
     near = np.where(np.hypot(x - about[0], y - about[1]) < 9.0, image.astype(np.float64), 0.0)
-    return np.asarray([np.sum(near * x), np.sum(near * y)] / near.sum())
+    return [np.sum(near * x), np.sum(near * y)] / near.sum()
 
 
 def test_bodies_appear_where_the_lens_puts_them(gl: moderngl.Context) -> None:

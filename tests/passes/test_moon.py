@@ -7,17 +7,15 @@ from dataclasses import replace
 import moderngl
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from simgl.arrays import Array
 from simgl.physics.constants import ASTRONOMICAL_UNIT, MOON_RADIUS
 from simgl.physics.eclipse import past_the_moon
-from simgl.physics.moon import disc_brightness
+from simgl.physics.lunar_model import disc_brightness
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState, SunAtPosition
 from simgl.simulator import Simulator
 from tests.passes.skies import picture, received, sky_scene, taken, turned
-
-Array = NDArray[np.float64]
 
 DISTANCE = 384_400e3  # [m]
 SUN_V = -26.76  # Willmer (2018)

@@ -8,18 +8,16 @@ from dataclasses import replace
 import moderngl
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from simgl.arrays import Array
+from simgl.motion.joints import Joint
 from simgl.physics.frames import unit
 from simgl.scenario.scenario import Scenario
-from simgl.scene.joints import Joint
 from simgl.scene.mesh import Mesh, box
 from simgl.scene.spacecraft import SpacecraftModel
-from simgl.simulator import Exposure, Product, Simulator
+from simgl.simulator import Capture, Product, Simulator
 from tests.scenes import scene
-
-Array = NDArray[np.float64]
 
 # Lines that lie along no axis, so that no component of a turned normal is zero but for rounding,
 # which would turn the rays about it.
@@ -102,7 +100,7 @@ def bench(inter_reflection: bool) -> tuple[Scenario, SpacecraftModel, Spacecraft
 
 def capture(
     gl: moderngl.Context, scenario: Scenario, model: SpacecraftModel, angles: Mapping[str, float]
-) -> Exposure:
+) -> Capture:
     changed = replace(scenario, models={"craft": model})
     epoch = scenario.epoch_tai_ns
     state = changed.with_poses(epoch, changed.poses(epoch), joint_angles={"craft": angles})
@@ -110,7 +108,7 @@ def capture(
         return simulator.capture(state, "cam", PICTURES)
 
 
-def radiances(*frames: Exposure) -> list[Array]:
+def radiances(*frames: Capture) -> list[Array]:
     found = []
     for frame in frames:
         assert frame.radiance is not None

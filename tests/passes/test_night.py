@@ -8,7 +8,6 @@ import moderngl
 import numpy as np
 import pytest
 
-from simgl.physics.air import STANDARD
 from simgl.physics.airglow import (
     GLOW_BOTTOM,
     GLOW_TOP,
@@ -16,7 +15,8 @@ from simgl.physics.airglow import (
     path_in_layers,
     zenith_glow,
 )
-from simgl.physics.moon import moonlight
+from simgl.physics.atmosphere import STANDARD
+from simgl.physics.lunar_model import moonlight
 from simgl.scene.earth import Clouds, Earth
 from tests.passes.air_scenes import RADIUS, sphere, window
 

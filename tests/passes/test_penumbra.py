@@ -52,7 +52,7 @@ def lit_share(
 def disc_share(u: Array) -> Array:
     """Lit share of a uniform disc at u disc radii inside (+) a straight edge."""
     u = np.clip(u, -1.0, 1.0)
-    return np.asarray(0.5 + (u * np.sqrt(1.0 - u * u) + np.arcsin(u)) / np.pi)
+    return 0.5 + (u * np.sqrt(1.0 - u * u) + np.arcsin(u)) / np.pi
 
 
 @pytest.mark.parametrize("distance", [1.0, 10.0, 100.0])

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from simgl.physics.air import AIR_TOP, STANDARD
+from simgl.physics.atmosphere import AIR_TOP, STANDARD
 from simgl.scene.earth import Earth
 from simgl.view.background import PlanetView
-from simgl.view.tiles import TILE, tiles_of
+from simgl.view.background_tiles import TILE, tiles_of
 from tests.passes.air_scenes import axes
 
 Array = np.ndarray[Any, Any]

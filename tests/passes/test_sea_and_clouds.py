@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from scipy.special import ndtri
 
-from simgl.passes.planet_blocks import PLANET
-from simgl.physics.sea import foam_cover, water_body, wave_slope_variance
-from simgl.scene.chart import RANGE, SIZE, chart
+from simgl.passes.background.planet_blocks import PLANET
+from simgl.physics.sea_surface import foam_cover, water_body, wave_slope_variance
+from simgl.scene.noise_projection import RANGE, SIZE, chart
 from tests.gpu.glsl_functions import evaluate
 
 Array = np.ndarray[Any, Any]
@@ -22,7 +22,7 @@ def flat_fresnel(cosine: Array) -> Array:
     inside = np.sqrt(1.0 - (1.0 - cosine**2) / 1.34**2)
     s = (cosine - 1.34 * inside) / (cosine + 1.34 * inside)
     p = (1.34 * cosine - inside) / (1.34 * cosine + inside)
-    return np.asarray(0.5 * (s * s + p * p))
+    return 0.5 * (s * s + p * p)
 
 
 def hemisphere(rows: int, columns: int) -> tuple[Array, float]:

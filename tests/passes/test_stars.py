@@ -6,8 +6,8 @@ import moderngl
 import numpy as np
 import pytest
 
-from simgl.assess.stars import stars_in_view
-from simgl.optics.field import field, sight_lines
+from simgl.assess.visible_stars import stars_in_view
+from simgl.camera.distortion import field, sight_lines
 from simgl.simulator import Simulator
 from simgl.view.background import background, sky_view
 from tests.passes.skies import (
@@ -216,10 +216,10 @@ def test_the_sky_that_lights_a_spacecraft_holds_no_stars() -> None:
         earth={"shape": "wgs84"},
     )
     state = scenario.at(scenario.epoch_tai_ns)
-    assert background(state, state.cameras["cam"]).heavens is not None
+    assert background(state, state.cameras["cam"]).celestial is not None
     sky = sky_view(state, "ball", state.bodies["ball"])
     assert sky is not None
-    assert all(face.heavens is None for face in sky.faces)
+    assert all(face.celestial is None for face in sky.faces)
 
 
 def test_a_camera_that_sees_nothing_but_the_earth_draws_no_heavens() -> None:
@@ -227,7 +227,7 @@ def test_a_camera_that_sees_nothing_but_the_earth_draws_no_heavens() -> None:
         {"position_icrf_m": [6.8e6, 0, 0], "boresight": [-1, 0, 0]}, earth={"shape": "wgs84"}
     )
     state = scenario.at(scenario.epoch_tai_ns)
-    assert background(state, state.cameras["cam"]).heavens is None
+    assert background(state, state.cameras["cam"]).celestial is None
 
 
 @pytest.mark.parametrize(

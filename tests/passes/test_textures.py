@@ -8,13 +8,13 @@ from typing import Any
 import moderngl
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from simgl.passes.textures import resampled
-from simgl.reference.brdf import brdf
+from simgl.arrays import Array, Array32
+from simgl.passes.texture_store import resampled
+from simgl.physics.brdf import brdf
 from simgl.scene.textures import CLAMP, MIRROR, REPEAT, Image
 from simgl.simulator import Product, Simulator
-from tests.scenario.gltf import UPRIGHT, Document, square
+from tests.model_files.gltf import UPRIGHT, Document, square
 from tests.scenes import capture, lambert, radiance, scene
 
 # [W m-2] of the Sun in each band (tests/scenes.py).
@@ -22,8 +22,6 @@ SUN = np.array([154.43947526, 174.7738123, 171.94738469, 313.35751052])
 RANGE = 70.0  # [m]
 SCALE = 13e-3 / 3.75e-6 / RANGE  # pixels per metre
 SIZE = 128
-
-Array = NDArray[np.float64]
 
 
 def camera_at(height: float) -> dict[str, Any]:
@@ -40,7 +38,7 @@ def view(
     distance: float = RANGE,
     sun_w_m2: float = 1367.0,
     samples: int = 9,
-) -> NDArray[np.float32]:
+) -> Array32:
     """(128, 128, 4) radiance of the file's model, the Sun behind the camera."""
     craft = {"model": str(document.write_glb(path)), "position_icrf_m": [0, 0, 0]}
     light = {"irradiance_w_m2": sun_w_m2}
@@ -63,13 +61,13 @@ def from_sun(reflectance: Any, *, metallic: float = 0.0, roughness: float = 1.0)
     z = np.array([[0.0, 0.0, 1.0]])
     rho = np.broadcast_to(reflectance, 4)
     f = [brdf(float(r), metallic, roughness, z, z, z)[0] for r in rho]
-    return np.asarray(np.asarray(f) * SUN)
+    return np.asarray(f) * SUN
 
 
 def linear(byte: Any) -> Array:
     """Of an sRGB byte."""
     c = np.asarray(byte, dtype=np.float64) / 255.0
-    return np.asarray(np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4))
+    return np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
 
 
 def test_each_texel_shows_its_linear_reflectance_at_its_place(

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from simgl.arrays import Array
 from simgl.physics.colour import (
     MAXIMUM_EFFICACY,
     chromaticity,
@@ -19,7 +19,7 @@ from simgl.physics.spectrum import planck_radiance
 WAVELENGTH = np.arange(300e-9, 900e-9, 1e-9, dtype=np.float64)
 
 
-def black_body(temperature: float) -> NDArray[np.float64]:
+def black_body(temperature: float) -> Array:
     return planck_radiance(WAVELENGTH, temperature)
 
 

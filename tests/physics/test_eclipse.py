@@ -6,13 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
+from simgl.arrays import Array
 from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS, WGS84_POLAR_RADIUS
 from simgl.physics.eclipse import limb_angle, sunlit_fraction, visible_disc_fraction
 from tests.authorities.eclipse import ALTITUDE, EARTH_RADIUS, FRACTIONS, SUN_HALF_ANGLE_DEG
-
-Array = NDArray[np.float64]
 
 WGS84 = np.array([WGS84_EQUATORIAL_RADIUS, WGS84_EQUATORIAL_RADIUS, WGS84_POLAR_RADIUS])
 SPHERE = np.full(3, EARTH_RADIUS)

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
+from simgl.arrays import Array
 from simgl.physics.ephemeris import (
     itrf_from_icrf,
     julian_date_tt,
@@ -20,8 +20,6 @@ from simgl.physics.ephemeris import (
     utc_from_tai_ns,
 )
 from tests.authorities.de421 import DE421, Places
-
-Array = NDArray[np.float64]
 
 SECOND = 1_000_000_000  # [ns]
 ARCSECOND = np.pi / (180.0 * 3600.0)  # [rad]

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from numpy.typing import NDArray
 
+from simgl.arrays import Array
 from simgl.physics.frames import (
     camera_from_directions,
     lvlh_angular_velocity,
@@ -20,8 +20,6 @@ from simgl.physics.frames import (
     rotation_between,
     unit,
 )
-
-Array = NDArray[np.float64]
 
 X, Y, Z = np.eye(3)
 HALF = np.sqrt(0.5)
@@ -36,7 +34,7 @@ vectors = arrays(np.float64, 3, elements=st.integers(-1000, 1000).map(lambda i: 
 quaternions = (
     arrays(np.float64, 4, elements=st.integers(-1000, 1000).map(lambda i: i / 1000.0))
     .filter(lambda q: bool(np.linalg.norm(q) > 0.01))
-    .map(lambda q: np.asarray(q / np.linalg.norm(q)))
+    .map(lambda q: q / np.linalg.norm(q))
 )
 quick = settings(deadline=None, database=None, max_examples=60)
 

@@ -6,7 +6,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from simgl.physics.spectrum import (
     BANDS,
@@ -15,8 +14,6 @@ from simgl.physics.spectrum import (
     photon_mean,
     planck_radiance,
 )
-
-Array = NDArray[np.float64]
 
 # SI, exact.
 H, C, K = 6.62607015e-34, 299792458.0, 1.380649e-23

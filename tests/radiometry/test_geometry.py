@@ -7,9 +7,9 @@ from dataclasses import replace
 import moderngl
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from simgl.arrays import Array, Array32
 from simgl.physics.frames import Pose
 from simgl.scenario.scenario import Scenario
 from simgl.scene.earth import Earth
@@ -22,17 +22,17 @@ from simgl.scene.state import (
     SunInDirection,
 )
 from simgl.simulator import Product, Simulator
-from simgl.view.frame import frame_view
+from simgl.view.frame_view import frame_view
 from tests.scenes import capture, lambert, radiance, scene
 
 PLATE = {"plate": {"width_m": 1.0, "height_m": 0.8, "material": lambert(0.5)}}
 
 
-def centroid(image: NDArray[np.float32]) -> NDArray[np.float64]:
+def centroid(image: Array32) -> Array:
     """(2,) x and y in pixels."""
     weight = image.sum(axis=2, dtype=np.float64)
     y, x = np.mgrid[0 : weight.shape[0], 0 : weight.shape[1]] + 0.5
-    return np.asarray([(weight * x).sum(), (weight * y).sum()] / weight.sum())
+    return [(weight * x).sum(), (weight * y).sum()] / weight.sum()
 
 
 @pytest.mark.parametrize("model", ["plate", "space_rider"])
@@ -79,9 +79,7 @@ def test_a_plate_covers_the_pixels_of_its_projected_area(gl: moderngl.Context) -
         np.testing.assert_allclose(covered, area, rtol=2.0 * 0.02 / (0.8 * f / 50.0))
 
 
-def _everything(
-    scenario: Scenario, shift: NDArray[np.float64], turn: NDArray[np.float64]
-) -> SceneState:
+def _everything(scenario: Scenario, shift: Array, turn: Array) -> SceneState:
     """The scene with every place moved and every direction turned, Sun and Earth included."""
     state = scenario.at(scenario.epoch_tai_ns)
     sun, earth = state.sun, state.earth

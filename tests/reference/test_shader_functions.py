@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from simgl.reference import brdf as reference
-from simgl.sensor.noise import normal, philox, uniform_01
+from simgl.camera.noise_streams import normal, philox, uniform_01
+from simgl.physics import brdf as reference
 from tests.gpu.glsl_functions import evaluate
 
 # Known answers of Philox4x32-10; the first three are those of its authors' test file.

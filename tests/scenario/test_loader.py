@@ -8,15 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from simgl.camera.detector import FixedPattern
 from simgl.errors import AssetError, ConfigError, SimglError
+from simgl.motion.mounts import BodyMount, OrbitingMount
+from simgl.motion.orbits import KeplerianOrbit
 from simgl.physics.ephemeris import tai_ns_from_utc
+from simgl.physics.solar_disc import UNIFORM, astm_g173_light, limb_darkening
 from simgl.physics.spectrum import black_body_light
-from simgl.physics.sun import UNIFORM, astm_g173_light, limb_darkening
 from simgl.scenario.loader import load_scenario, scenario_from_dict
 from simgl.scenario.scenario import EphemerisSun
-from simgl.scene.detector import FixedPattern
-from simgl.scene.mounts import BodyMount, OrbitingMount
-from simgl.scene.orbits import KeplerianOrbit
 from simgl.scene.state import SunInDirection
 from tests.scenario.damages import BAD_FILES, BAD_VALUES
 from tests.scenario.damages.damage import (

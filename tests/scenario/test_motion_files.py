@@ -11,7 +11,7 @@ import pytest
 from simgl.errors import AssetError, ConfigError, SimglError
 from simgl.physics.frames import lvlh_from_icrf
 from simgl.scenario.loader import load_scenario
-from tests.ephemerides.files import AEM, EPOCH, ORBIT, SECOND, oem
+from tests.motion.motion_files import AEM, EPOCH, ORBIT, SECOND, oem
 
 SCENE = """\
 [epoch]

@@ -7,14 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from simgl.arrays import Array
+from simgl.camera.camera import Camera, Detector, Lens
+from simgl.camera.camera_equation import irradiance_per_radiance, square_electrons_per_irradiance
+from simgl.camera.detector import Mosaic
 from simgl.physics.spectrum import black_body_light
-from simgl.scene.camera import Camera, Detector, Lens
-from simgl.scene.detector import Mosaic
 from simgl.scene.earth import Earth
 from simgl.scene.materials import Material
-from simgl.scene.radiometry import irradiance_per_radiance, square_electrons_per_irradiance
 from simgl.scene.state import SunAtPosition, SunInDirection
 
 AU = 149597870700.0  # [m]
@@ -37,12 +37,10 @@ CAMERA = Camera(
 )
 
 
-def electrons_per_radiance(
-    camera: Camera, photons_per_joule: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def electrons_per_radiance(camera: Camera, photons_per_joule: Array) -> Array:
     """The whole camera equation [e- W-1 m2 sr]."""
     first = square_electrons_per_irradiance(camera, photons_per_joule)[0]
-    return np.asarray(irradiance_per_radiance(camera) * first)
+    return irradiance_per_radiance(camera) * first
 
 
 def test_thirteen_millimetres_are_3466_67_pixels_of_3_75_um() -> None:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from simgl.arrays import Array
 from simgl.physics.frames import Pose, rotation_between
 from simgl.scene.lamps import (
     Lamp,
@@ -15,8 +15,6 @@ from simgl.scene.lamps import (
     lamp_irradiance,
     lamp_state,
 )
-
-Array = NDArray[np.float64]
 
 POWER = np.array([1.0, 2.0, 3.0, 4.0])
 

@@ -9,11 +9,8 @@ import pytest
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from simgl.scene.mesh import Mesh, box, cylinder, plate, sphere
-
-Array = NDArray[np.float64]
 
 SHAPES = {
     "box": box((0.3, 2.0, 1.1)),

@@ -11,7 +11,7 @@ import pytest
 
 from simgl.images import RadianceFrame
 from simgl.scenario.scenario import Scenario
-from simgl.simulator import Exposure, Product, Simulator
+from simgl.simulator import Capture, Product, Simulator
 from tests.scenes import scene
 
 BOUND = 0.25  # pixels
@@ -41,7 +41,7 @@ def before(
     )
 
 
-def taken(gl: moderngl.Context, scenario: Scenario) -> Exposure:
+def taken(gl: moderngl.Context, scenario: Scenario) -> Capture:
     """A picture and its truth."""
     with Simulator(scenario, gl) as simulator:
         return simulator.capture(scenario.at(scenario.epoch_tai_ns), "cam", PRODUCTS)

@@ -7,14 +7,12 @@ from typing import Any
 import moderngl
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from simgl.arrays import AnyArray, Array, Array32
 from simgl.passes.surface import LIGHTS
 from simgl.scenario.scenario import Scenario
 from simgl.simulator import Product, Simulator
 from tests.scenes import Table, lambert, scene
-
-Floats = NDArray[np.float32]
 
 EARTH = {"shape": "sphere", "radius_km": 6371.0, "albedo": 0.3, "atmosphere": "none"}
 NO_SUN = {"irradiance_w_m2": 0.0}
@@ -69,7 +67,7 @@ def bay(
     )
 
 
-def layers(gl: moderngl.Context, scenario: Scenario) -> tuple[dict[str, Floats], Floats]:
+def layers(gl: moderngl.Context, scenario: Scenario) -> tuple[dict[str, Array32], Array32]:
     """The layers of a scenario's only camera, and the ordinary picture."""
     with Simulator(scenario, gl) as simulator:
         state = scenario.at(scenario.epoch_tai_ns)
@@ -82,11 +80,11 @@ def layers(gl: moderngl.Context, scenario: Scenario) -> tuple[dict[str, Floats],
     return dict(exposure.layers.layers), exposure.radiance.radiance
 
 
-def sum_of(parts: dict[str, Floats]) -> NDArray[np.float64]:
-    return np.asarray(np.sum([part.astype(np.float64) for part in parts.values()], axis=0))
+def sum_of(parts: dict[str, Array32]) -> Array:
+    return np.sum([part.astype(np.float64) for part in parts.values()], axis=0)
 
 
-def assert_same(got: NDArray[Any], expected: NDArray[Any]) -> None:
+def assert_same(got: AnyArray, expected: AnyArray) -> None:
     """Equal to float32's rounding: sums of 16 samples and six parts, 6e-8 each."""
     np.testing.assert_allclose(got, expected, rtol=1e-6, atol=1e-6 * float(np.max(expected)))
 

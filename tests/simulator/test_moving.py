@@ -8,13 +8,13 @@ from dataclasses import replace
 import moderngl
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from simgl.arrays import Array
+from simgl.motion.joints import Joint
 from simgl.scenario.scenario import Scenario
-from simgl.scene.joints import Joint
 from simgl.scene.state import SceneState
 from simgl.simulator import Product, Simulator
-from simgl.view.motion import picture_motion
+from simgl.view.image_motion import picture_motion
 from tests.scenes import lambert, scene
 
 BALL = {"sphere": {"radius_m": 1.0, "material": lambert(0.5)}}
@@ -53,7 +53,7 @@ def drifting(one: Scenario, velocity: float) -> Callable[[int], SceneState]:
 
 def electrons(
     gl: moderngl.Context, one: Scenario, during: Callable[[int], SceneState] | None
-) -> NDArray[np.float64]:
+) -> Array:
     state = one.at(one.epoch_tai_ns)
     with Simulator(one, gl) as simulator:
         frame = simulator.capture(state, "cam", {Product.ELECTRONS}, during).electrons
@@ -73,7 +73,7 @@ def test_motion_blur_spreads_the_light_and_loses_none(gl: moderngl.Context) -> N
     assert blurred.sum() == pytest.approx(still.sum(), rel=1e-3)
     x = np.arange(128) + 0.5
 
-    def moments(picture: NDArray[np.float64]) -> tuple[float, float]:
+    def moments(picture: Array) -> tuple[float, float]:
         share = picture.sum(axis=0) / picture.sum()
         return float(share @ x), float(share @ (x - share @ x) ** 2)
 

@@ -9,11 +9,11 @@ import moderngl
 import numpy as np
 import pytest
 
+from simgl.camera.distortion import sight_lines
+from simgl.camera.lidar import detected
 from simgl.images import IrradianceFrame
-from simgl.optics.field import sight_lines
 from simgl.physics.spectrum import black_body_light
-from simgl.scene.lidar import detected
-from simgl.simulator import Exposure, Product, Simulator
+from simgl.simulator import Capture, Product, Simulator
 from tests.scenes import lambert, scene
 
 LASER = {
@@ -26,7 +26,7 @@ LASER = {
 
 def taken(
     gl: moderngl.Context, distance: float, tilt: float = 0.0, *, optics: Any = None, **laser: Any
-) -> Exposure:
+) -> Capture:
     """A dark plate of 6 m about the origin, turned about y by ``tilt`` [deg]."""
     half = 0.5 * np.radians(tilt)
     plate = {"plate": {"width_m": 6.0, "height_m": 6.0, "material": lambert(0.4)}}

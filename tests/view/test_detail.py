@@ -7,15 +7,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from simgl.scenario.library import load_model
-from simgl.scene.camera import Camera
-from simgl.scene.detail import RUNGS
+from simgl.arrays import Array
+from simgl.camera.camera import Camera
+from simgl.model_files.model_library import load_model
+from simgl.scene.detail_steps import RUNGS
 from simgl.view.detail import WHOLE, detail
 from tests.scenes import scene
 
-Array = NDArray[np.float64]
 MODEL = load_model("cubesat_12u")
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from simgl.scenario.loader import load_scenario
 from simgl.scenario.scenario import Scenario
-from simgl.viewer.look import Look, opening_look
+from simgl.viewer.view_settings import ViewSettings, opening_look
 
 # A grey ball above the lit Earth, a small one 40 m behind it, and a camera of another shape.
 SCENARIO = """
@@ -44,5 +44,5 @@ def scenario(scenario_path: Path) -> Scenario:
 
 
 @pytest.fixture
-def look(scenario: Scenario) -> Look:
+def look(scenario: Scenario) -> ViewSettings:
     return opening_look(scenario, None)

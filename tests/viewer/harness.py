@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 
+from simgl.arrays import Image8
 from simgl.images import display_from_radiance
 from simgl.renderer import Renderer
 from simgl.scenario.scenario import Scenario
-from simgl.view.frame import frame_view
-from simgl.viewer.look import Look
-from simgl.viewer.orbit import OrbitCamera
-from simgl.viewer.painter import viewer_state
+from simgl.view.frame_view import frame_view
+from simgl.viewer.orbit_camera import OrbitCamera
+from simgl.viewer.view_settings import ViewSettings
+from simgl.viewer.viewport import viewer_state
 from simgl.viewer.window import BY_KEY
 
 
-def press(look: Look, scenario: Scenario, *keys: str) -> Look:
+def press(look: ViewSettings, scenario: Scenario, *keys: str) -> ViewSettings:
     """The look after some keys."""
     for key in keys:
         look = BY_KEY[key].effect(look, scenario)
@@ -33,7 +33,7 @@ def orbit_camera(
 
 
 def assert_shows(
-    picture: NDArray[np.uint8], gl: moderngl.Context, scenario: Scenario, look: Look
+    picture: Image8, gl: moderngl.Context, scenario: Scenario, look: ViewSettings
 ) -> None:
     """A window's picture is what a headless renderer makes of the same state."""
     height, width, _ = picture.shape

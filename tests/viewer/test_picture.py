@@ -4,23 +4,23 @@ from __future__ import annotations
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 
+from simgl.arrays import Array32, Image8
 from simgl.images import display_from_radiance
 from simgl.passes.display import DisplayPass
 from simgl.scenario.scenario import Scenario
-from simgl.viewer.look import Look
-from simgl.viewer.painter import Painter, read_window
+from simgl.viewer.view_settings import ViewSettings
+from simgl.viewer.viewport import Viewport, read_window
 from tests.viewer.harness import assert_shows, press
 
 
 def shown_by_gpu(
     gl: moderngl.Context,
-    radiance: NDArray[np.float32],
+    radiance: Array32,
     size: tuple[int, int],
     rectangle: tuple[int, int, int, int],
     exposure_value: float = 0.0,
-) -> NDArray[np.uint8]:
+) -> Image8:
     """(height, width, 3) of a window of a size that holds a picture in a rectangle."""
     texture = gl.texture(radiance.shape[1::-1], 4, radiance.tobytes(), dtype="f4")
     window = gl.framebuffer([gl.renderbuffer(size, 4)])
@@ -37,13 +37,13 @@ def shown_by_gpu(
     return picture
 
 
-def random_radiance(height: int, width: int) -> NDArray[np.float32]:
+def random_radiance(height: int, width: int) -> Array32:
     """From deep black to four times white, every decade as often."""
     rng = np.random.default_rng(11)
     return (10.0 ** rng.uniform(-4.0, np.log10(220.0), (height, width, 4))).astype(np.float32)
 
 
-def code_difference(a: NDArray[np.uint8], b: NDArray[np.uint8]) -> int:
+def code_difference(a: Image8, b: Image8) -> int:
     assert a.shape == b.shape
     return int(np.abs(a.astype(int) - b.astype(int)).max())
 
@@ -71,11 +71,11 @@ def test_a_smaller_picture_is_enlarged_upright_into_its_rectangle(gl: moderngl.C
 
 
 def test_the_painter_shows_the_renderers_radiance_and_leaves_nothing(
-    gl: moderngl.Context, scenario: Scenario, look: Look
+    gl: moderngl.Context, scenario: Scenario, look: ViewSettings
 ) -> None:
     window = gl.framebuffer([gl.renderbuffer((96, 64), 4)])
     brighter = press(look, scenario, "up")
-    with Painter(gl, scenario) as painter:
+    with Viewport(gl, scenario) as painter:
         painter.render(look, (96, 64))
         painter.show(brighter, (96, 64), window)
         picture = read_window(window, (96, 64))

@@ -17,7 +17,7 @@ from PIL import Image
 
 from simgl.errors import ContextError
 from simgl.scenario.loader import load_scenario
-from simgl.viewer.look import opening_look
+from simgl.viewer.view_settings import opening_look
 from simgl.viewer.window import run
 from tests.viewer.harness import assert_shows, press
 
@@ -107,7 +107,7 @@ import time
 from pathlib import Path
 from dataclasses import replace
 import glfw
-from simgl.viewer.orbit import OrbitCamera
+from simgl.viewer.orbit_camera import OrbitCamera
 from simgl.viewer.window import run
 
 callbacks = {}

@@ -6,15 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from examples.closed_loop.attitude import Attitude, turned
 from examples.closed_loop.exposure import ExposureControl, Light
 from examples.closed_loop.guidance import Leg, Plan
 from simgl.physics.constants import EARTH_MU, WGS84_EQUATORIAL_RADIUS
-
-Array = NDArray[np.float64]
 
 RADIUS = WGS84_EQUATORIAL_RADIUS + 400e3
 MEAN_MOTION = float(np.sqrt(EARTH_MU / RADIUS**3))

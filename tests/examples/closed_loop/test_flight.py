@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from simgl_bridge import BodyPose, Client
 from simgl_bridge import Image as BridgeImage
 
@@ -23,8 +22,6 @@ from examples.closed_loop.loop import LAMP, Flight, Settings, fly
 from examples.closed_loop.report import summarise, write_report
 from simgl import load_scenario
 from tests.bridge.harness import finish, start
-
-Array = NDArray[np.float64]
 
 ROOT = Path(__file__).parents[3]
 SCENARIO = ROOT / "examples" / "docking.toml"

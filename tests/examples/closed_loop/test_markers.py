@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from examples.closed_loop.camera import Image, Pinhole
+from examples.closed_loop.camera import Pinhole
 from examples.closed_loop.markers import Board, find_markers
 from examples.closed_loop.pose import solve_pose
-from simgl.scenario.library import load_model
-
-Array = NDArray[np.float64]
-
+from simgl.arrays import Array, Image16
+from simgl.model_files.model_library import load_model
 
 BOARD = Board.from_keypoints(dict(load_model("marker_board").keypoints))
 NEAR = Pinhole(width=360, height=360, focal_length=640.0, cx=180.0, cy=180.0, pedestal_dn=64.0)
@@ -21,7 +18,7 @@ NEAR = Pinhole(width=360, height=360, focal_length=640.0, cx=180.0, cy=180.0, pe
 FACING = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [-1.0, 0.0, 0.0]])
 
 
-def board_picture(rotation: Array, position: Array, white: float = 2000.0) -> Image:
+def board_picture(rotation: Array, position: Array, white: float = 2000.0) -> Image16:
     """The board as drawn: rays through 5 x 5 points of each pixel, noise of 2 DN."""
     fine = 5
     at = (np.arange(NEAR.width * fine) + 0.5) / fine

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from examples.closed_loop.navigation import (
     Estimate,
@@ -19,9 +18,8 @@ from examples.closed_loop.navigation import (
 )
 from examples.closed_loop.relative_motion import transition
 from examples.closed_loop.spacecraft import wandering
+from simgl.arrays import Array
 from simgl.physics.constants import EARTH_MU, WGS84_EQUATORIAL_RADIUS
-
-Array = NDArray[np.float64]
 
 RADIUS = WGS84_EQUATORIAL_RADIUS + 400e3
 MEAN_MOTION = float(np.sqrt(EARTH_MU / RADIUS**3))

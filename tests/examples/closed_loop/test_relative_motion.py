@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from examples.closed_loop.relative_motion import transition, velocity_to_reach
 from examples.closed_loop.spacecraft import EARTH_J2, Orbit, gravity, relative_state
+from simgl.arrays import Array
 from simgl.physics.constants import EARTH_MU, WGS84_EQUATORIAL_RADIUS
-
-Array = NDArray[np.float64]
 
 RADIUS = WGS84_EQUATORIAL_RADIUS + 400e3
 MEAN_MOTION = float(np.sqrt(EARTH_MU / RADIUS**3))

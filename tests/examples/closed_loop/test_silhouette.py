@@ -6,9 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from examples.closed_loop.camera import Image, Pinhole
+from examples.closed_loop.camera import Pinhole
 from examples.closed_loop.pose import locate
 from examples.closed_loop.silhouette import (
     SPACE_RIDER_WING,
@@ -16,8 +15,7 @@ from examples.closed_loop.silhouette import (
     find_target,
     fit_tip,
 )
-
-Array = NDArray[np.float64]
+from simgl.arrays import Array, Image16
 
 CAMERA = Pinhole(width=600, height=600, focal_length=1000.0, cx=300.0, cy=300.0, pedestal_dn=64.0)
 
@@ -26,10 +24,12 @@ def covered(begin: float, end: float, count: int) -> Array:
     """(count,) share of each pixel that an interval covers."""
     pixels = np.arange(count, dtype=np.float64)
     overlap = np.minimum(end, pixels + 1.0) - np.maximum(begin, pixels)
-    return np.asarray(np.clip(overlap, 0.0, 1.0))
+    return np.clip(overlap, 0.0, 1.0)
 
 
-def rectangle(left: float, top: float, width: float, height: float, signal: float = 900.0) -> Image:
+def rectangle(
+    left: float, top: float, width: float, height: float, signal: float = 900.0
+) -> Image16:
     """A bright rectangle on a dark sky with a noise of 1 DN, exact to a part of a pixel."""
     rng = np.random.default_rng(5)
     light = np.outer(covered(top, top + height, 600), covered(left, left + width, 600))

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from simgl.scenario.library import shipped_models, shipped_presets
+from simgl.camera.presets import shipped_presets
+from simgl.model_files.model_library import shipped_models
 
 UTC = 'utc = "2026-03-20T12:00:00"'
 EPOCH = f"[epoch]\n{UTC}\n"

@@ -1,0 +1,74 @@
+"""The pose of a spacecraft as a client program holds it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from simgl.arrays import Array
+from simgl.physics.frames import Pose, quaternion_from_matrix
+from simgl_bridge.messages import SentPose
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BodyPose:
+    """Where a spacecraft is and how it is turned.
+
+    position_m : (3,) origin of the body frame, Earth-centred, ICRF axes [m]
+    velocity_m_s : (3,) in the same axes [m s-1]; cameras and laws that use LVLH need it
+    q_icrf_from_body_xyzw : (4,) unit, Hamilton, scalar last; turns body into ICRF components
+    joints : movable joint to its angle [rad] or travel [m]
+    angular_velocity_rad_s : (3,) against the ICRF axes, in body axes; shows in pictures of moving
+        bodies
+    """
+
+    position_m: ArrayLike
+    velocity_m_s: ArrayLike
+    q_icrf_from_body_xyzw: ArrayLike
+    joints: Mapping[str, float] = field(default_factory=dict)
+    angular_velocity_rad_s: ArrayLike = (0.0, 0.0, 0.0)
+
+    @classmethod
+    def from_pose(cls, pose: Pose) -> BodyPose:
+        """The same pose, from simgl's own type."""
+        return cls(
+            position_m=pose.position,
+            velocity_m_s=pose.velocity,
+            q_icrf_from_body_xyzw=quaternion_from_matrix(pose.R_icrf_from_body),
+        )
+
+    def as_sent(self) -> SentPose:
+        """The pose as it travels; ValueError for a wrong shape. The server checks the values."""
+        x, y, z = floats("position_m", self.position_m, 3)
+        vx, vy, vz = floats("velocity_m_s", self.velocity_m_s, 3)
+        qx, qy, qz, qw = floats("q_icrf_from_body_xyzw", self.q_icrf_from_body_xyzw, 4)
+        wx, wy, wz = floats("angular_velocity_rad_s", self.angular_velocity_rad_s, 3)
+        return SentPose(
+            position_m=(x, y, z),
+            velocity_m_s=(vx, vy, vz),
+            q_icrf_from_body_xyzw=(qx, qy, qz, qw),
+            joints={name: float(value) for name, value in self.joints.items()},
+            angular_velocity_rad_s=(wx, wy, wz),
+        )
+
+
+def floats(field: str, values: ArrayLike, count: int) -> list[float]:
+    """Numbers as they travel; ValueError for a wrong shape."""
+    array: Array = np.asarray(values, dtype=np.float64)
+    if array.shape != (count,):
+        raise ValueError(f"{field} must be {count} numbers, got shape {array.shape}")
+    numbers: list[float] = array.tolist()
+    return numbers
+
+
+def sent_pose(pose: Pose) -> SentPose:
+    """A pose of simgl's own type as it travels."""
+    x, y, z = pose.position.tolist()
+    vx, vy, vz = pose.velocity.tolist()
+    qx, qy, qz, qw = quaternion_from_matrix(pose.R_icrf_from_body).tolist()
+    return SentPose(
+        position_m=(x, y, z), velocity_m_s=(vx, vy, vz), q_icrf_from_body_xyzw=(qx, qy, qz, qw)
+    )

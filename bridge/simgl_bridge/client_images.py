@@ -1,0 +1,195 @@
+"""What a client program gets: images with the state that they show, and their way in time."""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from simgl.arrays import AnyArray, Array, Image16
+from simgl.errors import BridgeError
+from simgl_bridge.messages import CameraImage, Images, Plane, Quaternion, SentPose, Vector
+
+# What a plane may hold.
+DTYPES = ("<u2", "<u4", "<f4")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Image:
+    """A camera's picture and the state that it shows.
+
+    planes : product to pixels, row 0 at the top; read-only
+    units : product to unit
+    sequence : of replies with pictures made by the server
+    tai_ns : mid-exposure
+    exposure_start_tai_ns, exposure_end_tai_ns : first and last light
+    readout_end_tai_ns : when the last row is read
+    available_tai_ns : when flight software has the image
+    camera_position_m : of the pinhole, Earth-centred ICRF
+    q_camera_from_icrf_xyzw : camera axes are z boresight, x right, y down
+    intrinsics : (3, 3) from camera axes to pixel coordinates
+    sun_direction_icrf : unit, from the camera towards the Sun
+    sun_irradiance_w_m2 : bands R, G, B, N at the camera, unobstructed
+    bodies : every spacecraft's pose as it was used
+    saturated_pixels : None where no digital numbers were asked for
+    render_time_s : spent by the server on the picture
+    part_names : part id to "spacecraft/part", where part ids were asked for
+    """
+
+    planes: Mapping[str, AnyArray]
+    units: Mapping[str, str]
+    sequence: int
+    tai_ns: int
+    exposure_start_tai_ns: int
+    exposure_end_tai_ns: int
+    readout_end_tai_ns: int
+    available_tai_ns: int
+    state_hash: str
+    camera: str
+    camera_position_m: Vector
+    q_camera_from_icrf_xyzw: Quaternion
+    exposure_time_s: float
+    gain_dn_per_e: float
+    intrinsics: Array
+    sun_direction_icrf: Vector
+    sun_irradiance_w_m2: Quaternion
+    bodies: Mapping[str, SentPose]
+    seed: int
+    saturated_pixels: int | None
+    render_time_s: float
+    part_names: Mapping[int, str]
+
+    @property
+    def dn(self) -> Image16:
+        """(height, width) digital numbers; a BridgeError where they were not asked for."""
+        if "dn" not in self.planes:
+            raise BridgeError(f'this image has no "dn", only {", ".join(self.planes)}')
+        return self.planes["dn"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Tick(Mapping[str, Image]):
+    """The images of one request by camera.
+
+    sequence : of replies with pictures made by the server
+    boot : of the server process
+    state_id : free-run: id of the state that is shown; None in lock-step
+    dropped : free-run: states replaced by newer ones, unseen, since the tick before
+    """
+
+    images: Mapping[str, Image]
+    sequence: int
+    tai_ns: int
+    state_hash: str
+    seed: int
+    boot: str
+    state_id: int | None
+    dropped: int
+
+    def __getitem__(self, camera: str) -> Image:
+        return self.images[camera]
+
+    def __iter__(self) -> Any:
+        return iter(self.images)
+
+    def __len__(self) -> int:
+        return len(self.images)
+
+
+class DelayLine:
+    """Images on their way to flight software, in simulation time.
+
+    >>> line = DelayLine()
+    >>> line.post(client.render(now, "navcam", bodies))
+    >>> for image in line.due(now):            # those whose read-out and transport are over
+    ...     navigation.update(image)           # each with the time of its own mid-exposure
+    """
+
+    def __init__(self) -> None:
+        self._under_way: list[tuple[int, int, Image]] = []
+        self._posted = 0
+
+    def post(self, image: Image) -> None:
+        """Send an image on its way."""
+        self._posted += 1
+        heapq.heappush(self._under_way, (image.available_tai_ns, self._posted, image))
+
+    def due(self, tai_ns: int) -> list[Image]:
+        """The images that have arrived by a time, first come first; each is given once."""
+        arrived = []
+        while self._under_way and self._under_way[0][0] <= tai_ns:
+            arrived.append(heapq.heappop(self._under_way)[2])
+        return arrived
+
+    def __len__(self) -> int:
+        return len(self._under_way)
+
+
+def tick_of(reply: Images, payload: Sequence[memoryview]) -> Tick:
+    """The images in a reply, arrays over the received frames without a copy.
+
+    Raises BridgeError where frames and header do not match.
+    """
+    announced = sum(len(i.planes) for i in reply.images)
+    if announced != len(payload):
+        raise BridgeError(f"reply announces {announced} planes and brings {len(payload)}")
+    frames = iter(payload)
+    images = {}
+    for image in reply.images:
+        planes = {p.product: _pixels(p, next(frames)) for p in image.planes}
+        images[image.camera] = _image(reply, image, planes)
+    return Tick(
+        images=images,
+        sequence=reply.sequence,
+        tai_ns=reply.tai_ns,
+        state_hash=reply.state_hash,
+        seed=reply.seed,
+        boot=reply.boot,
+        state_id=reply.state_id,
+        dropped=reply.dropped,
+    )
+
+
+def _image(reply: Images, image: CameraImage, planes: Mapping[str, AnyArray]) -> Image:
+    return Image(
+        planes=planes,
+        units={p.product: p.unit for p in image.planes},
+        sequence=reply.sequence,
+        tai_ns=reply.tai_ns,
+        exposure_start_tai_ns=image.exposure_start_tai_ns,
+        exposure_end_tai_ns=image.exposure_end_tai_ns,
+        readout_end_tai_ns=image.readout_end_tai_ns,
+        available_tai_ns=image.available_tai_ns,
+        state_hash=reply.state_hash,
+        camera=image.camera,
+        camera_position_m=image.position_m,
+        q_camera_from_icrf_xyzw=image.q_camera_from_icrf_xyzw,
+        exposure_time_s=image.exposure_time_s,
+        gain_dn_per_e=image.gain_dn_per_e,
+        intrinsics=np.array(image.intrinsics),
+        sun_direction_icrf=image.sun_direction_icrf,
+        sun_irradiance_w_m2=image.sun_irradiance_w_m2,
+        bodies=reply.bodies,
+        seed=reply.seed,
+        saturated_pixels=image.saturated_pixels,
+        render_time_s=image.render_us * 1e-6,
+        part_names=image.part_names,
+    )
+
+
+def _pixels(plane: Plane, frame: memoryview) -> AnyArray:
+    if plane.dtype not in DTYPES or min(plane.shape, default=0) < 1:
+        raise BridgeError(f"is no plane: {plane}")
+    dtype = np.dtype(plane.dtype)
+    expected = math.prod(plane.shape) * dtype.itemsize
+    if frame.nbytes != expected:
+        raise BridgeError(
+            f'plane "{plane.product}" announces {expected} bytes and brings {frame.nbytes}'
+        )
+    array = np.frombuffer(frame, dtype=dtype).reshape(plane.shape)
+    array.flags.writeable = False
+    return array

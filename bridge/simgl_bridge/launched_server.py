@@ -1,0 +1,92 @@
+"""A server as a child process, for examples, tests and notebooks."""
+
+from __future__ import annotations
+
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO
+
+from simgl.errors import BridgeError
+from simgl_bridge.client import Client
+
+# One attempt to reach a child that is still starting [s].
+_ATTEMPT = 0.25
+# A child that was asked to stop finishes its frame; after this it is killed [s].
+_PATIENCE = 10.0
+
+
+@contextmanager
+def launched_server(
+    scenario_path: str | Path, *, timeout_s: float = 60.0
+) -> Iterator[tuple[subprocess.Popen[bytes], str]]:
+    """A running server of a scenario, as (process, address); it ends with the block.
+
+    timeout_s : for the server to start
+
+    Raises BridgeError with the last line that the server wrote where it ends or stays silent.
+
+    >>> with launched_server("approach.toml") as (_, address), Client(address) as client:
+    ...     image = client.render(client.welcome.epoch_tai_ns, "navcam")
+    """
+    address = f"tcp://127.0.0.1:{_free_port()}"
+    command = [sys.executable, "-m", "simgl_bridge.commands"]
+    command += [str(scenario_path), "--address", address]
+    # A file takes any amount of text; a pipe that nobody reads stops the writer.
+    with tempfile.TemporaryFile() as log:
+        process = subprocess.Popen(
+            command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=log
+        )
+        try:
+            _wait_until_ready(process, address, log, timeout_s)
+            yield process, address
+        finally:
+            end(process, _PATIENCE)
+
+
+def _free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port: int = probe.getsockname()[1]
+        return port
+
+
+def _wait_until_ready(
+    process: subprocess.Popen[bytes], address: str, log: IO[bytes], timeout_s: float
+) -> None:
+    deadline = time.monotonic() + timeout_s
+    while time.monotonic() < deadline:
+        if process.poll() is not None:
+            raise BridgeError(
+                f"{address}: the server ended with code {process.returncode}: {_last_line(log)}"
+            )
+        try:
+            Client(address, timeout_s=_ATTEMPT, name="launcher").close()
+        except BridgeError:
+            continue
+        return
+    raise BridgeError(
+        f"{address}: the server did not answer within {timeout_s:g} s: {_last_line(log)}"
+    )
+
+
+def _last_line(log: IO[bytes]) -> str:
+    log.seek(0)
+    lines = log.read().decode(errors="replace").strip().splitlines()
+    return lines[-1] if lines else "it wrote nothing"
+
+
+def end(process: subprocess.Popen[bytes], patience: float) -> None:
+    """Ask a process to end, and kill it where it has not after a time [s]."""
+    if process.poll() is None:
+        process.terminate()
+        try:
+            process.wait(patience)
+        except subprocess.TimeoutExpired:
+            process.kill()
+    process.wait()

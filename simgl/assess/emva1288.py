@@ -1,0 +1,333 @@
+"""A camera under test: flat fields and dark frames through its own passes, and what they tell.
+
+What is configured stands beside what photon transfer finds, as a laboratory would that has no data
+sheet. Uniform light falls on the image plane; optics and scene have no part in it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import moderngl
+import numpy as np
+from rich.table import Table
+
+from simgl.arrays import Array, Image16
+from simgl.assess.exposure_advice import full_electrons
+from simgl.assess.photon_transfer import (
+    Spatial,
+    TransferCurve,
+    pair_statistics,
+    slope,
+    spatial_statistics,
+)
+from simgl.camera.camera import Camera
+from simgl.camera.presets import read_camera
+from simgl.camera_pipeline import CameraPipeline
+from simgl.gpu.render_targets import Format, ImageTarget
+from simgl.physics.constants import SOLAR_TEMPERATURE
+from simgl.physics.spectrum import BANDS, black_body_light
+from simgl.progress import Progress
+from simgl.scenario.schema import CameraTable
+
+# A part of a larger sensor tells as much.
+LARGEST = (1280, 960)
+# Short, so that dark current plays no part in the flat fields [s].
+_EXPOSURE = 1e-3
+# Light of the last flat field over the full well: the sensor is surely saturated.
+_BRIGHTEST = 1.12
+# Levels of light between the dark and the first of the evenly spaced ones.
+_FAINT = 8
+# Photons of the flat fields and dark frames, R, G, B and N.
+_GREEN = np.array([0.0, 1.0, 0.0, 0.0])
+# Electrons that the longest dark exposure collects on average.
+_DARK_ELECTRONS = 200.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Finding:
+    """One quantity as configured and as recovered.
+
+    allowed : difference that the test permits
+    """
+
+    name: str
+    unit: str
+    configured: float
+    recovered: float
+    allowed: float
+
+    @property
+    def difference(self) -> float:
+        """Recovered minus configured."""
+        return self.recovered - self.configured
+
+    @property
+    def passed(self) -> bool:
+        """Whether the two agree."""
+        return abs(self.difference) <= self.allowed
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CameraReport:
+    """Everything that a test found.
+
+    dark, flat : averages of dark frames and of frames at half of saturation
+    dark_times, dark_means : exposure times [s] and mean dark signals [DN]
+    """
+
+    camera: Camera
+    renderer: str
+    curve: TransferCurve
+    dark: Spatial
+    flat: Spatial
+    dark_times: Array
+    dark_means: Array
+    findings: tuple[Finding, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether every quantity was recovered."""
+        return all(finding.passed for finding in self.findings)
+
+
+def camera_under_test(preset: str, largest: tuple[int, int] = LARGEST) -> Camera:
+    """A preset's camera as a laboratory tests it: a part of it, shielded from particles."""
+    table = CameraTable(preset=preset, exposure_time_s=_EXPOSURE)
+    camera = read_camera("command line", "camera", table, SOLAR_TEMPERATURE, Path())
+    d = camera.detector
+    width, height = (min(a, b) for a, b in zip((d.width, d.height), largest, strict=True))
+    return replace(camera, detector=replace(d, width=width, height=height, particles=None))
+
+
+class _CameraUnderTest:
+    """Uniform light on a camera; each frame has noise of its own."""
+
+    def __init__(self, ctx: moderngl.Context, camera: Camera, seed: int) -> None:
+        self.camera = camera
+        self._ctx = ctx
+        self._seed = seed
+        self._frames = 0
+        self._photons = black_body_light(1.0, SOLAR_TEMPERATURE).photons_per_joule
+        self._camera_pipeline = CameraPipeline(ctx)
+        d = camera.detector
+        self._light = ImageTarget(ctx, (d.width, d.height), [Format("f4", 4)])
+        # One colour at a time: the first green pixel of each square, or every pixel.
+        self.place = (0, 0) if d.mosaic is None else divmod(d.mosaic.order.index("G"), 2)[::-1]
+
+    def frame(self, photons: Array, exposure_time: float = _EXPOSURE) -> Image16:
+        """DN of every pixel; photons (4,) per pixel and band during the exposure."""
+        camera = replace(self.camera, exposure_time=exposure_time)
+        area = camera.detector.pixel_pitch**2
+        irradiance = photons / (self._photons * area * exposure_time)
+        self._light.framebuffer.clear(*irradiance.tolist())
+        self._frames += 1
+        electrons = self._camera_pipeline.electrons(camera, self._photons, self._light)
+        frame: Image16 = self._camera_pipeline.digital(
+            camera, self._frames, self._seed, electrons
+        ).read()
+        return frame
+
+    def one_colour(self, frame: Image16, place: tuple[int, int] | None = None) -> Image16:
+        """The pixels of one colour; place (column, row) in the square of filters."""
+        column, row = self.place if place is None else place
+        return frame if self.camera.detector.mosaic is None else frame[row::2, column::2]
+
+    def frames(self, count: int, photons: Array) -> Iterator[Image16]:
+        """Several frames of one colour."""
+        for _ in range(count):
+            yield self.one_colour(self.frame(photons))
+
+    def release(self) -> None:
+        """Free everything."""
+        self._ctx.detect_framebuffer(0).use()
+        self._light.release()
+        self._camera_pipeline.release()
+
+
+def examine(
+    ctx: moderngl.Context,
+    camera: Camera,
+    *,
+    levels: int = 58,
+    repeats: int = 16,
+    seed: int = 1,
+    progress: Progress | None = None,
+) -> CameraReport:
+    """Photon-transfer test of a camera.
+
+    levels : of light, a pair of frames each
+    repeats : frames that are averaged for each spatial pattern
+    progress : told the steps done and their number
+    """
+    done, steps = 0, levels + 4
+
+    def step() -> None:
+        nonlocal done
+        done += 1
+        if progress is not None:
+            progress(done, steps)
+
+    laboratory = _CameraUnderTest(ctx, camera, seed)
+    try:
+        curve = _transfer_curve(laboratory, levels, step)
+        dark = spatial_statistics(laboratory.frames(repeats, 0.0 * _GREEN))
+        step()
+        half = 0.5 * curve.photons[curve.saturation]
+        flat = spatial_statistics(laboratory.frames(repeats, half * _GREEN))
+        step()
+        times = _EXPOSURE + np.linspace(0.0, _longest(camera), 6)
+        means = [laboratory.one_colour(laboratory.frame(0.0 * _GREEN, t)).mean() for t in times]
+        step()
+        efficiencies = list(_efficiencies(laboratory, curve))
+        step()
+    finally:
+        laboratory.release()
+    findings = (*_findings(camera, curve, dark, flat, slope(times.tolist(), means)), *efficiencies)
+    return CameraReport(
+        camera=camera,
+        renderer=ctx.info["GL_RENDERER"],
+        curve=curve,
+        dark=dark,
+        flat=flat,
+        dark_times=times,
+        dark_means=np.array(means),
+        findings=findings,
+    )
+
+
+def _transfer_curve(
+    laboratory: _CameraUnderTest, levels: int, step: Callable[[], None]
+) -> TransferCurve:
+    """Pairs of flat fields from the dark to saturation."""
+    camera = laboratory.camera
+    full = full_electrons(camera) / _efficiency(camera, laboratory.place)[1]
+    # A few of the levels show where the noise of the dark takes over.
+    faint = full * np.geomspace(1e-4, 0.02, _FAINT)
+    even = np.linspace(0.0, _BRIGHTEST * full, levels - _FAINT)
+    photons = np.sort(np.concatenate([faint, even]))
+    points = []
+    for level in photons.tolist():
+        points.append(pair_statistics(*laboratory.frames(2, level * _GREEN)))
+        step()
+    mean, variance = np.array(points).T
+    return TransferCurve(photons=photons, mean=mean, variance=variance)
+
+
+def _efficiency(camera: Camera, place: tuple[int, int]) -> Array:
+    """(4,) electrons per photon on the whole pixel, at a place (column, row) of the square."""
+    d = camera.detector
+    return d.fill_factor * np.asarray(d.square[place[0] + 2 * place[1]])
+
+
+def _longest(camera: Camera) -> float:
+    """Longest exposure of the dark frames [s]."""
+    current = _mean_dark_current(camera)
+    return _DARK_ELECTRONS / current if current > 0.0 else 1.0
+
+
+def _mean_dark_current(camera: Camera) -> float:
+    d = camera.detector
+    return d.dark_current + d.pattern.hot_pixels * d.hot_current
+
+
+def _efficiencies(laboratory: _CameraUnderTest, curve: TransferCurve) -> Iterator[Finding]:
+    """Of each colour in each band, at half of saturation."""
+    camera = laboratory.camera
+    mosaic = camera.detector.mosaic
+    letters = "-" if mosaic is None else "RGB"
+    for letter in letters:
+        index = 0 if mosaic is None else mosaic.order.index(letter)
+        place = (index % 2, index // 2)
+        expected = _efficiency(camera, place)
+        for band, name in enumerate(BANDS.names):
+            if expected[band] == 0.0:
+                continue
+            photons = np.zeros(4)
+            photons[band] = 0.5 * full_electrons(camera) / expected.max()
+            frame = laboratory.one_colour(laboratory.frame(photons), place)
+            found = (frame.mean() - curve.mean[0]) / curve.gain / photons[band]
+            low, high = (round(1e9 * edge) for edge in BANDS.edges[band])
+            pixel = "" if mosaic is None else f" of {letter} pixels"
+            yield Finding(
+                name=f"QE{pixel}, {name} {low}-{high} nm",
+                unit="e-/photon",
+                configured=float(expected[band]),
+                recovered=float(found),
+                # The gain's 0.5 %, and half a DN by which the mean of dark frames may differ.
+                allowed=0.005 * float(expected[band]) + 0.5 / curve.gain / photons[band],
+            )
+
+
+def _findings(
+    camera: Camera, curve: TransferCurve, dark: Spatial, flat: Spatial, dark_rate: float
+) -> Iterator[Finding]:
+    d, p, gain = camera.detector, camera.detector.pattern, curve.gain
+
+    def finding(
+        name: str, unit: str, configured: float, recovered: float, share: float, least: float = 0.0
+    ) -> Finding:
+        allowed = max(share * configured, least)
+        return Finding(
+            name=name, unit=unit, configured=configured, recovered=recovered, allowed=allowed
+        )
+
+    dark_mean = _mean_dark_current(camera) * _EXPOSURE
+    noise = float(np.sqrt(d.read_noise**2 + d.row_noise**2 + dark_mean))
+    hot = np.sqrt(2.0 * p.hot_pixels - p.hot_pixels**2) * d.hot_current * _EXPOSURE
+    dsnu = float(np.sqrt(p.dsnu**2 + p.rows**2 + p.columns**2 + hot**2))
+    response = float(np.sqrt(max(flat.variance - dark.variance, 0.0)))
+    prnu = response / (flat.mean.mean() - dark.mean.mean())
+    dead = np.sqrt((p.dead_pixels * (1.0 - p.dead_pixels)) + (1.0 - p.dead_pixels) * p.prnu**2)
+    yield finding("gain K", "DN/e-", d.gain_dn_per_e, gain, 0.005)
+    yield finding("dark noise", "e-", noise, curve.dark_noise, 0.015)
+    yield finding("dark current", "e-/s", _mean_dark_current(camera), dark_rate / gain, 0.02)
+    yield finding("DSNU", "e-", dsnu, float(np.sqrt(dark.variance)) / gain, 0.02)
+    for name, rms, part, count in (
+        ("  of rows", p.rows, dark.rows, len(dark.mean)),
+        ("  of columns", p.columns, dark.columns, len(dark.mean[0])),
+    ):
+        if rms > 0.0:
+            # Four standard errors of an rms over so few.
+            share = 4.0 / np.sqrt(2.0 * count)
+            yield finding(name, "e-", rms, float(np.sqrt(part)) / gain, share)
+    expected = float(dead / (1.0 - p.dead_pixels))
+    yield finding("PRNU", "%", 100.0 * expected, 100.0 * prnu, 0.02, 0.01)
+    yield finding("linearity error", "%", 0.0, 100.0 * curve.linearity_error, 0.0, 0.05)
+    full = full_electrons(camera)
+    # Noise is cut a few standard deviations below the full well, and found to one level.
+    largest_step = float(np.diff(curve.photons).max() / curve.photons[-1]) * _BRIGHTEST
+    share = 4.0 / np.sqrt(full) + largest_step
+    yield finding("saturation capacity", "e-", full, curve.saturation_capacity, share)
+
+
+def table(report: CameraReport, name: str) -> Table:
+    """What was configured and what was recovered, for a terminal."""
+    d = report.camera.detector
+    title = f"{name}, {d.width} x {d.height} pixels, serial {d.serial}\n{report.renderer}"
+    rows = Table(title=title)
+    rows.add_column("", no_wrap=True)
+    rows.add_column("unit")
+    for column in ("configured", "recovered", "difference", "allowed"):
+        rows.add_column(column, justify="right")
+    for f in report.findings:
+        rows.add_row(
+            f.name,
+            f.unit,
+            f"{f.configured:.5g}",
+            f"{f.recovered:.5g}",
+            f"{f.difference:+.2g}",
+            f"{f.allowed:.2g}",
+            style=None if f.passed else "red",
+        )
+    curve = report.curve
+    rows.add_section()
+    for label, unit, value in (
+        ("absolute threshold", "photons", curve.threshold),
+        ("dynamic range", "dB", 20.0 * np.log10(curve.dynamic_range)),
+        ("largest signal / noise", "dB", 20.0 * np.log10(curve.snr_max)),
+    ):
+        rows.add_row(label, unit, "", f"{value:.4g}", "", "")
+    return rows

@@ -1,0 +1,157 @@
+"""The exposure time that a target wants: nothing saturated, its back visible, the sky dark.
+
+Electrons grow with the time, so that one picture tells the limits of all times.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from simgl.arrays import Array, Array32
+from simgl.camera.camera import Camera
+from simgl.camera.exposure_value import blender_exposure, exposure_value
+from simgl.errors import ConfigError, did_you_mean
+from simgl.scene.state import SceneState
+from simgl.scene.usability_criteria import UsabilityCriteria
+from simgl.simulator import Capture
+
+Electrons = Array32 | Array
+
+# A pixel is dark where its signal does not stand out from its own noise by this factor.
+DETECTION = 3.0
+# Of the target's pixels, the brightest may saturate, by this share of those that the criteria let,
+# and the darkest share may stay invisible: glints and slits. A pixel fills to this share of the
+# full well, which leaves room for noise.
+GLINTS, SLITS, FILLED = 0.5, 0.05, 0.9
+# The sky is the darkest share of what is seen past all spacecraft; the Earth may be the rest.
+SKY = 0.1
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExposureLimits:
+    """Limits of the exposure time [s]; infinite where there is no limit.
+
+    unsaturated : longest without saturation on the target
+    back_visible : shortest that lifts the target's darkest parts out of the noise
+    sky_dark : longest in which the sky beside all spacecraft stays in the noise
+    """
+
+    unsaturated: float
+    back_visible: float
+    sky_dark: float
+
+    @property
+    def meets_all(self) -> bool:
+        """Whether one time meets the three criteria."""
+        return self.back_visible <= min(self.unsaturated, self.sky_dark)
+
+    @property
+    def time(self) -> float:
+        """The longest that meets all three, or, where none does, without saturation."""
+        return min(self.unsaturated, self.sky_dark) if self.meets_all else self.unsaturated
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExposureAdvice(ExposureLimits):
+    """The limits that one picture tells.
+
+    target_pixels : whose centre sees the target
+    """
+
+    camera: Camera
+    target: str
+    target_pixels: int
+
+
+def exposure_limits(
+    on_target: Electrons, sky: Electrons, camera: Camera, criteria: UsabilityCriteria
+) -> ExposureLimits:
+    """Limits from mean electrons of a camera's picture, which grow with the exposure time.
+
+    on_target : (n,) at least one
+    sky : (m,) of the pixels past all spacecraft
+    """
+    bright, dark = np.quantile(
+        on_target.astype(np.float64), [1.0 - GLINTS * criteria.most_saturated, SLITS]
+    )
+    floor, given = _detected(camera), camera.exposure_time
+    darkest = float(np.quantile(sky, SKY)) if sky.size else 0.0
+    return ExposureLimits(
+        unsaturated=_ratio(FILLED * full_electrons(camera), bright) * given,
+        back_visible=_ratio(floor, dark) * given,
+        sky_dark=_ratio(floor, darkest) * given,
+    )
+
+
+def advise(
+    exposure: Capture,
+    state: SceneState,
+    target: str,
+    criteria: UsabilityCriteria = UsabilityCriteria(),
+) -> ExposureAdvice:
+    """Limits from an exposure that holds electrons and truth of a state.
+
+    Raises ConfigError for an unknown target or one out of view.
+    """
+    if target not in state.bodies:
+        problem = f"is not in the scenario; {did_you_mean(target, state.bodies)}"
+        raise ConfigError("exposure", f'target "{target}"', problem)
+    assert exposure.electrons is not None
+    assert exposure.truth is not None
+    camera = exposure.info.camera
+    instances = exposure.truth.instance
+    on_target = instances == list(state.bodies).index(target) + 1
+    if not on_target.any():
+        raise ConfigError("exposure", f'target "{target}"', "is not in the picture")
+    electrons = exposure.electrons.electrons
+    found = exposure_limits(electrons[on_target], electrons[instances == 0], camera, criteria)
+    return ExposureAdvice(
+        camera=camera,
+        target=target,
+        target_pixels=int(on_target.sum()),
+        unsaturated=found.unsaturated,
+        back_visible=found.back_visible,
+        sky_dark=found.sky_dark,
+    )
+
+
+def full_electrons(camera: Camera) -> float:
+    """Electrons at which the well or the converter is full."""
+    d = camera.detector
+    return float(min(d.full_well, (d.largest_dn - d.pedestal) / d.gain_dn_per_e))
+
+
+def _detected(camera: Camera) -> float:
+    """Electrons e with e = DETECTION sqrt(e + read noise^2)."""
+    square = DETECTION**2
+    noise = camera.detector.read_noise
+    return float(0.5 * (square + math.sqrt(square**2 + 4.0 * square * noise**2)))
+
+
+def _ratio(wanted: float, found: float) -> float:
+    return wanted / found if found > 0.0 else math.inf
+
+
+def advice_text(advice: ExposureAdvice) -> str:
+    """The advice as lines for a terminal."""
+
+    def line(name: str, time: float) -> str:
+        if not math.isfinite(time):
+            return f"{name:<22}no limit"
+        value = exposure_value(advice.camera.lens.f_number, time)
+        setting = blender_exposure(value)
+        return f"{name:<22}{1e3 * time:.4g} ms   EV {value:.2f}   source's setting {setting:.2f}"
+
+    lines = [
+        line("no saturation up to", advice.unsaturated),
+        line("back visible from", advice.back_visible),
+        line("dark sky up to", advice.sky_dark),
+        line("advised", advice.time),
+        line("given", advice.camera.exposure_time),
+    ]
+    if not advice.meets_all:
+        lines.append("no time meets all three: the target's range of light is too large")
+    return "\n".join(lines)

@@ -1,0 +1,81 @@
+"""What lies behind a target, as the camera sees it."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+import numpy as np
+from scipy.ndimage import binary_dilation
+
+from simgl.arrays import Array, Mask
+from simgl.scene.state import EarthState, SceneState
+
+# Pixels of background beside the target's edge that count.
+_RING = 3
+# So much of the ring makes it one thing; less is mixed.
+_NEARLY_ALL = 0.9
+# Air above this tangent height is too thin to be seen beside a sunlit target [m].
+LIMB_TOP = 60e3
+# Looking at some hundred pixels of a ring says as much as at all.
+_MOST_RAYS = 400
+
+
+class TargetBackground(StrEnum):
+    """SPACE, the Earth's LIMB, or EARTH behind nearly all of the target's edge; or MIXED."""
+
+    SPACE = "space"
+    LIMB = "limb"
+    EARTH = "earth"
+    MIXED = "mixed"
+    NONE = "none"
+
+
+def ring_around(on_target: Mask, on_craft: Mask) -> Mask:
+    """The background pixels next to a target.
+
+    on_target : (height, width); on_craft : the same for all spacecraft
+    """
+    return binary_dilation(on_target, iterations=_RING) & ~on_craft
+
+
+def backdrop(
+    ring: Mask, state: SceneState, position: Array, R_camera_from_icrf: Array, intrinsics: Array
+) -> TargetBackground:
+    """What the pixels of a ring look at; NONE where there are none.
+
+    position : (3,) of the pinhole [m]; intrinsics : (3, 3) [pixels]
+    """
+    rows, columns = np.nonzero(ring)
+    if len(rows) == 0:
+        return TargetBackground.NONE
+    if state.earth is None:
+        return TargetBackground.SPACE
+    step = max(len(rows) // _MOST_RAYS, 1)
+    pixels = np.stack([columns[::step] + 0.5, rows[::step] + 0.5, np.ones(len(rows[::step]))])
+    rays = R_camera_from_icrf.T @ np.linalg.solve(intrinsics, pixels)
+    height = tangent_heights(state.earth, position, rays.T)
+    shares = {
+        TargetBackground.EARTH: np.mean(height < 0.0),
+        TargetBackground.LIMB: np.mean((height >= 0.0) & (height < LIMB_TOP)),
+        TargetBackground.SPACE: np.mean(height >= LIMB_TOP),
+    }
+    largest = max(shares, key=lambda kind: float(shares[kind]))
+    return largest if shares[largest] >= _NEARLY_ALL else TargetBackground.MIXED
+
+
+def tangent_heights(earth: EarthState, position: Array, rays_icrf: Array) -> Array:
+    """(n,) how high rays pass over the ground at their lowest [m]; negative where they meet it.
+
+    position : (3,) where they start [m]; rays_icrf : (n, 3) directions of any length
+
+    In a space where the ellipsoid is a sphere, whose heights are off by 0.3 % of themselves.
+    """
+    radii = np.array(earth.earth.radii)
+    scale = radii[0] / radii
+    start = scale * (earth.R_itrf_from_icrf @ (position - earth.position))
+    along = scale * (rays_icrf @ earth.R_itrf_from_icrf.T)
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    # A ray that leads away is lowest where it starts.
+    lowest = np.maximum(-along @ start, 0.0)
+    closest = np.linalg.norm(start + lowest[:, None] * along, axis=1)
+    return closest - radii[0]

@@ -1,0 +1,163 @@
+"""One frame's light on one target: geometry of the Sun, and how many of its pixels can be used."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from simgl.arrays import Array, Array32, Mask
+from simgl.assess.exposure_advice import DETECTION, exposure_limits, full_electrons
+from simgl.assess.target_background import TargetBackground, backdrop, ring_around
+from simgl.camera.camera import Camera
+from simgl.errors import ConfigError, did_you_mean
+from simgl.false_colour import relative_flux
+from simgl.images import saturated
+from simgl.physics.frames import angle_between
+from simgl.scene.state import SceneState
+from simgl.scene.usability_criteria import UsabilityCriteria
+from simgl.simulator import Capture
+
+_BRIGHT = 98.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrameAssessment:
+    """What one image shows of a target.
+
+    range : camera to the target's body origin [m]
+    phase_angle : Sun - target - camera [rad]
+    sun_to_boresight : [rad]
+    sunlight : share of the Sun's light that reaches the target past Earth, air and Moon, over all
+        bands
+    target_pixels : whose centre sees the target
+    saturated, dark, usable : shares of them; together 1, all 0 where there are none
+    median_snr : signal over noise of the target's pixels; 0 where there are none
+    cut_off : the target touches the picture's edge
+    backdrop : what is behind it
+    contrast : |t - b| / (t + b) of target and background, median electrons; None where there is no
+        background beside the target
+    mean_radiance : of the target's pixels, R, G, B, N [W m-2 sr-1]
+    relative_flux : mean over the target of the source study's flux: luminance relative to a sunlit
+        white plate, weighed as a display's primaries, times 1367 [W m-2]; no physical flux
+    median_electrons, bright_electrons : of the target's pixels, and what 2 % of them exceed [e-]
+    full_electrons : what a pixel can hold, or its converter tell [e-]
+    better_exposure : factor on the exposure time that leads to the one advised; None where the
+        target gives no light
+    """
+
+    target: str
+    range: float
+    phase_angle: float
+    sun_to_boresight: float
+    sunlight: float
+    target_pixels: int
+    saturated: float
+    dark: float
+    usable: float
+    median_snr: float
+    cut_off: bool
+    backdrop: TargetBackground
+    contrast: float | None
+    mean_radiance: tuple[float, float, float, float]
+    relative_flux: float
+    median_electrons: float
+    bright_electrons: float
+    full_electrons: float
+    better_exposure: float | None
+
+    @property
+    def exitance(self) -> float:
+        """pi times the mean radiance of the target, 400-1000 nm [W m-2].
+
+        What leaves its surface, as far as that is equally bright from all sides.
+        """
+        return float(np.pi * sum(self.mean_radiance))
+
+
+def assess_frame(
+    exposure: Capture,
+    state: SceneState,
+    target: str,
+    criteria: UsabilityCriteria = UsabilityCriteria(),
+) -> FrameAssessment:
+    """The assessment of an exposure that holds DN, electrons, radiance and truth of a state.
+
+    criteria : say how much of the target a better exposure may saturate
+
+    Raises ConfigError for an unknown target.
+    """
+    if target not in state.bodies:
+        problem = f"is not in the scenario; {did_you_mean(target, state.bodies)}"
+        raise ConfigError("assess", f'target "{target}"', problem)
+    assert exposure.digital is not None
+    assert exposure.electrons is not None
+    assert exposure.radiance is not None
+    assert exposure.truth is not None
+    info = exposure.info
+    position = state.bodies[target].pose.position
+    sun = state.sun.seen_from(position)
+    to_camera = info.position - position
+    instance = list(state.bodies).index(target) + 1
+    craft = exposure.truth.part_id // 65536
+    on_target = craft == instance
+    image = exposure.electrons.electrons
+    electrons = image[on_target].astype(np.float64)
+    ring = ring_around(on_target, craft > 0)
+    pose = info.position, info.R_camera_from_icrf, info.camera.intrinsics
+    full = saturated(exposure.digital.dn[on_target], info.camera.detector)
+    snr = _signal_to_noise(electrons, info.camera)
+    dark = ~full & (snr < DETECTION)
+    count = int(on_target.sum())
+
+    def share(mask: Mask) -> float:
+        return float(mask.sum()) / max(count, 1)
+
+    mean = exposure.radiance.radiance[on_target].mean(axis=0) if count else np.zeros(4)
+    r, g, b, n = (float(v) for v in mean)
+    edges = np.concatenate([on_target[0], on_target[-1], on_target[:, 0], on_target[:, -1]])
+    return FrameAssessment(
+        target=target,
+        range=float(np.linalg.norm(to_camera)),
+        phase_angle=angle_between(sun.direction_icrf, to_camera),
+        sun_to_boresight=angle_between(info.sun_direction_icrf, info.R_camera_from_icrf[2]),
+        sunlight=state.sunlit_share(position),
+        target_pixels=count,
+        saturated=share(full),
+        dark=share(dark),
+        usable=share(~full & ~dark),
+        median_snr=float(np.median(snr)) if count else 0.0,
+        cut_off=bool(edges.any()),
+        backdrop=backdrop(ring, state, *pose),
+        contrast=_contrast(electrons, image[ring]),
+        mean_radiance=(r, g, b, n),
+        relative_flux=float(relative_flux(np.asarray(mean, dtype=np.float32))),
+        median_electrons=float(np.median(electrons)) if count else 0.0,
+        bright_electrons=float(np.percentile(electrons, _BRIGHT)) if count else 0.0,
+        full_electrons=full_electrons(info.camera),
+        better_exposure=_better_exposure(electrons, image[craft == 0], info.camera, criteria),
+    )
+
+
+def _signal_to_noise(electrons: Array, camera: Camera) -> Array:
+    """Of each pixel; a full one tells no more than that it is full."""
+    counted = np.minimum(electrons, full_electrons(camera))
+    return counted / np.sqrt(counted + camera.detector.read_noise**2 + 1.0 / 12.0)
+
+
+def _better_exposure(
+    target: Array, sky: Array32, camera: Camera, criteria: UsabilityCriteria
+) -> float | None:
+    """Of the exposure time that it was; None where there is no target, or no limit."""
+    if target.size == 0:
+        return None
+    better = exposure_limits(target, sky, camera, criteria).time / camera.exposure_time
+    return better if math.isfinite(better) else None
+
+
+def _contrast(target: Array, background: Array32) -> float | None:
+    if target.size == 0 or background.size == 0:
+        return None
+    t, b = float(np.median(target)), float(np.median(background))
+    return abs(t - b) / (t + b) if t + b > 0.0 else 0.0

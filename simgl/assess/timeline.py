@@ -1,0 +1,140 @@
+"""The light along a trajectory: which stretches can be used, the worst of them, what would help."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from simgl.assess.verdict import Verdict
+
+
+@dataclass(frozen=True, kw_only=True)
+class Moment:
+    """One epoch of a trajectory.
+
+    better_exposure : factor on the exposure time that would suit it; None where there is no light
+    """
+
+    tai_ns: int
+    verdict: Verdict
+    phase_angle: float
+    sunlight: float
+    usable: float
+    median_snr: float
+    better_exposure: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Window:
+    """A stretch of one verdict, first and last epoch [TAI ns]."""
+
+    verdict: Verdict
+    start_ns: int
+    stop_ns: int
+    epochs: int
+
+    @property
+    def duration(self) -> float:
+        """[s]"""
+        return (self.stop_ns - self.start_ns) * 1e-9
+
+
+@dataclass(frozen=True, kw_only=True)
+class Timeline:
+    """What a trajectory's light comes to.
+
+    shares : of all epochs, by verdict
+    windows : stretches of one verdict, in order of time
+    best : the longest good stretches, the longest first
+    worst : the epoch in view with the smallest usable share of the target, None if never in view
+    advice : sentences
+    """
+
+    shares: dict[Verdict, float]
+    windows: tuple[Window, ...]
+    best: tuple[Window, ...]
+    worst: Moment | None
+    advice: tuple[str, ...]
+
+
+# Stretches that a summary lists.
+_LISTED = 5
+# An advice is given where it would help at least this share of the epochs.
+_WORTH = 0.02
+
+
+def course(moments: Sequence[Moment]) -> Timeline:
+    """The summary of epochs in order of time, at least one."""
+    counts = Counter(moment.verdict for moment in moments)
+    windows = _windows(moments)
+    good = [window for window in windows if window.verdict is Verdict.GOOD]
+    in_view = [moment for moment in moments if moment.verdict is not Verdict.NOT_IN_VIEW]
+    return Timeline(
+        shares={verdict: counts[verdict] / len(moments) for verdict in Verdict},
+        windows=tuple(windows),
+        best=tuple(sorted(good, key=lambda w: (-w.duration, w.start_ns))[:_LISTED]),
+        worst=min(in_view, key=lambda m: (m.usable, m.median_snr), default=None),
+        advice=tuple(_advice(moments)),
+    )
+
+
+def _windows(moments: Sequence[Moment]) -> list[Window]:
+    windows: list[Window] = []
+    for moment in moments:
+        if windows and windows[-1].verdict is moment.verdict:
+            last = windows[-1]
+            windows[-1] = Window(
+                verdict=last.verdict,
+                start_ns=last.start_ns,
+                stop_ns=moment.tai_ns,
+                epochs=last.epochs + 1,
+            )
+        else:
+            windows.append(
+                Window(
+                    verdict=moment.verdict,
+                    start_ns=moment.tai_ns,
+                    stop_ns=moment.tai_ns,
+                    epochs=1,
+                )
+            )
+    return windows
+
+
+def _advice(moments: Sequence[Moment]) -> list[str]:
+    found = []
+    for verdict, word in ((Verdict.TOO_BRIGHT, "shorter"), (Verdict.TOO_DARK, "longer")):
+        lit = [m for m in moments if m.verdict is verdict and m.sunlight > 0.01]
+        factors = [m.better_exposure for m in lit if m.better_exposure is not None]
+        if len(lit) >= _WORTH * len(moments) and factors:
+            factor = float(np.median(factors))
+            times = 1.0 / factor if factor < 1.0 else factor
+            if (factor < 1.0) == (word == "shorter"):
+                found.append(
+                    f"{_share(lit, moments)} of the epochs are {verdict} in sunlight: an exposure "
+                    f"{times:.3g} times {word} would suit them."
+                )
+    dark = [m for m in moments if m.verdict is Verdict.TOO_DARK and m.sunlight <= 0.01]
+    if len(dark) >= _WORTH * len(moments):
+        found.append(
+            f"{_share(dark, moments)} of the epochs are too dark in the Earth's shadow: only a "
+            "lamp or other epochs would help."
+        )
+    confused = [m for m in moments if m.verdict is Verdict.CONFUSED]
+    if len(confused) >= _WORTH * len(moments):
+        found.append(
+            f"{_share(confused, moments)} of the epochs do not stand out from what is behind: "
+            "another direction of approach, or a background of space, would help."
+        )
+    good = [m for m in moments if m.verdict is Verdict.GOOD]
+    if good and len(good) < len(moments):
+        low, high = np.degrees(np.percentile([m.phase_angle for m in good], [5, 95]))
+        found.append(f"Good epochs have phase angles of {low:.0f} to {high:.0f} deg.")
+    return found
+
+
+def _share(some: Sequence[Moment], all_of_them: Sequence[Moment]) -> str:
+    return f"{100.0 * len(some) / len(all_of_them):.0f} %"

@@ -1,0 +1,106 @@
+"""The stars that a picture ought to show: truth for star trackers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from simgl.arrays import Array, Mask
+from simgl.physics.constants import MOON_RADIUS
+from simgl.scene.state import SceneState
+from simgl.view.celestial import star_places
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class StarSeen:
+    """A catalogue star in a picture.
+
+    hip : number in the Hipparcos catalogue
+    magnitude : Johnson's V
+    pixel : column and row; the centre of the first pixel is (0.5, 0.5)
+    direction_icrf : (3,) unit, with proper motion, parallax and aberration
+    irradiance : (4,) per band, facing the star [W m-2]
+    hidden_by : what stands before it, without the spacecraft; None where it is seen
+    """
+
+    hip: int
+    magnitude: float
+    pixel: tuple[float, float]
+    direction_icrf: Array
+    irradiance: Array
+    hidden_by: Literal["earth", "moon", "sun"] | None
+
+
+def stars_in_view(state: SceneState, camera: str) -> list[StarSeen]:
+    """The stars within a camera's picture, the brightest first.
+
+    Spacecraft in front are left to the picture's part ids. Empty where the scene has no stars.
+    """
+    pinhole = state.cameras[camera]
+    places = star_places(state, pinhole)
+    if places is None:
+        return []
+    assert state.stars is not None
+    catalogue = state.stars.catalogue
+    hidden = {
+        "sun": _behind_sun(state, pinhole.position, places.direction_icrf),
+        "moon": _behind_moon(state, pinhole.position, places.direction_icrf),
+        "earth": _behind_earth(state, pinhole.position, places.direction_icrf),
+    }
+    size = pinhole.camera.detector.width, pinhole.camera.detector.height
+    seen = []
+    for i, row in enumerate(places.rows):
+        x, y = (float(v) for v in places.pixels[i])
+        if not (0.0 <= x < size[0] and 0.0 <= y < size[1]):
+            continue
+        before: Literal["earth", "moon", "sun"] | None = None
+        if hidden["earth"][i]:
+            before = "earth"
+        elif hidden["moon"][i]:
+            before = "moon"
+        elif hidden["sun"][i]:
+            before = "sun"
+        seen.append(
+            StarSeen(
+                hip=int(catalogue.hip[row]),
+                magnitude=float(catalogue.magnitude[row]),
+                pixel=(x, y),
+                direction_icrf=places.direction_icrf[i],
+                irradiance=catalogue.irradiance[row],
+                hidden_by=before,
+            )
+        )
+    return seen
+
+
+def _within(directions: Array, towards: Array, angular_radius: float) -> Mask:
+    away = np.linalg.norm(directions - towards, axis=1)
+    return away < 2.0 * np.sin(0.5 * angular_radius)
+
+
+def _behind_sun(state: SceneState, place: Array, directions: Array) -> Mask:
+    sun = state.sun.seen_from(place)
+    drawn = sun.angular_radius if state.sun.visible else 0.0
+    return _within(directions, sun.direction_icrf, drawn)
+
+
+def _behind_moon(state: SceneState, place: Array, directions: Array) -> Mask:
+    if state.moon is None:
+        return np.zeros(len(directions), dtype=bool)
+    offset = state.moon - place
+    distance = float(np.linalg.norm(offset))
+    return _within(directions, offset / distance, float(np.arcsin(MOON_RADIUS / distance)))
+
+
+def _behind_earth(state: SceneState, place: Array, directions: Array) -> Mask:
+    if state.earth is None:
+        return np.zeros(len(directions), dtype=bool)
+    # With lengths scaled so that the ellipsoid is the unit sphere, |o + t d| = 1 for some t > 0.
+    radii = np.array(state.earth.earth.radii)
+    o = (state.earth.R_itrf_from_icrf @ (place - state.earth.position)) / radii
+    d = (directions @ state.earth.R_itrf_from_icrf.T) / radii
+    along = d @ o
+    discriminant = along**2 - np.sum(d * d, axis=1) * (np.dot(o, o) - 1.0)
+    return (along < 0.0) & (discriminant > 0.0)

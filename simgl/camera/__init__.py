@@ -1,0 +1,1 @@
+"""Cameras as data, the presets that describe them, and what of them runs on the CPU."""

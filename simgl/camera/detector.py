@@ -1,0 +1,156 @@
+"""A detector as data: pixels, what differs between them, shutter and converter."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from simgl.arrays import Array
+from simgl.camera.silicon import REFERENCE_TEMPERATURE, dark_current_ratio
+
+Four = tuple[float, float, float, float]
+
+ORDERS = ("RGGB", "BGGR", "GRBG", "GBRG")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mosaic:
+    """Colour filters over squares of 2 x 2 pixels (Bayer).
+
+    order : colours of the square row by row from the top left, one of ``ORDERS``
+    red, green, blue : electrons per photon in each band R, G, B, N of a pixel under that filter
+    """
+
+    order: str
+    red: Four
+    green: Four
+    blue: Four
+
+    @property
+    def square(self) -> tuple[Four, Four, Four, Four]:
+        """Electrons per photon of the pixels (0, 0), (1, 0), (0, 1), (1, 1), column first."""
+        colours = {"R": self.red, "G": self.green, "B": self.blue}
+        a, b, c, d = (colours[letter] for letter in self.order)
+        return a, b, c, d
+
+
+@dataclass(frozen=True, kw_only=True)
+class FixedPattern:
+    """What differs from pixel to pixel and stays the same from frame to frame.
+
+    prnu : response of the pixels, rms share of their mean
+    dead_pixels : share of the pixels that answer to no light
+    dsnu : offset of the pixels [e- rms]
+    rows, columns : offset of whole rows and columns [e- rms]
+    hot_pixels : share of the pixels with a dark current of their own, distributed exponentially
+    hot_current : mean of it at 300 K [e- s-1]
+    """
+
+    prnu: float = 0.0
+    dead_pixels: float = 0.0
+    dsnu: float = 0.0
+    rows: float = 0.0
+    columns: float = 0.0
+    hot_pixels: float = 0.0
+    hot_current: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Particles:
+    """Charged particles through the detector.
+
+    flux : that crosses its plane, from both sides [m-2 s-1]; half of an isotropic,
+        omnidirectional flux
+    depth : of the layer whose charge is collected [m]
+    charge : set free along a path [e- m-1]
+    """
+
+    flux: float
+    depth: float
+    charge: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Detector:
+    """Pixels and converter.
+
+    width, height : pixels
+    pixel_pitch : [m]
+    quantum_efficiency : electrons per photon in each band R, G, B, N of a pixel without a filter
+    full_well : [e-]
+    read_noise : [e- rms]
+    bits : of the converter
+    pedestal : [DN] added before conversion
+    gain_dn_per_e : [DN / e-] of pixel, amplifier and converter together
+    fill_factor : share of a pixel's light that reaches its photodiode
+    mosaic : None for a monochrome detector
+    dark_current_300k : of every pixel at 300 K [e- s-1]
+    temperature : [K]
+    pattern : what differs between the pixels
+    serial : makes the pattern that of one camera
+    row_noise : offset of whole rows, new in every frame [e- rms]
+    blooming : share of the charge beyond the full well that spills along the column
+    particles : None without radiation
+    row_time : between the starts of neighbouring rows [s]; 0 for a global shutter
+    """
+
+    width: int
+    height: int
+    pixel_pitch: float
+    quantum_efficiency: Four
+    full_well: float
+    read_noise: float
+    bits: int
+    pedestal: float
+    gain_dn_per_e: float
+    fill_factor: float = 1.0
+    mosaic: Mosaic | None = None
+    dark_current_300k: float = 0.0
+    temperature: float = REFERENCE_TEMPERATURE
+    pattern: FixedPattern = FixedPattern()
+    serial: int = 0
+    row_noise: float = 0.0
+    blooming: float = 0.0
+    particles: Particles | None = None
+    row_time: float = 0.0
+
+    @property
+    def dark_current(self) -> float:
+        """Of every pixel at the detector's temperature [e- s-1]."""
+        return self.dark_current_300k * dark_current_ratio(self.temperature)
+
+    @property
+    def hot_current(self) -> float:
+        """Mean additional dark current of a hot pixel at the detector's temperature [e- s-1]."""
+        return self.pattern.hot_current * dark_current_ratio(self.temperature)
+
+    @property
+    def noise_of_reading(self) -> float:
+        """Everything that is added to a pixel's charge when it is read [e- rms]."""
+        p = self.pattern
+        return math.hypot(self.read_noise, self.row_noise, p.dsnu, p.rows, p.columns)
+
+    def pixels_within(self, low: Array, high: Array) -> tuple[int, int, int, int] | None:
+        """x0, y0, x1, y1 of the pixels that a rectangle touches; None where it is out of view.
+
+        low, high : (2,) its corners [pixels]
+        """
+        limits = np.array([self.width, self.height])
+        first = np.clip(np.floor(low), 0, limits).astype(int)
+        end = np.clip(np.ceil(high), 0, limits).astype(int)
+        if np.any(end <= first):
+            return None
+        return int(first[0]), int(first[1]), int(end[0]), int(end[1])
+
+    @property
+    def largest_dn(self) -> int:
+        """Full scale of the converter [DN]."""
+        return int(2**self.bits - 1)
+
+    @property
+    def square(self) -> tuple[Four, Four, Four, Four]:
+        """Electrons per photon of the pixels (0, 0), (1, 0), (0, 1), (1, 1), column first."""
+        qe = self.quantum_efficiency
+        return (qe, qe, qe, qe) if self.mosaic is None else self.mosaic.square

@@ -1,0 +1,209 @@
+"""Detectors from preset files and the detector keys of ``[camera.NAME]`` tables."""
+
+from __future__ import annotations
+
+import csv
+import zlib
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from simgl.arrays import Array
+from simgl.camera.camera_schema import (
+    CameraPresetTable,
+    CameraSettingsTable,
+    CurveTable,
+    ParticlesTable,
+)
+from simgl.camera.detector import Detector, FixedPattern, Mosaic, Particles
+from simgl.camera.silicon import REFERENCE_TEMPERATURE
+from simgl.config.band_values import Four, fractions
+from simgl.config.path_sandbox import Base
+from simgl.config.validation import read_text
+from simgl.errors import AssetError, ConfigError
+from simgl.physics.spectrum import photon_mean
+
+# Products of curves are taken at these wavelengths [nm]: all bands, in steps of 1 nm.
+_WAVELENGTHS: Array = np.linspace(400.0, 1000.0, 601)
+
+
+def _csv_columns(path: Path) -> tuple[list[float], list[float]]:
+    """Wavelengths [nm] and values; a first line of words is a heading."""
+    wavelength, value = [], []
+    for number, row in enumerate(csv.reader(read_text(path).splitlines()), 1):
+        try:
+            nm, share = (float(cell) for cell in row)
+        except ValueError:
+            if number == 1 or not row:
+                continue
+            problem = f'must be a wavelength in nm and a value, got "{",".join(row)}"'
+            raise ConfigError(str(path), f"line {number}", problem) from None
+        wavelength.append(nm)
+        value.append(share)
+    return wavelength, value
+
+
+def _curve(table: CurveTable, path: Path, key: str, folder: Base) -> Array:
+    """A preset's curve at the wavelengths of all bands."""
+    if (table.csv is None) == (table.value is None):
+        raise ConfigError(str(path), f"{key}.value", "or csv is needed, and not both")
+    where = str(path)
+    wavelength: Any = table.wavelength_nm
+    value: Any = table.value
+    if table.csv is not None:
+        try:
+            file = folder / table.csv
+        except AssetError as error:
+            raise AssetError(f"{path}: {key}.csv: {error}") from None
+        wavelength, value = _csv_columns(file)
+        where = str(file)
+    if wavelength is None or len(wavelength) != len(value):
+        raise ConfigError(where, f"{key}.value", f"needs one number for each {key}.wavelength_nm")
+    if len(value) < 2 or any(not b > a for a, b in pairwise(wavelength)):
+        raise ConfigError(where, f"{key}.wavelength_nm", "must increase, over two points or more")
+    if not all(0.0 <= one <= 1.0 for one in value):
+        raise ConfigError(where, f"{key}.value", "must lie in 0..1")
+    return np.interp(_WAVELENGTHS, wavelength, value, left=0.0, right=0.0)
+
+
+def _over_bands(curve: Array, sun_temperature: float) -> Four:
+    """Mean of a curve over the Sun's photons in each band."""
+    red, green, blue, nir = photon_mean(1e-9 * _WAVELENGTHS, curve, sun_temperature).tolist()
+    return red, green, blue, nir
+
+
+class SpectralResponse:
+    """Electrons per photon of a preset's pixels, averaged over the Sun's photons in each band."""
+
+    def __init__(
+        self,
+        preset: CameraPresetTable,
+        path: Path,
+        sun_temperature: float,
+        qe: Four | None = None,
+        folder: Base | None = None,
+    ) -> None:
+        """qe : of pixels without a filter, instead of the preset's curves
+        folder : that the files of its curves start from; None is that of the preset
+        """
+        folder = path.parent if folder is None else folder
+        self._temperature = sun_temperature
+        self._qe = qe
+        self._common = _curve(preset.qe, path, "qe", folder)
+        for key in ("window", "micro_lens"):
+            table = getattr(preset, key)
+            if table is not None:
+                self._common = self._common * _curve(table, path, key, folder)
+        self._filters = {}
+        if preset.filters is not None:
+            for colour in ("red", "green", "blue"):
+                table = getattr(preset.filters, colour)
+                self._filters[colour] = _curve(table, path, f"filters.{colour}", folder)
+
+    @property
+    def has_filters(self) -> bool:
+        """Whether the detector can see colours."""
+        return bool(self._filters)
+
+    def plain(self) -> Four:
+        """Of a pixel without a filter."""
+        return _over_bands(self._common, self._temperature) if self._qe is None else self._qe
+
+    def under(self, colour: str) -> Four:
+        """Of a pixel under a filter, "red", "green" or "blue"."""
+        if self._qe is None:
+            return _over_bands(self._common * self._filters[colour], self._temperature)
+        share = _over_bands(self._filters[colour], self._temperature)
+        r, g, b, n = (a * f for a, f in zip(self._qe, share, strict=True))
+        return r, g, b, n
+
+
+def read_detector(
+    where: str,
+    camera: str,
+    table: CameraSettingsTable,
+    preset: CameraPresetTable,
+    path: Path,
+    sun_temperature: float,
+    folder: Base,
+) -> Detector:
+    """A preset's detector, changed where the table gives a key.
+
+    path : of the preset
+    folder : that the files of its curves start from
+    sun_temperature : [K], of the spectrum that the curves are averaged over
+    """
+
+    def chosen(key: str, default: Any = 0.0) -> Any:
+        for given in (getattr(table, key), getattr(preset, key)):
+            if given is not None:
+                return given
+        return default
+
+    bits, pedestal = chosen("bits"), chosen("pedestal_dn")
+    if pedestal >= 2**bits - 1:
+        problem = f"must lie below the largest DN, {2**bits - 1}, got {pedestal:g}"
+        raise ConfigError(where, "pedestal_dn", problem)
+    qe = table.quantum_efficiency
+    given_qe = None if qe is None else fractions(qe, where, "quantum_efficiency")
+    response = SpectralResponse(preset, path, sun_temperature, given_qe, folder)
+    return Detector(
+        width=chosen("width_px"),
+        height=chosen("height_px"),
+        pixel_pitch=chosen("pixel_pitch_um") * 1e-6,
+        quantum_efficiency=response.plain(),
+        fill_factor=chosen("fill_factor", 1.0),
+        mosaic=_mosaic(where, chosen("mosaic", "mono"), response, table.preset),
+        full_well=chosen("full_well_e"),
+        read_noise=chosen("read_noise_e"),
+        bits=bits,
+        pedestal=pedestal,
+        gain_dn_per_e=chosen("analogue_gain", 1.0) / chosen("gain_e_per_dn"),
+        dark_current_300k=chosen("dark_current_e_s"),
+        temperature=chosen("temperature_k", REFERENCE_TEMPERATURE),
+        pattern=FixedPattern(
+            prnu=chosen("prnu"),
+            dead_pixels=chosen("dead_pixels"),
+            dsnu=chosen("dsnu_e"),
+            rows=chosen("row_pattern_e"),
+            columns=chosen("column_pattern_e"),
+            hot_pixels=chosen("hot_pixels"),
+            hot_current=chosen("hot_current_e_s"),
+        ),
+        serial=zlib.crc32(camera.encode()) if table.serial is None else table.serial,
+        row_noise=chosen("row_noise_e"),
+        blooming=chosen("blooming"),
+        particles=_particles(chosen("particles", None)),
+        row_time=_row_time(where, chosen("shutter", "global"), chosen("row_time_us", None)),
+    )
+
+
+def _mosaic(where: str, order: str, response: SpectralResponse, preset: str) -> Mosaic | None:
+    if order == "mono":
+        return None
+    if not response.has_filters:
+        raise ConfigError(where, "mosaic", f'needs filters, which preset "{preset}" has not')
+    return Mosaic(
+        order=order,
+        red=response.under("red"),
+        green=response.under("green"),
+        blue=response.under("blue"),
+    )
+
+
+def _particles(table: ParticlesTable | None) -> Particles | None:
+    if table is None or table.flux_cm2_s == 0.0:
+        return None
+    return Particles(
+        flux=table.flux_cm2_s * 1e4, depth=table.depth_um * 1e-6, charge=table.charge_e_um * 1e6
+    )
+
+
+def _row_time(where: str, shutter: str, row_time_us: float | None) -> float:
+    if shutter == "global":
+        return 0.0
+    if row_time_us is None:
+        raise ConfigError(where, "row_time_us", 'is missing; shutter = "rolling" needs it')
+    return row_time_us * 1e-6

@@ -1,0 +1,66 @@
+"""Diffraction of a circular pupil: transfer function with defocus, and the far field of a point."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from simgl.arrays import Array
+from simgl.physics.spectrum import BANDS, planck_radiance
+
+# Wavelengths that stand for a band: the transfer function is smooth in wavelength, and five
+# Gauss-Legendre nodes have the mean of a band to 1e-6.
+_WAVELENGTHS = 5
+# Quadrature over the common part of two shifted pupils; good to 1e-7 up to forty waves of defocus.
+_PUPIL_NODES = 64
+
+
+def diffraction_mtf(share: Array) -> Array:
+    """Modulation transfer of a circular pupil at a share of its cut-off 1 / (lambda N).
+
+    2 / pi (acos r - r sqrt(1 - r^2)), and 0 from the cut-off on (Goodman, Introduction to Fourier
+    Optics, 6.3).
+    """
+    r = np.minimum(np.abs(share), 1.0)
+    return 2.0 / np.pi * (np.arccos(r) - r * np.sqrt(1.0 - r * r))
+
+
+def defocus_otf(share: Array, waves: float) -> Array:
+    """Optical transfer function of a circular pupil with ``waves`` of defocus at its edge.
+
+    The correlation of the pupil with itself under the path difference 4 r x (Hopkins 1955): with
+    the pupils' centres 2 r apart, 4 / pi of the integral over x from 0 to 1 - r of
+    sqrt(1 - (x + r)^2) cos(2 pi waves 4 r x). Negative where contrast is reversed.
+    """
+    if waves == 0.0:
+        return diffraction_mtf(share)
+    r = np.minimum(np.abs(share), 1.0)
+    node, weight = np.polynomial.legendre.leggauss(_PUPIL_NODES)
+    # x = (1 - r) (1 - u^2) takes out the root's infinite slope at the end.
+    u = 0.5 * (node + 1.0)
+    total = np.zeros_like(r)
+    for at, share_of_sum in zip(u, 0.5 * weight, strict=True):
+        x = (1.0 - r) * (1.0 - at * at)
+        height = np.sqrt(np.maximum(1.0 - (x + r) ** 2, 0.0))
+        total += share_of_sum * height * np.cos(8.0 * np.pi * waves * r * x) * 2.0 * at
+    return 4.0 / np.pi * (1.0 - r) * total
+
+
+def band_wavelengths(temperature: float) -> tuple[Array, Array]:
+    """Wavelengths (4, n) [m] that stand for the bands and their shares (4, n) of a band's power.
+
+    temperature : [K] of the black body whose light it is
+    """
+    node, weight = np.polynomial.legendre.leggauss(_WAVELENGTHS)
+    edges = np.array(BANDS.edges)
+    middle, half = edges.mean(axis=1, keepdims=True), 0.5 * np.diff(edges, axis=1)
+    wavelengths = middle + half * node
+    power = weight * planck_radiance(wavelengths, temperature)
+    return wavelengths, power / power.sum(axis=1, keepdims=True)
+
+
+def airy_tail(wavelength: float, f_number: float, pitch: float) -> float:
+    """What a point gives a pixel r pixels away, times r^3, its rings averaged; far from the core.
+
+    lambda N / (pi^3 p), from the cusp of the transfer function at 0.
+    """
+    return wavelength * f_number / (np.pi**3 * pitch)

@@ -1,0 +1,230 @@
+"""Where a distorting lens looks: the pinhole pictures that hold its field, and the way between."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from simgl.arrays import Array, Array32, IndexArray
+from simgl.camera.camera import Camera
+from simgl.errors import ConfigError
+
+# Pixels around the field, for the neighbours that interpolation and edges ask for.
+_MARGIN = 3
+# A field so many times as large as the picture comes of coefficients that do not fit the lens.
+_LARGEST_FIELD = 3.0
+# The background and the truth are drawn on pixels so much smaller than the detector's.
+FINER = 2
+# Cameras whose maps are kept.
+_KEPT = 4
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PinholeField:
+    """What a lens sees, as a pinhole would.
+
+    pinhole : camera without distortion whose picture holds the field, of the same focal length and
+        pixels
+    fine : the same with smaller pixels
+    centred : the same with an odd number of them, so that one lies in the middle of each pixel
+    places : (height, width, 2) float32, pixel coordinates in the pinhole's picture that the middles
+        of the camera's pixels see
+    stretch : (height, width), area of the picture over area of the pinhole's
+    """
+
+    pinhole: Camera
+    fine: Camera
+    centred: Camera
+    places: Array32
+    stretch: Array
+
+    @property
+    def largest_pixel(self) -> tuple[float, float]:
+        """Width and height that the camera's pixels have at most in the pinhole's picture."""
+        steps = (np.abs(np.diff(self.places, axis=axis)).sum(axis=-1) for axis in (1, 0))
+        across, down = (float(step.max(initial=1.0)) for step in steps)
+        return across, down
+
+    @property
+    def smallest_pixel(self) -> float:
+        """Width or height that the camera's pixels have at least in the pinhole's picture."""
+        steps = (np.linalg.norm(np.diff(self.places, axis=axis), axis=-1) for axis in (1, 0))
+        return float(min(step.min(initial=1.0) for step in steps))
+
+
+@lru_cache(maxsize=_KEPT)
+def field(camera: Camera) -> PinholeField:
+    """The field of a camera whose lens distorts.
+
+    Raises ConfigError where the distortion folds the picture, or sees far more than a pinhole.
+    """
+    d, distortion = camera.detector, camera.lens.distortion
+    assert distortion is not None
+    where = f"[camera.{camera.name}]"
+    f = camera.focal_length_px
+    middle = 0.5 * np.array([d.width, d.height])
+    y, x = np.mgrid[0 : d.height, 0 : d.width] + 0.5
+    tangents = distortion.undistorted((np.stack([x, y], axis=-1) - middle) / f)
+    if np.isnan(tangents).any():
+        raise ConfigError(
+            where, "optics.distortion", "folds the picture: two rays meet in one place"
+        )
+    reach = np.abs(tangents).max(axis=(0, 1)) * f
+    if np.any(reach > _LARGEST_FIELD * middle):
+        times = float((reach / middle).max())
+        problem = f"sees {times:.1f} times the field of a pinhole, at most {_LARGEST_FIELD:g}"
+        raise ConfigError(where, "optics.distortion", problem)
+    width, height = (2 * (np.ceil(reach).astype(int) + _MARGIN)).tolist()
+    lens = replace(camera.lens, distortion=None)
+    pinhole = replace(camera, lens=lens, detector=replace(d, width=width, height=height))
+    places = tangents * f + 0.5 * np.array([width, height])
+    return PinholeField(
+        pinhole=pinhole,
+        fine=_finer(pinhole, 0),
+        centred=_finer(pinhole, 1),
+        places=places.astype(np.float32),
+        stretch=np.linalg.det(distortion.jacobian(tangents)),
+    )
+
+
+def _finer(pinhole: Camera, more: int) -> Camera:
+    d = pinhole.detector
+    fine = replace(
+        d,
+        width=FINER * d.width + more,
+        height=FINER * d.height + more,
+        pixel_pitch=d.pixel_pitch / FINER,
+    )
+    return replace(pinhole, detector=fine)
+
+
+# Of the warp, as in shaders/warp/warp.frag: fine pixels between its places, and most rows of these.
+_SPACING, _FEWEST, _MOST = 1.15, 2, 8
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Cells:
+    """What stands for the pixels of a picture in the warp, (height, width, ...).
+
+    down, across : (2,) of a pixel in the pinhole's picture; rows, columns : of places on it
+    part : solid angle of a pixel, over that of a fine one on the axis, for each place
+    reach : pixels from a point of light's own to the farthest that may hold some of it
+    """
+
+    down: Array32
+    across: Array32
+    rows: IndexArray
+    columns: IndexArray
+    part: Array32
+    reach: int
+
+
+@lru_cache(maxsize=_KEPT)
+def _cells(camera: Camera) -> _Cells:
+    seen = field(camera)
+    # One-sided at the edges, as in the shader.
+    down, across = (np.gradient(seen.places, axis=axis) for axis in (0, 1))
+    lengths = [np.linalg.norm(step, axis=-1) for step in (down, across)]
+    rows, columns = (
+        np.clip(np.ceil(n * FINER / _SPACING), _FEWEST, _MOST).astype(np.intp) for n in lengths
+    )
+    cosine3 = _cosine_cubed(seen.places.astype(np.float64), seen.pinhole)
+    part = FINER**2 / seen.stretch * cosine3 / (rows * columns)
+    # A star's 3 x 3 fine pixels and half a one beside them, and half a pixel.
+    reach = 2.0 / FINER / max(min(float(n.min()) for n in lengths), 0.25) + 0.5
+    return _Cells(
+        down=down,
+        across=across,
+        rows=rows,
+        columns=columns,
+        part=part.astype(np.float32),
+        reach=int(np.ceil(reach)),
+    )
+
+
+def point_kept(camera: Camera, pixels: Array32) -> Array:
+    """(n,) share of the light of points that the warp keeps; 1 at and beside the picture's edges.
+
+    pixels : (n, 2) in the finer picture, whose 3 x 3 pixels about each hold its light by the
+        shares of shaders/stars/stars.frag
+
+    The places that stand for pixels lie on another lattice than the fine ones: these count by some
+    hundredths too much or too little, which evens out but for what is as small as a star.
+    """
+    seen, cells = field(camera), _cells(camera)
+    distortion, d, f = camera.lens.distortion, camera.detector, camera.focal_length_px
+    assert distortion is not None
+    star = pixels.astype(np.float64)
+    pinhole, size = seen.pinhole.detector, np.array([d.width, d.height])
+    tangent = (star / FINER - 0.5 * np.array([pinhole.width, pinhole.height])) / f
+    own = np.floor(distortion.distorted(tangent) * f + 0.5 * size).astype(np.intp)
+    window = np.mgrid[-cells.reach : cells.reach + 1, -cells.reach : cells.reach + 1]
+    x, y = (own[:, k, None] + window[1 - k].ravel() for k in (0, 1))
+    whole = np.all((x >= 0) & (x < d.width) & (y >= 0) & (y < d.height), axis=1)
+    x, y, star = x[whole], y[whole], star[whole]
+    rows, columns, part = cells.rows[y, x], cells.columns[y, x], cells.part[y, x]
+    middle, across, down = seen.places[y, x], cells.across[y, x], cells.down[y, x]
+    kept = np.zeros(len(star))
+    for j, i in np.ndindex(int(rows.max(initial=0)), int(columns.max(initial=0))):
+        v, u = (j + 0.5) / rows - 0.5, (i + 0.5) / columns - 0.5
+        at = FINER * (middle + u[..., None] * across + v[..., None] * down)
+        light = _interpolated(at, star[:, None]).prod(axis=-1)
+        kept += np.sum(np.where((j < rows) & (i < columns), part * light, 0.0), axis=1)
+    share = np.ones(len(pixels))
+    share[whole] = kept / _cosine_cubed(star / FINER, seen.pinhole)
+    return share
+
+
+def _interpolated(at: Array, star: Array) -> Array:
+    """A star's shares of fine pixels along one axis, interpolated at places, (..., 2) each."""
+    total = np.zeros(np.broadcast_shapes(at.shape, star.shape))
+    for step in (-1.0, 0.0, 1.0):
+        cell = np.floor(star) + step + 0.5
+        off = np.abs(cell - star)
+        part = np.where(off < 0.5, 0.75 - off * off, 0.5 * (1.5 - off) ** 2)
+        total += part * np.maximum(1.0 - np.abs(at - cell), 0.0)
+    return total
+
+
+def _cosine_cubed(places: Array, pinhole: Camera) -> Array:
+    d, f = pinhole.detector, pinhole.focal_length_px
+    tangent = (places - 0.5 * np.array([d.width, d.height])) / f
+    return (1.0 + (tangent**2).sum(axis=-1)) ** -1.5
+
+
+def sight_lines(camera: Camera) -> Array:
+    """(height, width, 3) directions that the middles of pixels see, of depth 1, camera axes."""
+    d, f = camera.detector, camera.focal_length_px
+    if camera.lens.distortion is None:
+        y, x = np.mgrid[0 : d.height, 0 : d.width] + 0.5
+        x, y = (x - 0.5 * d.width) / f, (y - 0.5 * d.height) / f
+    else:
+        seen = field(camera)
+        pinhole = seen.pinhole.detector
+        x, y = np.moveaxis(seen.places.astype(np.float64), -1, 0)
+        x, y = (x - 0.5 * pinhole.width) / f, (y - 0.5 * pinhole.height) / f
+    return np.stack([x, y, np.ones_like(x)], axis=-1)
+
+
+def relative_illumination(camera: Camera) -> Array32:
+    """(height, width) irradiance of the image plane over that on the axis, of an even radiance."""
+    d, vignetting = camera.detector, camera.lens.vignetting
+    f = camera.focal_length_px
+    if camera.lens.distortion is None:
+        y, x = (np.arange(n) + 0.5 - 0.5 * n for n in (d.height, d.width))
+        squared = (y[:, None] ** 2 + x**2) / f**2
+        stretch = np.ones(squared.shape)
+    else:
+        seen = field(camera)
+        pinhole = seen.pinhole.detector
+        offset = seen.places.astype(np.float64) - 0.5 * np.array([pinhole.width, pinhole.height])
+        squared = (offset**2).sum(axis=-1) / f**2
+        stretch = seen.stretch
+    if vignetting.angles:
+        angle = np.arctan(np.sqrt(squared))
+        return np.interp(angle, vignetting.angles, vignetting.relative).astype(np.float32)
+    if not vignetting.natural:
+        return np.ones(squared.shape, dtype=np.float32)
+    return np.asarray(1.0 / ((1.0 + squared) ** 2 * stretch), dtype=np.float32)

@@ -1,0 +1,95 @@
+"""What a scenario file may say about a lens and a laser beside it: tables, keys, units, limits."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from msgspec import Meta
+
+from simgl.config.value_types import Fraction, NonNegative, Positive, Table
+
+
+class DistortionTable(Table, frozen=True, kw_only=True):
+    """Brown-Conrady coefficients in OpenCV's convention."""
+
+    k1: float = 0.0
+    k2: float = 0.0
+    k3: float = 0.0
+    k4: float = 0.0
+    k5: float = 0.0
+    k6: float = 0.0
+    p1: float = 0.0
+    p2: float = 0.0
+
+
+class FieldZoneTable(Table, frozen=True, kw_only=True):
+    """Blur off the axis, at a share 0..1 of the half diagonal."""
+
+    at: Annotated[float, Meta(gt=0.0, le=1.0)]
+    aberration_um: NonNegative = 0.0
+    defocus_um: float = 0.0
+
+
+class LensSurfaceTable(Table, frozen=True, kw_only=True):
+    """A surface of a lens; ``radius_mm`` 0 is a plane, ``index`` is that of the medium behind."""
+
+    radius_mm: float
+    gap_mm: NonNegative
+    index: Annotated[float, Meta(ge=1.0, le=4.0)]
+    reflectance: Fraction | None = None
+
+
+class OpticsTable(Table, frozen=True, kw_only=True):
+    """``[camera.NAME.optics]``: what a lens does besides forming an image; omitted, nothing.
+
+    camera_equation : irradiance pi L T / (4 N^2), or / (1 + 4 N^2)
+    vignetting : "cos4", "none", or "measured" with a profile by angle off the axis
+    diffraction : by f-number and band
+    aberration_um : standard deviation of a Gaussian in the image plane
+    defocus_um : from best focus to the detector
+    psf_image : instead of these three, a picture or .npy array of the spread
+    psf_samples_per_px : samples of it along the edge of a pixel
+    field_zones : blur off the axis; the keys above are the blur on it
+    veiling_glare : share of the light that is scattered evenly over the picture
+    surfaces : from front to back, or "triplet"; give the Sun's ghosts
+    coating_reflectance : of the surfaces that do not say it; 0.005 if omitted
+    """
+
+    camera_equation: Literal["4N2", "1+4N2"] = "4N2"
+    vignetting: Literal["cos4", "none", "measured"] = "cos4"
+    vignetting_angle_deg: tuple[Annotated[float, Meta(ge=0.0, lt=90.0)], ...] | None = None
+    vignetting_relative: tuple[NonNegative, ...] | None = None
+    distortion: DistortionTable | None = None
+    diffraction: bool = False
+    aberration_um: NonNegative = 0.0
+    defocus_um: float = 0.0
+    psf_image: str | None = None
+    psf_samples_per_px: Annotated[int, Meta(ge=1, le=16)] | None = None
+    field_zones: tuple[FieldZoneTable, ...] | None = None
+    veiling_glare: Annotated[float, Meta(ge=0.0, lt=1.0)] = 0.0
+    surfaces: Literal["triplet"] | tuple[LensSurfaceTable, ...] | None = None
+    coating_reflectance: Fraction | None = None
+
+
+class LidarTable(Table, frozen=True, kw_only=True):
+    """``[camera.NAME.lidar]``: a flash LIDAR whose receiver is the camera's lens and pixels.
+
+    emitter_offset_m : of the emitter from the pinhole, camera axes
+    beam_half_angle_deg : of the cone of uniform intensity, along the boresight
+    quantum_efficiency : electrons per photon at the wavelength
+    filter_nm : width of the filter about the wavelength, which sunlight comes through
+    gate_us : time during which sunlight is collected
+    range_noise_m : standard deviation of a range that has light enough
+    threshold_e : fewer electrons of the pulse give no range
+    """
+
+    wavelength_nm: Annotated[float, Meta(ge=400.0, le=1000.0)] = 905.0
+    pulse_energy_mj: Positive = 1.0
+    pulse_length_ns: Positive = 10.0
+    beam_half_angle_deg: Annotated[float, Meta(ge=0.1, le=70.0)] = 10.0
+    emitter_offset_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    quantum_efficiency: Fraction = 0.3
+    filter_nm: Positive = 2.0
+    gate_us: Positive = 10.0
+    range_noise_m: NonNegative = 0.01
+    threshold_e: Positive = 10.0

@@ -1,0 +1,187 @@
+"""The ``[camera.NAME.optics]`` table: what a lens does besides forming an image."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image, UnidentifiedImageError
+
+from simgl.camera.camera import Camera
+from simgl.camera.distortion import field
+from simgl.camera.ghosts import ghosts
+from simgl.camera.lens import Blur, Distortion, LensSurface, PointSpread, Vignetting, Zone
+from simgl.camera.lens_schema import LidarTable, OpticsTable
+from simgl.camera.lidar import Lidar
+from simgl.camera.psf_kernel import lens_reach
+from simgl.config.path_sandbox import Base
+from simgl.errors import AssetError, ConfigError
+
+# A symmetric triplet after Cooke (Taylor 1893) in the form of the usual textbook example, of 50 mm,
+# f/5 and a field of 40 deg: radius and gap [mm], and index behind each surface. The coating's share
+# is added where it is used.
+_TRIPLET = (
+    (22.01359, 3.258956, 1.62041),
+    (-435.76044, 6.007551, 1.0),
+    (-22.21328, 0.999975, 1.62004),
+    (20.29192, 4.750409, 1.0),
+    (79.68360, 2.952076, 1.62041),
+    (-18.39533, 42.207782, 1.0),
+)
+
+_COEFFICIENTS = ("k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2")
+
+# Samples of a point spread's image along an edge.
+_LARGEST_PSF = 512
+
+
+def read_optics(table: OpticsTable, where: str, base: Base) -> dict[str, Any]:
+    """Arguments of a Lens.
+
+    base : folder that the path of a point spread's image starts from
+    """
+    return {
+        "camera_equation": table.camera_equation,
+        "vignetting": _vignetting(table, where),
+        "distortion": _distortion(table),
+        "spread": _spread(table, where, base),
+        "veiling_glare": table.veiling_glare,
+        "surfaces": _surfaces(table, where),
+    }
+
+
+def read_lidar(table: LidarTable | None) -> Lidar | None:
+    """A LIDAR, if there is one."""
+    if table is None:
+        return None
+    return Lidar(
+        wavelength=table.wavelength_nm * 1e-9,
+        pulse_energy=table.pulse_energy_mj * 1e-3,
+        pulse_length=table.pulse_length_ns * 1e-9,
+        half_angle=float(np.radians(table.beam_half_angle_deg)),
+        offset=table.emitter_offset_m,
+        quantum_efficiency=table.quantum_efficiency,
+        filter_width=table.filter_nm * 1e-9,
+        gate=table.gate_us * 1e-6,
+        range_noise=table.range_noise_m,
+        threshold=table.threshold_e,
+    )
+
+
+def check_optics(camera: Camera, where: str) -> None:
+    """Raises ConfigError where a lens cannot be what its table says."""
+    try:
+        ghosts(camera.lens.surfaces, camera.lens.focal_length)
+        if camera.lens.distortion is not None:
+            field(camera)
+        if camera.lens.spread is not None and camera.lens.spread.image is None:
+            for zone in camera.lens.spread.zones:
+                lens_reach(camera, zone.blur)
+    except ConfigError as error:
+        raise ConfigError(where, error.key, error.problem) from None
+
+
+def _vignetting(table: OpticsTable, where: str) -> Vignetting:
+    if (table.vignetting == "measured") != (table.vignetting_angle_deg is not None):
+        problem = 'goes with vignetting = "measured", and that with it'
+        raise ConfigError(where, "optics.vignetting_angle_deg", problem)
+    angles, relative = table.vignetting_angle_deg, table.vignetting_relative
+    if (angles is None) != (relative is None):
+        raise ConfigError(where, "optics.vignetting_relative", "goes with vignetting_angle_deg")
+    if angles is None or relative is None:
+        return Vignetting(natural=table.vignetting == "cos4")
+    if len(angles) != len(relative) or len(angles) < 2:
+        problem = f"has {len(relative)} values for {len(angles)} angles; at least two of both"
+        raise ConfigError(where, "optics.vignetting_relative", problem)
+    if not _increasing(angles) or angles[0] != 0.0:
+        raise ConfigError(where, "optics.vignetting_angle_deg", "must start at 0 and increase")
+    return Vignetting(angles=tuple(np.radians(angles).tolist()), relative=relative)
+
+
+def _distortion(table: OpticsTable) -> Distortion | None:
+    if table.distortion is None:
+        return None
+    found = Distortion(**{key: getattr(table.distortion, key) for key in _COEFFICIENTS})
+    return None if found == Distortion() else found
+
+
+def _spread(table: OpticsTable, where: str, base: Base) -> PointSpread | None:
+    if table.psf_image is not None:
+        for key in ("diffraction", "aberration_um", "defocus_um", "field_zones"):
+            if getattr(table, key) not in (None, False, 0.0):
+                raise ConfigError(
+                    where, f"optics.{key}", "contradicts psf_image, which holds all of the spread"
+                )
+        try:
+            path = base / table.psf_image
+        except AssetError as error:
+            raise AssetError(f"{where}: optics.psf_image: {error}") from None
+        image = _psf_image(path, where)
+        return PointSpread(image=image, image_scale=table.psf_samples_per_px or 1)
+    if table.psf_samples_per_px is not None:
+        raise ConfigError(where, "optics.psf_samples_per_px", "goes with psf_image")
+    middle = Blur(aberration=table.aberration_um * 1e-6, defocus=table.defocus_um * 1e-6)
+    zones = [Zone(share=0.0, blur=middle)]
+    for zone in table.field_zones or ():
+        blur = Blur(aberration=zone.aberration_um * 1e-6, defocus=zone.defocus_um * 1e-6)
+        zones.append(Zone(share=zone.at, blur=blur))
+    if not _increasing([zone.share for zone in zones]):
+        raise ConfigError(
+            where, "optics.field_zones", "must have increasing values of at, from above 0"
+        )
+    if not table.diffraction and any(zone.blur.defocus != 0.0 for zone in zones):
+        raise ConfigError(where, "optics.defocus_um", "goes with diffraction = true")
+    if not table.diffraction and all(zone.blur == Blur() for zone in zones):
+        return None
+    return PointSpread(diffraction=table.diffraction, zones=tuple(zones))
+
+
+def _psf_image(path: Path, where: str) -> tuple[tuple[float, ...], ...]:
+    try:
+        if path.suffix == ".npy":
+            values = np.load(path, allow_pickle=False)
+        else:
+            with Image.open(path) as picture:
+                values = np.asarray(picture)
+    except (OSError, ValueError, UnidentifiedImageError):
+        problem = f"{path} is no image and no .npy array"
+        raise ConfigError(where, "optics.psf_image", problem) from None
+    if values.ndim != 2 or min(values.shape) < 1 or max(values.shape) > _LARGEST_PSF:
+        problem = f"must have one channel and at most {_LARGEST_PSF} samples along an edge"
+        raise ConfigError(
+            where, "optics.psf_image", f"{path} {problem}, has the shape {values.shape}"
+        )
+    values = values.astype(np.float64)
+    if not np.isfinite(values).all() or values.min() < 0.0 or not values.sum() > 0.0:
+        raise ConfigError(
+            where, "optics.psf_image", f"{path} must hold values of 0 or more, not all 0"
+        )
+    return tuple(map(tuple, values.tolist()))
+
+
+def _surfaces(table: OpticsTable, where: str) -> tuple[LensSurface, ...]:
+    if table.surfaces is None:
+        if table.coating_reflectance is not None:
+            raise ConfigError(where, "optics.coating_reflectance", "goes with surfaces")
+        return ()
+    coating = 0.005 if table.coating_reflectance is None else table.coating_reflectance
+    if isinstance(table.surfaces, str):
+        return tuple(
+            LensSurface(radius=r * 1e-3, gap=g * 1e-3, index=n, reflectance=coating)
+            for r, g, n in _TRIPLET
+        )
+    return tuple(
+        LensSurface(
+            radius=np.inf if s.radius_mm == 0.0 else s.radius_mm * 1e-3,
+            gap=s.gap_mm * 1e-3,
+            index=s.index,
+            reflectance=coating if s.reflectance is None else s.reflectance,
+        )
+        for s in table.surfaces
+    )
+
+
+def _increasing(values: Sequence[float]) -> bool:
+    return bool(np.all(np.diff(values) > 0.0))

@@ -1,0 +1,80 @@
+"""A flash LIDAR beside a camera: what its pulse brings back, and the ranges that it finds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from simgl.arrays import Array
+from simgl.physics.constants import LIGHT_SPEED, PLANCK
+from simgl.physics.spectrum import BANDS
+
+# Full width at half maximum of a Gaussian over its standard deviation.
+_WIDTH = 2.0 * np.sqrt(2.0 * np.log(2.0))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Lidar:
+    """A pulsed emitter; the camera's lens and pixels receive.
+
+    wavelength : [m]
+    pulse_energy : [J]
+    pulse_length : full width at half maximum [s]
+    half_angle : of the cone of uniform intensity about the boresight [rad]
+    offset : of the emitter from the pinhole, camera axes [m]
+    quantum_efficiency : electrons per photon
+    filter_width : of the wavelengths that sunlight comes through [m]
+    gate : time during which sunlight is collected [s]
+    range_noise : standard deviation of a range that has light enough [m]
+    threshold : fewer electrons give no range [e-]
+    """
+
+    wavelength: float
+    pulse_energy: float
+    pulse_length: float
+    half_angle: float
+    offset: tuple[float, float, float]
+    quantum_efficiency: float
+    filter_width: float
+    gate: float
+    range_noise: float
+    threshold: float
+
+    @property
+    def band(self) -> int:
+        """Index of the band that holds the wavelength."""
+        inside = [low <= self.wavelength <= high for low, high in BANDS.edges]
+        return inside.index(True)
+
+    @property
+    def electrons_per_joule(self) -> float:
+        """Of light that reaches a pixel [e- J-1]."""
+        photons = self.wavelength / (PLANCK * LIGHT_SPEED)
+        return self.quantum_efficiency * photons
+
+    @property
+    def filter_share(self) -> float:
+        """Share of its band's light that passes the filter."""
+        low, high = BANDS.edges[self.band]
+        return min(self.filter_width / (high - low), 1.0)
+
+
+def detected(
+    lidar: Lidar, distance: Array, signal: Array, sunlight: Array, rng: np.random.Generator
+) -> tuple[Array, Array]:
+    """Ranges [m], 0 where none is found, and electrons of one pulse.
+
+    distance : half of the way from the emitter over the surface to the pinhole [m]; 0 where there
+        is no surface
+    signal, sunlight : mean electrons of the pulse, and of sunlight while the gate is open [e-]
+
+    Electrons are counted by Poisson's law. A range scatters by ``range_noise``, and by the pulse's
+    standard deviation over the root of the signal.
+    """
+    counted = rng.poisson(signal + sunlight).astype(np.float64)
+    found = (counted - sunlight >= lidar.threshold) & (distance > 0.0)
+    pulse = LIGHT_SPEED * lidar.pulse_length / (2.0 * _WIDTH)
+    scatter = np.hypot(lidar.range_noise, pulse / np.sqrt(np.maximum(counted, 1.0)))
+    ranges = np.where(found, distance + scatter * rng.standard_normal(distance.shape), 0.0)
+    return ranges, counted

@@ -1,0 +1,116 @@
+"""Philox4x32-10 (Salmon et al., SC 2011), the numbers made from it, and who uses which of them.
+
+A random word is a function of a key and a counter. The key names who asks: the scenario's seed and
+the camera with one of the streams below, or, for what never changes, the camera's serial number.
+The counter names what for: the group of four pixels, the epoch. There is no state and no order.
+"""
+
+from __future__ import annotations
+
+import zlib
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simgl.arrays import Array, UIntArray
+
+_MULTIPLIERS = np.array([0xD2511F53, 0xCD9E8D57], dtype=np.uint64)
+_WEYL = np.array([0x9E3779B9, 0xBB67AE85], dtype=np.uint64)
+_MASK = np.uint64(0xFFFFFFFF)
+_SHIFT = np.uint64(32)
+
+# One word serves one pixel, so a call of Philox serves four neighbours in a row.
+PIXELS = 4
+
+
+class Stream(IntEnum):
+    """One for each source of noise, so that leaving one out changes no other; below 16."""
+
+    SHOT = 1
+    READ = 2
+    ROW_NOISE = 3
+    HITS = 4
+    TRACKS = 5
+    PRNU = 8
+    DEAD = 9
+    HOT = 10
+    DSNU = 11
+    ROWS = 12
+    COLUMNS = 13
+
+
+def philox(counter: UIntArray, key: UIntArray) -> UIntArray:
+    """(k, 4) random words of (k, 4) counters under one (2,) key."""
+    c = counter.astype(np.uint64)
+    k = key.astype(np.uint64)
+    for _ in range(10):
+        product = _MULTIPLIERS * c[:, [0, 2]]
+        high, low = product >> _SHIFT, product & _MASK
+        c = np.stack(
+            [high[:, 1] ^ c[:, 1] ^ k[0], low[:, 1], high[:, 0] ^ c[:, 3] ^ k[1], low[:, 0]], axis=1
+        )
+        k = (k + _WEYL) & _MASK
+    return c.astype(np.uint32)
+
+
+def camera_salt(name: str) -> int:
+    """What keeps the noise of one scene's cameras apart; leaves the low bits to the stream."""
+    return zlib.crc32(name.encode()) & 0xFFFFFFF0
+
+
+def frame_key(seed: int, camera: str, stream: Stream) -> UIntArray:
+    """(2,) key of one noise source of a camera."""
+    return np.array([seed, stream ^ camera_salt(camera)], dtype=np.uint32)
+
+
+def pattern_key(serial: int, stream: Stream) -> UIntArray:
+    """(2,) key of something that stays with a camera for life."""
+    return np.array([serial, stream], dtype=np.uint32)
+
+
+def epoch_words(tai_ns: int) -> tuple[int, int]:
+    """Low and high half of an epoch [TAI ns]."""
+    return tai_ns & 0xFFFFFFFF, (tai_ns >> 32) & 0xFFFFFFFF
+
+
+def list_words(count: int, key: UIntArray, epoch: tuple[int, int] = (0, 0)) -> UIntArray:
+    """(count, 4) words of things that are numbered from 0."""
+    counter = np.zeros((count, 4), dtype=np.uint32)
+    counter[:, 0] = np.arange(count)
+    counter[:, 2:] = epoch
+    return philox(counter, key)
+
+
+def pixel_words(
+    width: int, height: int, key: UIntArray, epoch: tuple[int, int] = (0, 0)
+) -> UIntArray:
+    """(height, width) words, one a pixel."""
+    groups = -(-width // PIXELS)
+    y, x = np.divmod(np.arange(groups * height, dtype=np.uint32), np.uint32(groups))
+    counter = np.zeros((groups * height, 4), dtype=np.uint32)
+    counter[:, 0] = x + (y << np.uint32(16))
+    counter[:, 2:] = epoch
+    return philox(counter, key).reshape(height, groups * PIXELS)[:, :width]
+
+
+def uniform_01(words: UIntArray) -> Array:
+    """Numbers in (0, 1) from the upper 23 bits: exact in float32, never 0 or 1."""
+    return ((words >> np.uint32(9)).astype(np.float64) + 0.5) / 2.0**23
+
+
+def normal(u: NDArray[np.floating[Any]]) -> Array:
+    """Standard normals by inversion of their distribution at u in (0, 1).
+
+    Wichura, "Algorithm AS 241: the percentage points of the normal distribution" (1988), its
+    seven-digit form PPND7; within +-5.3 for the numbers of ``uniform_01``.
+    """
+    q = u - 0.5
+    r = 0.180625 - q * q
+    middle = q * (((59.109374720 * r + 159.29113202) * r + 50.434271938) * r + 3.3871327179)
+    middle /= ((67.187563600 * r + 78.757757664) * r + 17.895169469) * r + 1.0
+    s = np.sqrt(-np.log(np.minimum(u, 1.0 - u))) - 1.6
+    tail = ((0.17023821103 * s + 1.3067284816) * s + 2.7568153900) * s + 1.4234372777
+    tail /= (0.12021132975 * s + 0.73700164250) * s + 1.0
+    return np.where(np.abs(q) <= 0.425, middle, np.copysign(tail, q))

@@ -1,0 +1,207 @@
+"""From a sharp image to what the lens makes of it: point spread, scattered light, ghosts.
+
+Works on planes and gives weighted sums of the four bands: themselves, or the electrons behind each
+of a detector's filters. For a single sum the kernels of the bands are taken as mixtures of two:
+that keeps each band's light and tail exactly (both are linear in its wavelength), and the rest with
+the least mean square of what is left.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from simgl.arrays import Array, Array32
+from simgl.camera.camera import Camera
+from simgl.camera.camera_equation import irradiance_per_radiance
+from simgl.camera.convolution import CELL, Convolver, add_coarse, coarse_light, in_threads
+from simgl.camera.ghosts import GhostDisc, add_discs, ghosts
+from simgl.camera.psf_kernel import PsfKernel, image_kernel, lens_kernel, lens_reach
+from simgl.physics.constants import SOLAR_CONSTANT, SOLAR_TEMPERATURE
+from simgl.physics.spectrum import black_body_light
+
+# What is brighter than so many white plates in sunlight is convolved apart: single precision then
+# keeps 3e-5 of a plate.
+BRIGHT_PLATES = 300.0
+# Ghosts whose edge is narrower than so many cells of the coarse grid are drawn pixel by pixel.
+_SOFT_GHOST = 3.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SunBefore:
+    """The Sun before a camera.
+
+    direction : (3,) unit, camera axes
+    irradiance : (4,) across its light, at the lens, as far as the Earth lets it pass [W m-2]
+    angular_radius : [rad]
+    """
+
+    direction: Array
+    irradiance: Array
+    angular_radius: float
+
+
+class Spread:
+    """What one lens does after the image of a pinhole is formed.
+
+    weights : (results, 4) of the bands; by default the bands themselves
+
+    mixture : (planes, 4) of the bands, 0 or more: what ``apply`` wants
+    """
+
+    def __init__(self, camera: Camera, weights: Array | None = None) -> None:
+        self._camera = camera
+        self._outcome = np.eye(4) if weights is None else weights
+        zones = None if camera.lens.spread is None else _zone_kernels(camera)
+        kernels = zones or []
+        if zones is None or zones[0][0].tail == zones[0][3].tail:
+            # All bands alike.
+            self.mixture, self._mixing = self._outcome, np.eye(len(self._outcome))
+            kernels = [row[:1] * len(self._outcome) for row in kernels]
+        elif len(self._outcome) == 1:
+            (single,), shares = self._outcome, _shares(zones[0])
+            self.mixture, self._mixing = single * shares, np.ones((1, 2))
+            kernels = [list(_pair(row, shares, single)) for row in zones]
+        else:
+            self.mixture, self._mixing = np.eye(4), self._outcome
+        d = camera.detector
+        self._zones = None if zones is None else _zone_weights(camera)
+        self._convolver = None
+        if zones is not None:
+            self._convolver = Convolver(kernels, self._mixing, d.width, d.height)
+        white = black_body_light(SOLAR_CONSTANT, SOLAR_TEMPERATURE).irradiance / np.pi
+        plate = irradiance_per_radiance(camera) * white
+        self._limits = BRIGHT_PLATES * self.mixture @ plate
+        self._ghosts = ghosts(camera.lens.surfaces, camera.lens.focal_length)
+
+    def apply(self, planes: Sequence[Array32], sun: SunBefore | None = None) -> list[Array32]:
+        """(height, width) results.
+
+        planes : (height, width) each, 0 or more, mixed as ``mixture`` says
+        sun : gives ghosts
+        """
+        coarse = np.stack(in_threads(coarse_light, planes))
+        if self._convolver is None:
+            results = [plane.copy() for plane in planes]
+            added = np.zeros_like(coarse)
+        else:
+            assert self._zones is not None
+            results = self._convolver.cores(planes, self._zones, self._limits)
+            added = self._convolver.tails(coarse)
+        glare = self._camera.lens.veiling_glare
+        if glare > 0.0:
+            means = coarse.sum(axis=(1, 2)) * CELL**2 / planes[0].size
+            added = (1.0 - glare) * added + glare * (self._mixing @ means)[:, None, None]
+            for result in results:
+                result *= np.float32(1.0 - glare)
+        discs = [] if sun is None else self._discs(planes, sun)
+        soft = [disc for disc in discs if disc.edge >= _SOFT_GHOST * CELL]
+        add_discs(list(added), soft, CELL)
+        for result, values in zip(results, added, strict=True):
+            add_coarse(result, values)
+        add_discs(results, [disc for disc in discs if disc not in soft], 1)
+        return results
+
+    def _discs(self, planes: Sequence[Array32], sun: SunBefore) -> list[GhostDisc]:
+        """The Sun's ghosts: while its image touches the circle around the picture; a hood is taken
+        to keep it off the lens outside."""
+        camera, d, lens = self._camera, self._camera.detector, self._camera.lens
+        tangent = sun.direction[:2] / sun.direction[2]
+        radius = float(np.tan(sun.angular_radius)) * camera.focal_length_px
+        off_axis = float(np.linalg.norm(tangent)) * camera.focal_length_px
+        if not self._ghosts or sun.direction[2] <= 0.0:
+            return []
+        if off_axis > 0.5 * np.hypot(d.width, d.height) + radius:
+            return []
+        pupil = 0.5 * lens.focal_length / lens.f_number
+        collected = (
+            sun.irradiance * sun.direction[2] * np.pi * pupil**2 * np.array(lens.transmission)
+        )
+        direct = self._outcome @ collected / d.pixel_pitch**2
+        direct *= self._visible_share(planes, tangent, radius)
+        middle = camera.intrinsics[:2, 2]
+        discs = []
+        for ghost in self._ghosts:
+            x, y = middle + ghost.lever * tangent / d.pixel_pitch
+            discs.append(
+                GhostDisc(
+                    x=float(x),
+                    y=float(y),
+                    # A pixel cannot show less than itself.
+                    pupil=max(ghost.spread * pupil / d.pixel_pitch, 0.6),
+                    sun=max(abs(ghost.lever) * sun.angular_radius / d.pixel_pitch, 0.6),
+                    power=ghost.share * direct,
+                )
+            )
+        return discs
+
+    def _visible_share(self, planes: Sequence[Array32], tangent: Array, radius: float) -> float:
+        """Part of the Sun's disc that no spacecraft hides, by the pixels that it fills; 1 where it
+        has no pixels in the picture."""
+        d = self._camera.detector
+        x, y = self._camera.project(np.array([*tangent, 1.0]))
+        reach = max(0.9 * radius, 0.75)
+        row = np.arange(max(int(y - reach), 0), min(int(y + reach) + 1, d.height))
+        column = np.arange(max(int(x - reach), 0), min(int(x + reach) + 1, d.width))
+        inside = np.hypot((row + 0.5 - y)[:, None], column + 0.5 - x) <= reach
+        if not inside.any():
+            return 1.0
+        part = np.ix_(row, column)
+        bright = [
+            plane[part][inside] > lim for plane, lim in zip(planes, self._limits, strict=True)
+        ]
+        return float(np.mean(np.any(bright, axis=0)))
+
+
+def spreads(camera: Camera) -> bool:
+    """Whether a camera's lens does more than a pinhole with an aperture."""
+    lens = camera.lens
+    return lens.spread is not None or lens.veiling_glare > 0.0 or bool(lens.surfaces)
+
+
+def _zone_kernels(camera: Camera) -> list[list[PsfKernel]]:
+    """Kernels of the four bands for each zone."""
+    spread = camera.lens.spread
+    assert spread is not None
+    if spread.image is not None:
+        return [[image_kernel(np.array(spread.image), spread.image_scale)] * 4]
+    reach = max(lens_reach(camera, zone.blur) for zone in spread.zones)
+    if not spread.diffraction:
+        return [[lens_kernel(camera, zone.blur, 0, reach)] * 4 for zone in spread.zones]
+    return [[lens_kernel(camera, z.blur, band, reach) for band in range(4)] for z in spread.zones]
+
+
+def _zone_weights(camera: Camera) -> list[Array32 | None]:
+    """(height, width) share of each zone in each pixel's light; None for 1 everywhere."""
+    spread, d = camera.lens.spread, camera.detector
+    assert spread is not None
+    if len(spread.zones) == 1 or spread.image is not None:
+        return [None]
+    x, y = np.arange(d.width) + 0.5 - 0.5 * d.width, np.arange(d.height) + 0.5 - 0.5 * d.height
+    share = np.hypot(y[:, None], x) / (0.5 * np.hypot(d.width, d.height))
+    nodes = np.array([zone.share for zone in spread.zones])
+    return [np.interp(share, nodes, hat).astype(np.float32) for hat in np.eye(len(nodes))]
+
+
+def _shares(kernels: Sequence[PsfKernel]) -> Array:
+    """(2, 4) how much of either end of the spectrum each band's kernel holds."""
+    tails = np.array([kernel.tail for kernel in kernels])
+    long = (tails - tails.min()) / (tails.max() - tails.min())
+    return np.stack([1.0 - long, long])
+
+
+def _pair(
+    kernels: Sequence[PsfKernel], shares: Array, weights: Array
+) -> tuple[PsfKernel, PsfKernel]:
+    """Two kernels of whose mixtures the kernels of all bands are made, nearly."""
+    light = weights * black_body_light(SOLAR_CONSTANT, SOLAR_TEMPERATURE).irradiance
+    cores = np.stack([kernel.core.ravel() for kernel in kernels])
+    fitted, *_ = np.linalg.lstsq((shares * light).T, light[:, None] * cores, rcond=None)
+    tails = [kernel.tail for kernel in kernels]
+    short, long = fitted.reshape(2, *kernels[0].core.shape)
+    return (
+        PsfKernel(0.5 * (short + short[::-1, ::-1]), min(tails)),
+        PsfKernel(0.5 * (long + long[::-1, ::-1]), max(tails)),
+    )

@@ -1,0 +1,145 @@
+"""The ordered passes that turn radiance into irradiance, electrons and digital numbers."""
+
+from __future__ import annotations
+
+import moderngl
+
+from simgl.arrays import Array
+from simgl.camera.camera import Camera
+from simgl.camera.camera_equation import square_electrons_per_irradiance
+from simgl.camera.point_spread import SunBefore, spreads
+from simgl.gpu.render_targets import Format, ImageTarget, TargetStore
+from simgl.gpu.timers import PassTimer
+from simgl.passes.exposure import ELECTRONS_FORMAT, ExposurePass
+from simgl.passes.optics import OpticsPass
+from simgl.passes.readout import DN_FORMAT, ReadoutPass
+from simgl.passes.spread import SpreadPass
+
+_BANDS = (Format("f4", 4),)
+_ELECTRONS = (ELECTRONS_FORMAT,)
+_DN = (DN_FORMAT,)
+
+
+class CameraPipeline:
+    """Lens and detector of any camera: owns their passes and targets in one OpenGL context.
+
+    timer : where the passes' times go; one of its own if not given
+    Each answer is valid until the next call of its kind at this size.
+    """
+
+    def __init__(self, ctx: moderngl.Context, timer: PassTimer | None = None) -> None:
+        self._ctx = ctx
+        self._timer = PassTimer(ctx) if timer is None else timer
+        self._optics = OpticsPass(ctx)
+        self._spread = SpreadPass(ctx)
+        self._exposure = ExposurePass(ctx)
+        self._detector = ReadoutPass(ctx)
+        self._targets = TargetStore(ctx)
+
+    def irradiance(
+        self, camera: Camera, radiance: ImageTarget, sun: SunBefore | None = None
+    ) -> ImageTarget:
+        """Irradiance of the image plane per band [W m-2], RGBA32F.
+
+        sun : gives ghosts
+        """
+        target = self._sharp(camera, radiance)
+        if not spreads(camera):
+            return target
+        spread = self._target("spread", camera, _BANDS)
+        with self._timer.measure("spread"):
+            self._spread.bands(camera, sun, target.textures[0], spread.textures[0])
+        return spread
+
+    def _sharp(self, camera: Camera, radiance: ImageTarget) -> ImageTarget:
+        target = self._target("irradiance", camera, _BANDS)
+        with self._timer.measure("optics"):
+            self._optics.draw(camera, radiance.textures[0], target.framebuffer)
+        return target
+
+    def electrons_through(
+        self,
+        camera: Camera,
+        photons_per_joule: Array,
+        radiance: ImageTarget,
+        sun: SunBefore | None = None,
+    ) -> ImageTarget:
+        """Mean electrons [e-] of a radiance, in ``ELECTRONS_FORMAT``.
+
+        A lens that spreads light works on what the detector's filters make of the bands, not on
+        the bands: one sum for a monochrome detector, three for one of colour.
+        """
+        if not spreads(camera):
+            target = self._target("electrons", camera, _ELECTRONS)
+            relative = self._optics.relative_illumination(camera)
+            seen = radiance.textures[0]
+            with self._timer.measure("exposure"):
+                self._exposure.draw_through_lens(
+                    camera, photons_per_joule, seen, relative, target.framebuffer
+                )
+            return target
+        sharp = self._sharp(camera, radiance)
+        target = self._target("electrons", camera, _ELECTRONS)
+        square = square_electrons_per_irradiance(camera, photons_per_joule)
+        with self._timer.measure("spread"):
+            target.write(self._spread.electrons(camera, square, sun, sharp.textures[0]))
+        return target
+
+    def electrons(
+        self, camera: Camera, photons_per_joule: Array, irradiance: ImageTarget
+    ) -> ImageTarget:
+        """Mean electrons [e-], in ``ELECTRONS_FORMAT``."""
+        target = self._target("electrons", camera, _ELECTRONS)
+        with self._timer.measure("exposure"):
+            source = irradiance.textures[0]
+            self._exposure.draw(camera, photons_per_joule, source, target.framebuffer)
+        return target
+
+    def add_electrons(
+        self,
+        camera: Camera,
+        photons_per_joule: Array,
+        irradiance: ImageTarget,
+        shares: Array,
+        *,
+        first: bool,
+    ) -> ImageTarget:
+        """Mean electrons [e-], summed over parts of the exposure.
+
+        shares : (height,) part of each row's exposure time
+        first : forget what was summed before
+        """
+        target = self._target("electrons", camera, _ELECTRONS)
+        with self._timer.measure("exposure"):
+            if first:
+                target.framebuffer.scissor = None  # type: ignore[assignment]
+                target.framebuffer.viewport = (0, 0, *target.framebuffer.size)
+                target.framebuffer.clear()
+            source = irradiance.textures[0]
+            self._exposure.add(camera, photons_per_joule, source, target.framebuffer, shares)
+        return target
+
+    def digital(
+        self, camera: Camera, tai_ns: int, seed: int, electrons: ImageTarget
+    ) -> ImageTarget:
+        """Digital numbers, in ``DN_FORMAT``."""
+        target = self._target("dn", camera, _DN)
+        with self._timer.measure("detector"):
+            self._detector.draw(camera, tai_ns, seed, electrons.textures[0], target.framebuffer)
+        return target
+
+    def _target(self, use: str, camera: Camera, formats: tuple[Format, ...]) -> ImageTarget:
+        return self._targets.of(use, (camera.detector.width, camera.detector.height), formats)
+
+    def release(self) -> None:
+        """Free everything that this imager made."""
+        # moderngl binds the last framebuffer again whenever it makes one: not a freed one, then.
+        self._ctx.detect_framebuffer(0).use()
+        for owner in (self._targets, self._optics, self._spread, self._exposure, self._detector):
+            owner.release()
+
+    def __enter__(self) -> CameraPipeline:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.release()

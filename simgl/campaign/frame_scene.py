@@ -1,0 +1,233 @@
+"""The scene of one frame of a campaign: the scenario's, with what is drawn put into it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from simgl.arrays import Array
+from simgl.camera.camera import Camera
+from simgl.campaign.campaign_file import Campaign
+from simgl.campaign.random_draws import Distribution, Draw, direction, rotation
+from simgl.errors import ConfigError
+from simgl.motion.mounts import BodyMount, OrbitingMount, at_rest, camera_pose
+from simgl.physics.frames import Pose, camera_from_directions, rotation_between, unit
+from simgl.scene.state import CameraState, SceneState
+
+# Frames that cannot be, such as one with the camera inside the target, are drawn again.
+ATTEMPTS = 1000
+_RATES = ("target_rate_deg_s", "camera_rate_deg_s", "relative_speed_m_s")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FrameScene:
+    """What one frame is a picture of.
+
+    during : the scene at epochs [TAI ns] while the shutter is open; None where it stands still
+    seed : of its noise
+    """
+
+    frame: int
+    state: SceneState
+    during: Callable[[int], SceneState] | None
+    seed: int
+
+
+def frame_scene(campaign: Campaign, frame: int) -> FrameScene:
+    """The scene of a frame; the same one whenever it is asked for.
+
+    Raises ConfigError where no attempt gives a possible one.
+    """
+    for attempt in range(ATTEMPTS):
+        draw = Draw(campaign.seed, frame, attempt)
+        values = _values(campaign, draw)
+        if values is None:
+            continue
+        state = _state(campaign, draw, values)
+        camera = state.cameras[campaign.camera]
+        if not any(body.encloses(camera.position) for body in state.bodies.values()):
+            during = _during(campaign, draw, values, state)
+            return FrameScene(frame=frame, state=state, during=during, seed=draw.word("noise"))
+    problem = f"gives no possible scene for frame {frame} in {ATTEMPTS} attempts"
+    raise ConfigError(str(campaign.source), "draw", problem)
+
+
+@dataclass(frozen=True)
+class _Values:
+    plain: Mapping[str, float]
+    joints: Mapping[str, float]
+    lamps: Mapping[str, float]
+
+
+def _values(campaign: Campaign, draw: Draw) -> _Values | None:
+    """What is drawn as numbers; None where one of them lies outside its limits."""
+
+    def drawn(prefix: str, table: Mapping[str, Distribution]) -> dict[str, float]:
+        return {name: given.at(draw, prefix + name) for name, given in table.items()}
+
+    tables = {"": campaign.drawn, "joint ": campaign.joints, "lamp ": campaign.lamps}
+    found = [drawn(prefix, table) for prefix, table in tables.items()]
+    for values, table in zip(found, tables.values(), strict=True):
+        if any(not table[n].low <= value <= table[n].high for n, value in values.items()):
+            return None
+    return _Values(*found)
+
+
+def _during(
+    campaign: Campaign, draw: Draw, values: _Values, state: SceneState
+) -> Callable[[int], SceneState] | None:
+    """The scene of a frame while its shutter is open, where anything drawn sets it in motion."""
+    if not any(values.plain.get(name) for name in _RATES):
+        return None
+    return lambda tai_ns: _state(campaign, draw, values, 1e-9 * (tai_ns - state.tai_ns))
+
+
+def _state(campaign: Campaign, draw: Draw, values: _Values, after: float = 0.0) -> SceneState:
+    """The scene some time [s] after mid-exposure. Sun, sky and joints stay as they are then."""
+    scenario, drawn = campaign.scenario, values.plain
+    tai_ns = scenario.epoch_tai_ns + round(1e9 * drawn.get("epoch_offset_s", 0.0))
+    poses = scenario.poses(tai_ns)
+    poses[campaign.target] = _turned(campaign, draw, drawn, poses[campaign.target])
+    slides = {joint.name: joint.slides for joint in scenario.models[campaign.target].joints}
+    angles = {n: v if slides[n] else math.radians(v) for n, v in values.joints.items()}
+    before = scenario.with_poses(tai_ns, poses)
+    placed = _placed(campaign, draw, drawn, before)
+    mount = scenario.mounts[campaign.camera]
+    if isinstance(mount, BodyMount) and placed is not before.cameras[campaign.camera]:
+        poses[mount.spacecraft] = _carrier(mount, placed, poses[mount.spacecraft])
+    if after:
+        placed, poses = _coasted(campaign, draw, drawn, placed, poses, after)
+    state = scenario.with_poses(tai_ns, poses, joint_angles={campaign.target: angles})
+    placed = replace(placed, camera=_camera(placed.camera, drawn))
+    lamps = tuple(
+        replace(lamp, lamp=replace(lamp.lamp, power=lamp.lamp.power * values.lamps.get(name, 1.0)))
+        for name, lamp in zip(scenario.lamps, state.lamps, strict=True)
+    )
+    return replace(state, cameras={**state.cameras, campaign.camera: placed}, lamps=lamps)
+
+
+def _turn_rate(draw: Draw, drawn: Mapping[str, float], name: str) -> Array:
+    """(3,) in the axes of what turns [rad s-1]."""
+    return math.radians(drawn.get(name, 0.0)) * direction(draw, f"{name} axis")
+
+
+def _coasted(
+    campaign: Campaign,
+    draw: Draw,
+    drawn: Mapping[str, float],
+    camera: CameraState,
+    poses: Mapping[str, Pose],
+    after: float,
+) -> tuple[CameraState, dict[str, Pose]]:
+    """The camera and all spacecraft some time [s] on their way."""
+    target = poses[campaign.target]
+    there = {n: replace(p, position=p.position + after * p.velocity) for n, p in poses.items()}
+    turn = Rotation.from_rotvec(after * _turn_rate(draw, drawn, "target_rate_deg_s")).as_matrix()
+    R_icrf_from_body = target.R_icrf_from_body @ turn
+    there[campaign.target] = replace(there[campaign.target], R_icrf_from_body=R_icrf_from_body)
+    past = drawn.get("relative_speed_m_s", 0.0) * direction(draw, "relative_speed_m_s direction")
+    turn = Rotation.from_rotvec(-after * _turn_rate(draw, drawn, "camera_rate_deg_s")).as_matrix()
+    moved = replace(
+        camera,
+        position=camera.position + after * (target.velocity + past),
+        R_camera_from_icrf=turn @ camera.R_camera_from_icrf,
+    )
+    mount = campaign.scenario.mounts[campaign.camera]
+    if isinstance(mount, BodyMount):
+        # The craft that carries the camera is rigid with it.
+        carrier = poses[mount.spacecraft]
+        R_then_from_now = moved.R_camera_from_icrf.T @ camera.R_camera_from_icrf
+        there[mount.spacecraft] = replace(
+            carrier,
+            position=moved.position + R_then_from_now @ (carrier.position - camera.position),
+            R_icrf_from_body=R_then_from_now @ carrier.R_icrf_from_body,
+        )
+    return moved, there
+
+
+def _camera(camera: Camera, drawn: Mapping[str, float]) -> Camera:
+    return replace(
+        camera,
+        exposure_time=drawn.get("exposure_time_s", camera.exposure_time),
+        lens=replace(camera.lens, f_number=drawn.get("f_number", camera.lens.f_number)),
+    )
+
+
+def _turned(campaign: Campaign, draw: Draw, drawn: Mapping[str, float], pose: Pose) -> Pose:
+    """The target's pose with its drawn attitude."""
+    if campaign.any_attitude:
+        return replace(pose, R_icrf_from_body=rotation(draw, "attitude"))
+    if "attitude_error_deg" not in drawn:
+        return pose
+    angle = math.radians(drawn["attitude_error_deg"])
+    error = Rotation.from_rotvec(angle * direction(draw, "attitude axis")).as_matrix()
+    return replace(pose, R_icrf_from_body=pose.R_icrf_from_body @ error)
+
+
+def _placed(
+    campaign: Campaign, draw: Draw, drawn: Mapping[str, float], state: SceneState
+) -> CameraState:
+    """The camera where it is drawn; as it is where neither its place nor its pointing are."""
+    camera = state.cameras[campaign.camera]
+    moving = {"range_m", "azimuth_deg", "phase_angle_deg", "roll_deg", "offset_x", "offset_y"}
+    if not campaign.sphere and not moving & drawn.keys():
+        return camera
+    target = state.bodies[campaign.target].pose
+    line = camera.position - target.position
+    position = target.position + drawn.get("range_m", float(np.linalg.norm(line))) * _outward(
+        campaign, draw, drawn, state, line
+    )
+    up = -camera.R_camera_from_icrf[1]
+    R = camera_from_directions(target.position - position, up)
+    roll = math.radians(drawn.get("roll_deg", 0.0))
+    R = Rotation.from_rotvec([0.0, 0.0, roll]).as_matrix() @ R
+    d, f = camera.camera.detector, camera.camera.focal_length_px
+    seen = np.array(
+        [
+            0.5 * d.width * drawn.get("offset_x", 0.0) / f,
+            0.5 * d.height * drawn.get("offset_y", 0.0) / f,
+            1.0,
+        ]
+    )
+    R = rotation_between([0.0, 0.0, 1.0], seen) @ R
+    return replace(camera, position=position, R_camera_from_icrf=R)
+
+
+def _outward(
+    campaign: Campaign,
+    draw: Draw,
+    drawn: Mapping[str, float],
+    state: SceneState,
+    line: Array,
+) -> Array:
+    """(3,) unit, from the target to the camera."""
+    target = state.bodies[campaign.target].pose
+    if campaign.sphere:
+        return direction(draw, "direction")
+    if "phase_angle_deg" in drawn:
+        sun = state.sun.seen_from(target.position).direction_icrf
+        phase, turn = math.radians(drawn["phase_angle_deg"]), draw.uniforms("clock angle", 1)[0]
+        across, upward, _ = camera_from_directions(sun, state.cameras[campaign.camera].position)
+        around = math.cos(2.0 * math.pi * turn) * across + math.sin(2.0 * math.pi * turn) * upward
+        return math.cos(phase) * sun + math.sin(phase) * around
+    if "azimuth_deg" in drawn:
+        mount = OrbitingMount(
+            target=campaign.target,
+            azimuth=math.radians(drawn["azimuth_deg"]),
+            elevation=math.radians(drawn.get("elevation_deg", 0.0)),
+            range=1e6,
+        )
+        position, _ = camera_pose(campaign.camera, mount, {campaign.target: target})
+        return unit(position - target.position)
+    return unit(line)
+
+
+def _carrier(mount: BodyMount, camera: CameraState, pose: Pose) -> Pose:
+    """The pose of the spacecraft that holds a camera at its place."""
+    R_icrf_from_body = camera.R_camera_from_icrf.T @ at_rest(mount)
+    position = camera.position - R_icrf_from_body @ mount.position_body
+    return replace(pose, position=position, R_icrf_from_body=R_icrf_from_body)

@@ -1,0 +1,123 @@
+"""The labels of a whole campaign in forms that others read: COCO, and SPEED's."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from simgl.camera.camera import Camera
+from simgl.campaign.frame_task import label_name
+from simgl.output import complete_file
+from simgl.scene.spacecraft import SpacecraftModel
+from simgl.sequence.journal import Value
+
+Labels = dict[str, Any]
+
+
+def stored_labels(folder: Path, frames: int) -> Iterator[Labels]:
+    """The labels of each frame, in order."""
+    for frame in range(frames):
+        yield json.loads((folder / label_name(frame)).read_text())
+
+
+def write_coco(
+    path: Path, labels: Iterable[Labels], models: Mapping[str, SpacecraftModel], description: str
+) -> None:
+    """COCO's object keypoints and instances: one category a spacecraft, masks as run lengths.
+
+    Boxes and keypoints count pixels from the picture's top left corner, where a pixel's centre lies
+    half a pixel in. A keypoint past the edge is 0, 0, 0.
+    """
+    categories = {name: number for number, name in enumerate(models, start=1)}
+    images: list[Labels] = []
+    annotations: list[Labels] = []
+    for one in labels:
+        size = one["height_px"], one["width_px"]
+        images.append(
+            {"id": one["frame"], "file_name": one["file"], "height": size[0], "width": size[1]}
+        )
+        for craft in one["spacecraft"]:
+            points = craft["keypoints"]
+            annotations.append(
+                {
+                    "id": len(annotations) + 1,
+                    "image_id": one["frame"],
+                    "category_id": categories[craft["name"]],
+                    "bbox": craft["box_px"],
+                    "area": craft["pixels"],
+                    "iscrowd": 0,
+                    "segmentation": {"size": size, "counts": craft["mask_run_lengths"]},
+                    "keypoints": [value for point in points for value in _coco_point(point)],
+                    "num_keypoints": sum(point["visibility"] > 0 for point in points),
+                }
+            )
+    content = {
+        "info": {"description": description},
+        "images": images,
+        "annotations": annotations,
+        "categories": [
+            {
+                "id": categories[name],
+                "name": name,
+                "supercategory": "spacecraft",
+                "keypoints": list(model.keypoints),
+                "skeleton": [],
+            }
+            for name, model in models.items()
+        ],
+    }
+    _write(path, content)
+
+
+def _coco_point(point: Mapping[str, Any]) -> tuple[float, float, int]:
+    if point["visibility"] == 0:
+        return 0, 0, 0
+    return point["x_px"], point["y_px"], point["visibility"]
+
+
+def write_speed(path: Path, rows: Iterable[Mapping[str, Value]]) -> None:
+    """The target's pose in every frame, by the names of the SPEED+ data set.
+
+    ``r_Vo2To_vbs_true`` is the origin of the target's body in camera axes [m]. A point p of the
+    body lies at r + R(q) p in camera axes, with R(q) the rotation of the Hamilton quaternion q, its
+    scalar first. (The data set's own tools form the transpose of R from q, and transpose it again
+    before they project.) Camera axes are ours: z boresight, x right, y down.
+    """
+    content = [
+        {
+            "filename": row["file"],
+            "q_vbs2tango_true": [row[f"q_camera_from_target_{axis}"] for axis in "wxyz"],
+            "r_Vo2To_vbs_true": [row[f"target_{axis}_camera_m"] for axis in "xyz"],
+        }
+        for row in rows
+    ]
+    _write(path, content)
+
+
+def write_camera(path: Path, camera: Camera) -> None:
+    """The camera by the names of SPEED+'s ``camera.json``: pixels and metres, and OpenCV's
+    distortion (k1, k2, p1, p2, k3, k4, k5, k6)."""
+    d, lens = camera.detector, camera.lens
+    turns: Sequence[float] = [0.0] * 5
+    if (bent := lens.distortion) is not None:
+        turns = [bent.k1, bent.k2, bent.p1, bent.p2, bent.k3, bent.k4, bent.k5, bent.k6]
+    content = {
+        "Nu": d.width,
+        "Nv": d.height,
+        "ppx": d.pixel_pitch,
+        "ppy": d.pixel_pitch,
+        "fx": lens.focal_length,
+        "fy": lens.focal_length,
+        "ccx": 0.5 * d.width,
+        "ccy": 0.5 * d.height,
+        "cameraMatrix": camera.intrinsics.tolist(),
+        "distCoeffs": list(turns),
+    }
+    _write(path, content)
+
+
+def _write(path: Path, content: object) -> None:
+    with complete_file(path) as temporary:
+        temporary.write_text(json.dumps(content), encoding="utf-8")

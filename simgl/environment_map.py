@@ -1,0 +1,314 @@
+"""What a spacecraft sees around it as a cube of radiance, and what its surfaces get of that.
+
+A cube has six square faces of n x n texels in body axes, in the order +x -x +y -y +z -z. Seen from
+the centre, texel (row j, column i) of face f lies in the direction
+
+    FORWARD[f] + u RIGHT[f] + v DOWN[f]    with u = (2 i + 1) / n - 1, v = (2 j + 1) / n - 1,
+
+which is a cube map of OpenGL, texel for texel (its faces are mirrored: right x down = -forward).
+
+    cube of radiance (6, n, n, 4)
+      -> irradiance(), prefiltered()   octahedral maps, what diffuse and glossy surfaces need
+      -> cell_radiance()               means over few large cells, for precomputed visibility
+
+An octahedral map of m x m points holds a function of direction: the octahedron |x| + |y| + |z| = 1
+seen along -z, its lower half folded outwards (Meyer et al. 2010). Points lie on the square's edges
+too: with m odd the six axes are points of the map, and bilinear interpolation is continuous.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from simgl.arrays import Array, Array32, IndexArray
+
+FORWARD = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1.0]])
+RIGHT = np.array([[0, 0, -1], [0, 0, 1], [1, 0, 0], [1, 0, 0], [1, 0, 0], [-1, 0, 0.0]])
+DOWN = np.array([[0, -1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1], [0, -1, 0], [0, -1, 0.0]])
+
+# Irradiance is summed over so many blocks along a face's edge, glossy light over a pyramid.
+_BLOCKS = 16
+_PYRAMID = (64, 32, 16, 8, 4, 2)
+# Points along an edge of the octahedral maps, 7.5 and 3.75 degrees apart on the whole.
+COARSE, FINE = 25, 49
+# The layers of prefiltered light belong to these perceptual roughnesses; 0 is the cube itself.
+ROUGHNESS = (0.2, 0.4, 0.6, 0.8, 1.0)
+# For each but the last: points along an edge of the map as it is summed, and how wide a block may
+# be to serve a lobe, in units of the lobe's scale there.
+_POINTS = (FINE, COARSE, COARSE, COARSE)
+_BLOCK_TO_LOBE = (0.5, 0.35, 0.35, 0.35)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SkyRadiance:
+    """The sky around a spacecraft, the Sun's disc left out.
+
+    radiance : (6, n, n, 4) float32 in body axes [W m-2 sr-1]; n is a multiple of 64
+    """
+
+    radiance: Array32
+
+    def __post_init__(self) -> None:
+        n = self.radiance.shape[1]
+        if self.radiance.shape != (6, n, n, 4) or n % _PYRAMID[0]:
+            raise ValueError(
+                f"a sky is (6, n, n, 4) with n a multiple of {_PYRAMID[0]}, "
+                f"got {self.radiance.shape}"
+            )
+
+    @cached_property
+    def pyramid(self) -> Mapping[int, Array32]:
+        """(6, n, n, 4) radiance times solid angle, summed over blocks of n along an edge [W m-2].
+
+        For n = 64, 32, 16, 8, 4 and 2.
+        """
+        fine = self.radiance.shape[1]
+        flux = self.radiance * cube_solid_angles(fine).astype(np.float32)[:, :, None]
+        levels = {}
+        for n in _PYRAMID:
+            flux = levels[n] = _merged(flux, n)
+        return levels
+
+
+@lru_cache(maxsize=8)
+def cube_directions(n: int) -> Array:
+    """(6, n, n, 3) unit directions of the texels' centres: face, row, column."""
+    t = (2.0 * np.arange(n) + 1.0) / n - 1.0
+    d = FORWARD[:, None, None] + DOWN[:, None, None] * t[:, None, None]
+    d = d + RIGHT[:, None, None] * t[:, None]
+    return d / np.linalg.norm(d, axis=-1, keepdims=True)
+
+
+@lru_cache(maxsize=8)
+def cube_solid_angles(n: int) -> Array:
+    """(n, n) solid angles of a face's texels [sr], exact; a face has 2 pi / 3."""
+    # The rectangle from the face's middle to (x, y) spans atan(x y / sqrt(x^2 + y^2 + 1)).
+    edge = 2.0 * np.arange(n + 1) / n - 1.0
+    x, y = np.meshgrid(edge, edge)
+    corner = np.arctan2(x * y, np.sqrt(x * x + y * y + 1.0))
+    return np.diff(np.diff(corner, axis=0), axis=1)
+
+
+def cell_radiance(sky: SkyRadiance, cells: int = 4) -> Array32:
+    """(6 cells^2, 4) means over ``cells`` x ``cells`` blocks of each face [W m-2 sr-1].
+
+    In the order face, row, column; each mean is weighted by solid angle. ``cells`` is 2, 4 ... 64.
+    """
+    solid_angle = cube_solid_angles(cells).astype(np.float32)[:, :, None]
+    return (sky.pyramid[cells] / solid_angle).reshape(-1, 4)
+
+
+def octahedron(m: int) -> Array:
+    """(m, m, 3) unit directions of an octahedral map's points: row along y, column along x."""
+    x, y = np.meshgrid(np.linspace(-1.0, 1.0, m), np.linspace(-1.0, 1.0, m))
+    z = 1.0 - np.abs(x) - np.abs(y)
+    folded = np.maximum(-z, 0.0)
+    d = np.stack([x - np.copysign(folded, x), y - np.copysign(folded, y), z], axis=-1)
+    return d / np.linalg.norm(d, axis=-1, keepdims=True)
+
+
+def irradiance(sky: SkyRadiance) -> Array32:
+    """(m, m, 4) irradiance of a plane by its normal, an octahedral map [W m-2].
+
+    The sum over texels of L max(n.d, 0) and the solid angle. A block of texels wholly above the
+    plane gives n.V, its flux vector V being the sum of L d and the solid angle, which is exact; one
+    that the plane cuts gives the part of V that a uniform block would. For normals along the body
+    axes no block is cut.
+    """
+    operator = _irradiance_operator(sky.radiance.shape[1])
+    vectors = operator.vectors @ sky.radiance.reshape(-1, 4)
+    levels = [vectors.reshape(6, _BLOCKS, _BLOCKS, 12)]
+    while levels[-1].shape[1] > _PYRAMID[-1]:
+        levels.append(_merged(levels[-1], levels[-1].shape[1] // 2))
+    above = operator.above @ np.concatenate([level.reshape(-1, 12) for level in levels])
+    total = np.einsum("pc,pcb->pb", operator.normals, above.reshape(-1, 3, 4))
+    total += operator.cut @ np.einsum("kc,kcb->kb", operator.own, vectors.reshape(-1, 3, 4))
+    return total.reshape(COARSE, COARSE, 4)
+
+
+def prefiltered(sky: SkyRadiance, plane_irradiance: Array32) -> Array32:
+    """(5, m, m, 4) mean radiance that glossy lobes of each ``ROUGHNESS`` see [W m-2 sr-1].
+
+    Octahedral maps by the mirror direction r, for n = v = r (the split sum of Karis 2013): weights
+    D(h) max(n.l, 0) with the GGX distribution D. At roughness 1 that is the irradiance over pi.
+    """
+    pyramid = np.concatenate([sky.pyramid[n].reshape(-1, 4) for n in _PYRAMID])
+    maps = []
+    for level, points in enumerate(_POINTS):
+        lobes = _lobe_operator(level) @ pyramid
+        maps.append(_refined(lobes.reshape(points, points, 4)))
+    maps.append(_refined(plane_irradiance / np.float32(np.pi)))
+    return np.stack(maps)
+
+
+def _refined(coarse: Array32) -> Array32:
+    """An octahedral map on the fine grid, linear between the points of a coarse one."""
+    if len(coarse) == FINE:
+        return coarse
+    fine = np.empty((FINE, FINE, 4), dtype=np.float32)
+    fine[::2, ::2] = coarse
+    fine[::2, 1::2] = 0.5 * (coarse[:, 1:] + coarse[:, :-1])
+    fine[1::2] = 0.5 * (fine[2::2] + fine[:-2:2])
+    return fine
+
+
+def _merged(values: Array32, n: int) -> Array32:
+    """(6, n, n, k) sums over square blocks."""
+    size = values.shape[1] // n
+    rows = values[:, ::size]
+    for k in range(1, size):
+        rows = rows + values[:, k::size]
+    merged = rows[:, :, ::size]
+    for k in range(1, size):
+        merged = merged + rows[:, :, k::size]
+    return merged
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _IrradianceOperator:
+    """Matrices from texels to irradiance.
+
+    normals : (points, 3)
+    vectors : (3 blocks, texels), flux vectors of the blocks
+    above : (points, blocks and their merged levels), 1 where one lies wholly above the plane
+    own : (blocks, 3), flux vectors of blocks of unit radiance
+    cut : (points, blocks), of a cut block's n.V / V.V for unit radiance the part above the plane
+    """
+
+    normals: Array32
+    vectors: csr_array
+    above: csr_array
+    own: Array32
+    cut: csr_array
+
+
+@lru_cache(maxsize=2)
+def _irradiance_operator(n: int) -> _IrradianceOperator:
+    size = n // _BLOCKS
+    normals = octahedron(COARSE).reshape(-1, 3)
+    weighted = (cube_directions(n) * cube_solid_angles(n)[:, :, None]).reshape(-1, 3)
+    face, row, column = np.indices((6, n, n)).reshape(3, -1)
+    block = (face * _BLOCKS + row // size) * _BLOCKS + column // size
+    vectors = _matrix(
+        3 * block[:, None] + np.arange(3),
+        np.repeat(np.arange(len(block)), 3),
+        weighted,
+        (3 * 6 * _BLOCKS**2, len(block)),
+    )
+    (point, above), (cut_point, cut_block), width = _halves(normals)
+    texels = weighted[np.argsort(block, kind="stable")].reshape(6 * _BLOCKS**2, -1, 3)
+    own = texels.sum(axis=1)
+    heights = np.einsum("kc,ktc->kt", normals[cut_point], texels[cut_block])
+    share = np.maximum(heights, 0.0).sum(axis=1) / np.sum(own[cut_block] ** 2, axis=1)
+    return _IrradianceOperator(
+        normals=normals.astype(np.float32),
+        vectors=vectors,
+        above=_matrix(point, above, np.ones(len(point)), (len(normals), width)),
+        own=own.astype(np.float32),
+        cut=_matrix(cut_point, cut_block, share, (len(normals), len(own))),
+    )
+
+
+Pairs = tuple[IndexArray, IndexArray]
+
+
+def _halves(normals: Array) -> tuple[Pairs, Pairs, int]:
+    """The upper half space of each plane as blocks, the largest that fit.
+
+    returns : (plane, block) of those wholly above, counted over 16 x 16 to 2 x 2 blocks a face; of
+        the finest that are cut; number of blocks in all
+    """
+    n, start = _PYRAMID[-1], sum(6 * k * k for k in _PYRAMID if k <= _BLOCKS)
+    width = start
+    point = np.repeat(np.arange(len(normals)), 6 * n * n)
+    block = np.tile(np.arange(6 * n * n), len(normals))
+    found = []
+    while True:
+        start -= 6 * n * n
+        side = np.einsum("pc,pkc->pk", normals[point], _corners(n)[block])
+        # Corners on the plane itself cut nothing.
+        above, below = np.all(side > -1e-9, axis=1), np.all(side < 1e-9, axis=1)
+        found.append((point[above], start + block[above]))
+        point, block = point[~above & ~below], block[~above & ~below]
+        if n == _BLOCKS:
+            rows, columns = (np.concatenate(part) for part in zip(*found, strict=True))
+            return (rows, columns), (point, block), width
+        point, block, n = np.repeat(point, 4), _children(block, n), 2 * n
+
+
+def _corners(n: int) -> Array:
+    """(6 n^2, 4, 3) directions of the corners of n x n blocks a face, unnormalised."""
+    edge = np.linspace(-1.0, 1.0, n + 1)
+    corners = []
+    for u in (edge[:-1], edge[1:]):
+        for v in (edge[:-1], edge[1:]):
+            d = FORWARD[:, None, None] + DOWN[:, None, None] * v[:, None, None]
+            corners.append((d + RIGHT[:, None, None] * u[:, None]).reshape(-1, 3))
+    return np.stack(corners, axis=1)
+
+
+def _matrix(
+    rows: IndexArray, columns: IndexArray, values: Array, shape: tuple[int, int]
+) -> csr_array:
+    entries = values.ravel().astype(np.float32), (rows.ravel(), columns.ravel())
+    return csr_array(entries, shape=shape)
+
+
+@lru_cache(maxsize=len(ROUGHNESS))
+def _lobe_operator(level: int) -> csr_array:
+    """(points^2, pyramid) weights of block fluxes [sr-1] in the lobes about a map's directions.
+
+    Each lobe takes large blocks far from its axis and small ones near it.
+    """
+    alpha = ROUGHNESS[level] ** 2
+    axes = octahedron(_POINTS[level]).reshape(-1, 3)
+    point = np.repeat(np.arange(len(axes)), 6 * _PYRAMID[-1] ** 2)
+    block = np.tile(np.arange(6 * _PYRAMID[-1] ** 2), len(axes))
+    found: list[tuple[IndexArray, IndexArray, Array, Array]] = []
+    start = sum(6 * n * n for n in _PYRAMID)
+    for n in _PYRAMID[::-1]:
+        start -= 6 * n * n
+        middle = cube_directions(n).reshape(-1, 3)[block]
+        width = np.sqrt(cube_solid_angles(n).ravel()[block % (n * n)])
+        away = np.linalg.norm(middle - axes[point], axis=1)
+        coarse = width > _BLOCK_TO_LOBE[level] * np.hypot(2.0 * alpha, away)
+        # At the bottom of the pyramid the finest block serves.
+        taken = ~coarse | (n == _PYRAMID[0])
+        share = _lobe_integral(axes[point[taken]], block[taken], n, alpha)
+        solid_angle = cube_solid_angles(n).ravel()[block[taken] % (n * n)]
+        found.append((point[taken], start + block[taken], share / solid_angle, share))
+        point, block = np.repeat(point[~taken], 4), _children(block[~taken], n)
+    rows, columns, weights, shares = (np.concatenate(part) for part in zip(*found, strict=True))
+    total = np.bincount(rows, weights=shares, minlength=len(axes))
+    shape = (len(axes), sum(6 * n * n for n in _PYRAMID))
+    lit = weights > 0.0
+    return _matrix(rows[lit], columns[lit], (weights / total[rows])[lit], shape)
+
+
+def _children(block: IndexArray, n: int) -> IndexArray:
+    """The four blocks of the next finer level, 2 n blocks along an edge, for each block."""
+    face, rest = np.divmod(block, n * n)
+    row, column = np.divmod(rest, n)
+    first = (face * 2 * n + 2 * row) * 2 * n + 2 * column
+    return (first[:, None] + np.array([0, 1, 2 * n, 2 * n + 1])).ravel()
+
+
+def _lobe_integral(axes: Array, block: IndexArray, n: int, alpha: float) -> Array:
+    """Of D(h) max(n.l, 0) over blocks of n along an edge, for n = v = the lobe's axis."""
+    # 4 x 4 directions in each block: one of a lobe's own width sees its slope and curve.
+    fine = cube_directions(4 * n).reshape(6, n, 4, n, 4, 3).transpose(2, 4, 0, 1, 3, 5)
+    solid_angle = cube_solid_angles(4 * n).reshape(n, 4, n, 4).transpose(1, 3, 0, 2)
+    total = np.zeros(len(block))
+    for j, i in np.ndindex(4, 4):
+        light = fine[j, i].reshape(-1, 3)[block]
+        # 1 - (n.h)^2 = |l - n|^2 / 4, without the cancellation of a cosine near 1.
+        sine2 = 0.25 * np.sum((light - axes) ** 2, axis=1)
+        ggx = alpha**2 / (np.pi * (alpha**2 * (1.0 - sine2) + sine2) ** 2)
+        cosine = np.maximum(1.0 - 2.0 * sine2, 0.0)
+        total += ggx * cosine * solid_angle[j, i].ravel()[block % (n * n)]
+    return total

@@ -1,0 +1,114 @@
+"""Render targets: a texture for each attachment and the framebuffer over them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import moderngl
+import numpy as np
+
+from simgl.arrays import AnyArray, Array32
+from simgl.lru_cache import LruCache
+
+
+@dataclass(frozen=True)
+class Format:
+    """Channels and moderngl type of an attachment: ("f4", 4) is RGBA32F.
+
+    packed : the channels of a texel hold neighbouring pixels of a row, one value each
+    """
+
+    dtype: str
+    channels: int = 1
+    packed: bool = False
+
+
+class ImageTarget:
+    """A framebuffer of image size whose attachments can be read, sampled and released."""
+
+    def __init__(
+        self,
+        ctx: moderngl.Context,
+        size: tuple[int, int],
+        formats: Sequence[Format],
+        *,
+        depth: bool = False,
+    ) -> None:
+        self.size = size
+        self.formats = tuple(formats)
+        packed = {f.channels for f in formats if f.packed} or {1}
+        # Attachments of one framebuffer have one size.
+        (pixels,) = packed
+        texels = (-(-size[0] // pixels), size[1])
+        self.textures = [
+            ctx.texture(texels, f.channels, dtype=f.dtype, alignment=1) for f in formats
+        ]
+        for texture in self.textures:
+            texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self._depth = ctx.depth_renderbuffer(texels) if depth else None
+        self.framebuffer = ctx.framebuffer(self.textures, self._depth)
+
+    def read(self, attachment: int = 0) -> AnyArray:
+        """(height, width) or (height, width, channels) values; row 0 is the top of the picture."""
+        kind = self.formats[attachment]
+        data = np.frombuffer(self.textures[attachment].read(alignment=1), dtype=f"<{kind.dtype}")
+        width, height = self.size
+        if kind.packed:
+            return np.ascontiguousarray(data.reshape(height, -1)[:, :width])
+        shape = (height, width, kind.channels)
+        return data.reshape(shape if kind.channels > 1 else shape[:2])
+
+    def write(self, values: AnyArray, attachment: int = 0) -> None:
+        """Fill an attachment of one value a pixel with (height, width) values."""
+        kind = self.formats[attachment]
+        texels = self.textures[attachment].width
+        spare = texels * kind.channels - values.shape[1]
+        rows = np.pad(values, ((0, 0), (0, spare))) if spare else values
+        self.textures[attachment].write(np.ascontiguousarray(rows, dtype=f"<{kind.dtype}").data)
+
+    def release(self) -> None:
+        """Free the framebuffer and its attachments."""
+        self.framebuffer.release()
+        for texture in self.textures:
+            texture.release()
+        if self._depth is not None:
+            self._depth.release()
+
+
+# Four targets for each of eight image sizes; a window that is resized leaves no more behind.
+_KEPT = 32
+
+
+def table_texture(ctx: moderngl.Context, values: Array32) -> moderngl.Texture:
+    """(height, width) or (height, width, channels) values as a texture, read texel by texel."""
+    height, width = values.shape[:2]
+    channels = values.shape[2] if values.ndim > 2 else 1
+    texture = ctx.texture((width, height), channels, values.tobytes(), dtype="f4")
+    texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    return texture
+
+
+class TargetStore:
+    """Targets by what they are for and by size; those unused for longest are freed."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        self._targets = LruCache[tuple[str, tuple[int, int]], ImageTarget](_KEPT, self._free)
+
+    def of(
+        self, use: str, size: tuple[int, int], formats: Sequence[Format], *, depth: bool = False
+    ) -> ImageTarget:
+        """The target for a use; each has one set of formats."""
+        return self._targets.get(
+            (use, size), lambda: ImageTarget(self._ctx, size, formats, depth=depth)
+        )
+
+    def _free(self, target: ImageTarget) -> None:
+        # moderngl binds the last framebuffer again whenever it makes one: not a freed one, then.
+        self._ctx.detect_framebuffer(0).use()
+        target.release()
+
+    def release(self) -> None:
+        """Free them all."""
+        self._targets.clear()

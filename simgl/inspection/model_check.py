@@ -1,0 +1,314 @@
+"""What a model file holds, part by part, and what of it will not be drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from simgl.arrays import Array, IndexArray
+from simgl.errors import AssetError
+from simgl.levels.levels import levels_of
+from simgl.model_files.file_axes import UNITS
+from simgl.model_files.model_library import load_model
+from simgl.motion.joints import Joint
+from simgl.scene.materials import Material
+from simgl.scene.mesh import Mesh
+from simgl.scene.spacecraft import SpacecraftModel
+
+# Vertices nearer than this share of the model's size are one: float32 keeps 6e-8 of a coordinate.
+_SAME_PLACE = 1e-6
+
+# Longest side of what flies in orbit, from a picosatellite to the space station [m].
+_SMALLEST, _LARGEST = 0.03, 150.0
+
+# Units that drawing programs export in, the likeliest first.
+_UNITS = {"millimetres": "mm", "centimetres": "cm", "inches": "in", "kilometres": "km"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class PartReport:
+    """One part of a model.
+
+    size : extent along the body axes [m]
+    open_edges : sides of triangles that no neighbour runs along the other way; 0 for a closed
+        surface
+    flat_triangles : without area
+    volume : enclosed, negative where the triangles face inward [m3]; of no meaning where open
+    """
+
+    name: str
+    triangles: int
+    size: tuple[float, float, float]
+    open_edges: int
+    flat_triangles: int
+    volume: float
+
+    @property
+    def verdict(self) -> str:
+        """Whether the surface is fit to cast shadows and hide what is inside."""
+        if self.open_edges:
+            return f"open, {self.open_edges} edges without a neighbour"
+        return "watertight" if self.volume > 0.0 else "inside out"
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointReport:
+    """One joint of a model.
+
+    way : how far it goes, in words
+    carrier : what it sits on, in words
+    parts : that sit on it, and on no joint that it carries
+    """
+
+    name: str
+    way: str
+    carrier: str
+    parts: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class LevelReport:
+    """What may be drawn of a model from afar.
+
+    error : largest distance from the original, over all parts [m]
+    """
+
+    triangles: int
+    error: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModelReport:
+    """What `examine` found.
+
+    size, middle : of the bounding box, body axes [m]
+    unit_guess : what to say of the unit; None where the size is that of a spacecraft
+    levels : of detail, the finest first; none where the model is always drawn whole
+    images : pictures that the materials wear
+    """
+
+    name: str
+    size: tuple[float, float, float]
+    middle: tuple[float, float, float]
+    unit_guess: str | None
+    parts: tuple[PartReport, ...]
+    levels: tuple[LevelReport, ...]
+    materials: tuple[Material, ...]
+    images: int
+    joints: tuple[JointReport, ...]
+    keypoints: tuple[str, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def triangles(self) -> int:
+        """Of all parts."""
+        return sum(part.triangles for part in self.parts)
+
+    @property
+    def watertight(self) -> bool:
+        """Whether every part is closed and faces outward."""
+        return all(part.verdict == "watertight" for part in self.parts)
+
+
+def examine(
+    name: str,
+    unit_m: float | None = None,
+    up_axis: str | None = None,
+    forward_axis: str | None = None,
+) -> ModelReport:
+    """The report on a shipped model, or on a file by its path.
+
+    unit_m : metres per unit of the file, where it is not in metres
+    up_axis, forward_axis : as `load_model` takes them
+
+    Raises AssetError, in one line, for a file that cannot be drawn.
+    """
+    _check_files(Path(name))
+    model = load_model(name, unit_m=unit_m, up_axis=up_axis, forward_axis=forward_axis)
+    mesh = model.mesh
+    low, high = mesh.positions.min(axis=0), mesh.positions.max(axis=0)
+    size = np.subtract(high, low, dtype=np.float64)
+    places = _places(mesh, float(size.max()))
+    worn = np.unique(mesh.material)
+    return ModelReport(
+        name=name,
+        size=_triple(size),
+        middle=_triple(mesh.centre),
+        unit_guess=_unit_guess(float(size.max()), unit_m),
+        parts=tuple(_part(model, index, places) for index in range(len(model.parts))),
+        levels=_levels(mesh),
+        materials=tuple(model.materials[index] for index in worn),
+        images=sum(len(getattr(model.textures, kind)) for kind in _KINDS),
+        joints=tuple(_joint(model, joint) for joint in model.joints),
+        keypoints=tuple(model.keypoints),
+        notes=(*model.notes, *_left_out(Path(name))),
+    )
+
+
+_KINDS = ("base_colour", "law", "normal", "emission")
+
+
+def _check_files(path: Path) -> None:
+    """Names all files at once that a .gltf needs beside it and that are missing."""
+    if path.suffix.lower() != ".gltf" or not path.is_file():
+        return
+    try:
+        data = msgspec.json.decode(path.read_bytes())
+        uris = [item["uri"] for kind in ("buffers", "images") for item in data.get(kind, ())
+                if "uri" in item and not item["uri"].startswith("data:")]  # fmt: skip
+    except (ValueError, TypeError, AttributeError, OSError):
+        return  # the reader says better what is wrong with it
+    missing = sorted({uri for uri in uris if not (path.parent / uri).is_file()})
+    if missing:
+        names = ", ".join(f'"{uri}"' for uri in missing)
+        raise AssetError(f"{path}: needs files that are missing beside it: {names}")
+
+
+def _left_out(path: Path) -> tuple[str, ...]:
+    """What formats that are read as shape only may carry besides."""
+    if path.suffix.lower() in (".obj", ".stl"):
+        kind = path.suffix[1:].upper()
+        return (f"{kind} is read as shape only: grey, flat facets, one part, no images",)
+    return ()
+
+
+def _levels(mesh: Mesh) -> tuple[LevelReport, ...]:
+    levels = levels_of(mesh)
+    totals = zip(levels.counts.sum(axis=1), levels.errors.max(axis=1), strict=True)
+    found = tuple(LevelReport(triangles=int(count), error=float(error)) for count, error in totals)
+    return found[1:]
+
+
+def _triple(values: Array) -> tuple[float, float, float]:
+    x, y, z = (float(v) for v in values)
+    return x, y, z
+
+
+def _unit_guess(longest: float, unit_m: float | None) -> str | None:
+    """What unit the numbers look like, where as metres they do not fit a spacecraft."""
+    if _SMALLEST <= longest <= _LARGEST:
+        return None
+    in_file = longest / (unit_m or 1.0)
+    for name, unit in _UNITS.items():
+        metres = in_file * UNITS[unit]
+        if _SMALLEST <= metres <= _LARGEST:
+            fits = f"{metres:.3g} m if in {name}"
+            return f'{longest:.6g} m is no spacecraft\'s size; {fits}: unit = "{unit}"'
+    return f"{longest:.6g} m is no spacecraft's size, and no usual unit makes it one"
+
+
+def _places(mesh: Mesh, longest: float) -> IndexArray:
+    """(n,) a number for each vertex, the same for vertices at one place."""
+    grid = np.round(mesh.positions.astype(np.float64) / (_SAME_PLACE * max(longest, 1e-30)))
+    _, numbers = np.unique(grid.astype(np.int64), axis=0, return_inverse=True)
+    return numbers.reshape(-1)
+
+
+def _part(model: SpacecraftModel, index: int, places: IndexArray) -> PartReport:
+    mesh = model.mesh
+    triangles = mesh.triangles[mesh.part[mesh.triangles[:, 0]] == index]
+    corners = mesh.positions[triangles].astype(np.float64)
+    if not len(triangles):
+        return PartReport(name=model.parts[index], triangles=0, size=(0.0, 0.0, 0.0),
+                          open_edges=0, flat_triangles=0, volume=0.0)  # fmt: skip
+    a, b, c = np.moveaxis(corners - corners.mean(axis=(0, 1)), 1, 0)
+    doubled = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    return PartReport(
+        name=model.parts[index],
+        triangles=len(triangles),
+        size=_triple(np.ptp(corners, axis=(0, 1))),
+        open_edges=_open_edges(places[triangles]),
+        flat_triangles=int(np.sum(doubled == 0.0)),
+        volume=float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0),
+    )
+
+
+def _joint(model: SpacecraftModel, joint: Joint) -> JointReport:
+    low, high = joint.limits if joint.slides else np.degrees(joint.limits)
+    way = f"{'slides' if joint.slides else 'turns'} {low:.4g}..{high:.4g}"
+    return JointReport(
+        name=joint.name,
+        way=f"{way} {'m' if joint.slides else 'deg'}",
+        carrier="on the body" if joint.parent is None else f"on {model.joints[joint.parent].name}",
+        parts=tuple(model.parts[part] for part in joint.parts),
+    )
+
+
+def _open_edges(triangles: IndexArray) -> int:
+    """Directed edges of (m, 3) triangles that are not met by as many the other way."""
+    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    edges = edges[edges[:, 0] != edges[:, 1]]
+    ways = np.where(edges[:, 0] < edges[:, 1], 1, -1)
+    _, edge = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True)
+    return int(np.abs(np.bincount(edge.reshape(-1), weights=ways)).sum())
+
+
+def _percents(material: Material) -> str:
+    return " ".join(f"{100.0 * value:.3g}" for value in material.reflectance)
+
+
+def _law(material: Material) -> str:
+    if material.roughness is None:
+        law = "diffuse"
+    else:
+        kind = "metal" if material.metallic == 1.0 else "glossy" if not material.metallic else "mix"
+        law = f"{kind}, roughness {material.roughness:g}"
+    layers = {
+        "coat": material.coat, "cells": material.cells, "crinkle": material.crinkle
+    }  # fmt: skip
+    return ", ".join([law, *(name for name, layer in layers.items() if layer is not None)])
+
+
+def _columns(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Rows as lines, each column as wide as its widest entry."""
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    return [
+        "  " + "  ".join(v.ljust(w) for v, w in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    ]
+
+
+def report_text(report: ModelReport) -> str:
+    """The report as lines of plain text."""
+    size = " x ".join(f"{v:.4g}" for v in report.size)
+    middle = ", ".join(f"{v:.4g}" for v in (round(m, 6) + 0.0 for m in report.middle))
+    closed = sum(part.verdict == "watertight" for part in report.parts)
+    lines = [
+        report.name,
+        f"size       {size} m along x, y, z; middle at ({middle}) m",
+        f"unit       {report.unit_guess or 'metres, which fits a spacecraft'}",
+        f"triangles  {report.triangles}",
+        f"watertight {closed} of {len(report.parts)} parts",
+        f"images     {report.images}",
+        f"joints     {len(report.joints) or 'none'}",
+        f"keypoints  {', '.join(report.keypoints) or 'none'}",
+        "",
+        "parts",
+    ]
+    rows = [
+        (
+            part.name,
+            f"{part.triangles} triangles",
+            " x ".join(f"{v:.3g}" for v in part.size) + " m",
+            part.verdict
+            + (f"; {part.flat_triangles} triangles without area" if part.flat_triangles else ""),
+        )
+        for part in report.parts
+    ]
+    lines += _columns(rows)
+    if report.joints:
+        lines += ["", "joints"]
+        lines += _columns(
+            [(j.name, j.way, j.carrier, ", ".join(j.parts) or "none") for j in report.joints]
+        )
+    lines += ["", "levels of detail" if report.levels else "levels of detail: none, drawn whole"]
+    lines += [f"  {one.triangles} triangles, off by {one.error:.4f} m" for one in report.levels]
+    lines += ["", "materials, reflectance in R G B N [%]"]
+    lines += _columns([(m.name, _percents(m), _law(m)) for m in report.materials])
+    lines += ["", "not drawn as the file asks" if report.notes else "all is drawn as the file asks"]
+    lines += [f"  {note}" for note in report.notes]
+    return "\n".join(lines)

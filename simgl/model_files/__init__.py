@@ -1,0 +1,1 @@
+"""Spacecraft models from files: glTF, OBJ, STL, model cards, finishes."""

@@ -1,0 +1,191 @@
+"""The bytes of a glTF 2.0 file: JSON, buffers, accessors, image files and the tree of nodes."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import struct
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TypeVar
+from urllib.parse import unquote
+
+import msgspec
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from simgl.arrays import AnyArray, Array
+from simgl.config.path_sandbox import Base
+from simgl.config.validation import fitted
+from simgl.errors import AssetError, ConfigError
+from simgl.model_files import gltf_schema as schema
+
+_COMPONENTS = {5120: "i1", 5121: "u1", 5122: "i2", 5123: "u2", 5125: "u4", 5126: "f4"}
+UNSIGNED, FLOAT = (5121, 5123, 5125), (5126,)
+# Floats, or fractions of the largest number of 8 or 16 bits.
+FRACTION = (5126, 5121, 5123)
+_WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
+_MAGIC, _JSON_CHUNK, _BINARY_CHUNK = b"glTF", 0x4E4F534A, 0x004E4942
+
+T = TypeVar("T")
+
+
+def _chunks(path: Path, content: bytes) -> tuple[bytes, bytes | None]:
+    """The JSON text and the binary chunk of a .glb file."""
+    if len(content) < 20 or content[:4] != _MAGIC:
+        raise AssetError(f"{path}: is not a binary glTF file (no glTF header)")
+    version, total = struct.unpack_from("<II", content, 4)
+    if version != 2:
+        raise AssetError(f"{path}: is glTF version {version}; simgl reads version 2")
+    if len(content) < total:
+        raise AssetError(f"{path}: is cut short, {len(content)} of {total} bytes")
+    found: dict[int, bytes] = {}
+    start = 12
+    while start + 8 <= total:
+        length, kind = struct.unpack_from("<II", content, start)
+        if start + 8 + length > total:
+            raise AssetError(f"{path}: has a chunk that runs past the end of the file")
+        found.setdefault(kind, content[start + 8 : start + 8 + length])
+        start += 8 + length
+    if _JSON_CHUNK not in found:
+        raise AssetError(f"{path}: has no JSON chunk")
+    return found[_JSON_CHUNK], found.get(_BINARY_CHUNK)
+
+
+class GltfFile:
+    """One glTF file: its JSON and the bytes of its buffers and images.
+
+    folder : of the files that it names; None is its own
+    """
+
+    def __init__(self, path: Path, folder: Base | None = None) -> None:
+        self.path = path
+        self._folder = path.parent if folder is None else folder
+        try:
+            content = path.read_bytes()
+        except OSError as error:
+            raise AssetError(f"{path}: cannot be read ({error.strerror})") from None
+        self._blob: bytes | None = None
+        if path.suffix.lower() == ".glb":
+            content, self._blob = _chunks(path, content)
+        try:
+            data = msgspec.json.decode(content)
+        except ValueError as error:  # DecodeError and UnicodeDecodeError are of this kind
+            raise AssetError(f"{path}: is not a glTF file ({error})") from None
+        try:
+            self.gltf = fitted(data, schema.Gltf, str(path))
+        except ConfigError as error:
+            raise AssetError(str(error)) from None
+        unread = [n for n in self.gltf.extensions_required if n not in schema.READ_EXTENSIONS]
+        if unread:
+            names = ", ".join(unread)
+            raise AssetError(f"{path}: needs the glTF extension {names}, which simgl does not read")
+        self._buffers = [self._buffer(b.uri) for b in self.gltf.buffers]
+
+    def _buffer(self, uri: str | None) -> bytes:
+        if uri is None:
+            if self._blob is None:
+                raise AssetError(f"{self.path}: names no buffer file and carries no binary chunk")
+            return self._blob
+        return self._bytes("buffer", uri)
+
+    def _bytes(self, what: str, uri: str) -> bytes:
+        if uri.startswith("data:"):
+            article = "an" if what[0] in "aeiou" else "a"
+            try:
+                return base64.b64decode(uri.partition(",")[2], validate=True)
+            except binascii.Error:
+                raise AssetError(
+                    f"{self.path}: holds {article} {what} that is not base64"
+                ) from None
+        try:
+            file = self._folder / unquote(uri)
+        except AssetError as error:
+            raise AssetError(f'{self.path}: {what} "{uri}": {error}') from None
+        try:
+            return file.read_bytes()
+        except OSError as error:
+            reason = error.strerror
+            raise AssetError(f'{self.path}: {what} "{uri}" cannot be read ({reason})') from None
+
+    def image(self, index: int) -> bytes:
+        """The PNG or JPEG file of an image."""
+        image = self.item("image", self.gltf.images, index)
+        if image.uri is not None:
+            return self._bytes("image", image.uri)
+        if image.buffer_view is None:
+            raise AssetError(f"{self.path}: image {index} names neither a file nor a buffer view")
+        view = self.item("buffer view", self.gltf.buffer_views, image.buffer_view)
+        data = self.item("buffer", self._buffers, view.buffer)
+        end = view.byte_offset + (view.byte_length or 0)
+        if end > len(data):
+            raise AssetError(f"{self.path}: image {index} runs past the end of its buffer")
+        return data[view.byte_offset : end]
+
+    def item(self, kind: str, items: Sequence[T], index: int) -> T:
+        """One of the file's numbered objects."""
+        if index >= len(items):
+            raise AssetError(f"{self.path}: names {kind} {index}, but holds only {len(items)}")
+        return items[index]
+
+    def array(
+        self, index: int, kinds: str | tuple[str, ...], components: tuple[int, ...]
+    ) -> AnyArray:
+        """(count, width) values of an accessor of the given types and component types."""
+        accessor = self.item("accessor", self.gltf.accessors, index)
+        allowed = (kinds,) if isinstance(kinds, str) else kinds
+        if accessor.type not in allowed or accessor.component_type not in components:
+            types = " or ".join(_COMPONENTS[c] for c in components)
+            got = f"{accessor.type} of {_COMPONENTS[accessor.component_type]}"
+            wanted = f"{' or '.join(allowed)} of {types}"
+            raise AssetError(f"{self.path}: accessor {index} must be {wanted}, got {got}")
+        if accessor.buffer_view is None or accessor.sparse is not None:
+            raise AssetError(f"{self.path}: accessor {index} is sparse or empty; that is not read")
+        view = self.item("buffer view", self.gltf.buffer_views, accessor.buffer_view)
+        data = self.item("buffer", self._buffers, view.buffer)
+        dtype = np.dtype("<" + _COMPONENTS[accessor.component_type])
+        width = _WIDTHS[accessor.type]
+        start = view.byte_offset + accessor.byte_offset
+        stride = view.byte_stride or dtype.itemsize * width
+        if start + stride * (accessor.count - 1) + dtype.itemsize * width > len(data):
+            raise AssetError(f"{self.path}: accessor {index} runs past the end of its buffer")
+        return np.ndarray(
+            (accessor.count, width), dtype, data, start, (stride, dtype.itemsize)
+        ).copy()
+
+    def fractions(self, index: int, kinds: str | tuple[str, ...]) -> Array:
+        """(count, width) values of an accessor of floats, or of whole numbers that span 0..1."""
+        values = self.array(index, kinds, FRACTION)
+        largest = 1.0 if values.dtype.kind == "f" else float(np.iinfo(values.dtype).max)
+        return np.asarray(values / largest, dtype=np.float64)
+
+    def nodes(self) -> Iterator[tuple[schema.Node, Array, tuple[int, ...]]]:
+        """Every node of the scene, each after those that it hangs under.
+
+        With its (4, 4) file_from_node matrix, and the numbers of the nodes from the root to it.
+        """
+
+        def visit(
+            index: int, parent: Array, above: tuple[int, ...]
+        ) -> Iterator[tuple[schema.Node, Array, tuple[int, ...]]]:
+            if index in above:
+                raise AssetError(f"{self.path}: node {index} is its own ancestor")
+            node = self.item("node", self.gltf.nodes, index)
+            matrix = parent @ self._local(index, node)
+            path = (*above, index)
+            yield node, matrix, path
+            for child in node.children:
+                yield from visit(child, matrix, path)
+
+        for root in self.item("scene", self.gltf.scenes, self.gltf.scene).nodes:
+            yield from visit(root, np.eye(4), ())
+
+    def _local(self, index: int, node: schema.Node) -> Array:
+        if node.matrix is not None:
+            return np.array(node.matrix, dtype=np.float64).reshape(4, 4).T
+        if not np.any(node.rotation):
+            raise AssetError(f"{self.path}: node {index} has a rotation of all zeros")
+        matrix = np.eye(4)
+        matrix[:3, :3] = Rotation.from_quat(node.rotation).as_matrix() * np.asarray(node.scale)
+        matrix[:3, 3] = node.translation
+        return matrix

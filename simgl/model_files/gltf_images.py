@@ -1,0 +1,98 @@
+"""The image files of a glTF file as linear values."""
+
+from __future__ import annotations
+
+import io
+import warnings
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image as Pillow
+
+from simgl.arrays import AnyArray, Array32
+from simgl.errors import AssetError
+from simgl.model_files.gltf_file import GltfFile
+
+# No graphics chip that runs OpenGL 3.3 needs more; a larger file is a mistake or an attack.
+LARGEST = 8192
+# Larger images are averaged down: a texel of 5 mm on a craft of 10 m, and 45 MB with its mipmaps.
+FINEST = 2048
+
+
+def linear_from_srgb(encoded: AnyArray) -> AnyArray:
+    """Linear values of sRGB ones, both 0..1 (IEC 61966-2-1)."""
+    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+
+
+def _decoded(file: GltfFile, index: int) -> AnyArray:
+    """(height, width, 4) values of 8 bits, or 16 where the file is grey of 16 bits."""
+    uri = file.gltf.images[index].uri if index < len(file.gltf.images) else None
+    name = f'image "{uri}"' if uri and not uri.startswith("data:") else f"image {index}"
+    content = file.image(index)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", Pillow.DecompressionBombWarning)
+            with Pillow.open(io.BytesIO(content), formats=("PNG", "JPEG")) as image:
+                width, height = image.size
+                if max(width, height) <= LARGEST:
+                    if image.mode.startswith("I"):
+                        grey = np.asarray(image).astype(np.uint16)
+                        opaque = np.full_like(grey, 65535)
+                        return np.stack([grey, grey, grey, opaque], axis=-1)
+                    return np.asarray(image.convert("RGBA"))
+    except Pillow.DecompressionBombError:
+        problem = f"has more pixels than the {LARGEST} x {LARGEST} that are read"
+        raise AssetError(f"{file.path}: {name} {problem}") from None
+    except Exception as error:  # Pillow raises whatever its decoders raise
+        problem = "is not a readable PNG or JPEG file"
+        raise AssetError(f"{file.path}: {name} {problem}") from error
+    problem = f"has {width} x {height} pixels, at most {LARGEST} x {LARGEST} are read"
+    raise AssetError(f"{file.path}: {name} {problem}")
+
+
+def _channels(
+    pixels: AnyArray, wanted: str, curve: Callable[[AnyArray], AnyArray] | None = None
+) -> Array32:
+    """(height, width, len(wanted)) values of some of the channels r, g, b, a; a has no curve."""
+    levels = np.linspace(0.0, 1.0, int(np.iinfo(pixels.dtype).max) + 1)
+    straight = levels.astype(np.float32)
+    curved = straight if curve is None else curve(levels).astype(np.float32)
+    tables = [straight if channel == "a" else curved for channel in wanted]
+    layers = [
+        _averaged(t[pixels[..., "rgba".index(c)]]) for c, t in zip(wanted, tables, strict=True)
+    ]
+    return np.stack(layers, axis=-1)
+
+
+def _averaged(channel: Array32) -> Array32:
+    """One channel, its longer edge brought down to ``FINEST`` texels."""
+    height, width = channel.shape
+    if max(height, width) <= FINEST:
+        return channel
+    scale = FINEST / max(height, width)
+    size = (max(round(width * scale), 1), max(round(height * scale), 1))
+    small = Pillow.fromarray(channel).resize(size, Pillow.Resampling.BOX)
+    return np.asarray(small)
+
+
+def read_base_colour(file: GltfFile, index: int) -> NDArray[np.float16]:
+    """(height, width, 4): red, green, blue reflectance and coverage."""
+    return _channels(_decoded(file, index), "rgba", linear_from_srgb).astype(np.float16)
+
+
+def read_law(file: GltfFile, index: int) -> NDArray[np.float16]:
+    """(height, width, 2): roughness and metallic."""
+    return _channels(_decoded(file, index), "gb").astype(np.float16)
+
+
+def read_emission(file: GltfFile, index: int) -> NDArray[np.float16]:
+    """(height, width, 3): red, green, blue share of the emission."""
+    return _channels(_decoded(file, index), "rgb", linear_from_srgb).astype(np.float16)
+
+
+def read_normal(file: GltfFile, index: int) -> NDArray[np.float16]:
+    """(height, width, 3): unit vectors, x along rows, y up columns, z out of the surface."""
+    vectors = 2.0 * _channels(_decoded(file, index), "rgb") - 1.0
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.asarray(vectors / np.maximum(length, 1e-6), dtype=np.float16)

@@ -1,0 +1,244 @@
+"""glTF 2.0 files as spacecraft models: triangles, named nodes, materials with their images.
+
+The file is read strictly and its numbers are kept as they are, in double precision:
+
+gltf_schema  the objects of the format -> gltf_file  bytes and accessors
+             -> gltf_images  pixels -> gltf_materials  surfaces -> here, the model
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from simgl.arrays import AnyArray, Array, IndexArray
+from simgl.config.path_sandbox import Base
+from simgl.errors import AssetError, ConfigError
+from simgl.model_files import gltf_schema as schema
+from simgl.model_files.gltf_file import FLOAT, UNSIGNED, GltfFile
+from simgl.model_files.gltf_materials import Palette, read_palette
+from simgl.scene.materials import Material
+from simgl.scene.mesh import Mesh
+from simgl.scene.spacecraft import Branch, SpacecraftModel
+
+_DEFAULT = Material(name="default", reflectance=(1.0, 1.0, 1.0, 1.0), roughness=1.0)
+
+
+def face_normals(positions: AnyArray, triangles: AnyArray) -> Array:
+    """(m, 3) unit normals of triangles; a degenerate one gets zero."""
+    a, b, c = np.moveaxis(positions[triangles].astype(np.float64), 1, 0)
+    normals = np.cross(b - a, c - a)
+    length = np.linalg.norm(normals, axis=1, keepdims=True)
+    return np.divide(normals, length, out=np.zeros_like(normals), where=length > 0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Piece:
+    """One primitive in body axes; the arrays are those of ``Mesh``."""
+
+    positions: Array
+    normals: Array
+    triangles: IndexArray
+    material: int
+    uv: Array | None
+    colour: Array | None
+
+    def flat(self) -> _Piece:
+        """With a vertex for each corner, and the normals of the facets."""
+        corners = self.triangles.ravel()
+        return replace(
+            self,
+            positions=self.positions[corners],
+            normals=np.repeat(face_normals(self.positions, self.triangles), 3, axis=0),
+            triangles=np.arange(len(corners)).reshape(-1, 3),
+            uv=None if self.uv is None else self.uv[corners],
+            colour=None if self.colour is None else self.colour[corners],
+        )
+
+
+class _Part:
+    """A node that carries a mesh, on its way into body axes."""
+
+    def __init__(self, file: GltfFile, palette: Palette, name: str, body_from_node: Array) -> None:
+        self._file, self._palette, self.name = file, palette, name
+        self._linear, self._offset = body_from_node[:3, :3], body_from_node[:3, 3]
+        self.notes: list[str] = []
+        self._volume = float(np.linalg.det(self._linear))
+        if self._volume == 0.0:
+            raise self._error("is scaled to nothing")
+
+    def _error(self, problem: str) -> AssetError:
+        return AssetError(f'{self._file.path}: part "{self.name}" {problem}')
+
+    def pieces(self, mesh: int) -> list[_Piece]:
+        """Its primitives."""
+        found = self._file.item("mesh", self._file.gltf.meshes, mesh)
+        return [self._piece(primitive) for primitive in found.primitives]
+
+    def _piece(self, primitive: schema.Primitive) -> _Piece:
+        if primitive.mode != schema.TRIANGLES:
+            raise self._error("is not made of triangles")
+        given = primitive.attributes
+        points = self._file.array(given.position, "VEC3", FLOAT) @ self._linear.T + self._offset
+        chosen = primitive.material
+        if chosen is None:
+            chosen = len(self._palette.materials)
+        else:
+            self._file.item("material", self._palette.materials, chosen)
+        piece = _Piece(
+            positions=points,
+            normals=np.zeros_like(points),
+            triangles=self._triangles(primitive, len(points)),
+            material=chosen,
+            uv=self._uv(given, primitive.material, len(points)),
+            colour=self._colour(given, len(points)),
+        )
+        if given.normal is None:
+            return piece.flat()
+        cofactor = np.linalg.inv(self._linear).T * np.sign(self._volume)
+        normal = self._file.array(given.normal, "VEC3", FLOAT) @ cofactor.T
+        self._check_count(normal, len(points), "normal")
+        length = np.linalg.norm(normal, axis=1, keepdims=True)
+        return replace(piece, normals=normal / np.where(length > 0.0, length, 1.0))
+
+    def _check_count(self, values: AnyArray, count: int, what: str) -> None:
+        if len(values) != count:
+            raise self._error(f"has not one {what} a vertex")
+
+    def _triangles(self, primitive: schema.Primitive, count: int) -> IndexArray:
+        if primitive.indices is None:
+            corners = np.arange(count)
+        else:
+            corners = self._file.array(primitive.indices, "SCALAR", UNSIGNED).ravel()
+        if len(corners) % 3:
+            raise self._error("ends within a triangle")
+        if corners.max() >= count:
+            raise self._error("has an index past its vertices")
+        index = corners.astype(np.int64).reshape(-1, 3)
+        return index[:, ::-1] if self._volume < 0.0 else index
+
+    def _uv(self, given: schema.Attributes, material: int | None, count: int) -> Array | None:
+        frame = None if material is None else self._palette.frames[material]
+        if frame is None or material is None:
+            return None
+        accessor = (given.texcoord_0, given.texcoord_1)[frame.tex_coord]
+        if accessor is None:
+            name = self._palette.materials[material].name
+            self.notes.append(
+                f'part "{self.name}": has no texture coordinates {frame.tex_coord}; '
+                f'one texel of each image of material "{name}" is drawn all over it'
+            )
+            return np.zeros((count, 2))
+        uv = self._file.fractions(accessor, "VEC2")
+        self._check_count(uv, count, "texture coordinate")
+        return frame.place(uv)
+
+    def _colour(self, given: schema.Attributes, count: int) -> Array | None:
+        if given.color_0 is None:
+            return None
+        colour = self._file.fractions(given.color_0, ("VEC3", "VEC4"))
+        self._check_count(colour, count, "colour")
+        if np.any((colour < 0.0) | (colour > 1.0)):
+            raise self._error("has a vertex colour outside 0..1")
+        return np.concatenate([colour, np.ones((count, 4 - colour.shape[1]))], axis=1)
+
+
+def _filled(values: list[Array | None], counts: list[int], default: Array) -> Any:
+    """Values of all vertices in float32, a default where a piece has none; None if no piece has."""
+    if all(v is None for v in values):
+        return None
+    blocks = [
+        np.tile(default, (n, 1)) if v is None else v for v, n in zip(values, counts, strict=True)
+    ]
+    return np.concatenate(blocks).astype(np.float32)
+
+
+def _coloured(piece: _Piece) -> Array:
+    return np.ones((len(piece.positions), 4)) if piece.colour is None else piece.colour
+
+
+def _finite(path: Path, what: str, values: Any) -> Any:
+    if values is not None and not np.all(np.isfinite(values)):
+        raise AssetError(f"{path}: holds {what} that are not finite")
+    return values
+
+
+def _mesh(path: Path, palette: Palette, pieces: list[_Piece], part: list[int]) -> Mesh:
+    if any(material.cutoff is not None for material in palette.materials):
+        # Whether a surface is there shows in the colour of its vertices.
+        pieces = [replace(p, colour=_coloured(p)) for p in pieces]
+    counts = [len(p.positions) for p in pieces]
+    first = np.cumsum([0, *counts[:-1]])
+    triangles = [p.triangles + start for p, start in zip(pieces, first, strict=True)]
+    with np.errstate(over="ignore"):  # a coordinate beyond float32 becomes infinite, seen below
+        places = np.concatenate([p.positions for p in pieces]).astype(np.float32)
+        uv = _filled([p.uv for p in pieces], counts, np.zeros(2))
+        colour = _filled([p.colour for p in pieces], counts, np.ones(4))
+    return Mesh(
+        positions=_finite(path, "vertices", places),
+        normals=np.concatenate([p.normals for p in pieces]).astype(np.float32),
+        triangles=np.concatenate(triangles).astype(np.uint32),
+        part=np.repeat(part, counts).astype(np.uint32),
+        material=np.repeat([p.material for p in pieces], counts).astype(np.uint32),
+        uv=_finite(path, "texture coordinates", uv),
+        colour=_finite(path, "vertex colours", colour),
+    )
+
+
+def read_gltf(
+    path: Path, name: str, body_from_file: Array, folder: Base | None = None
+) -> SpacecraftModel:
+    """The model in a .glb or .gltf file.
+
+    body_from_file : (3, 3) axes, unit included: body metres from the file's coordinates
+    folder : of buffers and images that it names; None is its own
+
+    Each node that carries a mesh is a part, named after the node; the tree of nodes that carry any
+    are the model's branches. A primitive without normals is
+    drawn with flat facets, as the glTF specification asks.
+    """
+    file = GltfFile(path, folder)
+    try:
+        palette = read_palette(file)
+    except ConfigError as error:
+        raise AssetError(str(error)) from None
+    body_from_root = np.eye(4)
+    body_from_root[:3, :3] = body_from_file
+    parts: list[str] = []
+    pieces: list[_Piece] = []
+    owners: list[int] = []
+    names: dict[int, str] = {}
+    carried: dict[int, list[int]] = {}
+    notes = list(palette.notes)
+    for node, matrix, line in file.nodes():
+        names[line[-1]] = node.name or ""
+        if node.mesh is None:
+            continue
+        part = _Part(file, palette, node.name or f"part_{len(parts)}", body_from_root @ matrix)
+        names[line[-1]] = part.name
+        for number in line:
+            carried.setdefault(number, []).append(len(parts))
+        found = part.pieces(node.mesh)
+        pieces += found
+        owners += [len(parts)] * len(found)
+        parts.append(part.name)
+        notes += part.notes
+    if not pieces:
+        raise AssetError(f"{path}: holds no mesh")
+    return SpacecraftModel(
+        name=name,
+        mesh=_mesh(path, palette, pieces, owners),
+        parts=tuple(parts),
+        branches=tuple(
+            Branch(name=name, parts=tuple(carried[number]))
+            for number, name in names.items()
+            if number in carried
+        ),
+        materials=(*palette.materials, _DEFAULT),
+        textures=palette.textures,
+        open_sheets=any(m.double_sided for m in file.gltf.materials),
+        notes=tuple(notes),
+    )

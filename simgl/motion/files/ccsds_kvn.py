@@ -1,0 +1,133 @@
+"""The key-value form that CCSDS messages share: a header, then segments of metadata and data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from simgl.errors import ConfigError, did_you_mean
+from simgl.motion.files.motion_record import Frame
+from simgl.motion.files.text_lines import Line, shown
+from simgl.physics.times import SCALES, TimeScale, tai_ns_from_text
+
+# Blocks inside a segment that say nothing about motion.
+_PASSED_OVER = {"COVARIANCE_START": "COVARIANCE_STOP"}
+_FRAMES: dict[str, Frame] = {
+    "ICRF": "icrf",
+    "GCRF": "icrf",
+    "ICRF3": "icrf",
+    "EME2000": "eme2000",
+    "J2000": "eme2000",
+    "ITRF": "itrf",
+    "LVLH": "lvlh",
+}
+_BLOCKS = {"META_START", "META_STOP", "DATA_START", "DATA_STOP", *_PASSED_OVER}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Segment:
+    """start : the line META_START; meta : key to value and its line; data : lines with content."""
+
+    start: Line
+    meta: Mapping[str, tuple[str, Line]]
+    data: tuple[Line, ...]
+
+    def word(self, key: str) -> str:
+        """The value of a key that must be there."""
+        if key not in self.meta:
+            self.start.fail(key, "is missing in this segment")
+        return self.meta[key][0]
+
+    def optional(self, key: str) -> str | None:
+        """The value of a key, None where it is not given."""
+        return self.meta[key][0] if key in self.meta else None
+
+    def fail(self, key: str, problem: str) -> None:
+        """Raise ConfigError about a key's line."""
+        self.meta[key][1].fail(key, problem)
+
+    def scale(self) -> TimeScale:
+        """TIME_SYSTEM; ConfigError for one that simgl does not turn into TAI."""
+        given = self.word("TIME_SYSTEM").upper()
+        for scale in SCALES:
+            if given == scale:
+                return scale
+        line = self.meta["TIME_SYSTEM"][1]
+        return line.fail("TIME_SYSTEM", f"is {shown(given)}; {did_you_mean(given, SCALES)}")
+
+    def frame(self, key: str) -> Frame:
+        """A reference frame; ConfigError for one that simgl does not know."""
+        given = self.word(key).upper()
+        # ITRF2000, ITRF-97 and the like differ by centimetres.
+        frame = "itrf" if given.startswith("ITRF") else _FRAMES.get(given)
+        if frame is None:
+            self.meta[key][1].fail(key, f"is {shown(given)}; {did_you_mean(given, _FRAMES)}")
+        return frame
+
+    def times(self, scale: TimeScale) -> list[int]:
+        """TAI nanoseconds of the first word of each data line, increasing."""
+        if not self.data:
+            self.start.fail("", "opens a segment without data")
+        times: list[int] = []
+        for line in self.data:
+            times.append(time_of(line, "epoch", line.text.split()[0], scale))
+            if len(times) > 1 and times[-1] <= times[-2]:
+                line.fail("epoch", f"must be later than the one before, got {line.text.split()[0]}")
+        return times
+
+
+def time_of(line: Line, key: str, text: str, scale: TimeScale) -> int:
+    """TAI nanoseconds; ConfigError that names the line."""
+    try:
+        return tai_ns_from_text(text, scale)
+    except ValueError as error:
+        return line.fail(key, str(error))
+
+
+def segments(lines: list[Line], version_key: str) -> list[Segment]:
+    """The segments of a message; raises ConfigError with the line where it goes wrong."""
+    first = lines[0] if lines else None
+    path = first.path if first else None
+    start: Line | None = None
+    meta: dict[str, tuple[str, Line]] = {}
+    data: list[Line] = []
+    found: list[Segment] = []
+    in_meta, closing = False, None
+    for line in lines:
+        text = line.text.strip()
+        if not text or text.startswith("COMMENT"):
+            continue
+        if closing is not None:
+            closing = None if text == closing else closing
+        elif text in _PASSED_OVER:
+            closing = _PASSED_OVER[text]
+        elif text == "META_START":
+            if in_meta:
+                line.fail("", "opens metadata inside metadata")
+            if start is not None:
+                found.append(Segment(start=start, meta=meta, data=tuple(data)))
+            start, meta, data, in_meta = line, {}, [], True
+        elif text == "META_STOP":
+            if not in_meta:
+                line.fail("", "closes metadata that was not opened")
+            in_meta = False
+        elif text in _BLOCKS:
+            continue
+        elif "=" in text and (in_meta or start is None):
+            key, _, value = (part.strip() for part in text.partition("="))
+            if not value:
+                line.fail(key, "has no value")
+            if in_meta:
+                if key in meta:
+                    line.fail(key, "is given twice in this segment")
+                meta[key] = (value, line)
+        elif in_meta or start is None:
+            line.fail("", f"must be KEY = value, got {shown(text)}")
+        else:
+            data.append(line)
+    if in_meta and start is not None:
+        start.fail("", "opens metadata that META_STOP never closes")
+    if start is None:
+        raise ConfigError(str(path), "", f"holds no segment (META_START) after {version_key}")
+    found.append(Segment(start=start, meta=meta, data=tuple(data)))
+    return found

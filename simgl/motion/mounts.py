@@ -1,0 +1,172 @@
+"""Where cameras sit: on a spacecraft, at a place, or about a target."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from simgl.arrays import Array
+from simgl.errors import ConfigError
+from simgl.motion.pointing import (
+    Ellipsoid,
+    Limb,
+    Place,
+    Pointing,
+    away_from_sun,
+    limb_direction,
+)
+from simgl.motion.trajectory import lvlh_axes
+from simgl.physics.frames import Pose, camera_from_directions
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BodyMount:
+    """A camera on a spacecraft: fixed to it, or turning on it by its pointing law.
+
+    position_body : (3,) of the pinhole [m]
+    """
+
+    spacecraft: str
+    position_body: Array
+    pointing: Pointing
+
+    @cached_property
+    def fixed(self) -> Array | None:
+        """R_camera_from_body of a camera with a direction of its spacecraft; None of others."""
+        law = self.pointing
+        if law.axes != "body" or not isinstance(law.towards, np.ndarray):
+            return None
+        return camera_from_directions(law.towards, law.up)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FreeMount:
+    """A camera at a place in ICRF axes, its directions in ICRF too.
+
+    position : (3,) [m]
+    """
+
+    position: Array
+    pointing: Pointing
+
+
+@dataclass(frozen=True, kw_only=True)
+class OrbitingMount:
+    """A camera that looks at a spacecraft from azimuth, elevation and range about it.
+
+    In the target's LVLH axes, azimuth 0 stands behind the target (-x), azimuth 90 deg above it
+    (zenith, -z); elevation leans out of the orbit plane towards the orbit normal (-y). Angles
+    [rad], range [m] from the target's body origin. The top of the image points along increasing
+    azimuth, that is to zenith at azimuth 0.
+    """
+
+    target: str
+    azimuth: float
+    elevation: float
+    range: float
+
+
+Mount = BodyMount | FreeMount | OrbitingMount
+
+
+def camera_velocity(mount: Mount, bodies: Mapping[str, Pose]) -> Array:
+    """(3,) of a camera in ICRF axes about the Earth [m s-1]: that of the spacecraft it goes with.
+
+    A camera at a place in ICRF axes is at rest there.
+    """
+    if isinstance(mount, FreeMount):
+        return np.zeros(3)
+    return bodies[mount.target if isinstance(mount, OrbitingMount) else mount.spacecraft].velocity
+
+
+def at_rest(mount: BodyMount) -> Array:
+    """R_camera_from_body of a camera on its spacecraft.
+
+    One that turns on it is taken to look along body x, body -z at the top of the picture.
+    """
+    if mount.fixed is not None:
+        return mount.fixed
+    return camera_from_directions([1.0, 0.0, 0.0], [0.0, 0.0, -1.0])
+
+
+def camera_pose(
+    name: str,
+    mount: Mount,
+    bodies: Mapping[str, Pose],
+    sun_direction: Callable[[Array], Array] | None = None,
+    earth: Ellipsoid | None = None,
+) -> tuple[Array, Array]:
+    """Position (3,) [m] and R_camera_from_icrf of the camera ``name`` on its mount.
+
+    sun_direction : (3,) unit, towards the Sun from a position; needed where the pointing law keeps
+        away from the Sun
+    earth : needed where it looks at the limb
+
+    Raises ConfigError where the mount gives it no direction to look.
+    """
+    where = f"[camera.{name}]"
+    if isinstance(mount, OrbitingMount):
+        return _about(where, mount, bodies)
+    law = mount.pointing
+    if isinstance(mount, FreeMount):
+        position, R_icrf_from_axes = mount.position, np.eye(3)
+    else:
+        body = bodies[mount.spacecraft]
+        position = body.position + body.R_icrf_from_body @ mount.position_body
+        if mount.fixed is not None and law.sun_exclusion == 0.0:
+            return position, mount.fixed @ body.R_icrf_from_body.T
+        R_icrf_from_axes = _axes(where, mount, body)
+    up = R_icrf_from_axes @ law.up
+    if isinstance(law.towards, Place):
+        boresight = _towards(where, law.towards, position, bodies)
+    elif isinstance(law.towards, Limb):
+        assert isinstance(mount, BodyMount)
+        assert earth is not None
+        R_lvlh_from_icrf = _lvlh(where, "limb", mount.spacecraft, bodies)
+        try:
+            boresight = limb_direction(law.towards, position, R_lvlh_from_icrf, earth)
+        except ValueError as error:
+            raise ConfigError(where, "limb.tangent_height_km", str(error)) from None
+    else:
+        boresight = R_icrf_from_axes @ law.towards
+    if law.sun_exclusion > 0.0:
+        assert sun_direction is not None
+        boresight = away_from_sun(boresight, sun_direction(position), law.sun_exclusion, up)
+    return position, camera_from_directions(boresight, up)
+
+
+def _lvlh(where: str, key: str, name: str, bodies: Mapping[str, Pose]) -> Array:
+    body = bodies[name]
+    return lvlh_axes(where, key, name, body.position, body.velocity)
+
+
+def _about(where: str, mount: OrbitingMount, bodies: Mapping[str, Pose]) -> tuple[Array, Array]:
+    R_icrf_from_lvlh = _lvlh(where, "about", mount.target, bodies).T
+    ca, sa = np.cos(mount.azimuth), np.sin(mount.azimuth)
+    ce, se = np.cos(mount.elevation), np.sin(mount.elevation)
+    out = R_icrf_from_lvlh @ np.array([-ca * ce, -se, -sa * ce])
+    up = R_icrf_from_lvlh @ np.array([sa, 0.0, -ca])
+    position = bodies[mount.target].position + mount.range * out
+    return position, camera_from_directions(-out, up)
+
+
+def _axes(where: str, mount: BodyMount, body: Pose) -> Array:
+    """R_icrf_from_axes of a pointing law's directions."""
+    if mount.pointing.axes == "icrf":
+        return np.eye(3)
+    if mount.pointing.axes == "body":
+        return body.R_icrf_from_body
+    return _lvlh(where, "axes", mount.spacecraft, {mount.spacecraft: body}).T
+
+
+def _towards(where: str, place: Place, position: Array, bodies: Mapping[str, Pose]) -> Array:
+    body = bodies[place.spacecraft]
+    line = body.position + body.R_icrf_from_body @ place.position_body - position
+    if not np.any(line):
+        what = "whose place there" if np.any(place.position_body) else "whose origin"
+        problem = f'cannot look at "{place.spacecraft}", {what} is at the pinhole'
+        raise ConfigError(where, "look_at", problem)
+    return np.asarray(line)

@@ -1,0 +1,147 @@
+"""Orbits by elements: two bodies, two bodies with the Earth's oblateness, and two-line elements."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import erfa
+import numpy as np
+from scipy.spatial.transform import Rotation
+from sgp4.api import SGP4_ERRORS, Satrec
+
+from simgl.arrays import Array
+from simgl.errors import ConfigError
+from simgl.physics.constants import EARTH_J2, EARTH_MU, WGS84_EQUATORIAL_RADIUS
+from simgl.physics.ephemeris import itrf_from_icrf, utc_julian_date
+
+
+@dataclass(frozen=True, kw_only=True)
+class KeplerianOrbit:
+    """An orbit about the Earth by its elements; lengths [m], angles [rad].
+
+    true_anomaly : at ``epoch_tai_ns``
+    oblate : node, perigee and mean anomaly drift at the secular rates of the Earth's J2; the
+        elements then are mean elements, and what J2 does within a revolution (some km) is left out
+    """
+
+    semi_major_axis: float
+    eccentricity: float
+    inclination: float
+    raan: float
+    argument_of_perigee: float
+    true_anomaly: float
+    epoch_tai_ns: int
+    oblate: bool = False
+
+    def state(self, tai_ns: int) -> tuple[Array, Array]:
+        """Position [m] and velocity [m s-1] in ICRF axes."""
+        a, e = self.semi_major_axis, self.eccentricity
+        root = np.sqrt((1.0 + e) / (1.0 - e))
+        eccentric = 2.0 * np.arctan(np.tan(0.5 * self.true_anomaly) / root)
+        motion = np.sqrt(EARTH_MU / a**3)
+        elapsed = (tai_ns - self.epoch_tai_ns) * 1e-9
+        node_rate, perigee_rate, anomaly_rate = self._drift(motion)
+        swept = eccentric - e * np.sin(eccentric) + (motion + anomaly_rate) * elapsed
+        mean = np.mod(swept, 2.0 * np.pi)
+        big_e = mean if e < 0.8 else np.pi
+        # Newton on Kepler's equation doubles its digits each step; 12 reach the last bit for e < 1.
+        for _ in range(12):
+            big_e -= (big_e - e * np.sin(big_e) - mean) / (1.0 - e * np.cos(big_e))
+        cosine, sine = np.cos(big_e), np.sin(big_e)
+        minor = np.sqrt(1.0 - e * e)
+        rate = (motion + anomaly_rate) * a / (1.0 - e * cosine)
+        in_plane_r = a * np.array([cosine - e, minor * sine, 0.0])
+        in_plane_v = rate * np.array([-sine, minor * cosine, 0.0])
+        node = self.raan + node_rate * elapsed
+        perigee = self.argument_of_perigee + perigee_rate * elapsed
+        R_icrf_from_plane = Rotation.from_euler(
+            "ZXZ", [node, self.inclination, perigee]
+        ).as_matrix()
+        position = R_icrf_from_plane @ in_plane_r
+        # The plane itself turns; the velocity is the rate of the place.
+        spin = np.array([0.0, 0.0, node_rate]) + perigee_rate * R_icrf_from_plane[:, 2]
+        return position, R_icrf_from_plane @ in_plane_v + np.cross(spin, position)
+
+    def _drift(self, motion: float) -> tuple[float, float, float]:
+        """Secular rates of node, perigee and mean anomaly [rad s-1] (Vallado, 4th ed., 9.6.2)."""
+        if not self.oblate:
+            return 0.0, 0.0, 0.0
+        squeeze = 1.0 - self.eccentricity**2
+        cosine = np.cos(self.inclination)
+        parameter = self.semi_major_axis * squeeze
+        common = 1.5 * motion * EARTH_J2 * (WGS84_EQUATORIAL_RADIUS / parameter) ** 2
+        return (
+            float(-common * cosine),
+            float(0.5 * common * (5.0 * cosine**2 - 1.0)),
+            float(0.5 * common * np.sqrt(squeeze) * (3.0 * cosine**2 - 1.0)),
+        )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TwoLineElements:
+    """A two-line element set, moved by SGP4.
+
+    name : of the object, for messages
+    """
+
+    name: str
+    satellite: Satrec
+
+    def state(self, tai_ns: int) -> tuple[Array, Array]:
+        """Position [m] and velocity [m s-1] in ICRF axes.
+
+        SGP4 gives TEME, the true equator with the equinox of the 1982 sidereal time.
+        Raises ConfigError where SGP4 gives up, such as for a decayed orbit.
+        """
+        day, fraction = utc_julian_date(tai_ns)
+        error, r_km, v_km_s = self.satellite.sgp4(day, fraction)
+        if error:
+            problem = f"has no place at this epoch: {SGP4_ERRORS[error]}"
+            raise ConfigError(f'"{self.name}"', "two-line elements", problem)
+        R_icrf_from_teme = icrf_from_teme(tai_ns)
+        return R_icrf_from_teme @ (1e3 * np.array(r_km)), R_icrf_from_teme @ (
+            1e3 * np.array(v_km_s)
+        )
+
+
+def icrf_from_teme(tai_ns: int) -> Array:
+    """R_icrf_from_teme, by the sidereal time of 1982 to the Earth and by the modern one back."""
+    angle = float(erfa.gmst82(*utc_julian_date(tai_ns)))
+    R_itrf_from_teme = Rotation.from_euler("z", -angle).as_matrix()
+    return itrf_from_icrf(tai_ns).T @ R_itrf_from_teme
+
+
+def clohessy_wiltshire(
+    position_lvlh: Array, velocity_lvlh: Array, mean_motion: float, elapsed: float
+) -> tuple[Array, Array]:
+    """Relative place [m] and velocity [m s-1] in LVLH axes of a circular orbit, some time later.
+
+    mean_motion : of the reference [rad s-1]
+    elapsed : [s]
+
+    The linear solution of Clohessy and Wiltshire (1960): good while the distance is a small part of
+    the orbit's radius; the error grows with its square over the radius.
+    """
+    n, c, s = mean_motion, np.cos(mean_motion * elapsed), np.sin(mean_motion * elapsed)
+    phase = n * elapsed
+    # Ahead, out of plane, up: LVLH has y against the orbit normal and z down.
+    ahead, across, up = position_lvlh * [1.0, -1.0, -1.0]
+    ahead_rate, across_rate, up_rate = velocity_lvlh * [1.0, -1.0, -1.0]
+    position = np.array(
+        [
+            6.0 * (s - phase) * up
+            + ahead
+            - 2.0 / n * (1.0 - c) * up_rate
+            + (4.0 * s - 3.0 * phase) / n * ahead_rate,
+            c * across + s / n * across_rate,
+            (4.0 - 3.0 * c) * up + s / n * up_rate + 2.0 / n * (1.0 - c) * ahead_rate,
+        ]
+    )
+    velocity = np.array(
+        [
+            6.0 * n * (c - 1.0) * up - 2.0 * s * up_rate + (4.0 * c - 3.0) * ahead_rate,
+            -n * s * across + c * across_rate,
+            3.0 * n * s * up + c * up_rate + 2.0 * s * ahead_rate,
+        ]
+    )
+    return position * [1.0, -1.0, -1.0], velocity * [1.0, -1.0, -1.0]

@@ -1,0 +1,204 @@
+"""Where spacecraft are and how they point: laws that turn an epoch into poses.
+
+A law may name another spacecraft; ``poses`` resolves them in order of dependence.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from simgl.arrays import Array
+from simgl.errors import ConfigError
+from simgl.motion.orbits import KeplerianOrbit, TwoLineElements, clohessy_wiltshire
+from simgl.motion.samples import Path, SampledRotations
+from simgl.physics.constants import EARTH_MU
+from simgl.physics.frames import (
+    Pose,
+    cross,
+    lvlh_angular_velocity,
+    lvlh_from_icrf,
+    rotation_between,
+)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FixedPosition:
+    """At rest in ICRF axes: position [m]; velocity [m s-1] for LVLH axes and starlight only."""
+
+    position: Array
+    velocity: Array
+
+    def state(self, tai_ns: int) -> tuple[Array, Array]:  # noqa: ARG002 - always there
+        """Position [m] and velocity [m s-1]."""
+        return self.position, self.velocity
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RelativePosition:
+    """At a place in the LVLH frame of another spacecraft: position [m], velocity [m s-1]."""
+
+    reference: str
+    position_lvlh: Array
+    velocity_lvlh: Array
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RelativeOrbit:
+    """Drifting freely about another spacecraft, by the equations of Clohessy and Wiltshire.
+
+    position_lvlh, velocity_lvlh : at ``epoch_tai_ns``, in LVLH axes of the reference, whose orbit
+        should be nearly circular [m], [m s-1]
+    """
+
+    reference: str
+    position_lvlh: Array
+    velocity_lvlh: Array
+    epoch_tai_ns: int
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RelativePath:
+    """Along samples in the LVLH frame of another spacecraft."""
+
+    reference: str
+    path: Path
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FixedAttitude:
+    """Inertially fixed."""
+
+    R_icrf_from_body: Array
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LvlhAttitude:
+    """Turned with the orbit: body axes along LVLH after ``R_lvlh_from_body``."""
+
+    R_lvlh_from_body: Array
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SampledAttitude:
+    """Through samples, against ICRF or the spacecraft's own LVLH axes."""
+
+    rotations: SampledRotations
+    in_lvlh: bool
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PointingAttitude:
+    """A body axis towards another spacecraft; the rest is the smallest turn from LVLH."""
+
+    target: str
+    axis_body: Array
+
+
+Relative = RelativePosition | RelativeOrbit | RelativePath
+Trajectory = FixedPosition | KeplerianOrbit | TwoLineElements | Path | Relative
+Attitude = FixedAttitude | LvlhAttitude | SampledAttitude | PointingAttitude
+
+
+@dataclass(frozen=True, kw_only=True)
+class Motion:
+    """The laws of one spacecraft."""
+
+    trajectory: Trajectory
+    attitude: Attitude
+
+
+def _relative(law: Relative, tai_ns: int, reference: tuple[Array, Array]) -> tuple[Array, Array]:
+    """Position [m] and velocity [m s-1] in ICRF axes."""
+    r, v = reference
+    if isinstance(law, RelativePath):
+        place, moving = law.path.state(tai_ns)
+    elif isinstance(law, RelativeOrbit):
+        # Of the ellipse that the reference is on at this instant: constant for two bodies.
+        axis = 1.0 / (2.0 / np.linalg.norm(r) - np.dot(v, v) / EARTH_MU)
+        mean_motion = float(np.sqrt(EARTH_MU / axis**3))
+        elapsed = (tai_ns - law.epoch_tai_ns) * 1e-9
+        start = law.position_lvlh, law.velocity_lvlh
+        place, moving = clohessy_wiltshire(*start, mean_motion, elapsed)
+    else:
+        place, moving = law.position_lvlh, law.velocity_lvlh
+    R_icrf_from_lvlh = lvlh_from_icrf(r, v).T
+    offset = R_icrf_from_lvlh @ place
+    rate = lvlh_angular_velocity(r, v)
+    return r + offset, v + R_icrf_from_lvlh @ moving + cross(rate, offset)
+
+
+def lvlh_axes(where: str, key: str, name: str, position: Array, velocity: Array) -> Array:
+    """R_lvlh_from_icrf, or the reason why spacecraft ``name`` has none."""
+    if np.linalg.norm(cross(position, velocity)) == 0.0:
+        problem = f'needs LVLH axes, which "{name}" lacks: it does not move about the Earth'
+        raise ConfigError(where, key, problem)
+    return lvlh_from_icrf(position, velocity)
+
+
+def _attitude(
+    name: str, law: Attitude, tai_ns: int, states: Mapping[str, tuple[Array, Array]]
+) -> Array:
+    position, velocity = states[name]
+    if isinstance(law, FixedAttitude):
+        return law.R_icrf_from_body
+    if isinstance(law, LvlhAttitude):
+        R_lvlh_from_icrf = lvlh_axes(f"[spacecraft.{name}]", "attitude", name, position, velocity)
+        return R_lvlh_from_icrf.T @ law.R_lvlh_from_body
+    if isinstance(law, SampledAttitude):
+        turn = law.rotations.matrix(tai_ns)
+        if not law.in_lvlh:
+            return turn
+        R_lvlh_from_icrf = lvlh_axes(
+            f"[spacecraft.{name}]", "attitude_file", name, position, velocity
+        )
+        return R_lvlh_from_icrf.T @ turn
+    line = states[law.target][0] - position
+    if not np.any(line):
+        problem = f'cannot point at "{law.target}", which is at the same place'
+        raise ConfigError(f"[spacecraft.{name}]", "point_at", problem)
+    moving = np.linalg.norm(cross(position, velocity)) > 0.0
+    start = lvlh_from_icrf(position, velocity).T if moving else np.eye(3)
+    return rotation_between(start @ law.axis_body, line) @ start
+
+
+def poses(motions: Mapping[str, Motion], tai_ns: int) -> dict[str, Pose]:
+    """Pose of every spacecraft at an epoch.
+
+    Raises ConfigError where relative positions refer to each other in a circle.
+    """
+    states: dict[str, tuple[Array, Array]] = {}
+    for name in motions:
+        _resolve(name, (), motions, tai_ns, states)
+    return {
+        name: Pose(
+            position=states[name][0],
+            velocity=states[name][1],
+            R_icrf_from_body=_attitude(name, motion.attitude, tai_ns, states),
+        )
+        for name, motion in motions.items()
+    }
+
+
+def _resolve(
+    name: str,
+    chain: tuple[str, ...],
+    motions: Mapping[str, Motion],
+    tai_ns: int,
+    states: dict[str, tuple[Array, Array]],
+) -> tuple[Array, Array]:
+    """Position and velocity of a spacecraft, noted in ``states``; first those of its references."""
+    if name in chain:
+        circle = " -> ".join((*chain, name))
+        raise ConfigError(f"[spacecraft.{name}]", "relative_to", f"runs in a circle: {circle}")
+    if name not in states:
+        law = motions[name].trajectory
+        if isinstance(law, Relative):
+            reference = _resolve(law.reference, (*chain, name), motions, tai_ns, states)
+            lvlh_axes(f"[spacecraft.{name}]", "relative_to", law.reference, *reference)
+            states[name] = _relative(law, tai_ns, reference)
+        else:
+            states[name] = law.state(tai_ns)
+    return states[name]

@@ -1,0 +1,1 @@
+"""What lies behind spacecraft: Earth, air, clouds, Moon, Sun and stars."""

@@ -1,0 +1,303 @@
+"""Tables of the air that hold for every camera: made on the GPU at first use, then kept as a file.
+
+``transmittance`` to space by height and angle, six moments of the diffuse light by height and the
+Sun's angle, and its irradiance from above (``down``). shaders/air says what each holds.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import astuple, dataclass
+
+import moderngl
+import numpy as np
+
+from simgl import assets
+from simgl.arrays import Array, Array32
+from simgl.disk_cache import cache_folder, read_arrays, write_arrays
+from simgl.gpu.fullscreen import FullscreenProgram
+from simgl.gpu.pipeline_state import State
+from simgl.gpu.render_targets import Format, ImageTarget
+from simgl.gpu.uniform_blocks import Block, UniformBuffer
+from simgl.physics.atmosphere import AIR_TOP, OZONE_FOOT, OZONE_PEAK, OZONE_TOP, Atmosphere
+from simgl.physics.constants import ASTRONOMICAL_UNIT, SOLAR_RADIUS
+from simgl.physics.skylight import (
+    HEIGHTS,
+    LOOKS,
+    SUNS,
+    Rings,
+    aureole_strength,
+    skylight,
+)
+from simgl.progress import Progress
+
+_Texture = moderngl.Texture | moderngl.Texture3D
+
+AIR = Block(
+    "Air",
+    20,
+    np.dtype(
+        [
+            # At sea level [km-1]; of the ozone at its peak.
+            ("rayleigh_scattering", "f4", 4),
+            ("aerosol_scattering", "f4", 4),
+            ("aerosol_extinction", "f4", 4),
+            ("ozone_absorption", "f4", 4),
+            ("aerosol_asymmetry", "f4", 4),
+            ("mean_albedo", "f4", 4),
+            # Foot, top [km], and one over the way from either to the peak.
+            ("ozone_layer", "f4", 4),
+            # Of Rayleigh and aerosol [km].
+            ("scale_heights", "f4", 2),
+            ("ground_radius", "f4"),
+            ("air_top", "f4"),
+            ("sun_half_angle", "f4"),
+            ("air_padding", "f4"),
+            ("air_padding2", "f4", 2),
+        ]
+    ),
+)
+
+
+# Sunlight scattered once has the aerosol's peak in it, all further light is smooth.
+_FIRST, _NEXT = Rings(12, 8, 12, 20), Rings(8, 6, 6, 8)
+_NODES = 20
+
+# Of scattering and reflection; what the next would add is below 1e-4 of the whole.
+ORDERS = 9
+
+_TABLE = Block(
+    "AirTable",
+    21,
+    np.dtype([("table_size", "f4", 2), ("table_padding", "f4", 2), ("nodes", "f4", (_NODES, 4))]),
+)
+
+_TRANSMITTANCE = (256, 128)
+_LOOK_SHAPE = (HEIGHTS, LOOKS, SUNS, 4)
+# What a march through the air reads, in the order of its samplers, and the shapes.
+SCATTERING = {
+    "diffuse_mean": (HEIGHTS, SUNS, 4),
+    "diffuse_mxx": (HEIGHTS, SUNS, 4),
+    "diffuse_mzz": (HEIGHTS, SUNS, 4),
+    "diffuse_mxz": (HEIGHTS, SUNS, 4),
+    "diffuse_aureole": (HEIGHTS, SUNS, 4),
+    "diffuse_by_look": _LOOK_SHAPE,
+    "diffuse_by_look_x": _LOOK_SHAPE,
+}
+TABLES = {
+    "transmittance_table": (*_TRANSMITTANCE[::-1], 4),
+    "diffuse_down": (HEIGHTS, SUNS, 4),
+} | SCATTERING
+_SHADERS = ("medium", "places", "transmittance", "diffuse_place", "diffuse", "march")
+
+
+@dataclass(frozen=True, kw_only=True)
+class AirKind:
+    """What the tables depend on.
+
+    radius : of the ground [m]
+    albedo : mean of the ground, per band
+    """
+
+    air: Atmosphere
+    radius: float
+    albedo: tuple[float, float, float, float]
+
+
+def air_values(kind: AirKind) -> dict[str, object]:
+    """The block AIR."""
+    air = kind.air
+    rayleigh = np.array(air.rayleigh) / air.rayleigh_scale_height * 1e3
+    aerosol = np.array(air.aerosol) / air.aerosol_scale_height * 1e3
+    # A tent of unit peak holds as much as half its width at the peak.
+    ozone = np.array(air.ozone) / (0.5 * (OZONE_TOP - OZONE_FOOT)) * 1e3
+    slope = 1e3 / (OZONE_PEAK - OZONE_FOOT)
+    return {
+        "rayleigh_scattering": rayleigh,
+        "aerosol_scattering": aerosol * np.array(air.aerosol_albedo),
+        "aerosol_extinction": aerosol,
+        "ozone_absorption": ozone,
+        "aerosol_asymmetry": air.aerosol_asymmetry,
+        "mean_albedo": kind.albedo,
+        "ozone_layer": (OZONE_FOOT / 1e3, OZONE_TOP / 1e3, slope, 0.0),
+        "scale_heights": (air.rayleigh_scale_height / 1e3, air.aerosol_scale_height / 1e3),
+        "ground_radius": kind.radius / 1e3,
+        "air_top": AIR_TOP / 1e3,
+        "sun_half_angle": np.arcsin(SOLAR_RADIUS / ASTRONOMICAL_UNIT),
+    }
+
+
+class AirTables:
+    """The tables as textures, and the block that goes with them."""
+
+    def __init__(self, ctx: moderngl.Context, kind: AirKind, arrays: dict[str, Array32]) -> None:
+        self.block = UniformBuffer(ctx, AIR)
+        self.block.write(air_values(kind))
+        self.textures = {name: _texture(ctx, arrays[name]) for name in TABLES}
+
+    def release(self) -> None:
+        """Free everything."""
+        self.block.release()
+        for texture in self.textures.values():
+            texture.release()
+
+
+def tables_of(
+    ctx: moderngl.Context, kind: AirKind, progress: Progress | None = None
+) -> dict[str, Array32]:
+    """(rows, columns, 4) of each of ``TABLES``, from the file of an earlier run where there is one.
+
+    A folder that cannot be written only costs the next making; a damaged file is made anew.
+    """
+    path = cache_folder("air") / f"{_key(ctx, kind)}.npz"
+    found = read_arrays(path)
+    if found is not None and _whole(found):
+        return found
+    made = make_tables(ctx, kind, orders=ORDERS, progress=progress)
+    write_arrays(path, made, "tables of the air are made again next time")
+    return made
+
+
+def _key(ctx: moderngl.Context, kind: AirKind) -> str:
+    shaders = assets.shaders() / "air"
+    texts = [(shaders / f"{name}.glsl").read_text("utf-8") for name in _SHADERS]
+    texts += [
+        (shaders / f"{name}.frag").read_text("utf-8") for name in ("transmittance", "diffuse")
+    ]
+    what = (_FIRST, _NEXT, ORDERS, TABLES, astuple(kind), AIR.dtype.descr)
+    driver = ctx.info["GL_RENDERER"], ctx.info["GL_VERSION"]
+    return hashlib.sha256(repr((what, driver, texts)).encode()).hexdigest()
+
+
+def _whole(arrays: dict[str, Array32]) -> bool:
+    """Whether every table is there, of its size, and finite."""
+    return set(arrays) == set(TABLES) and all(
+        arrays[name].shape == shape
+        and arrays[name].dtype == np.float32
+        and bool(np.isfinite(arrays[name]).all())
+        for name, shape in TABLES.items()
+    )
+
+
+def make_tables(
+    ctx: moderngl.Context,
+    kind: AirKind,
+    *,
+    orders: int,
+    progress: Progress | None = None,
+) -> dict[str, Array32]:
+    """The tables, drawn; of no orders, the diffuse ones are zero.
+
+    About 3 s on two cores of a CPU renderer, nearly all of it in the diffuse light.
+    """
+    air = UniformBuffer(ctx, AIR)
+    air.write(air_values(kind))
+    air.bind()
+    maker = _Maker(ctx)
+    g = np.array(kind.air.aerosol_asymmetry)
+    try:
+        tables = {name: np.zeros(shape, np.float32) for name, shape in TABLES.items()}
+        tables["transmittance_table"] = maker.transmittance()
+        for order in range(orders):
+            if order == 0:
+                peak = maker.rings("aureole", tables)[0]
+                aureole = aureole_strength(_FIRST, kind.radius, g, peak)
+                once = skylight(
+                    _FIRST, kind.radius, g, maker.rings("first", tables), aureole
+                ).tables
+                light = once
+            else:
+                field = maker.rings("next", tables)
+                more = skylight(_NEXT, kind.radius, g, field, np.zeros_like(aureole)).tables
+                light = tuple(a + b for a, b in zip(once, more, strict=True))
+            names = ("mean", "mxx", "mzz", "mxz", "down", "aureole", "by_look", "by_look_x")
+            for name, table in zip(names, light, strict=True):
+                tables[f"diffuse_{name}"] = table.astype(np.float32)
+            if progress is not None:
+                progress(order + 1, orders)
+        return tables
+    finally:
+        ctx.detect_framebuffer(0).use()
+        maker.release()
+        air.release()
+
+
+class _Maker:
+    """The programs and targets that draw tables; what they draw comes back as arrays."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        self._program = FullscreenProgram(ctx, "air/transmittance", _TABLE, [], shared=[AIR])
+        self._rings: dict[str, tuple[FullscreenProgram, Rings, list[str]]] = {}
+        self._ring_program("first", _FIRST, ["transmittance_table"], "WITHOUT_DIFFUSE")
+        self._ring_program(
+            "aureole",
+            _FIRST,
+            ["transmittance_table"],
+            "WITHOUT_DIFFUSE",
+            "WITHOUT_RAYLEIGH",
+            "AUREOLE",
+        )
+        self._ring_program("next", _NEXT, ["diffuse_down", *SCATTERING], "WITHOUT_SUN")
+
+    def _ring_program(self, name: str, rings: Rings, samplers: list[str], *variant: str) -> None:
+        defines = {"ABOVE": rings.above, "AROUND": rings.around, "STEPS": rings.steps}
+        defines |= dict.fromkeys(variant, 1)
+        program = FullscreenProgram(
+            self._ctx, "air/diffuse", _TABLE, samplers, shared=[AIR], defines=defines
+        )
+        self._rings[name] = program, rings, samplers
+
+    def transmittance(self) -> Array32:
+        values = {"table_size": _TRANSMITTANCE, "nodes": np.zeros((_NODES, 4))}
+        return self._drawn(self._program, values, (), _TRANSMITTANCE, 1)[0]
+
+    def rings(self, name: str, tables: dict[str, Array32]) -> tuple[Array, Array, Array]:
+        """Three harmonics of the light on rings, (rings, heights, suns, 4) each."""
+        program, rings, samplers = self._rings[name]
+        count = rings.above + rings.below
+        nodes = np.zeros((_NODES, 4))
+        nodes[:count, :2] = rings.nodes
+        textures = [_texture(self._ctx, tables[name]) for name in samplers]
+        values = {"table_size": (SUNS, HEIGHTS), "nodes": nodes}
+        drawn = self._drawn(program, values, textures, (SUNS, HEIGHTS * count), 3)
+        for texture in textures:
+            texture.release()
+        zero, one, two = (a.reshape(count, HEIGHTS, SUNS, 4).astype(np.float64) for a in drawn)
+        return zero, one, two
+
+    def _drawn(
+        self,
+        program: FullscreenProgram,
+        values: dict[str, object],
+        textures: Sequence[_Texture],
+        size: tuple[int, int],
+        outputs: int,
+    ) -> list[Array32]:
+        target = ImageTarget(self._ctx, size, (Format("f4", 4),) * outputs)
+        State().apply(self._ctx, target.framebuffer, (0, 0, *size))
+        program.draw(values, textures)
+        drawn = [np.array(target.read(i)) for i in range(outputs)]
+        self._ctx.detect_framebuffer(0).use()
+        target.release()
+        return drawn
+
+    def release(self) -> None:
+        self._program.release()
+        for program, _, _ in self._rings.values():
+            program.release()
+
+
+def _texture(ctx: moderngl.Context, array: Array32) -> _Texture:
+    *depth, height, width, _ = array.shape
+    size, data = (width, height), array.tobytes()
+    texture: _Texture
+    if depth:
+        texture = ctx.texture3d((*size, depth[0]), 4, data, dtype="f4")
+        texture.repeat_z = False
+    else:
+        texture = ctx.texture(size, 4, data, dtype="f4")
+    texture.repeat_x = texture.repeat_y = False
+    texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+    return texture

@@ -1,0 +1,119 @@
+"""The weather: one map of clouds over the whole Earth, made once for a seed and a cover."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import moderngl
+import numpy as np
+
+from simgl.arrays import Image8
+from simgl.gpu.fullscreen import FullscreenProgram
+from simgl.gpu.pipeline_state import State
+from simgl.gpu.render_targets import Format, ImageTarget
+from simgl.gpu.uniform_blocks import Block
+from simgl.scene.cyclones import DECKS, seed_shift, swirls
+from simgl.scene.earth import Clouds
+from simgl.scene.image_files import read_picture
+from simgl.scene.noise_volume import SIZE, noise_volume
+
+# Optical thickness of code 1; that of code 0 is 1, logarithmic between, as in planet/cloud.glsl.
+THICKEST = 100.0
+# Enough to find the mean cover by.
+_SMALL = (512, 256)
+
+_WEATHER = Block(
+    "Weather",
+    16,
+    np.dtype(
+        [
+            ("decks", "f4", (len(DECKS), 4)),
+            ("seed_shift", "f4", 4),
+            ("map_size", "f4", 2),
+            ("cover_shift", "f4"),
+            ("_padding", "f4"),
+        ]
+    ),
+)
+
+
+def noise_texture(ctx: moderngl.Context, seed: int) -> moderngl.Texture3D:
+    """The volume of ``simgl.scene.noise_volume``, repeating, without mipmaps."""
+    texture = ctx.texture3d((SIZE,) * 3, 4, noise_volume(seed).tobytes(), alignment=1)
+    texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+    texture.repeat_x = texture.repeat_y = texture.repeat_z = True
+    return texture
+
+
+def weather_codes(
+    ctx: moderngl.Context,
+    clouds: Clouds,
+    noise: moderngl.Texture3D,
+    ground: Sequence[moderngl.Texture],
+    width: int = 4096,
+) -> Image8:
+    """(h, w, 4) share of cloud, code of its thickness, thin high cloud, raggedness.
+
+    noise : of the same seed; ground : as ``simgl.passes.background.earth_maps`` gives them
+    width : of the map; its height is half of that
+    """
+    if clouds.picture is not None:
+        return _pictured(clouds, clouds.picture)
+    samplers = ["noise_volume", "swirls", "land_map", "form_map"]
+    program = FullscreenProgram(ctx, "cloud_map/cloud_map", _WEATHER, samplers)
+    wind = _wind_texture(ctx, clouds.seed)
+    small = ImageTarget(ctx, _SMALL, [Format("f4", 4)])
+    full = ImageTarget(ctx, (width, width // 2), [Format("f1", 4)])
+    given: dict[str, object] = {"decks": DECKS, "seed_shift": (*seed_shift(clouds.seed), 0.0)}
+
+    def draw(target: ImageTarget, shift: float) -> None:
+        area = (0, 0, *target.size)
+        State().apply(ctx, target.framebuffer, area, area)
+        size = {"map_size": target.size, "cover_shift": shift}
+        program.draw(given | size, [noise, wind, *ground])
+
+    try:
+        draw(full, _shift_for(clouds.cover, small, draw))
+        codes = np.frombuffer(full.textures[0].read(alignment=1), dtype=np.uint8)
+        return codes.reshape(width // 2, width, 4)
+    finally:
+        ctx.detect_framebuffer(0).use()
+        for item in (program, wind, small, full):
+            item.release()
+
+
+def _pictured(clouds: Clouds, path: Path) -> Image8:
+    share = np.asarray(read_picture(path, "L"))
+    code = np.log(clouds.thickness) / np.log(THICKEST)
+    values = np.zeros((*share.shape, 4), dtype=np.uint8)
+    values[..., 0] = share
+    values[..., 1] = np.uint8(np.clip(np.round(255.0 * code), 0, 255))
+    values[..., 3] = 128
+    return values
+
+
+def _wind_texture(ctx: moderngl.Context, seed: int) -> moderngl.Texture:
+    origin = swirls(seed)
+    texture = ctx.texture(origin.shape[1::-1], 3, origin.tobytes(), dtype="f4", alignment=1)
+    texture.repeat_x, texture.repeat_y = True, False
+    return texture
+
+
+def _mean_share(target: ImageTarget) -> float:
+    """Of cloud over the Earth's area."""
+    share = target.read()[..., 0].mean(axis=1)
+    rows = (np.arange(share.size) + 0.5) * np.pi / share.size
+    return float(np.average(share, weights=np.sin(rows)))
+
+
+def _shift_for(
+    cover: float, small: ImageTarget, draw: Callable[[ImageTarget, float], None]
+) -> float:
+    """By how much to shift the weather so that its mean share is ``cover``."""
+    low, high = -3.0, 3.0
+    for _ in range(12):
+        middle = 0.5 * (low + high)
+        draw(small, middle)
+        low, high = (middle, high) if _mean_share(small) < cover else (low, middle)
+    return 0.5 * (low + high)

@@ -1,0 +1,330 @@
+"""The Earth: the background of the picture, one full-screen draw."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import product
+
+import moderngl
+import numpy as np
+
+from simgl.arrays import Array, IndexArray, Mask
+from simgl.gpu.context import is_software
+from simgl.gpu.fullscreen import Texture
+from simgl.gpu.pipeline_state import SRC1_COLOR, State
+from simgl.gpu.tile_quads import TileQuads
+from simgl.gpu.uniform_blocks import UniformBuffer
+from simgl.passes.background.air import AIR_SAMPLERS, AIR_VIEW, AtmospherePass
+from simgl.passes.background.air_tables import AIR
+from simgl.passes.background.earth_textures import SAMPLERS, EarthTextures
+from simgl.passes.background.planet_blocks import (
+    MAP_TEXEL,
+    PLANET,
+    REGOLITH,
+    planet_values,
+    regolith_values,
+)
+from simgl.physics.atmosphere import AIR_TOP
+from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS
+from simgl.scene.noise_projection import LEVELS, TEXEL_KM
+from simgl.view.background import Background, PlanetView
+from simgl.view.background_tiles import PARTS, TILE, BackgroundTiles, tiles_of
+
+# A picture whose pixels are shorter than the maps' texels by this factor where it looks straight
+# down needs no mipmaps, which cost software renderers more than all the rest.
+_TEXEL_M = MAP_TEXEL * WGS84_EQUATORIAL_RADIUS
+_MAGNIFIED = 0.25
+
+
+# Sines of the Sun's height: below the first the lamps of cities shine, by the second the air is
+# dark but for its own glow (shaders/planet/night.glsl).
+_DUSK, _DARK = 0.5 / 12.0, -0.1
+# There a full Moon, 2.5e-6 of the Sun, gives 1e-4 of the light on the ground, which falls by e
+# while the sine falls by so much: 2,000 lx at 2.4 deg, 3.4 at -6 (Bond and Henderson 1963).
+_FULL_MOON, _FADES = 2.5e-6, 0.023
+# Variants that find light and place at the corners of tiles; the others are cheap or rare.
+_EVEN = ("EARTH_MAPS", "AIR"), ("EARTH_MAPS", "FAR", "AIR")
+# Pixels larger than this [m] resolve nothing of the chart.
+_FAR = 6e3
+
+
+class PlanetPass:
+    """Draws the Earth as an exact ellipsoid, alone or before what lies beyond it."""
+
+    state = State()
+    before = State(blend=(moderngl.ONE, SRC1_COLOR))
+    more = State(blend=(moderngl.ONE, moderngl.ONE))
+
+    def __init__(self, ctx: moderngl.Context, air: AtmospherePass) -> None:
+        self._ctx, self._air = ctx, air
+        # Software renderers pay for what a shader could do: an Earth of one albedo has its own, and
+        # so has one without air.
+        self._programs: dict[tuple[str, ...], TileQuads] = {}
+        self._block, self._moon_block = UniformBuffer(ctx, PLANET), UniformBuffer(ctx, PLANET)
+        self._regolith = UniformBuffer(ctx, REGOLITH)
+        self._textures = EarthTextures(ctx)
+        self._hardware = not is_software(ctx)
+
+    def draw(
+        self, background: Background, target: moderngl.Framebuffer, area: tuple[int, int, int, int]
+    ) -> None:
+        """Fill a rectangle with the Earth [W m-2 sr-1].
+
+        Where the view has heavens, the target holds them already; they stay as far as they are
+        seen past the Earth.
+
+        area : x, y, width, height [pixels]
+        """
+        planet = background.planet
+        state = self.state if background.celestial is None else self.before
+        if planet is None:
+            state.apply(self._ctx, target, area, area)
+            if background.celestial is None:
+                target.clear(0.0, 0.0, 0.0, 0.0, viewport=area)
+            return
+        tiles = self._draw_lit(background, planet, target, area, state, self._block, None)
+        if planet.earth.airglow:
+            self._draw_glow(tiles.within(tiles.low < _DARK), planet, target, area)
+        moonlit = _in_moonlight(planet)
+        night = tiles.any & (tiles.low < _moonlit_below(planet))
+        if moonlit is not None and night.any():
+            self._draw_lit(background, moonlit, target, area, self.more, self._moon_block, night)
+        if planet.earth.clouds is not None and planet.height < planet.earth.clouds.height:
+            self._draw_ceiling(tiles, planet, target, area, self.before, self._block)
+            if moonlit is not None and night.any():
+                over = tiles.within(night)
+                self._draw_ceiling(over, moonlit, target, area, self.more, self._moon_block)
+
+    def _draw_lit(
+        self,
+        background: Background,
+        planet: PlanetView,
+        target: moderngl.Framebuffer,
+        area: tuple[int, int, int, int],
+        state: State,
+        block: UniformBuffer,
+        only: Mask | None,
+    ) -> BackgroundTiles:
+        """The Earth in one light.
+
+        only : tiles, if not all; without the lamps of cities
+        """
+        mapped = planet.earth.albedo is None
+        textures: Sequence[Texture] = ()
+        magnified = False
+        if mapped:
+            magnified = self._magnified(planet, background)
+            textures = self._textures.of(planet.earth)
+        far = mapped and _nadir_pixel(planet, background) > _FAR
+        shores = self._textures.shores if mapped else None
+        tiles = tiles_of(planet, background.intrinsics, area[2:], shores, noise=not far)
+        if only is not None:
+            tiles = tiles.within(only & (tiles.high > _DARK))
+            if not tiles.any.any():
+                return tiles
+        air = self._air.before(planet)
+        state.apply(self._ctx, target, area, area)
+        inside = air is not None and air.inside
+        regolith = None if mapped else planet.earth.regolith
+        if regolith is not None:
+            self._regolith.write(regolith_values(regolith))
+            self._regolith.bind()
+        present = {
+            "EARTH_MAPS": mapped,
+            "REGOLITH": regolith,
+            "FAR": far,
+            "AIR": air,
+            "AIR_INSIDE": inside,
+        }
+        variant = tuple(d for d, there in present.items() if there)
+        through = () if air is None else air.textures
+        for unit, texture in enumerate((*textures, *through)):
+            texture.use(unit)
+        values = planet_values(background, planet, area, lamps=only is None)
+        block.write(values | {"chart_kept": self._textures.chart_kept})
+        block.bind()
+        drawn = tiles.any if air is not None else tiles.even | tiles.finer | tiles.ground
+        if state is self.state and not drawn.all():
+            target.clear(0.0, 0.0, 0.0, 0.0, viewport=area)
+        dark = tiles.low < (_DUSK if mapped and only is None else -1.0)
+        ground = tiles.ground
+        if variant in _EVEN:
+            self._draw_even(tiles, dark, variant, textures, magnified)
+        else:
+            ground = ground | tiles.even | tiles.finer
+        if mapped:
+            self._textures.read_maps(self._maps_filter(magnified))
+        for kind, mask in ((), ground & ~dark), (("NIGHT",), ground & dark):
+            # One large face costs less than its parts.
+            edge = max(area[2:]) if mask.all() else TILE
+            mask = mask[:1, :1] if mask.all() else mask
+            if mask.any():
+                self._program_for("planet/planet", (*kind, *variant)).draw(mask, edge)
+        if air is not None:
+            self._program_for("planet/air", variant).draw(tiles.air, TILE)
+        return tiles
+
+    def _draw_glow(
+        self,
+        tiles: BackgroundTiles,
+        planet: PlanetView,
+        target: moderngl.Framebuffer,
+        area: tuple[int, int, int, int],
+    ) -> None:
+        """The air's own light, on top of the Earth; reads what that was drawn with."""
+        if not tiles.any.any():
+            return
+        self.more.apply(self._ctx, target, area, area)
+        # Maps move the air's tables to other texture units.
+        maps = ("EARTH_MAPS",) if planet.earth.albedo is None else ()
+        inside = ("AIR_INSIDE",) if planet.height < AIR_TOP else ()
+        self._program_for("planet/glow", maps).draw(tiles.even | tiles.finer, TILE)
+        rim = self._program_for("planet/glow", (*maps, "AIR", *inside))
+        rim.draw(tiles.ground | tiles.air, TILE)
+
+    def _draw_ceiling(
+        self,
+        tiles: BackgroundTiles,
+        planet: PlanetView,
+        target: moderngl.Framebuffer,
+        area: tuple[int, int, int, int],
+        state: State,
+        block: UniformBuffer,
+    ) -> None:
+        """The clouds over a camera beneath them, in the light of a block, over all else."""
+        air = self._air.before(planet)
+        state.apply(self._ctx, target, area, area)
+        block.bind()
+        through = () if air is None else air.textures
+        for unit, texture in enumerate((*self._textures.of(planet.earth), *through)):
+            texture.use(unit)
+        present = {"NIGHT": planet.earth.airglow, "EARTH_MAPS": True, "AIR": air, "AIR_INSIDE": air}
+        variant = tuple(d for d, there in present.items() if there)
+        self._program_for("planet/ceiling", variant).draw(tiles.ground | tiles.air, TILE)
+
+    def _draw_even(
+        self,
+        tiles: BackgroundTiles,
+        dark: Mask,
+        variant: tuple[str, ...],
+        textures: Sequence[Texture],
+        magnified: bool,
+    ) -> None:
+        """Tiles found at their corners, by the halvings of noise and maps that they show.
+
+        dark : those with lamps and the airglow's light
+        """
+        seen = tiles.even | tiles.finer
+        noise = np.zeros(seen.shape, dtype=np.int64)
+        maps = noise
+        if "FAR" not in variant:
+            noise = _halvings(tiles.pixel, 1e3 * TEXEL_KM)
+        self._textures.read_maps(self._maps_filter(magnified or not self._hardware))
+        if not (magnified or self._hardware):
+            maps = _halvings(tiles.pixel, _TEXEL_M)
+        for step in np.unique((LEVELS * maps + noise)[seen]).tolist():
+            of_maps, of_noise = divmod(step, LEVELS)
+            if "FAR" not in variant:
+                self._textures.chart_with(of_noise).use(len(SAMPLERS) - 1)
+            for unit, halved in enumerate(self._textures.maps_with(of_maps)):
+                halved.use(unit)
+            here = (maps == of_maps) & (noise == of_noise)
+            for one_face, sea, night in product((False, True), repeat=3):
+                mask = here & (tiles.one_face == one_face) & (tiles.sea == sea) & (dark == night)
+                if not (mask & seen).any():
+                    continue
+                present = {"ONE_FACE": one_face, "SEA": sea, "NIGHT": night}
+                kind = tuple(d for d, there in present.items() if there)
+                program = self._program_for("planet/tiles", ("EVEN", *kind, *variant))
+                program.draw(mask & tiles.even, TILE, sheet=step)
+                finer = (mask & tiles.finer).repeat(PARTS, axis=0).repeat(PARTS, axis=1)
+                program.draw(finer, TILE // PARTS, sheet=step)
+        for unit, texture in enumerate(textures):
+            texture.use(unit)
+
+    def _program_for(self, name: str, variant: tuple[str, ...]) -> TileQuads:
+        key = name, *variant
+        if key not in self._programs:
+            ground = SAMPLERS if "EARTH_MAPS" in variant else []
+            air = AIR_SAMPLERS if "AIR" in variant else ()
+            samplers = {sampler: unit for unit, sampler in enumerate((*ground, *air))}
+            unread = ["chart"] if "FAR" in variant else []
+            groundless = "SEA" in variant or name == "planet/ceiling"
+            unread += ["land_map", "form_map"] if groundless else []
+            for sampler in unread:
+                samplers.pop(sampler)
+            if name in ("planet/air", "planet/glow"):
+                there = AIR_SAMPLERS[2:] if "AIR" in variant else ()
+                samplers = {sampler: unit for sampler, unit in samplers.items() if sampler in there}
+            blocks = [AIR, AIR_VIEW]
+            self._programs[key] = TileQuads(
+                self._ctx,
+                name,
+                samplers,
+                variant,
+                shared=[
+                    PLANET,
+                    *(blocks if "AIR" in variant else ()),
+                    *([REGOLITH] if "REGOLITH" in variant else ()),
+                ],
+                spare=(
+                    *(() if "AIR" in variant else blocks),
+                    *(() if "REGOLITH" in variant else (REGOLITH,)),
+                ),
+            )
+        return self._programs[key]
+
+    def _magnified(self, planet: PlanetView, background: Background) -> bool:
+        """Whether the maps' texels are larger than pixels wherever they are not seen at a slant."""
+        if self._hardware:
+            return False
+        return _nadir_pixel(planet, background) < _MAGNIFIED * _TEXEL_M
+
+    def _maps_filter(self, magnified: bool) -> int:
+        """How to read the maps; software renderers pay twice for what lies between two halvings."""
+        smaller = (
+            moderngl.LINEAR_MIPMAP_LINEAR if self._hardware else moderngl.LINEAR_MIPMAP_NEAREST
+        )
+        return moderngl.LINEAR if magnified else smaller
+
+    def release(self) -> None:
+        """Free everything."""
+        for program in self._programs.values():
+            program.release()
+        self._block.release()
+        self._moon_block.release()
+        self._regolith.release()
+        self._textures.release()
+
+
+def _in_moonlight(planet: PlanetView) -> PlanetView | None:
+    """The Earth with the Moon in the Sun's place, and no light of its own."""
+    moon = planet.moonlight
+    if moon is None:
+        return None
+    return replace(
+        planet,
+        sun_direction_itrf=moon.direction_itrf,
+        sun_irradiance=moon.irradiance,
+        earth=replace(planet.earth, airglow=False),
+    )
+
+
+def _moonlit_below(planet: PlanetView) -> float:
+    """Sine of the Sun's height below which the Moon is 1e-4 of the light and more."""
+    if planet.moonlight is None:
+        return -1.0
+    share = float(planet.moonlight.irradiance.sum() / max(planet.sun_irradiance.sum(), 1e-30))
+    return _DUSK + _FADES * float(np.log(max(share, 1e-30) / _FULL_MOON))
+
+
+def _halvings(pixel: Array, texel: float) -> IndexArray:
+    """Of a picture whose texels are so long, for pixels of such edges [m]; 0 beside the planet."""
+    steps = np.rint(np.log2(np.maximum(pixel / texel, 1.0)))
+    return np.minimum(steps, LEVELS - 1).astype(np.int64)
+
+
+def _nadir_pixel(planet: PlanetView, background: Background) -> float:
+    """Edge of a pixel straight below [m]."""
+    return planet.height / float(background.intrinsics[0, 0])

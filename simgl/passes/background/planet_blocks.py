@@ -1,0 +1,160 @@
+"""What the shaders of the planet are told: the blocks and their values."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from simgl.arrays import Array
+from simgl.gpu.uniform_blocks import Block
+from simgl.passes.background.earth_maps import HEIGHT
+from simgl.physics.airglow import GLOW_BOTTOM, GLOW_TOP, ground_irradiance, zenith_glow
+from simgl.physics.regolith import Regolith, geometric_albedo
+from simgl.physics.sea_surface import mirror_laws, water_body, wave_slope_variance
+from simgl.scene.noise_projection import LEVELS, SIZE, TEXEL_KM
+from simgl.view.background import Background, PlanetView
+
+PLANET = Block(
+    "Planet",
+    4,
+    np.dtype(
+        [
+            ("sphere_from_camera", "f4", (4, 4)),
+            ("camera_in_sphere", "f4", 4),
+            # Equatorial radius over each semi-axis: turns a sphere's point into the normal.
+            ("sphere_axes", "f4", 4),
+            ("sun_direction_itrf", "f4", 4),
+            ("earth_sun_irradiance", "f4", 4),
+            ("earth_albedo", "f4", 4),
+            # Of the water without its surface's mirror.
+            ("water_body", "f4", 4),
+            # Of the brightest lamps [W m-2 sr-1].
+            ("night_radiance", "f4", 4),
+            # The airglow's radiance for each Earth radius of way in its layers, what it sends down
+            # to horizontal ground [W m-2], and as ``outside``, from the layers' bottoms and tops.
+            ("glow", "f4", 4),
+            ("glow_irradiance", "f4", 4),
+            ("glow_outside", "f4", (2, 4)),
+            # Cubics of the view's cosine (simgl/physics/sea_surface.py).
+            ("sea_mirror", "f4", (3, 4)),
+            # fx, fy, cx, cy [pixels]
+            ("intrinsics", "f4", 4),
+            # Of the picture: its first corner [pixels], and clip space per pixel.
+            ("area", "f4", 4),
+            # Variance of the noise of clouds and of hills by the chart's halvings.
+            ("chart_kept", "f4", (LEVELS, 4)),
+            ("outside", "f4"),
+            # The same from the sphere that the clouds lie on.
+            ("cloud_outside", "f4"),
+            ("sun_angular_radius", "f4"),
+            ("planet_km", "f4"),
+            ("cloud_km", "f4"),
+            ("high_cloud_thickness", "f4"),
+            ("wave_slope_variance", "f4"),
+            # 1 where the camera is above the clouds.
+            ("clouds_below", "f4"),
+            # Of a texel of the maps on the equator, and of the chart [km].
+            ("map_texel_km", "f4"),
+            ("chart_texel_km", "f4"),
+            # The chart's last halving, and its repetitions between a face's middle and edge.
+            ("chart_texels", "f4"),
+            ("chart_last", "f4"),
+            ("chart_repeats", "f4"),
+            ("planet_padding", "f4"),
+            ("planet_padding2", "f4", 2),
+        ]
+    ),
+)
+
+REGOLITH = Block(
+    "Regolith",
+    25,
+    np.dtype(
+        [
+            ("grain_albedo", "f4"),
+            ("lobe_width", "f4"),
+            ("lobe_backward", "f4"),
+            ("surge_height", "f4"),
+            ("surge_width", "f4"),
+            # Of the slopes' mean angle, and what they leave of the cosine of a level plane.
+            ("slope_tangent", "f4"),
+            ("slope_chi", "f4"),
+            # 2/3, a white Lambertian globe's geometric albedo, over this law's.
+            ("regolith_scale", "f4"),
+        ]
+    ),
+)
+
+# Of the maps on the equator [rad].
+MAP_TEXEL = np.pi / HEIGHT
+# Brightest texel of the night map, all bands together [W m-2 sr-1]: 200 nW cm-2 sr-1, the core of
+# a city of millions in VIIRS's day-night band (Elvidge et al. 2017), over 10 km; and its share in
+# each band, between sodium lamps and white ones.
+_NIGHT_RADIANCE = 2e-3 * np.array([0.40, 0.32, 0.06, 0.22])
+# Optical thickness of the thickest of the thin high clouds.
+_HIGH_CLOUD = 1.5
+
+
+def regolith_values(ground: Regolith) -> dict[str, object]:
+    """The block of a ground of grains."""
+    tangent = np.tan(ground.roughness)
+    return {
+        "grain_albedo": ground.single_scattering,
+        "lobe_width": ground.lobe,
+        "lobe_backward": ground.backward,
+        "surge_height": ground.surge,
+        "surge_width": ground.surge_width,
+        "slope_tangent": tangent,
+        "slope_chi": 1.0 / np.sqrt(1.0 + np.pi * tangent**2),
+        "regolith_scale": 2.0 / 3.0 / geometric_albedo(ground),
+    }
+
+
+def _glow(planet: PlanetView) -> Array:
+    """(4,) radiance of the airglow for each Earth radius of way [W m-2 sr-1]."""
+    below = planet.height < float(GLOW_BOTTOM.max())
+    each = planet.earth.equatorial_radius / (GLOW_TOP - GLOW_BOTTOM)
+    return each * zenith_glow(from_below=below) * planet.earth.airglow
+
+
+def planet_values(
+    view: Background, planet: PlanetView, area: tuple[int, int, int, int], *, lamps: bool
+) -> dict[str, object]:
+    """The block of a light; lamps : whether cities shine."""
+    k = view.intrinsics
+    matrix = np.zeros((4, 4), dtype=np.float32)
+    matrix[:3, :3] = planet.sphere_from_camera
+    earth, clouds = planet.earth, planet.earth.clouds
+    radii = np.array(earth.radii)
+    cloud_height = clouds.height / radii[0] if clouds else 0.0
+    layers = np.stack([GLOW_BOTTOM, GLOW_TOP]) / radii[0]
+    return {
+        "sphere_from_camera": matrix,
+        "camera_in_sphere": (*planet.camera_in_sphere, 0.0),
+        "sphere_axes": (*(radii[0] / radii), 0.0),
+        "sun_direction_itrf": (*planet.sun_direction_itrf, 0.0),
+        "earth_sun_irradiance": planet.sun_irradiance,
+        "earth_albedo": earth.albedo or (0.0, 0.0, 0.0, 0.0),
+        "water_body": water_body(earth.wind),
+        "night_radiance": _NIGHT_RADIANCE * lamps,
+        "glow": _glow(planet),
+        "glow_irradiance": ground_irradiance(radii[0]) * earth.airglow,
+        "glow_outside": planet.outside - layers * (2.0 + layers),
+        "outside": planet.outside,
+        "cloud_outside": planet.outside - cloud_height * (2.0 + cloud_height),
+        "map_texel_km": MAP_TEXEL * radii[0] * 1e-3,
+        "chart_texel_km": TEXEL_KM,
+        "chart_texels": SIZE,
+        "chart_last": LEVELS - 1,
+        # In the middle of a face the chart is drawn together to 0.8, at its edges out to 1.0 of
+        # this, and most between.
+        "chart_repeats": radii[0] * 1e-3 / (1.2 * SIZE * TEXEL_KM),
+        "planet_km": radii[0] * 1e-3,
+        "cloud_km": clouds.height * 1e-3 if clouds else 0.0,
+        "high_cloud_thickness": _HIGH_CLOUD if clouds else 0.0,
+        "clouds_below": float(clouds is not None and planet.height > clouds.height),
+        "wave_slope_variance": wave_slope_variance(earth.wind),
+        "sea_mirror": mirror_laws(wave_slope_variance(earth.wind)),
+        "area": (area[0], area[1], 2.0 / area[2], 2.0 / area[3]),
+        "intrinsics": (k[0, 0], k[1, 1], k[0, 2] + area[0], k[1, 2] + area[1]),
+        "sun_angular_radius": view.sun_angular_radius,
+    }

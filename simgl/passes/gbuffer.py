@@ -1,0 +1,96 @@
+"""What each sample of a tile sees of its spacecraft: place, normals, material, vertex light."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import moderngl
+
+from simgl.gpu.growing_target import GrowingTarget, textures_of
+from simgl.gpu.pipeline_state import State, clear_depth
+from simgl.gpu.program import load_program
+from simgl.gpu.uniform_blocks import UniformBuffer
+from simgl.passes.mesh_store import MeshStore, VertexLighting
+from simgl.passes.shared_blocks import CRAFT, MATERIALS, TILE, craft_values, tile_values
+from simgl.passes.texture_store import IMAGE_UNITS
+from simgl.view.frame_view import RasterTile
+
+# The first target of a sample that sees nothing; the others are left as they are.
+EMPTY = -1.0
+# The targets of shaders/gbuffer/gbuffer.frag; those with images and vertex colours have more.
+_PLAIN, _DETAILED = 4, 7
+
+
+class GBufferPass:
+    """Draws the spacecraft of a tile on its sampling lattice, without light."""
+
+    # The lattice is turned against the image, so that its raster holds more than the tile: what
+    # lies outside is cut away.
+    closed = State(depth=True, cull="back", clip_planes=4)
+    open_sheets = State(depth=True, clip_planes=4)
+
+    def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
+        self._ctx, self._meshes = ctx, meshes
+        self._programs: dict[tuple[str, ...], moderngl.Program] = {}
+        self._tile = UniformBuffer(ctx, TILE)
+        self._craft = UniformBuffer(ctx, CRAFT)
+        self._targets = {n: GrowingTarget(ctx, [range(n)]) for n in (_PLAIN, _DETAILED)}
+
+    def draw(
+        self, tile: RasterTile, lightings: Sequence[VertexLighting | None]
+    ) -> tuple[moderngl.Texture, ...]:
+        """The targets of the shader in their order, RGBA32F, valid until the next draw.
+
+        lightings : for each spacecraft, what its own surfaces do to its light; None for nothing
+        """
+        detailed = any("DETAILED" in craft.model.variant for craft in tile.craft)
+        size = tile.sample_grid.raster_size(tile.width, tile.height)
+        (target,) = self._targets[_DETAILED if detailed else _PLAIN].at_least(size)
+        viewport = (0, 0, *size)
+        self.closed.apply(self._ctx, target, viewport, viewport)
+        others = ((False,) * 4,) * (len(target.color_attachments) - 1)
+        target.color_mask = ((True,) * 4, *others)  # type: ignore[assignment]
+        target.clear(EMPTY, EMPTY, EMPTY, EMPTY, depth=1.0, viewport=viewport)
+        self._tile.bind()
+        self._craft.bind()
+        for index, clip_from_camera in enumerate(tile.slices):
+            if index:
+                clear_depth(self._ctx, target)
+            self._tile.write(tile_values(tile, clip_from_camera))
+            for craft, own in zip(tile.craft, lightings, strict=True):
+                state = self.open_sheets if craft.model.open_sheets else self.closed
+                state.apply(self._ctx, target, viewport, viewport)
+                self._craft.write(craft_values(craft))
+                variant = tuple(d for d in craft.model.variant if d not in ("LAYERED", "JOINTED"))
+                if variant:
+                    self._meshes.bind_surface(craft.model)
+                shape = self._meshes.shape(craft.model, craft.detail)
+                mesh, values = shape.mesh, None
+                if own is not None:
+                    mesh, values, variant = own.mesh, own.values, variant + own.defines
+                program = self._program_for(variant)
+                self._meshes.geometry(mesh).draw(program, values, shape.selection)
+        return textures_of(target)
+
+    def _program_for(self, variant: tuple[str, ...]) -> moderngl.Program:
+        """The program for models of a variant; those without images do not pay for them."""
+        if variant not in self._programs:
+            detailed = "DETAILED" in variant
+            self._programs[variant] = load_program(
+                self._ctx,
+                "gbuffer/gbuffer",
+                blocks=(TILE, CRAFT, MATERIALS) if detailed else (TILE, CRAFT),
+                spare=[MATERIALS],
+                samplers=IMAGE_UNITS if detailed else {},
+                defines=dict.fromkeys(variant, 1),
+            )
+        return self._programs[variant]
+
+    def release(self) -> None:
+        """Free everything."""
+        for target in self._targets.values():
+            target.release()
+        for buffer in (self._tile, self._craft):
+            buffer.release()
+        for program in self._programs.values():
+            program.release()

@@ -1,0 +1,246 @@
+"""Detector and converter: noise, fixed pattern, full well, digital numbers.
+
+    mean electrons -> pattern, dark current -> shot noise -> particles -> blooming -> full well
+                   -> offsets, read noise -> digital numbers
+
+What a camera does not have is not compiled in. What stays with it from frame to frame is drawn once
+and kept. Particles, the noise of rows and blooming, which are few numbers or run along columns, are
+computed on the CPU.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import moderngl
+import numpy as np
+
+from simgl.arrays import Array32
+from simgl.camera.blooming import spilt
+from simgl.camera.camera import Camera
+from simgl.camera.detector import Detector
+from simgl.camera.noise_streams import PIXELS, camera_salt, epoch_words
+from simgl.camera.particle_hits import hits
+from simgl.camera.row_effects import row_offsets
+from simgl.gpu.fullscreen import FullscreenProgram
+from simgl.gpu.pipeline_state import State
+from simgl.gpu.render_targets import Format, ImageTarget
+from simgl.gpu.uniform_blocks import Block
+from simgl.lru_cache import LruCache
+
+# What the converter gives, four pixels a texel.
+DN_FORMAT = Format("u2", PIXELS, packed=True)
+_FOUR = Format("f4", PIXELS, packed=True)
+
+_DETECTOR = Block(
+    "Detector",
+    7,
+    np.dtype(
+        [
+            # Low and high half of the epoch [TAI ns]: what makes one frame's noise its own.
+            ("frame", "u4", 2),
+            ("seed", "u4"),
+            ("camera_salt", "u4"),
+            ("full_well", "f4"),
+            ("read_noise", "f4"),
+            ("gain_dn_per_e", "f4"),
+            ("pedestal", "f4"),
+            ("largest_dn", "f4"),
+            ("dark_electrons", "f4"),
+            ("exposure_time", "f4"),
+            ("detector_padding", "f4"),
+        ]
+    ),
+)
+_PATTERN = Block(
+    "Pattern",
+    15,
+    np.dtype(
+        [
+            ("serial", "u4"),
+            ("prnu", "f4"),
+            ("dead_pixels", "f4"),
+            ("hot_pixels", "f4"),
+            ("hot_current", "f4"),
+            ("dsnu", "f4"),
+            ("rows", "f4"),
+            ("columns", "f4"),
+        ]
+    ),
+)
+
+# Maps kept, three for each of eight cameras.
+_MAPS_KEPT = 24
+
+
+def pattern_maps(detector: Detector) -> tuple[str, ...]:
+    """The maps that a detector's fixed pattern needs."""
+    p = detector.pattern
+    needed = {
+        "GAIN_MAP": p.prnu > 0.0 or p.dead_pixels > 0.0,
+        "DARK_MAP": p.hot_pixels > 0.0 and detector.hot_current > 0.0,
+        "OFFSET_MAP": p.dsnu > 0.0 or p.rows > 0.0 or p.columns > 0.0,
+    }
+    return tuple(name for name, wanted in needed.items() if wanted)
+
+
+class ReadoutPass:
+    """Everything between mean electrons and DN, seeded by the epoch."""
+
+    state = State()
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        self._programs: dict[tuple[str, ...], FullscreenProgram] = {}
+        self._maps = LruCache[tuple[str, Detector], ImageTarget](_MAPS_KEPT, self._free)
+
+    def draw(
+        self,
+        camera: Camera,
+        tai_ns: int,
+        seed: int,
+        mean_electrons: moderngl.Texture,
+        target: moderngl.Framebuffer,
+    ) -> None:
+        """Fill a target of ``DN_FORMAT``.
+
+        Equal camera name, epoch and seed give equal noise; equal serial number and detector give
+        equal patterns.
+
+        mean_electrons : of light, four pixels a texel
+        """
+        detector = camera.detector
+        block = self._values(camera, tai_ns, seed)
+        before = self._before_the_well(camera, tai_ns, seed, mean_electrons)
+        after: dict[str, moderngl.Texture] = {}
+        passing: list[moderngl.Texture] = [t for name, t in before.items() if name == "HITS"]
+        if "OFFSET_MAP" in pattern_maps(detector):
+            after["OFFSET_MAP"] = self._map("OFFSET_MAP", detector)
+        if detector.row_noise > 0.0:
+            offsets = row_offsets(camera, tai_ns, seed).astype("<f4")
+            size = (1, detector.height)
+            after["ROW_OFFSETS"] = self._ctx.texture(size, 1, offsets.tobytes(), dtype="f4")
+            passing.append(after["ROW_OFFSETS"])
+        if detector.blooming > 0.0:
+            spilt_electrons = self._spilt(detector, block, before)
+            passing.append(spilt_electrons)
+            before = {"SPILT": spilt_electrons}
+        self.state.apply(self._ctx, target, (0, 0, *target.size))
+        self._draw(block, before | after, ())
+        for texture in passing:
+            texture.release()
+
+    def _before_the_well(
+        self, camera: Camera, tai_ns: int, seed: int, mean_electrons: moderngl.Texture
+    ) -> dict[str, moderngl.Texture]:
+        """Textures that make up the charge of a pixel, by what they switch on."""
+        detector = camera.detector
+        textures = {"": mean_electrons}
+        for name in pattern_maps(detector):
+            if name != "OFFSET_MAP":
+                textures[name] = self._map(name, detector)
+        pixels, electrons = hits(camera, tai_ns, seed)
+        if pixels.size:
+            picture = np.zeros((detector.height, detector.width), dtype=np.float32)
+            picture.ravel()[pixels] = electrons
+            textures["HITS"] = self._four(picture)
+        return textures
+
+    def _spilt(
+        self,
+        detector: Detector,
+        block: dict[str, object],
+        before: dict[str, moderngl.Texture],
+    ) -> moderngl.Texture:
+        collected = ImageTarget(self._ctx, (detector.width, detector.height), [_FOUR])
+        self.state.apply(self._ctx, collected.framebuffer, (0, 0, *collected.framebuffer.size))
+        self._draw(block, before, ("COLLECT",))
+        electrons = collected.read()
+        self._ctx.detect_framebuffer(0).use()
+        collected.release()
+        return self._four(spilt(electrons, detector.full_well, detector.blooming))
+
+    def _four(self, picture: Array32) -> moderngl.Texture:
+        """A picture as a texture of four pixels a texel."""
+        height, width = picture.shape
+        texels = -(-width // PIXELS)
+        padded = np.zeros((height, texels * PIXELS), dtype="<f4")
+        padded[:, :width] = picture
+        texture = self._ctx.texture((texels, height), PIXELS, padded.tobytes(), dtype="f4")
+        texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        return texture
+
+    def _values(self, camera: Camera, tai_ns: int, seed: int) -> dict[str, object]:
+        d = camera.detector
+        return {
+            "frame": epoch_words(tai_ns),
+            "seed": seed,
+            "camera_salt": camera_salt(camera.name),
+            "full_well": d.full_well,
+            "read_noise": d.read_noise,
+            "gain_dn_per_e": d.gain_dn_per_e,
+            "pedestal": d.pedestal,
+            "largest_dn": d.largest_dn,
+            "dark_electrons": d.dark_current * camera.exposure_time,
+            "exposure_time": camera.exposure_time,
+        }
+
+    def _draw(
+        self,
+        block: dict[str, object],
+        textures: dict[str, moderngl.Texture],
+        further: Iterable[str],
+    ) -> None:
+        variant = (*(name for name in textures if name), *further)
+        if variant not in self._programs:
+            samplers = [_SAMPLERS[name] for name in textures]
+            self._programs[variant] = FullscreenProgram(
+                self._ctx, "readout/readout", _DETECTOR, samplers, variant
+            )
+        self._programs[variant].draw(block, list(textures.values()))
+
+    def _map(self, name: str, detector: Detector) -> moderngl.Texture:
+        """One map of a detector's pattern, drawn at the first call."""
+        drawn = self._maps.get((name, detector), lambda: self._drawn(name, detector))
+        return drawn.textures[0]
+
+    def _free(self, target: ImageTarget) -> None:
+        self._ctx.detect_framebuffer(0).use()
+        target.release()
+
+    def _drawn(self, name: str, detector: Detector) -> ImageTarget:
+        p = detector.pattern
+        program = FullscreenProgram(self._ctx, "readout/pattern", _PATTERN, [], [name])
+        target = ImageTarget(self._ctx, (detector.width, detector.height), [_FOUR])
+        self.state.apply(self._ctx, target.framebuffer, (0, 0, *target.framebuffer.size))
+        values = {
+            "serial": detector.serial,
+            "prnu": p.prnu,
+            "dead_pixels": p.dead_pixels,
+            "hot_pixels": p.hot_pixels,
+            "hot_current": detector.hot_current,
+            "dsnu": p.dsnu,
+            "rows": p.rows,
+            "columns": p.columns,
+        }
+        program.draw(values, [])
+        program.release()
+        return target
+
+    def release(self) -> None:
+        """Free everything."""
+        for program in self._programs.values():
+            program.release()
+        self._programs.clear()
+        self._maps.clear()
+
+
+_SAMPLERS = {
+    "": "mean_electrons",
+    "SPILT": "spilt_electrons",
+    "GAIN_MAP": "gain_map",
+    "DARK_MAP": "dark_map",
+    "OFFSET_MAP": "offset_map",
+    "ROW_OFFSETS": "row_offsets",
+    "HITS": "hits",
+}

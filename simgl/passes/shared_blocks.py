@@ -1,0 +1,301 @@
+"""The uniform blocks that several passes share, and how a view fills them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from simgl.arrays import Array
+from simgl.errors import AssetError
+from simgl.gpu.uniform_blocks import Block
+from simgl.motion.joints import motion_between
+from simgl.sample_grid import SampleGrid
+from simgl.scene.materials import Material
+from simgl.scene.spacecraft import SpacecraftModel
+from simgl.scene.textures import Image, SurfaceTextures
+from simgl.view.frame_view import RasterTile, SpacecraftView
+from simgl.view.lamp_views import MAP_SIZE, LampView
+
+MAX_MATERIALS = 64
+MAX_LAMPS = 4
+MAX_JOINTS = 255
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class AirBetween:
+    """The air before a spacecraft, the same for all of it.
+
+    light : (4,) scattered towards the camera [W m-2 sr-1]
+    transmittance : (4,)
+    """
+
+    light: Array
+    transmittance: Array
+
+
+TILE = Block(
+    "Tile",
+    0,
+    np.dtype(
+        [
+            ("clip_from_camera", "f4", (4, 4)),
+            # Planes through the pinhole and the tile's edges: inside, their products with a place
+            # in camera axes are positive.
+            ("tile_edges", "f4", (4, 4)),
+            # Steps of the line of sight from one sample to the next along rows and along columns,
+            # camera axes at depth 1.
+            ("sample_steps", "f4", (2, 4)),
+        ]
+    ),
+)
+
+CRAFT = Block(
+    "Craft",
+    1,
+    np.dtype(
+        [
+            ("camera_from_body", "f4", (4, 4)),
+            ("sun_direction", "f4", 4),
+            ("sun_irradiance", "f4", 4),
+            # Darkening of the Sun's disc towards its limb, u and v per band (physics/sun.py).
+            ("sun_limb_u", "f4", 4),
+            ("sun_limb_v", "f4", 4),
+            # Of the air before it: light scattered towards the camera, and transmittance.
+            ("air_light", "f4", 4),
+            ("air_transmittance", "f4", 4),
+            ("sun_angular_radius", "f4"),
+            ("instance", "u4"),
+            # How far what is drawn may lie below the surface that it stands for [m].
+            ("level_error", "f4"),
+            ("craft_padding", "f4"),
+        ]
+    ),
+)
+
+SHADOW = Block(
+    "Shadow",
+    9,
+    np.dtype(
+        [
+            # Rows: x, y across the sunlight, height towards the Sun.
+            ("light_from_camera", "f4", (4, 4)),
+            # Whole and close map. Rows: column, row [texels], height [m].
+            ("shadow_from_body", "f4", (2, 4, 4)),
+            # Edge of a texel, height of depth 0, height from there to depth 1 [m]; inset [texels].
+            ("shadow_frame", "f4", (2, 4)),
+            # Texels along an edge, first column among the depths, and among the bounds; texels that
+            # the Sun's radius spans for each metre of height.
+            ("shadow_sheet", "f4", (2, 4)),
+            # 1 where all casters are closed.
+            ("shadow_solid", "f4"),
+            # Directions within the Sun's disc that a sample tries.
+            ("shadow_taps", "f4"),
+            ("shadow_padding", "f4", 2),
+        ]
+    ),
+)
+
+JOINTS = Block(
+    "Joints",
+    11,
+    # Three rows a joint, from where it has turned a place to where that is stored; the first three
+    # for places that none has turned.
+    np.dtype([("joint_rows", "f4", (3 * (1 + MAX_JOINTS), 4))]),
+)
+
+LAMPS = Block(
+    "Lamps",
+    12,
+    np.dtype(
+        [
+            # Six rows a lamp: place and radius of the aperture [m]; axis and half angle of the cone
+            # [rad]; intensity [W sr-1]; column and row of its map (simgl.view.lamp_views); edge and
+            # corner of the map.
+            ("lamp_rows", "f4", (6 * MAX_LAMPS, 4)),
+            ("lamp_count", "i4"),
+            ("lamp_map_size", "i4"),
+            ("lamp_padding", "i4", 2),
+        ]
+    ),
+)
+
+MATERIALS = Block(
+    "Materials",
+    2,
+    np.dtype(
+        [
+            ("material_reflectance", "f4", (MAX_MATERIALS, 4)),
+            # metallic, roughness, 1 where Lambertian, 1 where it conserves energy
+            ("material_law", "f4", (MAX_MATERIALS, 4)),
+            # Clear coat: strength, roughness. Crinkle: facet size [m], slope. 0: there is none.
+            ("material_layers", "f4", (MAX_MATERIALS, 4)),
+            # Solar cells: width, height, gap [m]; width 0 where there are none.
+            ("material_cells", "f4", (MAX_MATERIALS, 4)),
+            # Pitch and width of their fingers, pitch and width of their busbars [m].
+            ("material_lines", "f4", (MAX_MATERIALS, 4)),
+            ("material_gap_reflectance", "f4", (MAX_MATERIALS, 4)),
+            ("material_metal_reflectance", "f4", (MAX_MATERIALS, 4)),
+            # [W m-2 sr-1]
+            ("material_emission", "f4", (MAX_MATERIALS, 4)),
+            # Images of base colour, law, normal, emission: 16 times the layer plus the wrap along u
+            # plus 4 times that along v; -1 where there is none.
+            ("material_images", "f4", (MAX_MATERIALS, 4)),
+            # Scale of the normal map, coverage, coverage below which nothing is there.
+            ("material_image_use", "f4", (MAX_MATERIALS, 4)),
+        ]
+    ),
+)
+
+
+def tile_values(tile: RasterTile, clip_from_camera: Any) -> dict[str, Any]:
+    """The Tile block for one depth slice of a tile."""
+    return {
+        "clip_from_camera": clip_from_camera,
+        "tile_edges": tile.edges,
+        "sample_steps": tile.sample_steps,
+    }
+
+
+def joint_values(model: SpacecraftModel) -> dict[str, Any]:
+    """The Joints block of a model with joints away from where they are stored.
+
+    Raises AssetError for more joints than the block holds.
+    """
+    if len(model.joints) > MAX_JOINTS:
+        problem = f"has {len(model.joints)} joints, at most {MAX_JOINTS} can move"
+        raise AssetError(f'model "{model.name}" {problem}')
+    rows = np.zeros((3 * (1 + MAX_JOINTS), 4), dtype=np.float32)
+    stored = (0.0,) * len(model.joints)
+    back = motion_between(model.joints, model.angles, stored)[:, :3].reshape(-1, 4)
+    rows[: len(back)] = back
+    return {"joint_rows": rows}
+
+
+def craft_values(
+    craft: SpacecraftView, air: AirBetween | None = None, level_error: float = 0.0
+) -> dict[str, Any]:
+    """The Craft block of a spacecraft.
+
+    air : before it
+    level_error : how far what is drawn may lie below the surface that it stands for [m]
+    """
+    return {
+        "camera_from_body": craft.camera_from_body,
+        "sun_direction": (*craft.sun_direction, 0.0),
+        "sun_irradiance": craft.sun_irradiance,
+        "sun_limb_u": craft.sun_limb[0],
+        "sun_limb_v": craft.sun_limb[1],
+        "air_light": np.zeros(4) if air is None else air.light,
+        "air_transmittance": np.ones(4) if air is None else air.transmittance,
+        "sun_angular_radius": craft.sun_angular_radius,
+        "instance": craft.instance,
+        "level_error": level_error,
+    }
+
+
+# Directions that stand for the Sun's disc in a pixel, and in a sample.
+_DIRECTIONS_PER_PIXEL = 300.0
+_FEWEST_DIRECTIONS, _MOST_DIRECTIONS = 4, 28
+
+
+def shadow_values(craft: SpacecraftView, sample_grid: SampleGrid) -> dict[str, Any]:
+    """The Shadow block of a spacecraft drawn on a lattice."""
+    taps = np.ceil(_DIRECTIONS_PER_PIXEL / sample_grid.scale**2)
+    maps = craft.shadow.maps
+    from_body = np.zeros((2, 4, 4), dtype=np.float32)
+    frame = np.zeros((2, 4), dtype=np.float32)
+    sheet = np.zeros((2, 4), dtype=np.float32)
+    # Nothing lies within the inset of a map that is not there.
+    frame[1, 3] = np.inf
+    column = bounds = 0
+    for row, one in enumerate(maps):
+        from_body[row] = one.texel_from_body
+        frame[row] = one.texel, one.top, one.depth, one.inset
+        sheet[row] = one.size, column, bounds, np.tan(craft.sun_angular_radius) / one.texel
+        column += one.size
+        bounds += one.bounds_width
+    light_from_camera = np.eye(4, dtype=np.float32)
+    light_from_camera[:3, :3] = craft.shadow.R_light_from_body @ craft.camera_from_body[:3, :3].T
+    return {
+        "light_from_camera": light_from_camera,
+        "shadow_from_body": from_body,
+        "shadow_frame": frame,
+        "shadow_sheet": sheet,
+        "shadow_taps": np.clip(taps, _FEWEST_DIRECTIONS, _MOST_DIRECTIONS),
+        "shadow_solid": not any(c.model.open_sheets for c in maps[0].casters),
+    }
+
+
+def _worn(layer: int | None, images: tuple[Image, ...]) -> float:
+    """How the Materials block tells a layer."""
+    if layer is None:
+        return -1.0
+    u, v = images[layer].wrap
+    return 16.0 * layer + u + 4.0 * v
+
+
+def lamp_corner(index: int) -> tuple[int, int]:
+    """First column and row of a lamp's map in the texture that holds them all."""
+    return MAP_SIZE * (index % 2), MAP_SIZE * (index // 2)
+
+
+def lamp_values(lamps: Sequence[LampView]) -> dict[str, Any]:
+    """The Lamps block."""
+    rows = np.zeros((6 * MAX_LAMPS, 4), dtype=np.float32)
+    for index, view in enumerate(lamps):
+        rows[6 * index : 6 * index + 6] = (
+            (*view.place, view.lamp.radius),
+            (*view.axis, view.lamp.half_angle),
+            view.intensity,
+            view.column,
+            view.row,
+            (view.lamp.edge, *lamp_corner(index), 0.0),
+        )
+    return {"lamp_rows": rows, "lamp_count": len(lamps), "lamp_map_size": MAP_SIZE}
+
+
+def material_values(
+    model_name: str, materials: tuple[Material, ...], textures: SurfaceTextures
+) -> dict[str, Any]:
+    """The Materials block of a model."""
+    if len(materials) > MAX_MATERIALS:
+        raise AssetError(
+            f'model "{model_name}" has {len(materials)} materials, at most {MAX_MATERIALS} fit'
+        )
+    names = [name for name in MATERIALS.dtype.names or () if name.startswith("material_")]
+    values = {name: np.zeros((MAX_MATERIALS, 4), dtype=np.float32) for name in names}
+    for row, material in enumerate(materials):
+        values["material_reflectance"][row] = material.reflectance
+        values["material_emission"][row] = material.emission
+        maps = material.maps
+        values["material_images"][row] = (
+            _worn(maps.base_colour, textures.base_colour),
+            _worn(maps.law, textures.law),
+            _worn(maps.normal, textures.normal),
+            _worn(maps.emission, textures.emission),
+        )
+        cutoff = -1.0 if material.cutoff is None else material.cutoff
+        values["material_image_use"][row, :3] = maps.normal_scale, material.coverage, cutoff
+        flags = float(material.roughness is None), float(material.conserving)
+        values["material_law"][row] = material.metallic, material.roughness or 1.0, *flags
+        if material.coat is not None:
+            coat = material.coat
+            values["material_layers"][row, :2] = coat.strength, coat.roughness
+        if material.crinkle is not None:
+            crinkle = material.crinkle
+            values["material_layers"][row, 2:] = crinkle.facet_size, crinkle.slope
+        if material.cells is not None:
+            cells = material.cells
+            values["material_cells"][row, :3] = cells.width, cells.height, cells.gap
+            values["material_lines"][row] = (
+                cells.finger_pitch,
+                cells.finger_width,
+                cells.busbar_pitch,
+                cells.busbar_width,
+            )
+            values["material_gap_reflectance"][row] = cells.gap_reflectance
+            values["material_metal_reflectance"][row] = cells.metal_reflectance
+    return values

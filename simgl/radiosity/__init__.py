@@ -1,0 +1,1 @@
+"""Light between the surfaces of one spacecraft: form factors traced once, solved per frame."""

@@ -1,0 +1,270 @@
+"""Tracing how the surfaces of one body see each other and the sky."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+from scipy.spatial import ConvexHull, QhullError
+
+from simgl.arrays import Array, IndexArray, Mask
+from simgl.progress import Progress, silent
+from simgl.radiosity.gather_points import (
+    BURIED,
+    LIFT,
+    GatherPoints,
+    GatherRays,
+    cast,
+    counts,
+    face_normals,
+    nearest_open,
+    sites_of,
+)
+from simgl.radiosity.hemisphere import SKY_CELLS, cosine_directions, frames, sky_cell, spins
+from simgl.radiosity.light_transport import LightTransport
+from simgl.radiosity.occlusion import brought_out
+from simgl.radiosity.patches import SAMPLES, Patches, cluster
+from simgl.radiosity.remesh import subdivided
+from simgl.rays import RayTracer
+from simgl.scene.mesh import Mesh
+
+
+@dataclass(frozen=True, kw_only=True)
+class BakeSettings:
+    """Fineness of a bake.
+
+    patches : about as many, which lights shine on, and which vertices and each other look at
+    patch_rays : cosine-weighted rays of a patch, a multiple of its sample points
+    site_rays : the same of a vertex
+    added_triangles : about as many more, where surfaces are near to each other
+    edge_share : edges shorter than this share of the body's radius stay
+    """
+
+    patches: int = 8000
+    patch_rays: int = 96
+    site_rays: int = 256
+    added_triangles: int = 6_000
+    edge_share: float = 1.0 / 60.0
+
+
+def sees_itself(mesh: Mesh, sides: int) -> bool:
+    """Whether any surface of a body may face another one: not for convex and for flat bodies.
+
+    A closed surface is convex where it has the area and the volume of its hull.
+    """
+    points = mesh.positions.astype(np.float64)
+    try:
+        hull = ConvexHull(points)
+    except QhullError:
+        return False
+    if sides == 2:
+        return True
+    a, b, c = np.moveaxis(points[mesh.triangles], 1, 0)
+    volume = (
+        float(
+            np.einsum(
+                "ij,ij->",
+                a - mesh.centre,
+                np.cross(b, c) - np.cross(mesh.centre, c) - np.cross(b, mesh.centre),
+            )
+        )
+        / 6.0
+    )
+    area = float(face_normals(mesh)[1].sum())
+    # float32 positions are good to 1e-7 of the size; both sums keep a hundred times more.
+    return not (abs(volume / hull.volume - 1.0) < 1e-5 and abs(area / hull.area - 1.0) < 1e-5)
+
+
+def bake(
+    mesh: Mesh,
+    *,
+    open_sheets: bool,
+    settings: BakeSettings = BakeSettings(),
+    progress: Progress | None = None,
+) -> LightTransport | None:
+    """The transport of a body; None where no surface of it sees another.
+
+    Deterministic: the same mesh and settings give the same bits.
+    """
+    sides = 2 if open_sheets else 1
+    if not sees_itself(mesh, sides):
+        return None
+    report = silent if progress is None else progress
+    fine = _refined(mesh, sides, settings)
+    tracer = RayTracer(fine)
+    sites = sites_of(fine, sides)
+    if sides == 1:
+        sites = brought_out(fine, tracer, sites)
+    total = len(sites.origins) + settings.patches
+    report(0, total)
+    seen = cast(fine, tracer, sites, sides, settings.site_rays, lambda done: report(done, total))
+    exposure = np.concatenate(
+        [
+            np.where(seen.buried, 0.0, seen.hit_share)[row[fine.triangles.astype(np.int64)]].mean(
+                axis=1
+            )
+            for row in sites.of_vertex
+        ]
+    )
+    patches = cluster(fine, sides, exposure, settings.patches)
+    factors, sky, point_open = _exchange(fine, tracer, sides, patches, settings.patch_rays)
+    report(total, total)
+    return _assembled(fine, sides, sites, seen, patches, (factors, sky, point_open), settings)
+
+
+def _refined(mesh: Mesh, sides: int, settings: BakeSettings) -> Mesh:
+    """Smaller triangles where other surfaces are near.
+
+    Irradiance from surfaces changes over their harmonic mean distance (Ward et al. 1988): edges are
+    as long as a multiple of it, one for all triangles that makes about ``added_triangles``.
+    """
+    corners = mesh.positions[mesh.triangles].astype(np.float64)
+    longest = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max(axis=1)
+    shortest = settings.edge_share * mesh.radius
+    faces, areas = face_normals(mesh)
+    big = np.flatnonzero((longest > shortest) & (areas > 0.0))
+    distance = 1.0 / np.maximum(_nearness(mesh, faces, big, sides, shortest), 1e-9)
+
+    def added(multiple: float) -> float:
+        edge = np.maximum(multiple * distance, shortest)
+        # A halved triangle's edges are two thirds of the longest allowed, on average.
+        return float(np.sum(areas[big] / (0.19 * edge**2) * (longest[big] > edge)))
+
+    low, high = 0.05, 100.0
+    for _ in range(30):
+        middle = np.sqrt(low * high)
+        low, high = (middle, high) if added(middle) > settings.added_triangles else (low, middle)
+    wanted = np.full(len(longest), np.inf)
+    wanted[big] = np.maximum(high * distance, shortest)
+    return subdivided(mesh, wanted)
+
+
+def _nearness(mesh: Mesh, faces: Array, chosen: IndexArray, sides: int, shortest: float) -> Array:
+    """(k,) mean of 1 / distance [m-1] over the directions above the chosen triangles."""
+    tracer = RayTracer(mesh)
+    corners = mesh.positions[mesh.triangles[chosen]].astype(np.float64)
+    pattern = cosine_directions(_LOOKS)
+    nearness = np.zeros(len(chosen))
+    for weights in _SPREAD:
+        for side in (1.0, -1.0)[:sides]:
+            n = side * faces[chosen]
+            origin = np.einsum("k,ikj->ij", weights, corners) + LIFT * mesh.radius * n
+            rays = np.matmul(pattern[None], np.swapaxes(frames(n), 1, 2)).reshape(-1, 3)
+            triangle, distance = tracer.hits(np.repeat(origin, _LOOKS, axis=0), rays)
+            met = triangle >= 0
+            behind = met & (np.einsum("ij,ij->i", faces[triangle], rays) > 0.0) & (sides == 1)
+            outside = behind.reshape(-1, _LOOKS).mean(axis=1) <= BURIED
+            near = np.where(met, 1.0 / np.maximum(distance, shortest), 0.0)
+            nearness += near.reshape(-1, _LOOKS).mean(axis=1) * outside
+    return nearness / (len(_SPREAD) * sides)
+
+
+# Rays of one look around.
+_LOOKS = 32
+# Barycentric places at which a big triangle looks around.
+_SPREAD = np.array(
+    [
+        [1 / 3, 1 / 3, 1 / 3],
+        [0.9, 0.05, 0.05],
+        [0.05, 0.9, 0.05],
+        [0.05, 0.05, 0.9],
+        [0.48, 0.48, 0.04],
+        [0.04, 0.48, 0.48],
+        [0.48, 0.04, 0.48],
+    ]
+)
+
+
+def _exchange(
+    mesh: Mesh, tracer: RayTracer, sides: int, patches: Patches, rays: int
+) -> tuple[sparse.csr_matrix, sparse.csr_matrix, Mask]:
+    """Form factors of patches, their view of the sky, and which sample points are outside."""
+    count = len(patches.areas)
+    faces, _ = face_normals(mesh)
+    # Ray i starts at sample i modulo their number: each sample has its own part of the sunflower.
+    pattern = cosine_directions(rays).reshape(-1, SAMPLES, 3).swapaxes(0, 1)
+    turn = frames(patches.normals.reshape(-1, 3)).reshape(count, SAMPLES, 3, 3)
+    # Another turn about the normal for each patch: what few rays miss evens out over a wall.
+    turn = turn @ spins(count)[:, None]
+    directions = np.einsum("psij,skj->pski", turn, pattern, optimize=True)
+    each = directions.shape[2]
+    origins = np.repeat(patches.points.reshape(-1, 3), each, axis=0)
+    flat = directions.reshape(-1, 3)
+    triangle, _ = tracer.hits(origins, flat)
+    met = triangle >= 0
+    target = np.maximum(triangle, 0).astype(np.int64)
+    behind = met & (np.einsum("ij,ij->i", faces[target], flat) > 0.0)
+    if sides == 1:
+        inside = behind.reshape(count, SAMPLES, each).mean(axis=2) > BURIED
+        valid = ~behind & ~np.repeat(inside.ravel(), each)
+    else:
+        inside = np.zeros((count, SAMPLES), dtype=np.bool_)
+        valid = np.ones(len(flat), dtype=np.bool_)
+        target = target + len(mesh.triangles) * behind
+    patch = np.repeat(np.arange(count), SAMPLES * each)
+    used = np.bincount(patch[valid], minlength=count)
+    scale = sparse.diags_array(1.0 / np.maximum(used, 1), dtype=np.float64)
+    to_body, to_sky = valid & met, valid & ~met
+    factors = counts(patch[to_body], patches.of_side[target[to_body]], (count, count))
+    sky = counts(patch[to_sky], sky_cell(flat[to_sky]), (count, SKY_CELLS))
+    return (
+        (scale @ factors).tocsr().astype(np.float32),
+        (scale @ sky).tocsr().astype(np.float32),
+        ~inside,
+    )
+
+
+def _assembled(
+    mesh: Mesh,
+    sides: int,
+    sites: GatherPoints,
+    seen: GatherRays,
+    patches: Patches,
+    exchange: tuple[sparse.csr_matrix, sparse.csr_matrix, Mask],
+    settings: BakeSettings,
+) -> LightTransport:
+    factors, sky, point_open = exchange
+    instead = nearest_open(mesh, sites, seen.buried)
+    kept, of_vertex = np.unique(instead[sites.of_vertex], return_inverse=True)
+    to_patch = counts(
+        np.arange(len(patches.of_side)), patches.of_side, (len(patches.of_side), len(patches.areas))
+    )
+    gather = (seen.hits[kept] @ to_patch).tocsr()
+    gather.data /= settings.site_rays
+    rows, whole_row = np.unique(seen.whole_row[kept], return_inverse=True)
+    sky_part, sky_part_seen = _lesser_part(
+        seen.occluded[kept].tocsr(), sparse.csr_matrix(seen.whole)[seen.whole_row[kept]]
+    )
+    return LightTransport(
+        mesh=mesh,
+        sides=sides,
+        areas=patches.areas.astype(np.float32),
+        patch_of_side=patches.of_side,
+        materials=patches.materials.astype(np.float32),
+        points=patches.points.astype(np.float32),
+        normals=patches.normals.astype(np.float32),
+        point_open=point_open,
+        form_factors=factors,
+        sky=sky,
+        gather=gather.astype(np.float32),
+        sky_part=sky_part,
+        sky_part_seen=sky_part_seen,
+        whole=sparse.csr_matrix(seen.whole[rows]),
+        whole_row=whole_row.ravel(),
+        site_of_vertex=of_vertex.reshape(sites.of_vertex.shape),
+    )
+
+
+def _lesser_part(
+    occluded: sparse.csr_matrix, whole: sparse.csr_matrix
+) -> tuple[sparse.csr_matrix, Mask]:
+    """Of each row what is occluded or what is left of the whole, and whether it is the latter."""
+    left = (whole - occluded).tocsr()
+    left.data[np.abs(left.data) < 1e-4] = 0.0  # what rounding leaves of whole rays
+    left.eliminate_zeros()
+    fewer = np.diff(left.indptr) < np.diff(occluded.indptr)
+    pick, other = (sparse.diags_array(v.astype(np.float32)) for v in (fewer, ~fewer))
+    part = (pick @ left + other @ occluded).tocsr().astype(np.float32)
+    part.eliminate_zeros()
+    return part, fewer

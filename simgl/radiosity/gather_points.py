@@ -1,0 +1,258 @@
+"""The places at which light reaches vertices: one for all vertices that see the same."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from simgl.arrays import Array, Array32, IndexArray, Mask
+from simgl.radiosity.hemisphere import (
+    SKY_CELLS,
+    cosine_directions,
+    frames,
+    rounded_normals,
+    sky_cell,
+)
+from simgl.radiosity.remesh import position_ids
+from simgl.rays import RayTracer
+from simgl.scene.mesh import Mesh
+
+# Rays start above the surface by this share of the body's radius, ten times what float32 resolves.
+LIFT = 2e-5
+# Of the way to a triangle's other edge, over which the rays of a corner start.
+REACH = 0.35
+# A site where this share of the rays meets surfaces from behind lies inside another part.
+BURIED = 0.25
+# What lies closer than this share of the body's radius sends little of its light anywhere else.
+GAP = 0.005
+# A site's rays start in turn at so many places.
+PLACES = 8
+
+_SITES_AT_ONCE = 4096
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class GatherPoints:
+    """Distinct (place, normal) pairs of a mesh's vertices.
+
+    origins : (s, PLACES, 3) where rays start [m]
+    normals : (s, 3) unit, towards the side that is lit
+    of_vertex : (sides, v) the site of each vertex, on its front and, with two sides, its back
+    """
+
+    origins: Array
+    normals: Array
+    of_vertex: IndexArray
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class GatherRays:
+    """What the rays of all sites met.
+
+    hit_share : (s,) of the rays, that met the body; across a narrow gap they count little
+    hits : (s, t) csr, rays to each (triangle, side): column = triangle + side * triangles
+    occluded : (s, 96) csr, numbers of rays that met the body on their way to a cell of the sky
+    whole : (b, 96) counts of all rays to a cell, by the rounded normal
+    whole_row : (s,) the row of ``whole`` of each site
+    buried : (s,) inside another part
+    """
+
+    hit_share: Array
+    hits: sparse.csr_matrix
+    occluded: sparse.csr_matrix
+    whole: Array32
+    whole_row: IndexArray
+    buried: Mask
+
+
+def unit_rows(vectors: Array) -> Array:
+    """(n, 3) vectors of length 1; a zero vector stays zero."""
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return vectors / np.where(length > 0.0, length, 1.0)
+
+
+def face_normals(mesh: Mesh) -> tuple[Array, Array]:
+    """(m, 3) unit normals of the triangles and (m,) their areas [m2]."""
+    a, b, c = np.moveaxis(mesh.positions[mesh.triangles].astype(np.float64), 1, 0)
+    cross = np.cross(b - a, c - a)
+    return unit_rows(cross), 0.5 * np.linalg.norm(cross, axis=1)
+
+
+def sites_of(mesh: Mesh, sides: int) -> GatherPoints:
+    """The sites of a mesh's vertices; ``sides`` is 2 where surfaces are seen from both."""
+    count = len(mesh.positions)
+    triangles = mesh.triangles.astype(np.int64)
+    faces, areas = face_normals(mesh)
+    normals = mesh.normals.astype(np.float64)
+    length = np.linalg.norm(normals, axis=1)
+    # Where interpolated normals cancel, the facets decide.
+    flat = np.zeros((count, 3))
+    for k in range(3):
+        np.add.at(flat, triangles[:, k], faces * areas[:, None])
+    normals = unit_rows(np.where(length[:, None] > 0.1, normals, flat))
+    normals[np.linalg.norm(normals, axis=1) < 0.5] = (0.0, 0.0, 1.0)
+    bins = np.round(normals * 512.0).astype(np.int64) + 1024
+    keys = np.stack([position_ids(mesh.positions), *bins.T], axis=1)
+    row = np.unique(keys @ _KEY_WEIGHTS, return_inverse=True)[1].ravel()
+    sites = int(row.max()) + 1
+    first = np.zeros(sites, dtype=np.int64)
+    first[row] = np.arange(count)
+    place, n = mesh.positions[first].astype(np.float64), normals[first]
+    outwards = [n, -n][:sides]
+    lift = LIFT * mesh.radius
+    return GatherPoints(
+        origins=np.concatenate(
+            [_around(mesh, row[triangles], areas, place, n) + lift * n[:, None] for n in outwards]
+        ),
+        normals=np.concatenate(outwards),
+        of_vertex=np.stack([row + side * sites for side in range(sides)]),
+    )
+
+
+def _around(mesh: Mesh, corners: IndexArray, areas: Array, place: Array, normals: Array) -> Array:
+    """(s, PLACES, 3) places on the triangles about each site, more of them on the bigger ones.
+
+    corners : (m, 3) site of each triangle's corner
+
+    Light that falls off within a finger's breadth of an edge is not that of the triangle beside it:
+    a corner speaks for the part of its triangles that is nearer to it than to their other corners.
+    """
+    flat = corners.ravel()
+    order = np.argsort(flat, kind="stable")
+    site, triangle = flat[order], order // 3
+    weight = np.maximum(areas[triangle], 1e-30)
+    total = np.bincount(site, weight, minlength=len(place))
+    reach = np.cumsum(weight)
+    before = np.concatenate([[0.0], np.cumsum(total)])[:-1]
+    steps = (np.arange(PLACES) + 0.5) / PLACES
+    wanted = (before[:, None] + steps * total[:, None]).ravel()
+    chosen = order[np.minimum(np.searchsorted(reach, wanted), len(order) - 1)]
+    chosen = np.where(np.repeat(total > 0.0, PLACES), chosen, order[0])
+    of = np.repeat(np.arange(len(place)), PLACES)
+    chosen = np.where(flat[chosen] == of, chosen, -1)
+    # The additive sequence of the plastic number (Roberts 2018), folded into a triangle.
+    i = np.arange(len(of))
+    u, v = (0.5 + 0.7548776662466927 * i) % 1.0, (0.5 + 0.5698402909980532 * i) % 1.0
+    over = u + v > 1.0
+    u, v = np.where(over, 1.0 - u, u), np.where(over, 1.0 - v, v)
+    at = mesh.positions[mesh.triangles.astype(np.int64)].astype(np.float64)
+    t, k = chosen // 3, chosen % 3
+    b, c = at[t, (k + 1) % 3], at[t, (k + 2) % 3]
+    away = REACH * (u[:, None] * (b - place[of]) + v[:, None] * (c - place[of]))
+    away[chosen < 0] = 0.0
+    # Never below the plane of the vertex: the middle of a dome's facet lies there.
+    down = np.minimum(np.einsum("ij,ij->i", away, normals[of]), 0.0)
+    away -= down[:, None] * normals[of]
+    return (place[of] + away).reshape(-1, PLACES, 3)
+
+
+_KEY_WEIGHTS = np.array([2**33, 2**22, 2**11, 1], dtype=np.int64)
+
+
+def cast(
+    mesh: Mesh,
+    tracer: RayTracer,
+    sites: GatherPoints,
+    sides: int,
+    rays: int,
+    tick: Callable[[int], None],
+) -> GatherRays:
+    """Cosine-weighted rays from every site; ``tick`` is told how many sites are done.
+
+    rays : of a site, a multiple of ``PLACES``
+    """
+    pattern = cosine_directions(rays)
+    faces, _ = face_normals(mesh)
+    rounded, whole_row = rounded_normals(sites.normals)
+    cells = sky_cell(_turned(rounded, pattern))
+    count, columns = len(sites.origins), len(mesh.triangles)
+    hit_share, buried = np.zeros(count), np.zeros(count, dtype=np.bool_)
+    rows, targets, skies = [], [], []
+    to_body, before_sky = [], []
+    for start in range(0, count, _SITES_AT_ONCE):
+        stop = min(start + _SITES_AT_ONCE, count)
+        directions = _turned(rounded[whole_row[start:stop]], pattern)
+        # Ray i starts at place i modulo their number: each has its own part of the sunflower.
+        origins = np.tile(sites.origins[start:stop], (1, rays // PLACES, 1)).reshape(-1, 3)
+        triangle, distance = tracer.hits(origins, directions.reshape(-1, 3))
+        met = np.flatnonzero(triangle >= 0)
+        triangle = triangle[met].astype(np.int64)
+        along = np.einsum("ij,ij->i", faces[triangle], directions.reshape(-1, 3)[met])
+        behind = along > 0.0
+        # Rays of a place inside another part count for nothing; the others stand for them.
+        place = met // rays * PLACES + met % PLACES
+        inside = np.bincount(place[behind], minlength=(stop - start) * PLACES)
+        usable = (inside <= BURIED * rays / PLACES) | (sides == 2)
+        number = usable.reshape(-1, PLACES).sum(axis=1)
+        buried[start:stop] = number == 0
+        share = np.where(usable, np.repeat(PLACES / np.maximum(number, 1), PLACES), 0.0)[place]
+        site = start + met // rays
+        reach = distance[met].astype(np.float64)
+        hit_share += np.bincount(site, share * reach / (reach + GAP * mesh.radius), minlength=count)
+        triangle += columns * (behind & (sides == 2))
+        rows.append(site)
+        targets.append(triangle)
+        skies.append(cells[whole_row[site], met % rays])
+        to_body.append(np.where(behind & (sides == 1), 0.0, share))
+        before_sky.append(share)
+        tick(stop)
+    row = np.concatenate(rows)
+    whole = np.zeros((len(rounded), SKY_CELLS), dtype=np.float32)
+    np.add.at(whole, (np.arange(len(rounded))[:, None], cells), 1.0)
+    return GatherRays(
+        hit_share=hit_share / rays,
+        hits=_sums(row, np.concatenate(targets), to_body, (count, columns * sides)),
+        occluded=_sums(row, np.concatenate(skies), before_sky, (count, SKY_CELLS)),
+        whole=whole,
+        whole_row=whole_row,
+        buried=buried,
+    )
+
+
+def _turned(normals: Array, pattern: Array) -> Array:
+    """(n, k, 3) the pattern (k, 3) about each normal (n, 3)."""
+    return np.matmul(pattern[None], np.swapaxes(frames(normals), 1, 2))
+
+
+def _sums(
+    rows: IndexArray, columns: IndexArray, values: list[Array], shape: tuple[int, int]
+) -> sparse.csr_matrix:
+    """The values of each (row, column) together, as float32; no zeros are kept."""
+    data = np.concatenate(values).astype(np.float32)
+    found = sparse.coo_matrix((data, (rows, columns)), shape=shape).tocsr()
+    found.eliminate_zeros()
+    return found
+
+
+def counts(rows: IndexArray, columns: IndexArray, shape: tuple[int, int]) -> sparse.csr_matrix:
+    """How often each (row, column) occurs, as float32."""
+    ones = np.ones(len(rows), dtype=np.float32)
+    return sparse.coo_matrix((ones, (rows, columns)), shape=shape).tocsr()
+
+
+def nearest_open(mesh: Mesh, sites: GatherPoints, buried: Mask) -> IndexArray:
+    """(s,) each site itself, or for a buried one the site beside it along the surface.
+
+    What an inner vertex would see is not seen by anybody, but its value is interpolated into the
+    part of a triangle that sticks out.
+    """
+    instead = np.arange(len(buried))
+    open_ = ~buried
+    triangles = mesh.triangles.astype(np.int64)
+    links = np.concatenate(
+        [side[triangles[:, [k, (k + 1) % 3]]] for side in sites.of_vertex for k in range(3)]
+    )
+    links = np.concatenate([links, links[:, ::-1]])
+    place = sites.origins[:, 0]
+    distance = np.linalg.norm(place[links[:, 0]] - place[links[:, 1]], axis=1)
+    links = links[np.argsort(-distance, kind="stable")]
+    while True:
+        usable = links[open_[links[:, 0]] & ~open_[links[:, 1]]]
+        if len(usable) == 0:
+            return instead
+        # The last writer of a place wins: the shortest link.
+        instead[usable[:, 1]] = instead[usable[:, 0]]
+        open_[usable[:, 1]] = True

@@ -1,0 +1,112 @@
+"""The lights of one spacecraft in its body axes, for the exchange between its surfaces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from simgl.arrays import Array
+from simgl.radiosity.solver import Blocker, SpotLight
+from simgl.rays import ray_tracer
+from simgl.scene.mesh import Mesh
+from simgl.scene.spacecraft import SpacecraftModel
+from simgl.scene.state import BodyState, SceneState
+
+# Of the distance: a body of this radius covers a millionth of a hemisphere's light.
+_LEAST_SIZE = 1e-3
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Neighbour:
+    """Another spacecraft.
+
+    instance : index in the scene, counted from 1
+    other_from_body : (4, 4) to its axes
+    near : whether it may fill more of this one's sky than a millionth
+    """
+
+    instance: int
+    model: SpacecraftModel
+    other_from_body: Array
+    near: bool
+
+    @property
+    def mesh(self) -> Mesh:
+        """Its surface."""
+        return self.model.mesh
+
+    def blocker(self) -> Blocker:
+        """The same, ready for rays."""
+        return Blocker(
+            tracer=ray_tracer(self.mesh),
+            other_from_body=self.other_from_body,
+            centre=self.mesh.centre,
+            radius=self.mesh.radius,
+        )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class IncidentLight:
+    """What lights a spacecraft whose surfaces see each other.
+
+    sun_direction : (3,) unit, body axes
+    sun_irradiance : (4,) past Earth and Moon [W m-2]
+    before_sun : spacecraft that may shade it from the Sun
+    lamps : that may light it
+    around : every other spacecraft, which may stand between it and a lamp
+    """
+
+    sun_direction: Array
+    sun_irradiance: Array
+    before_sun: tuple[Neighbour, ...]
+    lamps: tuple[SpotLight, ...]
+    around: tuple[Neighbour, ...]
+
+
+def exchange_view(state: SceneState, body: BodyState) -> IncidentLight:
+    """The lights of a body of the scene."""
+    pose, mesh = body.pose, body.model.mesh
+    sun = state.sun.seen_from(pose.position)
+    direction = pose.R_icrf_from_body.T @ sun.direction_icrf
+    around, before_sun = [], []
+    for index, other in enumerate(state.bodies.values()):
+        if other is body:
+            continue
+        R = other.pose.R_icrf_from_body.T @ pose.R_icrf_from_body
+        matrix = np.eye(4)
+        matrix[:3, :3] = R
+        matrix[:3, 3] = other.pose.R_icrf_from_body.T @ (pose.position - other.pose.position)
+        # Its bounding sphere, moved along the light, meets the body's.
+        offset = R.T @ (other.model.mesh.centre - matrix[:3, 3]) - mesh.centre
+        reach = other.model.mesh.radius + mesh.radius
+        gap = max(float(np.linalg.norm(offset)) - reach, 0.0)
+        neighbour = Neighbour(
+            instance=index + 1,
+            model=other.model,
+            other_from_body=matrix,
+            near=other.model.mesh.radius > _LEAST_SIZE * gap,
+        )
+        around.append(neighbour)
+        along = float(offset @ direction)
+        if along > -reach and np.linalg.norm(offset - along * direction) < reach:
+            before_sun.append(neighbour)
+    lamps = []
+    for lamp in state.lamps:
+        here = lamp.seen_from_body(pose)
+        lamps.append(
+            SpotLight(
+                place=here.position,
+                axis=here.direction,
+                half_angle=here.lamp.half_angle,
+                edge=here.lamp.edge,
+                intensity=here.lamp.intensity,
+            )
+        )
+    return IncidentLight(
+        sun_direction=direction,
+        sun_irradiance=sun.irradiance * state.sunlight(pose.position),
+        before_sun=tuple(before_sun),
+        lamps=tuple(lamps),
+        around=tuple(around),
+    )

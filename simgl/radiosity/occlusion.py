@@ -1,0 +1,76 @@
+"""Light for vertices that lie inside other parts: from the open places of their triangles."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from simgl.arrays import Array, IndexArray
+from simgl.radiosity.gather_points import BURIED, LIFT, PLACES, GatherPoints, face_normals
+from simgl.radiosity.hemisphere import cosine_directions, frames
+from simgl.rays import RayTracer
+from simgl.scene.mesh import Mesh
+
+# Rays that tell whether a place is outside all other parts.
+_LOOKS = 16
+# Places tried on each triangle, and on all together shared out by area.
+_TRIED_EACH = 16
+_TRIED_BY_AREA = 60_000
+
+
+def brought_out(mesh: Mesh, tracer: RayTracer, sites: GatherPoints) -> GatherPoints:
+    """Sites of closed bodies, whose rays start in the open where any of their triangles is.
+
+    A rib that stands on a wall, or a board under solar cells, has its vertices inside the other
+    part while most of its surface is seen. What a hidden vertex hands to that surface is the light
+    of places around it that are not hidden.
+    """
+    hidden = behind_share(mesh, tracer, sites.origins[:, 0], sites.normals) > BURIED
+    corners = sites.of_vertex[0][mesh.triangles.astype(np.int64)]
+    chosen = np.flatnonzero(np.any(hidden[corners], axis=1))
+    if len(chosen) == 0:
+        return sites
+    triangle, weights = _places(mesh, chosen)
+    faces, _ = face_normals(mesh)
+    at = mesh.positions[mesh.triangles[triangle]].astype(np.float64)
+    points = np.einsum("ij,ijk->ik", weights, at) + LIFT * mesh.radius * faces[triangle]
+    free = behind_share(mesh, tracer, points, faces[triangle]) <= BURIED
+    triangle, weights, points = triangle[free], weights[free], points[free]
+    # Every place may serve the three corners of its triangle, best the one that it is nearest to.
+    site, weight = corners[triangle].ravel(), weights.ravel()
+    place = np.repeat(np.arange(len(points)), 3)
+    useful = np.flatnonzero(hidden[site])
+    order = useful[np.lexsort((-weight[useful], site[useful]))]
+    served, first, count = np.unique(site[order], return_index=True, return_counts=True)
+    # A few spread over all of a corner's own places: what the nearest ones see, at the foot of a
+    # frame, is not what is seen in the gaps a metre away. Fewer than rays want take turns.
+    own = np.bincount(site[order], weight[order] > 1.0 / 3.0, minlength=len(hidden))[served]
+    among = np.minimum(np.maximum(own.astype(np.int64), PLACES), count)
+    turn = np.arange(PLACES)[None, :] * among[:, None] // PLACES
+    origins = sites.origins.copy()
+    origins[served] = points[place[order[first[:, None] + turn]]]
+    return replace(sites, origins=origins)
+
+
+def behind_share(mesh: Mesh, tracer: RayTracer, points: Array, normals: Array) -> Array:
+    """(n,) of the directions above points (n, 3), the share that meets surfaces from behind."""
+    faces, _ = face_normals(mesh)
+    pattern = cosine_directions(_LOOKS)
+    rays = np.matmul(pattern[None], np.swapaxes(frames(normals), 1, 2)).reshape(-1, 3)
+    triangle, _ = tracer.hits(np.repeat(points, _LOOKS, axis=0), rays)
+    behind = (triangle >= 0) & (np.einsum("ij,ij->i", faces[triangle], rays) > 0.0)
+    return behind.reshape(-1, _LOOKS).mean(axis=1)
+
+
+def _places(mesh: Mesh, chosen: IndexArray) -> tuple[IndexArray, Array]:
+    """Triangle (n,) and weights of its corners (n, 3) of places spread over some triangles."""
+    areas = face_normals(mesh)[1][chosen]
+    number = _TRIED_EACH + (_TRIED_BY_AREA * areas / max(areas.sum(), 1e-30)).astype(np.int64)
+    triangle = np.repeat(chosen, number)
+    # The additive sequence of the plastic number (Roberts 2018), folded into a triangle.
+    i = np.arange(len(triangle)) - np.repeat(np.cumsum(number) - number, number)
+    u, v = (0.5 + 0.7548776662466927 * i) % 1.0, (0.5 + 0.5698402909980532 * i) % 1.0
+    over = u + v > 1.0
+    u, v = np.where(over, 1.0 - u, u), np.where(over, 1.0 - v, v)
+    return triangle, np.stack([1.0 - u - v, u, v], axis=1)

@@ -1,0 +1,93 @@
+"""What a body gives back of any light: exitance is linear in it, so most is solved beforehand.
+
+The sky is 96 cells, solved for each of them once. The Sun is the sum of three directions of a
+lattice (simgl/radiosity/sunlit_patches.py), solved where it comes near. Other light is solved as
+it comes.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from functools import cached_property
+
+import numpy as np
+
+from simgl.arrays import Array, Array32
+from simgl.radiosity.light_transport import LightTransport
+from simgl.radiosity.solver import Reflectors, radiosity
+from simgl.radiosity.sunlit_patches import KEPT, Node, SunlitPatches, around
+
+
+class PrecomputedResponse:
+    """Exitance of the patches of a body after all bounces, light by light.
+
+    What is asked for follows from the body and the light alone: what is kept only saves time.
+    """
+
+    def __init__(
+        self, transport: LightTransport, surface: Reflectors, sunlit: SunlitPatches
+    ) -> None:
+        self._transport = transport
+        self._surface = surface
+        self._sunlit = sunlit
+        self._nodes: OrderedDict[Node, Array32] = OrderedDict()
+
+    @cached_property
+    def glow(self) -> Array32:
+        """(p, 4) by what the surfaces give off by themselves [W m-2]."""
+        own = self._surface.exitance
+        return radiosity(self._transport, self._surface, own) if np.any(own) else own
+
+    def of_irradiance(self, irradiance: Array32) -> Array32:
+        """(p, 4) of any light, solved now [W m-2].
+
+        irradiance : (p, 4) of the patches [W m-2]
+        """
+        return radiosity(self._transport, self._surface, self._surface.albedo * irradiance)
+
+    def of_sky(self, cell_radiance: Array32) -> Array32:
+        """(p, 4) by the sky [W m-2].
+
+        cell_radiance : (96, 4) mean radiance of its cells [W m-2 sr-1]
+        """
+        # Not by BLAS: its threads keep the cores busy while they wait for the next product.
+        bands = np.ascontiguousarray(cell_radiance.T)
+        return np.einsum("pbc,bc->pb", self._of_cells, bands)
+
+    def of_sun(self, direction: Array, irradiance: Array) -> Array32:
+        """(p, 4) by the Sun, where no other body is before it [W m-2].
+
+        direction : (3,) unit, towards it, body axes
+        irradiance : (4,) on a surface that faces it [W m-2]
+        """
+        corners = around(direction)
+        self._solve([node for node, _ in corners if node not in self._nodes])
+        exitance = np.zeros_like(self._surface.albedo)
+        for node, weight in corners:
+            exitance += self._nodes[node] * (weight * irradiance).astype(np.float32)
+            self._nodes.move_to_end(node)
+        while len(self._nodes) > KEPT:
+            self._nodes.popitem(last=False)
+        return exitance
+
+    @cached_property
+    def _of_cells(self) -> Array32:
+        """(p, 4, 96) exitance for each cell of radiance 1 in each band [W m-2 / (W m-2 sr-1)]."""
+        # Rays follow the cosine: each stands for pi over their number.
+        free = np.float32(np.pi) * self._transport.sky.toarray()
+        own = self._surface.albedo[:, :, None] * free[:, None]
+        # A face of the sky at a time: less than 2 MB, which stays in the processor's cache.
+        faces = np.split(own, 6, axis=2)
+        return np.concatenate(
+            [radiosity(self._transport, self._surface, face) for face in faces], axis=2
+        )
+
+    def _solve(self, nodes: list[Node]) -> None:
+        """For a Sun of 1 W/m2 in these directions of the lattice, together: it takes less time."""
+        if not nodes:
+            return
+        cosines = np.stack([self._sunlit.at(node) for node in nodes], axis=1)
+        own = self._surface.albedo[:, :, None] * cosines[:, None]
+        solved = radiosity(self._transport, self._surface, own)
+        for number, node in enumerate(nodes):
+            self._nodes[node] = np.ascontiguousarray(solved[:, :, number])

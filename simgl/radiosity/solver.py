@@ -1,0 +1,260 @@
+"""Light on the patches and vertices of a body at one instant: nothing is kept from the last."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from scipy import sparse
+
+from simgl.arrays import Array, Array32, Mask
+from simgl.radiosity.gather_matrix import GatherMatrix
+from simgl.radiosity.light_transport import LightTransport
+from simgl.rays import RayTracer
+from simgl.scene.materials import Material
+
+# What is left of the error of the first guess when the bounces end.
+RESIDUAL = 3e-3
+# Only a closed body of perfect reflectance needs more: there the sum of bounces has no end.
+_MOST_STEPS = 200
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Reflectors:
+    """The patches of a body with its materials on them.
+
+    albedo : (p, 4) share of the light that leaves again
+    exitance : (p, 4) that they give off by themselves [W m-2]
+    contraction : upper bound of what one bounce leaves of any light, below 1
+    """
+
+    albedo: Array32
+    exitance: Array32
+    contraction: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Blocker:
+    """Another body that shades this one.
+
+    other_from_body : (4, 4) between their axes
+    centre, radius : (3,) of its bounding sphere, in its own axes [m]
+    """
+
+    tracer: RayTracer
+    other_from_body: Array
+    centre: Array
+    radius: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SpotLight:
+    """A lamp in body axes.
+
+    place : (3,) [m]; axis : (3,) unit, along the beam
+    half_angle, edge : of full intensity, and the fall to zero around it [rad]
+    intensity : (4,) [W sr-1]
+    """
+
+    place: Array
+    axis: Array
+    half_angle: float
+    edge: float
+    intensity: Array
+
+
+def hemispherical_albedo(material: Material) -> Array:
+    """(4,) reflectance of a surface under uniform light.
+
+    A dielectric's base loses what Fresnel's term takes: its mean over the hemisphere is
+    F0 + (1 - F0) / 21, the integral of Schlick's (1 - cos)^5 with the cosine.
+    """
+    base = np.asarray(material.reflectance)
+    if material.roughness is None:
+        return base
+    f0 = 0.04 + material.metallic * (base - 0.04)
+    fresnel = f0 + (1.0 - f0) / 21.0
+    return fresnel + (1.0 - fresnel) * (1.0 - material.metallic) * base
+
+
+def material_light(materials: Sequence[Material]) -> tuple[Array32, Array32]:
+    """(k, 4) albedo of materials under uniform light, and their own exitance [W m-2]."""
+    albedo = np.array([hemispherical_albedo(m) for m in materials], dtype=np.float32)
+    exitance = np.array([np.pi * np.asarray(m.emission) for m in materials], dtype=np.float32)
+    return albedo, exitance
+
+
+def reflectors(transport: LightTransport, materials: Sequence[Material]) -> Reflectors:
+    """The patches with a model's materials."""
+    used = materials[: transport.materials.shape[1]]
+    albedo, exitance = (transport.materials @ light for light in material_light(used))
+    return Reflectors(
+        albedo=albedo,
+        exitance=exitance,
+        contraction=_contraction(transport.form_factors, albedo.astype(np.float64)),
+    )
+
+
+def _contraction(form_factors: sparse.csr_matrix, albedo: Array) -> float:
+    """Upper bound of the spectral radius of one bounce, in its most reflecting band.
+
+    For a matrix without negative entries and any positive x it is at most the largest of
+    (M x)_i / x_i (Collatz & Wielandt); x close to the main eigenvector makes the bound tight.
+    """
+    x = np.ones(albedo.shape)
+    bound = np.inf
+    for _ in range(20):
+        y = form_factors @ (albedo * x)
+        bound = min(bound, float((y / x).max()))
+        x = y / y.max() + 1e-3 if y.max() > 0.0 else x
+    return min(bound, 1.0 - 1e-6)
+
+
+def radiosity(transport: LightTransport, surface: Reflectors, own: Array32) -> Array32:
+    """(p, 4) or (p, 4, n) exitance of the patches after all bounces [W m-2].
+
+    own : before any, of one light or of n by themselves: as many bits alone as together
+
+    x = M x + c with Chebyshev's acceleration (Golub & Varga 1961): after k steps the error is below
+    2 r^k of the first, r = mu / (1 + sqrt(1 - mu^2)) for a spectrum in -mu .. mu. The first guess
+    lets the second bounce stand for all later ones, each less by the same ratio.
+    """
+    factors, count = transport.form_factors, len(own)
+    albedo = surface.albedo if own.ndim == 2 else surface.albedo[:, :, None]
+
+    def bounced(light: Array32) -> Array32:
+        return albedo * (factors @ light.reshape(count, -1)).reshape(own.shape)
+
+    mu = surface.contraction
+    rate = mu / (1.0 + np.sqrt(1.0 - mu * mu))
+    once = bounced(own)
+    if rate <= 0.0 or not np.any(once):
+        return own + once
+    twice = bounced(once)
+    ratio = (once * twice).sum(axis=0) / np.maximum((once * once).sum(axis=0), np.float32(1e-30))
+    older = own + once + twice / (1.0 - np.clip(ratio, 0.0, np.float32(mu)))
+    newer, omega = older, 1.0
+    steps = min(int(np.ceil(np.log(0.5 * RESIDUAL) / np.log(rate))) - 2, _MOST_STEPS)
+    for step in range(steps):
+        next_ = bounced(newer) + own
+        if step == 0:
+            older, newer = newer, next_
+            continue
+        omega = 1.0 / (1.0 - 0.5 * mu * mu) if step == 1 else 1.0 / (1.0 - 0.25 * mu * mu * omega)
+        older, newer = newer, (omega * (next_ - older) + older).astype(np.float32)
+    return np.maximum(newer, 0.0)
+
+
+def lit_normals(transport: LightTransport, direction: Array, half: int) -> Array32:
+    """(p, 3) mean over one half of each patch's sample points: their normals where the Sun is seen.
+
+    direction : (3,) unit, towards the Sun, body axes; its product with a row is the mean cosine
+    half : 0 or 1
+    """
+    points = transport.points[:, half::2].reshape(-1, 3)
+    normals = transport.normals[:, half::2].reshape(-1, 3)
+    towards = direction.astype(np.float32)
+    valid = transport.point_open[:, half::2]
+    facing = np.flatnonzero((normals @ towards > 0.0) & valid.ravel())
+    rays = np.broadcast_to(towards, (len(facing), 3))
+    lit = np.zeros((len(points), 3), dtype=np.float32)
+    free = facing[~transport.tracer.occluded(points[facing], rays)]
+    lit[free] = normals[free]
+    count = np.maximum(valid.sum(axis=1), 1).astype(np.float32)
+    return lit.reshape(*valid.shape, 3).sum(axis=1) / count[:, None]
+
+
+def blocked_by(transport: LightTransport, direction: Array, blockers: Sequence[Blocker]) -> Array32:
+    """(p,) share of each patch's sample points that other bodies hide from the Sun."""
+    points = transport.points.reshape(-1, 3)
+    hidden = np.zeros(len(points), dtype=np.bool_)
+    for blocker in blockers:
+        matrix = blocker.other_from_body.astype(np.float32)
+        rest = np.flatnonzero(~hidden)
+        origins = points[rest] @ matrix[:3, :3].T + matrix[:3, 3]
+        towards = matrix[:3, :3] @ direction.astype(np.float32)
+        offset = origins - blocker.centre.astype(np.float32)
+        # Only lines of sight through its bounding sphere.
+        past = offset - (offset @ towards)[:, None] * towards
+        near = np.flatnonzero(np.einsum("ij,ij->i", past, past) < np.float32(blocker.radius**2))
+        rays = np.broadcast_to(towards, (len(near), 3))
+        hidden[rest[near]] = blocker.tracer.occluded(origins[near], rays)
+    return hidden.reshape(transport.point_open.shape).mean(axis=1, dtype=np.float32)
+
+
+def lamp_irradiance(
+    transport: LightTransport, lamp: SpotLight, blockers: Sequence[Blocker] = ()
+) -> Array32:
+    """(p, 4) mean irradiance of each patch by a lamp [W m-2]."""
+    points = transport.points[:, ::2].reshape(-1, 3)
+    offset = lamp.place - points
+    distance = np.linalg.norm(offset, axis=1)
+    wi = offset / distance[:, None]
+    cosine = np.einsum("ij,ij->i", transport.normals[:, ::2].reshape(-1, 3), wi)
+    off_axis = np.arctan2(np.linalg.norm(np.cross(wi, lamp.axis), axis=1), -wi @ lamp.axis)
+    beyond = np.clip((off_axis - lamp.half_angle) / lamp.edge, 0.0, 1.0)
+    valid = transport.point_open[:, ::2]
+    power = cosine * (1.0 - beyond * beyond * (3.0 - 2.0 * beyond)) / distance**2
+    lit = np.flatnonzero((power > 0.0) & valid.ravel())
+    # A ray to the lamp ends there: from it to the point, everything short of the point blocks.
+    blocked = _blocked_before(transport, points[lit], offset[lit], blockers)
+    power[(cosine <= 0.0) | ~valid.ravel()] = 0.0
+    power[lit[blocked]] = 0.0
+    mean = power.reshape(valid.shape).sum(axis=1) / np.maximum(valid.sum(axis=1), 1)
+    return (mean[:, None] * lamp.intensity).astype(np.float32)
+
+
+def _blocked_before(
+    transport: LightTransport, points: Array32, offsets: Array, blockers: Sequence[Blocker]
+) -> Mask:
+    """Whether anything lies between points and the ends of offsets."""
+    _, share = transport.tracer.hits(points, offsets)
+    blocked = share < 1.0 - 1e-3
+    for blocker in blockers:
+        matrix = blocker.other_from_body
+        origins = points @ matrix[:3, :3].T + matrix[:3, 3]
+        _, share = blocker.tracer.hits(origins, offsets @ matrix[:3, :3].T)
+        # The lamp sits on its own craft: its housing, within 1 cm, does not count.
+        blocked |= share < 1.0 - 0.01 / np.linalg.norm(offsets, axis=1)
+    return blocked
+
+
+@lru_cache(maxsize=1)
+def beside() -> ThreadPoolExecutor:
+    """One thread beside the caller's: products of sparse matrices leave Python alone."""
+    return ThreadPoolExecutor(max_workers=1, thread_name_prefix="simgl-exchange")
+
+
+def earth_share(rows: GatherMatrix, cell_radiance: Array32 | None) -> Array32:
+    """(k, sides) of the Earth's irradiance on a free surface, the share that arrives at vertices.
+
+    cell_radiance : (96, 4) of the sky; None for a dark sky
+    """
+    if cell_radiance is None:
+        return np.ones(rows.shape, dtype=np.float32)
+    bands = cell_radiance.mean(axis=1)
+    whole = np.maximum(rows.whole @ bands, np.float32(1e-30))[rows.whole_row]
+    share = (rows.sky_part @ bands) / whole
+    np.subtract(np.float32(1.0), share, out=share, where=~rows.sky_part_seen)
+    return np.clip(share, 0.0, 1.0, out=share).reshape(rows.shape)
+
+
+def vertex_irradiance(rows: GatherMatrix, exitance: Array32, values: Array32) -> None:
+    """Irradiance of vertices from the body's own surfaces [W m-2], by two threads.
+
+    exitance : (p, 4) of the patches, after all bounces
+    values : (k, sides, 4 or more) whose first four columns are filled
+    """
+    first, second = rows.gather
+    flat = values.reshape(-1, values.shape[2])
+    middle = first.shape[0]
+
+    def fill(part: Array32, gather: sparse.csr_matrix) -> None:
+        part[:, :4] = gather @ exitance
+
+    rest = beside().submit(fill, flat[middle:], second)
+    fill(flat[:middle], first)
+    rest.result()

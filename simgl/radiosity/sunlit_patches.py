@@ -1,0 +1,89 @@
+"""Which patches of a body the Sun shines on, as the Sun moves through its sky."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from simgl.arrays import Array, Array32
+from simgl.lru_cache import LruCache
+from simgl.radiosity.light_transport import LightTransport
+from simgl.radiosity.solver import Blocker, blocked_by, lit_normals
+
+# Steps of the lattice of directions from one end of an axis to the other: half a degree each, the
+# width of the Sun. What light a patch gets is linear between three of them, as in a penumbra.
+_STEPS = 360
+# Directions of the lattice that are remembered; the Sun crosses some of them a minute.
+KEPT = 64
+
+# A direction of the lattice: its column and row.
+Node = tuple[int, int]
+
+
+class SunlitPatches:
+    """The mean cosine of each patch to the Sun, traced for directions of a fixed lattice.
+
+    The lattice is an octahedral map (simgl/environment_map.py). What is asked for follows
+    from transport and direction alone: what is kept from earlier calls only saves the tracing.
+    """
+
+    def __init__(self, transport: LightTransport) -> None:
+        self._transport = transport
+        self._nodes = LruCache[Node, Array32](KEPT)
+
+    def cosines(self, direction: Array, blockers: Sequence[Blocker] = ()) -> Array32:
+        """(p,) mean over each patch of its cosine to the Sun where the Sun is seen.
+
+        direction : (3,) unit, towards the Sun, body axes
+        blockers : other bodies; what they hide of a patch is hidden evenly in its lit part
+        """
+        cosines = np.zeros(len(self._transport.areas), dtype=np.float32)
+        for node, weight in around(direction):
+            cosines += np.float32(weight) * self.at(node)
+        if blockers:
+            cosines *= 1.0 - blocked_by(self._transport, direction, blockers)
+        return cosines
+
+    def at(self, node: Node) -> Array32:
+        """(p,) the same for a direction of the lattice, traced."""
+        return self._nodes.get(node, lambda: self._traced(node))
+
+    def _traced(self, node: Node) -> Array32:
+        # Neighbours take turns between two halves of a patch's sample points.
+        direction = direction_of(node)
+        normals = lit_normals(self._transport, direction, sum(node) % 2)
+        return np.maximum(normals @ direction.astype(np.float32), 0.0)
+
+
+def around(direction: Array) -> tuple[tuple[Node, float], ...]:
+    """Three directions of the lattice whose sum with these weights is the one given.
+
+    Cosines summed likewise are exact where all three see the Sun. Triangles do not cross the
+    octahedron's edges, so their sides are arcs of great circles, which neighbours share.
+    """
+    place = direction[:2] / np.abs(direction).sum()
+    if direction[2] < 0.0:
+        place = (1.0 - np.abs(place[::-1])) * np.where(place < 0.0, -1.0, 1.0)
+    at = np.clip((place + 1.0) * (_STEPS / 2.0), 0.0, _STEPS * (1.0 - 1e-12))
+    i, j = (int(v) for v in at)
+    u, v = at[0] - i, at[1] - j
+    nodes: tuple[Node, Node, Node]
+    if (i < _STEPS // 2) == (j < _STEPS // 2):
+        # The octahedron's edge runs from upper left to lower right here.
+        nodes = (i + 1, j), (i, j + 1), (i, j) if u + v < 1.0 else (i + 1, j + 1)
+    else:
+        nodes = (i, j), (i + 1, j + 1), (i + 1, j) if u > v else (i, j + 1)
+    corners = np.stack([direction_of(node) for node in nodes], axis=1)
+    # Rounding may leave less than nothing of the corner opposite.
+    weights = np.maximum(np.linalg.solve(corners, direction), 0.0).tolist()
+    return tuple(zip(nodes, weights, strict=True))
+
+
+def direction_of(node: Node) -> Array:
+    """(3,) unit direction of a place on the octahedral map."""
+    place = np.array(node) * (2.0 / _STEPS) - 1.0
+    z = 1.0 - float(np.abs(place).sum())
+    folded = max(-z, 0.0)
+    d = np.array([*(place - np.copysign(folded, place)), z])
+    return d / np.linalg.norm(d)

@@ -1,1 +1,0 @@
-"""What the shaders compute, in numpy that reads like the textbook; tests compare the two."""

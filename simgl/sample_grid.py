@@ -1,0 +1,68 @@
+"""Sampling lattices: how many points of the scene a pixel averages, and where they lie.
+
+Spacecraft are rasterised on a finer square grid that is turned against the pixel grid by an angle
+whose tangent is far from any simple fraction. An edge along the rows or columns of the image then
+crosses the samples of different pixels at different places: its position comes out right to a small
+part of a pixel even with few samples, where a grid along the pixels would make every row step at
+once. A pixel's value is the mean of the samples inside it, n on average.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from simgl.arrays import Array
+
+# The continued fraction of sqrt(5) - 2, [0; 4, 4, 4, ...], has no large terms, so the columns of
+# the samples spread evenly at every scale.
+ANGLE = float(np.arctan(np.sqrt(5.0) - 2.0))
+
+# A unit square holds at least one sample if the lattice's covering radius, 1 / sqrt(2 n), is below
+# one half: n > 2. Fewer than five leave edges coarse. A distant craft of a fraction of a pixel
+# needs thousands to have the right flux; there they cost nothing.
+FEWEST, MOST = 5, 16384
+
+
+@dataclass(frozen=True)
+class SampleGrid:
+    """A square grid of ``scale`` samples per pixel edge, turned by ``angle`` [rad]."""
+
+    scale: float
+    angle: float
+
+    @property
+    def turn(self) -> Array:
+        """(2, 2) matrix from pixel to raster directions."""
+        c, s = self.scale * np.cos(self.angle), self.scale * np.sin(self.angle)
+        return np.array([[c, s], [-s, c]])
+
+    def raster_size(self, width: int, height: int) -> tuple[int, int]:
+        """Texels that hold every sample of a rectangle of width x height pixels."""
+        extent = np.abs(self.turn) @ np.array([width, height])
+        columns, rows = np.ceil(extent - 1e-9).astype(int)
+        return int(columns), int(rows)
+
+    def raster_from_pixel(self, width: int) -> Array:
+        """(2, 3) affine map from pixel coordinates (x, y, 1) in the rectangle to the raster."""
+        return np.column_stack([self.turn, [0.0, -self.turn[1, 0] * width]])
+
+    @property
+    def reach(self) -> int:
+        """Texels from that of a pixel's centre within which all its samples lie."""
+        return int(np.ceil(0.5 * np.abs(self.turn[0]).sum() + 0.5))
+
+
+# One sample at the very centre of each pixel.
+PIXEL_CENTRES = SampleGrid(1.0, 0.0)
+
+
+def turned_lattice(samples_per_pixel: float) -> SampleGrid:
+    """The lattice of so many samples per pixel on average."""
+    return SampleGrid(float(np.sqrt(samples_per_pixel)), ANGLE)
+
+
+def choose_lattice(pixels: int, sample_budget: int) -> SampleGrid:
+    """The finest lattice that puts about ``sample_budget`` samples on so many pixels."""
+    return turned_lattice(min(max(sample_budget // pixels, FEWEST), MOST))

@@ -1,0 +1,63 @@
+"""Checks that several tables of a scenario file share: named spacecraft, places, exclusive keys."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from simgl.arrays import Array
+from simgl.config.validation import shown
+from simgl.errors import ConfigError, did_you_mean
+from simgl.scenario.schema import CameraTable, LampTable, SpacecraftTable
+from simgl.scene.spacecraft import SpacecraftModel
+
+# Keys that say nothing without another one: refused alone, not passed over.
+_GOES_WITH = {
+    "position_lvlh_m": "relative_to",
+    "velocity_lvlh_m_s": "relative_to",
+    "velocity_icrf_m_s": "position_icrf_m",
+    "position_body_m": "on",
+    "keypoint": "on",
+}
+
+
+def craft_named(name: str, models: Mapping[str, SpacecraftModel], where: str, key: str) -> str:
+    """The name of a spacecraft, which must be in the scenario."""
+    if name not in models:
+        problem = f"names no spacecraft: {shown(name)}; {did_you_mean(name, models)}"
+        raise ConfigError(where, key, problem)
+    return name
+
+
+def keypoint_on(model: SpacecraftModel, name: str, where: str, key: str) -> Array:
+    """(3,) place of a keypoint in body axes [m], which must be on the model."""
+    if name not in model.keypoints:
+        suggestion = did_you_mean(name, model.keypoints)
+        problem = f'is not on "{model.name}": {shown(name)}; {suggestion}'
+        raise ConfigError(where, key, problem)
+    return np.asarray(model.keypoints[name], dtype=np.float64)
+
+
+def place_on(model: SpacecraftModel, table: CameraTable | LampTable, where: str) -> Array:
+    """(3,) place in body axes [m], given by exactly one of a keypoint and coordinates."""
+    if (table.keypoint is None) == (table.position_body_m is None):
+        raise ConfigError(where, "position_body_m", "or keypoint is needed, and not both")
+    if table.keypoint is not None:
+        return keypoint_on(model, table.keypoint, where, "keypoint")
+    assert table.position_body_m is not None
+    return np.asarray(table.position_body_m, dtype=np.float64)
+
+
+def exactly_one(
+    table: SpacecraftTable | CameraTable, where: str, what: str, keys: tuple[str, ...]
+) -> None:
+    """One of the keys is given, and no key that goes with another of them."""
+    given = [k for k in keys if getattr(table, k) is not None]
+    if len(given) != 1:
+        found = " and ".join(given) if given else "none of them"
+        problem = f"needs exactly one of {', '.join(keys)}; got {found}"
+        raise ConfigError(where, what, problem)
+    for key, needed in _GOES_WITH.items():
+        if getattr(table, key, None) is not None and needed not in given:
+            raise ConfigError(where, key, f"goes with {needed}, not with {given[0]}")

@@ -1,0 +1,113 @@
+"""The stars of the shipped catalogue, and where in the solar system they are looked at from."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+import zlib
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simgl import assets
+from simgl.arrays import Array, UIntArray
+from simgl.errors import AssetError
+from simgl.physics.starlight import (
+    MILLIARCSECOND,
+    band_irradiance,
+    earth_from_barycentre,
+    years_since_catalogue,
+)
+
+# The shipped catalogue ends here [mag].
+FAINTEST = 7.5
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class StarCatalogue:
+    """Stars, the brightest first, at J1991.25 in ICRS axes.
+
+    hip : (n,) numbers in the Hipparcos catalogue
+    magnitude : (n,) Johnson's V
+    direction : (n, 3) unit
+    motion : (n, 3) of the unit vector [rad per Julian year]
+    parallax : (n,) [rad]
+    irradiance : (n, 4) per band, facing the star [W m-2]
+    """
+
+    hip: UIntArray
+    magnitude: Array
+    direction: Array
+    motion: Array
+    parallax: Array
+    irradiance: Array
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class StarSky:
+    """A catalogue looked at from near the Earth at an instant.
+
+    years : since the catalogue's epoch [Julian years]
+    earth_position, earth_velocity : (3,) of the Earth's centre from the solar system's barycentre
+        [m], [m s-1]
+    """
+
+    catalogue: StarCatalogue
+    years: float
+    earth_position: Array
+    earth_velocity: Array
+
+
+def star_sky(catalogue: StarCatalogue, tai_ns: int) -> StarSky:
+    """The stars at an epoch."""
+    position, velocity = earth_from_barycentre(tai_ns)
+    return StarSky(
+        catalogue=catalogue,
+        years=years_since_catalogue(tai_ns),
+        earth_position=position,
+        earth_velocity=velocity,
+    )
+
+
+@lru_cache(maxsize=8)
+def shipped_stars(faintest: float = FAINTEST, path: Path | None = None) -> StarCatalogue:
+    """The shipped stars down to a magnitude V.
+
+    path : of another file of the same form
+
+    Raises AssetError where the file is missing, damaged or of another form.
+    """
+    path = assets.data() / "sky" / "hipparcos.npz" if path is None else path
+    try:
+        content = io.BytesIO(path.read_bytes())
+    except OSError as error:
+        raise AssetError(f"{path}: cannot be read ({error.strerror}); reinstall simgl") from None
+    try:
+        with np.load(content) as file:
+            return _catalogue({name: file[name] for name in file.files}, faintest)
+    except (zipfile.BadZipFile, zlib.error, KeyError, ValueError, TypeError, EOFError):
+        raise AssetError(f"{path}: is not a whole star catalogue; reinstall simgl") from None
+
+
+def _catalogue(columns: dict[str, NDArray[np.generic]], faintest: float) -> StarCatalogue:
+    """The catalogue of the columns that ``tools.star_catalogue`` writes."""
+    v = columns["v"].astype(np.float64) / 1e3
+    count = int(np.searchsorted(v, faintest, side="right"))
+    numbers = {name: column[:count].astype(np.float64) for name, column in columns.items()}
+    turn = 2.0 * np.pi / 2.0**32
+    alpha, delta = turn * numbers["right_ascension"], turn * numbers["declination"]
+    ca, sa, cd, sd = np.cos(alpha), np.sin(alpha), np.cos(delta), np.sin(delta)
+    east = np.stack([-sa, ca, np.zeros(count)], axis=1)
+    north = np.stack([-sd * ca, -sd * sa, cd], axis=1)
+    pm_east, pm_north = (MILLIARCSECOND * numbers["motion_mas_per_year"]).T
+    return StarCatalogue(
+        hip=columns["hip"][:count].astype(np.uint32),
+        magnitude=v[:count],
+        direction=np.stack([cd * ca, cd * sa, sd], axis=1),
+        motion=pm_east[:, None] * east + pm_north[:, None] * north,
+        parallax=MILLIARCSECOND * numbers["parallax_mas"],
+        irradiance=band_irradiance(v[:count], numbers["b_v"] / 1e3, numbers["v_i"] / 1e3),
+    )

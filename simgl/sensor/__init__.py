@@ -1,1 +1,0 @@
-"""What of a camera is computed on the CPU: random numbers, particles, blooming, shutter, views."""

@@ -1,0 +1,247 @@
+"""What of the Earth lies where in a picture, by tiles: each is drawn as simply as it can be."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from simgl.arrays import AnyArray, Array, Array32, IndexArray, Mask
+from simgl.physics.atmosphere import AIR_TOP
+from simgl.view.background import PlanetView
+
+# Edge of a tile [pixels], and into how many along each edge it may be cut.
+TILE, PARTS = 16, 2
+# What may change along a tile's edge. Between its corners a place lies off by an eighth of the
+# slant's change, in edges: 1/8 pixel; light that falls by e while the Sun's cosine changes by c is
+# off by 1 / 8 of the squared change over c, 0.1 %.
+_SLANT_CHANGE = 0.0625
+_LONGITUDE_CHANGE = 0.05
+_SUN_CHANGE = 0.09
+# Cosine that light takes to fall by e at the terminator.
+_TWILIGHT = 0.026
+# Where the noise of two faces of its cube is mixed, as in shaders/planet/chart.glsl; and how far
+# off the place that is seen the clouds before it and before the Sun may lie, in their heights.
+_CHART_SEAM, _CLOUD_REACH = 0.02, 10.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BackgroundTiles:
+    """What is seen where in a picture: masks (rows, columns) of tiles, no two on one place.
+
+    even : on the ground, which they see change evenly
+    finer : on the ground, which their ``PARTS`` see change evenly
+    ground : with other ground on them
+    air : that miss the ground; what is in none of these masks misses air and clouds, too
+    one_face : those of the even and the finer ones on one face of the noise's cube
+    sea : likewise those that have no shore on them
+    low, high : (rows, columns) sines of the Sun's height there, the least and the most
+    pixel : (rows, columns) edge of a pixel on the ground of the even and the finer ones [m]
+    """
+
+    even: Mask
+    finer: Mask
+    ground: Mask
+    air: Mask
+    one_face: Mask
+    sea: Mask
+    low: Array
+    high: Array
+    pixel: Array
+
+    @property
+    def any(self) -> Mask:
+        """Tiles with ground or air on them."""
+        return self.even | self.finer | self.ground | self.air
+
+    def within(self, mask: Mask) -> BackgroundTiles:
+        """Those of a mask."""
+        return replace(
+            self,
+            even=self.even & mask,
+            finer=self.finer & mask,
+            ground=self.ground & mask,
+            air=self.air & mask,
+            one_face=self.one_face & mask,
+            sea=self.sea & mask,
+        )
+
+
+def tiles_of(
+    planet: PlanetView,
+    intrinsics: Array32,
+    size: tuple[int, int],
+    shores: IndexArray | None = None,
+    *,
+    noise: bool = True,
+) -> BackgroundTiles:
+    """The tiles of a picture.
+
+    intrinsics : (3, 3) [pixels]
+    size : width and height [pixels]; the last tiles may reach past it
+    shores : (rows + 1, columns + 1) of the corners of an equirectangular map's cells, how many of
+        those above and left of each hold something else than open sea
+    noise : whether the picture shows any
+    """
+    corners = corners_on_ground(planet, intrinsics, size)
+    even, finer = even_tiles(corners), even_tiles(corners, PARTS)
+    finer &= ~even
+    one_face = np.ones_like(even)
+    if noise:
+        one_face = _on_one_face(corners.normal, _CHART_SEAM + _CLOUD_REACH * _cloud_height(planet))
+    nearest = _nadir_angles(planet, intrinsics, size)
+    distance = float(np.sqrt(1.0 + planet.outside))
+    height = 0.0 if planet.earth.air is None else AIR_TOP / planet.earth.equatorial_radius
+    top = 1.0 + max(height, _cloud_height(planet))
+    ground = nearest < np.arcsin(min((1.0 + _cloud_height(planet)) / distance, 1.0))
+    air = (nearest < np.arcsin(top / distance)) if distance > top else np.ones_like(ground)
+    apart = corners.distance / np.sqrt(np.maximum(corners.slant, 1e-3))
+    pixel = 0.25 * _over_corners(np.add, apart)
+    sea = np.zeros_like(even) if shores is None else _open_sea(corners, shores)
+    return BackgroundTiles(
+        even=even,
+        finer=finer,
+        ground=ground & ~(even | finer),
+        air=air & ~ground,
+        one_face=one_face & (even | finer),
+        sea=sea & (even | finer),
+        low=_least(corners.sun),
+        high=_most(corners.sun),
+        pixel=pixel / float(intrinsics[0, 0]) * planet.earth.equatorial_radius,
+    )
+
+
+def _cloud_height(planet: PlanetView) -> float:
+    """In Earth radii."""
+    clouds = planet.earth.clouds
+    return 0.0 if clouds is None else clouds.height / planet.earth.equatorial_radius
+
+
+def _nadir_angles(planet: PlanetView, intrinsics: Array32, size: tuple[int, int]) -> Array:
+    """(rows, columns) least angle from nadir within each tile and a pixel about it [rad]."""
+    columns, rows = (-(-length // TILE) for length in size)
+    middles = _unit(_rays(planet, intrinsics, (columns, rows), 0.5))
+    nadir = _unit(-planet.camera_in_sphere.astype(np.float64))
+    angle = np.arccos(np.clip(middles @ nadir, -1.0, 1.0))
+    # No tile is wider than one in the middle of the picture.
+    half = 0.5 * TILE * float(np.hypot(1.0 / intrinsics[0, 0], 1.0 / intrinsics[1, 1]))
+    return angle - (1.0 + 4.0 / TILE) * half
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Corners:
+    """Of the tiles of a picture, (rows + 1, columns + 1): where they lie on the ground.
+
+    Of corners beside the Earth, the place on their ray that is nearest to it.
+
+    meets : whether the ground is there
+    normal : of it, ITRF
+    sun : sine of the Sun's height
+    slant : cosine of the ray from the vertical
+    distance : in Earth radii
+    """
+
+    meets: Mask
+    normal: Array
+    sun: Array
+    slant: Array
+    distance: Array
+
+
+def corners_on_ground(planet: PlanetView, intrinsics: Array32, size: tuple[int, int]) -> Corners:
+    """What the corners of tiles see of the ground.
+
+    intrinsics : (3, 3) [pixels]
+    size : of the picture, width and height [pixels]; the last tiles may reach past it
+    """
+    columns, rows = (-(-length // TILE) + 1 for length in size)
+    d = _rays(planet, intrinsics, (columns, rows), 0.0)
+    place = planet.camera_in_sphere.astype(np.float64)
+    dd, od = np.einsum("...i,...i", d, d), d @ place
+    discriminant = od * od - dd * planet.outside
+    meets = (discriminant > 0.0) & (od < 0.0)
+    root = np.sqrt(np.maximum(discriminant, 0.0))
+    nearest = np.maximum(-od, 0.0) / dd
+    distance = np.where(meets, planet.outside / np.where(meets, root - od, 1.0), nearest)
+    normal = _unit((place + distance[..., None] * d) / np.array(planet.earth.radii))
+    return Corners(
+        meets=meets,
+        normal=normal,
+        sun=normal @ planet.sun_direction_itrf.astype(np.float64),
+        slant=root / np.sqrt(dd),
+        distance=distance,
+    )
+
+
+def even_tiles(corners: Corners, parts: int = 1) -> Mask:
+    """(rows, columns) whether a tile lies on the ground and its parts see it change evenly.
+
+    What bends across a tile bends by the square of ``parts`` less across one of them.
+    """
+    normal, slant, sun = corners.normal, corners.slant, corners.sun
+    longitude = np.arctan2(normal[..., 1], normal[..., 0])
+    even = _least(corners.meets) & (_range(slant) < parts**2 * _SLANT_CHANGE * _least(slant))
+    even &= _range(longitude) < parts**2 * _LONGITUDE_CHANGE
+    sun_height = np.maximum(_least(np.abs(sun)), _TWILIGHT)
+    return even & (_range(sun) < parts * _SUN_CHANGE * sun_height)
+
+
+def _open_sea(corners: Corners, shores: IndexArray) -> Mask:
+    """Whether no cell of an equirectangular map that a tile may touch has a shore.
+
+    Of a tile that spans the date line every longitude is asked for.
+    """
+    rows, columns = shores.shape[0] - 1, shores.shape[1] - 1
+    x, y, z = np.moveaxis(corners.normal, -1, 0)
+    row = (0.5 - np.arctan2(z, np.hypot(x, y)) / np.pi) * rows
+    column = (np.arctan2(y, x) / (2.0 * np.pi) + 0.5) * columns
+    top, left = (np.floor(_least(v) - 0.5).astype(int) for v in (row, column))
+    bottom, right = (np.ceil(_most(v) + 0.5).astype(int) for v in (row, column))
+    top, bottom = np.clip(top, 0, rows), np.clip(bottom, 0, rows)
+    left, right = np.clip(left, 0, columns), np.clip(right, 0, columns)
+    found = shores[bottom, right] - shores[top, right] - shores[bottom, left] + shores[top, left]
+    return found == 0
+
+
+def _on_one_face(normal: Array, margin: float) -> Mask:
+    """Whether a tile lies on one face of a cube about the Earth, so far from its edges."""
+    size = np.abs(normal)
+    two, one = np.partition(size, 1, axis=-1)[..., 1:].transpose(2, 0, 1)
+    faces = np.argmax(size, axis=-1) + 3 * (np.max(normal, axis=-1) == one)
+    return (_range(faces) == 0) & (_least(one * (1.0 - margin) - two) > 0.0)
+
+
+def _rays(planet: PlanetView, intrinsics: Array32, count: tuple[int, int], first: float) -> Array:
+    """(rows, columns, 3) unit directions in camera axes, turned into sphere space.
+
+    count : columns and rows of places, a tile's edge apart
+    first : of the picture's first corner, in edges
+    """
+    k = intrinsics.astype(np.float64)
+    x = (TILE * (np.arange(count[0]) + first) - k[0, 2]) / k[0, 0]
+    y = (TILE * (np.arange(count[1]) + first) - k[1, 2]) / k[1, 1]
+    x, y = np.broadcast_arrays(x, y[:, None])
+    rays = _unit(np.stack([x, y, np.ones_like(x)], axis=-1))
+    return rays @ planet.sphere_from_camera.astype(np.float64).T
+
+
+def _unit(vectors: Array) -> Array:
+    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+
+
+def _over_corners(of_two: np.ufunc, values: AnyArray) -> AnyArray:
+    """What a function of two makes of the four corners of every tile."""
+    across = of_two(values[:, :-1], values[:, 1:])
+    return of_two(across[:-1], across[1:])
+
+
+def _least(values: AnyArray) -> AnyArray:
+    return _over_corners(np.minimum, values)
+
+
+def _most(values: AnyArray) -> AnyArray:
+    return _over_corners(np.maximum, values)
+
+
+def _range(values: Array) -> Array:
+    return _most(values) - _least(values)

@@ -1,0 +1,309 @@
+"""What lies beyond the Earth before one pinhole: stars, the Sun's disc, the Moon.
+
+Directions are float64 until they are pixels. A disc on the sky is a cone; a pinhole shows it as an
+ellipse, exactly.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from simgl.arrays import Array, Array32, IndexArray, Mask
+from simgl.physics.constants import MOON_RADIUS
+from simgl.physics.frames import angle_between
+from simgl.physics.lunar_model import GEOMETRIC_ALBEDO, surface_factor
+from simgl.physics.starlight import aberrated, directions
+from simgl.scene.state import CameraState, SceneState, SunSeen
+
+# A star's light reaches so far from its place [pixels].
+STAR_REACH = 1.5
+# Light's aberration at 30 + 8 km/s, parallax and a century of the fastest proper motion [rad].
+_STARS_MOVE = 1e-2
+
+
+@dataclass(frozen=True)
+class PictureCone:
+    """The cone around a picture: its half angle, and the angle of a pixel [rad]."""
+
+    half_diagonal: float
+    pixel: float
+
+    def holds(self, boresight: Array, direction: Array, angular_radius: float) -> bool:
+        """Whether a disc on the sky may touch the picture."""
+        # Nearly a pixel more than enough: a disc's edge is drawn over one.
+        reach = self.half_diagonal + angular_radius + self.pixel
+        return angle_between(boresight, direction) < reach
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Ellipse:
+    """A disc on the sky as the pinhole shows it.
+
+    centre : (2,) float64 [pixels]
+    form : (2, 2) float64 [pixels^-2]; offsets d from the centre with d . form . d <= 1 lie on it
+    box : x, y, width, height of the pixels that it can touch
+    """
+
+    centre: Array
+    form: Array
+    box: tuple[int, int, int, int]
+
+    @property
+    def radius(self) -> float:
+        """Of the circle with the same area [pixels]."""
+        return float(np.linalg.det(self.form) ** -0.25)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SunDisc:
+    """The Sun's disc.
+
+    radiance : (4,) mean over it [W m-2 sr-1]
+    limb : (2, 4) darkening u and v per band: 1 - u (1 - mu) - v (1 - mu)^2
+    """
+
+    ellipse: Ellipse
+    radiance: Array32
+    limb: Array32
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MoonDisc:
+    """The Moon.
+
+    disc_from_pixel : (2, 2) float64; turns offsets from the centre into units of the radius, along
+        two axes square to the line of sight
+    sun : (3,) unit, along these axes and towards the camera
+    radiance : (4,) where the disc function mu0 / (mu0 + mu) is 1 [W m-2 sr-1]
+    moon_from_disc : (3, 3) from these three axes to the Moon's own; None for a Moon without seas
+    """
+
+    ellipse: Ellipse
+    disc_from_pixel: Array
+    sun: Array32
+    radiance: Array32
+    moon_from_disc: Array32 | None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class StarPoints:
+    """Stars in view.
+
+    pixels : (n, 2) float32
+    irradiance : (n, 4) float32, facing the star [W m-2]
+    """
+
+    pixels: Array32
+    irradiance: Array32
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CelestialView:
+    """Everything beyond the Earth that a picture may show; None where it shows none of a kind.
+
+    focal_length, principal_point : of the pinhole [pixels]
+    """
+
+    focal_length: float
+    principal_point: tuple[float, float]
+    stars: StarPoints | None
+    sun: SunDisc | None
+    moon: MoonDisc | None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class EarthCone:
+    """What the Earth hides for sure: a cone about its centre, from one place."""
+
+    direction_icrf: Array
+    angular_radius: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class StarPlaces:
+    """Catalogue stars within a picture, in the catalogue's order.
+
+    rows : (n,) in the catalogue
+    direction_icrf : (n, 3) unit, as the moving camera sees them
+    pixels : (n, 2) float64
+    """
+
+    rows: IndexArray
+    direction_icrf: Array
+    pixels: Array
+
+
+def celestial(
+    state: SceneState, camera: CameraState, cone: PictureCone, earth: EarthCone | None
+) -> CelestialView | None:
+    """What a camera sees beyond the Earth; None where that is nothing."""
+    hidden = _Hidden(earth, cone.pixel)
+    points = _star_points(state, camera, hidden)
+    sun = _sun_disc(state, camera, cone, hidden)
+    moon = _moon_disc(state, camera, cone, hidden)
+    if points is None and sun is None and moon is None:
+        return None
+    k = camera.camera.intrinsics
+    return CelestialView(
+        focal_length=float(k[0, 0]),
+        principal_point=(float(k[0, 2]), float(k[1, 2])),
+        stars=points,
+        sun=sun,
+        moon=moon,
+    )
+
+
+def star_places(state: SceneState, camera: CameraState) -> StarPlaces | None:
+    """The stars within a picture, or just outside; None where the scene has no stars."""
+    if state.stars is None:
+        return None
+    sky, catalogue = state.stars, state.stars.catalogue
+    optics, R = camera.camera, camera.R_camera_from_icrf
+    d = optics.detector
+    half = np.arctan(0.5 * np.hypot(d.width, d.height) / optics.focal_length_px)
+    reach = half + _STARS_MOVE + 2.0 * STAR_REACH / optics.focal_length_px
+    rows = np.flatnonzero(catalogue.direction @ R[2] > np.cos(min(reach, np.pi)))
+    centre = np.zeros(3) if state.earth is None else state.earth.position
+    seen = aberrated(
+        directions(
+            catalogue.direction[rows],
+            catalogue.motion[rows],
+            catalogue.parallax[rows],
+            sky.years,
+            sky.earth_position + camera.position - centre,
+        ),
+        sky.earth_velocity + camera.velocity,
+    )
+    in_camera = seen @ R.T
+    before = in_camera[:, 2] > 1e-6
+    rows, seen, in_camera = rows[before], seen[before], in_camera[before]
+    k = optics.intrinsics
+    pixels = in_camera[:, :2] / in_camera[:, 2:] * k[0, 0] + k[:2, 2]
+    size = np.array([d.width, d.height])
+    inside = np.all((pixels > -STAR_REACH) & (pixels < size + STAR_REACH), axis=1)
+    return StarPlaces(rows=rows[inside], direction_icrf=seen[inside], pixels=pixels[inside])
+
+
+@dataclass(frozen=True)
+class _Hidden:
+    """Tells what lies wholly behind the Earth, two pixels and more from its limb."""
+
+    earth: EarthCone | None
+    pixel: float
+
+    def disc(self, direction: Array, angular_radius: float) -> bool:
+        if self.earth is None:
+            return False
+        away = angle_between(self.earth.direction_icrf, direction)
+        return away + angular_radius + 2.0 * self.pixel < self.earth.angular_radius
+
+    def points(self, direction: Array) -> Mask:
+        if self.earth is None:
+            return np.zeros(len(direction), dtype=bool)
+        inner = max(self.earth.angular_radius - 2.0 * self.pixel, 0.0)
+        return direction @ self.earth.direction_icrf > np.cos(inner)
+
+
+def _star_points(state: SceneState, camera: CameraState, hidden: _Hidden) -> StarPoints | None:
+    places = star_places(state, camera)
+    if places is None:
+        return None
+    assert state.stars is not None
+    seen = ~hidden.points(places.direction_icrf)
+    if not seen.any():
+        return None
+    return StarPoints(
+        pixels=_float32(places.pixels[seen]),
+        irradiance=_float32(state.stars.catalogue.irradiance[places.rows[seen]]),
+    )
+
+
+def _sun_disc(
+    state: SceneState, camera: CameraState, cone: PictureCone, hidden: _Hidden
+) -> SunDisc | None:
+    seen: SunSeen = state.sun.seen_from(camera.position)
+    if not state.sun.visible or hidden.disc(seen.direction_icrf, seen.angular_radius):
+        return None
+    ellipse = _ellipse(camera, cone, seen.direction_icrf, seen.angular_radius)
+    if ellipse is None or not seen.irradiance.any():
+        return None
+    return SunDisc(ellipse=ellipse, radiance=_float32(seen.radiance), limb=_float32(seen.limb))
+
+
+def _moon_disc(
+    state: SceneState, camera: CameraState, cone: PictureCone, hidden: _Hidden
+) -> MoonDisc | None:
+    if state.moon is None:
+        return None
+    offset = state.moon - camera.position
+    distance = float(np.linalg.norm(offset))
+    towards, radius = offset / distance, float(np.arcsin(min(MOON_RADIUS / distance, 1.0)))
+    if hidden.disc(towards, radius):
+        return None
+    ellipse = _ellipse(camera, cone, towards, radius)
+    if ellipse is None:
+        return None
+    sun = state.sun.seen_from(state.moon)
+    phase = angle_between(sun.direction_icrf, -towards)
+    axes, disc_from_pixel = _disc_axes(camera, ellipse, towards)
+    disc_from_icrf = np.stack([*axes, -towards])
+    turned = None
+    if state.R_moon_from_icrf is not None:
+        turned = _float32(state.R_moon_from_icrf @ disc_from_icrf.T)
+    light = sun.irradiance * GEOMETRIC_ALBEDO * (2.0 / np.pi * surface_factor(phase))
+    return MoonDisc(
+        ellipse=ellipse,
+        disc_from_pixel=disc_from_pixel,
+        sun=_float32(disc_from_icrf @ sun.direction_icrf),
+        radiance=_float32(light),
+        moon_from_disc=turned,
+    )
+
+
+def _ellipse(
+    camera: CameraState, cone: PictureCone, direction: Array, angular_radius: float
+) -> Ellipse | None:
+    """A disc's ellipse; None where it is out of view, or reaches 90 deg from the boresight."""
+    R, k = camera.R_camera_from_icrf, camera.camera.intrinsics
+    if not cone.holds(R[2], direction, angular_radius):
+        return None
+    if angle_between(R[2], direction) + angular_radius > np.radians(89.9):
+        return None
+    # Rays r to the disc: (s.r)^2 >= cos^2 r.r; with r linear in homogeneous pixels, a conic.
+    s = R @ direction
+    form_of_rays = np.outer(s, s) - np.cos(angular_radius) ** 2 * np.eye(3)
+    camera_from_pixel = np.linalg.inv(k)
+    conic = camera_from_pixel.T @ form_of_rays @ camera_from_pixel
+    centre = -np.linalg.solve(conic[:2, :2], conic[:2, 2])
+    form = -conic[:2, :2] / (conic[2, 2] + np.dot(conic[:2, 2], centre))
+    half = np.sqrt(np.diag(np.linalg.inv(form)))
+    touched = camera.camera.detector.pixels_within(centre - half, centre + half)
+    if touched is None:
+        return None
+    x0, y0, x1, y1 = touched
+    return Ellipse(centre=centre, form=form, box=(x0, y0, x1 - x0, y1 - y0))
+
+
+def _disc_axes(camera: CameraState, ellipse: Ellipse, towards: Array) -> tuple[Array, Array]:
+    """Two axes (2, 3) in ICRF square to a line of sight, and the ellipse's (2, 2) map onto them.
+
+    Of all maps that take the ellipse to the unit circle, the one nearest to the pinhole's own.
+    """
+    R, f = camera.R_camera_from_icrf, camera.camera.focal_length_px
+    right = R[0] - np.dot(R[0], towards) * towards
+    right /= np.linalg.norm(right)
+    axes = np.stack([right, np.cross(towards, right)])
+    in_camera = axes @ R.T
+    s = R @ towards
+    # Of a ray's slope x / z in a step along the axes; a pixel is 1 / f of it.
+    slopes = (in_camera[:, :2].T - np.outer(s[:2], in_camera[:, 2]) / s[2]) / s[2] * f
+    values, vectors = np.linalg.eigh(ellipse.form)
+    root = vectors @ np.diag(np.sqrt(values)) @ vectors.T
+    u, _, v = np.linalg.svd(np.linalg.inv(slopes) @ np.linalg.inv(root))
+    return axes, u @ v @ root
+
+
+def _float32(values: Array) -> Array32:
+    return np.asarray(values, dtype=np.float32)

@@ -1,0 +1,82 @@
+"""How far a camera's picture moves between two states."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from simgl.arrays import Array
+from simgl.motion.joints import motion_between
+from simgl.scene.spacecraft import SpacecraftModel
+from simgl.scene.state import BodyState, CameraState, SceneState
+
+
+def picture_motion(first: SceneState, second: SceneState, camera: str) -> float:
+    """Upper bound on how far anything in view moves across the picture [px].
+
+    Bodies that are not in view count too; the ground only where the Earth may be in view.
+    """
+    a, b = first.cameras[camera], second.cameras[camera]
+    turned = _angle(b.R_camera_from_icrf @ a.R_camera_from_icrf.T)
+    moved = [turned]
+    moved += [_body_motion(a, b, first.bodies[n], second.bodies[n]) for n in first.bodies]
+    if first.earth is not None:
+        moved.append(turned + _ground_motion(first, a, b))
+    return a.camera.focal_length_px * max(moved)
+
+
+def _angle(rotation: Array) -> float:
+    """Of a rotation [rad], good for small ones."""
+    sine = 0.5 * np.linalg.norm(
+        [
+            rotation[2, 1] - rotation[1, 2],
+            rotation[0, 2] - rotation[2, 0],
+            rotation[1, 0] - rotation[0, 1],
+        ]
+    )
+    return float(np.arctan2(sine, 0.5 * (np.trace(rotation) - 1.0)))
+
+
+def _body_motion(a: CameraState, b: CameraState, before: BodyState, after: BodyState) -> float:
+    """Of a body's fastest point across the line of sight [rad]."""
+    place_a = a.R_camera_from_icrf @ (before.pose.position - a.position)
+    place_b = b.R_camera_from_icrf @ (after.pose.position - b.position)
+    R_a = a.R_camera_from_icrf @ before.pose.R_icrf_from_body
+    R_b = b.R_camera_from_icrf @ after.pose.R_icrf_from_body
+    mesh = before.model.mesh
+    reach = float(np.linalg.norm(mesh.centre)) + mesh.radius
+    travel = float(np.linalg.norm(place_b - place_a)) + _angle(R_b @ R_a.T) * reach
+    travel += _joint_motion(before.model, after.model)
+    # From inside a body's sphere, a tenth of it stands for how near its surface may be.
+    nearest = max(float(np.linalg.norm(place_a)) - reach, 0.1 * reach)
+    return travel / nearest
+
+
+def _joint_motion(before: SpacecraftModel, after: SpacecraftModel) -> float:
+    """How far joints move anything in body axes, at most [m]."""
+    if before is after or not before.joints:
+        return 0.0
+    rest = (0.0,) * len(before.joints)
+    motion = motion_between(before.joints, before.angles or rest, after.angles or rest)
+    spheres = before.mesh.part_spheres
+    moved = [0.0]
+    for joint, matrix in zip(before.joints, motion[1:], strict=True):
+        for middle, radius in ((spheres[p, :3], spheres[p, 3]) for p in joint.parts):
+            shift = matrix[:3, :3] @ middle + matrix[:3, 3] - middle
+            moved.append(float(np.linalg.norm(shift)) + _angle(matrix[:3, :3]) * float(radius))
+    return max(moved)
+
+
+def _ground_motion(state: SceneState, a: CameraState, b: CameraState) -> float:
+    """Of the ground below a moving camera [rad]; 0 where the whole Earth is out of view."""
+    assert state.earth is not None
+    radius = max(state.earth.earth.radii)
+    down = state.earth.position - a.position
+    distance = float(np.linalg.norm(down))
+    height = max(distance - radius, 1.0)
+    disc = np.arcsin(min(radius / distance, 1.0))
+    horizontal, vertical = a.camera.fields_of_view
+    corner = np.arctan(np.hypot(np.tan(0.5 * horizontal), np.tan(0.5 * vertical)))
+    off_axis = np.arccos(np.clip(a.R_camera_from_icrf[2] @ down / distance, -1.0, 1.0))
+    if off_axis > disc + corner:
+        return 0.0
+    return float(np.linalg.norm(b.position - a.position)) / height

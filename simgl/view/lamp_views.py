@@ -1,0 +1,171 @@
+"""What the lamps of a scene are to one camera, and what their shadow maps hold.
+
+Lamp axes: z along the beam, x and y across. A map is a perspective picture from the lamp, cut to
+the part of the beam in which there are spacecraft; it holds 1 / z, which is linear over the map
+for every plane and keeps its digits at any distance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from simgl.arrays import Array, Array32
+from simgl.physics.frames import camera_from_directions
+from simgl.scene.lamps import Lamp, LampState
+from simgl.scene.state import BodyState, CameraState, SceneState
+from simgl.view.detail import WHOLE, Detail
+from simgl.view.shadow_views import Caster
+
+# Texels along a map's edge: 5 mm on a craft of 5 m.
+MAP_SIZE = 1024
+# Nothing closer to a lamp than this casts: it would be the lamp's own housing [m].
+_NEAREST = 0.01
+# The filter looks two texels beyond a receiver.
+_MARGIN = 1.0 + 8.0 / MAP_SIZE
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LampView:
+    """A lamp that lights something, in camera axes.
+
+    key : equal keys mean equal maps
+    place : (3,) float32 [m]
+    axis : (3,) float32 unit, of the beam
+    column, row : (4,) float32 x, y, z, w of the map's texel at v from the lamp:
+        v @ (x, y, z) / (v @ axis) + w
+    intensity : (4,) float32 [W sr-1]
+    """
+
+    lamp: Lamp
+    key: bytes
+    casters: tuple[Caster, ...]
+    place: Array32
+    axis: Array32
+    column: Array32
+    row: Array32
+    intensity: Array32
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Seen:
+    """A body in the beam: its box in tangents of angles off the axis, and its farthest depth."""
+
+    body: BodyState
+    R_lamp_from_body: Array
+    offset: Array
+    low: Array
+    high: Array
+    far: float
+    detail: Detail
+
+
+def lamp_views(
+    state: SceneState, camera: CameraState, details: Mapping[str, Detail] | None = None
+) -> tuple[LampView, ...]:
+    """The lamps that light some spacecraft of the scene.
+
+    details : what stands for each spacecraft, in the picture and in the maps; without, all of it
+    """
+    lit = (lamp for lamp in state.lamps if lamp.lamp.power.any())
+    carriers = ((lamp, state.bodies[lamp.lamp.spacecraft].pose.R_icrf_from_body) for lamp in lit)
+    views = (lamp_view(lamp, R, state, camera, details or {}) for lamp, R in carriers)
+    return tuple(view for view in views if view is not None)
+
+
+def lamp_view(
+    lamp: LampState,
+    carrier: Array,
+    state: SceneState,
+    camera: CameraState,
+    details: Mapping[str, Detail],
+) -> LampView | None:
+    """A lamp before a camera; None where it lights no spacecraft of the scene.
+
+    carrier : (3, 3) R_icrf_from_body of what carries it
+    details : what stands for each spacecraft
+    """
+    # Any turn about the axis serves; one tied to the carrier keeps the map while both stand still.
+    up = carrier[:, int(np.argmin(np.abs(carrier.T @ lamp.direction)))]
+    R_lamp_from_icrf = camera_from_directions(lamp.direction, up)
+    near = max(_NEAREST, lamp.lamp.radius)
+    widest = float(np.tan(lamp.lamp.half_angle + lamp.lamp.edge))
+    seen = []
+    for name, body in state.bodies.items():
+        found = _in_beam(body, lamp, R_lamp_from_icrf, near, widest, details.get(name, WHOLE))
+        if found is not None:
+            seen.append(found)
+    if not seen:
+        return None
+    low = np.min([s.low for s in seen], axis=0)
+    high = np.max([s.high for s in seen], axis=0)
+    middle, half = 0.5 * (low + high), 0.5 * _MARGIN * (high - low)
+    far = max(s.far for s in seen) * 1.001
+    clip_from_lamp = np.zeros((4, 4))
+    clip_from_lamp[0, [0, 2]] = 1.0 / half[0], -middle[0] / half[0]
+    clip_from_lamp[1, 1:3] = 1.0 / half[1], -middle[1] / half[1]
+    clip_from_lamp[2, 2:] = (far + near) / (far - near), -2.0 * far * near / (far - near)
+    clip_from_lamp[3, 2] = 1.0
+    casters = tuple(_caster(s, clip_from_lamp) for s in seen)
+    R_camera_from_lamp = camera.R_camera_from_icrf @ R_lamp_from_icrf.T
+    texels = 0.5 * MAP_SIZE / half
+    first = 0.5 * MAP_SIZE * (1.0 - middle / half)
+    return LampView(
+        lamp=lamp.lamp,
+        key=b"".join(c.key for c in casters),
+        casters=casters,
+        place=_float32(camera.R_camera_from_icrf @ (lamp.position - camera.position)),
+        axis=_float32(R_camera_from_lamp[:, 2]),
+        column=_float32(np.append(R_camera_from_lamp[:, 0] * texels[0], first[0])),
+        row=_float32(np.append(R_camera_from_lamp[:, 1] * texels[1], first[1])),
+        intensity=_float32(lamp.lamp.intensity),
+    )
+
+
+def _float32(values: Array) -> Array32:
+    return np.asarray(values, dtype=np.float32)
+
+
+def _in_beam(
+    body: BodyState,
+    lamp: LampState,
+    R_lamp_from_icrf: Array,
+    near: float,
+    widest: float,
+    detail: Detail,
+) -> _Seen | None:
+    R = R_lamp_from_icrf @ body.pose.R_icrf_from_body
+    offset = R_lamp_from_icrf @ (body.pose.position - lamp.position)
+    hull = body.model.mesh.hull @ R.T + offset
+    front = hull[hull[:, 2] >= near]
+    if len(front) == 0:
+        return None
+    back = hull[hull[:, 2] < near]
+    # Where lines from a corner in front to one behind cross the nearest plane.
+    share = (near - back[:, None, 2]) / (front[None, :, 2] - back[:, None, 2])
+    crossing = back[:, None] + share[..., None] * (front[None, :] - back[:, None])
+    points = np.concatenate([front, crossing.reshape(-1, 3)])
+    tangents = points[:, :2] / points[:, 2:]
+    low = np.maximum(tangents.min(axis=0), -widest)
+    high = np.minimum(tangents.max(axis=0), widest)
+    if np.any(high <= low):
+        return None
+    far = float(max(points[:, 2].max(), 2.0 * near))
+    return _Seen(
+        body=body,
+        R_lamp_from_body=R,
+        offset=offset,
+        low=low,
+        high=high,
+        far=far,
+        detail=detail,
+    )
+
+
+def _caster(seen: _Seen, clip_from_lamp: Array) -> Caster:
+    lamp_from_body = np.eye(4)
+    lamp_from_body[:3, :3], lamp_from_body[:3, 3] = seen.R_lamp_from_body, seen.offset
+    clip = _float32(clip_from_lamp @ lamp_from_body)
+    return Caster(model=seen.body.model, clip_from_body=clip, detail=seen.detail)

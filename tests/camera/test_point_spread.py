@@ -1,0 +1,221 @@
+"""What a lens does after the image is formed: all effects on planes of numbers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from simgl.camera.ghosts import common_area, ghosts
+from simgl.camera.lens import Blur, LensSurface, PointSpread, Zone
+from simgl.camera.point_spread import Spread, SunBefore
+from simgl.physics.constants import SOLAR_CONSTANT, SOLAR_TEMPERATURE
+from simgl.physics.spectrum import black_body_light
+from tests.camera.cameras import DIFFRACTION, camera
+from tests.reference.optics import convolved, point_spread
+
+LIGHT = black_body_light(SOLAR_CONSTANT, SOLAR_TEMPERATURE).irradiance
+WEIGHTS = np.array([3.1e18, 2.8e18, 2.2e18, 4.2e18]) * 0.5 * 7e-15
+
+
+def panel(height: int = 192, width: int = 256) -> np.ndarray[Any, np.dtype[np.float32]]:
+    """Four bands of a sunlit panel, a shadow on it, and dark sky."""
+    planes = np.zeros((4, height, width), dtype=np.float32)
+    planes[:, 60:140, 50:130] = (LIGHT / 200.0)[:, None, None]
+    planes[:, 90:110, 80:100] *= 1e-5
+    return planes
+
+
+def test_a_point_keeps_its_light() -> None:
+    # A picture so large that only 2 lambda N / (pi^2 p R), here 1.5e-3, falls off it.
+    planes = np.zeros((4, 192, 256), dtype=np.float32)
+    planes[:, 96, 128] = 1.0
+    results = Spread(camera(spread=DIFFRACTION)).apply(list(planes))
+    off = 2.0 * np.array([650.0, 550.0, 450.0, 840.0]) * 1e-9 * 4.0 / (np.pi**2 * 3.75e-6 * 108.0)
+    for result, lost in zip(results, off, strict=True):
+        assert result.min() >= 0.0
+        # 108 pixels is the radius of a circle as wide as the picture, within a tenth.
+        assert result.sum(dtype=np.float64) == pytest.approx(1.0 - lost, abs=0.15 * lost)
+
+
+def test_one_sum_of_the_bands_is_the_sum_of_the_spread_bands() -> None:
+    """The mixture of two kernels against the four of the bands."""
+    cam = camera(
+        spread=PointSpread(diffraction=True, zones=(Zone(share=0.0, blur=Blur(aberration=1e-6)),))
+    )
+    planes = panel()
+    # Blue paint beside red.
+    planes[:2, 60:140, 50:90] *= 0.2
+    planes[2:, 60:140, 90:130] *= 0.2
+    four = Spread(cam).apply(list(planes))
+    wanted = np.einsum("b,bhw->hw", WEIGHTS, np.stack(four).astype(np.float64))
+    one = Spread(cam, WEIGHTS[None])
+    (found,) = one.apply(
+        [np.einsum("b,bhw->hw", row, planes).astype(np.float32) for row in one.mixture]
+    )
+    # The third term of a series in the wavelength is left: 0.3 % of the step at the panel's edge.
+    np.testing.assert_allclose(found, wanted, atol=3e-3 * wanted.max())
+    dark = np.s_[150:, 150:]
+    np.testing.assert_allclose(found[dark], wanted[dark], rtol=5e-3)
+
+
+def test_a_panel_and_its_veil_are_those_of_the_reference() -> None:
+    """Against the lens's transfer function sampled as the textbook does, in float64."""
+    cam, planes = camera(spread=DIFFRACTION), panel()
+    found = Spread(cam).apply(list(planes))[1]
+    wanted = convolved(planes[1].astype(np.float64), point_spread(cam, Blur(), 1, 1, 1024))
+    # At corners, where kernels without negative values cannot follow: twice their transfer's 0.025.
+    np.testing.assert_allclose(found, wanted, atol=0.055 * float(planes[1].max()))
+    # Beside the panel, up to where the reference's own light comes back from the other side.
+    for distance in (2, 5, 10, 20, 40, 60):
+        column = np.s_[70:130, 129 + distance]
+        assert found[column].mean() == pytest.approx(wanted[column].mean(), rel=0.025)
+    # In the shadow on it.
+    assert found[100, 90] == pytest.approx(wanted[100, 90], rel=0.01)
+
+
+def test_several_sums_of_the_bands_are_sums_of_the_spread_bands() -> None:
+    """What lies behind colour filters, a glint among it."""
+    cam = camera(spread=DIFFRACTION, veiling_glare=0.01)
+    planes = panel()
+    planes[:, 30, 200] = 900.0
+    filters = np.array([[1.0, 0.1, 0.05, 0.6], [0.1, 0.9, 0.1, 0.5], [0.0, 0.0, 0.0, 0.0]])
+    four = Spread(cam).apply(list(planes))
+    wanted = np.einsum("rb,bhw->rhw", filters, np.stack(four).astype(np.float64))
+    found = Spread(cam, filters).apply(list(planes))
+    # Single precision's noise, 1e-7 of the brightest that it convolves: 300 sunlit plates.
+    np.testing.assert_allclose(found, wanted, rtol=1e-5, atol=3e-5 * wanted[0, 100, 60])
+
+
+def test_veiling_glare_spreads_its_share_evenly() -> None:
+    planes = panel()
+    results = Spread(camera(veiling_glare=0.03)).apply(list(planes))
+    for plane, result in zip(planes, results, strict=True):
+        mean = plane.mean(dtype=np.float64)
+        np.testing.assert_allclose(result, 0.97 * plane + 0.03 * mean, rtol=1e-5)
+        assert result.mean(dtype=np.float64) == pytest.approx(mean, rel=1e-5)
+
+
+def test_veiling_glare_comes_on_top_of_the_spread() -> None:
+    planes = list(panel())
+    spread = Spread(camera(spread=DIFFRACTION)).apply(planes)
+    both = Spread(camera(spread=DIFFRACTION, veiling_glare=0.5)).apply(planes)
+    for plane, one, two in zip(planes, spread, both, strict=True):
+        mean = plane.mean(dtype=np.float64)
+        np.testing.assert_allclose(two, 0.5 * one + 0.5 * mean, rtol=1e-5)
+
+
+def test_zones_blur_their_own_part_of_the_picture() -> None:
+    zones = (
+        Zone(share=0.0, blur=Blur()),
+        Zone(share=0.5, blur=Blur()),
+        Zone(share=1.0, blur=Blur(aberration=12e-6)),
+    )
+    planes = np.zeros((4, 192, 256), dtype=np.float32)
+    planes[:, 96, 128] = 1.0
+    planes[:, 20, 20] = 1.0
+    results = Spread(camera(spread=PointSpread(diffraction=False, zones=zones))).apply(list(planes))
+    # Sharp in the middle.
+    assert results[1][96, 128] == pytest.approx(1.0, abs=1e-5)
+    # Near the corner, 0.83 of the way: two thirds of its light have the outer zone's blur.
+    share = (np.hypot(107.5, 75.5) / np.hypot(128.0, 96.0) - 0.5) / 0.5
+    assert results[1][20, 20] == pytest.approx(1.0 - share + share * 0.0155, abs=2e-3)
+    assert results[1].sum(dtype=np.float64) == pytest.approx(2.0, abs=1e-4)
+
+
+def test_sun_in_the_picture() -> None:
+    """No NaN or infinity, and far from it the tail of its light: lambda N / (pi^3 p r^3)."""
+    cam = camera(512, 384, spread=DIFFRACTION)
+    radius = 10.0
+    y, x = np.mgrid[0:384, 0:512] + 0.5
+    disc = np.hypot(x - 100.0, y - 190.0) < radius
+    sun = 20.1e6 * np.pi / 64.0 * LIGHT / SOLAR_CONSTANT
+    planes = np.where(disc, sun[:, None, None], 0.0).astype(np.float32)
+    planes[:, 150:230, 300:380] += (LIGHT / 200.0)[:, None, None].astype(np.float32)
+    results = Spread(cam).apply(list(planes))
+    for band, nanometres in ((0, 649.0), (1, 549.5), (2, 451.0), (3, 838.0)):
+        found = results[band]
+        assert np.isfinite(found).all()
+        assert found.min() >= 0.0
+        total = planes[band][:, :200].sum(dtype=np.float64)
+        tail = nanometres * 1e-9 * 4.0 / (np.pi**3 * 3.75e-6)
+        for row, column in ((190, 200), (62, 102), (190, 450), (350, 400)):
+            distance = np.hypot(column - 100.0, row - 190.0)
+            # The panel's own light is 1e-6 of the Sun's.
+            patch = found[row - 2 : row + 2, column - 2 : column + 2].mean(dtype=np.float64)
+            # A disc of radius 10 at a distance of 100: 9/8 (10 / 100)^2 = 1 %; the coarse grid 2 %.
+            assert patch == pytest.approx(total * tail / distance**3, rel=0.03)
+
+
+TRIPLET_LIKE = (
+    LensSurface(radius=40e-3, gap=4e-3, index=1.6, reflectance=0.01),
+    LensSurface(radius=-60e-3, gap=0.0, index=1.0, reflectance=0.02),
+)
+
+
+def test_ghost_of_a_single_lens_has_its_place_and_share() -> None:
+    """Two reflections inside a lens of 4 mm: paraxial formulas by hand.
+
+    Powers of the surfaces 15 and 10 m-1, and of the mirrors inside glass 2 n / r.
+    """
+    (ghost,) = ghosts(TRIPLET_LIKE, 1.0 / 24.0)
+    assert ghost.share == pytest.approx(0.01 * 0.02)
+
+    def step(power_in_glass: float, height: float, slope: float) -> tuple[float, float]:
+        slope = slope - power_in_glass * height
+        return height + 4e-3 * slope, slope
+
+    # f = 41.7 mm; thickness makes it 42.1, to which the lens is scaled back.
+    focal = 1.0 / (15.0 + 10.0 - 4e-3 / 1.6 * 150.0)
+    scale = (1.0 / 24.0) / focal
+    back_focus = focal * (1.0 - 4e-3 / 1.6 * 15.0)
+
+    def trace(height: float, slope: float) -> float:
+        u = slope / 1.6 - height * 15.0 / 1.6
+        y = height + 4e-3 * u
+        # The back surface is concave towards the light: it collects; so does the front from behind.
+        u -= 2.0 / 60e-3 * y
+        y += 4e-3 * u
+        u -= 2.0 / 40e-3 * y
+        y += 4e-3 * u
+        u = 1.6 * u - 10.0 * y
+        return y + back_focus * u
+
+    assert ghost.lever == pytest.approx(trace(0.0, 1.0) * scale, rel=1e-9)
+    assert ghost.spread == pytest.approx(abs(trace(1.0, 0.0)), rel=1e-9)
+
+
+@pytest.mark.parametrize("coating", [0.005, 0.04])
+def test_ghosts_hold_the_products_of_the_reflectances(coating: float) -> None:
+    surfaces = tuple(
+        LensSurface(radius=s.radius, gap=s.gap, index=s.index, reflectance=coating)
+        for s in TRIPLET_LIKE
+    )
+    cam = camera(1024, 1024, surfaces=surfaces, focal_length=8e-3, f_number=20.0)
+    sun = SunBefore(
+        direction=np.array([0.02, 0.01, 0.99975]), irradiance=LIGHT, angular_radius=4.65e-3
+    )
+    dark = np.zeros((4, 1024, 1024), dtype=np.float32)
+    # The Sun's own disc, behind which no spacecraft stands.
+    x, y = cam.project(sun.direction)
+    rows, columns = np.mgrid[0:1024, 0:1024] + 0.5
+    dark[:, np.hypot(columns - x, rows - y) < 10.0] = 1e6
+    before = dark.sum(axis=(1, 2), dtype=np.float64)
+    after = np.array([r.sum(dtype=np.float64) for r in Spread(cam).apply(list(dark), sun)])
+    area = np.pi * (8e-3 / 40.0) ** 2 / 3.75e-6**2
+    direct = LIGHT * sun.direction[2] * area
+    # A disc of some hundred pixels on a grid of 8 loses or gains 1 % of its light at its edge; the
+    # float32 disc of the Sun beside it 1e-7 of 3e8.
+    np.testing.assert_allclose(
+        after - before, coating**2 * direct, rtol=0.02, atol=1e-7 * before.max()
+    )
+
+
+def test_area_that_two_circles_share() -> None:
+    # Equal circles of radius 1, their centres 1 apart: 2 pi / 3 - sqrt(3) / 2.
+    found = common_area(1.0, 1.0, np.array([0.0, 1.0, 2.0, 3.0]))
+    np.testing.assert_allclose(
+        found, [np.pi, 2.0 * np.pi / 3.0 - np.sqrt(0.75), 0.0, 0.0], atol=1e-6
+    )
+    assert common_area(2.0, 1.0, np.array(0.5)) == pytest.approx(np.pi)

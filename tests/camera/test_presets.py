@@ -1,0 +1,82 @@
+"""Camera presets: the shipped ones are whole, damaged ones are refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from simgl import assets
+from simgl.camera.detector_tables import SpectralResponse
+from simgl.camera.presets import load_preset, preset_path, shipped_presets
+from simgl.errors import ConfigError
+
+
+@pytest.mark.parametrize("name", shipped_presets())
+def test_every_shipped_preset_is_whole(name: str) -> None:
+    path = preset_path(name)
+    preset = load_preset(path)
+    assert preset.source
+    SpectralResponse(preset, path, 5772.0)
+    # The converter spans the full well within its bits.
+    assert preset.full_well_e / preset.gain_e_per_dn < 2**preset.bits
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("value = [0.45, ", "value = [", "qe.value needs one number for each qe.wavelength_nm"),
+        ("[400, 450,", "[450, 400,", "qe.wavelength_nm must increase, over two points or more"),
+        ("value = [0.45, ", "value = [1.45, ", "qe.value[0] must be a number <= 1.0, got 1.45"),
+        ("[qe]", '[qe]\ncsv = "a.csv"', "qe.value or csv is needed, and not both"),
+        ("width_px = 1280\n", "", "width_px is missing"),
+        ("bits = 12", "bits = 12\nbit = 1", 'bit is not a key here; did you mean "bits"?'),
+    ],
+)
+def test_a_damaged_preset_is_refused(old: str, new: str, message: str, tmp_path: Path) -> None:
+    text = (assets.data() / "cameras" / "mt9m034.toml").read_text()
+    assert text.count(old) == 1
+    path = tmp_path / "mine.toml"
+    path.write_text(text.replace(old, new))
+    with pytest.raises(ConfigError) as caught:
+        SpectralResponse(load_preset(path), path, 5772.0)
+    assert str(caught.value).startswith(f"{path}: {message}")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            "nm,qe\n400,0.5\n500;0.6\n",
+            'line 3 must be a wavelength in nm and a value, got "500;0.6"',
+        ),
+        ("400,0.5\n500,1.6\n", "qe.value must lie in 0..1"),
+        ("400,0.5\n500,nan\n", "qe.value must lie in 0..1"),
+        ("500,0.5\n400,0.6\n", "qe.wavelength_nm must increase, over two points or more"),
+        ("", "qe.wavelength_nm must increase, over two points or more"),
+    ],
+)
+def test_a_damaged_curve_file_is_refused(text: str, message: str, tmp_path: Path) -> None:
+    (tmp_path / "qe.csv").write_text(text)
+    with pytest.raises(ConfigError) as caught:
+        SpectralResponse(load_preset(_with_curve_file(tmp_path)), tmp_path / "mine.toml", 5772.0)
+    assert str(caught.value) == f"{tmp_path / 'qe.csv'}: {message}"
+
+
+def test_a_curve_file_says_the_same_as_lists(tmp_path: Path) -> None:
+    shipped = preset_path("mt9m034")
+    curve = load_preset(shipped).qe
+    assert curve.wavelength_nm is not None
+    assert curve.value is not None
+    rows = [f"{nm}, {value}" for nm, value in zip(curve.wavelength_nm, curve.value, strict=True)]
+    (tmp_path / "qe.csv").write_text("\n".join(["nm, electrons per photon", *rows, ""]))
+    path = _with_curve_file(tmp_path)
+    assert SpectralResponse(load_preset(path), path, 5772.0).plain() == (
+        SpectralResponse(load_preset(shipped), shipped, 5772.0).plain()
+    )
+
+
+def _with_curve_file(folder: Path) -> Path:
+    head, _, _ = preset_path("mt9m034").read_text().partition("[qe]")
+    (folder / "mine.toml").write_text(f'{head}[qe]\ncsv = "qe.csv"\n')
+    return folder / "mine.toml"

@@ -1,0 +1,166 @@
+"""Sunlight past the Earth's air and the Moon: against quadrature, a truth table and limits."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from simgl.arrays import Array
+from simgl.physics.atmosphere import (
+    OZONE_FOOT,
+    OZONE_PEAK,
+    OZONE_TOP,
+    SOURCE,
+    STANDARD,
+    Atmosphere,
+    extinction,
+    grazing_optical_depth,
+    optical_depth_to_space,
+)
+from simgl.physics.eclipse import past_the_moon, sunlit_fraction, sunlit_transmission
+from tests.authorities.eclipse import REDDENED, SUN_HALF_ANGLE_DEG
+
+RADIUS = 6.371e6
+SUN = np.radians(SUN_HALF_ANGLE_DEG)
+SPHERE = np.full(3, RADIUS)
+ALTITUDE = 500e3
+
+
+def density_path(air: Atmosphere, band: int, height: float) -> float:
+    """Optical depth along a grazing ray by adaptive quadrature over its length."""
+    lowest = RADIUS + height
+
+    def extinction(s: float) -> float:
+        h = np.hypot(lowest, s) - RADIUS
+        tent = max(min(h - OZONE_FOOT, OZONE_TOP - h), 0.0) / (OZONE_PEAK - OZONE_FOOT)
+        return float(
+            air.rayleigh[band] / air.rayleigh_scale_height * np.exp(-h / air.rayleigh_scale_height)
+            + air.aerosol[band] / air.aerosol_scale_height * np.exp(-h / air.aerosol_scale_height)
+            + air.ozone[band] / (OZONE_PEAK - OZONE_FOOT) * tent
+        )
+
+    kinks = [
+        float(np.sqrt((RADIUS + e) ** 2 - lowest**2))
+        for e in (OZONE_FOOT, OZONE_PEAK, OZONE_TOP)
+        if RADIUS + e > lowest
+    ]
+    edges = [0.0, *kinks, 2.0e6]
+    pieces = [quad(extinction, a, b, epsabs=0, epsrel=1e-10)[0] for a, b in pairwise(edges)]
+    return 2.0 * float(np.sum(pieces))
+
+
+@pytest.mark.parametrize("air", [STANDARD, SOURCE], ids=lambda a: a.name)
+@pytest.mark.parametrize("height", [0.0, 7e3, 18e3, 30e3, 60e3])
+def test_a_grazing_ray_loses_what_quadrature_says(air: Atmosphere, height: float) -> None:
+    got = grazing_optical_depth(air, RADIUS, np.array([height]))[0]
+    expected = [density_path(air, band, height) for band in range(4)]
+    # 96-point quadrature through the tent's square-root ends: 1e-5 of the ozone's share.
+    np.testing.assert_allclose(got, expected, rtol=1e-4)
+
+
+def light_at(tangent_height: float) -> Array:
+    """Red, green, blue, NIR at 500 km with the Sun's centre at a tangent height [m]."""
+    distance = RADIUS + ALTITUDE
+    angle = np.arcsin((RADIUS + tangent_height) / distance)
+    sun = np.array([-np.cos(angle), np.sin(angle), 0.0])
+    return sunlit_transmission(np.array([distance, 0.0, 0.0]), sun, SUN, SPHERE, SOURCE)
+
+
+@pytest.mark.parametrize(("height_km", "red", "green", "blue"), REDDENED)
+def test_the_setting_sun_reddens_as_in_the_table(
+    height_km: float, red: float, green: float, blue: float
+) -> None:
+    # The table is a Monte Carlo's, with four digits and air up to 100 km.
+    np.testing.assert_allclose(light_at(1e3 * height_km)[:3], (red, green, blue), atol=2e-3)
+
+
+def test_half_of_the_light_is_left_13_km_up_in_red_and_27_in_blue() -> None:
+    heights = np.arange(0.0, 50e3, 100.0)
+    light = np.array([light_at(h) for h in heights])
+    half = [heights[np.argmin(np.abs(light[:, band] - 0.5))] for band in (0, 2)]
+    np.testing.assert_allclose(half, (13e3, 27e3), atol=1e3)
+
+
+def test_the_light_falls_steadily_and_without_steps() -> None:
+    light = np.array([light_at(h) for h in np.arange(-30e3, 160e3, 200.0)])
+    steps = np.diff(light, axis=0)
+    assert np.all(steps > -1e-9)
+    # Nothing changes faster than the bare disc would: 24 km of it by 0.2 km at 2 / pi of its width.
+    assert steps.max() < 0.2 / 24.0 * 4.0 / np.pi
+    assert np.all(light[0] == 0.0)
+    np.testing.assert_allclose(light[-1], 1.0, atol=1e-6)
+
+
+def test_air_without_density_is_no_air() -> None:
+    nothing = Atmosphere(
+        name="nothing",
+        rayleigh=(0.0,) * 4,
+        rayleigh_scale_height=8e3,
+        aerosol=(0.0,) * 4,
+        aerosol_albedo=(1.0,) * 4,
+        aerosol_asymmetry=(0.0,) * 4,
+        aerosol_scale_height=1e3,
+        ozone=(0.0,) * 4,
+    )
+    position = np.array([0.3, 0.2, 6.871e6])
+    for degrees in np.linspace(109.0, 112.5, 40):
+        z = np.radians(degrees)
+        sun = np.array([np.sin(z), 0.0, np.cos(z)])
+        bare = sunlit_fraction(position, sun, SUN, SPHERE)
+        airy = sunlit_transmission(position, sun, SUN, SPHERE, nothing)
+        np.testing.assert_allclose(airy, bare, atol=1e-9)
+
+
+def test_the_moon_covers_what_geometry_says() -> None:
+    """In line, a Moon smaller than the Sun leaves a ring; a larger one leaves nothing."""
+    point, towards = np.zeros(3), np.array([1.0, 0.0, 0.0])
+    near, far = 3.3e8 * towards, 4.1e8 * towards
+    assert not past_the_moon(point, near, towards, SUN).any()
+    ring = 1.0 - (np.arcsin(1737.4e3 / 4.1e8) / SUN) ** 2
+    np.testing.assert_allclose(past_the_moon(point, far, towards, SUN), ring, rtol=1e-5)
+    aside = np.array([0.0, 4e8, 0.0])
+    np.testing.assert_array_equal(past_the_moon(point, aside, towards, SUN), np.ones(4))
+
+
+@pytest.mark.parametrize("air", [STANDARD, SOURCE], ids=lambda a: a.name)
+@pytest.mark.parametrize("height", [0.0, 3e3, 30e3])
+@pytest.mark.parametrize("cosine", [1.0, 0.3, 0.02, 0.0, -0.02])
+def test_a_ray_from_inside_the_air_loses_what_quadrature_says(
+    air: Atmosphere, height: float, cosine: float
+) -> None:
+    start = RADIUS + height
+    if start * np.sqrt(1.0 - cosine**2) < RADIUS:
+        return
+    got = optical_depth_to_space(air, RADIUS, height, np.array([cosine]))[0]
+
+    def along(s: float, band: int) -> float:
+        at = np.sqrt(start**2 + 2.0 * start * cosine * s + s**2) - RADIUS
+        return float(extinction(air, np.array([at]))[0, band])
+
+    edges = [0.0, 20e3, 50e3, 100e3, 200e3, 400e3, 700e3, 1.4e6]
+    for band in range(4):
+        pieces = [
+            quad(along, a, b, args=(band,), epsrel=1e-9, limit=200)[0] for a, b in pairwise(edges)
+        ]
+        # The ray's part above 100 km, and the ozone's kinks under 96 points: 3e-4.
+        np.testing.assert_allclose(got[band], np.sum(pieces), rtol=5e-4, atol=2e-6)
+
+
+@pytest.mark.parametrize("zenith_deg", [0.0, 50.0, 75.0, 89.0])
+def test_sunlight_inside_the_air_joins_that_above_it(zenith_deg: float) -> None:
+    """On the ground it is the vertical's loss by airmass; at the top of the air nothing jumps."""
+    z = np.radians(zenith_deg)
+    sun = np.array([np.cos(z), np.sin(z), 0.0])
+
+    def share(height: float) -> Array:
+        place = np.array([RADIUS + height, 0.0, 0.0])
+        return sunlit_transmission(place, sun, SUN, SPHERE, SOURCE)
+
+    np.testing.assert_allclose(share(99.9e3), share(100.1e3), atol=1e-4)
+    if zenith_deg <= 50.0:
+        vertical = np.array(SOURCE.rayleigh) + np.array(SOURCE.aerosol)
+        # The Earth's curvature shortens the way by 2e-3 of the airmass at 50 deg.
+        np.testing.assert_allclose(share(0.1), np.exp(-vertical / np.cos(z)), rtol=2e-3)

@@ -1,0 +1,105 @@
+"""The Moon's law of reflection sums to the light of its disc; it shows us one face."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from simgl.arrays import Array
+from simgl.physics.ephemeris import moon_position, tai_ns_from_utc
+from simgl.physics.lunar_model import (
+    GEOMETRIC_ALBEDO,
+    disc_brightness,
+    moon_from_icrf,
+    surface_factor,
+)
+
+
+def by_summing_the_disc(phase: float) -> float:
+    """Integral of the law over the visible disc in units of its radius, over the full Moon's."""
+    n = 1500
+    x, y = np.meshgrid(*2 * [(np.arange(n) + 0.5) / n * 2.0 - 1.0])
+    mu = np.sqrt(np.maximum(1.0 - x * x - y * y, 0.0))
+    mu0 = np.maximum(x * np.sin(phase) + mu * np.cos(phase), 0.0) * (mu > 0.0)
+    total = np.sum(mu0 / np.maximum(mu0 + mu, 1e-12)) * (2.0 / n) ** 2
+    # At full Moon the disc function is 1/2.
+    return float(surface_factor(phase) * total / (0.5 * np.pi))
+
+
+@pytest.mark.parametrize("degrees", [0.0, 10.0, 45.0, 90.0, 120.0, 148.0])
+def test_the_law_sums_to_the_measured_phase_curve(degrees: float) -> None:
+    phase = np.radians(degrees)
+    # Squares along the limb and the terminator: some 1 / n of the crescent's width.
+    np.testing.assert_allclose(by_summing_the_disc(phase), disc_brightness(phase), rtol=4e-3)
+
+
+def test_the_quarter_moon_has_an_eleventh_of_the_full_moons_light() -> None:
+    np.testing.assert_allclose(1.0 / disc_brightness(np.radians(90.0)), 11.0, rtol=0.01)
+
+
+def test_the_visual_albedo_is_the_published_one() -> None:
+    # Geometric albedo of the Moon in V: 0.12 (Allen, 4th ed., table 12.8).
+    np.testing.assert_allclose(GEOMETRIC_ALBEDO[1], 0.12, atol=0.005)
+    # Redder than sunlight: B-V 0.92 against the Sun's 0.65 over 107 nm, here over 100 nm.
+    ratio = -2.5 * np.log10(GEOMETRIC_ALBEDO[2] / GEOMETRIC_ALBEDO[1])
+    np.testing.assert_allclose(ratio, 0.27 * 100.0 / 107.0, atol=0.04)
+
+
+# Of Kieffer & Stone (2005), table 4: wavelength [nm], a0 to a3, d1 to d3; libration left out.
+LUNAR_MODEL = np.array(
+    [
+        (665.1, -1.88914, -1.58096, 0.30477, -0.17908, 0.37141, -0.13514, 0.01248),
+        (549.1, -2.10782, -1.66736, 0.41697, -0.22026, 0.36814, -0.09815, -0.00000),
+        (441.6, -2.31964, -1.72114, 0.37286, -0.19304, 0.37935, -0.09562, 0.00970),
+        (865.3, -1.74561, -1.58482, 0.35009, -0.19569, 0.39200, -0.18837, 0.00978),
+    ]
+)
+
+
+def over_the_lunar_model(degrees: float) -> Array:
+    """(4,) light of the disc over the model's, R, G, B, N at one wavelength each."""
+    phase = np.radians(degrees)
+    a, d = LUNAR_MODEL[:, 1:5], LUNAR_MODEL[:, 5:]
+    near = [
+        np.exp(-degrees / 4.06054),
+        np.exp(-degrees / 12.8802),
+        np.cos((degrees + 30.5858) / 16.7498),
+    ]
+    model = np.exp(a @ phase ** np.arange(4) + d @ near)
+    return GEOMETRIC_ALBEDO * disc_brightness(phase) / model
+
+
+@pytest.mark.parametrize("degrees", [10.0, 20.0, 45.0, 90.0, 120.0])
+def test_its_light_is_that_of_the_lunar_irradiance_model(degrees: float) -> None:
+    # A tenth of a magnitude for Allen's curve, some 5 % for the model's scale.
+    np.testing.assert_allclose(over_the_lunar_model(degrees), 1.0, atol=0.15)
+
+
+def test_its_colour_is_that_of_the_lunar_irradiance_model_at_45_deg() -> None:
+    ratio = over_the_lunar_model(45.0)
+    # One wavelength for a band: neighbours in the table stand up to 6 % off a smooth line.
+    np.testing.assert_allclose(ratio / ratio[1], 1.0, atol=0.06)
+
+
+def test_the_moon_shows_the_earth_one_face_but_for_its_libration() -> None:
+    start = tai_ns_from_utc("2020-01-01T00:00:00")
+    days = start + np.arange(0, 6798, 3) * 86_400_000_000_000  # one turn of the orbit's node
+    seen = []
+    for tai_ns in days.tolist():
+        towards_earth = -moon_position(tai_ns)
+        x, y, z = moon_from_icrf(tai_ns) @ (towards_earth / np.linalg.norm(towards_earth))
+        seen.append(np.degrees([np.arctan2(y, x), np.arcsin(z)]))
+    east, north = np.array(seen).T
+    # Optical libration from the Earth's centre: 7.9 deg in longitude, 6.9 in latitude, mean 0.
+    assert 7.0 < np.abs(east).max() < 8.3
+    assert 6.5 < np.abs(north).max() < 7.0
+    np.testing.assert_allclose([east.mean(), north.mean()], 0.0, atol=0.2)
+
+
+def test_the_moons_axis_leans_by_cassinis_angle() -> None:
+    R = moon_from_icrf(tai_ns_from_utc("2026-03-20T12:00:00"))
+    np.testing.assert_allclose(R @ R.T, np.eye(3), atol=1e-14)
+    np.testing.assert_allclose(np.linalg.det(R), 1.0, atol=1e-14)
+    obliquity = np.radians(23.4393)
+    ecliptic_pole = np.array([0.0, -np.sin(obliquity), np.cos(obliquity)])
+    np.testing.assert_allclose(np.degrees(np.arccos(R[2] @ ecliptic_pole)), 1.543, atol=0.03)

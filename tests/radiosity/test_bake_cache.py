@@ -1,0 +1,101 @@
+"""Bakes in files: found again, mended when damaged, done without when they cannot be kept."""
+
+from __future__ import annotations
+
+import weakref
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from simgl.disk_cache import cache_folder
+from simgl.radiosity import bake_cache as cache
+from simgl.radiosity import transport_store as models
+from simgl.radiosity.bake import BakeSettings
+from simgl.radiosity.bake_cache import transport_of
+from simgl.radiosity.transport_store import KEPT, TransportStore
+from simgl.scene.mesh import Mesh
+from simgl.scene.spacecraft import SpacecraftModel
+from tests.radiosity.shapes import OPEN_BOX, moved, quads
+
+QUICK = BakeSettings(patches=50, patch_rays=32, site_rays=16, added_triangles=50)
+
+
+@pytest.fixture(autouse=True)
+def _own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+
+
+def test_a_bake_is_found_again_bit_for_bit(monkeypatch: pytest.MonkeyPatch) -> None:
+    calls: list[tuple[int, int]] = []
+    mesh = quads(OPEN_BOX)
+    first = transport_of(
+        mesh, open_sheets=True, settings=QUICK, progress=lambda *done: calls.append(done)
+    )
+    assert calls[0][0] == 0
+    assert calls[-1][0] == calls[-1][1] > 0
+    monkeypatch.setattr(cache, "bake", None)
+    again = transport_of(mesh, open_sheets=True, settings=QUICK)
+    assert first is not None
+    assert again is not None
+    assert again.mesh.digest == first.mesh.digest
+    assert again.sides == 2
+    assert (again.gather != first.gather).nnz == 0
+    assert (again.form_factors != first.form_factors).nnz == 0
+    np.testing.assert_array_equal(again.site_of_vertex, first.site_of_vertex)
+
+
+@pytest.mark.parametrize("content", [b"", b"not a file of arrays", None])
+def test_a_damaged_file_is_made_anew(content: bytes | None) -> None:
+    mesh = quads(OPEN_BOX)
+    transport_of(mesh, open_sheets=True, settings=QUICK)
+    (path,) = cache_folder("transport").iterdir()
+    whole = path.read_bytes()
+    path.write_bytes(whole[: len(whole) // 2] if content is None else content)
+    assert transport_of(mesh, open_sheets=True, settings=QUICK) is not None
+    assert path.read_bytes() == whole
+    assert list(cache_folder("transport").iterdir()) == [path]
+
+
+def test_a_folder_that_cannot_be_written_costs_the_file_only(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    blocked = tmp_path / "file"
+    blocked.write_text("in the way")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(blocked))
+    with pytest.warns(RuntimeWarning, match="Not a directory; light between surfaces is traced"):
+        found = transport_of(quads(OPEN_BOX), open_sheets=True, settings=QUICK)
+    assert found is not None
+
+
+def test_other_settings_are_another_file() -> None:
+    mesh = quads(OPEN_BOX)
+    transport_of(mesh, open_sheets=True, settings=QUICK)
+    transport_of(mesh, open_sheets=False, settings=QUICK)
+    assert len(list(cache_folder("transport").iterdir())) == 2
+
+
+def test_of_the_many_shapes_of_an_arm_on_the_move_the_last_ones_are_kept(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    traced: list[str] = []
+
+    class Traced:
+        """Stands for a transport."""
+
+    def trace(mesh: Mesh, **_: object) -> Traced:
+        traced.append(mesh.digest)
+        return Traced()
+
+    monkeypatch.setattr(models, "transport_of", trace)
+    box = quads(OPEN_BOX)
+    poses = [
+        SpacecraftModel(name="arm", mesh=moved(box, (0.0, 0.0, z)), parts=("arm",), materials=())
+        for z in np.linspace(1.0, 2.0, KEPT + 1).tolist()
+    ]
+    transports = TransportStore()
+    first = weakref.ref(transports.of(poses[0]))
+    for pose in 2 * poses[1:]:
+        transports.of(pose)
+    assert traced == [pose.mesh.digest for pose in poses]
+    assert first() is None

@@ -1,0 +1,127 @@
+"""The turned sampling grid: complete, even, and within its raster."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from simgl.arrays import Array, IndexArray
+from simgl.sample_grid import (
+    FEWEST,
+    MOST,
+    PIXEL_CENTRES,
+    SampleGrid,
+    choose_lattice,
+    turned_lattice,
+)
+
+quick = settings(deadline=None, database=None, max_examples=60)
+lattices = pytest.mark.parametrize("samples", [FEWEST, 7.3, 16, 37, 101, MOST])
+sizes = st.integers(1, 60)
+
+
+def sample_places(sample_grid: SampleGrid, width: int, height: int) -> Array:
+    """(n, 2) pixel coordinates of the centres of all texels of a tile's raster."""
+    columns, rows = sample_grid.raster_size(width, height)
+    u, v = np.meshgrid(np.arange(columns) + 0.5, np.arange(rows) + 0.5, indexing="ij")
+    raster_from_pixel = sample_grid.raster_from_pixel(width)
+    texels = np.stack([u.ravel(), v.ravel()]) - raster_from_pixel[:, 2:]
+    return np.asarray(np.linalg.solve(raster_from_pixel[:, :2], texels).T)
+
+
+def per_pixel(sample_grid: SampleGrid, width: int, height: int) -> IndexArray:
+    """(width, height) samples within each pixel."""
+    edges = [np.arange(width + 1), np.arange(height + 1)]
+    counts, _ = np.histogramdd(sample_places(sample_grid, width, height), bins=edges)
+    return counts.astype(np.int64)
+
+
+@lattices
+def test_a_pixel_holds_n_samples_on_average_and_never_none(samples: float) -> None:
+    counts = per_pixel(turned_lattice(samples), 60, 40)
+    assert counts.min() >= 1
+    # A convex region of area n and perimeter 4 sqrt(n) has about one sample an edge length too many
+    # or few along its rim of 200 sqrt(n) grid steps: far below a perimeter of samples.
+    assert abs(counts.sum() - samples * 60 * 40) < 200.0 * np.sqrt(samples)
+
+
+@lattices
+def test_the_samples_of_a_pixel_stand_in_different_columns_and_rows(samples: float) -> None:
+    sample_grid = turned_lattice(samples)
+    places = sample_places(sample_grid, 3, 3)
+    inside = places[np.all((places > 1.0) & (places < 2.0), axis=1)]
+    for axis in range(2):
+        gaps = np.diff(np.sort(inside[:, axis]))
+        # A grid along the pixels would repeat each column sqrt(n) times, with gaps of zero. The
+        # three-gap theorem for a slope of type [0; 4, 4, ...] keeps them above 1 / (6 n) or so.
+        assert gaps.min() > 1.0 / (10.0 * samples)
+
+
+@lattices
+def test_samples_do_not_favour_a_side_of_the_pixel(samples: float) -> None:
+    sample_grid = turned_lattice(samples)
+    places = sample_places(sample_grid, 60, 40)
+    inside = np.all((places > 0.0) & (places < [60.0, 40.0]), axis=1)
+    mean = np.mod(places[inside], 1.0).mean(axis=0)
+    # Positions spread evenly modulo 1: a discrepancy of a few parts in the count.
+    count = int(inside.sum())
+    np.testing.assert_allclose(mean, 0.5, rtol=0.0, atol=0.2 * np.sqrt(1.0 / count) + 1e-3)
+
+
+@quick
+@given(st.floats(FEWEST, MOST), sizes, sizes)
+def test_the_raster_holds_every_sample_of_its_tile(samples: float, width: int, height: int) -> None:
+    sample_grid = turned_lattice(samples)
+    columns, rows = sample_grid.raster_size(width, height)
+    corners = np.array([[0, 0, 1], [width, 0, 1], [0, height, 1], [width, height, 1]])
+    u, v = sample_grid.raster_from_pixel(width) @ corners.T
+    # Of a texel that reaches out by less than this, the centre is well inside.
+    assert u.min() >= -1e-9
+    assert v.min() >= -1e-9
+    assert u.max() <= columns + 1e-9
+    assert v.max() <= rows + 1e-9
+    # And it is no larger than it must be.
+    assert columns - u.max() < 1.0
+    assert rows - v.max() < 1.0
+
+
+@quick
+@given(st.floats(FEWEST, MOST), st.integers(0, 30), st.integers(0, 30))
+def test_every_sample_of_a_pixel_lies_within_reach_of_its_centres_texel(
+    samples: float, column: int, row: int
+) -> None:
+    sample_grid = turned_lattice(samples)
+    raster_from_pixel = sample_grid.raster_from_pixel(31)
+    corners = np.array([[column + i, row + j, 1.0] for i in (0, 0.5, 1) for j in (0, 0.5, 1)])
+    texels = np.floor(corners @ raster_from_pixel.T)
+    centre = np.floor(raster_from_pixel @ np.array([column + 0.5, row + 0.5, 1.0]))
+    assert np.abs(texels - centre).max() <= sample_grid.reach
+
+
+def test_the_grid_is_square_and_keeps_its_handedness() -> None:
+    turn = turned_lattice(37.0).turn
+    # n samples for each unit of area, both directions alike, at a right angle.
+    np.testing.assert_allclose(turn @ turn.T, 37.0 * np.eye(2), rtol=1e-14, atol=1e-13)
+    assert np.linalg.det(turn) == pytest.approx(37.0, rel=1e-14)
+
+
+def test_pixel_centres_are_the_pixels_themselves() -> None:
+    assert PIXEL_CENTRES.raster_size(7, 5) == (7, 5)
+    np.testing.assert_array_equal(PIXEL_CENTRES.raster_from_pixel(7), np.eye(2, 3))
+
+
+@pytest.mark.parametrize(
+    ("pixels", "budget", "samples"),
+    [
+        (1000, 37_000, 37),
+        (1000, 37_999, 37),
+        (10**6, 10**6, FEWEST),  # never fewer, whatever it costs
+        (10, 10**9, MOST),
+    ],
+)
+def test_the_budget_chooses_the_finest_grid_it_can_pay(
+    pixels: int, budget: int, samples: int
+) -> None:
+    assert choose_lattice(pixels, budget) == turned_lattice(samples)

@@ -1,0 +1,1 @@
+"""Programs that make what simgl ships: models, maps, catalogues, generated pages."""
