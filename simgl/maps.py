@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from simgl.arrays import AnyArray
-from simgl.camera.exposure_value import blender_exposure, exposure_value
+from simgl.camera.camera_equation import blender_exposure, exposure_value
 from simgl.false_colour import (
     LEGEND,
     SOURCE_SOLAR_CONSTANT,

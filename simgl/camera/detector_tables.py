@@ -17,11 +17,16 @@ from simgl.camera.camera_schema import (
     CurveTable,
     ParticlesTable,
 )
-from simgl.camera.detector import Detector, FixedPattern, Mosaic, Particles
-from simgl.camera.silicon import REFERENCE_TEMPERATURE
-from simgl.config.band_values import Four, fractions
+from simgl.camera.detector import (
+    REFERENCE_TEMPERATURE,
+    Detector,
+    FixedPattern,
+    Mosaic,
+    Particles,
+)
 from simgl.config.path_sandbox import Base
 from simgl.config.validation import read_text
+from simgl.config.value_types import Four, fractions
 from simgl.errors import AssetError, ConfigError
 from simgl.physics.spectrum import photon_mean
 

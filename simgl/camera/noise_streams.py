@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simgl.arrays import Array, UIntArray
+from simgl.camera.camera import Camera
 
 _MULTIPLIERS = np.array([0xD2511F53, 0xCD9E8D57], dtype=np.uint64)
 _WEYL = np.array([0x9E3779B9, 0xBB67AE85], dtype=np.uint64)
@@ -65,11 +66,6 @@ def frame_key(seed: int, camera: str, stream: Stream) -> UIntArray:
     return np.array([seed, stream ^ camera_salt(camera)], dtype=np.uint32)
 
 
-def pattern_key(serial: int, stream: Stream) -> UIntArray:
-    """(2,) key of something that stays with a camera for life."""
-    return np.array([serial, stream], dtype=np.uint32)
-
-
 def epoch_words(tai_ns: int) -> tuple[int, int]:
     """Low and high half of an epoch [TAI ns]."""
     return tai_ns & 0xFFFFFFFF, (tai_ns >> 32) & 0xFFFFFFFF
@@ -81,18 +77,6 @@ def list_words(count: int, key: UIntArray, epoch: tuple[int, int] = (0, 0)) -> U
     counter[:, 0] = np.arange(count)
     counter[:, 2:] = epoch
     return philox(counter, key)
-
-
-def pixel_words(
-    width: int, height: int, key: UIntArray, epoch: tuple[int, int] = (0, 0)
-) -> UIntArray:
-    """(height, width) words, one a pixel."""
-    groups = -(-width // PIXELS)
-    y, x = np.divmod(np.arange(groups * height, dtype=np.uint32), np.uint32(groups))
-    counter = np.zeros((groups * height, 4), dtype=np.uint32)
-    counter[:, 0] = x + (y << np.uint32(16))
-    counter[:, 2:] = epoch
-    return philox(counter, key).reshape(height, groups * PIXELS)[:, :width]
 
 
 def uniform_01(words: UIntArray) -> Array:
@@ -114,3 +98,11 @@ def normal(u: NDArray[np.floating[Any]]) -> Array:
     tail = ((0.17023821103 * s + 1.3067284816) * s + 2.7568153900) * s + 1.4234372777
     tail /= (0.12021132975 * s + 0.73700164250) * s + 1.0
     return np.where(np.abs(q) <= 0.425, middle, np.copysign(tail, q))
+
+
+def row_offsets(camera: Camera, tai_ns: int, seed: int) -> Array:
+    """(height,) offset of each row in one frame [e-]."""
+    detector = camera.detector
+    key = frame_key(seed, camera.name, Stream.ROW_NOISE)
+    words = list_words(-(-detector.height // PIXELS), key, epoch_words(tai_ns))
+    return detector.row_noise * normal(uniform_01(words).ravel()[: detector.height])

@@ -11,9 +11,9 @@ from simgl.camera.camera_schema import CameraPresetTable, CameraSettingsTable
 from simgl.camera.detector_tables import read_detector
 from simgl.camera.lens_schema import OpticsTable
 from simgl.camera.lens_tables import check_optics, read_lidar, read_optics
-from simgl.config.band_values import fractions
 from simgl.config.path_sandbox import Base, beside
 from simgl.config.validation import convert, read_toml
+from simgl.config.value_types import fractions
 from simgl.errors import AssetError, did_you_mean
 
 

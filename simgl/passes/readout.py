@@ -19,9 +19,8 @@ from simgl.arrays import Array32
 from simgl.camera.blooming import spilt
 from simgl.camera.camera import Camera
 from simgl.camera.detector import Detector
-from simgl.camera.noise_streams import PIXELS, camera_salt, epoch_words
+from simgl.camera.noise_streams import PIXELS, camera_salt, epoch_words, row_offsets
 from simgl.camera.particle_hits import hits
-from simgl.camera.row_effects import row_offsets
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.render_targets import Format, ImageTarget

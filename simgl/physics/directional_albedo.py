@@ -7,13 +7,18 @@ from functools import lru_cache
 import numpy as np
 
 from simgl.arrays import Array, Array32
-from simgl.physics.brdf import lambda_smith
 
 # Nodes of the table that shaders look up, along either axis. Linear interpolation between them is
 # good to 0.002 of the incident light, above all where a smooth lobe meets the horizon.
 TABLE_SIZE = 48
 
 _GRAZING, _SMOOTHEST = 1e-3, 1e-4
+
+
+def lambda_smith(cosine: Array, alpha: float | Array) -> Array:
+    """Smith's auxiliary function of the GGX distribution (Heitz 2014, eq. 72)."""
+    tangent2 = (1.0 - cosine**2) / cosine**2
+    return 0.5 * (np.sqrt(1.0 + alpha**2 * tangent2) - 1.0)
 
 
 def lobe_albedo(cosine: Array, alpha: Array, *, order: int = 32) -> tuple[Array, Array]:
@@ -54,21 +59,6 @@ def lobe_albedo(cosine: Array, alpha: Array, *, order: int = 32) -> tuple[Array,
         np.sum(escaping * (1.0 - schlick), axis=(1, 2)),
         np.sum(escaping * schlick, axis=(1, 2)),
     )
-
-
-def base_loss(cosine: Array) -> Array:
-    """Mean of (1 - VoH)^5 over a uniform sky, weighted by its cosine: of the light that Schlick's
-    Fresnel term leaves at normal incidence, the share that the base does not get.
-
-    cosine : (k,) between normal and viewer; returns : (k,)
-    """
-    count = 400
-    u = (np.arange(count) + 0.5) / count
-    sine = np.sqrt(u)[:, None]
-    x, z = sine * np.cos(2.0 * np.pi * u), np.sqrt(1.0 - sine**2)
-    VoL = np.sqrt(1.0 - cosine[:, None, None] ** 2) * x + cosine[:, None, None] * z
-    VoH = np.sqrt(np.maximum(0.5 * (1.0 + VoL), 0.0))
-    return np.mean((1.0 - VoH) ** 5, axis=(1, 2))
 
 
 @lru_cache(maxsize=1)

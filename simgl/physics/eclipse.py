@@ -166,20 +166,6 @@ def _arc_profile(disc_radius: float, separation: float, theta: Array, limb: Arra
     return np.einsum("j,kjb->kb", weight, profile)
 
 
-def sunlit_fraction(
-    position: Array, sun_direction: Array, sun_angular_radius: float, radii: Array
-) -> float:
-    """Fraction of the Sun's disc visible past an ellipsoid without atmosphere.
-
-    position : (3,) from the ellipsoid's centre, in its axes [m]; outside it
-    sun_direction : (3,) unit, in the same axes
-    sun_angular_radius : [rad]
-    radii : (3,) semi-axes [m]
-    """
-    share = sunlit_shares(position, sun_direction, sun_angular_radius, radii, UNIFORM)
-    return float(share[0])
-
-
 def sunlit_shares(
     position: Array,
     sun_direction: Array,
@@ -187,9 +173,13 @@ def sunlit_shares(
     radii: Array,
     limb: Array,
 ) -> Array:
-    """(4,) share of the Sun's light in each band that passes an ellipsoid without atmosphere.
+    """(4,) fraction of the Sun's light in each band that passes an ellipsoid without atmosphere.
 
-    Arguments as for ``sunlit_fraction``; limb : (2, 4) darkening of the Sun's disc.
+    position : (3,) from the ellipsoid's centre, in its axes [m]; outside it
+    sun_direction : (3,) unit, in the same axes
+    sun_angular_radius : [rad]
+    radii : (3,) semi-axes [m]
+    limb : (2, 4) limb darkening of the Sun's disc
     """
     separation = angle_between(-position, sun_direction)
     if separation - sun_angular_radius > 0.5 * np.pi:
