@@ -1,4 +1,4 @@
-"""Directional albedos of the metallic-roughness model, by quadrature."""
+"""Directional albedo of the GGX lobe, by quadrature: the look-up table of the shaders."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import numpy as np
 
 from simgl.arrays import Array, Array32
 
-# Nodes of the table that shaders look up, along either axis. Linear interpolation between them is
-# good to 0.002 of the incident light, above all where a smooth lobe meets the horizon.
+# Nodes along either axis of the shaders' look-up table. Linear interpolation is accurate to 0.002
+# of the incident light; the error is largest where a narrow lobe meets the horizon.
 TABLE_SIZE = 48
 
 _GRAZING, _SMOOTHEST = 1e-3, 1e-4
@@ -22,16 +22,17 @@ def lambda_smith(cosine: Array, alpha: float | Array) -> Array:
 
 
 def lobe_albedo(cosine: Array, alpha: Array, *, order: int = 32) -> tuple[Array, Array]:
-    """Share of a uniform light that the GGX lobe sends to a viewer: F0 times the first, plus the
-    second.
+    """Directional albedo of the GGX lobe as scale a and bias b: albedo = F0 a + b.
 
-    cosine : (k,) between normal and viewer; alpha : (k,) width of the lobe, roughness^2
-    returns : two (k,)
+    cosine : (k,) between normal and viewer
+    alpha : (k,) width of the lobe, roughness^2
+    order : quadrature nodes along either axis
+    returns : a and b, (k,) each
 
-    The integral of f cos over the hemisphere, f = F D G2 / (4 cos cos), with Schlick's Fresnel
-    split into its parts: the mean over the normals that the viewer sees of G2 / G1 (Heitz 2018,
-    eq. 19) times 1 - (1 - VoH)^5, and times (1 - VoH)^5. Normals by Heitz' map from the unit disc;
-    Gauss-Legendre along its radius, crowded at the rim that holds the lobe's long tail.
+    The integral of f cos over the hemisphere, f = F D G2 / (4 cos cos), with Schlick's Fresnel term
+    split: the mean over the visible normals of G2 / G1 (Heitz 2018, eq. 19) times
+    1 - (1 - VoH)^5 gives a, times (1 - VoH)^5 gives b. Normals by Heitz' map from the unit disc;
+    Gauss-Legendre along its radius with dense nodes at the rim, which holds the lobe's tail.
     """
     nodes, weights = np.polynomial.legendre.leggauss(order)
     rest = 0.5 * (1.0 - nodes)
@@ -63,8 +64,10 @@ def lobe_albedo(cosine: Array, alpha: Array, *, order: int = 32) -> tuple[Array,
 
 @lru_cache(maxsize=1)
 def lobe_table() -> Array32:
-    """(TABLE_SIZE, TABLE_SIZE, 2) of ``lobe_albedo``: rows by roughness 0..1, columns by the square
-    root of the cosine 0..1, both in equal steps with the ends on the first and last texel.
+    """(TABLE_SIZE, TABLE_SIZE, 2) table of ``lobe_albedo``.
+
+    Rows by roughness 0..1, columns by the square root of the cosine 0..1, in equal steps with the
+    ends on the first and last texel.
     """
     steps = np.linspace(0.0, 1.0, TABLE_SIZE)
     cosine = np.maximum(steps**2, _GRAZING)
