@@ -8,6 +8,6 @@ land_reflectance, sea_surface, regolith, lunar_model
                                reflectance of planetary surfaces
 starlight, directional_albedo  band irradiance of stars; look-up table of the GGX lobe
 
-Imports ``arrays`` and ``assets`` only. A new formula goes to the module of its subject, with its
+Imports ``arrays`` only. A new formula goes to the module of its subject, with its
 source in the docstring and a test against a published number in tests/physics.
 """

@@ -8,7 +8,7 @@ import numpy as np
 from scipy import stats
 
 from simgl.arrays import Array, Image16, UIntArray
-from simgl.camera.blooming import spilt
+from simgl.camera.blooming import with_blooming
 from simgl.camera.camera import Camera
 from simgl.camera.camera_equation import square_electrons_per_irradiance
 from simgl.camera.detector import Detector
@@ -125,7 +125,9 @@ def digital(camera: Camera, light: Array, tai_ns: int, seed: int) -> Image16:
     pixels, deposits = hits(camera, tai_ns, seed)
     electrons.ravel()[pixels] += deposits
     if d.blooming > 0.0:
-        electrons = spilt(electrons.astype(np.float32), d.full_well, d.blooming).astype(np.float64)
+        electrons = with_blooming(electrons.astype(np.float32), d.full_well, d.blooming).astype(
+            np.float64
+        )
     signal = np.minimum(electrons, d.full_well) + pattern.offset
     if d.row_noise > 0.0:
         signal = signal + row_offsets(camera, tai_ns, seed)[:, None]
