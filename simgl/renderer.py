@@ -27,7 +27,7 @@ from simgl.passes.shadow import ShadowPass
 from simgl.passes.surface import LIGHTS, SurfacePass
 from simgl.passes.truth import TruthPass
 from simgl.passes.warp import WarpPass
-from simgl.progress import Progress
+from simgl.progress import ProgressCallback
 from simgl.radiosity.final_gather import LitBody
 from simgl.radiosity.transport_store import TransportStore
 from simgl.scene.earth import Earth
@@ -81,7 +81,7 @@ class Renderer:
         self,
         models: Iterable[SpacecraftModel],
         earth: Earth | None = None,
-        progress: Progress | None = None,
+        progress: ProgressCallback | None = None,
         far: Iterable[SpacecraftModel] = (),
     ) -> None:
         """Trace how the surfaces of models see each other, and make the tables of the Earth's air,

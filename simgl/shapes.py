@@ -9,7 +9,7 @@ import numpy as np
 from simgl.arrays import IndexArray
 from simgl.levels.levels import Levels, levels_of
 from simgl.lru_cache import LruCache
-from simgl.progress import Progress
+from simgl.progress import ProgressCallback
 from simgl.radiosity.transport_store import TransportStore
 from simgl.radiosity.vertex_light import light_on_vertices
 from simgl.scene.mesh import Mesh
@@ -56,7 +56,7 @@ class Shapes:
         self._drawn = LruCache[tuple[int, tuple[int, ...]], Drawn](_DRAWN_KEPT)
 
     def levels(
-        self, model: SpacecraftModel, progress: Progress | None = None, *, exchanging: bool
+        self, model: SpacecraftModel, progress: ProgressCallback | None = None, *, exchanging: bool
     ) -> tuple[Mesh, Levels]:
         """What a model is drawn from where it is far, made at the first call if no file has it.
 

@@ -13,7 +13,7 @@ from simgl.disk_cache import cache_folder, read_arrays, write_arrays
 from simgl.levels.collapse import Collapser, Surface
 from simgl.levels.measure import Pieces, deviations, projected_areas
 from simgl.levels.triangles import doubled_areas
-from simgl.progress import Progress, silent
+from simgl.progress import ProgressCallback, silent
 from simgl.scene.detail_steps import RUNGS
 from simgl.scene.mesh import Mesh
 
@@ -74,7 +74,7 @@ class Levels:
 
 
 def levels_of(
-    mesh: Mesh, progress: Progress | None = None, values: Array32 | None = None
+    mesh: Mesh, progress: ProgressCallback | None = None, values: Array32 | None = None
 ) -> Levels:
     """The levels of a mesh, from the file of an earlier run where there is one.
 
@@ -117,7 +117,7 @@ def _fits(levels: Levels, mesh: Mesh) -> bool:
 
 
 def make_levels(
-    mesh: Mesh, progress: Progress | None = None, values: Array32 | None = None
+    mesh: Mesh, progress: ProgressCallback | None = None, values: Array32 | None = None
 ) -> Levels:
     """The levels, computed; values : see ``levels_of``. The same mesh gives the same ones."""
     report = silent if progress is None else progress

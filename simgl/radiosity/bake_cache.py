@@ -11,7 +11,7 @@ import numpy as np
 from scipy import sparse
 
 from simgl.disk_cache import cache_folder, read_arrays, write_arrays
-from simgl.progress import Progress
+from simgl.progress import ProgressCallback
 from simgl.radiosity.bake import BakeSettings, bake, sees_itself
 from simgl.radiosity.light_transport import LightTransport
 from simgl.scene.mesh import Mesh
@@ -27,7 +27,7 @@ def transport_of(
     *,
     open_sheets: bool,
     settings: BakeSettings = BakeSettings(),
-    progress: Progress | None = None,
+    progress: ProgressCallback | None = None,
 ) -> LightTransport | None:
     """The transport of a body, from the file of an earlier bake where there is one.
 

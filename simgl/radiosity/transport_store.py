@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from simgl.lru_cache import LruCache
-from simgl.progress import Progress
+from simgl.progress import ProgressCallback
 from simgl.radiosity.bake_cache import transport_of
 from simgl.radiosity.light_transport import LightTransport
 from simgl.scene.spacecraft import SpacecraftModel
@@ -22,7 +22,9 @@ class TransportStore:
     def __init__(self) -> None:
         self._found = LruCache[tuple[str, bool], LightTransport | None](KEPT)
 
-    def of(self, model: SpacecraftModel, progress: Progress | None = None) -> LightTransport | None:
+    def of(
+        self, model: SpacecraftModel, progress: ProgressCallback | None = None
+    ) -> LightTransport | None:
         """How a model's surfaces see each other; None where none sees another.
 
         Traced at the first call, if no file has it. Joints stand at the nearest multiple of
