@@ -5,44 +5,22 @@ from __future__ import annotations
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
-from dataclasses import dataclass
 
 import moderngl
 
 from simgl.arrays import Array32
 from simgl.environment_map import COARSE, FINE, ROUGHNESS, SkyRadiance, irradiance, prefiltered
 from simgl.gpu.render_targets import Format, ImageTarget
+from simgl.passes.drawn_spacecraft import EnvironmentProbe, SkyTextures
 from simgl.radiosity.solver import beside
 from simgl.view.background import Background, SkyView
 
 # Skies kept for views that come back; a picture of more spacecraft keeps as many as it needs.
 KEPT = 8
 
-Textures = tuple[moderngl.TextureCube, moderngl.Texture3D, moderngl.Texture]
 # Irradiance, and what glossy lobes see.
 _Sums = tuple[Array32, Array32]
 DrawBackground = Callable[[Background, moderngl.Framebuffer, tuple[int, int, int, int]], None]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class EnvironmentProbe:
-    """The sky of one spacecraft.
-
-    sky : on the CPU
-    cube : its radiance as a cube map, body axes
-    lobes : what glossy lobes see, an octahedral map for each of ``simgl.environment_map.ROUGHNESS``
-    irradiance : an octahedral map by normal
-    """
-
-    sky: SkyRadiance
-    cube: moderngl.TextureCube
-    lobes: moderngl.Texture3D
-    irradiance: moderngl.Texture
-
-    @property
-    def textures(self) -> Textures:
-        """What the surface shader reads."""
-        return self.cube, self.lobes, self.irradiance
 
 
 def _sums(sky: SkyRadiance) -> _Sums:
@@ -103,7 +81,7 @@ class EnvironmentProbePass:
             self._draw_background(face, target.framebuffer, (0, row * n, n, n))
         return SkyRadiance(radiance=target.read().reshape(6, n, n, 4))
 
-    def _free_textures(self, kept: int, texels: int) -> Textures:
+    def _free_textures(self, kept: int, texels: int) -> SkyTextures:
         if len(self._probes) >= kept:
             cube, lobes, plane = self._probes.popitem(last=False)[1].textures
             if cube.size == (texels, texels):
