@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 
 import moderngl
 
 from simgl.arrays import Array32
 from simgl.camera.camera import Camera
+from simgl.environment_map import SkyRadiance
 from simgl.gpu.context import is_software
 from simgl.gpu.render_targets import Format, ImageTarget, TargetStore
 from simgl.gpu.timers import PassTimer
 from simgl.passes.background.air import AtmospherePass
-from simgl.passes.background.environment_probe import EnvironmentProbePass
+from simgl.passes.background.environment_probe import EnvironmentProbeStore
 from simgl.passes.background.moon import MoonPass
 from simgl.passes.background.planet import PlanetPass
 from simgl.passes.background.stars import StarPass
@@ -32,6 +34,7 @@ from simgl.progress import Progress
 from simgl.radiosity.transport_store import TransportStore
 from simgl.scene.earth import Earth
 from simgl.scene.spacecraft import SpacecraftModel
+from simgl.view.background import SkyView
 from simgl.view.celestial import CelestialView
 from simgl.view.frame_view import FrameView, Gather, RasterTile, parts, truth_tile
 
@@ -68,7 +71,8 @@ class Renderer:
         self._moon = MoonPass(ctx)
         self._air = AtmospherePass(ctx)
         self._planet = PlanetPass(ctx, self._air)
-        self._probe = EnvironmentProbePass(ctx, self._planet.draw)
+        self._executor = ThreadPoolExecutor(max_workers=1, thread_name_prefix="simgl-renderer")
+        self._probes = EnvironmentProbeStore(ctx, self._executor)
         self._reference_gather = ReferenceGather()
         self._resolve = ResolvePass(ctx)
         self._warp = WarpPass(ctx)
@@ -128,7 +132,7 @@ class Renderer:
         # The first skies before the planet: they are read back, and would wait for it.
         for tile in view.tiles[:1]:
             with self.timer.measure("probe"):
-                self._probe.look([craft.sky for craft in tile.craft])
+                self._draw_skies([craft.sky for craft in tile.craft])
         fine = target if view.field is None else self._target("field", view.field.fine, _BANDS)
         if view.background.celestial is not None:
             with self.timer.measure("heavens"):
@@ -138,6 +142,16 @@ class Renderer:
         if fine is not target:
             with self.timer.measure("warp"):
                 self._warp.mean(view.camera, fine.textures[0], target.framebuffer)
+
+    def _draw_skies(self, views: Iterable[SkyView | None]) -> None:
+        """Draw and read back the skies that the probes lack; these integrate them meanwhile."""
+        for view in self._probes.missing(tuple(views)):
+            texels = view.texels
+            target = self._targets.of("sky", (texels, 6 * texels), _BANDS)
+            for row, face in enumerate(view.faces):
+                self._planet.draw(face, target.framebuffer, (0, row * texels, texels, texels))
+            radiance = target.read().reshape(6, texels, texels, 4)
+            self._probes.add(view, SkyRadiance(radiance=radiance))
 
     def _distorted(self, view: FrameView) -> DistortedView | None:
         if view.field is None:
@@ -182,7 +196,8 @@ class Renderer:
         views = tile.craft
         none = [None] * len(views)
         with self.timer.measure("probe"):
-            probes = self._probe.draw([view.sky for view in views])
+            self._draw_skies([view.sky for view in views])
+            probes = self._probes.of([view.sky for view in views])
         with self.timer.measure("shadow"):
             shadow_maps = self._shadow.cast([view.shadow for view in views])
         # On the CPU, while the renderer draws the shadow maps.
@@ -241,7 +256,7 @@ class Renderer:
             self._moon,
             self._planet,
             self._air,
-            self._probe,
+            self._probes,
             self._interreflection,
             self._resolve,
             self._warp,
