@@ -89,7 +89,7 @@ class PatchLight:
 
 def _sun_key(transport: LightTransport, view: IncidentLight) -> bytes:
     def place(neighbour: Neighbour) -> bytes:
-        return neighbour.mesh.digest.encode() + neighbour.other_from_body.tobytes()
+        return neighbour.model.posed_mesh.digest.encode() + neighbour.other_from_body.tobytes()
 
     parts = [transport.mesh.digest.encode(), view.sun_direction.tobytes()]
     return b"".join(parts + [place(n) for n in view.before_sun])

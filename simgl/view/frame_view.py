@@ -248,7 +248,7 @@ def _craft(
 
 def _hull_in_camera(craft: SpacecraftView) -> Array:
     m = craft.camera_from_body.astype(np.float64)
-    return craft.model.mesh.hull @ m[:3, :3].T + m[:3, 3]
+    return craft.model.posed_mesh.hull @ m[:3, :3].T + m[:3, 3]
 
 
 def _before_the_camera(hull: Array) -> Array:
