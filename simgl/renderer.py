@@ -32,7 +32,6 @@ from simgl.radiosity.final_gather import LitBody
 from simgl.radiosity.transport_store import TransportStore
 from simgl.scene.earth import Earth
 from simgl.scene.spacecraft import SpacecraftModel
-from simgl.shapes import Shapes
 from simgl.view.celestial import CelestialView
 from simgl.view.frame_view import FrameView, RasterTile, parts, truth_tile
 
@@ -58,9 +57,8 @@ class Renderer:
         self.timer = PassTimer(ctx)
         self.sample_budget = _SAMPLE_BUDGET_CPU if is_software(ctx) else _SAMPLE_BUDGET_GPU
         self._transports = TransportStore()
-        self._shapes = Shapes(self._transports)
-        self._meshes = MeshStore(ctx, self._shapes)
-        self._exchange = InterreflectionPass(ctx, self._transports, self._shapes)
+        self._meshes = MeshStore(ctx)
+        self._exchange = InterreflectionPass(ctx, self._transports)
         self._shadow = ShadowPass(ctx, self._meshes)
         self._lamp_shadow = LampShadowPass(ctx, self._meshes)
         self._geometry = GBufferPass(ctx, self._meshes)
@@ -82,21 +80,13 @@ class Renderer:
         models: Iterable[SpacecraftModel],
         earth: Earth | None = None,
         progress: Progress | None = None,
-        far: Iterable[SpacecraftModel] = (),
     ) -> None:
         """Trace how the surfaces of models see each other, and make the tables of the Earth's air,
-        so that no frame waits for it.
-
-        far : models whose levels of detail are wanted
-        """
+        so that no frame waits for it."""
         if earth is not None:
             self._air.prepare(earth, progress)
-        models = tuple(models)
         for model in models:
             self._transports.of(model, progress)
-        for model in far:
-            exchanging = any(model is other for other in models)
-            self._shapes.levels(model, progress, exchanging=exchanging)
 
     def radiance(self, view: FrameView) -> ImageTarget:
         """Radiance per band [W m-2 sr-1], RGBA32F; valid until the next call at this size."""

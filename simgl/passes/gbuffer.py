@@ -64,12 +64,11 @@ class GBufferPass:
                 variant = tuple(d for d in craft.model.variant if d not in ("LAYERED", "JOINTED"))
                 if variant:
                     self._meshes.bind_surface(craft.model)
-                shape = self._meshes.shape(craft.model, craft.detail)
-                mesh, values = shape.mesh, None
+                mesh, values = craft.model.mesh, None
                 if own is not None:
                     mesh, values, variant = own.mesh, own.values, variant + own.defines
                 program = self._program_for(variant)
-                self._meshes.geometry(mesh).draw(program, values, shape.selection)
+                self._meshes.geometry(mesh).draw(program, values)
         return textures_of(target)
 
     def _program_for(self, variant: tuple[str, ...]) -> moderngl.Program:

@@ -170,7 +170,7 @@ class ShadowPass:
             chosen.apply(self._ctx, target, area, area)
             clip = caster.clip_from_body
             self._caster.write({"caster_clip_from_body": clip, "caster_map_size": one.size})
-            program.draw(caster.model, caster.detail)
+            program.draw(caster.model)
 
     def release(self) -> None:
         """Free everything."""

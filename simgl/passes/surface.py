@@ -200,8 +200,7 @@ class SurfacePass:
         sky: Sequence[_SkyTexture],
         air: AirBetween | None,
     ) -> None:
-        error = self._meshes.shape(craft.model, craft.detail).error
-        self._craft.write(craft_values(craft, air, error))
+        self._craft.write(craft_values(craft, air))
         self._shadow.write(shadow_values(craft, tile.sample_grid))
         self._meshes.bind_materials(craft.model)
         if "JOINTED" in craft.model.variant:
