@@ -11,7 +11,7 @@ from simgl.gpu.pipeline_state import State, clear_depth
 from simgl.gpu.program import load_program
 from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.passes.mesh_store import MeshStore, VertexLighting
-from simgl.passes.shared_blocks import CRAFT, MATERIALS, TILE, craft_values, tile_values
+from simgl.passes.shared_blocks import CRAFT, JOINTS, MATERIALS, TILE, craft_values, tile_values
 from simgl.passes.texture_store import IMAGE_UNITS
 from simgl.view.frame_view import RasterTile
 
@@ -64,9 +64,12 @@ class GBufferPass:
                 variant = tuple(d for d in craft.model.variant if d not in ("LAYERED", "JOINTED"))
                 if variant:
                     self._meshes.bind_surface(craft.model)
-                mesh, values = craft.model.mesh, None
+                mesh, values = craft.model.posed_mesh, None
                 if own is not None:
                     mesh, values, variant = own.mesh, own.values, variant + own.defines
+                if mesh.motion is not None:
+                    self._meshes.bind_joints(craft.model, mesh)
+                    variant = (*variant, "JOINTED")
                 program = self._program_for(variant)
                 self._meshes.geometry(mesh).draw(program, values)
         return textures_of(target)
@@ -75,11 +78,13 @@ class GBufferPass:
         """The program for models of a variant; those without images do not pay for them."""
         if variant not in self._programs:
             detailed = "DETAILED" in variant
+            blocks = [TILE, CRAFT]
+            blocks += [MATERIALS] * detailed + [JOINTS] * ("JOINTED" in variant)
             self._programs[variant] = load_program(
                 self._ctx,
                 "gbuffer/gbuffer",
-                blocks=(TILE, CRAFT, MATERIALS) if detailed else (TILE, CRAFT),
-                spare=[MATERIALS],
+                blocks=blocks,
+                spare=[MATERIALS, JOINTS],
                 samplers=IMAGE_UNITS if detailed else {},
                 defines=dict.fromkeys(variant, 1),
             )

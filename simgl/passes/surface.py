@@ -21,7 +21,6 @@ from simgl.passes.shared_blocks import (
     TILE,
     AirBetween,
     craft_values,
-    joint_values,
     lamp_values,
     shadow_values,
     tile_values,
@@ -125,7 +124,6 @@ class SurfacePass:
         self._craft = UniformBuffer(ctx, CRAFT)
         self._shadow = UniformBuffer(ctx, SHADOW)
         self._lamps = UniformBuffer(ctx, LAMPS)
-        self._joints = UniformBuffer(ctx, JOINTS)
         # By the number of radiances, whole or by light; before them the sunlight's share.
         self._targets = {n: GrowingTarget(ctx, [[0], range(1, 1 + n)]) for n in (1, len(LIGHTS))}
 
@@ -187,7 +185,7 @@ class SurfacePass:
         return textures_of(target)
 
     def _write(self, tile: RasterTile, lamps: Sequence[LampView]) -> None:
-        for block in (self._tile, self._craft, self._shadow, self._lamps, self._joints):
+        for block in (self._tile, self._craft, self._shadow, self._lamps):
             block.bind()
         self._tile.write(tile_values(tile, tile.slices[0]))
         self._lamps.write(lamp_values(lamps))
@@ -204,7 +202,7 @@ class SurfacePass:
         self._shadow.write(shadow_values(craft, tile.sample_grid))
         self._meshes.bind_materials(craft.model)
         if "JOINTED" in craft.model.variant:
-            self._joints.write(joint_values(craft.model))
+            self._meshes.bind_joints(craft.model, craft.model.posed_mesh)
         for unit, texture in zip(_SHADOW_UNITS.values(), maps, strict=True):
             texture.use(unit)
         for unit, around in zip(_SKY_UNITS.values(), sky, strict=bool(sky)):
@@ -239,7 +237,7 @@ class SurfacePass:
         """Free everything."""
         for target in self._targets.values():
             target.release()
-        for buffer in (self._tile, self._craft, self._shadow, self._lamps, self._joints):
+        for buffer in (self._tile, self._craft, self._shadow, self._lamps):
             buffer.release()
         self._lobes.release()
         for screen in (self._others, self._known, self._searched, *sum(self._lit.values(), ())):

@@ -1,4 +1,4 @@
-"""The lights of one spacecraft in its body axes, for the exchange between its surfaces."""
+"""The lights of one spacecraft in its body axes, for the interreflection on it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import BodyState, SceneState
 
 # Of the distance: a body of this radius covers a millionth of a hemisphere's light.
-_LEAST_SIZE = 1e-3
+_MIN_SIZE = 1e-3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -59,7 +59,7 @@ class IncidentLight:
     around: tuple[Neighbour, ...]
 
 
-def exchange_view(state: SceneState, body: BodyState) -> IncidentLight:
+def incident_light(state: SceneState, body: BodyState) -> IncidentLight:
     """The lights of a body of the scene."""
     pose, mesh = body.pose, body.model.posed_mesh
     sun = state.sun.seen_from(pose.position)
@@ -80,7 +80,7 @@ def exchange_view(state: SceneState, body: BodyState) -> IncidentLight:
             instance=index + 1,
             model=other.model,
             other_from_body=matrix,
-            near=other.model.posed_mesh.radius > _LEAST_SIZE * gap,
+            near=other.model.posed_mesh.radius > _MIN_SIZE * gap,
         )
         around.append(neighbour)
         along = float(offset @ direction)

@@ -6,7 +6,6 @@ A rigid group is what one joint carries and no joint on it does; group 0 is what
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
@@ -54,7 +53,8 @@ def rigid_groups(mesh: Mesh, joints: tuple[Joint, ...]) -> tuple[RigidGroup, ...
     return tuple(groups)
 
 
-def groups_of_parts(mesh: Mesh, joints: Sequence[Joint]) -> IndexArray:
+@lru_cache(maxsize=64)
+def groups_of_parts(mesh: Mesh, joints: tuple[Joint, ...]) -> IndexArray:
     """(parts,) index of the group of each part: one more than that of its joint, or 0."""
     groups = np.zeros(int(mesh.part.max(initial=0)) + 1, dtype=np.int64)
     for index, joint in enumerate(joints):
