@@ -12,7 +12,7 @@ from simgl.gpu.program import load_program
 from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.passes.drawn_spacecraft import DrawnSpacecraft
 from simgl.passes.mesh_store import MeshStore
-from simgl.passes.shared_blocks import CRAFT, MATERIALS, TILE, craft_values, tile_values
+from simgl.passes.shared_blocks import CRAFT, JOINTS, MATERIALS, TILE, craft_values, tile_values
 from simgl.passes.texture_store import IMAGE_UNITS
 from simgl.view.frame_view import RasterTile
 
@@ -63,22 +63,27 @@ class GBufferPass:
                 variant = tuple(d for d in model.variant if d not in ("LAYERED", "JOINTED"))
                 if variant:
                     self._meshes.bind_surface(model)
-                if lighting is None:
-                    self._meshes.geometry(model.mesh).draw(self._program_for(variant))
-                else:
-                    program = self._program_for(variant + lighting.defines)
-                    self._meshes.geometry(lighting.mesh).draw(program, lighting.values)
+                mesh = model.posed_mesh if lighting is None else lighting.mesh
+                if lighting is not None:
+                    variant += lighting.defines
+                if mesh.motion is not None:
+                    self._meshes.bind_joints(model, mesh)
+                    variant = (*variant, "JOINTED")
+                values = None if lighting is None else lighting.values
+                self._meshes.geometry(mesh).draw(self._program_for(variant), values)
         return textures_of(target)
 
     def _program_for(self, variant: tuple[str, ...]) -> moderngl.Program:
         """The program for models of a variant; those without images do not pay for them."""
         if variant not in self._programs:
             detailed = "DETAILED" in variant
+            blocks = [TILE, CRAFT]
+            blocks += [MATERIALS] * detailed + [JOINTS] * ("JOINTED" in variant)
             self._programs[variant] = load_program(
                 self._ctx,
                 "gbuffer/gbuffer",
-                blocks=(TILE, CRAFT, MATERIALS) if detailed else (TILE, CRAFT),
-                spare=[MATERIALS],
+                blocks=blocks,
+                spare=[MATERIALS, JOINTS],
                 samplers=IMAGE_UNITS if detailed else {},
                 defines=dict.fromkeys(variant, 1),
             )

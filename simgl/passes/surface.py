@@ -21,7 +21,6 @@ from simgl.passes.shared_blocks import (
     SHADOW,
     TILE,
     craft_values,
-    joint_values,
     lamp_values,
     shadow_values,
     tile_values,
@@ -124,7 +123,6 @@ class SurfacePass:
         self._craft = UniformBuffer(ctx, CRAFT)
         self._shadow = UniformBuffer(ctx, SHADOW)
         self._lamps = UniformBuffer(ctx, LAMPS)
-        self._joints = UniformBuffer(ctx, JOINTS)
         # By the number of radiances, whole or by light; before them the sunlight's share.
         self._targets = {n: GrowingTarget(ctx, [[0], range(1, 1 + n)]) for n in (1, len(LIGHTS))}
 
@@ -181,7 +179,7 @@ class SurfacePass:
         return textures_of(target)
 
     def _write(self, tile: RasterTile, lamps: Sequence[LampView]) -> None:
-        for block in (self._tile, self._craft, self._shadow, self._lamps, self._joints):
+        for block in (self._tile, self._craft, self._shadow, self._lamps):
             block.bind()
         self._tile.write(tile_values(tile, tile.slices[0]))
         self._lamps.write(lamp_values(lamps))
@@ -192,7 +190,7 @@ class SurfacePass:
         self._shadow.write(shadow_values(drawn.view, tile.sample_grid))
         self._meshes.bind_materials(model)
         if "JOINTED" in model.variant:
-            self._joints.write(joint_values(model))
+            self._meshes.bind_joints(model, model.posed_mesh)
         for unit, texture in zip(_SHADOW_UNITS.values(), drawn.shadow_maps, strict=True):
             texture.use(unit)
         if drawn.probe is not None:
@@ -229,7 +227,7 @@ class SurfacePass:
         """Free everything."""
         for target in self._targets.values():
             target.release()
-        for buffer in (self._tile, self._craft, self._shadow, self._lamps, self._joints):
+        for buffer in (self._tile, self._craft, self._shadow, self._lamps):
             buffer.release()
         self._lobes.release()
         for screen in (self._others, self._known, self._searched, *sum(self._lit.values(), ())):

@@ -17,7 +17,7 @@ from simgl.arrays import Array, Array32
 from simgl.camera.camera import Camera
 from simgl.camera.distortion import PinholeField, field, point_kept
 from simgl.errors import ConfigError
-from simgl.radiosity.incident_light import IncidentLight, exchange_view
+from simgl.radiosity.incident_light import IncidentLight, incident_light
 from simgl.sample_grid import PIXEL_CENTRES, SampleGrid, choose_lattice, turned_lattice
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import BodyState, CameraState, EarthState, SceneState
@@ -231,7 +231,7 @@ def _craft(state: SceneState, camera: CameraState, inter_reflection: bool) -> li
                 sun_limb=_float32(sun.limb),
                 sun_angular_radius=sun.angular_radius,
                 sky=sky_view(state, name, body),
-                exchange=exchange_view(state, body) if inter_reflection else None,
+                exchange=incident_light(state, body) if inter_reflection else None,
                 shadow=shadow_view(state, body, camera.camera, body_from_camera),
                 air=air_between(state, camera.position, body.pose.position),
             )
@@ -241,7 +241,7 @@ def _craft(state: SceneState, camera: CameraState, inter_reflection: bool) -> li
 
 def _hull_in_camera(craft: SpacecraftView) -> Array:
     m = craft.camera_from_body.astype(np.float64)
-    return craft.model.mesh.hull @ m[:3, :3].T + m[:3, 3]
+    return craft.model.posed_mesh.hull @ m[:3, :3].T + m[:3, 3]
 
 
 def _before_the_camera(hull: Array) -> Array:

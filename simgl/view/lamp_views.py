@@ -124,7 +124,7 @@ def _in_beam(
 ) -> _Seen | None:
     R = R_lamp_from_icrf @ body.pose.R_icrf_from_body
     offset = R_lamp_from_icrf @ (body.pose.position - lamp.position)
-    hull = body.model.mesh.hull @ R.T + offset
+    hull = body.model.posed_mesh.hull @ R.T + offset
     front = hull[hull[:, 2] >= near]
     if len(front) == 0:
         return None

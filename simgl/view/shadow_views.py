@@ -116,12 +116,12 @@ def shadow_view(
     R_light = _light_axes(body.pose.R_icrf_from_body.T @ sun.direction_icrf)
     tangent = float(np.tan(sun.angular_radius))
     casters = _casters(state, body, R_light, tangent)
-    mesh = body.model.mesh
+    mesh = body.model.posed_mesh
     centre = R_light @ mesh.centre
     bottom = float(centre[2] - 1.01 * mesh.radius)
     top = max(
-        float((c.R_light_from_other @ c.model.mesh.centre + c.offset)[2])
-        + 1.01 * c.model.mesh.radius
+        float((c.R_light_from_other @ c.model.posed_mesh.centre + c.offset)[2])
+        + 1.01 * c.model.posed_mesh.radius
         for c in casters
     )
     top = min(top, centre[2] + _HIGHEST * mesh.radius)
@@ -161,21 +161,21 @@ def _casters(
     state: SceneState, receiver: BodyState, R_light: Array, tangent: float
 ) -> tuple[_Near, ...]:
     """All bodies whose shadow may touch the receiver."""
-    pose, mesh = receiver.pose, receiver.model.mesh
+    pose, mesh = receiver.pose, receiver.model.posed_mesh
     R_light_from_icrf = R_light @ pose.R_icrf_from_body.T
     found = []
     for other in state.bodies.values():
         R = R_light_from_icrf @ other.pose.R_icrf_from_body
         offset = R_light_from_icrf @ (other.pose.position - pose.position)
-        place = R @ other.model.mesh.centre + offset - R_light @ mesh.centre
-        reach = other.model.mesh.radius + mesh.radius
+        place = R @ other.model.posed_mesh.centre + offset - R_light @ mesh.centre
+        reach = other.model.posed_mesh.radius + mesh.radius
         if np.hypot(place[0], place[1]) > reach + max(place[2], 0.0) * tangent:
             continue
         if place[2] < -reach:
             continue
         if other is not receiver:
             blur = (place[2] - mesh.radius) * tangent
-            if blur > 0.0 and (other.model.mesh.radius / blur) ** 2 < _LEAST_SHARE:
+            if blur > 0.0 and (other.model.posed_mesh.radius / blur) ** 2 < _LEAST_SHARE:
                 continue
         found.append(_Near(model=other.model, R_light_from_other=R, offset=offset))
     return tuple(found)
@@ -240,7 +240,7 @@ def _seen(body: BodyState, camera: Camera, body_from_camera: Array) -> tuple[Arr
     pixels = np.stack([*(g.ravel() for g in np.meshgrid(x, y)), np.ones(columns * rows)])
     rays = np.linalg.solve(camera.intrinsics, pixels).T @ body_from_camera[:3, :3].T
     origins = np.repeat(body_from_camera[None, :3, 3], len(rays), axis=0)
-    triangle, distance = ray_tracer(body.model.mesh).hits(origins, rays)
+    triangle, distance = ray_tracer(body.model.posed_mesh).hits(origins, rays)
     hit = triangle >= 0
     if not np.any(hit):
         return None
