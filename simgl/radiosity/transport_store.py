@@ -16,6 +16,7 @@ from simgl.progress import Progress
 from simgl.radiosity.bake import BakeSettings, bake, sees_itself
 from simgl.radiosity.light_transport import LightTransport
 from simgl.scene.mesh import Mesh
+from simgl.scene.posed_mesh import PosedMesh
 from simgl.scene.spacecraft import SpacecraftModel
 
 # Light between surfaces changes little over a few degrees of a joint, and tracing it takes seconds.
@@ -145,3 +146,9 @@ def _check(transport: LightTransport) -> None:
         right &= index.shape == shape and index.min() >= 0 and index.max() < count
     if not right:
         raise ValueError("an index of a light transport points nowhere")
+
+
+def lit_mesh(model: SpacecraftModel, transport: LightTransport) -> PosedMesh:
+    """The transport's mesh with the joints where they are."""
+    coarse = model.coarsely_posed(JOINT_STEP)
+    return model.posed_mesh.moved_from(coarse.posed_mesh, transport.mesh)
