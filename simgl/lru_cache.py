@@ -30,9 +30,16 @@ class LruCache(Generic[Key, Value]):
         self._values.move_to_end(key)
         return self._values[key]
 
+    def reserve(self, count: int) -> None:
+        """Raise the capacity to at least ``count`` values."""
+        self._capacity = max(self._capacity, count)
+
     def values(self) -> list[Value]:
         """All cached values, the least recently used one first."""
         return list(self._values.values())
+
+    def __contains__(self, key: Key) -> bool:
+        return key in self._values
 
     def _evict(self) -> None:
         _, value = self._values.popitem(last=False)

@@ -44,12 +44,6 @@ class PinholeField:
         across, down = (float(step.max(initial=1.0)) for step in steps)
         return across, down
 
-    @property
-    def smallest_pixel(self) -> float:
-        """Smallest width or height of the camera's pixels in the pinhole's image [px]."""
-        steps = (np.linalg.norm(np.diff(self.places, axis=axis), axis=-1) for axis in (1, 0))
-        return float(min(step.min(initial=1.0) for step in steps))
-
 
 @lru_cache(maxsize=_CACHED_CAMERAS)
 def field(camera: Camera) -> PinholeField:

@@ -105,7 +105,14 @@ def motion_between(
 
     Exactly the identity for joints that have not moved.
     """
-    first, second = body_from_stored(joints, before), body_from_stored(joints, after)
+    return relative_motion(body_from_stored(joints, before), body_from_stored(joints, after))
+
+
+def relative_motion(first: Array, second: Array) -> Array:
+    """(n, 4, 4) from where one set of motions (n, 4, 4) puts a place to where the second does.
+
+    Exactly the identity where both are equal.
+    """
     motion = second @ np.linalg.inv(first)
     motion[(first == second).all(axis=(1, 2))] = np.eye(4)
     return motion
