@@ -8,6 +8,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 
 from simgl.arrays import Array
@@ -114,11 +115,11 @@ class SpectralResponse:
             table = getattr(preset, key)
             if table is not None:
                 self._common = self._common * _curve(table, path, key, folder)
-        self._filters = {}
-        if preset.filters is not None:
-            for colour in ("red", "green", "blue"):
-                table = getattr(preset.filters, colour)
-                self._filters[colour] = _curve(table, path, f"filters.{colour}", folder)
+        filters = {} if preset.filters is None else msgspec.structs.asdict(preset.filters)
+        self._filters = {
+            colour: _curve(table, path, f"filters.{colour}", folder)
+            for colour, table in filters.items()
+        }
 
     @property
     def has_filters(self) -> bool:

@@ -204,18 +204,9 @@ def sight_lines(camera: Camera) -> Array:
 
 def relative_illumination(camera: Camera) -> Array32:
     """(height, width) image-plane irradiance of a uniform radiance, relative to the axis."""
-    d, vignetting = camera.detector, camera.lens.vignetting
-    f = camera.focal_length_px
-    if camera.lens.distortion is None:
-        y, x = (np.arange(n) + 0.5 - 0.5 * n for n in (d.height, d.width))
-        squared = (y[:, None] ** 2 + x**2) / f**2
-        stretch = np.ones(squared.shape)
-    else:
-        seen = field(camera)
-        pinhole = seen.pinhole.detector
-        offset = seen.places.astype(np.float64) - 0.5 * np.array([pinhole.width, pinhole.height])
-        squared = (offset**2).sum(axis=-1) / f**2
-        stretch = seen.stretch
+    vignetting, distortion = camera.lens.vignetting, camera.lens.distortion
+    squared = (sight_lines(camera)[..., :2] ** 2).sum(axis=-1)
+    stretch = 1.0 if distortion is None else field(camera).stretch
     if vignetting.angles:
         angle = np.arctan(np.sqrt(squared))
         return np.interp(angle, vignetting.angles, vignetting.relative).astype(np.float32)

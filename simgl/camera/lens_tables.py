@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import msgspec
 import numpy as np
@@ -87,20 +87,24 @@ def check_optics(camera: Camera, where: str) -> None:
         raise ConfigError(where, error.key, error.problem) from None
 
 
+def _fail(where: str, key: str, problem: str) -> NoReturn:
+    raise ConfigError(where, f"optics.{key}", problem)
+
+
 def _vignetting(table: OpticsTable, where: str) -> Vignetting:
     if (table.vignetting == "measured") != (table.vignetting_angle_deg is not None):
         problem = 'goes with vignetting = "measured", and that with it'
-        raise ConfigError(where, "optics.vignetting_angle_deg", problem)
+        _fail(where, "vignetting_angle_deg", problem)
     angles, relative = table.vignetting_angle_deg, table.vignetting_relative
     if (angles is None) != (relative is None):
-        raise ConfigError(where, "optics.vignetting_relative", "goes with vignetting_angle_deg")
+        _fail(where, "vignetting_relative", "goes with vignetting_angle_deg")
     if angles is None or relative is None:
         return Vignetting(natural=table.vignetting == "cos4")
     if len(angles) != len(relative) or len(angles) < 2:
         problem = f"has {len(relative)} values for {len(angles)} angles; at least two of both"
-        raise ConfigError(where, "optics.vignetting_relative", problem)
+        _fail(where, "vignetting_relative", problem)
     if not _increasing(angles) or angles[0] != 0.0:
-        raise ConfigError(where, "optics.vignetting_angle_deg", "must start at 0 and increase")
+        _fail(where, "vignetting_angle_deg", "must start at 0 and increase")
     return Vignetting(angles=tuple(np.radians(angles).tolist()), relative=relative)
 
 
@@ -115,9 +119,7 @@ def _spread(table: OpticsTable, where: str, base: Base) -> PointSpread | None:
     if table.psf_image is not None:
         for key in ("diffraction", "aberration_um", "defocus_um", "field_zones"):
             if getattr(table, key) not in (None, False, 0.0):
-                raise ConfigError(
-                    where, f"optics.{key}", "contradicts psf_image, which holds all of the spread"
-                )
+                _fail(where, key, "contradicts psf_image, which holds all of the spread")
         try:
             path = base / table.psf_image
         except AssetError as error:
@@ -125,15 +127,13 @@ def _spread(table: OpticsTable, where: str, base: Base) -> PointSpread | None:
         image = _psf_image(path, where)
         return PointSpread(image=image, image_scale=table.psf_samples_per_px or 1)
     if table.psf_samples_per_px is not None:
-        raise ConfigError(where, "optics.psf_samples_per_px", "goes with psf_image")
+        _fail(where, "psf_samples_per_px", "goes with psf_image")
     zones = [Zone(share=0.0, blur=_blur(table))]
     zones += [Zone(share=zone.at, blur=_blur(zone)) for zone in table.field_zones or ()]
     if not _increasing([zone.share for zone in zones]):
-        raise ConfigError(
-            where, "optics.field_zones", "must have increasing values of at, from above 0"
-        )
+        _fail(where, "field_zones", "must have increasing values of at, from above 0")
     if not table.diffraction and any(zone.blur.defocus != 0.0 for zone in zones):
-        raise ConfigError(where, "optics.defocus_um", "goes with diffraction = true")
+        _fail(where, "defocus_um", "goes with diffraction = true")
     if not table.diffraction and all(zone.blur == Blur() for zone in zones):
         return None
     return PointSpread(diffraction=table.diffraction, zones=tuple(zones))
@@ -155,21 +155,17 @@ def _psf_image(path: Path, where: str) -> tuple[tuple[float, ...], ...]:
         raise ConfigError(where, "optics.psf_image", problem) from None
     if values.ndim != 2 or min(values.shape) < 1 or max(values.shape) > _LARGEST_PSF:
         problem = f"must have one channel and at most {_LARGEST_PSF} samples along an edge"
-        raise ConfigError(
-            where, "optics.psf_image", f"{path} {problem}, has the shape {values.shape}"
-        )
+        _fail(where, "psf_image", f"{path} {problem}, has the shape {values.shape}")
     values = values.astype(np.float64)
     if not np.isfinite(values).all() or values.min() < 0.0 or not values.sum() > 0.0:
-        raise ConfigError(
-            where, "optics.psf_image", f"{path} must hold values of 0 or more, not all 0"
-        )
+        _fail(where, "psf_image", f"{path} must hold values of 0 or more, not all 0")
     return tuple(map(tuple, values.tolist()))
 
 
 def _surfaces(table: OpticsTable, where: str) -> tuple[LensSurface, ...]:
     if table.surfaces is None:
         if table.coating_reflectance is not None:
-            raise ConfigError(where, "optics.coating_reflectance", "goes with surfaces")
+            _fail(where, "coating_reflectance", "goes with surfaces")
         return ()
     coating = 0.005 if table.coating_reflectance is None else table.coating_reflectance
     surfaces = _TRIPLET if isinstance(table.surfaces, str) else table.surfaces

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import re
-from datetime import date, timedelta
+from datetime import date, datetime, timedelta
 from typing import Literal
 
 import erfa
@@ -18,7 +18,7 @@ from simgl.physics.ephemeris import FIRST_YEAR, LAST_YEAR, julian_date_tt, tai_n
 TimeScale = Literal["UTC", "TAI", "TT", "TDB", "GPS"]
 SCALES: tuple[TimeScale, ...] = ("UTC", "TAI", "TT", "TDB", "GPS")
 
-_NS_PER_S = 1_000_000_000
+
 _CLOCK = r"(\d{2}):(\d{2}):(\d{2})(?:\.(\d+))?"
 _CALENDAR = re.compile(rf"(\d{{4}})-(\d{{2}})-(\d{{2}})[T ]{_CLOCK}Z?")
 _DAY_OF_YEAR = re.compile(rf"(\d{{4}})-(\d{{3}})[T ]{_CLOCK}Z?")
@@ -36,8 +36,7 @@ def tai_ns_from_text(text: str, scale: TimeScale) -> int:
     Raises ValueError for other texts, and for years outside 1972 to 2099.
     """
     got = f"got {json.dumps(text, ensure_ascii=False)}"
-    year, month, day, clock = _fields(text.strip(), got)
-    hour, minute, second, fraction = clock
+    (year, month, day), (hour, minute, second, fraction) = _fields(text.strip(), got)
     nanosecond = int((fraction or "0").ljust(9, "0")[:9])
     if scale == "UTC":
         seconds_text = f"{year:04d}-{month:02d}-{day:02d}T{hour}:{minute}:{second}"
@@ -45,32 +44,28 @@ def tai_ns_from_text(text: str, scale: TimeScale) -> int:
     if not FIRST_YEAR <= year <= LAST_YEAR:
         raise ValueError(f"must lie in the years {FIRST_YEAR} to {LAST_YEAR}, {got}")
     try:
-        days = date(year, month, day).toordinal() - date(1970, 1, 1).toordinal()
+        time = datetime(year, month, day, int(hour), int(minute), int(second))
     except ValueError:
         raise ValueError(f"must be a real date and time, {got}") from None
-    if not (int(hour) < 24 and int(minute) < 60 and int(second) < 60):
-        raise ValueError(f"must be a real date and time, {got}")
-    seconds = days * 86400 + int(hour) * 3600 + int(minute) * 60 + int(second)
-    tai_ns: int = seconds * _NS_PER_S + nanosecond - _AHEAD_OF_TAI[scale]
+    seconds = (time - datetime(1970, 1, 1)) // timedelta(seconds=1)
+    tai_ns: int = seconds * 1_000_000_000 + nanosecond - _AHEAD_OF_TAI[scale]
     if scale == "TDB":
         # TDB - TT is evaluated at TT: it changes by less than 1e-9 of itself within 2 ms.
         tai_ns -= round(float(erfa.dtdb(*julian_date_tt(tai_ns), 0.0, 0.0, 0.0, 0.0)) * 1e9)
     return tai_ns
 
 
-def _fields(text: str, got: str) -> tuple[int, int, int, tuple[str, str, str, str | None]]:
+def _fields(text: str, got: str) -> tuple[tuple[int, int, int], tuple[str, ...]]:
+    """Year, month and day; hour, minute, second and fraction."""
     if match := _CALENDAR.fullmatch(text):
-        year, month, day = int(match[1]), int(match[2]), int(match[3])
-        return year, month, day, (match[4], match[5], match[6], match[7])
+        return (int(match[1]), int(match[2]), int(match[3])), match.groups()[3:]
     if match := _DAY_OF_YEAR.fullmatch(text):
         year, count = int(match[1]), int(match[2])
         when = date(max(year, 1), 1, 1) + timedelta(days=count - 1)
         if when.year != year:
             raise ValueError(f"must be a real date and time, {got}")
-        month, day = when.month, when.day
-        return year, month, day, (match[3], match[4], match[5], match[6])
+        return (year, when.month, when.day), match.groups()[2:]
     if (match := _MONTH_NAME.fullmatch(text)) and match[2] in _MONTHS:
-        month = _MONTHS.index(match[2]) + 1
-        return int(match[3]), month, int(match[1]), (match[4], match[5], match[6], match[7])
+        return (int(match[3]), _MONTHS.index(match[2]) + 1, int(match[1])), match.groups()[3:]
     form = '"2026-03-20T12:00:00", "2026-079T12:00:00" or "20 Mar 2026 12:00:00"'
     raise ValueError(f"must be a time such as {form}, {got}")
