@@ -41,9 +41,6 @@ class LruCache(Generic[Key, Thing]):
         """All that are kept, the one unused for longest first."""
         return list(self._things.values())
 
-    def __contains__(self, key: Key) -> bool:
-        return key in self._things
-
     def _go(self) -> None:
         _, thing = self._things.popitem(last=False)
         if self._let_go is not None:

@@ -40,7 +40,7 @@ class GatherPoints:
 
     origins : (s, PLACES, 3) where rays start [m]
     normals : (s, 3) unit, towards the side that is lit
-    of_vertex : (sides, v) the gather point of each vertex, on its front and, if it has one, its back
+    of_vertex : (sides, v) the gather point of each vertex, on its front and back (one or two sides)
     """
 
     origins: Array
