@@ -22,6 +22,7 @@ from simgl.cli import app
 ROOT = Path(__file__).parents[2]
 PAGES = [
     ROOT / "README.md",
+    ROOT / "CHANGELOG.md",
     ROOT / "examples" / "README.md",
     ROOT / "shaders" / "README.md",
     *sorted((ROOT / "docs").glob("*.md")),
@@ -120,6 +121,11 @@ def test_code_that_is_shown_can_be_read(page: Path) -> None:
             ast.parse(text)
         elif language == "toml":
             tomllib.loads(text)
+
+
+def test_the_tutorial_begins_with_the_first_example_of_the_readme() -> None:
+    first, *_ = (text for _, text in blocks(ROOT / "docs" / "tutorial.md"))
+    assert ("python", first) in list(blocks(ROOT / "README.md"))
 
 
 def test_the_frame_times_of_the_readme_are_those_of_the_record() -> None:
