@@ -30,6 +30,13 @@ class LruCache(Generic[Key, Thing]):
         self._things.move_to_end(key)
         return self._things[key]
 
+    def __contains__(self, key: Key) -> bool:
+        return key in self._things
+
+    def reserve(self, count: int) -> None:
+        """Keep at least so many things from now on."""
+        self._most = max(self._most, count)
+
     def values(self) -> list[Thing]:
         """All that are kept, the one unused for longest first."""
         return list(self._things.values())

@@ -30,7 +30,6 @@ from simgl.radiosity.sunlit_patches import SunlitPatches
 from simgl.radiosity.transport_store import TransportStore
 from simgl.scenario.loader import load_scenario
 from simgl.scene.mean_materials import mean_materials
-from simgl.shapes import Shapes
 from simgl.view.background import SKY_TEXELS
 from simgl.view.frame_view import SpacecraftView, frame_view
 
@@ -61,7 +60,7 @@ def frame_times(ctx: moderngl.Context, craft: SpacecraftView, step: float) -> di
     work : of all cores
     """
     transports = TransportStore()
-    exchange, sky = InterreflectionPass(ctx, transports, Shapes(transports)), earth_below()
+    exchange, sky = InterreflectionPass(ctx, transports), earth_below()
     assert craft.exchange is not None
     clock, work = [], []
     for frame in range(WARM_UP + FRAMES):

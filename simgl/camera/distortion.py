@@ -47,12 +47,6 @@ class PinholeField:
         across, down = (float(step.max(initial=1.0)) for step in steps)
         return across, down
 
-    @property
-    def smallest_pixel(self) -> float:
-        """Width or height that the camera's pixels have at least in the pinhole's picture."""
-        steps = (np.linalg.norm(np.diff(self.places, axis=axis), axis=-1) for axis in (1, 0))
-        return float(min(step.min(initial=1.0) for step in steps))
-
 
 @lru_cache(maxsize=_KEPT)
 def field(camera: Camera) -> PinholeField:

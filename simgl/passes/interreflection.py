@@ -25,13 +25,12 @@ from simgl.radiosity.transport_store import JOINT_STEP, TransportStore
 from simgl.scene.mean_materials import mean_materials
 from simgl.scene.mesh import Mesh, moved_mesh
 from simgl.scene.spacecraft import SpacecraftModel
-from simgl.shapes import Drawn, Shapes
 from simgl.view.frame_view import SpacecraftView
 
 # Meshes with joints between these steps, for poses that come back.
 _TURNED_KEPT = 8
 
-# Sets of vertices whose rows are kept, up to 15 MB each.
+# Bodies whose rows are kept, up to 15 MB each.
 _ROWS_KEPT = 8
 
 _FRONT = {"in_bounced": "4f", "in_earth_share": "1f"}
@@ -52,10 +51,10 @@ class _LitPatches:
 class InterreflectionPass:
     """Solves the exchange for spacecraft with surfaces that see each other; others have none."""
 
-    def __init__(self, ctx: moderngl.Context, transports: TransportStore, shapes: Shapes) -> None:
-        self._ctx, self._transports, self._shapes = ctx, transports, shapes
+    def __init__(self, ctx: moderngl.Context, transports: TransportStore) -> None:
+        self._ctx, self._transports = ctx, transports
         self._light = PatchLight()
-        self._rows = LruCache[tuple[LightTransport, Drawn | None], GatherMatrix](_ROWS_KEPT)
+        self._rows = LruCache[LightTransport, GatherMatrix](_ROWS_KEPT)
         self._buffers: dict[tuple[int, int], moderngl.Buffer] = {}
         self._turned: OrderedDict[tuple[object, ...], Mesh] = OrderedDict()
 
@@ -138,18 +137,13 @@ class InterreflectionPass:
         if transport is None:
             return None
         cells = None if sky is None else cell_radiance(sky, CELLS_ACROSS)
-        drawn = self._shapes.vertices(craft.model, craft.detail)
-        rows = self._rows_of(transport, drawn)
+        rows = self._rows.get(transport, lambda: vertex_rows(transport))
         # In the other thread while this one is busy with the bounces.
         share = beside().submit(earth_share, rows, cells)
         exitance = self._light.exitance(craft.instance, craft.model, transport, sky, craft.exchange)
         values = np.empty((*rows.shape, 5), dtype=np.float32)
         vertex_irradiance(rows, exitance, values)
         values[..., 4] = share.result()
-        if drawn is not None:
-            some, count = values, len(transport.mesh.positions)
-            values = np.zeros((count, *some.shape[1:]), dtype=np.float32)
-            values[drawn.vertices] = some
         buffer = self._buffer(craft.instance, values.nbytes)
         buffer.write(values)
         two_sided = transport.sides == 2
@@ -158,11 +152,6 @@ class InterreflectionPass:
             values=Values(buffer=buffer, layout=_FRONT | _BACK if two_sided else _FRONT),
             defines=("EXCHANGE", "TWO_SIDED") if two_sided else ("EXCHANGE",),
         )
-
-    def _rows_of(self, transport: LightTransport, drawn: Drawn | None) -> GatherMatrix:
-        """For the vertices that are drawn: of a spacecraft far away some of them only."""
-        vertices = None if drawn is None else drawn.vertices
-        return self._rows.get((transport, drawn), lambda: vertex_rows(transport, vertices))
 
     def _mesh(self, model: SpacecraftModel, transport: LightTransport) -> Mesh:
         """The transport's mesh with the joints where they are."""

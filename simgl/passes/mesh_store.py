@@ -8,16 +8,13 @@ import moderngl
 import numpy as np
 
 from simgl.gpu.uniform_blocks import UniformBuffer
-from simgl.gpu.vertex_buffers import DETAIL, Selection, Values, VertexBuffers
-from simgl.levels.levels import Levels
+from simgl.gpu.vertex_buffers import DETAIL, Values, VertexBuffers
 from simgl.lru_cache import LruCache
 from simgl.passes.shared_blocks import MATERIALS, MAX_MATERIALS, material_values
 from simgl.passes.texture_store import TextureStore
 from simgl.scene.materials import Material
 from simgl.scene.mesh import Mesh
 from simgl.scene.spacecraft import SpacecraftModel
-from simgl.shapes import Shapes
-from simgl.view.detail import Detail
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -32,32 +29,15 @@ class VertexLighting:
     defines: tuple[str, ...]
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Drawable:
-    """A shape of a spacecraft on the GPU.
-
-    selection : None for the mesh's own triangles
-    error : how far these are from the model's at most [m]
-    """
-
-    mesh: Mesh
-    selection: Selection | None = None
-    error: float = 0.0
-
-
-# Sets of levels whose triangles stay on the GPU.
-_LEVELS_KEPT = 64
-
 # A joint that moves makes a new mesh each frame. No frame draws more than some dozens.
 KEPT = 256
 
 
 class MeshStore:
-    """Geometries, materials, images and levels of detail by their content."""
+    """Geometries, materials and images by their content."""
 
-    def __init__(self, ctx: moderngl.Context, shapes: Shapes) -> None:
-        self._ctx, self._shapes = ctx, shapes
-        self._indices = LruCache[int, tuple[Levels, moderngl.Buffer]](_LEVELS_KEPT, self._forget)
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
         self._textures = TextureStore(ctx)
         self._materials: dict[tuple[tuple[Material, ...], str], UniformBuffer] = {}
         self._geometries = LruCache[str, VertexBuffers](KEPT, VertexBuffers.release)
@@ -65,33 +45,6 @@ class MeshStore:
     def geometry(self, mesh: Mesh) -> VertexBuffers:
         """The uploaded mesh, good for as long as it is among the last ``KEPT`` asked for."""
         return self._geometries.get(mesh.digest, lambda: _geometry(self._ctx, mesh))
-
-    def shape(self, model: SpacecraftModel, detail: Detail) -> Drawable:
-        """What is drawn of a model."""
-        shape = self._shapes.of(model, detail)
-        if shape.levels is None:
-            return Drawable(mesh=shape.mesh)
-        return Drawable(
-            mesh=shape.mesh,
-            selection=Selection(
-                indices=self._uploaded(shape.levels),
-                ranges=tuple(shape.levels.ranges(shape.chosen)),
-            ),
-            error=shape.levels.error(shape.chosen),
-        )
-
-    def _uploaded(self, levels: Levels) -> moderngl.Buffer:
-        def upload() -> tuple[Levels, moderngl.Buffer]:
-            return levels, self._ctx.buffer(levels.triangles.astype("<u4").tobytes())
-
-        # The levels are kept with their buffer, so that no others get their identity.
-        return self._indices.get(id(levels), upload)[1]
-
-    def _forget(self, uploaded: tuple[Levels, moderngl.Buffer]) -> None:
-        _, indices = uploaded
-        for geometry in self._geometries.values():
-            geometry.forget(indices)
-        indices.release()
 
     def bind_materials(self, model: SpacecraftModel) -> None:
         """Bind the Materials block of a model."""
@@ -110,7 +63,6 @@ class MeshStore:
 
     def release(self) -> None:
         """Free all of them."""
-        self._indices.clear()
         self._geometries.clear()
         for buffer in self._materials.values():
             buffer.release()

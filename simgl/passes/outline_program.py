@@ -12,7 +12,6 @@ from simgl.passes.mesh_store import MeshStore
 from simgl.passes.shared_blocks import MATERIALS
 from simgl.passes.texture_store import BASE_COLOUR_UNIT
 from simgl.scene.spacecraft import SpacecraftModel
-from simgl.view.detail import WHOLE, Detail
 
 
 class OutlineProgram:
@@ -40,12 +39,11 @@ class OutlineProgram:
         )
         self._cut_out: moderngl.Program | None = None
 
-    def draw(self, model: SpacecraftModel, detail: Detail = WHOLE) -> None:
-        """All triangles of what stands for a model."""
-        shape = self._meshes.shape(model, detail)
-        geometry, selection = self._meshes.geometry(shape.mesh), shape.selection
+    def draw(self, model: SpacecraftModel) -> None:
+        """All triangles of a model."""
+        geometry = self._meshes.geometry(model.mesh)
         if "CUT_OUT" not in model.variant:
-            geometry.draw(self._plain, selection=selection)
+            geometry.draw(self._plain)
             return
         if self._cut_out is None:
             self._cut_out = load_program(
@@ -56,7 +54,7 @@ class OutlineProgram:
                 defines=self._defines | {"CUT_OUT": 1},
             )
         self._meshes.bind_surface(model)
-        geometry.draw(self._cut_out, selection=selection)
+        geometry.draw(self._cut_out)
 
     def release(self) -> None:
         """Free the programs."""

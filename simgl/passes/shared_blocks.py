@@ -68,9 +68,7 @@ CRAFT = Block(
             ("air_transmittance", "f4", 4),
             ("sun_angular_radius", "f4"),
             ("instance", "u4"),
-            # How far what is drawn may lie below the surface that it stands for [m].
-            ("level_error", "f4"),
-            ("craft_padding", "f4"),
+            ("craft_padding", "f4", 2),
         ]
     ),
 )
@@ -174,13 +172,10 @@ def joint_values(model: SpacecraftModel) -> dict[str, Any]:
     return {"joint_rows": rows}
 
 
-def craft_values(
-    craft: SpacecraftView, air: AirBetween | None = None, level_error: float = 0.0
-) -> dict[str, Any]:
+def craft_values(craft: SpacecraftView, air: AirBetween | None = None) -> dict[str, Any]:
     """The Craft block of a spacecraft.
 
     air : before it
-    level_error : how far what is drawn may lie below the surface that it stands for [m]
     """
     return {
         "camera_from_body": craft.camera_from_body,
@@ -192,7 +187,6 @@ def craft_values(
         "air_transmittance": np.ones(4) if air is None else air.transmittance,
         "sun_angular_radius": craft.sun_angular_radius,
         "instance": craft.instance,
-        "level_error": level_error,
     }
 
 

@@ -1,4 +1,4 @@
-"""What the vertices of a body that are drawn get of its patches and of the sky."""
+"""What the vertices of a body get of its patches and of the sky."""
 
 from __future__ import annotations
 
@@ -13,16 +13,14 @@ from simgl.radiosity.light_transport import LightTransport
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class GatherMatrix:
-    """Rows of a ``LightTransport`` for each vertex and each of its sides; r = k * sides in all.
+    """Rows of a ``LightTransport`` for each vertex and each of its sides, r in all.
 
-    vertices : (k,) of the mesh; None for all
-    shape : (k, sides)
+    shape : (vertices, sides), whose product is r
     gather : two csr (r, p), about as many entries in each
     sky_part : (r, 96) csr, and whether it is what is seen, ``sky_part_seen`` (r,)
     whole, whole_row : all of the sky, and its row for each
     """
 
-    vertices: IndexArray | None
     shape: tuple[int, int]
     gather: tuple[sparse.csr_matrix, sparse.csr_matrix]
     sky_part: sparse.csr_matrix
@@ -31,14 +29,13 @@ class GatherMatrix:
     whole_row: IndexArray
 
 
-def vertex_rows(transport: LightTransport, vertices: IndexArray | None = None) -> GatherMatrix:
-    """The rows of some vertices of a body, or of all."""
-    site = transport.site_of_vertex if vertices is None else transport.site_of_vertex[:, vertices]
+def vertex_rows(transport: LightTransport) -> GatherMatrix:
+    """The rows of all vertices of a body."""
+    site = transport.site_of_vertex
     rows = site.T.ravel()
     gather = transport.gather[rows]
     middle = int(np.searchsorted(gather.indptr, gather.nnz // 2))
     return GatherMatrix(
-        vertices=vertices,
         shape=(site.shape[1], site.shape[0]),
         gather=(gather[:middle], gather[middle:]),
         sky_part=transport.sky_part[rows],

@@ -43,7 +43,6 @@ class SpacecraftModel:
     angles : of the joints now, in their order [rad], or travel [m] of those that slide; none where
         all are as stored
     stored : the model with all joints as stored, where they are not
-    exact : drawn whole at any distance, as the shapes of calibration scenes are
     """
 
     name: str
@@ -58,7 +57,6 @@ class SpacecraftModel:
     joints: tuple[Joint, ...] = ()
     angles: tuple[float, ...] = ()
     stored: SpacecraftModel | None = None
-    exact: bool = False
 
     @cached_property
     def variant(self) -> tuple[str, ...]:

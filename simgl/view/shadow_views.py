@@ -18,7 +18,6 @@ from simgl.rays import ray_tracer
 from simgl.sample_grid import ANGLE
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import BodyState, SceneState
-from simgl.view.detail import WHOLE, Detail
 
 # Texels along a map's edge.
 SIZES = (512, 768, 1024, 1536, 2048)
@@ -44,12 +43,11 @@ class Caster:
 
     model: SpacecraftModel
     clip_from_body: Array32
-    detail: Detail = WHOLE
 
     @property
     def key(self) -> bytes:
         """Equal keys mean that they leave the same in a map."""
-        return self.model.outline.encode() + self.clip_from_body.tobytes() + self.detail.key
+        return self.model.outline.encode() + self.clip_from_body.tobytes()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -105,26 +103,19 @@ class _Near:
     model: SpacecraftModel
     R_light_from_other: Array
     offset: Array
-    detail: Detail
 
 
 def shadow_view(
-    state: SceneState,
-    body: BodyState,
-    camera: Camera,
-    body_from_camera: Array,
-    detail: Detail = WHOLE,
+    state: SceneState, body: BodyState, camera: Camera, body_from_camera: Array
 ) -> ShadowView:
     """The maps that one spacecraft needs in a picture.
 
     body_from_camera : (4, 4)
-    detail : what stands for it in the picture. The same stands for it as a caster, so that it does
-        not shade itself; others cast with no larger an error than the least of its parts
     """
     sun = state.sun.seen_from(body.pose.position)
     R_light = _light_axes(body.pose.R_icrf_from_body.T @ sun.direction_icrf)
     tangent = float(np.tan(sun.angular_radius))
-    casters = _casters(state, body, R_light, tangent, detail)
+    casters = _casters(state, body, R_light, tangent)
     mesh = body.model.mesh
     centre = R_light @ mesh.centre
     bottom = float(centre[2] - 1.01 * mesh.radius)
@@ -167,7 +158,7 @@ def _light_axes(sun_body: Array) -> Array:
 
 
 def _casters(
-    state: SceneState, receiver: BodyState, R_light: Array, tangent: float, detail: Detail
+    state: SceneState, receiver: BodyState, R_light: Array, tangent: float
 ) -> tuple[_Near, ...]:
     """All bodies whose shadow may touch the receiver."""
     pose, mesh = receiver.pose, receiver.model.mesh
@@ -186,8 +177,7 @@ def _casters(
             blur = (place[2] - mesh.radius) * tangent
             if blur > 0.0 and (other.model.mesh.radius / blur) ** 2 < _LEAST_SHARE:
                 continue
-        own = detail if other is receiver else detail.for_other(other.model)
-        found.append(_Near(model=other.model, R_light_from_other=R, offset=offset, detail=own))
+        found.append(_Near(model=other.model, R_light_from_other=R, offset=offset))
     return tuple(found)
 
 
@@ -217,7 +207,7 @@ def _map(
         matrix = np.eye(4)
         matrix[:3, :3], matrix[:3, 3] = caster.R_light_from_other, caster.offset
         clip = np.asarray(clip_from_light @ matrix, dtype=np.float32)
-        drawn.append(Caster(model=caster.model, clip_from_body=clip, detail=caster.detail))
+        drawn.append(Caster(model=caster.model, clip_from_body=clip))
     texel = 2.0 * reach / size
     texel_from_body = np.eye(4)
     texel_from_body[:3, :3] = R_light

@@ -18,6 +18,7 @@ import pytest
 import typer
 
 from simgl.cli import app
+from tests.hygiene.test_layers import LAYERS
 
 ROOT = Path(__file__).parents[2]
 PAGES = [
@@ -121,6 +122,20 @@ def test_code_that_is_shown_can_be_read(page: Path) -> None:
             ast.parse(text)
         elif language == "toml":
             tomllib.loads(text)
+
+
+def test_the_architecture_page_lists_the_layers() -> None:
+    page = (ROOT / "docs" / "architecture.md").read_text()
+    table = page[page.index("| layer |") : page.index("Three more rules")]
+    listed: list[set[str]] = []
+    for number, names in re.findall(r"^\| (\d*) ?\| (`[^|]*) \|", table, re.M):
+        if number:
+            assert int(number) == len(listed) + 1
+            listed.append(set())
+        listed[-1] |= {name.rstrip("/") for name in re.findall(r"`([^`]*)`", names)}
+    # What begins a program or names the interface is no package of its own.
+    expected = [set(layer) - {"", "__main__"} for layer in LAYERS]
+    assert listed == [layer for layer in expected if layer]
 
 
 def test_the_tutorial_begins_with_the_first_example_of_the_readme() -> None:

@@ -52,20 +52,6 @@ def test_vertices_get_the_light_that_the_patches_around_them_get() -> None:
     np.testing.assert_allclose((areas * values).sum() / areas.sum(), mean, rtol=0.02)
 
 
-def test_some_vertices_get_what_they_get_among_all() -> None:
-    """On both sides: from surfaces, and of the Earth's light."""
-    transport = open_box()
-    exitance = sunlit_exitance(transport)
-    sky = np.random.default_rng(8).uniform(1.0, 9.0, (SKY_CELLS, 4)).astype(np.float32)
-    some = np.arange(3, len(transport.mesh.positions), 7)
-    rows = vertex_rows(transport, some)
-    values = np.empty((*rows.shape, 4), dtype=np.float32)
-    vertex_irradiance(rows, exitance, values)
-    np.testing.assert_array_equal(values, vertex_light(transport, exitance)[some])
-    whole = earth_share(vertex_rows(transport), sky)
-    np.testing.assert_array_equal(earth_share(rows, sky), whole[some])
-
-
 def test_the_back_of_a_sheet_gets_nothing_of_the_light_before_it() -> None:
     transport = open_box()
     exitance = sunlit_exitance(transport)

@@ -1,4 +1,9 @@
-"""Light of other surfaces for every sample of a tile by rays, in the place of vertex light."""
+"""Interreflected light of every sample of a tile by rays: the reference for vertex lighting.
+
+It takes tens of seconds where vertex lighting takes milliseconds, and is right in contacts and deep
+shadows, where values of vertices are interpolated. A frame that asks for it (``gather = "pixel"``)
+is drawn without vertex lighting, and this fills the G-buffer in its place.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +15,8 @@ import numpy as np
 from scipy.ndimage import uniform_filter
 
 from simgl.arrays import Array, Array32, IndexArray
-from simgl.environment_map import SkyRadiance, cell_radiance
+from simgl.environment_map import cell_radiance
+from simgl.passes.drawn_spacecraft import DrawnSpacecraft
 from simgl.radiosity.final_gather import SKY_ACROSS, LitBody, Points, gathered, sunlight
 from simgl.sample_grid import SampleGrid
 from simgl.view.frame_view import RasterTile, SpacecraftView
@@ -26,45 +32,43 @@ _PLANE_STEP = 0.05
 _PLACE, _SHAPE, _PLANE, _OTHERS = 0, 1, 2, 3
 
 
-class FinalGatherPass:
-    """Writes what the geometry pass leaves to vertices: the light of others, the Earth's share."""
+class ReferenceGather:
+    """Fills the indirect light of the G-buffer: from other surfaces, and the Earth's share."""
 
-    def draw(
+    def fill(
         self,
         tile: RasterTile,
-        seen: Sequence[moderngl.Texture],
-        bodies: Sequence[Sequence[LitBody] | None],
-        skies: Sequence[SkyRadiance | None],
+        gbuffer: Sequence[moderngl.Texture],
+        spacecraft: Sequence[DrawnSpacecraft],
     ) -> None:
-        """Changes the targets of the geometry pass.
-
-        bodies : for each spacecraft of the tile, itself and what is around; None where nothing is
-        skies : likewise what it sees around it
-        """
+        """Overwrite what the G-buffer pass drew of the spacecraft that have ``lit_bodies``."""
+        if not any(drawn.lit_bodies for drawn in spacecraft):
+            return
         columns, rows = tile.sample_grid.raster_size(tile.width, tile.height)
         place, shape, plane, others = (
-            _read(seen[target])[:rows, :columns] for target in (_PLACE, _SHAPE, _PLANE, _OTHERS)
+            _read(gbuffer[target])[:rows, :columns] for target in (_PLACE, _SHAPE, _PLANE, _OTHERS)
         )
-        craft_seen = place[..., 3].astype(np.int64) // 16384
-        for craft, lit, sky in zip(tile.craft, bodies, skies, strict=True):
-            row, column = np.nonzero((craft_seen == craft.instance) & (place[..., 3] >= 0.0))
-            if lit is None or len(row) == 0:
+        instance = place[..., 3].astype(np.int64) // 16384
+        for drawn in spacecraft:
+            view, lit = drawn.view, drawn.lit_bodies
+            row, column = np.nonzero((instance == view.instance) & (place[..., 3] >= 0.0))
+            if not lit or len(row) == 0:
                 continue
             points = _points(
-                craft,
+                view,
                 place[row, column],
                 shape[row, column],
                 plane[row, column],
                 _spread(row, column),
             )
-            cells = None if sky is None else cell_radiance(sky, SKY_ACROSS)
+            cells = None if drawn.probe is None else cell_radiance(drawn.probe.sky, SKY_ACROSS)
             squares = _pixel_cells(tile.sample_grid, row, column)
-            enough = _CERTAIN_OF_SUN * float(craft.sun_irradiance.sum())
+            enough = _CERTAIN_OF_SUN * float(view.sun_irradiance.sum())
             light, share = _certain(points, squares, lit, cells, _rays(tile.sample_grid), enough)
             others[row, column] = light
             plane[row, column, 3] = share
         for target, values in ((_PLANE, plane), (_OTHERS, others)):
-            seen[target].write(np.ascontiguousarray(values), viewport=(0, 0, columns, rows))
+            gbuffer[target].write(np.ascontiguousarray(values), viewport=(0, 0, columns, rows))
 
 
 def _read(texture: moderngl.Texture) -> Array32:
