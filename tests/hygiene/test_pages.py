@@ -1,4 +1,4 @@
-"""What the pages show is there: links, pictures, commands with their options, code, frame times."""
+"""What the pages show exists: links, files, commands with their options, code, frame times."""
 
 from __future__ import annotations
 
@@ -30,7 +30,14 @@ PAGES = [
 ]
 RECORDS = ROOT / "benchmarks"
 
-every_page = pytest.mark.parametrize("page", PAGES, ids=lambda p: str(p.relative_to(ROOT)))
+
+def for_pages(pages: list[Path]) -> pytest.MarkDecorator:
+    return pytest.mark.parametrize("page", pages, ids=lambda p: str(p.relative_to(ROOT)))
+
+
+every_page = for_pages(PAGES)
+# The changelog names files of the past.
+every_page_of_today = for_pages([page for page in PAGES if page.name != "CHANGELOG.md"])
 
 
 def blocks(page: Path) -> Iterator[tuple[str, str]]:
@@ -66,6 +73,13 @@ def test_every_link_leads_somewhere(page: Path) -> None:
         assert there.exists(), target
         if anchor:
             assert anchor in headings(there), f"{target}#{anchor}"
+
+
+@every_page_of_today
+def test_every_file_that_is_named_exists(page: Path) -> None:
+    folders = "simgl|bridge|shaders|models|tools|benchmarks|examples|tests|docs"
+    named = re.findall(rf"`((?:{folders})/[\w./-]+\.\w+)`", page.read_text())
+    assert not [name for name in named if "NAME" not in name and not (ROOT / name).exists()]
 
 
 @every_page
