@@ -59,7 +59,7 @@ def frame_times(ctx: moderngl.Context, spacecraft: SpacecraftView, step: float) 
     work : of all cores
     """
     transports = TransportStore()
-    interreflection, sky = InterreflectionPass(ctx, transports), earth_below()
+    interreflection, sky = InterreflectionPass(ctx, transports, EXECUTOR), earth_below()
     assert spacecraft.exchange is not None
     clock, work = [], []
     for frame in range(WARM_UP + FRAMES):
@@ -95,7 +95,7 @@ def agreement(spacecraft: SpacecraftView, transport: LightTransport, count: int)
 
     def on_vertices(exitance: Array32) -> Array32:
         values = np.empty((*gather.shape, 4), dtype=np.float32)
-        vertex_irradiance(gather, exitance, values)
+        vertex_irradiance(gather, exitance, values, EXECUTOR)
         return values
 
     def at_once(cosines: Array32) -> Array32:
