@@ -30,7 +30,7 @@ from simgl.passes.shadow import ShadowPass
 from simgl.passes.surface import LIGHTS, SurfacePass
 from simgl.passes.truth import TruthPass
 from simgl.passes.warp import WarpPass
-from simgl.progress import Progress
+from simgl.progress import ProgressCallback
 from simgl.radiosity.transport_store import TransportStore
 from simgl.scene.earth import Earth
 from simgl.scene.spacecraft import SpacecraftModel
@@ -84,7 +84,7 @@ class Renderer:
         self,
         models: Iterable[SpacecraftModel],
         earth: Earth | None = None,
-        progress: Progress | None = None,
+        progress: ProgressCallback | None = None,
     ) -> None:
         """Trace how the surfaces of models see each other, and make the tables of the Earth's air,
         so that no frame waits for it."""
@@ -195,7 +195,6 @@ class Renderer:
     def _spacecraft(self, tile: RasterTile, gather: Gather) -> list[DrawnSpacecraft]:
         """All that the passes after this draw of the spacecraft of a tile."""
         views = tile.craft
-        none = [None] * len(views)
         with self.timer.measure("probe"):
             self._draw_skies([view.sky for view in views])
             probes = self._probes.of([view.sky for view in views])
@@ -206,7 +205,9 @@ class Renderer:
             skies = [None if probe is None else probe.sky for probe in probes]
             by_rays = gather == "pixel"
             vertex_lightings = none if by_rays else self._interreflection.draw(views, skies)
-            bodies = self._reference_gather.lit_bodies(views, skies) if by_rays else [()] * len(views)
+            bodies = (
+                self._reference_gather.lit_bodies(views, skies) if by_rays else [()] * len(views)
+            )
         return [
             DrawnSpacecraft(
                 view=view,
@@ -244,6 +245,7 @@ class Renderer:
 
     def release(self) -> None:
         """Free everything that this renderer made."""
+        self._executor.shutdown()
         # moderngl binds the last framebuffer again whenever it makes one: not a freed one, then.
         self._ctx.detect_framebuffer(0).use()
         for owner in (

@@ -8,7 +8,6 @@ from concurrent.futures import Executor
 import moderngl
 import numpy as np
 
-from simgl.arrays import Array32
 from simgl.environment_map import SkyRadiance, cell_radiance
 from simgl.gpu.vertex_buffers import Values
 from simgl.passes.mesh_store import VertexLighting

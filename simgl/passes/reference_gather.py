@@ -159,7 +159,6 @@ def _lit_body(
     )
 
 
-
 def _read(texture: moderngl.Texture) -> Array32:
     data = np.frombuffer(texture.read(), dtype=np.float32)
     return data.reshape(texture.height, texture.width, 4).copy()

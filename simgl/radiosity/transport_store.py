@@ -12,7 +12,7 @@ from scipy import sparse
 
 from simgl.disk_cache import cache_folder, read_arrays, write_arrays
 from simgl.lru_cache import LruCache
-from simgl.progress import Progress
+from simgl.progress import ProgressCallback
 from simgl.radiosity.bake import BakeSettings, bake, sees_itself
 from simgl.radiosity.light_transport import LightTransport
 from simgl.scene.mesh import Mesh
@@ -35,7 +35,9 @@ class TransportStore:
     def __init__(self) -> None:
         self._transports = LruCache[tuple[str, bool], LightTransport | None](CAPACITY)
 
-    def of(self, model: SpacecraftModel, progress: Progress | None = None) -> LightTransport | None:
+    def of(
+        self, model: SpacecraftModel, progress: ProgressCallback | None = None
+    ) -> LightTransport | None:
         """How a model's surfaces see each other; None where none sees another.
 
         Traced at the first call, unless a file has it. Joints stand at the nearest multiple of
@@ -53,7 +55,7 @@ def transport_of(
     *,
     open_sheets: bool,
     settings: BakeSettings = BakeSettings(),
-    progress: Progress | None = None,
+    progress: ProgressCallback | None = None,
 ) -> LightTransport | None:
     """The transport of a body, from the file of an earlier bake if there is one.
 
