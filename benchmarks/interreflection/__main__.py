@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -39,6 +40,7 @@ EARTH_RADIUS = np.radians(70.0)
 # An orbit of 400 km turns so far in a second [rad].
 STEP = np.radians(0.0649)
 FRAMES, WARM_UP = 60, 5
+EXECUTOR = ThreadPoolExecutor(max_workers=1)
 
 
 def earth_below() -> SkyRadiance:
