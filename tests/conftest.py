@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import ctypes
 import ctypes.util
+import os
+import shutil
+import subprocess
 from collections.abc import Iterator
 from typing import Any
 
@@ -47,3 +50,24 @@ def gl(_session_context: moderngl.Context) -> Iterator[moderngl.Context]:
         after = _living_objects()
     left: dict[str, Any] = {k: sorted(after[k] - before[k]) for k in _KINDS if after[k] - before[k]}
     assert not left, f"OpenGL objects left in the context: {left}"
+
+
+@pytest.fixture(scope="session")
+def display() -> Iterator[str]:
+    """An X server of our own, on a number that it finds free."""
+    server = shutil.which("Xvfb")
+    if server is None:
+        pytest.skip("Xvfb is not installed (apt-get install xvfb)")
+    reading, writing = os.pipe()
+    screen = ["-screen", "0", "1280x1024x24", "-nolisten", "tcp", "-displayfd", str(writing)]
+    with subprocess.Popen(
+        [server, *screen], pass_fds=[writing], stderr=subprocess.DEVNULL
+    ) as process:
+        os.close(writing)
+        with os.fdopen(reading) as pipe:
+            number = pipe.readline().strip()
+        if not number:
+            process.wait()
+            pytest.skip(f"Xvfb does not start (exit status {process.returncode})")
+        yield f":{number}"
+        process.terminate()

@@ -25,6 +25,7 @@ from simgl_bridge.messages import Render
 
 from simgl import Scenario
 from simgl.errors import BridgeError
+from simgl.gpu.context import current
 from tests.bridge.harness import Gate, RawLink, Running, free_address, header_of
 from tests.bridge.zmtp import EMPTY, PING, Wire
 
@@ -376,7 +377,7 @@ def test_an_error_flag_of_opengl_makes_no_picture(
 
         def spoil() -> None:
             # What a call on a broken context leaves behind; nothing raises.
-            with simulator._ctx:
+            with current(simulator._ctx):
                 simulator._ctx.enable_direct(0xDEAD)
 
         simulator.hook = spoil

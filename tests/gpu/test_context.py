@@ -13,15 +13,15 @@ import pytest
 from simgl.errors import ContextError
 from simgl.gpu import context
 from simgl.gpu.context import open_context
-
-HAS_OSMESA = bool(ctypes.util.find_library("OSMesa")) or any(
-    Path("/usr/lib").glob("*/libOSMesa.so.8")
-)
+from tests.gpu.osmesa import needs_osmesa
+from tests.patience import limit
 
 PROBE = """
 import sys
 from simgl.errors import ContextError
 from simgl.gpu.context import open_context
+from tests.gpu.osmesa import needs_osmesa
+from tests.patience import limit
 try:
     ctx = open_context(sys.argv[1])
     print("opened", ctx.version_code)
@@ -38,7 +38,7 @@ def probe(backend: str, **environment: str) -> str:
         env={**os.environ, **environment},
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=limit(60.0),
         check=True,
     )
     return run.stdout.strip()
@@ -48,12 +48,12 @@ def test_egl_gives_at_least_opengl_33() -> None:
     assert int(probe("egl").removeprefix("opened ")) >= 330
 
 
-@pytest.mark.skipif(not HAS_OSMESA, reason="libosmesa6 is not installed")
+@needs_osmesa
 def test_osmesa_stands_in_where_egl_has_no_vendor() -> None:
     assert probe("auto", __EGL_VENDOR_LIBRARY_FILENAMES="/nowhere.json").startswith("opened")
 
 
-@pytest.mark.skipif(not HAS_OSMESA, reason="libosmesa6 is not installed")
+@needs_osmesa
 def test_osmesa_renders_the_same_picture() -> None:
     script = (
         "import hashlib; from tests.scenes import *; from simgl.gpu.context import open_context\n"
@@ -70,7 +70,7 @@ def test_osmesa_renders_the_same_picture() -> None:
             cwd=root,
             capture_output=True,
             text=True,
-            timeout=120,
+            timeout=limit(120.0),
             check=True,
         ).stdout
         for backend in ("egl", "osmesa")
