@@ -2,53 +2,35 @@
 
 from __future__ import annotations
 
-import ctypes
-import ctypes.util
 import os
 import shutil
 import subprocess
 from collections.abc import Iterator
-from typing import Any
 
 import moderngl
 import pytest
 
-from simgl.gpu.context import open_context
-
-# Object names grow from 1; far more than any test makes.
-_NAMES = 600
-_KINDS = ("Texture", "Buffer", "Framebuffer", "Renderbuffer", "Program", "VertexArray", "Query")
+from simgl.gpu.context import current
+from tests.watched_context import WatchedContext
 
 
 @pytest.fixture(scope="session")
-def _session_context() -> Iterator[moderngl.Context]:
-    ctx = open_context()
-    yield ctx
-    ctx.release()
-
-
-def _living_objects() -> dict[str, set[int]]:
-    """Names of every object in the current context, by kind."""
-    library = ctypes.CDLL(ctypes.util.find_library("GL") or "libGL.so.1")
-    # A released program lives on while it is the current one.
-    library.glUseProgram(0)
-    return {
-        kind: {name for name in range(1, _NAMES) if getattr(library, f"glIs{kind}")(name)}
-        for kind in _KINDS
-    }
+def _watched_context() -> Iterator[WatchedContext]:
+    watched = WatchedContext()
+    yield watched
+    watched.release()
 
 
 @pytest.fixture
-def gl(_session_context: moderngl.Context) -> Iterator[moderngl.Context]:
+def gl(_watched_context: WatchedContext) -> Iterator[moderngl.Context]:
     """A headless context; fails a test that leaves an OpenGL error or object behind."""
-    # Current for this test, whatever contexts other tests opened and closed.
-    with _session_context as ctx:
-        assert ctx.error == "GL_NO_ERROR"
-        before = _living_objects()
+    _watched_context.check()
+    before = _watched_context.living
+    with current(_watched_context.ctx) as ctx:
         yield ctx
-        assert ctx.error == "GL_NO_ERROR"
-        after = _living_objects()
-    left: dict[str, Any] = {k: sorted(after[k] - before[k]) for k in _KINDS if after[k] - before[k]}
+    # Entered again: the test may have left another context current, or none.
+    _watched_context.check()
+    left = dict(_watched_context.living - before)
     assert not left, f"OpenGL objects left in the context: {left}"
 
 
