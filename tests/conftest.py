@@ -11,7 +11,18 @@ import moderngl
 import pytest
 
 from simgl.gpu.context import current
+from tests.patience import limit
 from tests.watched_context import WatchedContext
+
+# Of one test, with the fixtures that it is the first to need [s].
+_LONGEST_TEST = 300.0
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_configure(config: pytest.Config) -> None:
+    """A test that hangs is ended, later on a slow machine."""
+    if config.option.timeout is None:
+        config.option.timeout = limit(_LONGEST_TEST)
 
 
 @pytest.fixture(scope="session")

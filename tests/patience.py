@@ -9,7 +9,8 @@ from __future__ import annotations
 import os
 import subprocess
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Any
 
 # What the fixed piece of work takes on the reference machine (README) with nothing beside it [s].
 _REFERENCE = 0.12
@@ -52,3 +53,20 @@ def wait_until(
             raise AssertionError(f"ended with {process.returncode} before {what}: {said}")
         assert time.monotonic() < end, f"{what}: not within {limit(seconds):.0f} s"
         time.sleep(0.005)
+
+
+def run_to_end(
+    command: Sequence[str], seconds: float = 240.0, *, check: bool = True, **options: Any
+) -> subprocess.CompletedProcess[str]:
+    """A command's output as text; fails with its stderr where it ends with another code than 0.
+
+    seconds : on the reference machine; a command that hangs fails
+    check : False accepts any code
+    """
+    done = subprocess.run(
+        command, capture_output=True, text=True, timeout=limit(seconds), check=False, **options
+    )
+    assert not check or done.returncode == 0, (
+        f"{command} ends with {done.returncode}: {done.stderr}"
+    )
+    return done

@@ -182,7 +182,7 @@ def _enter(ctx: moderngl.Context, before: Binding | None) -> None:
     known = _bindings.get(ctx)
     if known is not None and known.restore():
         return
-    ctx.__enter__()
+    ctx.mglo.__enter__()
     now = current_binding()
     if now is None and known is None and before is not None:
         # Entering a context of the user's own may do nothing: it is the one that was current.
@@ -217,7 +217,7 @@ def current(ctx: moderngl.Context) -> Iterator[moderngl.Context]:
     finally:
         if ctx not in _bindings:
             # Of a window system that cannot be asked.
-            ctx.__exit__(None, None, None)
+            ctx.mglo.__exit__(None, None, None)
         _restore(before)
 
 

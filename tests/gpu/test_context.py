@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes.util
 import os
-import subprocess
 import sys
 from pathlib import Path
 
@@ -14,7 +13,7 @@ from simgl.errors import ContextError
 from simgl.gpu import context
 from simgl.gpu.context import open_context
 from tests.gpu.osmesa import needs_osmesa
-from tests.patience import limit
+from tests.patience import run_to_end
 
 PROBE = """
 import sys
@@ -33,14 +32,7 @@ except ContextError as error:
 
 def probe(backend: str, **environment: str) -> str:
     """What opening a context says in a process with these environment variables."""
-    run = subprocess.run(
-        [sys.executable, "-c", PROBE, backend],
-        env={**os.environ, **environment},
-        capture_output=True,
-        text=True,
-        timeout=limit(60.0),
-        check=True,
-    )
+    run = run_to_end([sys.executable, "-c", PROBE, backend], env={**os.environ, **environment})
     return run.stdout.strip()
 
 
@@ -65,14 +57,7 @@ def test_osmesa_renders_the_same_picture() -> None:
     )
     root = Path(__file__).resolve().parents[2]
     digests = {
-        subprocess.run(
-            [sys.executable, "-c", script, backend],
-            cwd=root,
-            capture_output=True,
-            text=True,
-            timeout=limit(120.0),
-            check=True,
-        ).stdout
+        run_to_end([sys.executable, "-c", script, backend], cwd=root).stdout
         for backend in ("egl", "osmesa")
     }
     assert len(digests) == 1

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 import sys
 import threading
 from collections.abc import Iterator
@@ -17,7 +16,7 @@ from simgl.errors import ContextError
 from simgl.gpu.context import current, open_context, preserve_current, temporary_context
 from simgl.gpu.window_systems import current_binding
 from tests.gpu.osmesa import needs_osmesa
-from tests.patience import limit
+from tests.patience import run_to_end
 from tests.scenes import Table, lambert, scene
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -274,16 +273,7 @@ print("held")
 
 def holds(script: str, *wrapper: str) -> bool:
     """Whether a script of laws runs to its end in a process of its own."""
-    run = subprocess.run(
-        [*wrapper, sys.executable, "-c", script],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        timeout=limit(60.0),
-        check=False,
-    )
-    assert run.returncode == 0, run.stderr
-    return run.stdout == "held\n"
+    return run_to_end([*wrapper, sys.executable, "-c", script], cwd=ROOT).stdout == "held\n"
 
 
 @needs_osmesa

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import os
 import re
-import subprocess
 import sys
 from pathlib import Path
 
-from tests.patience import limit
+from tests.patience import run_to_end
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -54,7 +53,7 @@ def test_leaves_an_error(gl):
 
 def test_what_a_test_leaves_behind_makes_it_fail(tmp_path: Path) -> None:
     (tmp_path / "test_fixture.py").write_text(TESTS)
-    run = subprocess.run(
+    run = run_to_end(
         [sys.executable, "-m", "pytest", "-rA", "-p", "no:cacheprovider", "-p", "no:xdist", "."],
         cwd=tmp_path,
         env={
@@ -62,9 +61,6 @@ def test_what_a_test_leaves_behind_makes_it_fail(tmp_path: Path) -> None:
             "COLUMNS": "200",
             "PYTHONPATH": f"{ROOT}{os.pathsep}{os.environ.get('PYTHONPATH', '')}",
         },
-        capture_output=True,
-        text=True,
-        timeout=limit(120.0),
         check=False,
     )
     # The fixture speaks when a test is over, so that the test itself has passed.

@@ -17,7 +17,7 @@ from simgl.errors import ContextError
 from simgl.scenario.loader import load_scenario
 from simgl.viewer.view_settings import opening_look
 from simgl.viewer.window import run
-from tests.patience import limit
+from tests.patience import run_to_end
 from tests.viewer.harness import assert_shows, press
 
 
@@ -45,13 +45,10 @@ def test_a_display_that_does_not_answer_is_named(
 
 def on_display(display: str, *command: str, folder: Path) -> subprocess.CompletedProcess[str]:
     environment = {k: v for k, v in os.environ.items() if not k.startswith(("WAYLAND", "XDG_"))}
-    return subprocess.run(
+    return run_to_end(
         [sys.executable, "-W", "error", *command],
         env={**environment, "DISPLAY": display},
         cwd=folder,
-        capture_output=True,
-        text=True,
-        timeout=limit(60.0),
         check=False,
     )
 
