@@ -42,7 +42,7 @@ class OSMesaContext:
                 "libOSMesa offers no OpenGL 3.3 core, its version is too low",
                 "install Mesa 20 or newer",
             )
-        # OSMesa needs a window buffer even if every picture goes to a framebuffer object.
+        # OSMesa needs a window buffer even if every image goes to a framebuffer object.
         self._pixels = (ctypes.c_ubyte * (4 * 4 * 4))()
         self.__enter__()
 

@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 
 import moderngl
 
-from simgl.gpu.growing_target import GrowingTarget, textures_of
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.program import load_program
+from simgl.gpu.render_targets import GrowingTarget, textures_of
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
 from simgl.passes.albedo_table import LOBE_UNIT, lobe_texture
 from simgl.passes.mesh_store import MeshStore
@@ -153,7 +153,7 @@ class SurfacePass:
         returns : one texture, or with ``apart`` one for each of ``LIGHTS``
         """
         size = tile.sample_grid.raster_size(tile.width, tile.height)
-        sunlight, target = self._targets[len(LIGHTS) if apart else 1].at_least(size)
+        sunlight, target = self._targets[len(LIGHTS) if apart else 1].covering(size)
         area = (0, 0, *size)
         self._write(tile, lamps)
         for unit, texture in enumerate(seen):

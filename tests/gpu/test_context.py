@@ -46,7 +46,7 @@ def test_osmesa_stands_in_where_egl_has_no_vendor() -> None:
 
 
 @needs_osmesa
-def test_osmesa_renders_the_same_picture() -> None:
+def test_osmesa_renders_the_same_image() -> None:
     script = (
         "import hashlib; from tests.scenes import *; from simgl.gpu.context import open_context\n"
         "ball = {'sphere': {'radius_m': 1.0, 'material': lambert(0.5)}}\n"

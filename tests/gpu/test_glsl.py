@@ -1,4 +1,4 @@
-"""The shader floor: includes, errors by file and line, blocks that match their numpy side."""
+"""Shader assembly: includes, errors by file and line, blocks that match their numpy side."""
 
 from __future__ import annotations
 

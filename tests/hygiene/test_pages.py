@@ -1,4 +1,4 @@
-"""What the pages show is there: links, pictures, commands with their options, code, frame times."""
+"""What the pages show exists: links, images, commands with their options, code, frame times."""
 
 from __future__ import annotations
 

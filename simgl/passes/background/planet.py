@@ -237,9 +237,9 @@ class PlanetPass:
                 present = {"ONE_FACE": one_face, "SEA": sea, "NIGHT": night}
                 kind = tuple(d for d, there in present.items() if there)
                 program = self._program_for("planet/tiles", ("EVEN", *kind, *variant))
-                program.draw(mask & tiles.even, TILE, sheet=step)
+                program.draw(mask & tiles.even, TILE, slot=step)
                 finer = (mask & tiles.finer).repeat(PARTS, axis=0).repeat(PARTS, axis=1)
-                program.draw(finer, TILE // PARTS, sheet=step)
+                program.draw(finer, TILE // PARTS, slot=step)
         for unit, texture in enumerate(textures):
             texture.use(unit)
 
