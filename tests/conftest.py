@@ -11,6 +11,8 @@ import moderngl
 import pytest
 
 from simgl.gpu.context import current
+from simgl.radiosity import bake_cache
+from simgl.scene.mesh import Mesh
 from tests.patience import limit
 from tests.watched_context import WatchedContext
 
@@ -23,6 +25,25 @@ def pytest_configure(config: pytest.Config) -> None:
     """A test that hangs is ended, later on a slow machine."""
     if config.option.timeout is None:
         config.option.timeout = limit(_LONGEST_TEST)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _one_hull_of_a_mesh() -> Iterator[None]:
+    """The convex hull of a mesh, which decides whether it is baked, is built once in a session.
+
+    Most tests open a simulator of their own for the same few bodies, at half its cost for the hull.
+    """
+    real, answers = bake_cache.sees_itself, dict[tuple[str, int], bool]()
+
+    def remembered(mesh: Mesh, sides: int) -> bool:
+        key = mesh.digest, sides
+        if key not in answers:
+            answers[key] = real(mesh, sides)
+        return answers[key]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(bake_cache, "sees_itself", remembered)
+        yield
 
 
 @pytest.fixture(scope="session")
