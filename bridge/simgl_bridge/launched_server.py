@@ -18,16 +18,17 @@ from simgl_bridge.client import Client
 # One attempt to reach a child that is still starting [s].
 _ATTEMPT = 0.25
 # A child that was asked to stop finishes its frame; after this it is killed [s].
-_PATIENCE = 10.0
+_PATIENCE = 30.0
 
 
 @contextmanager
 def launched_server(
-    scenario_path: str | Path, *, timeout_s: float = 60.0
+    scenario_path: str | Path, *, timeout_s: float = 600.0
 ) -> Iterator[tuple[subprocess.Popen[bytes], str]]:
     """A running server of a scenario, as (process, address); it ends with the block.
 
-    timeout_s : for the server to start
+    timeout_s : for the server to start, which takes minutes for a large model that is new; one
+        that has ended is noticed at once
 
     Raises BridgeError with the last line that the server wrote where it ends or stays silent.
 

@@ -22,6 +22,7 @@ from tests.bridge import basilisk_wire as wire
 from tests.bridge.basilisk_wire import pixels, scene
 from tests.bridge.harness import WatchedSimulator, basilisk_source, free_address
 from tests.bridge.zmtp import Wire
+from tests.patience import limit
 
 
 @pytest.fixture(scope="module")
@@ -62,7 +63,7 @@ def test_basilisk_may_start_before_the_server(
     early.socket.send(b"PING")
     assert not early.socket.poll(300)
     with basilisk_source(base, sheets, address):
-        assert early.socket.poll(20_000)
+        assert early.socket.poll(round(limit(20_000)))
         assert early.socket.recv() == b"PONG"
         assert early.update(scene()) == [b"OK"]
         assert pixels(early.image()).max() > 100

@@ -21,6 +21,7 @@ from simgl.errors import BridgeError
 from simgl.images import saturated
 from simgl.physics.frames import Pose, matrix_from_quaternion
 from tests.bridge.harness import RawLink, Running
+from tests.patience import limit
 
 SECOND = 1_000_000_000
 Q_SMALL_TURN = (0.0, np.sin(0.01), 0.0, np.cos(0.01))
@@ -192,7 +193,7 @@ def test_a_sun_of_two_numbers_is_named(client: Client, scenario: Scenario) -> No
 
 
 def test_a_closed_client_says_so(running: Running) -> None:
-    link = Client(running.address, timeout_s=20.0)
+    link = Client(running.address, timeout_s=limit(20.0))
     link.close()
     link.close()
     for call in (link.ping, lambda: link.send_state(0, [Shot(camera="nav")])):
