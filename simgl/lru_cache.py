@@ -30,6 +30,14 @@ class LruCache(Generic[Key, Thing]):
         self._things.move_to_end(key)
         return self._things[key]
 
+    def find(self, key: Key) -> Thing | None:
+        """The thing of a key, or None; its turn to go does not change."""
+        return self._things.get(key)
+
+    def pop(self, key: Key) -> None:
+        """Drop the thing of a key, if there is one, without telling."""
+        self._things.pop(key, None)
+
     def values(self) -> list[Thing]:
         """All that are kept, the one unused for longest first."""
         return list(self._things.values())

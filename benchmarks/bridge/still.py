@@ -9,9 +9,8 @@ from threading import Event
 from typing import Any, cast
 
 import numpy as np
-from simgl_bridge.fair_queue import FairQueue
 from simgl_bridge.render_session import RenderSession
-from simgl_bridge.server import serve
+from simgl_bridge.server import FairQueue, serve
 from simgl_bridge.simgl1_endpoint import WINDOW, Simgl1Endpoint
 
 from simgl import Capture, Scenario, Simulator, load_scenario

@@ -89,7 +89,7 @@ class Hello(Message, frozen=True, kw_only=True):
     versions: tuple[str, ...]
 
 
-class CameraCard(Struct, frozen=True, kw_only=True):
+class CameraDescription(Struct, frozen=True, kw_only=True):
     """A camera as the server offers it.
 
     cx, cy : principal point; the centre of the pixel in column i, row j is (i + 0.5, j + 0.5)
@@ -143,7 +143,7 @@ class Welcome(Message, frozen=True, kw_only=True):
     seed: int
     window: int
     products: tuple[str, ...]
-    cameras: tuple[CameraCard, ...]
+    cameras: tuple[CameraDescription, ...]
     bodies: dict[str, tuple[str, ...]]
     scenarios: tuple[str, ...] = ()
     lamps: tuple[str, ...] = ()

@@ -21,7 +21,7 @@ import zmq
 from simgl_bridge import Client, NoAnswerError, launched_server
 from simgl_bridge.bind_address import check_bindable, is_loopback
 from simgl_bridge.commands import serve
-from simgl_bridge.supervisor import keep
+from simgl_bridge.processes import run_restarting
 
 from simgl import Scenario
 from simgl.errors import BridgeError, ConfigError
@@ -105,7 +105,7 @@ def test_a_kept_server_ends_with_the_process_that_keeps_it(
 def test_a_process_that_keeps_dying_is_given_up(capfd: pytest.CaptureFixture[str]) -> None:
     line = r"^the server died 5 times in a row, the last time of SIGABRT$"
     with pytest.raises(BridgeError, match=line):
-        keep(os.abort, {}, Event())
+        run_restarting(os.abort, (), Event())
     assert capfd.readouterr().err.count("died of SIGABRT and is started again") == 4
 
 
@@ -236,7 +236,7 @@ def test_an_address_beyond_this_machine_is_refused(address: str) -> None:
         "simgl serve: --address must be tcp://127.0.0.1:PORT or ipc://PATH, "
         f'got "{address}": beyond this machine it needs --keys and --allow, or --insecure'
     )
-    check_bindable(address, guarded=True)
+    check_bindable(address, remote_allowed=True)
 
 
 def test_basilisk_stays_on_this_machine_whatever_is_said() -> None:

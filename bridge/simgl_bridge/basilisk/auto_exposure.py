@@ -1,4 +1,4 @@
-"""Exposure of a camera that nobody gave one: nothing of it is on Basilisk's wire."""
+"""Exposure time of a camera whose file gives none: Basilisk does not send it."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from simgl.assess.exposure_advice import full_electrons
 from simgl.camera.camera import Camera
 from simgl.camera.camera_equation import irradiance_per_radiance, square_electrons_per_irradiance
 from simgl.physics.regolith import face_on, geometric_albedo
-from simgl.scene.state import EarthState, SunAtPosition
+from simgl.scene.state import EarthState, Sun
 
-# Share of a pixel's range that the brightest fills: a stop is left for glints.
+# Share of a pixel's range that the brightest surface fills: one stop is left for glints.
 FILLED = 0.5
-# Reflectance factor of the brightest that is to be held where no one albedo says it: thick cloud
-# under a high Sun, or white paint.
+# Reflectance factor of the brightest surface where no single albedo is known: thick cloud under a
+# high Sun, or white paint.
 WHITE = 0.85
 
 
-def metered(camera: Camera, sun: SunAtPosition, globe: EarthState | None) -> Camera:
+def auto_exposed(camera: Camera, sun: Sun, globe: EarthState | None) -> Camera:
     """The camera with the exposure time that fills its pixels to ``FILLED`` in full sunlight.
 
-    The light is that of the globe where it faces Sun and camera, at the scene's origin; of clouds
-    and white paint where it has maps, or where there is none. It does not depend on what is in
-    view, so a series of pictures compares.
+    The reference surface is the planet at the scene's origin, at zero phase angle; clouds or white
+    paint where the planet has maps or there is none. The exposure does not depend on what is in
+    view, so the images of a series compare.
     """
     albedo, law = (None, None) if globe is None else (globe.earth.albedo, globe.earth.regolith)
     reflectance = np.full(4, WHITE) if albedo is None else np.asarray(albedo)

@@ -1,4 +1,4 @@
-"""What Basilisk's wire does not say about a camera: exposure, lens, detector, from a file."""
+"""Camera parameters that Basilisk does not send: exposure, lens and detector, from a file."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from simgl.errors import ConfigError
 from simgl.physics.constants import SOLAR_TEMPERATURE
 from simgl.scenario.schema import CameraTable
 
-# Of a camera, as Basilisk's 64 bits hold it.
+# Camera id: a 64-bit integer in Basilisk.
 _ID = re.compile(r"-?[0-9]{1,18}")
-# Basilisk says these itself.
+# Basilisk sends these.
 _SENT = (
     *("width_px", "height_px", "focal_length_mm"),
     *("on", "position_body_m", "keypoint", "about", "position_icrf_m"),
@@ -28,24 +28,26 @@ class CameraOverrides:
 
     where : opens error messages
     base : folder of relative paths
-    metered : no exposure time is given; ``meter`` has it
+    auto_exposed : no exposure time is given; ``auto_exposure`` computes it
     sun_temperature : of the spectrum that bands are averaged over [K]
     """
 
     table: CameraTable
     where: str
     base: Base
-    metered: bool = False
+    auto_exposed: bool = False
     sun_temperature: float = SOLAR_TEMPERATURE
 
 
-DEFAULT_OVERRIDES = CameraOverrides(table=CameraTable(), where="camera", base=Path(), metered=True)
+DEFAULT_OVERRIDES = CameraOverrides(
+    table=CameraTable(), where="camera", base=Path(), auto_exposed=True
+)
 
 
-def load_sheet(path: Path, root: Path | None = None) -> CameraOverrides:
+def load_camera_file(path: Path, root: Path | None = None) -> CameraOverrides:
     """A camera file; raises ConfigError or AssetError with one clear line.
 
-    root : folder that the files it names must lie in; None lets them lie anywhere
+    root : folder that the files it names must lie in; None allows any
     """
     data = read_toml(path)
     for key in _SENT:
@@ -53,24 +55,24 @@ def load_sheet(path: Path, root: Path | None = None) -> CameraOverrides:
             raise ConfigError(str(path), key, "comes from Basilisk; leave it out here")
     base: Base = path.parent if root is None else SandboxedFolder(path.parent, root.resolve())
     table = convert(data, CameraTable, str(path))
-    metered = "exposure_time_s" not in data
-    return CameraOverrides(table=table, where=str(path), base=base, metered=metered)
+    auto_exposed = "exposure_time_s" not in data
+    return CameraOverrides(table=table, where=str(path), base=base, auto_exposed=auto_exposed)
 
 
-def load_sheets(
+def load_camera_files(
     entries: list[str], root: Path | None = None, command: str = "simgl serve"
 ) -> dict[int, CameraOverrides]:
     """Camera files by camera id, from texts such as ``1=navcam.toml``.
 
-    command : that they were given to, for errors
+    command : name of the command in error messages
     """
-    sheets = {}
+    overrides = {}
     for entry in entries:
         number, _, path = entry.partition("=")
         if not _ID.fullmatch(number.strip()) or not path:
             problem = f'must be ID=FILE such as 1=navcam.toml, got "{entry}"'
             raise ConfigError(command, "--camera", problem)
-        if int(number) in sheets:
+        if int(number) in overrides:
             raise ConfigError(command, "--camera", f"has camera {int(number)} twice")
-        sheets[int(number)] = load_sheet(Path(path), root)
-    return sheets
+        overrides[int(number)] = load_camera_file(Path(path), root)
+    return overrides

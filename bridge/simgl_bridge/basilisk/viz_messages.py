@@ -16,7 +16,7 @@ from simgl.errors import BridgeError
 # Wire types.
 _VARINT, _FIXED64, _BYTES, _FIXED32 = 0, 1, 2, 5
 # A list of numbers has nine at most in these messages.
-_MOST_NUMBERS = 64
+_MAX_NUMBERS = 64
 
 
 class UnreadableError(BridgeError):
@@ -63,7 +63,7 @@ class Light:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Craft:
+class SpacecraftState:
     """position [m], velocity [m/s] in J2000 axes; sigma_BN : modified Rodrigues parameters."""
 
     name: str = ""
@@ -118,7 +118,7 @@ class Update:
 
     instant: Instant = Instant()
     bodies: tuple[CelestialBody, ...] = ()
-    craft: tuple[Craft, ...] = ()
+    spacecraft: tuple[SpacecraftState, ...] = ()
     cameras: tuple[CameraConfig, ...] = ()
     settings: Settings | None = None
     epoch: Epoch | None = None
@@ -145,7 +145,7 @@ _FIELDS: dict[type, dict[int, tuple[str, Any]]] = {
         7: ("radius_ratio", float),
     },
     Light: {1: ("label", str)},
-    Craft: {
+    SpacecraftState: {
         1: ("name", str),
         2: ("position", [float]),
         3: ("velocity", [float]),
@@ -168,7 +168,7 @@ _FIELDS: dict[type, dict[int, tuple[str, Any]]] = {
     Update: {
         1: ("instant", Instant),
         2: ("bodies", [CelestialBody]),
-        3: ("craft", [Craft]),
+        3: ("spacecraft", [SpacecraftState]),
         4: ("cameras", [CameraConfig]),
         7: ("settings", Settings),
         8: ("epoch", Epoch),
@@ -251,7 +251,7 @@ def _items(kind: type, wire: int, value: Any, name: str) -> list[Any]:
     """The values of a repeated field: numbers may come packed into one."""
     if wire != _BYTES or kind not in (int, float):
         return [_item(kind, wire, value, name)]
-    if len(value) > 10 * _MOST_NUMBERS:
+    if len(value) > 10 * _MAX_NUMBERS:
         raise UnreadableError(f"{name} has {len(value)} bytes of numbers")
     if kind is float:
         if len(value) % 8:
