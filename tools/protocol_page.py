@@ -33,7 +33,7 @@ _ENTRY = re.compile(r"^([a-z][\w, ]*?) : (.*)$")
 
 
 def page() -> str:
-    """The whole page: what ``protocol.md`` beside this file says, then the generated reference."""
+    """The full page: the text of ``protocol.md`` in this folder, then the generated reference."""
     text = _INTRODUCTION.read_text(encoding="utf-8")
     for name, value in {
         "WINDOW": simgl1_endpoint.WINDOW,
@@ -85,7 +85,7 @@ def _struct(kind: type[msgspec.Struct], title: str) -> Iterator[str]:
 
 
 def _read(docstring: str) -> tuple[str, dict[str, str]]:
-    """The prose of a docstring, and what it says of each field."""
+    """The prose of a docstring, and the description of each field."""
     prose: list[str] = []
     entries: dict[str, str] = {}
     names: list[str] = []
@@ -103,7 +103,7 @@ def _read(docstring: str) -> tuple[str, dict[str, str]]:
 
 
 def _type(kind: typing.Any) -> str:
-    """A type as a reader of any language understands it."""
+    """A type in terms of any language."""
     if kind in _LISTS:
         return _LISTS[kind]
     if kind in _NAMES:
@@ -132,7 +132,7 @@ def _shown(field: msgspec.structs.FieldInfo) -> str:
 
 
 def _codes() -> Iterator[tuple[str, str]]:
-    """Error codes with the sentence that stands below each."""
+    """Error codes with the docstring of each."""
     (tree,) = ast.parse(inspect.getsource(messages.ErrorCode)).body
     assert isinstance(tree, ast.ClassDef)
     for item, after in zip(tree.body, tree.body[1:], strict=False):

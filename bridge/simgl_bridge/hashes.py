@@ -26,18 +26,18 @@ def state_hash(
     lamps: Mapping[str, float] = MappingProxyType({}),
     moving: bool = False,
 ) -> str:
-    """Name of the state that pictures show, the same at both ends of the link.
+    """Hash of the state that images show, computed by server and client alike.
 
     BLAKE2b with 16 bytes in hexadecimal digits, over the MessagePack array
     ``[tai_ns, [[name, position_m, velocity_m_s, q_icrf_from_body_xyzw, [[joint, value], ...]],
     ...], sun position_m or nil, [[camera, exposure_time_s, gain_dn_per_e], ...], seed]``:
-    spacecraft as sent, sorted by name, joints likewise; cameras in the order asked for with the
-    values used; integers in their shortest form; real numbers as float64. Names sort by Unicode
-    code points, which is the order of their UTF-8 bytes. Where lamps were sent, or bodies move, a
-    sixth entry follows: ``[[[lamp, share], ...], [[name, angular_velocity_rad_s], ...]]``, lamps
-    and spacecraft sorted by name, the second list nil where all stand still.
+    spacecraft as sent, sorted by name, and so are joints; cameras in the order of the request, with
+    the values used; integers in their shortest form; real numbers as float64. Names sort by Unicode
+    code points, which is the order of their UTF-8 bytes. Where lamps were sent, or ``moving`` is
+    set, a sixth entry follows: ``[[[lamp, share], ...], [[name, angular_velocity_rad_s], ...]]``,
+    lamps and spacecraft sorted by name, the second list nil without ``moving``.
     """
-    placed = [
+    sorted_bodies = [
         [
             name,
             [float(v) for v in pose.position_m],
@@ -47,16 +47,16 @@ def state_hash(
         ]
         for name, pose in sorted(bodies.items())
     ]
-    light = None if sun is None else [float(v) for v in sun.position_m]
+    sun_position = None if sun is None else [float(v) for v in sun.position_m]
     shots = [[name, float(exposure), float(gain)] for name, exposure, gain in cameras]
-    state: list[object] = [int(tai_ns), placed, light, shots, int(seed)]
+    state: list[object] = [int(tai_ns), sorted_bodies, sun_position, shots, int(seed)]
     if lamps or moving:
         rates = [
             [name, [float(v) for v in pose.angular_velocity_rad_s]]
             for name, pose in sorted(bodies.items())
         ]
-        burning = [[name, float(share)] for name, share in sorted(lamps.items())]
-        state.append([burning, rates if moving else None])
+        shares = [[name, float(share)] for name, share in sorted(lamps.items())]
+        state.append([shares, rates if moving else None])
     return hashlib.blake2b(msgspec.msgpack.encode(state), digest_size=16).hexdigest()
 
 

@@ -117,6 +117,27 @@ def test_a_restart_needs_an_address_that_stays(scenario_path: Path) -> None:
     assert run.stderr == "simgl: simgl serve: --restart needs ports that stay the same, not :*\n"
 
 
+def test_a_launched_server_ends_with_the_process_that_launched_it(scenario_path: Path) -> None:
+    script = (
+        "import sys, time\n"
+        "from simgl_bridge import launched_server\n"
+        "with launched_server(sys.argv[1], timeout_s=500.0) as (process, _):\n"
+        "    print(process.pid, flush=True)\n"
+        "    time.sleep(3600.0)\n"
+    )
+    command = [sys.executable, "-c", script, str(scenario_path)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as launcher:
+        assert launcher.stdout is not None
+        server = int(launcher.stdout.readline())
+        assert is_running(server)
+        # Without any chance to end the server itself.
+        launcher.kill()
+    deadline = time.monotonic() + 60.0
+    while is_running(server) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert not is_running(server)
+
+
 def test_a_malformed_address_is_named() -> None:
     with pytest.raises(BridgeError, match=r"^nonsense: is no address"):
         Client("nonsense")
