@@ -48,10 +48,10 @@ def page() -> str:
 
 def _reference() -> Iterator[str]:
     yield "## Messages from client to server\n"
-    for kind in framing.REQUESTS:
+    for kind in messages.REQUESTS:
         yield from _struct(kind, f"`{kind.__struct_config__.tag}`")
     yield "## Messages from server to client\n"
-    for kind in framing.REPLIES:
+    for kind in messages.REPLIES:
         if kind is not messages.Bye:
             yield from _struct(kind, f"`{kind.__struct_config__.tag}`")
     yield "`bye`: as from the client, with the server's `boot`.\n"

@@ -61,13 +61,3 @@ def floats(field: str, values: ArrayLike, count: int) -> list[float]:
         raise ValueError(f"{field} must be {count} numbers, got shape {array.shape}")
     numbers: list[float] = array.tolist()
     return numbers
-
-
-def sent_pose(pose: Pose) -> SentPose:
-    """A pose of simgl's own type as it is sent."""
-    x, y, z = pose.position.tolist()
-    vx, vy, vz = pose.velocity.tolist()
-    qx, qy, qz, qw = quaternion_from_matrix(pose.R_icrf_from_body).tolist()
-    return SentPose(
-        position_m=(x, y, z), velocity_m_s=(vx, vy, vz), q_icrf_from_body_xyzw=(qx, qy, qz, qw)
-    )

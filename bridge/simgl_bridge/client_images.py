@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from msgspec import structs
 
 from simgl.arrays import AnyArray, Array, Image16
 from simgl.errors import BridgeError
@@ -155,29 +156,21 @@ def images_of(reply: Images, payload: Sequence[memoryview]) -> ImageSet:
 
 
 def _image(reply: Images, image: CameraImage, planes: Mapping[str, AnyArray]) -> Image:
+    shared = structs.asdict(image)
+    for name in ("position_m", "intrinsics", "render_us", "planes"):
+        del shared[name]
     return Image(
         planes=planes,
         units={p.product: p.unit for p in image.planes},
         sequence=reply.sequence,
         tai_ns=reply.tai_ns,
-        exposure_start_tai_ns=image.exposure_start_tai_ns,
-        exposure_end_tai_ns=image.exposure_end_tai_ns,
-        readout_end_tai_ns=image.readout_end_tai_ns,
-        available_tai_ns=image.available_tai_ns,
         state_hash=reply.state_hash,
-        camera=image.camera,
         camera_position_m=image.position_m,
-        q_camera_from_icrf_xyzw=image.q_camera_from_icrf_xyzw,
-        exposure_time_s=image.exposure_time_s,
-        gain_dn_per_e=image.gain_dn_per_e,
         intrinsics=np.array(image.intrinsics),
-        sun_direction_icrf=image.sun_direction_icrf,
-        sun_irradiance_w_m2=image.sun_irradiance_w_m2,
         bodies=reply.bodies,
         seed=reply.seed,
-        saturated_pixels=image.saturated_pixels,
         render_time_s=image.render_us * 1e-6,
-        part_names=image.part_names,
+        **shared,
     )
 
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 import os
 import signal
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from threading import Event
 from types import FrameType
@@ -169,7 +170,8 @@ def serve(
     if restart and any(given and given.endswith(":*") for given in addresses.values()):
         problem = "needs ports that stay the same, not :*"
         raise ConfigError("simgl serve", "--restart", problem)
-    service = _Service(
+    service = partial(
+        _serve,
         scenario=scenario,
         address=address,
         basilisk=basilisk,
@@ -183,60 +185,50 @@ def serve(
     with _stop_on_signals() as stop:
         if not restart:
             parent = os.environ.pop(PARENT_VARIABLE, None)
-            service.run(stop if parent is None else StopWithParent(stop, int(parent)))
-        elif code := run_restarting(_run_restarted, (service, os.getpid()), stop):
+            service(stop if parent is None else StopWithParent(stop, int(parent)))
+        elif code := run_restarting(_serve_restarted, (service, os.getpid()), stop):
             raise typer.Exit(code)
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Service:
-    """The checked options of ``simgl serve``."""
-
-    scenario: Path | None
-    address: str | None
-    basilisk: str | None
-    overrides: Mapping[int, CameraOverrides]
-    monitor: str | None
-    rate_hz: float | None
-    seed: int | None
-    root: Path | None
-    access: Access
-
-    def run(self, stop: Stop) -> None:
-        """Serve until ``stop`` is set."""
-        loaded = _loaded(self.scenario, basilisk=self.basilisk is not None, root=self.root)
-        if self.seed is not None:
-            loaded = replace(loaded, seed=self.seed)
-        queue = FairQueue(WINDOW)
-        endpoints: list[Simgl1Endpoint | BasiliskEndpoint] = []
-        with ExitStack() as stack:
-            session = stack.enter_context(
-                RenderSession(loaded, root=self.root, open_simulator=_open_simulator)
+def _serve(
+    stop: Stop,
+    *,
+    scenario: Path | None,
+    address: str | None,
+    basilisk: str | None,
+    overrides: Mapping[int, CameraOverrides],
+    monitor: str | None,
+    rate_hz: float | None,
+    seed: int | None,
+    root: Path | None,
+    access: Access,
+) -> None:
+    """Serve until ``stop`` is set."""
+    loaded = _loaded(scenario, basilisk=basilisk is not None, root=root)
+    if seed is not None:
+        loaded = replace(loaded, seed=seed)
+    queue = FairQueue(WINDOW)
+    endpoints: list[Simgl1Endpoint | BasiliskEndpoint] = []
+    with ExitStack() as stack:
+        session = RenderSession(loaded, root=root, open_simulator=_open_simulator)
+        stack.enter_context(session)
+        if address is not None:
+            simgl1 = Simgl1Endpoint(
+                session, queue, address, access=access, monitor=monitor, rate_hz=rate_hz
             )
-            if self.address is not None:
-                simgl1 = Simgl1Endpoint(
-                    session,
-                    queue,
-                    self.address,
-                    access=self.access,
-                    monitor=self.monitor,
-                    rate_hz=self.rate_hz,
-                )
-                endpoints.append(stack.enter_context(simgl1))
-            if self.basilisk is not None:
-                image_source = BasiliskEndpoint(
-                    session, queue, self.basilisk, overrides=self.overrides
-                )
-                endpoints.append(stack.enter_context(image_source))
-            for endpoint in endpoints:
-                _print_summary(endpoint.summary)
-            serve_until(endpoints, queue, stop)
+            endpoints.append(stack.enter_context(simgl1))
+        if basilisk is not None:
+            image_source = BasiliskEndpoint(session, queue, basilisk, overrides=overrides)
+            endpoints.append(stack.enter_context(image_source))
+        for endpoint in endpoints:
+            _print_summary(endpoint.summary)
+        serve_until(endpoints, queue, stop)
 
 
-def _run_restarted(service: _Service, parent: int) -> None:
+def _serve_restarted(service: Callable[[Stop], None], parent: int) -> None:
     """Serve in a process that another one restarts, and that ends with it."""
     with _stop_on_signals() as stop, _one_line_errors():
-        service.run(StopWithParent(stop, parent))
+        service(StopWithParent(stop, parent))
 
 
 def _loaded(scenario: Path | None, *, basilisk: bool, root: Path | None = None) -> Scenario:

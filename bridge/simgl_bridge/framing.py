@@ -11,32 +11,11 @@ from typing import Any
 import msgspec
 
 from simgl.errors import BridgeError, did_you_mean
-from simgl_bridge.messages import (
-    Bye,
-    Configure,
-    Error,
-    ErrorCode,
-    Hello,
-    Images,
-    Message,
-    Next,
-    Ping,
-    Pong,
-    Preview,
-    Render,
-    SentPose,
-    State,
-    Statistics,
-    Stats,
-    Welcome,
-)
+from simgl_bridge.messages import REPLIES, REQUESTS, ErrorCode, Message, SentPose
 
 VERSION = "simgl/1"
 # A request with 100 spacecraft takes 15 kB.
 LARGEST_HEADER = 64 * 1024
-
-REQUESTS: tuple[type[Message], ...] = (Hello, Render, State, Next, Configure, Ping, Stats, Bye)
-REPLIES: tuple[type[Message], ...] = (Welcome, Images, Error, Pong, Statistics, Bye, Preview)
 
 _PATH = re.compile(r"^(.*?)(?: - at `(key` in `)?\$(.*)`)?$", re.DOTALL)
 _STEP = re.compile(r"\.(\w+)|\[(\d+|\.\.\.)\]")

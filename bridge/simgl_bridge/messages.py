@@ -412,3 +412,7 @@ class Preview(Message, frozen=True, kw_only=True):
     camera: str
     tai_ns: int
     shape: tuple[int, int, int]
+
+
+REQUESTS: tuple[type[Message], ...] = (Hello, Render, State, Next, Configure, Ping, Stats, Bye)
+REPLIES: tuple[type[Message], ...] = (Welcome, Images, Error, Pong, Statistics, Bye, Preview)

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from msgspec import structs
@@ -21,14 +21,12 @@ from simgl.scenario.scenario import Scenario
 from simgl.scene.lamps import LampState
 from simgl.scene.state import BodyState, SceneState
 from simgl.simulator import Capture, Product
-from simgl_bridge.body_pose import sent_pose
+from simgl_bridge.body_pose import BodyPose
 from simgl_bridge.framing import BadMessageError
 from simgl_bridge.messages import (
     CameraImage,
     ErrorCode,
-    Matrix,
     Plane,
-    Quaternion,
     SentPose,
     Shot,
     Vector,
@@ -157,7 +155,7 @@ def _dimmed(state: LampState, shares: Mapping[str, float]) -> LampState:
 def _as_used(body: BodyState, sent: SentPose | None) -> SentPose:
     """A pose as it was used, with all its joints."""
     model = body.model
-    pose = sent_pose(body.pose) if sent is None else sent
+    pose = BodyPose.from_pose(body.pose).as_sent() if sent is None else sent
     if not model.joints:
         return pose
     angles = model.angles or (0.0,) * len(model.joints)
@@ -204,20 +202,22 @@ def _camera_image(
 ) -> CameraImage:
     info, truth, camera = capture.info, capture.truth, state.cameras[shot.camera].camera
     dn = frames.get("dn")
-    timing = exposure_timing(camera, state.tai_ns)
+    exposure_ns = round(camera.exposure_time * 1e9)
+    start = state.tai_ns - exposure_ns // 2
+    readout_end = start + exposure_ns + round(camera.readout_time * 1e9)
     return CameraImage(
         camera=camera.name,
-        position_m=_vector(info.position),
-        q_camera_from_icrf_xyzw=_four(quaternion_from_matrix(info.R_camera_from_icrf)),
-        intrinsics=intrinsic_rows(camera),
+        position_m=_floats(info.position),
+        q_camera_from_icrf_xyzw=_floats(quaternion_from_matrix(info.R_camera_from_icrf)),
+        intrinsics=_floats(camera.intrinsics),
         exposure_time_s=camera.exposure_time,
         gain_dn_per_e=camera.detector.gain_dn_per_e,
-        exposure_start_tai_ns=timing.start,
-        exposure_end_tai_ns=timing.end,
-        readout_end_tai_ns=timing.read,
-        available_tai_ns=timing.available,
-        sun_direction_icrf=_vector(info.sun_direction_icrf),
-        sun_irradiance_w_m2=_four(info.sun_irradiance),
+        exposure_start_tai_ns=start,
+        exposure_end_tai_ns=start + exposure_ns,
+        readout_end_tai_ns=readout_end,
+        available_tai_ns=readout_end + round(camera.transport_latency * 1e9),
+        sun_direction_icrf=_floats(info.sun_direction_icrf),
+        sun_irradiance_w_m2=_floats(info.sun_irradiance),
         saturated_pixels=None if dn is None else _count_saturated(dn, camera),
         render_us=round(seconds * 1e6),
         planes=tuple(
@@ -239,43 +239,9 @@ def _count_saturated(dn: Image16, camera: Camera) -> int:
     return sum(int(np.count_nonzero(flat[at : at + _BLOCK] >= level)) for at in blocks)
 
 
-@dataclass(frozen=True, kw_only=True)
-class ExposureTiming:
-    """Times of an image [TAI ns]: exposure start and end, last row read, available."""
-
-    start: int
-    end: int
-    read: int
-    available: int
-
-
-def exposure_timing(camera: Camera, mid_tai_ns: int) -> ExposureTiming:
-    """The times of an image whose mid-exposure is given."""
-    exposure = round(camera.exposure_time * 1e9)
-    start = mid_tai_ns - exposure // 2
-    read = start + exposure + round(camera.readout_time * 1e9)
-    return ExposureTiming(
-        start=start,
-        end=start + exposure,
-        read=read,
-        available=read + round(camera.transport_latency * 1e9),
-    )
-
-
-def intrinsic_rows(camera: Camera) -> Matrix:
-    """The intrinsic matrix as a message holds it."""
-    a, b, c = camera.intrinsics.tolist()
-    return tuple(a), tuple(b), tuple(c)
-
-
-def _vector(values: Array) -> Vector:
-    x, y, z = values.tolist()
-    return x, y, z
-
-
-def _four(values: Array) -> Quaternion:
-    a, b, c, d = values.tolist()
-    return a, b, c, d
+def _floats(values: Array) -> Any:
+    """Numbers of an array as nested tuples, as messages hold them."""
+    return tuple(values.tolist() if values.ndim == 1 else map(_floats, values))
 
 
 def _pixels(capture: Capture, product: str) -> AnyArray:

@@ -5,8 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from simgl_bridge.framing import REPLIES, REQUESTS, pack, unpack_reply, unpack_request
+from simgl_bridge.framing import pack, unpack_reply, unpack_request
 from simgl_bridge.messages import (
+    REPLIES,
+    REQUESTS,
     Bye,
     CameraDescription,
     CameraImage,

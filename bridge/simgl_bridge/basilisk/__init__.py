@@ -2,7 +2,7 @@
 
 - ``viz_messages``: protobuf messages of the wire, read by field number
 - ``viz_scene``, ``planets``: from a message to a scene and a camera
-- ``camera_overrides``, ``auto_exposure``: camera parameters that the wire does not carry
+- ``camera_overrides``: camera parameters that the wire does not carry
 - ``camera_png``, ``endpoint``: the image and the replies at a ZeroMQ address
 - ``recording_replay``: images of recorded messages
 

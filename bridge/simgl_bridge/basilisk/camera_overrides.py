@@ -1,16 +1,24 @@
-"""Camera parameters that Basilisk does not send: exposure, lens and detector, from a file."""
+"""Camera parameters that Basilisk does not send: from a file, or by automatic exposure."""
 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
+from simgl.arrays import Array
+from simgl.assess.exposure_advice import full_electrons
+from simgl.camera.camera import Camera
+from simgl.camera.camera_equation import irradiance_per_radiance, square_electrons_per_irradiance
 from simgl.config.path_sandbox import Base, SandboxedFolder
 from simgl.config.validation import convert, read_toml
 from simgl.errors import ConfigError
 from simgl.physics.constants import SOLAR_TEMPERATURE
+from simgl.physics.regolith import face_on, geometric_albedo
 from simgl.scenario.schema import CameraTable
+from simgl.scene.state import EarthState, Sun
 
 # Camera id: a 64-bit integer in Basilisk.
 _ID = re.compile(r"-?[0-9]{1,18}")
@@ -21,6 +29,12 @@ _SENT = (
     *("look_at", "boresight", "up"),
 )
 
+# Share of a pixel's range that the brightest surface fills: one stop is left for glints.
+FILLED = 0.5
+# Reflectance factor of the brightest surface where no single albedo is known: thick cloud under a
+# high Sun, or white paint.
+WHITE = 0.85
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CameraOverrides:
@@ -28,7 +42,7 @@ class CameraOverrides:
 
     where : opens error messages
     base : folder of relative paths
-    auto_exposed : no exposure time is given; ``auto_exposure`` computes it
+    auto_exposed : no exposure time is given; see ``auto_exposed``
     sun_temperature : of the spectrum that bands are averaged over [K]
     """
 
@@ -76,3 +90,22 @@ def load_camera_files(
             raise ConfigError(command, "--camera", f"has camera {int(number)} twice")
         overrides[int(number)] = load_camera_file(Path(path), root)
     return overrides
+
+
+def auto_exposed(camera: Camera, sun: Sun, globe: EarthState | None) -> Camera:
+    """The camera with the exposure time that fills its pixels to ``FILLED`` in full sunlight.
+
+    The reference surface is the planet at the scene's origin, at zero phase angle; clouds or white
+    paint where the planet has maps or there is none. The exposure does not depend on what is in
+    view, so the images of a series compare.
+    """
+    albedo, law = (None, None) if globe is None else (globe.earth.albedo, globe.earth.regolith)
+    reflectance = np.full(4, WHITE) if albedo is None else np.asarray(albedo)
+    if law is not None:
+        reflectance = reflectance * (2.0 / 3.0 * face_on(law) / geometric_albedo(law))
+    radiance = reflectance / np.pi * sun.seen_from(np.zeros(3)).irradiance
+    irradiance: Array = irradiance_per_radiance(camera) * radiance
+    square = square_electrons_per_irradiance(camera, sun.photons_per_joule)
+    electrons = float((square @ irradiance).max())
+    time = camera.exposure_time * FILLED * full_electrons(camera) / electrons
+    return replace(camera, exposure_time=time)

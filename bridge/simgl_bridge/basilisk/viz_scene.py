@@ -24,8 +24,7 @@ from simgl.physics.lunar_model import moon_from_icrf
 from simgl.scenario.loader import scenario_from_dict
 from simgl.scenario.scenario import EphemerisSun, Scenario
 from simgl.scene.state import CameraState, SceneState
-from simgl_bridge.basilisk.auto_exposure import auto_exposed
-from simgl_bridge.basilisk.camera_overrides import CameraOverrides
+from simgl_bridge.basilisk.camera_overrides import CameraOverrides, auto_exposed
 from simgl_bridge.basilisk.planets import (
     NoImageError,
     central_body,
