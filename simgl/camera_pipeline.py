@@ -139,6 +139,7 @@ class CameraPipeline:
 
     def release(self) -> None:
         """Free everything that this imager made."""
+        self._executor.shutdown()
         # moderngl binds the last framebuffer again whenever it makes one: not a freed one, then.
         self._ctx.detect_framebuffer(0).use()
         for owner in (self._targets, self._optics, self._spread, self._exposure, self._detector):

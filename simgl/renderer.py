@@ -195,7 +195,6 @@ class Renderer:
     def _spacecraft(self, tile: RasterTile, gather: Gather) -> list[DrawnSpacecraft]:
         """All that the passes after this draw of the spacecraft of a tile."""
         views = tile.craft
-        none = [None] * len(views)
         with self.timer.measure("probe"):
             self._draw_skies([view.sky for view in views])
             probes = self._probes.of([view.sky for view in views])
@@ -246,6 +245,7 @@ class Renderer:
 
     def release(self) -> None:
         """Free everything that this renderer made."""
+        self._executor.shutdown()
         # moderngl binds the last framebuffer again whenever it makes one: not a freed one, then.
         self._ctx.detect_framebuffer(0).use()
         for owner in (

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,7 @@ from benchmarks.record import write_record
 from simgl.arrays import Array, Array32
 from simgl.bench import scene_files
 from simgl.environment_map import SkyRadiance, cell_radiance, cube_directions
-from simgl.gpu.context import open_context
+from simgl.gpu.context import temporary_context
 from simgl.passes.interreflection import InterreflectionPass
 from simgl.radiosity.hemisphere import CELLS_ACROSS
 from simgl.radiosity.light_transport import LightTransport
@@ -39,6 +40,7 @@ EARTH_RADIUS = np.radians(70.0)
 # An orbit of 400 km turns so far in a second [rad].
 STEP = np.radians(0.0649)
 FRAMES, WARM_UP = 60, 5
+EXECUTOR = ThreadPoolExecutor(max_workers=1)
 
 
 def earth_below() -> SkyRadiance:
@@ -135,7 +137,7 @@ def main() -> None:
     scenario = load_scenario(scene_files()["source_600"])
     state = scenario.at(scenario.epoch_tai_ns)
     spacecraft = frame_view(state, "observer", sample_budget=1000).tiles[0].craft[0]
-    with open_context() as ctx:
+    with temporary_context() as ctx:
         transport = TransportStore().of(spacecraft.model)
         assert transport is not None
         results = {
