@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simgl.arrays import Array
-
-Four = tuple[float, float, float, float]
+from simgl.physics.spectrum import PerBand
 
 ORDERS = ("RGGB", "BGGR", "GRBG", "GBRG")
 
@@ -47,12 +46,12 @@ class Mosaic:
     """
 
     order: str
-    red: Four
-    green: Four
-    blue: Four
+    red: PerBand
+    green: PerBand
+    blue: PerBand
 
     @property
-    def square(self) -> tuple[Four, Four, Four, Four]:
+    def square(self) -> tuple[PerBand, PerBand, PerBand, PerBand]:
         """Electrons per photon of the pixels (0, 0), (1, 0), (0, 1), (1, 1), column first."""
         colours = {"R": self.red, "G": self.green, "B": self.blue}
         a, b, c, d = (colours[letter] for letter in self.order)
@@ -122,7 +121,7 @@ class Detector:
     width: int
     height: int
     pixel_pitch: float
-    quantum_efficiency: Four
+    quantum_efficiency: PerBand
     full_well: float
     read_noise: float
     bits: int
@@ -173,7 +172,7 @@ class Detector:
         return int(2**self.bits - 1)
 
     @property
-    def square(self) -> tuple[Four, Four, Four, Four]:
+    def square(self) -> tuple[PerBand, PerBand, PerBand, PerBand]:
         """Electrons per photon of the pixels (0, 0), (1, 0), (0, 1), (1, 1), column first."""
         qe = self.quantum_efficiency
         return (qe, qe, qe, qe) if self.mosaic is None else self.mosaic.square

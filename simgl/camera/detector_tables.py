@@ -27,9 +27,9 @@ from simgl.camera.detector import (
 )
 from simgl.config.path_sandbox import Base
 from simgl.config.validation import read_text
-from simgl.config.value_types import Four, fractions
+from simgl.config.value_types import fractions
 from simgl.errors import AssetError, ConfigError
-from simgl.physics.spectrum import photon_mean
+from simgl.physics.spectrum import PerBand, photon_mean
 
 _PATTERN_KEYS = {
     "prnu": "prnu",
@@ -84,7 +84,7 @@ def _curve(table: CurveTable, path: Path, key: str, folder: Base) -> Array:
     return np.interp(_WAVELENGTHS, wavelength, value, left=0.0, right=0.0)
 
 
-def _over_bands(curve: Array, sun_temperature: float) -> Four:
+def _over_bands(curve: Array, sun_temperature: float) -> PerBand:
     """Mean of a curve in each band, weighted by the Sun's photons."""
     red, green, blue, nir = photon_mean(1e-9 * _WAVELENGTHS, curve, sun_temperature).tolist()
     return red, green, blue, nir
@@ -98,7 +98,7 @@ class SpectralResponse:
         preset: CameraPresetTable,
         path: Path,
         sun_temperature: float,
-        qe: Four | None = None,
+        qe: PerBand | None = None,
         folder: Base | None = None,
     ) -> None:
         """
@@ -126,11 +126,11 @@ class SpectralResponse:
         """Whether the preset has colour filters."""
         return bool(self._filters)
 
-    def plain(self) -> Four:
+    def plain(self) -> PerBand:
         """Quantum efficiency of a pixel without filter, R, G, B, N."""
         return _over_bands(self._common, self._temperature) if self._qe is None else self._qe
 
-    def under(self, colour: str) -> Four:
+    def under(self, colour: str) -> PerBand:
         """Quantum efficiency of a pixel under a filter, "red", "green" or "blue"."""
         if self._qe is None:
             return _over_bands(self._common * self._filters[colour], self._temperature)

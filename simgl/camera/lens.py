@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 
 from simgl.arrays import Array
+from simgl.physics.spectrum import PerBand
 
 # Newton's method doubles the correct digits in each step; invertible distortions need far fewer.
 _NEWTON_STEPS = 12
@@ -165,7 +166,7 @@ class Lens:
 
     focal_length: float
     f_number: float
-    transmission: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
+    transmission: PerBand = (1.0, 1.0, 1.0, 1.0)
     camera_equation: Literal["4N2", "1+4N2"] = "4N2"
     vignetting: Vignetting = Vignetting()
     distortion: Distortion | None = None

@@ -13,29 +13,29 @@ from msgspec import Meta, Struct
 from simgl.arrays import Array
 from simgl.errors import ConfigError
 from simgl.physics.frames import unit
+from simgl.physics.spectrum import PerBand
 
 Positive = Annotated[float, Meta(gt=0.0)]
 NonNegative = Annotated[float, Meta(ge=0.0)]
 Fraction = Annotated[float, Meta(ge=0.0, le=1.0)]
-Four = tuple[float, float, float, float]
 Vector = tuple[float, float, float]
 # One number for all bands, or four. Limits are checked by ``fractions`` and ``amounts``: in a
 # union, msgspec 0.22 confuses the limits of a number with the length of a tuple.
-BandValues = float | Four
-Quaternion = Four
+BandValues = float | PerBand
+Quaternion = tuple[float, float, float, float]
 
 
 class Table(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """Base of all tables; unknown keys are errors."""
 
 
-def _bands(value: float | Sequence[float]) -> Four:
+def _bands(value: float | Sequence[float]) -> PerBand:
     r, g, b, n = (value,) * 4 if isinstance(value, (int, float)) else value
     return float(r), float(g), float(b), float(n)
 
 
-def fractions(value: float | Sequence[float], where: str, key: str) -> Four:
-    """Four band values 0..1 from one number or four; ConfigError for others."""
+def fractions(value: float | Sequence[float], where: str, key: str) -> PerBand:
+    """PerBand band values 0..1 from one number or four; ConfigError for others."""
     bands = _bands(value)
     for one in bands:
         if not 0.0 <= one <= 1.0:
@@ -43,8 +43,8 @@ def fractions(value: float | Sequence[float], where: str, key: str) -> Four:
     return bands
 
 
-def amounts(value: float | Sequence[float], where: str, key: str) -> Four:
-    """Four non-negative band values from one number or four; ConfigError for others."""
+def amounts(value: float | Sequence[float], where: str, key: str) -> PerBand:
+    """PerBand non-negative band values from one number or four; ConfigError for others."""
     bands = _bands(value)
     for one in bands:
         if one < 0.0:

@@ -98,20 +98,10 @@ def body_from_stored(joints: Sequence[Joint], values: Sequence[float]) -> Array:
     return moved
 
 
-def motion_between(
-    joints: Sequence[Joint], before: Sequence[float], after: Sequence[float]
-) -> Array:
-    """(joints + 1, 4, 4) transforms from positions at some joint values to those at others.
-
-    Exactly the identity for joints that have not moved.
-    """
-    return relative_motion(body_from_stored(joints, before), body_from_stored(joints, after))
-
-
 def relative_motion(first: Array, second: Array) -> Array:
-    """(n, 4, 4) from where one set of motions (n, 4, 4) puts a place to where the second does.
+    """(n, 4, 4) transforms from positions under the first transforms to those under the second.
 
-    Exactly the identity where both are equal.
+    first, second : (n, 4, 4); exactly the identity where both are equal
     """
     motion = second @ np.linalg.inv(first)
     motion[(first == second).all(axis=(1, 2))] = np.eye(4)

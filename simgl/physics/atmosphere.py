@@ -12,8 +12,7 @@ import numpy as np
 from scipy.special import k1e
 
 from simgl.arrays import Array
-
-BandValues = tuple[float, float, float, float]
+from simgl.physics.spectrum import PerBand
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(96)
 
@@ -30,13 +29,13 @@ class Atmosphere:
     """
 
     name: str
-    rayleigh: BandValues
+    rayleigh: PerBand
     rayleigh_scale_height: float
-    aerosol: BandValues
-    aerosol_albedo: BandValues
-    aerosol_asymmetry: BandValues
+    aerosol: PerBand
+    aerosol_albedo: PerBand
+    aerosol_asymmetry: PerBand
     aerosol_scale_height: float
-    ozone: BandValues
+    ozone: PerBand
 
 
 OZONE_FOOT, OZONE_PEAK, OZONE_TOP = 10e3, 25e3, 40e3  # [m]

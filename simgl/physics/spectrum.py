@@ -9,6 +9,9 @@ import numpy as np
 from simgl.arrays import Array
 from simgl.physics.constants import BOLTZMANN, LIGHT_SPEED, PLANCK, STEFAN_BOLTZMANN
 
+# One number per band, R, G, B, N.
+PerBand = tuple[float, float, float, float]
+
 # Gauss-Legendre of this order integrates Planck's law over a 300 nm band to better than 1e-12.
 _ORDER = 48
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from simgl.arrays import Array
-from simgl.motion.joints import Joint, body_from_stored, motion_between
+from simgl.motion.joints import Joint, body_from_stored, relative_motion
 from simgl.physics.frames import unit
 from simgl.scene.materials import Material
 from simgl.scene.mesh import Mesh, box
@@ -170,12 +170,13 @@ def test_the_motion_between_two_poses_leads_from_one_mesh_to_the_other() -> None
     posed = model.posed(values)
     coarse = posed.coarsely_posed(np.radians(5.0))
     np.testing.assert_allclose(np.degrees(coarse.angles), [10.0, -35.0, 0.0], atol=1e-9)
-    motion = motion_between(ARM, coarse.angles, posed.angles)
+    start, end = (body_from_stored(ARM, m.angles) for m in (coarse, posed))
+    motion = relative_motion(start, end)
     moved = posed.posed_mesh.moved_from(coarse.posed_mesh, coarse.posed_mesh.baked())
     np.testing.assert_array_equal(moved.motion, motion)
     expected = posed.posed_mesh.baked().positions
     np.testing.assert_allclose(moved.baked().positions, expected, atol=1e-6)
-    rest = motion_between(ARM, coarse.angles, coarse.angles)
+    rest = relative_motion(start, start)
     np.testing.assert_array_equal(rest, np.tile(np.eye(4), (4, 1, 1)))
 
 
