@@ -9,7 +9,7 @@ import moderngl
 from simgl.arrays import Array
 from simgl.camera.camera import Camera
 from simgl.camera.camera_equation import square_electrons_per_irradiance
-from simgl.camera.point_spread import SunBefore, spreads
+from simgl.camera.point_spread import SunInCamera, has_spread
 from simgl.gpu.render_targets import Format, ImageTarget, TargetStore
 from simgl.gpu.timers import PassTimer
 from simgl.passes.exposure import ELECTRONS_FORMAT, ExposurePass
@@ -43,14 +43,14 @@ class CameraPipeline:
         self._targets = TargetStore(ctx)
 
     def irradiance(
-        self, camera: Camera, radiance: ImageTarget, sun: SunBefore | None = None
+        self, camera: Camera, radiance: ImageTarget, sun: SunInCamera | None = None
     ) -> ImageTarget:
         """Irradiance of the image plane per band [W m-2], RGBA32F.
 
         sun : gives ghosts
         """
         target = self._sharp(camera, radiance)
-        if not spreads(camera):
+        if not has_spread(camera):
             return target
         spread = self._target("spread", camera, _BANDS)
         with self._timer.measure("spread"):
@@ -68,14 +68,14 @@ class CameraPipeline:
         camera: Camera,
         photons_per_joule: Array,
         radiance: ImageTarget,
-        sun: SunBefore | None = None,
+        sun: SunInCamera | None = None,
     ) -> ImageTarget:
         """Mean electrons [e-] of a radiance, in ``ELECTRONS_FORMAT``.
 
         A lens that spreads light works on what the detector's filters make of the bands, not on
         the bands: one sum for a monochrome detector, three for one of colour.
         """
-        if not spreads(camera):
+        if not has_spread(camera):
             target = self._target("electrons", camera, _ELECTRONS)
             relative = self._optics.relative_illumination(camera)
             seen = radiance.textures[0]

@@ -10,7 +10,7 @@ import moderngl
 import numpy as np
 
 from simgl.camera.camera import Camera
-from simgl.camera.point_spread import SunBefore
+from simgl.camera.point_spread import SunInCamera
 from simgl.camera.rolling_shutter import duration, instants, parts, row_shares
 from simgl.camera_pipeline import CameraPipeline
 from simgl.errors import ConfigError, did_you_mean
@@ -84,9 +84,9 @@ class Capture:
         return b""
 
 
-def _sun(state: SceneState, info: FrameInfo) -> SunBefore:
+def _sun(state: SceneState, info: FrameInfo) -> SunInCamera:
     """The Sun before a camera, as far as the Earth and the Moon let it shine on the lens."""
-    return SunBefore(
+    return SunInCamera(
         direction=info.R_camera_from_icrf @ info.sun_direction_icrf,
         irradiance=info.sun_irradiance * state.sunlight(info.position),
         angular_radius=state.sun.seen_from(info.position).angular_radius,

@@ -31,7 +31,7 @@ _SOFT_GHOST = 3.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class SunBefore:
+class SunInCamera:
     """The Sun as seen by a camera.
 
     direction : (3,) unit, towards the Sun, camera axes
@@ -81,7 +81,7 @@ class Spread:
         self._limits = BRIGHT_PLATES * self.mixture @ plate
         self._ghosts = ghosts(camera.lens.surfaces, camera.lens.focal_length)
 
-    def apply(self, planes: Sequence[Array32], sun: SunBefore | None = None) -> list[Array32]:
+    def apply(self, planes: Sequence[Array32], sun: SunInCamera | None = None) -> list[Array32]:
         """(height, width) results.
 
         planes : (height, width) each, non-negative, weighted by ``mixture``
@@ -109,7 +109,7 @@ class Spread:
         add_discs(results, [disc for disc in discs if disc not in soft], 1)
         return results
 
-    def _discs(self, planes: Sequence[Array32], sun: SunBefore) -> list[GhostDisc]:
+    def _discs(self, planes: Sequence[Array32], sun: SunInCamera) -> list[GhostDisc]:
         """Ghosts of the Sun, if its image touches the circle around the camera's image.
 
         Beyond that circle a lens hood is assumed to block the Sun.
@@ -161,7 +161,7 @@ class Spread:
         return float(np.mean(np.any(bright, axis=0)))
 
 
-def spreads(camera: Camera) -> bool:
+def has_spread(camera: Camera) -> bool:
     """Whether a camera's lens has a point spread, veiling glare or ghosts."""
     lens = camera.lens
     return lens.spread is not None or lens.veiling_glare > 0.0 or bool(lens.surfaces)

@@ -13,7 +13,7 @@ import numpy as np
 
 from simgl.arrays import Array, Array32
 from simgl.camera.camera import Camera
-from simgl.camera.point_spread import Spread, SunBefore
+from simgl.camera.point_spread import Spread, SunInCamera
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.render_targets import Format, ImageTarget
@@ -46,7 +46,7 @@ class SpreadPass:
     def bands(
         self,
         camera: Camera,
-        sun: SunBefore | None,
+        sun: SunInCamera | None,
         irradiance: moderngl.Texture,
         target: moderngl.Texture,
     ) -> None:
@@ -57,7 +57,7 @@ class SpreadPass:
         self,
         camera: Camera,
         square: Array,
-        sun: SunBefore | None,
+        sun: SunInCamera | None,
         irradiance: moderngl.Texture,
     ) -> Array32:
         """(height, width) mean electrons.
@@ -79,7 +79,7 @@ class SpreadPass:
         self,
         camera: Camera,
         weights: Array | None,
-        sun: SunBefore | None,
+        sun: SunInCamera | None,
         irradiance: moderngl.Texture,
     ) -> list[Array32]:
         key = (camera.lens, camera.detector, None if weights is None else weights.tobytes())

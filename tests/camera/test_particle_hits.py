@@ -37,28 +37,28 @@ def test_the_number_of_hits_is_poisson() -> None:
 
 
 def test_track_lengths_follow_the_cosine_law() -> None:
-    found = tracks(vga(1000.0), 1, 1)
-    n = len(found.electrons)
+    actual = tracks(vga(1000.0), 1, 1)
+    n = len(actual.electrons)
     assert n > 150_000
-    length = np.linalg.norm(found.end - found.start, axis=1)
+    length = np.linalg.norm(actual.end - actual.start, axis=1)
     for pixels, share in ((1, 0.640), (2, 0.308), (3, 0.165), (5, 0.066), (10, 0.0175)):
         # Printed to the last digit, four standard errors.
         error = 4.0 * np.sqrt(share * (1.0 - share) / n)
         assert np.mean(length > pixels) == pytest.approx(share, abs=error + 5e-4)
     # Charge of the path in space: the layer's 400 e- over the cosine.
     path = np.hypot(length * 3.75, 5.0)
-    np.testing.assert_allclose(found.electrons, 80.0 * path, rtol=1e-9)
+    np.testing.assert_allclose(actual.electrons, 80.0 * path, rtol=1e-9)
 
 
 def test_a_track_inside_the_picture_leaves_all_its_charge_in_neighbouring_pixels() -> None:
     cam = vga(0.001, flux=1e9)
-    found = tracks(cam, 5, 1)
+    actual = tracks(cam, 5, 1)
     size = np.array([1280.0, 960.0])
-    inside = np.all((found.end > 0.0) & (found.end < size), axis=1)
+    inside = np.all((actual.end > 0.0) & (actual.end < size), axis=1)
     pixels, electrons = hits(cam, 5, 1)
     # What leaves through the edge is missing; the rest is there to the electron.
-    assert electrons.sum() <= np.round(found.electrons).sum()
-    assert electrons.sum() >= np.round(found.electrons[inside]).sum() - inside.sum()
+    assert electrons.sum() <= np.round(actual.electrons).sum()
+    assert electrons.sum() >= np.round(actual.electrons[inside]).sum() - inside.sum()
     assert np.all(np.diff(pixels) > 0)
     assert np.all((pixels >= 0) & (pixels < 1280 * 960))
 
@@ -67,13 +67,13 @@ def test_one_track_covers_what_a_fine_walk_along_it_covers() -> None:
     """Against 50,000 points along each of the longest tracks of a frame."""
     cam = vga(0.1)
     for epoch in range(40):
-        found = tracks(cam, epoch, 3)
-        if len(found.electrons) == 0:
+        actual = tracks(cam, epoch, 3)
+        if len(actual.electrons) == 0:
             continue
         # One particle alone in its frame: its pixels are all that is hit.
         walk = np.linspace(0.0, 1.0, 50_000, endpoint=False) + 0.5 / 50_000
         wanted = np.zeros((960, 1280))
-        for start, end, charge in zip(found.start, found.end, found.electrons, strict=True):
+        for start, end, charge in zip(actual.start, actual.end, actual.electrons, strict=True):
             x, y = np.floor(start + walk[:, None] * (end - start)).astype(int).T
             seen = (x >= 0) & (x < 1280) & (y >= 0) & (y < 960)
             np.add.at(wanted, (y[seen], x[seen]), charge / 50_000)

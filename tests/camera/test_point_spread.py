@@ -9,7 +9,7 @@ import pytest
 
 from simgl.camera.ghosts import common_area, ghosts
 from simgl.camera.lens import Blur, LensSurface, PointSpread, Zone
-from simgl.camera.point_spread import Spread, SunBefore
+from simgl.camera.point_spread import Spread, SunInCamera
 from simgl.physics.constants import SOLAR_CONSTANT, SOLAR_TEMPERATURE
 from simgl.physics.spectrum import black_body_light
 from tests.camera.cameras import DIFFRACTION, camera
@@ -51,28 +51,28 @@ def test_one_sum_of_the_bands_is_the_sum_of_the_spread_bands() -> None:
     four = Spread(cam).apply(list(planes))
     wanted = np.einsum("b,bhw->hw", WEIGHTS, np.stack(four).astype(np.float64))
     one = Spread(cam, WEIGHTS[None])
-    (found,) = one.apply(
+    (actual,) = one.apply(
         [np.einsum("b,bhw->hw", row, planes).astype(np.float32) for row in one.mixture]
     )
     # The third term of a series in the wavelength is left: 0.3 % of the step at the panel's edge.
-    np.testing.assert_allclose(found, wanted, atol=3e-3 * wanted.max())
+    np.testing.assert_allclose(actual, wanted, atol=3e-3 * wanted.max())
     dark = np.s_[150:, 150:]
-    np.testing.assert_allclose(found[dark], wanted[dark], rtol=5e-3)
+    np.testing.assert_allclose(actual[dark], wanted[dark], rtol=5e-3)
 
 
 def test_a_panel_and_its_veil_are_those_of_the_reference() -> None:
     """Against the lens's transfer function sampled as the textbook does, in float64."""
     cam, planes = camera(spread=DIFFRACTION), panel()
-    found = Spread(cam).apply(list(planes))[1]
+    actual = Spread(cam).apply(list(planes))[1]
     wanted = convolved(planes[1].astype(np.float64), point_spread(cam, Blur(), 1, 1, 1024))
     # At corners, where kernels without negative values cannot follow: twice their transfer's 0.025.
-    np.testing.assert_allclose(found, wanted, atol=0.055 * float(planes[1].max()))
+    np.testing.assert_allclose(actual, wanted, atol=0.055 * float(planes[1].max()))
     # Beside the panel, up to where the reference's own light comes back from the other side.
     for distance in (2, 5, 10, 20, 40, 60):
         column = np.s_[70:130, 129 + distance]
-        assert found[column].mean() == pytest.approx(wanted[column].mean(), rel=0.025)
+        assert actual[column].mean() == pytest.approx(wanted[column].mean(), rel=0.025)
     # In the shadow on it.
-    assert found[100, 90] == pytest.approx(wanted[100, 90], rel=0.01)
+    assert actual[100, 90] == pytest.approx(wanted[100, 90], rel=0.01)
 
 
 def test_several_sums_of_the_bands_are_sums_of_the_spread_bands() -> None:
@@ -83,9 +83,9 @@ def test_several_sums_of_the_bands_are_sums_of_the_spread_bands() -> None:
     filters = np.array([[1.0, 0.1, 0.05, 0.6], [0.1, 0.9, 0.1, 0.5], [0.0, 0.0, 0.0, 0.0]])
     four = Spread(cam).apply(list(planes))
     wanted = np.einsum("rb,bhw->rhw", filters, np.stack(four).astype(np.float64))
-    found = Spread(cam, filters).apply(list(planes))
+    actual = Spread(cam, filters).apply(list(planes))
     # Single precision's noise, 1e-7 of the brightest that it convolves: 300 sunlit plates.
-    np.testing.assert_allclose(found, wanted, rtol=1e-5, atol=3e-5 * wanted[0, 100, 60])
+    np.testing.assert_allclose(actual, wanted, rtol=1e-5, atol=3e-5 * wanted[0, 100, 60])
 
 
 def test_veiling_glare_spreads_its_share_evenly() -> None:
@@ -135,15 +135,15 @@ def test_sun_in_the_picture() -> None:
     planes[:, 150:230, 300:380] += (LIGHT / 200.0)[:, None, None].astype(np.float32)
     results = Spread(cam).apply(list(planes))
     for band, nanometres in ((0, 649.0), (1, 549.5), (2, 451.0), (3, 838.0)):
-        found = results[band]
-        assert np.isfinite(found).all()
-        assert found.min() >= 0.0
+        actual = results[band]
+        assert np.isfinite(actual).all()
+        assert actual.min() >= 0.0
         total = planes[band][:, :200].sum(dtype=np.float64)
         tail = nanometres * 1e-9 * 4.0 / (np.pi**3 * 3.75e-6)
         for row, column in ((190, 200), (62, 102), (190, 450), (350, 400)):
             distance = np.hypot(column - 100.0, row - 190.0)
             # The panel's own light is 1e-6 of the Sun's.
-            patch = found[row - 2 : row + 2, column - 2 : column + 2].mean(dtype=np.float64)
+            patch = actual[row - 2 : row + 2, column - 2 : column + 2].mean(dtype=np.float64)
             # A disc of radius 10 at a distance of 100: 9/8 (10 / 100)^2 = 1 %; the coarse grid 2 %.
             assert patch == pytest.approx(total * tail / distance**3, rel=0.03)
 
@@ -193,7 +193,7 @@ def test_ghosts_hold_the_products_of_the_reflectances(coating: float) -> None:
         for s in TRIPLET_LIKE
     )
     cam = camera(1024, 1024, surfaces=surfaces, focal_length=8e-3, f_number=20.0)
-    sun = SunBefore(
+    sun = SunInCamera(
         direction=np.array([0.02, 0.01, 0.99975]), irradiance=LIGHT, angular_radius=4.65e-3
     )
     dark = np.zeros((4, 1024, 1024), dtype=np.float32)
@@ -214,8 +214,8 @@ def test_ghosts_hold_the_products_of_the_reflectances(coating: float) -> None:
 
 def test_area_that_two_circles_share() -> None:
     # Equal circles of radius 1, their centres 1 apart: 2 pi / 3 - sqrt(3) / 2.
-    found = common_area(1.0, 1.0, np.array([0.0, 1.0, 2.0, 3.0]))
+    actual = common_area(1.0, 1.0, np.array([0.0, 1.0, 2.0, 3.0]))
     np.testing.assert_allclose(
-        found, [np.pi, 2.0 * np.pi / 3.0 - np.sqrt(0.75), 0.0, 0.0], atol=1e-6
+        actual, [np.pi, 2.0 * np.pi / 3.0 - np.sqrt(0.75), 0.0, 0.0], atol=1e-6
     )
     assert common_area(2.0, 1.0, np.array(0.5)) == pytest.approx(np.pi)

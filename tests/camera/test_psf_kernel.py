@@ -60,10 +60,10 @@ def test_transfer_of_the_kernel_is_that_of_the_lens() -> None:
     line = kernel.core.sum(axis=0)
     offset = np.arange(-64, 65)
     for cycles, allowed in ((0.05, 0.003), (0.1, 0.006), (0.25, 0.025), (0.5, 0.055)):
-        found = float(np.sum(line * np.cos(2.0 * np.pi * cycles * offset)))
+        actual = float(np.sum(line * np.cos(2.0 * np.pi * cycles * offset)))
         wanted = float(lens_transfer(cam, Blur(), 1, np.array(cycles)))
         # What the core leaves to the tail, 0.25 %, is missing here.
-        assert found == pytest.approx(wanted, abs=allowed + 0.003)
+        assert actual == pytest.approx(wanted, abs=allowed + 0.003)
 
 
 def test_transfer_of_a_band_is_near_that_of_its_middle() -> None:
@@ -111,18 +111,18 @@ def test_shadow_beside_a_sunlit_panel() -> None:
     padded = np.roll(padded, (-300, -300), (0, 1))
     spectrum = np.fft.rfft2(plane, s=(1024, 1024)) * np.fft.rfft2(padded)
     direct = np.fft.irfft2(spectrum)[:192, :256]
-    found = cores.copy()
-    add_coarse(found, convolver.tails(np.stack([coarse_light(plane)]))[0])
-    assert found.min() > 0.0
+    actual = cores.copy()
+    add_coarse(actual, convolver.tails(np.stack([coarse_light(plane)]))[0])
+    assert actual.min() > 0.0
     # Cores are exact; tails on cells of 8 pixels are good to 2 % beside a body, and to 4.2 % where
     # that of a lone point begins, some 35 pixels away from it.
     for column in (92, 95, 100, 110):
-        assert found[60, column] == pytest.approx(direct[60, column], rel=0.02)
+        assert actual[60, column] == pytest.approx(direct[60, column], rel=0.02)
     for column in (120, 140, 200, 240):
-        assert found[60, column] == pytest.approx(direct[60, column], rel=0.045)
+        assert actual[60, column] == pytest.approx(direct[60, column], rel=0.045)
     # And beside the glint, whose light is 900 times that of the panel's pixels.
     for column in (171, 173, 180, 190):
-        assert found[100, column] == pytest.approx(direct[100, column], rel=0.01)
+        assert actual[100, column] == pytest.approx(direct[100, column], rel=0.01)
 
 
 def test_a_measured_spread_is_binned_to_pixels() -> None:
@@ -141,7 +141,7 @@ def test_spread_without_blur_changes_nothing() -> None:
     cam = camera(spread=PointSpread(diffraction=False))
     kernel = lens_kernel(cam, Blur(), 0, 64)
     plane = np.random.default_rng(3).random((192, 256), dtype=np.float32)
-    (found,) = Convolver([[kernel]], np.eye(1), 256, 192).cores([plane], [None], np.array([10.0]))
+    (actual,) = Convolver([[kernel]], np.eye(1), 256, 192).cores([plane], [None], np.array([10.0]))
     # Rounding of a transform of 4e4 values in float32.
-    np.testing.assert_allclose(found, plane, atol=2e-6)
+    np.testing.assert_allclose(actual, plane, atol=2e-6)
     assert CELL == 8

@@ -67,6 +67,8 @@ WATER = np.interp(
     ],
 )
 def test_bands_as_primaries_show_what_an_eye_sees_of_air_and_sea(name: str, share: Array) -> None:
-    wanted, found = seen(share), shown(share)
+    wanted, actual = seen(share), shown(share)
     # Steps of 0.05 of the brightest primary: a tenth of the way from sky blue to violet.
-    np.testing.assert_allclose(found / found.max(), wanted / wanted.max(), atol=0.05, err_msg=name)
+    np.testing.assert_allclose(
+        actual / actual.max(), wanted / wanted.max(), atol=0.05, err_msg=name
+    )

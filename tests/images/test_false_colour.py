@@ -39,15 +39,15 @@ def test_the_legend_has_the_values_of_the_study(name: str) -> None:
 
 def test_colours_at_the_values_are_those_of_the_legend() -> None:
     values = np.array([[step.value for step in LEGEND]])
-    found = false_colour(values)[0]
-    for colour, step in zip(found, LEGEND, strict=True):
+    actual = false_colour(values)[0]
+    for colour, step in zip(actual, LEGEND, strict=True):
         assert "#{:02x}{:02x}{:02x}".format(*colour) == step.colour
 
 
 def test_beyond_the_ends_all_is_black_or_white() -> None:
     low, high = LEGEND[0].value, LEGEND[-1].value
-    found = false_colour(np.array([[0.0, 0.5 * low, 2.0 * high, np.inf]]))[0]
-    np.testing.assert_array_equal(found, [[0] * 3, [0] * 3, [255] * 3, [255] * 3])
+    actual = false_colour(np.array([[0.0, 0.5 * low, 2.0 * high, np.inf]]))[0]
+    np.testing.assert_array_equal(actual, [[0] * 3, [0] * 3, [255] * 3, [255] * 3])
     # Just inside the ends colours begin.
     assert false_colour(np.array([[low * 1.5]])).any()
 

@@ -17,7 +17,7 @@ STK_MONTH = {"03": "Mar"}
 
 def rows(time: str, scale: float, velocity: bool = True) -> list[str]:
     """A row every ten seconds, place and velocity times a factor."""
-    found = []
+    actual = []
     for index in range(30):
         tai_ns = EPOCH + index * 10 * SECOND
         utc = utc_from_tai_ns(tai_ns)
@@ -29,8 +29,8 @@ def rows(time: str, scale: float, velocity: bool = True) -> list[str]:
         }[time]
         r, v = ORBIT.state(tai_ns)
         values = [*r, *v] if velocity else [*r]
-        found.append(",".join([clock, *(f"{scale * value:.9f}" for value in values)]))
-    return found
+        actual.append(",".join([clock, *(f"{scale * value:.9f}" for value in values)]))
+    return actual
 
 
 @pytest.mark.parametrize(

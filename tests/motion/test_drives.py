@@ -40,9 +40,9 @@ vectors = st.tuples(*[st.floats(-1.0, 1.0)] * 3).map(np.array)
 directions = vectors.filter(lambda v: float(np.linalg.norm(v)) > 0.1).map(unit)
 
 
-def faces(joints: tuple[Joint, ...], found: dict[str, float], index: int = 1) -> Array:
+def faces(joints: tuple[Joint, ...], actual: dict[str, float], index: int = 1) -> Array:
     """Where the face of a joint points, by the chain of its turns."""
-    values = [found.get(joint.name, 0.0) for joint in joints]
+    values = [actual.get(joint.name, 0.0) for joint in joints]
     turn = body_from_stored(joints, values)[index + 1, :3, :3]
     face = joints[index].sunward_body
     assert face is not None
@@ -60,11 +60,11 @@ def between(a: Array, b: Array) -> float:
 @example(np.array([0.0, -1.0, 0.0]))
 def test_two_square_axes_point_a_wing_at_any_sun(sun: Array) -> None:
     joints = (YOKE, WING)
-    found = sun_angles(joints, ("yoke", "wing"), {}, sun)
-    assert between(faces(joints, found), sun) < EXACT
+    actual = sun_angles(joints, ("yoke", "wing"), {}, sun)
+    assert between(faces(joints, actual), sun) < EXACT
     # The wing needs no more than a quarter turn, so that the yoke alone follows an orbit; swings
     # are told apart to a billionth of a radian.
-    assert abs(found["wing"]) <= np.pi / 2.0 + 1e-9
+    assert abs(actual["wing"]) <= np.pi / 2.0 + 1e-9
 
 
 @settings(deadline=None, database=None, max_examples=300)
@@ -83,8 +83,8 @@ def test_any_two_axes_point_a_face_at_every_sun_that_they_can_reach(
     towards = between(joints[0].axis_body, sun)
     low, high = abs(spread - half), min(spread + half, 2.0 * np.pi - spread - half)
     assume(low + 1e-6 < towards < high - 1e-6)
-    found = sun_angles(joints, ("first", "second"), {"mid": mid}, sun)
-    assert between(faces(joints, {**found, "mid": mid}, 2), sun) < EXACT
+    actual = sun_angles(joints, ("first", "second"), {"mid": mid}, sun)
+    assert between(faces(joints, {**actual, "mid": mid}, 2), sun) < EXACT
 
 
 def best_on_a_grid(joints: tuple[Joint, ...], sun: Array) -> float:
@@ -111,18 +111,18 @@ def test_within_limits_no_other_angles_point_nearer(
         replace(WING, limits=(-np.radians(other), np.radians(other)),
                 axis_body=unit(np.array([1.0, 0.3, 0.1]))),
     )  # fmt: skip
-    found = sun_angles(joints, ("yoke", "wing"), {}, unit(np.array(sun)))
-    miss = between(faces(joints, found), unit(np.array(sun)))
+    actual = sun_angles(joints, ("yoke", "wing"), {}, unit(np.array(sun)))
+    miss = between(faces(joints, actual), unit(np.array(sun)))
     assert miss <= best_on_a_grid(joints, unit(np.array(sun))) + EXACT
     for joint in joints:
-        assert joint.limits[0] <= found[joint.name] <= joint.limits[1]
+        assert joint.limits[0] <= actual[joint.name] <= joint.limits[1]
 
 
 def test_with_the_sun_along_the_first_axis_that_one_rests() -> None:
     """Any angle of the yoke will do there; a face square to it is all that is wanted."""
-    found = sun_angles((YOKE, WING), ("yoke", "wing"), {}, np.array([0.0, 1.0, 0.0]))
-    assert found["yoke"] == 0.0
-    assert abs(found["wing"]) == pytest.approx(np.pi / 2.0)
+    actual = sun_angles((YOKE, WING), ("yoke", "wing"), {}, np.array([0.0, 1.0, 0.0]))
+    assert actual["yoke"] == 0.0
+    assert abs(actual["wing"]) == pytest.approx(np.pi / 2.0)
 
 
 def test_a_drive_on_a_joint_that_stands_reckons_with_where_it_stands() -> None:
@@ -133,9 +133,9 @@ def test_a_drive_on_a_joint_that_stands_reckons_with_where_it_stands() -> None:
         (JointLaws(fixed={"yoke": 0.7}, sunward=("wing",)), {}),
         (JointLaws(sunward=("yoke", "wing")), {"yoke": 0.7}),
     ):
-        found = laws.angles(joints, 0, sun, given_angles)
-        assert found["yoke"] == 0.7
-        best = between(faces(joints, found), sun)
+        actual = laws.angles(joints, 0, sun, given_angles)
+        assert actual["yoke"] == 0.7
+        best = between(faces(joints, actual), sun)
         # The wing's axis, turned: what is left is the Sun's height over the plane square to it.
         axis = np.array([np.cos(0.7), 0.0, -np.sin(0.7)])
         assert best == pytest.approx(np.arcsin(abs(np.dot(axis, sun))), abs=EXACT)
@@ -145,9 +145,9 @@ def test_a_yoke_turns_for_a_wing_that_a_simulation_holds() -> None:
     """It has no face of its own: the wing's, tilted as it is, comes as near as the yoke can."""
     joints = (YOKE, WING)
     sun = unit(np.array([0.5, -0.3, 0.6]))
-    found = JointLaws(sunward=("yoke", "wing")).angles(joints, 0, sun, {"wing": 0.4})
-    assert found["wing"] == 0.4
-    face = faces(joints, found)
+    actual = JointLaws(sunward=("yoke", "wing")).angles(joints, 0, sun, {"wing": 0.4})
+    assert actual["wing"] == 0.4
+    face = faces(joints, actual)
     # Turning about y changes only the angle about y: what is left is the difference in height.
     expected = abs(np.arcsin(face[1]) - np.arcsin(sun[1]))
     assert between(face, sun) == pytest.approx(expected, abs=EXACT)
@@ -157,9 +157,9 @@ def test_several_wings_on_one_yoke_that_are_alike_all_face_the_sun() -> None:
     wings = tuple(replace(WING, name=f"wing_{k}") for k in range(3))
     joints = (YOKE, *wings)
     sun = unit(np.array([0.4, 0.5, 0.3]))
-    found = sun_angles(joints, ("wing_2", "yoke", "wing_0", "wing_1"), {}, sun)
+    actual = sun_angles(joints, ("wing_2", "yoke", "wing_0", "wing_1"), {}, sun)
     for index in (1, 2, 3):
-        assert between(faces(joints, found, index), sun) < EXACT
+        assert between(faces(joints, actual, index), sun) < EXACT
 
 
 @pytest.mark.parametrize(("sun_deg", "angle_deg"), [(-30.0, 330.0), (170.0, 170.0), (10.0, 10.0)])
@@ -168,5 +168,5 @@ def test_a_drive_whose_range_goes_round_takes_the_way_that_it_has(
 ) -> None:
     free = replace(YOKE, sunward_body=np.array([0.0, 0.0, -1.0]), limits=(0.0, 2.0 * np.pi))
     turn = np.radians(sun_deg)
-    found = sun_angles((free,), ("yoke",), {}, np.array([-np.sin(turn), 0.0, -np.cos(turn)]))
-    assert np.degrees(found["yoke"]) == pytest.approx(angle_deg)
+    actual = sun_angles((free,), ("yoke",), {}, np.array([-np.sin(turn), 0.0, -np.cos(turn)]))
+    assert np.degrees(actual["yoke"]) == pytest.approx(angle_deg)

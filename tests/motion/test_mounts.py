@@ -194,8 +194,8 @@ def test_a_place_on_a_spacecraft_is_kept_in_the_centre(axes: Axes) -> None:
     # Body x, y, z are ICRF y, z, x here.
     place = BODIES["target"].position + np.array([3.0, 1.0, 2.0])
     distance = float(np.linalg.norm(towards.position_body - seen_from))
-    found = R_camera_from_icrf @ (place - position)
-    np.testing.assert_allclose(found, [0.0, 0.0, distance], rtol=0.0, atol=2 * FAR)
+    actual = R_camera_from_icrf @ (place - position)
+    np.testing.assert_allclose(actual, [0.0, 0.0, distance], rtol=0.0, atol=2 * FAR)
 
 
 def lowest_height(position: Array, direction: Array) -> float:
@@ -251,17 +251,17 @@ def test_a_camera_keeps_from_the_sun_and_turns_no_further_than_it_must(
     wanted, sun = unit(wanted), unit(sun)
     law = Pointing(towards=wanted, axes="icrf", up=X, sun_exclusion=least)
     _, R_camera_from_icrf = camera_pose("cam", on_target(law), BODIES, lambda _: sun)
-    found = R_camera_from_icrf[2]
+    actual = R_camera_from_icrf[2]
 
     def apart(a: Array, b: Array) -> float:
         return float(2.0 * np.arctan2(np.linalg.norm(a - b), np.linalg.norm(a + b)))
 
     # Angles of unit vectors are good to 1e-15 each; near the Sun the plane is known to 1e-9.
     if apart(wanted, sun) >= least:
-        assert apart(found, wanted) < 1e-14
+        assert apart(actual, wanted) < 1e-14
     else:
-        assert apart(found, sun) == pytest.approx(least, abs=1e-8)
-        assert apart(found, wanted) == pytest.approx(least - apart(wanted, sun), abs=1e-8)
+        assert apart(actual, sun) == pytest.approx(least, abs=1e-8)
+        assert apart(actual, wanted) == pytest.approx(least - apart(wanted, sun), abs=1e-8)
 
 
 def test_a_camera_that_looks_into_the_sun_turns_towards_its_top() -> None:

@@ -61,43 +61,43 @@ def relative(reference: str, position: Array, velocity: Array | None = None) -> 
 @quick
 @given(triples)
 def test_a_relative_place_is_where_lvlh_says(place: Array) -> None:
-    found = poses({"chaser": motion(relative("target", place)), "target": motion(ORBIT)}, EPOCH)
-    target = found["target"]
+    actual = poses({"chaser": motion(relative("target", place)), "target": motion(ORBIT)}, EPOCH)
+    target = actual["target"]
     R_lvlh_from_icrf = lvlh_from_icrf(target.position, target.velocity)
-    offset = R_lvlh_from_icrf @ (found["chaser"].position - target.position)
+    offset = R_lvlh_from_icrf @ (actual["chaser"].position - target.position)
     np.testing.assert_allclose(offset, place, rtol=0.0, atol=FAR)
 
 
 def test_two_hundred_metres_behind_is_minus_x_of_lvlh() -> None:
-    found = poses(
+    actual = poses(
         {"a": motion(SIMPLE), "b": motion(relative("a", np.array([-200.0, 0.0, 10.0])))}, EPOCH
     )
     np.testing.assert_allclose(
-        found["b"].position, [RADIUS - 10.0, -200.0, 0.0], rtol=0.0, atol=FAR
+        actual["b"].position, [RADIUS - 10.0, -200.0, 0.0], rtol=0.0, atol=FAR
     )
 
 
 def test_a_place_at_rest_in_lvlh_is_carried_round_with_it() -> None:
     # 100 m further out at the same angular speed: faster by 100/RADIUS.
-    found = poses(
+    actual = poses(
         {"a": motion(SIMPLE), "b": motion(relative("a", np.array([0.0, 0.0, -100.0])))}, EPOCH
     )
     np.testing.assert_allclose(
-        found["b"].velocity, [0.0, 7.6e3 * (1.0 + 100.0 / RADIUS), 0.0], rtol=1e-14
+        actual["b"].velocity, [0.0, 7.6e3 * (1.0 + 100.0 / RADIUS), 0.0], rtol=1e-14
     )
 
 
 @pytest.mark.parametrize("velocity", [[0.0, 0.0, 0.0], [1.5, -0.7, 0.4]])
 def test_relative_velocity_is_the_rate_of_the_lvlh_place(velocity: list[float]) -> None:
     place, rate = np.array([-200.0, 30.0, 40.0]), np.array(velocity)
-    found = poses(
+    actual = poses(
         {"target": motion(ORBIT), "chaser": motion(relative("target", place, rate))}, EPOCH
     )
     step = 0.01  # [s]
     ends = []
     for sign in (-1, 1):
         r, v = ORBIT.state(EPOCH + sign * round(step * 1e9))
-        chaser = found["chaser"].position + sign * step * found["chaser"].velocity
+        chaser = actual["chaser"].position + sign * step * actual["chaser"].velocity
         ends.append(lvlh_from_icrf(r, v) @ (chaser - r))
     # Rounding of 1e-9 m over 0.02 s; the curvature of the target's path cancels between both ends.
     np.testing.assert_allclose((ends[1] - ends[0]) / (2.0 * step), rate, rtol=0.0, atol=1e-6)
@@ -109,9 +109,9 @@ def test_references_resolve_in_any_order_and_over_several_links() -> None:
         "b": motion(relative("a", np.array([0.0, 0.0, -10.0]))),
         "a": motion(SIMPLE),
     }
-    found = poses(chain, EPOCH)
-    assert list(found) == ["c", "b", "a"]
-    np.testing.assert_allclose(found["c"].position, [RADIUS + 15.0, 0.0, 0.0], rtol=0.0, atol=FAR)
+    actual = poses(chain, EPOCH)
+    assert list(actual) == ["c", "b", "a"]
+    np.testing.assert_allclose(actual["c"].position, [RADIUS + 15.0, 0.0, 0.0], rtol=0.0, atol=FAR)
 
 
 @pytest.mark.parametrize(
@@ -136,25 +136,25 @@ def test_places_in_a_circle_are_refused(links: dict[str, str], message: str) -> 
 
 
 def test_lvlh_attitude_turns_body_axes_along_lvlh() -> None:
-    found = poses({"a": motion(SIMPLE)}, EPOCH)
-    np.testing.assert_allclose(found["a"].R_icrf_from_body, R_ICRF_FROM_LVLH, rtol=0.0, atol=1e-15)
+    actual = poses({"a": motion(SIMPLE)}, EPOCH)
+    np.testing.assert_allclose(actual["a"].R_icrf_from_body, R_ICRF_FROM_LVLH, rtol=0.0, atol=1e-15)
 
 
 def test_lvlh_attitude_puts_its_own_turn_first() -> None:
     # Body x towards LVLH y, body y towards LVLH z, body z towards LVLH x.
     R_lvlh_from_body = np.column_stack([Y, Z, X])
-    found = poses({"a": motion(SIMPLE, LvlhAttitude(R_lvlh_from_body=R_lvlh_from_body))}, EPOCH)
+    actual = poses({"a": motion(SIMPLE, LvlhAttitude(R_lvlh_from_body=R_lvlh_from_body))}, EPOCH)
     # In ICRF these are -z, -x and y.
     np.testing.assert_allclose(
-        found["a"].R_icrf_from_body, np.column_stack([-Z, -X, Y]), rtol=0.0, atol=1e-15
+        actual["a"].R_icrf_from_body, np.column_stack([-Z, -X, Y]), rtol=0.0, atol=1e-15
     )
 
 
 def test_fixed_attitude_stays_while_the_orbit_goes_on() -> None:
     fixed = FixedAttitude(R_icrf_from_body=np.column_stack([Y, Z, X]))
     for tai_ns in (EPOCH, EPOCH + 10**12):
-        found = poses({"a": motion(ORBIT, fixed)}, tai_ns)
-        np.testing.assert_array_equal(found["a"].R_icrf_from_body, fixed.R_icrf_from_body)
+        actual = poses({"a": motion(ORBIT, fixed)}, tai_ns)
+        np.testing.assert_array_equal(actual["a"].R_icrf_from_body, fixed.R_icrf_from_body)
 
 
 @quick
@@ -163,11 +163,11 @@ def test_a_pointing_body_turns_its_axis_to_the_target_and_no_further(
     place: Array, axis: Array
 ) -> None:
     pointing = PointingAttitude(target="target", axis_body=axis)
-    found = poses(
+    actual = poses(
         {"target": motion(ORBIT), "chaser": motion(relative("target", place), pointing)}, EPOCH
     )
-    chaser = found["chaser"]
-    line = found["target"].position - chaser.position
+    chaser = actual["chaser"]
+    line = actual["target"].position - chaser.position
     distance = np.linalg.norm(line)
     # The line's direction carries the rounding of places.
     np.testing.assert_allclose(
