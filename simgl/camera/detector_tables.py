@@ -164,10 +164,6 @@ def read_detector(
         given = getattr(preset, key) if given is None else given
         return default if given is None else given
 
-    bits, pedestal = chosen("bits"), chosen("pedestal_dn")
-    if pedestal >= 2**bits - 1:
-        problem = f"must lie below the largest DN, {2**bits - 1}, got {pedestal:g}"
-        raise ConfigError(where, "pedestal_dn", problem)
     qe = table.quantum_efficiency
     given_qe = None if qe is None else fractions(qe, where, "quantum_efficiency")
     response = SpectralResponse(preset, path, sun_temperature, given_qe, folder)
@@ -180,8 +176,8 @@ def read_detector(
         mosaic=_mosaic(where, chosen("mosaic", "mono"), response, table.preset),
         full_well=chosen("full_well_e"),
         read_noise=chosen("read_noise_e"),
-        bits=bits,
-        pedestal=pedestal,
+        bits=chosen("bits"),
+        pedestal=_pedestal(where, chosen("pedestal_dn"), chosen("bits")),
         gain_dn_per_e=chosen("analogue_gain", 1.0) / chosen("gain_e_per_dn"),
         dark_current_300k=chosen("dark_current_e_s"),
         temperature=chosen("temperature_k", REFERENCE_TEMPERATURE),
@@ -192,6 +188,14 @@ def read_detector(
         particles=_particles(chosen("particles", None)),
         row_time=_row_time(where, chosen("shutter", "global"), chosen("row_time_us", None)),
     )
+
+
+def _pedestal(where: str, pedestal: float, bits: int) -> float:
+    largest = 2**bits - 1
+    if pedestal >= largest:
+        problem = f"must lie below the largest DN, {largest}, got {pedestal:g}"
+        raise ConfigError(where, "pedestal_dn", problem)
+    return pedestal
 
 
 def _mosaic(where: str, order: str, response: SpectralResponse, preset: str) -> Mosaic | None:
