@@ -152,6 +152,18 @@ def test_the_architecture_page_lists_the_layers() -> None:
     assert listed == [layer for layer in expected if layer]
 
 
+def test_the_ways_of_a_pose_and_a_pixel_name_what_exists() -> None:
+    page = (ROOT / "docs" / "architecture.md").read_text()
+    ways = page[page.index("## The way of one pose") : page.index("## Where to add what")]
+    named = set(re.findall(r"\w+", " ".join(re.findall(r"`([^`]*)`", ways))))
+    folders = ("simgl", "bridge/simgl_bridge", "shaders")
+    files = [path for folder in folders for path in (ROOT / folder).rglob("*.*")]
+    source = [path.read_text() for path in files if path.suffix in (".py", ".glsl", ".frag")]
+    exists = {word for text in source for word in re.findall(r"\w+", text)}
+    exists |= {word for path in files for word in (path.stem, path.suffix[1:], path.parent.name)}
+    assert named <= exists, named - exists
+
+
 def test_the_tutorial_begins_with_the_first_example_of_the_readme() -> None:
     first, *_ = (text for _, text in blocks(ROOT / "docs" / "tutorial.md"))
     assert ("python", first) in list(blocks(ROOT / "README.md"))
