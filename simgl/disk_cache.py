@@ -6,11 +6,12 @@ import os
 import tempfile
 import warnings
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy
 
 Arrays = dict[str, "np.ndarray[Any, np.dtype[Any]]"]
 
@@ -50,3 +51,16 @@ def write_arrays(path: Path, arrays: Mapping[str, Any], otherwise: str) -> None:
     except OSError as error:
         message = f"{path.parent}: {error.strerror}; {otherwise}"
         warnings.warn(message, RuntimeWarning, stacklevel=5)
+
+
+def computed_once(name: str, compute: Callable[[], Arrays]) -> Arrays:
+    """Arrays that numpy and scipy compute from constants, from a file after the first time.
+
+    name : of the file; says what the arrays depend on besides the versions of both libraries
+    """
+    path = cache_folder("noise") / f"{name}-numpy{np.__version__}-scipy{scipy.__version__}.npz"
+    arrays = read_arrays(path)
+    if arrays is None:
+        arrays = compute()
+        write_arrays(path, arrays, "noise is computed again next time")
+    return arrays
