@@ -13,8 +13,8 @@ from scipy.ndimage import map_coordinates
 from scipy.spatial import KDTree
 from scipy.special import ndtri
 
-from simgl.arrays import Array32, Image8
-from simgl.disk_cache import Arrays, computed_once
+from simgl.arrays import AnyArray, Array32, Image8
+from simgl.disk_cache import computed_once
 
 SIZE = 1024
 # Of a texel [km], where the chart is not drawn out: by up to 1.4 about the faces' corners.
@@ -47,7 +47,7 @@ def chart(seed: int) -> tuple[tuple[Image8, ...], Array32]:
     return tuple(arrays[f"codes_{level}"] for level in range(LEVELS)), arrays["left"]
 
 
-def _packed(codes: tuple[Image8, ...], left: Array32) -> Arrays:
+def _packed(codes: tuple[Image8, ...], left: Array32) -> dict[str, AnyArray]:
     return {"left": left} | {f"codes_{level}": code for level, code in enumerate(codes)}
 
 

@@ -17,9 +17,8 @@ import zmq
 from simgl_bridge.basilisk.camera_overrides import CameraOverrides
 from simgl_bridge.basilisk.endpoint import BasiliskEndpoint
 from simgl_bridge.body_pose import BodyPose
-from simgl_bridge.fair_queue import FairQueue
 from simgl_bridge.render_session import RenderSession
-from simgl_bridge.server import serve
+from simgl_bridge.server import FairQueue, serve
 from simgl_bridge.simgl1_endpoint import WINDOW, Simgl1Endpoint
 
 from benchmarks.bridge.scene import SMALL
@@ -167,7 +166,7 @@ def finish(running: Running) -> None:
 @contextmanager
 def basilisk_source(
     base: Scenario,
-    sheets: Mapping[int, CameraOverrides] | None = None,
+    overrides: Mapping[int, CameraOverrides] | None = None,
     address: str = "tcp://127.0.0.1:*",
 ) -> Iterator[tuple[BasiliskEndpoint, WatchedSimulator]]:
     """An image source for Basilisk on a thread of this process, and its first simulator."""
@@ -184,7 +183,7 @@ def basilisk_source(
             queue = FairQueue(WINDOW)
             with (
                 RenderSession(base, open_simulator=open_simulator) as render_session,
-                BasiliskEndpoint(render_session, queue, address, sheets=sheets) as front,
+                BasiliskEndpoint(render_session, queue, address, overrides=overrides) as front,
             ):
                 ready.set_result((front, made[0]))
                 serve([front], queue, stop)

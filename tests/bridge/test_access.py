@@ -13,8 +13,9 @@ import typer
 import zmq
 from simgl_bridge import AccessError, Client, ClientKeys
 from simgl_bridge.access import Access, make_keys
-from simgl_bridge.client_protocol import ClientProtocol
+from simgl_bridge.client_protocol import Call, ClientProtocol
 from simgl_bridge.commands import keys
+from simgl_bridge.messages import Ping, Pong
 from typer.testing import CliRunner
 
 from simgl import Scenario
@@ -148,12 +149,18 @@ def test_keys_are_made_for_their_owner_alone_and_never_replaced(tmp_path: Path) 
 
 
 def test_a_server_that_ends_in_the_middle_of_a_handshake_is_not_taken_for_a_refusal() -> None:
-    talk = ClientProtocol("tcp://127.0.0.1:1")
-    with pytest.raises(AccessError):
-        talk.heed(zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL)
-    # To a client that was let in before, as when a server is stopped and started again.
-    assert not talk.heed(zmq.EVENT_HANDSHAKE_SUCCEEDED)
-    assert talk.heed(zmq.EVENT_DISCONNECTED)
-    assert not talk.heed(zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL)
-    with pytest.raises(AccessError):
-        talk.heed(zmq.EVENT_HANDSHAKE_FAILED_AUTH)
+    protocol = ClientProtocol("tcp://127.0.0.1:1")
+
+    def error_after(event: int) -> BridgeError | None:
+        call = Call(Ping(id=1), Pong, 10.0)
+        protocol.open(call)
+        assert not protocol.handle_event(event)
+        protocol.close(call)
+        return call.error
+
+    assert isinstance(error_after(zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL), AccessError)
+    # To a client that was admitted before, as when a server is stopped and started again.
+    assert not protocol.handle_event(zmq.EVENT_HANDSHAKE_SUCCEEDED)
+    assert protocol.handle_event(zmq.EVENT_DISCONNECTED)
+    assert error_after(zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL) is None
+    assert isinstance(error_after(zmq.EVENT_HANDSHAKE_FAILED_AUTH), AccessError)

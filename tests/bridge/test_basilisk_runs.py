@@ -11,7 +11,7 @@ from typing import Any
 import moderngl
 import numpy as np
 import pytest
-from simgl_bridge.basilisk.camera_overrides import CameraOverrides, load_sheet
+from simgl_bridge.basilisk.camera_overrides import CameraOverrides, load_camera_file
 from simgl_bridge.basilisk.endpoint import BasiliskEndpoint
 from simgl_bridge.basilisk.viz_messages import read_update
 from simgl_bridge.basilisk.viz_scene import scene_of
@@ -36,7 +36,7 @@ def base(tmp_path_factory: pytest.TempPathFactory) -> Scenario:
 def sheets(tmp_path_factory: pytest.TempPathFactory) -> dict[int, CameraOverrides]:
     path = tmp_path_factory.mktemp("runs") / "navcam.toml"
     path.write_text(wire.SHEET)
-    return dict.fromkeys((1, 0, -3), load_sheet(path))
+    return dict.fromkeys((1, 0, -3), load_camera_file(path))
 
 
 @pytest.fixture(scope="module")
@@ -186,7 +186,7 @@ def test_a_lost_gpu_is_one_empty_image_and_the_next_is_as_ever(
         assert link.image() == b""
         # The simulator with the hook is gone, and a new one draws what was not drawn.
         assert link.image()
-        assert front.picture(1, read_update(scene(seconds=1.0))) == first
+        assert front.image(1, read_update(scene(seconds=1.0))) == first
         link.close()
 
 

@@ -21,7 +21,7 @@ import zmq
 from simgl_bridge import Client, NoAnswerError, launched_server
 from simgl_bridge.bind_address import check_bindable, is_loopback
 from simgl_bridge.commands import serve
-from simgl_bridge.supervisor import keep
+from simgl_bridge.processes import run_restarting
 
 from simgl import Scenario
 from simgl.errors import BridgeError, ConfigError
@@ -103,7 +103,7 @@ def test_a_kept_server_ends_with_the_process_that_keeps_it(
 def test_a_process_that_keeps_dying_is_given_up(capfd: pytest.CaptureFixture[str]) -> None:
     line = r"^the server died 5 times in a row, the last time of SIGABRT$"
     with pytest.raises(BridgeError, match=line):
-        keep(os.abort, {}, Event())
+        run_restarting(os.abort, (), Event())
     assert capfd.readouterr().err.count("died of SIGABRT and is started again") == 4
 
 
@@ -113,6 +113,27 @@ def test_a_restart_needs_an_address_that_stays(scenario_path: Path) -> None:
     run = run_to_end(command, check=False)
     assert run.returncode == 2
     assert run.stderr == "simgl: simgl serve: --restart needs ports that stay the same, not :*\n"
+
+
+def test_a_launched_server_ends_with_the_process_that_launched_it(scenario_path: Path) -> None:
+    script = (
+        "import sys, time\n"
+        "from simgl_bridge import launched_server\n"
+        "with launched_server(sys.argv[1], timeout_s=500.0) as (process, _):\n"
+        "    print(process.pid, flush=True)\n"
+        "    time.sleep(3600.0)\n"
+    )
+    command = [sys.executable, "-c", script, str(scenario_path)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as launcher:
+        assert launcher.stdout is not None
+        server = int(launcher.stdout.readline())
+        assert is_running(server)
+        # Without any chance to end the server itself.
+        launcher.kill()
+    deadline = time.monotonic() + 60.0
+    while is_running(server) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert not is_running(server)
 
 
 def test_a_malformed_address_is_named() -> None:
@@ -235,7 +256,7 @@ def test_an_address_beyond_this_machine_is_refused(address: str) -> None:
         "simgl serve: --address must be tcp://127.0.0.1:PORT or ipc://PATH, "
         f'got "{address}": beyond this machine it needs --keys and --allow, or --insecure'
     )
-    check_bindable(address, guarded=True)
+    check_bindable(address, remote_allowed=True)
 
 
 def test_basilisk_stays_on_this_machine_whatever_is_said() -> None:

@@ -223,11 +223,11 @@ def test_a_burst_with_a_heartbeat_and_a_broken_link_do_not_end_the_service(
         "import time\n"
         "import simgl_bridge.simgl1_endpoint as n\n"
         "from simgl_bridge.commands import main\n"
-        "take = n.take_pictures\n"
-        "def slowly(studio, request):\n"
+        "render = n.render_images\n"
+        "def slowly(session, request):\n"
         "    time.sleep(0.5)\n"
-        "    return take(studio, request)\n"
-        "n.take_pictures = slowly\n"
+        "    return render(session, request)\n"
+        "n.render_images = slowly\n"
         "main()\n"
     )
     command = [sys.executable, "-c", script, str(scenario_path), "--address", address]
@@ -393,11 +393,11 @@ def test_a_full_disk_under_its_log_does_not_end_the_service(scenario_path: Path)
     script = (
         "import simgl_bridge.simgl1_endpoint as n\n"
         "from simgl_bridge.commands import main\n"
-        "take = n.take_pictures\n"
-        "def fail(studio, request):\n"
+        "render = n.render_images\n"
+        "def fail(session, request):\n"
         "    if request.id == 99: raise RuntimeError('written to the log')\n"
-        "    return take(studio, request)\n"
-        "n.take_pictures = fail\n"
+        "    return render(session, request)\n"
+        "n.render_images = fail\n"
         "main()\n"
     )
     command = [sys.executable, "-c", script, str(scenario_path), "--address", address]

@@ -8,9 +8,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from simgl_bridge import Client, RemoteError, Shot, Watch
-from simgl_bridge.free_run import Stream
+from simgl_bridge.free_run import StateStream
 from simgl_bridge.messages import State
-from simgl_bridge.preview import Seen
+from simgl_bridge.preview import PreviewImage
 
 from simgl import Scenario
 from tests.bridge.harness import Gate, RawLink, Running
@@ -42,7 +42,7 @@ def test_the_newest_state_is_shown_and_the_picture_says_which_it_is(
 
 
 def test_the_rate_is_the_servers() -> None:
-    stream = Stream(interval=0.5)
+    stream = StateStream(interval=0.5)
     states = [State(id=id, tai_ns=id, cameras=(Shot(camera="nav"),)) for id in range(4)]
     assert stream.accept(b"a", "a", states[0], now=10.0)
     assert stream.due(10.0)
@@ -106,7 +106,7 @@ def test_a_monitor_shows_previews_and_says_what_it_left_out(
     assert "previews at tcp://127.0.0.1:" in running.front.summary
     address = running.front.summary.partition("previews at ")[2].partition(" ")[0]
     now = scenario.epoch_tai_ns
-    seen: list[Seen] = []
+    seen: list[PreviewImage] = []
     with (
         Client(running.address, timeout_s=limit(20.0)) as client,
         Watch(address, timeout_s=0.2) as previews,
@@ -118,9 +118,9 @@ def test_a_monitor_shows_previews_and_says_what_it_left_out(
             client.render(now + step, "nav")
             step += 1
             seen += [] if step % 10 else list(previews)
-    assert seen[0].picture.shape == (48, 64, 3)
-    assert seen[0].picture.dtype == np.uint8
-    assert seen[0].picture.max() > 50
+    assert seen[0].pixels.shape == (48, 64, 3)
+    assert seen[0].pixels.dtype == np.uint8
+    assert seen[0].pixels.max() > 50
     assert seen[0].camera == "nav"
     assert now <= seen[0].tai_ns < seen[1].tai_ns < now + step
     # What the subscriber had no room for is counted, and so no picture is lost in silence.

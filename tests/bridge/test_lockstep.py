@@ -11,9 +11,9 @@ import pytest
 from msgspec import msgpack, structs
 from simgl_bridge import BodyPose, Client, RemoteError
 from simgl_bridge.framing import pack
+from simgl_bridge.hashes import state_hash
 from simgl_bridge.messages import Message, Render, SentPose, Shot
 from simgl_bridge.render_request import requested_state
-from simgl_bridge.state_hash import state_hash
 
 from simgl import Product, Scenario, Simulator, scenario_from_dict
 from simgl.camera.camera import Detector
@@ -313,6 +313,6 @@ def test_a_picture_of_another_state_is_never_handed_over(
             message = structs.replace(message, tai_ns=message.tai_ns + 1)
         return honest(message)
 
-    monkeypatch.setattr("simgl_bridge.client.pack", later)
+    monkeypatch.setattr("simgl_bridge.client_protocol.pack", later)
     with pytest.raises(BridgeError, match="shows another state than request"):
         client.render(scenario.epoch_tai_ns, "nav")

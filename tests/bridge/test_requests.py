@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from simgl_bridge import Client, DelayLine, RemoteError, Shot
-from simgl_bridge.basilisk.camera_overrides import load_sheets
+from simgl_bridge.basilisk.camera_overrides import load_camera_files
 from simgl_bridge.commands import serve
 from simgl_bridge.framing import BadMessageError
 from simgl_bridge.messages import Render, SentPose
@@ -407,7 +407,7 @@ def test_the_servers_own_scenario_and_cameras_may_not_reach_out_either(
     np.save(tmp_path / "psf.npy", np.ones((3, 3)))
     with pytest.raises(AssetError, match=r"optics\.psf_image: .* leads out of"):
         serve(path, root=root)
-    found = load_sheets([f"1={overrides}"], root)[1]
+    found = load_camera_files([f"1={overrides}"], root)[1]
     with pytest.raises(AssetError, match=r"optics\.psf_image: .* leads out of"):
         read_camera(found.where, "1", found.table, found.sun_temperature, found.base)
 
