@@ -32,7 +32,7 @@ from simgl.progress import ProgressCallback
 from simgl.scenario.loader import load_scenario
 from simgl.scenario.scenario import Scenario
 from simgl.scene.earth import Clouds, Earth
-from simgl.scene.noise_projection import chart
+from simgl.scene.noise_projection import make_chart
 from simgl.simulator import Simulator
 
 # Entry points of this group time frames through a link: (scenario file, camera, epochs) -> seconds.
@@ -201,9 +201,7 @@ def earth_tables() -> list[TableResult]:
         noise.release()
         for texture in ground:
             texture.release()
-        note(
-            "noise of clouds and hills", lambda: 2 * sum(c.nbytes for c in chart.__wrapped__(0)[0])
-        )
+        note("noise of clouds and hills", lambda: 2 * sum(c.nbytes for c in make_chart(0)[0]))
         note(
             "maps",
             lambda: (

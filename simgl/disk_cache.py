@@ -6,11 +6,12 @@ import logging
 import os
 import tempfile
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy
 
 from simgl.arrays import AnyArray
 
@@ -51,3 +52,16 @@ def write_arrays(path: Path, arrays: Mapping[str, Any], consequence: str) -> Non
         temporary.replace(path)
     except OSError as error:
         _LOG.warning("%s: %s; %s", path.parent, error.strerror, consequence)
+
+
+def computed_once(name: str, compute: Callable[[], dict[str, AnyArray]]) -> dict[str, AnyArray]:
+    """Arrays that numpy and scipy compute from constants, from a file after the first time.
+
+    name : of the file; says what the arrays depend on besides the versions of both libraries
+    """
+    path = cache_folder("noise") / f"{name}-numpy{np.__version__}-scipy{scipy.__version__}.npz"
+    arrays = read_arrays(path)
+    if arrays is None:
+        arrays = compute()
+        write_arrays(path, arrays, "noise is computed again next time")
+    return arrays

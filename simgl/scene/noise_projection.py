@@ -13,7 +13,8 @@ from scipy.ndimage import map_coordinates
 from scipy.spatial import KDTree
 from scipy.special import ndtri
 
-from simgl.arrays import Array32, Image8
+from simgl.arrays import AnyArray, Array32, Image8
+from simgl.disk_cache import computed_once
 
 SIZE = 1024
 # Of a texel [km], where the chart is not drawn out: by up to 1.4 about the faces' corners.
@@ -35,8 +36,22 @@ _CELLS = 160
 _GROUND_SEED = 20260320
 
 
+# Part of the file's name: to be raised when charts are made differently.
+_VERSION = 1
+
+
 @lru_cache(maxsize=2)
 def chart(seed: int) -> tuple[tuple[Image8, ...], Array32]:
+    """What ``make_chart`` returns, made once on a machine."""
+    arrays = computed_once(f"chart-{_VERSION}-{seed}", lambda: _packed(*make_chart(seed)))
+    return tuple(arrays[f"codes_{level}"] for level in range(LEVELS)), arrays["left"]
+
+
+def _packed(codes: tuple[Image8, ...], left: Array32) -> dict[str, AnyArray]:
+    return {"left": left} | {f"codes_{level}": code for level, code in enumerate(codes)}
+
+
+def make_chart(seed: int) -> tuple[tuple[Image8, ...], Array32]:
     """Noise by texel at each halving, and how much of its variance is left there.
 
     seed : of the clouds

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
 from simgl.arrays import Array32, Image8
+from simgl.disk_cache import computed_once
 
 SIZE = 128
 # Middles of the first and last octave, in cycles along an edge; the last is four texels long.
@@ -23,8 +24,17 @@ _GROUND_SEED = 20260320
 SLOPE_RANGE = 4.0
 
 
+# Part of the file's name: to be raised when the volume is made differently.
+_VERSION = 1
+
+
 @lru_cache(maxsize=2)
 def noise_volume(seed: int) -> Image8:
+    """What ``make_volume`` returns, made once on a machine."""
+    return computed_once(f"volume-{_VERSION}-{seed}", lambda: {"codes": make_volume(seed)})["codes"]
+
+
+def make_volume(seed: int) -> Image8:
     """(SIZE, SIZE, SIZE, 4) bytes, indexed z, y, x.
 
     seed : of the clouds

@@ -401,7 +401,9 @@ def test_a_killed_server_is_an_error_within_the_deadline(scenario_path: Path) ->
             process.kill()
             process.wait(limit(10.0))
             start = time.monotonic()
-            with pytest.raises(BridgeError, match=f"^{address}: no connection within 0.5 s"):
+            # As the broken connection is noticed before or after the request is sent.
+            error = f"^{address}: (the connection broke|no connection within 0.5 s)"
+            with pytest.raises(BridgeError, match=error):
                 client.render(client.welcome.epoch_tai_ns, "nav")
             assert time.monotonic() - start < limit(2.0)
         assert time.monotonic() - start < limit(3.0)
