@@ -1,1 +1,1 @@
-"""Loops of a page: what a GNC program does with the image service."""
+"""Short GNC loops that use the image service."""

@@ -9,14 +9,14 @@ with Client(sys.argv[1] if sys.argv[1:] else "tcp://127.0.0.1:5563") as client:
     camera = client.welcome.cameras[0]
     position, velocity = np.array([1.0, 0.0, 60.0]), np.array([0.0, 0.0, -0.5])
     columns = np.arange(camera.width) + 0.5
-    on_their_way = DelayLine()
+    delay_line = DelayLine()
     for step in range(20):
         now = client.welcome.epoch_tai_ns + step * 1_000_000_000
         chaser = BodyPose(
             position_m=position, velocity_m_s=velocity, q_icrf_from_body_xyzw=(0, 0, 0, 1)
         )
-        on_their_way.post(client.render(now, camera.name, {"chaser": chaser}))
-        for image in on_their_way.due(now):
+        delay_line.post(client.render(now, camera.name, {"chaser": chaser}))
+        for image in delay_line.due(now):
             light = np.where(image.dn > camera.pedestal_dn + 50, image.dn, 0).sum(axis=0)
             if light.any():
                 off_axis = (light @ columns / light.sum() - camera.cx) / camera.focal_length_px
