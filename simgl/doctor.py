@@ -1,4 +1,4 @@
-"""What OpenGL this machine offers simgl, and the line that mends what is missing."""
+"""The OpenGL that this machine offers, and how to install what is missing."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class Finding:
 
     backend: str
     device_index: int
-    found: GlReport | None
+    report: GlReport | None
     error: ContextError | None
 
 
@@ -23,9 +23,9 @@ def _try(backend: str, device_index: int) -> Finding:
         ctx = open_context(backend, device_index)
     except ContextError as error:
         return Finding(backend, device_index, None, error)
-    found = report(ctx, backend)
+    finding = Finding(backend, device_index, report(ctx, backend), None)
     ctx.release()
-    return Finding(backend, device_index, found, None)
+    return finding
 
 
 def examine(device_index: int | None = None) -> list[Finding]:

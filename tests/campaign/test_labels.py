@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from simgl.arrays import Mask
 from simgl.campaign.label_formats import write_coco, write_speed
-from simgl.campaign.labels import SpacecraftLabel, Visibility, craft_labels, run_lengths
+from simgl.campaign.labels import SpacecraftLabel, Visibility, run_lengths, spacecraft_labels
 from simgl.scenario.scenario import Scenario
 from simgl.sequence.journal import Value
 from simgl.simulator import Product, Simulator
@@ -70,7 +70,7 @@ def labels_of(gl: moderngl.Context, scenario: Scenario) -> dict[str, SpacecraftL
     with Simulator(scenario, gl) as simulator:
         truth = simulator.capture(state, "cam", {Product.TRUTH}).truth
     assert truth is not None
-    return {label.name: label for label in craft_labels(truth, state)}
+    return {label.name: label for label in spacecraft_labels(truth, state)}
 
 
 @old_numpy
