@@ -180,13 +180,13 @@ def _one_scene(
 def earth_tables() -> list[TableResult]:
     """Made anew, past every cache: of the standard air, the shipped maps and the default clouds."""
     earth = Earth(air=STANDARD, clouds=Clouds())
-    found: list[TableResult] = []
+    results: list[TableResult] = []
 
     def note(name: str, make: Callable[[], int]) -> None:
         start = time.perf_counter()
         size = make()
         seconds = round(time.perf_counter() - start, 2)
-        found.append(TableResult(name=name, bytes=size, seconds=seconds))
+        results.append(TableResult(name=name, bytes=size, seconds=seconds))
 
     with open_context() as ctx:
         kind = AirKind(air=STANDARD, radius=earth.equatorial_radius, albedo=earth.mean_albedo)
@@ -212,7 +212,7 @@ def earth_tables() -> list[TableResult]:
                 // 3
             ),
         )
-    return found
+    return results
 
 
 def run(

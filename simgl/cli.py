@@ -53,7 +53,13 @@ def _version(
 
 
 def _load_further_commands() -> None:
-    """Commands of other packages join through the entry-point group ``simgl.commands``."""
+    """Commands of other packages join through the entry-point group ``simgl.commands``.
+
+    They are imported only where they may be needed: for help, or for a name that is not ours.
+    """
+    ours = {typer.main.get_command_name(str(c.callback.__name__)) for c in app.registered_commands}
+    if set(sys.argv[1:2]) & (ours | {"camera", "model"}):
+        return
     for entry in entry_points(group="simgl.commands"):
         app.command(name=entry.name)(entry.load())
 
