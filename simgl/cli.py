@@ -23,7 +23,7 @@ app = typer.Typer(
 camera_app = typer.Typer(help="Cameras by themselves.", no_args_is_help=True)
 model_app = typer.Typer(help="Models by themselves.", no_args_is_help=True)
 
-for command in (
+COMMANDS = (
     inspection_commands.doctor,
     render_commands.render,
     render_commands.sequence,
@@ -32,7 +32,9 @@ for command in (
     inspection_commands.bench,
     inspection_commands.view,
     render_commands.campaign,
-):
+)
+BUILT_IN = {"camera", "model"} | {command.__name__ for command in COMMANDS}
+for command in COMMANDS:
     app.command()(command)
 app.add_typer(camera_app, name="camera")
 app.add_typer(model_app, name="model")
@@ -57,8 +59,7 @@ def _load_further_commands() -> None:
 
     They are imported only where they may be needed: for help, or for a name that is not ours.
     """
-    ours = {typer.main.get_command_name(str(c.callback.__name__)) for c in app.registered_commands}
-    if set(sys.argv[1:2]) & (ours | {"camera", "model"}):
+    if not BUILT_IN.isdisjoint(sys.argv[1:2]):
         return
     for entry in entry_points(group="simgl.commands"):
         app.command(name=entry.name)(entry.load())

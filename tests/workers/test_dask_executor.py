@@ -76,7 +76,12 @@ def test_workers_hold_no_job_when_its_run_is_over(
 ) -> None:
     closed = []
     close = Simulator.close
-    monkeypatch.setattr(Simulator, "close", lambda self: (close(self), closed.append(self)))
+
+    def noted_close(simulator: Simulator) -> None:
+        close(simulator)
+        closed.append(simulator)
+
+    monkeypatch.setattr(Simulator, "close", noted_close)
     with dask_executor.run_on_scheduler(NamedJob("target"), scheduler) as execute:
         assert len(list(execute(range(2)))) == 2
     # The run waits for the worker, which waits until its context is closed.
