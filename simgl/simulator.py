@@ -29,12 +29,10 @@ from simgl.images import (
     RadianceFrame,
     TruthFrame,
 )
-from simgl.progress import Progress
+from simgl.progress import ProgressCallback
 from simgl.renderer import Renderer
 from simgl.scenario.scenario import Scenario
-from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import SceneState
-from simgl.view.detail import far_models
 from simgl.view.frame_view import FrameView, frame_view
 from simgl.view.image_motion import picture_motion
 from simgl.view.lidar_pulse import pulse_view
@@ -108,14 +106,14 @@ class Simulator:
     ...     exposure = simulator.capture(simulator.scenario.at(epoch), "navcam")
 
     progress : told the steps done and their number while light between surfaces is traced, and
-        levels of detail and the air's tables are made, some seconds for a new model or air
+        the air's tables are made, some seconds for a new model or air
     """
 
     def __init__(
         self,
         scenario: Scenario,
         ctx: moderngl.Context | None = None,
-        progress: Progress | None = None,
+        progress: ProgressCallback | None = None,
     ) -> None:
         self.scenario = scenario
         self._own_ctx = ctx is None
@@ -124,14 +122,7 @@ class Simulator:
             self._renderer = Renderer(self._ctx)
             self._camera_pipeline = CameraPipeline(self._ctx, self._renderer.timer)
             models = scenario.models_at_epoch() if scenario.inter_reflection else ()
-            far: list[SpacecraftModel] = []
-            if scenario.level_error_px > 0.0 and scenario.gather == "vertex":
-                far = far_models(
-                    scenario.at(scenario.epoch_tai_ns),
-                    scenario.level_error_px,
-                    exchanging=scenario.inter_reflection,
-                )
-            self._renderer.prepare(models, scenario.earth, progress, far)
+            self._renderer.prepare(models, scenario.earth, progress)
         self.renderer_name = f"{self._ctx.info['GL_RENDERER']}, {self._ctx.info['GL_VERSION']}"
 
     @property
@@ -229,7 +220,6 @@ class Simulator:
                 samples_per_pixel=self.scenario.samples_per_pixel,
                 inter_reflection=self.scenario.inter_reflection,
                 gather=self.scenario.gather,
-                level_error_px=self.scenario.level_error_px,
             )
         except ConfigError as error:
             where = f"{self.scenario.source or self.scenario.name} {error.where}"

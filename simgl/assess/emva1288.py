@@ -29,7 +29,7 @@ from simgl.camera_pipeline import CameraPipeline
 from simgl.gpu.render_targets import Format, ImageTarget
 from simgl.physics.constants import SOLAR_TEMPERATURE
 from simgl.physics.spectrum import BANDS, black_body_light
-from simgl.progress import Progress, silent
+from simgl.progress import ProgressCallback, silent
 from simgl.scenario.schema import CameraTable
 
 # Of a larger sensor, a part is tested; width and height [pixels].
@@ -154,7 +154,7 @@ def examine(
     levels: int = 58,
     repeats: int = 16,
     seed: int = 1,
-    progress: Progress = silent,
+    progress: ProgressCallback = silent,
 ) -> CameraReport:
     """Photon-transfer test of a camera.
 

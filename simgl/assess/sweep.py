@@ -12,7 +12,7 @@ from simgl.assess.sweep_axes import CAMERA_AXES, SUN_AXES, Axis, with_setting, w
 from simgl.assess.target_light import assess_frame
 from simgl.assess.trajectory_assessment import COLUMNS, PRODUCTS, Assignment, row_of
 from simgl.output import check_writable
-from simgl.progress import Progress, silent
+from simgl.progress import ProgressCallback, silent
 from simgl.scenario.scenario import Scenario
 from simgl.sequence.journal import Columns, Journal, Row, Value, run_missing
 from simgl.simulator import Simulator
@@ -87,7 +87,7 @@ def _combinations(axes: list[Axis]) -> list[dict[str, float]]:
 
 
 def run_sweep(
-    sweep: Sweep, executor: Executor[list[Row]], folder: Path, progress: Progress = silent
+    sweep: Sweep, executor: Executor[list[Row]], folder: Path, progress: ProgressCallback = silent
 ) -> list[Row]:
     """Assess every point that the folder's table does not hold yet.
 

@@ -13,7 +13,7 @@ from simgl.assess.verdict import Verdict, verdict
 from simgl.errors import ConfigError, did_you_mean
 from simgl.output import check_writable
 from simgl.physics.ephemeris import utc_from_tai_ns
-from simgl.progress import Progress, silent
+from simgl.progress import ProgressCallback, silent
 from simgl.scenario.scenario import Scenario
 from simgl.scene.usability_criteria import UsabilityCriteria
 from simgl.sequence.journal import Columns, Journal, Row, Value, run_missing
@@ -115,7 +115,7 @@ def assignment(
 
 
 def run(
-    work: Assignment, executor: Executor[Row], folder: Path, progress: Progress = silent
+    work: Assignment, executor: Executor[Row], folder: Path, progress: ProgressCallback = silent
 ) -> list[Row]:
     """Assess every epoch that the folder's table does not hold yet.
 

@@ -9,7 +9,7 @@ from simgl.campaign.campaign_file import Campaign
 from simgl.campaign.frame_task import COLUMNS, RenderedFrame
 from simgl.campaign.label_formats import stored_labels, write_camera, write_coco, write_speed
 from simgl.output import check_writable, complete_file
-from simgl.progress import Progress, silent
+from simgl.progress import ProgressCallback, silent
 from simgl.sequence.journal import Journal, Row, run_missing
 from simgl.workers.frame_job import Executor
 
@@ -18,7 +18,7 @@ def run(
     campaign: Campaign,
     folder: Path,
     executor: Executor[RenderedFrame],
-    progress: Progress = silent,
+    progress: ProgressCallback = silent,
 ) -> tuple[int, tuple[str, ...]]:
     """Render every frame that the folder does not hold yet, then write the labels of all.
 

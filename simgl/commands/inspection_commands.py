@@ -52,19 +52,17 @@ def camera_test(
 
     from simgl.assess.camera_plots import plot_report
     from simgl.assess.emva1288 import camera_under_test, examine, table
-    from simgl.gpu.context import open_context
+    from simgl.gpu.context import temporary_context
     from simgl.output import check_writable, complete_file
 
     camera, name = camera_under_test(preset), Path(preset).stem
     if out is not None:
         check_writable(out)
-    ctx = open_context()
-    with Progress(console=console, transient=True) as bar:
+    with temporary_context() as ctx, Progress(console=console, transient=True) as bar:
         task = bar.add_task(f"{name}: flat fields and dark frames", total=None)
         report = examine(
             ctx, camera, progress=lambda done, of: bar.update(task, completed=done, total=of)
         )
-    ctx.release()
     console.print(table(report, name))
     if out is not None:
         path = out / f"{name}.emva.png"

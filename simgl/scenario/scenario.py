@@ -74,7 +74,6 @@ class Scenario:
     samples_per_pixel : of geometry; None lets the renderer choose by cost
     inter_reflection : light between the surfaces of a spacecraft, and the Earth hidden by them
     gather : that light at vertices, or by rays from every sample of every pixel
-    level_error_px : how far levels of detail may move anything [pixels]; 0 for none
     stars : None for a sky without them
     """
 
@@ -94,7 +93,6 @@ class Scenario:
     samples_per_pixel: int | None = None
     inter_reflection: bool = True
     gather: Literal["vertex", "pixel"] = "vertex"
-    level_error_px: float = 0.0
     stars: StarCatalogue | None = None
 
     def at(self, tai_ns: int) -> SceneState:

@@ -48,4 +48,4 @@ def _primitive(table: PrimitiveTable, where: str, name: str) -> SpacecraftModel:
         mesh = shapes.cylinder(table.cylinder.radius_m, table.cylinder.length_m)
     given = getattr(table, shapes_given[0]).material
     material = material_of(given, name, where, f"model.{shapes_given[0]}.material")
-    return SpacecraftModel(name=name, mesh=mesh, parts=(name,), materials=(material,), exact=True)
+    return SpacecraftModel(name=name, mesh=mesh, parts=(name,), materials=(material,))

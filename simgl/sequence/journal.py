@@ -14,7 +14,7 @@ from pathlib import Path
 
 from simgl.errors import ConfigError, OutputError
 from simgl.output import complete_file
-from simgl.progress import Progress, silent
+from simgl.progress import ProgressCallback, silent
 from simgl.workers.frame_job import Executor, T
 
 Value = str | int | float | None
@@ -125,7 +125,7 @@ def run_missing(
     total: int,
     executor: Executor[T],
     store: Callable[[T], None],
-    progress: Progress = silent,
+    progress: ProgressCallback = silent,
 ) -> None:
     """Execute the frames that have no row yet, and store each result as it arrives.
 

@@ -34,7 +34,7 @@ def test_the_json_report_has_the_promised_form(tmp_path: Path) -> None:
         assert times["p50"] / 5.0 <= times["mean"] <= times["worst"]
     here, there = report["scenes"]
     assert (here["through_bridge"], there["through_bridge"]) == (False, True)
-    passes = {"probe", "exchange", "lamp_shadow"} | {
+    passes = {"probe", "interreflection", "lamp_shadow"} | {
         "air",
         "planet",
         "shadow",

@@ -1,12 +1,13 @@
-"""Light between the surfaces of Space Rider: its time in a frame, and solved beforehand or at once.
+"""Interreflection on Space Rider: its time in a frame, precomputed response against direct solve.
 
-python -m benchmarks.exchange --out FILE.json
+python -m benchmarks.interreflection --out FILE.json
 """
 
 from __future__ import annotations
 
 import argparse
 import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,7 +22,6 @@ from simgl.bench import scene_files
 from simgl.environment_map import SkyRadiance, cell_radiance, cube_directions
 from simgl.gpu.context import open_context
 from simgl.passes.interreflection import InterreflectionPass
-from simgl.radiosity.gather_matrix import vertex_rows
 from simgl.radiosity.hemisphere import CELLS_ACROSS
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.precomputed_response import PrecomputedResponse
@@ -30,7 +30,6 @@ from simgl.radiosity.sunlit_patches import SunlitPatches
 from simgl.radiosity.transport_store import TransportStore
 from simgl.scenario.loader import load_scenario
 from simgl.scene.mean_materials import mean_materials
-from simgl.shapes import Shapes
 from simgl.view.background import SKY_TEXELS
 from simgl.view.frame_view import SpacecraftView, frame_view
 
@@ -41,6 +40,7 @@ EARTH_RADIUS = np.radians(70.0)
 # An orbit of 400 km turns so far in a second [rad].
 STEP = np.radians(0.0649)
 FRAMES, WARM_UP = 60, 5
+EXECUTOR = ThreadPoolExecutor(max_workers=1)
 
 
 def earth_below() -> SkyRadiance:
@@ -51,28 +51,28 @@ def earth_below() -> SkyRadiance:
 
 def directions(count: int) -> Array:
     """(count, 3) unit, anywhere."""
-    found = np.random.default_rng(20261122).normal(size=(count, 3))
-    return found / np.linalg.norm(found, axis=1)[:, None]
+    vectors = np.random.default_rng(20261122).normal(size=(count, 3))
+    return vectors / np.linalg.norm(vectors, axis=1)[:, None]
 
 
-def frame_times(ctx: moderngl.Context, craft: SpacecraftView, step: float) -> dict[str, float]:
-    """Of ``ExchangePass.draw``, the Sun moved by a step [rad] from each to the next [ms].
+def frame_times(ctx: moderngl.Context, spacecraft: SpacecraftView, step: float) -> dict[str, float]:
+    """Of ``InterreflectionPass.draw``, the Sun moved by a step [rad] from each to the next [ms].
 
     work : of all cores
     """
     transports = TransportStore()
-    exchange, sky = InterreflectionPass(ctx, transports, Shapes(transports)), earth_below()
-    assert craft.exchange is not None
+    interreflection, sky = InterreflectionPass(ctx, transports, EXECUTOR), earth_below()
+    assert spacecraft.exchange is not None
     clock, work = [], []
     for frame in range(WARM_UP + FRAMES):
         turned = Rotation.from_rotvec([0.0, frame * step, 0.0])
-        sun = turned.apply(craft.exchange.sun_direction)
-        moved = replace(craft, exchange=replace(craft.exchange, sun_direction=sun))
+        sun = turned.apply(spacecraft.exchange.sun_direction)
+        moved = replace(spacecraft, exchange=replace(spacecraft.exchange, sun_direction=sun))
         start, before = time.perf_counter(), time.process_time()
-        exchange.draw([moved], [sky])
+        interreflection.draw([moved], [sky])
         clock.append(1e3 * (time.perf_counter() - start))
         work.append(1e3 * (time.process_time() - before))
-    exchange.release()
+    interreflection.release()
     names = "clock_p50", "clock_p95", "clock_least"
     values = np.percentile(clock[WARM_UP:], [50, 95, 0]).round(2).tolist()
     return dict(zip(names, values, strict=True)) | {
@@ -81,23 +81,23 @@ def frame_times(ctx: moderngl.Context, craft: SpacecraftView, step: float) -> di
     }
 
 
-def agreement(craft: SpacecraftView, transport: LightTransport, count: int) -> dict[str, Any]:
+def agreement(spacecraft: SpacecraftView, transport: LightTransport, count: int) -> dict[str, Any]:
     """Irradiance of vertices by other surfaces, solved beforehand, over that solved at once.
 
     The light on the patches is the same for both; then at once with sunlight traced in the Sun's
     own direction, with all sample points: what the lattice of directions costs.
     """
-    surface = reflectors(transport, mean_materials(craft.model))
+    surface = reflectors(transport, mean_materials(spacecraft.model))
     sunlit = SunlitPatches(transport)
     response = PrecomputedResponse(transport, surface, sunlit)
     cells = cell_radiance(earth_below(), CELLS_ACROSS)
     sky = transport.sky @ (np.float32(np.pi) * cells)
 
-    rows = vertex_rows(transport)
+    gather = transport.of_vertices
 
     def on_vertices(exitance: Array32) -> Array32:
-        values = np.empty((*rows.shape, 4), dtype=np.float32)
-        vertex_irradiance(rows, exitance, values)
+        values = np.empty((*gather.shape, 4), dtype=np.float32)
+        vertex_irradiance(gather, exitance, values, EXECUTOR)
         return values
 
     def at_once(cosines: Array32) -> Array32:
@@ -107,17 +107,17 @@ def agreement(craft: SpacecraftView, transport: LightTransport, count: int) -> d
     worst, squares, values, brightest, traced = 0.0, [], [], 0.0, []
     for direction in directions(count):
         exitance = response.of_sun(direction, SUN) + response.of_sky(cells)
-        found = on_vertices(exitance)
+        values_by_response = on_vertices(exitance)
         expected = at_once(sunlit.cosines(direction))
-        difference = found - expected
+        difference = values_by_response - expected
         worst = max(worst, float(np.abs(difference).max()))
         brightest = max(brightest, float(expected.max()))
         squares.append(np.mean(difference.astype(np.float64) ** 2))
         values.append(np.mean(expected.astype(np.float64) ** 2))
         halves = [lit_normals(transport, direction, half) for half in (0, 1)]
         mean = 0.5 * (halves[0] + halves[1]) @ direction.astype(np.float32)
-        there = at_once(np.maximum(mean, 0.0))
-        traced.append(np.sqrt(np.mean((expected - there) ** 2) / np.mean(there**2)))
+        unsampled = at_once(np.maximum(mean, 0.0))
+        traced.append(np.sqrt(np.mean((expected - unsampled) ** 2) / np.mean(unsampled**2)))
     return {
         "directions": count,
         "largest_irradiance": round(brightest, 1),
@@ -130,24 +130,24 @@ def agreement(craft: SpacecraftView, transport: LightTransport, count: int) -> d
 
 def main() -> None:
     """Measure, print and write."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.exchange")
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.interreflection")
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--directions", type=int, default=200)
     options = parser.parse_args()
     scenario = load_scenario(scene_files()["source_600"])
     state = scenario.at(scenario.epoch_tai_ns)
-    craft = frame_view(state, "observer", sample_budget=1000).tiles[0].craft[0]
+    spacecraft = frame_view(state, "observer", sample_budget=1000).tiles[0].craft[0]
     with open_context() as ctx:
-        transport = TransportStore().of(craft.model)
+        transport = TransportStore().of(spacecraft.model)
         assert transport is not None
         results = {
             "renderer": ctx.info["GL_RENDERER"],
             "frame_ms": {
-                "frames a second apart": frame_times(ctx, craft, STEP),
-                "frames 0.1 s apart": frame_times(ctx, craft, 0.1 * STEP),
-                "frames 15 s apart": frame_times(ctx, craft, 15.0 * STEP),
+                "frames a second apart": frame_times(ctx, spacecraft, STEP),
+                "frames 0.1 s apart": frame_times(ctx, spacecraft, 0.1 * STEP),
+                "frames 15 s apart": frame_times(ctx, spacecraft, 15.0 * STEP),
             },
-            "irradiance_w_m2": agreement(craft, transport, options.directions),
+            "irradiance_w_m2": agreement(spacecraft, transport, options.directions),
         }
     write_record(options.out, results)
     print(options.out.read_text())

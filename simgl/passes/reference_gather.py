@@ -1,4 +1,9 @@
-"""Light of other surfaces for every sample of a tile by rays, in the place of vertex light."""
+"""Interreflected light of every sample of a tile by rays: the reference for vertex lighting.
+
+It takes tens of seconds where vertex lighting takes milliseconds, and is right in contacts and deep
+shadows, where values of vertices are interpolated. A frame that asks for it (``gather = "pixel"``)
+is drawn without vertex lighting, and this fills the G-buffer in its place.
+"""
 
 from __future__ import annotations
 
@@ -11,8 +16,15 @@ from scipy.ndimage import uniform_filter
 
 from simgl.arrays import Array, Array32, IndexArray
 from simgl.environment_map import SkyRadiance, cell_radiance
+from simgl.passes.drawn_spacecraft import DrawnSpacecraft
 from simgl.radiosity.final_gather import SKY_ACROSS, LitBody, Points, gathered, sunlight
+from simgl.radiosity.light_transport import LightTransport
+from simgl.radiosity.patch_light import PatchLight
+from simgl.radiosity.solver import material_light
+from simgl.radiosity.transport_store import TransportStore, lit_mesh
 from simgl.sample_grid import SampleGrid
+from simgl.scene.mean_materials import mean_materials
+from simgl.scene.spacecraft import SpacecraftModel
 from simgl.view.frame_view import RasterTile, SpacecraftView
 
 # Rays of a pixel, shared by its samples: so many at first, and up to so many times more where their
@@ -26,45 +38,125 @@ _PLANE_STEP = 0.05
 _PLACE, _SHAPE, _PLANE, _OTHERS = 0, 1, 2, 3
 
 
-class FinalGatherPass:
-    """Writes what the geometry pass leaves to vertices: the light of others, the Earth's share."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _LitPatches:
+    """The light that leaves a body with a transport.
 
-    def draw(
+    indirect : (p, 4) of the patches after all bounces, less the Sun's before any [W m-2]
+    """
+
+    transport: LightTransport
+    indirect: Array32
+
+
+class ReferenceGather:
+    """Fills the indirect light of the G-buffer: from other surfaces, and the Earth's share."""
+
+    def __init__(self, transports: TransportStore) -> None:
+        self._transports = transports
+        self._light = PatchLight()
+
+    def lit_bodies(
+        self, spacecraft: Sequence[SpacecraftView], skies: Sequence[SkyRadiance | None]
+    ) -> list[tuple[LitBody, ...]]:
+        """What rays from each spacecraft meet: itself, then what is near; none where
+        no other surface is."""
+        lit = {
+            s.instance: self._lit_patches(s, sky) for s, sky in zip(spacecraft, skies, strict=True)
+        }
+        return [self._bodies_around(s, lit) for s in spacecraft]
+
+    def _bodies_around(
+        self, viewer: SpacecraftView, lit: dict[int, _LitPatches | None]
+    ) -> tuple[LitBody, ...]:
+        incident, patches = viewer.exchange, lit.get(viewer.instance)
+        if incident is None:
+            return ()
+        near = [neighbour for neighbour in incident.around if neighbour.near]
+        if patches is None and not near:
+            return ()
+        models = [(viewer.model, np.eye(4), patches)]
+        models += [(n.model, n.other_from_body, lit.get(n.instance)) for n in near]
+        irradiance = incident.sun_irradiance.astype(np.float32)
+        return tuple(
+            _lit_body(model, matrix, matrix[:3, :3] @ incident.sun_direction, irradiance, patches)
+            for model, matrix, patches in models
+        )
+
+    def _lit_patches(
+        self, spacecraft: SpacecraftView, sky: SkyRadiance | None
+    ) -> _LitPatches | None:
+        """The light on a spacecraft; None where nothing sees itself, or that light is left out."""
+        if spacecraft.exchange is None:
+            return None
+        transport = self._transports.of(spacecraft.model)
+        if transport is None:
+            return None
+        model, incident = spacecraft.model, spacecraft.exchange
+        exitance = self._light.exitance(model, transport, sky, incident)
+        # The Sun's light is subtracted patch by patch: near a shadow's edge neighbours differ.
+        direct_sun = self._light.of_direct_sun(model, transport, incident) * incident.sun_irradiance
+        indirect = np.maximum(exitance - direct_sun, 0.0).astype(np.float32)
+        return _LitPatches(transport=transport, indirect=indirect)
+
+    def fill(
         self,
         tile: RasterTile,
-        seen: Sequence[moderngl.Texture],
-        bodies: Sequence[Sequence[LitBody] | None],
-        skies: Sequence[SkyRadiance | None],
+        gbuffer: Sequence[moderngl.Texture],
+        spacecraft: Sequence[DrawnSpacecraft],
     ) -> None:
-        """Changes the targets of the geometry pass.
-
-        bodies : for each spacecraft of the tile, itself and what is around; None where nothing is
-        skies : likewise what it sees around it
-        """
+        """Overwrite what the G-buffer pass drew of the spacecraft that have ``lit_bodies``."""
+        if not any(drawn.lit_bodies for drawn in spacecraft):
+            return
         columns, rows = tile.sample_grid.raster_size(tile.width, tile.height)
         place, shape, plane, others = (
-            _read(seen[target])[:rows, :columns] for target in (_PLACE, _SHAPE, _PLANE, _OTHERS)
+            _read(gbuffer[target])[:rows, :columns] for target in (_PLACE, _SHAPE, _PLANE, _OTHERS)
         )
-        craft_seen = place[..., 3].astype(np.int64) // 16384
-        for craft, lit, sky in zip(tile.craft, bodies, skies, strict=True):
-            row, column = np.nonzero((craft_seen == craft.instance) & (place[..., 3] >= 0.0))
-            if lit is None or len(row) == 0:
+        instance = place[..., 3].astype(np.int64) // 16384
+        for drawn in spacecraft:
+            view, lit = drawn.view, drawn.lit_bodies
+            row, column = np.nonzero((instance == view.instance) & (place[..., 3] >= 0.0))
+            if not lit or len(row) == 0:
                 continue
             points = _points(
-                craft,
+                view,
                 place[row, column],
                 shape[row, column],
                 plane[row, column],
                 _spread(row, column),
             )
-            cells = None if sky is None else cell_radiance(sky, SKY_ACROSS)
+            cells = None if drawn.probe is None else cell_radiance(drawn.probe.sky, SKY_ACROSS)
             squares = _pixel_cells(tile.sample_grid, row, column)
-            enough = _CERTAIN_OF_SUN * float(craft.sun_irradiance.sum())
+            enough = _CERTAIN_OF_SUN * float(view.sun_irradiance.sum())
             light, share = _certain(points, squares, lit, cells, _rays(tile.sample_grid), enough)
             others[row, column] = light
             plane[row, column, 3] = share
         for target, values in ((_PLANE, plane), (_OTHERS, others)):
-            seen[target].write(np.ascontiguousarray(values), viewport=(0, 0, columns, rows))
+            gbuffer[target].write(np.ascontiguousarray(values), viewport=(0, 0, columns, rows))
+
+
+def _lit_body(
+    model: SpacecraftModel,
+    body_from_viewer: Array,
+    sun_direction: Array,
+    sun_irradiance: Array32,
+    patches: _LitPatches | None,
+) -> LitBody:
+    albedo, exitance = material_light(mean_materials(model))
+    mesh, indirect = model.posed_mesh, None
+    if patches is not None:
+        mesh = lit_mesh(model, patches.transport)
+        indirect = patches.indirect[patches.transport.patch_of_side]
+    return LitBody(
+        mesh=mesh,
+        body_from_viewer=body_from_viewer.astype(np.float32),
+        sides=2 if model.open_sheets else 1,
+        albedo=albedo,
+        exitance=exitance,
+        sun_direction=sun_direction.astype(np.float32),
+        sun_irradiance=sun_irradiance,
+        solved=indirect,
+    )
 
 
 def _read(texture: moderngl.Texture) -> Array32:
