@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from simgl.errors import ContextError
-from simgl.gpu.context import GlReport, egl_device_count, open_context, report
+from simgl.gpu.context import GlReport, egl_device_count, report, temporary_context
 
 
 @dataclass(frozen=True)
@@ -20,12 +20,10 @@ class Finding:
 
 def _try(backend: str, device_index: int) -> Finding:
     try:
-        ctx = open_context(backend, device_index)
+        with temporary_context(backend, device_index) as ctx:
+            return Finding(backend, device_index, report(ctx, backend), None)
     except ContextError as error:
         return Finding(backend, device_index, None, error)
-    finding = Finding(backend, device_index, report(ctx, backend), None)
-    ctx.release()
-    return finding
 
 
 def examine(device_index: int | None = None) -> list[Finding]:
