@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -23,35 +23,40 @@ from simgl.workers.frame_job import Executor
 
 PRODUCTS = frozenset({Product.DN, Product.ELECTRONS, Product.RADIANCE, Product.TRUTH})
 
+# Columns after number, epoch, verdict and reasons: type, and value from the assessment.
+_QUANTITIES: dict[
+    str, tuple[type[str] | type[int] | type[float], Callable[[FrameAssessment], Value]]
+] = {
+    "range_m": (float, lambda a: a.range),
+    "phase_angle_deg": (float, lambda a: math.degrees(a.phase_angle)),
+    "sun_to_boresight_deg": (float, lambda a: math.degrees(a.sun_to_boresight)),
+    "sunlight": (float, lambda a: a.sunlight),
+    "backdrop": (str, lambda a: a.backdrop.value),
+    "target_pixels": (int, lambda a: a.target_pixels),
+    "cut_off": (int, lambda a: int(a.cut_off)),
+    "saturated": (float, lambda a: a.saturated),
+    "dark": (float, lambda a: a.dark),
+    "usable": (float, lambda a: a.usable),
+    "median_snr": (float, lambda a: a.median_snr),
+    "contrast": (float, lambda a: a.contrast),
+    "radiance_r_w_m2_sr": (float, lambda a: a.mean_radiance[0]),
+    "radiance_g_w_m2_sr": (float, lambda a: a.mean_radiance[1]),
+    "radiance_b_w_m2_sr": (float, lambda a: a.mean_radiance[2]),
+    "radiance_n_w_m2_sr": (float, lambda a: a.mean_radiance[3]),
+    "exitance_w_m2": (float, lambda a: a.exitance),
+    "relative_flux_w_m2": (float, lambda a: a.relative_flux),
+    "median_electrons": (float, lambda a: a.median_electrons),
+    "bright_electrons": (float, lambda a: a.bright_electrons),
+    "full_electrons": (float, lambda a: a.full_electrons),
+    "better_exposure": (float, lambda a: a.better_exposure),
+}
 COLUMNS: Columns = {
     "frame": int,
     "utc": str,
     "tai_ns": int,
     "verdict": str,
     "reasons": str,
-    "range_m": float,
-    "phase_angle_deg": float,
-    "sun_to_boresight_deg": float,
-    "sunlight": float,
-    "backdrop": str,
-    "target_pixels": int,
-    "cut_off": int,
-    "saturated": float,
-    "dark": float,
-    "usable": float,
-    "median_snr": float,
-    "contrast": float,
-    "radiance_r_w_m2_sr": float,
-    "radiance_g_w_m2_sr": float,
-    "radiance_b_w_m2_sr": float,
-    "radiance_n_w_m2_sr": float,
-    "exitance_w_m2": float,
-    "relative_flux_w_m2": float,
-    "median_electrons": float,
-    "bright_electrons": float,
-    "full_electrons": float,
-    "better_exposure": float,
-}
+} | {name: kind for name, (kind, _) in _QUANTITIES.items()}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -135,33 +140,14 @@ def run(
 def row_of(frame: int, tai_ns: int, assessment: FrameAssessment, limits: UsabilityCriteria) -> Row:
     """A row of the table."""
     kind, reasons = verdict(assessment, limits)
-    values: list[Value] = [
-        frame,
-        utc_from_tai_ns(tai_ns),
-        tai_ns,
-        kind.value,
-        "; ".join(reasons),
-        assessment.range,
-        math.degrees(assessment.phase_angle),
-        math.degrees(assessment.sun_to_boresight),
-        assessment.sunlight,
-        assessment.backdrop.value,
-        assessment.target_pixels,
-        int(assessment.cut_off),
-        assessment.saturated,
-        assessment.dark,
-        assessment.usable,
-        assessment.median_snr,
-        assessment.contrast,
-        *assessment.mean_radiance,
-        assessment.exitance,
-        assessment.relative_flux,
-        assessment.median_electrons,
-        assessment.bright_electrons,
-        assessment.full_electrons,
-        assessment.better_exposure,
-    ]
-    return dict(zip(COLUMNS, values, strict=True))
+    row: Row = {
+        "frame": frame,
+        "utc": utc_from_tai_ns(tai_ns),
+        "tai_ns": tai_ns,
+        "verdict": kind.value,
+        "reasons": "; ".join(reasons),
+    }
+    return row | {name: value(assessment) for name, (_, value) in _QUANTITIES.items()}
 
 
 def moments(rows: Sequence[Row]) -> list[Moment]:
@@ -178,9 +164,7 @@ def moments(rows: Sequence[Row]) -> list[Moment]:
             sunlight=number(row, "sunlight"),
             usable=number(row, "usable"),
             median_snr=number(row, "median_snr"),
-            better_exposure=None
-            if row["better_exposure"] is None
-            else number(row, "better_exposure"),
+            better_exposure=None if (factor := row["better_exposure"]) is None else float(factor),
         )
         for row in rows
     ]

@@ -7,7 +7,7 @@ import json
 import math
 import tempfile
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -138,28 +138,7 @@ def _labels(campaign: Campaign, scene: FrameScene, capture: Capture) -> dict[str
         "width_px": detector.width,
         "height_px": detector.height,
         "sun_direction_camera": (info.R_camera_from_icrf @ info.sun_direction_icrf).tolist(),
-        "spacecraft": [
-            {
-                "name": label.name,
-                "model": label.model,
-                "q_camera_from_body_xyzw": label.q_camera_from_body_xyzw,
-                "position_camera_m": label.position,
-                "box_px": label.box,
-                "pixels": label.pixels,
-                "cut_off": label.cut_off,
-                "mask_run_lengths": label.mask,
-                "keypoints": [
-                    {
-                        "name": point.name,
-                        "x_px": None if math.isnan(point.x) else point.x,
-                        "y_px": None if math.isnan(point.y) else point.y,
-                        "visibility": int(point.visibility),
-                    }
-                    for point in label.keypoints
-                ],
-            }
-            for label in spacecraft_labels(truth, scene.state)
-        ],
+        "spacecraft": [asdict(label) for label in spacecraft_labels(truth, scene.state)],
     }
 
 

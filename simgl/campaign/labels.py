@@ -5,6 +5,7 @@ Pixel coordinates have the centre of the pixel in column i, row j at (i + 0.5, j
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
@@ -35,34 +36,34 @@ class Visibility(IntEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Keypoint:
-    """A named point in an image; x, y [pixels]."""
+    """A named point in an image; None behind the camera."""
 
     name: str
-    x: float
-    y: float
+    x_px: float | None
+    y_px: float | None
     visibility: Visibility
 
 
 @dataclass(frozen=True, kw_only=True)
 class SpacecraftLabel:
-    """A spacecraft in an image.
+    """A spacecraft in an image; fields are named as in the files of labels.
 
-    q_camera_from_body_xyzw, position : of the body frame in camera axes; [m]
-    box : x, y, width, height of the pixels whose centre sees it [pixels]; None if there are none
+    q_camera_from_body_xyzw, position_camera_m : of the body frame in camera axes
+    box_px : x, y, width, height of the pixels whose centre sees it
     pixels : their number
     cut_off : they touch the image's edge
-    mask : their run lengths down the columns from the top left, alternating between pixels without
-        and with it
+    mask_run_lengths : their run lengths down the columns from the top left, alternating between
+        pixels without and with it
     """
 
     name: str
     model: str
     q_camera_from_body_xyzw: tuple[float, float, float, float]
-    position: tuple[float, float, float]
-    box: tuple[int, int, int, int] | None
+    position_camera_m: tuple[float, float, float]
+    box_px: tuple[int, int, int, int]
     pixels: int
     cut_off: bool
-    mask: tuple[int, ...]
+    mask_run_lengths: tuple[int, ...]
     keypoints: tuple[Keypoint, ...]
 
 
@@ -103,11 +104,11 @@ def _label(
         name=name,
         model=body.model.name,
         q_camera_from_body_xyzw=(qx, qy, qz, qw),
-        position=(x, y, z),
-        box=(left, top, int(columns[-1]) - left + 1, int(rows[-1]) - top + 1),
+        position_camera_m=(x, y, z),
+        box_px=(left, top, int(columns[-1]) - left + 1, int(rows[-1]) - top + 1),
         pixels=int(mask.sum()),
         cut_off=bool(edges.any()),
-        mask=run_lengths(mask),
+        mask_run_lengths=run_lengths(mask),
         keypoints=keypoints(info, bodies, name),
     )
 
@@ -143,7 +144,15 @@ def keypoints(info: FrameInfo, bodies: Mapping[str, BodyState], name: str) -> tu
         kind = Visibility.OUTSIDE
         if within:
             kind = Visibility.HIDDEN if behind else Visibility.SEEN
-        labelled.append(Keypoint(name=key, x=x, y=y, visibility=kind))
+        in_front = not math.isnan(x)
+        labelled.append(
+            Keypoint(
+                name=key,
+                x_px=x if in_front else None,
+                y_px=y if in_front else None,
+                visibility=kind,
+            )
+        )
     return tuple(labelled)
 
 

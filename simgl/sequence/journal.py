@@ -19,8 +19,9 @@ from simgl.workers.frame_job import Executor, T
 
 Value = str | int | float | None
 Row = dict[str, Value]
+ColumnType = type[str] | type[int] | type[float]
 # Name to type, the key columns first.
-Columns = Mapping[str, type[str] | type[int] | type[float]]
+Columns = Mapping[str, ColumnType]
 _TYPES = {str: "TEXT", int: "INTEGER", float: "REAL"}
 
 
