@@ -106,6 +106,8 @@ def run_on_this_machine(job: Job[T], workers: int) -> Iterator[Execute[T]]:
             processes=True,
             host="127.0.0.1",
             dashboard_address=None,
+            # Dask's own default is one fixed port for all programs of a machine.
+            scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},
             memory_limit=None,
             silence_logs=logging.ERROR,
             env=environment,

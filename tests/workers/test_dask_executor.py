@@ -36,7 +36,7 @@ class NamedJob:
 def scheduler() -> Iterator[str]:
     """Address of a scheduler with one worker, a thread of this process."""
     with distributed.LocalCluster(
-        n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None
+        n_workers=1, threads_per_worker=1, processes=False, dashboard_address="127.0.0.1:0"
     ) as cluster:
         # Clients of other machines come by TCP; inproc:// is the same code.
         yield cluster.scheduler_address
