@@ -19,9 +19,9 @@ def load() -> float:
     return round(os.getloadavg()[0], 1)
 
 
-def write_record(path: Path, found: msgspec.Struct | Mapping[str, Any]) -> None:
+def write_record(path: Path, results: msgspec.Struct | Mapping[str, Any]) -> None:
     """Date (UTC) and machine, then what was found, as indented JSON."""
     place = {"date": datetime.now(UTC).date().isoformat(), "machine": machine()}
-    record = place | msgspec.to_builtins(found)
+    record = place | msgspec.to_builtins(results)
     with complete_file(path) as part:
         part.write_bytes(msgspec.json.format(msgspec.json.encode(record), indent=2) + b"\n")

@@ -1,9 +1,9 @@
-"""The benchmark: how long a frame takes, end to end and pass by pass, on this machine.
+"""The benchmark: time of a frame on this machine, end to end and pass by pass.
 
 A frame is everything from an epoch to the DN array on the CPU: poses, view, passes, read-back.
-Through the bridge it is the client's whole round trip to a server process. Frame times are taken
-without pass timers; the passes are timed in a second run, since on a CPU renderer each timer waits
-for the pass.
+Through the bridge it is the client's round trip to a server process. Frame times are measured
+without pass timers; passes are timed in a second run, since on a CPU renderer each timer waits for
+its pass.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ STEP_S = 1.0
 class FrameTimes(msgspec.Struct, frozen=True, kw_only=True):
     """Percentiles, mean and worst of the frame time [ms].
 
-    What is made anew only now and then is in the mean and the worst, hardly in the median.
+    Tables that are recomputed now and then show in the mean and the worst, hardly in the median.
     """
 
     p50: float
@@ -76,7 +76,7 @@ class SceneResult(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class TableResult(msgspec.Struct, frozen=True, kw_only=True):
-    """What the Earth's pictures read: its size on the GPU, and the time to make it anew."""
+    """A look-up table or texture of the Earth: size on the GPU, and time to compute it."""
 
     name: str
     bytes: int
@@ -84,7 +84,7 @@ class TableResult(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Results(msgspec.Struct, frozen=True, kw_only=True):
-    """What ``simgl bench --json`` writes; ``tables`` are empty where scenes were chosen."""
+    """Content of ``simgl bench --json``; ``tables`` is empty where scenes were chosen."""
 
     machine: str
     renderer: str
@@ -178,15 +178,15 @@ def _one_scene(
 
 
 def earth_tables() -> list[TableResult]:
-    """Made anew, past every cache: of the standard air, the shipped maps and the default clouds."""
+    """Computed without any cache: standard atmosphere, shipped maps, default clouds."""
     earth = Earth(air=STANDARD, clouds=Clouds())
-    found: list[TableResult] = []
+    results: list[TableResult] = []
 
     def note(name: str, make: Callable[[], int]) -> None:
         start = time.perf_counter()
         size = make()
         seconds = round(time.perf_counter() - start, 2)
-        found.append(TableResult(name=name, bytes=size, seconds=seconds))
+        results.append(TableResult(name=name, bytes=size, seconds=seconds))
 
     with temporary_context() as ctx:
         kind = AirKind(air=STANDARD, radius=earth.equatorial_radius, albedo=earth.mean_albedo)
@@ -210,7 +210,7 @@ def earth_tables() -> list[TableResult]:
                 // 3
             ),
         )
-    return found
+    return results
 
 
 def run(

@@ -1,58 +1,58 @@
-"""Progress bars on the terminal, on standard error."""
+"""Progress bars on the terminal, for work of more than a second."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from simgl.progress import ProgressCallback
-from simgl.scenario.scenario import Scenario
-from simgl.simulator import Simulator
 
-
-@contextmanager
-def _on_terminal(bar: Progress, label: str) -> Iterator[ProgressCallback]:
-    """The call-back of a bar, which appears at the first call."""
-    with bar:
-
-        def report(done: int, total: int) -> None:
-            if not bar.task_ids:
-                bar.add_task(label, completed=done, total=total)
-            bar.update(bar.task_ids[0], completed=done, total=total)
-
-        yield report
+if TYPE_CHECKING:
+    from simgl.scenario.scenario import Scenario
+    from simgl.simulator import Simulator
 
 
 @contextmanager
 def frame_bar(console: Console | None = None) -> Iterator[ProgressCallback]:
-    """A bar for the frames of a run, with the time left; nothing if not on a terminal.
+    """Shows the frames done, their number and the time left; on a terminal only.
 
-    console : standard error by default
+    console : standard error, if not given
     """
-    console = Console(stderr=True) if console is None else console
     columns = (TextColumn("frames"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with _on_terminal(
-        Progress(*columns, console=console, disable=not console.is_terminal), ""
-    ) as report:
-        yield report
+    console = Console(stderr=True) if console is None else console
+    with Progress(*columns, console=console, disable=not console.is_terminal) as bar:
+        yield _updates(bar, "")
 
 
 @contextmanager
 def bake_bar(console: Console | None = None) -> Iterator[ProgressCallback]:
-    """A bar for the precomputations of a ``Simulator``; nothing if not on a terminal.
+    """Shows the preparation of a ``Simulator``; on a terminal only, and only if there is work.
 
-    console : standard error by default
+    console : standard error, if not given
     """
     console = Console(stderr=True) if console is None else console
-    bar = Progress(console=console, transient=True, disable=not console.is_terminal)
-    with _on_terminal(bar, "light between surfaces and in the air, once") as report:
-        yield report
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
+        yield _updates(bar, "light between surfaces and in the air, once")
+
+
+def _updates(bar: Progress, description: str) -> ProgressCallback:
+    """The bar's one task, which appears with the first report."""
+
+    def report(done: int, total: int) -> None:
+        if not bar.task_ids:
+            bar.add_task(description)
+        bar.update(bar.task_ids[0], completed=done, total=total)
+
+    return report
 
 
 def opened(scenario: Scenario) -> Simulator:
-    """A simulator, with a progress bar while it prepares."""
+    """A simulator, with a bar while it prepares."""
+    from simgl.simulator import Simulator
+
     with bake_bar() as progress:
         return Simulator(scenario, progress=progress)

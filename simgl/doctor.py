@@ -1,4 +1,4 @@
-"""What OpenGL this machine offers simgl, and the line that mends what is missing."""
+"""The OpenGL that this machine offers, and how to install what is missing."""
 
 from __future__ import annotations
 

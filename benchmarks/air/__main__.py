@@ -45,11 +45,11 @@ def _direction(elevation_deg: float, azimuth_deg: float) -> Array:
     return np.array([np.sin(e), np.cos(e) * np.cos(a), np.cos(e) * np.sin(a)])
 
 
-def own_rays(look: Window, photons: int) -> list[dict[str, Any]]:
+def simgl_rays(look: Window, photons: int) -> list[dict[str, Any]]:
     """Tables over photons for the standard air over ground of albedo 0.2, with standard errors."""
     earth = Earth(equatorial_radius=RADIUS, polar_radius=RADIUS, albedo=(0.2,) * 4, air=STANDARD)
     rng = np.random.default_rng(20261121)
-    found = []
+    comparisons = []
     for name, height, elevation, azimuth, sun_elevation in RAYS:
         place = np.array([RADIUS + height, 0.0, 0.0])
         view, sun = _direction(elevation, azimuth), _direction(sun_elevation, 0.0)
@@ -62,7 +62,7 @@ def own_rays(look: Window, photons: int) -> list[dict[str, Any]]:
                 for b in range(4)
             ]
         )
-        found.append(
+        comparisons.append(
             {
                 "ray": name,
                 "photons": truth[:, 0].round(5).tolist(),
@@ -70,18 +70,18 @@ def own_rays(look: Window, photons: int) -> list[dict[str, Any]]:
                 "standard_error_percent": (100.0 * truth[:, 1] / truth[:, 0]).round(2).tolist(),
             }
         )
-    return found
+    return comparisons
 
 
 def worst_rows(look: Window) -> list[dict[str, Any]]:
     """The five rows of the truth table that are met least well, all orders of scattering."""
-    found = []
+    comparisons = []
     for column, albedo in (("all_black", 0.0), ("all_albedo0.3", 0.3)):
         for row in rows():
             r = float(np.linalg.norm(row.camera))
             place = row.camera * max(1.0, (RADIUS + 2.0) / r)
             error = look.ray(sphere(albedo), place, row.view, row.sun)[:3] / row.values[column] - 1
-            found.append(
+            comparisons.append(
                 {
                     "row": row.name,
                     "column": column,
@@ -89,7 +89,7 @@ def worst_rows(look: Window) -> list[dict[str, Any]]:
                     "value": row.values[column].tolist(),
                 }
             )
-    return sorted(found, key=lambda f: -max(np.abs(f["error_percent"])))[:8]
+    return sorted(comparisons, key=lambda f: -max(np.abs(f["error_percent"])))[:8]
 
 
 def _milliseconds(ctx: moderngl.Context, draw: Callable[[], object]) -> dict[str, float]:
@@ -159,7 +159,7 @@ def main() -> None:
             "renderer": ctx.info["GL_RENDERER"],
             "static_tables": static,
             "cost_1280x960": cost(ctx, look),
-            "own_rays": own_rays(look, given.photons),
+            "own_rays": simgl_rays(look, given.photons),
             "truth_table_worst": worst_rows(look),
         }
     write_record(given.out, record)

@@ -130,7 +130,7 @@ class _World:
         rayleigh = air.rayleigh[band] / air.rayleigh_scale_height * fall
         fall = np.exp(-np.maximum(height, 0.0) / air.aerosol_scale_height)
         aerosol = air.aerosol[band] * air.aerosol_albedo[band] / air.aerosol_scale_height * fall
-        kept = (rayleigh + aerosol) / self.take(height)
+        scattered_share = (rayleigh + aerosol) / self.take(height)
         share_rayleigh = rayleigh / (rayleigh + aerosol)
         g = air.aerosol_asymmetry[band]
         nu = direction @ self.sun
@@ -139,8 +139,8 @@ class _World:
         ) / (4.0 * np.pi * (1.0 + g * g - 2.0 * g * nu) ** 1.5)
         up = position / np.linalg.norm(position, axis=1)[:, None]
         lambert = self.albedo / np.pi * np.maximum(up @ self.sun, 0.0)
-        light = self.sunlight(position) * np.where(on_ground, lambert, kept * phase)
-        share = np.where(on_ground, self.albedo, kept)
+        light = self.sunlight(position) * np.where(on_ground, lambert, scattered_share * phase)
+        share = np.where(on_ground, self.albedo, scattered_share)
         u = rng.random(n)
         # Rayleigh's cosine by Cardano, Henyey and Greenstein's by its inverse.
         q = 4.0 * u - 2.0

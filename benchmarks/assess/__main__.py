@@ -52,10 +52,10 @@ def main(
 ) -> None:
     """Time it, kill it, compare, write results.json."""
     check_writable(out)
-    whole, broken = out / "whole", out / "broken"
+    complete, broken = out / "whole", out / "broken"
     before = load()
     start = time.monotonic()
-    subprocess.run(_command(whole, epochs, workers), check=True)
+    subprocess.run(_command(complete, epochs, workers), check=True)
     wall = time.monotonic() - start
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     print(f"{epochs} epochs in {wall:.0f} s")
@@ -72,7 +72,7 @@ def main(
         load=before,
         wall_s=round(wall, 1),
         cpu_ms_per_epoch=round(1e3 * (used.ru_utime + used.ru_stime) / epochs, 1),
-        same_table=(whole / "frames.csv").read_bytes() == (broken / "frames.csv").read_bytes(),
+        same_table=(complete / "frames.csv").read_bytes() == (broken / "frames.csv").read_bytes(),
     )
     write_record(out / "results.json", record)
     print(f"{record.cpu_ms_per_epoch} ms of CPU an epoch, same table: {record.same_table}")

@@ -129,10 +129,10 @@ def spread_times() -> dict[str, float]:
 def veil_errors() -> dict[str, float]:
     """Fast against the reference, on a grid in which nothing comes back, in the green band."""
     planes = _panel()
-    found = Spread(_camera()).apply(list(planes))[1]
+    image = Spread(_camera()).apply(list(planes))[1]
     kernel = point_spread(_camera(), Blur(), 1, 1, 4096)
     wanted = convolved(planes[1].astype(np.float64), kernel)
-    errors = found / wanted - 1.0
+    errors = image / wanted - 1.0
     return {
         str(d): round(float(errors[400:550, 499 + d].mean()), 4) for d in (2, 10, 50, 100, 200, 400)
     }

@@ -17,7 +17,7 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from benchmarks.path_tracer import pictures
+from benchmarks.path_tracer import difference_images
 from benchmarks.path_tracer.compare import Agreement, Difference, difference
 from benchmarks.path_tracer.lambertian import lambertian_scenario
 from benchmarks.path_tracer.tracer import (
@@ -91,11 +91,11 @@ def main(
     check_writable(out)
     console = Console()
     paths = sorted(HERE.glob("*.toml"))
-    found = [_compared(path, out, console) for path in paths]
+    scenes = [_compared(path, out, console) for path in paths]
     record = Record(
-        renderer=found[0][1],
+        renderer=scenes[0][1],
         tracer=f"Mitsuba {version}, scalar_rgb",
-        scenes=[scene for scene, _ in found],
+        scenes=[scene for scene, _ in scenes],
     )
     write_record(out / "results.json", record)
     console.print(_table(record))
@@ -118,14 +118,16 @@ def _compared(path: Path, out: Path, console: Console) -> tuple[SceneRecord, str
         exposure, cpu_ms, renderer = _simgl(replace(scenario, gather=gather), state)
         assert exposure.radiance is not None
         ours = exposure.radiance.radiance.astype(np.float64)
-        found = difference(ours[..., list(VISIBLE)], visible.radiance, visible.error)
+        visible_difference = difference(ours[..., list(VISIBLE)], visible.radiance, visible.error)
         in_n = difference(ours[..., 3:], infrared.radiance[..., :1], infrared.error[..., :1])
-        _write(out, f"{path.stem}.{gather}", exposure, visible, found)
-        console.print(f"  within 10 %: {found.agreement.within_10_percent:.1%}, {cpu_ms:.0f} ms")
+        _write(out, f"{path.stem}.{gather}", exposure, visible, visible_difference)
+        console.print(
+            f"  within 10 %: {visible_difference.agreement.within_10_percent:.1%}, {cpu_ms:.0f} ms"
+        )
         ways.append(
             WayRecord(
                 gather=gather,
-                visible=found.agreement,
+                visible=visible_difference.agreement,
                 near_infrared=in_n.agreement,
                 cpu_ms=cpu_ms,
             )
@@ -164,17 +166,19 @@ def _sun_moved(state: SceneState, angle: float) -> SceneState:
     return replace(state, sun=replace(state.sun, direction_icrf=direction))
 
 
-def _write(out: Path, name: str, exposure: Capture, traced: Traced, found: Difference) -> None:
+def _write(out: Path, name: str, exposure: Capture, traced: Traced, difference: Difference) -> None:
     assert exposure.radiance is not None
     write_exr(out / f"{name}.simgl.exr", exposure.radiance)
     gain = GAINS.get(name.partition(".")[0], 1.0)
-    left = pictures.shown(exposure.radiance.radiance[..., list(VISIBLE)].astype(np.float64), gain)
-    middle = pictures.shown(traced.radiance, gain)
-    right = pictures.signed(found.relative)
-    pictures.write_png(out / f"{name}.simgl.png", left)
-    pictures.write_png(out / f"{name}.reference.png", middle)
-    pictures.write_png(out / f"{name}.difference.png", right)
-    pictures.write_png(out / f"{name}.png", left, middle, right)
+    left = difference_images.shown(
+        exposure.radiance.radiance[..., list(VISIBLE)].astype(np.float64), gain
+    )
+    middle = difference_images.shown(traced.radiance, gain)
+    right = difference_images.signed(difference.relative)
+    difference_images.write_png(out / f"{name}.simgl.png", left)
+    difference_images.write_png(out / f"{name}.reference.png", middle)
+    difference_images.write_png(out / f"{name}.difference.png", right)
+    difference_images.write_png(out / f"{name}.png", left, middle, right)
 
 
 def _table(record: Record) -> Table:

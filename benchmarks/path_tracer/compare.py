@@ -76,5 +76,5 @@ def _misalignment(a: Array, b: Array) -> list[float]:
     """Least squares of a - b against the picture's slopes: a(x + d) = b(x)."""
     down, right = np.gradient(0.5 * (a + b))
     slopes = np.stack([right.ravel(), down.ravel()], axis=1)
-    found = np.linalg.lstsq(slopes, (b - a).ravel(), rcond=None)[0]
-    return [float(v) for v in found]
+    solution = np.linalg.lstsq(slopes, (b - a).ravel(), rcond=None)[0]
+    return [float(v) for v in solution]

@@ -64,12 +64,12 @@ def trace(
     camera: CameraState,
     bands: Sequence[int],
     samples: int,
-    kept: Path,
+    cache: Path,
     tick: Callable[[], None],
 ) -> Traced:
     """The picture of a camera in three bands with about ``samples`` paths a pixel.
 
-    kept : folder of pictures that were traced before; the same scene is not traced again
+    cache : folder of traced images; the same scene is not traced twice
     tick : called after each of ``PARTS``
     """
     mi = mitsuba()
@@ -77,11 +77,11 @@ def trace(
     with TemporaryDirectory() as folder:
         described = _scene(mi, state, camera, bands, Path(folder))
         key = _key(described, Path(folder), each, str(mi.__version__))
-        path = kept / f"traced_{key[:16]}.npz"
-        found = read_arrays(path)
-        if found is not None:
-            seconds = float(found.pop("cpu_seconds"))
-            return Traced(radiance=found["radiance"], error=found["error"], cpu_seconds=seconds)
+        path = cache / f"traced_{key[:16]}.npz"
+        stored = read_arrays(path)
+        if stored is not None:
+            seconds = float(stored.pop("cpu_seconds"))
+            return Traced(radiance=stored["radiance"], error=stored["error"], cpu_seconds=seconds)
         scene = mi.load_dict(described)
     size = (camera.camera.detector.height, camera.camera.detector.width, len(bands))
     total, squares = np.zeros(size), np.zeros(size)
@@ -120,9 +120,9 @@ def plate_error(sun: SunSeen) -> float:
             "sun": _sun(mi, sun, towards, VISIBLE),
             "sensor": _sensor(mi, np.array([0.0, 0.0, 9.0]), -np.eye(3)[2], np.eye(3)[1], 8, 5.0),
         }
-        found = np.array(mi.render(mi.load_dict(scene), spp=256)).mean(axis=(0, 1))
+        traced = np.array(mi.render(mi.load_dict(scene), spp=256)).mean(axis=(0, 1))
         expected = np.array([0.2, 0.5, 0.9]) * sun.irradiance[list(VISIBLE)] * np.cos(tilt) / np.pi
-        worst = max(worst, float(np.abs(found / expected - 1.0).max()))
+        worst = max(worst, float(np.abs(traced / expected - 1.0).max()))
     return worst
 
 

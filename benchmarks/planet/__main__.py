@@ -147,9 +147,10 @@ def main(
         renderer = ctx.info["GL_RENDERER"]
     costs = {
         name: Cost(
-            cpu_ms=round(min(c for c, _ in found), 2), wall_ms=round(min(w for _, w in found), 2)
+            cpu_ms=round(min(c for c, _ in times), 2),
+            wall_ms=round(min(w for _, w in times), 2),
         )
-        for name, found in taken.items()
+        for name, times in taken.items()
     }
     record = Record(
         renderer=renderer,

@@ -65,21 +65,22 @@ CASES = (
         camera="navcam",
         title="Eclipse",
         figures="57, 58",
-        kind="too dark: the craft is hardly told from the sky, only the air gives information",
-        text="The Sun has all but set, its last light is red and falls on the far side.",
+        kind="too dark: the spacecraft is hardly distinguishable from the sky, only the "
+        "atmosphere gives information",
+        text="The Sun has almost set; its last light is red and falls on the far side.",
         numbers=(
             Number(
-                what="craft",
-                says="hardly told from the dark",
+                what="spacecraft",
+                says="hardly distinguishable",
                 pixels=lambda shot: shot.part(),
-                against=("air along the limb", 0.0, 0.1),
+                against=("atmosphere at the limb", 0.0, 0.1),
             ),
             Number(
-                what="air along the limb",
+                what="atmosphere at the limb",
                 says="the only information",
                 pixels=lambda shot: shot.background & (shot.flux > 1.0),
-                why="In kind. How bright depends on how deep the craft is in the shadow, which the "
-                "study does not say; here 17 % of the sunlight reach it.",
+                why="Its brightness depends on how deep the spacecraft is in the shadow, which "
+                "the study does not state; here 17 % of the sunlight reach it.",
             ),
         ),
     ),
@@ -90,7 +91,7 @@ CASES = (
         title="Over the bright atmosphere",
         figures="59, 60",
         kind="bad: the body merges with the atmosphere, tail cone and wings are dark",
-        text="The back of the body and the clouds have one brightness.",
+        text="The back of the body is as bright as the clouds.",
         numbers=(
             Number(
                 what="back of the body, sunlit",
@@ -100,7 +101,7 @@ CASES = (
                 why="White felt of reflectance 0.64 to 0.72, 10 deg off the Sun's direction.",
             ),
             Number(
-                what="background beside the craft",
+                what="background around the spacecraft",
                 says="very similar to the body",
                 pixels=lambda shot: shot.beside,
                 against=("back of the body, sunlit", 0.67, 1.5),
@@ -117,19 +118,19 @@ CASES = (
         name="craft_alone",
         file="craft_alone",
         camera="navcam",
-        title="The craft alone",
+        title="Spacecraft before space",
         figures="61, 62",
-        kind="good: front and back, and the materials, are told apart",
-        text="Side light before black space.",
+        kind="good: front, back and materials are distinguishable",
+        text="Light from the side, black background.",
         numbers=(
             Number(
-                what="flank before the camera",
+                what="side that faces the camera",
                 says="about 400 (front)",
                 published=(400.0, 400.0),
                 pixels=lambda shot: shot.part("body") & shot.facing(PORT, 40.0),
-                why="White tiles have 550 to 600 and black ones 40 to 60: the median falls between "
-                "two materials. The study's body is white all over, and it does not say what its "
-                "front is.",
+                why="White tiles have 550 to 600 and black ones 40 to 60, so the median falls "
+                "between two materials. The study's body is white, and the study does not state "
+                "which side is the front.",
             ),
             Number(
                 what="back, sunlit",
@@ -148,7 +149,7 @@ CASES = (
                 says="much less",
                 pixels=lambda shot: shot.part("tail_cone"),
                 against=("back, sunlit", 0.0, 0.5),
-                why="It is painted white here; the study's is of a dark material.",
+                why="It is painted white here; the study's is dark.",
             ),
         ),
     ),
@@ -156,17 +157,19 @@ CASES = (
         name="over_earth",
         file="over_earth",
         camera="navcam",
-        title="The craft and the Earth",
+        title="Spacecraft before the Earth",
         figures="63, 64",
-        kind="good: craft, clouds, air and ground are told apart; the right wing shines",
-        text="The right wing is turned so that it mirrors the Sun towards the camera, nearly.",
+        kind="good: spacecraft, clouds, atmosphere and ground are distinguishable; the right "
+        "wing glints",
+        text="The right wing nearly mirrors the Sun into the camera.",
         numbers=(
             Number(
                 what="right wing",
                 says="highly reflective",
                 pixels=lambda shot: shot.part("panel_wing_right"),
                 against=("left wing", 2.0, math.inf),
-                why="Cells mirror; its brightest tenth outshines a white plate.",
+                why="Solar cells are mirror-like; the brightest tenth is brighter than a white "
+                "plate.",
             ),
             Number(
                 what="left wing",
@@ -179,25 +182,24 @@ CASES = (
         name="bay",
         file="bay",
         camera="bay",
-        title="Cargo bay, the lens on 4.8 mm of pixels",
+        title="Cargo bay, 4.8 mm sensor",
         figures="65 to 67",
-        kind="good: the CubeSat's shadow lies in a bay that stays visible and well lit",
-        text="20.9 deg wide: 0.48 m of the floor, most of it in the shadow.",
+        kind="good: the CubeSat's shadow falls into a bay that stays visible and well lit",
+        text="The field of view is 20.9 deg wide: 0.48 m of the floor, most of it in the shadow.",
         numbers=(
             Number(
                 what="bay, sunlit",
                 says="well lit",
                 pixels=lambda shot: shot.part("cargo_bay") & shot.sunlit,
-                why="More than the 1066 of a white floor of reflectance 0.78: the walls add a "
-                "fifth.",
+                why="A white floor of reflectance 0.78 alone gives 1066; the walls add a fifth.",
             ),
             Number(
                 what="bay in the CubeSat's shadow",
                 says="clearly visible",
                 pixels=lambda shot: shot.part("cargo_bay") & shot.in_cast_shadow,
                 against=("bay, sunlit", 0.02, 0.5),
-                why="The bay's own walls light the shadow, to a ninth of the sunlit floor; the "
-                "signal is still over ten times its noise.",
+                why="The walls of the bay illuminate the shadow to a ninth of the sunlit floor; "
+                "the signal is still more than ten times its noise.",
             ),
         ),
     ),
@@ -205,11 +207,11 @@ CASES = (
         name="bay_wide",
         file="bay",
         camera="bay_wide",
-        title="Cargo bay, the lens on 36 mm of film",
+        title="Cargo bay, 36 mm sensor",
         figures="65 to 67",
         kind="the same",
-        text="108 deg wide, if the study left its software's film size as it comes. It does not "
-        "say, and which of the two its figure is cannot be told from the text.",
+        text="The field of view is 108 deg wide if the study used the default sensor size of its "
+        "software. The text does not show which of the two its figure is.",
     ),
     Case(
         name="azimuth_20",
@@ -217,7 +219,7 @@ CASES = (
         camera="azimuth_20",
         title="Azimuth 20 deg",
         figures="82",
-        kind="the craft before black sky, the Earth at the bottom",
+        kind="the spacecraft before black sky, the Earth at the bottom",
         text="",
     ),
     Case(
@@ -226,8 +228,8 @@ CASES = (
         camera="azimuth_28",
         title="Azimuth 28 deg",
         figures="83",
-        kind="across the limb, no defect where craft and air overlap",
-        text="The true thickness of the air; the study's software needed 400 km of it.",
+        kind="across the limb, no artefact where spacecraft and atmosphere overlap",
+        text="The atmosphere has its true thickness; the study's software needed 400 km.",
     ),
     Case(
         name="azimuth_90",
@@ -235,7 +237,7 @@ CASES = (
         camera="azimuth_90",
         title="Azimuth 90 deg",
         figures="84",
-        kind="from above before the Earth, light and shadows right",
+        kind="from above before the Earth, light and shadows correct",
         text="",
     ),
 )

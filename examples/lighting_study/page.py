@@ -110,7 +110,15 @@ def _w(value: float) -> str:
 
 def _numbers(found: Mapping[str, list[Reading]]) -> str:
     rows = [
-        ["case", "where", "study", "study's way, 10 / 50 / 90 %", "from 8 bits", "true", "agrees"]
+        [
+            "case",
+            "where",
+            "study",
+            "study's definition, 10 / 50 / 90 %",
+            "from 8 bits",
+            "exitance",
+            "agrees",
+        ]
     ]
     for case in CASES:
         for reading in found[case.name]:
@@ -130,7 +138,9 @@ def _numbers(found: Mapping[str, list[Reading]]) -> str:
 
 
 def _verdicts(shots: Mapping[str, Shot]) -> str:
-    rows = [["case", "study's figures", "study", "`simgl assess`", "full at 1/2000 s", "CPU time"]]
+    rows = [
+        ["case", "study's figures", "study", "`simgl assess`", "saturated at 1/2000 s", "CPU time"]
+    ]
     for case in CASES:
         shot = shots[case.name]
         reasons = f": {'; '.join(shot.reasons)}" if shot.reasons else ""

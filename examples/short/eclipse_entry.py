@@ -2,8 +2,8 @@
 
 import simgl
 from simgl.physics.ephemeris import utc_from_tai_ns
+from simgl.sequence.epoch_options import Event
 from simgl.sequence.epochs import events
-from simgl.sequence.events import Event
 
 scenario = simgl.load_scenario("examples/trajectories/files.toml")
 start = scenario.epoch_tai_ns

@@ -1,1 +1,13 @@
-"""Lighting assessment: what an image is worth to whoever has to use it."""
+"""Assessment: how usable images of a target are, and how good a camera model is.
+
+``target_light``, ``target_background``, ``verdict``  one frame: light, background, usable or not
+``exposure_advice``                                   the exposure time for a target
+``trajectory_assessment``, ``timeline``, ``report``   a trajectory: table, summary, HTML page
+``sweep_axes``, ``sweep``, ``sweep_report``           Sun angles and camera settings at one epoch
+``html_page``                                         pages from ``simgl/data/templates``
+``photon_transfer``, ``emva1288``, ``camera_plots``   a camera tested by EMVA 1288
+``visible_stars``                                     catalogue stars in an image, as truth
+
+May import the simulator, ``sequence`` (epochs, journal) and ``workers``. A new quantity of a frame
+is a field of ``FrameAssessment`` and a column in ``trajectory_assessment.COLUMNS``.
+"""

@@ -1,7 +1,7 @@
-"""A camera under test: flat fields and dark frames through its own passes, and what they tell.
+"""A camera test by EMVA 1288: flat fields and dark frames through the detector's passes.
 
-What is configured stands beside what photon transfer finds, as a laboratory would that has no data
-sheet. Uniform light falls on the image plane; optics and scene have no part in it.
+Configured parameters are compared with those that photon transfer recovers, as a laboratory without
+data sheet would measure them. Uniform light falls on the image plane, without optics or scene.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from rich.table import Table
 from simgl.arrays import Array, Image16
 from simgl.assess.exposure_advice import full_electrons
 from simgl.assess.photon_transfer import (
-    Spatial,
+    SpatialStatistics,
     TransferCurve,
     pair_statistics,
     slope,
@@ -29,16 +29,16 @@ from simgl.camera_pipeline import CameraPipeline
 from simgl.gpu.render_targets import Format, ImageTarget
 from simgl.physics.constants import SOLAR_TEMPERATURE
 from simgl.physics.spectrum import BANDS, black_body_light
-from simgl.progress import ProgressCallback
+from simgl.progress import ProgressCallback, silent
 from simgl.scenario.schema import CameraTable
 
-# A part of a larger sensor tells as much.
+# Of a larger sensor, a part is tested; width and height [pixels].
 LARGEST = (1280, 960)
-# Short, so that dark current plays no part in the flat fields [s].
+# Of the flat fields [s]; short enough to make their dark current negligible.
 _EXPOSURE = 1e-3
-# Light of the last flat field over the full well: the sensor is surely saturated.
+# Light of the last flat field over the full well: it saturates the sensor.
 _BRIGHTEST = 1.12
-# Levels of light between the dark and the first of the evenly spaced ones.
+# Number of levels of light between dark and the first of the evenly spaced ones.
 _FAINT = 8
 # Photons of the flat fields and dark frames, R, G, B and N.
 _GREEN = np.array([0.0, 1.0, 0.0, 0.0])
@@ -50,7 +50,7 @@ _DARK_ELECTRONS = 200.0
 class Finding:
     """One quantity as configured and as recovered.
 
-    allowed : difference that the test permits
+    allowed : largest difference that passes
     """
 
     name: str
@@ -66,13 +66,13 @@ class Finding:
 
     @property
     def passed(self) -> bool:
-        """Whether the two agree."""
+        """Whether the difference is within the allowed one."""
         return abs(self.difference) <= self.allowed
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CameraReport:
-    """Everything that a test found.
+    """Results of a camera test.
 
     dark, flat : averages of dark frames and of frames at half of saturation
     dark_times, dark_means : exposure times [s] and mean dark signals [DN]
@@ -81,8 +81,8 @@ class CameraReport:
     camera: Camera
     renderer: str
     curve: TransferCurve
-    dark: Spatial
-    flat: Spatial
+    dark: SpatialStatistics
+    flat: SpatialStatistics
     dark_times: Array
     dark_means: Array
     findings: tuple[Finding, ...]
@@ -94,7 +94,7 @@ class CameraReport:
 
 
 def camera_under_test(preset: str, largest: tuple[int, int] = LARGEST) -> Camera:
-    """A preset's camera as a laboratory tests it: a part of it, shielded from particles."""
+    """A preset's camera with its sensor cropped to ``largest`` and shielded from particles."""
     table = CameraTable(preset=preset, exposure_time_s=_EXPOSURE)
     camera = read_camera("command line", "camera", table, SOLAR_TEMPERATURE, Path())
     d = camera.detector
@@ -102,8 +102,8 @@ def camera_under_test(preset: str, largest: tuple[int, int] = LARGEST) -> Camera
     return replace(camera, detector=replace(d, width=width, height=height, particles=None))
 
 
-class _CameraUnderTest:
-    """Uniform light on a camera; each frame has noise of its own."""
+class _TestBench:
+    """Uniform light on a camera; the noise differs from frame to frame."""
 
     def __init__(self, ctx: moderngl.Context, camera: Camera, seed: int) -> None:
         self.camera = camera
@@ -154,37 +154,36 @@ def examine(
     levels: int = 58,
     repeats: int = 16,
     seed: int = 1,
-    progress: ProgressCallback | None = None,
+    progress: ProgressCallback = silent,
 ) -> CameraReport:
     """Photon-transfer test of a camera.
 
-    levels : of light, a pair of frames each
-    repeats : frames that are averaged for each spatial pattern
-    progress : told the steps done and their number
+    levels : of light, with a pair of frames each
+    repeats : frames averaged for each fixed pattern
+    progress : receives the steps done and their number
     """
     done, steps = 0, levels + 4
 
     def step() -> None:
         nonlocal done
         done += 1
-        if progress is not None:
-            progress(done, steps)
+        progress(done, steps)
 
-    laboratory = _CameraUnderTest(ctx, camera, seed)
+    test_bench = _TestBench(ctx, camera, seed)
     try:
-        curve = _transfer_curve(laboratory, levels, step)
-        dark = spatial_statistics(laboratory.frames(repeats, 0.0 * _GREEN))
+        curve = _transfer_curve(test_bench, levels, step)
+        dark = spatial_statistics(test_bench.frames(repeats, 0.0 * _GREEN))
         step()
         half = 0.5 * curve.photons[curve.saturation]
-        flat = spatial_statistics(laboratory.frames(repeats, half * _GREEN))
+        flat = spatial_statistics(test_bench.frames(repeats, half * _GREEN))
         step()
         times = _EXPOSURE + np.linspace(0.0, _longest(camera), 6)
-        means = [laboratory.one_colour(laboratory.frame(0.0 * _GREEN, t)).mean() for t in times]
+        means = [test_bench.one_colour(test_bench.frame(0.0 * _GREEN, t)).mean() for t in times]
         step()
-        efficiencies = list(_efficiencies(laboratory, curve))
+        efficiencies = list(_efficiencies(test_bench, curve))
         step()
     finally:
-        laboratory.release()
+        test_bench.release()
     findings = (*_findings(camera, curve, dark, flat, slope(times.tolist(), means)), *efficiencies)
     return CameraReport(
         camera=camera,
@@ -198,28 +197,26 @@ def examine(
     )
 
 
-def _transfer_curve(
-    laboratory: _CameraUnderTest, levels: int, step: Callable[[], None]
-) -> TransferCurve:
+def _transfer_curve(test_bench: _TestBench, levels: int, step: Callable[[], None]) -> TransferCurve:
     """Pairs of flat fields from the dark to saturation."""
-    camera = laboratory.camera
-    full = full_electrons(camera) / _efficiency(camera, laboratory.place)[1]
-    # A few of the levels show where the noise of the dark takes over.
+    camera = test_bench.camera
+    full = full_electrons(camera) / _efficiency(camera, test_bench.place)[1]
+    # A few faint levels show where dark noise dominates.
     faint = full * np.geomspace(1e-4, 0.02, _FAINT)
     even = np.linspace(0.0, _BRIGHTEST * full, levels - _FAINT)
     photons = np.sort(np.concatenate([faint, even]))
     points = []
     for level in photons.tolist():
-        points.append(pair_statistics(*laboratory.frames(2, level * _GREEN)))
+        points.append(pair_statistics(*test_bench.frames(2, level * _GREEN)))
         step()
     mean, variance = np.array(points).T
     return TransferCurve(photons=photons, mean=mean, variance=variance)
 
 
 def _efficiency(camera: Camera, place: tuple[int, int]) -> Array:
-    """(4,) electrons per photon on the whole pixel, at a place (column, row) of the square."""
+    """(4,) electrons per photon on the pixel area, at a place (column, row) of the mosaic."""
     d = camera.detector
-    return d.fill_factor * np.asarray(d.square[place[0] + 2 * place[1]])
+    return d.fill_factor * np.array(d.square[place[0] + 2 * place[1]])
 
 
 def _longest(camera: Camera) -> float:
@@ -233,9 +230,9 @@ def _mean_dark_current(camera: Camera) -> float:
     return d.dark_current + d.pattern.hot_pixels * d.hot_current
 
 
-def _efficiencies(laboratory: _CameraUnderTest, curve: TransferCurve) -> Iterator[Finding]:
+def _efficiencies(test_bench: _TestBench, curve: TransferCurve) -> Iterator[Finding]:
     """Of each colour in each band, at half of saturation."""
-    camera = laboratory.camera
+    camera = test_bench.camera
     mosaic = camera.detector.mosaic
     letters = "-" if mosaic is None else "RGB"
     for letter in letters:
@@ -247,29 +244,38 @@ def _efficiencies(laboratory: _CameraUnderTest, curve: TransferCurve) -> Iterato
                 continue
             photons = np.zeros(4)
             photons[band] = 0.5 * full_electrons(camera) / expected.max()
-            frame = laboratory.one_colour(laboratory.frame(photons), place)
-            found = (frame.mean() - curve.mean[0]) / curve.gain / photons[band]
+            frame = test_bench.one_colour(test_bench.frame(photons), place)
+            recovered = (frame.mean() - curve.mean[0]) / curve.gain / photons[band]
             low, high = (round(1e9 * edge) for edge in BANDS.edges[band])
             pixel = "" if mosaic is None else f" of {letter} pixels"
             yield Finding(
                 name=f"QE{pixel}, {name} {low}-{high} nm",
                 unit="e-/photon",
                 configured=float(expected[band]),
-                recovered=float(found),
-                # The gain's 0.5 %, and half a DN by which the mean of dark frames may differ.
+                recovered=float(recovered),
+                # 0.5 % of the gain, and half a DN for the mean of the dark frames.
                 allowed=0.005 * float(expected[band]) + 0.5 / curve.gain / photons[band],
             )
 
 
 def _findings(
-    camera: Camera, curve: TransferCurve, dark: Spatial, flat: Spatial, dark_rate: float
+    camera: Camera,
+    curve: TransferCurve,
+    dark: SpatialStatistics,
+    flat: SpatialStatistics,
+    dark_rate: float,
 ) -> Iterator[Finding]:
     d, p, gain = camera.detector, camera.detector.pattern, curve.gain
 
     def finding(
-        name: str, unit: str, configured: float, recovered: float, share: float, least: float = 0.0
+        name: str,
+        unit: str,
+        configured: float,
+        recovered: float,
+        share: float,
+        minimum: float = 0.0,
     ) -> Finding:
-        allowed = max(share * configured, least)
+        allowed = max(share * configured, minimum)
         return Finding(
             name=name, unit=unit, configured=configured, recovered=recovered, allowed=allowed
         )
@@ -290,21 +296,21 @@ def _findings(
         ("  of columns", p.columns, dark.columns, len(dark.mean[0])),
     ):
         if rms > 0.0:
-            # Four standard errors of an rms over so few.
+            # Four standard errors of an rms over that number.
             share = 4.0 / np.sqrt(2.0 * count)
             yield finding(name, "e-", rms, float(np.sqrt(part)) / gain, share)
     expected = float(dead / (1.0 - p.dead_pixels))
     yield finding("PRNU", "%", 100.0 * expected, 100.0 * prnu, 0.02, 0.01)
     yield finding("linearity error", "%", 0.0, 100.0 * curve.linearity_error, 0.0, 0.05)
     full = full_electrons(camera)
-    # Noise is cut a few standard deviations below the full well, and found to one level.
+    # Noise clips a few standard deviations below the full well, which is located to one level.
     largest_step = float(np.diff(curve.photons).max() / curve.photons[-1]) * _BRIGHTEST
     share = 4.0 / np.sqrt(full) + largest_step
     yield finding("saturation capacity", "e-", full, curve.saturation_capacity, share)
 
 
 def table(report: CameraReport, name: str) -> Table:
-    """What was configured and what was recovered, for a terminal."""
+    """Configured and recovered quantities, for a terminal."""
     d = report.camera.detector
     title = f"{name}, {d.width} x {d.height} pixels, serial {d.serial}\n{report.renderer}"
     rows = Table(title=title)

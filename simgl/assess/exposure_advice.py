@@ -1,6 +1,6 @@
-"""The exposure time that a target wants: nothing saturated, its back visible, the sky dark.
+"""Exposure time for a target: no saturation, its dark side visible, the sky dark.
 
-Electrons grow with the time, so that one picture tells the limits of all times.
+Electrons are proportional to the exposure time, so one capture gives the limits of all times.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ Electrons = Array32 | Array
 
 # A pixel is dark where its signal does not stand out from its own noise by this factor.
 DETECTION = 3.0
-# Of the target's pixels, the brightest may saturate, by this share of those that the criteria let,
-# and the darkest share may stay invisible: glints and slits. A pixel fills to this share of the
-# full well, which leaves room for noise.
+# Glints may saturate, this share of the pixels that the criteria allow; slits, the darkest share of
+# the target's pixels, may stay invisible. A pixel may fill to the last share of the full well: the
+# rest is room for noise.
 GLINTS, SLITS, FILLED = 0.5, 0.05, 0.9
-# The sky is the darkest share of what is seen past all spacecraft; the Earth may be the rest.
+# The sky is this darkest share of the pixels beside all spacecraft; the Earth may be the rest.
 SKY = 0.1
 
 
@@ -35,30 +35,30 @@ class ExposureLimits:
     """Limits of the exposure time [s]; infinite where there is no limit.
 
     unsaturated : longest without saturation on the target
-    back_visible : shortest that lifts the target's darkest parts out of the noise
-    sky_dark : longest in which the sky beside all spacecraft stays in the noise
+    dark_side_visible : shortest that lifts the target's darkest parts out of the noise
+    sky_dark : longest that leaves the sky beside all spacecraft in the noise
     """
 
     unsaturated: float
-    back_visible: float
+    dark_side_visible: float
     sky_dark: float
 
     @property
     def meets_all(self) -> bool:
         """Whether one time meets the three criteria."""
-        return self.back_visible <= min(self.unsaturated, self.sky_dark)
+        return self.dark_side_visible <= min(self.unsaturated, self.sky_dark)
 
     @property
     def time(self) -> float:
-        """The longest that meets all three, or, where none does, without saturation."""
+        """The longest that meets all three, or else the longest without saturation."""
         return min(self.unsaturated, self.sky_dark) if self.meets_all else self.unsaturated
 
 
 @dataclass(frozen=True, kw_only=True)
 class ExposureAdvice(ExposureLimits):
-    """The limits that one picture tells.
+    """The limits that one capture gives.
 
-    target_pixels : whose centre sees the target
+    target_pixels : pixels whose centre sees the target
     """
 
     camera: Camera
@@ -69,52 +69,52 @@ class ExposureAdvice(ExposureLimits):
 def exposure_limits(
     on_target: Electrons, sky: Electrons, camera: Camera, criteria: UsabilityCriteria
 ) -> ExposureLimits:
-    """Limits from mean electrons of a camera's picture, which grow with the exposure time.
+    """Limits from mean electrons of a capture, which are proportional to the exposure time.
 
-    on_target : (n,) at least one
-    sky : (m,) of the pixels past all spacecraft
+    on_target : (n,) of the target's pixels, at least one
+    sky : (m,) of the pixels beside all spacecraft
     """
     bright, dark = np.quantile(
         on_target.astype(np.float64), [1.0 - GLINTS * criteria.most_saturated, SLITS]
     )
-    floor, given = _detected(camera), camera.exposure_time
+    detected, exposure_time = _detected(camera), camera.exposure_time
     darkest = float(np.quantile(sky, SKY)) if sky.size else 0.0
     return ExposureLimits(
-        unsaturated=_ratio(FILLED * full_electrons(camera), bright) * given,
-        back_visible=_ratio(floor, dark) * given,
-        sky_dark=_ratio(floor, darkest) * given,
+        unsaturated=_ratio(FILLED * full_electrons(camera), bright) * exposure_time,
+        dark_side_visible=_ratio(detected, dark) * exposure_time,
+        sky_dark=_ratio(detected, darkest) * exposure_time,
     )
 
 
 def advise(
-    exposure: Capture,
+    capture: Capture,
     state: SceneState,
     target: str,
     criteria: UsabilityCriteria = UsabilityCriteria(),
 ) -> ExposureAdvice:
-    """Limits from an exposure that holds electrons and truth of a state.
+    """Limits from a capture of a state that holds electrons and truth.
 
     Raises ConfigError for an unknown target or one out of view.
     """
     if target not in state.bodies:
         problem = f"is not in the scenario; {did_you_mean(target, state.bodies)}"
         raise ConfigError("exposure", f'target "{target}"', problem)
-    assert exposure.electrons is not None
-    assert exposure.truth is not None
-    camera = exposure.info.camera
-    instances = exposure.truth.instance
+    assert capture.electrons is not None
+    assert capture.truth is not None
+    camera = capture.info.camera
+    instances = capture.truth.instance
     on_target = instances == list(state.bodies).index(target) + 1
     if not on_target.any():
         raise ConfigError("exposure", f'target "{target}"', "is not in the picture")
-    electrons = exposure.electrons.electrons
-    found = exposure_limits(electrons[on_target], electrons[instances == 0], camera, criteria)
+    electrons = capture.electrons.electrons
+    limits = exposure_limits(electrons[on_target], electrons[instances == 0], camera, criteria)
     return ExposureAdvice(
         camera=camera,
         target=target,
         target_pixels=int(on_target.sum()),
-        unsaturated=found.unsaturated,
-        back_visible=found.back_visible,
-        sky_dark=found.sky_dark,
+        unsaturated=limits.unsaturated,
+        dark_side_visible=limits.dark_side_visible,
+        sky_dark=limits.sky_dark,
     )
 
 
@@ -131,8 +131,8 @@ def _detected(camera: Camera) -> float:
     return float(0.5 * (square + math.sqrt(square**2 + 4.0 * square * noise**2)))
 
 
-def _ratio(wanted: float, found: float) -> float:
-    return wanted / found if found > 0.0 else math.inf
+def _ratio(wanted: float, measured: float) -> float:
+    return wanted / measured if measured > 0.0 else math.inf
 
 
 def advice_text(advice: ExposureAdvice) -> str:
@@ -140,14 +140,14 @@ def advice_text(advice: ExposureAdvice) -> str:
 
     def line(name: str, time: float) -> str:
         if not math.isfinite(time):
-            return f"{name:<22}no limit"
+            return f"{name:<24}no limit"
         value = exposure_value(advice.camera.lens.f_number, time)
         setting = blender_exposure(value)
-        return f"{name:<22}{1e3 * time:.4g} ms   EV {value:.2f}   source's setting {setting:.2f}"
+        return f"{name:<24}{1e3 * time:.4g} ms   EV {value:.2f}   source's setting {setting:.2f}"
 
     lines = [
         line("no saturation up to", advice.unsaturated),
-        line("back visible from", advice.back_visible),
+        line("dark side visible from", advice.dark_side_visible),
         line("dark sky up to", advice.sky_dark),
         line("advised", advice.time),
         line("given", advice.camera.exposure_time),

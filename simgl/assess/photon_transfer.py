@@ -1,6 +1,6 @@
-"""Photon transfer: what a camera is, from its flat fields and dark frames (EMVA 1288, release 4).
+"""Photon transfer: camera parameters from flat fields and dark frames (EMVA 1288, release 4).
 
-Nothing here knows how the frames were made. Frames are DN, of one colour.
+Frames are DN, of one colour, from any source.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ import numpy as np
 
 from simgl.arrays import Array, Image16, Mask
 
-# Variance that rounding adds [DN^2], and the least variance at which it acts like that.
-ROUNDING = 1.0 / 12.0
-_LEAST_VARIANCE = 0.24
+# Variance that quantisation adds [DN^2], and the smallest variance at which that value holds.
+QUANTISATION = 1.0 / 12.0
+_MIN_VARIANCE = 0.24
 
-# Parts of the saturation that the fits use.
+# Signal range of the fits, as shares of the saturation.
 _FIT_END = 0.7
 _LINEAR_PART = (0.05, 0.95)
 
@@ -67,20 +67,20 @@ class TransferCurve:
 
     @property
     def dark_noise(self) -> float:
-        """Temporal noise in the dark [e- rms], without that of rounding."""
+        """Temporal noise in the dark [e- rms], without that of quantisation."""
         variance = self.variance[0]
-        known = variance - ROUNDING if variance >= _LEAST_VARIANCE else 0.0
-        return float(np.sqrt(max(known, 0.0)) / self.gain)
+        noise = variance - QUANTISATION if variance >= _MIN_VARIANCE else 0.0
+        return float(np.sqrt(max(noise, 0.0)) / self.gain)
 
     @property
     def saturation_capacity(self) -> float:
-        """Signal at the largest variance [e-]; noise is cut from there on, below the full well."""
+        """Signal at the largest variance [e-]; above it the full well clips the noise."""
         return float(self.signal[self.saturation] / self.gain)
 
     @property
     def threshold(self) -> float:
-        """Photons that stand out from the dark noise by a factor of 1."""
-        noise = float(np.sqrt(max(self.variance[0], _LEAST_VARIANCE))) / self.gain
+        """Photons at which signal over noise is 1."""
+        noise = float(np.sqrt(max(self.variance[0], _MIN_VARIANCE))) / self.gain
         return (noise + 0.5) / self.quantum_efficiency
 
     @property
@@ -115,25 +115,25 @@ class TransferCurve:
 
     @property
     def linearity_error(self) -> float:
-        """Mean of the deviations' sizes."""
+        """Mean absolute deviation."""
         return float(np.abs(self.deviations).mean())
 
 
 def pair_statistics(a: Image16, b: Image16) -> tuple[float, float]:
     """Mean and variance in time of two frames of the same light [DN, DN^2].
 
-    What stays the same in both cancels in their difference.
+    Fixed patterns cancel in the difference.
     """
     difference = a.astype(np.float64) - b
     return float(0.5 * (a.mean() + b.mean())), float(0.5 * difference.var())
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Spatial:
-    """What stays after many frames of the same light are averaged.
+class SpatialStatistics:
+    """Fixed pattern: the average of many frames of the same light.
 
     mean : (height, width) [DN]
-    variance : of the pixels, without what is left of temporal noise [DN^2]
+    variance : of the pixels, less the remaining temporal noise [DN^2]
     rows, columns, pixels : that variance in parts [DN^2]
     """
 
@@ -144,7 +144,7 @@ class Spatial:
     pixels: float
 
 
-def spatial_statistics(frames: Iterable[Image16]) -> Spatial:
+def spatial_statistics(frames: Iterable[Image16]) -> SpatialStatistics:
     """Variances in space; at least two frames."""
     count, total, squares = 0, np.zeros(()), np.zeros(())
     for frame in frames:
@@ -153,15 +153,15 @@ def spatial_statistics(frames: Iterable[Image16]) -> Spatial:
     mean = total / count
     temporal = float((squares / count - mean * mean).mean() * count / (count - 1))
     height, width = mean.shape
-    whole = float(mean.var()) - temporal / count
-    # A row's mean holds the row's own offset and the mean of its width's pixels; likewise columns.
+    total_variance = float(mean.var())
+    # The mean of a row is the row's offset plus the mean of its pixels; likewise for columns.
     of_rows, of_columns = float(mean.mean(axis=1).var()), float(mean.mean(axis=0).var())
-    inside = float(mean.var()) - of_rows - of_columns
-    pixels = inside / ((1.0 - 1.0 / width) * (1.0 - 1.0 / height))
+    residual = total_variance - of_rows - of_columns
+    pixels = residual / ((1.0 - 1.0 / width) * (1.0 - 1.0 / height))
     rows, columns = of_rows - pixels / width, of_columns - pixels / height
-    return Spatial(
+    return SpatialStatistics(
         mean=mean,
-        variance=max(whole, 0.0),
+        variance=max(total_variance - temporal / count, 0.0),
         rows=max(rows, 0.0),
         columns=max(columns, 0.0),
         pixels=max(pixels - temporal / count, 0.0),
@@ -170,4 +170,4 @@ def spatial_statistics(frames: Iterable[Image16]) -> Spatial:
 
 def slope(x: Sequence[float], y: Sequence[float]) -> float:
     """Of the straight line through points."""
-    return float(np.polyfit(np.asarray(x), np.asarray(y), 1)[0])
+    return float(np.polyfit(x, y, 1)[0])

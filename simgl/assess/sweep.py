@@ -12,21 +12,18 @@ from simgl.assess.sweep_axes import CAMERA_AXES, SUN_AXES, Axis, with_setting, w
 from simgl.assess.target_light import assess_frame
 from simgl.assess.trajectory_assessment import COLUMNS, PRODUCTS, Assignment, row_of
 from simgl.output import check_writable
-from simgl.progress import ProgressCallback
+from simgl.progress import ProgressCallback, silent
 from simgl.scenario.scenario import Scenario
-from simgl.sequence.journal import Columns, Journal, Value
-from simgl.sequence.run_sequence import identity
+from simgl.sequence.journal import Columns, Journal, Row, Value, run_missing
 from simgl.simulator import Simulator
-from simgl.workers.frame_job import Crew
-
-Row = dict[str, Value]
+from simgl.workers.frame_job import Executor
 
 
 @dataclass(frozen=True)
 class Sweep:
     """Every combination of some values at one epoch.
 
-    work : whose only epoch is meant
+    work : of one epoch
     axes : those of the Sun first
     """
 
@@ -35,35 +32,33 @@ class Sweep:
 
     @property
     def scenario(self) -> Scenario:
-        """What a simulator is opened for."""
+        """Scenario that the simulators are opened for."""
         return self.work.scenario
 
     @cached_property
-    def lights(self) -> list[dict[str, float]]:
-        """The combinations that need a picture each."""
+    def sun_directions(self) -> list[dict[str, float]]:
+        """The combinations that need a rendered frame each."""
         return _combinations([axis for axis in self.axes if axis.name in SUN_AXES])
 
     @cached_property
     def settings(self) -> list[dict[str, float]]:
-        """The combinations that one picture serves."""
+        """The combinations that share a rendered frame."""
         return _combinations([axis for axis in self.axes if axis.name in CAMERA_AXES])
 
-    def take(self, simulator: Simulator, frame: int) -> list[Row]:
-        """The rows of one light."""
-        light, work = self.lights[frame], self.work
+    def render(self, simulator: Simulator, frame: int) -> list[Row]:
+        """The rows of one direction of the Sun."""
+        sun, work = self.sun_directions[frame], self.work
         (tai_ns,) = work.epochs
-        state = with_sun(self.scenario.at(tai_ns), work.camera, work.target, light)
+        state = with_sun(self.scenario.at(tai_ns), work.camera, work.target, sun)
         camera = state.cameras[work.camera].camera
         cameras = [with_setting(camera, setting) for setting in self.settings]
-        taken = simulator.bracket(state, work.camera, cameras, PRODUCTS)
+        captures = simulator.bracket(state, work.camera, cameras, PRODUCTS)
         rows = []
-        for index, (setting, exposure) in enumerate(zip(self.settings, taken, strict=True)):
+        for index, (setting, capture) in enumerate(zip(self.settings, captures, strict=True)):
+            assessment = assess_frame(capture, state, work.target, work.limits)
+            swept: Row = {_column(name): value for name, value in (sun | setting).items()}
             point = frame * len(self.settings) + index
-            found = row_of(
-                point, tai_ns, assess_frame(exposure, state, work.target, work.limits), work.limits
-            )
-            values: Row = {_column(name): v for name, v in (light | setting).items()}
-            rows.append(values | found)
+            rows.append(swept | row_of(point, tai_ns, assessment, work.limits))
         return rows
 
     @property
@@ -74,7 +69,7 @@ class Sweep:
 
 
 def _column(name: str) -> str:
-    """The phase angle that was asked for stands beside the one that was found."""
+    """The phase angle asked for has a column of its own beside the one of the image."""
     return f"sweep_{name}"
 
 
@@ -92,43 +87,32 @@ def _combinations(axes: list[Axis]) -> list[dict[str, float]]:
 
 
 def run_sweep(
-    sweep: Sweep,
-    crew: Crew[list[Row]],
-    folder: Path,
-    report: ProgressCallback | None = None,
+    sweep: Sweep, executor: Executor[list[Row]], folder: Path, progress: ProgressCallback = silent
 ) -> list[Row]:
     """Assess every point that the folder's table does not hold yet.
 
-    report : told the points done and their number
+    progress : receives the points done and their number
     returns : all rows, the last axis the fastest
     Raises ConfigError for a folder that holds something else.
     """
     check_writable(folder)
-    work, each = sweep.work, len(sweep.settings)
-    content: dict[str, Value] = {
-        "camera": work.camera,
-        "target": work.target,
-        "criteria": repr(work.limits),
-        "sweep": repr(sweep.axes),
-    }
-    content |= identity(work.scenario, work.epochs)
+    content = sweep.work.content() | {"sweep": repr(sweep.axes)}
+    each, count = len(sweep.settings), len(sweep.sun_directions)
     with Journal(folder, content, sweep.columns, keys=1) as journal:
         done = {key for (key,) in journal.done()}
         missing = [
-            light
-            for light in range(len(sweep.lights))
-            if not done.issuperset(range(light * each, (light + 1) * each))
+            frame
+            for frame in range(count)
+            if not done.issuperset(range(frame * each, (frame + 1) * each))
         ]
-        total, ready = each * len(sweep.lights), each * (len(sweep.lights) - len(missing))
-        if report is not None:
-            report(ready, total)
-        if missing:
-            with crew as taking:
-                for rows in taking(missing):
-                    for row in rows:
-                        journal.add(row)
-                    ready += each
-                    if report is not None:
-                        report(ready, total)
+
+        def store(rows: list[Row]) -> None:
+            for row in rows:
+                journal.add(row)
+
+        def points(done: int, total: int) -> None:
+            progress(done * each, total * each)
+
+        run_missing(missing, count, executor, store, points)
         journal.export(folder / "frames.csv")
         return list(journal.rows())

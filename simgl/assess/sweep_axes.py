@@ -1,4 +1,4 @@
-"""What a sweep changes, and the scene and cameras of each of its points."""
+"""The axes of a sweep, and the scene and camera of each of its points."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from simgl.errors import ConfigError, did_you_mean
 from simgl.physics.frames import unit
 from simgl.scene.state import SceneState, SunAtPosition
 
-# Limits of the values of an axis, by its name. Those of the Sun ask for a picture each; one picture
-# serves for all settings of the camera.
+# Limits of the values of an axis, by its name. Each direction of the Sun needs a rendered frame,
+# which all settings of the camera share.
 SUN_AXES = {"phase_angle_deg": (0.0, 180.0), "sun_clock_deg": (-360.0, 360.0)}
 CAMERA_AXES = {"exposure_time_s": (1e-9, 3600.0), "f_number": (0.5, 1e3)}
 _LIMITS = SUN_AXES | CAMERA_AXES
-# As many values as one axis may have.
-_MOST = 1000
+# Values of one axis.
+_MAX_VALUES = 1000
 
 
 @dataclass(frozen=True)
 class Axis:
-    """Values that one quantity takes in turn."""
+    """Values that one quantity takes in turn, named as on the command line."""
 
     name: str
     values: tuple[float, ...]
@@ -67,8 +67,8 @@ def _span(where: tuple[str, str], given: str) -> list[float]:
         problem = f'must be FROM:TO:COUNT or FROM:TO:COUNT:log, got "{given}"'
         raise ConfigError(*where, problem)
     start, stop = _number(where, parts[0]), _number(where, parts[1])
-    if not parts[2].isdigit() or not 2 <= int(parts[2]) <= _MOST:
-        raise ConfigError(*where, f'must have a count in 2..{_MOST}, got "{parts[2]}"')
+    if not parts[2].isdigit() or not 2 <= int(parts[2]) <= _MAX_VALUES:
+        raise ConfigError(*where, f'must have a count in 2..{_MAX_VALUES}, got "{parts[2]}"')
     if len(parts) == 3:
         return [float(v) for v in np.linspace(start, stop, int(parts[2]))]
     if min(start, stop) <= 0.0:
@@ -89,11 +89,11 @@ def _number(where: tuple[str, str], text: str) -> float:
 def with_sun(
     state: SceneState, camera: str, target: str, values: Mapping[str, float]
 ) -> SceneState:
-    """The scene with the Sun elsewhere about the target, as far away and as bright.
+    """The scene with the Sun in another direction, at the same distance and irradiance.
 
     values : ``phase_angle_deg`` between the directions from the target to the Sun and to the
-        camera; ``sun_clock_deg``, where the Sun stands about the line of sight, clockwise from the
-        top of the picture. What is not given stays. Earth and Moon stay where they are.
+        camera; ``sun_clock_deg``, of the Sun about the line of sight, clockwise from the top of
+        the image. What is not given stays. Earth and Moon stay where they are.
     """
     if not values:
         return state

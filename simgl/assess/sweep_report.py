@@ -2,34 +2,33 @@
 
 from __future__ import annotations
 
-import html
 import itertools
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm, Normalize
 
 from simgl.arrays import Array, Mask
-from simgl.assess.html_page import COLOURS, inline, write_page
-from simgl.assess.sweep import Row, Sweep, swept
+from simgl.assess.html_page import COLOURS, base64_png, write_page
+from simgl.assess.sweep import Sweep, swept
 from simgl.assess.sweep_axes import CAMERA_AXES, SUN_AXES, Axis
 from simgl.assess.verdict import Verdict
-from simgl.physics.ephemeris import utc_from_tai_ns
+from simgl.sequence.journal import Row
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Sheets of heat maps that a page shows, one for each combination of all axes but two.
-_MOST_SHEETS = 24
+# Heat maps that a page shows, one for each combination of all axes but two.
+_MAX_HEAT_MAPS = 24
 # Settings that the summary lists.
 _LISTED = 5
 # Numbers along an axis and in cells that can still be read.
-_MOST_LABELS, _MOST_CELLS = 12, 12
-_WORDS = {
+_MAX_LABELS, _MAX_CELLS = 12, 12
+_TITLES = {
     "phase_angle_deg": "phase angle [deg]",
     "sun_clock_deg": "Sun clockwise from the top [deg]",
     "exposure_time_s": "exposure [s]",
@@ -37,103 +36,76 @@ _WORDS = {
 }
 
 
+@dataclass(frozen=True, kw_only=True)
+class RatedSetting:
+    """A setting of the camera, and how many directions of the Sun it is good for."""
+
+    values: tuple[float, ...]
+    good: int
+    median_snr: float
+
+
 def write_sweep_report(path: Path, sweep: Sweep, rows: Sequence[Row]) -> None:
     """One HTML file that needs no other."""
-    work = sweep.work
-    sections = [_head(sweep, rows), _summary(sweep, rows), _sheets(sweep, rows)]
-    write_page(path, f"{work.scenario.name}: light on {work.target}, swept", sections)
-
-
-def _head(sweep: Sweep, rows: Sequence[Row]) -> str:
-    work = sweep.work
-    camera = work.scenario.cameras[work.camera]
-    d = camera.detector
-    (tai_ns,) = work.epochs
-    first = rows[0]
-    facts = {
-        "Epoch": f"{utc_from_tai_ns(tai_ns)} UTC",
-        "Camera": f"{work.camera}: {d.width} x {d.height}, {1e3 * camera.lens.focal_length:g} mm, "
-        f"f/{camera.lens.f_number:g}, {camera.exposure_time:g} s where not swept",
-        "Target": f"{work.target}, {float(first['range_m'] or 0.0):.1f} m away, "
-        f"{first['target_pixels']} pixels, behind it {first['backdrop']}",
-        "Swept": "; ".join(
-            f"{_WORDS[axis.name]} {', '.join(f'{v:.3g}' for v in axis.values)}"
+    counts = Counter(str(row["verdict"]) for row in rows)
+    camera_axes = [axis for axis in sweep.axes if axis.name in CAMERA_AXES]
+    has_sun_axes = len(camera_axes) < len(sweep.axes)
+    across, down, others = _layout(sweep.axes)
+    combinations = list(itertools.product(*(axis.values for axis in others)))
+    write_page(
+        path,
+        "sweep_report.html.jinja",
+        sweep.work,
+        rows=rows,
+        swept="; ".join(
+            f"{_TITLES[axis.name]} {', '.join(f'{v:.3g}' for v in axis.values)}"
             for axis in sweep.axes
         ),
-        "Scenario": str(work.scenario.source or work.scenario.name),
-    }
-    body = "".join(f"<tr><th>{k}</th><td>{html.escape(v)}</td></tr>" for k, v in facts.items())
-    return f"<h1>Light on {html.escape(work.target)}, swept</h1>\n<table>{body}</table>"
-
-
-def _summary(sweep: Sweep, rows: Sequence[Row]) -> str:
-    counts = Counter(str(row["verdict"]) for row in rows)
-    shares = "".join(
-        f'<tr><td><span class="key" style="background:{COLOURS[v]}"></span>{v.value}</td>'
-        f'<td class="n">{100.0 * counts[v.value] / len(rows):.1f} %</td></tr>'
-        for v in Verdict
+        shares={verdict: counts[verdict.value] / len(rows) for verdict in Verdict},
+        setting_titles=[_TITLES[axis.name] for axis in camera_axes],
+        best_settings=best_settings(camera_axes, rows) if camera_axes and has_sun_axes else [],
+        sun_directions=len(sweep.sun_directions),
+        heat_maps=list(_heat_maps(across, down, others, combinations[:_MAX_HEAT_MAPS], rows)),
+        omitted=len(combinations) - _MAX_HEAT_MAPS,
     )
-    parts = [f"<h2>Verdict</h2>\n<table>{shares}</table>"]
-    camera = [axis for axis in sweep.axes if axis.name in CAMERA_AXES]
-    if camera and len(camera) < len(sweep.axes):
-        parts.append(_settings(sweep, camera, rows))
-    return "\n".join(parts)
 
 
-def _settings(sweep: Sweep, axes: Sequence[Axis], rows: Sequence[Row]) -> str:
+def best_settings(axes: Sequence[Axis], rows: Sequence[Row]) -> list[RatedSetting]:
     """The settings that are good for the most directions of the Sun, the best signal first."""
     by_setting: dict[tuple[float, ...], list[Row]] = {}
     for row in rows:
         by_setting.setdefault(tuple(swept(row, axis) for axis in axes), []).append(row)
-
-    def worth(setting: tuple[float, ...]) -> tuple[float, float]:
-        own = by_setting[setting]
-        good = sum(row["verdict"] == Verdict.GOOD.value for row in own)
-        return good, float(np.median([float(row["median_snr"] or 0.0) for row in own]))
-
-    best = sorted(by_setting, key=worth, reverse=True)[:_LISTED]
-    if worth(best[0])[0] == 0:
-        return "<p>No setting is good for any direction of the Sun.</p>"
-    titles = "".join(f"<th>{_WORDS[axis.name]}</th>" for axis in axes)
-    body = "".join(
-        "<tr>"
-        + "".join(f'<td class="n">{value:.3g}</td>' for value in setting)
-        + f'<td class="n">{worth(setting)[0]:.0f} of {len(sweep.lights)}</td>'
-        + f'<td class="n">{worth(setting)[1]:.0f}</td></tr>'
-        for setting in best
-    )
-    return (
-        "<p>Settings that are good for the most directions of the Sun</p>\n"
-        f"<table><tr>{titles}<th>good</th><th>median signal over noise</th></tr>{body}</table>"
-    )
-
-
-def _sheets(sweep: Sweep, rows: Sequence[Row]) -> str:
-    """Heat maps over two axes, a sheet for each combination of the others."""
-    across, down, others = _layout(sweep.axes)
-    parts = ["<h2>Over the axes</h2>"]
-    combinations = list(itertools.product(*(axis.values for axis in others)))
-    for values in combinations[:_MOST_SHEETS]:
-        own = [
-            row
-            for row in rows
-            if all(swept(row, axis) == v for axis, v in zip(others, values, strict=True))
-        ]
-        title = ", ".join(
-            f"{_WORDS[axis.name]} {value:.3g}" for axis, value in zip(others, values, strict=True)
+    rated = [
+        RatedSetting(
+            values=values,
+            good=sum(row["verdict"] == Verdict.GOOD.value for row in of_setting),
+            median_snr=float(np.median([float(row["median_snr"] or 0.0) for row in of_setting])),
         )
-        if title:
-            parts.append(f"<p>{html.escape(title)}</p>")
-        parts.append(inline(_sheet(across, down, own)))
-    left = len(combinations) - _MOST_SHEETS
-    if left > 0:
-        parts.append(f"<p>{left} more combinations are in the table, frames.csv.</p>")
-    return "\n".join(parts)
+        for values, of_setting in by_setting.items()
+    ]
+    return sorted(rated, key=lambda one: (one.good, one.median_snr), reverse=True)[:_LISTED]
+
+
+def _heat_maps(
+    across: Axis,
+    down: Axis | None,
+    others: Sequence[Axis],
+    combinations: Sequence[tuple[float, ...]],
+    rows: Sequence[Row],
+) -> Iterator[tuple[str, str]]:
+    """Title and plot, as PNG in base64, over two axes for each combination of the others."""
+    for combination in combinations:
+        fixed = list(zip(others, combination, strict=True))
+        of_map = [row for row in rows if all(swept(row, axis) == value for axis, value in fixed)]
+        title = ", ".join(f"{_TITLES[axis.name]} {value:.3g}" for axis, value in fixed)
+        yield title, base64_png(_heat_map(across, down, of_map))
 
 
 def _layout(axes: Sequence[Axis]) -> tuple[Axis, Axis | None, list[Axis]]:
-    """The axis across, the one down, and the rest: a direction of the Sun down where there is one,
-    the longest axes drawn."""
+    """The axis across, the one down, and the rest.
+
+    The two longest are drawn, a direction of the Sun down where there is one.
+    """
     if len(axes) == 1:
         return axes[0], None, []
     ranked = sorted(axes, key=lambda axis: -len(axis.values))
@@ -144,61 +116,55 @@ def _layout(axes: Sequence[Axis]) -> tuple[Axis, Axis | None, list[Axis]]:
     return across, down, [axis for axis in axes if axis not in chosen]
 
 
-def _sheet(across: Axis, down: Axis | None, rows: Sequence[Row]) -> Figure:
+def _heat_map(across: Axis, down: Axis | None, rows: Sequence[Row]) -> Figure:
+    from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm, Normalize
     from matplotlib.figure import Figure
 
-    shape = (1 if down is None else len(down.values), len(across.values))
-    cells: dict[tuple[int, int], Mapping[str, object]] = {}
+    height, width = (1 if down is None else len(down.values), len(across.values))
+    cells: dict[tuple[int, int], Row] = {}
     for row in rows:
         j = 0 if down is None else down.values.index(swept(row, down))
         cells[j, across.values.index(swept(row, across))] = row
-    verdicts = list(Verdict)
 
     def grid(name: str) -> Array:
-        return np.array(
-            [
-                [float(cells[j, i][name] or 0.0) for i in range(shape[1])]  # type: ignore[arg-type]
-                for j in range(shape[0])
-            ]
-        )
+        values = [float(cells[j, i][name] or 0.0) for j in range(height) for i in range(width)]
+        return np.array(values).reshape(height, width)
 
-    judged = np.array(
-        [
-            [verdicts.index(Verdict(str(cells[j, i]["verdict"]))) for i in range(shape[1])]
-            for j in range(shape[0])
-        ]
-    )
-    figure = Figure(figsize=(10.4, 1.7 + 0.42 * max(shape[0], 3)), layout="constrained")
-    one, two, three = figure.subplots(1, 3, sharey=True)
-    colours = ListedColormap([COLOURS[v] for v in verdicts])
-    drawn = one.imshow(
-        judged,
+    kinds = list(Verdict)
+    verdicts = [
+        [kinds.index(Verdict(str(cells[j, i]["verdict"]))) for i in range(width)]
+        for j in range(height)
+    ]
+    figure = Figure(figsize=(10.4, 1.7 + 0.42 * max(height, 3)), layout="constrained")
+    left, middle, right = figure.subplots(1, 3, sharey=True)
+    drawn = left.imshow(
+        verdicts,
         aspect="auto",
-        cmap=colours,
-        norm=BoundaryNorm(np.arange(len(verdicts) + 1) - 0.5, len(verdicts)),
+        cmap=ListedColormap([COLOURS[kind] for kind in kinds]),
+        norm=BoundaryNorm(np.arange(len(kinds) + 1) - 0.5, len(kinds)),
     )
-    bar = figure.colorbar(drawn, ax=one, location="bottom", ticks=range(len(verdicts)))
-    bar.ax.set_xticklabels([v.value.replace(" with", "\nwith") for v in verdicts], fontsize=6)
-    one.set_title("verdict", fontsize=10)
-    usable = 100.0 * grid("usable")
-    drawn = two.imshow(usable, aspect="auto", cmap="gray", norm=Normalize(0.0, 100.0))
-    figure.colorbar(drawn, ax=two, location="bottom", label="target pixels [%]")
-    two.set_title("usable", fontsize=10)
-    _numbers(two, usable, usable > 50.0)
-    signal = np.maximum(grid("median_snr"), 1.0)
+    bar = figure.colorbar(drawn, ax=left, location="bottom", ticks=range(len(kinds)))
+    bar.ax.set_xticklabels([kind.value.replace(" with", "\nwith") for kind in kinds], fontsize=6)
+    left.set_title("verdict", fontsize=10)
+    usable, signal = 100.0 * grid("usable"), np.maximum(grid("median_snr"), 1.0)
     top = max(float(signal.max()), 10.0)
-    drawn = three.imshow(signal, aspect="auto", cmap="gray", norm=LogNorm(1.0, top))
-    figure.colorbar(drawn, ax=three, location="bottom", label="median over the target")
-    three.set_title("signal over noise", fontsize=10)
-    _numbers(three, signal, signal > top**0.5)
-    for plot in (one, two, three):
-        _ticks(plot, across, down)
+    for panel, title, label, values, norm, middle_value in (
+        (middle, "usable", "target pixels [%]", usable, Normalize(0.0, 100.0), 50.0),
+        (right, "signal over noise", "median over the target", signal, LogNorm(1.0, top), top**0.5),
+    ):
+        drawn = panel.imshow(values, aspect="auto", cmap="gray", norm=norm)
+        figure.colorbar(drawn, ax=panel, location="bottom", label=label)
+        panel.set_title(title, fontsize=10)
+        _numbers(panel, values, values > middle_value)
+    for panel in (left, middle, right):
+        _ticks(panel, across, down)
+    left.set_ylabel("" if down is None else _TITLES[down.name], fontsize=8)
     return figure
 
 
 def _numbers(plot: Axes, values: Array, bright: Mask) -> None:
-    """The values in their cells, where there is room for them."""
-    if values.shape[1] > _MOST_CELLS:
+    """Write the values into their cells where there is room."""
+    if values.shape[1] > _MAX_CELLS:
         return
     for (j, i), value in np.ndenumerate(values):
         colour = "black" if bright[j, i] else "white"
@@ -207,17 +173,15 @@ def _numbers(plot: Axes, values: Array, bright: Mask) -> None:
 
 def _ticks(plot: Axes, across: Axis, down: Axis | None) -> None:
     def labelled(axis: Axis) -> list[int]:
-        step = -(-len(axis.values) // _MOST_LABELS)
+        step = -(-len(axis.values) // _MAX_LABELS)
         return list(range(0, len(axis.values), step))
 
     places = labelled(across)
     texts = [f"{across.values[i]:.3g}" for i in places]
     plot.set_xticks(places, texts, fontsize=7, rotation=45 if len(places) > 5 else 0)
-    plot.set_xlabel(_WORDS[across.name], fontsize=8)
+    plot.set_xlabel(_TITLES[across.name], fontsize=8)
     if down is None:
         plot.set_yticks([])
         return
     places = labelled(down)
     plot.set_yticks(places, [f"{down.values[i]:.3g}" for i in places], fontsize=7)
-    if plot.get_subplotspec() is not None and plot.get_subplotspec().is_first_col():  # type: ignore[union-attr]
-        plot.set_ylabel(_WORDS[down.name], fontsize=8)

@@ -10,14 +10,14 @@ from scipy.ndimage import binary_dilation
 from simgl.arrays import Array, Mask
 from simgl.scene.state import EarthState, SceneState
 
-# Pixels of background beside the target's edge that count.
+# Width of the ring of background around the target [pixels].
 _RING = 3
-# So much of the ring makes it one thing; less is mixed.
+# Share of the ring that decides the background; less is mixed.
 _NEARLY_ALL = 0.9
-# Air above this tangent height is too thin to be seen beside a sunlit target [m].
+# Atmosphere above this tangent height is too thin to be seen beside a sunlit target [m].
 LIMB_TOP = 60e3
-# Looking at some hundred pixels of a ring says as much as at all.
-_MOST_RAYS = 400
+# Some hundred pixels of the ring represent all of them.
+_MAX_RAYS = 400
 
 
 class TargetBackground(StrEnum):
@@ -30,18 +30,18 @@ class TargetBackground(StrEnum):
     NONE = "none"
 
 
-def ring_around(on_target: Mask, on_craft: Mask) -> Mask:
+def ring_around(on_target: Mask, on_spacecraft: Mask) -> Mask:
     """The background pixels next to a target.
 
-    on_target : (height, width); on_craft : the same for all spacecraft
+    on_target : (height, width); on_spacecraft : the same for all spacecraft
     """
-    return binary_dilation(on_target, iterations=_RING) & ~on_craft
+    return binary_dilation(on_target, iterations=_RING) & ~on_spacecraft
 
 
 def backdrop(
     ring: Mask, state: SceneState, position: Array, R_camera_from_icrf: Array, intrinsics: Array
 ) -> TargetBackground:
-    """What the pixels of a ring look at; NONE where there are none.
+    """The background of the pixels of a ring; NONE where there are none.
 
     position : (3,) of the pinhole [m]; intrinsics : (3, 3) [pixels]
     """
@@ -50,7 +50,7 @@ def backdrop(
         return TargetBackground.NONE
     if state.earth is None:
         return TargetBackground.SPACE
-    step = max(len(rows) // _MOST_RAYS, 1)
+    step = max(len(rows) // _MAX_RAYS, 1)
     pixels = np.stack([columns[::step] + 0.5, rows[::step] + 0.5, np.ones(len(rows[::step]))])
     rays = R_camera_from_icrf.T @ np.linalg.solve(intrinsics, pixels)
     height = tangent_heights(state.earth, position, rays.T)
@@ -64,11 +64,11 @@ def backdrop(
 
 
 def tangent_heights(earth: EarthState, position: Array, rays_icrf: Array) -> Array:
-    """(n,) how high rays pass over the ground at their lowest [m]; negative where they meet it.
+    """(n,) lowest height of rays above the ground [m]; negative where they meet it.
 
     position : (3,) where they start [m]; rays_icrf : (n, 3) directions of any length
 
-    In a space where the ellipsoid is a sphere, whose heights are off by 0.3 % of themselves.
+    Computed in axes where the ellipsoid is a sphere; heights are off by 0.3 % of themselves.
     """
     radii = np.array(earth.earth.radii)
     scale = radii[0] / radii

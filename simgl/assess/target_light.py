@@ -1,4 +1,4 @@
-"""One frame's light on one target: geometry of the Sun, and how many of its pixels can be used."""
+"""Light on one target in one frame: geometry of the Sun, and how many of its pixels are usable."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from simgl.scene.state import SceneState
 from simgl.scene.usability_criteria import UsabilityCriteria
 from simgl.simulator import Capture
 
+# Percentile of the target's electrons that counts as its bright part.
 _BRIGHT = 98.0
 
 
@@ -34,17 +35,18 @@ class FrameAssessment:
     target_pixels : whose centre sees the target
     saturated, dark, usable : shares of them; together 1, all 0 where there are none
     median_snr : signal over noise of the target's pixels; 0 where there are none
-    cut_off : the target touches the picture's edge
+    cut_off : the target touches the image's edge
     backdrop : what is behind it
     contrast : |t - b| / (t + b) of target and background, median electrons; None where there is no
         background beside the target
     mean_radiance : of the target's pixels, R, G, B, N [W m-2 sr-1]
     relative_flux : mean over the target of the source study's flux: luminance relative to a sunlit
         white plate, weighed as a display's primaries, times 1367 [W m-2]; no physical flux
-    median_electrons, bright_electrons : of the target's pixels, and what 2 % of them exceed [e-]
-    full_electrons : what a pixel can hold, or its converter tell [e-]
-    better_exposure : factor on the exposure time that leads to the one advised; None where the
-        target gives no light
+    median_electrons : of the target's pixels [e-]
+    bright_electrons : that 2 % of the target's pixels exceed [e-]
+    full_electrons : at which a pixel or its converter is full [e-]
+    better_exposure : factor from the exposure time to the advised one; None where the target
+        gives no light
     """
 
     target: str
@@ -77,36 +79,36 @@ class FrameAssessment:
 
 
 def assess_frame(
-    exposure: Capture,
+    capture: Capture,
     state: SceneState,
     target: str,
     criteria: UsabilityCriteria = UsabilityCriteria(),
 ) -> FrameAssessment:
-    """The assessment of an exposure that holds DN, electrons, radiance and truth of a state.
+    """The assessment of a capture of a state that holds DN, electrons, radiance and truth.
 
-    criteria : say how much of the target a better exposure may saturate
+    criteria : give the share of the target that a better exposure may saturate
 
     Raises ConfigError for an unknown target.
     """
     if target not in state.bodies:
         problem = f"is not in the scenario; {did_you_mean(target, state.bodies)}"
         raise ConfigError("assess", f'target "{target}"', problem)
-    assert exposure.digital is not None
-    assert exposure.electrons is not None
-    assert exposure.radiance is not None
-    assert exposure.truth is not None
-    info = exposure.info
+    assert capture.digital is not None
+    assert capture.electrons is not None
+    assert capture.radiance is not None
+    assert capture.truth is not None
+    info = capture.info
     position = state.bodies[target].pose.position
     sun = state.sun.seen_from(position)
     to_camera = info.position - position
     instance = list(state.bodies).index(target) + 1
-    craft = exposure.truth.part_id // 65536
-    on_target = craft == instance
-    image = exposure.electrons.electrons
+    instances = capture.truth.instance
+    on_target = instances == instance
+    image = capture.electrons.electrons
     electrons = image[on_target].astype(np.float64)
-    ring = ring_around(on_target, craft > 0)
+    ring = ring_around(on_target, instances > 0)
     pose = info.position, info.R_camera_from_icrf, info.camera.intrinsics
-    full = saturated(exposure.digital.dn[on_target], info.camera.detector)
+    full = saturated(capture.digital.dn[on_target], info.camera.detector)
     snr = _signal_to_noise(electrons, info.camera)
     dark = ~full & (snr < DETECTION)
     count = int(on_target.sum())
@@ -114,7 +116,7 @@ def assess_frame(
     def share(mask: Mask) -> float:
         return float(mask.sum()) / max(count, 1)
 
-    mean = exposure.radiance.radiance[on_target].mean(axis=0) if count else np.zeros(4)
+    mean = capture.radiance.radiance[on_target].mean(axis=0) if count else np.zeros(4)
     r, g, b, n = (float(v) for v in mean)
     edges = np.concatenate([on_target[0], on_target[-1], on_target[:, 0], on_target[:, -1]])
     return FrameAssessment(
@@ -132,16 +134,16 @@ def assess_frame(
         backdrop=backdrop(ring, state, *pose),
         contrast=_contrast(electrons, image[ring]),
         mean_radiance=(r, g, b, n),
-        relative_flux=float(relative_flux(np.asarray(mean, dtype=np.float32))),
+        relative_flux=float(relative_flux(mean.astype(np.float32))),
         median_electrons=float(np.median(electrons)) if count else 0.0,
         bright_electrons=float(np.percentile(electrons, _BRIGHT)) if count else 0.0,
         full_electrons=full_electrons(info.camera),
-        better_exposure=_better_exposure(electrons, image[craft == 0], info.camera, criteria),
+        better_exposure=_better_exposure(electrons, image[instances == 0], info.camera, criteria),
     )
 
 
 def _signal_to_noise(electrons: Array, camera: Camera) -> Array:
-    """Of each pixel; a full one tells no more than that it is full."""
+    """Of each pixel; a full one counts as just full."""
     counted = np.minimum(electrons, full_electrons(camera))
     return counted / np.sqrt(counted + camera.detector.read_noise**2 + 1.0 / 12.0)
 
@@ -149,7 +151,7 @@ def _signal_to_noise(electrons: Array, camera: Camera) -> Array:
 def _better_exposure(
     target: Array, sky: Array32, camera: Camera, criteria: UsabilityCriteria
 ) -> float | None:
-    """Of the exposure time that it was; None where there is no target, or no limit."""
+    """Factor on the exposure time; None where there is no target, or no limit."""
     if target.size == 0:
         return None
     better = exposure_limits(target, sky, camera, criteria).time / camera.exposure_time

@@ -1,9 +1,10 @@
-"""The light along a trajectory: which stretches can be used, the worst of them, what would help."""
+"""Light along a trajectory: usable stretches, the worst epoch, and advice."""
 
 from __future__ import annotations
 
+import itertools
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,7 +45,7 @@ class Window:
 
 @dataclass(frozen=True, kw_only=True)
 class Timeline:
-    """What a trajectory's light comes to.
+    """Summary of a trajectory's light.
 
     shares : of all epochs, by verdict
     windows : stretches of one verdict, in order of time
@@ -62,11 +63,11 @@ class Timeline:
 
 # Stretches that a summary lists.
 _LISTED = 5
-# An advice is given where it would help at least this share of the epochs.
-_WORTH = 0.02
+# Advice is given where it would help at least this share of the epochs.
+_MIN_SHARE = 0.02
 
 
-def course(moments: Sequence[Moment]) -> Timeline:
+def timeline(moments: Sequence[Moment]) -> Timeline:
     """The summary of epochs in order of time, at least one."""
     counts = Counter(moment.verdict for moment in moments)
     windows = _windows(moments)
@@ -82,59 +83,45 @@ def course(moments: Sequence[Moment]) -> Timeline:
 
 
 def _windows(moments: Sequence[Moment]) -> list[Window]:
-    windows: list[Window] = []
-    for moment in moments:
-        if windows and windows[-1].verdict is moment.verdict:
-            last = windows[-1]
-            windows[-1] = Window(
-                verdict=last.verdict,
-                start_ns=last.start_ns,
-                stop_ns=moment.tai_ns,
-                epochs=last.epochs + 1,
-            )
-        else:
-            windows.append(
-                Window(
-                    verdict=moment.verdict,
-                    start_ns=moment.tai_ns,
-                    stop_ns=moment.tai_ns,
-                    epochs=1,
-                )
-            )
+    """Consecutive epochs of one verdict."""
+    windows = []
+    for verdict, group in itertools.groupby(moments, key=lambda moment: moment.verdict):
+        stretch = list(group)
+        start, stop = stretch[0].tai_ns, stretch[-1].tai_ns
+        windows.append(Window(verdict=verdict, start_ns=start, stop_ns=stop, epochs=len(stretch)))
     return windows
 
 
-def _advice(moments: Sequence[Moment]) -> list[str]:
-    found = []
+def _advice(moments: Sequence[Moment]) -> Iterator[str]:
+    """Sentences on what would help."""
+
+    def worth(some: Sequence[Moment]) -> str | None:
+        """Share of all epochs in words; None where it is too small for advice."""
+        share = len(some) / len(moments)
+        return f"{100.0 * share:.0f} % of the epochs" if share >= _MIN_SHARE else None
+
     for verdict, word in ((Verdict.TOO_BRIGHT, "shorter"), (Verdict.TOO_DARK, "longer")):
         lit = [m for m in moments if m.verdict is verdict and m.sunlight > 0.01]
         factors = [m.better_exposure for m in lit if m.better_exposure is not None]
-        if len(lit) >= _WORTH * len(moments) and factors:
+        if (share := worth(lit)) and factors:
             factor = float(np.median(factors))
             times = 1.0 / factor if factor < 1.0 else factor
             if (factor < 1.0) == (word == "shorter"):
-                found.append(
-                    f"{_share(lit, moments)} of the epochs are {verdict} in sunlight: an exposure "
-                    f"{times:.3g} times {word} would suit them."
+                yield (
+                    f"{share} are {verdict} in sunlight: an exposure {times:.3g} times {word} "
+                    "would suit them."
                 )
     dark = [m for m in moments if m.verdict is Verdict.TOO_DARK and m.sunlight <= 0.01]
-    if len(dark) >= _WORTH * len(moments):
-        found.append(
-            f"{_share(dark, moments)} of the epochs are too dark in the Earth's shadow: only a "
-            "lamp or other epochs would help."
+    if share := worth(dark):
+        yield (
+            f"{share} are too dark in the Earth's shadow: only a lamp or other epochs would help."
         )
-    confused = [m for m in moments if m.verdict is Verdict.CONFUSED]
-    if len(confused) >= _WORTH * len(moments):
-        found.append(
-            f"{_share(confused, moments)} of the epochs do not stand out from what is behind: "
-            "another direction of approach, or a background of space, would help."
+    if share := worth([m for m in moments if m.verdict is Verdict.CONFUSED]):
+        yield (
+            f"{share} do not stand out from what is behind: another direction of approach, or a "
+            "background of space, would help."
         )
     good = [m for m in moments if m.verdict is Verdict.GOOD]
     if good and len(good) < len(moments):
         low, high = np.degrees(np.percentile([m.phase_angle for m in good], [5, 95]))
-        found.append(f"Good epochs have phase angles of {low:.0f} to {high:.0f} deg.")
-    return found
-
-
-def _share(some: Sequence[Moment], all_of_them: Sequence[Moment]) -> str:
-    return f"{100.0 * len(some) / len(all_of_them):.0f} %"
+        yield f"Good epochs have phase angles of {low:.0f} to {high:.0f} deg."

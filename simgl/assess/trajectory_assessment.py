@@ -1,9 +1,9 @@
-"""A trajectory's assessment: a row for each epoch, in a table that a broken run goes on with."""
+"""A trajectory's assessment: a row for each epoch, in a table that lets a run be resumed."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,45 +13,50 @@ from simgl.assess.verdict import Verdict, verdict
 from simgl.errors import ConfigError, did_you_mean
 from simgl.output import check_writable
 from simgl.physics.ephemeris import utc_from_tai_ns
-from simgl.progress import ProgressCallback
+from simgl.progress import ProgressCallback, silent
 from simgl.scenario.scenario import Scenario
 from simgl.scene.usability_criteria import UsabilityCriteria
-from simgl.sequence.journal import Columns, Journal, Value
+from simgl.sequence.journal import Columns, Journal, Row, Value, run_missing
 from simgl.sequence.run_sequence import identity
 from simgl.simulator import Product, Simulator
-from simgl.workers.frame_job import Crew
+from simgl.workers.frame_job import Executor
 
 PRODUCTS = frozenset({Product.DN, Product.ELECTRONS, Product.RADIANCE, Product.TRUTH})
 
+# Columns after number, epoch, verdict and reasons: type, and value from the assessment.
+_QUANTITIES: dict[
+    str, tuple[type[str] | type[int] | type[float], Callable[[FrameAssessment], Value]]
+] = {
+    "range_m": (float, lambda a: a.range),
+    "phase_angle_deg": (float, lambda a: math.degrees(a.phase_angle)),
+    "sun_to_boresight_deg": (float, lambda a: math.degrees(a.sun_to_boresight)),
+    "sunlight": (float, lambda a: a.sunlight),
+    "backdrop": (str, lambda a: a.backdrop.value),
+    "target_pixels": (int, lambda a: a.target_pixels),
+    "cut_off": (int, lambda a: int(a.cut_off)),
+    "saturated": (float, lambda a: a.saturated),
+    "dark": (float, lambda a: a.dark),
+    "usable": (float, lambda a: a.usable),
+    "median_snr": (float, lambda a: a.median_snr),
+    "contrast": (float, lambda a: a.contrast),
+    "radiance_r_w_m2_sr": (float, lambda a: a.mean_radiance[0]),
+    "radiance_g_w_m2_sr": (float, lambda a: a.mean_radiance[1]),
+    "radiance_b_w_m2_sr": (float, lambda a: a.mean_radiance[2]),
+    "radiance_n_w_m2_sr": (float, lambda a: a.mean_radiance[3]),
+    "exitance_w_m2": (float, lambda a: a.exitance),
+    "relative_flux_w_m2": (float, lambda a: a.relative_flux),
+    "median_electrons": (float, lambda a: a.median_electrons),
+    "bright_electrons": (float, lambda a: a.bright_electrons),
+    "full_electrons": (float, lambda a: a.full_electrons),
+    "better_exposure": (float, lambda a: a.better_exposure),
+}
 COLUMNS: Columns = {
     "frame": int,
     "utc": str,
     "tai_ns": int,
     "verdict": str,
     "reasons": str,
-    "range_m": float,
-    "phase_angle_deg": float,
-    "sun_to_boresight_deg": float,
-    "sunlight": float,
-    "backdrop": str,
-    "target_pixels": int,
-    "cut_off": int,
-    "saturated": float,
-    "dark": float,
-    "usable": float,
-    "median_snr": float,
-    "contrast": float,
-    "radiance_r_w_m2_sr": float,
-    "radiance_g_w_m2_sr": float,
-    "radiance_b_w_m2_sr": float,
-    "radiance_n_w_m2_sr": float,
-    "exitance_w_m2": float,
-    "relative_flux_w_m2": float,
-    "median_electrons": float,
-    "bright_electrons": float,
-    "full_electrons": float,
-    "better_exposure": float,
-}
+} | {name: kind for name, (kind, _) in _QUANTITIES.items()}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,25 +73,32 @@ class Assignment:
 
     @property
     def limits(self) -> UsabilityCriteria:
-        """What a usable picture keeps."""
+        """Limits of a usable image."""
         return self.scenario.criteria
 
-    def take(self, simulator: Simulator, frame: int) -> dict[str, Value]:
+    def content(self) -> dict[str, Value]:
+        """Identity of the assessment, for its journal."""
+        return {
+            "camera": self.camera,
+            "target": self.target,
+            "criteria": repr(self.limits),
+        } | identity(self.scenario, self.epochs)
+
+    def render(self, simulator: Simulator, frame: int) -> Row:
         """The table's row of one epoch."""
         tai_ns = self.epochs[frame]
         state = self.scenario.at(tai_ns)
-        exposure = simulator.capture(state, self.camera, PRODUCTS)
-        return row_of(
-            frame, tai_ns, assess_frame(exposure, state, self.target, self.limits), self.limits
-        )
+        capture = simulator.capture(state, self.camera, PRODUCTS)
+        assessment = assess_frame(capture, state, self.target, self.limits)
+        return row_of(frame, tai_ns, assessment, self.limits)
 
 
 def assignment(
     scenario: Scenario, camera: str | None, target: str | None, epochs: Sequence[int]
 ) -> Assignment:
-    """What to assess, by the names given, or those of the scenario's criteria, or its first ones.
+    """What to assess: the camera and target given, else those of the criteria, else the first.
 
-    Raises ConfigError for names that are not there.
+    Raises ConfigError for names that the scenario does not have.
     """
     where = str(scenario.source or scenario.name)
     names = {}
@@ -108,77 +120,40 @@ def assignment(
 
 
 def run(
-    work: Assignment,
-    crew: Crew[dict[str, Value]],
-    folder: Path,
-    report: ProgressCallback | None = None,
-) -> list[dict[str, Value]]:
+    work: Assignment, executor: Executor[Row], folder: Path, progress: ProgressCallback = silent
+) -> list[Row]:
     """Assess every epoch that the folder's table does not hold yet.
 
-    report : told the epochs done and their number
+    progress : receives the epochs done and their number
     returns : all rows, in order
     Raises ConfigError for a folder that holds another assessment.
     """
     check_writable(folder)
-    plan: dict[str, Value] = {
-        "camera": work.camera,
-        "target": work.target,
-        "criteria": repr(work.limits),
-    }
-    content = plan | identity(work.scenario, work.epochs)
-    with Journal(folder, content, COLUMNS, keys=1) as journal:
+    with Journal(folder, work.content(), COLUMNS, keys=1) as journal:
         done = {key for (key,) in journal.done()}
         missing = [frame for frame in range(len(work.epochs)) if frame not in done]
-        if report is not None:
-            report(len(work.epochs) - len(missing), len(work.epochs))
-        if missing:
-            with crew as taking:
-                for count, row in enumerate(taking(missing), start=1):
-                    journal.add(row)
-                    if report is not None:
-                        report(len(work.epochs) - len(missing) + count, len(work.epochs))
+        run_missing(missing, len(work.epochs), executor, journal.add, progress)
         journal.export(folder / "frames.csv")
         return list(journal.rows())
 
 
-def row_of(
-    frame: int, tai_ns: int, found: FrameAssessment, limits: UsabilityCriteria
-) -> dict[str, Value]:
+def row_of(frame: int, tai_ns: int, assessment: FrameAssessment, limits: UsabilityCriteria) -> Row:
     """A row of the table."""
-    judged, reasons = verdict(found, limits)
-    values: list[Value] = [
-        frame,
-        utc_from_tai_ns(tai_ns),
-        tai_ns,
-        judged.value,
-        "; ".join(reasons),
-        found.range,
-        math.degrees(found.phase_angle),
-        math.degrees(found.sun_to_boresight),
-        found.sunlight,
-        found.backdrop.value,
-        found.target_pixels,
-        int(found.cut_off),
-        found.saturated,
-        found.dark,
-        found.usable,
-        found.median_snr,
-        found.contrast,
-        *found.mean_radiance,
-        found.exitance,
-        found.relative_flux,
-        found.median_electrons,
-        found.bright_electrons,
-        found.full_electrons,
-        found.better_exposure,
-    ]
-    return dict(zip(COLUMNS, values, strict=True))
+    kind, reasons = verdict(assessment, limits)
+    row: Row = {
+        "frame": frame,
+        "utc": utc_from_tai_ns(tai_ns),
+        "tai_ns": tai_ns,
+        "verdict": kind.value,
+        "reasons": "; ".join(reasons),
+    }
+    return row | {name: value(assessment) for name, (_, value) in _QUANTITIES.items()}
 
 
-def moments(rows: Sequence[dict[str, Value]]) -> list[Moment]:
-    """Rows of the table as epochs of a course."""
+def moments(rows: Sequence[Row]) -> list[Moment]:
+    """Rows of the table as epochs of a timeline."""
 
-    def number(row: dict[str, Value], name: str) -> float:
+    def number(row: Row, name: str) -> float:
         return float(row[name] or 0.0)
 
     return [
@@ -189,9 +164,7 @@ def moments(rows: Sequence[dict[str, Value]]) -> list[Moment]:
             sunlight=number(row, "sunlight"),
             usable=number(row, "usable"),
             median_snr=number(row, "median_snr"),
-            better_exposure=None
-            if row["better_exposure"] is None
-            else number(row, "better_exposure"),
+            better_exposure=None if (factor := row["better_exposure"]) is None else float(factor),
         )
         for row in rows
     ]

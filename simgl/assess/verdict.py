@@ -1,7 +1,8 @@
-"""The verdict on a picture of a target."""
+"""The verdict on an image of a target."""
 
 from __future__ import annotations
 
+import math
 from enum import StrEnum
 
 from simgl.assess.target_light import FrameAssessment
@@ -9,7 +10,7 @@ from simgl.scene.usability_criteria import UsabilityCriteria
 
 
 class Verdict(StrEnum):
-    """What a picture is worth."""
+    """What an image is worth."""
 
     GOOD = "good"
     NOT_IN_VIEW = "not in view"
@@ -18,23 +19,27 @@ class Verdict(StrEnum):
     CONFUSED = "confused with background"
 
 
-def verdict(found: FrameAssessment, limits: UsabilityCriteria) -> tuple[Verdict, tuple[str, ...]]:
-    """The verdict and its reasons, the weightiest first; none for a good picture."""
-    if found.target_pixels < limits.least_pixels:
-        reason = f"{found.target_pixels} pixels of the target, {limits.least_pixels} are needed"
-        return Verdict.NOT_IN_VIEW, (reason,)
+def verdict(
+    assessment: FrameAssessment, limits: UsabilityCriteria
+) -> tuple[Verdict, tuple[str, ...]]:
+    """The verdict and its reasons, the most important first; none for a good image."""
+    if assessment.target_pixels < limits.least_pixels:
+        text = f"{assessment.target_pixels} pixels of the target, {limits.least_pixels} are needed"
+        return Verdict.NOT_IN_VIEW, (text,)
     faults: list[tuple[Verdict, str]] = []
-    if found.saturated > limits.most_saturated:
-        text = f"{_percent(found.saturated)} saturated, {_percent(limits.most_saturated)} allowed"
+    if assessment.saturated > limits.most_saturated:
+        text = f"{_percent(assessment.saturated)} saturated, "
+        text += f"{_percent(limits.most_saturated)} allowed"
         faults.append((Verdict.TOO_BRIGHT, text))
-    if found.dark > limits.most_dark:
-        text = f"{_percent(found.dark)} in the noise, {_percent(limits.most_dark)} allowed"
+    if assessment.dark > limits.most_dark:
+        text = f"{_percent(assessment.dark)} in the noise, {_percent(limits.most_dark)} allowed"
         faults.append((Verdict.TOO_DARK, text))
-    if found.median_snr < limits.least_snr:
-        text = f"signal over noise {found.median_snr:.1f}, {limits.least_snr:g} is needed"
+    if assessment.median_snr < limits.least_snr:
+        text = f"signal over noise {assessment.median_snr:.1f}, {limits.least_snr:g} is needed"
         faults.append((Verdict.TOO_DARK, text))
-    if found.contrast is not None and found.contrast < limits.least_contrast:
-        text = f"contrast {found.contrast:.2f} to the background, {limits.least_contrast:g} needed"
+    if assessment.contrast is not None and assessment.contrast < limits.least_contrast:
+        text = f"contrast {assessment.contrast:.2f} to the background, "
+        text += f"{limits.least_contrast:g} needed"
         faults.append((Verdict.CONFUSED, text))
     if not faults:
         return Verdict.GOOD, ()
@@ -43,3 +48,28 @@ def verdict(found: FrameAssessment, limits: UsabilityCriteria) -> tuple[Verdict,
 
 def _percent(share: float) -> str:
     return f"{100.0 * share:.3g} %"
+
+
+def assessment_text(assessment: FrameAssessment, limits: UsabilityCriteria) -> str:
+    """The verdict and the assessment as lines for a terminal."""
+    a = assessment
+    kind, reasons = verdict(a, limits)
+    contrast = "no background" if a.contrast is None else f"{a.contrast:.2f}"
+    factor = a.better_exposure
+    exposure = "no light" if factor is None else f"{factor:.3g} times this one"
+    shares = " ".join(f"{100 * share:.1f} %" for share in (a.saturated, a.dark, a.usable))
+    lines = {
+        "verdict": ": ".join([kind.value, *(["; ".join(reasons)] if reasons else [])]),
+        "range": f"{a.range:.2f} m",
+        "phase angle": f"{math.degrees(a.phase_angle):.1f} deg",
+        "Sun to boresight": f"{math.degrees(a.sun_to_boresight):.1f} deg",
+        "sunlight on target": f"{100 * a.sunlight:.1f} %",
+        "behind the target": f"{a.backdrop.value}, contrast {contrast}",
+        "target's pixels": f"{a.target_pixels}{', cut off' if a.cut_off else ''}",
+        "saturated dark usable": shares,
+        "median signal/noise": f"{a.median_snr:.1f}",
+        "exitance": f"{a.exitance:.0f} W/m2 (pi x radiance, 400-1000 nm)",
+        "relative flux": f"{a.relative_flux:.0f} W/m2 (source study's definition)",
+        "better exposure": exposure,
+    }
+    return "\n".join(f"{name:<21} {text}" for name, text in lines.items())

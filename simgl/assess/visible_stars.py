@@ -1,4 +1,4 @@
-"""The stars that a picture ought to show: truth for star trackers."""
+"""The stars that an image should show: truth for star trackers."""
 
 from __future__ import annotations
 
@@ -12,17 +12,19 @@ from simgl.physics.constants import MOON_RADIUS
 from simgl.scene.state import SceneState
 from simgl.view.celestial import star_places
 
+Body = Literal["earth", "moon", "sun"]
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StarSeen:
-    """A catalogue star in a picture.
+    """A catalogue star in an image.
 
     hip : number in the Hipparcos catalogue
     magnitude : Johnson's V
     pixel : column and row; the centre of the first pixel is (0.5, 0.5)
     direction_icrf : (3,) unit, with proper motion, parallax and aberration
     irradiance : (4,) per band, facing the star [W m-2]
-    hidden_by : what stands before it, without the spacecraft; None where it is seen
+    hidden_by : the body that hides it, spacecraft not considered; None where it is seen
     """
 
     hip: int
@@ -30,13 +32,13 @@ class StarSeen:
     pixel: tuple[float, float]
     direction_icrf: Array
     irradiance: Array
-    hidden_by: Literal["earth", "moon", "sun"] | None
+    hidden_by: Body | None
 
 
 def stars_in_view(state: SceneState, camera: str) -> list[StarSeen]:
-    """The stars within a camera's picture, the brightest first.
+    """The stars within a camera's image, the brightest first.
 
-    Spacecraft in front are left to the picture's part ids. Empty where the scene has no stars.
+    For spacecraft in front see the capture's part ids. Empty where the scene has no stars.
     """
     pinhole = state.cameras[camera]
     places = star_places(state, pinhole)
@@ -44,10 +46,11 @@ def stars_in_view(state: SceneState, camera: str) -> list[StarSeen]:
         return []
     assert state.stars is not None
     catalogue = state.stars.catalogue
-    hidden = {
-        "sun": _behind_sun(state, pinhole.position, places.direction_icrf),
-        "moon": _behind_moon(state, pinhole.position, places.direction_icrf),
+    # The nearest body first: it is the one that hides a star behind several.
+    hidden: dict[Body, Mask] = {
         "earth": _behind_earth(state, pinhole.position, places.direction_icrf),
+        "moon": _behind_moon(state, pinhole.position, places.direction_icrf),
+        "sun": _behind_sun(state, pinhole.position, places.direction_icrf),
     }
     size = pinhole.camera.detector.width, pinhole.camera.detector.height
     seen = []
@@ -55,13 +58,6 @@ def stars_in_view(state: SceneState, camera: str) -> list[StarSeen]:
         x, y = (float(v) for v in places.pixels[i])
         if not (0.0 <= x < size[0] and 0.0 <= y < size[1]):
             continue
-        before: Literal["earth", "moon", "sun"] | None = None
-        if hidden["earth"][i]:
-            before = "earth"
-        elif hidden["moon"][i]:
-            before = "moon"
-        elif hidden["sun"][i]:
-            before = "sun"
         seen.append(
             StarSeen(
                 hip=int(catalogue.hip[row]),
@@ -69,7 +65,7 @@ def stars_in_view(state: SceneState, camera: str) -> list[StarSeen]:
                 pixel=(x, y),
                 direction_icrf=places.direction_icrf[i],
                 irradiance=catalogue.irradiance[row],
-                hidden_by=before,
+                hidden_by=next((body for body, behind in hidden.items() if behind[i]), None),
             )
         )
     return seen

@@ -20,7 +20,7 @@ from simgl.scenario.scenario import Scenario
 from simgl.scene.spacecraft import SpacecraftModel
 
 _WAYS = ("direction", "azimuth_deg", "phase_angle_deg")
-# What a value may be, where that is not everything.
+# Limits of values, where there are any.
 _LIMITS = {
     "range_m": (1e-3, 1e9),
     "elevation_deg": (-90.0, 90.0),
@@ -37,13 +37,13 @@ _LIMITS = {
 
 @dataclass(frozen=True, kw_only=True)
 class Campaign:
-    """Frames of one scene, each drawn at random.
+    """Randomised frames of one scenario.
 
     write : kinds of files of each frame
-    drawn : by key of ``[draw]``
+    drawn : distributions by key of ``[draw]``
     joints, lamps : of the target [deg] or [m], and factors on the power of lamps, by name
-    sphere : the camera may lie anywhere about the target
-    any_attitude : the target may be turned in any way
+    sphere : the camera may be in any direction from the target
+    any_attitude : the target may have any attitude
     digest : of everything that a frame depends on
     """
 
@@ -128,9 +128,9 @@ _NUMBERS = (
 def _joints(
     drawn: Mapping[str, Drawn], model: SpacecraftModel, where: str, key: str, *, slides: bool
 ) -> dict[str, Distribution]:
-    """Of a key's joints, in its unit."""
+    """Distributions of one key's joints, in its unit."""
     joints = {joint.name: joint for joint in model.joints}
-    found = {}
+    distributions = {}
     for name, given in drawn.items():
         if name not in joints:
             problem = f"{shown(name)} {unknown_joint(name, model.joints)}"
@@ -140,8 +140,8 @@ def _joints(
             raise ConfigError(where, f"{key}.{name}", f"{shown(name)} {way}")
         scale = 1.0 if slides else math.degrees(1.0)
         limits = tuple(scale * limit for limit in joints[name].limits)
-        found[name] = _distribution(given, where, f"{key}.{name}", limits)
-    return found
+        distributions[name] = _distribution(given, where, f"{key}.{name}", limits)
+    return distributions
 
 
 def _named(where: str, kind: str, given: str | None, known: list[str]) -> str:
@@ -166,20 +166,21 @@ def _check_ways(table: DrawTable, where: str) -> None:
 def _distribution(
     given: Drawn, where: str, key: str, limits: tuple[float, ...] | None
 ) -> Distribution:
-    found = _from_table(given, where, key)
+    distribution = _from_table(given, where, key)
     if limits is None:
-        return found
+        return distribution
     low, high = limits
     if not isinstance(given, float | int) and given.normal is not None:
-        # Without ends: what lies outside is drawn again.
+        # A normal distribution has no ends: values outside the limits are drawn again.
         mean, _ = given.normal
         if low <= mean <= high:
-            return draws.Distribution(found.quantile, low, high)
+            return draws.Distribution(distribution.quantile, low, high)
         raise ConfigError(where, key, f"must have its mean in {low:g}..{high:g}, got {mean:g}")
-    if found.low < low or found.high > high:
-        got = f"{found.low:g}" if found.low == found.high else f"{found.low:g}..{found.high:g}"
+    first, last = distribution.low, distribution.high
+    if first < low or last > high:
+        got = f"{first:g}" if first == last else f"{first:g}..{last:g}"
         raise ConfigError(where, key, f"must lie in {low:g}..{high:g}, got {got}")
-    return found
+    return distribution
 
 
 def _from_table(given: Drawn, where: str, key: str) -> Distribution:
@@ -187,8 +188,8 @@ def _from_table(given: Drawn, where: str, key: str) -> Distribution:
         return draws.choice((float(given),))
     ways = [w for w in given.__struct_fields__ if getattr(given, w) is not None]
     if len(ways) != 1:
-        found = " and ".join(ways) or "none"
-        problem = f"needs exactly one of uniform, log_uniform, normal, choice; got {found}"
+        got = " and ".join(ways) or "none"
+        problem = f"needs exactly one of uniform, log_uniform, normal, choice; got {got}"
         raise ConfigError(where, key, problem)
     if given.normal is not None:
         if given.normal[1] < 0.0:

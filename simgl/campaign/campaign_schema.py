@@ -1,4 +1,4 @@
-"""What a campaign file may say: every table, key, unit and limit."""
+"""Schema of a campaign file: every table, key, unit and limit."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from msgspec import Meta, field
 
 from simgl.config.value_types import Table
 
-# As many frames as one campaign may have.
-MOST_FRAMES = 10_000_000
+# Of one campaign.
+MAX_FRAMES = 10_000_000
 
 
 class DrawnTable(Table, frozen=True, kw_only=True):
-    """How a value is drawn; exactly one of these.
+    """Distribution of a value; exactly one of these.
 
     uniform, log_uniform : between two limits
     normal : mean and standard deviation
-    choice : one of these, each as likely
+    choice : one of these, equally likely
     """
 
     uniform: tuple[float, float] | None = None
@@ -26,27 +26,27 @@ class DrawnTable(Table, frozen=True, kw_only=True):
     choice: Annotated[tuple[float, ...], Meta(min_length=1)] | None = None
 
 
-# A plain number is the same in every frame.
+# A number is the same in every frame.
 Drawn = float | DrawnTable
 
 
 class DrawTable(Table, frozen=True, kw_only=True):
-    """``[draw]``: what differs from frame to frame; all else is as in the scenario.
+    """``[draw]``: values that differ from frame to frame; all else is as in the scenario.
 
     epoch_offset_s : from the scenario's epoch
     range_m : of the camera from the origin of the target's body
     direction : "sphere", to the camera anywhere about the target; or ``azimuth_deg`` and
         ``elevation_deg`` in the target's LVLH axes, as of a camera ``about`` it; or
         ``phase_angle_deg`` between the directions to the Sun and to the camera
-    attitude : of the target: "uniform" over all rotations; or ``attitude_error_deg``, a turn by so
-        much about any axis
+    attitude : of the target: "uniform" over all rotations; or ``attitude_error_deg``, a rotation
+        by that angle about a random axis
     roll_deg : of the camera about its boresight
-    offset_x, offset_y : where the target's origin lies, from the middle of the picture in halves of
-        it; a lens's distortion is left out of account
-    target_rate_deg_s, camera_rate_deg_s : each turns about any axis while the shutter is open
-    relative_speed_m_s : of the camera past the target, in any direction, likewise
+    offset_x, offset_y : of the target's origin from the middle of the image, in halves of its width
+        and height; lens distortion is not considered
+    target_rate_deg_s, camera_rate_deg_s : about random axes while the shutter is open
+    relative_speed_m_s : of the camera past the target, in a random direction, likewise
     exposure_time_s, f_number : of the camera
-    joints_deg, joints_m : of the target's hinges and rails, by name
+    joints_deg, joints_m : of the target's hinges and sliders, by name
     lamp_power : factor on the power of lamps, by name
     """
 
@@ -76,13 +76,13 @@ class CampaignTable(Table, frozen=True, kw_only=True):
 
     scenario : path, from the campaign file's folder
     frames : how many
-    seed : of all that is drawn, and of the noise
+    seed : of all random values, and of the noise
     camera, target : if omitted the scenario's first ones
     write : files of each frame; labels name the first kind
     """
 
     scenario: str
-    frames: Annotated[int, Meta(ge=1, le=MOST_FRAMES)]
+    frames: Annotated[int, Meta(ge=1, le=MAX_FRAMES)]
     seed: Annotated[int, Meta(ge=0, le=2**32 - 1)] = 0
     camera: str | None = None
     target: str | None = None

@@ -1,4 +1,4 @@
-"""The scene of one frame of a campaign: the scenario's, with what is drawn put into it."""
+"""The scene of one frame of a campaign: the scenario with the frame's random values."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from simgl.motion.mounts import BodyMount, OrbitingMount, at_rest, camera_pose
 from simgl.physics.frames import Pose, camera_from_directions, rotation_between, unit
 from simgl.scene.state import CameraState, SceneState
 
-# Frames that cannot be, such as one with the camera inside the target, are drawn again.
-ATTEMPTS = 1000
+# Impossible frames, such as one with the camera inside the target, are drawn again.
+MAX_ATTEMPTS = 1000
 _RATES = ("target_rate_deg_s", "camera_rate_deg_s", "relative_speed_m_s")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FrameScene:
-    """What one frame is a picture of.
+    """The scene of one frame.
 
-    during : the scene at epochs [TAI ns] while the shutter is open; None where it stands still
-    seed : of its noise
+    during : the scene at epochs [TAI ns] while the shutter is open; None where nothing moves
+    seed : of the frame's noise
     """
 
     frame: int
@@ -38,11 +38,11 @@ class FrameScene:
 
 
 def frame_scene(campaign: Campaign, frame: int) -> FrameScene:
-    """The scene of a frame; the same one whenever it is asked for.
+    """The scene of a frame, always the same for a campaign and a number.
 
-    Raises ConfigError where no attempt gives a possible one.
+    Raises ConfigError where no attempt gives a possible scene.
     """
-    for attempt in range(ATTEMPTS):
+    for attempt in range(MAX_ATTEMPTS):
         draw = Draw(campaign.seed, frame, attempt)
         values = _values(campaign, draw)
         if values is None:
@@ -52,7 +52,7 @@ def frame_scene(campaign: Campaign, frame: int) -> FrameScene:
         if not any(body.encloses(camera.position) for body in state.bodies.values()):
             during = _during(campaign, draw, values, state)
             return FrameScene(frame=frame, state=state, during=during, seed=draw.word("noise"))
-    problem = f"gives no possible scene for frame {frame} in {ATTEMPTS} attempts"
+    problem = f"gives no possible scene for frame {frame} in {MAX_ATTEMPTS} attempts"
     raise ConfigError(str(campaign.source), "draw", problem)
 
 
@@ -64,30 +64,30 @@ class _Values:
 
 
 def _values(campaign: Campaign, draw: Draw) -> _Values | None:
-    """What is drawn as numbers; None where one of them lies outside its limits."""
+    """The random values; None where one of them lies outside its limits."""
 
     def drawn(prefix: str, table: Mapping[str, Distribution]) -> dict[str, float]:
         return {name: given.at(draw, prefix + name) for name, given in table.items()}
 
     tables = {"": campaign.drawn, "joint ": campaign.joints, "lamp ": campaign.lamps}
-    found = [drawn(prefix, table) for prefix, table in tables.items()]
-    for values, table in zip(found, tables.values(), strict=True):
+    drawn_values = [drawn(prefix, table) for prefix, table in tables.items()]
+    for values, table in zip(drawn_values, tables.values(), strict=True):
         if any(not table[n].low <= value <= table[n].high for n, value in values.items()):
             return None
-    return _Values(*found)
+    return _Values(*drawn_values)
 
 
 def _during(
     campaign: Campaign, draw: Draw, values: _Values, state: SceneState
 ) -> Callable[[int], SceneState] | None:
-    """The scene of a frame while its shutter is open, where anything drawn sets it in motion."""
+    """The scene of a frame while its shutter is open; None where no rate is drawn."""
     if not any(values.plain.get(name) for name in _RATES):
         return None
     return lambda tai_ns: _state(campaign, draw, values, 1e-9 * (tai_ns - state.tai_ns))
 
 
 def _state(campaign: Campaign, draw: Draw, values: _Values, after: float = 0.0) -> SceneState:
-    """The scene some time [s] after mid-exposure. Sun, sky and joints stay as they are then."""
+    """The scene some time [s] after mid-exposure; Sun, sky and joints as at mid-exposure."""
     scenario, drawn = campaign.scenario, values.plain
     tai_ns = scenario.epoch_tai_ns + round(1e9 * drawn.get("epoch_offset_s", 0.0))
     poses = scenario.poses(tai_ns)
@@ -111,7 +111,7 @@ def _state(campaign: Campaign, draw: Draw, values: _Values, after: float = 0.0) 
 
 
 def _turn_rate(draw: Draw, drawn: Mapping[str, float], name: str) -> Array:
-    """(3,) in the axes of what turns [rad s-1]."""
+    """(3,) in the axes of the rotating body [rad s-1]."""
     return math.radians(drawn.get(name, 0.0)) * direction(draw, f"{name} axis")
 
 
@@ -123,30 +123,30 @@ def _coasted(
     poses: Mapping[str, Pose],
     after: float,
 ) -> tuple[CameraState, dict[str, Pose]]:
-    """The camera and all spacecraft some time [s] on their way."""
+    """The camera and all spacecraft, moved for some time [s]."""
     target = poses[campaign.target]
-    there = {n: replace(p, position=p.position + after * p.velocity) for n, p in poses.items()}
+    moved = {n: replace(p, position=p.position + after * p.velocity) for n, p in poses.items()}
     turn = Rotation.from_rotvec(after * _turn_rate(draw, drawn, "target_rate_deg_s")).as_matrix()
     R_icrf_from_body = target.R_icrf_from_body @ turn
-    there[campaign.target] = replace(there[campaign.target], R_icrf_from_body=R_icrf_from_body)
+    moved[campaign.target] = replace(moved[campaign.target], R_icrf_from_body=R_icrf_from_body)
     past = drawn.get("relative_speed_m_s", 0.0) * direction(draw, "relative_speed_m_s direction")
     turn = Rotation.from_rotvec(-after * _turn_rate(draw, drawn, "camera_rate_deg_s")).as_matrix()
-    moved = replace(
+    moved_camera = replace(
         camera,
         position=camera.position + after * (target.velocity + past),
         R_camera_from_icrf=turn @ camera.R_camera_from_icrf,
     )
     mount = campaign.scenario.mounts[campaign.camera]
     if isinstance(mount, BodyMount):
-        # The craft that carries the camera is rigid with it.
+        # The spacecraft that carries the camera is rigid with it.
         carrier = poses[mount.spacecraft]
-        R_then_from_now = moved.R_camera_from_icrf.T @ camera.R_camera_from_icrf
-        there[mount.spacecraft] = replace(
+        R_then_from_now = moved_camera.R_camera_from_icrf.T @ camera.R_camera_from_icrf
+        moved[mount.spacecraft] = replace(
             carrier,
-            position=moved.position + R_then_from_now @ (carrier.position - camera.position),
+            position=moved_camera.position + R_then_from_now @ (carrier.position - camera.position),
             R_icrf_from_body=R_then_from_now @ carrier.R_icrf_from_body,
         )
-    return moved, there
+    return moved_camera, moved
 
 
 def _camera(camera: Camera, drawn: Mapping[str, float]) -> Camera:
@@ -171,7 +171,7 @@ def _turned(campaign: Campaign, draw: Draw, drawn: Mapping[str, float], pose: Po
 def _placed(
     campaign: Campaign, draw: Draw, drawn: Mapping[str, float], state: SceneState
 ) -> CameraState:
-    """The camera where it is drawn; as it is where neither its place nor its pointing are."""
+    """The camera at its random place and pointing; unchanged where neither is drawn."""
     camera = state.cameras[campaign.camera]
     moving = {"range_m", "azimuth_deg", "phase_angle_deg", "roll_deg", "offset_x", "offset_y"}
     if not campaign.sphere and not moving & drawn.keys():

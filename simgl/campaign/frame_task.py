@@ -1,4 +1,4 @@
-"""One frame of a campaign: its files as bytes, its row of the table."""
+"""One frame of a campaign: its files as bytes, and its row of the table."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import hashlib
 import json
 import math
 import tempfile
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -15,13 +15,13 @@ import numpy as np
 from simgl.arrays import Image8
 from simgl.campaign.campaign_file import Campaign
 from simgl.campaign.frame_scene import FrameScene, frame_scene
-from simgl.campaign.labels import craft_labels, pose_in_camera
+from simgl.campaign.labels import pose_in_camera, spacecraft_labels
 from simgl.images import DigitalFrame, png_bytes, saturated
 from simgl.output import write_dn_png, write_exr, write_view_png
 from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.physics.frames import quaternion_from_matrix, unit
 from simgl.scenario.scenario import Scenario
-from simgl.sequence.journal import Columns, Value
+from simgl.sequence.journal import Columns, Row, Value
 from simgl.simulator import Capture, Product, Simulator
 
 COLUMNS: Columns = {
@@ -52,41 +52,50 @@ COLUMNS: Columns = {
 }
 KEYS = 1
 
-SUFFIXES = {"dn8": "png", "dn16": "png", "view": "png", "exr": "exr"}
+_SUFFIXES = {"dn8": "png", "dn16": "png", "view": "png", "exr": "exr"}
 
 
 @dataclass(frozen=True, kw_only=True)
-class Taken:
+class RenderedFrame:
     """A finished frame.
 
     files : content by path below the campaign's folder
     row : by ``COLUMNS``
     """
 
-    frame: int
     files: Mapping[str, bytes]
-    row: Mapping[str, Value]
+    row: Row
 
 
 @dataclass(frozen=True, kw_only=True)
 class CampaignJob:
-    """A campaign as a crew takes it."""
+    """A campaign as a job for workers."""
 
     campaign: Campaign
 
     @property
     def scenario(self) -> Scenario:
-        """The base of all frames."""
+        """Scenario that the simulators are opened for."""
         return self.campaign.scenario
 
-    def take(self, simulator: Simulator, frame: int) -> Taken:
-        """One frame."""
-        return take(self.campaign, simulator, frame)
+    def render(self, simulator: Simulator, frame: int) -> RenderedFrame:
+        """A frame's random scene, rendered; the same bytes on any worker at any time."""
+        campaign = self.campaign
+        scene = frame_scene(campaign, frame)
+        products = {Product.DN, Product.TRUTH}
+        if {"view", "exr"} & set(campaign.write):
+            products.add(Product.RADIANCE)
+        capture = simulator.capture(
+            scene.state, campaign.camera, products, during=scene.during, seed=scene.seed
+        )
+        files = {file_name(kind, frame): _content(kind, capture) for kind in campaign.write}
+        files[label_name(frame)] = json.dumps(_labels(campaign, scene, capture), indent=1).encode()
+        return RenderedFrame(files=files, row=_row(campaign, scene, capture))
 
 
 def file_name(kind: str, frame: int) -> str:
     """Path of a frame's file below the campaign's folder."""
-    return f"{kind}/{frame:06d}.{SUFFIXES[kind]}"
+    return f"{kind}/{frame:06d}.{_SUFFIXES[kind]}"
 
 
 def label_name(frame: int) -> str:
@@ -94,54 +103,32 @@ def label_name(frame: int) -> str:
     return f"labels/{frame:06d}.json"
 
 
-def take(campaign: Campaign, simulator: Simulator, frame: int) -> Taken:
-    """Draw a frame's scene and take its picture; the same bytes whoever does it, and when."""
-    scene = frame_scene(campaign, frame)
-    products = {Product.DN, Product.TRUTH}
-    if {"view", "exr"} & set(campaign.write):
-        products.add(Product.RADIANCE)
-    exposure = simulator.capture(
-        scene.state, campaign.camera, products, during=scene.during, seed=scene.seed
-    )
-    files = {file_name(kind, frame): _content(kind, exposure) for kind in campaign.write}
-    labels = _labels(campaign, scene, exposure)
-    files[label_name(frame)] = json.dumps(labels, indent=1).encode()
-    return Taken(frame=frame, files=files, row=_row(campaign, scene, exposure))
-
-
 def eight_bits(frame: DigitalFrame) -> Image8:
     """(height, width) the eight leading bits of the digital numbers."""
-    return np.asarray(frame.dn >> (frame.info.camera.detector.bits - 8), dtype=np.uint8)
+    return (frame.dn >> (frame.info.camera.detector.bits - 8)).astype(np.uint8)
 
 
-def _content(kind: str, exposure: Capture) -> bytes:
-    digital, radiance = exposure.digital, exposure.radiance
+def _content(kind: str, capture: Capture) -> bytes:
+    """The bytes of one kind of file."""
+    digital, radiance = capture.digital, capture.radiance
     assert digital is not None
     if kind == "dn8":
         return png_bytes(eight_bits(digital))
-
-    def write_radiance(path: Path) -> None:
-        assert radiance is not None
-        if kind == "exr":
-            write_exr(path, radiance, exposure.truth)
-        else:
-            write_view_png(path, radiance)
-
-    if kind == "dn16":
-        return _written(kind, lambda path: write_dn_png(path, digital))
-    return _written(kind, write_radiance)
-
-
-def _written(kind: str, write: Callable[[Path], None]) -> bytes:
-    """What a writer of files writes."""
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / f"frame.{SUFFIXES[kind]}"
-        write(path)
+        path = Path(folder) / f"frame.{_SUFFIXES[kind]}"
+        if kind == "dn16":
+            write_dn_png(path, digital)
+        else:
+            assert radiance is not None
+            if kind == "exr":
+                write_exr(path, radiance, capture.truth)
+            else:
+                write_view_png(path, radiance)
         return path.read_bytes()
 
 
-def _labels(campaign: Campaign, scene: FrameScene, exposure: Capture) -> dict[str, object]:
-    info, truth = exposure.info, exposure.truth
+def _labels(campaign: Campaign, scene: FrameScene, capture: Capture) -> dict[str, object]:
+    info, truth = capture.info, capture.truth
     assert truth is not None
     detector = info.camera.detector
     return {
@@ -151,36 +138,15 @@ def _labels(campaign: Campaign, scene: FrameScene, exposure: Capture) -> dict[st
         "width_px": detector.width,
         "height_px": detector.height,
         "sun_direction_camera": (info.R_camera_from_icrf @ info.sun_direction_icrf).tolist(),
-        "spacecraft": [
-            {
-                "name": label.name,
-                "model": label.model,
-                "q_camera_from_body_xyzw": label.q_camera_from_body_xyzw,
-                "position_camera_m": label.position,
-                "box_px": label.box,
-                "pixels": label.pixels,
-                "cut_off": label.cut_off,
-                "mask_run_lengths": label.mask,
-                "keypoints": [
-                    {
-                        "name": point.name,
-                        "x_px": None if math.isnan(point.x) else point.x,
-                        "y_px": None if math.isnan(point.y) else point.y,
-                        "visibility": int(point.visibility),
-                    }
-                    for point in label.keypoints
-                ],
-            }
-            for label in craft_labels(truth, scene.state)
-        ],
+        "spacecraft": [asdict(label) for label in spacecraft_labels(truth, scene.state)],
     }
 
 
-def _row(campaign: Campaign, scene: FrameScene, exposure: Capture) -> dict[str, Value]:
-    info, state = exposure.info, scene.state
-    assert exposure.digital is not None
-    assert exposure.truth is not None
-    dn = exposure.digital.dn
+def _row(campaign: Campaign, scene: FrameScene, capture: Capture) -> Row:
+    info, state = capture.info, scene.state
+    assert capture.digital is not None
+    assert capture.truth is not None
+    dn = capture.digital.dn
     body = state.bodies[campaign.target]
     sun = state.sun.seen_from(body.pose.position).direction_icrf
     towards = unit(info.position - body.pose.position)
@@ -200,7 +166,7 @@ def _row(campaign: Campaign, scene: FrameScene, exposure: Capture) -> dict[str, 
         *position.tolist(),
         *quaternion_from_matrix(R).tolist(),
         *(info.R_camera_from_icrf @ info.sun_direction_icrf).tolist(),
-        int((exposure.truth.instance == instance).sum()),
+        int((capture.truth.instance == instance).sum()),
         int(saturated(dn, info.camera.detector).sum()),
         hashlib.sha256(np.ascontiguousarray(dn).tobytes()).hexdigest(),
         info.renderer,

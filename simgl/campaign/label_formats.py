@@ -1,4 +1,4 @@
-"""The labels of a whole campaign in forms that others read: COCO, and SPEED's."""
+"""The labels of a campaign in the formats of COCO and SPEED+."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ def stored_labels(folder: Path, frames: int) -> Iterator[Labels]:
 def write_coco(
     path: Path, labels: Iterable[Labels], models: Mapping[str, SpacecraftModel], description: str
 ) -> None:
-    """COCO's object keypoints and instances: one category a spacecraft, masks as run lengths.
+    """COCO's object keypoints and instances: one category per spacecraft, masks as run lengths.
 
-    Boxes and keypoints count pixels from the picture's top left corner, where a pixel's centre lies
-    half a pixel in. A keypoint past the edge is 0, 0, 0.
+    Boxes and keypoints count pixels from the image's top left corner; the centre of the first pixel
+    is (0.5, 0.5). A keypoint outside the image is 0, 0, 0.
     """
     categories = {name: number for number, name in enumerate(models, start=1)}
     images: list[Labels] = []
@@ -38,17 +38,17 @@ def write_coco(
         images.append(
             {"id": one["frame"], "file_name": one["file"], "height": size[0], "width": size[1]}
         )
-        for craft in one["spacecraft"]:
-            points = craft["keypoints"]
+        for label in one["spacecraft"]:
+            points = label["keypoints"]
             annotations.append(
                 {
                     "id": len(annotations) + 1,
                     "image_id": one["frame"],
-                    "category_id": categories[craft["name"]],
-                    "bbox": craft["box_px"],
-                    "area": craft["pixels"],
+                    "category_id": categories[label["name"]],
+                    "bbox": label["box_px"],
+                    "area": label["pixels"],
                     "iscrowd": 0,
-                    "segmentation": {"size": size, "counts": craft["mask_run_lengths"]},
+                    "segmentation": {"size": size, "counts": label["mask_run_lengths"]},
                     "keypoints": [value for point in points for value in _coco_point(point)],
                     "num_keypoints": sum(point["visibility"] > 0 for point in points),
                 }
@@ -78,12 +78,12 @@ def _coco_point(point: Mapping[str, Any]) -> tuple[float, float, int]:
 
 
 def write_speed(path: Path, rows: Iterable[Mapping[str, Value]]) -> None:
-    """The target's pose in every frame, by the names of the SPEED+ data set.
+    """The target's pose in every frame, with the names of the SPEED+ data set.
 
     ``r_Vo2To_vbs_true`` is the origin of the target's body in camera axes [m]. A point p of the
-    body lies at r + R(q) p in camera axes, with R(q) the rotation of the Hamilton quaternion q, its
-    scalar first. (The data set's own tools form the transpose of R from q, and transpose it again
-    before they project.) Camera axes are ours: z boresight, x right, y down.
+    body is at r + R(q) p in camera axes, with R(q) the rotation of the Hamilton quaternion q,
+    scalar first. (SPEED's tools build R(q) transposed and transpose it again before projecting.)
+    Camera axes: z boresight, x right, y down.
     """
     content = [
         {
@@ -97,12 +97,14 @@ def write_speed(path: Path, rows: Iterable[Mapping[str, Value]]) -> None:
 
 
 def write_camera(path: Path, camera: Camera) -> None:
-    """The camera by the names of SPEED+'s ``camera.json``: pixels and metres, and OpenCV's
-    distortion (k1, k2, p1, p2, k3, k4, k5, k6)."""
+    """The camera with the names of SPEED+'s ``camera.json``, in pixels and metres.
+
+    Distortion is OpenCV's (k1, k2, p1, p2, k3, k4, k5, k6).
+    """
     d, lens = camera.detector, camera.lens
-    turns: Sequence[float] = [0.0] * 5
-    if (bent := lens.distortion) is not None:
-        turns = [bent.k1, bent.k2, bent.p1, bent.p2, bent.k3, bent.k4, bent.k5, bent.k6]
+    coefficients: Sequence[float] = [0.0] * 5
+    if (k := lens.distortion) is not None:
+        coefficients = [k.k1, k.k2, k.p1, k.p2, k.k3, k.k4, k.k5, k.k6]
     content = {
         "Nu": d.width,
         "Nv": d.height,
@@ -113,7 +115,7 @@ def write_camera(path: Path, camera: Camera) -> None:
         "ccx": 0.5 * d.width,
         "ccy": 0.5 * d.height,
         "cameraMatrix": camera.intrinsics.tolist(),
-        "distCoeffs": list(turns),
+        "distCoeffs": list(coefficients),
     }
     _write(path, content)
 

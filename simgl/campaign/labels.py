@@ -1,10 +1,11 @@
-"""What a frame shows, to learn from: pose, box, keypoints with visibility, masks.
+"""Labels of a frame for training: pose, box, keypoints with visibility, masks.
 
 Pixel coordinates have the centre of the pixel in column i, row j at (i + 0.5, j + 0.5).
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
@@ -17,15 +18,15 @@ from simgl.physics.frames import quaternion_from_matrix
 from simgl.rays import ray_tracer
 from simgl.scene.state import BodyState, SceneState
 
-# A keypoint lies on its surface to within this share of the craft's bounding sphere.
+# Largest distance of a keypoint from its surface, as a share of the radius of the bounding sphere.
 ON_SURFACE = 0.005
 
 
 class Visibility(IntEnum):
-    """Of a keypoint, by COCO's numbers: past the picture's edge, hidden by a craft, or seen.
+    """Of a keypoint, by COCO's numbers: outside the image, hidden by a spacecraft, or seen.
 
-    A keypoint in shadow, or of a craft hidden by the Earth's limb, counts as seen where no
-    spacecraft stands before it.
+    A keypoint in shadow, or of a spacecraft hidden by the Earth's limb, counts as seen where no
+    spacecraft is in front of it.
     """
 
     OUTSIDE = 0
@@ -35,39 +36,39 @@ class Visibility(IntEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Keypoint:
-    """x, y [pixels]; visibility."""
+    """A named point in an image; None behind the camera."""
 
     name: str
-    x: float
-    y: float
+    x_px: float | None
+    y_px: float | None
     visibility: Visibility
 
 
 @dataclass(frozen=True, kw_only=True)
 class SpacecraftLabel:
-    """A spacecraft in a picture.
+    """A spacecraft in an image; fields are named as in the files of labels.
 
-    q_camera_from_body_xyzw, position : of the body frame in camera axes; [m]
-    box : x, y, width, height of the pixels whose centre sees it [pixels]; None where none does
+    q_camera_from_body_xyzw, position_camera_m : of the body frame in camera axes
+    box_px : x, y, width, height of the pixels whose centre sees it
     pixels : their number
-    cut_off : they touch the picture's edge
-    mask : their run lengths down the columns from the top left, of pixels without and with it in
-        turn
+    cut_off : they touch the image's edge
+    mask_run_lengths : their run lengths down the columns from the top left, alternating between
+        pixels without and with it
     """
 
     name: str
     model: str
     q_camera_from_body_xyzw: tuple[float, float, float, float]
-    position: tuple[float, float, float]
-    box: tuple[int, int, int, int] | None
+    position_camera_m: tuple[float, float, float]
+    box_px: tuple[int, int, int, int]
     pixels: int
     cut_off: bool
-    mask: tuple[int, ...]
+    mask_run_lengths: tuple[int, ...]
     keypoints: tuple[Keypoint, ...]
 
 
 def run_lengths(mask: Mask) -> tuple[int, ...]:
-    """Run lengths down the columns of a mask, the first of pixels that are not in it (COCO)."""
+    """Run lengths down the columns of a mask, the first of pixels outside it (COCO)."""
     flat = mask.ravel(order="F")
     changes = np.flatnonzero(flat[1:] != flat[:-1]) + 1
     edges = np.concatenate([[0], changes, [flat.size]])
@@ -75,7 +76,7 @@ def run_lengths(mask: Mask) -> tuple[int, ...]:
     return tuple([0, *runs] if flat.size and flat[0] else runs)
 
 
-def craft_labels(truth: TruthFrame, state: SceneState) -> tuple[SpacecraftLabel, ...]:
+def spacecraft_labels(truth: TruthFrame, state: SceneState) -> tuple[SpacecraftLabel, ...]:
     """The labels of every spacecraft that the camera sees a pixel of."""
     info, instances = truth.info, truth.instance
     labels = []
@@ -103,11 +104,11 @@ def _label(
         name=name,
         model=body.model.name,
         q_camera_from_body_xyzw=(qx, qy, qz, qw),
-        position=(x, y, z),
-        box=(left, top, int(columns[-1]) - left + 1, int(rows[-1]) - top + 1),
+        position_camera_m=(x, y, z),
+        box_px=(left, top, int(columns[-1]) - left + 1, int(rows[-1]) - top + 1),
         pixels=int(mask.sum()),
         cut_off=bool(edges.any()),
-        mask=run_lengths(mask),
+        mask_run_lengths=run_lengths(mask),
         keypoints=keypoints(info, bodies, name),
     )
 
@@ -125,7 +126,7 @@ def keypoints(info: FrameInfo, bodies: Mapping[str, BodyState], name: str) -> tu
     """The keypoints of one spacecraft.
 
     Each is hidden where the straight line to the pinhole meets any spacecraft. The line starts
-    ``ON_SURFACE`` off, for the surface that the keypoint lies on must not hide it.
+    ``ON_SURFACE`` away, so that the surface that the keypoint lies on does not hide it.
     """
     body = bodies[name]
     if not body.model.keypoints:
@@ -136,21 +137,29 @@ def keypoints(info: FrameInfo, bodies: Mapping[str, BodyState], name: str) -> tu
     seen = info.camera.project(places @ R.T + origin)
     inside = np.all((seen >= 0.0) & (seen < [d.width, d.height]), axis=1)
     hidden = _hidden(info.position, places, body, bodies)
-    found = []
+    labelled = []
     for key, (x, y), within, behind in zip(
         body.model.keypoints, seen.tolist(), inside, hidden, strict=True
     ):
         kind = Visibility.OUTSIDE
         if within:
             kind = Visibility.HIDDEN if behind else Visibility.SEEN
-        found.append(Keypoint(name=key, x=x, y=y, visibility=kind))
-    return tuple(found)
+        in_front = not math.isnan(x)
+        labelled.append(
+            Keypoint(
+                name=key,
+                x_px=x if in_front else None,
+                y_px=y if in_front else None,
+                visibility=kind,
+            )
+        )
+    return tuple(labelled)
 
 
 def _hidden(
     pinhole: Array, places: Array, body: BodyState, bodies: Mapping[str, BodyState]
 ) -> Mask:
-    """(n,) whether a craft stands between places (n, 3) in a body's axes and the pinhole (ICRF)."""
+    """(n,) whether a spacecraft is between places (n, 3) in body axes and the pinhole (ICRF)."""
     hidden = np.zeros(len(places), dtype=np.bool_)
     towards = body.in_body(pinhole) - places
     distance = np.linalg.norm(towards, axis=1, keepdims=True)
@@ -163,6 +172,6 @@ def _hidden(
             shift = other.in_body(body.pose.position)
             origins, directions = start @ turn.T + shift, towards @ turn.T
         hits, along = ray_tracer(other.model.posed_mesh).hits(origins, directions)
-        # Of the craft that holds the camera, what is behind the pinhole hides nothing.
+        # Surfaces of the camera's own spacecraft behind the pinhole hide nothing.
         hidden |= (hits >= 0) & (along < 1.0)
     return hidden

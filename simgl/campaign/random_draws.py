@@ -1,7 +1,7 @@
-"""Random values that depend on seed, name and frame alone, whoever draws them and in what order.
+"""Random values that depend on seed, name and frame alone, not on the worker or the order.
 
 Uniform numbers come from Philox (Salmon et al. 2011, "Parallel random numbers: as easy as 1, 2,
-3"): the key is the seed and what is drawn, the counter the frame. A further value that is drawn
+3"): the key is the seed and the name of the value, the counter the frame. Another random value
 therefore changes none of the others.
 """
 
@@ -10,6 +10,7 @@ from __future__ import annotations
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.random import Generator, Philox
@@ -28,19 +29,19 @@ class Draw:
     attempt: int = 0
 
     def uniforms(self, name: str, count: int) -> Array:
-        """(count,) numbers in 0..1, always the same ones for a name."""
+        """(count,) numbers in 0..1, the same whenever a name is asked for."""
         key = np.array([self.seed, zlib.crc32(name.encode())], dtype=np.uint64)
         counter = np.array([0, 0, self.attempt, self.frame], dtype=np.uint64)
         return Generator(Philox(key=key, counter=counter)).random(count)
 
     def word(self, name: str) -> int:
-        """A number of 32 bits."""
+        """An integer of 32 bits."""
         return int(self.uniforms(name, 1)[0] * 2.0**32)
 
 
 @dataclass(frozen=True)
 class Distribution:
-    """Where a value lies.
+    """Distribution of a value.
 
     quantile : the value that a share 0..1 of all draws stays below
     low, high : limits of the values, infinite where there are none
@@ -55,62 +56,44 @@ class Distribution:
         return float(self.quantile(float(draw.uniforms(name, 1)[0])))
 
 
-@dataclass(frozen=True)
-class _Between:
-    low: float
-    high: float
-
-    def __call__(self, share: float) -> float:
-        return self.low + share * (self.high - self.low)
+# Quantiles at module level, since a campaign is pickled for its workers.
+def _uniform(low: float, high: float, share: float) -> float:
+    return low + share * (high - low)
 
 
-@dataclass(frozen=True)
-class _LogBetween:
-    low: float
-    high: float
-
-    def __call__(self, share: float) -> float:
-        return float(self.low * (self.high / self.low) ** share)
+def _log_uniform(low: float, high: float, share: float) -> float:
+    return float(low * (high / low) ** share)
 
 
-@dataclass(frozen=True)
-class _Normal:
-    mean: float
-    deviation: float
-
-    def __call__(self, share: float) -> float:
-        # The generator may give 0, never 1.
-        return self.mean + self.deviation * float(ndtri(max(share, 2.0**-54)))
+def _normal(mean: float, deviation: float, share: float) -> float:
+    # The generator may give 0, never 1.
+    return mean + deviation * float(ndtri(max(share, 2.0**-54)))
 
 
-@dataclass(frozen=True)
-class _Choice:
-    values: tuple[float, ...]
-
-    def __call__(self, share: float) -> float:
-        return self.values[int(share * len(self.values))]
+def _choice(values: tuple[float, ...], share: float) -> float:
+    return values[int(share * len(values))]
 
 
 def uniform(low: float, high: float) -> Distribution:
-    """Every value between two as likely."""
-    return Distribution(_Between(low, high), low, high)
+    """Every value between two limits is equally likely."""
+    return Distribution(partial(_uniform, low, high), low, high)
 
 
 def log_uniform(low: float, high: float) -> Distribution:
-    """Every ratio as likely; both limits positive."""
-    return Distribution(_LogBetween(low, high), low, high)
+    """Every ratio is equally likely; both limits are positive."""
+    return Distribution(partial(_log_uniform, low, high), low, high)
 
 
 def normal(mean: float, deviation: float) -> Distribution:
-    """Gauss's."""
+    """The normal distribution."""
     if deviation == 0.0:
         return choice((mean,))
-    return Distribution(_Normal(mean, deviation), -np.inf, np.inf)
+    return Distribution(partial(_normal, mean, deviation), -np.inf, np.inf)
 
 
 def choice(values: tuple[float, ...]) -> Distribution:
-    """One of some values."""
-    return Distribution(_Choice(values), min(values), max(values))
+    """Each of some values is equally likely."""
+    return Distribution(partial(_choice, values), min(values), max(values))
 
 
 def direction(draw: Draw, name: str) -> Array:

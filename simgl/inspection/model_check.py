@@ -1,4 +1,4 @@
-"""What a model file holds, part by part, and what of it will not be drawn."""
+"""Validation of a model file: its parts, and what will not be drawn."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from simgl.scene.spacecraft import SpacecraftModel
 # Vertices nearer than this share of the model's size are one: float32 keeps 6e-8 of a coordinate.
 _SAME_PLACE = 1e-6
 
-# Longest side of what flies in orbit, from a picosatellite to the space station [m].
+# Longest side of spacecraft, from a picosatellite to the space station [m].
 _SMALLEST, _LARGEST = 0.03, 150.0
 
-# Units that drawing programs export in, the likeliest first.
+# Units that CAD programs export, the most likely first.
 _UNITS = {"millimetres": "mm", "centimetres": "cm", "inches": "in", "kilometres": "km"}
 
 
@@ -33,10 +33,9 @@ class PartReport:
     """One part of a model.
 
     size : extent along the body axes [m]
-    open_edges : sides of triangles that no neighbour runs along the other way; 0 for a closed
-        surface
+    open_edges : directed edges without an opposite edge of a neighbour; 0 for a closed surface
     flat_triangles : without area
-    volume : enclosed, negative where the triangles face inward [m3]; of no meaning where open
+    volume : enclosed, negative where the triangles face inward [m3]; meaningless if open
     """
 
     name: str
@@ -58,9 +57,9 @@ class PartReport:
 class JointReport:
     """One joint of a model.
 
-    way : how far it goes, in words
-    carrier : what it sits on, in words
-    parts : that sit on it, and on no joint that it carries
+    way : its range, in words
+    carrier : what it is mounted on, in words
+    parts : mounted on it directly
     """
 
     name: str
@@ -71,11 +70,11 @@ class JointReport:
 
 @dataclass(frozen=True, kw_only=True)
 class ModelReport:
-    """What `examine` found.
+    """Results of `examine`.
 
     size, middle : of the bounding box, body axes [m]
-    unit_guess : what to say of the unit; None where the size is that of a spacecraft
-    images : pictures that the materials wear
+    unit_guess : text on the unit; None where the size is that of a spacecraft
+    images : number of texture images
     """
 
     name: str
@@ -91,7 +90,7 @@ class ModelReport:
 
     @property
     def triangles(self) -> int:
-        """Of all parts."""
+        """Number in all parts."""
         return sum(part.triangles for part in self.parts)
 
     @property
@@ -138,7 +137,7 @@ _KINDS = ("base_colour", "law", "normal", "emission")
 
 
 def _check_files(path: Path) -> None:
-    """Names all files at once that a .gltf needs beside it and that are missing."""
+    """Raise one AssetError for all missing files that a .gltf refers to."""
     if path.suffix.lower() != ".gltf" or not path.is_file():
         return
     try:
@@ -146,7 +145,7 @@ def _check_files(path: Path) -> None:
         uris = [item["uri"] for kind in ("buffers", "images") for item in data.get(kind, ())
                 if "uri" in item and not item["uri"].startswith("data:")]  # fmt: skip
     except (ValueError, TypeError, AttributeError, OSError):
-        return  # the reader says better what is wrong with it
+        return  # the reader reports it better
     missing = sorted({uri for uri in uris if not (path.parent / uri).is_file()})
     if missing:
         names = ", ".join(f'"{uri}"' for uri in missing)
@@ -154,7 +153,7 @@ def _check_files(path: Path) -> None:
 
 
 def _left_out(path: Path) -> tuple[str, ...]:
-    """What formats that are read as shape only may carry besides."""
+    """A note for formats of which only the shape is read."""
     if path.suffix.lower() in (".obj", ".stl"):
         kind = path.suffix[1:].upper()
         return (f"{kind} is read as shape only: grey, flat facets, one part, no images",)
@@ -167,7 +166,7 @@ def _triple(values: Array) -> tuple[float, float, float]:
 
 
 def _unit_guess(longest: float, unit_m: float | None) -> str | None:
-    """What unit the numbers look like, where as metres they do not fit a spacecraft."""
+    """The likely unit of the file, where in metres its size is not that of a spacecraft."""
     if _SMALLEST <= longest <= _LARGEST:
         return None
     in_file = longest / (unit_m or 1.0)
@@ -180,7 +179,7 @@ def _unit_guess(longest: float, unit_m: float | None) -> str | None:
 
 
 def _places(mesh: Mesh, longest: float) -> IndexArray:
-    """(n,) a number for each vertex, the same for vertices at one place."""
+    """(n,) a number for each vertex, equal for vertices at the same position."""
     grid = np.round(mesh.positions.astype(np.float64) / (_SAME_PLACE * max(longest, 1e-30)))
     _, numbers = np.unique(grid.astype(np.int64), axis=0, return_inverse=True)
     return numbers.reshape(-1)
@@ -217,7 +216,7 @@ def _joint(model: SpacecraftModel, joint: Joint) -> JointReport:
 
 
 def _open_edges(triangles: IndexArray) -> int:
-    """Directed edges of (m, 3) triangles that are not met by as many the other way."""
+    """Number of directed edges of (m, 3) triangles without as many opposite ones."""
     edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     edges = edges[edges[:, 0] != edges[:, 1]]
     ways = np.where(edges[:, 0] < edges[:, 1], 1, -1)

@@ -1,4 +1,4 @@
-"""A model from eight sides, each under a Sun over the camera's shoulder, on one sheet."""
+"""A contact sheet of a model from eight sides, the Sun over the camera's shoulder."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ from simgl.scene.mesh import Mesh
 from simgl.scene.state import SunInDirection
 from simgl.simulator import Product, Simulator
 
-# Where the camera stands, body axes (x forward, y starboard, z down), and its upward direction.
+# Direction from the model to the camera, and up in the image; body axes (x forward, y starboard,
+# z down).
 _UP, _FORWARD = (0.0, 0.0, -1.0), (1.0, 0.0, 0.0)
 VIEWS = {
     "from ahead (+x)": ((1.0, 0.0, -0.15), _UP),
@@ -34,20 +35,20 @@ VIEWS = {
 
 # In radii of the model's bounding sphere.
 _RANGE = 5.0
-# Of the picture's half width or height that the model fills from the side where it is largest.
+# Share of the image's half width or height that the model fills from its largest side.
 _FILLED = 0.94
 
 
 def _right_and_above(side: Array, up: Any) -> Array:
-    """(2, 3) directions in the picture of who stands at a side, unit."""
-    right = unit(np.cross(np.asarray(up), side))
+    """(2, 3) unit directions of right and up in the image of a camera at a side."""
+    right = unit(np.cross(up, side))
     return np.stack([right, np.cross(side, right)])
 
 
 def _sun_direction(side: Array, up: Any) -> Array:
-    """(3,) over the right shoulder of who looks from a side: 45 deg of phase.
+    """(3,) over the right shoulder of a camera at a side, at a phase angle of 45 deg.
 
-    Who looks from below has the Sun below as well, so that lower faces are lit.
+    For a camera below the model, the Sun is below as well, so that lower faces are lit.
     """
     right, above = _right_and_above(side, up)
     lean = -0.8 if side[2] > 0.0 else 0.8
@@ -75,12 +76,12 @@ def turntable(
     up_axis: str | None = None,
     forward_axis: str | None = None,
 ) -> Image8:
-    """(rows, columns, 3) the sheet, four views to a row.
+    """(rows, columns, 3) the sheet, four views per row.
 
     name, unit_m, up_axis, forward_axis : as `load_model` takes them
     size : width and height of a view [px]
 
-    Light between the model's surfaces is left out: tracing it would take longer than the views.
+    Interreflection is off: tracing it would take longer than the views.
     """
     mesh = load_model(name, unit_m=unit_m, up_axis=up_axis, forward_axis=forward_axis).mesh
     width, height = size
@@ -93,9 +94,9 @@ def turntable(
         "pixel_pitch_um": pitch_um,
         "focal_length_mm": float(_FILLED * np.min(half_sizes_mm / _half_angles(mesh))),
     }
-    craft: dict[str, Any] = {"model": name, "position_icrf_m": [0.0, 0.0, 0.0]}
-    file_says = {"unit_m": unit_m, "up_axis": up_axis, "forward_axis": forward_axis}
-    craft |= {key: value for key, value in file_says.items() if value is not None}
+    spacecraft: dict[str, Any] = {"model": name, "position_icrf_m": [0.0, 0.0, 0.0]}
+    file_frame = {"unit_m": unit_m, "up_axis": up_axis, "forward_axis": forward_axis}
+    spacecraft |= {key: value for key, value in file_frame.items() if value is not None}
     cameras = {}
     for number, (side, up) in enumerate(VIEWS.values()):
         place = mesh.centre + _RANGE * mesh.radius * unit(side)
@@ -106,7 +107,7 @@ def turntable(
             "epoch": {"utc": "2026-03-20T12:00:00"},
             "sun": {"direction_icrf": [1.0, 0.0, 0.0]},
             "earth": {"shape": "none"},
-            "spacecraft": {"model": craft},
+            "spacecraft": {"model": spacecraft},
             "camera": cameras,
             "render": {"inter_reflection": False, "samples_per_pixel": 16},
         },
@@ -118,9 +119,9 @@ def turntable(
     with Simulator(scenario, ctx) as simulator:
         for camera, (title, (side, up)) in zip(cameras, VIEWS.items(), strict=True):
             lit = replace(state.sun, direction_icrf=_sun_direction(unit(side), up))
-            taken = simulator.capture(replace(state, sun=lit), camera, {Product.RADIANCE})
-            assert taken.radiance is not None
-            panels[title] = display_from_radiance(taken.radiance.radiance)
+            capture = simulator.capture(replace(state, sun=lit), camera, {Product.RADIANCE})
+            assert capture.radiance is not None
+            panels[title] = display_from_radiance(capture.radiance.radiance)
     return contact_sheet(panels, columns=4)
 
 

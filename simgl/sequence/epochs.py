@@ -1,7 +1,7 @@
-"""Epochs of a sequence: regular, at random, or where something begins.
+"""Epochs of a sequence: regular, at random, or where an event begins.
 
-Events are found by looking at the scene in steps and closing in on each change by bisection, so one
-that begins and ends within a step is missed.
+Events are found by evaluating the scene in steps and bisecting each change, so one that begins and
+ends within a step is missed.
 """
 
 from __future__ import annotations
@@ -10,34 +10,121 @@ from collections.abc import Callable
 
 import numpy as np
 
-from simgl.errors import ConfigError
+from simgl.errors import ConfigError, did_you_mean
+from simgl.physics.ephemeris import tai_ns_from_utc
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import CameraState, SceneState
-from simgl.sequence.events import Event
+from simgl.sequence.epoch_options import EpochOptions, Event, EventOptions
+
+_COMMAND_LINE = "command line"
 
 # An event's epoch is this close to the change [ns].
 EVENT_TOLERANCE_NS = 1_000_000
-# As many frames as one sequence may have: a year at one a minute, twice.
-MOST_FRAMES = 1_000_000
+# Of one sequence: a year at one a minute, twice.
+MAX_FRAMES = 1_000_000
+
+
+def epoch_at(scenario: Scenario, at: str | None) -> int:
+    """TAI ns of the option ``--at`` in UTC, or the scenario's own epoch; raises ConfigError."""
+    return scenario.epoch_tai_ns if at is None else _time("--at", at)
+
+
+def span(scenario: Scenario, options: EpochOptions) -> tuple[int, int]:
+    """First and last instant [TAI ns]; raises ConfigError where the options contradict."""
+    start = scenario.epoch_tai_ns if options.start is None else _time("--from", options.start)
+    if (options.stop is None) == (options.duration is None):
+        raise ConfigError(_COMMAND_LINE, "--to", "or --duration is needed, and not both")
+    if options.stop is not None:
+        stop = _time("--to", options.stop)
+    else:
+        assert options.duration is not None
+        stop = start + round(options.duration * 1e9)
+    if stop < start:
+        raise ConfigError(_COMMAND_LINE, "--to", "must not be earlier than the start")
+    return start, stop
+
+
+def epochs(
+    scenario: Scenario, options: EpochOptions, camera: str, event: EventOptions = EventOptions()
+) -> list[int]:
+    """The epochs asked for [TAI ns], in order.
+
+    camera : whose view an event is about
+    Raises ConfigError where the options contradict each other, or the event does not occur.
+    """
+    ways = {
+        "--step": options.step,
+        "--count": options.count,
+        "--random": options.random,
+        "--event": event.event,
+    }
+    given = [name for name, value in ways.items() if value is not None]
+    if len(given) != 1:
+        names = " and ".join(given) if given else "none of them"
+        problem = f"needs exactly one of {', '.join(ways)}; got {names}"
+        raise ConfigError(_COMMAND_LINE, "sequence", problem)
+    start, stop = span(scenario, options)
+    for name, value in (("--count", options.count), ("--random", options.random)):
+        if value is not None and not 1 <= value <= MAX_FRAMES:
+            problem = f"must lie in 1..{MAX_FRAMES}, got {value}"
+            raise ConfigError(_COMMAND_LINE, name, problem)
+    if options.count is not None:
+        return spread(start, stop, options.count)
+    if options.random is not None:
+        return at_random(start, stop, options.random, options.seed)
+    if options.step is not None:
+        return regular(start, stop, _nanoseconds("--step", options.step))
+    assert event.event is not None
+    step = _nanoseconds("--search-step", event.search_step)
+    target = _target(scenario, event.target)
+    begins = events(scenario, event.event, camera, target, start, stop, step)
+    if not begins:
+        problem = f"begins nowhere in the span: {event.event.value}"
+        raise ConfigError(_COMMAND_LINE, "--event", problem)
+    return begins
+
+
+def _time(option: str, utc: str) -> int:
+    try:
+        return tai_ns_from_utc(utc)
+    except ValueError as error:
+        raise ConfigError(_COMMAND_LINE, option, str(error)) from None
+
+
+def _nanoseconds(option: str, seconds: float) -> int:
+    if not seconds >= 1e-6:
+        raise ConfigError(_COMMAND_LINE, option, f"must be at least 1e-6 s, got {seconds:g}")
+    return round(seconds * 1e9)
+
+
+def _target(scenario: Scenario, target: str | None) -> str:
+    names = list(scenario.models)
+    if target is None:
+        if not names:
+            raise ConfigError(str(scenario.source), "spacecraft", "is missing; an event needs one")
+        return names[0]
+    if target not in names:
+        raise ConfigError(_COMMAND_LINE, "--target", f'"{target}": {did_you_mean(target, names)}')
+    return target
 
 
 def regular(start_ns: int, stop_ns: int, step_ns: int) -> list[int]:
-    """Epochs [TAI ns] from start to stop, the stop too where a step ends there."""
+    """Epochs [TAI ns] from start to stop, including the stop where a step ends there."""
     count = (stop_ns - start_ns) // step_ns + 1
-    if count > MOST_FRAMES:
-        raise ConfigError("sequence", "step", f"gives {count} frames, at most {MOST_FRAMES}")
+    if count > MAX_FRAMES:
+        raise ConfigError("sequence", "step", f"gives {count} frames, at most {MAX_FRAMES}")
     return [start_ns + index * step_ns for index in range(count)]
 
 
 def spread(start_ns: int, stop_ns: int, count: int) -> list[int]:
-    """So many epochs [TAI ns] at equal steps, both ends among them."""
+    """Epochs [TAI ns] at equal steps, including both ends."""
     if count == 1:
         return [start_ns]
     return [start_ns + round((stop_ns - start_ns) * i / (count - 1)) for i in range(count)]
 
 
 def at_random(start_ns: int, stop_ns: int, count: int, seed: int) -> list[int]:
-    """So many epochs [TAI ns], uniform between two, in order; equal seeds give equal ones."""
+    """Epochs [TAI ns] uniform between two, in order; equal seeds give equal epochs."""
     drawn = np.random.default_rng(seed).integers(start_ns, stop_ns, size=count, endpoint=True)
     return sorted(int(value) for value in drawn)
 
@@ -51,25 +138,24 @@ def events(
     stop_ns: int,
     step_ns: int,
 ) -> list[int]:
-    """Epochs [TAI ns] between two at which something begins."""
-    begins = _condition(kind, camera, target)
+    """Epochs [TAI ns] between two at which the event begins."""
+    condition = _condition(kind, camera, target)
 
     def holds(tai_ns: int) -> bool:
-        return begins(scenario.at(tai_ns))
+        return condition(scenario.at(tai_ns))
 
-    found = []
-    before, at = start_ns, holds(start_ns)
+    begins = []
+    previous, held = start_ns, holds(start_ns)
     # The last step may be shorter than the others.
-    looks = dict.fromkeys([*regular(start_ns, stop_ns, step_ns)[1:], stop_ns])
-    for now in looks:
-        there = holds(now)
-        if there and not at:
-            found.append(_closed_in(holds, before, now))
-        before, at = now, there
-    return found
+    for tai_ns in dict.fromkeys([*regular(start_ns, stop_ns, step_ns)[1:], stop_ns]):
+        holds_now = holds(tai_ns)
+        if holds_now and not held:
+            begins.append(_bisect(holds, previous, tai_ns))
+        previous, held = tai_ns, holds_now
+    return begins
 
 
-def _closed_in(holds: Callable[[int], bool], before: int, after: int) -> int:
+def _bisect(holds: Callable[[int], bool], before: int, after: int) -> int:
     """The first instant known to hold, between one that does not and one that does."""
     while after - before > EVENT_TOLERANCE_NS:
         middle = (before + after) // 2
@@ -93,7 +179,7 @@ def _condition(kind: Event, camera: str, target: str) -> Callable[[SceneState], 
 
 
 def sun_in_view(state: SceneState, camera: CameraState) -> bool:
-    """Whether the Sun's disc touches the picture; the Earth and spacecraft may still hide it."""
+    """Whether the Sun's disc touches the image; the Earth and spacecraft may still hide it."""
     sun = state.sun.seen_from(camera.position)
     x, y, z = camera.R_camera_from_icrf @ sun.direction_icrf
     if z <= 0.0:

@@ -1,7 +1,7 @@
-"""The table of a sequence: one row a frame, written when its files are complete.
+"""The table of a run: one row per frame, written when the frame's files are complete.
 
-A database of SQLite, so that a run that is broken off at any instant leaves whole rows only, and
-can go on from there. Its table ``frames`` is there to be read by any tool.
+It is an SQLite database, so that a run that is interrupted at any instant leaves complete rows only
+and can be resumed. Any tool can read its table ``frames``.
 """
 
 from __future__ import annotations
@@ -9,15 +9,19 @@ from __future__ import annotations
 import csv
 import json
 import sqlite3
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
 from simgl.errors import ConfigError, OutputError
 from simgl.output import complete_file
+from simgl.progress import ProgressCallback, silent
+from simgl.workers.frame_job import Executor, T
 
 Value = str | int | float | None
+Row = dict[str, Value]
+ColumnType = type[str] | type[int] | type[float]
 # Name to type, the key columns first.
-Columns = Mapping[str, type[str] | type[int] | type[float]]
+Columns = Mapping[str, ColumnType]
 _TYPES = {str: "TEXT", int: "INTEGER", float: "REAL"}
 
 
@@ -32,12 +36,12 @@ def rows_written(folder: Path) -> int:
 
 
 class Journal:
-    """Rows of a sequence in ``folder/frames.sqlite``.
+    """Rows of a run in ``folder/frames.sqlite``.
 
-    plan : what the sequence is; a folder that holds another one is refused
+    plan : what identifies the run; a folder that holds another one is refused
     columns : name to type, the key columns first
-    keys : how many columns name a row
-    Raises ConfigError for another sequence's folder, OutputError where it cannot be written.
+    keys : how many columns identify a row
+    Raises ConfigError for another run's folder, OutputError where it cannot be written.
     """
 
     def __init__(
@@ -84,7 +88,7 @@ class Journal:
         return set(self._database.execute(f"SELECT {names} FROM frames").fetchall())
 
     def add(self, row: Mapping[str, Value]) -> None:
-        """Write one row for good; one of the same key is replaced."""
+        """Commit one row; a row of the same key is replaced."""
         values = [row[name] for name in self._columns]
         places = ", ".join("?" * len(values))
         try:
@@ -92,7 +96,7 @@ class Journal:
         except sqlite3.DatabaseError as error:
             raise OutputError(f"{self.path}: cannot be written ({error})") from None
 
-    def rows(self) -> Iterable[dict[str, Value]]:
+    def rows(self) -> Iterable[Row]:
         """All rows in order of their keys."""
         order = ", ".join(f'"{name}"' for name in self._columns[: self._keys])
         names = ", ".join(f'"{name}"' for name in self._columns)
@@ -107,7 +111,7 @@ class Journal:
             writer.writerows(self.rows())
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Close the file."""
         self._database.close()
 
     def __enter__(self) -> Journal:
@@ -115,3 +119,23 @@ class Journal:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def run_missing(
+    missing: Sequence[int],
+    total: int,
+    executor: Executor[T],
+    store: Callable[[T], None],
+    progress: ProgressCallback = silent,
+) -> None:
+    """Execute the frames that have no row yet, and store each result as it arrives.
+
+    total : frames of the run, complete ones included
+    progress : receives the frames complete and their total number
+    """
+    progress(total - len(missing), total)
+    if missing:
+        with executor as execute:
+            for done, result in enumerate(execute(missing), start=total - len(missing) + 1):
+                store(result)
+                progress(done, total)

@@ -1,4 +1,4 @@
-"""The run of a sequence: every epoch and camera that has no row yet, files first, then the row."""
+"""The run of a sequence: each epoch and camera without a row, files first, then the row."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from simgl.images import saturated
 from simgl.output import check_writable, write_dn_png, write_exr, write_view_png
 from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.physics.frames import quaternion_from_matrix
-from simgl.progress import ProgressCallback
+from simgl.progress import ProgressCallback, silent
 from simgl.scenario.scenario import Scenario
-from simgl.sequence.journal import Columns, Journal, Value
+from simgl.sequence.journal import Columns, Journal, Row, Value
 from simgl.sequence.video import write_mp4
 from simgl.simulator import Capture, Product, Simulator
 
 
 class Output(StrEnum):
-    """What a sequence leaves for each frame, or over all of them."""
+    """Files that a sequence writes for each frame, or, as MP4, for all of them."""
 
     DN = "dn"
     VIEW = "view"
@@ -62,7 +62,7 @@ KEYS = 2
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """Which pictures of a scenario, and what is left of each.
+    """Which frames of a scenario to render, and which files to write.
 
     epochs : [TAI ns], in order
     frame_rate : of the video [Hz]
@@ -75,7 +75,7 @@ class Plan:
     frame_rate: int = 24
 
     def content(self) -> dict[str, Value]:
-        """What tells this plan from another."""
+        """Identity of the plan, for its journal."""
         return {
             "cameras": ", ".join(self.cameras),
             "outputs": ", ".join(sorted(self.outputs)),
@@ -83,7 +83,7 @@ class Plan:
 
 
 def identity(scenario: Scenario, epochs: Sequence[int]) -> dict[str, Value]:
-    """What tells one scenario at some epochs [TAI ns] from another."""
+    """Identity of a scenario at some epochs [TAI ns], for a journal."""
     return {
         "simgl": __version__,
         "frames": len(epochs),
@@ -106,9 +106,9 @@ def fingerprint(scenario: Scenario, epochs: Sequence[int]) -> str:
     return h.hexdigest()
 
 
-def row_of(frame: int, exposure: Capture) -> dict[str, Value]:
-    """What the table says of a picture with its digital numbers."""
-    info, digital = exposure.info, exposure.digital
+def row_of(frame: int, capture: Capture) -> Row:
+    """The table's row of a capture with digital numbers."""
+    info, digital = capture.info, capture.digital
     assert digital is not None
     x, y, z = info.position.tolist()
     qx, qy, qz, qw = quaternion_from_matrix(info.R_camera_from_icrf).tolist()
@@ -129,17 +129,15 @@ def row_of(frame: int, exposure: Capture) -> dict[str, Value]:
 
 
 def frame_path(folder: Path, camera: str, frame: int, suffix: str) -> Path:
-    """Where a frame's file lies."""
+    """Path of a frame's file."""
     return folder / camera / f"{frame:06d}.{suffix}"
 
 
-def run(
-    plan: Plan, simulator: Simulator, folder: Path, report: ProgressCallback | None = None
-) -> int:
-    """Take every picture of a plan that its folder does not hold yet.
+def run(plan: Plan, simulator: Simulator, folder: Path, progress: ProgressCallback = silent) -> int:
+    """Render every frame of a plan that its folder does not hold yet.
 
-    report : told the pictures done and their number, those of an earlier run among them
-    returns : how many were taken now
+    progress : receives the frames complete, including those of an earlier run, and their number
+    returns : how many were rendered now
     Raises ConfigError for a folder that holds another sequence.
     """
     check_writable(folder)
@@ -147,36 +145,34 @@ def run(
     with Journal(folder, plan.content(), COLUMNS, KEYS) as journal:
         done = journal.done()
         missing = [key for key in wanted if key not in done]
-        for taken, (frame, camera) in enumerate(missing):
-            if report is not None:
-                report(len(wanted) - len(missing) + taken, len(wanted))
-            exposure = _take(plan, simulator, plan.epochs[frame], camera)
-            _write(plan, exposure, folder, frame)
-            journal.add(row_of(frame, exposure))
-        if report is not None:
-            report(len(wanted), len(wanted))
+        for count, (frame, camera) in enumerate(missing):
+            progress(len(wanted) - len(missing) + count, len(wanted))
+            capture = _capture(plan, simulator, plan.epochs[frame], camera)
+            _write(plan, capture, folder, frame)
+            journal.add(row_of(frame, capture))
+        progress(len(wanted), len(wanted))
         journal.export(folder / "frames.csv")
     for camera in plan.cameras if Output.MP4 in plan.outputs else ():
-        pictures = [frame_path(folder, camera, f, "view.png") for f in range(len(plan.epochs))]
-        write_mp4(folder / f"{camera}.mp4", pictures, plan.frame_rate)
+        images = [frame_path(folder, camera, f, "view.png") for f in range(len(plan.epochs))]
+        write_mp4(folder / f"{camera}.mp4", images, plan.frame_rate)
     return len(missing)
 
 
-def _take(plan: Plan, simulator: Simulator, tai_ns: int, camera: str) -> Capture:
+def _capture(plan: Plan, simulator: Simulator, tai_ns: int, camera: str) -> Capture:
     products = {Product.DN}.union(*(_PRODUCTS[output] for output in plan.outputs))
     during = plan.scenario.around(tai_ns)
     return simulator.capture(plan.scenario.at(tai_ns), camera, products, during=during)
 
 
-def _write(plan: Plan, exposure: Capture, folder: Path, frame: int) -> None:
-    camera = exposure.info.camera.name
+def _write(plan: Plan, capture: Capture, folder: Path, frame: int) -> None:
+    camera = capture.info.camera.name
     if Output.DN in plan.outputs:
-        assert exposure.digital is not None
-        write_dn_png(frame_path(folder, camera, frame, "dn.png"), exposure.digital)
+        assert capture.digital is not None
+        write_dn_png(frame_path(folder, camera, frame, "dn.png"), capture.digital)
     if plan.outputs & {Output.VIEW, Output.MP4}:
-        assert exposure.radiance is not None
-        write_view_png(frame_path(folder, camera, frame, "view.png"), exposure.radiance)
+        assert capture.radiance is not None
+        write_view_png(frame_path(folder, camera, frame, "view.png"), capture.radiance)
     if Output.EXR in plan.outputs:
-        assert exposure.radiance is not None
+        assert capture.radiance is not None
         path = frame_path(folder, camera, frame, "radiance.exr")
-        write_exr(path, exposure.radiance, exposure.truth)
+        write_exr(path, capture.radiance, capture.truth)

@@ -18,11 +18,11 @@ FIELD_OF_VIEW = math.radians(40.0)  # full, vertical
 
 # One turn of the wheel changes the range by this factor.
 _ZOOM = 1.1
-# Farther than this many radii of the craft, it covers less than two pixels of a 640-pixel window.
+# At this many radii of the spacecraft it covers less than two pixels of a 640-pixel window.
 _FARTHEST = 1000.0
 
 # Camera axes (columns) in orbit axes at azimuth 0, elevation 0: the boresight z along +x, the
-# picture's right x along +y, its bottom y along +z.
+# image's right x along +y, its bottom y along +z.
 _R_ORBIT_FROM_CAMERA_AT_ZERO = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 
 
@@ -39,13 +39,13 @@ def _rotation(axis: tuple[float, float, float], angle: float) -> Array:
 class OrbitCamera:
     """A camera that circles a point and looks at it, in the conventions of ``OrbitingMount``.
 
-    In orbit axes (LVLH of the target: z nadir, y minus the orbit normal), azimuth 0 stands at -x,
-    azimuth 90 deg at -z (zenith); elevation leans towards -y. The top of the picture points along
-    increasing azimuth at elevation 0. No angle is singular, so both run freely.
+    In orbit axes (LVLH of the target: z nadir, y minus the orbit normal), azimuth 0 is at -x,
+    azimuth 90 deg at -z (zenith); positive elevation is towards -y. The top of the image points
+    along increasing azimuth at elevation 0. No angle is singular, so neither is limited.
 
     azimuth, elevation : [rad], kept within +-pi
     range : from the point [m]
-    nearest, farthest : what ``range`` may be [m]
+    nearest, farthest : limits of ``range`` [m]
     """
 
     azimuth: float
@@ -61,8 +61,8 @@ class OrbitCamera:
             )
 
     def dragged(self, right: float, down: float) -> OrbitCamera:
-        """The camera after the picture was dragged by two angles [rad]: the target follows."""
-        # Beyond the orbit normal the picture's top points along decreasing azimuth.
+        """The camera after the image was dragged by two angles [rad]: the target follows."""
+        # Beyond the orbit normal the image's top points along decreasing azimuth.
         sense = math.copysign(1.0, math.cos(self.elevation))
         return replace(
             self,
@@ -71,7 +71,7 @@ class OrbitCamera:
         )
 
     def zoomed(self, steps: float) -> OrbitCamera:
-        """The camera nearer by so many steps of 10 %, within its limits."""
+        """The camera nearer by a number of steps of 10 %, within its limits."""
         wanted = self.range * _ZOOM**-steps
         return replace(self, range=min(max(wanted, self.nearest), self.farthest))
 
@@ -87,9 +87,9 @@ class OrbitCamera:
 
 
 def orbit_axes(pose: Pose) -> Array:
-    """R_icrf_from_orbit: LVLH where the craft has an orbit, else ICRF with z to the south.
+    """R_icrf_from_orbit: LVLH where the spacecraft has an orbit, else ICRF with z to the south.
 
-    Turned so, the celestial north takes the place of the zenith.
+    In the latter the celestial north takes the place of the zenith.
     """
     if np.linalg.norm(np.cross(pose.position, pose.velocity)) == 0.0:
         return np.diag([1.0, -1.0, -1.0])
@@ -97,12 +97,12 @@ def orbit_axes(pose: Pose) -> Array:
 
 
 def opening_camera(state: SceneState, target: str) -> OrbitCamera:
-    """A camera above and beside a spacecraft, on the side of the four that the Sun lights best."""
+    """A camera above and beside a spacecraft, on that of four sides which the Sun lights best."""
     body = state.bodies[target]
     nearest, farthest = range_limits(body.model)
     centre, axes = body.pose.position, orbit_axes(body.pose)
     sun_direction = state.sun.seen_from(centre).direction_icrf
-    # The bounding sphere fills six tenths of the picture's height.
+    # The bounding sphere fills six tenths of the image's height.
     distance = nearest / math.sin(0.6 * 0.5 * FIELD_OF_VIEW)
     azimuth, side = math.radians(20.0), math.radians(25.0)
     cameras = [

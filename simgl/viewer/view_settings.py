@@ -1,4 +1,4 @@
-"""What the viewer shows, as a frozen value, and the commands that change it."""
+"""What the user chose to see, as a frozen value, and the keys that change it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class ViewSettings:
     """What the user chose to see.
 
     tai_ns : instant of the scene
-    target, orbit : the spacecraft in the middle and the camera about it
+    target, orbit : the spacecraft in the centre and the camera about it
     camera : the scenario camera to look through; None for the orbit camera
     exposure_thirds : brightening of the display in thirds of an EV
     speed_doublings : the scene's seconds for each of the user's are two to this power
@@ -47,7 +47,7 @@ class ViewSettings:
         return 2.0**self.speed_doublings
 
     def later(self, seconds: float) -> ViewSettings:
-        """After so many seconds of the user's time at the chosen speed."""
+        """After some seconds of the user's time at the chosen speed."""
         return replace(self, tai_ns=self.tai_ns + round(1e9 * seconds * self.speed))
 
     def faster(self, doublings: int) -> ViewSettings:
@@ -55,17 +55,16 @@ class ViewSettings:
         speed = min(max(self.speed_doublings + doublings, _SLOWEST), _FASTEST)
         return replace(self, speed_doublings=speed)
 
-    def same_picture(self, other: ViewSettings) -> bool:
+    def same_image(self, other: ViewSettings) -> bool:
         """Whether both need the same radiance."""
-        mine, yours = (
-            (look.tai_ns, look.camera, None if look.camera else (look.target, look.orbit))
-            for look in (self, other)
-        )
-        return mine == yours
+        keys = [
+            (s.tai_ns, s.camera, None if s.camera else (s.target, s.orbit)) for s in (self, other)
+        ]
+        return keys[0] == keys[1]
 
 
-def opening_look(scenario: Scenario, target: str | None) -> ViewSettings:
-    """The first picture: the scenario's epoch, a spacecraft in the middle.
+def opening_settings(scenario: Scenario, target: str | None) -> ViewSettings:
+    """The first image: the scenario's epoch, a spacecraft in the centre.
 
     Raises ConfigError for a scenario without spacecraft, or a target that it does not have.
     """
@@ -83,23 +82,25 @@ def opening_look(scenario: Scenario, target: str | None) -> ViewSettings:
     )
 
 
-def _next_target(look: ViewSettings, scenario: Scenario) -> ViewSettings:
+def _next_target(settings: ViewSettings, scenario: Scenario) -> ViewSettings:
     """The next spacecraft, seen from the same side and as large."""
     names = list(scenario.models)
-    name = names[(names.index(look.target) + 1) % len(names)]
+    name = names[(names.index(settings.target) + 1) % len(names)]
     nearest, farthest = range_limits(scenario.models[name])
-    distance = look.orbit.range * nearest / look.orbit.nearest
-    orbit = replace(look.orbit, range=min(distance, farthest), nearest=nearest, farthest=farthest)
-    return replace(look, target=name, orbit=orbit, camera=None)
+    distance = settings.orbit.range * nearest / settings.orbit.nearest
+    orbit = replace(
+        settings.orbit, range=min(distance, farthest), nearest=nearest, farthest=farthest
+    )
+    return replace(settings, target=name, orbit=orbit, camera=None)
 
 
-def _next_camera(look: ViewSettings, scenario: Scenario) -> ViewSettings:
+def _next_camera(settings: ViewSettings, scenario: Scenario) -> ViewSettings:
     names = [None, *scenario.cameras]
-    return replace(look, camera=names[(names.index(look.camera) + 1) % len(names)])
+    return replace(settings, camera=names[(names.index(settings.camera) + 1) % len(names)])
 
 
 def _brighter(thirds: int) -> Callable[[ViewSettings, Scenario], ViewSettings]:
-    return lambda look, _: replace(look, exposure_thirds=look.exposure_thirds + thirds)
+    return lambda settings, _: replace(settings, exposure_thirds=settings.exposure_thirds + thirds)
 
 
 @dataclass(frozen=True)
@@ -115,11 +116,15 @@ class Command:
 
 
 COMMANDS = (
-    Command(("space",), "play or pause", lambda look, _: replace(look, playing=not look.playing)),
-    Command(("right",), f"{_STEP} s of playing forward", lambda look, _: look.later(_STEP)),
-    Command(("left",), f"{_STEP} s of playing back", lambda look, _: look.later(-_STEP)),
-    Command(("]",), "time twice as fast", lambda look, _: look.faster(1)),
-    Command(("[",), "time half as fast", lambda look, _: look.faster(-1)),
+    Command(
+        ("space",),
+        "play or pause",
+        lambda view, _: replace(view, playing=not view.playing),
+    ),
+    Command(("right",), f"{_STEP} s of playing forward", lambda view, _: view.later(_STEP)),
+    Command(("left",), f"{_STEP} s of playing back", lambda view, _: view.later(-_STEP)),
+    Command(("]",), "time twice as fast", lambda view, _: view.faster(1)),
+    Command(("[",), "time half as fast", lambda view, _: view.faster(-1)),
     Command(("up", "+", "="), "brighter by 1/3 EV", _brighter(1)),
     Command(("down", "-"), "darker by 1/3 EV", _brighter(-1)),
     Command(("c",), "next camera of the scenario, then back to the orbit", _next_camera),
@@ -139,15 +144,15 @@ HELP = "\n".join(
 )
 
 
-def title(look: ViewSettings, fps: float | None = None) -> str:
-    """The window's title: what is shown, when, and how."""
-    orbit = look.orbit
+def title(settings: ViewSettings, fps: float | None = None) -> str:
+    """The window's title: subject, time, brightness and speed."""
+    orbit = settings.orbit
     azimuth, elevation = math.degrees(orbit.azimuth), math.degrees(orbit.elevation)
-    around = f"{look.target} az {azimuth:.0f} el {elevation:.0f} deg, {orbit.range:.4g} m"
+    orbit_text = f"{settings.target} az {azimuth:.0f} el {elevation:.0f} deg, {orbit.range:.4g} m"
     parts = [
-        look.camera or around,
-        f"{utc_from_tai_ns(look.tai_ns)[:21]} UTC",
-        f"{look.exposure_value:+.1f} EV",
-        f"{'playing' if look.playing else 'paused'} x{look.speed:g}",
+        settings.camera or orbit_text,
+        f"{utc_from_tai_ns(settings.tai_ns)[:21]} UTC",
+        f"{settings.exposure_value:+.1f} EV",
+        f"{'playing' if settings.playing else 'paused'} x{settings.speed:g}",
     ]
     return " | ".join(["simgl", *parts, *([] if fps is None else [f"{fps:.0f} fps"])])

@@ -1,4 +1,4 @@
-"""From a look to the pixels of a window."""
+"""From view settings to the pixels of a window."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _VIEWER = "viewer"
 
 
 def window_camera(size: Size) -> Camera:
-    """The orbit camera's pixels: those of the window. Only its geometry has a meaning."""
+    """The orbit camera, with the window's pixels. Only its geometry is used."""
     pitch = 1e-5
     focal_length = pitch * 0.5 * size[1] / math.tan(0.5 * FIELD_OF_VIEW)
     return Camera(
@@ -47,33 +47,33 @@ def window_camera(size: Size) -> Camera:
     )
 
 
-def fitted(picture: Size, window: Size) -> tuple[int, int, int, int]:
-    """x, y, width, height [px] of the largest place for a picture in the middle of a window."""
-    scale = min(window[0] / picture[0], window[1] / picture[1])
-    width, height = (max(1, round(scale * side)) for side in picture)
+def fitted(image: Size, window: Size) -> tuple[int, int, int, int]:
+    """x, y, width, height [px] of the largest centred place for an image in a window."""
+    scale = min(window[0] / image[0], window[1] / image[1])
+    width, height = (max(1, round(scale * side)) for side in image)
     return (window[0] - width) // 2, (window[1] - height) // 2, width, height
 
 
 def _enlarged(camera: Camera, window: Size) -> Camera:
-    """A camera with the same field whose pixels are those of the window."""
+    """A camera with the same field of view and the window's pixels."""
     d = camera.detector
     _, _, width, height = fitted((d.width, d.height), window)
     pitch = d.pixel_pitch * d.width / width
     return replace(camera, detector=replace(d, width=width, height=height, pixel_pitch=pitch))
 
 
-def viewer_state(scenario: Scenario, look: ViewSettings, window: Size) -> SceneState:
-    """The scene with one camera, the one that the window looks through.
+def viewer_state(scenario: Scenario, settings: ViewSettings, window: Size) -> SceneState:
+    """The scene with the window's camera alone.
 
-    window : pixels of its framebuffer
+    window : size of its framebuffer [px]
     """
-    state = scenario.at(look.tai_ns)
-    if look.camera is not None:
-        through = state.cameras[look.camera]
+    state = scenario.at(settings.tai_ns)
+    if settings.camera is not None:
+        through = state.cameras[settings.camera]
         camera = replace(through, camera=_enlarged(through.camera, window))
     else:
-        pose = state.bodies[look.target].pose
-        position, R_camera_from_icrf = look.orbit.pose(pose.position, orbit_axes(pose))
+        pose = state.bodies[settings.target].pose
+        position, R_camera_from_icrf = settings.orbit.pose(pose.position, orbit_axes(pose))
         camera = CameraState(
             camera=window_camera(window),
             position=position,
@@ -83,7 +83,7 @@ def viewer_state(scenario: Scenario, look: ViewSettings, window: Size) -> SceneS
 
 
 class Viewport:
-    """Draws looks into a window's framebuffer, the radiance only where it changed."""
+    """Renders into a window's framebuffer; radiance and display are separate steps."""
 
     def __init__(
         self, ctx: moderngl.Context, scenario: Scenario, progress: ProgressCallback | None = None
@@ -93,26 +93,26 @@ class Viewport:
         models = scenario.models_at_epoch() if scenario.inter_reflection else ()
         self._renderer.prepare(models, scenario.earth, progress)
         self._display = DisplayPass(ctx)
-        self._picture: ImageTarget | None = None
+        self._image: ImageTarget | None = None
 
-    def render(self, look: ViewSettings, window: Size) -> None:
-        """A new picture; raises ConfigError where there is none, and keeps the old one."""
+    def render(self, settings: ViewSettings, window: Size) -> None:
+        """Render the radiance; where that raises ConfigError, the last image is kept."""
         view = frame_view(
-            viewer_state(self.scenario, look, window),
+            viewer_state(self.scenario, settings, window),
             _VIEWER,
             sample_budget=self._renderer.sample_budget,
             samples_per_pixel=self.scenario.samples_per_pixel,
             inter_reflection=self.scenario.inter_reflection,
             gather=self.scenario.gather,
         )
-        self._picture = self._renderer.radiance(view)
+        self._image = self._renderer.radiance(view)
 
-    def show(self, look: ViewSettings, window: Size, target: moderngl.Framebuffer) -> None:
-        """The last picture in the middle of a window, black around it."""
-        assert self._picture is not None
+    def show(self, settings: ViewSettings, window: Size, target: moderngl.Framebuffer) -> None:
+        """Display the last image in the centre of a window, black around it."""
+        assert self._image is not None
         target.clear(0.0, 0.0, 0.0, 1.0)
-        rectangle = fitted(self._picture.size, window)
-        self._display.draw(self._picture.textures[0], target, rectangle, look.exposure_value)
+        rectangle = fitted(self._image.size, window)
+        self._display.draw(self._image.textures[0], target, rectangle, settings.exposure_value)
 
     def release(self) -> None:
         """Free everything."""
@@ -127,6 +127,6 @@ class Viewport:
 
 
 def read_window(target: moderngl.Framebuffer, size: Size) -> Image8:
-    """(height, width, 3) of what a window's framebuffer holds, row 0 at the top."""
+    """(height, width, 3) content of a window's framebuffer, row 0 at the top."""
     data = target.read(viewport=(0, 0, *size), components=3, alignment=1)
     return np.frombuffer(data, np.uint8).reshape(size[1], size[0], 3)[::-1]

@@ -1,4 +1,4 @@
-"""The window: GLFW's events change the look, its draws follow the look."""
+"""The window: GLFW's events replace the view settings, frames follow them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from simgl.gpu.context import REQUIRED_VERSION
 from simgl.images import png_bytes
 from simgl.output import complete_file
 from simgl.scenario.loader import load_scenario
-from simgl.viewer.view_settings import COMMANDS, HELP, ViewSettings, opening_look, title
+from simgl.viewer.view_settings import COMMANDS, HELP, ViewSettings, opening_settings, title
 from simgl.viewer.viewport import Size, Viewport, read_window
 
 _REMEDY = "use simgl render, or run under xvfb-run"
@@ -35,12 +35,12 @@ WINDOW_SIZE: Size = (960, 640)
 
 # Seconds that an idle window waits for events; short enough for Ctrl-C to be felt.
 _IDLE = 0.25
-# A window that is being resized shows the old picture until its size has kept this long [s].
+# A window that is being resized shows the old image until its size is stable for this long [s].
 _SETTLE = 0.2
 
 BY_KEY = {key: command for command in COMMANDS for key in command.keys}
 
-# Characters arrive as the keyboard layout types them; these keys type none.
+# Characters arrive as the keyboard layout types them; these keys type no character.
 _NAMED_KEYS = {
     glfw.KEY_LEFT: "left",
     glfw.KEY_RIGHT: "right",
@@ -51,9 +51,9 @@ _NAMED_KEYS = {
 
 
 class _WindowContext:
-    """The context of a GLFW window, as moderngl wants it: its functions by name.
+    """The context of a GLFW window as moderngl's loader of OpenGL functions.
 
-    With it every kind of window serves (GLX, EGL under Wayland), whatever GLFW chose.
+    It serves every kind of window that GLFW may choose (GLX, EGL under Wayland).
     """
 
     def __init__(self, window: Any) -> None:
@@ -103,12 +103,12 @@ def _window(caption: str) -> Iterator[Any]:
 
 
 class _Session:
-    """One open window: its events change the look, its draws follow the look."""
+    """One open window."""
 
     def __init__(
-        self, window: Any, ctx: moderngl.Context, painter: Viewport, look: ViewSettings
+        self, window: Any, ctx: moderngl.Context, viewport: Viewport, settings: ViewSettings
     ) -> None:
-        self._window, self._painter, self._look = window, painter, look
+        self._window, self._viewport, self._settings = window, viewport, settings
         self._target = ctx.screen
         self._size: Size = glfw.get_framebuffer_size(window)
         self._rendered: tuple[ViewSettings, Size] | None = None
@@ -127,14 +127,14 @@ class _Session:
         """Until the window is closed."""
         before = time.monotonic()
         while not glfw.window_should_close(self._window):
-            was_playing = self._look.playing
+            was_playing = self._settings.playing
             if was_playing:
                 glfw.poll_events()
             else:
                 glfw.wait_events_timeout(_IDLE)
             now = time.monotonic()
-            if was_playing and self._look.playing:
-                self._look = self._look.later(now - before)
+            if was_playing and self._settings.playing:
+                self._settings = self._settings.later(now - before)
             before = now
             self._follow_size(now)
             if 0 not in self._size:
@@ -146,51 +146,51 @@ class _Session:
             self._size, self._resized_at, self._exposed = size, now, True
 
     def _draw(self, now: float) -> None:
-        """Render where the picture is old, show where anything changed."""
+        """Render where the image is out of date, display where anything changed."""
         settled = now - self._resized_at >= _SETTLE
-        if settled and self._is_old():
+        if settled and self._is_out_of_date():
             self._render()
-        if self._look == self._shown and not self._exposed:
+        if self._settings == self._shown and not self._exposed:
             return
-        self._painter.show(self._look, self._size, self._target)
+        self._viewport.show(self._settings, self._size, self._target)
         glfw.swap_buffers(self._window)
         interval = now - self._shown_at
-        fps = 1.0 / interval if self._look.playing and 0.0 < interval < 1.0 else None
-        glfw.set_window_title(self._window, title(self._look, fps))
-        self._shown, self._shown_at, self._exposed = self._look, now, False
+        fps = 1.0 / interval if self._settings.playing and 0.0 < interval < 1.0 else None
+        glfw.set_window_title(self._window, title(self._settings, fps))
+        self._shown, self._shown_at, self._exposed = self._settings, now, False
 
-    def _is_old(self) -> bool:
+    def _is_out_of_date(self) -> bool:
         if self._rendered is None:
             return True
-        look, size = self._rendered
-        return size != self._size or not look.same_picture(self._look)
+        settings, size = self._rendered
+        return size != self._size or not settings.same_image(self._settings)
 
     def _render(self) -> None:
-        """A new picture; where there is none, back to the last look that had one."""
+        """Render a new image; where that fails, go back to the settings of the last one."""
         try:
-            self._painter.render(self._look, self._size)
+            self._viewport.render(self._settings, self._size)
         except ConfigError as error:
             if self._rendered is None:
                 raise
             print(f"simgl: {error}", file=sys.stderr)
-            self._look = replace(self._rendered[0], playing=False)
-        self._rendered = self._look, self._size
+            self._settings = replace(self._rendered[0], playing=False)
+        self._rendered = self._settings, self._size
         self._exposed = True
 
     def screenshot(self, path: Path) -> None:
-        """Draw, and write what the window's framebuffer then holds as PNG."""
-        if self._is_old():
+        """Draw, and write the window's framebuffer as PNG."""
+        if self._is_out_of_date():
             self._render()
-        self._painter.show(self._look, self._size, self._target)
-        # Read before the buffers are swapped: afterwards the back buffer holds anything.
-        picture = read_window(self._target, self._size)
+        self._viewport.show(self._settings, self._size, self._target)
+        # Read before the buffers are swapped: afterwards the back buffer is undefined.
+        image = read_window(self._target, self._size)
         glfw.swap_buffers(self._window)
         with complete_file(path) as temporary:
-            temporary.write_bytes(png_bytes(picture))
+            temporary.write_bytes(png_bytes(image))
 
     def _press(self, key: str) -> None:
         if key in BY_KEY:
-            self._look = BY_KEY[key].effect(self._look, self._painter.scenario)
+            self._settings = BY_KEY[key].effect(self._settings, self._viewport.scenario)
         elif key in ("q", "escape"):
             glfw.set_window_should_close(self._window, True)
         elif key == "h":
@@ -218,18 +218,18 @@ class _Session:
             self._press(_NAMED_KEYS[key])
 
     def _on_scroll(self, _window: Any, _right: float, up: float) -> None:
-        if self._look.camera is None:
-            self._look = replace(self._look, orbit=self._look.orbit.zoomed(up))
+        if self._settings.camera is None:
+            self._settings = replace(self._settings, orbit=self._settings.orbit.zoomed(up))
 
     def _on_cursor(self, window: Any, x: float, y: float) -> None:
         right, down = x - self._cursor[0], y - self._cursor[1]
         self._cursor = x, y
         pressed = glfw.get_mouse_button(window, glfw.MOUSE_BUTTON_LEFT) == glfw.PRESS
-        if pressed and self._look.camera is None:
+        if pressed and self._settings.camera is None:
             # Across the window's height is half a turn.
             angle = math.pi / glfw.get_window_size(window)[1]
-            orbit = self._look.orbit.dragged(angle * right, angle * down)
-            self._look = replace(self._look, orbit=orbit)
+            orbit = self._settings.orbit.dragged(angle * right, angle * down)
+            self._settings = replace(self._settings, orbit=orbit)
 
     def _on_refresh(self, _window: Any) -> None:
         self._exposed = True
@@ -244,15 +244,15 @@ def run(scenario_path: Path, target: str | None = None, screenshot: Path | None 
     Raises ConfigError for a scenario or target that cannot be shown, ContextError without display.
     """
     scenario = load_scenario(scenario_path)
-    look = opening_look(scenario, target)
-    with _window(title(look)) as window:
+    settings = opening_settings(scenario, target)
+    with _window(title(settings)) as window:
         functions: Any = _WindowContext(window)
         ctx = moderngl.create_context(context=functions, require=REQUIRED_VERSION)
         try:
             with bake_bar() as progress:
-                ready = Viewport(ctx, scenario, progress)
-            with ready as painter:
-                session = _Session(window, ctx, painter, look)
+                viewport = Viewport(ctx, scenario, progress)
+            with viewport:
+                session = _Session(window, ctx, viewport, settings)
                 if screenshot is None:
                     print(HELP)
                     session.run()

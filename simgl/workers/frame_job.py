@@ -1,4 +1,4 @@
-"""What a crew is given to do."""
+"""The protocol of a job, and of what executes it."""
 
 from __future__ import annotations
 
@@ -12,17 +12,19 @@ from simgl.simulator import Simulator
 T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
 
-# From the numbers of frames to these, in whatever order they are ready.
-Taking = Callable[[Sequence[int]], Iterator[T]]
-Crew = AbstractContextManager[Taking[T]]
-
 
 class Job(Protocol[T_co]):
-    """Frames of one scenario, each of which depends on its number alone."""
+    """Frames of one scenario, each of which depends on the job and its number alone."""
 
     @property
     def scenario(self) -> Scenario:
-        """What the simulators of a crew are opened for."""
+        """Scenario that the simulators are opened for."""
 
-    def take(self, simulator: Simulator, frame: int) -> T_co:
+    def render(self, simulator: Simulator, frame: int) -> T_co:
         """One frame."""
+
+
+# From frame numbers to results, in the order in which they are ready.
+Execute = Callable[[Sequence[int]], Iterator[T]]
+# Open while its workers are.
+Executor = AbstractContextManager[Execute[T]]

@@ -53,7 +53,7 @@ def test_limits_follow_from_electrons(plate: tuple[Capture, SceneState]) -> None
     found = advise(with_electrons(exposure, 0.45 * full, 0.5 * seen, 0.1 * seen), state, "plate")
     # Twice the time fills the bright half to 0.9 and lifts the dark half.
     assert found.unsaturated == pytest.approx(2.0 * time, rel=1e-6)
-    assert found.back_visible == pytest.approx(2.0 * time, rel=1e-6)
+    assert found.dark_side_visible == pytest.approx(2.0 * time, rel=1e-6)
     assert found.sky_dark == pytest.approx(10.0 * time, rel=1e-6)
     assert found.time == pytest.approx(2.0 * time, rel=1e-6)
     assert "no saturation up to" in advice_text(found)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import html
 import math
 import re
 import sys
@@ -62,11 +63,11 @@ def test_an_orbit_has_its_night_and_its_day(
     assert len(eclipsed) == pytest.approx(24 * 36.0 / 92.6, abs=1.5)
     assert all(row["verdict"] == "too dark" for row in eclipsed)
     assert any(row["verdict"] == "good" for row in rows)
-    page = (out / "report.html").read_text()
+    page = html.unescape((out / "report.html").read_text())
     assert page.count("data:image/png;base64,") >= 5
     # Nothing is fetched from elsewhere.
     assert not re.search(r'(src|href)="(?!data:)', page)
-    assert "Earth&#x27;s shadow" in page
+    assert "Earth's shadow" in page
     # A strip each for verdicts and backgrounds, whose cells take up all epochs.
     for strip in re.findall(r'<div class="strip">(.*?)</div></div>', page):
         assert sum(map(int, re.findall(r"flex:(\d+);", strip))) == 24
@@ -78,6 +79,19 @@ def test_an_orbit_has_its_night_and_its_day(
     before = (out / "frames.csv").read_bytes()
     assert assess(monkeypatch, scene, *options) == 0
     assert (out / "frames.csv").read_bytes() == before
+
+
+def test_names_from_files_are_escaped(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scenario, out = tmp_path / 'a<i>&"b.toml', tmp_path / "out"
+    scenario.write_text(SCENE)
+    assert assess(monkeypatch, scenario, "--duration", "60", "--count", "2", "--out", out) == 0
+    capsys.readouterr()
+    page = (out / "report.html").read_text()
+    assert "<i>" not in page
+    assert "<title>a&lt;i&gt;&amp;&#34;b: light on target</title>" in page
+    assert "a&lt;i&gt;&amp;&#34;b.toml</td></tr>" in page
 
 
 def test_one_epoch_says_its_verdict(

@@ -9,7 +9,7 @@ import pytest
 
 from simgl.assess.target_background import TargetBackground
 from simgl.assess.target_light import FrameAssessment
-from simgl.assess.timeline import Moment, course
+from simgl.assess.timeline import Moment, timeline
 from simgl.assess.verdict import Verdict, verdict
 from simgl.scene.usability_criteria import UsabilityCriteria
 
@@ -79,7 +79,7 @@ def moments(*verdicts: Verdict, **changes: float) -> list[Moment]:
 
 def test_windows_and_shares_add_up() -> None:
     g, b = Verdict.GOOD, Verdict.TOO_BRIGHT
-    found = course(moments(g, g, b, g, g, g, b, b))
+    found = timeline(moments(g, g, b, g, g, g, b, b))
     assert [(w.verdict, w.epochs) for w in found.windows] == [(g, 2), (b, 1), (g, 3), (b, 2)]
     assert sum(found.shares.values()) == pytest.approx(1.0)
     assert found.shares[g] == pytest.approx(5 / 8)
@@ -88,19 +88,19 @@ def test_windows_and_shares_add_up() -> None:
 
 
 def test_advice_says_what_would_help() -> None:
-    bright = course(moments(Verdict.TOO_BRIGHT, Verdict.TOO_BRIGHT, Verdict.GOOD)).advice
+    bright = timeline(moments(Verdict.TOO_BRIGHT, Verdict.TOO_BRIGHT, Verdict.GOOD)).advice
     assert any("an exposure 4 times shorter would suit them" in text for text in bright)
-    dark = course(moments(Verdict.TOO_DARK, Verdict.GOOD, sunlight=0.0)).advice
+    dark = timeline(moments(Verdict.TOO_DARK, Verdict.GOOD, sunlight=0.0)).advice
     assert any("Earth's shadow" in text for text in dark)
-    confused = course(moments(Verdict.CONFUSED, Verdict.GOOD)).advice
+    confused = timeline(moments(Verdict.CONFUSED, Verdict.GOOD)).advice
     assert any("do not stand out" in text for text in confused)
-    angles = course(moments(Verdict.GOOD, Verdict.TOO_DARK, phase_angle=np.radians(40.0))).advice
+    angles = timeline(moments(Verdict.GOOD, Verdict.TOO_DARK, phase_angle=np.radians(40.0))).advice
     assert any("phase angles of 40 to 40 deg" in text for text in angles)
-    assert course(moments(Verdict.GOOD, Verdict.GOOD)).advice == ()
+    assert timeline(moments(Verdict.GOOD, Verdict.GOOD)).advice == ()
 
 
 def test_the_worst_epoch_is_one_in_view() -> None:
-    found = course(moments(Verdict.NOT_IN_VIEW, Verdict.GOOD))
+    found = timeline(moments(Verdict.NOT_IN_VIEW, Verdict.GOOD))
     assert found.worst is not None
     assert found.worst.tai_ns == MINUTE
-    assert course(moments(Verdict.NOT_IN_VIEW)).worst is None
+    assert timeline(moments(Verdict.NOT_IN_VIEW)).worst is None

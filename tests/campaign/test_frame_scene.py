@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from simgl.arrays import Array
 from simgl.campaign.campaign_file import Campaign, load_campaign
 from simgl.campaign.frame_scene import FrameScene, frame_scene
-from simgl.campaign.frame_task import take
+from simgl.campaign.frame_task import CampaignJob
 from simgl.errors import ConfigError
 from simgl.motion.mounts import BodyMount, camera_pose
 from simgl.motion.pointing import Pointing
@@ -139,7 +139,7 @@ def test_a_turning_target_is_blurred_and_its_labels_are_of_mid_exposure(tmp_path
     with Simulator(small_campaign(tmp_path).scenario) as simulator:
         for rate in (0.0, 3000.0):
             campaign = small_campaign(tmp_path, f"{draw}target_rate_deg_s = {rate}\n")
-            exposures[rate] = take(campaign, simulator, 0)
+            exposures[rate] = CampaignJob(campaign=campaign).render(simulator, 0)
     still, blurred = exposures.values()
     assert still.files["labels/000000.json"] == blurred.files["labels/000000.json"]
     assert still.row["dn_sha256"] != blurred.row["dn_sha256"]

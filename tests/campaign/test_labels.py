@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import json
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import moderngl
@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from simgl.arrays import Mask
 from simgl.campaign.label_formats import write_coco, write_speed
-from simgl.campaign.labels import SpacecraftLabel, Visibility, craft_labels, run_lengths
+from simgl.campaign.labels import SpacecraftLabel, Visibility, run_lengths, spacecraft_labels
 from simgl.scenario.scenario import Scenario
 from simgl.sequence.journal import Value
 from simgl.simulator import Product, Simulator
@@ -70,7 +70,7 @@ def labels_of(gl: moderngl.Context, scenario: Scenario) -> dict[str, SpacecraftL
     with Simulator(scenario, gl) as simulator:
         truth = simulator.capture(state, "cam", {Product.TRUTH}).truth
     assert truth is not None
-    return {label.name: label for label in craft_labels(truth, state)}
+    return {label.name: label for label in spacecraft_labels(truth, state)}
 
 
 @old_numpy
@@ -99,18 +99,17 @@ def test_pose_box_and_keypoints_of_a_box_by_hand(gl: moderngl.Context) -> None:
     label = labels_of(gl, box_behind_a_plate())["box"]
     # y of the picture runs against y of the box, z away from the camera.
     assert label.q_camera_from_body_xyzw == pytest.approx((1.0, 0.0, 0.0, 0.0))
-    assert label.position == pytest.approx((0.0, 0.0, 10.0))
+    assert label.position_camera_m == pytest.approx((0.0, 0.0, 10.0))
     f = 2400.0 / 3.75
     near = f / 9.5
     half = near * 1.0, near * 0.5
-    assert label.box is not None
-    x, y, width, height = label.box
+    x, y, width, height = label.box_px
     # The left end lies behind the plate, which ends at -0.25 m, 5 m away.
     assert (x, y) == (round(80 - f * 0.25 / 5.0), round(60 - half[1]))
     assert (x + width, y + height) == (round(80 + half[0]), round(60 + half[1]))
     assert not label.cut_off
     seen = {point.name: point for point in label.keypoints}
-    assert (seen["near"].x, seen["near"].y) == pytest.approx((80 + half[0], 60 - half[1]))
+    assert (seen["near"].x_px, seen["near"].y_px) == pytest.approx((80 + half[0], 60 - half[1]))
     assert {name: point.visibility for name, point in seen.items()} == {
         "near": Visibility.SEEN,
         "far": Visibility.HIDDEN,
@@ -130,19 +129,7 @@ def test_coco_file_says_the_same_to_its_own_reader(gl: moderngl.Context, tmp_pat
         "file": "000004.png",
         "width_px": 160,
         "height_px": 120,
-        "spacecraft": [
-            {
-                "name": label.name,
-                "box_px": label.box,
-                "pixels": label.pixels,
-                "mask_run_lengths": label.mask,
-                "keypoints": [
-                    {"x_px": p.x, "y_px": p.y, "visibility": int(p.visibility)}
-                    for p in label.keypoints
-                ],
-            }
-            for label in found.values()
-        ],
+        "spacecraft": [asdict(label) for label in found.values()],
     }
     write_coco(tmp_path / "coco.json", [stored], scenario.models, "two")
     with contextlib.redirect_stdout(io.StringIO()):

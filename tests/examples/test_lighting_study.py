@@ -15,10 +15,10 @@ from examples.lighting_study.shot import Shot, smaller, take
 from simgl import Simulator, load_scenario
 from simgl.assess.report import write_report
 from simgl.assess.target_background import TargetBackground
-from simgl.assess.timeline import course
+from simgl.assess.timeline import timeline
 from simgl.assess.trajectory_assessment import assignment, moments, run
 from simgl.assess.verdict import Verdict
-from simgl.workers.executors import alone
+from simgl.workers.executors import run_serial
 from tests.patience import run_to_end
 
 ROOT = Path(__file__).parents[2]
@@ -69,8 +69,8 @@ def test_each_case_shows_what_the_study_says_or_what_the_page_admits(simulator: 
 def test_each_case_makes_a_report(simulator: Simulator, tmp_path: Path) -> None:
     scenario = simulator.scenario
     work = assignment(scenario, None, None, [scenario.epoch_tai_ns])
-    rows = run(work, alone(work, simulator), tmp_path)
-    write_report(tmp_path / "report.html", work, rows, course(moments(rows)), simulator)
+    rows = run(work, run_serial(work, simulator), tmp_path)
+    write_report(tmp_path / "report.html", work, rows, timeline(moments(rows)), simulator)
     assert len(rows) == 1
     assert rows[0]["verdict"] == SEEN.get(scenario.name, SEEN["azimuth_20"])[1].value
     assert b"<h1>Light on space_rider</h1>" in (tmp_path / "report.html").read_bytes()

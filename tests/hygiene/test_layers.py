@@ -24,6 +24,7 @@ LAYERS = (
     ("", "bench", "cli_progress", "output", "workers"),
     ("doctor", "inspection", "maps", "sequence", "viewer"),
     ("assess", "campaign"),
+    ("commands",),
     ("cli",),
     ("__main__",),
 )

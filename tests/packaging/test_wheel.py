@@ -31,7 +31,9 @@ def beneath(folder: Path, suffixes: set[str]) -> set[str]:
 
 def test_every_module_shader_model_and_map_is_in_the_wheel(wheel: zipfile.ZipFile) -> None:
     names = set(wheel.namelist())
-    expected = {f"simgl/{p}" for p in beneath(ROOT / "simgl", {".py", ".toml", ".jpg", ".typed"})}
+    expected = {
+        f"simgl/{p}" for p in beneath(ROOT / "simgl", {".py", ".toml", ".jpg", ".jinja", ".typed"})
+    }
     expected |= {f"simgl_bridge/{p}" for p in beneath(ROOT / "bridge/simgl_bridge", {".py"})}
     expected |= {
         f"simgl/shaders/{p}" for p in beneath(ROOT / "shaders", {".glsl", ".vert", ".frag"})

@@ -13,8 +13,8 @@ from simgl.physics.ephemeris import tai_ns_from_utc
 from simgl.physics.frames import lvlh_from_icrf
 from simgl.scenario.loader import scenario_from_dict
 from simgl.scenario.scenario import Scenario
+from simgl.sequence.epoch_options import Event
 from simgl.sequence.epochs import at_random, events, limb_behind, regular, spread
-from simgl.sequence.events import Event
 
 SECOND = 1_000_000_000
 START = tai_ns_from_utc("2026-03-20T12:00:00")

@@ -8,7 +8,7 @@ import pytest
 
 from simgl.scenario.loader import load_scenario
 from simgl.scenario.scenario import Scenario
-from simgl.viewer.view_settings import ViewSettings, opening_look
+from simgl.viewer.view_settings import ViewSettings, opening_settings
 
 # A grey ball above the lit Earth, a small one 40 m behind it, and a camera of another shape.
 SCENARIO = """
@@ -45,4 +45,4 @@ def scenario(scenario_path: Path) -> Scenario:
 
 @pytest.fixture
 def look(scenario: Scenario) -> ViewSettings:
-    return opening_look(scenario, None)
+    return opening_settings(scenario, None)

@@ -12,7 +12,7 @@ from simgl.physics.frames import lvlh_from_icrf
 from simgl.scenario.loader import scenario_from_dict
 from simgl.scenario.scenario import Scenario
 from simgl.viewer.orbit_camera import FIELD_OF_VIEW
-from simgl.viewer.view_settings import HELP, ViewSettings, opening_look, title
+from simgl.viewer.view_settings import HELP, ViewSettings, opening_settings, title
 from simgl.viewer.viewport import fitted, viewer_state, window_camera
 from simgl.viewer.window import BY_KEY
 from tests.viewer.harness import orbit_camera, press
@@ -51,12 +51,12 @@ def test_keys_change_what_is_shown(scenario: Scenario, look: ViewSettings) -> No
 def test_exposure_needs_no_new_picture_but_time_and_angle_do(
     scenario: Scenario, look: ViewSettings
 ) -> None:
-    assert look.same_picture(press(look, scenario, "up", "space", "]"))
-    assert not look.same_picture(press(look, scenario, "right"))
-    assert not look.same_picture(replace(look, orbit=look.orbit.dragged(0.1, 0.0)))
+    assert look.same_image(press(look, scenario, "up", "space", "]"))
+    assert not look.same_image(press(look, scenario, "right"))
+    assert not look.same_image(replace(look, orbit=look.orbit.dragged(0.1, 0.0)))
     through = press(look, scenario, "c")
-    assert not look.same_picture(through)
-    assert through.same_picture(replace(through, orbit=look.orbit.dragged(0.1, 0.0)))
+    assert not look.same_image(through)
+    assert through.same_image(replace(through, orbit=look.orbit.dragged(0.1, 0.0)))
 
 
 def test_c_looks_through_each_scenario_camera_and_comes_back(
@@ -112,9 +112,9 @@ def test_help_names_every_key() -> None:
 def test_a_scenario_without_spacecraft_is_refused() -> None:
     empty = scenario_from_dict({"epoch": {"utc": "2026-03-20T12:00:00"}})
     with pytest.raises(ConfigError, match="spacecraft is missing; the viewer circles a"):
-        opening_look(empty, None)
+        opening_settings(empty, None)
 
 
 def test_an_unknown_target_is_refused_with_a_suggestion(scenario: Scenario) -> None:
     with pytest.raises(ConfigError, match=r'--target "bal" is not in .*; did you mean "ball"\?'):
-        opening_look(scenario, "bal")
+        opening_settings(scenario, "bal")

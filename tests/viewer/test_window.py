@@ -15,7 +15,7 @@ from PIL import Image
 
 from simgl.errors import ContextError
 from simgl.scenario.loader import load_scenario
-from simgl.viewer.view_settings import opening_look
+from simgl.viewer.view_settings import opening_settings
 from simgl.viewer.window import run
 from tests.patience import run_to_end
 from tests.viewer.harness import assert_shows, press
@@ -72,7 +72,7 @@ def test_the_window_holds_the_off_screen_picture_the_right_way_up(
     assert picture[-40:].mean() > 20.0  # the Earth
     assert picture[:40].max() == 0
     scenario = load_scenario(scenario_path)
-    assert_shows(picture, gl, scenario, opening_look(scenario, None))
+    assert_shows(picture, gl, scenario, opening_settings(scenario, None))
 
 
 # Plays a list of events where the window would wait for the user's.
@@ -109,7 +109,7 @@ def step(real):
             real_wait(0.1)
     elif kind == "jump":
         session = callbacks["char"].__self__
-        session._look = replace(session._look, orbit=inside)
+        session._settings = replace(session._settings, orbit=inside)
     elif kind == "wait":
         time.sleep(0.3)
         real_poll()
@@ -134,7 +134,7 @@ def test_the_window_obeys_keys_mouse_and_resizing_until_it_is_closed(
     with Image.open(tmp_path / "simgl_view_001.png") as image:
         first = np.asarray(image)
     scenario = load_scenario(scenario_path)
-    brighter = press(opening_look(scenario, None), scenario, "+", "up")
+    brighter = press(opening_settings(scenario, None), scenario, "+", "up")
     angle = np.pi / 640.0  # of one pixel's drag
     orbit = brighter.orbit.zoomed(-3.0).dragged(50.0 * angle, 20.0 * angle)
     assert_shows(first, gl, scenario, replace(brighter, orbit=orbit))

@@ -31,11 +31,11 @@ GENERATORS: Mapping[str, Callable[[], GeneratedModel]] = {
 
 def write_model(name: str, out: Path) -> Path:
     """Writes one model's two files under `out`/`name` and returns that folder."""
-    craft = GENERATORS[name]()
+    model = GENERATORS[name]()
     folder = out / name
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / f"{name}.glb").write_bytes(glb_bytes(craft))
-    (folder / "model.toml").write_text(record_text(craft), encoding="utf-8", newline="\n")
+    (folder / f"{name}.glb").write_bytes(glb_bytes(model))
+    (folder / "model.toml").write_text(record_text(model), encoding="utf-8", newline="\n")
     return folder
 
 

@@ -139,18 +139,18 @@ def _gltf_node(part: Part, mesh: int, parts: Sequence[Part]) -> Any:
     )
 
 
-def glb_bytes(craft: GeneratedModel) -> bytes:
+def glb_bytes(model: GeneratedModel) -> bytes:
     """The whole file for a craft."""
-    shapes = [shape for part in craft.parts for shape in part.shapes]
+    shapes = [shape for part in model.parts for shape in part.shapes]
     palette = sorted({str(name) for shape in shapes for name in np.unique(shape.materials)})
     buffer = _Buffer()
-    meshes = [_gltf_mesh(part, palette, buffer) for part in craft.parts]
-    roots = [i for i, part in enumerate(craft.parts) if part.parent is None]
+    meshes = [_gltf_mesh(part, palette, buffer) for part in model.parts]
+    roots = [i for i, part in enumerate(model.parts) if part.parent is None]
     document = gltf.GLTF2(
         asset=gltf.Asset(version="2.0", generator="simgl"),
         scene=0,
-        scenes=[gltf.Scene(name=craft.name, nodes=roots)],
-        nodes=[_gltf_node(part, i, craft.parts) for i, part in enumerate(craft.parts)],
+        scenes=[gltf.Scene(name=model.name, nodes=roots)],
+        nodes=[_gltf_node(part, i, model.parts) for i, part in enumerate(model.parts)],
         meshes=meshes,
         materials=[_gltf_material(name, MATERIALS[name]) for name in palette],
         accessors=buffer.accessors,

@@ -35,14 +35,14 @@ def _joint(joint: Joint) -> list[str]:
     return lines
 
 
-def record_text(craft: GeneratedModel) -> str:
-    """The model.toml of a craft."""
+def record_text(model: GeneratedModel) -> str:
+    """The model.toml of a model."""
     # JSON strings of plain text are TOML basic strings.
     lines = [
-        f'name = "{craft.name}"',
-        f'file = "{craft.name}.glb"',
-        f"description = {json.dumps(craft.description)}",
-        f"source = {json.dumps(craft.source)}",
+        f'name = "{model.name}"',
+        f'file = "{model.name}.glb"',
+        f"description = {json.dumps(model.description)}",
+        f"source = {json.dumps(model.source)}",
         "unit_m = 1.0",
         "",
         "[axes]  # body axis = axis of the file; body: x forward, y starboard, z down",
@@ -50,8 +50,8 @@ def record_text(craft: GeneratedModel) -> str:
         'y = "-x"',
         'z = "-y"',
     ]
-    for joint in craft.joints:
+    for joint in model.joints:
         lines += _joint(joint)
     lines += ["", "[keypoints]  # body frame, metres"]
-    lines += [f"{name} = {_numbers(point)}" for name, point in craft.keypoints.items()]
+    lines += [f"{name} = {_numbers(point)}" for name, point in model.keypoints.items()]
     return "\n".join(lines) + "\n"

@@ -244,7 +244,7 @@ class _SkinCells:
 
     vertices: Array
     base: IndexArray
-    kept: IndexArray
+    retained: IndexArray
     cut: IndexArray
     materials: list[str]
 
@@ -261,7 +261,7 @@ def _skin_cells() -> _SkinCells:
     over_bay = np.ix_(np.abs(middle - BAY_X) < OPENING[0], column_tiles == column_tiles.max())
     open_cell = np.zeros((len(row_tiles), len(column_tiles)), dtype=bool)
     open_cell[over_bay] = True
-    kept: list[IndexArray] = []
+    retained: list[IndexArray] = []
     cut: list[IndexArray] = []
     materials: list[str] = []
     for i, j in np.ndindex(open_cell.shape):
@@ -269,10 +269,10 @@ def _skin_cells() -> _SkinCells:
         if open_cell[i, j]:
             cut.append(cell)
         else:
-            kept.append(cell)
+            retained.append(cell)
             materials += [names[i][j]] * len(cell)
     return _SkinCells(
-        points.reshape(-1, 3), index[-1], np.concatenate(kept), np.concatenate(cut), materials
+        points.reshape(-1, 3), index[-1], np.concatenate(retained), np.concatenate(cut), materials
     )
 
 
@@ -282,12 +282,12 @@ def airframe() -> Shape:
     count = len(cells.vertices)
     # The cells cut out of the skin, flattened, are the cavity's floor under the bay's liner.
     sunk = cells.vertices * [1.0, 1.0, 0.0] + np.array([0.0, 0.0, FLOOR_Z + 0.04])
-    edges = boundary_edges(cells.kept)
+    edges = boundary_edges(cells.retained)
     at_base = np.isin(edges, cells.base).all(axis=1)
     walls = wall_triangles(edges[~at_base], np.arange(count, 2 * count))
     base_centre = np.full(int(at_base.sum()), 2 * count)
     base = np.stack([edges[at_base, 1], edges[at_base, 0], base_centre], axis=-1)
-    triangles = np.concatenate([cells.kept, cells.cut + count, walls, base])
+    triangles = np.concatenate([cells.retained, cells.cut + count, walls, base])
     materials = [
         *cells.materials,
         *["grey_paint"] * (len(cells.cut) + len(walls)),

@@ -26,7 +26,7 @@ HORN = 0.03  # of the feed beyond the focus [m]
 
 SHOULDER = (0.34, 0.0, -0.66)  # where the arm's two shoulder axes meet [m]
 UPPER, LOWER = 0.85, 0.75  # from shoulder to elbow, and from there to the wrist [m]
-ASIDE = 0.065  # the upper arm lies so far to port of the middle, the lower to starboard [m]
+ARM_OFFSET = 0.065  # the upper arm lies so far to port of the middle, the lower to starboard [m]
 WRIST = 0.16  # from the wrist's axis to the palm [m]
 FINGER = 0.13  # length of a finger beyond the palm [m]
 GRIP = 0.05  # how far a finger opens [m]
@@ -216,7 +216,7 @@ def _arm() -> tuple[list[Part], list[Joint]]:
     stretched out ahead."""
     x, _, z = SHOULDER
     elbow, wrist = (x + UPPER, 0.0, z), (x + UPPER + LOWER, 0.0, z)
-    hand = (wrist[0] + WRIST - 0.06, ASIDE, z)
+    hand = (wrist[0] + WRIST - 0.06, ARM_OFFSET, z)
     base = (x, 0.0, -0.5 * HEIGHT - 0.055)
     lift = z - base[2]
     table = [
@@ -236,9 +236,9 @@ def _arm() -> tuple[list[Part], list[Joint]]:
     ]  # fmt: skip
     parts = [
         Part(name="arm_turntable", shapes=tuple(table), origin_body=base, parent="hull"),
-        Part(name="arm_upper", shapes=tuple(_link(UPPER, -ASIDE, 0.042)), origin_body=SHOULDER,
+        Part(name="arm_upper", shapes=tuple(_link(UPPER, -ARM_OFFSET, 0.042)), origin_body=SHOULDER,
              parent="arm_turntable"),
-        Part(name="arm_lower", shapes=tuple(_link(LOWER, ASIDE, 0.036)), origin_body=elbow,
+        Part(name="arm_lower", shapes=tuple(_link(LOWER, ARM_OFFSET, 0.036)), origin_body=elbow,
              parent="arm_upper"),
         Part(name="arm_wrist", shapes=tuple(wrist_block), origin_body=wrist, parent="arm_lower"),
         Part(name="arm_hand", shapes=tuple(palm), origin_body=hand, parent="arm_wrist"),
@@ -267,7 +267,7 @@ def _arm() -> tuple[list[Part], list[Joint]]:
             box("anodised_dark", (FINGER, 0.014, 0.03), (0.5 * FINGER, side * 0.006, 0.0)),
             box("black_paint", (0.05, 0.006, 0.024), (FINGER - 0.03, -side * 0.002, 0.0)),
         ]
-        origin = (hand[0] + 0.068, ASIDE + side * 0.012, z)
+        origin = (hand[0] + 0.068, ARM_OFFSET + side * 0.012, z)
         parts.append(Part(name=part, shapes=tuple(shapes), origin_body=origin, parent="arm_hand"))
         joints.append(
             Joint(
@@ -295,7 +295,7 @@ def _keypoints() -> dict[str, Vec3]:
         "wing_tip_left": (0.0, -(TILT + TIP), 0.0),
         "wing_tip_right": (0.0, TILT + TIP, 0.0),
         "dish_feed": (*MAST, feed),
-        "grip": (SHOULDER[0] + UPPER + LOWER + WRIST + 0.1, ASIDE, SHOULDER[2]),
+        "grip": (SHOULDER[0] + UPPER + LOWER + WRIST + 0.1, ARM_OFFSET, SHOULDER[2]),
         **corners,
     }
 

@@ -83,8 +83,8 @@ def grid_triangles(index: IndexArray) -> IndexArray:
     c, d = index[1:, 1:], index[1:, :-1]
     triangles = np.stack([np.stack([a, b, c], -1), np.stack([a, c, d], -1)], -2).reshape(-1, 3)
     distinct: Mask = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
-    kept: IndexArray = triangles[distinct]
-    return kept
+    retained: IndexArray = triangles[distinct]
+    return retained
 
 
 def boundary_edges(triangles: IndexArray) -> IndexArray:

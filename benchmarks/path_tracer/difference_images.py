@@ -29,7 +29,7 @@ def signed(relative: Array) -> Image8:
     return np.asarray(np.stack([red, rest, blue], axis=2) * 255.0 + 0.5, dtype=np.uint8)
 
 
-def write_png(path: Path, *pictures: Image8) -> None:
+def write_png(path: Path, *images: Image8) -> None:
     """Pictures side by side, each pixel three wide."""
-    row = np.hstack(pictures)
+    row = np.hstack(images)
     Image.fromarray(np.kron(row, np.ones((_SCALE, _SCALE, 1), dtype=np.uint8))).save(path)

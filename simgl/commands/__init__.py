@@ -1,0 +1,12 @@
+"""The commands of ``simgl``, each a function whose parameters are its options.
+
+``command_line``          option groups as dataclasses, and how commands print
+``render_commands``       render, sequence, campaign, exposure
+``assess_command``        assess: one epoch, a trajectory, a sweep
+``inspection_commands``   doctor, bench, view, camera test, model check, model turntable
+
+``simgl.cli`` registers them. Whatever is slow to import is imported inside the command, so that
+``simgl --help`` starts at once. Of the rest of simgl, only ``errors``, ``progress`` and
+``epoch_options`` may be imported at the top. A new command is a function here and a line in
+``cli``.
+"""

@@ -1,0 +1,138 @@
+"""``simgl assess``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from simgl.commands.command_line import COMMAND_LINE, WorkerOptions, say, with_option_groups
+from simgl.errors import ConfigError
+from simgl.sequence.epoch_options import EpochOptions
+
+if TYPE_CHECKING:
+    from simgl.scenario.scenario import Scenario
+
+
+@with_option_groups
+def assess(
+    scenario: Annotated[Path, typer.Argument(help="Scenario file (TOML).")],
+    epochs: EpochOptions,
+    workers: WorkerOptions,
+    camera: Annotated[
+        str | None, typer.Option(help="Camera name; that of the table assess, or the first.")
+    ] = None,
+    target: Annotated[
+        str | None, typer.Option(help="Spacecraft to look for; that of the table assess, or first.")
+    ] = None,
+    at: Annotated[str | None, typer.Option(help="One UTC epoch instead of a trajectory.")] = None,
+    sweep: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="NAME=A,B,... or NAME=FROM:TO:COUNT[:log], at one epoch; NAME of phase_angle_deg, "
+            "sun_clock_deg, exposure_time_s, f_number. Repeated, all combinations."
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for report and tables of a trajectory or a sweep.")
+    ] = None,
+) -> None:
+    """Assess how well images show a target: one epoch, a whole trajectory, or a sweep.
+
+    Examples: simgl assess examples/approach.toml
+    simgl assess examples/trajectories/files.toml --duration 5400 --count 90 --out out/report
+    simgl assess examples/approach.toml --sweep phase_angle_deg=0:150:6 --sweep f_number=2,4,8
+    --out out/sweep
+    """
+    from simgl.scenario.loader import load_scenario
+
+    if sweep:
+        if out is None:
+            raise ConfigError(COMMAND_LINE, "--out", "is needed for the report of a sweep")
+        if epochs != EpochOptions(seed=epochs.seed):
+            raise ConfigError(COMMAND_LINE, "--sweep", "is at one epoch: --at, and no span")
+        _sweep(load_scenario(scenario), camera, target, at, sweep, workers, out)
+    elif out is None:
+        _one_epoch(load_scenario(scenario), camera, target, at)
+    elif at is not None:
+        raise ConfigError(COMMAND_LINE, "--at", "is one epoch; --out is for a trajectory")
+    else:
+        _trajectory(load_scenario(scenario), camera, target, epochs, workers, out)
+
+
+def _one_epoch(scenario: Scenario, camera: str | None, target: str | None, at: str | None) -> None:
+    """Assess one image and print the assessment."""
+    from simgl.assess.target_light import assess_frame
+    from simgl.assess.trajectory_assessment import PRODUCTS, assignment
+    from simgl.assess.verdict import assessment_text
+    from simgl.cli_progress import opened
+    from simgl.sequence.epochs import epoch_at
+
+    epoch = epoch_at(scenario, at)
+    work = assignment(scenario, camera, target, [epoch])
+    state = scenario.at(epoch)
+    with opened(scenario) as simulator:
+        capture = simulator.capture(state, work.camera, PRODUCTS)
+    say(assessment_text(assess_frame(capture, state, work.target, work.limits), work.limits))
+
+
+def _trajectory(
+    scenario: Scenario,
+    camera: str | None,
+    target: str | None,
+    epochs: EpochOptions,
+    workers: WorkerOptions,
+    out: Path,
+) -> None:
+    """Assess a trajectory; write a report and tables."""
+    from dataclasses import replace
+
+    from simgl.assess.report import write_report
+    from simgl.assess.timeline import timeline
+    from simgl.assess.trajectory_assessment import assignment, moments, run
+    from simgl.cli_progress import frame_bar, opened
+    from simgl.sequence.epochs import epochs as chosen_epochs
+    from simgl.workers.executors import select_executor
+
+    work = assignment(scenario, camera, target, [])
+    work = replace(work, epochs=chosen_epochs(scenario, epochs, work.camera))
+    report = out / "report.html"
+    with opened(scenario) as simulator:
+        executor = select_executor(work, simulator, workers.workers, workers.scheduler)
+        with frame_bar() as progress:
+            rows = run(work, executor, out, progress)
+        summary = timeline(moments(rows))
+        write_report(report, work, rows, summary, simulator)
+    shares = ", ".join(f"{100 * s:.0f} % {v.value}" for v, s in summary.shares.items() if s)
+    say(f"{len(rows)} epochs: {shares}", report)
+
+
+def _sweep(
+    scenario: Scenario,
+    camera: str | None,
+    target: str | None,
+    at: str | None,
+    axes: list[str],
+    workers: WorkerOptions,
+    out: Path,
+) -> None:
+    """Assess one epoch over Sun angles and camera settings; write a report and tables."""
+    from simgl.assess.sweep import Sweep, run_sweep
+    from simgl.assess.sweep_axes import parse_axes
+    from simgl.assess.sweep_report import write_sweep_report
+    from simgl.assess.trajectory_assessment import assignment
+    from simgl.assess.verdict import Verdict
+    from simgl.cli_progress import frame_bar, opened
+    from simgl.sequence.epochs import epoch_at
+    from simgl.workers.executors import select_executor
+
+    work = assignment(scenario, camera, target, [epoch_at(scenario, at)])
+    sweep = Sweep(work, parse_axes(axes))
+    with opened(scenario) as simulator, frame_bar() as progress:
+        executor = select_executor(sweep, simulator, workers.workers, workers.scheduler)
+        rows = run_sweep(sweep, executor, out, progress)
+    report = out / "report.html"
+    write_sweep_report(report, sweep, rows)
+    good = sum(row["verdict"] == Verdict.GOOD.value for row in rows)
+    say(f"{len(rows)} points, {good} good", report)

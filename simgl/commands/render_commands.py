@@ -1,0 +1,187 @@
+"""Commands that render: ``simgl render``, ``sequence``, ``campaign`` and ``exposure``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from simgl.commands.command_line import COMMAND_LINE, WorkerOptions, say, with_option_groups
+from simgl.errors import ConfigError, did_you_mean
+from simgl.sequence.epoch_options import EpochOptions, EventOptions
+
+if TYPE_CHECKING:
+    from simgl.scenario.scenario import Scenario
+    from simgl.sequence.run_sequence import Output
+
+ScenarioFile = Annotated[Path, typer.Argument(help="Scenario file (TOML).")]
+Cameras = Annotated[list[str] | None, typer.Option(help="Camera name; all cameras if not given.")]
+At = Annotated[str | None, typer.Option(help="UTC epoch; the scenario's if not given.")]
+ResumableFolder = Annotated[Path, typer.Option(help="Output folder; an existing run is resumed.")]
+
+
+def render(
+    scenario: ScenarioFile,
+    out: Annotated[Path, typer.Option(help="Output folder.")],
+    camera: Cameras = None,
+    at: At = None,
+    layers: Annotated[
+        bool, typer.Option("--layers", help="Also the radiance in parts, one for each light.")
+    ] = False,
+    packed: Annotated[
+        bool, typer.Option("--packed", help="Also the DN as Mono12p, two pixels in three bytes.")
+    ] = False,
+    maps: Annotated[
+        bool, typer.Option("--maps", help="Also heat maps with their scales, and false colours.")
+    ] = False,
+) -> None:
+    """Render one epoch: radiance EXR, DN as 16-bit PNG, and an sRGB preview.
+
+    With --maps also heat maps of radiance, relative flux, photons, electrons and range, the LIDAR's
+    where the camera has one, and the false colours of the source study.
+
+    Example: simgl render examples/azimuths.toml --camera azimuth_28 --out out/azimuths
+    """
+    from simgl.cli_progress import opened
+    from simgl.output import check_writable, write_exposure
+    from simgl.scenario.loader import load_scenario
+    from simgl.sequence.epochs import epoch_at
+    from simgl.simulator import Product
+
+    loaded = load_scenario(scenario)
+    epoch = epoch_at(loaded, at)
+    names = _camera_names(loaded, camera)
+    for name in names:
+        bits = loaded.cameras[name].detector.bits
+        if packed and bits > 12:
+            problem = f'packs 12 bits or fewer, camera "{name}" has {bits}'
+            raise ConfigError(COMMAND_LINE, "--packed", problem)
+    for spacecraft, model in loaded.models.items():
+        for note in model.notes:
+            say(f"note: {spacecraft}: {note}")
+    products = {Product.DN, Product.RADIANCE, Product.TRUTH}
+    if layers:
+        products.add(Product.LAYERS)
+    if maps:
+        products |= {Product.IRRADIANCE, Product.ELECTRONS, Product.LIDAR}
+    check_writable(out)
+    state = loaded.at(epoch)
+    with opened(loaded) as simulator:
+        for name in names:
+            capture = simulator.capture(state, name, products, during=loaded.around(epoch))
+            paths = write_exposure(capture, out, name, packed=packed)
+            if maps:
+                from simgl.maps import write_maps
+
+                paths += write_maps(capture, out, name)
+            say(*paths)
+
+
+@with_option_groups
+def sequence(
+    scenario: ScenarioFile,
+    out: ResumableFolder,
+    epochs: EpochOptions,
+    event: EventOptions,
+    camera: Cameras = None,
+    write: Annotated[str, typer.Option(help="Of dn, view, exr, mp4, with commas.")] = "dn,view",
+    frame_rate: Annotated[int, typer.Option(min=1, max=240, help="Of the mp4, in Hz.")] = 24,
+) -> None:
+    """Render a trajectory: files of each frame, a table (SQLite and CSV), a video.
+
+    An interrupted run is resumed. Example:
+    simgl sequence examples/trajectories/files.toml --duration 5400 --count 90 --out out/orbit
+    """
+    from simgl.cli_progress import frame_bar, opened
+    from simgl.scenario.loader import load_scenario
+    from simgl.sequence.epochs import epochs as chosen_epochs
+    from simgl.sequence.run_sequence import Plan, run
+
+    loaded = load_scenario(scenario)
+    names = _camera_names(loaded, camera)
+    plan = Plan(
+        scenario=loaded,
+        cameras=names,
+        epochs=chosen_epochs(loaded, epochs, names[0], event),
+        outputs=_outputs(write),
+        frame_rate=frame_rate,
+    )
+    with opened(loaded) as simulator, frame_bar() as progress:
+        rendered = run(plan, simulator, out, progress)
+    total = len(plan.epochs) * len(names)
+    say(f"{total} frames in {out}, {rendered} of them now; table: {out / 'frames.csv'}")
+
+
+@with_option_groups
+def campaign(
+    file: Annotated[Path, typer.Argument(help="Campaign file (TOML).")],
+    out: ResumableFolder,
+    workers: WorkerOptions,
+) -> None:
+    """Render randomised frames in parallel, with labels for training.
+
+    An interrupted run is resumed. Example:
+    simgl campaign examples/campaign/approach.toml --workers 2 --out out/campaign
+    """
+    from simgl.campaign.campaign_file import load_campaign
+    from simgl.campaign.frame_task import CampaignJob
+    from simgl.campaign.run_campaign import run
+    from simgl.cli_progress import frame_bar, opened
+    from simgl.workers.executors import select_executor
+
+    loaded = load_campaign(file)
+    job = CampaignJob(campaign=loaded)
+    with opened(loaded.scenario) as simulator, frame_bar() as progress:
+        executor = select_executor(job, simulator, workers.workers, workers.scheduler)
+        rendered, renderers = run(loaded, out, executor, progress)
+    say(f"{loaded.frames} frames in {out}, {rendered} of them now; labels: {out}/coco.json")
+    if len(renderers) > 1:
+        say(f"note: taken by different renderers: {'; '.join(renderers)}")
+
+
+def exposure(
+    scenario: ScenarioFile,
+    camera: Annotated[str, typer.Option(help="Camera name.")],
+    target: Annotated[str, typer.Option(help="Spacecraft to expose for.")],
+    at: At = None,
+) -> None:
+    """Advise an exposure time: no saturated target, its dark side visible, a dark sky.
+
+    Example: simgl exposure examples/approach.toml --camera navcam --target target
+    """
+    from simgl.assess.exposure_advice import advice_text, advise
+    from simgl.cli_progress import opened
+    from simgl.scenario.loader import load_scenario
+    from simgl.sequence.epochs import epoch_at
+    from simgl.simulator import Product
+
+    loaded = load_scenario(scenario)
+    state = loaded.at(epoch_at(loaded, at))
+    with opened(loaded) as simulator:
+        capture = simulator.capture(state, camera, {Product.ELECTRONS, Product.TRUTH})
+    say(advice_text(advise(capture, state, target, loaded.criteria)))
+
+
+def _camera_names(scenario: Scenario, wanted: list[str] | None) -> tuple[str, ...]:
+    """The cameras asked for, all if None; raises ConfigError for one that does not exist."""
+    where = str(scenario.source or scenario.name)
+    if not scenario.cameras:
+        raise ConfigError(where, "camera", "is missing; a picture needs a [camera.NAME]")
+    for name in wanted or []:
+        if name not in scenario.cameras:
+            problem = f'"{name}" is not in {where}; {did_you_mean(name, scenario.cameras)}'
+            raise ConfigError(COMMAND_LINE, "--camera", problem)
+    return tuple(dict.fromkeys(wanted)) if wanted else tuple(scenario.cameras)
+
+
+def _outputs(text: str) -> frozenset[Output]:
+    """The files that ``dn,view`` asks for; raises ConfigError for an unknown kind."""
+    from simgl.sequence.run_sequence import Output
+
+    names = [name.strip() for name in text.split(",")]
+    for name in names:
+        if name not in set(Output):
+            problem = f'has no "{name}"; {did_you_mean(name, [str(o) for o in Output])}'
+            raise ConfigError(COMMAND_LINE, "--write", problem)
+    return frozenset(Output(name) for name in names)
