@@ -235,6 +235,7 @@ def camera_test(
 
     Example: simgl camera test mt9m034 --out out/camera
     """
+    from rich.progress import Progress
 
     from simgl.assess.camera_plots import plot_report
     from simgl.assess.emva1288 import camera_under_test, examine, table
