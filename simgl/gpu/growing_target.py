@@ -6,6 +6,8 @@ from collections.abc import Sequence
 
 import moderngl
 
+from simgl.gpu.release import release_all
+
 # Sizes grow in these steps, so that a moving spacecraft does not reallocate at every frame.
 _GRAIN = 256
 
@@ -43,12 +45,7 @@ class GrowingTarget:
 
     def release(self) -> None:
         """Free everything; the next use starts anew."""
-        # moderngl binds the last framebuffer again whenever it makes one: not a freed one, then.
-        self._ctx.detect_framebuffer(0).use()
-        for framebuffer in self._framebuffers:
-            framebuffer.release()
-        for texture in self._textures:
-            texture.release()
+        release_all(self._ctx, *self._framebuffers, *self._textures)
         if self._depth is not None:
             self._depth.release()
         self._framebuffers, self._textures, self._depth = [], [], None

@@ -9,6 +9,7 @@ import moderngl
 import numpy as np
 
 from simgl.arrays import AnyArray, Array32
+from simgl.gpu.release import release_all
 from simgl.lru_cache import LruCache
 
 
@@ -105,9 +106,7 @@ class TargetStore:
         )
 
     def _free(self, target: ImageTarget) -> None:
-        # moderngl binds the last framebuffer again whenever it makes one: not a freed one, then.
-        self._ctx.detect_framebuffer(0).use()
-        target.release()
+        release_all(self._ctx, target)
 
     def release(self) -> None:
         """Free them all."""
