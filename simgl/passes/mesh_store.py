@@ -40,7 +40,7 @@ class VertexLighting:
 
 
 # Geometries, up to some megabytes each, and blocks that stay on the GPU: more than a frame draws.
-CAPACITY = 64
+CAPACITY = 128
 
 
 @dataclass(kw_only=True, eq=False)

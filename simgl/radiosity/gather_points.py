@@ -40,7 +40,7 @@ class GatherPoints:
 
     origins : (s, PLACES, 3) where rays start [m]
     normals : (s, 3) unit, towards the side that is lit
-    of_vertex : (sides, v) the gather point of each vertex, on its front and, with two sides, its back
+    of_vertex : (sides, v) the gather point of each vertex, on its front and back (one or two sides)
     """
 
     origins: Array
@@ -113,7 +113,7 @@ def gather_points_of(mesh: Mesh, sides: int) -> GatherPoints:
 
 
 def _around(mesh: Mesh, corners: IndexArray, areas: Array, place: Array, normals: Array) -> Array:
-    """(s, PLACES, 3) places on the triangles about each gather point, more of them on the bigger ones.
+    """(s, PLACES, 3) places on the triangles about each gather point, more on bigger ones.
 
     corners : (m, 3) gather point of each triangle's corner
 

@@ -43,8 +43,8 @@ def moved_into_open(mesh: Mesh, tracer: RayTracer, gather: GatherPoints) -> Gath
     useful = np.flatnonzero(hidden[point])
     order = useful[np.lexsort((-weight[useful], point[useful]))]
     served, first, count = np.unique(point[order], return_index=True, return_counts=True)
-    # A few spread over all of the places nearest to a corner: what the very nearest see, at the foot of a
-    # frame, is not what is seen in the gaps a metre away. Fewer than rays want take turns.
+    # A few spread over all places that are nearest to this corner: the foot of a frame does not see
+    # what the gaps a metre away see. If there are fewer than rays start from, they take turns.
     nearest = np.bincount(point[order], weight[order] > 1.0 / 3.0, minlength=len(hidden))[served]
     among = np.minimum(np.maximum(nearest.astype(np.int64), PLACES), count)
     turn = np.arange(PLACES)[None, :] * among[:, None] // PLACES
