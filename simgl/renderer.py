@@ -44,7 +44,7 @@ _BANDS = (Format("f4", 4),)
 _TRUTH = (Format("f4"), Format("u4"))
 _TRUTH_NORMALS = (*_TRUTH, Format("f4", 4))
 
-# Geometry samples that one tile may take before its lattice gets coarser. On a CPU renderer a
+# Geometry samples that one tile may take before its sample grid gets coarser. On a CPU renderer a
 # shaded sample under all lights costs about 0.3 us, so this is some 40 ms; a GPU is bounded by
 # memory (512 MiB of samples).
 _SAMPLE_BUDGET_CPU = 125_000
@@ -55,7 +55,7 @@ _SAMPLES_AT_ONCE = 2_500_000
 
 
 class Renderer:
-    """Owns every pass and target between a view and its picture, in one OpenGL context."""
+    """Owns every pass and target between a view and its image, in one OpenGL context."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
@@ -136,7 +136,7 @@ class Renderer:
                 self._draw_skies([view.sky for view in tile.spacecraft])
         fine = target if view.field is None else self._target("field", view.field.fine, _BANDS)
         if view.background.celestial is not None:
-            with self.timer.measure("heavens"):
+            with self.timer.measure("celestial"):
                 self._celestial(view.background.celestial, fine)
         with self.timer.measure("planet"):
             self._planet.draw(view.background, fine.framebuffer, (0, 0, *fine.size))

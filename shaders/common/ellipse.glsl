@@ -1,4 +1,4 @@
-// An ellipse in the picture, a sheared and scaled unit circle whose rows stay rows: an offset d from
+// An ellipse in the image, a sheared and scaled unit circle whose rows stay rows: an offset d from
 // its centre [pixels] has the coordinates (scale.x (d.x + shear d.y), scale.y d.y).
 struct Ellipse {
     vec2 centre;

@@ -1,4 +1,4 @@
-// A distorted picture from a finer one without distortion: the mean over a pixel of what its lines of
+// A distorted image from a finer one without distortion: the mean over a pixel of what its lines of
 // sight meet. Places with linear interpolation between the fine pixels stand for the pixel, in rows
 // and columns that lie hardly farther apart than fine pixels, so that none is passed over.
 #include "block/warp"

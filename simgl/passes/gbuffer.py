@@ -30,9 +30,9 @@ _PLAIN, _DETAILED = 4, 7
 
 
 class GBufferPass:
-    """Draws the spacecraft of a tile on its sampling lattice, without light."""
+    """Draws the geometry and materials of the spacecraft of a tile at its sample grid."""
 
-    # The lattice is turned against the image, so that its raster holds more than the tile: what
+    # The grid is rotated against the image, so that its raster holds more than the tile: what
     # lies outside is cut away.
     closed = State(depth=True, cull="back", clip_planes=4)
     open_sheets = State(depth=True, clip_planes=4)

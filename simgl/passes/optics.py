@@ -22,7 +22,7 @@ _OPTICS = Block(
 )
 
 
-# Maps of a few cameras are kept.
+# Cameras whose maps are cached.
 _CAPACITY = 4
 
 

@@ -69,7 +69,7 @@ _PATTERN = Block(
     ),
 )
 
-# Maps kept, three for each of eight cameras.
+# Maps in the cache, three for each of eight cameras.
 _MAPS_CAPACITY = 24
 
 

@@ -174,7 +174,7 @@ class _Cells:
     """Squares of the raster of about a pixel's size.
 
     shape : rows and columns of them; of_point : (n,) the square of each point, row by row
-    group : (n,) 0..3, four lattices in each square
+    group : (n,) 0..3, four interleaved groups in each square
     """
 
     shape: tuple[int, int]

@@ -85,7 +85,7 @@ SHADOW = Block(
             ("shadow_frame", "f4", (2, 4)),
             # Texels along an edge, first column among the depths, and among the bounds; texels that
             # the Sun's radius spans for each metre of height.
-            ("shadow_sheet", "f4", (2, 4)),
+            ("shadow_atlas", "f4", (2, 4)),
             # 1 where all casters are closed.
             ("shadow_solid", "f4"),
             # Directions within the Sun's disc that a sample tries.
@@ -200,14 +200,14 @@ def shadow_values(view: SpacecraftView, sample_grid: SampleGrid) -> dict[str, An
     maps = view.shadow.maps
     from_body = np.zeros((2, 4, 4), dtype=np.float32)
     frame = np.zeros((2, 4), dtype=np.float32)
-    sheet = np.zeros((2, 4), dtype=np.float32)
+    atlas = np.zeros((2, 4), dtype=np.float32)
     # Nothing lies within the inset of a map that is not there.
     frame[1, 3] = np.inf
     column = bounds = 0
     for row, one in enumerate(maps):
         from_body[row] = one.texel_from_body
         frame[row] = one.texel, one.top, one.depth, one.inset
-        sheet[row] = one.size, column, bounds, np.tan(view.sun_angular_radius) / one.texel
+        atlas[row] = one.size, column, bounds, np.tan(view.sun_angular_radius) / one.texel
         column += one.size
         bounds += one.bounds_width
     light_from_camera = np.eye(4, dtype=np.float32)
@@ -216,7 +216,7 @@ def shadow_values(view: SpacecraftView, sample_grid: SampleGrid) -> dict[str, An
         "light_from_camera": light_from_camera,
         "shadow_from_body": from_body,
         "shadow_frame": frame,
-        "shadow_sheet": sheet,
+        "shadow_atlas": atlas,
         "shadow_taps": np.clip(taps, _MIN_DIRECTIONS, _MAX_DIRECTIONS),
         "shadow_solid": not any(c.model.open_sheets for c in maps[0].casters),
     }

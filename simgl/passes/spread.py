@@ -26,7 +26,7 @@ _MAX_PLANES = 4
 _PLANE = Format("f4", 4, packed=True)
 _SPREAD = Block("Spread", 30, np.dtype([("mixture", "f4", (_MAX_PLANES, 4))]))
 
-# Kernels of a few cameras are kept.
+# Cameras whose kernels are cached.
 _CAPACITY = 8
 
 

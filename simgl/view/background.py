@@ -1,4 +1,4 @@
-"""Earth and sky before one pinhole, float32 in its axes: behind a picture, or on a face of a sky.
+"""Earth and sky before one pinhole, float32 in its axes: behind an image, or on a face of a sky.
 
 A pinhole's axes: z boresight, x along columns, y along rows.
 """
@@ -72,7 +72,7 @@ class Background:
     intrinsics : (3, 3) float32 [pixels]
     sun_angular_radius : [rad]
     planet : None where there is no Earth, or none in the field of view
-    heavens : None where nothing beyond the Earth is drawn
+    celestial : None where nothing beyond the Earth is drawn
     """
 
     intrinsics: Array32

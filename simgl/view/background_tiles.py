@@ -1,4 +1,4 @@
-"""What of the Earth lies where in a picture, by tiles: each is drawn as simply as it can be."""
+"""What of the Earth lies where in an image, by tiles: each is drawn as simply as it can be."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _CHART_SEAM, _CLOUD_REACH = 0.02, 10.0
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BackgroundTiles:
-    """What is seen where in a picture: masks (rows, columns) of tiles, no two on one place.
+    """What is seen where in an image: masks (rows, columns) of tiles, no two on one place.
 
     even : on the ground, which they see change evenly
     finer : on the ground, which their ``PARTS`` see change evenly
@@ -75,13 +75,13 @@ def tiles_of(
     *,
     noise: bool = True,
 ) -> BackgroundTiles:
-    """The tiles of a picture.
+    """The tiles of an image.
 
     intrinsics : (3, 3) [pixels]
     size : width and height [pixels]; the last tiles may reach past it
     shores : (rows + 1, columns + 1) of the corners of an equirectangular map's cells, how many of
         those above and left of each hold something else than open sea
-    noise : whether the picture shows any
+    noise : whether the image shows any
     """
     corners = corners_on_ground(planet, intrinsics, size)
     even, finer = even_tiles(corners), even_tiles(corners, PARTS)
@@ -123,14 +123,14 @@ def _nadir_angles(planet: PlanetView, intrinsics: Array32, size: tuple[int, int]
     middles = _unit(_rays(planet, intrinsics, (columns, rows), 0.5))
     nadir = _unit(-planet.camera_in_sphere.astype(np.float64))
     angle = np.arccos(np.clip(middles @ nadir, -1.0, 1.0))
-    # No tile is wider than one in the middle of the picture.
+    # No tile is wider than one in the middle of the image.
     half = 0.5 * TILE * float(np.hypot(1.0 / intrinsics[0, 0], 1.0 / intrinsics[1, 1]))
     return angle - (1.0 + 4.0 / TILE) * half
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Corners:
-    """Of the tiles of a picture, (rows + 1, columns + 1): where they lie on the ground.
+    """Of the tiles of an image, (rows + 1, columns + 1): where they lie on the ground.
 
     Of corners beside the Earth, the place on their ray that is nearest to it.
 
@@ -152,7 +152,7 @@ def corners_on_ground(planet: PlanetView, intrinsics: Array32, size: tuple[int, 
     """What the corners of tiles see of the ground.
 
     intrinsics : (3, 3) [pixels]
-    size : of the picture, width and height [pixels]; the last tiles may reach past it
+    size : of the image, width and height [pixels]; the last tiles may reach past it
     """
     columns, rows = (-(-length // TILE) + 1 for length in size)
     d = _rays(planet, intrinsics, (columns, rows), 0.0)
@@ -215,7 +215,7 @@ def _rays(planet: PlanetView, intrinsics: Array32, count: tuple[int, int], first
     """(rows, columns, 3) unit directions in camera axes, turned into sphere space.
 
     count : columns and rows of places, a tile's edge apart
-    first : of the picture's first corner, in edges
+    first : of the image's first corner, in edges
     """
     k = intrinsics.astype(np.float64)
     x = (TILE * (np.arange(count[0]) + first) - k[0, 2]) / k[0, 0]

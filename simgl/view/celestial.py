@@ -25,13 +25,13 @@ _STARS_MOVE = 1e-2
 
 @dataclass(frozen=True)
 class ImageCone:
-    """The cone around a picture: its half angle, and the angle of a pixel [rad]."""
+    """The cone around an image: its half angle, and the angle of a pixel [rad]."""
 
     half_diagonal: float
     pixel: float
 
     def holds(self, boresight: Array, direction: Array, angular_radius: float) -> bool:
-        """Whether a disc on the sky may touch the picture."""
+        """Whether a disc on the sky may touch the image."""
         # Nearly a pixel more than enough: a disc's edge is drawn over one.
         reach = self.half_diagonal + angular_radius + self.pixel
         return angle_between(boresight, direction) < reach
@@ -101,7 +101,7 @@ class StarPoints:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CelestialView:
-    """Everything beyond the Earth that a picture may show; None where it shows none of a kind.
+    """Everything beyond the Earth that an image may show; None where it shows none of a kind.
 
     focal_length, principal_point : of the pinhole [pixels]
     """
@@ -123,7 +123,7 @@ class EarthCone:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StarPlaces:
-    """Catalogue stars within a picture, in the catalogue's order.
+    """Catalogue stars within an image, in the catalogue's order.
 
     rows : (n,) in the catalogue
     direction_icrf : (n, 3) unit, as the moving camera sees them
@@ -156,7 +156,7 @@ def celestial(
 
 
 def star_places(state: SceneState, camera: CameraState) -> StarPlaces | None:
-    """The stars within a picture, or just outside; None where the scene has no stars."""
+    """The stars within an image, or just outside; None where the scene has no stars."""
     if state.stars is None:
         return None
     sky, catalogue = state.stars, state.stars.catalogue

@@ -1,7 +1,7 @@
 """From the float64 scene to what one camera draws, float32 and relative to the camera.
 
 Large coordinates are subtracted here, and the Earth's in ``background``. Camera axes are used
-throughout (z boresight, x right, y down); the projection puts row 0 of the picture at row 0 of the
+throughout (z boresight, x right, y down); the projection puts row 0 of the image at row 0 of the
 target.
 """
 
@@ -73,7 +73,7 @@ class RasterTile:
     depths : nearest and farthest of each depth slice [m], the farthest slice first
     slices : clip_from_camera (4, 4) float32 of each
     sample_steps : (2, 4) float32, of the line of sight at depth 1 from a sample to the next along
-        rows and along columns of the lattice's raster, camera axes, the last column unused
+        rows and along columns of the sample grid's raster, camera axes, the last column unused
     """
 
     x: int
@@ -90,9 +90,9 @@ class RasterTile:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FrameView:
-    """Everything that the passes need for one picture.
+    """Everything that the passes need for one image.
 
-    field : pinhole pictures that hold the view of a lens that distorts; None where it does not
+    field : pinhole images that hold the view of a lens that distorts; None where it does not
     background : Earth and Sun, of the finer one of them
     tiles : of the other
     gather : where light from other surfaces is worked out
@@ -153,7 +153,7 @@ def _with_all_their_light(behind: Background, camera: Camera) -> Background:
 
 def truth_tile(view: FrameView) -> RasterTile | None:
     """One tile over the whole image with a single sample at each pixel's centre; where the lens
-    distorts, over the finer picture of its pinhole."""
+    distorts, over the finer image of its pinhole."""
     spacecraft = tuple(one for tile in view.tiles for one in tile.spacecraft)
     if not spacecraft:
         return None

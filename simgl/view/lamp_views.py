@@ -1,6 +1,6 @@
 """What the lamps of a scene are to one camera, and what their shadow maps hold.
 
-Lamp axes: z along the beam, x and y across. A map is a perspective picture from the lamp, cut to
+Lamp axes: z along the beam, x and y across. A map is a perspective image from the lamp, cut to
 the part of the beam in which there are spacecraft; it holds 1 / z, which is linear over the map
 for every plane and keeps its digits at any distance.
 """

@@ -30,7 +30,7 @@ _ENOUGH = 2.0
 _HIGHEST = 2000.0
 # A caster that covers less of the Sun's disc than this casts nothing.
 _MIN_FRACTION = 1e-3
-# Rays along the edges of the picture that find what it shows of a spacecraft.
+# Rays along the edges of the image that find what it shows of a spacecraft.
 _PROBES = (32, 24)
 
 
@@ -83,7 +83,7 @@ class ShadowView:
 
     R_light_from_body : (3, 3) float32, rows: x, y across the light, height
     wide : around the spacecraft; receivers anywhere on it find their casters there
-    close : of what the camera sees of it, where the wide map is too coarse for the picture
+    close : of what the camera sees of it, where the wide map is too coarse for the image
     """
 
     R_light_from_body: Array32
@@ -108,7 +108,7 @@ class _Near:
 def shadow_view(
     state: SceneState, body: BodyState, camera: Camera, body_from_camera: Array
 ) -> ShadowView:
-    """The maps that one spacecraft needs in a picture.
+    """The maps that one spacecraft needs in an image.
 
     body_from_camera : (4, 4)
     """
@@ -233,7 +233,7 @@ def _nearest(centre: Array, radius: float, body_from_camera: Array) -> float:
 
 
 def _seen(body: BodyState, camera: Camera, body_from_camera: Array) -> tuple[Array, float] | None:
-    """Points (n, 3) of a body that the picture shows, body axes [m], and the least distance [m]."""
+    """Points (n, 3) of a body that the image shows, body axes [m], and the least distance [m]."""
     columns, rows = _PROBES
     x = np.linspace(0.0, camera.detector.width, columns)
     y = np.linspace(0.0, camera.detector.height, rows)
@@ -253,7 +253,7 @@ def _square(points: Array, largest: float) -> tuple[Array, float]:
     The steps keep the square, and with it the drawn map, while the camera moves a little.
     """
     low, high = points.min(axis=0), points.max(axis=0)
-    # What lies between the probes at the picture's edge, and steps of the middle: 15 %.
+    # What lies between the probes at the image's edge, and steps of the middle: 15 %.
     half = 1.15 * 0.5 * float(np.max(high - low)) + 1e-3 * largest
     half = min(float(2.0 ** (np.ceil(4.0 * np.log2(half)) / 4.0)), largest)
     step = half / 8.0

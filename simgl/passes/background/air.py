@@ -1,8 +1,8 @@
-"""The air before a camera: which tables its picture reads, drawn where they are not there yet.
+"""The air before a camera: which tables its image reads, drawn where they are not there yet.
 
 A view's table holds for one height and one angle of the Sun, and for all directions. Heights are
 taken in steps, fine enough not to show; angles of the Sun lie between two nodes, whose tables are
-marched and then mixed, so that a moving Sun costs a march only when it passes a node. Pictures from
+marched and then mixed, so that a moving Sun costs a march only when it passes a node. Images from
 one place share the tables: those of a camera, and the six that a spacecraft near it sees around it.
 """
 
@@ -288,7 +288,7 @@ def _values(radius: float, height: float, angle: float) -> dict[str, object]:
 def _view_values(
     planet: PlanetView, radius: float, height: float, angle: float
 ) -> dict[str, object]:
-    """The block as a picture reads it: its own horizon, the table's layout."""
+    """The block as an image reads it: its own horizon, the table's layout."""
     place = planet.camera_in_sphere.astype(np.float64)
     up = place / np.linalg.norm(place)
     sun = _sun_in_sphere(planet)

@@ -1,4 +1,4 @@
-"""Tables of the air that hold for every camera: made on the GPU at first use, then kept as a file.
+"""Look-up tables of the air for all cameras: made on the GPU at first use, then cached in a file.
 
 ``transmittance`` to space by height and angle, six moments of the diffuse light by height and the
 Sun's angle, and its irradiance from above (``down``). shaders/air says what each holds.

@@ -51,14 +51,14 @@ def form_map(water: Path | None, night: Path | None) -> Image8:
     if (height, width) != slopes.shape[:2]:
         scaled = Image.fromarray(np.dstack([slopes, slopes[..., :1]])).resize((width, height))
         slopes = np.asarray(scaled)[..., :2]
-    # Codes below 16 of the shipped picture are the noise of its compression.
+    # Codes below 16 of the shipped image are the noise of its compression.
     scaled = lights.resize((width, height), Image.Resampling.BICUBIC)
     night_code = np.maximum(np.asarray(scaled).astype(np.int16) - 16, 0).astype(np.uint8)
     return np.dstack([slopes, shore, night_code])
 
 
 def _shore(water: Image.Image) -> Image8:
-    """Distance to the shore in the shipped map's code, from a picture that is white on water."""
+    """Distance to the shore in the shipped map's code, from an image that is white on water."""
     is_water = np.asarray(water) > 127
     km = 180.0 / is_water.shape[0] * _KM_PER_DEGREE
     distance = distance_transform_edt(is_water) - distance_transform_edt(~is_water)
