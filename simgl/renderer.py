@@ -11,6 +11,7 @@ from simgl.arrays import Array32
 from simgl.camera.camera import Camera
 from simgl.environment_map import SkyRadiance
 from simgl.gpu.context import is_software
+from simgl.gpu.release import release_all
 from simgl.gpu.render_targets import Format, ImageTarget, TargetStore
 from simgl.gpu.timers import PassTimer
 from simgl.passes.background.air import AtmospherePass
@@ -43,7 +44,7 @@ _BANDS = (Format("f4", 4),)
 _TRUTH = (Format("f4"), Format("u4"))
 _TRUTH_NORMALS = (*_TRUTH, Format("f4", 4))
 
-# Geometry samples that one tile may take before its lattice gets coarser. On a CPU renderer a
+# Geometry samples that one tile may take before its sample grid gets coarser. On a CPU renderer a
 # shaded sample under all lights costs about 0.3 us, so this is some 40 ms; a GPU is bounded by
 # memory (512 MiB of samples).
 _SAMPLE_BUDGET_CPU = 125_000
@@ -54,7 +55,7 @@ _SAMPLES_AT_ONCE = 2_500_000
 
 
 class Renderer:
-    """Owns every pass and target between a view and its picture, in one OpenGL context."""
+    """Owns every pass and target between a view and its image, in one OpenGL context."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
@@ -123,9 +124,7 @@ class Renderer:
                 self._resolve.hide(tile, lights[0], targets["background"].framebuffer, lens)
             return {name: target.read() for name, target in targets.items()}
         finally:
-            self._ctx.detect_framebuffer(0).use()
-            for target in targets.values():
-                target.release()
+            release_all(self._ctx, *targets.values())
 
     def _background(self, view: FrameView, target: ImageTarget) -> None:
         if view.background.planet is not None:
@@ -134,10 +133,10 @@ class Renderer:
         # The first skies before the planet: they are read back, and would wait for it.
         for tile in view.tiles[:1]:
             with self.timer.measure("probe"):
-                self._draw_skies([craft.sky for craft in tile.craft])
+                self._draw_skies([view.sky for view in tile.spacecraft])
         fine = target if view.field is None else self._target("field", view.field.fine, _BANDS)
         if view.background.celestial is not None:
-            with self.timer.measure("heavens"):
+            with self.timer.measure("celestial"):
                 self._celestial(view.background.celestial, fine)
         with self.timer.measure("planet"):
             self._planet.draw(view.background, fine.framebuffer, (0, 0, *fine.size))
@@ -195,7 +194,7 @@ class Renderer:
 
     def _spacecraft(self, tile: RasterTile, gather: Gather) -> list[DrawnSpacecraft]:
         """All that the passes after this draw of the spacecraft of a tile."""
-        views = tile.craft
+        views = tile.spacecraft
         with self.timer.measure("probe"):
             self._draw_skies([view.sky for view in views])
             probes = self._probes.of([view.sky for view in views])
@@ -248,9 +247,8 @@ class Renderer:
     def release(self) -> None:
         """Free everything that this renderer made."""
         self._executor.shutdown()
-        # moderngl binds the last framebuffer again whenever it makes one: not a freed one, then.
-        self._ctx.detect_framebuffer(0).use()
-        for owner in (
+        release_all(
+            self._ctx,
             self._targets,
             self._shadow,
             self._lamp_shadow,
@@ -267,8 +265,7 @@ class Renderer:
             self._warp,
             self._truth,
             self._meshes,
-        ):
-            owner.release()
+        )
 
     def __enter__(self) -> Renderer:
         return self

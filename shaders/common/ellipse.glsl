@@ -1,4 +1,4 @@
-// An ellipse in the picture, a sheared and scaled unit circle whose rows stay rows: an offset d from
+// An ellipse in the image, a sheared and scaled unit circle whose rows stay rows: an offset d from
 // its centre [pixels] has the coordinates (scale.x (d.x + shear d.y), scale.y d.y).
 struct Ellipse {
     vec2 centre;
@@ -14,7 +14,7 @@ vec2 rows_of_pixel(Ellipse e, vec2 corner) {
 }
 
 // Rounding leaves a millionth or ten of a pixel in a disc uncovered; the Sun would shine through.
-float whole_if_nearly(float share) {
+float full_if_nearly(float share) {
     return share > 0.9999 ? 1.0 : share;
 }
 

@@ -1,6 +1,6 @@
-// What a screen shows of a radiance picture: exposure, white point, sRGB transfer.
+// What a screen shows of a radiance image: exposure, white point, sRGB transfer.
 //
-// The only place where light is clamped. The picture keeps row 0 at its top, the window at its bottom.
+// The only place where light is clamped. The image keeps row 0 at its top, the window at its bottom.
 #include "block/display"
 
 uniform sampler2D radiance;

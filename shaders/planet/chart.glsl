@@ -1,4 +1,4 @@
-// Noise over the whole sphere from one periodic picture (simgl/scene/noise_projection.py), laid on the six faces
+// Noise over the whole sphere from one periodic image (simgl/scene/noise_projection.py), laid on the six faces
 // of a cube about it: slopes of hills, and the clouds' puffs and cells.
 #include "block/planet"
 
@@ -15,7 +15,7 @@ const float CHART_SEAM = 0.02;
 vec2 place_on_face(vec3 n, float face) {
     vec2 across = vec2(n.x * sign(n.z), n.y) / abs(n.z);
     vec2 place = across * (1.25 - 0.25 * across * across) * chart_repeats;
-    // Waves bend the picture's repetitions, and no two faces begin alike.
+    // Waves bend the image's repetitions, and no two faces begin alike.
     return place + 0.08 * sin(place.yx * vec2(1.1, 1.3)) + face * vec2(0.37, 0.71);
 }
 
@@ -44,7 +44,7 @@ vec2 chart_turn(vec3 n, vec3 east, vec3 north) {
     return normalize(vec2(dot(along, east), dot(along, north)));
 }
 
-// Halvings of the picture that are read where a pixel spans so many: of EVEN tiles, all that the
+// Halvings of the image that are read where a pixel spans so many: of EVEN tiles, all that the
 // texture holds, which is one of them.
 float chart_level(float spanned) {
 #ifdef FAR
@@ -56,7 +56,7 @@ float chart_level(float spanned) {
 #endif
 }
 
-// Slopes, puffs and cells, each of variance 1 where `level` is 0: halvings of the picture.
+// Slopes, puffs and cells, each of variance 1 where `level` is 0: halvings of the image.
 vec4 chart_at(vec2 place, float level) {
 #ifdef EVEN
     level = 0.0;

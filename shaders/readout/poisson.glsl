@@ -5,7 +5,7 @@
 //     m + s z + (z^2 - 1) / 6 + (z - z^3) / (72 s),
 // whose variance is s^2: s^2 = m - 1/12 leaves room for the variance of rounding, so that mean and
 // variance both equal m. At 20 its distribution differs from Poisson's by a chi-square of 1.6e-6 per
-// sample, two units in a whole picture of 1280 x 960.
+// sample, two units in a whole image of 1280 x 960.
 const float FEW = 20.0;
 
 vec4 poisson(vec4 m, vec4 u) {

@@ -5,14 +5,14 @@
 
 uniform sampler2D samples;
 #ifdef DISTORTED
-// Coordinates in the pinhole's picture that the middles of the pixels see.
+// Coordinates in the pinhole's image that the middles of the pixels see.
 uniform sampler2D places;
 
 vec2 place(ivec2 pixel) {
     return texelFetch(places, pixel, 0).xy;
 }
 
-// What one pixel to the right, and one down, is in the pinhole's picture; one-sided at the edges.
+// What one pixel to the right, and one down, is in the pinhole's image; one-sided at the edges.
 mat2 pixel_edges(ivec2 pixel) {
     ivec2 low = max(pixel - 1, 0), high = min(pixel + 1, textureSize(places, 0) - 1);
     vec2 across = place(ivec2(high.x, pixel.y)) - place(ivec2(low.x, pixel.y));

@@ -1,4 +1,4 @@
-// Depth [m], identity and normal that a pixel's middle sees, from a finer picture without distortion.
+// Depth [m], identity and normal that a pixel's middle sees, from a finer image without distortion.
 #include "block/warp"
 
 uniform sampler2D places;
@@ -12,7 +12,7 @@ layout(location = 2) out vec4 normal;
 
 void main() {
     vec2 middle = texelFetch(places, ivec2(gl_FragCoord.xy), 0).xy;
-    // Of an odd number of fine pixels one lies in the middle of the picture.
+    // Of an odd number of fine pixels one lies in the middle of the image.
     ivec2 texel = ivec2(floor(middle * fine_per_pixel + 0.5));
     depth = texelFetch(fine_depth, texel, 0).r;
     part = texelFetch(fine_part, texel, 0).r;

@@ -1,4 +1,4 @@
-"""Display: a radiance picture as a screen shows it."""
+"""Display: a radiance image as a screen shows it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _DISPLAY = Block(
         [
             # R, G, B shown as full white [W m-2 sr-1]; the fourth is not shown
             ("white_radiance", "f4", 4),
-            # x, y, width, height of the picture in the window [px], y upwards
+            # x, y, width, height of the image in the window [px], y upwards
             ("rectangle", "f4", 4),
         ]
     ),
@@ -25,7 +25,7 @@ _DISPLAY = Block(
 
 
 class DisplayPass:
-    """Exposure, white point and sRGB transfer, from a picture to a part of a window."""
+    """Exposure, white point and sRGB transfer, from an image to a part of a window."""
 
     state = State()
 

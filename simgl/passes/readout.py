@@ -23,6 +23,7 @@ from simgl.camera.noise_streams import PIXELS, camera_salt, epoch_words, row_off
 from simgl.camera.particle_hits import hits
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.pipeline_state import State
+from simgl.gpu.release import release_all
 from simgl.gpu.render_targets import Format, ImageTarget
 from simgl.gpu.uniform_blocks import Block
 from simgl.lru_cache import LruCache
@@ -68,8 +69,8 @@ _PATTERN = Block(
     ),
 )
 
-# Maps kept, three for each of eight cameras.
-_MAPS_KEPT = 24
+# Maps in the cache, three for each of eight cameras.
+_MAPS_CAPACITY = 24
 
 
 def pattern_maps(detector: Detector) -> tuple[str, ...]:
@@ -91,7 +92,7 @@ class ReadoutPass:
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._programs: dict[tuple[str, ...], FullscreenProgram] = {}
-        self._maps = LruCache[tuple[str, Detector], ImageTarget](_MAPS_KEPT, self._free)
+        self._maps = LruCache[tuple[str, Detector], ImageTarget](_MAPS_CAPACITY, self._free)
 
     def draw(
         self,
@@ -140,9 +141,9 @@ class ReadoutPass:
                 textures[name] = self._map(name, detector)
         pixels, electrons = hits(camera, tai_ns, seed)
         if pixels.size:
-            picture = np.zeros((detector.height, detector.width), dtype=np.float32)
-            picture.ravel()[pixels] = electrons
-            textures["HITS"] = self._four(picture)
+            image = np.zeros((detector.height, detector.width), dtype=np.float32)
+            image.ravel()[pixels] = electrons
+            textures["HITS"] = self._four(image)
         return textures
 
     def _spilt(
@@ -155,16 +156,15 @@ class ReadoutPass:
         self.state.apply(self._ctx, collected.framebuffer, (0, 0, *collected.framebuffer.size))
         self._draw(block, before, ("COLLECT",))
         electrons = collected.read()
-        self._ctx.detect_framebuffer(0).use()
-        collected.release()
+        release_all(self._ctx, collected)
         return self._four(with_blooming(electrons, detector.full_well, detector.blooming))
 
-    def _four(self, picture: Array32) -> moderngl.Texture:
-        """A picture as a texture of four pixels a texel."""
-        height, width = picture.shape
+    def _four(self, image: Array32) -> moderngl.Texture:
+        """An image as a texture of four pixels a texel."""
+        height, width = image.shape
         texels = -(-width // PIXELS)
         padded = np.zeros((height, texels * PIXELS), dtype="<f4")
-        padded[:, :width] = picture
+        padded[:, :width] = image
         texture = self._ctx.texture((texels, height), PIXELS, padded.tobytes(), dtype="f4")
         texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
         return texture
@@ -204,8 +204,7 @@ class ReadoutPass:
         return drawn.textures[0]
 
     def _free(self, target: ImageTarget) -> None:
-        self._ctx.detect_framebuffer(0).use()
-        target.release()
+        release_all(self._ctx, target)
 
     def _drawn(self, name: str, detector: Detector) -> ImageTarget:
         p = detector.pattern

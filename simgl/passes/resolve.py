@@ -86,13 +86,13 @@ class ResolvePass:
         target: moderngl.Framebuffer,
         lens: DistortedView | None,
     ) -> None:
-        whole = (0, 0, *target.size)
+        full = (0, 0, *target.size)
         if lens is None:
-            state.apply(self._ctx, target, whole, (tile.x, tile.y, tile.width, tile.height))
+            state.apply(self._ctx, target, full, (tile.x, tile.y, tile.width, tile.height))
             self._program.draw(_values(tile), [samples])
             return
         box = _distorted_box(tile, lens.camera)
-        state.apply(self._ctx, target, whole, box)
+        state.apply(self._ctx, target, full, box)
         self._distorted.draw(_values(tile), [samples, lens.places])
 
     def release(self) -> None:
@@ -102,10 +102,10 @@ class ResolvePass:
 
 
 def _distorted_box(tile: RasterTile, camera: Camera) -> tuple[int, int, int, int]:
-    """x, y, width, height of the pixels that may see a tile of the pinhole's picture."""
+    """x, y, width, height of the pixels that may see a tile of the pinhole's image."""
     low, high = np.array([tile.x, tile.y]), np.array([tile.x + tile.width, tile.y + tile.height])
     places = field(camera).places
-    # A pixel reaches about one pixel of the pinhole's picture around its middle.
+    # A pixel reaches about one pixel of the pinhole's image around its middle.
     margin = np.array(field(camera).largest_pixel)
     inside = np.all((places > low - margin) & (places < high + margin), axis=-1)
     rows, columns = np.flatnonzero(inside.any(axis=1)), np.flatnonzero(inside.any(axis=0))

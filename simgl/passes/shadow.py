@@ -9,6 +9,7 @@ import numpy as np
 
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.pipeline_state import State
+from simgl.gpu.release import release_all
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
 from simgl.lru_cache import LruCache
 from simgl.passes.mesh_store import MeshStore
@@ -16,7 +17,7 @@ from simgl.passes.outline_program import OutlineProgram
 from simgl.view.shadow_views import ShadowMap, ShadowView
 
 # Maps are cached for so many views; an image of more spacecraft caches as many as it needs.
-KEPT = 8
+CAPACITY = 8
 
 _CASTER = Block(
     "Caster",
@@ -73,7 +74,7 @@ class ShadowPass:
         self._cone = FullscreenProgram(ctx, "shadow/tops", _TOPS, ["cells"], ["CONE"])
         self._caster = UniformBuffer(ctx, _CASTER)
         self._unused: list[_ShadowAtlas] = []
-        self._atlases = LruCache[bytes, _ShadowAtlas](KEPT, self._unused.append)
+        self._atlases = LruCache[bytes, _ShadowAtlas](CAPACITY, self._unused.append)
 
     def cast(self, views: Sequence[ShadowView]) -> list[tuple[moderngl.Texture, ...]]:
         """Depths, behind and tops of each view's maps, the close one right of the wide one.
@@ -106,10 +107,8 @@ class ShadowPass:
             if atlas.sizes == sizes:
                 self._unused.remove(atlas)
                 return atlas
-        if self._unused:
-            self._ctx.detect_framebuffer(0).use()
-        while self._unused:
-            self._unused.pop().release()
+        release_all(self._ctx, *self._unused)
+        self._unused.clear()
         return _ShadowAtlas(self._ctx, maps)
 
     def _cast(self, view: ShadowView) -> _ShadowAtlas:

@@ -1,4 +1,4 @@
-"""Warp: what a distorting lens makes of a pinhole's picture."""
+"""Warp: what a distorting lens makes of a pinhole's image."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ _WARP = Block(
     np.dtype([("fine_per_pixel", "f4"), ("warp_padding_a", "f4"), ("warp_padding_b", "f4", 2)]),
 )
 
-# Tables of a few cameras are kept.
-_KEPT = 4
+# Cameras whose tables are cached.
+_CAPACITY = 4
 
 
 class WarpPass:
-    """Fills a camera's picture from the finer one of its pinhole."""
+    """Fills a camera's image from the finer one of its pinhole."""
 
     state = State()
 
@@ -36,14 +36,14 @@ class WarpPass:
         self._nearest = FullscreenProgram(
             ctx, "warp/nearest", _WARP, ["places", "fine_depth", "fine_part", "fine_normal"]
         )
-        self._places = LruCache[Camera, moderngl.Texture](_KEPT, moderngl.Texture.release)
+        self._places = LruCache[Camera, moderngl.Texture](_CAPACITY, moderngl.Texture.release)
 
     def places(self, camera: Camera) -> moderngl.Texture:
-        """RG32F, coordinates in the pinhole's picture that the middles of the pixels see."""
+        """RG32F, coordinates in the pinhole's image that the middles of the pixels see."""
         return self._places.get(camera, lambda: table_texture(self._ctx, field(camera).places))
 
     def mean(self, camera: Camera, fine: moderngl.Texture, target: moderngl.Framebuffer) -> None:
-        """Means over the pixels of a fine RGBA32F picture."""
+        """Means over the pixels of a fine RGBA32F image."""
         fine.filter = (moderngl.LINEAR, moderngl.LINEAR)
         fine.repeat_x = fine.repeat_y = False
         self.state.apply(self._ctx, target, (0, 0, *target.size))

@@ -1,4 +1,4 @@
-"""What of the Earth lies where in a picture, by tiles: each is drawn as simply as it can be."""
+"""What of the Earth lies where in an image, by tiles: each is drawn as simply as it can be."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _CHART_SEAM, _CLOUD_REACH = 0.02, 10.0
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BackgroundTiles:
-    """What is seen where in a picture: masks (rows, columns) of tiles, no two on one place.
+    """What is seen where in an image: masks (rows, columns) of tiles, no two on one place.
 
     even : on the ground, which they see change evenly
     finer : on the ground, which their ``PARTS`` see change evenly
@@ -75,13 +75,13 @@ def tiles_of(
     *,
     noise: bool = True,
 ) -> BackgroundTiles:
-    """The tiles of a picture.
+    """The tiles of an image.
 
     intrinsics : (3, 3) [pixels]
     size : width and height [pixels]; the last tiles may reach past it
     shores : (rows + 1, columns + 1) of the corners of an equirectangular map's cells, how many of
         those above and left of each hold something else than open sea
-    noise : whether the picture shows any
+    noise : whether the image shows any
     """
     corners = corners_on_ground(planet, intrinsics, size)
     even, finer = even_tiles(corners), even_tiles(corners, PARTS)
@@ -95,8 +95,8 @@ def tiles_of(
     top = 1.0 + max(height, _cloud_height(planet))
     ground = nearest < np.arcsin(min((1.0 + _cloud_height(planet)) / distance, 1.0))
     air = (nearest < np.arcsin(top / distance)) if distance > top else np.ones_like(ground)
-    apart = corners.distance / np.sqrt(np.maximum(corners.slant, 1e-3))
-    pixel = 0.25 * _over_corners(np.add, apart)
+    spacing = corners.distance / np.sqrt(np.maximum(corners.slant, 1e-3))
+    pixel = 0.25 * _over_corners(np.add, spacing)
     sea = np.zeros_like(even) if shores is None else _open_sea(corners, shores)
     return BackgroundTiles(
         even=even,
@@ -105,8 +105,8 @@ def tiles_of(
         air=air & ~ground,
         one_face=one_face & (even | finer),
         sea=sea & (even | finer),
-        low=_least(corners.sun),
-        high=_most(corners.sun),
+        low=_lowest(corners.sun),
+        high=_highest(corners.sun),
         pixel=pixel / float(intrinsics[0, 0]) * planet.earth.equatorial_radius,
     )
 
@@ -123,14 +123,14 @@ def _nadir_angles(planet: PlanetView, intrinsics: Array32, size: tuple[int, int]
     middles = _unit(_rays(planet, intrinsics, (columns, rows), 0.5))
     nadir = _unit(-planet.camera_in_sphere.astype(np.float64))
     angle = np.arccos(np.clip(middles @ nadir, -1.0, 1.0))
-    # No tile is wider than one in the middle of the picture.
+    # No tile is wider than one in the middle of the image.
     half = 0.5 * TILE * float(np.hypot(1.0 / intrinsics[0, 0], 1.0 / intrinsics[1, 1]))
     return angle - (1.0 + 4.0 / TILE) * half
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Corners:
-    """Of the tiles of a picture, (rows + 1, columns + 1): where they lie on the ground.
+    """Of the tiles of an image, (rows + 1, columns + 1): where they lie on the ground.
 
     Of corners beside the Earth, the place on their ray that is nearest to it.
 
@@ -152,7 +152,7 @@ def corners_on_ground(planet: PlanetView, intrinsics: Array32, size: tuple[int, 
     """What the corners of tiles see of the ground.
 
     intrinsics : (3, 3) [pixels]
-    size : of the picture, width and height [pixels]; the last tiles may reach past it
+    size : of the image, width and height [pixels]; the last tiles may reach past it
     """
     columns, rows = (-(-length // TILE) + 1 for length in size)
     d = _rays(planet, intrinsics, (columns, rows), 0.0)
@@ -180,9 +180,9 @@ def even_tiles(corners: Corners, parts: int = 1) -> Mask:
     """
     normal, slant, sun = corners.normal, corners.slant, corners.sun
     longitude = np.arctan2(normal[..., 1], normal[..., 0])
-    even = _least(corners.meets) & (_range(slant) < parts**2 * _SLANT_CHANGE * _least(slant))
+    even = _lowest(corners.meets) & (_range(slant) < parts**2 * _SLANT_CHANGE * _lowest(slant))
     even &= _range(longitude) < parts**2 * _LONGITUDE_CHANGE
-    sun_height = np.maximum(_least(np.abs(sun)), _TWILIGHT)
+    sun_height = np.maximum(_lowest(np.abs(sun)), _TWILIGHT)
     return even & (_range(sun) < parts * _SUN_CHANGE * sun_height)
 
 
@@ -195,12 +195,12 @@ def _open_sea(corners: Corners, shores: IndexArray) -> Mask:
     x, y, z = np.moveaxis(corners.normal, -1, 0)
     row = (0.5 - np.arctan2(z, np.hypot(x, y)) / np.pi) * rows
     column = (np.arctan2(y, x) / (2.0 * np.pi) + 0.5) * columns
-    top, left = (np.floor(_least(v) - 0.5).astype(int) for v in (row, column))
-    bottom, right = (np.ceil(_most(v) + 0.5).astype(int) for v in (row, column))
+    top, left = (np.floor(_lowest(v) - 0.5).astype(int) for v in (row, column))
+    bottom, right = (np.ceil(_highest(v) + 0.5).astype(int) for v in (row, column))
     top, bottom = np.clip(top, 0, rows), np.clip(bottom, 0, rows)
     left, right = np.clip(left, 0, columns), np.clip(right, 0, columns)
-    found = shores[bottom, right] - shores[top, right] - shores[bottom, left] + shores[top, left]
-    return found == 0
+    closed = shores[bottom, right] - shores[top, right] - shores[bottom, left] + shores[top, left]
+    return closed == 0
 
 
 def _on_one_face(normal: Array, margin: float) -> Mask:
@@ -208,14 +208,14 @@ def _on_one_face(normal: Array, margin: float) -> Mask:
     size = np.abs(normal)
     two, one = np.partition(size, 1, axis=-1)[..., 1:].transpose(2, 0, 1)
     faces = np.argmax(size, axis=-1) + 3 * (np.max(normal, axis=-1) == one)
-    return (_range(faces) == 0) & (_least(one * (1.0 - margin) - two) > 0.0)
+    return (_range(faces) == 0) & (_lowest(one * (1.0 - margin) - two) > 0.0)
 
 
 def _rays(planet: PlanetView, intrinsics: Array32, count: tuple[int, int], first: float) -> Array:
     """(rows, columns, 3) unit directions in camera axes, turned into sphere space.
 
     count : columns and rows of places, a tile's edge apart
-    first : of the picture's first corner, in edges
+    first : of the image's first corner, in edges
     """
     k = intrinsics.astype(np.float64)
     x = (TILE * (np.arange(count[0]) + first) - k[0, 2]) / k[0, 0]
@@ -235,13 +235,13 @@ def _over_corners(of_two: np.ufunc, values: AnyArray) -> AnyArray:
     return of_two(across[:-1], across[1:])
 
 
-def _least(values: AnyArray) -> AnyArray:
+def _lowest(values: AnyArray) -> AnyArray:
     return _over_corners(np.minimum, values)
 
 
-def _most(values: AnyArray) -> AnyArray:
+def _highest(values: AnyArray) -> AnyArray:
     return _over_corners(np.maximum, values)
 
 
 def _range(values: Array) -> Array:
-    return _most(values) - _least(values)
+    return _highest(values) - _lowest(values)

@@ -24,14 +24,14 @@ _STARS_MOVE = 1e-2
 
 
 @dataclass(frozen=True)
-class PictureCone:
-    """The cone around a picture: its half angle, and the angle of a pixel [rad]."""
+class ImageCone:
+    """The cone around an image: its half angle, and the angle of a pixel [rad]."""
 
     half_diagonal: float
     pixel: float
 
     def holds(self, boresight: Array, direction: Array, angular_radius: float) -> bool:
-        """Whether a disc on the sky may touch the picture."""
+        """Whether a disc on the sky may touch the image."""
         # Nearly a pixel more than enough: a disc's edge is drawn over one.
         reach = self.half_diagonal + angular_radius + self.pixel
         return angle_between(boresight, direction) < reach
@@ -101,7 +101,7 @@ class StarPoints:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CelestialView:
-    """Everything beyond the Earth that a picture may show; None where it shows none of a kind.
+    """Everything beyond the Earth that an image may show; None where it shows none of a kind.
 
     focal_length, principal_point : of the pinhole [pixels]
     """
@@ -123,7 +123,7 @@ class EarthCone:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StarPlaces:
-    """Catalogue stars within a picture, in the catalogue's order.
+    """Catalogue stars within an image, in the catalogue's order.
 
     rows : (n,) in the catalogue
     direction_icrf : (n, 3) unit, as the moving camera sees them
@@ -136,7 +136,7 @@ class StarPlaces:
 
 
 def celestial(
-    state: SceneState, camera: CameraState, cone: PictureCone, earth: EarthCone | None
+    state: SceneState, camera: CameraState, cone: ImageCone, earth: EarthCone | None
 ) -> CelestialView | None:
     """What a camera sees beyond the Earth; None where that is nothing."""
     hidden = _Hidden(earth, cone.pixel)
@@ -156,7 +156,7 @@ def celestial(
 
 
 def star_places(state: SceneState, camera: CameraState) -> StarPlaces | None:
-    """The stars within a picture, or just outside; None where the scene has no stars."""
+    """The stars within an image, or just outside; None where the scene has no stars."""
     if state.stars is None:
         return None
     sky, catalogue = state.stars, state.stars.catalogue
@@ -221,7 +221,7 @@ def _star_points(state: SceneState, camera: CameraState, hidden: _Hidden) -> Sta
 
 
 def _sun_disc(
-    state: SceneState, camera: CameraState, cone: PictureCone, hidden: _Hidden
+    state: SceneState, camera: CameraState, cone: ImageCone, hidden: _Hidden
 ) -> SunDisc | None:
     seen: SunSeen = state.sun.seen_from(camera.position)
     if not state.sun.visible or hidden.disc(seen.direction_icrf, seen.angular_radius):
@@ -233,7 +233,7 @@ def _sun_disc(
 
 
 def _moon_disc(
-    state: SceneState, camera: CameraState, cone: PictureCone, hidden: _Hidden
+    state: SceneState, camera: CameraState, cone: ImageCone, hidden: _Hidden
 ) -> MoonDisc | None:
     if state.moon is None:
         return None
@@ -263,7 +263,7 @@ def _moon_disc(
 
 
 def _ellipse(
-    camera: CameraState, cone: PictureCone, direction: Array, angular_radius: float
+    camera: CameraState, cone: ImageCone, direction: Array, angular_radius: float
 ) -> Ellipse | None:
     """A disc's ellipse; None where it is out of view, or reaches 90 deg from the boresight."""
     R, k = camera.R_camera_from_icrf, camera.camera.intrinsics

@@ -1,4 +1,4 @@
-"""How far a camera's picture moves between two states."""
+"""How far a camera's image moves between two states."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import BodyState, CameraState, SceneState
 
 
-def picture_motion(first: SceneState, second: SceneState, camera: str) -> float:
-    """Upper bound on how far anything in view moves across the picture [px].
+def image_motion(first: SceneState, second: SceneState, camera: str) -> float:
+    """Upper bound on how far anything in view moves across the image [px].
 
     Bodies that are not in view count too; the ground only where the Earth may be in view.
     """

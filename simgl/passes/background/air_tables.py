@@ -1,4 +1,4 @@
-"""Tables of the air that hold for every camera: made on the GPU at first use, then kept as a file.
+"""Look-up tables of the air for all cameras: made on the GPU at first use, then cached in a file.
 
 ``transmittance`` to space by height and angle, six moments of the diffuse light by height and the
 Sun's angle, and its irradiance from above (``down``). shaders/air says what each holds.
@@ -18,6 +18,7 @@ from simgl.arrays import Array, Array32
 from simgl.disk_cache import cache_folder, read_arrays, write_arrays
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.pipeline_state import State
+from simgl.gpu.release import release_all
 from simgl.gpu.render_targets import Format, ImageTarget
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
 from simgl.physics.atmosphere import AIR_TOP, OZONE_FOOT, OZONE_PEAK, OZONE_TOP, Atmosphere
@@ -151,9 +152,9 @@ def tables_of(
     A folder that cannot be written only costs the next making; a damaged file is made anew.
     """
     path = cache_folder("air") / f"{_key(ctx, kind)}.npz"
-    found = read_arrays(path)
-    if found is not None and _whole(found):
-        return found
+    cached = read_arrays(path)
+    if cached is not None and _is_complete(cached):
+        return cached
     made = make_tables(ctx, kind, orders=ORDERS, progress=progress)
     write_arrays(path, made, "tables of the air are made again next time")
     return made
@@ -170,7 +171,7 @@ def _key(ctx: moderngl.Context, kind: AirKind) -> str:
     return hashlib.sha256(repr((what, driver, texts)).encode()).hexdigest()
 
 
-def _whole(arrays: dict[str, Array32]) -> bool:
+def _is_complete(arrays: dict[str, Array32]) -> bool:
     """Whether every table is there, of its size, and finite."""
     return set(arrays) == set(TABLES) and all(
         arrays[name].shape == shape
@@ -218,9 +219,7 @@ def make_tables(
                 progress(order + 1, orders)
         return tables
     finally:
-        ctx.detect_framebuffer(0).use()
-        maker.release()
-        air.release()
+        release_all(ctx, maker, air)
 
 
 class _Maker:
@@ -279,8 +278,7 @@ class _Maker:
         State().apply(self._ctx, target.framebuffer, (0, 0, *size))
         program.draw(values, textures)
         drawn = [np.array(target.read(i)) for i in range(outputs)]
-        self._ctx.detect_framebuffer(0).use()
-        target.release()
+        release_all(self._ctx, target)
         return drawn
 
     def release(self) -> None:

@@ -25,8 +25,8 @@ _CELLS, _OPEN_SEA_KM = 256, 10.0
 
 
 def _shipped(name: str, mode: str) -> Image8:
-    with Image.open(assets.data() / "earth" / name) as picture:
-        return np.asarray(picture.convert(mode))
+    with Image.open(assets.data() / "earth" / name) as image:
+        return np.asarray(image.convert(mode))
 
 
 @lru_cache(maxsize=2)
@@ -51,14 +51,14 @@ def form_map(water: Path | None, night: Path | None) -> Image8:
     if (height, width) != slopes.shape[:2]:
         scaled = Image.fromarray(np.dstack([slopes, slopes[..., :1]])).resize((width, height))
         slopes = np.asarray(scaled)[..., :2]
-    # Codes below 16 of the shipped picture are the noise of its compression.
+    # Codes below 16 of the shipped image are the noise of its compression.
     scaled = lights.resize((width, height), Image.Resampling.BICUBIC)
     night_code = np.maximum(np.asarray(scaled).astype(np.int16) - 16, 0).astype(np.uint8)
     return np.dstack([slopes, shore, night_code])
 
 
 def _shore(water: Image.Image) -> Image8:
-    """Distance to the shore in the shipped map's code, from a picture that is white on water."""
+    """Distance to the shore in the shipped map's code, from an image that is white on water."""
     is_water = np.asarray(water) > 127
     km = 180.0 / is_water.shape[0] * _KM_PER_DEGREE
     distance = distance_transform_edt(is_water) - distance_transform_edt(~is_water)
@@ -79,11 +79,11 @@ def shores(maps: EarthMaps) -> IndexArray:
         np.arange(_CELLS) * height // _CELLS,
         np.arange(2 * _CELLS) * width // (2 * _CELLS),
     )
-    least = np.minimum.reduceat(np.minimum.reduceat(shore, rows, axis=0), columns, axis=1)
-    found = np.zeros((_CELLS + 1, 2 * _CELLS + 1), dtype=np.int64)
-    closed = least <= 128 + _SHORE_STEPS_PER_KM * _OPEN_SEA_KM
-    found[1:, 1:] = np.cumsum(np.cumsum(closed, axis=0), axis=1)
-    return found
+    lowest = np.minimum.reduceat(np.minimum.reduceat(shore, rows, axis=0), columns, axis=1)
+    sums = np.zeros((_CELLS + 1, 2 * _CELLS + 1), dtype=np.int64)
+    closed = lowest <= 128 + _SHORE_STEPS_PER_KM * _OPEN_SEA_KM
+    sums[1:, 1:] = np.cumsum(np.cumsum(closed, axis=0), axis=1)
+    return sums
 
 
 def map_texture(ctx: moderngl.Context, values: Image8) -> moderngl.Texture:

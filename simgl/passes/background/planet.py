@@ -1,4 +1,4 @@
-"""The Earth: the background of the picture, one full-screen draw."""
+"""The Earth: the background of the image, one full-screen draw."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from simgl.scene.noise_projection import LEVELS, TEXEL_KM
 from simgl.view.background import Background, Moonlight, PlanetView
 from simgl.view.background_tiles import PARTS, TILE, BackgroundTiles, tiles_of
 
-# A picture whose pixels are shorter than the maps' texels by this factor where it looks straight
+# An image whose pixels are shorter than the maps' texels by this factor where it looks straight
 # down needs no mipmaps, which cost software renderers more than all the rest.
 _TEXEL_M = MAP_TEXEL * WGS84_EQUATORIAL_RADIUS
 _MAGNIFIED = 0.25
@@ -175,7 +175,7 @@ class PlanetPass:
         for unit, texture in enumerate((*textures, *(air.textures if air else ()))):
             texture.use(unit)
         values = planet_values(lit.background, lit.planet, lit.area, lamps=lamps)
-        lit.block.write(values | {"chart_kept": self._textures.chart_kept})
+        lit.block.write(values | {"chart_variance": self._textures.chart_variance})
         lit.block.bind()
 
     def _draw_tiles(
@@ -356,6 +356,6 @@ def _moonlit_below(planet: PlanetView) -> float:
 
 
 def _halvings(pixel: Array, texel: float) -> IndexArray:
-    """Of a picture whose texels are so long, for pixels of such edges [m]; 0 beside the planet."""
+    """Of an image whose texels are so long, for pixels of such edges [m]; 0 beside the planet."""
     steps = np.rint(np.log2(np.maximum(pixel / texel, 1.0)))
     return np.minimum(steps, LEVELS - 1).astype(np.int64)
