@@ -28,7 +28,7 @@ from simgl.passes.background.air_tables import ORDERS, AirKind, make_tables
 from simgl.passes.background.cloud_map import noise_texture, weather_codes
 from simgl.passes.background.earth_maps import form_map, ground_textures, land_map
 from simgl.physics.atmosphere import STANDARD
-from simgl.progress import Progress as Report
+from simgl.progress import ProgressCallback
 from simgl.scenario.loader import load_scenario
 from simgl.scenario.scenario import Scenario
 from simgl.scene.earth import Clouds, Earth
@@ -145,7 +145,7 @@ def scene_files() -> dict[str, Path]:
 
 
 def _one_scene(
-    path: Path, frames: int, step_s: float, progress: Report
+    path: Path, frames: int, step_s: float, progress: ProgressCallback
 ) -> tuple[str, list[SceneResult]]:
     """Renderer name, and the results in process and through every link."""
     scenario = load_scenario(path)

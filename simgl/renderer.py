@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 import moderngl
@@ -23,14 +23,15 @@ from simgl.passes.drawn_spacecraft import DrawnSpacecraft
 from simgl.passes.gbuffer import GBufferPass
 from simgl.passes.interreflection import InterreflectionPass
 from simgl.passes.lamp_shadow import LampShadowPass
-from simgl.passes.mesh_store import MeshStore
+from simgl.passes.mesh_store import MeshStore, VertexLighting
 from simgl.passes.reference_gather import ReferenceGather
 from simgl.passes.resolve import DistortedView, ResolvePass
 from simgl.passes.shadow import ShadowPass
 from simgl.passes.surface import LIGHTS, SurfacePass
 from simgl.passes.truth import TruthPass
 from simgl.passes.warp import WarpPass
-from simgl.progress import Progress
+from simgl.progress import ProgressCallback
+from simgl.radiosity.final_gather import LitBody
 from simgl.radiosity.transport_store import TransportStore
 from simgl.scene.earth import Earth
 from simgl.scene.spacecraft import SpacecraftModel
@@ -61,7 +62,9 @@ class Renderer:
         self.sample_budget = _SAMPLE_BUDGET_CPU if is_software(ctx) else _SAMPLE_BUDGET_GPU
         self._transports = TransportStore()
         self._meshes = MeshStore(ctx)
-        self._interreflection = InterreflectionPass(ctx, self._transports)
+        # What one CPU thread can do while this one and the renderer are busy.
+        self._executor = ThreadPoolExecutor(max_workers=1, thread_name_prefix="simgl-renderer")
+        self._interreflection = InterreflectionPass(ctx, self._transports, self._executor)
         self._shadow = ShadowPass(ctx, self._meshes)
         self._lamp_shadow = LampShadowPass(ctx, self._meshes)
         self._geometry = GBufferPass(ctx, self._meshes)
@@ -71,9 +74,8 @@ class Renderer:
         self._moon = MoonPass(ctx)
         self._air = AtmospherePass(ctx)
         self._planet = PlanetPass(ctx, self._air)
-        self._executor = ThreadPoolExecutor(max_workers=1, thread_name_prefix="simgl-renderer")
         self._probes = EnvironmentProbeStore(ctx, self._executor)
-        self._reference_gather = ReferenceGather()
+        self._reference_gather = ReferenceGather(self._transports)
         self._resolve = ResolvePass(ctx)
         self._warp = WarpPass(ctx)
         self._truth = TruthPass(ctx, self._meshes)
@@ -83,7 +85,7 @@ class Renderer:
         self,
         models: Iterable[SpacecraftModel],
         earth: Earth | None = None,
-        progress: Progress | None = None,
+        progress: ProgressCallback | None = None,
     ) -> None:
         """Trace how the surfaces of models see each other, and make the tables of the Earth's air,
         so that no frame waits for it."""
@@ -194,7 +196,6 @@ class Renderer:
     def _spacecraft(self, tile: RasterTile, gather: Gather) -> list[DrawnSpacecraft]:
         """All that the passes after this draw of the spacecraft of a tile."""
         views = tile.craft
-        none = [None] * len(views)
         with self.timer.measure("probe"):
             self._draw_skies([view.sky for view in views])
             probes = self._probes.of([view.sky for view in views])
@@ -203,19 +204,22 @@ class Renderer:
         # On the CPU, while the renderer draws the shadow maps.
         with self.timer.measure("interreflection"):
             skies = [None if probe is None else probe.sky for probe in probes]
-            by_rays = gather == "pixel"
-            vertex_lightings = none if by_rays else self._interreflection.draw(views, skies)
-            bodies = self._interreflection.bodies(views, skies) if by_rays else none
+            vertex_lightings: Sequence[VertexLighting | None] = [None] * len(views)
+            bodies: Sequence[tuple[LitBody, ...]] = [()] * len(views)
+            if gather == "pixel":
+                bodies = self._reference_gather.lit_bodies(views, skies)
+            else:
+                vertex_lightings = self._interreflection.draw(views, skies)
         return [
             DrawnSpacecraft(
                 view=view,
                 shadow_maps=maps,
                 probe=probe,
                 vertex_lighting=lighting,
-                lit_bodies=tuple(met or ()),
+                lit_bodies=lit_bodies,
                 air=self._air.between(view.air),
             )
-            for view, maps, probe, lighting, met in zip(
+            for view, maps, probe, lighting, lit_bodies in zip(
                 views, shadow_maps, probes, vertex_lightings, bodies, strict=True
             )
         ]
@@ -243,6 +247,7 @@ class Renderer:
 
     def release(self) -> None:
         """Free everything that this renderer made."""
+        self._executor.shutdown()
         # moderngl binds the last framebuffer again whenever it makes one: not a freed one, then.
         self._ctx.detect_framebuffer(0).use()
         for owner in (

@@ -29,7 +29,7 @@ from simgl.images import (
     RadianceFrame,
     TruthFrame,
 )
-from simgl.progress import Progress
+from simgl.progress import ProgressCallback
 from simgl.renderer import Renderer
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState
@@ -113,7 +113,7 @@ class Simulator:
         self,
         scenario: Scenario,
         ctx: moderngl.Context | None = None,
-        progress: Progress | None = None,
+        progress: ProgressCallback | None = None,
     ) -> None:
         self.scenario = scenario
         self._own_ctx = ctx is None

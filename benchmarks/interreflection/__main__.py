@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -39,6 +40,7 @@ EARTH_RADIUS = np.radians(70.0)
 # An orbit of 400 km turns so far in a second [rad].
 STEP = np.radians(0.0649)
 FRAMES, WARM_UP = 60, 5
+EXECUTOR = ThreadPoolExecutor(max_workers=1)
 
 
 def earth_below() -> SkyRadiance:
@@ -59,7 +61,7 @@ def frame_times(ctx: moderngl.Context, spacecraft: SpacecraftView, step: float) 
     work : of all cores
     """
     transports = TransportStore()
-    interreflection, sky = InterreflectionPass(ctx, transports), earth_below()
+    interreflection, sky = InterreflectionPass(ctx, transports, EXECUTOR), earth_below()
     assert spacecraft.exchange is not None
     clock, work = [], []
     for frame in range(WARM_UP + FRAMES):
@@ -95,7 +97,7 @@ def agreement(spacecraft: SpacecraftView, transport: LightTransport, count: int)
 
     def on_vertices(exitance: Array32) -> Array32:
         values = np.empty((*gather.shape, 4), dtype=np.float32)
-        vertex_irradiance(gather, exitance, values)
+        vertex_irradiance(gather, exitance, values, EXECUTOR)
         return values
 
     def at_once(cosines: Array32) -> Array32:

@@ -16,7 +16,7 @@ from simgl.camera.detector import Detector, FixedPattern, Particles
 from simgl.camera.presets import read_camera
 from simgl.images import display_from_dn
 from simgl.physics.constants import SOLAR_TEMPERATURE
-from simgl.progress import Progress
+from simgl.progress import ProgressCallback
 from simgl.scenario.schema import CameraTable
 from simgl.scene.state import SceneState
 
@@ -110,7 +110,7 @@ def panels(colour: Detector) -> dict[str, Panel]:
     }
 
 
-def pictures(width: int, progress: Progress | None = None) -> Iterator[tuple[str, Image8]]:
+def pictures(width: int, progress: ProgressCallback | None = None) -> Iterator[tuple[str, Image8]]:
     """Title and 8-bit sRGB picture of each panel.
 
     width : pixels; the height is three quarters of it

@@ -12,7 +12,7 @@ from examples.fewer_pixels import fewer_pixels
 from simgl import Product, Simulator, load_scenario
 from simgl.arrays import Array32, Image8
 from simgl.images import LayersFrame, contact_sheet, display_from_layers, display_from_radiance
-from simgl.progress import Progress
+from simgl.progress import ProgressCallback
 
 BAY = Path(__file__).with_name("bay.toml")
 BOARD = Path(__file__).parents[1] / "materials.toml"
@@ -29,7 +29,9 @@ HALF_AN_ORBIT_NS = 2_777 * 10**9
 LAMP_GAIN = 128.0
 
 
-def pictures(shrink: int = 1, progress: Progress | None = None) -> Iterator[tuple[str, Image8]]:
+def pictures(
+    shrink: int = 1, progress: ProgressCallback | None = None
+) -> Iterator[tuple[str, Image8]]:
     """Name and 8-bit sRGB picture, one after the other.
 
     shrink : pictures are smaller by this factor

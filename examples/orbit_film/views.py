@@ -12,7 +12,7 @@ from simgl import Product, Scenario, Simulator, load_scenario
 from simgl.arrays import Array32, Image8
 from simgl.images import display_from_radiance, display_gain
 from simgl.physics.ephemeris import itrf_from_icrf, tai_ns_from_utc
-from simgl.progress import Progress
+from simgl.progress import ProgressCallback
 from simgl.scenario.loader import scenario_from_dict
 
 ORBIT = Path(__file__).with_name("orbit.toml")
@@ -37,7 +37,7 @@ VIEWS = {
 }
 
 
-def orbit_frames(progress: Progress | None = None) -> Iterator[tuple[str, Image8]]:
+def orbit_frames(progress: ProgressCallback | None = None) -> Iterator[tuple[str, Image8]]:
     """Minute of the orbit with the gain, and the picture, frame by frame.
 
     progress : told of the light between surfaces while it is traced
@@ -50,7 +50,7 @@ def orbit_frames(progress: Progress | None = None) -> Iterator[tuple[str, Image8
             yield _shown(f"{after_ns / 60e9:.0f} min", radiance)
 
 
-def views(progress: Progress | None = None) -> Iterator[tuple[str, Image8]]:
+def views(progress: ProgressCallback | None = None) -> Iterator[tuple[str, Image8]]:
     """Name with the gain, and the picture, of every view; the last has a craft in it."""
     earth = scenario_from_dict(
         {"epoch": {"utc": _UTC}, "camera": {name: _camera(*place) for name, place in VIEWS.items()}}

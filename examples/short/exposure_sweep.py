@@ -3,7 +3,7 @@
 import simgl
 from simgl.assess.target_light import assess_frame
 from simgl.assess.trajectory_assessment import PRODUCTS
-from simgl.camera.exposure_value import exposure_time, exposure_value
+from simgl.camera.camera_equation import exposure_time, exposure_value
 
 scenario = simgl.load_scenario("examples/approach.toml")
 f_number = scenario.cameras["navcam"].lens.f_number

@@ -7,8 +7,8 @@ from functools import lru_cache
 from typing import Any
 
 from simgl import assets
-from simgl.config.band_values import amounts, fractions
 from simgl.config.validation import convert, read_toml
+from simgl.config.value_types import amounts, fractions
 from simgl.errors import AssetError, ConfigError, did_you_mean
 from simgl.model_files.surface_schema import CellsTable, FinishTable, MaterialTable
 from simgl.scene.materials import Material

@@ -63,15 +63,14 @@ class GBufferPass:
                 variant = tuple(d for d in model.variant if d not in ("LAYERED", "JOINTED"))
                 if variant:
                     self._meshes.bind_surface(model)
-                mesh, values = model.posed_mesh, None
+                mesh = model.posed_mesh if lighting is None else lighting.mesh
                 if lighting is not None:
-                    mesh, values = lighting.mesh, lighting.values
                     variant += lighting.defines
                 if mesh.motion is not None:
                     self._meshes.bind_joints(model, mesh)
                     variant = (*variant, "JOINTED")
-                program = self._program_for(variant)
-                self._meshes.geometry(mesh).draw(program, values)
+                values = None if lighting is None else lighting.values
+                self._meshes.geometry(mesh).draw(self._program_for(variant), values)
         return textures_of(target)
 
     def _program_for(self, variant: tuple[str, ...]) -> moderngl.Program:

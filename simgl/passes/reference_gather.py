@@ -15,10 +15,16 @@ import numpy as np
 from scipy.ndimage import uniform_filter
 
 from simgl.arrays import Array, Array32, IndexArray
-from simgl.environment_map import cell_radiance
+from simgl.environment_map import SkyRadiance, cell_radiance
 from simgl.passes.drawn_spacecraft import DrawnSpacecraft
 from simgl.radiosity.final_gather import SKY_ACROSS, LitBody, Points, gathered, sunlight
+from simgl.radiosity.light_transport import LightTransport
+from simgl.radiosity.patch_light import PatchLight
+from simgl.radiosity.solver import material_light
+from simgl.radiosity.transport_store import TransportStore, lit_mesh
 from simgl.sample_grid import SampleGrid
+from simgl.scene.mean_materials import mean_materials
+from simgl.scene.spacecraft import SpacecraftModel
 from simgl.view.frame_view import RasterTile, SpacecraftView
 
 # Rays of a pixel, shared by its samples: so many at first, and up to so many times more where their
@@ -32,8 +38,66 @@ _PLANE_STEP = 0.05
 _PLACE, _SHAPE, _PLANE, _OTHERS = 0, 1, 2, 3
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _LitPatches:
+    """The light that leaves a body with a transport.
+
+    indirect : (p, 4) of the patches after all bounces, less the Sun's before any [W m-2]
+    """
+
+    transport: LightTransport
+    indirect: Array32
+
+
 class ReferenceGather:
     """Fills the indirect light of the G-buffer: from other surfaces, and the Earth's share."""
+
+    def __init__(self, transports: TransportStore) -> None:
+        self._transports = transports
+        self._light = PatchLight()
+
+    def lit_bodies(
+        self, spacecraft: Sequence[SpacecraftView], skies: Sequence[SkyRadiance | None]
+    ) -> list[tuple[LitBody, ...]]:
+        """What rays from each spacecraft meet: itself, then what is near; none where
+        no other surface is."""
+        lit = {
+            s.instance: self._lit_patches(s, sky) for s, sky in zip(spacecraft, skies, strict=True)
+        }
+        return [self._bodies_around(s, lit) for s in spacecraft]
+
+    def _bodies_around(
+        self, viewer: SpacecraftView, lit: dict[int, _LitPatches | None]
+    ) -> tuple[LitBody, ...]:
+        incident, patches = viewer.exchange, lit.get(viewer.instance)
+        if incident is None:
+            return ()
+        near = [neighbour for neighbour in incident.around if neighbour.near]
+        if patches is None and not near:
+            return ()
+        models = [(viewer.model, np.eye(4), patches)]
+        models += [(n.model, n.other_from_body, lit.get(n.instance)) for n in near]
+        irradiance = incident.sun_irradiance.astype(np.float32)
+        return tuple(
+            _lit_body(model, matrix, matrix[:3, :3] @ incident.sun_direction, irradiance, patches)
+            for model, matrix, patches in models
+        )
+
+    def _lit_patches(
+        self, spacecraft: SpacecraftView, sky: SkyRadiance | None
+    ) -> _LitPatches | None:
+        """The light on a spacecraft; None where nothing sees itself, or that light is left out."""
+        if spacecraft.exchange is None:
+            return None
+        transport = self._transports.of(spacecraft.model)
+        if transport is None:
+            return None
+        model, incident = spacecraft.model, spacecraft.exchange
+        exitance = self._light.exitance(model, transport, sky, incident)
+        # The Sun's light is subtracted patch by patch: near a shadow's edge neighbours differ.
+        direct_sun = self._light.of_direct_sun(model, transport, incident) * incident.sun_irradiance
+        indirect = np.maximum(exitance - direct_sun, 0.0).astype(np.float32)
+        return _LitPatches(transport=transport, indirect=indirect)
 
     def fill(
         self,
@@ -69,6 +133,30 @@ class ReferenceGather:
             plane[row, column, 3] = share
         for target, values in ((_PLANE, plane), (_OTHERS, others)):
             gbuffer[target].write(np.ascontiguousarray(values), viewport=(0, 0, columns, rows))
+
+
+def _lit_body(
+    model: SpacecraftModel,
+    body_from_viewer: Array,
+    sun_direction: Array,
+    sun_irradiance: Array32,
+    patches: _LitPatches | None,
+) -> LitBody:
+    albedo, exitance = material_light(mean_materials(model))
+    mesh, indirect = model.posed_mesh, None
+    if patches is not None:
+        mesh = lit_mesh(model, patches.transport)
+        indirect = patches.indirect[patches.transport.patch_of_side]
+    return LitBody(
+        mesh=mesh,
+        body_from_viewer=body_from_viewer.astype(np.float32),
+        sides=2 if model.open_sheets else 1,
+        albedo=albedo,
+        exitance=exitance,
+        sun_direction=sun_direction.astype(np.float32),
+        sun_irradiance=sun_irradiance,
+        solved=indirect,
+    )
 
 
 def _read(texture: moderngl.Texture) -> Array32:

@@ -9,7 +9,7 @@ from scipy import sparse
 from scipy.spatial import ConvexHull, QhullError
 
 from simgl.arrays import Array, IndexArray, Mask
-from simgl.progress import Progress, silent
+from simgl.progress import ProgressCallback, silent
 from simgl.radiosity.gather_points import (
     BURIED,
     LIFT,
@@ -81,7 +81,7 @@ def bake(
     *,
     open_sheets: bool,
     settings: BakeSettings = BakeSettings(),
-    progress: Progress | None = None,
+    progress: ProgressCallback | None = None,
 ) -> LightTransport | None:
     """The transport of a body; None where no surface of it sees another.
 

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from scipy import sparse
@@ -222,12 +221,6 @@ def _blocked_before(
     return blocked
 
 
-@lru_cache(maxsize=1)
-def beside() -> ThreadPoolExecutor:
-    """One thread beside the caller's: products of sparse matrices leave Python alone."""
-    return ThreadPoolExecutor(max_workers=1, thread_name_prefix="simgl-exchange")
-
-
 def earth_share(matrix: GatherMatrix, cell_radiance: Array32 | None) -> Array32:
     """(k, sides) of the Earth's irradiance on a free surface, the share that arrives at vertices.
 
@@ -242,11 +235,14 @@ def earth_share(matrix: GatherMatrix, cell_radiance: Array32 | None) -> Array32:
     return np.clip(share, 0.0, 1.0, out=share).reshape(matrix.shape)
 
 
-def vertex_irradiance(matrix: GatherMatrix, exitance: Array32, values: Array32) -> None:
-    """Irradiance of vertices from the body's own surfaces [W m-2], by two threads.
+def vertex_irradiance(
+    matrix: GatherMatrix, exitance: Array32, values: Array32, executor: Executor
+) -> None:
+    """Irradiance of vertices from the body's own surfaces [W m-2].
 
     exitance : (p, 4) of the patches, after all bounces
     values : (k, sides, 4 or more) whose first four columns are filled
+    executor : works on one half; products of sparse matrices release Python's lock
     """
     first, second = matrix.gather
     flat = values.reshape(-1, values.shape[2])
@@ -255,6 +251,6 @@ def vertex_irradiance(matrix: GatherMatrix, exitance: Array32, values: Array32) 
     def fill(part: Array32, gather: sparse.csr_matrix) -> None:
         part[:, :4] = gather @ exitance
 
-    rest = beside().submit(fill, flat[middle:], second)
+    rest = executor.submit(fill, flat[middle:], second)
     fill(flat[:middle], first)
     rest.result()

@@ -12,10 +12,11 @@ from scipy import sparse
 
 from simgl.disk_cache import cache_folder, read_arrays, write_arrays
 from simgl.lru_cache import LruCache
-from simgl.progress import Progress
+from simgl.progress import ProgressCallback
 from simgl.radiosity.bake import BakeSettings, bake, sees_itself
 from simgl.radiosity.light_transport import LightTransport
 from simgl.scene.mesh import Mesh
+from simgl.scene.posed_mesh import PosedMesh
 from simgl.scene.spacecraft import SpacecraftModel
 
 # Light between surfaces changes little over a few degrees of a joint, and tracing it takes seconds.
@@ -34,7 +35,9 @@ class TransportStore:
     def __init__(self) -> None:
         self._transports = LruCache[tuple[str, bool], LightTransport | None](CAPACITY)
 
-    def of(self, model: SpacecraftModel, progress: Progress | None = None) -> LightTransport | None:
+    def of(
+        self, model: SpacecraftModel, progress: ProgressCallback | None = None
+    ) -> LightTransport | None:
         """How a model's surfaces see each other; None where none sees another.
 
         Traced at the first call, unless a file has it. Joints stand at the nearest multiple of
@@ -52,7 +55,7 @@ def transport_of(
     *,
     open_sheets: bool,
     settings: BakeSettings = BakeSettings(),
-    progress: Progress | None = None,
+    progress: ProgressCallback | None = None,
 ) -> LightTransport | None:
     """The transport of a body, from the file of an earlier bake if there is one.
 
@@ -145,3 +148,9 @@ def _check(transport: LightTransport) -> None:
         right &= index.shape == shape and index.min() >= 0 and index.max() < count
     if not right:
         raise ValueError("an index of a light transport points nowhere")
+
+
+def lit_mesh(model: SpacecraftModel, transport: LightTransport) -> PosedMesh:
+    """The transport's mesh with the joints where they are."""
+    coarse = model.coarsely_posed(JOINT_STEP)
+    return model.posed_mesh.moved_from(coarse.posed_mesh, transport.mesh)

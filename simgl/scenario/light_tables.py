@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from simgl.config.band_values import direction, fractions
 from simgl.config.path_sandbox import Base
+from simgl.config.value_types import direction, fractions
 from simgl.errors import ConfigError
 from simgl.physics.atmosphere import ATMOSPHERES
 from simgl.physics.constants import ASTRONOMICAL_UNIT, SOLAR_CONSTANT, SOLAR_RADIUS

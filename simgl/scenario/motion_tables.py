@@ -7,9 +7,9 @@ from collections.abc import Collection
 import numpy as np
 
 from simgl.arrays import Array
-from simgl.config.band_values import direction
 from simgl.config.path_sandbox import Base
 from simgl.config.validation import shown
+from simgl.config.value_types import direction
 from simgl.errors import AssetError, ConfigError, did_you_mean
 from simgl.motion.drives import JointLaws
 from simgl.motion.files.motion_reader import read_angles, read_path, read_rotations

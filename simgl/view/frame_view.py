@@ -15,7 +15,7 @@ import numpy as np
 
 from simgl.arrays import Array, Array32
 from simgl.camera.camera import Camera
-from simgl.camera.distortion import PinholeField, field, point_kept
+from simgl.camera.distortion import PinholeField, field, warped_point_share
 from simgl.errors import ConfigError
 from simgl.radiosity.incident_light import IncidentLight, incident_light
 from simgl.sample_grid import PIXEL_CENTRES, SampleGrid, choose_lattice, turned_lattice
@@ -145,7 +145,7 @@ def _with_all_their_light(behind: Background, camera: Camera) -> Background:
     beyond = behind.celestial
     if camera.lens.distortion is None or beyond is None or beyond.stars is None:
         return behind
-    kept = point_kept(camera, beyond.stars.pixels)
+    kept = warped_point_share(camera, beyond.stars.pixels)
     irradiance = np.asarray(beyond.stars.irradiance / kept[:, None], dtype=np.float32)
     stars = replace(beyond.stars, irradiance=irradiance)
     return replace(behind, celestial=replace(beyond, stars=stars))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 
 from simgl.arrays import Array32
@@ -28,7 +30,8 @@ def sunlit_exitance(transport: LightTransport) -> Array32:
 def vertex_light(transport: LightTransport, exitance: Array32) -> Array32:
     """(v, sides, 4) irradiance of the vertices from the body's own surfaces."""
     values = np.full((*transport.gather_point_of_vertex.shape[::-1], 4), np.nan, dtype=np.float32)
-    vertex_irradiance(transport.of_vertices, exitance, values)
+    with ThreadPoolExecutor(max_workers=1) as executor:
+        vertex_irradiance(transport.of_vertices, exitance, values, executor)
     return values
 
 

@@ -5,12 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from simgl.arrays import Array
-
-
-def lambda_smith(cosine: Array, alpha: float | Array) -> Array:
-    """Smith's auxiliary function of the GGX distribution (Heitz 2014, eq. 72)."""
-    tangent2 = (1.0 - cosine**2) / cosine**2
-    return 0.5 * (np.sqrt(1.0 + alpha**2 * tangent2) - 1.0)
+from simgl.physics.directional_albedo import lambda_smith
 
 
 def ggx(NoH: Array, alpha: float) -> Array:
@@ -94,3 +89,18 @@ def disc_cosine(cosine: Array, radius: float) -> Array:
     share /= share.sum()
     elevation = np.arcsin(cosine)[:, None] + radius * height[None, :]
     return np.sum(share * np.maximum(np.sin(elevation), 0.0), axis=1)
+
+
+def base_loss(cosine: Array) -> Array:
+    """Mean of (1 - VoH)^5 over a uniform sky, weighted by its cosine: of the light that Schlick's
+    Fresnel term leaves at normal incidence, the share that the base does not get.
+
+    cosine : (k,) between normal and viewer; returns : (k,)
+    """
+    count = 400
+    u = (np.arange(count) + 0.5) / count
+    sine = np.sqrt(u)[:, None]
+    x, z = sine * np.cos(2.0 * np.pi * u), np.sqrt(1.0 - sine**2)
+    VoL = np.sqrt(1.0 - cosine[:, None, None] ** 2) * x + cosine[:, None, None] * z
+    VoH = np.sqrt(np.maximum(0.5 * (1.0 + VoL), 0.0))
+    return np.mean((1.0 - VoH) ** 5, axis=(1, 2))

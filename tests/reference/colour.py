@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 
-from simgl import assets
 from simgl.arrays import Array
 
 MAXIMUM_EFFICACY = (
@@ -20,7 +20,7 @@ _STEP = 0.5e-9  # [m]
 @lru_cache(maxsize=1)
 def _observer() -> tuple[Array, Array]:
     """(n,) wavelength [m] and (n, 3) colour-matching functions."""
-    table = np.loadtxt(assets.data() / "colour" / "cie_1931_2deg.txt")
+    table = np.loadtxt(Path(__file__).with_name("cie_1931_2deg.txt"))
     return table[:, 0] * 1e-9, table[:, 1:]
 
 
