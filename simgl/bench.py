@@ -23,7 +23,7 @@ from rich.table import Table
 
 from simgl import __version__, assets
 from simgl.errors import ConfigError, did_you_mean
-from simgl.gpu.context import open_context
+from simgl.gpu.context import temporary_context
 from simgl.passes.background.air_tables import ORDERS, AirKind, make_tables
 from simgl.passes.background.cloud_map import noise_texture, weather_codes
 from simgl.passes.background.earth_maps import form_map, ground_textures, land_map
@@ -188,7 +188,7 @@ def earth_tables() -> list[TableResult]:
         seconds = round(time.perf_counter() - start, 2)
         found.append(TableResult(name=name, bytes=size, seconds=seconds))
 
-    with open_context() as ctx:
+    with temporary_context() as ctx:
         kind = AirKind(air=STANDARD, radius=earth.equatorial_radius, albedo=earth.mean_albedo)
 
         def air() -> int:

@@ -15,7 +15,7 @@ from simgl.camera.rolling_shutter import duration, instants, parts, row_shares
 from simgl.camera_pipeline import CameraPipeline
 from simgl.errors import ConfigError, did_you_mean
 from simgl.flash_lidar import lidar_frame
-from simgl.gpu.context import open_context
+from simgl.gpu.context import current, open_context, preserve_current
 from simgl.gpu.render_targets import ImageTarget
 from simgl.gpu.timers import PassTimer
 from simgl.images import (
@@ -117,8 +117,9 @@ class Simulator:
     ) -> None:
         self.scenario = scenario
         self._own_ctx = ctx is None
-        self._ctx = open_context() if ctx is None else ctx
-        with self._ctx:
+        with preserve_current():
+            self._ctx = open_context() if ctx is None else ctx
+        with current(self._ctx):
             self._renderer = Renderer(self._ctx)
             self._camera_pipeline = CameraPipeline(self._ctx, self._renderer.timer)
             models = scenario.models_at_epoch() if scenario.inter_reflection else ()
@@ -133,7 +134,7 @@ class Simulator:
     @property
     def gl_error(self) -> str:
         """OpenGL's error since it was last asked; "GL_NO_ERROR" while all is well."""
-        with self._ctx:
+        with current(self._ctx):
             return str(self._ctx.error)
 
     def capture(
@@ -160,7 +161,7 @@ class Simulator:
         info = self._info(state, camera, seed)
         states = [] if during is None else self._states(state, camera, during)
         # Another simulator of this process may have made its own context current.
-        with self._ctx:
+        with current(self._ctx):
             counts = Product.DN in products or Product.ELECTRONS in products
             still: ImageTarget | None = None
             if _FROM_RADIANCE & frozenset(products) or (counts and not states):
@@ -195,7 +196,7 @@ class Simulator:
             raise ValueError("a setting changes the size or the field of the picture")
         view, info = self._view(state, camera), self._info(state, camera)
         taken = []
-        with self._ctx:
+        with current(self._ctx):
             still = self._renderer.radiance(view)
             shared = self._still(state, view, info, set(products) & _OF_THE_SCENE, still)
             for setting in settings:
@@ -348,7 +349,7 @@ class Simulator:
 
     def close(self) -> None:
         """Free what draws, and the context if this simulator opened it."""
-        with self._ctx:
+        with current(self._ctx):
             self._camera_pipeline.release()
             self._renderer.release()
         if self._own_ctx:

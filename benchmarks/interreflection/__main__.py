@@ -20,7 +20,7 @@ from benchmarks.record import write_record
 from simgl.arrays import Array, Array32
 from simgl.bench import scene_files
 from simgl.environment_map import SkyRadiance, cell_radiance, cube_directions
-from simgl.gpu.context import open_context
+from simgl.gpu.context import temporary_context
 from simgl.passes.interreflection import InterreflectionPass
 from simgl.radiosity.hemisphere import CELLS_ACROSS
 from simgl.radiosity.light_transport import LightTransport
@@ -137,7 +137,7 @@ def main() -> None:
     scenario = load_scenario(scene_files()["source_600"])
     state = scenario.at(scenario.epoch_tai_ns)
     spacecraft = frame_view(state, "observer", sample_budget=1000).tiles[0].craft[0]
-    with open_context() as ctx:
+    with temporary_context() as ctx:
         transport = TransportStore().of(spacecraft.model)
         assert transport is not None
         results = {

@@ -164,22 +164,29 @@ def _attitude(
     return rotation_between(start @ law.axis_body, line) @ start
 
 
-def poses(motions: Mapping[str, Motion], tai_ns: int) -> dict[str, Pose]:
+def poses(
+    motions: Mapping[str, Motion], tai_ns: int, given: Mapping[str, Pose] | None = None
+) -> dict[str, Pose]:
     """Pose of every spacecraft at an epoch.
+
+    given : poses that hold in place of the laws of motion; laws relative to them follow them
 
     Raises ConfigError for circular references, and if a law does not cover the epoch.
     """
-    states: dict[str, tuple[Array, Array]] = {}
+    given = given or {}
+    states = {name: (pose.position, pose.velocity) for name, pose in given.items()}
     for name in motions:
         _resolve(name, (), motions, tai_ns, states)
-    return {
+    by_law = {
         name: Pose(
             position=states[name][0],
             velocity=states[name][1],
             R_icrf_from_body=_attitude(name, motion.attitude, tai_ns, states),
         )
         for name, motion in motions.items()
+        if name not in given
     }
+    return {**by_law, **given}
 
 
 def _resolve(

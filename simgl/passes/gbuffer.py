@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import moderngl
 
-from simgl.gpu.growing_target import GrowingTarget, textures_of
 from simgl.gpu.pipeline_state import State, clear_depth
 from simgl.gpu.program import load_program
+from simgl.gpu.render_targets import GrowingTarget, textures_of
 from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.passes.drawn_spacecraft import DrawnSpacecraft
 from simgl.passes.mesh_store import MeshStore
@@ -43,7 +43,7 @@ class GBufferPass:
         """The targets of the shader in their order, RGBA32F, valid until the next draw."""
         detailed = any("DETAILED" in drawn.view.model.variant for drawn in spacecraft)
         size = tile.sample_grid.raster_size(tile.width, tile.height)
-        (target,) = self._targets[_DETAILED if detailed else _PLAIN].at_least(size)
+        (target,) = self._targets[_DETAILED if detailed else _PLAIN].covering(size)
         viewport = (0, 0, *size)
         self.closed.apply(self._ctx, target, viewport, viewport)
         others = ((False,) * 4,) * (len(target.color_attachments) - 1)

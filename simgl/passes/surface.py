@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 
 import moderngl
 
-from simgl.gpu.growing_target import GrowingTarget, textures_of
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.program import load_program
+from simgl.gpu.render_targets import GrowingTarget, textures_of
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
 from simgl.passes.albedo_table import LOBE_UNIT, lobe_texture
 from simgl.passes.drawn_spacecraft import DrawnSpacecraft
@@ -143,7 +143,7 @@ class SurfacePass:
         returns : one texture, or with ``by_light`` one for each of ``LIGHTS``
         """
         size = tile.sample_grid.raster_size(tile.width, tile.height)
-        sunlight, target = self._targets[len(LIGHTS) if by_light else 1].at_least(size)
+        sunlight, target = self._targets[len(LIGHTS) if by_light else 1].covering(size)
         area = (0, 0, *size)
         self._write(tile, lamps)
         for unit, texture in enumerate(gbuffer):

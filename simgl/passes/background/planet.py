@@ -269,9 +269,9 @@ class PlanetPass:
                 optional = {"ONE_FACE": one_face, "SEA": sea, "NIGHT": night}
                 kind = tuple(define for define, wanted in optional.items() if wanted)
                 program = self._program_for("planet/tiles", ("EVEN", *kind, *variant))
-                program.draw(mask & tiles.even, TILE, sheet=step)
+                program.draw(mask & tiles.even, TILE, slot=step)
                 finer = (mask & tiles.finer).repeat(PARTS, axis=0).repeat(PARTS, axis=1)
-                program.draw(finer, TILE // PARTS, sheet=step)
+                program.draw(finer, TILE // PARTS, slot=step)
         for unit, texture in enumerate(textures):
             texture.use(unit)
 
