@@ -30,16 +30,24 @@ class LruCache(Generic[Key, Value]):
         self._values.move_to_end(key)
         return self._values[key]
 
-    def __contains__(self, key: Key) -> bool:
-        return key in self._values
+    def find(self, key: Key) -> Value | None:
+        """The value of a key, or None; its use does not count."""
+        return self._values.get(key)
+
+    def pop(self, key: Key) -> None:
+        """Drop the value of a key, if it is cached, without evicting it."""
+        self._values.pop(key, None)
 
     def reserve(self, count: int) -> None:
-        """Raise the capacity to at least so many values."""
+        """Raise the capacity to at least ``count`` values."""
         self._capacity = max(self._capacity, count)
 
     def values(self) -> list[Value]:
         """All cached values, the least recently used one first."""
         return list(self._values.values())
+
+    def __contains__(self, key: Key) -> bool:
+        return key in self._values
 
     def _evict(self) -> None:
         _, value = self._values.popitem(last=False)

@@ -1,7 +1,7 @@
 """What the Sun's shadow maps hold: one map around each spacecraft, and one of what the camera sees.
 
 Light axes: z away from the Sun, x and y across, turned against the body's axes so that straight
-edges of the craft cross the map's texels evenly. Heights are metres towards the Sun, from the
+edges of the spacecraft cross the map's texels evenly. Heights are metres towards the Sun, from the
 receiver's origin.
 """
 
@@ -23,14 +23,14 @@ from simgl.scene.state import BodyState, SceneState
 SIZES = (512, 768, 1024, 1536, 2048)
 # Of these, so many fall on the width of a pixel.
 _TEXELS_PER_PIXEL = 3.0
-# A close map is drawn where the whole one has fewer texels per pixel than this.
+# A close map is drawn where the full one has fewer texels per pixel than this.
 _ENOUGH = 2.0
 # Heights in a map reach so many radii of the receiver, which keeps them good to 2e-3 of the radius.
 # Casters beyond are flattened onto that height; those of the receiver's size cover 1 % of the Sun.
 _HIGHEST = 2000.0
 # A caster that covers less of the Sun's disc than this casts nothing.
-_LEAST_SHARE = 1e-3
-# Rays along the edges of the picture that find what it shows of a spacecraft.
+_MIN_SHARE = 1e-3
+# Rays along the edges of the image that find what it shows of a spacecraft.
 _PROBES = (32, 24)
 
 
@@ -82,18 +82,18 @@ class ShadowView:
     """The shadow maps of one spacecraft.
 
     R_light_from_body : (3, 3) float32, rows: x, y across the light, height
-    whole : around the spacecraft; receivers anywhere on it find their casters there
-    close : of what the camera sees of it, where the whole map is too coarse for the picture
+    full : around the spacecraft; receivers anywhere on it find their casters there
+    close : of what the camera sees of it, where the full map is too coarse for the image
     """
 
     R_light_from_body: Array32
-    whole: ShadowMap
+    full: ShadowMap
     close: ShadowMap | None
 
     @property
     def maps(self) -> tuple[ShadowMap, ...]:
         """Those that there are."""
-        return (self.whole,) if self.close is None else (self.whole, self.close)
+        return (self.full,) if self.close is None else (self.full, self.close)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,7 +108,7 @@ class _Near:
 def shadow_view(
     state: SceneState, body: BodyState, camera: Camera, body_from_camera: Array
 ) -> ShadowView:
-    """The maps that one spacecraft needs in a picture.
+    """The maps that one spacecraft needs in an image.
 
     body_from_camera : (4, 4)
     """
@@ -132,18 +132,18 @@ def shadow_view(
     def fitted(middle: Array, half: float, footprint: float) -> ShadowMap:
         return _map(casters, R_light, middle, half, margin, (bottom, top), footprint)
 
-    whole = fitted(centre[:2], 1.01 * mesh.radius, footprint)
+    full = fitted(centre[:2], 1.01 * mesh.radius, footprint)
     close = None
-    if whole.texel * _ENOUGH > footprint:
+    if full.texel * _ENOUGH > footprint:
         seen = _seen(body, camera, body_from_camera)
         if seen is not None:
             points, distance = seen
             footprint = distance / camera.focal_length_px
-            if whole.texel * _ENOUGH > footprint:
+            if full.texel * _ENOUGH > footprint:
                 middle, half = _square(points @ R_light[:2].T, 1.01 * mesh.radius)
                 close = fitted(middle, half, footprint)
     return ShadowView(
-        R_light_from_body=np.asarray(R_light, dtype=np.float32), whole=whole, close=close
+        R_light_from_body=np.asarray(R_light, dtype=np.float32), full=full, close=close
     )
 
 
@@ -163,7 +163,7 @@ def _casters(
     """All bodies whose shadow may touch the receiver."""
     pose, mesh = receiver.pose, receiver.model.posed_mesh
     R_light_from_icrf = R_light @ pose.R_icrf_from_body.T
-    found = []
+    casters = []
     for other in state.bodies.values():
         R = R_light_from_icrf @ other.pose.R_icrf_from_body
         offset = R_light_from_icrf @ (other.pose.position - pose.position)
@@ -175,10 +175,10 @@ def _casters(
             continue
         if other is not receiver:
             blur = (place[2] - mesh.radius) * tangent
-            if blur > 0.0 and (other.model.posed_mesh.radius / blur) ** 2 < _LEAST_SHARE:
+            if blur > 0.0 and (other.model.posed_mesh.radius / blur) ** 2 < _MIN_SHARE:
                 continue
-        found.append(_Near(model=other.model, R_light_from_other=R, offset=offset))
-    return tuple(found)
+        casters.append(_Near(model=other.model, R_light_from_other=R, offset=offset))
+    return tuple(casters)
 
 
 def _map(
@@ -233,7 +233,7 @@ def _nearest(centre: Array, radius: float, body_from_camera: Array) -> float:
 
 
 def _seen(body: BodyState, camera: Camera, body_from_camera: Array) -> tuple[Array, float] | None:
-    """Points (n, 3) of a body that the picture shows, body axes [m], and the least distance [m]."""
+    """Points (n, 3) of a body that the image shows, body axes [m], and the least distance [m]."""
     columns, rows = _PROBES
     x = np.linspace(0.0, camera.detector.width, columns)
     y = np.linspace(0.0, camera.detector.height, rows)
@@ -253,7 +253,7 @@ def _square(points: Array, largest: float) -> tuple[Array, float]:
     The steps keep the square, and with it the drawn map, while the camera moves a little.
     """
     low, high = points.min(axis=0), points.max(axis=0)
-    # What lies between the probes at the picture's edge, and steps of the middle: 15 %.
+    # What lies between the probes at the image's edge, and steps of the middle: 15 %.
     half = 1.15 * 0.5 * float(np.max(high - low)) + 1e-3 * largest
     half = min(float(2.0 ** (np.ceil(4.0 * np.log2(half)) / 4.0)), largest)
     step = half / 8.0
