@@ -10,6 +10,7 @@ from simgl.arrays import Array
 from simgl.camera.camera import Camera
 from simgl.camera.camera_equation import square_electrons_per_irradiance
 from simgl.camera.point_spread import SunBefore, spreads
+from simgl.gpu.release import release_all
 from simgl.gpu.render_targets import Format, ImageTarget, TargetStore
 from simgl.gpu.timers import PassTimer
 from simgl.passes.exposure import ELECTRONS_FORMAT, ExposurePass
@@ -140,10 +141,8 @@ class CameraPipeline:
     def release(self) -> None:
         """Free everything that this imager made."""
         self._executor.shutdown()
-        # moderngl binds the last framebuffer again whenever it makes one: not a freed one, then.
-        self._ctx.detect_framebuffer(0).use()
-        for owner in (self._targets, self._optics, self._spread, self._exposure, self._detector):
-            owner.release()
+        owners = self._targets, self._optics, self._spread, self._exposure, self._detector
+        release_all(self._ctx, *owners)
 
     def __enter__(self) -> CameraPipeline:
         return self

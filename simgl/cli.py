@@ -245,6 +245,7 @@ def camera_test(
     camera = camera_under_test(preset)
     if out is not None:
         check_writable(out)
+
     with temporary_context() as ctx, Progress(console=console, transient=True) as bar:
         task = bar.add_task(f"{Path(preset).stem}: flat fields and dark frames", total=None)
         report = examine(

@@ -11,6 +11,7 @@ from simgl.arrays import Array32
 from simgl.camera.camera import Camera
 from simgl.environment_map import SkyRadiance
 from simgl.gpu.context import is_software
+from simgl.gpu.release import release_all
 from simgl.gpu.render_targets import Format, ImageTarget, TargetStore
 from simgl.gpu.timers import PassTimer
 from simgl.passes.background.air import AtmospherePass
@@ -123,9 +124,7 @@ class Renderer:
                 self._resolve.hide(tile, lights[0], targets["background"].framebuffer, lens)
             return {name: target.read() for name, target in targets.items()}
         finally:
-            self._ctx.detect_framebuffer(0).use()
-            for target in targets.values():
-                target.release()
+            release_all(self._ctx, *targets.values())
 
     def _background(self, view: FrameView, target: ImageTarget) -> None:
         if view.background.planet is not None:
@@ -248,9 +247,8 @@ class Renderer:
     def release(self) -> None:
         """Free everything that this renderer made."""
         self._executor.shutdown()
-        # moderngl binds the last framebuffer again whenever it makes one: not a freed one, then.
-        self._ctx.detect_framebuffer(0).use()
-        for owner in (
+        release_all(
+            self._ctx,
             self._targets,
             self._shadow,
             self._lamp_shadow,
@@ -267,8 +265,7 @@ class Renderer:
             self._warp,
             self._truth,
             self._meshes,
-        ):
-            owner.release()
+        )
 
     def __enter__(self) -> Renderer:
         return self

@@ -26,6 +26,7 @@ from simgl.assess.photon_transfer import (
 from simgl.camera.camera import Camera
 from simgl.camera.presets import read_camera
 from simgl.camera_pipeline import CameraPipeline
+from simgl.gpu.release import release_all
 from simgl.gpu.render_targets import Format, ImageTarget
 from simgl.physics.constants import SOLAR_TEMPERATURE
 from simgl.physics.spectrum import BANDS, black_body_light
@@ -142,9 +143,7 @@ class _CameraUnderTest:
 
     def release(self) -> None:
         """Free everything."""
-        self._ctx.detect_framebuffer(0).use()
-        self._light.release()
-        self._camera_pipeline.release()
+        release_all(self._ctx, self._light, self._camera_pipeline)
 
 
 def examine(

@@ -9,6 +9,7 @@ import moderngl
 import numpy as np
 
 from simgl.arrays import AnyArray, Array32
+from simgl.gpu.release import release_all
 from simgl.lru_cache import LruCache
 
 
@@ -80,14 +81,6 @@ class ImageTarget:
 _MAX_TARGETS = 32
 
 
-def _unbind(ctx: moderngl.Context) -> None:
-    """Leave no framebuffer bound that is about to be freed.
-
-    moderngl binds the last one again whenever it makes another.
-    """
-    ctx.detect_framebuffer(0).use()
-
-
 def table_texture(ctx: moderngl.Context, values: Array32) -> moderngl.Texture:
     """(height, width) or (height, width, channels) values as a texture, read texel by texel."""
     height, width = values.shape[:2]
@@ -113,8 +106,7 @@ class TargetStore:
         )
 
     def _free(self, target: ImageTarget) -> None:
-        _unbind(self._ctx)
-        target.release()
+        release_all(self._ctx, target)
 
     def release(self) -> None:
         """Free them all."""
@@ -160,11 +152,7 @@ class GrowingTarget:
 
     def release(self) -> None:
         """Free everything; the next use makes it again."""
-        _unbind(self._ctx)
-        for framebuffer in self._framebuffers:
-            framebuffer.release()
-        for texture in self._textures:
-            texture.release()
+        release_all(self._ctx, *self._framebuffers, *self._textures)
         if self._depth is not None:
             self._depth.release()
         self._framebuffers, self._textures, self._depth = [], [], None

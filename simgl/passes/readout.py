@@ -23,6 +23,7 @@ from simgl.camera.noise_streams import PIXELS, camera_salt, epoch_words, row_off
 from simgl.camera.particle_hits import hits
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.pipeline_state import State
+from simgl.gpu.release import release_all
 from simgl.gpu.render_targets import Format, ImageTarget
 from simgl.gpu.uniform_blocks import Block
 from simgl.lru_cache import LruCache
@@ -155,8 +156,7 @@ class ReadoutPass:
         self.state.apply(self._ctx, collected.framebuffer, (0, 0, *collected.framebuffer.size))
         self._draw(block, before, ("COLLECT",))
         electrons = collected.read()
-        self._ctx.detect_framebuffer(0).use()
-        collected.release()
+        release_all(self._ctx, collected)
         return self._four(with_blooming(electrons, detector.full_well, detector.blooming))
 
     def _four(self, picture: Array32) -> moderngl.Texture:
@@ -204,8 +204,7 @@ class ReadoutPass:
         return drawn.textures[0]
 
     def _free(self, target: ImageTarget) -> None:
-        self._ctx.detect_framebuffer(0).use()
-        target.release()
+        release_all(self._ctx, target)
 
     def _drawn(self, name: str, detector: Detector) -> ImageTarget:
         p = detector.pattern

@@ -9,6 +9,7 @@ import numpy as np
 
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.pipeline_state import State
+from simgl.gpu.release import release_all
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
 from simgl.lru_cache import LruCache
 from simgl.passes.mesh_store import MeshStore
@@ -106,10 +107,8 @@ class ShadowPass:
             if atlas.sizes == sizes:
                 self._unused.remove(atlas)
                 return atlas
-        if self._unused:
-            self._ctx.detect_framebuffer(0).use()
-        while self._unused:
-            self._unused.pop().release()
+        release_all(self._ctx, *self._unused)
+        self._unused.clear()
         return _ShadowAtlas(self._ctx, maps)
 
     def _cast(self, view: ShadowView) -> _ShadowAtlas:

@@ -16,6 +16,7 @@ from simgl.camera.camera import Camera
 from simgl.camera.point_spread import Spread, SunBefore
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.pipeline_state import State
+from simgl.gpu.release import release_all
 from simgl.gpu.render_targets import Format, ImageTarget
 from simgl.gpu.uniform_blocks import Block
 from simgl.lru_cache import LruCache
@@ -107,8 +108,7 @@ class SpreadPass:
 
     def _release_target(self) -> None:
         if self._target is not None:
-            self._ctx.detect_framebuffer(0).use()
-            self._target.release()
+            release_all(self._ctx, self._target)
             self._target = None
 
     def release(self) -> None:

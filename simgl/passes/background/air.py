@@ -8,7 +8,6 @@ one place share the tables: those of a camera, and the six that a spacecraft nea
 
 from __future__ import annotations
 
-from collections import OrderedDict
 from dataclasses import dataclass
 from math import exp, floor, log
 
@@ -17,8 +16,10 @@ import numpy as np
 
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.pipeline_state import State
+from simgl.gpu.release import release_all
 from simgl.gpu.render_targets import Format, ImageTarget
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
+from simgl.lru_cache import LruCache
 from simgl.passes.background.air_tables import AIR, SCATTERING, AirKind, AirTables, tables_of
 from simgl.passes.shared_blocks import AirBetween
 from simgl.physics.atmosphere import AIR_TOP
@@ -80,8 +81,8 @@ _STEPS = 48
 # and 1.8 s on the way round. At the terminator light falls by e in 1.5 degrees, low in the limb's
 # blue within half of one: half a step of height is 0.3 % there, what bends between nodes as much.
 _HEIGHT_STEP, _NODE_STEP = 2.0**-10, 2.0**-9
-# Marched tables and mixed ones that are kept: a camera's and those of spacecraft at its side.
-_KEPT = 8
+# Marched tables and mixed ones that are cached: a camera's and those of spacecraft near it.
+_CAPACITY = 8
 
 _MIX = Block("AirMix", 24, np.dtype([("share", "f4", 4)]))
 _MIX_SAMPLERS = ["light_0", "transmittance_0", "light_1", "transmittance_1"]
@@ -99,42 +100,6 @@ class AirBefore:
     textures: tuple[moderngl.Texture | moderngl.Texture3D, ...]
 
 
-class _Kept:
-    """The tables last used, by key."""
-
-    def __init__(self, ctx: moderngl.Context) -> None:
-        self._ctx = ctx
-        self._targets: OrderedDict[tuple[object, ...], ImageTarget] = OrderedDict()
-
-    def __len__(self) -> int:
-        return len(self._targets)
-
-    def get(self, key: tuple[object, ...]) -> ImageTarget | None:
-        """The table of a key, where it is kept."""
-        target = self._targets.get(key)
-        if target is not None:
-            self._targets.move_to_end(key)
-        return target
-
-    def target(self, key: tuple[object, ...]) -> ImageTarget:
-        """Where to draw the table of a new key: the one unused for longest, or a new one."""
-        if len(self._targets) >= _KEPT:
-            target = self._targets.popitem(last=False)[1]
-        else:
-            target = ImageTarget(self._ctx, (_COLUMNS, _ROWS), (Format("f4", 4),) * 2)
-            for texture in target.textures:
-                texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
-                texture.repeat_x = texture.repeat_y = False
-        self._targets[key] = target
-        return target
-
-    def release(self) -> None:
-        """Free everything."""
-        for target in self._targets.values():
-            target.release()
-        self._targets.clear()
-
-
 class AtmospherePass:
     """Owns the tables of every air in use, and of the views last drawn."""
 
@@ -147,7 +112,8 @@ class AtmospherePass:
         self._view = UniformBuffer(ctx, AIR_VIEW)
         self._tables: dict[AirKind, AirTables] = {}
         self._mix = FullscreenProgram(ctx, "air/mix", _MIX, _MIX_SAMPLERS)
-        self._nodes, self._views = _Kept(ctx), _Kept(ctx)
+        self._nodes = LruCache[tuple[object, ...], ImageTarget](_CAPACITY, self._free)
+        self._views = LruCache[tuple[object, ...], ImageTarget](_CAPACITY, self._free)
         self._last: tuple[tuple[object, ...], AirBefore] | None = None
 
     def prepare(self, earth: Earth, progress: ProgressCallback | None = None) -> None:
@@ -202,19 +168,20 @@ class AtmospherePass:
         }
         self._between.draw(values, [tables.textures[name] for name in _MARCH_SAMPLERS])
         light, transmittance = (target.read(i)[0, 0].astype(np.float64) for i in (0, 1))
-        self._ctx.detect_framebuffer(0).use()
-        target.release()
+        release_all(self._ctx, target)
         return AirBetween(light=light * segment.sun_irradiance, transmittance=transmittance)
 
     def _mixed(self, tables: AirTables, kind: AirKind, height: float, angle: float) -> ImageTarget:
         """The table of a view: between those of the nodes on both sides of the Sun's angle."""
         key = kind, height, angle
-        found = self._views.get(key)
-        if found is not None:
-            return found
+        return self._views.get(key, lambda: self._draw_mixed(tables, kind, height, angle))
+
+    def _draw_mixed(
+        self, tables: AirTables, kind: AirKind, height: float, angle: float
+    ) -> ImageTarget:
         below = floor(angle / _NODE_STEP)
         nodes = [self._node(tables, kind, height, below + i) for i in (0, 1)]
-        target = self._views.target(key)
+        target = self._new_table()
         area = (0, 0, _COLUMNS, _rows(height))
         self.state.apply(self._ctx, target.framebuffer, area, area)
         self._mix.draw(
@@ -226,9 +193,9 @@ class AtmospherePass:
     def _node(self, tables: AirTables, kind: AirKind, height: float, index: int) -> ImageTarget:
         """The marched table of one node."""
         key = kind, height, index
-        found = self._nodes.get(key)
-        if found is not None:
-            return found
+        return self._nodes.get(key, lambda: self._march(tables, kind, height, index))
+
+    def _march(self, tables: AirTables, kind: AirKind, height: float, index: int) -> ImageTarget:
         inside = height < AIR_TOP
         if inside not in self._programs:
             self._programs[inside] = FullscreenProgram(
@@ -239,19 +206,28 @@ class AtmospherePass:
                 shared=[AIR],
                 defines={"STEPS": _STEPS} | ({"AIR_INSIDE": 1} if inside else {}),
             )
-        target = self._nodes.target(key)
+        target = self._new_table()
         area = (0, 0, _COLUMNS, _rows(height))
         self.state.apply(self._ctx, target.framebuffer, area, area)
         sources = [tables.textures[name] for name in _MARCH_SAMPLERS]
         self._programs[inside].draw(_values(kind.radius, height, index * _NODE_STEP), sources)
         return target
 
+    def _new_table(self) -> ImageTarget:
+        target = ImageTarget(self._ctx, (_COLUMNS, _ROWS), (Format("f4", 4),) * 2)
+        for texture in target.textures:
+            texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+            texture.repeat_x = texture.repeat_y = False
+        return target
+
+    def _free(self, target: ImageTarget) -> None:
+        release_all(self._ctx, target)
+
     def release(self) -> None:
         """Free everything."""
-        self._ctx.detect_framebuffer(0).use()
         self._last = None
-        self._views.release()
-        self._nodes.release()
+        self._views.clear()
+        self._nodes.clear()
         self._mix.release()
         for tables in self._tables.values():
             tables.release()

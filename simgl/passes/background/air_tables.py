@@ -18,6 +18,7 @@ from simgl.arrays import Array, Array32
 from simgl.disk_cache import cache_folder, read_arrays, write_arrays
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.pipeline_state import State
+from simgl.gpu.release import release_all
 from simgl.gpu.render_targets import Format, ImageTarget
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
 from simgl.physics.atmosphere import AIR_TOP, OZONE_FOOT, OZONE_PEAK, OZONE_TOP, Atmosphere
@@ -218,9 +219,7 @@ def make_tables(
                 progress(order + 1, orders)
         return tables
     finally:
-        ctx.detect_framebuffer(0).use()
-        maker.release()
-        air.release()
+        release_all(ctx, maker, air)
 
 
 class _Maker:
@@ -279,8 +278,7 @@ class _Maker:
         State().apply(self._ctx, target.framebuffer, (0, 0, *size))
         program.draw(values, textures)
         drawn = [np.array(target.read(i)) for i in range(outputs)]
-        self._ctx.detect_framebuffer(0).use()
-        target.release()
+        release_all(self._ctx, target)
         return drawn
 
     def release(self) -> None:

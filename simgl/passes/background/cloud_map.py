@@ -11,6 +11,7 @@ import numpy as np
 from simgl.arrays import Image8
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.pipeline_state import State
+from simgl.gpu.release import release_all
 from simgl.gpu.render_targets import Format, ImageTarget
 from simgl.gpu.uniform_blocks import Block
 from simgl.scene.cyclones import DECKS, seed_shift, swirls
@@ -78,9 +79,7 @@ def weather_codes(
         codes = np.frombuffer(full.textures[0].read(alignment=1), dtype=np.uint8)
         return codes.reshape(width // 2, width, 4)
     finally:
-        ctx.detect_framebuffer(0).use()
-        for item in (program, wind, small, full):
-            item.release()
+        release_all(ctx, program, wind, small, full)
 
 
 def _pictured(clouds: Clouds, path: Path) -> Image8:
