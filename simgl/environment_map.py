@@ -127,7 +127,7 @@ def irradiance(sky: SkyRadiance) -> Array32:
         levels.append(_merged(levels[-1], levels[-1].shape[1] // 2))
     above = operator.above @ np.concatenate([level.reshape(-1, 12) for level in levels])
     total = np.einsum("pc,pcb->pb", operator.normals, above.reshape(-1, 3, 4))
-    total += operator.cut @ np.einsum("kc,kcb->kb", operator.own, vectors.reshape(-1, 3, 4))
+    total += operator.cut @ np.einsum("kc,kcb->kb", operator.block_flux, vectors.reshape(-1, 3, 4))
     return total.reshape(COARSE, COARSE, 4)
 
 
@@ -176,14 +176,14 @@ class _IrradianceOperator:
     normals : (points, 3)
     vectors : (3 blocks, texels), flux vectors of the blocks
     above : (points, blocks and their merged levels), 1 where one lies wholly above the plane
-    own : (blocks, 3), flux vectors of blocks of unit radiance
+    block_flux : (blocks, 3), flux vectors of blocks of unit radiance
     cut : (points, blocks), of a cut block's n.V / V.V for unit radiance the part above the plane
     """
 
     normals: Array32
     vectors: csr_array
     above: csr_array
-    own: Array32
+    block_flux: Array32
     cut: csr_array
 
 
@@ -202,15 +202,15 @@ def _irradiance_operator(n: int) -> _IrradianceOperator:
     )
     (point, above), (cut_point, cut_block), width = _halves(normals)
     texels = weighted[np.argsort(block, kind="stable")].reshape(6 * _BLOCKS**2, -1, 3)
-    own = texels.sum(axis=1)
+    block_flux = texels.sum(axis=1)
     heights = np.einsum("kc,ktc->kt", normals[cut_point], texels[cut_block])
-    share = np.maximum(heights, 0.0).sum(axis=1) / np.sum(own[cut_block] ** 2, axis=1)
+    share = np.maximum(heights, 0.0).sum(axis=1) / np.sum(block_flux[cut_block] ** 2, axis=1)
     return _IrradianceOperator(
         normals=normals.astype(np.float32),
         vectors=vectors,
         above=_matrix(point, above, np.ones(len(point)), (len(normals), width)),
-        own=own.astype(np.float32),
-        cut=_matrix(cut_point, cut_block, share, (len(normals), len(own))),
+        block_flux=block_flux.astype(np.float32),
+        cut=_matrix(cut_point, cut_block, share, (len(normals), len(block_flux))),
     )
 
 
@@ -227,16 +227,16 @@ def _halves(normals: Array) -> tuple[Pairs, Pairs, int]:
     width = start
     point = np.repeat(np.arange(len(normals)), 6 * n * n)
     block = np.tile(np.arange(6 * n * n), len(normals))
-    found = []
+    covered = []
     while True:
         start -= 6 * n * n
         side = np.einsum("pc,pkc->pk", normals[point], _corners(n)[block])
         # Corners on the plane itself cut nothing.
         above, below = np.all(side > -1e-9, axis=1), np.all(side < 1e-9, axis=1)
-        found.append((point[above], start + block[above]))
+        covered.append((point[above], start + block[above]))
         point, block = point[~above & ~below], block[~above & ~below]
         if n == _BLOCKS:
-            rows, columns = (np.concatenate(part) for part in zip(*found, strict=True))
+            rows, columns = (np.concatenate(part) for part in zip(*covered, strict=True))
             return (rows, columns), (point, block), width
         point, block, n = np.repeat(point, 4), _children(block, n), 2 * n
 
@@ -269,7 +269,7 @@ def _lobe_operator(level: int) -> csr_array:
     axes = octahedron(_POINTS[level]).reshape(-1, 3)
     point = np.repeat(np.arange(len(axes)), 6 * _PYRAMID[-1] ** 2)
     block = np.tile(np.arange(6 * _PYRAMID[-1] ** 2), len(axes))
-    found: list[tuple[IndexArray, IndexArray, Array, Array]] = []
+    terms: list[tuple[IndexArray, IndexArray, Array, Array]] = []
     start = sum(6 * n * n for n in _PYRAMID)
     for n in _PYRAMID[::-1]:
         start -= 6 * n * n
@@ -281,9 +281,9 @@ def _lobe_operator(level: int) -> csr_array:
         taken = ~coarse | (n == _PYRAMID[0])
         share = _lobe_integral(axes[point[taken]], block[taken], n, alpha)
         solid_angle = cube_solid_angles(n).ravel()[block[taken] % (n * n)]
-        found.append((point[taken], start + block[taken], share / solid_angle, share))
+        terms.append((point[taken], start + block[taken], share / solid_angle, share))
         point, block = np.repeat(point[~taken], 4), _children(block[~taken], n)
-    rows, columns, weights, shares = (np.concatenate(part) for part in zip(*found, strict=True))
+    rows, columns, weights, shares = (np.concatenate(part) for part in zip(*terms, strict=True))
     total = np.bincount(rows, weights=shares, minlength=len(axes))
     shape = (len(axes), sum(6 * n * n for n in _PYRAMID))
     lit = weights > 0.0

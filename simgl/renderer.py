@@ -133,7 +133,7 @@ class Renderer:
         # The first skies before the planet: they are read back, and would wait for it.
         for tile in view.tiles[:1]:
             with self.timer.measure("probe"):
-                self._draw_skies([craft.sky for craft in tile.craft])
+                self._draw_skies([view.sky for view in tile.spacecraft])
         fine = target if view.field is None else self._target("field", view.field.fine, _BANDS)
         if view.background.celestial is not None:
             with self.timer.measure("heavens"):
@@ -194,7 +194,7 @@ class Renderer:
 
     def _spacecraft(self, tile: RasterTile, gather: Gather) -> list[DrawnSpacecraft]:
         """All that the passes after this draw of the spacecraft of a tile."""
-        views = tile.craft
+        views = tile.spacecraft
         with self.timer.measure("probe"):
             self._draw_skies([view.sky for view in views])
             probes = self._probes.of([view.sky for view in views])

@@ -22,7 +22,7 @@ ANGLE = float(np.arctan(np.sqrt(5.0) - 2.0))
 # A unit square holds at least one sample if the lattice's covering radius, 1 / sqrt(2 n), is below
 # one half: n > 2. Fewer than five leave edges coarse. A distant craft of a fraction of a pixel
 # needs thousands to have the right flux; there they cost nothing.
-FEWEST, MOST = 5, 16384
+MIN_SAMPLES, MAX_SAMPLES = 5, 16384
 
 
 @dataclass(frozen=True)
@@ -58,11 +58,11 @@ class SampleGrid:
 PIXEL_CENTRES = SampleGrid(1.0, 0.0)
 
 
-def turned_lattice(samples_per_pixel: float) -> SampleGrid:
+def rotated_sample_grid(samples_per_pixel: float) -> SampleGrid:
     """The lattice of so many samples per pixel on average."""
     return SampleGrid(float(np.sqrt(samples_per_pixel)), ANGLE)
 
 
-def choose_lattice(pixels: int, sample_budget: int) -> SampleGrid:
+def choose_sample_grid(pixels: int, sample_budget: int) -> SampleGrid:
     """The finest lattice that puts about ``sample_budget`` samples on so many pixels."""
-    return turned_lattice(min(max(sample_budget // pixels, FEWEST), MOST))
+    return rotated_sample_grid(min(max(sample_budget // pixels, MIN_SAMPLES), MAX_SAMPLES))

@@ -34,7 +34,7 @@ from simgl.renderer import Renderer
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState
 from simgl.view.frame_view import FrameView, frame_view
-from simgl.view.image_motion import picture_motion
+from simgl.view.image_motion import image_motion
 from simgl.view.lidar_pulse import pulse_view
 
 
@@ -240,7 +240,7 @@ class Simulator:
 
         half = 0.5 * duration(camera)
         # Either side of the middle, since what turns back shows no motion from end to end.
-        motion = sum(picture_motion(state, at(offset), name) for offset in (-half, half))
+        motion = sum(image_motion(state, at(offset), name) for offset in (-half, half))
         count = parts(motion)
         return [at(offset) for offset in instants(camera, count).tolist()] if count > 1 else []
 

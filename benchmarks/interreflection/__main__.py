@@ -62,12 +62,14 @@ def frame_times(ctx: moderngl.Context, spacecraft: SpacecraftView, step: float) 
     """
     transports = TransportStore()
     interreflection, sky = InterreflectionPass(ctx, transports, EXECUTOR), earth_below()
-    assert spacecraft.exchange is not None
+    assert spacecraft.incident_light is not None
     clock, work = [], []
     for frame in range(WARM_UP + FRAMES):
         turned = Rotation.from_rotvec([0.0, frame * step, 0.0])
-        sun = turned.apply(spacecraft.exchange.sun_direction)
-        moved = replace(spacecraft, exchange=replace(spacecraft.exchange, sun_direction=sun))
+        sun = turned.apply(spacecraft.incident_light.sun_direction)
+        moved = replace(
+            spacecraft, incident_light=replace(spacecraft.incident_light, sun_direction=sun)
+        )
         start, before = time.perf_counter(), time.process_time()
         interreflection.draw([moved], [sky])
         clock.append(1e3 * (time.perf_counter() - start))
@@ -136,7 +138,7 @@ def main() -> None:
     options = parser.parse_args()
     scenario = load_scenario(scene_files()["source_600"])
     state = scenario.at(scenario.epoch_tai_ns)
-    spacecraft = frame_view(state, "observer", sample_budget=1000).tiles[0].craft[0]
+    spacecraft = frame_view(state, "observer", sample_budget=1000).tiles[0].spacecraft[0]
     with temporary_context() as ctx:
         transport = TransportStore().of(spacecraft.model)
         assert transport is not None

@@ -79,9 +79,9 @@ AirRay air_ray(vec3 direction, float b, float d, float on_ground) {
     ray.to_space = view_transmittance_at(view_place(column, seen ? GROUND_ROWS : limb));
 #else
     vec2 place = view_place(column, seen ? ground + 1.0 - on_ground : limb - on_ground);
-    float there = b < 0.0 && d > -horizon_reach ? 1.0 : 0.0;
-    ray.light = view_light_at(place) * earth_sun_irradiance * there;
-    ray.to_ground = ray.to_space = mix(vec4(1.0), view_transmittance_at(place), there);
+    float in_air = b < 0.0 && d > -horizon_reach ? 1.0 : 0.0;
+    ray.light = view_light_at(place) * earth_sun_irradiance * in_air;
+    ray.to_ground = ray.to_space = mix(vec4(1.0), view_transmittance_at(place), in_air);
 #endif
     return ray;
 }
@@ -100,11 +100,11 @@ AirRay air_before(AirRay ray, float height) {
     vec4 beyond = transmittance_to_space(height, mu);
     vec4 here = transmittance_to_space(camera_height, abs(ray.mu_camera));
     cut.to_ground = min(below ? here / max(beyond, 1e-9) : beyond / max(here, 1e-9), 1.0);
-    vec4 whole = below ? ray.to_space : ray.to_ground;
+    vec4 full = below ? ray.to_space : ray.to_ground;
 #else
     cut.to_ground = transmittance_to_space(height, mu_at(height, ray.mu_ground, 0.0));
-    vec4 whole = ray.to_ground;
+    vec4 full = ray.to_ground;
 #endif
-    cut.light = ray.light * min((1.0 - cut.to_ground) / max(1.0 - whole, 1e-6), 1.0);
+    cut.light = ray.light * min((1.0 - cut.to_ground) / max(1.0 - full, 1e-6), 1.0);
     return cut;
 }

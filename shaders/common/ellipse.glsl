@@ -14,7 +14,7 @@ vec2 rows_of_pixel(Ellipse e, vec2 corner) {
 }
 
 // Rounding leaves a millionth or ten of a pixel in a disc uncovered; the Sun would shine through.
-float whole_if_nearly(float share) {
+float full_if_nearly(float share) {
     return share > 0.9999 ? 1.0 : share;
 }
 

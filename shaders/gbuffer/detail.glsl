@@ -5,20 +5,20 @@ uniform sampler2DArray law_images;        // roughness, metallic
 uniform sampler2DArray normal_images;     // along the rows, up the columns, out of the surface
 uniform sampler2DArray emission_images;   // red, green, blue share
 
-struct Worn {
+struct Textured {
     vec4 reflectance;
     vec3 emission;      // share of the material's, red, green, blue
     float metallic;
     float roughness2;   // alpha^2
     vec3 n;             // unit normal with the relief, camera axes
-    bool there;         // not cut away
+    bool covered;       // not cut away
 };
 
 // Tilts the normal as an image says. Returns alpha^2 of the relief that the cell holds.
 //
 // m : mean of the image's unit vectors over the cell; scale : of their slopes
 // texels : width of the cell; dx, dy : steps of the place, camera axes [m]
-float tilt(inout Worn s, vec3 m, float scale, float texels, Cell cell, vec3 dx, vec3 dy) {
+float tilt(inout Textured s, vec3 m, float scale, float texels, Cell cell, vec3 dx, vec3 dy) {
     // Towards growing u, and towards the image's top; both from the steps, so that mirrored images
     // are right without tangents in the mesh.
     float side = sign(cell.dx.x * cell.dy.y - cell.dx.y * cell.dy.x);
@@ -45,25 +45,26 @@ float tilt(inout Worn s, vec3 m, float scale, float texels, Cell cell, vec3 dx, 
 // branch: it takes derivatives.
 //
 // n : unit normal, camera axes; dx, dy : steps of the place, camera axes [m]
-Worn worn_at(uint material, vec3 n, vec3 dx, vec3 dy) {
+Textured textured_at(uint material, vec3 n, vec3 dx, vec3 dy) {
     vec4 stated = material_law[material];   // metallic, roughness
-    Worn s = Worn(material_reflectance[material], vec3(1.0), stated.x, pow(stated.y, 4.0), n, true);
+    Textured s = Textured(material_reflectance[material], vec3(1.0), stated.x,
+                          pow(stated.y, 4.0), n, true);
     Cell cell = Cell(uv, dFdx(uv), dFdy(uv));
-    ivec4 worn = ivec4(material_images[material]);
+    ivec4 images = ivec4(material_images[material]);
     vec4 base = base_colour_at(material, cell);
     s.reflectance *= base.rgbr;
-    s.there = is_there(material, base.a);
-    if (worn.y >= 0) {
-        vec2 law = image_at(law_images, worn.y, cell).xy;
+    s.covered = is_covered(material, base.a);
+    if (images.y >= 0) {
+        vec2 law = image_at(law_images, images.y, cell).xy;
         s.roughness2 = max(s.roughness2 * pow(law.x, 4.0), 1e-8);   // the smoothest that is drawn
         s.metallic *= law.y;
     }
-    if (worn.z >= 0) {
+    if (images.z >= 0) {
         vec2 size = vec2(textureSize(normal_images, 0).xy);
         float texels = max(length(cell.dx * size), length(cell.dy * size));
-        vec3 m = image_at(normal_images, worn.z, cell).xyz;
+        vec3 m = image_at(normal_images, images.z, cell).xyz;
         s.roughness2 += tilt(s, m, material_image_use[material].x, texels, cell, dx, dy);
     }
-    if (worn.w >= 0) s.emission *= image_at(emission_images, worn.w, cell).rgb;
+    if (images.w >= 0) s.emission *= image_at(emission_images, images.w, cell).rgb;
     return s;
 }

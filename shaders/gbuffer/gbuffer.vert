@@ -1,6 +1,6 @@
 // Spacecraft vertices from body axes to camera axes and to the tile's raster.
 #include "block/tile"
-#include "block/craft"
+#include "block/spacecraft"
 #ifdef JOINTED
 #include "common/joints.glsl"
 #endif
@@ -12,7 +12,7 @@ in uvec2 in_labels;    // part; material, and from bit 6 on the rigid group
 in vec2 in_uv;         // place in the images
 in vec4 in_tint;       // factors of the base colour
 #endif
-#ifdef EXCHANGE
+#ifdef INTERREFLECTION
 in vec4 in_bounced;
 in float in_earth_share;
 out vec4 bounced;      // of gbuffer/gbuffer.frag
@@ -51,7 +51,7 @@ void main() {
     uv = in_uv;
     tint = in_tint;
 #endif
-#ifdef EXCHANGE
+#ifdef INTERREFLECTION
     bounced = in_bounced;
     earth_share = in_earth_share;
 #ifdef TWO_SIDED

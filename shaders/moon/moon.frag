@@ -40,7 +40,7 @@ void main() {
         vec2 x = stretch_of_pixel(disc, corner, t);
         covered += nodes[i].y * cos(t) * (x.y - x.x);
     }
-    covered = whole_if_nearly(covered * (rows.y - rows.x) / (disc.scale.x * disc.scale.y));
+    covered = full_if_nearly(covered * (rows.y - rows.x) / (disc.scale.x * disc.scale.y));
 
     // The part of the pixel within the rectangle around the disc, which may be much smaller.
     vec2 low = max(corner, -half_size), high = min(corner + 1.0, half_size);

@@ -51,14 +51,14 @@ void main() {
     vec2 texels = footprint * stretch / vec2(map_texel_km, chart_texel_km);
     vec2 levels = max(log2(texels), 0.0);
     levels.y = chart_level(levels.y);
-    float kept = chart_kept[int(levels.y)].x;
+    float resolved = chart_variance[int(levels.y)].x;
     Spot spot = spot_at(n, place_on_map(n));
     vec4 weather = textureLod(weather_map, spot.on_map, levels.x);
     float noise = cloud_noise(noise_at(spot, levels.y), weather.w);
     float softness = cloud_softness(weather.w);
-    float cover = cover_here(weather.x, noise, kept, softness);
-    float thick = max(1.0 + 0.5 * thicker(weather.x, noise, kept, softness), 0.2);
-    float high_tau = high_cloud_thickness * weather.z * fibres(spot, levels.y, kept);
+    float cover = cloud_cover(weather.x, noise, resolved, softness);
+    float thick = max(1.0 + 0.5 * thicker(weather.x, noise, resolved, softness), 0.2);
+    float high_tau = high_cloud_thickness * weather.z * fibres(spot, levels.y, resolved);
 
     Daylight above = air_daylight_at(cloud_km, mu_sun);
 #ifdef NIGHT

@@ -43,20 +43,20 @@ float cloud_softness(float ragged) {
 // Part of a pixel that cloud covers where `share` of the surroundings is covered.
 //
 // Cloud stands where noise exceeds a level. Of the noise, spread like a standard normal variable, a
-// pixel resolves `seen`, whose variance is `kept`; the rest is a chance. So the mean over the noise is
-// `share` whatever is kept: no pixel is too large, and none shows grains that are finer than itself.
-float cover_here(float share, float seen, float kept, float softness) {
+// pixel resolves `seen`, whose variance is `resolved`; the rest is a chance. So the mean over the noise is
+// `share` whatever is resolved: no pixel is too large, and none shows grains that are finer than itself.
+float cloud_cover(float share, float seen, float resolved, float softness) {
     float soft2 = softness * softness;
     float level = normal_quantile(share) * sqrt(1.0 + soft2);
     // No cloud of the clamped quantile where there is none: a share is at least a code of the map.
-    return normal_share((level + seen) * inversesqrt(1.0 - kept + soft2)) * min(255.0 * share, 1.0);
+    return normal_share((level + seen) * inversesqrt(1.0 - resolved + soft2)) * min(255.0 * share, 1.0);
 }
 
 // How much the noise exceeds what it is within clouds on the average: weighted by the cover, its mean
 // is 0.
-float thicker(float share, float seen, float kept, float softness) {
+float thicker(float share, float seen, float resolved, float softness) {
     float x = clamp(share, 0.002, 0.998), level = normal_quantile(x);
-    return seen - kept * 0.39894 * exp(-0.5 * level * level) * inversesqrt(1.0 + softness * softness) / x;
+    return seen - resolved * 0.39894 * exp(-0.5 * level * level) * inversesqrt(1.0 + softness * softness) / x;
 }
 
 float cloud_thickness(float code) {

@@ -27,7 +27,7 @@ const float SHADOW_SINE = 0.15;
 // ground, cloud, shade : the spot seen, where the ray meets the clouds, where the Sun's light does
 // turn      : of the chart's axes from east and north: cosine, sine
 // levels    : halvings of the maps and of the chart that a pixel spans
-// kept      : variance of clouds' puffs and of hills' slopes that it resolves
+// resolved  : variance of clouds' puffs and of hills' slopes that it resolves
 struct Place {
     vec3 normal;
     vec3 view;
@@ -47,7 +47,7 @@ struct Place {
     Spot shade;
     vec2 turn;
     vec2 levels;
-    vec2 kept;
+    vec2 resolved;
 #endif
 };
 
@@ -60,7 +60,7 @@ Spot spot_at(vec3 n, vec2 near) {
     // On the same side of the date line.
     on_map.x = near.x + fract(on_map.x - near.x + 0.5) - 0.5;
 #ifdef ONE_FACE
-    return Spot(on_map, chart_place(n), drawn_out_there(n));
+    return Spot(on_map, chart_place(n), fibre_place(n));
 #else
     return Spot(on_map, n);
 #endif
@@ -99,7 +99,7 @@ Place place_at(vec3 d, float t, float cloud_t, float slant) {
     vec2 texels = place.footprint / vec2(map_texel_km, chart_texel_km);
     place.levels = max(log2(texels), 0.0);
     place.levels.y = chart_level(place.levels.y);
-    place.kept = chart_kept[int(place.levels.y)].xy;
+    place.resolved = chart_variance[int(place.levels.y)].xy;
     Daylight high = air_daylight_at(cloud_km, mu_sun);
 #ifdef NIGHT
     place.diffuse += glow_irradiance * nightfall(mu_sun);

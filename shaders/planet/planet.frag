@@ -39,5 +39,5 @@ void main() {
 #endif
     Sight sight = ground_sight(here, on_earth, on_clouds);
     radiance += sight.light;
-    beyond *= sight.past;
+    beyond *= sight.transmittance;
 }

@@ -8,7 +8,7 @@ struct Spot {
     vec2 on_map;
 #ifdef ONE_FACE
     vec2 on_chart;
-    vec2 drawn_out;
+    vec2 along_fibres;
 #else
     vec3 up;
 #endif
@@ -33,35 +33,35 @@ float cloud_noise(vec4 noise, float ragged) {
 
 // Puffs drawn out along the chart's first axis, sheared and bent, are fibres: where on the chart to read
 // them for a place on it.
-vec2 drawn_out(vec2 place) {
+vec2 along_fibres(vec2 place) {
     float bend = 0.02 * sin(7.0 * place.x + 3.0 * place.y) + 0.05 * sin(2.3 * place.x);
     return vec2(place.x / 9.0, place.y + 0.15 * place.x + bend);
 }
 
 // Ice falls and is blown out along the wind, which is easterly or westerly but for the caps of the poles:
 // on the faces about the y axis the chart's second axis runs east.
-vec2 drawn_out_there(vec3 n) {
+vec2 fibre_place(vec3 n) {
     vec3 a = abs(n);
-    return drawn_out(a.x > max(a.y, a.z) ? chart_x(n) : a.y > a.z ? chart_y(n).yx : chart_z(n));
+    return along_fibres(a.x > max(a.y, a.z) ? chart_x(n) : a.y > a.z ? chart_y(n).yx : chart_z(n));
 }
 
 // Thickness of high cloud at a spot over its mean, which is 1.
 //
-// kept : variance of the noise that a pixel resolves
-float fibres(Spot spot, float level, float kept) {
+// resolved : variance of the noise that a pixel resolves
+float fibres(Spot spot, float level, float resolved) {
 #ifdef FAR
     return 1.0;
 #else
 #ifdef ONE_FACE
-    float noise = chart_at(spot.drawn_out, level).z;
+    float noise = chart_at(spot.along_fibres, level).z;
 #else
     vec3 n = spot.up, share = chart_shares(n);
-    float noise = share.x * chart_at(drawn_out(chart_x(n)), level).z
-                + share.y * chart_at(drawn_out(chart_y(n).yx), level).z
-                + share.z * chart_at(drawn_out(chart_z(n)), level).z;
+    float noise = share.x * chart_at(along_fibres(chart_x(n)), level).z
+                + share.y * chart_at(along_fibres(chart_y(n).yx), level).z
+                + share.z * chart_at(along_fibres(chart_z(n)), level).z;
     noise *= inversesqrt(dot(share, share));
 #endif
     // Spread like the exponential of a normal variable, whose mean is taken off.
-    return exp(1.1 * (noise - 0.55 * kept));
+    return exp(1.1 * (noise - 0.55 * resolved));
 #endif
 }

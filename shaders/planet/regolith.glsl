@@ -8,7 +8,7 @@ vec2 regolith_falls(float cosine, float sine) {
     return exp(-vec2(2.0 * cot, cot * cot) / PI);
 }
 
-float regolith_alone(float cosine, float sine, vec2 fall) {
+float regolith_visibility(float cosine, float sine, vec2 fall) {
     return slope_chi * (cosine + sine * slope_tangent * fall.y / (2.0 - fall.x));
 }
 
@@ -28,8 +28,8 @@ float regolith_reflectance(float mu0, float mu, float cos_phase) {
     float other = slope_tangent * (cos_psi * a.y + half_turn * b.y) / below;
     float mu0e = slope_chi * (mu0 + sin_i * (low_sun ? slanter : other));
     float mue = slope_chi * (mu + sin_e * (low_sun ? other : slanter));
-    float part_i = mu0 / regolith_alone(mu0, sin_i, fall_i);
-    float eta_e = regolith_alone(mu, sin_e, fall_e);
+    float part_i = mu0 / regolith_visibility(mu0, sin_i, fall_i);
+    float eta_e = regolith_visibility(mu, sin_e, fall_e);
     float hidden = exp(-2.0 * sqrt(half_turn / max(1.0 - half_turn, 1e-6)));
     float steeper = low_sun ? mu / eta_e : part_i;
     float shade = mue / eta_e * part_i * slope_chi

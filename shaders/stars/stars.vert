@@ -11,5 +11,5 @@ void main() {
     star = in_pixel;
     irradiance = in_irradiance;
     vec2 corner = floor(in_pixel) - 1.0 + 3.0 * vec2(gl_VertexID & 1, gl_VertexID >> 1);
-    gl_Position = vec4(2.0 * corner / picture_size - 1.0, 0.0, 1.0);
+    gl_Position = vec4(2.0 * corner / image_size - 1.0, 0.0, 1.0);
 }

@@ -27,7 +27,7 @@ void main() {
     }
     // From the area of the unit circle to that of a pixel.
     sum *= (rows.y - rows.x) / (disc.scale.x * disc.scale.y);
-    float covered = whole_if_nearly(sum.x);
+    float covered = full_if_nearly(sum.x);
     sum *= covered / max(sum.x, 1e-30);
     vec4 u = sun_limb_u, v = sun_limb_v;
     vec4 light = (1.0 - u - v) * sum.x + (u + 2.0 * v) * sum.y - v * sum.z;

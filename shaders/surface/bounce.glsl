@@ -4,5 +4,5 @@
 // [W m-2 sr-1]; solved per vertex for every frame (simgl/radiosity/solver.py). To the specular lobes
 // it is uniform over the hemisphere.
 vec4 bounced_light(Surface s, Albedo albedo) {
-    return (albedo.diffuse + albedo.glossy + albedo.coat) * s.others / PI;
+    return (albedo.diffuse + albedo.glossy + albedo.coat) * s.indirect / PI;
 }

@@ -5,5 +5,5 @@ flat in uint material;
 
 void cut_out() {
     Cell cell = Cell(uv, dFdx(uv), dFdy(uv));
-    if (!is_there(material, base_colour_at(material, cell).a)) discard;
+    if (!is_covered(material, base_colour_at(material, cell).a)) discard;
 }

@@ -1,4 +1,4 @@
-#include "block/craft"
+#include "block/spacecraft"
 #include "surface/material.glsl"
 
 // What the spacecraft sees around it (simgl/environment_map.py), body axes [W m-2 sr-1].

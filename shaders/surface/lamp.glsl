@@ -57,7 +57,7 @@ float lamp_lit(Surface s, Lamp lamp, vec3 v) {
     float slack = near * (4e-6 + 4e-7 * length(s.place) * near + 0.004 * texel * (1.0 + slope2));
     ivec2 middle = clamp(ivec2(floor(place + 0.5)), ivec2(1), ivec2(lamp_map_size - 2));
     vec2 offset = clamp(place - vec2(middle), -0.5, 0.5);
-    float own = near + slack + dot(plane, vec2(middle) - place);
+    float expected = near + slack + dot(plane, vec2(middle) - place);
     vec2 low = 0.5 * (0.5 - offset) * (0.5 - offset), high = 0.5 * (0.5 + offset) * (0.5 + offset);
     vec3 wx = vec3(low.x, 1.0 - low.x - high.x, high.x);
     vec3 wy = vec3(low.y, 1.0 - low.y - high.y, high.y);
@@ -67,7 +67,7 @@ float lamp_lit(Surface s, Lamp lamp, vec3 v) {
         vec3 caster = vec3(texelFetch(lamp_maps, at - ivec2(1, 0), 0).r,
                            texelFetch(lamp_maps, at, 0).r,
                            texelFetch(lamp_maps, at + ivec2(1, 0), 0).r);
-        vec3 here = own + float(j) * plane.y + plane.x * vec3(-1.0, 0.0, 1.0);
+        vec3 here = expected + float(j) * plane.y + plane.x * vec3(-1.0, 0.0, 1.0);
         lit += wy[j + 1] * dot(wx, vec3(lessThanEqual(caster, here)));
     }
     return lit;

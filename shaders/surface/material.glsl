@@ -1,5 +1,6 @@
-#include "block/craft"
+#include "block/spacecraft"
 #include "block/materials"
+#include "common/when.glsl"
 #include "surface/albedo.glsl"
 #include "surface/brdf.glsl"
 #include "surface/cells.glsl"
@@ -23,8 +24,8 @@ struct Surface {
     float coat;          // share that a clear coat covers
     float coat_alpha;    // width of its lobe
     vec4 emission;       // radiance of its own [W m-2 sr-1]
-    float earth_share;   // what other surfaces of the craft leave of the Earth's light
-    vec4 others;         // irradiance from them [W m-2]
+    float earth_share;   // what other surfaces of the spacecraft leave of the Earth's light
+    vec4 indirect;       // irradiance from them [W m-2]
 };
 
 // Reflectance of clear coats at normal incidence: glass or varnish of index 1.5.
@@ -101,7 +102,7 @@ vec4 reflection(Surface s, vec3 wi, float radius) {
     vec4 f = s.reflectance / PI;
     if (!s.lambertian)
         f = brdf(s.reflectance, s.metallic, s.alpha, s.gain, s.n, wi, s.wo, radius);
-    for (int once = 0; once < int(s.coat > 0.0); ++once) {
+    WHEN(s.coat > 0.0) {
         f *= coat_transmission(s, dot(s.n, wi)) * coat_transmission(s, viewer_cosine(s));
         f += s.coat * coat_brdf(COAT_F0, s.coat_alpha, s.n, wi, s.wo, radius);
     }
@@ -137,7 +138,7 @@ vec4 glossy_albedo(Surface s) {
 // Directional albedo of the clear coat's lobe, of width s.coat_alpha; grey.
 float coat_albedo(Surface s) {
     float share = 0.0;
-    for (int once = 0; once < int(s.coat > 0.0); ++once)
+    WHEN(s.coat > 0.0)
         share = s.coat * lobe_albedo(vec4(COAT_F0), viewer_cosine(s), s.coat_alpha).r;
     return share;
 }

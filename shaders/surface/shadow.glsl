@@ -2,13 +2,12 @@
 //
 // A map holds, for each texel of a square across the light, where the light first meets a surface
 // (its rows 0..size) and where it first leaves a solid again (rows size..2 size): the casters as
-// slabs. A second texture holds where it would meet
-// the next surface behind. From a receiver, directions within the Sun's disc are straight lines over the map, so many
-// texels for each metre of height; a direction is blocked where its line runs through a slab. The
-// edge that a shadow gets from the caster's lower end and the one from its upper end both come out.
+// slabs. A second texture holds where it would meet the next surface behind. From a receiver,
+// directions within the Sun's disc are straight lines over the map, so many texels for each metre of
+// height; a direction is blocked where its line runs through a slab. The edge that a shadow gets from
+// the caster's lower end and the one from its upper end both come out.
 
-// Loops here that run once or not at all are branches: a CPU renderer skips a loop that no sample
-// needs, but runs both sides of every branch.
+#include "common/when.glsl"
 
 // Besides the directions that stand for the disc, so many near its middle look for casters.
 const int NEAR_TAPS = 3;
@@ -79,23 +78,23 @@ Receiver receiver_at(SunMap map, vec3 here, vec3 n) {
     vec2 gradient = -n.xy / max(n.z, 1e-9);
     float grade = length(gradient);
     Receiver r;
-    float aside = 0.75 * (smoothstep(8.0, 24.0, grade) + smoothstep(60.0, 180.0, grade));
-    r.here = here - vec3(aside * gradient / max(grade, 1e-9), 0.0);
+    float offset_texels = 0.75 * (smoothstep(8.0, 24.0, grade) + smoothstep(60.0, 180.0, grade));
+    r.here = here - vec3(offset_texels * gradient / max(grade, 1e-9), 0.0);
     r.slope = gradient * map.texel;
-    r.drop = aside * grade * map.texel;
+    r.drop = offset_texels * grade * map.texel;
     // Rounding: 24-bit depth and float32 vertices are good to a few 1e-7 of the map's depth. The plane's
     // normal comes from differences of neighbouring positions, good to about 1e-3 rad, which at
     // incidence t tilts the plane by 1e-3 / cos^2 t = 1e-3 (1 + slope^2); beside the steepest surfaces
     // that no longer matters. Facets that meet in a shallow valley rise out of each other's planes by more,
     // the farther aside the receiver stands.
-    float least = min(grade, 60.0);
-    r.tilt = 0.002 * map.texel * (1.0 + least * least);
-    r.slack = 1e-6 * map.depth + r.tilt * (1.0 + 8.0 * aside);
+    float bounded = min(grade, 60.0);
+    r.tilt = 0.002 * map.texel * (1.0 + bounded * bounded);
+    r.slack = 1e-6 * map.depth + r.tilt * (1.0 + 8.0 * offset_texels);
     return r;
 }
 
 // How high above the receiver its own surface may stand at an offset [texels] from it.
-float own_surface(Receiver r, vec2 offset) {
+float receiver_plane(Receiver r, vec2 offset) {
     return dot(r.slope, offset) - r.drop + r.slack + r.tilt * (abs(offset.x) + abs(offset.y));
 }
 
@@ -108,9 +107,9 @@ Around casters_around(sampler2D tops, SunMap map, Receiver r, float reach) {
         int finer = level_for(high * reach + 1.0);
         if (finer >= level || high <= r.slack) break;
         level = finer;
-        vec2 depths_there = depths_around(tops, map, r.here.xy, level);
-        high = min(high, above - map.depth * depths_there.x);
-        low = above - map.depth * depths_there.y;
+        vec2 bounds = depths_around(tops, map, r.here.xy, level);
+        high = min(high, above - map.depth * bounds.x);
+        low = above - map.depth * bounds.y;
     }
     // Where casters of much the same height stand over all of the neighbourhood, all is dark. They
     // stand over the receiver's own plane where they are higher than it is anywhere there.
@@ -129,7 +128,7 @@ Slab slab_at(sampler2D depths, SunMap map, Receiver r, vec2 offset) {
     Slab slab;
     slab.high = above - map.depth * texelFetch(depths, at + ivec2(map.column, 0), 0).r;
     // The texel tells of its middle.
-    float plane = own_surface(r, vec2(at) + 0.5 - r.here.xy);
+    float plane = receiver_plane(r, vec2(at) + 0.5 - r.here.xy);
     slab.casts = slab.high > plane;
     slab.low = slab.high;
     slab.ends = true;
@@ -146,7 +145,7 @@ Slab slab_at(sampler2D depths, SunMap map, Receiver r, vec2 offset) {
 // What stands there below the slabs, its lower end unknown: a solid is taken to reach the receiver.
 Slab slab_behind(sampler2D behind, SunMap map, Receiver r, vec2 offset) {
     ivec2 at = clamp(ivec2(floor(r.here.xy + offset)), ivec2(0), ivec2(map.size - 1));
-    float plane = own_surface(r, vec2(at) + 0.5 - r.here.xy);
+    float plane = receiver_plane(r, vec2(at) + 0.5 - r.here.xy);
     float depth = texelFetch(behind, at + ivec2(map.column, 0), 0).r;
     float high = map.top - r.here.z - map.depth * depth;
     return Slab(high, map.solid ? min(plane, high) : high, high > plane, false);
@@ -166,7 +165,7 @@ bool meets_caster(sampler2D depths, sampler2D behind, SunMap map, Receiver r, ve
         vec2 offset = wider * height * ray;
         Slab slab = slab_at(depths, map, r, offset);
         bool over = slab.casts && slab.low > 1.05 * height;
-        for (int once = 0; once < int(over); ++once) {
+        WHEN(over) {
             Slab next = slab_behind(behind, map, r, offset);
             if (next.casts) slab = next;
         }
@@ -185,9 +184,9 @@ float lit_by_neighbours(sampler2D depths, SunMap map, Receiver r) {
     vec2 offset = vec2(first) + 0.5 - r.here.xy;
     vec2 weight = clamp(-offset, 0.0, 1.0);
     // As depths of the receiver's own surface, a little above it.
-    vec4 own = vec4(own_surface(r, offset), own_surface(r, offset + vec2(1.0, 0.0)),
-                    own_surface(r, offset + vec2(0.0, 1.0)), own_surface(r, offset + 1.0));
-    vec4 plane = (map.top - r.here.z - own - r.slack) / map.depth;
+    vec4 heights = vec4(receiver_plane(r, offset), receiver_plane(r, offset + vec2(1.0, 0.0)),
+                        receiver_plane(r, offset + vec2(0.0, 1.0)), receiver_plane(r, offset + 1.0));
+    vec4 plane = (map.top - r.here.z - heights - r.slack) / map.depth;
     first.x += map.column;
     vec4 caster = vec4(texelFetch(depths, first, 0).r, texelFetch(depths, first + ivec2(1, 0), 0).r,
                        texelFetch(depths, first + ivec2(0, 1), 0).r,

@@ -1,4 +1,4 @@
-#include "block/craft"
+#include "block/spacecraft"
 #include "common/sun.glsl"
 #include "surface/material.glsl"
 
@@ -10,9 +10,7 @@ vec4 sun_light(Surface s, ivec2 at) {
     vec3 wi = sun_direction.xyz;
     float facing = disc_cosine(dot(s.n, wi), sun_angular_radius) * past_relief(s, wi);
     vec4 light = vec4(0.0);
-    // Loops that run once or not at all: a CPU renderer skips a loop that no sample needs, but runs
-    // both sides of every branch.
-    for (int once = 0; once < int(facing > 0.0); ++once) {
+    WHEN(facing > 0.0) {
         // With the Sun's centre below the surface's own horizon disc_cosine has cut the disc
         // already, and no map along the centre's rays can tell more. At most 0.1 % of the full
         // sunlight is left there.

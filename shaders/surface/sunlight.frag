@@ -1,7 +1,7 @@
 // Share of the sunlight that reaches what each sample of a spacecraft sees, per band. Drawn twice:
 // first what needs no search through the Sun's disc; then, with SEARCH, the rest, which the first
 // draw has left out.
-#include "block/craft"
+#include "block/spacecraft"
 #include "block/shadow"
 #include "surface/shadow.glsl"
 
@@ -13,9 +13,9 @@ uniform sampler2D sun_behind;
 #endif
 
 // What the samples see: targets of gbuffer/gbuffer.frag.
-uniform sampler2D seen_place;
-uniform sampler2D seen_shape;
-uniform sampler2D seen_plane;
+uniform sampler2D gbuffer_position;
+uniform sampler2D gbuffer_normal_roughness;
+uniform sampler2D gbuffer_face_normal;
 
 out vec4 share;
 
@@ -29,8 +29,9 @@ vec2 evenly_spread(vec2 sample_index) {
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
     vec3 wi = sun_direction.xyz;
-    vec3 body = texelFetch(seen_place, at, 0).xyz, n = texelFetch(seen_shape, at, 0).xyz;
-    vec3 facet = texelFetch(seen_plane, at, 0).xyz;
+    vec3 body = texelFetch(gbuffer_position, at, 0).xyz;
+    vec3 n = texelFetch(gbuffer_normal_roughness, at, 0).xyz;
+    vec3 facet = texelFetch(gbuffer_face_normal, at, 0).xyz;
     if (dot(facet, (camera_from_body * vec4(body, 1.0)).xyz) > 0.0) facet = -facet;
     // Both maps: edge of a texel, top, depth, inset; size, column, column of the bounds.
     vec4 frame = shadow_frame[0], sheet = shadow_sheet[0];

@@ -1,6 +1,6 @@
 // Radiance of a spacecraft's surface [W m-2 sr-1]: the sum over all light that reaches it, or each
 // light apart.
-#include "surface/seen.glsl"
+#include "surface/gbuffer.glsl"
 #include "surface/sun.glsl"
 #include "surface/bounce.glsl"
 #ifdef SKY
@@ -10,7 +10,7 @@
 #include "surface/lamp.glsl"
 #endif
 
-#ifdef APART
+#ifdef BY_LIGHT
 // In the order of LIGHTS in simgl/passes/surface.py.
 layout(location = 0) out vec4 radiance[5];
 #else
@@ -21,15 +21,15 @@ layout(location = 0) out vec4 radiance;
 
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
-    Surface s = surface_seen(at);
+    Surface s = gbuffer_surface(at);
     vec4 sun = sun_light(s, at), earth = vec4(0.0), other_surfaces = vec4(0.0), lamps = vec4(0.0);
-#if defined(SKY) || defined(EXCHANGE)
+#if defined(SKY) || defined(INTERREFLECTION)
     Albedo albedo = albedo_of(s);
 #endif
 #ifdef SKY
     earth = earth_light(s, albedo) * s.earth_share;
 #endif
-#ifdef EXCHANGE
+#ifdef INTERREFLECTION
     other_surfaces = bounced_light(s, albedo);
 #endif
 #ifdef LAMPS
@@ -43,7 +43,7 @@ void main() {
     lamps *= air_transmittance;
     s.emission *= air_transmittance;
 #endif
-#ifdef APART
+#ifdef BY_LIGHT
     radiance[0] = sun;
     radiance[1] = earth;
     radiance[2] = other_surfaces;
@@ -53,6 +53,6 @@ void main() {
     radiance = sun + s.emission + earth + other_surfaces + lamps;
 #endif
 #ifdef PLAIN
-    if (is_layered(material_of(texelFetch(seen_place, at, 0).w))) discard;
+    if (is_layered(material_of(texelFetch(gbuffer_position, at, 0).w))) discard;
 #endif
 }

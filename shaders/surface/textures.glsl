@@ -21,9 +21,9 @@ vec4 image_at(sampler2DArray images, int worn, Cell cell) {
     // The array repeats. Within half a texel of an edge, the other edge would shine through.
     vec2 texel = max(1.0 / vec2(textureSize(images, 0).xy), max(abs(cell.dx), abs(cell.dy)));
     vec2 margin = min(0.5 * texel, 0.5);
-    vec2 there = mix(cell.uv, 1.0 - abs(mod(cell.uv, 2.0) - 1.0), equal(wrap, ivec2(2)));
-    there = mix(clamp(there, margin, 1.0 - margin), cell.uv, equal(wrap, ivec2(0)));
-    return textureGrad(images, vec3(there, float(worn >> 4)), cell.dx, cell.dy);
+    vec2 wrapped = mix(cell.uv, 1.0 - abs(mod(cell.uv, 2.0) - 1.0), equal(wrap, ivec2(2)));
+    wrapped = mix(clamp(wrapped, margin, 1.0 - margin), cell.uv, equal(wrap, ivec2(0)));
+    return textureGrad(images, vec3(wrapped, float(worn >> 4)), cell.dx, cell.dy);
 }
 
 // Factors of the base colour and of the coverage.
@@ -33,7 +33,7 @@ vec4 base_colour_at(uint material, Cell cell) {
 }
 
 // Whether a surface of the coverage that the images and the vertex colours give is there at all.
-bool is_there(uint material, float coverage) {
+bool is_covered(uint material, float coverage) {
     vec4 use = material_image_use[material];   // scale of the normal map, coverage, cutoff
     return use.y * coverage >= use.z;
 }

@@ -1,5 +1,5 @@
 // Depth along the boresight [m], and which part of which spacecraft: instance * 65536 + part + 1.
-#include "block/craft"
+#include "block/spacecraft"
 #ifdef CUT_OUT
 #include "surface/cut_out.glsl"
 #endif

@@ -1,6 +1,6 @@
 // Spacecraft vertices at pixel centres, for depth and identity.
 #include "block/tile"
-#include "block/craft"
+#include "block/spacecraft"
 #ifdef JOINTED
 #include "common/joints.glsl"
 #endif

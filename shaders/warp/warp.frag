@@ -11,14 +11,14 @@ out vec4 radiance;
 // Fine pixels from one place to the next, and the most rows of places; as in simgl/camera/distortion.py,
 // which knows what share of a star's light that keeps.
 const float SPACING = 1.15;
-const float MOST = 8.0;
+const float MAX_SAMPLES = 8.0;
 
 vec2 place(ivec2 pixel) {
     return texelFetch(places, clamp(pixel, ivec2(0), textureSize(places, 0) - 1), 0).xy;
 }
 
 float rows_along(vec2 step) {
-    return clamp(ceil(length(step) * fine_per_pixel / SPACING), 2.0, MOST);
+    return clamp(ceil(length(step) * fine_per_pixel / SPACING), 2.0, MAX_SAMPLES);
 }
 
 void main() {

@@ -12,7 +12,14 @@ from simgl.gpu.render_targets import GrowingTarget, textures_of
 from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.passes.drawn_spacecraft import DrawnSpacecraft
 from simgl.passes.mesh_store import MeshStore
-from simgl.passes.shared_blocks import CRAFT, JOINTS, MATERIALS, TILE, craft_values, tile_values
+from simgl.passes.shared_blocks import (
+    JOINTS,
+    MATERIALS,
+    SPACECRAFT,
+    TILE,
+    spacecraft_values,
+    tile_values,
+)
 from simgl.passes.texture_store import IMAGE_UNITS
 from simgl.view.frame_view import RasterTile
 
@@ -34,7 +41,7 @@ class GBufferPass:
         self._ctx, self._meshes = ctx, meshes
         self._programs: dict[tuple[str, ...], moderngl.Program] = {}
         self._tile = UniformBuffer(ctx, TILE)
-        self._craft = UniformBuffer(ctx, CRAFT)
+        self._spacecraft = UniformBuffer(ctx, SPACECRAFT)
         self._targets = {n: GrowingTarget(ctx, [range(n)]) for n in (_PLAIN, _DETAILED)}
 
     def draw(
@@ -50,7 +57,7 @@ class GBufferPass:
         target.color_mask = ((True,) * 4, *others)  # type: ignore[assignment]
         target.clear(EMPTY, EMPTY, EMPTY, EMPTY, depth=1.0, viewport=viewport)
         self._tile.bind()
-        self._craft.bind()
+        self._spacecraft.bind()
         for index, clip_from_camera in enumerate(tile.slices):
             if index:
                 clear_depth(self._ctx, target)
@@ -59,7 +66,7 @@ class GBufferPass:
                 model, lighting = drawn.view.model, drawn.vertex_lighting
                 state = self.open_sheets if model.open_sheets else self.closed
                 state.apply(self._ctx, target, viewport, viewport)
-                self._craft.write(craft_values(drawn.view))
+                self._spacecraft.write(spacecraft_values(drawn.view))
                 variant = tuple(d for d in model.variant if d not in ("LAYERED", "JOINTED"))
                 if variant:
                     self._meshes.bind_surface(model)
@@ -77,7 +84,7 @@ class GBufferPass:
         """The program for models of a variant; those without images do not pay for them."""
         if variant not in self._programs:
             detailed = "DETAILED" in variant
-            blocks = [TILE, CRAFT]
+            blocks = [TILE, SPACECRAFT]
             blocks += [MATERIALS] * detailed + [JOINTS] * ("JOINTED" in variant)
             self._programs[variant] = load_program(
                 self._ctx,
@@ -93,7 +100,7 @@ class GBufferPass:
         """Free everything."""
         for target in self._targets.values():
             target.release()
-        for buffer in (self._tile, self._craft):
+        for buffer in (self._tile, self._spacecraft):
             buffer.release()
         for program in self._programs.values():
             program.release()

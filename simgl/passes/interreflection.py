@@ -47,7 +47,7 @@ class InterreflectionPass:
     def _lighting(
         self, spacecraft: SpacecraftView, sky: SkyRadiance | None
     ) -> VertexLighting | None:
-        if spacecraft.exchange is None:
+        if spacecraft.incident_light is None:
             return None
         model = spacecraft.model
         transport = self._transports.of(model)
@@ -57,7 +57,7 @@ class InterreflectionPass:
         gather = transport.of_vertices
         # In another thread while this one is busy with the bounces.
         share = self._executor.submit(earth_share, gather, cells)
-        exitance = self._light.exitance(model, transport, sky, spacecraft.exchange)
+        exitance = self._light.exitance(model, transport, sky, spacecraft.incident_light)
         values = np.empty((*gather.shape, 5), dtype=np.float32)
         vertex_irradiance(gather, exitance, values, self._executor)
         values[..., 4] = share.result()
@@ -67,7 +67,7 @@ class InterreflectionPass:
         return VertexLighting(
             mesh=lit_mesh(model, transport),
             values=Values(buffer=buffer, layout=_FRONT | _BACK if two_sided else _FRONT),
-            defines=("EXCHANGE", "TWO_SIDED") if two_sided else ("EXCHANGE",),
+            defines=("INTERREFLECTION", "TWO_SIDED") if two_sided else ("INTERREFLECTION",),
         )
 
     def _buffer(self, instance: int, size: int) -> moderngl.Buffer:

@@ -23,7 +23,7 @@ _OPTICS = Block(
 
 
 # Maps of a few cameras are kept.
-_KEPT = 4
+_CAPACITY = 4
 
 
 class OpticsPass:
@@ -37,7 +37,7 @@ class OpticsPass:
         self._mapped = FullscreenProgram(
             ctx, "optics/optics", _OPTICS, ["radiance", "relative_illumination"], ["MAPPED"]
         )
-        self._maps = LruCache[Camera, moderngl.Texture](_KEPT, moderngl.Texture.release)
+        self._maps = LruCache[Camera, moderngl.Texture](_CAPACITY, moderngl.Texture.release)
 
     def draw(
         self, camera: Camera, radiance: moderngl.Texture, target: moderngl.Framebuffer

@@ -70,7 +70,7 @@ _PATTERN = Block(
 )
 
 # Maps kept, three for each of eight cameras.
-_MAPS_KEPT = 24
+_MAPS_CAPACITY = 24
 
 
 def pattern_maps(detector: Detector) -> tuple[str, ...]:
@@ -92,7 +92,7 @@ class ReadoutPass:
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._programs: dict[tuple[str, ...], FullscreenProgram] = {}
-        self._maps = LruCache[tuple[str, Detector], ImageTarget](_MAPS_KEPT, self._free)
+        self._maps = LruCache[tuple[str, Detector], ImageTarget](_MAPS_CAPACITY, self._free)
 
     def draw(
         self,
@@ -141,9 +141,9 @@ class ReadoutPass:
                 textures[name] = self._map(name, detector)
         pixels, electrons = hits(camera, tai_ns, seed)
         if pixels.size:
-            picture = np.zeros((detector.height, detector.width), dtype=np.float32)
-            picture.ravel()[pixels] = electrons
-            textures["HITS"] = self._four(picture)
+            image = np.zeros((detector.height, detector.width), dtype=np.float32)
+            image.ravel()[pixels] = electrons
+            textures["HITS"] = self._four(image)
         return textures
 
     def _spilt(
@@ -159,12 +159,12 @@ class ReadoutPass:
         release_all(self._ctx, collected)
         return self._four(with_blooming(electrons, detector.full_well, detector.blooming))
 
-    def _four(self, picture: Array32) -> moderngl.Texture:
-        """A picture as a texture of four pixels a texel."""
-        height, width = picture.shape
+    def _four(self, image: Array32) -> moderngl.Texture:
+        """An image as a texture of four pixels a texel."""
+        height, width = image.shape
         texels = -(-width // PIXELS)
         padded = np.zeros((height, texels * PIXELS), dtype="<f4")
-        padded[:, :width] = picture
+        padded[:, :width] = image
         texture = self._ctx.texture((texels, height), PIXELS, padded.tobytes(), dtype="f4")
         texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
         return texture

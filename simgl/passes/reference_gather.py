@@ -29,13 +29,13 @@ from simgl.view.frame_view import RasterTile, SpacecraftView
 
 # Rays of a pixel, shared by its samples: so many at first, and up to so many times more where their
 # mean is not certain to a share of all light there, or of the Sun's irradiance.
-RAYS, MOST_TIMES = 256, 32
+RAYS, MAX_TIMES = 256, 32
 _CERTAIN, _CERTAIN_OF_SUN = 0.04, 1e-4
 # Of the body's radius: planes this far apart are different surfaces.
 _PLANE_STEP = 0.05
 
 # Of the geometry pass's targets: place and label, normal, triangle's normal and share, others.
-_PLACE, _SHAPE, _PLANE, _OTHERS = 0, 1, 2, 3
+_POSITION, _NORMAL, _FACE_NORMAL, _INDIRECT = 0, 1, 2, 3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -69,7 +69,7 @@ class ReferenceGather:
     def _bodies_around(
         self, viewer: SpacecraftView, lit: dict[int, _LitPatches | None]
     ) -> tuple[LitBody, ...]:
-        incident, patches = viewer.exchange, lit.get(viewer.instance)
+        incident, patches = viewer.incident_light, lit.get(viewer.instance)
         if incident is None:
             return ()
         near = [neighbour for neighbour in incident.around if neighbour.near]
@@ -87,12 +87,12 @@ class ReferenceGather:
         self, spacecraft: SpacecraftView, sky: SkyRadiance | None
     ) -> _LitPatches | None:
         """The light on a spacecraft; None where nothing sees itself, or that light is left out."""
-        if spacecraft.exchange is None:
+        if spacecraft.incident_light is None:
             return None
         transport = self._transports.of(spacecraft.model)
         if transport is None:
             return None
-        model, incident = spacecraft.model, spacecraft.exchange
+        model, incident = spacecraft.model, spacecraft.incident_light
         exitance = self._light.exitance(model, transport, sky, incident)
         # The Sun's light is subtracted patch by patch: near a shadow's edge neighbours differ.
         direct_sun = self._light.of_direct_sun(model, transport, incident) * incident.sun_irradiance
@@ -109,29 +109,30 @@ class ReferenceGather:
         if not any(drawn.lit_bodies for drawn in spacecraft):
             return
         columns, rows = tile.sample_grid.raster_size(tile.width, tile.height)
-        place, shape, plane, others = (
-            _read(gbuffer[target])[:rows, :columns] for target in (_PLACE, _SHAPE, _PLANE, _OTHERS)
+        position, normal, face_normal, indirect = (
+            _read(gbuffer[target])[:rows, :columns]
+            for target in (_POSITION, _NORMAL, _FACE_NORMAL, _INDIRECT)
         )
-        instance = place[..., 3].astype(np.int64) // 16384
+        instance = position[..., 3].astype(np.int64) // 16384
         for drawn in spacecraft:
             view, lit = drawn.view, drawn.lit_bodies
-            row, column = np.nonzero((instance == view.instance) & (place[..., 3] >= 0.0))
+            row, column = np.nonzero((instance == view.instance) & (position[..., 3] >= 0.0))
             if not lit or len(row) == 0:
                 continue
             points = _points(
                 view,
-                place[row, column],
-                shape[row, column],
-                plane[row, column],
+                position[row, column],
+                normal[row, column],
+                face_normal[row, column],
                 _spread(row, column),
             )
             cells = None if drawn.probe is None else cell_radiance(drawn.probe.sky, SKY_ACROSS)
             squares = _pixel_cells(tile.sample_grid, row, column)
             enough = _CERTAIN_OF_SUN * float(view.sun_irradiance.sum())
             light, share = _certain(points, squares, lit, cells, _rays(tile.sample_grid), enough)
-            others[row, column] = light
-            plane[row, column, 3] = share
-        for target, values in ((_PLANE, plane), (_OTHERS, others)):
+            indirect[row, column] = light
+            face_normal[row, column, 3] = share
+        for target, values in ((_FACE_NORMAL, face_normal), (_INDIRECT, indirect)):
             gbuffer[target].write(np.ascontiguousarray(values), viewport=(0, 0, columns, rows))
 
 
@@ -213,7 +214,7 @@ def _certain(
     if sky is not None:
         need = np.maximum(need, _means(share.astype(np.float64), cells)[1] / _CERTAIN)
     # Errors fall with the root of the number at least.
-    times = np.clip(np.ceil(need**2), 1, MOST_TIMES).astype(np.int64)
+    times = np.clip(np.ceil(need**2), 1, MAX_TIMES).astype(np.int64)
     times = 2 ** np.ceil(np.log2(times)).astype(np.int64)
     for factor in np.unique(times[times > 1]).tolist():
         chosen = np.flatnonzero(times[cells.of_point] == factor)
@@ -235,7 +236,7 @@ def _evened(
     Only what faces alike and lies in much the same plane counts: in deep shadow, where this comes
     to bear, light changes little over three pixels of a surface.
     """
-    found = light.copy()
+    smoothed = light.copy()
     away = np.einsum("ij,ij->i", points.places, points.facets)[:, None] / np.float32(step)
     kind = np.unique(np.round(np.hstack([4.0 * points.facets, away])), axis=0, return_inverse=True)[
         1
@@ -245,14 +246,14 @@ def _evened(
         alike = np.flatnonzero(kind == number)
         chosen = uncertain[kind[uncertain] == number]
         values = np.column_stack([np.ones(len(alike)), light[alike]]).T
-        there, *bands = (
+        weight, *bands = (
             uniform_filter(
                 np.bincount(cells.of_point[alike], v, minlength=count).reshape(cells.shape), 3
             ).ravel()[cells.of_point[chosen]]
             for v in values
         )
-        found[chosen] = np.stack(bands, axis=1) / there[:, None]
-    return found
+        smoothed[chosen] = np.stack(bands, axis=1) / weight[:, None]
+    return smoothed
 
 
 def _means(values: Array, cells: _Cells) -> tuple[Array, Array]:
@@ -266,10 +267,10 @@ def _means(values: Array, cells: _Cells) -> tuple[Array, Array]:
     number = np.bincount(place, minlength=4 * count).reshape(count, 4)
     sums = np.bincount(place, values, minlength=4 * count).reshape(count, 4)
     mean = sums.sum(axis=1) / np.maximum(number.sum(axis=1), 1)
-    there = number > 0
-    apart = np.where(there, sums / np.maximum(number, 1) - mean[:, None], 0.0)
-    groups = there.sum(axis=1)
-    square = (apart**2).sum(axis=1) / np.maximum(groups * (groups - 1), 1)
+    counted = number > 0
+    deviation = np.where(counted, sums / np.maximum(number, 1) - mean[:, None], 0.0)
+    groups = counted.sum(axis=1)
+    square = (deviation**2).sum(axis=1) / np.maximum(groups * (groups - 1), 1)
     full = uniform_filter((groups > 0).reshape(cells.shape).astype(np.float64), 3)
     around = np.maximum(full, 1e-9)
     mean, square = (
@@ -279,15 +280,21 @@ def _means(values: Array, cells: _Cells) -> tuple[Array, Array]:
 
 
 def _points(
-    craft: SpacecraftView, place: Array32, shape: Array32, plane: Array32, spread: Array
+    view: SpacecraftView,
+    position: Array32,
+    normal: Array32,
+    face_normal: Array32,
+    spread: Array,
 ) -> Points:
     """Places and normals in body axes, normals towards the viewer."""
-    camera_from_body = craft.camera_from_body
+    camera_from_body = view.camera_from_body
     R = camera_from_body[:3, :3]
-    in_camera = place[:, :3] @ R.T + camera_from_body[:3, 3]
-    away = np.einsum("ij,ij->i", plane[:, :3], in_camera) > 0.0
-    facets = np.where(away[:, None], -plane[:, :3], plane[:, :3])
-    return Points(places=place[:, :3], normals=shape[:, :3] @ R, facets=facets @ R, spread=spread)
+    in_camera = position[:, :3] @ R.T + camera_from_body[:3, 3]
+    away = np.einsum("ij,ij->i", face_normal[:, :3], in_camera) > 0.0
+    facets = np.where(away[:, None], -face_normal[:, :3], face_normal[:, :3])
+    return Points(
+        places=position[:, :3], normals=normal[:, :3] @ R, facets=facets @ R, spread=spread
+    )
 
 
 def _spread(row: IndexArray, column: IndexArray) -> Array:

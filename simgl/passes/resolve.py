@@ -86,13 +86,13 @@ class ResolvePass:
         target: moderngl.Framebuffer,
         lens: DistortedView | None,
     ) -> None:
-        whole = (0, 0, *target.size)
+        full = (0, 0, *target.size)
         if lens is None:
-            state.apply(self._ctx, target, whole, (tile.x, tile.y, tile.width, tile.height))
+            state.apply(self._ctx, target, full, (tile.x, tile.y, tile.width, tile.height))
             self._program.draw(_values(tile), [samples])
             return
         box = _distorted_box(tile, lens.camera)
-        state.apply(self._ctx, target, whole, box)
+        state.apply(self._ctx, target, full, box)
         self._distorted.draw(_values(tile), [samples, lens.places])
 
     def release(self) -> None:

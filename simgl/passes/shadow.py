@@ -17,7 +17,7 @@ from simgl.passes.outline_program import OutlineProgram
 from simgl.view.shadow_views import ShadowMap, ShadowView
 
 # Maps are cached for so many views; an image of more spacecraft caches as many as it needs.
-KEPT = 8
+CAPACITY = 8
 
 _CASTER = Block(
     "Caster",
@@ -74,7 +74,7 @@ class ShadowPass:
         self._cone = FullscreenProgram(ctx, "shadow/tops", _TOPS, ["cells"], ["CONE"])
         self._caster = UniformBuffer(ctx, _CASTER)
         self._unused: list[_ShadowAtlas] = []
-        self._atlases = LruCache[bytes, _ShadowAtlas](KEPT, self._unused.append)
+        self._atlases = LruCache[bytes, _ShadowAtlas](CAPACITY, self._unused.append)
 
     def cast(self, views: Sequence[ShadowView]) -> list[tuple[moderngl.Texture, ...]]:
         """Depths, behind and tops of each view's maps, the close one right of the wide one.

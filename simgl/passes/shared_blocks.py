@@ -51,8 +51,8 @@ TILE = Block(
     ),
 )
 
-CRAFT = Block(
-    "Craft",
+SPACECRAFT = Block(
+    "Spacecraft",
     1,
     np.dtype(
         [
@@ -67,7 +67,7 @@ CRAFT = Block(
             ("air_transmittance", "f4", 4),
             ("sun_angular_radius", "f4"),
             ("instance", "u4"),
-            ("craft_padding", "f4", 2),
+            ("spacecraft_padding", "f4", 2),
         ]
     ),
 )
@@ -171,33 +171,33 @@ def joint_values(model_name: str, posed: PosedMesh) -> dict[str, Any]:
     return {"joint_rows": rows}
 
 
-def craft_values(craft: SpacecraftView, air: AirBetween | None = None) -> dict[str, Any]:
-    """The Craft block of a spacecraft.
+def spacecraft_values(view: SpacecraftView, air: AirBetween | None = None) -> dict[str, Any]:
+    """The Spacecraft block of a spacecraft.
 
     air : before it
     """
     return {
-        "camera_from_body": craft.camera_from_body,
-        "sun_direction": (*craft.sun_direction, 0.0),
-        "sun_irradiance": craft.sun_irradiance,
-        "sun_limb_u": craft.sun_limb[0],
-        "sun_limb_v": craft.sun_limb[1],
+        "camera_from_body": view.camera_from_body,
+        "sun_direction": (*view.sun_direction, 0.0),
+        "sun_irradiance": view.sun_irradiance,
+        "sun_limb_u": view.sun_limb[0],
+        "sun_limb_v": view.sun_limb[1],
         "air_light": np.zeros(4) if air is None else air.light,
         "air_transmittance": np.ones(4) if air is None else air.transmittance,
-        "sun_angular_radius": craft.sun_angular_radius,
-        "instance": craft.instance,
+        "sun_angular_radius": view.sun_angular_radius,
+        "instance": view.instance,
     }
 
 
 # Directions that stand for the Sun's disc in a pixel, and in a sample.
 _DIRECTIONS_PER_PIXEL = 300.0
-_FEWEST_DIRECTIONS, _MOST_DIRECTIONS = 4, 28
+_MIN_DIRECTIONS, _MAX_DIRECTIONS = 4, 28
 
 
-def shadow_values(craft: SpacecraftView, sample_grid: SampleGrid) -> dict[str, Any]:
-    """The Shadow block of a spacecraft drawn on a lattice."""
+def shadow_values(view: SpacecraftView, sample_grid: SampleGrid) -> dict[str, Any]:
+    """The Shadow block of a spacecraft drawn on a sample grid."""
     taps = np.ceil(_DIRECTIONS_PER_PIXEL / sample_grid.scale**2)
-    maps = craft.shadow.maps
+    maps = view.shadow.maps
     from_body = np.zeros((2, 4, 4), dtype=np.float32)
     frame = np.zeros((2, 4), dtype=np.float32)
     sheet = np.zeros((2, 4), dtype=np.float32)
@@ -207,22 +207,22 @@ def shadow_values(craft: SpacecraftView, sample_grid: SampleGrid) -> dict[str, A
     for row, one in enumerate(maps):
         from_body[row] = one.texel_from_body
         frame[row] = one.texel, one.top, one.depth, one.inset
-        sheet[row] = one.size, column, bounds, np.tan(craft.sun_angular_radius) / one.texel
+        sheet[row] = one.size, column, bounds, np.tan(view.sun_angular_radius) / one.texel
         column += one.size
         bounds += one.bounds_width
     light_from_camera = np.eye(4, dtype=np.float32)
-    light_from_camera[:3, :3] = craft.shadow.R_light_from_body @ craft.camera_from_body[:3, :3].T
+    light_from_camera[:3, :3] = view.shadow.R_light_from_body @ view.camera_from_body[:3, :3].T
     return {
         "light_from_camera": light_from_camera,
         "shadow_from_body": from_body,
         "shadow_frame": frame,
         "shadow_sheet": sheet,
-        "shadow_taps": np.clip(taps, _FEWEST_DIRECTIONS, _MOST_DIRECTIONS),
+        "shadow_taps": np.clip(taps, _MIN_DIRECTIONS, _MAX_DIRECTIONS),
         "shadow_solid": not any(c.model.open_sheets for c in maps[0].casters),
     }
 
 
-def _worn(layer: int | None, images: tuple[Image, ...]) -> float:
+def _image_code(layer: int | None, images: tuple[Image, ...]) -> float:
     """How the Materials block tells a layer."""
     if layer is None:
         return -1.0
@@ -265,10 +265,10 @@ def material_values(
         values["material_emission"][row] = material.emission
         maps = material.maps
         values["material_images"][row] = (
-            _worn(maps.base_colour, textures.base_colour),
-            _worn(maps.law, textures.law),
-            _worn(maps.normal, textures.normal),
-            _worn(maps.emission, textures.emission),
+            _image_code(maps.base_colour, textures.base_colour),
+            _image_code(maps.law, textures.law),
+            _image_code(maps.normal, textures.normal),
+            _image_code(maps.emission, textures.emission),
         )
         cutoff = -1.0 if material.cutoff is None else material.cutoff
         values["material_image_use"][row, :3] = maps.normal_scale, material.coverage, cutoff

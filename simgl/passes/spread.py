@@ -22,12 +22,12 @@ from simgl.gpu.uniform_blocks import Block
 from simgl.lru_cache import LruCache
 
 # The most planes that one draw writes, and pixels of a texel in each.
-_MOST = 4
+_MAX_PLANES = 4
 _PLANE = Format("f4", 4, packed=True)
-_SPREAD = Block("Spread", 30, np.dtype([("mixture", "f4", (_MOST, 4))]))
+_SPREAD = Block("Spread", 30, np.dtype([("mixture", "f4", (_MAX_PLANES, 4))]))
 
 # Kernels of a few cameras are kept.
-_KEPT = 8
+_CAPACITY = 8
 
 
 class SpreadPass:
@@ -41,7 +41,7 @@ class SpreadPass:
     def __init__(self, ctx: moderngl.Context, executor: Executor) -> None:
         self._ctx, self._executor = ctx, executor
         self._programs: dict[int, FullscreenProgram] = {}
-        self._spreads = LruCache[object, Spread](_KEPT)
+        self._spreads = LruCache[object, Spread](_CAPACITY)
         self._target: ImageTarget | None = None
 
     def bands(
@@ -101,7 +101,7 @@ class SpreadPass:
             )
         target = self._target
         self.state.apply(self._ctx, target.framebuffer, (0, 0, *target.framebuffer.size))
-        padded = np.zeros((_MOST, 4))
+        padded = np.zeros((_MAX_PLANES, 4))
         padded[:count] = mixture
         self._programs[count].draw({"mixture": padded}, [irradiance])
         return [target.read(plane) for plane in range(count)]

@@ -14,15 +14,15 @@ from simgl.passes.albedo_table import LOBE_UNIT, lobe_texture
 from simgl.passes.drawn_spacecraft import DrawnSpacecraft
 from simgl.passes.mesh_store import MeshStore
 from simgl.passes.shared_blocks import (
-    CRAFT,
     JOINTS,
     LAMPS,
     MATERIALS,
     SHADOW,
+    SPACECRAFT,
     TILE,
-    craft_values,
     lamp_values,
     shadow_values,
+    spacecraft_values,
     tile_values,
 )
 from simgl.view.frame_view import RasterTile
@@ -33,10 +33,9 @@ EMPTY = -1.0
 # The terms of a surface's radiance, in the order of the targets of shaders/surface/surface.frag.
 LIGHTS = ("sun", "earth", "inter_reflected", "lamp", "emitted")
 
-# What samples see, in the order of the targets of shaders/gbuffer/gbuffer.frag.
-_SEEN = ("seen_place", "seen_shape", "seen_plane", "seen_others")
-_WORN = ("worn_reflectance", "worn_emission", "worn_normal")
-_SEEN_UNITS = {name: unit for unit, name in enumerate(_SEEN + _WORN)}
+# Channels of the G-buffer, in the order of the targets of shaders/gbuffer/gbuffer.frag.
+_GBUFFER = ("position", "normal_roughness", "face_normal", "indirect")
+_TEXTURED = ("textured_reflectance", "textured_emission", "textured_normal")
 # In the order of the shadow pass's textures.
 _SHADOW_UNITS = {"sun_depths": 7, "sun_behind": 8, "sun_tops": 9}
 _SUNLIGHT_UNIT = 11
@@ -46,17 +45,18 @@ _LAMP_UNIT = 15
 _LOBES = {"lobe_table": LOBE_UNIT}
 
 
-def _seen(*names: str) -> dict[str, int]:
-    return {name: _SEEN_UNITS[name] for name in names}
+def _gbuffer(*channels: str) -> dict[str, int]:
+    """Texture units of the samplers of channels."""
+    return {f"gbuffer_{name}": _GBUFFER.index(name) for name in channels}
 
 
 # What each variant of the shader reads besides.
 _MORE_UNITS = {
-    "SKY": _seen("seen_plane") | _SKY_UNITS | _LOBES,
-    "EXCHANGE": _seen("seen_others") | _LOBES,
-    "LAYERED": _seen("seen_plane") | _LOBES,
-    "LAMPS": _seen("seen_plane") | {"lamp_maps": _LAMP_UNIT},
-    "DETAILED": _seen(*_WORN),
+    "SKY": _gbuffer("face_normal") | _SKY_UNITS | _LOBES,
+    "INTERREFLECTION": _gbuffer("indirect") | _LOBES,
+    "LAYERED": _gbuffer("face_normal") | _LOBES,
+    "LAMPS": _gbuffer("face_normal") | {"lamp_maps": _LAMP_UNIT},
+    "DETAILED": {name: unit for unit, name in enumerate(_TEXTURED, len(_GBUFFER))},
 }
 
 
@@ -97,10 +97,10 @@ class SurfacePass:
     For each spacecraft the depth buffer says which samples a draw is for, so that even a renderer
     without real branches spends on a sample only what it needs:
 
-        0      others than the craft's own
-        1      own, sunlight unknown
-        0.5    own, sunlight known without search
-        0.75   own, sunlight searched through the disc
+        0      not of this spacecraft
+        1      of it, sunlight unknown
+        0.5    of it, sunlight known without search
+        0.75   of it, sunlight searched through the disc
         0.25   lit, of one reflection law
         0.375  lit, of several
     """
@@ -112,15 +112,17 @@ class SurfacePass:
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
         self._ctx, self._meshes = ctx, meshes
         self._lobes = lobe_texture(ctx)
-        self._others = _Screen(ctx, "surface/own", -1.0, [CRAFT], _seen("seen_place"))
-        searched = _seen("seen_place", "seen_shape", "seen_plane") | _SHADOW_UNITS
+        self._others = _Screen(
+            ctx, "surface/other_spacecraft", -1.0, [SPACECRAFT], _gbuffer("position")
+        )
+        searched = _gbuffer("position", "normal_roughness", "face_normal") | _SHADOW_UNITS
         known = {name: unit for name, unit in searched.items() if name != "sun_behind"}
-        name, blocks = "surface/sunlight", [CRAFT, SHADOW]
+        name, blocks = "surface/sunlight", [SPACECRAFT, SHADOW]
         self._known = _Screen(ctx, name, 0.0, blocks, known)
         self._searched = _Screen(ctx, name, 0.5, blocks, searched, ["SEARCH"])
         self._lit: dict[tuple[str, ...], tuple[_Screen, ...]] = {}
         self._tile = UniformBuffer(ctx, TILE)
-        self._craft = UniformBuffer(ctx, CRAFT)
+        self._spacecraft = UniformBuffer(ctx, SPACECRAFT)
         self._shadow = UniformBuffer(ctx, SHADOW)
         self._lamps = UniformBuffer(ctx, LAMPS)
         # By the number of radiances, whole or by light; before them the sunlight's share.
@@ -167,9 +169,9 @@ class SurfacePass:
             self.state.apply(self._ctx, target, area, area)
             optional = {
                 "SKY": drawn.probe is not None,
-                "EXCHANGE": drawn.interreflects,
+                "INTERREFLECTION": drawn.interreflects,
                 "LAMPS": bool(lamps),
-                "APART": by_light,
+                "BY_LIGHT": by_light,
                 "AIR_BEFORE": drawn.air is not None,
             }
             variant = [d for d in drawn.view.model.variant if d != "CUT_OUT"]
@@ -179,14 +181,14 @@ class SurfacePass:
         return textures_of(target)
 
     def _write(self, tile: RasterTile, lamps: Sequence[LampView]) -> None:
-        for block in (self._tile, self._craft, self._shadow, self._lamps):
+        for block in (self._tile, self._spacecraft, self._shadow, self._lamps):
             block.bind()
         self._tile.write(tile_values(tile, tile.slices[0]))
         self._lamps.write(lamp_values(lamps))
 
     def _bind(self, drawn: DrawnSpacecraft, tile: RasterTile) -> None:
         model = drawn.view.model
-        self._craft.write(craft_values(drawn.view, drawn.air))
+        self._spacecraft.write(spacecraft_values(drawn.view, drawn.air))
         self._shadow.write(shadow_values(drawn.view, tile.sample_grid))
         self._meshes.bind_materials(model)
         if "JOINTED" in model.variant:
@@ -210,8 +212,8 @@ class SurfacePass:
         return self._lit[variant]
 
     def _lit_screen(self, variant: tuple[str, ...], depth: float) -> _Screen:
-        samplers = _seen("seen_place", "seen_shape") | {"sunlight": _SUNLIGHT_UNIT}
-        blocks = [CRAFT, MATERIALS]
+        samplers = _gbuffer("position", "normal_roughness") | {"sunlight": _SUNLIGHT_UNIT}
+        blocks = [SPACECRAFT, MATERIALS]
         for define, units in _MORE_UNITS.items():
             if define in variant:
                 samplers |= units
@@ -227,7 +229,7 @@ class SurfacePass:
         """Free everything."""
         for target in self._targets.values():
             target.release()
-        for buffer in (self._tile, self._craft, self._shadow, self._lamps):
+        for buffer in (self._tile, self._spacecraft, self._shadow, self._lamps):
             buffer.release()
         self._lobes.release()
         for screen in (self._others, self._known, self._searched, *sum(self._lit.values(), ())):

@@ -8,7 +8,7 @@ from simgl.gpu.pipeline_state import State, clear_depth
 from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.passes.mesh_store import MeshStore
 from simgl.passes.outline_program import OutlineProgram
-from simgl.passes.shared_blocks import CRAFT, TILE, craft_values, tile_values
+from simgl.passes.shared_blocks import SPACECRAFT, TILE, spacecraft_values, tile_values
 from simgl.view.frame_view import RasterTile
 
 # Attachments of a target that wants normals too.
@@ -23,12 +23,12 @@ class TruthPass:
 
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
         self._ctx = ctx
-        self._plain = OutlineProgram(ctx, meshes, "truth/truth", [TILE, CRAFT])
+        self._plain = OutlineProgram(ctx, meshes, "truth/truth", [TILE, SPACECRAFT])
         self._with_normals = OutlineProgram(
-            ctx, meshes, "truth/truth", [TILE, CRAFT], defines={"NORMALS": 1}
+            ctx, meshes, "truth/truth", [TILE, SPACECRAFT], defines={"NORMALS": 1}
         )
         self._tile = UniformBuffer(ctx, TILE)
-        self._craft = UniformBuffer(ctx, CRAFT)
+        self._spacecraft = UniformBuffer(ctx, SPACECRAFT)
 
     def draw(self, tile: RasterTile | None, target: moderngl.Framebuffer) -> None:
         """Fill a target of R32F, R32UI and, if wanted, RGBA32F attachments with depth; None draws
@@ -41,17 +41,17 @@ class TruthPass:
         if tile is None:
             return
         self._tile.bind()
-        self._craft.bind()
+        self._spacecraft.bind()
         for index, clip_from_camera in enumerate(tile.slices):
             if index:
                 clear_depth(self._ctx, target)
             self.state.apply(self._ctx, target, viewport)
             self._tile.write(tile_values(tile, clip_from_camera))
-            for craft in tile.craft:
-                self._craft.write(craft_values(craft))
-                program.draw(craft.model)
+            for view in tile.spacecraft:
+                self._spacecraft.write(spacecraft_values(view))
+                program.draw(view.model)
 
     def release(self) -> None:
         """Free everything."""
-        for resource in (self._tile, self._craft, self._plain, self._with_normals):
+        for resource in (self._tile, self._spacecraft, self._plain, self._with_normals):
             resource.release()

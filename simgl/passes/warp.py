@@ -22,7 +22,7 @@ _WARP = Block(
 )
 
 # Tables of a few cameras are kept.
-_KEPT = 4
+_CAPACITY = 4
 
 
 class WarpPass:
@@ -36,7 +36,7 @@ class WarpPass:
         self._nearest = FullscreenProgram(
             ctx, "warp/nearest", _WARP, ["places", "fine_depth", "fine_part", "fine_normal"]
         )
-        self._places = LruCache[Camera, moderngl.Texture](_KEPT, moderngl.Texture.release)
+        self._places = LruCache[Camera, moderngl.Texture](_CAPACITY, moderngl.Texture.release)
 
     def places(self, camera: Camera) -> moderngl.Texture:
         """RG32F, coordinates in the pinhole's picture that the middles of the pixels see."""

@@ -22,7 +22,7 @@ from simgl.config.value_types import (
 )
 from simgl.model_files.file_axes import Axis, Unit
 from simgl.model_files.surface_schema import PrimitiveTable
-from simgl.sample_grid import FEWEST
+from simgl.sample_grid import MIN_SAMPLES
 from simgl.scene.star_catalogue import FAINTEST
 
 
@@ -299,6 +299,6 @@ class RenderTable(Table, frozen=True, kw_only=True):
     """
 
     seed: Annotated[int, Meta(ge=0, le=2**32 - 1)] = 0
-    samples_per_pixel: Annotated[int, Meta(ge=FEWEST, le=256)] | None = None
+    samples_per_pixel: Annotated[int, Meta(ge=MIN_SAMPLES, le=256)] | None = None
     inter_reflection: bool = True
     gather: Literal["vertex", "pixel"] = "vertex"

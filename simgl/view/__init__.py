@@ -1,1 +1,10 @@
-"""What a camera sees, float32 in its axes: the state made ready for the passes."""
+"""Views: the float64 scene of one instant, as float32 values relative to one camera.
+
+``frame_view`` makes the ``FrameView`` of a camera: ``shadow_views``, ``lamp_views`` and
+``aerial_perspective`` for each spacecraft, ``background`` (with ``celestial`` and
+``background_tiles``) for what lies behind. ``lidar_pulse`` is the view of a flash lidar,
+``image_motion`` says how far anything moves in an image.
+
+A view is plain data without OpenGL. It imports scene, physics, camera and radiosity; passes import
+it. What depends on the camera and is the same for all pixels belongs here.
+"""

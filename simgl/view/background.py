@@ -16,7 +16,7 @@ from simgl.physics.atmosphere import AIR_TOP
 from simgl.physics.lunar_model import moonlight
 from simgl.scene.earth import Earth
 from simgl.scene.state import BodyState, CameraState, EarthState, SceneState, SunSeen
-from simgl.view.celestial import CelestialView, EarthCone, PictureCone, celestial
+from simgl.view.celestial import CelestialView, EarthCone, ImageCone, celestial
 
 # Texels along an edge of a sky's faces: under a high Sun, and where the terminator may be all that
 # is lit. There, what the Sun's disc sends past it onto a plate that looks away, 3e-7 of full
@@ -104,7 +104,7 @@ def background(state: SceneState, camera: CameraState) -> Background:
     optics, R = camera.camera, camera.R_camera_from_icrf
     d = optics.detector
     half_diagonal = float(np.arctan(0.5 * np.hypot(d.width, d.height) / optics.focal_length_px))
-    cone = PictureCone(half_diagonal, 1.0 / optics.focal_length_px)
+    cone = ImageCone(half_diagonal, 1.0 / optics.focal_length_px)
     seen = state.sun.seen_from(camera.position)
     earth = hidden = None
     if state.earth is not None:
@@ -127,7 +127,7 @@ def sky_view(state: SceneState, name: str, body: BodyState) -> SkyView | None:
     texels = _sky_texels(earth.view)
     half = 0.5 * texels
     intrinsics = np.array([[half, 0.0, half], [0.0, half, half], [0.0, 0.0, 1.0]])
-    cone = PictureCone(float(np.arctan(np.sqrt(2.0))), 1.0 / half)
+    cone = ImageCone(float(np.arctan(np.sqrt(2.0))), 1.0 / half)
     R_body_from_icrf = body.pose.R_icrf_from_body.T
     faces = tuple(
         _background(intrinsics, axes @ R_body_from_icrf, cone, seen, earth, None)
@@ -214,7 +214,7 @@ def _limb_angle(earth: Earth, distance: float) -> float:
 def _background(
     intrinsics: Array,
     R_camera_from_icrf: Array,
-    cone: PictureCone,
+    cone: ImageCone,
     sun: SunSeen,
     earth: _EarthFrom | None,
     beyond: CelestialView | None,

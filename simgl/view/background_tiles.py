@@ -95,8 +95,8 @@ def tiles_of(
     top = 1.0 + max(height, _cloud_height(planet))
     ground = nearest < np.arcsin(min((1.0 + _cloud_height(planet)) / distance, 1.0))
     air = (nearest < np.arcsin(top / distance)) if distance > top else np.ones_like(ground)
-    apart = corners.distance / np.sqrt(np.maximum(corners.slant, 1e-3))
-    pixel = 0.25 * _over_corners(np.add, apart)
+    spacing = corners.distance / np.sqrt(np.maximum(corners.slant, 1e-3))
+    pixel = 0.25 * _over_corners(np.add, spacing)
     sea = np.zeros_like(even) if shores is None else _open_sea(corners, shores)
     return BackgroundTiles(
         even=even,
@@ -105,8 +105,8 @@ def tiles_of(
         air=air & ~ground,
         one_face=one_face & (even | finer),
         sea=sea & (even | finer),
-        low=_least(corners.sun),
-        high=_most(corners.sun),
+        low=_lowest(corners.sun),
+        high=_highest(corners.sun),
         pixel=pixel / float(intrinsics[0, 0]) * planet.earth.equatorial_radius,
     )
 
@@ -180,9 +180,9 @@ def even_tiles(corners: Corners, parts: int = 1) -> Mask:
     """
     normal, slant, sun = corners.normal, corners.slant, corners.sun
     longitude = np.arctan2(normal[..., 1], normal[..., 0])
-    even = _least(corners.meets) & (_range(slant) < parts**2 * _SLANT_CHANGE * _least(slant))
+    even = _lowest(corners.meets) & (_range(slant) < parts**2 * _SLANT_CHANGE * _lowest(slant))
     even &= _range(longitude) < parts**2 * _LONGITUDE_CHANGE
-    sun_height = np.maximum(_least(np.abs(sun)), _TWILIGHT)
+    sun_height = np.maximum(_lowest(np.abs(sun)), _TWILIGHT)
     return even & (_range(sun) < parts * _SUN_CHANGE * sun_height)
 
 
@@ -195,12 +195,12 @@ def _open_sea(corners: Corners, shores: IndexArray) -> Mask:
     x, y, z = np.moveaxis(corners.normal, -1, 0)
     row = (0.5 - np.arctan2(z, np.hypot(x, y)) / np.pi) * rows
     column = (np.arctan2(y, x) / (2.0 * np.pi) + 0.5) * columns
-    top, left = (np.floor(_least(v) - 0.5).astype(int) for v in (row, column))
-    bottom, right = (np.ceil(_most(v) + 0.5).astype(int) for v in (row, column))
+    top, left = (np.floor(_lowest(v) - 0.5).astype(int) for v in (row, column))
+    bottom, right = (np.ceil(_highest(v) + 0.5).astype(int) for v in (row, column))
     top, bottom = np.clip(top, 0, rows), np.clip(bottom, 0, rows)
     left, right = np.clip(left, 0, columns), np.clip(right, 0, columns)
-    found = shores[bottom, right] - shores[top, right] - shores[bottom, left] + shores[top, left]
-    return found == 0
+    closed = shores[bottom, right] - shores[top, right] - shores[bottom, left] + shores[top, left]
+    return closed == 0
 
 
 def _on_one_face(normal: Array, margin: float) -> Mask:
@@ -208,7 +208,7 @@ def _on_one_face(normal: Array, margin: float) -> Mask:
     size = np.abs(normal)
     two, one = np.partition(size, 1, axis=-1)[..., 1:].transpose(2, 0, 1)
     faces = np.argmax(size, axis=-1) + 3 * (np.max(normal, axis=-1) == one)
-    return (_range(faces) == 0) & (_least(one * (1.0 - margin) - two) > 0.0)
+    return (_range(faces) == 0) & (_lowest(one * (1.0 - margin) - two) > 0.0)
 
 
 def _rays(planet: PlanetView, intrinsics: Array32, count: tuple[int, int], first: float) -> Array:
@@ -235,13 +235,13 @@ def _over_corners(of_two: np.ufunc, values: AnyArray) -> AnyArray:
     return of_two(across[:-1], across[1:])
 
 
-def _least(values: AnyArray) -> AnyArray:
+def _lowest(values: AnyArray) -> AnyArray:
     return _over_corners(np.minimum, values)
 
 
-def _most(values: AnyArray) -> AnyArray:
+def _highest(values: AnyArray) -> AnyArray:
     return _over_corners(np.maximum, values)
 
 
 def _range(values: Array) -> Array:
-    return _most(values) - _least(values)
+    return _highest(values) - _lowest(values)

@@ -24,7 +24,7 @@ _STARS_MOVE = 1e-2
 
 
 @dataclass(frozen=True)
-class PictureCone:
+class ImageCone:
     """The cone around a picture: its half angle, and the angle of a pixel [rad]."""
 
     half_diagonal: float
@@ -136,7 +136,7 @@ class StarPlaces:
 
 
 def celestial(
-    state: SceneState, camera: CameraState, cone: PictureCone, earth: EarthCone | None
+    state: SceneState, camera: CameraState, cone: ImageCone, earth: EarthCone | None
 ) -> CelestialView | None:
     """What a camera sees beyond the Earth; None where that is nothing."""
     hidden = _Hidden(earth, cone.pixel)
@@ -221,7 +221,7 @@ def _star_points(state: SceneState, camera: CameraState, hidden: _Hidden) -> Sta
 
 
 def _sun_disc(
-    state: SceneState, camera: CameraState, cone: PictureCone, hidden: _Hidden
+    state: SceneState, camera: CameraState, cone: ImageCone, hidden: _Hidden
 ) -> SunDisc | None:
     seen: SunSeen = state.sun.seen_from(camera.position)
     if not state.sun.visible or hidden.disc(seen.direction_icrf, seen.angular_radius):
@@ -233,7 +233,7 @@ def _sun_disc(
 
 
 def _moon_disc(
-    state: SceneState, camera: CameraState, cone: PictureCone, hidden: _Hidden
+    state: SceneState, camera: CameraState, cone: ImageCone, hidden: _Hidden
 ) -> MoonDisc | None:
     if state.moon is None:
         return None
@@ -263,7 +263,7 @@ def _moon_disc(
 
 
 def _ellipse(
-    camera: CameraState, cone: PictureCone, direction: Array, angular_radius: float
+    camera: CameraState, cone: ImageCone, direction: Array, angular_radius: float
 ) -> Ellipse | None:
     """A disc's ellipse; None where it is out of view, or reaches 90 deg from the boresight."""
     R, k = camera.R_camera_from_icrf, camera.camera.intrinsics

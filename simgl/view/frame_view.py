@@ -18,7 +18,7 @@ from simgl.camera.camera import Camera
 from simgl.camera.distortion import PinholeField, field, warped_point_share
 from simgl.errors import ConfigError
 from simgl.radiosity.incident_light import IncidentLight, incident_light
-from simgl.sample_grid import PIXEL_CENTRES, SampleGrid, choose_lattice, turned_lattice
+from simgl.sample_grid import PIXEL_CENTRES, SampleGrid, choose_sample_grid, rotated_sample_grid
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import BodyState, CameraState, EarthState, SceneState
 from simgl.view.aerial_perspective import AirSegment, air_between
@@ -45,7 +45,7 @@ class SpacecraftView:
     sun_limb : (2, 4) limb darkening u and v per band: 1 - u (1 - mu) - v (1 - mu)^2
     sun_angular_radius : [rad]
     sky : None where there is no Earth
-    exchange : None where light between its surfaces is left out
+    incident_light : None where light between its surfaces is left out
     air : on the way to the camera; None where there is none
     """
 
@@ -59,13 +59,13 @@ class SpacecraftView:
     sun_angular_radius: float
     shadow: ShadowView
     sky: SkyView | None
-    exchange: IncidentLight | None
+    incident_light: IncidentLight | None
     air: AirSegment | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RasterTile:
-    """A rectangle of the image that holds spacecraft, drawn on its own sampling lattice.
+    """A rectangle of the image that holds spacecraft, drawn on its own sample grid.
 
     x, y, width, height : pixels
     edges : (4, 4) float32, normals of the planes through the pinhole and the rectangle's edges,
@@ -85,7 +85,7 @@ class RasterTile:
     depths: tuple[tuple[float, float], ...]
     slices: tuple[Array32, ...]
     sample_steps: Array32
-    craft: tuple[SpacecraftView, ...]
+    spacecraft: tuple[SpacecraftView, ...]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -128,13 +128,13 @@ def frame_view(
     seen = None if real.lens.distortion is None else field(real)
     if seen is not None:
         camera, fine = replace(camera, camera=seen.pinhole), replace(camera, camera=seen.fine)
-    fixed = None if samples_per_pixel is None else turned_lattice(samples_per_pixel)
-    craft = _craft(state, camera, inter_reflection)
+    fixed = None if samples_per_pixel is None else rotated_sample_grid(samples_per_pixel)
+    views = _spacecraft_views(state, camera, inter_reflection)
     return FrameView(
         camera=real,
         field=seen,
         background=_with_all_their_light(background(state, fine), real),
-        tiles=_tiles(craft, camera, sample_budget, fixed),
+        tiles=_tiles(views, camera, sample_budget, fixed),
         lamps=lamp_views(state, camera),
         gather=gather,
     )
@@ -145,8 +145,8 @@ def _with_all_their_light(behind: Background, camera: Camera) -> Background:
     beyond = behind.celestial
     if camera.lens.distortion is None or beyond is None or beyond.stars is None:
         return behind
-    kept = warped_point_share(camera, beyond.stars.pixels)
-    irradiance = np.asarray(beyond.stars.irradiance / kept[:, None], dtype=np.float32)
+    share = warped_point_share(camera, beyond.stars.pixels)
+    irradiance = np.asarray(beyond.stars.irradiance / share[:, None], dtype=np.float32)
     stars = replace(beyond.stars, irradiance=irradiance)
     return replace(behind, celestial=replace(beyond, stars=stars))
 
@@ -154,28 +154,28 @@ def _with_all_their_light(behind: Background, camera: Camera) -> Background:
 def truth_tile(view: FrameView) -> RasterTile | None:
     """One tile over the whole image with a single sample at each pixel's centre; where the lens
     distorts, over the finer picture of its pinhole."""
-    craft = tuple(c for tile in view.tiles for c in tile.craft)
-    if not craft:
+    spacecraft = tuple(one for tile in view.tiles for one in tile.spacecraft)
+    if not spacecraft:
         return None
     camera = view.camera if view.field is None else view.field.centred
     d = camera.detector
-    depths = np.concatenate([_hull_in_camera(c)[:, 2] for c in craft])
+    depths = np.concatenate([_hull_in_camera(one)[:, 2] for one in spacecraft])
     slices = _depth_slices(depths)
-    return _tile((0, 0, d.width, d.height), craft, slices, camera, PIXEL_CENTRES)
+    return _tile((0, 0, d.width, d.height), spacecraft, slices, camera, PIXEL_CENTRES)
 
 
-def parts(tile: RasterTile, camera: Camera, most_samples: int) -> list[RasterTile]:
+def parts(tile: RasterTile, camera: Camera, max_samples: int) -> list[RasterTile]:
     """A tile cut into tiles whose rasters hold no more samples than that each, a pixel at least."""
     columns, rows = tile.sample_grid.raster_size(tile.width, tile.height)
-    if columns * rows <= most_samples or max(tile.width, tile.height) == 1:
+    if columns * rows <= max_samples or max(tile.width, tile.height) == 1:
         return [tile]
     x, y, w, h = tile.x, tile.y, tile.width, tile.height
     if w >= h:
         boxes = (x, y, x + w // 2, y + h), (x + w // 2, y, x + w, y + h)
     else:
         boxes = (x, y, x + w, y + h // 2), (x, y + h // 2, x + w, y + h)
-    halves = [_tile(box, tile.craft, tile.depths, camera, tile.sample_grid) for box in boxes]
-    return [part for half in halves for part in parts(half, camera, most_samples)]
+    halves = [_tile(box, tile.spacecraft, tile.depths, camera, tile.sample_grid) for box in boxes]
+    return [part for half in halves for part in parts(half, camera, max_samples)]
 
 
 def _float32(values: Array) -> Array32:
@@ -211,7 +211,9 @@ def _camera_from_body(camera: CameraState, body: BodyState) -> Array:
     return matrix
 
 
-def _craft(state: SceneState, camera: CameraState, inter_reflection: bool) -> list[SpacecraftView]:
+def _spacecraft_views(
+    state: SceneState, camera: CameraState, inter_reflection: bool
+) -> list[SpacecraftView]:
     views = []
     for index, (name, body) in enumerate(state.bodies.items()):
         _refuse_inside(camera, name, body)
@@ -231,7 +233,7 @@ def _craft(state: SceneState, camera: CameraState, inter_reflection: bool) -> li
                 sun_limb=_float32(sun.limb),
                 sun_angular_radius=sun.angular_radius,
                 sky=sky_view(state, name, body),
-                exchange=incident_light(state, body) if inter_reflection else None,
+                incident_light=incident_light(state, body) if inter_reflection else None,
                 shadow=shadow_view(state, body, camera.camera, body_from_camera),
                 air=air_between(state, camera.position, body.pose.position),
             )
@@ -239,9 +241,9 @@ def _craft(state: SceneState, camera: CameraState, inter_reflection: bool) -> li
     return views
 
 
-def _hull_in_camera(craft: SpacecraftView) -> Array:
-    m = craft.camera_from_body.astype(np.float64)
-    return craft.model.posed_mesh.hull @ m[:3, :3].T + m[:3, 3]
+def _hull_in_camera(view: SpacecraftView) -> Array:
+    m = view.camera_from_body.astype(np.float64)
+    return view.model.posed_mesh.hull @ m[:3, :3].T + m[:3, 3]
 
 
 def _before_the_camera(hull: Array) -> Array:
@@ -270,12 +272,12 @@ def _tiles(
     views: list[SpacecraftView], camera: CameraState, sample_budget: int, fixed: SampleGrid | None
 ) -> tuple[RasterTile, ...]:
     groups: list[tuple[tuple[int, int, int, int], list[tuple[SpacecraftView, Array]]]] = []
-    for craft in views:
-        hull = _hull_in_camera(craft)
+    for view in views:
+        hull = _hull_in_camera(view)
         box = _pixel_box(hull, camera.camera)
         if box is None:
             continue
-        members = [(craft, hull)]
+        members = [(view, hull)]
         # Spacecraft whose boxes overlap may hide each other and share a tile.
         while overlapping := [g for g in groups if _overlap(g[0], box)]:
             for group in overlapping:
@@ -286,7 +288,7 @@ def _tiles(
     tiles = []
     for box, members in groups:
         pixels = (box[2] - box[0]) * (box[3] - box[1])
-        sample_grid = fixed or choose_lattice(pixels, sample_budget)
+        sample_grid = fixed or choose_sample_grid(pixels, sample_budget)
         depths = np.concatenate([hull[:, 2] for _, hull in members])
         together = tuple(c for c, _ in members)
         tiles.append(_tile(box, together, _depth_slices(depths), camera.camera, sample_grid))
@@ -303,7 +305,7 @@ def _union(a: tuple[int, int, int, int], b: tuple[int, int, int, int]) -> tuple[
 
 def _tile(
     box: tuple[int, int, int, int],
-    craft: tuple[SpacecraftView, ...],
+    spacecraft: tuple[SpacecraftView, ...],
     depths: tuple[tuple[float, float], ...],
     camera: Camera,
     sample_grid: SampleGrid,
@@ -334,7 +336,7 @@ def _tile(
         depths=depths,
         slices=tuple(slices),
         sample_steps=_float32(steps),
-        craft=craft,
+        spacecraft=spacecraft,
     )
 
 

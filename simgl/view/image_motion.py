@@ -10,7 +10,7 @@ from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import BodyState, CameraState, SceneState
 
 
-def picture_motion(first: SceneState, second: SceneState, camera: str) -> float:
+def image_motion(first: SceneState, second: SceneState, camera: str) -> float:
     """Upper bound on how far anything in view moves across the picture [px].
 
     Bodies that are not in view count too; the ground only where the Earth may be in view.

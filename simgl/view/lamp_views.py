@@ -17,7 +17,7 @@ from simgl.scene.lamps import Lamp, LampState
 from simgl.scene.state import BodyState, CameraState, SceneState
 from simgl.view.shadow_views import Caster
 
-# Texels along a map's edge: 5 mm on a craft of 5 m.
+# Texels along a map's edge: 5 mm on a spacecraft of 5 m.
 MAP_SIZE = 1024
 # Nothing closer to a lamp than this casts: it would be the lamp's own housing [m].
 _NEAREST = 0.01
@@ -81,9 +81,9 @@ def lamp_view(
     widest = float(np.tan(lamp.lamp.half_angle + lamp.lamp.edge))
     seen = []
     for body in state.bodies.values():
-        found = _in_beam(body, lamp, R_lamp_from_icrf, near, widest)
-        if found is not None:
-            seen.append(found)
+        in_beam = _in_beam(body, lamp, R_lamp_from_icrf, near, widest)
+        if in_beam is not None:
+            seen.append(in_beam)
     if not seen:
         return None
     low = np.min([s.low for s in seen], axis=0)

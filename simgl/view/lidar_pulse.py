@@ -46,10 +46,10 @@ def pulse_view(
     if lamp is None or not view.tiles:
         return None
     black = replace(view.background, celestial=None, planet=None)
-    tiles = tuple(replace(t, craft=tuple(_unlit(c) for c in t.craft)) for t in view.tiles)
+    tiles = tuple(replace(t, spacecraft=tuple(_unlit(s) for s in t.spacecraft)) for t in view.tiles)
     return replace(view, background=black, tiles=tiles, lamps=(lamp,))
 
 
-def _unlit(craft: SpacecraftView) -> SpacecraftView:
+def _unlit(view: SpacecraftView) -> SpacecraftView:
     dark = np.zeros(4, dtype=np.float32)
-    return replace(craft, sun_irradiance=dark, sky=None, exchange=None)
+    return replace(view, sun_irradiance=dark, sky=None, incident_light=None)

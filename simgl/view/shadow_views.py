@@ -23,13 +23,13 @@ from simgl.scene.state import BodyState, SceneState
 SIZES = (512, 768, 1024, 1536, 2048)
 # Of these, so many fall on the width of a pixel.
 _TEXELS_PER_PIXEL = 3.0
-# A close map is drawn where the full one has fewer texels per pixel than this.
+# A close map is drawn where the wide one has fewer texels per pixel than this.
 _ENOUGH = 2.0
 # Heights in a map reach so many radii of the receiver, which keeps them good to 2e-3 of the radius.
 # Casters beyond are flattened onto that height; those of the receiver's size cover 1 % of the Sun.
 _HIGHEST = 2000.0
 # A caster that covers less of the Sun's disc than this casts nothing.
-_MIN_SHARE = 1e-3
+_MIN_FRACTION = 1e-3
 # Rays along the edges of the image that find what it shows of a spacecraft.
 _PROBES = (32, 24)
 
@@ -82,18 +82,18 @@ class ShadowView:
     """The shadow maps of one spacecraft.
 
     R_light_from_body : (3, 3) float32, rows: x, y across the light, height
-    full : around the spacecraft; receivers anywhere on it find their casters there
-    close : of what the camera sees of it, where the full map is too coarse for the image
+    wide : around the spacecraft; receivers anywhere on it find their casters there
+    close : of what the camera sees of it, where the wide map is too coarse for the image
     """
 
     R_light_from_body: Array32
-    full: ShadowMap
+    wide: ShadowMap
     close: ShadowMap | None
 
     @property
     def maps(self) -> tuple[ShadowMap, ...]:
         """Those that there are."""
-        return (self.full,) if self.close is None else (self.full, self.close)
+        return (self.wide,) if self.close is None else (self.wide, self.close)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,7 +108,7 @@ class _Near:
 def shadow_view(
     state: SceneState, body: BodyState, camera: Camera, body_from_camera: Array
 ) -> ShadowView:
-    """The maps that one spacecraft needs in an image.
+    """The maps that one spacecraft needs in a picture.
 
     body_from_camera : (4, 4)
     """
@@ -132,18 +132,18 @@ def shadow_view(
     def fitted(middle: Array, half: float, footprint: float) -> ShadowMap:
         return _map(casters, R_light, middle, half, margin, (bottom, top), footprint)
 
-    full = fitted(centre[:2], 1.01 * mesh.radius, footprint)
+    wide = fitted(centre[:2], 1.01 * mesh.radius, footprint)
     close = None
-    if full.texel * _ENOUGH > footprint:
+    if wide.texel * _ENOUGH > footprint:
         seen = _seen(body, camera, body_from_camera)
         if seen is not None:
             points, distance = seen
             footprint = distance / camera.focal_length_px
-            if full.texel * _ENOUGH > footprint:
+            if wide.texel * _ENOUGH > footprint:
                 middle, half = _square(points @ R_light[:2].T, 1.01 * mesh.radius)
                 close = fitted(middle, half, footprint)
     return ShadowView(
-        R_light_from_body=np.asarray(R_light, dtype=np.float32), full=full, close=close
+        R_light_from_body=np.asarray(R_light, dtype=np.float32), wide=wide, close=close
     )
 
 
@@ -163,7 +163,7 @@ def _casters(
     """All bodies whose shadow may touch the receiver."""
     pose, mesh = receiver.pose, receiver.model.posed_mesh
     R_light_from_icrf = R_light @ pose.R_icrf_from_body.T
-    casters = []
+    near = []
     for other in state.bodies.values():
         R = R_light_from_icrf @ other.pose.R_icrf_from_body
         offset = R_light_from_icrf @ (other.pose.position - pose.position)
@@ -175,10 +175,10 @@ def _casters(
             continue
         if other is not receiver:
             blur = (place[2] - mesh.radius) * tangent
-            if blur > 0.0 and (other.model.posed_mesh.radius / blur) ** 2 < _MIN_SHARE:
+            if blur > 0.0 and (other.model.posed_mesh.radius / blur) ** 2 < _MIN_FRACTION:
                 continue
-        casters.append(_Near(model=other.model, R_light_from_other=R, offset=offset))
-    return tuple(casters)
+        near.append(_Near(model=other.model, R_light_from_other=R, offset=offset))
+    return tuple(near)
 
 
 def _map(

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from simgl.passes.albedo_table import lobe_texture
-from simgl.passes.shared_blocks import CRAFT, MATERIALS
+from simgl.passes.shared_blocks import MATERIALS, SPACECRAFT
 from tests.gpu.glsl_functions import evaluate
 from tests.scenes import Table, radiance, scene
 
@@ -75,7 +75,7 @@ def furnace(
         f"vec4(reflection({surface}, {light}, 1e-5).g, {albedos}, 0, 0)",
         lights[above].astype(np.float32),
         textures={"lobe_table": table},
-        blocks=[CRAFT, MATERIALS],
+        blocks=[SPACECRAFT, MATERIALS],
         declarations=_SURFACE,
     ).astype(np.float64)
     table.release()

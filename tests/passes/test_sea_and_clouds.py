@@ -160,7 +160,7 @@ def test_the_noise_breaks_a_cover_up_and_keeps_its_mean_at_any_pixel(
     for share in (0.02, 0.2, 0.5, 0.93, 0.99):
         cases = np.stack([np.full(4000, share), seen], axis=1)
         given = f"(in_value[0], in_value[1], {kept}, {softness})"
-        cover = clouds(gl, f"cover_here{given}", cases)
+        cover = clouds(gl, f"cloud_cover{given}", cases)
         # The quantile is good to 0.012, 0.005 of a share.
         assert cover.mean() == pytest.approx(share, abs=0.005)
         assert cover.min() >= 0.0
@@ -177,9 +177,9 @@ def test_a_pixel_that_resolves_less_of_the_noise_shows_less_of_its_contrast(
     seen = np.sqrt(0.5) * rng.standard_normal(20)
     unseen = np.sqrt(0.5) * ndtri((np.arange(500) + 0.5) / 500)
     fine = np.stack([np.full(10_000, 0.4), (seen[:, None] + unseen).ravel()], axis=1)
-    sharp = clouds(gl, "cover_here(in_value[0], in_value[1], 1.0, 0.2)", fine)
+    sharp = clouds(gl, "cloud_cover(in_value[0], in_value[1], 1.0, 0.2)", fine)
     coarse = np.stack([np.full(20, 0.4), seen], axis=1)
-    blurred = clouds(gl, "cover_here(in_value[0], in_value[1], 0.5, 0.2)", coarse)
+    blurred = clouds(gl, "cloud_cover(in_value[0], in_value[1], 0.5, 0.2)", coarse)
     np.testing.assert_allclose(blurred, sharp.reshape(20, 500).mean(axis=1), atol=0.005)
 
 

@@ -9,16 +9,16 @@ from hypothesis import strategies as st
 
 from simgl.arrays import Array, IndexArray
 from simgl.sample_grid import (
-    FEWEST,
-    MOST,
+    MAX_SAMPLES,
+    MIN_SAMPLES,
     PIXEL_CENTRES,
     SampleGrid,
-    choose_lattice,
-    turned_lattice,
+    choose_sample_grid,
+    rotated_sample_grid,
 )
 
 quick = settings(deadline=None, database=None, max_examples=60)
-lattices = pytest.mark.parametrize("samples", [FEWEST, 7.3, 16, 37, 101, MOST])
+lattices = pytest.mark.parametrize("samples", [MIN_SAMPLES, 7.3, 16, 37, 101, MAX_SAMPLES])
 sizes = st.integers(1, 60)
 
 
@@ -40,7 +40,7 @@ def per_pixel(sample_grid: SampleGrid, width: int, height: int) -> IndexArray:
 
 @lattices
 def test_a_pixel_holds_n_samples_on_average_and_never_none(samples: float) -> None:
-    counts = per_pixel(turned_lattice(samples), 60, 40)
+    counts = per_pixel(rotated_sample_grid(samples), 60, 40)
     assert counts.min() >= 1
     # A convex region of area n and perimeter 4 sqrt(n) has about one sample an edge length too many
     # or few along its rim of 200 sqrt(n) grid steps: far below a perimeter of samples.
@@ -49,7 +49,7 @@ def test_a_pixel_holds_n_samples_on_average_and_never_none(samples: float) -> No
 
 @lattices
 def test_the_samples_of_a_pixel_stand_in_different_columns_and_rows(samples: float) -> None:
-    sample_grid = turned_lattice(samples)
+    sample_grid = rotated_sample_grid(samples)
     places = sample_places(sample_grid, 3, 3)
     inside = places[np.all((places > 1.0) & (places < 2.0), axis=1)]
     for axis in range(2):
@@ -61,7 +61,7 @@ def test_the_samples_of_a_pixel_stand_in_different_columns_and_rows(samples: flo
 
 @lattices
 def test_samples_do_not_favour_a_side_of_the_pixel(samples: float) -> None:
-    sample_grid = turned_lattice(samples)
+    sample_grid = rotated_sample_grid(samples)
     places = sample_places(sample_grid, 60, 40)
     inside = np.all((places > 0.0) & (places < [60.0, 40.0]), axis=1)
     mean = np.mod(places[inside], 1.0).mean(axis=0)
@@ -71,9 +71,9 @@ def test_samples_do_not_favour_a_side_of_the_pixel(samples: float) -> None:
 
 
 @quick
-@given(st.floats(FEWEST, MOST), sizes, sizes)
+@given(st.floats(MIN_SAMPLES, MAX_SAMPLES), sizes, sizes)
 def test_the_raster_holds_every_sample_of_its_tile(samples: float, width: int, height: int) -> None:
-    sample_grid = turned_lattice(samples)
+    sample_grid = rotated_sample_grid(samples)
     columns, rows = sample_grid.raster_size(width, height)
     corners = np.array([[0, 0, 1], [width, 0, 1], [0, height, 1], [width, height, 1]])
     u, v = sample_grid.raster_from_pixel(width) @ corners.T
@@ -88,11 +88,11 @@ def test_the_raster_holds_every_sample_of_its_tile(samples: float, width: int, h
 
 
 @quick
-@given(st.floats(FEWEST, MOST), st.integers(0, 30), st.integers(0, 30))
+@given(st.floats(MIN_SAMPLES, MAX_SAMPLES), st.integers(0, 30), st.integers(0, 30))
 def test_every_sample_of_a_pixel_lies_within_reach_of_its_centres_texel(
     samples: float, column: int, row: int
 ) -> None:
-    sample_grid = turned_lattice(samples)
+    sample_grid = rotated_sample_grid(samples)
     raster_from_pixel = sample_grid.raster_from_pixel(31)
     corners = np.array([[column + i, row + j, 1.0] for i in (0, 0.5, 1) for j in (0, 0.5, 1)])
     texels = np.floor(corners @ raster_from_pixel.T)
@@ -101,7 +101,7 @@ def test_every_sample_of_a_pixel_lies_within_reach_of_its_centres_texel(
 
 
 def test_the_grid_is_square_and_keeps_its_handedness() -> None:
-    turn = turned_lattice(37.0).turn
+    turn = rotated_sample_grid(37.0).turn
     # n samples for each unit of area, both directions alike, at a right angle.
     np.testing.assert_allclose(turn @ turn.T, 37.0 * np.eye(2), rtol=1e-14, atol=1e-13)
     assert np.linalg.det(turn) == pytest.approx(37.0, rel=1e-14)
@@ -117,11 +117,11 @@ def test_pixel_centres_are_the_pixels_themselves() -> None:
     [
         (1000, 37_000, 37),
         (1000, 37_999, 37),
-        (10**6, 10**6, FEWEST),  # never fewer, whatever it costs
-        (10, 10**9, MOST),
+        (10**6, 10**6, MIN_SAMPLES),  # never fewer, whatever it costs
+        (10, 10**9, MAX_SAMPLES),
     ],
 )
 def test_the_budget_chooses_the_finest_grid_it_can_pay(
     pixels: int, budget: int, samples: int
 ) -> None:
-    assert choose_lattice(pixels, budget) == turned_lattice(samples)
+    assert choose_sample_grid(pixels, budget) == rotated_sample_grid(samples)

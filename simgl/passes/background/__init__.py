@@ -1,1 +1,7 @@
-"""What lies behind spacecraft: Earth, air, clouds, Moon, Sun and stars."""
+"""Passes behind the spacecraft: Earth with its air, Sun, Moon, stars.
+
+``planet`` draws the Earth (``earth_maps`` and ``cloud_map`` make its maps, ``earth_textures`` keeps
+them on the GPU, ``planet_blocks`` packs its uniforms). ``air`` keeps the look-up tables of the views,
+``air_tables`` those of the atmosphere. ``sun``, ``moon`` (both with ``discs``) and ``stars`` draw what
+lies beyond. ``environment_probe`` stores the sky around each spacecraft.
+"""

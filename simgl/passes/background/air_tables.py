@@ -152,9 +152,9 @@ def tables_of(
     A folder that cannot be written only costs the next making; a damaged file is made anew.
     """
     path = cache_folder("air") / f"{_key(ctx, kind)}.npz"
-    found = read_arrays(path)
-    if found is not None and _whole(found):
-        return found
+    cached = read_arrays(path)
+    if cached is not None and _is_complete(cached):
+        return cached
     made = make_tables(ctx, kind, orders=ORDERS, progress=progress)
     write_arrays(path, made, "tables of the air are made again next time")
     return made
@@ -171,7 +171,7 @@ def _key(ctx: moderngl.Context, kind: AirKind) -> str:
     return hashlib.sha256(repr((what, driver, texts)).encode()).hexdigest()
 
 
-def _whole(arrays: dict[str, Array32]) -> bool:
+def _is_complete(arrays: dict[str, Array32]) -> bool:
     """Whether every table is there, of its size, and finite."""
     return set(arrays) == set(TABLES) and all(
         arrays[name].shape == shape

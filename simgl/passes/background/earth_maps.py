@@ -25,8 +25,8 @@ _CELLS, _OPEN_SEA_KM = 256, 10.0
 
 
 def _shipped(name: str, mode: str) -> Image8:
-    with Image.open(assets.data() / "earth" / name) as picture:
-        return np.asarray(picture.convert(mode))
+    with Image.open(assets.data() / "earth" / name) as image:
+        return np.asarray(image.convert(mode))
 
 
 @lru_cache(maxsize=2)
@@ -79,11 +79,11 @@ def shores(maps: EarthMaps) -> IndexArray:
         np.arange(_CELLS) * height // _CELLS,
         np.arange(2 * _CELLS) * width // (2 * _CELLS),
     )
-    least = np.minimum.reduceat(np.minimum.reduceat(shore, rows, axis=0), columns, axis=1)
-    found = np.zeros((_CELLS + 1, 2 * _CELLS + 1), dtype=np.int64)
-    closed = least <= 128 + _SHORE_STEPS_PER_KM * _OPEN_SEA_KM
-    found[1:, 1:] = np.cumsum(np.cumsum(closed, axis=0), axis=1)
-    return found
+    lowest = np.minimum.reduceat(np.minimum.reduceat(shore, rows, axis=0), columns, axis=1)
+    sums = np.zeros((_CELLS + 1, 2 * _CELLS + 1), dtype=np.int64)
+    closed = lowest <= 128 + _SHORE_STEPS_PER_KM * _OPEN_SEA_KM
+    sums[1:, 1:] = np.cumsum(np.cumsum(closed, axis=0), axis=1)
+    return sums
 
 
 def map_texture(ctx: moderngl.Context, values: Image8) -> moderngl.Texture:

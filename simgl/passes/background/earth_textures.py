@@ -25,7 +25,7 @@ _weather: dict[tuple[Clouds, EarthMaps | None], Image8] = {}
 class EarthTextures:
     """Keeps those of the last Earth that had maps.
 
-    chart_kept : (LEVELS, 4) variance of the noise of clouds and hills by halvings
+    chart_variance : (LEVELS, 4) variance of the noise of clouds and hills by halvings
     shores : how many cells of the map are not far from any, as ``earth_maps.shores`` counts
     """
 
@@ -38,7 +38,7 @@ class EarthTextures:
         self._halved: dict[int, list[moderngl.Texture]] = {}
         self._chart_seed: int | None = None
         self._chart: list[moderngl.Texture] = []
-        self.chart_kept = np.zeros((LEVELS, 4), dtype=np.float32)
+        self.chart_variance = np.zeros((LEVELS, 4), dtype=np.float32)
         self.shores: IndexArray | None = None
 
     def of(self, earth: Earth) -> list[Texture]:
@@ -73,7 +73,7 @@ class EarthTextures:
         """The maps at a halving alone, in the order of ``MAPS``; those of ``of`` for none."""
         maps = [*self._ground, *self._weather]
         if level and level not in self._halved:
-            self._halved[level] = [_alone(self._ctx, whole, level) for whole in maps]
+            self._halved[level] = [_level_copy(self._ctx, complete, level) for complete in maps]
         return self._halved[level] if level else maps
 
     def _weather_of(self, clouds: Clouds | None) -> list[moderngl.Texture]:
@@ -96,13 +96,13 @@ class EarthTextures:
 
         Software renderers read mipmaps at several times the cost of a texture that has none.
         """
-        levels, self.chart_kept[:, :2] = chart(seed)
-        whole = _chart_texture(self._ctx, levels[0])
-        whole.build_mipmaps(max_level=len(levels) - 1)
+        levels, self.chart_variance[:, :2] = chart(seed)
+        complete = _chart_texture(self._ctx, levels[0])
+        complete.build_mipmaps(max_level=len(levels) - 1)
         for level, codes in enumerate(levels):
-            whole.write(codes.tobytes(), level=level, alignment=1)
-        whole.filter = (moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR)
-        return [whole, *(_chart_texture(self._ctx, codes) for codes in levels)]
+            complete.write(codes.tobytes(), level=level, alignment=1)
+        complete.filter = (moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR)
+        return [complete, *(_chart_texture(self._ctx, codes) for codes in levels)]
 
     def _forget_halved(self) -> None:
         for maps in self._halved.values():
@@ -125,13 +125,13 @@ def _chart_texture(ctx: moderngl.Context, codes: Image8) -> moderngl.Texture:
     return texture
 
 
-def _alone(ctx: moderngl.Context, whole: moderngl.Texture, level: int) -> moderngl.Texture:
+def _level_copy(ctx: moderngl.Context, complete: moderngl.Texture, level: int) -> moderngl.Texture:
     """A halving of a map, or its smallest."""
-    level = min(level, max(whole.size).bit_length() - 1)
-    size = max(whole.width >> level, 1), max(whole.height >> level, 1)
-    texture = ctx.texture(size, 4, whole.read(level=level, alignment=1), alignment=1)
+    level = min(level, max(complete.size).bit_length() - 1)
+    size = max(complete.width >> level, 1), max(complete.height >> level, 1)
+    texture = ctx.texture(size, 4, complete.read(level=level, alignment=1), alignment=1)
     texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
-    texture.repeat_x, texture.repeat_y = whole.repeat_x, whole.repeat_y
+    texture.repeat_x, texture.repeat_y = complete.repeat_x, complete.repeat_y
     return texture
 
 

@@ -36,7 +36,7 @@ _MOON_DISC = Block(
 
 # Points along the disc's diameter at which its light is taken, and at most along a pixel's edge.
 _ACROSS = 192.0
-_MOST = 128
+_MAX_POINTS = 128
 
 
 class MoonPass:
@@ -67,7 +67,7 @@ class MoonPass:
             "moon_sun": (*moon.sun, 0.0),
             "disc_from_pixel": moon.disc_from_pixel.T.ravel(),
             "half_size": np.sqrt(np.diag(np.linalg.inv(moon.ellipse.form))),
-            "points": int(np.clip(points, 1, _MOST)),
+            "points": int(np.clip(points, 1, _MAX_POINTS)),
             **disc_values(moon.ellipse),
         }
         self._program.draw(values, [self._seas])

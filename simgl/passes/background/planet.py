@@ -175,7 +175,7 @@ class PlanetPass:
         for unit, texture in enumerate((*textures, *(air.textures if air else ()))):
             texture.use(unit)
         values = planet_values(lit.background, lit.planet, lit.area, lamps=lamps)
-        lit.block.write(values | {"chart_kept": self._textures.chart_kept})
+        lit.block.write(values | {"chart_variance": self._textures.chart_variance})
         lit.block.bind()
 
     def _draw_tiles(

@@ -41,7 +41,7 @@ PLANET = Block(
             # Of the picture: its first corner [pixels], and clip space per pixel.
             ("area", "f4", 4),
             # Variance of the noise of clouds and of hills by the chart's halvings.
-            ("chart_kept", "f4", (LEVELS, 4)),
+            ("chart_variance", "f4", (LEVELS, 4)),
             ("outside", "f4"),
             # The same from the sphere that the clouds lie on.
             ("cloud_outside", "f4"),

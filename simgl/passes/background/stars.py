@@ -15,7 +15,7 @@ _STARS = Block(
     22,
     np.dtype(
         [
-            ("picture_size", "f4", 2),
+            ("image_size", "f4", 2),
             ("principal_point", "f4", 2),
             ("focal_length", "f4"),
             ("stars_padding_a", "f4"),
@@ -46,7 +46,7 @@ class StarPass:
         self.state.apply(self._ctx, target, (0, 0, *target.size))
         self._block.write(
             {
-                "picture_size": target.size,
+                "image_size": target.size,
                 "principal_point": view.principal_point,
                 "focal_length": view.focal_length,
             }

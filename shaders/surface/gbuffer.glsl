@@ -7,16 +7,16 @@
 #endif
 
 // What the samples see: the targets of gbuffer/gbuffer.frag.
-uniform sampler2D seen_place;
-uniform sampler2D seen_shape;
-uniform sampler2D seen_plane;
-#ifdef EXCHANGE
-uniform sampler2D seen_others;
+uniform sampler2D gbuffer_position;
+uniform sampler2D gbuffer_normal_roughness;
+uniform sampler2D gbuffer_face_normal;
+#ifdef INTERREFLECTION
+uniform sampler2D gbuffer_indirect;
 #endif
 #ifdef DETAILED
-uniform sampler2D worn_reflectance;
-uniform sampler2D worn_emission;
-uniform sampler2D worn_normal;
+uniform sampler2D textured_reflectance;
+uniform sampler2D textured_emission;
+uniform sampler2D textured_normal;
 #endif
 
 uint material_of(float label) {
@@ -50,16 +50,17 @@ vec3 place_step(Surface s, vec3 step) {
 #endif
 
 // The surface that a sample sees.
-Surface surface_seen(ivec2 at) {
-    vec4 place = texelFetch(seen_place, at, 0), shape = texelFetch(seen_shape, at, 0);
-    vec4 plane = texelFetch(seen_plane, at, 0);
-    uint material = material_of(place.w);
+Surface gbuffer_surface(ivec2 at) {
+    vec4 position = texelFetch(gbuffer_position, at, 0);
+    vec4 normal_roughness = texelFetch(gbuffer_normal_roughness, at, 0);
+    vec4 face_normal = texelFetch(gbuffer_face_normal, at, 0);
+    uint material = material_of(position.w);
     Surface s;
-    s.body = place.xyz;
+    s.body = position.xyz;
     s.place = (camera_from_body * vec4(s.body, 1.0)).xyz;
     s.wo = normalize(-s.place);
-    s.facet = dot(plane.xyz, s.wo) < 0.0 ? -plane.xyz : plane.xyz;
-    s.n = shape.xyz;
+    s.facet = dot(face_normal.xyz, s.wo) < 0.0 ? -face_normal.xyz : face_normal.xyz;
+    s.n = normal_roughness.xyz;
     s.plain_n = s.n;
     vec4 law = material_law[material];   // metallic, roughness, 1 if Lambertian, 1 if it conserves
     s.reflectance = material_reflectance[material];
@@ -67,40 +68,38 @@ Surface surface_seen(ivec2 at) {
     s.emission = material_emission[material];
     float roughness2 = pow(law.y, 4.0);
 #ifdef DETAILED
-    vec4 worn = texelFetch(worn_emission, at, 0), relief = texelFetch(worn_normal, at, 0);
-    s.reflectance = texelFetch(worn_reflectance, at, 0);
-    s.metallic = worn.w;
-    s.emission *= worn.rgbr;
+    vec4 emission = texelFetch(textured_emission, at, 0);
+    vec4 relief = texelFetch(textured_normal, at, 0);
+    s.reflectance = texelFetch(textured_reflectance, at, 0);
+    s.metallic = emission.w;
+    s.emission *= emission.rgbr;
     s.n = relief.xyz;
     roughness2 = relief.w;
 #endif
-    s.alpha = sqrt(roughness2 + shape.w);
+    s.alpha = sqrt(roughness2 + normal_roughness.w);
     s.lambertian = law.z > 0.5;
     s.coat = 0.0;
     s.coat_alpha = 1.0;
     s.gain = vec4(1.0);
-    s.earth_share = plane.w;
-    s.others = vec4(0.0);
-#ifdef EXCHANGE
-    s.others = texelFetch(seen_others, at, 0);
+    s.earth_share = face_normal.w;
+    s.indirect = vec4(0.0);
+#ifdef INTERREFLECTION
+    s.indirect = texelFetch(gbuffer_indirect, at, 0);
 #endif
 #ifdef LAYERED
     s.pattern = s.body;
     s.pattern_from_camera = transpose(mat3(camera_from_body));
 #ifdef JOINTED
-    turn_back(s, uint(place.w) % 16384u);
+    turn_back(s, uint(position.w) % 16384u);
 #endif
     vec3 dx = place_step(s, sample_steps[0].xyz), dy = place_step(s, sample_steps[1].xyz);
     vec4 layers = material_layers[material];   // of the coat: strength, roughness; of the crinkle
     s.coat = layers.x;
-    s.coat_alpha = sqrt(pow(layers.y, 4.0) + shape.w);
-    // Loops that run once or not at all: a CPU renderer skips a loop that no sample needs, but runs
-    // both sides of every branch.
+    s.coat_alpha = sqrt(pow(layers.y, 4.0) + normal_roughness.w);
     bool cells = material_cells[material].x > 0.0, crinkle = layers.z > 0.0, conserving = law.w > 0.5;
-    for (int once = 0; once < int(cells); ++once) lay_cells(s, material, dx, dy);
-    for (int once = 0; once < int(crinkle); ++once) crumple(s, layers.zw, dx, dy);
-    for (int once = 0; once < int(conserving); ++once)
-        s.gain = scattered_again(normal_reflectance(s), viewer_cosine(s), s.alpha);
+    WHEN(cells) lay_cells(s, material, dx, dy);
+    WHEN(crinkle) crumple(s, layers.zw, dx, dy);
+    WHEN(conserving) s.gain = scattered_again(normal_reflectance(s), viewer_cosine(s), s.alpha);
 #endif
     return s;
 }
