@@ -97,7 +97,7 @@ def render(
     Example: simgl render examples/azimuths.toml --camera azimuth_28 --out out/azimuths
     """
     from simgl.cli_progress import opened
-    from simgl.output import check_writable, write_exposure
+    from simgl.output import check_writable, write_capture
     from simgl.scenario.loader import load_scenario
     from simgl.sequence.epoch_options import camera_names, epoch_at
     from simgl.simulator import Product
@@ -123,7 +123,7 @@ def render(
     with opened(loaded) as simulator:
         for name in names:
             exposure = simulator.capture(state, name, products, during=loaded.around(epoch))
-            paths = write_exposure(exposure, out, name, packed=packed)
+            paths = write_capture(exposure, out, name, packed=packed)
             if maps:
                 from simgl.maps import write_maps
 
@@ -323,7 +323,7 @@ def _file_frame(
     unit: str | None, unit_m: float | None, up_axis: str | None, forward_axis: str | None
 ) -> tuple[float | None, str | None, str | None]:
     """The options on a model file's unit and axes: metres per unit, way up, way ahead."""
-    from simgl.model_files.file_axes import AXES, UNITS, body_from_file
+    from simgl.model_files.model_library import AXES, UNITS, body_from_file
 
     where = "command line"
     if unit is not None and unit not in UNITS:

@@ -15,8 +15,8 @@ from simgl.errors import ConfigError, did_you_mean
 from simgl.false_colour import relative_flux
 from simgl.images import saturated
 from simgl.physics.frames import angle_between
+from simgl.scenario.schema import UsabilityCriteria
 from simgl.scene.state import SceneState
-from simgl.scene.usability_criteria import UsabilityCriteria
 from simgl.simulator import Capture
 
 _BRIGHT = 98.0

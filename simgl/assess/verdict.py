@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import StrEnum
 
 from simgl.assess.target_light import FrameAssessment
-from simgl.scene.usability_criteria import UsabilityCriteria
+from simgl.scenario.schema import UsabilityCriteria
 
 
 class Verdict(StrEnum):

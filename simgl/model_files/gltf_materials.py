@@ -15,8 +15,8 @@ from simgl.config.validation import fitted
 from simgl.errors import AssetError
 from simgl.model_files import gltf_images as images
 from simgl.model_files import gltf_schema as schema
-from simgl.model_files.finishes import load_finish
 from simgl.model_files.gltf_file import GltfFile
+from simgl.model_files.surface_tables import load_finish
 from simgl.scene.materials import Material
 from simgl.scene.surface_layers import SMOOTHEST, Coat
 from simgl.scene.textures import CLAMP, MIRROR, REPEAT, Image, Maps, SurfaceTextures

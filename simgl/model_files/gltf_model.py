@@ -20,19 +20,12 @@ from simgl.errors import AssetError, ConfigError
 from simgl.model_files import gltf_schema as schema
 from simgl.model_files.gltf_file import FLOAT, UNSIGNED, GltfFile
 from simgl.model_files.gltf_materials import Palette, read_palette
+from simgl.model_files.model_from_mesh import face_normals
 from simgl.scene.materials import Material
 from simgl.scene.mesh import Mesh
 from simgl.scene.spacecraft import Branch, SpacecraftModel
 
 _DEFAULT = Material(name="default", reflectance=(1.0, 1.0, 1.0, 1.0), roughness=1.0)
-
-
-def face_normals(positions: AnyArray, triangles: AnyArray) -> Array:
-    """(m, 3) unit normals of triangles; a degenerate one gets zero."""
-    a, b, c = np.moveaxis(positions[triangles].astype(np.float64), 1, 0)
-    normals = np.cross(b - a, c - a)
-    length = np.linalg.norm(normals, axis=1, keepdims=True)
-    return np.divide(normals, length, out=np.zeros_like(normals), where=length > 0.0)
 
 
 @dataclass(frozen=True, kw_only=True)

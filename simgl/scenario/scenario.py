@@ -22,6 +22,7 @@ from simgl.physics.frames import Pose
 from simgl.physics.lunar_model import moon_from_icrf
 from simgl.physics.solar_disc import UNIFORM
 from simgl.physics.spectrum import BandLight
+from simgl.scenario.schema import UsabilityCriteria
 from simgl.scene.earth import Earth
 from simgl.scene.lamps import Lamp, lamp_state
 from simgl.scene.spacecraft import SpacecraftModel
@@ -35,7 +36,6 @@ from simgl.scene.state import (
     SunAtPosition,
     SunInDirection,
 )
-from simgl.scene.usability_criteria import UsabilityCriteria
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

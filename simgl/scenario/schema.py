@@ -20,8 +20,8 @@ from simgl.config.value_types import (
     Table,
     Vector,
 )
-from simgl.model_files.file_axes import Axis, Unit
-from simgl.model_files.surface_schema import PrimitiveTable
+from simgl.model_files.model_library import Axis, Unit
+from simgl.model_files.surface_tables import PrimitiveTable
 from simgl.sample_grid import FEWEST
 from simgl.scene.star_catalogue import FAINTEST
 
@@ -168,7 +168,7 @@ class SpacecraftTable(Table, frozen=True, kw_only=True):
         a joint in none of them is as stored
     """
 
-    model: str | PrimitiveTable
+    model: str | PrimitiveTable | None = None
     unit: Unit | None = None
     unit_m: Positive | None = None
     up_axis: Axis | None = None
@@ -272,14 +272,15 @@ class LampTable(Table, frozen=True, kw_only=True):
     radius_m: Annotated[float, Meta(ge=0.001, le=1.0)] = 0.02
 
 
-class AssessTable(Table, frozen=True, kw_only=True):
-    """``[assess]``: what makes a picture of a target usable.
+class UsabilityCriteria(Table, frozen=True, kw_only=True):
+    """``[assess]``: limits that a usable image of a target keeps.
 
     target, camera : what to look for, and through which camera; if omitted the file's first ones
     least_pixels : of the target
-    most_saturated, most_dark : shares of the target's pixels
-    least_snr : median signal over noise of the target
-    least_contrast : of target against background, 0..1
+    most_saturated : fraction of the target's pixels that may be saturated
+    most_dark : fraction of them that may be below the noise
+    least_snr : median signal to noise ratio of the target
+    least_contrast : of target against background, |t - b| / (t + b) of their median electrons
     """
 
     target: str | None = None

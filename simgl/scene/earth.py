@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 
+from PIL import Image, UnidentifiedImageError
+
+from simgl.errors import AssetError
 from simgl.physics.atmosphere import Atmosphere
 from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS, WGS84_POLAR_RADIUS
 from simgl.physics.regolith import Regolith
@@ -12,6 +16,10 @@ from simgl.physics.regolith import Regolith
 # Of ground and clouds together, in every band, for the light that goes to and fro between them and
 # the air: the planet's Bond albedo is 0.29 (CERES EBAF).
 MEAN_ALBEDO = 0.3
+
+
+# Textures of this width are possible on every OpenGL 3.3 driver that runs simgl.
+MAX_WIDTH = 16384
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,3 +92,26 @@ class Earth:
     def radii(self) -> tuple[float, float, float]:
         """Semi-axes along the Earth-fixed x, y, z [m]."""
         return self.equatorial_radius, self.equatorial_radius, self.polar_radius
+
+
+@lru_cache(maxsize=4)
+def read_map_image(path: Path, mode: str) -> Image.Image:
+    """An equirectangular image, twice as wide as high, in mode "RGB" or "L".
+
+    Raises AssetError for a file that is missing, not an image, damaged, or of another shape.
+    """
+    try:
+        with Image.open(path) as image:
+            width, height = image.size
+            if width != 2 * height or width > MAX_WIDTH:
+                raise AssetError(
+                    f"{path} must be twice as wide as high and at most {MAX_WIDTH} pixels wide, "
+                    f"it is {width} x {height}"
+                )
+            return image.convert(mode)
+    except FileNotFoundError:
+        raise AssetError(f"there is no file {path}") from None
+    except UnidentifiedImageError:
+        raise AssetError(f"{path} is not a picture that Pillow can read") from None
+    except (OSError, SyntaxError, Image.DecompressionBombError) as error:
+        raise AssetError(f"{path} is damaged: {error}") from None

@@ -24,10 +24,10 @@ LAYERS = (
     ("passes",),
     ("camera_pipeline", "renderer"),
     ("simulator",),
-    ("", "bench", "cli_progress", "output", "workers"),
+    ("bench", "cli_progress", "output", "workers"),
     ("doctor", "inspection", "maps", "sequence", "viewer"),
     ("assess", "campaign"),
-    ("cli",),
+    ("", "cli"),
     ("__main__",),
 )
 LAYER = {package: number for number, packages in enumerate(LAYERS) for package in packages}

@@ -14,8 +14,7 @@ from simgl.gpu.pipeline_state import State
 from simgl.gpu.render_targets import Format, ImageTarget
 from simgl.gpu.uniform_blocks import Block
 from simgl.scene.cyclones import DECKS, seed_shift, swirls
-from simgl.scene.earth import Clouds
-from simgl.scene.image_files import read_picture
+from simgl.scene.earth import Clouds, read_map_image
 from simgl.scene.noise_volume import SIZE, noise_volume
 
 # Optical thickness of code 1; that of code 0 is 1, logarithmic between, as in planet/cloud.glsl.
@@ -84,7 +83,7 @@ def weather_codes(
 
 
 def _pictured(clouds: Clouds, path: Path) -> Image8:
-    share = np.asarray(read_picture(path, "L"))
+    share = np.asarray(read_map_image(path, "L"))
     code = np.log(clouds.thickness) / np.log(THICKEST)
     values = np.zeros((*share.shape, 4), dtype=np.uint8)
     values[..., 0] = share
