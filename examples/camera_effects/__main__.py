@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 from PIL import Image
 
-from examples.camera_effects.pictures import pictures
+from examples.camera_effects.panels import rendered_panels
 from simgl import SimglError
 from simgl.cli_progress import bake_bar
 from simgl.images import contact_sheet
@@ -25,7 +25,7 @@ def main(
     """Render the sheet as PNG."""
     check_writable(out)
     with bake_bar() as progress:
-        panels = dict(pictures(width, progress))
+        panels = dict(rendered_panels(width, progress))
     path = out / "camera_effects.png"
     with complete_file(path) as temporary:
         Image.fromarray(contact_sheet(panels, COLUMNS)).save(temporary)

@@ -27,7 +27,7 @@ class ExposureControl:
     shortest, longest : exposure [s]
     night : the lamp goes on where white needs longer than this [s]
     day : and off where it needs less [s]; the lamp alone never asks for so little
-    most_change : between images, either way
+    max_change : between images, either way
     unseen : share of full scale below which nothing is seen
     """
 
@@ -36,7 +36,7 @@ class ExposureControl:
     longest: float = 0.25
     night: float = 6e-4
     day: float = 1.5e-4
-    most_change: float = 4.0
+    max_change: float = 4.0
     unseen: float = 0.004
 
     def after(self, now: Light, used: Light, brightness: float) -> Light:
@@ -48,10 +48,10 @@ class ExposureControl:
         if used.lamp != now.lamp:
             # Taken before the lamp was switched: it says nothing about the light there is now.
             return now
-        change = self.most_change if brightness < self.unseen else self.goal / brightness
+        change = self.max_change if brightness < self.unseen else self.goal / brightness
         if brightness > 0.97:
             # Clipped: how much too bright it is cannot be seen.
-            change = 1.0 / self.most_change
-        wanted = used.exposure * min(max(change, 1.0 / self.most_change), self.most_change)
+            change = 1.0 / self.max_change
+        wanted = used.exposure * min(max(change, 1.0 / self.max_change), self.max_change)
         lamp = (now.lamp and wanted > self.day) or wanted > self.night
         return replace(now, exposure=min(max(wanted, self.shortest), self.longest), lamp=lamp)

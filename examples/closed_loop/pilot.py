@@ -181,8 +181,8 @@ class Pilot:
         camera, drawing = self._camera, self._drawing
         R_camera_from_lvlh = drawing.R_camera_from_body @ R_lvlh_from_body.T
         place, R_lvlh_from_board = self._board(state.mean)
-        own = state.mean[:3] + R_lvlh_from_body @ drawing.camera_position
-        position = R_camera_from_lvlh @ (place - own)
+        camera_position = state.mean[:3] + R_lvlh_from_body @ drawing.camera_position
+        position = R_camera_from_lvlh @ (place - camera_position)
         rotation = R_camera_from_lvlh @ R_lvlh_from_board
         if position[2] < 0.3:
             return look

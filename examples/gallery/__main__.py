@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 from PIL import Image
 
-from examples.gallery.pictures import pictures
+from examples.gallery.gallery_images import gallery_images
 from simgl import SimglError
 from simgl.cli_progress import bake_bar
 from simgl.output import check_writable, complete_file
@@ -24,10 +24,10 @@ def main(
     """Render every picture of the gallery as JPEG."""
     check_writable(out)
     with bake_bar() as progress:
-        for name, picture in pictures(shrink, progress):
+        for name, image in gallery_images(shrink, progress):
             path = out / f"{name}.jpg"
             with complete_file(path) as temporary:
-                Image.fromarray(picture).save(temporary, quality=QUALITY)
+                Image.fromarray(image).save(temporary, quality=QUALITY)
             print(path)
 
 

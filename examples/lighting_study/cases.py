@@ -102,7 +102,7 @@ CASES = (
             Number(
                 what="background beside the craft",
                 says="very similar to the body",
-                pixels=lambda shot: shot.beside,
+                pixels=lambda shot: shot.around_target,
                 against=("back of the body, sunlit", 0.67, 1.5),
             ),
             Number(

@@ -29,7 +29,9 @@ HALF_AN_ORBIT_NS = 2_777 * 10**9
 LAMP_GAIN = 128.0
 
 
-def pictures(shrink: int = 1, progress: Progress | None = None) -> Iterator[tuple[str, Image8]]:
+def gallery_images(
+    shrink: int = 1, progress: Progress | None = None
+) -> Iterator[tuple[str, Image8]]:
     """Name and 8-bit sRGB picture, one after the other.
 
     shrink : pictures are smaller by this factor
@@ -54,13 +56,13 @@ def _by_camera(scenario_file: Path, shrink: int) -> dict[str, Image8]:
     """The picture of each camera at the scenario's epoch."""
     scenario = fewer_pixels(load_scenario(scenario_file), shrink)
     state = scenario.at(scenario.epoch_tai_ns)
-    found = {}
+    images = {}
     with Simulator(scenario) as simulator:
         for camera in scenario.cameras:
             radiance = simulator.capture(state, camera, {Product.RADIANCE}).radiance
             assert radiance is not None
-            found[camera] = display_from_radiance(radiance.radiance)
-    return found
+            images[camera] = display_from_radiance(radiance.radiance)
+    return images
 
 
 def _layers(simulator: Simulator, tai_ns: int, camera: str) -> LayersFrame:

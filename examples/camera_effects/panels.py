@@ -110,7 +110,7 @@ def panels(colour: Detector) -> dict[str, Panel]:
     }
 
 
-def pictures(width: int, progress: Progress | None = None) -> Iterator[tuple[str, Image8]]:
+def rendered_panels(width: int, progress: Progress | None = None) -> Iterator[tuple[str, Image8]]:
     """Title and 8-bit sRGB picture of each panel.
 
     width : pixels; the height is three quarters of it
@@ -127,7 +127,7 @@ def pictures(width: int, progress: Progress | None = None) -> Iterator[tuple[str
                 detector=replace(detector, fill_factor=panel.dimmed * detector.fill_factor),
                 exposure_time=panel.light * plain.exposure_time,
             )
-            yield title, _picture(simulator, camera, panel)
+            yield title, _panel_image(simulator, camera, panel)
 
 
 def _plain(camera: Camera, width: int) -> Camera:
@@ -148,7 +148,7 @@ def _plain(camera: Camera, width: int) -> Camera:
     return replace(camera, detector=detector, exposure_time=0.25 * camera.exposure_time)
 
 
-def _picture(simulator: Simulator, camera: Camera, panel: Panel) -> Image8:
+def _panel_image(simulator: Simulator, camera: Camera, panel: Panel) -> Image8:
     scenario = simulator.scenario
     at = _turning(scenario, camera) if panel.turns else None
     state = _seen_by(scenario.at(scenario.epoch_tai_ns), camera)
@@ -161,8 +161,8 @@ def _picture(simulator: Simulator, camera: Camera, panel: Panel) -> Image8:
 
 
 def _seen_by(state: SceneState, camera: Camera) -> SceneState:
-    there = replace(state.cameras[CAMERA], camera=camera)
-    return replace(state, cameras={CAMERA: there})
+    placed = replace(state.cameras[CAMERA], camera=camera)
+    return replace(state, cameras={CAMERA: placed})
 
 
 def _turning(scenario: Scenario, camera: Camera) -> Callable[[int], SceneState]:
