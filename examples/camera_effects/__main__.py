@@ -10,9 +10,8 @@ import typer
 from PIL import Image
 
 from examples.camera_effects.panels import rendered_panels
-from simgl import SimglError
+from simgl import SimglError, contact_sheet
 from simgl.cli_progress import bake_bar
-from simgl.images import contact_sheet
 from simgl.output import check_writable, complete_file
 
 COLUMNS = 4

@@ -9,16 +9,20 @@ from typing import Any
 
 import numpy as np
 
-from simgl import Product, Scenario, Simulator, load_scenario
+from simgl import (
+    Camera,
+    Detector,
+    Product,
+    Scenario,
+    SceneState,
+    Simulator,
+    display_from_dn,
+    load_scenario,
+    scenario_from_dict,
+)
 from simgl.arrays import Image8
-from simgl.camera.camera import Camera
-from simgl.camera.detector import Detector, FixedPattern, Particles
-from simgl.camera.presets import read_camera
-from simgl.images import display_from_dn
-from simgl.physics.constants import SOLAR_TEMPERATURE
+from simgl.camera.detector import FixedPattern, Particles
 from simgl.progress import Progress
-from simgl.scenario.schema import CameraTable
-from simgl.scene.state import SceneState
 
 SCENE = Path(__file__).parents[1] / "gallery" / "bay.toml"
 CAMERA = "craft"
@@ -118,9 +122,8 @@ def rendered_panels(width: int, progress: Progress | None = None) -> Iterator[tu
     """
     scenario = load_scenario(SCENE)
     plain = _plain(scenario.cameras[CAMERA], width)
-    colour = read_camera("", "", CameraTable(preset="imx264_colour"), SOLAR_TEMPERATURE, Path())
     with Simulator(scenario, progress=progress) as simulator:
-        for title, panel in panels(colour.detector).items():
+        for title, panel in panels(_colour_detector()).items():
             detector = replace(plain.detector, **panel.detector)
             camera = replace(
                 plain,
@@ -128,6 +131,16 @@ def rendered_panels(width: int, progress: Progress | None = None) -> Iterator[tu
                 exposure_time=panel.light * plain.exposure_time,
             )
             yield title, _panel_image(simulator, camera, panel)
+
+
+def _colour_detector() -> Detector:
+    """That of a shipped preset with filters."""
+    place = {"position_icrf_m": [7e6, 0.0, 0.0], "boresight": [1.0, 0.0, 0.0]}
+    tables = {
+        "epoch": {"utc": "2026-03-20T12:00:00"},
+        "camera": {"colour": {"preset": "imx264_colour", **place}},
+    }
+    return scenario_from_dict(tables).cameras["colour"].detector
 
 
 def _plain(camera: Camera, width: int) -> Camera:

@@ -9,9 +9,16 @@ from pathlib import Path
 import numpy as np
 
 from examples.fewer_pixels import fewer_pixels
-from simgl import Product, Simulator, load_scenario
+from simgl import (
+    Product,
+    Simulator,
+    contact_sheet,
+    display_from_layers,
+    display_from_radiance,
+    load_scenario,
+)
 from simgl.arrays import Array32, Image8
-from simgl.images import LayersFrame, contact_sheet, display_from_layers, display_from_radiance
+from simgl.images import LayersFrame
 from simgl.progress import Progress
 
 BAY = Path(__file__).with_name("bay.toml")

@@ -134,7 +134,7 @@ def _verdicts(shots: Mapping[str, Shot]) -> str:
     for case in CASES:
         shot = shots[case.name]
         reasons = f": {'; '.join(shot.reasons)}" if shot.reasons else ""
-        contrast = shot.readings_of.contrast
+        contrast = shot.assessment.contrast
         contrast_text = "" if contrast is None else f", contrast {contrast:.2f}"
         rows.append(
             [

@@ -8,16 +8,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from examples.fewer_pixels import fewer_pixels
-from simgl import Product, Scenario, Simulator
+from simgl import (
+    Camera,
+    Capture,
+    FrameAssessment,
+    Product,
+    Scenario,
+    SceneState,
+    Simulator,
+    Verdict,
+    assess_frame,
+    display_from_radiance,
+    verdict,
+)
 from simgl.arrays import Array, Array32, Image8, Mask
 from simgl.assess.target_background import ring_around
-from simgl.assess.target_light import FrameAssessment, assess_frame
-from simgl.assess.verdict import Verdict, verdict
-from simgl.camera.camera import Camera
 from simgl.false_colour import relative_flux
-from simgl.images import display_from_radiance
-from simgl.scene.state import SceneState
-from simgl.simulator import Capture
 
 TARGET = "space_rider"
 # Body axes of Space Rider.

@@ -13,10 +13,9 @@ import typer
 from PIL import Image
 
 from examples.orbit_film.views import orbit_frames, views
-from simgl import SimglError
+from simgl import SimglError, contact_sheet
 from simgl.arrays import Image8
 from simgl.cli_progress import bake_bar
-from simgl.images import contact_sheet
 from simgl.output import check_writable, complete_file
 from simgl.sequence.video import write_mp4
 

@@ -8,12 +8,19 @@ from typing import Any
 
 import numpy as np
 
-from simgl import Product, Scenario, Simulator, load_scenario
+from simgl import (
+    Product,
+    Scenario,
+    Simulator,
+    display_from_radiance,
+    display_gain,
+    load_scenario,
+    scenario_from_dict,
+    tai_ns_from_utc,
+)
 from simgl.arrays import Array32, Image8
-from simgl.images import display_from_radiance, display_gain
-from simgl.physics.ephemeris import itrf_from_icrf, tai_ns_from_utc
+from simgl.physics.ephemeris import itrf_from_icrf
 from simgl.progress import Progress
-from simgl.scenario.loader import scenario_from_dict
 
 ORBIT = Path(__file__).with_name("orbit.toml")
 LIMB = Path(__file__).parents[1] / "limb.toml"

@@ -1,4 +1,4 @@
-"""The image files of a glTF file as linear values."""
+"""The images of a glTF file as linear values."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from simgl.arrays import AnyArray, Array32
 from simgl.errors import AssetError
 from simgl.model_files.gltf_file import GltfFile
 
-# No graphics chip that runs OpenGL 3.3 needs more; a larger file is a mistake or an attack.
+# A larger file is a mistake or an attack.
 LARGEST = 8192
-# Larger images are averaged down: a texel of 5 mm on a craft of 10 m, and 45 MB with its mipmaps.
+# Larger images are averaged down: 5 mm texels on a spacecraft of 10 m, 45 MB with mipmaps.
 FINEST = 2048
 
 
@@ -95,4 +95,4 @@ def read_normal(file: GltfFile, index: int) -> NDArray[np.float16]:
     """(height, width, 3): unit vectors, x along rows, y up columns, z out of the surface."""
     vectors = 2.0 * _channels(_decoded(file, index), "rgb") - 1.0
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return np.asarray(vectors / np.maximum(length, 1e-6), dtype=np.float16)
+    return (vectors / np.maximum(length, 1e-6)).astype(np.float16)

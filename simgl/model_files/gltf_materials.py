@@ -40,7 +40,7 @@ T = TypeVar("T", bound=Struct)
 
 @dataclass(frozen=True, kw_only=True)
 class UvFrame:
-    """Where a material finds its images: a set of texture coordinates, then an affine map."""
+    """How a material places its images: a set of texture coordinates and an affine map."""
 
     tex_coord: int
     offset: schema.Pair
@@ -58,9 +58,9 @@ class UvFrame:
 
 @dataclass(frozen=True, kw_only=True)
 class Palette:
-    """Everything that a file's primitives wear.
+    """The surfaces of a file.
 
-    frames : of each material; None where it wears no images
+    frames : of each material; None for one without images
     """
 
     materials: tuple[Material, ...]
@@ -76,11 +76,11 @@ def read_palette(file: GltfFile) -> Palette:
     materials, frames = [], []
     for index, surface in enumerate(file.gltf.materials):
         name = surface.name or f"material_{index}"
-        asked = _Asked(file, name, surface)
-        maps, frame = asked.maps(layers)
-        materials.append(asked.material(maps))
+        reader = _MaterialReader(file, name, surface)
+        maps, frame = reader.maps(layers)
+        materials.append(reader.material(maps))
         frames.append(frame)
-        notes += [f'material "{name}": {note}' for note in asked.notes]
+        notes += [f'material "{name}": {note}' for note in reader.notes]
     return Palette(
         materials=tuple(materials),
         frames=tuple(frames),
@@ -119,8 +119,8 @@ class _Layers:
 
 
 @dataclass
-class _Asked:
-    """One material of the file, and what it asks for without getting it."""
+class _MaterialReader:
+    """One material of the file, with notes on what it asks for and is not drawn."""
 
     file: GltfFile
     name: str
@@ -128,14 +128,14 @@ class _Asked:
     notes: list[str] = field(default_factory=list)
 
     def maps(self, layers: _Layers) -> tuple[Maps, UvFrame | None]:
-        """Its images, which have to share one frame, that of the first."""
+        """Its images; those that do not share the frame of the first are left out with a note."""
         pbr = self.surface.pbr_metallic_roughness
         finished = self._extras().simgl_finish is not None
         uses = {
             "base_colour": None if finished else pbr.base_color_texture,
             "law": None if finished else pbr.metallic_roughness_texture,
             "normal": self.surface.normal_texture,
-            # A texture on black gives no light.
+            # A texture on zero emission has no effect.
             "emission": self.surface.emissive_texture if any(self._emission()) else None,
         }
         chosen: dict[str, int] = {}
@@ -143,17 +143,17 @@ class _Asked:
         for kind, use in uses.items():
             if use is None:
                 continue
-            own = _frame(use)
-            if own.tex_coord > 1:
+            frame_of_use = _frame(use)
+            if frame_of_use.tex_coord > 1:
                 self.notes.append(
-                    f"{_WORDS[kind]} on texture coordinates {own.tex_coord} is not drawn"
+                    f"{_WORDS[kind]} on texture coordinates {frame_of_use.tex_coord} is not drawn"
                 )
                 continue
-            if frame is not None and own != frame:
+            if frame is not None and frame_of_use != frame:
                 first = _WORDS[next(iter(chosen))]
                 self.notes.append(f"{_WORDS[kind]}, placed unlike the {first}, is not drawn")
                 continue
-            frame = own
+            frame = frame_of_use
             chosen[kind] = layers.layer(kind, use)
         normal = uses["normal"]
         return Maps(**chosen, normal_scale=1.0 if normal is None else normal.scale), frame
@@ -217,7 +217,7 @@ class _Asked:
         try:
             return Material(
                 name=self.name,
-                # A file that says nothing of the near infrared is taken to be as bright as in red.
+                # Without a near-infrared reflectance the red one stands in.
                 reflectance=(red, green, blue, red if nir is None else nir),
                 metallic=pbr.metallic_factor,
                 roughness=max(pbr.roughness_factor, SMOOTHEST),

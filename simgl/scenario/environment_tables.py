@@ -148,7 +148,7 @@ def _clouds(table: CloudsTable, where: str, base: Base) -> Clouds | None:
             raise ConfigError(where, key, "contradicts picture, which says where clouds are")
     thickness = table.optical_thickness
     return Clouds(
-        picture=_map_path(table.picture, where, "picture", "L", base),
+        image=_map_path(table.picture, where, "picture", "L", base),
         height=table.height_km * 1e3,
         thickness=Clouds.thickness if thickness is None else thickness,
     )

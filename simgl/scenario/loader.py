@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import Any, TypeVar
 
 from msgspec import Struct
+from msgspec.structs import asdict
 
 from simgl.camera.camera import Camera
 from simgl.camera.presets import read_camera
@@ -22,6 +23,7 @@ from simgl.scenario.environment_tables import read_earth, read_sky, read_sun
 from simgl.scenario.lamp_tables import read_lamps
 from simgl.scenario.scenario import Scenario
 from simgl.scenario.schema import (
+    AssessTable,
     CameraTable,
     EarthTable,
     EpochTable,
@@ -110,7 +112,8 @@ def scenario_from_dict(
     camera_tables = _named_tables(data, "camera", CameraTable, where)
     lamp_tables = _named_tables(data, "lamp", LampTable, where)
     sun_table, earth_table = single("sun", SunTable), single("earth", EarthTable)
-    criteria, render = single("assess", UsabilityCriteria), single("render", RenderTable)
+    criteria = UsabilityCriteria(**asdict(single("assess", AssessTable)))
+    render = single("render", RenderTable)
     temperature = SOLAR_TEMPERATURE if sun_table.temperature_k is None else sun_table.temperature_k
     sun = read_sun(sun_table, temperature, f"{where} [sun]")
     _check_models(models, spacecraft_tables, where)

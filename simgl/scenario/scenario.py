@@ -1,4 +1,4 @@
-"""A scenario: everything that does not change while it runs, and the laws of what does."""
+"""A scenario: everything that is constant while it runs, and the laws of motion of the rest."""
 
 from __future__ import annotations
 
@@ -69,11 +69,11 @@ class Scenario:
     """What a scenario file describes, in SI units.
 
     joints : by spacecraft
-    criteria : what makes a picture of a target usable
+    criteria : limits of a usable image of a target
     seed : of all noise
     samples_per_pixel : of geometry; None lets the renderer choose by cost
-    inter_reflection : light between the surfaces of a spacecraft, and the Earth hidden by them
-    gather : that light at vertices, or by rays from every sample of every pixel
+    inter_reflection : interreflection within a spacecraft, and its occlusion of the Earth
+    gather : interreflection at vertices, or by rays from every sample of every pixel
     level_error_px : how far levels of detail may move anything [pixels]; 0 for none
     stars : None for a sky without them
     """
@@ -127,7 +127,7 @@ class Scenario:
 
     @contextmanager
     def _named_in_errors(self) -> Iterator[None]:
-        """The laws of motion know their tables but not the file: its name goes before."""
+        """Put the file's name before errors of the laws of motion, which know only their tables."""
         try:
             yield
         except ConfigError as error:

@@ -68,7 +68,7 @@ class Mesh:
     def hull(self) -> Array:
         """(k, 3) corners of the convex hull, which bound every projection of the mesh [m].
 
-        A flat mesh has no hull; the corners of its bounding box serve.
+        For a flat mesh, which has no hull, the corners of its bounding box.
         """
         points = self.positions.astype(np.float64)
         try:
@@ -93,7 +93,7 @@ class Mesh:
         return spheres
 
     def winding_number(self, point: Array) -> float:
-        """How often the surface encloses a point: 0 outside, 1 inside one closed part.
+        """Winding number of the surface about a point: 0 outside, 1 inside a closed part.
 
         Sum of the signed solid angles of all triangles over 4 pi (Van Oosterom & Strackee 1983).
         """
@@ -143,7 +143,7 @@ def box(size: tuple[float, float, float]) -> Mesh:
 def plate(width: float, height: float) -> Mesh:
     """A thin rectangle, width along x and height along y [m], facing +z; 1/1000 of its size thick.
 
-    It is a box whose +z face lies in the plane z = 0, so that the plate has a back and casts.
+    A box whose +z face lies in the plane z = 0, so that the plate has a back and casts shadows.
     """
     thickness = 1e-3 * min(width, height)
     slab = box((width, height, thickness))
@@ -193,7 +193,7 @@ def cylinder(radius: float, length: float, segments: int = 192) -> Mesh:
 
 
 def moved_mesh(mesh: Mesh, joints: Sequence[Joint], motion: Array) -> Mesh:
-    """The mesh with the parts on joints moved; what has not moved stays to the bit.
+    """The mesh with the parts on joints moved; parts that do not move keep their exact values.
 
     motion : (joints + 1, 4, 4) of each joint's parts, after `body_from_stored`
     """

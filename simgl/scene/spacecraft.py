@@ -1,4 +1,4 @@
-"""A spacecraft as something to draw: a mesh with named parts, materials and keypoints."""
+"""Spacecraft models: a mesh with named parts, materials, keypoints and joints."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from simgl.scene.textures import SurfaceTextures
 
 @dataclass(frozen=True, kw_only=True)
 class Branch:
-    """A node of a model's file with the parts, by index, that it and all under it carry."""
+    """A node of a model's file, with the indices of the parts at and below it."""
 
     name: str
     parts: tuple[int, ...]
@@ -34,15 +34,15 @@ class SpacecraftModel:
 
     parts : names, indexed by ``mesh.part``
     materials : indexed by ``mesh.material``
-    textures : the images that the materials wear
+    textures : the images of the materials
     keypoints : name to (3,) position [m]
-    open_sheets : some surfaces are seen from both sides, so none may be culled
-    notes : what the file asks for and does not get, one line each
-    branches : of the tree of parts, each after those that it hangs under
+    open_sheets : some surfaces are visible from both sides; back faces are not culled
+    notes : features of the file that are not drawn, one line each
+    branches : of the tree of parts, parents first
     joints : of the parts that move
-    angles : of the joints now, in their order [rad], or travel [m] of those that slide; none where
-        all are as stored
-    stored : the model with all joints as stored, where they are not
+    angles : of the joints in their order [rad], travel [m] of sliding ones; empty if all are as
+        stored
+    stored : the model with all joints as stored, if this one is moved
     exact : drawn whole at any distance, as the shapes of calibration scenes are
     """
 
@@ -62,27 +62,28 @@ class SpacecraftModel:
 
     @cached_property
     def variant(self) -> tuple[str, ...]:
-        """What drawing it needs beyond materials that are the same all over.
+        """The shader features that it needs beyond uniform materials.
 
-        ``DETAILED``: images or vertex colours; ``CUT_OUT``: they say also where no surface is;
-        ``LAYERED``: coats, solar cells, crinkles, lobes that conserve energy; ``JOINTED``: joints
-        have turned some of it.
+        ``DETAILED``: images or vertex colours; ``CUT_OUT``: alpha masks; ``LAYERED``: coats, solar
+        cells, crinkles, energy-conserving lobes; ``JOINTED``: parts moved by joints.
         """
-        found = []
+        variant = []
         if self.mesh.uv is not None or self.mesh.colour is not None:
-            found.append("DETAILED")
+            variant.append("DETAILED")
             if any(material.cutoff is not None for material in self.materials):
-                found.append("CUT_OUT")
+                variant.append("CUT_OUT")
         if any(material.layered for material in self.materials):
-            found.append("LAYERED")
+            variant.append("LAYERED")
         if self.mesh.joint is not None:
-            found.append("JOINTED")
-        return tuple(found)
+            variant.append("JOINTED")
+        return tuple(variant)
 
     def posed(self, angles: Mapping[str, float]) -> SpacecraftModel:
         """The model with its joints at these angles [rad] or travels [m]; others are as stored.
 
-        Equal angles give the same object for as long as it is among the last ones used.
+        Equal angles give the same object while it is among the 16 used last.
+
+        Raises ValueError for a name that is no joint.
         """
         for name in angles:
             if all(joint.name != name for joint in self.joints):
@@ -101,9 +102,9 @@ class SpacecraftModel:
         rounded = {}
         for index, (joint, angle) in enumerate(zip(self.joints, self.angles, strict=True)):
             low, high = joint.limits
-            own = step * self.stored.reach(index) if joint.slides else step
-            multiple = own * round(angle / own)
-            multiple += own * (multiple < low - 1e-9) - own * (multiple > high + 1e-9)
+            spacing = step * self.stored.reach(index) if joint.slides else step
+            multiple = spacing * round(angle / spacing)
+            multiple += spacing * (multiple < low - 1e-9) - spacing * (multiple > high + 1e-9)
             rounded[joint.name] = angle if abs(multiple - angle) < 1e-6 else multiple
         return self.posed(rounded)
 
@@ -113,7 +114,7 @@ class SpacecraftModel:
 
     @cached_property
     def outline(self) -> str:
-        """Hash of what it hides, the key of anything that shows only where it is."""
+        """Hash of its opaque outline, the key of results that depend on that alone."""
         if "CUT_OUT" not in self.variant:
             return self.mesh.digest
         cuts = [(m.coverage, m.cutoff, m.maps.base_colour) for m in self.materials]
@@ -121,7 +122,7 @@ class SpacecraftModel:
         return hashlib.sha256(content.encode()).hexdigest()
 
 
-# A scene of two craft whose wings follow the Sun asks for the same poses several times a frame.
+# A scene with Sun-tracking arrays asks for the same poses several times a frame.
 @lru_cache(maxsize=16)
 def _posed(stored: SpacecraftModel, values: tuple[float, ...]) -> SpacecraftModel:
     motion = body_from_stored(stored.joints, values)

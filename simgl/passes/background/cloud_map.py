@@ -57,8 +57,8 @@ def weather_codes(
     noise : of the same seed; ground : as ``simgl.passes.background.earth_maps`` gives them
     width : of the map; its height is half of that
     """
-    if clouds.picture is not None:
-        return _pictured(clouds, clouds.picture)
+    if clouds.image is not None:
+        return _pictured(clouds, clouds.image)
     samplers = ["noise_volume", "swirls", "land_map", "form_map"]
     program = FullscreenProgram(ctx, "cloud_map/cloud_map", _WEATHER, samplers)
     wind = _wind_texture(ctx, clouds.seed)
