@@ -2,32 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 import numpy as np
 from msgspec import Struct
-from numpy.typing import NDArray
 
 from simgl.arrays import Array
 from simgl.config.validation import fitted
 from simgl.errors import AssetError
-from simgl.model_files import gltf_images as images
 from simgl.model_files import gltf_schema as schema
 from simgl.model_files.gltf_file import GltfFile
+from simgl.model_files.gltf_images import read_image
 from simgl.model_files.surface_tables import load_finish
 from simgl.scene.materials import Material
 from simgl.scene.surface_layers import SMOOTHEST, Coat
 from simgl.scene.textures import CLAMP, MIRROR, REPEAT, Image, Maps, SurfaceTextures
 
 _WRAPS = {10497: REPEAT, 33071: CLAMP, 33648: MIRROR}
-_READERS: dict[str, Callable[[GltfFile, int], NDArray[np.float16]]] = {
-    "base_colour": images.read_base_colour,
-    "law": images.read_law,
-    "normal": images.read_normal,
-    "emission": images.read_emission,
-}
 _WORDS = {
     "base_colour": "base colour texture",
     "law": "metallic-roughness texture",
@@ -94,7 +86,7 @@ class _Layers:
 
     def __init__(self, file: GltfFile) -> None:
         self._file = file
-        self._read: dict[str, dict[tuple[int, tuple[int, int]], Image]] = {k: {} for k in _READERS}
+        self._read: dict[str, dict[tuple[int, tuple[int, int]], Image]] = {k: {} for k in _WORDS}
 
     def layer(self, kind: str, use: schema.TextureUse) -> int:
         """The number of a texture among its kind."""
@@ -108,7 +100,7 @@ class _Layers:
         wrap = _WRAPS[sampler.wrap_s], _WRAPS[sampler.wrap_t]
         known = self._read[kind]
         if (texture.source, wrap) not in known:
-            values = _READERS[kind](self._file, texture.source)
+            values = read_image(self._file, kind, texture.source)
             known[texture.source, wrap] = Image(values=values, wrap=wrap)
         return list(known).index((texture.source, wrap))
 

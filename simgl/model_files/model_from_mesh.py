@@ -75,36 +75,34 @@ def model_from_mesh(
     """
     where = f'mesh "{name}"'
     given = mesh if isinstance(mesh, tuple) else (mesh.vertices, mesh.faces)
-    vertices = unit_m * _rows(where, "vertices", given[0])
-    triangles = _indices(where, "triangles", given[1], (-1, 3), len(vertices), "vertices")
-    names = (name,) if parts is None else tuple(parts)
+    vertices = unit_m * _vectors(where, "vertices", given[0])
+    triangles = _indices(where, "triangles", given[1], ("m", 3), "vertices", len(vertices))
+    directions = None if normals is None else _vectors(where, "normals", normals)
+    if directions is not None and len(directions) != len(vertices):
+        raise AssetError(f"{where}: has {len(directions)} normals for {len(vertices)} vertices")
     surfaces = tuple(load_finish(m) if isinstance(m, str) else m for m in materials)
-    if normals is not None:
-        normals = _rows(where, "normals", normals)
-        if len(normals) != len(vertices):
-            raise AssetError(f"{where}: has {len(normals)} normals for {len(vertices)} vertices")
-    count = (len(triangles),)
+    names = (name,) if parts is None else tuple(parts)
+
+    def labels(what: str, values: ArrayLike | None, labelled: str, count: int) -> IndexArray:
+        values = np.zeros(len(triangles), dtype=int) if values is None else values
+        return _indices(where, what, values, (len(triangles),), labelled, count)
+
     return SpacecraftModel(
         name=name,
         mesh=mesh_of_triangles(
             where,
             vertices,
             triangles,
-            normals,
-            part=_labels(where, "part_of_triangle", part_of_triangle, count, len(names), "parts"),
-            material=_labels(
-                where,
-                "material_of_triangle",
-                material_of_triangle,
-                count,
-                len(surfaces),
-                "materials",
+            directions,
+            part=labels("part_of_triangle", part_of_triangle, "parts", len(names)),
+            material=labels(
+                "material_of_triangle", material_of_triangle, "materials", len(surfaces)
             ),
         ),
         parts=names,
         materials=surfaces,
         keypoints={
-            key: _rows(where, f"keypoint {key}", np.atleast_2d(place))[0]
+            key: _vectors(where, f"keypoint {key}", np.atleast_2d(place))[0]
             for key, place in (keypoints or {}).items()
         },
         open_sheets=double_sided,
@@ -155,43 +153,34 @@ def mesh_of_triangles(
     )
 
 
-def _rows(where: str, what: str, values: ArrayLike) -> Array:
+def _vectors(where: str, what: str, values: ArrayLike) -> Array:
     """(n, 3) finite float64."""
     try:
-        rows = np.asarray(values, dtype=np.float64)
+        vectors = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError):
         raise AssetError(f"{where}: {what} must be an array of numbers") from None
-    if rows.ndim != 2 or rows.shape[1] != 3:
-        raise AssetError(f"{where}: {what} must have the shape (n, 3), got {rows.shape}")
-    if not np.all(np.isfinite(rows)):
+    if vectors.ndim != 2 or vectors.shape[1] != 3:
+        raise AssetError(f"{where}: {what} must have the shape (n, 3), got {vectors.shape}")
+    if not np.all(np.isfinite(vectors)):
         raise AssetError(f"{where}: {what} holds numbers that are not finite")
-    return rows
+    return vectors
 
 
 def _indices(
-    where: str, what: str, values: ArrayLike, shape: tuple[int, ...], count: int, of: str
+    where: str, what: str, values: ArrayLike, shape: tuple[int | str, ...], indexed: str, count: int
 ) -> IndexArray:
-    """Whole numbers from 0 to below ``count``, the number of ``of``.
+    """Whole numbers from 0 to below ``count``, the number of what is ``indexed``.
 
-    shape : of the array; -1 allows any length
+    shape : of the array; a letter stands for any length but 0
     """
     index = np.asarray(values)
-    wanted = tuple(m if n == -1 else n for n, m in zip(shape, index.shape, strict=False))
-    if index.shape != wanted or len(shape) != index.ndim or index.size == 0:
-        listed = ", ".join("m" if n == -1 else str(n) for n in shape)
-        raise AssetError(f"{where}: {what} must have the shape ({listed}), got {index.shape}")
+    pairs = list(zip(shape, index.shape, strict=False))
+    if index.ndim != len(shape) or index.size == 0 or any(n != m for n, m in pairs if n != "m"):
+        wanted = f"({', '.join(map(str, shape))})"
+        raise AssetError(f"{where}: {what} must have the shape {wanted}, got {index.shape}")
     if index.dtype.kind not in "iu":
         raise AssetError(f"{where}: {what} must be whole numbers, got {index.dtype}")
-    low, high = int(index.min()), int(index.max())
-    if low < 0 or high >= count:
-        wrong = low if low < 0 else high
-        raise AssetError(f"{where}: {what} holds index {wrong}, but there are {count} {of}")
+    wrong = index[(index < 0) | (index >= count)]
+    if wrong.size:
+        raise AssetError(f"{where}: {what} holds index {wrong[0]}, but there are {count} {indexed}")
     return index.astype(np.int64)
-
-
-def _labels(
-    where: str, what: str, values: ArrayLike | None, shape: tuple[int], count: int, of: str
-) -> IndexArray | int:
-    if count == 0:
-        raise AssetError(f"{where}: {of} must not be empty")
-    return 0 if values is None else _indices(where, what, values, shape, count, of)

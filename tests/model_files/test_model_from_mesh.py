@@ -130,7 +130,7 @@ WRONG: dict[str, tuple[Any, dict[str, Any], str]] = {
     "too high": ((VERTICES, TRIANGLES + 1), {}, "holds index 4, but there are 4 vertices"),
     "negative": ((VERTICES, TRIANGLES - 1), {}, "holds index -1, but there are 4 vertices"),
     "normals": (TETRA, {"normals": VERTICES[:2]}, "has 2 normals for 4 vertices"),
-    "materials": (TETRA, {"materials": []}, "materials must not be empty"),
+    "materials": (TETRA, {"materials": []}, "but there are 0 materials"),
     "finish": (TETRA, {"materials": ["white_pant"]}, 'did you mean "white_paint"?'),
     "labels": (
         TETRA,
