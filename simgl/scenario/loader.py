@@ -104,9 +104,6 @@ def scenario_from_dict(
     def single(kind: str, table: type[_Single]) -> _Single:
         return convert(data.get(kind, {}), table, f"{where} [{kind}]")
 
-    def place(kind: str, name: str) -> str:
-        return f"{where} [{kind}.{name}]"
-
     epoch_tai_ns = _epoch(data, where)
     spacecraft_tables = _named_tables(data, "spacecraft", SpacecraftTable, where)
     camera_tables = _named_tables(data, "camera", CameraTable, where)
@@ -119,18 +116,15 @@ def scenario_from_dict(
     _check_models(models, spacecraft_tables, where)
     placed_models, motions, joints = {}, {}, {}
     for body, table in spacecraft_tables.items():
-        at = place("spacecraft", body)
-        given = models.get(body)
-        placed_models[body] = read_model(at, body, table, base) if given is None else given
-    for body, table in spacecraft_tables.items():
-        at = place("spacecraft", body)
+        at = f"{where} [spacecraft.{body}]"
+        model = models[body] if body in models else read_model(at, body, table, base)
         reader = MotionReader(at, body, table, spacecraft_tables, epoch_tai_ns, base)
-        motions[body] = reader.motion()
-        joints[body] = reader.joint_laws(placed_models[body])
+        placed_models[body], motions[body] = model, reader.motion()
+        joints[body] = reader.joint_laws(model)
     cameras, mounts = {}, {}
     with_earth = earth_table.shape != "none"
     for camera, settings in camera_tables.items():
-        at = place("camera", camera)
+        at = f"{where} [camera.{camera}]"
         cameras[camera] = read_camera(at, camera, settings, temperature, base)
         mounts[camera] = read_mount(at, settings, placed_models, earth=with_earth)
     _check_criteria(criteria, f"{where} [assess]", placed_models, cameras)

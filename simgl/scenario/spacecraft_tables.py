@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
 
 import numpy as np
 
@@ -17,7 +18,6 @@ from simgl.motion.drives import JointLaws
 from simgl.motion.files.motion_reader import read_angles, read_path, read_rotations
 from simgl.motion.joints import chain, unknown_joint
 from simgl.motion.orbits import KeplerianOrbit, TwoLineElements
-from simgl.motion.samples import SampledAngles
 from simgl.motion.trajectory import (
     Attitude,
     FixedAttitude,
@@ -66,11 +66,19 @@ def read_model(where: str, name: str, table: SpacecraftTable, base: Base) -> Spa
         raise ConfigError(where, "unit_m", "contradicts unit; give one of them")
     unit_m = table.unit_m if table.unit is None else UNITS[table.unit]
     try:
-        return load_model(table.model, base, unit_m, table.up_axis, table.forward_axis)
-    except AssetError as error:
-        raise AssetError(f"{where}: model: {error}") from None
+        with _named_in_errors(where, "model"):
+            return load_model(table.model, base, unit_m, table.up_axis, table.forward_axis)
     except ValueError as error:
         raise ConfigError(where, "forward_axis", str(error)) from None
+
+
+@contextmanager
+def _named_in_errors(where: str, key: str) -> Iterator[None]:
+    """Put table and key before the error of a file that the key names."""
+    try:
+        yield
+    except AssetError as error:
+        raise AssetError(f"{where}: {key}: {error}") from None
 
 
 class MotionReader:
@@ -148,7 +156,7 @@ class MotionReader:
             if getattr(t, key):
                 raise ConfigError(self._where, key, "goes with relative_to, not with trajectory")
         file = _as_table(given)
-        try:
+        with _named_in_errors(self._where, "trajectory"):
             path, in_lvlh = read_path(
                 self._base / file.file,
                 self._epoch_tai_ns,
@@ -156,8 +164,6 @@ class MotionReader:
                 longest_gap_s=file.longest_gap_s,
                 allowed_error=file.interpolation_error_m,
             )
-        except AssetError as error:
-            raise AssetError(f"{self._where}: trajectory: {error}") from None
         if isinstance(path, TwoLineElements) or not in_lvlh:
             if t.relative_to is not None:
                 problem = "goes with places in LVLH axes; those of the file are not"
@@ -180,7 +186,11 @@ class MotionReader:
         self._check_drives(model)
         sampled = None
         if t.joint_file is not None:
-            sampled = self._joint_file(_as_table(t.joint_file))
+            file = _as_table(t.joint_file)
+            with _named_in_errors(self._where, "joint_file"):
+                sampled = read_angles(
+                    self._base / file.file, self._epoch_tai_ns, longest_gap_s=file.longest_gap_s
+                )
             for name, values in zip(sampled.names, sampled.angles.T, strict=True):
                 slides = name in sampled.slides
                 self._check_joint(model, "joint_file", name, values.tolist(), slides=slides)
@@ -233,21 +243,21 @@ class MotionReader:
                 )
                 raise ConfigError(self._where, key, problem)
 
-    def _joint_file(self, file: MotionFileTable) -> SampledAngles:
-        try:
-            return read_angles(
-                self._base / file.file, self._epoch_tai_ns, longest_gap_s=file.longest_gap_s
-            )
-        except AssetError as error:
-            raise AssetError(f"{self._where}: joint_file: {error}") from None
-
     def _attitude(self) -> Attitude:
         t = self._table
         given = [k for k in _ATTITUDES if getattr(t, k) is not None]
         if len(given) > 1:
             raise ConfigError(self._where, given[1], f"contradicts {given[0]}; give one of them")
         if t.attitude_file is not None:
-            return self._sampled(_as_table(t.attitude_file))
+            file = _as_table(t.attitude_file)
+            with _named_in_errors(self._where, "attitude_file"):
+                rotations, in_lvlh = read_rotations(
+                    self._base / file.file,
+                    self._epoch_tai_ns,
+                    name=file.object,
+                    longest_gap_s=file.longest_gap_s,
+                )
+            return SampledAttitude(rotations=rotations, in_lvlh=in_lvlh)
         if t.quaternion_icrf_from_body_xyzw is not None:
             return FixedAttitude(R_icrf_from_body=self._matrix(given[0]))
         if t.quaternion_lvlh_from_body_xyzw is not None:
@@ -258,23 +268,9 @@ class MotionReader:
                 axis_body=direction(t.point_at.axis_body, self._where, "point_at.axis_body"),
             )
         fixed = t.attitude == "icrf" or (t.attitude is None and t.position_icrf_m is not None)
-        return (
-            FixedAttitude(R_icrf_from_body=np.eye(3))
-            if fixed
-            else LvlhAttitude(R_lvlh_from_body=np.eye(3))
-        )
-
-    def _sampled(self, file: MotionFileTable) -> Attitude:
-        try:
-            rotations, in_lvlh = read_rotations(
-                self._base / file.file,
-                self._epoch_tai_ns,
-                name=file.object,
-                longest_gap_s=file.longest_gap_s,
-            )
-        except AssetError as error:
-            raise AssetError(f"{self._where}: attitude_file: {error}") from None
-        return SampledAttitude(rotations=rotations, in_lvlh=in_lvlh)
+        if fixed:
+            return FixedAttitude(R_icrf_from_body=np.eye(3))
+        return LvlhAttitude(R_lvlh_from_body=np.eye(3))
 
     def _matrix(self, key: str) -> Array:
         try:
