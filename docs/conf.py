@@ -1,4 +1,4 @@
-"""The documentation as a website: the pages of this folder, and the docstrings' interface."""
+"""Sphinx configuration: the pages of this folder, and the Python interface from its docstrings."""
 
 from __future__ import annotations
 
@@ -25,38 +25,38 @@ autodoc_typehints_format = "short"
 python_use_unqualified_type_names = True
 python_maximum_signature_line_length = 88
 
-# "name, other : what they are": how docstrings here list fields and arguments.
+# "name, other : meaning" is how docstrings of simgl list fields and arguments.
 _ENTRY = re.compile(r"^(\w+(?:, \w+)*) : (.*)$")
 
 
 def parameters_from_entries(lines: list[str]) -> list[str]:
-    """Entries of a docstring in the form that Sphinx lays out as a list of parameters."""
-    written: list[str] = []
-    listing = False
+    """A docstring with its entries as the ``:param`` fields that Sphinx lays out."""
+    converted: list[str] = []
+    in_entries = False
     for line in lines:
         if entry := _ENTRY.match(line):
-            line, listing = f":param {entry[1]}: {entry[2]}", True
-        elif listing and line and not line.startswith(" "):
-            written.append("")
-            listing = False
-        written.append(line)
-    return written
+            line, in_entries = f":param {entry[1]}: {entry[2]}", True
+        elif in_entries and line and not line.startswith(" "):
+            converted.append("")
+            in_entries = False
+        converted.append(line)
+    return converted
 
 
-def _read_docstring(*told: Any) -> None:
-    """Called with the lines last, to be changed in place."""
-    lines: list[str] = told[-1]
+def _process_docstring(*event: Any) -> None:
+    """Sphinx passes the docstring's lines last; they are changed in place."""
+    lines: list[str] = event[-1]
     lines[:] = parameters_from_entries(lines)
 
 
-def _read_signature(*told: Any) -> tuple[str | None, str | None]:
-    """A default that is made anew for each object, in a form that Sphinx can read."""
-    signature: str | None = told[-2]
-    returned: str | None = told[-1]
-    return signature and signature.replace("<factory>", "..."), returned
+def _process_signature(*event: Any) -> tuple[str | None, str | None]:
+    """Dataclass default factories in a form that Sphinx can parse."""
+    signature: str | None = event[-2]
+    return_annotation: str | None = event[-1]
+    return signature and signature.replace("<factory>", "..."), return_annotation
 
 
 def setup(app: Sphinx) -> None:
-    """Have docstrings and signatures put into form before Sphinx reads them."""
-    app.connect("autodoc-process-docstring", _read_docstring)
-    app.connect("autodoc-process-signature", _read_signature)
+    """Register the conversions of docstrings and signatures."""
+    app.connect("autodoc-process-docstring", _process_docstring)
+    app.connect("autodoc-process-signature", _process_signature)

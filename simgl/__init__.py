@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from simgl.assess.verdict import Verdict as Verdict
     from simgl.assess.verdict import verdict as verdict
     from simgl.camera.camera import Camera as Camera
+    from simgl.camera.camera_equation import exposure_time as exposure_time
+    from simgl.camera.camera_equation import exposure_value as exposure_value
     from simgl.camera.detector import Detector as Detector
-    from simgl.camera.exposure_value import exposure_time as exposure_time
-    from simgl.camera.exposure_value import exposure_value as exposure_value
     from simgl.camera.lens import Lens as Lens
     from simgl.errors import AssetError as AssetError
     from simgl.errors import BridgeError as BridgeError
@@ -74,7 +74,7 @@ _MODULES = {
     "assess.verdict": "Verdict verdict",
     "camera.camera": "Camera",
     "camera.detector": "Detector",
-    "camera.exposure_value": "exposure_time exposure_value",
+    "camera.camera_equation": "exposure_time exposure_value",
     "camera.lens": "Lens",
     "errors": "AssetError BridgeError ConfigError ContextError OutputError ShaderError SimglError",
     "gpu.context": "open_context",

@@ -1,4 +1,4 @@
-"""Types of numpy arrays, named once."""
+"""Types of numpy arrays."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where shaders, models and data lie: in the package when installed, else atop a checkout."""
+"""Folders of shaders, models and data: in the installed package, or at the top of a checkout."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def shaders() -> Path:
 
 
 def models() -> Path:
-    """The folder of shipped spacecraft, one folder each."""
+    """The folder of shipped spacecraft models, one folder each."""
     return _find("models")
 
 

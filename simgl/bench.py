@@ -23,12 +23,12 @@ from rich.table import Table
 
 from simgl import __version__, assets
 from simgl.errors import ConfigError, did_you_mean
-from simgl.gpu.context import open_context
+from simgl.gpu.context import temporary_context
 from simgl.passes.background.air_tables import ORDERS, AirKind, make_tables
 from simgl.passes.background.cloud_map import noise_texture, weather_codes
 from simgl.passes.background.earth_maps import form_map, ground_textures, land_map
 from simgl.physics.atmosphere import STANDARD
-from simgl.progress import Progress as Report
+from simgl.progress import ProgressCallback
 from simgl.scenario.loader import load_scenario
 from simgl.scenario.scenario import Scenario
 from simgl.scene.earth import Clouds, Earth
@@ -145,7 +145,7 @@ def scene_files() -> dict[str, Path]:
 
 
 def _one_scene(
-    path: Path, frames: int, step_s: float, progress: Report
+    path: Path, frames: int, step_s: float, progress: ProgressCallback
 ) -> tuple[str, list[SceneResult]]:
     """Renderer name, and the results in process and through every link."""
     scenario = load_scenario(path)
@@ -188,7 +188,7 @@ def earth_tables() -> list[TableResult]:
         seconds = round(time.perf_counter() - start, 2)
         found.append(TableResult(name=name, bytes=size, seconds=seconds))
 
-    with open_context() as ctx:
+    with temporary_context() as ctx:
         kind = AirKind(air=STANDARD, radius=earth.equatorial_radius, albedo=earth.mean_albedo)
 
         def air() -> int:

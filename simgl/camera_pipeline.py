@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+
 import moderngl
 
 from simgl.arrays import Array
@@ -14,6 +16,9 @@ from simgl.passes.exposure import ELECTRONS_FORMAT, ExposurePass
 from simgl.passes.optics import OpticsPass
 from simgl.passes.readout import DN_FORMAT, ReadoutPass
 from simgl.passes.spread import SpreadPass
+
+# Planes that a lens spreads at a time.
+_WORKERS = 2
 
 _BANDS = (Format("f4", 4),)
 _ELECTRONS = (ELECTRONS_FORMAT,)
@@ -31,7 +36,8 @@ class CameraPipeline:
         self._ctx = ctx
         self._timer = PassTimer(ctx) if timer is None else timer
         self._optics = OpticsPass(ctx)
-        self._spread = SpreadPass(ctx)
+        self._executor = ThreadPoolExecutor(_WORKERS, thread_name_prefix="simgl-convolution")
+        self._spread = SpreadPass(ctx, self._executor)
         self._exposure = ExposurePass(ctx)
         self._detector = ReadoutPass(ctx)
         self._targets = TargetStore(ctx)
@@ -133,6 +139,7 @@ class CameraPipeline:
 
     def release(self) -> None:
         """Free everything that this imager made."""
+        self._executor.shutdown()
         # moderngl binds the last framebuffer again whenever it makes one: not a freed one, then.
         self._ctx.detect_framebuffer(0).use()
         for owner in (self._targets, self._optics, self._spread, self._exposure, self._detector):

@@ -49,11 +49,11 @@ def doctor(
     findings = examine(device)
     for finding in findings:
         title = f"{finding.backend} {finding.device_index}"
-        if finding.found is not None:
-            kind = "CPU renderer" if finding.found.software else "GPU"
+        if finding.report is not None:
+            kind = "CPU renderer" if finding.report.software else "GPU"
             console.print(
-                f"[green]ok[/]      {title}: {finding.found.renderer}, "
-                f"OpenGL {finding.found.version} ({kind})",
+                f"[green]ok[/]      {title}: {finding.report.renderer}, "
+                f"OpenGL {finding.report.version} ({kind})",
                 highlight=False,
                 soft_wrap=True,
             )
@@ -64,7 +64,7 @@ def doctor(
                 highlight=False,
                 soft_wrap=True,
             )
-    usable = [f for f in findings if f.found is not None]
+    usable = [f for f in findings if f.report is not None]
     if not usable:
         console.print("No usable OpenGL.", style="red")
         raise typer.Exit(2)
@@ -235,23 +235,20 @@ def camera_test(
 
     Example: simgl camera test mt9m034 --out out/camera
     """
-    from rich.progress import Progress
 
     from simgl.assess.camera_plots import plot_report
     from simgl.assess.emva1288 import camera_under_test, examine, table
-    from simgl.gpu.context import open_context
+    from simgl.gpu.context import temporary_context
     from simgl.output import check_writable, complete_file
 
     camera = camera_under_test(preset)
     if out is not None:
         check_writable(out)
-    ctx = open_context()
-    with Progress(console=console, transient=True) as bar:
+    with temporary_context() as ctx, Progress(console=console, transient=True) as bar:
         task = bar.add_task(f"{Path(preset).stem}: flat fields and dark frames", total=None)
         report = examine(
             ctx, camera, progress=lambda done, of: bar.update(task, completed=done, total=of)
         )
-    ctx.release()
     console.print(table(report, Path(preset).stem))
     if out is not None:
         path = out / f"{Path(preset).stem}.emva.png"

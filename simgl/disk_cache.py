@@ -1,10 +1,10 @@
-"""Arrays kept as files in the user's cache: what takes seconds is made once on a machine."""
+"""Arrays cached as files in the user's cache folder."""
 
 from __future__ import annotations
 
+import logging
 import os
 import tempfile
-import warnings
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -12,17 +12,19 @@ from typing import Any
 
 import numpy as np
 
-Arrays = dict[str, "np.ndarray[Any, np.dtype[Any]]"]
+from simgl.arrays import AnyArray
+
+_LOG = logging.getLogger(__name__)
 
 
-def cache_folder(what: str) -> Path:
-    """``$XDG_CACHE_HOME/simgl/WHAT``, or the same under ``~/.cache``."""
+def cache_folder(name: str) -> Path:
+    """``$XDG_CACHE_HOME/simgl/NAME``, or the same under ``~/.cache``."""
     base = os.environ.get("XDG_CACHE_HOME")
-    return (Path(base) if base else Path.home() / ".cache") / "simgl" / what
+    return (Path(base) if base else Path.home() / ".cache") / "simgl" / name
 
 
-def read_arrays(path: Path) -> Arrays | None:
-    """What a file holds; None where there is none, or it is damaged (each array has a checksum)."""
+def read_arrays(path: Path) -> dict[str, AnyArray] | None:
+    """The arrays of a file; None if it is missing, or damaged (each array has a checksum)."""
     try:
         with path.open("rb") as file, np.load(file, allow_pickle=False) as data:
             return {name: data[name] for name in data.files}
@@ -32,10 +34,10 @@ def read_arrays(path: Path) -> Arrays | None:
         return None
 
 
-def write_arrays(path: Path, arrays: Mapping[str, Any], otherwise: str) -> None:
-    """Written beside its place and renamed: a reader never meets half a file.
+def write_arrays(path: Path, arrays: Mapping[str, Any], consequence: str) -> None:
+    """Write arrays to a temporary file and rename it, so that readers never see half a file.
 
-    otherwise : what follows where the folder cannot be written, for the warning
+    consequence : of a folder that cannot be written, for the log: a warning, not an error
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -48,5 +50,4 @@ def write_arrays(path: Path, arrays: Mapping[str, Any], otherwise: str) -> None:
                 raise
         temporary.replace(path)
     except OSError as error:
-        message = f"{path.parent}: {error.strerror}; {otherwise}"
-        warnings.warn(message, RuntimeWarning, stacklevel=5)
+        _LOG.warning("%s: %s; %s", path.parent, error.strerror, consequence)

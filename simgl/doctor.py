@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from simgl.errors import ContextError
-from simgl.gpu.context import GlReport, egl_device_count, open_context, report
+from simgl.gpu.context import GlReport, egl_device_count, report, temporary_context
 
 
 @dataclass(frozen=True)
@@ -14,18 +14,16 @@ class Finding:
 
     backend: str
     device_index: int
-    found: GlReport | None
+    report: GlReport | None
     error: ContextError | None
 
 
 def _try(backend: str, device_index: int) -> Finding:
     try:
-        ctx = open_context(backend, device_index)
+        with temporary_context(backend, device_index) as ctx:
+            return Finding(backend, device_index, report(ctx, backend), None)
     except ContextError as error:
         return Finding(backend, device_index, None, error)
-    found = report(ctx, backend)
-    ctx.release()
-    return Finding(backend, device_index, found, None)
 
 
 def examine(device_index: int | None = None) -> list[Finding]:

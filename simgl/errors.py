@@ -8,8 +8,7 @@ SimglError
     ShaderError      a shader does not assemble, compile or match its Python side
     BridgeError      the link to a client or server failed
 
-Each message is one line that names the place, the value given and what is allowed; the parts stay
-available as attributes.
+Each message is one line that names the place, the given value and what is allowed.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from difflib import get_close_matches
 
 
 class SimglError(Exception):
-    """Anything that simgl reports on purpose."""
+    """Base of all exceptions of simgl."""
 
 
 class ConfigError(SimglError):
@@ -27,7 +26,7 @@ class ConfigError(SimglError):
 
     where : the file, table or message, e.g. ``approach.toml [camera.navcam]``
     key : the key inside it
-    problem : what is wrong, with the value given and what is allowed
+    problem : what is wrong, with the given value and what is allowed
     """
 
     def __init__(self, where: str, key: str, problem: str) -> None:
@@ -38,7 +37,7 @@ class ConfigError(SimglError):
 
 
 class AssetError(SimglError):
-    """A file that simgl reads is missing or broken."""
+    """A file that simgl reads is missing or unreadable."""
 
 
 class OutputError(SimglError):
@@ -46,7 +45,7 @@ class OutputError(SimglError):
 
 
 class ContextError(SimglError):
-    """No usable OpenGL context; ``remedy`` is the line that mends it."""
+    """No usable OpenGL context; ``remedy`` says what to do."""
 
     def __init__(self, reason: str, remedy: str) -> None:
         self.reason = reason
@@ -63,7 +62,7 @@ class BridgeError(SimglError):
 
 
 def did_you_mean(given: str, allowed: Iterable[str]) -> str:
-    """A suggestion for a misspelt name, then all that are allowed."""
+    """A suggestion for a misspelt name, then all allowed names."""
     names = sorted(allowed)
     close = get_close_matches(given, names, n=1)
     listing = f"(allowed: {', '.join(names)})" if names else "(none is allowed here)"

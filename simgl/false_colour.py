@@ -1,8 +1,8 @@
-"""The source study's views of radiance: relative flux, and false colours by exposure.
+"""Displays of radiance as in the source study: relative flux, and false colours by exposure.
 
-The study renders a Sun whose red, green and blue each hold the whole solar constant, and weighs the
-three as a display's primaries. Here each band is taken relative to a white plate that faces the
-Sun, which gives the same numbers for grey surfaces. They are no physical flux, as their name says.
+The study renders a Sun whose R, G and B each carry the full solar constant, and weights them by
+luminance. Here each band is relative to a white plate that faces the Sun, which gives the same
+numbers for grey surfaces. The result is not a physical flux.
 """
 
 from __future__ import annotations
@@ -21,15 +21,14 @@ SOURCE_SOLAR_CONSTANT = 1367.0  # [W m-2] of the source study
 
 
 class Step(NamedTuple):
-    """A value of the legend, the colour there (sRGB), and its name."""
+    """An entry of the legend: value, sRGB colour and name."""
 
     value: float
     colour: str
     name: str
 
 
-# The source study's legend, its numbers to the digit, but for -2.5 EV, where it repeats the number
-# of -5 EV; 0.18 2^-2.5 stands there.
+# The source study's legend; its number at -2.5 EV, a misprint, is replaced by 0.18 2^-2.5.
 LEGEND = (
     Step(0.0001762728758, "#000000", "low clip"),
     Step(0.00099436891, "#6a0dad", "-7.5 EV"),
@@ -58,15 +57,15 @@ def relative_flux(radiance: Array32) -> Array:
 
 
 def scene_value(radiance: Array32, setting: float) -> Array:
-    """What the source study's false colours are of: its relative radiance times 2^setting.
+    """Value that the false colours encode: the study's relative radiance times 2^setting.
 
-    setting : its software's exposure (``blender_exposure``)
+    setting : exposure setting of its software (``blender_exposure``)
     """
     return relative_flux(radiance) / math.pi * 2.0**setting
 
 
 def false_colour(value: Array) -> Image8:
-    """(height, width, 3) sRGB: the legend's colours, mixed in between by the logarithm."""
+    """(height, width, 3) sRGB: the legend's colours, interpolated by the value's logarithm."""
     steps = np.log2([step.value for step in LEGEND])
     colours = np.array([_rgb(step.colour) for step in LEGEND])
     with np.errstate(divide="ignore"):

@@ -1,4 +1,4 @@
-"""The receiver of a flash LIDAR: from the light of a pulse to electrons and ranges."""
+"""The receiver of a flash LIDAR: from the returned light of a pulse to electrons and ranges."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from simgl.images import FrameInfo, LidarFrame
 def lidar_frame(
     info: FrameInfo, seed: int, depth: Array32, pulse: Array32, sunlit: Array32
 ) -> LidarFrame:
-    """What one pulse finds. The point spread of the lens is left out.
+    """The frame of one pulse, without the point spread of the lens.
 
-    seed : equal seed, camera name and epoch give equal noise
-    depth : (height, width) along the boresight [m], 0 where there is no spacecraft
-    pulse : (height, width, 4) light of the pulse that surfaces send back [J m-2 sr-1]
-    sunlit : (height, width, 4) radiance of the scene without it [W m-2 sr-1]
+    seed : with camera name and epoch determines the noise
+    depth : (height, width) along the boresight [m], 0 for no spacecraft
+    pulse : (height, width, 4) radiance of the returned pulse, integrated over time [J m-2 sr-1]
+    sunlit : (height, width, 4) radiance of the scene without the pulse [W m-2 sr-1]
     """
     camera, lidar = info.camera, info.camera.lidar
     assert lidar is not None
@@ -34,12 +34,12 @@ def lidar_frame(
     places = sight_lines(camera) * depth[..., None].astype(np.float64)
     out = np.linalg.norm(places - np.array(lidar.offset), axis=-1)
     distance = np.where(depth > 0.0, 0.5 * (out + np.linalg.norm(places, axis=-1)), 0.0)
-    # Philox takes 128 bits of key: what makes this pulse's noise its own.
+    # 128 bits of key, unique for each pulse.
     key = np.array(
         [(seed << 32) | zlib.crc32(camera.name.encode()), info.epoch_tai_ns], dtype=np.uint64
     )
     rng = Generator(Philox(key=key))
-    # Far beyond any full well the count no longer matters, and stays exact.
+    # Far beyond any full well; keeps the Poisson counts exact.
     per_joule = lidar.electrons_per_joule
     signal, background = (np.minimum(e * per_joule, 1e9) for e in (energy, sunlight))
     ranges, counted = detected(lidar, distance, signal, background, rng)

@@ -1,4 +1,4 @@
-"""The frames that a capture gives: each one a frozen array with one unit."""
+"""Frames of a capture, each an array with one unit; their display, PNG and Mono12p encoding."""
 
 from __future__ import annotations
 
@@ -18,22 +18,25 @@ from simgl.camera.distortion import sight_lines
 from simgl.physics.constants import SOLAR_CONSTANT, SOLAR_TEMPERATURE
 from simgl.physics.spectrum import black_body_light
 
-# Shown as full white, R G B: a white surface that faces a 5777 K Sun of 1367 W m-2 [W m-2 sr-1].
+# Displayed as white, R G B: a white surface that faces a 5777 K Sun of 1367 W m-2 [W m-2 sr-1].
 WHITE_RADIANCE = np.array([154.4, 174.8, 171.9], dtype=np.float32) / np.float32(np.pi)
 
-# Of the same surface, R G B N, by which colours are balanced.
+# Reference of the white balance, R G B N.
 _WHITE_PHOTONS = black_body_light(SOLAR_CONSTANT, SOLAR_TEMPERATURE).photon_irradiance
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FrameInfo:
-    """What a frame is a picture of.
+    """Metadata of a frame.
 
     epoch_tai_ns : mid-exposure, TAI nanoseconds since 1970-01-01T00:00:00 TAI
+    camera : with its settings of this frame
     position : (3,) of the pinhole in GCRF [m]
     R_camera_from_icrf : (3, 3)
     sun_direction_icrf : (3,) unit, from the camera towards the Sun
-    sun_irradiance : (4,) at the camera, unobstructed [W m-2]
+    sun_irradiance : (4,) at the camera, without eclipse [W m-2]
+    seed : of the noise
+    renderer : name of the OpenGL renderer
     """
 
     scenario: str
@@ -62,10 +65,9 @@ class RadianceFrame:
 class LayersFrame:
     """A radiance frame in parts that sum to it.
 
-    layers : (height, width, 4) float32 each, bands R, G, B, N [W m-2 sr-1]. Off the spacecraft come
-        the light of "sun", "earth" and "lamp" that met no other surface of it, the light that did
-        ("inter_reflected"), and what is "emitted"; past the spacecraft are seen the Earth, the sky
-        and the Sun's disc ("background")
+    layers : (height, width, 4) float32 each, bands R, G, B, N [W m-2 sr-1]: directly reflected
+        light of "sun", "earth" and "lamp"; "inter_reflected" light; "emitted" light; and the
+        "background" of Earth, sky and the Sun's disc
     """
 
     info: FrameInfo
@@ -73,8 +75,8 @@ class LayersFrame:
 
     @property
     def total(self) -> Array32:
-        """(height, width, 4) the whole picture [W m-2 sr-1]."""
-        return np.asarray(np.sum(tuple(self.layers.values()), axis=0), dtype=np.float32)
+        """(height, width, 4) sum of the layers [W m-2 sr-1]."""
+        return np.sum(tuple(self.layers.values()), axis=0).astype(np.float32)
 
     def _repr_png_(self) -> bytes:
         return png_bytes(display_from_layers(self))
@@ -82,9 +84,9 @@ class LayersFrame:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class IrradianceFrame:
-    """What the lens makes of the radiance.
+    """Irradiance of the image plane.
 
-    irradiance : (height, width, 4) float32 of the image plane, bands R, G, B, N [W m-2]
+    irradiance : (height, width, 4) float32, bands R, G, B, N [W m-2]
     photons_per_joule : (4,) of the Sun's spectrum in each band [J-1]
     """
 
@@ -94,7 +96,7 @@ class IrradianceFrame:
 
     @property
     def photons(self) -> Array:
-        """(height, width) that a pixel's area receives in the exposure time, over all bands."""
+        """(height, width) photons in a pixel's area and the exposure time, over all bands."""
         camera = self.info.camera
         area_time = camera.detector.pixel_pitch**2 * camera.exposure_time
         return self.irradiance @ (self.photons_per_joule * area_time)
@@ -129,10 +131,10 @@ class DigitalFrame:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TruthFrame:
-    """What each pixel's centre sees.
+    """Depth and identity at the centre of each pixel.
 
-    depth : (height, width) float32 along the boresight [m]; 0 where no spacecraft is
-    part_id : (height, width) uint32, instance * 65536 + part + 1; 0 where no spacecraft is
+    depth : (height, width) float32 along the boresight [m]; 0 for no spacecraft
+    part_id : (height, width) uint32, instance * 65536 + part + 1; 0 for no spacecraft
     part_names : id to "spacecraft/part"
     """
 
@@ -143,12 +145,12 @@ class TruthFrame:
 
     @property
     def range(self) -> Array:
-        """(height, width) straight distance from the pinhole [m]; 0 where no spacecraft is."""
+        """(height, width) distance from the pinhole [m]; 0 for no spacecraft."""
         return self.depth * np.linalg.norm(sight_lines(self.info.camera), axis=-1)
 
     @property
     def instance(self) -> UIntArray:
-        """(height, width) number of the spacecraft in the scene, from 1; 0 where there is none."""
+        """(height, width) number of the spacecraft in the scene, from 1; 0 for none."""
         return self.part_id >> np.uint32(16)
 
     def _repr_png_(self) -> bytes:
@@ -157,7 +159,7 @@ class TruthFrame:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class NormalsFrame:
-    """normals : (height, width, 3) float32 unit, camera axes; 0 where no spacecraft is."""
+    """normals : (height, width, 3) float32 unit, camera axes; 0 for no spacecraft."""
 
     info: FrameInfo
     normals: Array32
@@ -171,11 +173,11 @@ class NormalsFrame:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LidarFrame:
-    """What a flash LIDAR finds with one pulse, at the epoch and pose of the picture.
+    """One pulse of a flash LIDAR, at the epoch and pose of the camera's image.
 
-    range : (height, width) float32, half of the light's way [m]; 0 where none was found
-    electrons : (height, width) float32 counted, of the pulse and of sunlight
-    energy : (height, width) float32, mean of the pulse's light that reaches a pixel [J]
+    range : (height, width) float32, half of the light path [m]; 0 if not detected
+    electrons : (height, width) float32, counted electrons of the pulse and of sunlight
+    energy : (height, width) float32, mean energy of the pulse that reaches a pixel [J]
     """
 
     info: FrameInfo
@@ -188,24 +190,24 @@ class LidarFrame:
 
 
 def _nearness(distance: Array32) -> Array32:
-    """1 at the nearest place, less as 1 / distance, 0 where there is none."""
+    """Nearest distance over distance; 0 where the distance is 0."""
     seen = distance > 0.0
     near = float(distance[seen].min()) if np.any(seen) else 1.0
     return np.where(seen, near / np.maximum(distance, near), 0.0).astype(np.float32)
 
 
 def saturation_level(detector: Detector) -> int:
-    """The least DN that counts as saturated: the converter's largest number, or the full well.
+    """Smallest DN that counts as saturated: full scale of the converter, or the full well.
 
-    Offsets and read noise are added after the full well, so a full pixel may read lower: three
-    sigma are allowed for, which misses one full pixel in 740.
+    Offsets and read noise are added after the full well, so a full pixel may read lower. The level
+    is three sigma below, which misses one full pixel in 740.
     """
     full = (detector.full_well - 3.0 * detector.noise_of_reading) * detector.gain_dn_per_e
     return int(min(detector.largest_dn, math.floor(full + detector.pedestal)))
 
 
 def saturated(dn: Image16, detector: Detector) -> Mask:
-    """Pixels at the converter's largest number, or at the full well."""
+    """(height, width) mask of the saturated pixels."""
     return dn >= saturation_level(detector)
 
 
@@ -217,67 +219,101 @@ def srgb_from_linear(linear: Array32) -> Image8:
 
 
 def display_from_linear(linear: Array32) -> Image8:
-    """(height, width, 3) sRGB grey picture of a linear value 0..1."""
+    """(height, width, 3) grey sRGB image of a linear value 0..1."""
     return np.repeat(srgb_from_linear(linear)[..., None], 3, axis=2)
 
 
 def display_from_dn(dn: Image16, camera: Camera, gain: float = 1.0) -> Image8:
-    """(height, width, 3) sRGB picture of digital numbers, pedestal black, full scale white.
+    """(height, width, 3) sRGB image of digital numbers, pedestal black, full scale white.
 
-    Grey from a monochrome detector; developed from a colour one, so that white surfaces in sunlight
-    are neutral. A gain brightens the picture.
+    Grey for a monochrome detector; for a colour one, white surfaces in sunlight are neutral.
+
+    gain : factor of the brightness
     """
     return srgb_from_linear(develop(dn, camera.detector, _WHITE_PHOTONS, gain))
 
 
 def display_from_radiance(radiance: Array32, gain: float = 1.0) -> Image8:
-    """(height, width, 3) sRGB picture of the red, green and blue bands.
+    """(height, width, 3) sRGB image of the bands R, G, B.
 
-    A white surface that faces the Sun at 1 au is white, so that pictures compare; a grey surface in
-    sunlight looks grey. A gain brightens the picture.
+    White is a white surface that faces the Sun at 1 au, so that images are comparable.
+
+    gain : factor of the brightness
     """
     return srgb_from_linear(radiance[..., :3] * (np.float32(gain) / WHITE_RADIANCE))
 
 
 def display_gain(radiance: Array32) -> float:
-    """Power of two that shows all but the brightest hundredth of the lit pixels; 1 for black."""
+    """Largest power of two that saturates at most 1 % of the lit pixels; 1 for a black image."""
     brightest = (radiance[..., :3] / WHITE_RADIANCE).max(axis=-1)
     lit = brightest[brightest > 0.0]
     return 2.0 ** -math.ceil(math.log2(float(np.percentile(lit, 99.0)))) if lit.size else 1.0
 
 
 def display_from_layers(frame: LayersFrame) -> Image8:
-    """sRGB picture of the whole and its layers side by side, each under its name and gain.
+    """sRGB image of the total and its layers side by side, with names and gains.
 
-    Layers that are black even at a thousand times the gain of the whole are left out.
+    Layers that are black at 1024 times the gain of the total are omitted.
     """
-    whole = display_gain(frame.total)
-    panels = {f"whole x {whole:g}": display_from_radiance(frame.total, whole)}
+    total_gain = display_gain(frame.total)
+    panels = {f"whole x {total_gain:g}": display_from_radiance(frame.total, total_gain)}
     for name, radiance in frame.layers.items():
-        gain = min(display_gain(radiance), 1024.0 * whole)
-        picture = display_from_radiance(radiance, gain)
-        if picture.any():
-            panels[f"{name} x {gain:g}"] = picture
+        gain = min(display_gain(radiance), 1024.0 * total_gain)
+        image = display_from_radiance(radiance, gain)
+        if image.any():
+            panels[f"{name} x {gain:g}"] = image
     return contact_sheet(panels, columns=3)
 
 
 def contact_sheet(panels: Mapping[str, Image8], columns: int) -> Image8:
-    """(rows, columns, 3) pictures of one size on a grid, each with its name above it."""
+    """sRGB images of one size on a grid, each below its name."""
     height, width = next(iter(panels.values())).shape[:2]
     line = max(11, width // 20)
     font = ImageFont.load_default(size=0.7 * line)
     rows = -(-len(panels) // columns)
     sheet = Image.new("RGB", (columns * width, rows * (height + line)), "white")
     pen = ImageDraw.Draw(sheet)
-    for index, (name, picture) in enumerate(panels.items()):
+    for index, (name, image) in enumerate(panels.items()):
         x, y = index % columns * width, index // columns * (height + line)
         pen.text((x + line // 4, y + line // 2), name, fill="black", font=font, anchor="lm")
-        sheet.paste(Image.fromarray(picture), (x, y + line))
+        sheet.paste(Image.fromarray(image), (x, y + line))
     return np.asarray(sheet)
 
 
-def png_bytes(picture: Image8) -> bytes:
-    """An 8-bit picture as PNG."""
+def png_bytes(image: Image8) -> bytes:
+    """An 8-bit image as PNG."""
     buffer = io.BytesIO()
-    Image.fromarray(picture).save(buffer, format="PNG")
+    Image.fromarray(image).save(buffer, format="PNG")
     return buffer.getvalue()
+
+
+def pack_mono12p(dn: Image16) -> bytes:
+    """GenICam's Mono12p (PFNC): two pixels in three bytes, low bits first, rows without padding.
+
+    An odd number of pixels ends with four zero bits. Raises ValueError beyond 12 bits.
+    """
+    flat = dn.ravel()
+    if flat.size and int(flat.max()) > 0xFFF:
+        raise ValueError(f"Mono12p holds 0..4095, got {int(flat.max())}")
+    pairs = np.zeros((-(-flat.size // 2), 2), dtype=np.uint16)
+    pairs.ravel()[: flat.size] = flat
+    first, second = pairs.T
+    packed = np.empty((len(pairs), 3), dtype=np.uint8)
+    packed[:, 0] = first & 0xFF
+    packed[:, 1] = (first >> 8) | ((second & 0xF) << 4)
+    packed[:, 2] = second >> 4
+    data = packed.tobytes()
+    return data[: -(-flat.size * 3 // 2)]
+
+
+def unpack_mono12p(data: bytes, height: int, width: int) -> Image16:
+    """(height, width) pixels of Mono12p data; ValueError for data of another length."""
+    count = height * width
+    wanted = -(-count * 3 // 2)
+    if len(data) != wanted:
+        raise ValueError(f"{width} x {height} pixels take {wanted} bytes, got {len(data)}")
+    padded = np.zeros(-(-count // 2) * 3, dtype=np.uint16)
+    padded[: len(data)] = np.frombuffer(data, dtype=np.uint8)
+    low, middle, high = padded.reshape(-1, 3).T
+    pairs = np.stack([low | ((middle & 0xF) << 8), (middle >> 4) | (high << 4)], axis=1)
+    return pairs.ravel()[:count].reshape(height, width)

@@ -1,4 +1,4 @@
-"""Maps of an exposure: false colours and heat maps with their scales and units, as PNG."""
+"""Maps of a capture as PNG: false colours and heat maps with scales and units."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from simgl.arrays import AnyArray
-from simgl.camera.exposure_value import blender_exposure, exposure_value
+from simgl.camera.camera_equation import blender_exposure, exposure_value
 from simgl.false_colour import (
     LEGEND,
     SOURCE_SOLAR_CONSTANT,
@@ -28,25 +28,25 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def write_maps(exposure: Capture, folder: Path, name: str) -> list[Path]:
-    """A PNG for each map that the frames of an exposure allow: ``NAME.map.radiance.png`` and so on.
+def write_maps(capture: Capture, folder: Path, name: str) -> list[Path]:
+    """Write a PNG per map that the captured frames allow, such as ``NAME.map.radiance.png``.
 
-    returns : the paths written
+    returns : the written paths
     """
     maps: list[tuple[str, Callable[[], Figure]]] = []
-    if (radiance := exposure.radiance) is not None:
+    if (radiance := capture.radiance) is not None:
         maps += [
             ("radiance", lambda: _radiance(radiance.info, radiance.radiance)),
             ("flux", lambda: _flux(radiance.info, radiance.radiance)),
             ("false_colour", lambda: _false_colours(radiance.info, radiance.radiance)),
         ]
-    if (irradiance := exposure.irradiance) is not None:
+    if (irradiance := capture.irradiance) is not None:
         maps.append(("photons", lambda: _photons(irradiance.info, irradiance.photons)))
-    if (electrons := exposure.electrons) is not None:
+    if (electrons := capture.electrons) is not None:
         maps.append(("electrons", lambda: electron_map(electrons)))
-    if (truth := exposure.truth) is not None:
+    if (truth := capture.truth) is not None:
         maps.append(("range", lambda: _range(truth.info, truth.range)))
-    if (lidar := exposure.lidar) is not None:
+    if (lidar := capture.lidar) is not None:
         maps.append(("lidar", lambda: _range(lidar.info, lidar.range, "LIDAR, range")))
         maps.append(("lidar_return", lambda: _returned(lidar.info, lidar.electrons)))
     paths = []
@@ -64,21 +64,21 @@ _MARGINS = 0.4, 1.7, 0.45, 0.55  # left, right, bottom, top [inch]
 
 
 def _sheet(info: FrameInfo, title: str, shape: tuple[int, ...]) -> tuple[Figure, Axes]:
-    """A figure in which a pixel of the picture takes a whole number of pixels."""
+    """A figure that shows a pixel of the image as an integer number of pixels."""
     from matplotlib.figure import Figure
 
     height, width = shape[:2]
-    grown = max(1, round(640 / width))
+    zoom = max(1, round(640 / width))
     left, right, bottom, top = _MARGINS
-    inner = width * grown / _DPI, height * grown / _DPI
-    whole = inner[0] + left + right, inner[1] + bottom + top
-    figure = Figure(figsize=whole)
+    inner = width * zoom / _DPI, height * zoom / _DPI
+    size = inner[0] + left + right, inner[1] + bottom + top
+    figure = Figure(figsize=size)
     axes = figure.add_axes(
-        (left / whole[0], bottom / whole[1], inner[0] / whole[0], inner[1] / whole[1])
+        (left / size[0], bottom / size[1], inner[0] / size[0], inner[1] / size[1])
     )
     figure.text(
-        left / whole[0],
-        1.0 - 0.5 * top / whole[1],
+        left / size[0],
+        1.0 - 0.5 * top / size[1],
         f"{title}\n{info.camera.name}, {utc_from_tai_ns(info.epoch_tai_ns)} UTC",
         fontsize=11,
         va="center",
@@ -102,7 +102,7 @@ def _drawn(
 
 
 def _extension(values: AnyArray, norm: Any) -> Any:
-    # Where nothing is there is nothing to compare.
+    # NaN stands for no spacecraft.
     with np.errstate(invalid="ignore"):
         low, high = bool(np.any(values < norm.vmin)), bool(np.any(values > norm.vmax))
     return {(False, False): "neither", (True, False): "min", (False, True): "max"}.get(
@@ -111,7 +111,7 @@ def _extension(values: AnyArray, norm: Any) -> Any:
 
 
 def _log_norm(values: AnyArray, decades: float = 5.0) -> Any:
-    """Whole decades below the brightest of most pixels; the Sun's disc may lie beyond."""
+    """Logarithmic scale of full decades up to the 99.9th percentile; the Sun may lie beyond."""
     from matplotlib.colors import LogNorm
 
     lit = values[np.isfinite(values) & (values > 0.0)]
@@ -120,12 +120,15 @@ def _log_norm(values: AnyArray, decades: float = 5.0) -> Any:
     return LogNorm(high / 10.0**decades, high)
 
 
+def _positive(values: AnyArray) -> AnyArray:
+    """The values with zeros replaced, for a logarithmic scale."""
+    return np.maximum(values, np.finfo(np.float32).tiny)
+
+
 def _radiance(info: FrameInfo, radiance: AnyArray) -> Figure:
     total = radiance.sum(axis=-1, dtype=np.float64)
     label = "radiance 400-1000 nm [W m$^{-2}$ sr$^{-1}$]"
-    # What is black has no logarithm; it is drawn as the darkest.
-    shown = np.maximum(total, np.finfo(np.float32).tiny)
-    return _drawn(info, "Radiance", shown, label, _log_norm(total), "inferno")
+    return _drawn(info, "Radiance", _positive(total), label, _log_norm(total), "inferno")
 
 
 def _flux(info: FrameInfo, radiance: AnyArray) -> Figure:
@@ -137,21 +140,18 @@ def _flux(info: FrameInfo, radiance: AnyArray) -> Figure:
 
 
 def _photons(info: FrameInfo, photons: AnyArray) -> Figure:
-    shown = np.maximum(photons, np.finfo(np.float32).tiny)
     label = "photons 400-1000 nm per pixel and exposure"
-    return _drawn(info, "Photons", shown, label, _log_norm(photons), "inferno")
+    return _drawn(info, "Photons", _positive(photons), label, _log_norm(photons), "inferno")
 
 
 def electron_map(frame: ElectronFrame) -> Figure:
-    """Mean electrons, from the read noise (at least one) to the full well."""
+    """Map of the mean electrons, from the read noise (at least 1 e-) to the full well."""
     from matplotlib.colors import LogNorm
 
     detector = frame.info.camera.detector
     norm = LogNorm(max(detector.read_noise, 1.0), detector.full_well)
-    # What is black has no logarithm; it is drawn as the darkest.
-    shown = np.maximum(frame.electrons, np.finfo(np.float32).tiny)
     title, label = "Mean electrons, read noise to full well", "electrons per pixel and exposure"
-    return _drawn(frame.info, title, shown, label, norm, "inferno")
+    return _drawn(frame.info, title, _positive(frame.electrons), label, norm, "inferno")
 
 
 def _range(info: FrameInfo, distance: AnyArray, title: str = "Range") -> Figure:
@@ -165,18 +165,18 @@ def _range(info: FrameInfo, distance: AnyArray, title: str = "Range") -> Figure:
 
 
 def _returned(info: FrameInfo, electrons: AnyArray) -> Figure:
-    shown = np.maximum(electrons, np.finfo(np.float32).tiny)
     label = "electrons of one pulse and of sunlight per pixel"
-    return _drawn(info, "LIDAR, return", shown, label, _log_norm(electrons), "inferno")
+    norm = _log_norm(electrons)
+    return _drawn(info, "LIDAR, return", _positive(electrons), label, norm, "inferno")
 
 
 def _false_colours(info: FrameInfo, radiance: AnyArray) -> Figure:
     value = exposure_value(info.camera.lens.f_number, info.camera.exposure_time)
     setting = blender_exposure(value)
     title = f"False colours, EV {value:.2f} (source's setting {setting:.2f})"
-    picture = false_colour(scene_value(radiance, setting))
-    figure, axes = _sheet(info, title, picture.shape)
-    axes.imshow(picture, interpolation="nearest", extent=(0, picture.shape[1], picture.shape[0], 0))
+    image = false_colour(scene_value(radiance, setting))
+    figure, axes = _sheet(info, title, image.shape)
+    axes.imshow(image, interpolation="nearest", extent=(0, image.shape[1], image.shape[0], 0))
     box = axes.get_position()
     bar = figure.add_axes((box.x1 + 0.015, box.y0, 0.02, box.height))
     low, high = LEGEND[0].value, LEGEND[-1].value
@@ -187,7 +187,7 @@ def _false_colours(info: FrameInfo, radiance: AnyArray) -> Figure:
         origin="lower",
         aspect="auto",
     )
-    # Of the three about the grey one only that has room for its name.
+    # Of the three entries about 0 EV only the middle one has room for its name.
     named = [step for step in LEGEND if "0.01" not in step.name]
     bar.set_yticks(
         [math.log2(step.value) for step in named], [f"{s.name}  {s.value:.4g}" for s in named]

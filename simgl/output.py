@@ -18,7 +18,6 @@ import OpenEXR
 from PIL import Image
 
 from simgl.arrays import Image8, Image16
-from simgl.camera.pixel_packing import pack_mono12p
 from simgl.errors import OutputError
 from simgl.images import (
     DigitalFrame,
@@ -29,6 +28,7 @@ from simgl.images import (
     display_from_dn,
     display_from_layers,
     display_from_radiance,
+    pack_mono12p,
 )
 from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.physics.frames import quaternion_from_matrix

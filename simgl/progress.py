@@ -1,12 +1,12 @@
-"""What long work tells of its steps."""
+"""The progress call-back of long computations."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-# Told the steps done and their number.
-Progress = Callable[[int, int], None]
+# Called with the number of steps done and of all steps.
+ProgressCallback = Callable[[int, int], None]
 
 
 def silent(done: int, total: int) -> None:
-    """For work that nobody watches."""
+    """A call-back that shows nothing."""

@@ -3,38 +3,40 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 
 import moderngl
 
 from simgl.arrays import Array32
 from simgl.camera.camera import Camera
+from simgl.environment_map import SkyRadiance
 from simgl.gpu.context import is_software
 from simgl.gpu.render_targets import Format, ImageTarget, TargetStore
 from simgl.gpu.timers import PassTimer
 from simgl.passes.background.air import AtmospherePass
-from simgl.passes.background.environment_probe import EnvironmentProbePass
+from simgl.passes.background.environment_probe import EnvironmentProbeStore
 from simgl.passes.background.moon import MoonPass
 from simgl.passes.background.planet import PlanetPass
 from simgl.passes.background.stars import StarPass
 from simgl.passes.background.sun import SunPass
-from simgl.passes.final_gather_pass import FinalGatherPass
+from simgl.passes.drawn_spacecraft import DrawnSpacecraft
 from simgl.passes.gbuffer import GBufferPass
 from simgl.passes.interreflection import InterreflectionPass
 from simgl.passes.lamp_shadow import LampShadowPass
-from simgl.passes.mesh_store import MeshStore, VertexLighting
+from simgl.passes.mesh_store import MeshStore
+from simgl.passes.reference_gather import ReferenceGather
 from simgl.passes.resolve import DistortedView, ResolvePass
 from simgl.passes.shadow import ShadowPass
 from simgl.passes.surface import LIGHTS, SurfacePass
 from simgl.passes.truth import TruthPass
 from simgl.passes.warp import WarpPass
-from simgl.progress import Progress
-from simgl.radiosity.final_gather import LitBody
+from simgl.progress import ProgressCallback
 from simgl.radiosity.transport_store import TransportStore
 from simgl.scene.earth import Earth
 from simgl.scene.spacecraft import SpacecraftModel
-from simgl.shapes import Shapes
+from simgl.view.background import SkyView
 from simgl.view.celestial import CelestialView
-from simgl.view.frame_view import FrameView, RasterTile, parts, truth_tile
+from simgl.view.frame_view import FrameView, Gather, RasterTile, parts, truth_tile
 
 _BANDS = (Format("f4", 4),)
 _TRUTH = (Format("f4"), Format("u4"))
@@ -58,9 +60,10 @@ class Renderer:
         self.timer = PassTimer(ctx)
         self.sample_budget = _SAMPLE_BUDGET_CPU if is_software(ctx) else _SAMPLE_BUDGET_GPU
         self._transports = TransportStore()
-        self._shapes = Shapes(self._transports)
-        self._meshes = MeshStore(ctx, self._shapes)
-        self._exchange = InterreflectionPass(ctx, self._transports, self._shapes)
+        self._meshes = MeshStore(ctx)
+        # What one CPU thread can do while this one and the renderer are busy.
+        self._executor = ThreadPoolExecutor(max_workers=1, thread_name_prefix="simgl-renderer")
+        self._interreflection = InterreflectionPass(ctx, self._transports, self._executor)
         self._shadow = ShadowPass(ctx, self._meshes)
         self._lamp_shadow = LampShadowPass(ctx, self._meshes)
         self._geometry = GBufferPass(ctx, self._meshes)
@@ -70,8 +73,8 @@ class Renderer:
         self._moon = MoonPass(ctx)
         self._air = AtmospherePass(ctx)
         self._planet = PlanetPass(ctx, self._air)
-        self._probe = EnvironmentProbePass(ctx, self._planet.draw)
-        self._gather = FinalGatherPass()
+        self._probes = EnvironmentProbeStore(ctx, self._executor)
+        self._reference_gather = ReferenceGather(self._transports)
         self._resolve = ResolvePass(ctx)
         self._warp = WarpPass(ctx)
         self._truth = TruthPass(ctx, self._meshes)
@@ -81,22 +84,14 @@ class Renderer:
         self,
         models: Iterable[SpacecraftModel],
         earth: Earth | None = None,
-        progress: Progress | None = None,
-        far: Iterable[SpacecraftModel] = (),
+        progress: ProgressCallback | None = None,
     ) -> None:
         """Trace how the surfaces of models see each other, and make the tables of the Earth's air,
-        so that no frame waits for it.
-
-        far : models whose levels of detail are wanted
-        """
+        so that no frame waits for it."""
         if earth is not None:
             self._air.prepare(earth, progress)
-        models = tuple(models)
         for model in models:
             self._transports.of(model, progress)
-        for model in far:
-            exchanging = any(model is other for other in models)
-            self._shapes.levels(model, progress, exchanging=exchanging)
 
     def radiance(self, view: FrameView) -> ImageTarget:
         """Radiance per band [W m-2 sr-1], RGBA32F; valid until the next call at this size."""
@@ -121,7 +116,7 @@ class Renderer:
             for name in LIGHTS:
                 targets[name].framebuffer.clear()
             lens = self._distorted(view)
-            for tile, lights in self._samples(view, apart=True):
+            for tile, lights in self._samples(view, by_light=True):
                 for name, samples in zip(LIGHTS, lights, strict=True):
                     self._resolve.draw(tile, samples, targets[name].framebuffer, lens)
                 self._resolve.hide(tile, lights[0], targets["background"].framebuffer, lens)
@@ -138,7 +133,7 @@ class Renderer:
         # The first skies before the planet: they are read back, and would wait for it.
         for tile in view.tiles[:1]:
             with self.timer.measure("probe"):
-                self._probe.look([craft.sky for craft in tile.craft])
+                self._draw_skies([craft.sky for craft in tile.craft])
         fine = target if view.field is None else self._target("field", view.field.fine, _BANDS)
         if view.background.celestial is not None:
             with self.timer.measure("heavens"):
@@ -148,6 +143,16 @@ class Renderer:
         if fine is not target:
             with self.timer.measure("warp"):
                 self._warp.mean(view.camera, fine.textures[0], target.framebuffer)
+
+    def _draw_skies(self, views: Iterable[SkyView | None]) -> None:
+        """Draw and read back the skies that the probes lack; these integrate them meanwhile."""
+        for view in self._probes.missing(tuple(views)):
+            texels = view.texels
+            target = self._targets.of("sky", (texels, 6 * texels), _BANDS)
+            for row, face in enumerate(view.faces):
+                self._planet.draw(face, target.framebuffer, (0, row * texels, texels, texels))
+            radiance = target.read().reshape(6, texels, texels, 4)
+            self._probes.add(view, SkyRadiance(radiance=radiance))
 
     def _distorted(self, view: FrameView) -> DistortedView | None:
         if view.field is None:
@@ -166,53 +171,56 @@ class Renderer:
             self._moon.draw(view.moon, target.framebuffer)
 
     def _samples(
-        self, view: FrameView, *, apart: bool = False
+        self, view: FrameView, *, by_light: bool = False
     ) -> Iterator[tuple[RasterTile, tuple[moderngl.Texture, ...]]]:
         """Each tile, or its parts, with the samples of its spacecraft, valid until the next one."""
         with self.timer.measure("lamp_shadow"):
             lamp_maps = self._lamp_shadow.draw(view.lamps)
         for tile in view.tiles:
-            with self.timer.measure("probe"):
-                probes = self._probe.draw([craft.sky for craft in tile.craft])
-            shadows = [craft.shadow for craft in tile.craft]
-            with self.timer.measure("shadow"):
-                self._shadow.cast(shadows)
-            # On the CPU, while the renderer is busy with what it was given before.
-            with self.timer.measure("exchange"):
-                around = [probe.sky if probe else None for probe in probes]
-                lightings: list[VertexLighting | None] = [None] * len(tile.craft)
-                bodies: list[list[LitBody] | None] = [None] * len(tile.craft)
-                if view.gather == "pixel":
-                    bodies = self._exchange.bodies(tile.craft, around)
-                else:
-                    lightings = self._exchange.draw(tile.craft, around)
-                lit = zip(lightings, bodies, strict=True)
-                exchanging = [bool(vertices or rays) for vertices, rays in lit]
-            airs = [self._air.between(craft.air) for craft in tile.craft]
-            skies = [probe.textures if probe else () for probe in probes]
+            spacecraft = self._spacecraft(tile, view.gather)
             pinhole = view.camera if view.field is None else view.field.pinhole
             for part in parts(tile, pinhole, _SAMPLES_AT_ONCE):
                 with self.timer.measure("geometry"):
-                    seen = self._geometry.draw(part, lightings)
-                if view.gather == "pixel":
-                    with self.timer.measure("gather"):
-                        self._gather.draw(part, seen, bodies, around)
-                # What follows reads what is still being drawn, and waits for it.
+                    gbuffer = self._geometry.draw(part, spacecraft)
+                    self._reference_gather.fill(part, gbuffer, spacecraft)
+                # From here on passes read what is still being drawn, and wait for it.
                 with self.timer.measure("shadow"):
-                    maps = self._shadow.draw(shadows)
+                    self._shadow.complete([drawn.view.shadow for drawn in spacecraft])
                 with self.timer.measure("surface"):
                     samples = self._surface.draw(
-                        part,
-                        seen,
-                        maps,
-                        skies,
-                        exchanging,
-                        view.lamps,
-                        lamp_maps,
-                        airs,
-                        apart=apart,
+                        part, gbuffer, spacecraft, view.lamps, lamp_maps, by_light=by_light
                     )
                 yield part, samples
+
+    def _spacecraft(self, tile: RasterTile, gather: Gather) -> list[DrawnSpacecraft]:
+        """All that the passes after this draw of the spacecraft of a tile."""
+        views = tile.craft
+        with self.timer.measure("probe"):
+            self._draw_skies([view.sky for view in views])
+            probes = self._probes.of([view.sky for view in views])
+        with self.timer.measure("shadow"):
+            shadow_maps = self._shadow.cast([view.shadow for view in views])
+        # On the CPU, while the renderer draws the shadow maps.
+        with self.timer.measure("interreflection"):
+            skies = [None if probe is None else probe.sky for probe in probes]
+            by_rays = gather == "pixel"
+            vertex_lightings = none if by_rays else self._interreflection.draw(views, skies)
+            bodies = (
+                self._reference_gather.lit_bodies(views, skies) if by_rays else [()] * len(views)
+            )
+        return [
+            DrawnSpacecraft(
+                view=view,
+                shadow_maps=maps,
+                probe=probe,
+                vertex_lighting=lighting,
+                lit_bodies=lit_bodies,
+                air=self._air.between(view.air),
+            )
+            for view, maps, probe, lighting, lit_bodies in zip(
+                views, shadow_maps, probes, vertex_lightings, bodies, strict=True
+            )
+        ]
 
     def truth(self, view: FrameView, *, normals: bool = False) -> ImageTarget:
         """Depth [m], part ids and, if wanted, normals at pixel centres, R32F, R32UI, RGBA32F."""
@@ -237,6 +245,7 @@ class Renderer:
 
     def release(self) -> None:
         """Free everything that this renderer made."""
+        self._executor.shutdown()
         # moderngl binds the last framebuffer again whenever it makes one: not a freed one, then.
         self._ctx.detect_framebuffer(0).use()
         for owner in (
@@ -250,8 +259,8 @@ class Renderer:
             self._moon,
             self._planet,
             self._air,
-            self._probe,
-            self._exchange,
+            self._probes,
+            self._interreflection,
             self._resolve,
             self._warp,
             self._truth,

@@ -17,7 +17,7 @@ from simgl.camera.rolling_shutter import duration, instants, parts, row_shares
 from simgl.camera_pipeline import CameraPipeline
 from simgl.errors import ConfigError, did_you_mean
 from simgl.flash_lidar import lidar_frame
-from simgl.gpu.context import open_context
+from simgl.gpu.context import current, open_context, preserve_current
 from simgl.gpu.render_targets import ImageTarget
 from simgl.gpu.timers import PassTimer
 from simgl.images import (
@@ -31,12 +31,10 @@ from simgl.images import (
     RadianceFrame,
     TruthFrame,
 )
-from simgl.progress import Progress
+from simgl.progress import ProgressCallback
 from simgl.renderer import Renderer
 from simgl.scenario.scenario import Scenario
-from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import SceneState
-from simgl.view.detail import far_models
 from simgl.view.frame_view import FrameView, frame_view
 from simgl.view.image_motion import picture_motion
 from simgl.view.lidar_pulse import pulse_view
@@ -164,23 +162,17 @@ class Simulator:
         self,
         scenario: Scenario,
         ctx: moderngl.Context | None = None,
-        progress: Progress | None = None,
+        progress: ProgressCallback | None = None,
     ) -> None:
         self.scenario = scenario
         self._owns_ctx = ctx is None
-        self._ctx = open_context() if ctx is None else ctx
-        with self._ctx:
+        with preserve_current():
+            self._ctx = open_context() if ctx is None else ctx
+        with current(self._ctx):
             self._renderer = Renderer(self._ctx)
             self._camera_pipeline = CameraPipeline(self._ctx, self._renderer.timer)
             models = scenario.models_at_epoch() if scenario.inter_reflection else ()
-            far: list[SpacecraftModel] = []
-            if scenario.level_error_px > 0.0 and scenario.gather == "vertex":
-                far = far_models(
-                    scenario.at(scenario.epoch_tai_ns),
-                    scenario.level_error_px,
-                    exchanging=scenario.inter_reflection,
-                )
-            self._renderer.prepare(models, scenario.earth, progress, far)
+            self._renderer.prepare(models, scenario.earth, progress)
         self.renderer_name = f"{self._ctx.info['GL_RENDERER']}, {self._ctx.info['GL_VERSION']}"
 
     @property
@@ -191,7 +183,7 @@ class Simulator:
     @property
     def gl_error(self) -> str:
         """The OpenGL error since the last query, "GL_NO_ERROR" if there is none."""
-        with self._ctx:
+        with current(self._ctx):
             return str(self._ctx.error)
 
     def capture(
@@ -215,7 +207,7 @@ class Simulator:
         states = [] if during is None else self._states(state, camera, during)
         counts = Product.DN in products or Product.ELECTRONS in products
         # Another simulator of this process may have made its own context current.
-        with self._ctx:
+        with current(self._ctx):
             frames = self._scene_frames(still, frozenset(products))
             if not counts:
                 return frames
@@ -240,7 +232,7 @@ class Simulator:
         if any(_geometry(setting) != _geometry(still.view.camera) for setting in settings):
             raise ValueError("a setting changes the size or the field of the picture")
         captures = []
-        with self._ctx:
+        with current(self._ctx):
             shared = self._scene_frames(still, _OF_THE_SCENE & frozenset(products))
             for setting in settings:
                 still_with = still.with_camera(setting)
@@ -261,7 +253,6 @@ class Simulator:
                 samples_per_pixel=self.scenario.samples_per_pixel,
                 inter_reflection=self.scenario.inter_reflection,
                 gather=self.scenario.gather,
-                level_error_px=self.scenario.level_error_px,
             )
         except ConfigError as error:
             where = f"{self.scenario.source or self.scenario.name} {error.where}"
@@ -389,7 +380,7 @@ class Simulator:
 
     def close(self) -> None:
         """Free the GPU resources, and the context if this simulator opened it."""
-        with self._ctx:
+        with current(self._ctx):
             self._camera_pipeline.release()
             self._renderer.release()
         if self._owns_ctx:

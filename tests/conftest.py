@@ -2,48 +2,86 @@
 
 from __future__ import annotations
 
-import ctypes
-import ctypes.util
+import os
+import shutil
+import subprocess
 from collections.abc import Iterator
-from typing import Any
 
 import moderngl
 import pytest
 
-from simgl.gpu.context import open_context
+from simgl.gpu.context import current
+from simgl.radiosity import bake_cache
+from simgl.scene.mesh import Mesh
+from tests.patience import limit
+from tests.watched_context import WatchedContext
 
-# Object names grow from 1; far more than any test makes.
-_NAMES = 600
-_KINDS = ("Texture", "Buffer", "Framebuffer", "Renderbuffer", "Program", "VertexArray", "Query")
+# Of one test, with the fixtures that it is the first to need [s].
+_LONGEST_TEST = 300.0
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_configure(config: pytest.Config) -> None:
+    """A test that hangs is ended, later on a slow machine."""
+    if config.option.timeout is None:
+        config.option.timeout = limit(_LONGEST_TEST)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _one_hull_of_a_mesh() -> Iterator[None]:
+    """The convex hull of a mesh, which decides whether it is baked, is built once in a session.
+
+    Most tests open a simulator of their own for the same few bodies, at half its cost for the hull.
+    """
+    real, answers = bake_cache.sees_itself, dict[tuple[str, int], bool]()
+
+    def remembered(mesh: Mesh, sides: int) -> bool:
+        key = mesh.digest, sides
+        if key not in answers:
+            answers[key] = real(mesh, sides)
+        return answers[key]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(bake_cache, "sees_itself", remembered)
+        yield
 
 
 @pytest.fixture(scope="session")
-def _session_context() -> Iterator[moderngl.Context]:
-    ctx = open_context()
-    yield ctx
-    ctx.release()
-
-
-def _living_objects() -> dict[str, set[int]]:
-    """Names of every object in the current context, by kind."""
-    library = ctypes.CDLL(ctypes.util.find_library("GL") or "libGL.so.1")
-    # A released program lives on while it is the current one.
-    library.glUseProgram(0)
-    return {
-        kind: {name for name in range(1, _NAMES) if getattr(library, f"glIs{kind}")(name)}
-        for kind in _KINDS
-    }
+def _watched_context() -> Iterator[WatchedContext]:
+    watched = WatchedContext()
+    yield watched
+    watched.release()
 
 
 @pytest.fixture
-def gl(_session_context: moderngl.Context) -> Iterator[moderngl.Context]:
+def gl(_watched_context: WatchedContext) -> Iterator[moderngl.Context]:
     """A headless context; fails a test that leaves an OpenGL error or object behind."""
-    # Current for this test, whatever contexts other tests opened and closed.
-    with _session_context as ctx:
-        assert ctx.error == "GL_NO_ERROR"
-        before = _living_objects()
+    _watched_context.check()
+    before = _watched_context.living
+    with current(_watched_context.ctx) as ctx:
         yield ctx
-        assert ctx.error == "GL_NO_ERROR"
-        after = _living_objects()
-    left: dict[str, Any] = {k: sorted(after[k] - before[k]) for k in _KINDS if after[k] - before[k]}
+    # Entered again: the test may have left another context current, or none.
+    _watched_context.check()
+    left = dict(_watched_context.living - before)
     assert not left, f"OpenGL objects left in the context: {left}"
+
+
+@pytest.fixture(scope="session")
+def display() -> Iterator[str]:
+    """An X server of our own, on a number that it finds free."""
+    server = shutil.which("Xvfb")
+    if server is None:
+        pytest.skip("Xvfb is not installed (apt-get install xvfb)")
+    reading, writing = os.pipe()
+    screen = ["-screen", "0", "1280x1024x24", "-nolisten", "tcp", "-displayfd", str(writing)]
+    with subprocess.Popen(
+        [server, *screen], pass_fds=[writing], stderr=subprocess.DEVNULL
+    ) as process:
+        os.close(writing)
+        with os.fdopen(reading) as pipe:
+            number = pipe.readline().strip()
+        if not number:
+            process.wait()
+            pytest.skip(f"Xvfb does not start (exit status {process.returncode})")
+        yield f":{number}"
+        process.terminate()

@@ -30,7 +30,7 @@ def lambert(reflectance: float) -> Table:
 
 
 def scene(
-    craft: Mapping[str, Table],
+    spacecraft: Mapping[str, Table],
     camera: Table,
     *,
     sun_direction: tuple[float, float, float] = (0.0, 0.0, 1.0),
@@ -45,7 +45,7 @@ def scene(
         "epoch": {"utc": "2026-03-20T12:00:00"},
         "sun": {**SUN, "direction_icrf": list(sun_direction), **(sun or {})},
         "earth": earth or {"shape": "none"},
-        "spacecraft": dict(craft),
+        "spacecraft": dict(spacecraft),
         "camera": {"cam": {**size, **camera}},
         "lamp": lamp or {},
         "render": render or {},

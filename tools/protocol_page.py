@@ -11,16 +11,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import msgspec
-from simgl_bridge import framing as wire
-from simgl_bridge import free_run as stream
-from simgl_bridge import messages, state_hash
-from simgl_bridge import router_socket as post
-from simgl_bridge import simgl1_endpoint as native
+from simgl_bridge import client_sessions, framing, hashes, messages, router_socket, simgl1_endpoint
 
 _INTRODUCTION = Path(__file__).with_name("protocol.md")
 # Types without a message tag, after the messages that hold them.
 _PARTS = (
-    messages.CameraCard,
+    messages.CameraDescription,
     messages.SentPose,
     messages.SentSun,
     messages.Shot,
@@ -37,14 +33,14 @@ _ENTRY = re.compile(r"^([a-z][\w, ]*?) : (.*)$")
 
 
 def page() -> str:
-    """The whole page: what ``protocol.md`` beside this file says, then the generated reference."""
+    """The full page: the text of ``protocol.md`` in this folder, then the generated reference."""
     text = _INTRODUCTION.read_text(encoding="utf-8")
     for name, value in {
-        "WINDOW": native.WINDOW,
-        "LARGEST_HEADER": wire.LARGEST_HEADER,
-        "LARGEST_FRAME": post.LARGEST_FRAME,
-        "MOST_WAITING": post.MOST_WAITING,
-        "OWNER_SILENCE": f"{stream.OWNER_SILENCE:g}",
+        "WINDOW": simgl1_endpoint.WINDOW,
+        "LARGEST_HEADER": framing.LARGEST_HEADER,
+        "LARGEST_FRAME": router_socket.LARGEST_FRAME,
+        "MAX_WAITING": router_socket.MAX_WAITING,
+        "OWNER_SILENCE": f"{client_sessions.OWNER_SILENCE:g}",
     }.items():
         text = text.replace(f"@{name}@", str(value))
     return text + "\n" + "\n".join(_reference())
@@ -52,10 +48,10 @@ def page() -> str:
 
 def _reference() -> Iterator[str]:
     yield "## Messages from client to server\n"
-    for kind in wire.REQUESTS:
+    for kind in messages.REQUESTS:
         yield from _struct(kind, f"`{kind.__struct_config__.tag}`")
     yield "## Messages from server to client\n"
-    for kind in wire.REPLIES:
+    for kind in messages.REPLIES:
         if kind is not messages.Bye:
             yield from _struct(kind, f"`{kind.__struct_config__.tag}`")
     yield "`bye`: as from the client, with the server's `boot`.\n"
@@ -63,7 +59,7 @@ def _reference() -> Iterator[str]:
     for part in _PARTS:
         yield from _struct(part, part.__name__)
     yield "## State hash\n"
-    yield f"{_read(inspect.getdoc(state_hash.state_hash) or '')[0]}\n"
+    yield f"{_read(inspect.getdoc(hashes.state_hash) or '')[0]}\n"
     yield "## Error codes\n"
     yield "| code | meaning |"
     yield "|---|---|"
@@ -89,7 +85,7 @@ def _struct(kind: type[msgspec.Struct], title: str) -> Iterator[str]:
 
 
 def _read(docstring: str) -> tuple[str, dict[str, str]]:
-    """The prose of a docstring, and what it says of each field."""
+    """The prose of a docstring, and the description of each field."""
     prose: list[str] = []
     entries: dict[str, str] = {}
     names: list[str] = []
@@ -107,7 +103,7 @@ def _read(docstring: str) -> tuple[str, dict[str, str]]:
 
 
 def _type(kind: typing.Any) -> str:
-    """A type as a reader of any language understands it."""
+    """A type in terms of any language."""
     if kind in _LISTS:
         return _LISTS[kind]
     if kind in _NAMES:
@@ -136,7 +132,7 @@ def _shown(field: msgspec.structs.FieldInfo) -> str:
 
 
 def _codes() -> Iterator[tuple[str, str]]:
-    """Error codes with the sentence that stands below each."""
+    """Error codes with the docstring of each."""
     (tree,) = ast.parse(inspect.getsource(messages.ErrorCode)).body
     assert isinstance(tree, ast.ClassDef)
     for item, after in zip(tree.body, tree.body[1:], strict=False):

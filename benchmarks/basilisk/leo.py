@@ -53,7 +53,7 @@ def planet(name: str, position: list[float]) -> Any:
     return messaging.SpicePlanetStateMsg().write(payload)
 
 
-def craft() -> Any:
+def inspector() -> Any:
     """The spacecraft, its camera 2 deg off the nadir."""
     body = spacecraft.Spacecraft()
     body.ModelTag = "inspector"
@@ -76,7 +76,7 @@ def fly(address: str, live: bool, size: int) -> Flight:
     simulation = SimulationBaseClass.SimBaseClass()
     process = simulation.CreateNewProcess("process")
     process.addTask(simulation.CreateNewTask("task", macros.sec2nano(1.0)))
-    body = craft()
+    body = inspector()
     gravity = simIncludeGravBody.gravBodyFactory()
     gravity.createEarth().isCentralBody = True
     gravity.addBodiesTo(body)
@@ -141,7 +141,17 @@ def fly(address: str, live: bool, size: int) -> Flight:
     for order, module in enumerate(modules):
         simulation.AddModelToTask("task", module, 100 - order)
     # Basilisk keeps no reference to what Python made.
-    simulation.kept = (gravity, places, epoch_message, circles, limb, attitude, eye, link, body)
+    simulation.references = (
+        gravity,
+        places,
+        epoch_message,
+        circles,
+        limb,
+        attitude,
+        eye,
+        link,
+        body,
+    )
     return flight
 
 

@@ -127,30 +127,30 @@ def put_in_place(sources: Path, data: Path, program: str) -> Any:
     return base
 
 
-def watch(base: Any, pictures: Path | None) -> Watched:
+def watch(base: Any, images: Path | None) -> Watched:
     """Recorders come in where a scenario starts its viewer, after all is set."""
     watched = Watched()
     start, end = base.BSKScenario.run_vizard, base.BSKScenario.end_scenario
 
     def started(self: Any, mode: str) -> None:
         simulation = self.masterSim
-        craft, software = simulation.get_DynModel(), simulation.get_FswModel()
+        dynamics, software = simulation.get_DynModel(), simulation.get_FswModel()
         sources = {
-            "camera 1": craft.cameraMod.imageOutMsg,
-            "camera 3": craft.cameraMod2.imageOutMsg,
+            "camera 1": dynamics.cameraMod.imageOutMsg,
+            "camera 3": dynamics.cameraMod2.imageOutMsg,
             "circles": software.imageProcessing.opnavCirclesOutMsg,
             "limb": software.limbFinding.opnavLimbOutMsg,
             "measured": software.opnavMsg,
             "filter": software.relativeOD.filtDataOutMsg,
-            "truth": craft.scObject.scStateOutMsg,
+            "truth": dynamics.scObject.scStateOutMsg,
         }
         watched.recorders = {name: message.recorder() for name, message in sources.items()}
         for recorder in watched.recorders.values():
-            simulation.AddModelToTask(craft.taskName, recorder)
-        if pictures is not None:
-            pictures.mkdir(parents=True, exist_ok=True)
-            craft.cameraMod.saveImages = 1
-            craft.cameraMod.saveDir = str(pictures / "camera_1_")
+            simulation.AddModelToTask(dynamics.taskName, recorder)
+        if images is not None:
+            images.mkdir(parents=True, exist_ok=True)
+            dynamics.cameraMod.saveImages = 1
+            dynamics.cameraMod.saveDir = str(images / "camera_1_")
         start(self, mode)
         watched.seconds = time.perf_counter()
 
@@ -175,15 +175,15 @@ def result(watched: Watched) -> dict[str, Any]:
     """What a run measured."""
     records = watched.recorders
     times, truth = np.array(records["truth"].times()), np.array(records["truth"].r_BN_N)
-    found: dict[str, Any] = {}
+    summary: dict[str, Any] = {}
     asked = 0
     for name in ("camera 1", "camera 3"):
         count = len(np.unique(np.array(records[name].timesWritten()))) - 1
-        found[f"{name}: images valid"] = f"{len(fresh(records[name]))} of {count}"
+        summary[f"{name}: images valid"] = f"{len(fresh(records[name]))} of {count}"
         asked += count
-    found["images per second"] = round(asked / watched.seconds, 1)
-    found["circles"] = len(fresh(records["circles"]))
-    found["limbs"] = len(fresh(records["limb"]))
+    summary["images per second"] = round(asked / watched.seconds, 1)
+    summary["circles"] = len(fresh(records["circles"]))
+    summary["limbs"] = len(fresh(records["limb"]))
 
     measured = records["measured"]
     rows = fresh(measured)
@@ -192,22 +192,22 @@ def result(watched: Watched) -> dict[str, Any]:
         error = np.array(measured.r_BN_N)[rows] - truth[at]
         distance = np.linalg.norm(truth[at], axis=1)
         size = np.linalg.norm(error, axis=1)
-        found["measurements"] = int(rows.size)
-        found["position error, median [km]"] = round(float(np.median(size)) * 1e-3, 1)
-        found["position error, median [%]"] = round(100.0 * float(np.median(size / distance)), 2)
-        found["position error, 90 % below [%]"] = round(
+        summary["measurements"] = int(rows.size)
+        summary["position error, median [km]"] = round(float(np.median(size)) * 1e-3, 1)
+        summary["position error, median [%]"] = round(100.0 * float(np.median(size / distance)), 2)
+        summary["position error, 90 % below [%]"] = round(
             100.0 * float(np.quantile(size / distance, 0.9)), 2
         )
         along = np.linalg.norm(np.array(measured.r_BN_N)[rows], axis=1) - distance
-        found["of it along the range, median [km]"] = round(float(np.median(along)) * 1e-3, 1)
+        summary["of it along the range, median [km]"] = round(float(np.median(along)) * 1e-3, 1)
     state = np.array(records["filter"].state)[:, :3]
     if np.any(state[-1]):
         off = np.linalg.norm(state - truth, axis=1)
         half = len(off) // 2
-        found["filter: error in the second half, median [km]"] = round(
+        summary["filter: error in the second half, median [km]"] = round(
             float(np.median(off[half:])) * 1e-3, 1
         )
-    return found
+    return summary
 
 
 def fly(given: argparse.Namespace, name: str) -> dict[str, Any]:
@@ -219,8 +219,8 @@ def fly(given: argparse.Namespace, name: str) -> dict[str, Any]:
         if given.scenario is not None:
             options.insert(0, str(given.scenario.resolve()))
         base = put_in_place(given.sources.resolve(), data, viewer(data, options))
-        pictures = None if given.pictures is None else given.pictures.resolve() / name
-        watched = watch(base, pictures)
+        images = None if given.pictures is None else given.pictures.resolve() / name
+        watched = watch(base, images)
         module = importlib.import_module(f"scenario_{name}")
         minutes = () if given.minutes is None else (given.minutes,)
         module.run(False, *minutes)
@@ -238,13 +238,13 @@ def main() -> None:
     parser.add_argument(
         "--minutes", type=float, help="of simulation; the scenario's own by default"
     )
-    parser.add_argument("--pictures", type=Path, help="folder for the pictures of camera 1")
+    parser.add_argument("--pictures", type=Path, help="folder for the images of camera 1")
     parser.add_argument("--json", type=Path, help="where the results go")
     parser.add_argument("--alone", action="store_true", help=argparse.SUPPRESS)
     given = parser.parse_args()
     if given.alone:
-        found = fly(given, given.names[0])
-        given.json.write_text(json.dumps(found))
+        result = fly(given, given.names[0])
+        given.json.write_text(json.dumps(result))
         return
     results = {}
     for name in given.names:

@@ -1,4 +1,4 @@
-"""The floor under the loop: a bare ZeroMQ socket that answers anything with a picture."""
+"""The floor of the loop's cost: a bare ZeroMQ socket that answers anything with an image."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ import numpy as np
 import zmq
 from simgl_bridge.router_socket import LOOPBACK_BUFFER
 
-# As long as the header of a reply with one picture.
+# As long as the header of a reply with one image.
 HEADER_BYTES = 800
 
 
 def main() -> None:
     """``python -m benchmarks.bridge.echo WIDTH HEIGHT --address ADDRESS``.
 
-    The sockets, the number of frames and the planes without a copy are those of simgl/1; nothing
-    is read, checked, placed or remembered.
+    Sockets, number of frames and planes without a copy are as in simgl/1; nothing is decoded,
+    checked or remembered.
     """
     width, height, _, address = sys.argv[1:]
     stop = Event()

@@ -1,4 +1,4 @@
-"""Mutated messages against a live server: it must answer on, and grow by nothing."""
+"""Mutated messages against a live server: it must keep answering, and its memory must not grow."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from benchmarks.bridge.scene import (
     server_process,
 )
 
-# Mutated messages between two pings; more would fill the queues, and be BUSY instead of tried.
+# Mutated messages between two pings; more would fill the queues and only get BUSY.
 BURST = 12
 _INTERESTING: list[Any] = [
     None, True, 0, -1, 2**31, 2**63 - 1, 2**63, 2**64 - 1, -(2**63), 0.0, 1e300, float("nan"),
@@ -31,7 +31,7 @@ _INTERESTING: list[Any] = [
 
 
 def fuzz(messages: int, folder: Path) -> dict[str, object]:
-    """Send ``messages`` mutations; raises AssertionError where the server is not what it was."""
+    """Send ``messages`` mutations; raises AssertionError unless the server works as before."""
     path = scenario_file(folder)
     port = _free_port()
     address = f"tcp://127.0.0.1:{port}"
@@ -75,7 +75,7 @@ _links: dict[str, zmq.Socket[Any]] = {}
 
 
 def _link(address: str, dice: random.Random) -> zmq.Socket[Any]:
-    """A connection; a fresh one now and then, for a server must outlive those too."""
+    """A connection; a new one now and then, which a server must survive too."""
     global _context
     _context = _context or zmq.Context()
     if address in _links and dice.random() < 0.02:
@@ -107,7 +107,7 @@ def _burst(
 
 
 def _good(epoch: int, dice: random.Random) -> dict[str, Any]:
-    """A request that is all right, of any type."""
+    """A valid request of any type."""
     pose = msgspec.to_builtins(chaser(dice.randrange(50)).as_sent())
     state = {
         "id": dice.randrange(1000),
@@ -132,7 +132,7 @@ def _good(epoch: int, dice: random.Random) -> dict[str, Any]:
 
 
 def _mutated(epoch: int, dice: random.Random) -> list[bytes]:
-    """A good message with one to three things wrong: values, bytes or frames."""
+    """A valid message with one to three errors: in values, bytes or frames."""
     message: Any = _good(epoch, dice)
     kind = dice.random()
     if kind < 0.8:
@@ -196,7 +196,7 @@ def _with_wrong_bytes(header: bytes, dice: random.Random) -> bytes:
 
 
 def _broken_wire(port: int, dice: random.Random) -> None:
-    """A peer that is no ZeroMQ, or one that stops in the middle."""
+    """A peer that does not speak ZeroMQ, or stops in the middle."""
     with socket.create_connection(("127.0.0.1", port), timeout=5.0) as peer:
         greeting = b"\xff" + bytes(8) + b"\x7f" + b"\x03\x00" + b"NULL".ljust(20, b"\0") + bytes(32)
         cut = greeting[: dice.randrange(len(greeting))]

@@ -1,8 +1,8 @@
-"""The loop without rendering beside its floor: a full-size picture that is ready at once.
+"""Cost of the loop without rendering, beside that of a bare ZeroMQ socket.
 
-By the Python client and by the C++ one. The floor is a bare ZeroMQ socket that answers with the
-same number of bytes. All are asked in turns, some round trips each, so that whatever else the
-machine does falls on them alike.
+Round trips of the Python client and of the C++ one for a full-size image. The floor is a ZeroMQ
+socket that answers with the same number of bytes. They run in turns, some round trips each, so that
+other load of the machine affects all alike.
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ from simgl_bridge import Client
 from benchmarks.bridge.scene import SMALL, chaser, machine, server_process
 
 SIZES = ((64, 48), (640, 480), (1280, 960), (2048, 2048))
-# Round trips of one kind before it is the other's turn.
+# Round trips of one kind before the next kind's turn.
 BLOCK = 50
 # As long as a request for one camera with one pose.
 REQUEST_BYTES = 300
-# Of the numbers in a row.
+# Prefix of the keys in a row, and name.
 KINDS = (("", "Python"), ("cpp_", "C++"), ("floor_", "floor"))
 
-# Makes some round trips, the first of a number, and tells the seconds that each one took.
+# Makes round trips, from a first number and by count; returns the seconds of each.
 RoundTrips = Callable[[int, int], list[float]]
 
 
-class Course:
-    """Round trips of one kind: their times, and what both processes worked for them.
+class Series:
+    """Round trips of one kind: their times, and the processor time of both processes.
 
     client, server : process ids
     """
@@ -45,29 +45,29 @@ class Course:
         self._round_trips = round_trips
         self._done = 0
         self.seconds: list[float] = []
-        self.worked = np.zeros(2)
+        self.processor_time = np.zeros(2)
 
-    def go(self, count: int, warm: bool = False) -> None:
-        """Some more; ``warm`` ones are not counted."""
-        before = self._work()
+    def run(self, count: int, warm: bool = False) -> None:
+        """Make more; those with ``warm`` are not counted."""
+        start = self._processor_time()
         seconds = self._round_trips(self._done, count)
         self._done += count
         if not warm:
             self.seconds += seconds
-            self.worked += self._work() - before
+            self.processor_time += self._processor_time() - start
 
-    def _work(self) -> np.ndarray:
-        return np.array([work_seconds(pid) for pid in self._processes])
+    def _processor_time(self) -> np.ndarray:
+        return np.array([processor_seconds(pid) for pid in self._processes])
 
 
-def work_seconds(pid: int) -> float:
+def processor_seconds(pid: int) -> float:
     """Processor time of all threads of a process [s], to the nanosecond."""
     threads = Path(f"/proc/{pid}/task").glob("*/schedstat")
     return sum(int(t.read_text().split()[0]) for t in threads) * 1e-9
 
 
 def overhead(frames: int, folder: Path) -> dict[str, object]:
-    """Round trips as clients see them, beside those of the floor, by size and transport [ms].
+    """Round trips of the clients and of the floor, by size and transport [ms].
 
     p50 and p99 of the times; processor time of client and server, per round trip. By the Python
     client, ``cpp_`` by the C++ one where there is a compiler, and ``floor_``.
@@ -118,20 +118,20 @@ def _side_by_side(
         server = stack.enter_context(
             server_process("benchmarks.bridge.still", str(path), address=addresses[0])
         )
-        courses = {"": stack.enter_context(_python(addresses[0], server))}
+        all_series = {"": stack.enter_context(_python(addresses[0], server))}
         if compiled is not None:
-            courses["cpp_"] = stack.enter_context(_cpp(compiled, addresses[0], server))
-        courses["floor_"] = stack.enter_context(_floor(width, height, addresses[1]))
-        for course in courses.values():
-            course.go(max(frames // 10, BLOCK), warm=True)
+            all_series["cpp_"] = stack.enter_context(_cpp(compiled, addresses[0], server))
+        all_series["floor_"] = stack.enter_context(_floor(width, height, addresses[1]))
+        for series in all_series.values():
+            series.run(max(frames // 10, BLOCK), warm=True)
         for _ in range(-(-frames // BLOCK)):
-            for course in courses.values():
-                course.go(BLOCK)
+            for series in all_series.values():
+                series.run(BLOCK)
     row: dict[str, object] = {"width": width, "height": height, "transport": transport}
-    for prefix, course in courses.items():
-        p50, p99 = np.percentile(np.array(course.seconds) * 1e3, [50.0, 99.0])
-        client, worked = course.worked * 1e3 / len(course.seconds)
-        numbers = {"p50": p50, "p99": p99, "client": client, "server": worked}
+    for prefix, series in all_series.items():
+        p50, p99 = np.percentile(np.array(series.seconds) * 1e3, [50.0, 99.0])
+        client, server_time = series.processor_time * 1e3 / len(series.seconds)
+        numbers = {"p50": p50, "p99": p99, "client": client, "server": server_time}
         row |= {f"{prefix}{name}_ms": round(float(v), 3) for name, v in numbers.items()}
     return row
 
@@ -149,7 +149,7 @@ def _timed(round_trip: Callable[[int], None]) -> RoundTrips:
 
 
 @contextmanager
-def _python(address: str, server: int) -> Iterator[Course]:
+def _python(address: str, server: int) -> Iterator[Series]:
     with Client(address, timeout_s=20.0) as client:
         epoch = client.welcome.epoch_tai_ns
 
@@ -158,26 +158,26 @@ def _python(address: str, server: int) -> Iterator[Course]:
             # Read once, as any use of it would.
             assert int(image.dn.max()) < 4000
 
-        yield Course(os.getpid(), server, _timed(round_trip))
+        yield Series(os.getpid(), server, _timed(round_trip))
 
 
 @contextmanager
-def _cpp(program: Path, address: str, server: int) -> Iterator[Course]:
+def _cpp(program: Path, address: str, server: int) -> Iterator[Series]:
     pipe = subprocess.PIPE
     with subprocess.Popen([program, address], stdin=pipe, stdout=pipe, text=True) as process:
         assert process.stdin is not None
         assert process.stdout is not None
-        asked, told = process.stdin, process.stdout
+        requests, replies = process.stdin, process.stdout
 
         def round_trips(first: int, count: int) -> list[float]:  # noqa: ARG001 - it counts itself
-            print(count, file=asked, flush=True)
-            return [int(told.readline()) * 1e-9 for _ in range(count)]
+            print(count, file=requests, flush=True)
+            return [int(replies.readline()) * 1e-9 for _ in range(count)]
 
-        yield Course(process.pid, server, round_trips)
+        yield Series(process.pid, server, round_trips)
 
 
 @contextmanager
-def _floor(width: int, height: int, address: str) -> Iterator[Course]:
+def _floor(width: int, height: int, address: str) -> Iterator[Series]:
     command = [sys.executable, "-m", "benchmarks.bridge.echo", str(width), str(height)]
     process = subprocess.Popen([*command, "--address", address])
     context = zmq.Context()
@@ -186,13 +186,13 @@ def _floor(width: int, height: int, address: str) -> Iterator[Course]:
         socket.connect(address)
         request = [b"simgl/1", bytes(REQUEST_BYTES)]
 
-        def round_trip(step: int) -> None:  # noqa: ARG001 - always the same picture
+        def round_trip(step: int) -> None:  # noqa: ARG001 - always the same image
             socket.send_multipart(request)
             assert socket.poll(20_000), "the echo is silent"
             pixels = socket.recv_multipart(copy=False)[2].buffer
             assert int(np.frombuffer(pixels, dtype=np.uint16).max()) < 4000
 
-        yield Course(os.getpid(), process.pid, _timed(round_trip))
+        yield Series(os.getpid(), process.pid, _timed(round_trip))
     finally:
         context.destroy(linger=0)
         process.terminate()

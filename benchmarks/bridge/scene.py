@@ -1,4 +1,4 @@
-"""The scene of the long runs, server processes of it, and what the system says of them."""
+"""The scene of the long runs, its server processes, and their memory."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from simgl_bridge import BodyPose, Client
 
 from simgl.errors import BridgeError
 
-# Left to itself a picture this small takes 256 samples a pixel, for they fit the budget, and 31 ms
-# (llvmpipe); with 5 it takes 5 ms.
+# By default an image this small takes 256 samples per pixel and 31 ms (llvmpipe); with 5 it takes
+# 5 ms.
 SMALL = """
 [epoch]
 utc = "2026-03-20T12:00:00"
@@ -49,7 +49,7 @@ samples_per_pixel = 5
 
 
 def chaser(step: int) -> BodyPose:
-    """A place of the chaser that differs with every step."""
+    """A pose of the chaser that differs with every step."""
     return BodyPose(
         position_m=(0.01 * step, -0.005 * step, 40.0 + 0.02 * step),
         velocity_m_s=(0.0, 0.0, -0.1),
@@ -59,7 +59,7 @@ def chaser(step: int) -> BodyPose:
 
 @contextmanager
 def server_process(module: str, *arguments: str, address: str) -> Iterator[int]:
-    """A server as a process of its own; gives its process id, and ends it with the block."""
+    """A server process; yields its process id and ends it with the block."""
     command = [sys.executable, "-m", module, *arguments, "--address", address]
     with tempfile.TemporaryFile() as log:
         process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=log)
@@ -91,7 +91,7 @@ def scenario_file(folder: Path) -> Path:
 
 
 def resident_kib(pid: int) -> int:
-    """Memory of a process that lies in RAM, without pages of files [KiB]."""
+    """Anonymous memory of a process in RAM [KiB]."""
     for line in Path(f"/proc/{pid}/status").read_text().splitlines():
         if line.startswith("RssAnon:"):
             return int(line.split()[1])
@@ -99,7 +99,7 @@ def resident_kib(pid: int) -> int:
 
 
 def machine() -> dict[str, object]:
-    """Where and when numbers were taken."""
+    """Machine and date of a measurement."""
     return {
         "date": time.strftime("%Y-%m-%d", time.gmtime()),
         "python": platform.python_version(),

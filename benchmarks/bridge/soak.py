@@ -19,27 +19,27 @@ from benchmarks.bridge.scene import (
     server_process,
 )
 
-# Distinct states; each comes again after so many frames and must bring the same bits again.
+# Distinct states; each is repeated after so many frames and must give the same bits.
 STATES = 250
-# A long run says how far it is.
+# A long run reports its progress.
 REPORT_EVERY = 10_000
 
 
 def soak(frames: int, folder: Path) -> dict[str, object]:
-    """The whole way, rendering included; see ``checked_frames``."""
+    """The full loop with rendering; see ``checked_frames``."""
     return checked_frames("simgl_bridge.commands", frames, folder)
 
 
 def loop(frames: int, folder: Path) -> dict[str, object]:
-    """The loop alone: the server's pictures are noise of each state; see ``checked_frames``."""
+    """The loop without rendering: images are noise; see ``checked_frames``."""
     return checked_frames("benchmarks.bridge.still", frames, folder)
 
 
 def checked_frames(server: str, frames: int, folder: Path) -> dict[str, object]:
-    """Ask a server module for ``frames`` pictures; raises AssertionError at the first wrong one.
+    """Request ``frames`` images of a server module; raises AssertionError at the first wrong one.
 
     The client checks id, time and state hash of every reply. Here the pixels are compared with
-    those of the same state before, and of all other states: a stale picture would differ.
+    those of the same state before, and of all other states: a stale image would differ.
     """
     path = scenario_file(folder)
     address = f"ipc://{folder / 'soak'}"

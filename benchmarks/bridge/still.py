@@ -1,4 +1,4 @@
-"""A server whose camera always has its picture ready: what is left is the loop's own cost."""
+"""A server whose images need no rendering, to measure the cost of the loop alone."""
 
 from __future__ import annotations
 
@@ -9,9 +9,8 @@ from threading import Event
 from typing import Any, cast
 
 import numpy as np
-from simgl_bridge.fair_queue import FairQueue
 from simgl_bridge.render_session import RenderSession
-from simgl_bridge.server import serve
+from simgl_bridge.server import FairQueue, serve
 from simgl_bridge.simgl1_endpoint import WINDOW, Simgl1Endpoint
 
 from simgl import Capture, Scenario, Simulator, load_scenario
@@ -19,16 +18,16 @@ from simgl.arrays import Image16
 from simgl.images import DigitalFrame, FrameInfo
 from simgl.scene.state import SceneState
 
-# Pictures up to this many pixels are those of their state: 64 x 48.
+# Images up to this size encode the time of their state: 64 x 48 pixels.
 SMALL_PIXELS = 3072
-# One more than the largest number of a pixel.
+# One more than the largest DN.
 LEVELS = 4000
 
 
 class StillSimulator:
-    """Stands where a Simulator would; every capture is noise, and there at once.
+    """Takes the place of a Simulator; every capture is the same noise, without delay.
 
-    The first pixels of small pictures tell the state's time; large ones are always the same.
+    The first pixels of small images encode the state's time; large ones are always the same.
     """
 
     renderer_name = "none"
@@ -40,7 +39,7 @@ class StillSimulator:
         self._shape = (detector.height, detector.width)
         self._dn = np.random.default_rng(1).integers(0, LEVELS, self._shape, dtype=np.uint16)
 
-    def _picture(self, tai_ns: int) -> Image16:
+    def _pixels(self, tai_ns: int) -> Image16:
         if self._dn.size > SMALL_PIXELS:
             return self._dn
         dn = self._dn.copy()
@@ -48,22 +47,22 @@ class StillSimulator:
         return dn
 
     def capture(self, state: SceneState, camera: str, products: Any, during: Any = None) -> Capture:
-        """The picture, with the pose of the state."""
+        """The image, with the pose of the state."""
         del products, during
-        there = state.cameras[camera]
-        sun = state.sun.seen_from(there.position)
+        camera_state = state.cameras[camera]
+        sun = state.sun.seen_from(camera_state.position)
         info = FrameInfo(
             scenario=self.scenario.name,
-            camera=there.camera,
+            camera=camera_state.camera,
             epoch_tai_ns=state.tai_ns,
-            position=there.position,
-            R_camera_from_icrf=there.R_camera_from_icrf,
+            position=camera_state.position,
+            R_camera_from_icrf=camera_state.R_camera_from_icrf,
             sun_direction_icrf=sun.direction_icrf,
             sun_irradiance=sun.irradiance,
             seed=self.scenario.seed,
             renderer=self.renderer_name,
         )
-        return Capture(info=info, digital=DigitalFrame(info=info, dn=self._picture(state.tai_ns)))
+        return Capture(info=info, digital=DigitalFrame(info=info, dn=self._pixels(state.tai_ns)))
 
     def close(self) -> None:
         """Nothing to free."""
@@ -76,14 +75,14 @@ def main() -> None:
     signal.signal(signal.SIGTERM, lambda *_: stop.set())
     queue = FairQueue(WINDOW)
 
-    def open_still(scenario: Scenario) -> Simulator:
+    def open_simulator(scenario: Scenario) -> Simulator:
         return cast(Simulator, StillSimulator(scenario))
 
     with (
-        RenderSession(load_scenario(Path(path)), open_simulator=open_still) as render_session,
-        Simgl1Endpoint(render_session, queue, address) as front,
+        RenderSession(load_scenario(Path(path)), open_simulator=open_simulator) as render_session,
+        Simgl1Endpoint(render_session, queue, address) as endpoint,
     ):
-        serve([front], queue, stop)
+        serve([endpoint], queue, stop)
 
 
 if __name__ == "__main__":

@@ -213,7 +213,7 @@ def _body(
     name: str, body: BodyState, bands: Sequence[int], origin: Array, folder: Path
 ) -> dict[str, Any]:
     """One shape for each material of a body that some triangle wears."""
-    mesh, R = body.model.mesh, body.pose.R_icrf_from_body
+    mesh, R = body.model.posed_mesh.baked(), body.pose.R_icrf_from_body
     positions = mesh.positions @ R.T + (body.pose.position - origin)
     normals = mesh.normals @ R.T
     worn = mesh.material[mesh.triangles[:, 0]]

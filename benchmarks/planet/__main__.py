@@ -20,7 +20,7 @@ import typer
 
 from benchmarks.record import load, write_record
 from simgl import assets
-from simgl.gpu.context import open_context
+from simgl.gpu.context import temporary_context
 from simgl.gpu.glsl import assemble
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.render_targets import Format, ImageTarget
@@ -124,7 +124,7 @@ def main(
 ) -> None:
     """Draw, time, print, and write the record."""
     before = load()
-    with open_context() as ctx:
+    with temporary_context() as ctx:
         air = AtmospherePass(ctx)
         planet = PlanetPass(ctx, air)
         target = ImageTarget(ctx, SIZE, (Format("f4", 4),))

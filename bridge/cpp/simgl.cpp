@@ -1,4 +1,4 @@
-// The C interface over the C++ client: exceptions become return values and lines of text.
+// The C interface over the C++ client: exceptions become return values and error messages.
 #include "simgl.h"
 
 #include "simgl.hpp"
@@ -19,7 +19,7 @@ template <std::size_t N> void copy(const std::array<double, N> &from, double *to
     std::copy(from.begin(), from.end(), to);
 }
 
-// What a caller handed over that cannot be.
+// An invalid argument of the caller.
 struct BadArgument : simgl::Error {
     using simgl::Error::Error;
 };
@@ -140,7 +140,7 @@ int simgl_render_scene_dn(simgl_client *client, int64_t tai_ns, const char *came
         need(camera, "camera");
         need(pixels, "pixels");
         if (body_count > 0) need(bodies, "bodies");
-        // Before it is sent: time would have gone on with a picture that nobody gets.
+        // Checked before sending: the server's time would advance with an image that is lost.
         for (const simgl::Camera &card : client->client.welcome().cameras)
             if (card.name == camera) check_room(card, pixel_count);
         std::map<std::string, simgl::Pose> poses;
@@ -148,7 +148,7 @@ int simgl_render_scene_dn(simgl_client *client, int64_t tai_ns, const char *came
             add(poses, bodies[i].name, pose_of(bodies[i]), "bodies");
         const simgl_scene said = scene == nullptr ? simgl_scene{} : *scene;
         simgl::Shot shot{camera};
-        // Zero says nothing; the server refuses what else is no time or gain.
+        // Zero means not given; the server refuses other invalid values.
         if (exposure_time_s != 0.0) shot.exposure_time_s = exposure_time_s;
         if (said.gain_dn_per_e != 0.0) shot.gain_dn_per_e = said.gain_dn_per_e;
         const simgl::Tick tick =

@@ -1,8 +1,8 @@
 /* A client of simgl's image service for C: Simulink S-functions, flight-software stubs.
  *
  * Compile simgl.cpp with a C++17 compiler and link with libzmq; this header is plain C99.
- * Every call ends after the client's timeout. Functions return SIMGL_OK or say what went wrong in
- * one line of text. Units are in the names; see simgl.hpp. */
+ * Every call ends after the client's timeout. Functions return SIMGL_OK, or a code and an
+ * error message of one line. Units are in the names; see simgl.hpp. */
 #ifndef SIMGL_H
 #define SIMGL_H
 
@@ -16,9 +16,9 @@ extern "C" {
 enum {
     SIMGL_OK = 0,
     SIMGL_REFUSED = 1,   /* the server refused the request */
-    SIMGL_NO_ANSWER = 2, /* away, frozen or gone; the next call connects again */
-    SIMGL_BAD_REPLY = 3, /* the reply shows something else than what was asked for */
-    SIMGL_BAD_ARGUMENT = 4 /* a null pointer, a name twice, too little room; nothing was sent */
+    SIMGL_NO_ANSWER = 2, /* server not running or blocked; the next call connects again */
+    SIMGL_BAD_REPLY = 3, /* the reply does not show what was asked for */
+    SIMGL_BAD_ARGUMENT = 4 /* a null pointer, a repeated name, a small buffer; nothing was sent */
 };
 
 typedef struct simgl_client simgl_client;
@@ -29,23 +29,23 @@ typedef struct {
     double value;
 } simgl_setting;
 
-/* What is left out of an initialiser is zero, and says nothing; but an attitude is always needed:
- * four zeros are refused. */
+/* Members left out of an initialiser are zero, which leaves them out of the request; an attitude is
+ * always needed: four zeros are refused. */
 typedef struct {
     const char *name;
     double position_m[3];
     double velocity_m_s[3];
     double q_icrf_from_body_xyzw[4];
-    double angular_velocity_rad_s[3]; /* against ICRF, in body axes; shows in a scene that moves */
+    double angular_velocity_rad_s[3]; /* relative to ICRF, in body axes; used with moving */
     const simgl_setting *joints;
     size_t joint_count;
 } simgl_body;
 
-/* What else a request may say of the scene; all zero says nothing. */
+/* Optional parts of a request; all zero leaves them out. */
 typedef struct {
     const simgl_setting *lamps; /* shares 0 to 1; lamps left out burn fully */
     size_t lamp_count;
-    int moving; /* bodies go on with their rates while the shutter is open: motion blur */
+    int moving; /* bodies move with their rates while the shutter is open: motion blur */
     int seek;   /* allow a time before that of the last request */
     const double *sun_position_m; /* 3 numbers; NULL leaves the Sun to the scenario */
     double gain_dn_per_e;         /* 0 takes the camera's own */
@@ -55,7 +55,7 @@ typedef struct {
     uint64_t sequence;
     int64_t tai_ns; /* mid-exposure */
     int64_t exposure_start_tai_ns, exposure_end_tai_ns, readout_end_tai_ns;
-    int64_t available_tai_ns; /* when flight software has the image */
+    int64_t available_tai_ns; /* when flight software receives the image */
     int32_t width, height;
     double exposure_time_s, gain_dn_per_e;
     double camera_position_m[3];
@@ -65,26 +65,26 @@ typedef struct {
     char state_hash[33];
 } simgl_image;
 
-/* A client, or NULL with the reason in error. */
+/* Returns a client, or NULL with the reason in error. */
 simgl_client *simgl_connect(const char *address, double timeout_s, char *error, size_t error_size);
 /* NULL is allowed. */
 void simgl_close(simgl_client *client);
 
 /* Start of the server's scenario; 0 for a client that is NULL. */
 int64_t simgl_epoch_tai_ns(const simgl_client *client);
-/* Pixels of a camera. */
+/* Width and height of a camera in pixels. */
 int simgl_camera_size(const simgl_client *client, const char *camera, int32_t *width,
                       int32_t *height);
 
-/* The digital numbers that a camera takes of a state, row by row from the top. An exposure of 0
- * takes the camera's own. pixels has room for pixel_count numbers, those of the camera at least; info
- * may be NULL. */
+/* The DN that a camera takes of a state, row by row from the top. An exposure of 0
+ * takes the camera's own. pixels holds pixel_count numbers, at least as many as the camera has; info may
+ * be NULL. */
 int simgl_render_dn(simgl_client *client, int64_t tai_ns, const char *camera,
                     const simgl_body *bodies, size_t body_count, double exposure_time_s,
                     uint16_t *pixels, size_t pixel_count, simgl_image *info, char *error,
                     size_t error_size);
 
-/* The same of a scene with lamps dimmed, bodies that move, or another Sun; NULL says nothing. */
+/* The same with lamps, motion blur or another Sun; scene may be NULL. */
 int simgl_render_scene_dn(simgl_client *client, int64_t tai_ns, const char *camera,
                           const simgl_body *bodies, size_t body_count, const simgl_scene *scene,
                           double exposure_time_s, uint16_t *pixels, size_t pixel_count,

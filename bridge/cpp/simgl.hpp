@@ -6,10 +6,10 @@
 //     auto tick = client.render(client.welcome().epoch_tai_ns, {{"navcam"}}, {{"chaser", pose}});
 //     std::vector<std::uint16_t> dn = tick.image("navcam").plane("dn").u16();
 //
-// Every wait ends after the client's timeout. A reply is handed over only when it shows the very
-// state that was sent: its hash is made anew here. What goes wrong is an exception: Refused (the
-// server's own words), NoAnswer (away, frozen, gone; at once where the connection breaks) or
-// BadReply. After a NoAnswer the client goes on with its next request. Use a client on one thread.
+// Every call ends after the client's timeout. A reply is returned only if it shows the state that
+// was sent: the client recomputes its hash. Errors are exceptions: Refused (with the server's
+// reason), NoAnswer (server not running or blocked; at once where the connection breaks) or
+// BadReply. After a NoAnswer the client can be used on. Use a client on one thread.
 //
 // Units are in the names; positions Earth-centred in ICRF axes, times TAI nanoseconds since
 // 1970-01-01T00:00:00 TAI, quaternions Hamilton, scalar last. docs/protocol.md has every message.
@@ -38,7 +38,7 @@ namespace simgl {
 using Vector = std::array<double, 3>;
 using Quaternion = std::array<double, 4>;
 
-// What a client throws; the message is one line.
+// Base of all errors; the message is one line.
 struct Error : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
@@ -56,21 +56,21 @@ struct NoAnswer : Error {
     using Error::Error;
 };
 
-// A reply that is no answer to what was asked.
+// A reply that does not answer the request.
 struct BadReply : Error {
     using Error::Error;
 };
 
-// Where a spacecraft is and how it is turned; joints in rad or m.
+// Position, velocity, attitude and joints (rad or m) of a spacecraft.
 struct Pose {
     Vector position_m{}, velocity_m_s{};
     Quaternion q_icrf_from_body_xyzw{0.0, 0.0, 0.0, 1.0};
     std::map<std::string, double> joints{};
-    Vector angular_velocity_rad_s{}; // body axes; shows where a request says moving
+    Vector angular_velocity_rad_s{}; // body axes; used where a request sets moving
 };
 
-// What else a request may say of the scene. Lamps burn with a share of their power, 0 to 1, those
-// left out fully; moving lets bodies go on with their rates while the shutter is open.
+// Optional parts of a request. Lamps burn with a share of their power, 0 to 1, those left out
+// fully; with moving, bodies move with their rates while the shutter is open.
 struct Scene {
     std::optional<Vector> sun_position_m{};
     std::map<std::string, double> lamps{};
@@ -82,14 +82,14 @@ struct Scene {
         : sun_position_m(sun), lamps(std::move(dimmed)), moving(moves) {}
 };
 
-// What one camera is asked for; what is left out is the camera's own.
+// The request to one camera; values left out are the camera's own.
 struct Shot {
     std::string camera;
     std::optional<double> exposure_time_s{}, gain_dn_per_e{};
     std::vector<std::string> products{"dn"};
 };
 
-// A camera as the server offers it; pixel (i, j) has its centre at (i + 0.5, j + 0.5).
+// A camera of the server; pixel (i, j) has its centre at (i + 0.5, j + 0.5).
 struct Camera {
     std::string name;
     int width, height, bits;
@@ -97,7 +97,7 @@ struct Camera {
     double exposure_time_s, readout_time_s, transport_latency_s;
 };
 
-// What the server says of itself.
+// The server's description of itself.
 struct Welcome {
     std::string server, boot, renderer, scenario, scene_hash;
     std::int64_t epoch_tai_ns;
@@ -114,7 +114,7 @@ struct Welcome {
 
 namespace detail {
 
-// A frame of a message, freed with its last owner; pixels are used where they arrived.
+// A frame of a message, freed with its last owner; pixels are not copied.
 class Frame {
   public:
     Frame() : message_(new zmq_msg_t, [](zmq_msg_t *m) { zmq_msg_close(m); delete m; }) {
@@ -130,7 +130,7 @@ class Frame {
     std::shared_ptr<zmq_msg_t> message_;
 };
 
-// MessagePack, as much of it as simgl/1 uses.
+// The part of MessagePack that simgl/1 uses.
 class Writer {
   public:
     std::string bytes;
@@ -243,7 +243,7 @@ class Value {
             for (std::size_t i = 0; i < size; ++i) v = v << 8 | *at++;
             return v;
         }
-        // Each item takes a byte at least, so a length beyond the end is a lie: nothing is
+        // Each item takes at least a byte, so a length beyond the end is invalid: nothing is
         // allocated for it.
         std::size_t length(std::uint64_t n) const {
             if (n > static_cast<std::uint64_t>(end - at)) throw BadReply("a header is cut off");
@@ -392,7 +392,7 @@ inline std::string blake2b_128(const std::string &content) {
 
 } // namespace detail
 
-// One product of an image: row-major, row 0 at the top, little-endian as it came.
+// One product of an image: row-major, row 0 at the top, little-endian as received.
 class Plane {
   public:
     std::string product, dtype, unit;
@@ -400,7 +400,7 @@ class Plane {
 
     const unsigned char *data() const { return frame_.data(); }
     std::size_t size() const { return frame_.size(); }
-    // The pixels as numbers of this machine, on big-endian ones too.
+    // The pixels in the byte order of this machine, big-endian ones too.
     std::vector<std::uint16_t> u16() const { return numbers<std::uint16_t>("<u2"); }
     std::vector<std::uint32_t> u32() const { return numbers<std::uint32_t>("<u4"); }
     std::vector<float> f32() const {
@@ -429,7 +429,7 @@ class Plane {
     }
 };
 
-// What one camera took, with the values that were used.
+// The image of one camera, with the values that were used.
 struct Image {
     std::string camera;
     Vector position_m;
@@ -463,8 +463,8 @@ struct Tick {
     }
 };
 
-// How to connect. The keys are for a server that asks for them, in ZeroMQ's Z85 form: what stands
-// after public-key and secret-key in the files that simgl keys makes.
+// Options of a connection. Keys are for a server that requires them, in ZeroMQ's Z85 form: the
+// strings after public-key and secret-key in the files that simgl keys makes.
 struct Options {
     double timeout_s = 10.0;
     std::string name = "c++";
@@ -489,9 +489,9 @@ class Client {
             bye.map(1).text("type").text("bye");
             if (connected_) send(bye.bytes);
         } catch (const Error &) {
-            // Leaving without a goodbye is allowed.
+            // A client may leave without a goodbye.
         }
-        // Time for the goodbye to leave.
+        // Time to send the goodbye.
         set(ZMQ_LINGER, 100);
     }
 
@@ -500,7 +500,7 @@ class Client {
     int restarts() const { return restarts_; }
     double timeout_s() const { return timeout_s_; }
 
-    // The pictures that cameras take of one state. tai_ns is mid-exposure; bodies left out follow
+    // The images that cameras take of one state. tai_ns is mid-exposure; bodies left out follow
     // the scenario's own laws; seek allows a time before the last request's.
     Tick render(std::int64_t tai_ns, const std::vector<Shot> &cameras,
                 const std::map<std::string, Pose> &bodies = {}, const Scene &scene = {},
@@ -545,11 +545,11 @@ class Client {
         set(ZMQ_RECONNECT_IVL, 50);
         set(ZMQ_HEARTBEAT_IVL, 1000);
         set(ZMQ_HEARTBEAT_TIMEOUT, 10000);
-        // The largest plane: radiance of 16384 x 16384 pixels. What announces more is hung up on.
+        // The largest plane: radiance of 16384 x 16384 pixels. Longer frames break the connection.
         const std::int64_t largest = std::int64_t{16384} * 16384 * 16;
         zmq_setsockopt(socket_.get(), ZMQ_MAXMSGSIZE, &largest, sizeof largest);
         if (address_.rfind("tcp://[", 0) == 0) set(ZMQ_IPV6, 1);
-        // Clients of one name must not take over each other's place.
+        // Clients of one name must not take over each other's identity.
         std::random_device random;
         char identity[48];
         std::snprintf(identity, sizeof identity, "%08x%08x%08x-c++", random(), random(), random());
@@ -593,8 +593,8 @@ class Client {
             welcome_.bodies.push_back(body.first.text());
     }
 
-    // Time for the server to say that it cannot, before this client gives up itself; an hour is the
-    // most that it takes.
+    // Time for the server to answer that it cannot, before this client gives up; a server accepts
+    // at most an hour.
     std::uint64_t server_deadline_ms() const {
         const double seconds = std::min(3600.0, std::max(0.5 * timeout_s_, timeout_s_ - 0.2));
         return std::max<std::uint64_t>(1, static_cast<std::uint64_t>(1000.0 * seconds));
@@ -633,7 +633,7 @@ class Client {
         return w.bytes;
     }
 
-    // The name of the state that was sent, as the server makes it; see docs/protocol.md.
+    // The hash of the state that was sent, as the server computes it; see docs/protocol.md.
     std::string state_hash(std::int64_t tai_ns, const std::vector<Shot> &cameras,
                            const std::map<std::string, Pose> &bodies, const Scene &scene) const {
         detail::Writer w;
@@ -745,7 +745,7 @@ class Client {
         }
     }
 
-    // What happened since the last request; replies to given-up ones are dropped.
+    // Receives what arrived since the last request; replies to abandoned requests are dropped.
     void settle() {
         Reply late;
         events();
@@ -753,7 +753,7 @@ class Client {
     }
 
     void send(const std::string &header) {
-        // A full queue means a server that takes nothing; the wait for the reply then ends it.
+        // A full queue means that the server reads nothing; the call then ends at its timeout.
         if (zmq_send(socket_.get(), "simgl/1", 7, ZMQ_SNDMORE | ZMQ_DONTWAIT) == 7)
             zmq_send(socket_.get(), header.data(), header.size(), ZMQ_DONTWAIT);
     }
@@ -780,8 +780,8 @@ class Client {
             zmq_msg_recv(where.get(), monitor_.get(), ZMQ_DONTWAIT);
             std::uint16_t number;
             std::memcpy(&number, event.data(), 2);
-            // A server that ends in the middle of a handshake fails it without detail, as one that
-            // does not take the keys does: to a client that was let in before it is a break.
+            // A server that ends during a handshake fails it without detail, as one that does not
+            // accept the keys does: for a client that was admitted before, it is a break.
             const bool cut_off = number == ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL && let_in_;
             if ((number & failed_) && !cut_off)
                 throw Error(address_ + ": the server refused this client: its key, or the "
@@ -843,7 +843,7 @@ class Client {
     std::uint64_t last_id_ = 0, last_sequence_ = 0;
     std::optional<Clock::time_point> heard_;
     Welcome welcome_{};
-    // Destroyed from the last to the first: sockets before their context.
+    // Destroyed in reverse order: sockets before their context.
     std::unique_ptr<void, End> context_;
     std::unique_ptr<void, Close> monitor_, socket_;
 };

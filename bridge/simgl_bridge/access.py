@@ -1,7 +1,7 @@
-"""Who may connect: CURVE keys, the server's list of clients, and how sockets get them.
+"""Access control: CURVE keys and the server's list of clients.
 
-A pair of keys is two files, ``NAME.key`` (public, to hand out) and ``NAME.key_secret`` (mode 0600),
-in the format of ZeroMQ's own tools.
+A pair of keys is two files, ``NAME.key`` (public) and ``NAME.key_secret`` (mode 0600), in the
+format of ZeroMQ's own tools.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ class Access:
     """Who may connect to a server; by default any program of this machine.
 
     secret : the server's own ``.key_secret`` file; clients then need a key
-    allowed : folder with the ``.key`` files of the clients that may come
-    insecure : let anybody in, from anywhere
+    allowed : folder with the ``.key`` files of the clients that may connect
+    insecure : accept any client from any machine
     """
 
     secret: Path | None = None
@@ -53,26 +53,29 @@ class Access:
             if not listed:
                 problem = f"must be a folder with the .key files of clients, got {self.allowed}"
                 raise ConfigError("simgl serve", "--allow", problem)
-            # One that cannot be read would cost every client its place on the list.
+            # One unreadable file would make ZeroMQ refuse every client.
             for path in listed:
                 _keys_in(path)
 
     @property
-    def guarded(self) -> bool:
-        """Whether an address beyond this machine may be bound."""
+    def allows_remote(self) -> bool:
+        """Whether an address that other machines reach may be bound."""
         return self.insecure or self.secret is not None
 
-    def guard(self, context: zmq.Context[Any]) -> ThreadAuthenticator | None:
-        """Start the doorkeeper of a context, before any socket is bound; None where none is due."""
+    def start_authenticator(self, context: zmq.Context[Any]) -> ThreadAuthenticator | None:
+        """Check keys of the clients of a context, if the server has keys.
+
+        Call it before any socket is bound.
+        """
         if self.secret is None:
             return None
-        doorkeeper = ThreadAuthenticator(context)
-        doorkeeper.start()
-        doorkeeper.configure_curve(domain=_DOMAIN.decode(), location=str(self.allowed))
-        return doorkeeper
+        authenticator = ThreadAuthenticator(context)
+        authenticator.start()
+        authenticator.configure_curve(domain=_DOMAIN.decode(), location=str(self.allowed))
+        return authenticator
 
     def apply(self, socket: zmq.Socket[Any]) -> None:
-        """Make a socket one that asks for keys, if they are asked for."""
+        """Make a socket require keys, if the server has some."""
         if self.secret is None:
             return
         public, secret = _pair(self.secret)
@@ -87,7 +90,7 @@ ANY_LOCAL = Access()
 
 @dataclass(frozen=True, kw_only=True)
 class ClientKeys:
-    """What a client needs for a server that asks for keys.
+    """Keys of a client, for a server that requires them.
 
     secret : the client's own ``.key_secret`` file
     server : the server's ``.key`` file
@@ -140,7 +143,7 @@ def make_keys(name: str, folder: Path) -> tuple[Path, Path]:
             raise ConfigError("simgl keys", "NAME", f"would replace {path}")
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        # Made unreadable for others, not made so afterwards.
+        # Unreadable for others from the start.
         with _umask(0o077):
             create_certificates(folder, name)
         public.chmod(0o644)
@@ -154,33 +157,33 @@ def make_keys(name: str, folder: Path) -> tuple[Path, Path]:
 
 @contextmanager
 def _umask(mask: int) -> Iterator[None]:
-    before = os.umask(mask)
+    previous = os.umask(mask)
     try:
         yield
     finally:
-        os.umask(before)
+        os.umask(previous)
 
 
 def reason(error: zmq.ZMQError) -> str:
-    """Why ZeroMQ cannot, without the address that it may add."""
+    """The text of a ZeroMQ error, without the address that it may add."""
     return zmq.strerror(error.errno or 0)
 
 
-def bound(socket: zmq.Socket[Any], address: str, access: Access, option: str = "--address") -> str:
-    """Bind a socket where and as it may be; returns the address with the port that was found.
+def bind(socket: zmq.Socket[Any], address: str, access: Access, option: str = "--address") -> str:
+    """Bind a socket with access control; returns the address with the port in use.
 
     Raises ConfigError for an address open to strangers and BridgeError where it cannot be bound.
     """
-    check_bindable(address, guarded=access.guarded, option=option)
+    check_bindable(address, remote_allowed=access.allows_remote, option=option)
     access.apply(socket)
     if is_ipv6(address):
         socket.setsockopt(zmq.IPV6, 1)
     path = ipc_path(address)
-    # ZeroMQ would take the place of whoever listens there without a word.
+    # ZeroMQ would silently replace a server that listens there.
     if path is not None and is_listening(path):
         raise BridgeError(f"{address}: cannot be bound ({os.strerror(errno.EADDRINUSE)})")
     try:
-        # A socket file is for its user alone from the start.
+        # The socket file is accessible to its user only, from the start.
         with _umask(0o177):
             socket.bind(address)
     except zmq.ZMQError as error:

@@ -1,4 +1,4 @@
-"""Where a server may listen: this machine only, unless clients prove who they are."""
+"""Addresses that a server may bind: of this machine only, unless clients need keys."""
 
 from __future__ import annotations
 
@@ -16,11 +16,13 @@ _LOOPBACK = re.compile(r"127\.\d{1,3}\.\d{1,3}\.\d{1,3}|localhost|\[::1\]")
 _ALLOWED = "must be tcp://127.0.0.1:PORT or ipc://PATH"
 
 
-def check_bindable(address: str, *, guarded: bool = False, option: str = "--address") -> None:
+def check_bindable(
+    address: str, *, remote_allowed: bool = False, option: str = "--address"
+) -> None:
     """Raises ConfigError for an address that is malformed or open to strangers.
 
-    guarded : clients need a key, or the user has said that anybody may come
-    option : that the address was given with, for the error
+    remote_allowed : clients need a key, or the user allows any client
+    option : name of the command-line option, for the error
     """
     if address.startswith("ipc://"):
         _check_ipc(address, option)
@@ -30,7 +32,7 @@ def check_bindable(address: str, *, guarded: bool = False, option: str = "--addr
         raise _refused(address, "it has not this form", option)
     if match[2] != "*" and int(match[2]) > 65535:
         raise _refused(address, "a port is at most 65535", option)
-    if not guarded and not _LOOPBACK.fullmatch(match[1]):
+    if not remote_allowed and not _LOOPBACK.fullmatch(match[1]):
         reason = "beyond this machine it needs --keys and --allow, or --insecure"
         if option == "--basilisk":
             reason = "Basilisk's protocol has no keys, so it stays on this machine"
@@ -38,13 +40,13 @@ def check_bindable(address: str, *, guarded: bool = False, option: str = "--addr
 
 
 def is_loopback(address: str) -> bool:
-    """Whether a TCP address reaches this machine alone."""
+    """Whether a TCP address is reachable from this machine only."""
     match = _TCP.fullmatch(address)
     return match is not None and _LOOPBACK.fullmatch(match[1]) is not None
 
 
 def is_ipv6(address: str) -> bool:
-    """Whether an address names a host by a number of IP version 6, such as ``tcp://[::1]:5563``."""
+    """Whether an address has an IPv6 host, such as ``tcp://[::1]:5563``."""
     return address.startswith("tcp://[")
 
 
@@ -55,9 +57,9 @@ def ipc_path(address: str) -> Path | None:
 
 
 def is_listening(path: Path) -> bool:
-    """Whether a process listens at a socket file; where one has died its file stays behind."""
+    """Whether a process listens at a socket file; a process that died leaves its file."""
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as probe:
-        # A queue that is full has somebody behind it too.
+        # A full queue means that a process listens, too.
         probe.setblocking(False)
         try:
             probe.connect(str(path))
@@ -74,7 +76,7 @@ def _check_ipc(address: str, option: str) -> None:
         raise _refused(address, "an abstract name has no file permissions", option)
     if path == Path("*"):
         raise _refused(address, "a socket needs a name of its own", option)
-    # ZeroMQ removes whatever stands at the path before it binds.
+    # ZeroMQ removes any file at the path before it binds.
     if path.exists() and not stat.S_ISSOCK(path.stat().st_mode):
         raise _refused(address, "something that is no socket stands there", option)
     if not path.parent.is_dir():

@@ -1,4 +1,4 @@
-"""The pose of a spacecraft as a client program holds it."""
+"""The pose of a spacecraft in a client program, and its form on the wire."""
 
 from __future__ import annotations
 
@@ -15,14 +15,13 @@ from simgl_bridge.messages import SentPose
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BodyPose:
-    """Where a spacecraft is and how it is turned.
+    """Position, velocity, attitude and joints of a spacecraft.
 
     position_m : (3,) origin of the body frame, Earth-centred, ICRF axes [m]
     velocity_m_s : (3,) in the same axes [m s-1]; cameras and laws that use LVLH need it
     q_icrf_from_body_xyzw : (4,) unit, Hamilton, scalar last; turns body into ICRF components
     joints : movable joint to its angle [rad] or travel [m]
-    angular_velocity_rad_s : (3,) against the ICRF axes, in body axes; shows in pictures of moving
-        bodies
+    angular_velocity_rad_s : (3,) relative to ICRF, in body axes; used where ``moving`` is set
     """
 
     position_m: ArrayLike
@@ -41,7 +40,7 @@ class BodyPose:
         )
 
     def as_sent(self) -> SentPose:
-        """The pose as it travels; ValueError for a wrong shape. The server checks the values."""
+        """The pose as it is sent; raises ValueError for a wrong shape."""
         x, y, z = floats("position_m", self.position_m, 3)
         vx, vy, vz = floats("velocity_m_s", self.velocity_m_s, 3)
         qx, qy, qz, qw = floats("q_icrf_from_body_xyzw", self.q_icrf_from_body_xyzw, 4)
@@ -56,19 +55,9 @@ class BodyPose:
 
 
 def floats(field: str, values: ArrayLike, count: int) -> list[float]:
-    """Numbers as they travel; ValueError for a wrong shape."""
+    """Numbers of a message; raises ValueError for a wrong shape."""
     array: Array = np.asarray(values, dtype=np.float64)
     if array.shape != (count,):
         raise ValueError(f"{field} must be {count} numbers, got shape {array.shape}")
     numbers: list[float] = array.tolist()
     return numbers
-
-
-def sent_pose(pose: Pose) -> SentPose:
-    """A pose of simgl's own type as it travels."""
-    x, y, z = pose.position.tolist()
-    vx, vy, vz = pose.velocity.tolist()
-    qx, qy, qz, qw = quaternion_from_matrix(pose.R_icrf_from_body).tolist()
-    return SentPose(
-        position_m=(x, y, z), velocity_m_s=(vx, vy, vz), q_icrf_from_body_xyzw=(qx, qy, qz, qw)
-    )

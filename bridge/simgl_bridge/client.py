@@ -1,53 +1,56 @@
-"""The Python client: it owns the time, sends a state and waits for the pictures of exactly that."""
+"""The synchronous Python client: it drives simulation time and waits for the images of a state."""
 
 from __future__ import annotations
 
 import math
 import time
 from collections.abc import Mapping, Sequence
-from typing import TypeVar
+from typing import TypeVar, Unpack
 
 import zmq
 from zmq.utils.monitor import recv_monitor_message
 
 from simgl.errors import BridgeError
-from simgl_bridge import multipart
 from simgl_bridge.access import ClientKeys
 from simgl_bridge.body_pose import BodyPose
-from simgl_bridge.client_errors import NoAnswerError, RemoteError
-from simgl_bridge.client_images import Image, Tick
-from simgl_bridge.client_protocol import ClientProtocol, check_timeout, server_deadline_ms, shot_of
-from simgl_bridge.connect import dial
-from simgl_bridge.framing import pack
+from simgl_bridge.client_images import Image, ImageSet
+from simgl_bridge.client_protocol import (
+    Call,
+    ClientProtocol,
+    Payload,
+    RenderOptions,
+    StateOptions,
+    check_timeout,
+    server_deadline_ms,
+    shot_of,
+)
+from simgl_bridge.framing import VERSION, pack
 from simgl_bridge.messages import (
     Bye,
     Configure,
-    Error,
+    Hello,
     Images,
     Message,
     Next,
     Ping,
     Pong,
     Shot,
-    State,
     Statistics,
     Stats,
     Welcome,
 )
+from simgl_bridge.sockets import connect, receive, send
 
-# States of the free-run that a client remembers, to check the pictures of them.
-_STATES = 1024
-
-_R = TypeVar("_R", bound=Message)
+_Reply = TypeVar("_Reply", bound=Message)
 
 
 class Client:
-    """A synchronous link to one server. Every wait ends after ``timeout_s``.
+    """A synchronous connection to one server. Every call ends after ``timeout_s``.
 
     Use it on one thread. Raises NoAnswerError where the server does not answer (at once where the
     connection breaks), RemoteError where it refuses, AccessError where keys do not fit, and
-    BridgeError where a reply shows anything but what was asked for. After a NoAnswerError the same
-    client goes on with its next request: it connects again by itself.
+    BridgeError where a reply shows anything but what was asked for. After a NoAnswerError the
+    client can be used on: it connects again with the next request.
 
     >>> with Client("tcp://127.0.0.1:5563") as client:
     ...     image = client.render(client.welcome.epoch_tai_ns, "navcam")
@@ -65,21 +68,20 @@ class Client:
         self.address = address
         self.timeout_s = timeout_s
         self._protocol = ClientProtocol(address)
-        self._states: dict[int, State] = {}
         self._context = zmq.Context()
         try:
-            self._socket, self._monitor = dial(self._context, address, name, keys)
+            self._socket, self._monitor = connect(self._context, address, name, keys)
             self._poller = zmq.Poller()
             self._poller.register(self._socket, zmq.POLLIN)
             self._poller.register(self._monitor, zmq.POLLIN)
-            self._protocol.greeted(self._ask(self._protocol.hello(name), Welcome, None)[0])
+            self._call(Hello(client=name, versions=(VERSION,)), Welcome)
         except BaseException:
             self._context.destroy(linger=0)
             raise
 
     @property
     def welcome(self) -> Welcome:
-        """What the server said of itself: cameras, bodies, seed, window."""
+        """The server's description of itself: cameras, bodies, seed, window."""
         return self._protocol.welcome
 
     @property
@@ -89,22 +91,18 @@ class Client:
 
     def ping(self) -> float:
         """Round-trip time [s]."""
-        id = self._protocol.next_id()
         start = time.perf_counter()
-        self._ask(Ping(id=id), Pong, id)
+        self._call(Ping(id=self._protocol.next_id()), Pong)
         return time.perf_counter() - start
 
     def stats(self) -> Statistics:
-        """What the server counted."""
-        id = self._protocol.next_id()
-        return self._ask(Stats(id=id), Statistics, id)[0]
+        """The server's counters."""
+        return self._call(Stats(id=self._protocol.next_id()), Statistics)[0]
 
     def configure(self, scenario: str | None = None, seed: int | None = None) -> Welcome:
-        """Another scenario of the server's folder, or another seed, for all its clients."""
-        id = self._protocol.next_id()
-        reply, _ = self._ask(Configure(id=id, scenario=scenario, seed=seed), Welcome, id)
-        self._protocol.greeted(reply)
-        return reply
+        """Choose another scenario of the server's folder, or another seed, for all its clients."""
+        request = Configure(id=self._protocol.next_id(), scenario=scenario, seed=seed)
+        return self._call(request, Welcome)[0]
 
     def render(
         self,
@@ -115,28 +113,16 @@ class Client:
         products: Sequence[str] = ("dn",),
         *,
         gain_dn_per_e: float | None = None,
-        sun_position_m: Sequence[float] | None = None,
-        lamps: Mapping[str, float] | None = None,
-        moving: bool = False,
-        seek: bool = False,
         retry: bool = False,
+        **options: Unpack[RenderOptions],
     ) -> Image:
-        """The picture that one camera takes of a state; see ``render_all``.
+        """The image that one camera takes of a state; see ``render_all`` for the other parameters.
 
         exposure_time_s, gain_dn_per_e : None takes the camera's own
         products : of "dn", "radiance", "electrons", "depth", "part_id"
         """
-        tick = self.render_all(
-            tai_ns,
-            [shot_of(camera, exposure_time_s, gain_dn_per_e, products)],
-            bodies,
-            sun_position_m=sun_position_m,
-            lamps=lamps,
-            moving=moving,
-            seek=seek,
-            retry=retry,
-        )
-        return tick[camera]
+        shots = [shot_of(camera, exposure_time_s, gain_dn_per_e, products)]
+        return self.render_all(tai_ns, shots, bodies, retry=retry, **options)[camera]
 
     def render_all(
         self,
@@ -144,170 +130,105 @@ class Client:
         cameras: Sequence[Shot],
         bodies: Mapping[str, BodyPose] | None = None,
         *,
-        sun_position_m: Sequence[float] | None = None,
-        lamps: Mapping[str, float] | None = None,
-        moving: bool = False,
-        seek: bool = False,
         retry: bool = False,
-    ) -> Tick:
-        """The pictures that several cameras take of one state.
+        **options: Unpack[RenderOptions],
+    ) -> ImageSet:
+        """The images that several cameras take of one state.
 
-        tai_ns : mid-exposure, a whole number (a float would lose nanoseconds)
+        tai_ns : mid-exposure, an integer (a float would lose nanoseconds)
         bodies : spacecraft left out follow the scenario's own laws
+        retry : send the request once more, with another ``timeout_s``, where no answer comes; a
+            server that is still running renders once
         sun_position_m : (3,) Earth-centred ICRF; None leaves the Sun to the scenario
         lamps : lamp to the share of its power that it burns with, 0 to 1; others burn fully
-        moving : bodies go on with their rates while the shutter is open: motion blur
+        moving : bodies move with their rates while the shutter is open: motion blur
         seek : allow a time before that of the last request
-        retry : ask once more, with another ``timeout_s``, where no answer comes; a server that is
-            still there renders once
         """
         attempts = 2 if retry else 1
-        request = self._protocol.render(
-            tai_ns,
-            cameras,
-            bodies,
-            sun_position_m,
-            seek,
-            server_deadline_ms(self.timeout_s, attempts),
-            lamps,
-            moving,
-        )
-        images, payload = self._ask(request, Images, request.id, attempts)
-        return self._protocol.shown(request, images, payload)
+        deadline_ms = server_deadline_ms(self.timeout_s, attempts)
+        request = self._protocol.render(tai_ns, cameras, bodies, deadline_ms, **options)
+        return self._protocol.images(request, *self._call(request, Images, attempts))
 
     def send_state(
         self,
         tai_ns: int,
         cameras: Sequence[Shot],
         bodies: Mapping[str, BodyPose] | None = None,
-        *,
-        sun_position_m: Sequence[float] | None = None,
-        lamps: Mapping[str, float] | None = None,
-        moving: bool = False,
+        **options: Unpack[StateOptions],
     ) -> int:
-        """Free-run: the newest state, without waiting; returns its id.
+        """Free-run: send the newest state without waiting; returns its id.
 
-        A state that the server refuses is raised by the next call that waits.
+        Parameters are those of ``render_all``, without ``seek``. A state that the server refuses is
+        raised by the next call that waits.
         """
         self._check_open()
-        state = self._protocol.state(tai_ns, cameras, bodies, sun_position_m, lamps, moving)
-        self._router(state, time.monotonic() + self.timeout_s)
-        self._states[state.id] = state
-        if len(self._states) > _STATES:
-            del self._states[next(iter(self._states))]
+        state = self._protocol.state(tai_ns, cameras, bodies, **options)
+        if not self._send(pack(state), time.monotonic() + self.timeout_s):
+            raise self._protocol.timed_out(state, self.timeout_s)
+        self._protocol.remember(state)
         return state.id
 
-    def next_images(self, after: int = 0) -> Tick:
-        """Free-run: the pictures of a state newer than those of sequence ``after``.
+    def next_images(self, after: int = 0) -> ImageSet:
+        """Free-run: the images of a state newer than those of sequence ``after``.
 
-        They say which state they show, and how many states went by unseen.
+        They name the state that they show, and count the states that were skipped.
         """
-        id = self._protocol.next_id()
-        request = Next(id=id, after=after, deadline_ms=server_deadline_ms(self.timeout_s))
-        images, payload = self._ask(request, Images, id)
-        state = self._states.get(images.state_id) if images.state_id is not None else None
-        # The state may be another client's, or older than what is remembered.
-        if state is None or state.tai_ns != images.tai_ns:
-            return self._protocol.unverified(images, payload)
-        return self._protocol.shown(state, images, payload)
+        deadline_ms = server_deadline_ms(self.timeout_s)
+        request = Next(id=self._protocol.next_id(), after=after, deadline_ms=deadline_ms)
+        return self._protocol.streamed_images(*self._call(request, Images))
 
-    def _ask(
-        self, message: Message, kind: type[_R], id: int | None, attempts: int = 1
-    ) -> tuple[_R, Sequence[memoryview]]:
-        """The reply of a kind to a message, with its payload frames."""
-        for attempt in range(attempts):
-            try:
-                return self._ask_once(message, kind, id)
-            except NoAnswerError:
-                if attempt + 1 == attempts:
-                    raise
-        raise AssertionError("no attempt was made")
-
-    def _ask_once(
-        self, message: Message, kind: type[_R], id: int | None
-    ) -> tuple[_R, Sequence[memoryview]]:
+    def _call(
+        self, request: Message, reply_type: type[_Reply], attempts: int = 1
+    ) -> tuple[_Reply, Payload]:
+        """The reply to a request, with its payload frames."""
         self._check_open()
-        deadline = time.monotonic() + self.timeout_s
-        self._settle()
-        self._router(message, deadline)
-        while True:
-            broke = self._wait_for_reply(deadline)
-            # What came before a break counts: read first.
-            while received := self._receive():
-                reply, payload = received
-                if isinstance(reply, Bye):
-                    raise self._protocol.no_answer("the server said goodbye", message)
-                if isinstance(reply, Error) and self._concerns(reply, id, message):
-                    raise RemoteError(self.address, reply)
-                if isinstance(reply, kind) and getattr(reply, "id", None) == id:
-                    return reply, payload
-            if broke:
-                raise self._protocol.no_answer("the connection broke", message)
-            if time.monotonic() >= deadline:
-                raise self._protocol.timed_out(message, self.timeout_s)
-
-    def _concerns(self, error: Error, id: int | None, message: Message) -> bool:
-        """Whether an error is about the open request, or a state that was sent before it."""
-        # An error without id belongs to the only request that is open.
-        return error.id in (id, None) or (isinstance(message, Next) and error.id in self._states)
+        call = Call(request, reply_type, self.timeout_s, attempts)
+        self._protocol.open(call)
+        try:
+            # Late replies and events since the last call.
+            self._receive(0.0)
+            while not call.done:
+                if frames := self._protocol.due(call):
+                    self._send(frames, call.deadline)
+                self._receive(call.wake_at - time.monotonic())
+        finally:
+            self._protocol.close(call)
+        return call.result()
 
     def _check_open(self) -> None:
         if self._context.closed:
             raise BridgeError(f"{self.address}: this client is closed")
 
-    def _settle(self) -> None:
-        """Take in what happened since the last request; late replies are dropped."""
-        if not self._poller.poll(0):
-            return
-        self._heed_events()
-        while received := self._receive():
-            reply, _ = received
-            if isinstance(reply, Error) and reply.id in self._states:
-                raise RemoteError(self.address, reply)
-
-    def _heed_events(self) -> bool:
-        """Take in what became of the connection; whether it broke."""
+    def _receive(self, timeout_s: float) -> None:
+        """Receive what has arrived, or arrives in time, from the server and the monitor."""
+        ready = dict(self._poller.poll(math.ceil(max(timeout_s, 0.0) * 1000.0)))
         broke = False
-        while self._monitor.poll(0):
+        while self._monitor in ready and self._monitor.poll(0):
             event = int(recv_monitor_message(self._monitor)["event"])
-            broke = self._protocol.heed(event) or broke
-        return broke
+            broke = self._protocol.handle_event(event) or broke
+        while ready and (frames := receive(self._socket)):
+            self._protocol.handle_frames([frame.buffer for frame in frames])
+        if broke:
+            self._protocol.handle_break()
 
-    def _router(self, message: Message, deadline: float) -> None:
-        """Hand a message over; raises NoAnswerError where there is no room for it in time."""
-        frames = pack(message)
+    def _send(self, frames: list[bytes], deadline: float) -> bool:
+        """Send a message; False where the queue stays full until a deadline."""
         while True:
             try:
-                multipart.send(self._socket, frames)
-                return
+                send(self._socket, frames)
+                return True
             except zmq.Again:
                 left = deadline - time.monotonic()
                 if left <= 0.0 or not self._socket.poll(math.ceil(left * 1000.0), zmq.POLLOUT):
-                    raise self._protocol.timed_out(message, self.timeout_s) from None
-
-    def _receive(self) -> tuple[Message, Sequence[memoryview]] | None:
-        """A message that has arrived; None where none has."""
-        parts = [frame.buffer for frame in multipart.receive(self._socket)]
-        return (self._protocol.opened(parts), parts[2:]) if parts else None
-
-    def _wait_for_reply(self, deadline: float) -> bool:
-        """Wait for a reply or the end of the connection; whether the connection broke."""
-        broke = False
-        while not broke and (left := deadline - time.monotonic()) > 0.0:
-            ready = dict(self._poller.poll(math.ceil(left * 1000.0)))
-            if self._monitor in ready:
-                broke = self._heed_events()
-            if self._socket in ready:
-                break
-        return broke
+                    return False
 
     def close(self) -> None:
-        """Say goodbye and hang up, without waiting."""
+        """Say goodbye and disconnect, without waiting."""
         if self._context.closed:
             return
         if self._protocol.connected and self._socket.poll(0, zmq.POLLOUT):
-            multipart.send(self._socket, pack(Bye()))
-        # Time for the goodbye to leave; a server that is gone costs no more than this.
+            send(self._socket, pack(Bye()))
+        # Time to send the goodbye; a server that is gone costs no more than this.
         self._context.destroy(linger=100)
 
     def __enter__(self) -> Client:

@@ -1,4 +1,4 @@
-"""What a client raises; all of them are BridgeErrors."""
+"""Errors of a client; all of them are BridgeErrors."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ class RemoteError(BridgeError):
 
 
 class NoAnswerError(BridgeError):
-    """No reply came: the server is away, frozen, gone, or slower than the deadline.
+    """No reply came: the server is not running, blocked, or slower than the deadline.
 
-    reason : such as "no answer within 10 s", "connection lost" or "the server said goodbye"
-    asked : the request's type
-    age_s : since the last word of the server; None where it never said one
-    last_sequence : of the last image that came; None before the first
+    reason : such as "no answer within 10 s", "the connection broke" or "the server said goodbye"
+    asked : type of the request
+    age_s : since the last message of the server; None before the first
+    last_sequence : of the last images received; None before the first
     """
 
     def __init__(

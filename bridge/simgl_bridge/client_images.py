@@ -1,4 +1,4 @@
-"""What a client program gets: images with the state that they show, and their way in time."""
+"""Images that a client receives, with the state that they show, and their delay."""
 
 from __future__ import annotations
 
@@ -9,26 +9,27 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from msgspec import structs
 
 from simgl.arrays import AnyArray, Array, Image16
 from simgl.errors import BridgeError
 from simgl_bridge.messages import CameraImage, Images, Plane, Quaternion, SentPose, Vector
 
-# What a plane may hold.
+# Pixel types of planes, little-endian.
 DTYPES = ("<u2", "<u4", "<f4")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Image:
-    """A camera's picture and the state that it shows.
+    """The image of one camera and the state that it shows.
 
     planes : product to pixels, row 0 at the top; read-only
     units : product to unit
-    sequence : of replies with pictures made by the server
+    sequence : number of the reply among those with images of the server
     tai_ns : mid-exposure
-    exposure_start_tai_ns, exposure_end_tai_ns : first and last light
+    exposure_start_tai_ns, exposure_end_tai_ns : half an exposure before and after mid-exposure
     readout_end_tai_ns : when the last row is read
-    available_tai_ns : when flight software has the image
+    available_tai_ns : when flight software receives the image
     camera_position_m : of the pinhole, Earth-centred ICRF
     q_camera_from_icrf_xyzw : camera axes are z boresight, x right, y down
     intrinsics : (3, 3) from camera axes to pixel coordinates
@@ -36,7 +37,7 @@ class Image:
     sun_irradiance_w_m2 : bands R, G, B, N at the camera, unobstructed
     bodies : every spacecraft's pose as it was used
     saturated_pixels : None where no digital numbers were asked for
-    render_time_s : spent by the server on the picture
+    render_time_s : that the server needed
     part_names : part id to "spacecraft/part", where part ids were asked for
     """
 
@@ -72,13 +73,13 @@ class Image:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Tick(Mapping[str, Image]):
+class ImageSet(Mapping[str, Image]):
     """The images of one request by camera.
 
-    sequence : of replies with pictures made by the server
+    sequence : number of the reply among those with images of the server
     boot : of the server process
     state_id : free-run: id of the state that is shown; None in lock-step
-    dropped : free-run: states replaced by newer ones, unseen, since the tick before
+    dropped : free-run: states replaced by newer ones, unrendered, since the images before
     """
 
     images: Mapping[str, Image]
@@ -101,36 +102,36 @@ class Tick(Mapping[str, Image]):
 
 
 class DelayLine:
-    """Images on their way to flight software, in simulation time.
+    """Delays images by read-out and transport, in simulation time.
 
     >>> line = DelayLine()
     >>> line.post(client.render(now, "navcam", bodies))
-    >>> for image in line.due(now):            # those whose read-out and transport are over
-    ...     navigation.update(image)           # each with the time of its own mid-exposure
+    >>> for image in line.due(now):            # available_tai_ns is over
+    ...     navigation.update(image)           # image.tai_ns is its mid-exposure
     """
 
     def __init__(self) -> None:
-        self._under_way: list[tuple[int, int, Image]] = []
-        self._posted = 0
+        self._pending: list[tuple[int, int, Image]] = []
+        self._count = 0
 
     def post(self, image: Image) -> None:
-        """Send an image on its way."""
-        self._posted += 1
-        heapq.heappush(self._under_way, (image.available_tai_ns, self._posted, image))
+        """Hold an image until it is available."""
+        self._count += 1
+        heapq.heappush(self._pending, (image.available_tai_ns, self._count, image))
 
     def due(self, tai_ns: int) -> list[Image]:
-        """The images that have arrived by a time, first come first; each is given once."""
+        """The images available by a time, in order; each is returned once."""
         arrived = []
-        while self._under_way and self._under_way[0][0] <= tai_ns:
-            arrived.append(heapq.heappop(self._under_way)[2])
+        while self._pending and self._pending[0][0] <= tai_ns:
+            arrived.append(heapq.heappop(self._pending)[2])
         return arrived
 
     def __len__(self) -> int:
-        return len(self._under_way)
+        return len(self._pending)
 
 
-def tick_of(reply: Images, payload: Sequence[memoryview]) -> Tick:
-    """The images in a reply, arrays over the received frames without a copy.
+def images_of(reply: Images, payload: Sequence[memoryview]) -> ImageSet:
+    """The images in a reply; arrays refer to the received frames without a copy.
 
     Raises BridgeError where frames and header do not match.
     """
@@ -142,7 +143,7 @@ def tick_of(reply: Images, payload: Sequence[memoryview]) -> Tick:
     for image in reply.images:
         planes = {p.product: _pixels(p, next(frames)) for p in image.planes}
         images[image.camera] = _image(reply, image, planes)
-    return Tick(
+    return ImageSet(
         images=images,
         sequence=reply.sequence,
         tai_ns=reply.tai_ns,
@@ -155,29 +156,21 @@ def tick_of(reply: Images, payload: Sequence[memoryview]) -> Tick:
 
 
 def _image(reply: Images, image: CameraImage, planes: Mapping[str, AnyArray]) -> Image:
+    shared = structs.asdict(image)
+    for name in ("position_m", "intrinsics", "render_us", "planes"):
+        del shared[name]
     return Image(
         planes=planes,
         units={p.product: p.unit for p in image.planes},
         sequence=reply.sequence,
         tai_ns=reply.tai_ns,
-        exposure_start_tai_ns=image.exposure_start_tai_ns,
-        exposure_end_tai_ns=image.exposure_end_tai_ns,
-        readout_end_tai_ns=image.readout_end_tai_ns,
-        available_tai_ns=image.available_tai_ns,
         state_hash=reply.state_hash,
-        camera=image.camera,
         camera_position_m=image.position_m,
-        q_camera_from_icrf_xyzw=image.q_camera_from_icrf_xyzw,
-        exposure_time_s=image.exposure_time_s,
-        gain_dn_per_e=image.gain_dn_per_e,
         intrinsics=np.array(image.intrinsics),
-        sun_direction_icrf=image.sun_direction_icrf,
-        sun_irradiance_w_m2=image.sun_irradiance_w_m2,
         bodies=reply.bodies,
         seed=reply.seed,
-        saturated_pixels=image.saturated_pixels,
         render_time_s=image.render_us * 1e-6,
-        part_names=image.part_names,
+        **shared,
     )
 
 

@@ -1,6 +1,17 @@
-"""A client's side of the conversation without sockets: what it asks, and whether replies fit.
+"""The client's side of simgl/1 without sockets: requests, replies, retries and deadlines as data.
 
-The synchronous client and the asynchronous one share it.
+``Client`` and ``AsyncClient`` own a socket and a monitor of its connection and move data between
+them and one ClientProtocol::
+
+    protocol.open(call := Call(request, Images, timeout_s))
+    while not call.done:
+        frames = protocol.due(call)           # to be sent now, or None
+        ...                                   # wait for the sockets, until call.wake_at at most
+        protocol.handle_event(event)          # of the monitor
+        protocol.handle_frames(frames)        # of a reply
+    reply, payload = call.result()
+
+Times are those of ``time.monotonic`` [s].
 """
 
 from __future__ import annotations
@@ -8,44 +19,83 @@ from __future__ import annotations
 import math
 import operator
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Generic, TypedDict, TypeVar, Unpack
 
 import zmq
+from msgspec import structs
 
 from simgl.errors import BridgeError, ConfigError
+from simgl.lru_cache import LruCache
 from simgl_bridge.body_pose import BodyPose, floats
-from simgl_bridge.client_errors import AccessError, NoAnswerError
-from simgl_bridge.client_images import Tick, tick_of
-from simgl_bridge.connect import FAILURES
-from simgl_bridge.framing import VERSION, BadMessageError, unpack_reply
+from simgl_bridge.client_errors import AccessError, NoAnswerError, RemoteError
+from simgl_bridge.client_images import ImageSet, images_of
+from simgl_bridge.framing import BadMessageError, pack, unpack_reply
+from simgl_bridge.hashes import state_hash
 from simgl_bridge.messages import (
-    CameraCard,
-    Hello,
+    Bye,
+    Error,
+    ErrorCode,
     Images,
     Message,
+    Next,
     Render,
-    SentPose,
     SentSun,
     Shot,
     State,
     Welcome,
 )
-from simgl_bridge.state_hash import state_hash
 
-# A deadline that the server keeps ends this much before the client's own [s].
+# A server's deadline ends this much before the client's own [s].
 _MARGIN = 0.2
-# The most that a request may ask a server to wait [s].
+# The longest deadline that a server accepts [s].
 LONGEST_DEADLINE = 3600.0
+# Before a request that was BUSY is sent again [s].
+BUSY_PAUSE = 0.02
+# States of the free-run that are remembered to verify their images.
+MAX_STATES = 1024
+
+HANDSHAKE_FAILURES = (
+    zmq.EVENT_HANDSHAKE_FAILED_AUTH
+    | zmq.EVENT_HANDSHAKE_FAILED_PROTOCOL
+    | zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL
+)
+
+Payload = Sequence[memoryview]
+Reply = TypeVar("Reply", bound=Message)
+
+
+class StateOptions(TypedDict, total=False):
+    """Keywords of a request beyond time, cameras and bodies.
+
+    sun_position_m : (3,) Earth-centred ICRF; None leaves the Sun to the scenario
+    lamps : lamp to the share of its power that it burns with, 0 to 1; others burn fully
+    moving : bodies move with their rates while the shutter is open: motion blur
+    """
+
+    sun_position_m: Sequence[float] | None
+    lamps: Mapping[str, float] | None
+    moving: bool
+
+
+class RenderOptions(StateOptions, total=False):
+    """Keywords of a lock-step request; those of StateOptions, and:
+
+    seek : allow a time before that of the last request
+    """
+
+    seek: bool
 
 
 def check_timeout(timeout_s: float) -> None:
-    """Raises ConfigError for a wait that would not end."""
+    """Raises ConfigError for a timeout that would never end."""
     if not 0.0 < timeout_s < math.inf:
         raise ConfigError("Client", "timeout_s", f"must be finite, above 0 s, got {timeout_s}")
 
 
 def server_deadline_ms(timeout_s: float, attempts: int = 1) -> int:
-    """Time for the server to say that it cannot [ms], before a client gives up itself."""
+    """Time for the server to answer that it cannot [ms], before the client gives up."""
     seconds = attempts * timeout_s
     return max(1, round(1000.0 * min(max(0.5 * seconds, seconds - _MARGIN), LONGEST_DEADLINE)))
 
@@ -56,7 +106,7 @@ def shot_of(
     gain_dn_per_e: float | None,
     products: Sequence[str],
 ) -> Shot:
-    """What one camera is asked for; None takes the camera's own."""
+    """The request to one camera; None takes the camera's own value."""
     return Shot(
         camera=camera,
         exposure_time_s=None if exposure_time_s is None else float(exposure_time_s),
@@ -65,194 +115,294 @@ def shot_of(
     )
 
 
-class ClientProtocol:
-    """Requests made and replies checked, with what is known of the server.
+@dataclass(eq=False)
+class Call(Generic[Reply]):
+    """A request that waits for its reply.
 
-    welcome : the last one; set by whoever carries the messages
+    attempts : times that it is sent, each with ``timeout_s``, where no answer comes
+    retry_busy : send it again where the server is BUSY, until ``timeout_s`` is over
+    on_change : called when the call is done or to be sent again
+    sent : whether it waits for a reply
+    wake_at : when it is to be sent or, once it is sent, given up
+    """
+
+    request: Message
+    reply_type: type[Reply]
+    timeout_s: float
+    attempts: int = 1
+    retry_busy: bool = False
+    on_change: Callable[[], object] = lambda: None
+    sent: bool = False
+    error: BridgeError | None = None
+    reply: tuple[Reply, Payload] | None = None
+
+    def __post_init__(self) -> None:
+        self.id: int | None = getattr(self.request, "id", None)
+        self.wake_at = time.monotonic()
+        self.deadline = self.wake_at + self.timeout_s
+
+    @property
+    def done(self) -> bool:
+        """Whether there is a result."""
+        return self.reply is not None or self.error is not None
+
+    def result(self) -> tuple[Reply, Payload]:
+        """The reply with its payload frames; raises the error of a call that failed."""
+        if self.reply is None:
+            assert self.error is not None
+            raise self.error
+        return self.reply
+
+    def fail(self, error: BridgeError) -> None:
+        """End with an error, or send the request again where it may be."""
+        now = time.monotonic()
+        busy = isinstance(error, RemoteError) and error.code == ErrorCode.BUSY
+        if isinstance(error, NoAnswerError) and self.attempts > 1:
+            self.attempts -= 1
+            self.sent, self.wake_at, self.deadline = False, now, now + self.timeout_s
+        elif busy and self.retry_busy and now + BUSY_PAUSE < self.deadline:
+            self.sent, self.wake_at = False, now + BUSY_PAUSE
+        else:
+            self.error = error
+        self.on_change()
+
+
+class ClientProtocol:
+    """Makes requests, matches and verifies replies, and remembers the server.
+
+    welcome : the last one
     restarts : times that another server process of the same scene answered
+    connected : whether the handshake of the connection is done
     """
 
     welcome: Welcome
 
     def __init__(self, address: str) -> None:
         self.address = address
-        self.last_sequence: int | None = None
         self.restarts = 0
         self.connected = False
-        self._let_in = False
+        self._was_admitted = False
         self._boot = ""
         self._last_id = 0
-        self._heard: float | None = None
+        self._last_sequence: int | None = None
+        self._last_heard: float | None = None
+        self._calls: dict[int | None, Call[Any]] = {}
+        self._states: LruCache[int, State] = LruCache(MAX_STATES)
+
+    # Requests
 
     def next_id(self) -> int:
         """An id that was not used before."""
         self._last_id += 1
         return self._last_id
 
-    def hello(self, name: str) -> Hello:
-        """The first words."""
-        return Hello(client=name, versions=(VERSION,))
-
-    def greeted(self, welcome: Welcome) -> None:
-        """Remember what the server said of itself."""
-        self.welcome, self._boot = welcome, welcome.boot
-
     def render(
         self,
         tai_ns: int,
         cameras: Sequence[Shot],
         bodies: Mapping[str, BodyPose] | None,
-        sun_position_m: Sequence[float] | None,
-        seek: bool,
         deadline_ms: int | None,
-        lamps: Mapping[str, float] | None = None,
-        moving: bool = False,
+        *,
+        seek: bool = False,
+        **options: Unpack[StateOptions],
     ) -> Render:
-        """A request of the lock-step."""
-        return Render(
-            id=self.next_id(),
-            tai_ns=_whole(tai_ns),
-            cameras=tuple(cameras),
-            bodies=_sent(bodies),
-            sun=_sun(sun_position_m),
-            seek=seek,
-            deadline_ms=deadline_ms,
-            lamps=_shares(lamps),
-            moving=moving,
-        )
+        """A lock-step request."""
+        state = self.state(tai_ns, cameras, bodies, **options)
+        return Render(seek=seek, deadline_ms=deadline_ms, **structs.asdict(state))
 
     def state(
         self,
         tai_ns: int,
         cameras: Sequence[Shot],
         bodies: Mapping[str, BodyPose] | None,
-        sun_position_m: Sequence[float] | None,
+        *,
+        sun_position_m: Sequence[float] | None = None,
         lamps: Mapping[str, float] | None = None,
         moving: bool = False,
     ) -> State:
-        """A state of the free-run."""
+        """A state of the free-run; ``remember`` it to verify its images."""
+        sun = None if sun_position_m is None else floats("sun_position_m", sun_position_m, 3)
         return State(
             id=self.next_id(),
-            tai_ns=_whole(tai_ns),
+            tai_ns=_integer(tai_ns),
             cameras=tuple(cameras),
-            bodies=_sent(bodies),
-            sun=_sun(sun_position_m),
-            lamps=_shares(lamps),
+            bodies={name: pose.as_sent() for name, pose in (bodies or {}).items()},
+            sun=None if sun is None else SentSun(position_m=(sun[0], sun[1], sun[2])),
+            lamps={name: float(share) for name, share in (lamps or {}).items()},
             moving=moving,
         )
 
-    def opened(self, frames: Sequence[memoryview]) -> Message:
-        """The message in frames that arrived; raises BridgeError for nonsense."""
-        self._heard = time.monotonic()
+    def remember(self, state: State) -> None:
+        """Keep a state that was sent, to verify its images."""
+        self._states.get(state.id, lambda: state)
+
+    # Calls
+
+    def open(self, call: Call[Any]) -> None:
+        """Begin a call, which ``close`` ends."""
+        self._calls[call.id] = call
+
+    def close(self, call: Call[Any]) -> None:
+        """Forget a call; a reply that comes late is dropped."""
+        self._calls.pop(call.id, None)
+
+    def due(self, call: Call[Any]) -> list[bytes] | None:
+        """Frames to be sent now; at its deadline the call fails."""
+        now = time.monotonic()
+        if call.done or now < call.wake_at:
+            return None
+        if call.sent:
+            call.fail(self.timed_out(call.request, call.timeout_s))
+            if call.done:
+                return None
+        call.sent, call.wake_at = True, call.deadline
+        return pack(call.request)
+
+    def handle_frames(self, frames: Sequence[memoryview]) -> None:
+        """Hand a message that arrived to the call that it answers; others are dropped."""
+        self._last_heard = time.monotonic()
         try:
-            return unpack_reply(frames)
+            reply = unpack_reply(frames)
         except BadMessageError as error:
-            raise BridgeError(f"{self.address}: the server sent nonsense: {error}") from None
+            self._fail_all(BridgeError(f"{self.address}: the server sent nonsense: {error}"))
+            return
+        id = getattr(reply, "id", None)
+        if isinstance(reply, Bye):
+            self._fail_sent("the server said goodbye")
+        elif isinstance(reply, Error):
+            self._handle_error(reply)
+        elif (call := self._calls.get(id)) is None or call.done:
+            return
+        elif isinstance(reply, call.reply_type):
+            if isinstance(reply, Welcome):
+                self.welcome, self._boot = reply, reply.boot
+            call.reply = reply, frames[2:]
+            call.on_change()
+        else:
+            call.fail(BridgeError(f"{self.address}: answered {type(reply).__name__.lower()}"))
 
-    def shown(self, asked: Render | State, images: Images, payload: Sequence[memoryview]) -> Tick:
-        """The images of a reply, once they are those of the state that was asked for.
+    def _handle_error(self, reply: Error) -> None:
+        error = RemoteError(self.address, reply)
+        for call in self._open_calls():
+            # Without an id the server could not tell which request it was: none must wait in vain.
+            if reply.id is None or reply.id == call.id:
+                concerned = call.sent
+            else:
+                # A refused state is reported by the next call that waits.
+                concerned = isinstance(call.request, Next) or not call.sent
+                concerned = concerned and self._states.find(reply.id) is not None
+            if concerned:
+                call.fail(error)
 
-        Raises BridgeError where they are not.
+    def handle_event(self, event: int) -> bool:
+        """Process an event of the socket's monitor; whether the connection broke.
+
+        Replies that arrived before the break count: read them before ``handle_break``.
         """
-        self._check_scene(images)
-        own = state_hash(
-            tai_ns=asked.tai_ns,
-            bodies=asked.bodies,
-            sun=asked.sun,
-            cameras=[self._as_used(shot) for shot in asked.cameras],
-            seed=self.welcome.seed,
-            lamps=asked.lamps,
-            moving=asked.moving,
-        )
-        if (images.tai_ns, images.state_hash) != (asked.tai_ns, own):
-            raise BridgeError(
-                f"{self.address}: image {images.sequence} shows another state than request "
-                f"{asked.id}: {images.tai_ns} ns, hash {images.state_hash}; "
-                f"asked for {asked.tai_ns} ns, hash {own}"
-            )
-        return self.unverified(images, payload)
-
-    def unverified(self, images: Images, payload: Sequence[memoryview]) -> Tick:
-        """The images of a reply of whose state this client knows nothing."""
-        try:
-            tick = tick_of(images, payload)
-        except BridgeError as error:
-            raise BridgeError(f"{self.address}: {error}") from None
-        self.last_sequence = images.sequence
-        return tick
-
-    def _check_scene(self, images: Images) -> None:
-        known = (self.welcome.scene_hash, self.welcome.seed)
-        if (images.scene_hash, images.seed) != known:
-            raise BridgeError(
-                f"{self.address}: the server shows another scene now, {images.scene_hash} with "
-                f"seed {images.seed} instead of {known[0]} with seed {known[1]}; connect again"
-            )
-        if images.boot != self._boot:
-            # Restarted with the same scene: a picture depends on nothing else.
-            self._boot = images.boot
-            self.restarts += 1
-
-    def _as_used(self, shot: Shot) -> tuple[str, float, float]:
-        card = self._card(shot.camera)
-        exposure, gain = shot.exposure_time_s, shot.gain_dn_per_e
-        return (
-            shot.camera,
-            card.exposure_time_s if exposure is None else exposure,
-            card.gain_dn_per_e if gain is None else gain,
-        )
-
-    def _card(self, camera: str) -> CameraCard:
-        return next(c for c in self.welcome.cameras if c.name == camera)
-
-    def heed(self, event: int) -> bool:
-        """Take notice of an event of the socket's monitor; whether the connection broke.
-
-        Raises AccessError where the handshake failed.
-        """
-        # A server that ends in the middle of a handshake fails it without detail, as one that does
-        # not take the keys does: to a client that was let in before it is a broken connection.
-        cut_off = event == zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL and self._let_in
-        if event & FAILURES and not cut_off:
-            raise AccessError(
+        # A server that ends during a handshake fails it without detail, as one that does not accept
+        # the keys does: for a client that was admitted before, it is a broken connection.
+        cut_off = event == zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL and self._was_admitted
+        if event & HANDSHAKE_FAILURES and not cut_off:
+            problem = (
                 f"{self.address}: the server refused this client: its key, or the server's, is "
                 "missing or wrong, or the client is not on the server's list"
             )
+            self._fail_all(AccessError(problem))
+            return False
         broke = event == zmq.EVENT_DISCONNECTED and self.connected
         self.connected = event == zmq.EVENT_HANDSHAKE_SUCCEEDED
-        self._let_in = self._let_in or self.connected
+        self._was_admitted = self._was_admitted or self.connected
         return broke
 
-    def no_answer(self, reason: str, message: Message) -> NoAnswerError:
-        """The error for a request that nobody answered."""
-        age = None if self._heard is None else time.monotonic() - self._heard
-        asked = type(message).__name__.lower()
-        return NoAnswerError(self.address, reason, asked, age, self.last_sequence)
+    def handle_break(self) -> None:
+        """Fail the calls that were sent over a connection that broke; ZeroMQ connects again."""
+        self._fail_sent("the connection broke")
 
-    def timed_out(self, message: Message, timeout_s: float) -> NoAnswerError:
-        """The error at a deadline."""
+    def timed_out(self, request: Message, timeout_s: float) -> NoAnswerError:
+        """The error of a request at its deadline."""
         what = "no answer" if self.connected else "no connection"
-        return self.no_answer(f"{what} within {timeout_s:g} s", message)
+        return self._no_answer(f"{what} within {timeout_s:g} s", request)
+
+    def _no_answer(self, reason: str, request: Message) -> NoAnswerError:
+        age = None if self._last_heard is None else time.monotonic() - self._last_heard
+        asked = type(request).__name__.lower()
+        return NoAnswerError(self.address, reason, asked, age, self._last_sequence)
+
+    def _open_calls(self) -> list[Call[Any]]:
+        return [call for call in self._calls.values() if not call.done]
+
+    def _fail_sent(self, reason: str) -> None:
+        for call in self._open_calls():
+            if call.sent:
+                call.fail(self._no_answer(reason, call.request))
+
+    def _fail_all(self, error: BridgeError) -> None:
+        for call in self._open_calls():
+            call.fail(error)
+
+    # Images
+
+    def images(self, request: Render | State, reply: Images, payload: Payload) -> ImageSet:
+        """The images of a reply; raises BridgeError unless they show the state asked for."""
+        self._check_scene(reply)
+        expected = state_hash(
+            tai_ns=request.tai_ns,
+            bodies=request.bodies,
+            sun=request.sun,
+            cameras=[self._as_used(shot) for shot in request.cameras],
+            seed=self.welcome.seed,
+            lamps=request.lamps,
+            moving=request.moving,
+        )
+        if (reply.tai_ns, reply.state_hash) != (request.tai_ns, expected):
+            raise BridgeError(
+                f"{self.address}: image {reply.sequence} shows another state than request "
+                f"{request.id}: {reply.tai_ns} ns, hash {reply.state_hash}; "
+                f"asked for {request.tai_ns} ns, hash {expected}"
+            )
+        return self._unpacked(reply, payload)
+
+    def streamed_images(self, reply: Images, payload: Payload) -> ImageSet:
+        """The images of a free-run reply, verified where this client sent the state."""
+        state = None if reply.state_id is None else self._states.find(reply.state_id)
+        # It may be another client's state, or older than what is remembered.
+        if state is None or state.tai_ns != reply.tai_ns:
+            return self._unpacked(reply, payload)
+        return self.images(state, reply, payload)
+
+    def _unpacked(self, reply: Images, payload: Payload) -> ImageSet:
+        try:
+            images = images_of(reply, payload)
+        except BridgeError as error:
+            raise BridgeError(f"{self.address}: {error}") from None
+        self._last_sequence = reply.sequence
+        return images
+
+    def _check_scene(self, reply: Images) -> None:
+        known = (self.welcome.scene_hash, self.welcome.seed)
+        if (reply.scene_hash, reply.seed) != known:
+            raise BridgeError(
+                f"{self.address}: the server shows another scene now, {reply.scene_hash} with "
+                f"seed {reply.seed} instead of {known[0]} with seed {known[1]}; connect again"
+            )
+        if reply.boot != self._boot:
+            # Restarted with the same scene: an image depends on nothing else.
+            self._boot = reply.boot
+            self.restarts += 1
+
+    def _as_used(self, shot: Shot) -> tuple[str, float, float]:
+        camera = next(c for c in self.welcome.cameras if c.name == shot.camera)
+        exposure, gain = shot.exposure_time_s, shot.gain_dn_per_e
+        return (
+            shot.camera,
+            camera.exposure_time_s if exposure is None else exposure,
+            camera.gain_dn_per_e if gain is None else gain,
+        )
 
 
-def _sent(bodies: Mapping[str, BodyPose] | None) -> dict[str, SentPose]:
-    return {name: pose.as_sent() for name, pose in (bodies or {}).items()}
-
-
-def _whole(tai_ns: int) -> int:
+def _integer(tai_ns: int) -> int:
     try:
         return operator.index(tai_ns)
     except TypeError:
         problem = "must be a whole number of nanoseconds"
         raise TypeError(f"tai_ns {problem}, got {tai_ns!r}") from None
-
-
-def _shares(lamps: Mapping[str, float] | None) -> dict[str, float]:
-    return {name: float(share) for name, share in (lamps or {}).items()}
-
-
-def _sun(position_m: Sequence[float] | None) -> SentSun | None:
-    if position_m is None:
-        return None
-    x, y, z = floats("sun_position_m", position_m, 3)
-    return SentSun(position_m=(x, y, z))

@@ -1,13 +1,14 @@
-"""``simgl serve`` and ``simgl keys``: cameras at a ZeroMQ address, and who may ask for them."""
+"""``simgl serve``, ``run``, ``replay`` and ``keys``: images over ZeroMQ, and access to them."""
 
 from __future__ import annotations
 
 import os
 import signal
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from threading import Event
 from types import FrameType
@@ -21,19 +22,31 @@ from simgl.scenario.loader import load_scenario
 from simgl.scenario.scenario import Scenario
 from simgl.simulator import Simulator
 from simgl_bridge.access import Access, make_keys
-from simgl_bridge.basilisk.camera_overrides import CameraOverrides, load_sheets
+from simgl_bridge.basilisk.camera_overrides import CameraOverrides, load_camera_files
 from simgl_bridge.basilisk.endpoint import DEFAULT_ADDRESS as DEFAULT_BASILISK_ADDRESS
 from simgl_bridge.basilisk.endpoint import BasiliskEndpoint
 from simgl_bridge.basilisk.recording_replay import replay
 from simgl_bridge.basilisk.viz_scene import bare_scenario, check_base
 from simgl_bridge.bind_address import DEFAULT_ADDRESS, check_bindable
-from simgl_bridge.fair_queue import FairQueue
+from simgl_bridge.processes import PARENT_VARIABLE, StopWithParent, run_restarting
 from simgl_bridge.render_session import RenderSession
-from simgl_bridge.run_with_server import escort, server_command
-from simgl_bridge.server import Stop
+from simgl_bridge.run_with_server import run_with_server
+from simgl_bridge.server import FairQueue, Stop
 from simgl_bridge.server import serve as serve_until
 from simgl_bridge.simgl1_endpoint import LARGEST_SEED, WINDOW, Simgl1Endpoint
-from simgl_bridge.supervisor import WithParent, keep
+
+_BASILISK, _FREE_RUN, _ACCESS = "Basilisk", "Free-run and previews", "Access"
+
+CameraFiles = Annotated[
+    list[str] | None,
+    typer.Option(
+        help="ID=FILE: exposure, lens and detector of a camera of Basilisk.",
+        rich_help_panel=_BASILISK,
+    ),
+]
+BaseScenario = Annotated[
+    Path | None, typer.Argument(help="Scenario file (TOML) with models, Earth and light.")
+]
 
 
 @contextmanager
@@ -45,13 +58,13 @@ def _stop_on_signals() -> Iterator[Event]:
     def on_signal(number: int, frame: FrameType | None) -> None:
         del frame
         stop.set()
-        signal.signal(number, before[signal.Signals(number)])
+        signal.signal(number, previous[signal.Signals(number)])
 
-    before = {number: signal.signal(number, on_signal) for number in numbers}
+    previous = {number: signal.signal(number, on_signal) for number in numbers}
     try:
         yield stop
     finally:
-        for number, handler in before.items():
+        for number, handler in previous.items():
             signal.signal(number, handler)
 
 
@@ -67,20 +80,6 @@ def serve(
             f"{DEFAULT_ADDRESS} unless --basilisk is given alone."
         ),
     ] = None,
-    basilisk: Annotated[
-        str | None,
-        typer.Option(help="Be the image source of Basilisk here, such as tcp://127.0.0.1:5556."),
-    ] = None,
-    camera: Annotated[
-        list[str] | None,
-        typer.Option(help="ID=FILE: exposure, lens and detector of a camera of Basilisk."),
-    ] = None,
-    monitor: Annotated[
-        str | None, typer.Option(help="Publish previews here; they may be dropped.")
-    ] = None,
-    rate_hz: Annotated[
-        float | None, typer.Option(min=0.001, max=10000.0, help="Most pictures a second, free-run.")
-    ] = None,
     seed: Annotated[
         int | None, typer.Option(min=0, max=LARGEST_SEED, help="Instead of the scenario's seed.")
     ] = None,
@@ -93,23 +92,53 @@ def serve(
             "SCENARIO, may lie outside.",
         ),
     ] = None,
-    keys: Annotated[
-        Path | None, typer.Option(help="The server's .key_secret file; see simgl keys.")
-    ] = None,
-    allow: Annotated[
-        Path | None, typer.Option(help="Folder with the .key files of the clients.")
-    ] = None,
-    insecure: Annotated[
-        bool, typer.Option("--insecure", help="Let anybody in, from other machines too.")
-    ] = False,
     restart: Annotated[
         bool, typer.Option("--restart", help="Start the server again if a fault kills it.")
+    ] = False,
+    basilisk: Annotated[
+        str | None,
+        typer.Option(
+            help="Be the image source of Basilisk here, such as tcp://127.0.0.1:5556.",
+            rich_help_panel=_BASILISK,
+        ),
+    ] = None,
+    camera: CameraFiles = None,
+    monitor: Annotated[
+        str | None,
+        typer.Option(help="Publish previews here; they may be dropped.", rich_help_panel=_FREE_RUN),
+    ] = None,
+    rate_hz: Annotated[
+        float | None,
+        typer.Option(
+            min=0.001,
+            max=10000.0,
+            help="Highest rate of images in free-run.",
+            rich_help_panel=_FREE_RUN,
+        ),
+    ] = None,
+    keys: Annotated[
+        Path | None,
+        typer.Option(
+            help="The server's .key_secret file; see simgl keys.", rich_help_panel=_ACCESS
+        ),
+    ] = None,
+    allow: Annotated[
+        Path | None,
+        typer.Option(help="Folder with the .key files of the clients.", rich_help_panel=_ACCESS),
+    ] = None,
+    insecure: Annotated[
+        bool,
+        typer.Option(
+            "--insecure",
+            help="Accept any client, from other machines too.",
+            rich_help_panel=_ACCESS,
+        ),
     ] = False,
 ) -> None:
     """Serve a scenario's cameras to a closed-loop simulation over ZeroMQ.
 
     A client sends time, poses and exposure, and gets back the images of exactly that state.
-    Ctrl-C or SIGTERM finishes the frame in hand and ends with exit code 0.
+    Ctrl-C or SIGTERM finishes the image being rendered and ends with exit code 0.
 
     Example: simgl serve approach.toml --address tcp://127.0.0.1:5563
 
@@ -117,31 +146,36 @@ def serve(
     """
     if basilisk is None:
         address = address or DEFAULT_ADDRESS
+    elif address is None:
+        native = {
+            "--monitor": monitor,
+            "--rate-hz": rate_hz,
+            "--keys": keys,
+            "--insecure": insecure,
+        }
+        for option in (name for name, value in native.items() if value):
+            problem = "goes with --address: Basilisk's own protocol has nothing of the kind"
+            raise ConfigError("simgl serve", option, problem)
     if scenario is None and address is not None:
         raise ConfigError("simgl serve", "SCENARIO", "is missing; only --basilisk does without")
     if camera and basilisk is None:
         raise ConfigError("simgl serve", "--camera", "goes with --basilisk")
-    natively = {"--monitor": monitor, "--rate-hz": rate_hz, "--keys": keys, "--insecure": insecure}
-    for option, given in natively.items():
-        if given and address is None:
-            problem = "goes with --address: Basilisk's own protocol has nothing of the kind"
-            raise ConfigError("simgl serve", option, problem)
     access = Access(secret=keys, allowed=allow, insecure=insecure)
-    if address is not None:
-        check_bindable(address, guarded=access.guarded)
-    if monitor is not None:
-        check_bindable(monitor, guarded=access.guarded, option="--monitor")
-    if basilisk is not None:
-        # Its protocol knows no keys.
-        check_bindable(basilisk, option="--basilisk")
-    if restart and any(a and a.endswith(":*") for a in (address, basilisk, monitor)):
+    # Basilisk's protocol has no keys.
+    remote = {"--address": access.allows_remote, "--monitor": access.allows_remote}
+    addresses = {"--address": address, "--monitor": monitor, "--basilisk": basilisk}
+    for option, given in addresses.items():
+        if given is not None:
+            check_bindable(given, remote_allowed=remote.get(option, False), option=option)
+    if restart and any(given and given.endswith(":*") for given in addresses.values()):
         problem = "needs ports that stay the same, not :*"
         raise ConfigError("simgl serve", "--restart", problem)
-    wanted = _Wanted(
+    service = partial(
+        _serve,
         scenario=scenario,
         address=address,
         basilisk=basilisk,
-        sheets=load_sheets(camera or [], root),
+        overrides=load_camera_files(camera or [], root),
         monitor=monitor,
         rate_hz=rate_hz,
         seed=seed,
@@ -150,66 +184,72 @@ def serve(
     )
     with _stop_on_signals() as stop:
         if not restart:
-            _serve(wanted, stop)
-        elif code := keep(_serve_kept, {"wanted": wanted}, stop):
+            parent = os.environ.pop(PARENT_VARIABLE, None)
+            service(stop if parent is None else StopWithParent(stop, int(parent)))
+        elif code := run_restarting(_serve_restarted, (service, os.getpid()), stop):
             raise typer.Exit(code)
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Wanted:
-    """What the command was asked for, checked."""
-
-    scenario: Path | None
-    address: str | None
-    basilisk: str | None
-    sheets: Mapping[int, CameraOverrides]
-    monitor: str | None
-    rate_hz: float | None
-    seed: int | None
-    root: Path | None
-    access: Access
-
-
-def _serve_kept(wanted: _Wanted) -> None:
-    """Serve in a process that another one looks after, and that ends with it."""
-    with _stop_on_signals() as stop:
-        try:
-            _serve(wanted, WithParent(stop))
-        except SimglError as error:
-            print(f"simgl: {error}", file=sys.stderr)
-            sys.exit(2)
-
-
-def _serve(wanted: _Wanted, stop: Stop) -> None:
-    """Serve until a stop is wished for."""
+def _serve(
+    stop: Stop,
+    *,
+    scenario: Path | None,
+    address: str | None,
+    basilisk: str | None,
+    overrides: Mapping[int, CameraOverrides],
+    monitor: str | None,
+    rate_hz: float | None,
+    seed: int | None,
+    root: Path | None,
+    access: Access,
+) -> None:
+    """Serve until ``stop`` is set."""
+    loaded = _loaded(scenario, basilisk=basilisk is not None, root=root)
+    if seed is not None:
+        loaded = replace(loaded, seed=seed)
+    queue = FairQueue(WINDOW)
+    endpoints: list[Simgl1Endpoint | BasiliskEndpoint] = []
     with ExitStack() as stack:
-        path = wanted.scenario
-        loaded = bare_scenario() if path is None else load_scenario(path, root=wanted.root)
-        if wanted.seed is not None:
-            loaded = replace(loaded, seed=wanted.seed)
-        if wanted.basilisk is not None:
-            check_base(loaded)
-        queue = FairQueue(WINDOW)
-        render_session = stack.enter_context(
-            RenderSession(loaded, root=wanted.root, open_simulator=_open)
-        )
-        fronts: list[Simgl1Endpoint | BasiliskEndpoint] = []
-        if wanted.address is not None:
-            native = Simgl1Endpoint(
-                render_session,
-                queue,
-                wanted.address,
-                access=wanted.access,
-                monitor=wanted.monitor,
-                rate_hz=wanted.rate_hz,
+        session = RenderSession(loaded, root=root, open_simulator=_open_simulator)
+        stack.enter_context(session)
+        if address is not None:
+            simgl1 = Simgl1Endpoint(
+                session, queue, address, access=access, monitor=monitor, rate_hz=rate_hz
             )
-            fronts.append(stack.enter_context(native))
-        if wanted.basilisk is not None:
-            front = BasiliskEndpoint(render_session, queue, wanted.basilisk, sheets=wanted.sheets)
-            fronts.append(stack.enter_context(front))
-        for one in fronts:
-            _say(one.summary)
-        serve_until(fronts, queue, stop)
+            endpoints.append(stack.enter_context(simgl1))
+        if basilisk is not None:
+            image_source = BasiliskEndpoint(session, queue, basilisk, overrides=overrides)
+            endpoints.append(stack.enter_context(image_source))
+        for endpoint in endpoints:
+            _print_summary(endpoint.summary)
+        serve_until(endpoints, queue, stop)
+
+
+def _serve_restarted(service: Callable[[Stop], None], parent: int) -> None:
+    """Serve in a process that another one restarts, and that ends with it."""
+    with _stop_on_signals() as stop, _one_line_errors():
+        service(StopWithParent(stop, parent))
+
+
+def _loaded(scenario: Path | None, *, basilisk: bool, root: Path | None = None) -> Scenario:
+    """The scenario of a file, or the one without a file; checked for Basilisk."""
+    loaded = bare_scenario() if scenario is None else load_scenario(scenario, root=root)
+    if basilisk:
+        check_base(loaded)
+    return loaded
+
+
+def _open_simulator(scenario: Scenario) -> Simulator:
+    with bake_bar() as progress:
+        return Simulator(scenario, progress=progress)
+
+
+def _print_summary(line: str) -> None:
+    """Print a line; the server runs on where the disk behind stdout is full."""
+    try:
+        print(line, flush=True)
+    except OSError:
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - for the rest of the process
 
 
 def run(
@@ -223,12 +263,9 @@ def run(
     scenario: Annotated[
         Path | None, typer.Option(help="Scenario file (TOML) with models, Earth and light.")
     ] = None,
-    camera: Annotated[
-        list[str] | None,
-        typer.Option(help="ID=FILE: exposure, lens and detector of a camera of Basilisk."),
-    ] = None,
+    camera: CameraFiles = None,
     patience_s: Annotated[
-        float, typer.Option(min=1.0, help="A server silent for so long is given up.")
+        float, typer.Option(min=1.0, help="A server that does not answer for so long is given up.")
     ] = 300.0,
 ) -> None:
     """Run a program that uses Basilisk beside its image source, and end it if that dies.
@@ -245,46 +282,27 @@ def run(
     for entry in camera or []:
         arguments += ["--camera", entry]
     with _stop_on_signals() as stop:
-        code = escort(server_command(arguments), basilisk, program, patience=patience_s, stop=stop)
+        code = run_with_server(arguments, basilisk, program, patience=patience_s, stop=stop)
     if code:
         raise typer.Exit(code)
 
 
 def replay_recording(
     recording: Annotated[Path, typer.Argument(help="What Basilisk recorded: NAME_UnityViz.bin.")],
-    scenario: Annotated[
-        Path | None, typer.Argument(help="Scenario file (TOML) with models, Earth and light.")
-    ] = None,
+    scenario: BaseScenario = None,
     out: Annotated[Path, typer.Option(help="Folder for the images.")] = Path("replay"),
-    camera: Annotated[
-        list[str] | None,
-        typer.Option(help="ID=FILE: exposure, lens and detector of a camera of Basilisk."),
-    ] = None,
-    every: Annotated[int, typer.Option(min=1, help="One state in so many.")] = 1,
+    camera: CameraFiles = None,
+    every: Annotated[int, typer.Option(min=1, help="Render every n-th state.")] = 1,
 ) -> None:
-    """Take the pictures of a run that Basilisk recorded, one PNG for each camera and state.
+    """Render the images of a run that Basilisk recorded, one PNG for each camera and state.
 
     Example: simgl replay leo_UnityViz.bin --camera 1=navcam.toml --out pictures
     """
-    sheets = load_sheets(camera or [], command="simgl replay")
-    loaded = bare_scenario() if scenario is None else load_scenario(scenario)
-    check_base(loaded)
-    with RenderSession(loaded, open_simulator=_open) as render_session:
-        count = replay(recording, render_session, out, sheets=sheets, every=every)
+    overrides = load_camera_files(camera or [], command="simgl replay")
+    loaded = _loaded(scenario, basilisk=True)
+    with RenderSession(loaded, open_simulator=_open_simulator) as session:
+        count = replay(recording, session, out, overrides=overrides, every=every)
     print(f"{count} images in {out}")
-
-
-def _open(scenario: Scenario) -> Simulator:
-    with bake_bar() as progress:
-        return Simulator(scenario, progress=progress)
-
-
-def _say(line: str) -> None:
-    """Print a line; where its disk is full the server serves all the same."""
-    try:
-        print(line, flush=True)
-    except OSError:
-        sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - for the rest of the process
 
 
 def keys(
@@ -293,22 +311,29 @@ def keys(
 ) -> None:
     """Make a pair of keys for the image service: NAME.key and NAME.key_secret.
 
-    The server has one pair and a folder with the public keys of the clients that may come; each
-    client has its own pair and the server's public key.
+    The server has one pair and a folder with the public keys of its clients; each client has its
+    own pair and the server's public key.
 
     Example: simgl keys server --out keys
     """
     public, secret = make_keys(name, out)
-    print(f"{public} (public) and {secret} (secret, for its owner alone)")
+    print(f"{public} (public) and {secret} (secret: do not hand it out)")
+
+
+@contextmanager
+def _one_line_errors() -> Iterator[None]:
+    """Print bad input as one line and exit with code 2."""
+    try:
+        yield
+    except SimglError as error:
+        print(f"simgl: {error}", file=sys.stderr)
+        sys.exit(2)
 
 
 def main() -> None:
     """``serve`` alone, as ``python -m simgl_bridge.commands SCENARIO``."""
-    try:
+    with _one_line_errors():
         typer.run(serve)
-    except SimglError as error:
-        print(f"simgl: {error}", file=sys.stderr)
-        sys.exit(2)
 
 
 if __name__ == "__main__":

@@ -1,10 +1,10 @@
-"""What the server says about itself: its scenario, its cameras and what they can be asked for."""
+"""The server's description of itself: scenario, cameras and products."""
 
 from __future__ import annotations
 
 from simgl import __version__
 from simgl.camera.camera import Camera
-from simgl_bridge.messages import CameraCard, Welcome
+from simgl_bridge.messages import CameraDescription, Welcome
 from simgl_bridge.render_session import RenderSession
 from simgl_bridge.validate_request import PRODUCTS
 
@@ -25,16 +25,16 @@ def welcome(render_session: RenderSession, *, id: int | None, boot: str, window:
         seed=scenario.seed,
         window=window,
         products=tuple(PRODUCTS),
-        cameras=tuple(_card(name, camera) for name, camera in scenario.cameras.items()),
+        cameras=tuple(_camera(name, camera) for name, camera in scenario.cameras.items()),
         bodies={name: tuple(j.name for j in m.joints) for name, m in scenario.models.items()},
         scenarios=render_session.scenario_names,
         lamps=tuple(scenario.lamps),
     )
 
 
-def _card(name: str, camera: Camera) -> CameraCard:
+def _camera(name: str, camera: Camera) -> CameraDescription:
     d, K = camera.detector, camera.intrinsics
-    return CameraCard(
+    return CameraDescription(
         name=name,
         width=d.width,
         height=d.height,

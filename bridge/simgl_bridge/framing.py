@@ -1,4 +1,4 @@
-"""Between messages and the frames of a multipart message: ``simgl/1``, header, raw planes."""
+"""Messages to and from the frames of a multipart message: ``simgl/1``, header, raw planes."""
 
 from __future__ import annotations
 
@@ -11,32 +11,11 @@ from typing import Any
 import msgspec
 
 from simgl.errors import BridgeError, did_you_mean
-from simgl_bridge.messages import (
-    Bye,
-    Configure,
-    Error,
-    ErrorCode,
-    Hello,
-    Images,
-    Message,
-    Next,
-    Ping,
-    Pong,
-    Preview,
-    Render,
-    SentPose,
-    State,
-    Statistics,
-    Stats,
-    Welcome,
-)
+from simgl_bridge.messages import REPLIES, REQUESTS, ErrorCode, Message, SentPose
 
 VERSION = "simgl/1"
 # A request with 100 spacecraft takes 15 kB.
 LARGEST_HEADER = 64 * 1024
-
-REQUESTS: tuple[type[Message], ...] = (Hello, Render, State, Next, Configure, Ping, Stats, Bye)
-REPLIES: tuple[type[Message], ...] = (Welcome, Images, Error, Pong, Statistics, Bye, Preview)
 
 _PATH = re.compile(r"^(.*?)(?: - at `(key` in `)?\$(.*)`)?$", re.DOTALL)
 _STEP = re.compile(r"\.(\w+)|\[(\d+|\.\.\.)\]")
@@ -50,13 +29,13 @@ _WORDS = {
     "bool": "true or false",
 }
 _ENCODER = msgspec.msgpack.Encoder()
-# Straight from bytes to a message, for those that are all right.
+# Straight from bytes to a message, for well-formed ones.
 _REQUEST: msgspec.msgpack.Decoder[Message] = msgspec.msgpack.Decoder(reduce(or_, REQUESTS))
 _REPLY: msgspec.msgpack.Decoder[Message] = msgspec.msgpack.Decoder(reduce(or_, REPLIES))
 
 
 class BadMessageError(BridgeError):
-    """A message that cannot be understood; the parts are those of an Error reply."""
+    """A message that cannot be accepted; attributes are the fields of an Error reply."""
 
     def __init__(
         self,
@@ -75,12 +54,12 @@ class BadMessageError(BridgeError):
 
 
 def pack(message: Message) -> list[bytes]:
-    """The first two frames of a message; planes follow as they are."""
+    """The first two frames of a message; the planes follow as raw frames."""
     return [VERSION.encode(), _ENCODER.encode(message)]
 
 
 def unpack_request(frames: Sequence[bytes]) -> Message:
-    """The request in a multipart message; a BadMessageError has what the Error reply needs."""
+    """The request in a multipart message; raises BadMessageError."""
     if len(frames) != 2:
         problem = f"must be 2 frames, version and header, got {len(frames)}"
         raise BadMessageError(ErrorCode.BAD_FRAMING, "message", problem)
@@ -95,8 +74,8 @@ def unpack_request(frames: Sequence[bytes]) -> Message:
 
 
 def _explained_request(header: bytes) -> Message:
-    """A request step by step; raises what is wrong with it."""
-    data, kind = _opened(header, REQUESTS)
+    """A request decoded step by step, to raise an error that names the field."""
+    data, kind = _decoded(header, REQUESTS)
     try:
         return msgspec.convert(data, kind)
     except msgspec.ValidationError as error:
@@ -118,7 +97,7 @@ def unpack_reply(frames: Sequence[bytes | memoryview]) -> Message:
 
 
 def _explained_reply(header: bytes | memoryview) -> Message:
-    data, kind = _opened(header, REPLIES)
+    data, kind = _decoded(header, REPLIES)
     try:
         return msgspec.convert(data, kind)
     except msgspec.ValidationError as error:
@@ -128,14 +107,14 @@ def _explained_reply(header: bytes | memoryview) -> Message:
 
 def _check_version(frame: bytes) -> None:
     if frame != VERSION.encode():
-        problem = f'must be "{VERSION}", got {shown(frame[:16].decode("latin-1"))}'
+        problem = f'must be "{VERSION}", got {quoted(frame[:16].decode("latin-1"))}'
         raise BadMessageError(ErrorCode.VERSION, "version", problem)
 
 
-def _opened(
+def _decoded(
     header: bytes | memoryview, kinds: tuple[type[Message], ...]
 ) -> tuple[dict[Any, Any], type[Message]]:
-    """The content of a header and the message type that it claims to be."""
+    """The content of a header and its message type."""
     try:
         data = msgspec.msgpack.decode(header)
     # Broken UTF-8 is a ValueError like DecodeError; nesting without end is a RecursionError.
@@ -143,25 +122,25 @@ def _opened(
         problem = f"is not MessagePack ({error})"
         raise BadMessageError(ErrorCode.BAD_HEADER, "header", problem) from None
     if not isinstance(data, dict) or not isinstance(data.get("type"), str):
-        problem = f'must be a map with a text "type", got {shown(data)}'
+        problem = f'must be a map with a text "type", got {quoted(data)}'
         raise BadMessageError(ErrorCode.BAD_HEADER, "header", problem)
     kind = next((k for k in kinds if k.__struct_config__.tag == data["type"]), None)
     if kind is None:
         names = [str(k.__struct_config__.tag) for k in kinds]
         hint = did_you_mean(data["type"][:60], names)
-        problem = f"{shown(data['type'])} is not known here; {hint}"
+        problem = f"{quoted(data['type'])} is not known here; {hint}"
         raise BadMessageError(ErrorCode.UNKNOWN_TYPE, "type", problem, _readable_id(data))
     return data, kind
 
 
 def _readable_id(data: dict[Any, Any]) -> int | None:
-    """The id of a message that may be wrong in everything else."""
+    """The id of a message whose other fields may be invalid."""
     id = data.get("id")
     return id if type(id) is int and 0 <= id < 2**63 else None
 
 
 def _explain(error: str, data: dict[Any, Any]) -> tuple[str, str]:
-    """Field and problem of a message that msgspec refuses."""
+    """Field and problem of a message that msgspec rejects."""
     match = _PATH.match(error)
     assert match is not None
     message, in_key, path = match[1], match[2], match[3] or ""
@@ -170,27 +149,27 @@ def _explain(error: str, data: dict[Any, Any]) -> tuple[str, str]:
     value: Any = data
     field = ""
     for key, index in _STEP.findall(path):
-        # msgspec does not say which entry of a map is wrong; maps hold poses, joints or lamps.
+        # msgspec does not name the invalid entry of a map; maps hold poses, joints or lamps.
         kind = float if field.endswith(".joints") or field == "lamps" else SentPose
-        step = key or (_wrong_entry(value, kind) if index == "..." else int(index))
+        step = key or (_invalid_entry(value, kind) if index == "..." else int(index))
         value = value[step]
         label = _short(str(step))
         field += f"[{label}]" if isinstance(step, int) else f".{label}" if field else label
     if missing := re.fullmatch(r"Object missing required field `(.*)`", message):
         return f"{field}.{missing[1]}" if field else missing[1], "is missing"
-    wanted = re.sub(r"^Expected ", "", message)
-    wanted = re.sub(r", got (`[^`]*`|\d+)$", "", wanted)
-    wanted = re.sub(r"`([\w |]+)`", lambda m: _alternatives(m[1]), wanted)
-    return field, f"must be {wanted}, got {shown(value)}"
+    expected = re.sub(r"^Expected ", "", message)
+    expected = re.sub(r", got (`[^`]*`|\d+)$", "", expected)
+    expected = re.sub(r"`([\w |]+)`", lambda m: _alternatives(m[1]), expected)
+    return field, f"must be {expected}, got {quoted(value)}"
 
 
-def _wrong_entry(entries: dict[str, Any], kind: type) -> str:
+def _invalid_entry(entries: dict[str, Any], kind: type) -> str:
     for name, entry in entries.items():
         try:
             msgspec.convert(entry, kind)
         except msgspec.ValidationError:
             return name
-    raise AssertionError("msgspec refused a map whose entries are all right")
+    raise AssertionError("msgspec rejected a map of valid entries")
 
 
 def _alternatives(types: str) -> str:
@@ -198,13 +177,13 @@ def _alternatives(types: str) -> str:
 
 
 def _short(text: str) -> str:
-    """A text of at most 60 characters that stays on one line."""
+    """A string cut to 60 characters on one line."""
     cut = text if len(text) <= 60 else f"{text[:57]}..."
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in cut)
 
 
-def shown(value: Any) -> str:
-    """A value for an error text, cut where it is long; texts in double quotes."""
+def quoted(value: Any) -> str:
+    """A value for an error message, cut to 60 characters; strings in double quotes."""
     if isinstance(value, str):
         return f'"{_short(value)}"'
     return _short(repr(value) if value is not None else "nil")

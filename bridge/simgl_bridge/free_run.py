@@ -1,72 +1,70 @@
-"""Free-run: the newest state, whose it is, its picture, and who waits for the next one."""
+"""Free-run: the newest state, its owner, its images, and the clients that wait for them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+from simgl_bridge.client_sessions import OWNER_SILENCE, Frames
 from simgl_bridge.messages import Images, Next, State
-from simgl_bridge.reply_cache import Frames
 
-# An owner that says nothing for this long has left [s].
-OWNER_SILENCE = 10.0
-# A client that waits for a picture asks again after this [s].
+# A client that waits for images sends its request again after this [s].
 LONGEST_WAIT = 10.0
 # Clients that may wait at once.
-MOST_WAITING = 256
+MAX_WAITING_CLIENTS = 256
 
 
 @dataclass(frozen=True)
-class Shown:
-    """A picture of the stream: its reply but for the id, and the payload frames."""
+class StreamedImages:
+    """The last images of the stream: their reply except for its id, and the payload frames."""
 
     images: Images
     pixels: Frames
 
 
-class Stream:
-    """The newest state and what became of the ones before.
+class StateStream:
+    """The newest state, and how many were replaced unrendered.
 
-    interval : least time between two pictures [s]
+    interval : shortest time between two replies with images [s]
     """
 
     def __init__(self, interval: float) -> None:
         self._interval = interval
         self._due = 0.0
         self._owner: bytes | None = None
-        self._heard = 0.0
+        self._owner_heard = 0.0
         self._newest: State | None = None
         self._dropped = 0
         self._waiting: dict[bytes, tuple[Next, float]] = {}
         self.owner_name = ""
-        self.shown: Shown | None = None
+        self.last: StreamedImages | None = None
 
     def accept(self, client: bytes, name: str, state: State, now: float) -> bool:
-        """Take a client's state as the newest; False where the stream is another's."""
+        """Take a client's state as the newest; False where another client owns the stream."""
         if self._owner != client:
-            if self._owner is not None and now - self._heard < OWNER_SILENCE:
+            if self._owner is not None and now - self._owner_heard < OWNER_SILENCE:
                 return False
-            # The pictures of another simulation are nothing to this one.
+            # Images of another simulation mean nothing to this one.
             self.forget(self._owner)
-        self._owner, self.owner_name, self._heard = client, name, now
+        self._owner, self.owner_name, self._owner_heard = client, name, now
         if self._newest is not None:
             self._dropped += 1
         self._newest = state
         return True
 
     def forget(self, client: bytes | None) -> None:
-        """Free the stream of its owner, or the place of one that waits."""
+        """Free the stream of a client that left, as its owner or as one that waits."""
         if client is None:
             return
         self._waiting.pop(client, None)
         if client == self._owner:
-            self._owner, self._newest, self._dropped, self.shown = None, None, 0, None
+            self._owner, self._newest, self._dropped, self.last = None, None, 0, None
 
     def due(self, now: float) -> bool:
-        """Whether a state waits to be shown, and its time has come."""
+        """Whether a state is to be rendered now."""
         return self._newest is not None and now >= self._due
 
     def take(self, now: float) -> tuple[bytes, State, int] | None:
-        """Owner, newest state, and how many it replaced unseen; None where the owner has left."""
+        """Owner, newest state, and how many it replaced; None where the owner has left."""
         if self._newest is None or self._owner is None:
             return None
         state, dropped = self._newest, self._dropped
@@ -75,30 +73,27 @@ class Stream:
         return self._owner, state, dropped
 
     def wait(self, client: bytes, request: Next, now: float) -> bool:
-        """Let a client wait for the next picture; False where too many do."""
-        if len(self._waiting) >= MOST_WAITING and client not in self._waiting:
+        """Let a client wait for the next images; False where too many do."""
+        if len(self._waiting) >= MAX_WAITING_CLIENTS and client not in self._waiting:
             return False
         asked = request.deadline_ms
         seconds = LONGEST_WAIT if asked is None else min(asked * 1e-3, LONGEST_WAIT)
         self._waiting[client] = (request, now + seconds)
         return True
 
-    def answered(self) -> list[tuple[bytes, Next]]:
-        """Those whose picture is there; they wait no longer."""
-        if self.shown is None:
+    def take_answered(self) -> list[tuple[bytes, Next]]:
+        """Remove and return the requests that the last images answer."""
+        if self.last is None:
             return []
-        sequence = self.shown.images.sequence
-        ready = [(c, r) for c, (r, _) in self._waiting.items() if sequence > r.after]
-        for client, _ in ready:
-            del self._waiting[client]
-        return ready
+        sequence = self.last.images.sequence
+        return self._remove([c for c, (r, _) in self._waiting.items() if sequence > r.after])
 
-    def overdue(self, now: float) -> list[tuple[bytes, Next]]:
-        """Those who waited too long; they wait no longer."""
-        late = [(c, r) for c, (r, deadline) in self._waiting.items() if now >= deadline]
-        for client, _ in late:
-            del self._waiting[client]
-        return late
+    def take_overdue(self, now: float) -> list[tuple[bytes, Next]]:
+        """Remove and return the requests whose deadline is over."""
+        return self._remove([c for c, (_, deadline) in self._waiting.items() if now >= deadline])
+
+    def _remove(self, clients: list[bytes]) -> list[tuple[bytes, Next]]:
+        return [(client, self._waiting.pop(client)[0]) for client in clients]
 
     def next_event(self) -> float:
         """When something is due at the latest [s, monotonic]."""

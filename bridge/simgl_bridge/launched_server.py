@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import socket
 import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Iterator
@@ -14,33 +13,36 @@ from typing import IO
 
 from simgl.errors import BridgeError
 from simgl_bridge.client import Client
+from simgl_bridge.processes import end, start_server
 
-# One attempt to reach a child that is still starting [s].
+# Timeout of one attempt to reach a server that is starting [s].
 _ATTEMPT = 0.25
-# A child that was asked to stop finishes its frame; after this it is killed [s].
-_PATIENCE = 10.0
+# A server that was asked to end finishes its image; after this it is killed [s].
+_PATIENCE = 30.0
 
 
 @contextmanager
 def launched_server(
-    scenario_path: str | Path, *, timeout_s: float = 60.0
+    scenario_path: str | Path, *, timeout_s: float = 600.0
 ) -> Iterator[tuple[subprocess.Popen[bytes], str]]:
     """A running server of a scenario, as (process, address); it ends with the block.
 
-    timeout_s : for the server to start
+    It also ends when this process is killed.
 
-    Raises BridgeError with the last line that the server wrote where it ends or stays silent.
+    timeout_s : for the server to start, which takes minutes for a large model that is new; one
+        that has ended is noticed at once
+
+    Raises BridgeError with the last line that the server wrote where it ends or does not answer.
 
     >>> with launched_server("approach.toml") as (_, address), Client(address) as client:
     ...     image = client.render(client.welcome.epoch_tai_ns, "navcam")
     """
     address = f"tcp://127.0.0.1:{_free_port()}"
-    command = [sys.executable, "-m", "simgl_bridge.commands"]
-    command += [str(scenario_path), "--address", address]
-    # A file takes any amount of text; a pipe that nobody reads stops the writer.
+    arguments = [str(scenario_path), "--address", address]
+    # Not a pipe, which blocks the writer when nobody reads it.
     with tempfile.TemporaryFile() as log:
-        process = subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=log
+        process = start_server(
+            arguments, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=log
         )
         try:
             _wait_until_ready(process, address, log, timeout_s)
@@ -79,14 +81,3 @@ def _last_line(log: IO[bytes]) -> str:
     log.seek(0)
     lines = log.read().decode(errors="replace").strip().splitlines()
     return lines[-1] if lines else "it wrote nothing"
-
-
-def end(process: subprocess.Popen[bytes], patience: float) -> None:
-    """Ask a process to end, and kill it where it has not after a time [s]."""
-    if process.poll() is None:
-        process.terminate()
-        try:
-            process.wait(patience)
-        except subprocess.TimeoutExpired:
-            process.kill()
-    process.wait()

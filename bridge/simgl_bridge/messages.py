@@ -1,13 +1,13 @@
-"""What client and server say to each other: the one schema of the protocol simgl/1.
+"""Messages of client and server: the schema of the protocol simgl/1.
 
     client                                server
-    Hello      who, which versions   ->
+    Hello      name, versions        ->
                                      <-   Welcome   cameras, bodies, window, scene hash, boot id
     Render     time, poses, cameras  ->
-                                     <-   Images    what was used, state hash, then raw planes
+                                     <-   Images    values used, state hash, then raw planes
     State      the newest state      ->             free-run: no reply unless it is refused
-    Next       a picture after n     ->
-                                     <-   Images    of the newest state shown, once there is one
+    Next       an image after n      ->
+                                     <-   Images    of the newest state, once rendered
     Configure  scenario, seed        ->
                                      <-   Welcome   of the new scene
     Ping, Stats                      ->
@@ -17,9 +17,9 @@
 
 Any request may be answered by an Error instead. Units are in the names; positions are Earth-centred
 in ICRF axes, times TAI nanoseconds since 1970-01-01T00:00:00 TAI, quaternions Hamilton, scalar
-last. A receiver ignores fields that it does not know, so that minor versions can add some. Types
-here carry no limits; ``checks.py`` checks values and names the field. ``docs/protocol.md`` is made
-from this file.
+last. A receiver ignores unknown fields, so that minor versions can add some. Types
+here carry no limits; ``validate_request`` checks values and names the field. ``docs/protocol.md``
+is generated from this file.
 """
 
 from __future__ import annotations
@@ -34,18 +34,18 @@ Matrix = tuple[Vector, Vector, Vector]
 
 
 class ErrorCode(StrEnum):
-    """Why a request has no answer."""
+    """Why a request was refused."""
 
     BAD_FRAMING = "BAD_FRAMING"
-    """The multipart message has not exactly a version and a header."""
+    """The multipart message is not exactly a version and a header."""
     VERSION = "VERSION"
     """The first frame is not a protocol version that the server speaks."""
     TOO_LARGE = "TOO_LARGE"
-    """The header is longer than any request needs."""
+    """The header is longer than any request."""
     BAD_HEADER = "BAD_HEADER"
     """The header is not a MessagePack map with a type."""
     UNKNOWN_TYPE = "UNKNOWN_TYPE"
-    """No such message, or not one that a client sends."""
+    """There is no such message, or clients do not send it."""
     BAD_VALUE = "BAD_VALUE"
     """A field is missing, of the wrong type, or holds an impossible value."""
     NO_CAMERA = "NO_CAMERA"
@@ -59,29 +59,29 @@ class ErrorCode(StrEnum):
     NO_SCENARIO = "NO_SCENARIO"
     """There is no such scenario in the server's folder, or the server has none to choose from."""
     BAD_SCENE = "BAD_SCENE"
-    """Every field is possible, the scene is not: a camera inside a body, for example."""
+    """Every field is valid, but the scene is not: for example, a camera is inside a body."""
     TIME_BACKWARDS = "TIME_BACKWARDS"
-    """Earlier than this client's last request, and ``seek`` was not set."""
+    """The time is before that of the client's last request, and ``seek`` is not set."""
     BUSY = "BUSY"
-    """More requests of this client wait than its window allows; send it again later."""
+    """The client's window of queued requests is full; send the request again later."""
     DEADLINE = "DEADLINE"
-    """The request waited longer than its own deadline and was not rendered."""
+    """The request was queued longer than its deadline and was not rendered."""
     NOT_OWNER = "NOT_OWNER"
     """Another client streams states or chose the scenario, and has not left."""
     GPU_LOST = "GPU_LOST"
-    """The OpenGL context failed; it is opened anew, and the same request may succeed."""
+    """The OpenGL context failed; a new one is opened, and the same request may succeed."""
     INTERNAL = "INTERNAL"
-    """The server failed where it should not."""
+    """The server has a fault."""
 
 
 class Message(Struct, frozen=True, kw_only=True, tag_field="type", tag=str.lower):
-    """Anything that travels in a header; its type is its class name in small letters."""
+    """The content of a header; its type is the class name in lower case."""
 
 
 class Hello(Message, frozen=True, kw_only=True):
-    """A client's first words.
+    """The first message of a client.
 
-    client : a name for logs
+    client : name of the client, for logs
     versions : protocol versions that it speaks, such as ``simgl/1``
     """
 
@@ -89,13 +89,13 @@ class Hello(Message, frozen=True, kw_only=True):
     versions: tuple[str, ...]
 
 
-class CameraCard(Struct, frozen=True, kw_only=True):
-    """A camera as the server offers it.
+class CameraDescription(Struct, frozen=True, kw_only=True):
+    """A camera of the server.
 
     cx, cy : principal point; the centre of the pixel in column i, row j is (i + 0.5, j + 0.5)
     exposure_time_s, gain_dn_per_e : used where a request gives none
     readout_time_s : from the end of exposure to the last row read
-    transport_latency_s : from there to where flight software has the image
+    transport_latency_s : from there until flight software has the image
     """
 
     name: str
@@ -143,18 +143,17 @@ class Welcome(Message, frozen=True, kw_only=True):
     seed: int
     window: int
     products: tuple[str, ...]
-    cameras: tuple[CameraCard, ...]
+    cameras: tuple[CameraDescription, ...]
     bodies: dict[str, tuple[str, ...]]
     scenarios: tuple[str, ...] = ()
     lamps: tuple[str, ...] = ()
 
 
 class SentPose(Struct, frozen=True, kw_only=True):
-    """Where a spacecraft is and how it is turned, ICRF axes.
+    """Position, velocity, attitude and joints of a spacecraft, ICRF axes.
 
     joints : movable joint to its angle [rad] or travel [m]
-    angular_velocity_rad_s : against the ICRF axes, in body axes; shows where the request says
-        ``moving``
+    angular_velocity_rad_s : relative to ICRF, in body axes; used where the request sets ``moving``
     """
 
     position_m: Vector
@@ -165,17 +164,17 @@ class SentPose(Struct, frozen=True, kw_only=True):
 
 
 class SentSun(Struct, frozen=True, kw_only=True):
-    """Where the Sun is, instead of where the scenario has it.
+    """Position of the Sun, in place of the scenario's.
 
-    position_m : its light falls with the distance squared. A scenario whose Sun is given by a
-        direction and an irradiance takes the direction alone
+    position_m : irradiance falls with the distance squared. A scenario whose Sun is given by
+        direction and irradiance takes only the direction
     """
 
     position_m: Vector
 
 
 class Shot(Struct, frozen=True, kw_only=True):
-    """What one camera is asked for; None takes the camera's own value.
+    """The request to one camera; None takes the camera's own value.
 
     products : of "dn", "radiance", "electrons", "depth", "part_id"
     """
@@ -187,20 +186,19 @@ class Shot(Struct, frozen=True, kw_only=True):
 
 
 class Render(Message, frozen=True, kw_only=True):
-    """A request for the pictures of one state, all cameras at once.
+    """A request for the images of one state, all cameras at once.
 
-    id : chosen by the client, 0 or more; the same id again brings the same reply again
+    id : chosen by the client, 0 or more; the same id brings the same reply again
     tai_ns : mid-exposure of every camera
     cameras : at least one, each once
     bodies : spacecraft left out follow the scenario's own laws
-    sun : None leaves it to the scenario
+    sun : nil leaves it to the scenario
     lamps : lamp to the share of its power that it burns with, 0 to 1; those left out burn fully
-    moving : while the shutter is open bodies go straight on with their velocity and turn with
-        their angular velocity, those left out by their laws: DN and electrons show motion blur and
-        the rolling of the shutter. Send every spacecraft in view, or none; otherwise all stand
-        still
+    moving : while the shutter is open, bodies move with constant velocity and angular velocity, and
+        those left out by their laws: DN and electrons show motion blur and rolling shutter. Send
+        every spacecraft in view, or none; otherwise the scene is fixed
     seek : allow a time before that of the client's last request
-    deadline_ms : a request that has waited longer is answered with DEADLINE; None waits
+    deadline_ms : a request that was queued longer is answered with DEADLINE; nil sets no limit
     """
 
     id: int
@@ -217,8 +215,8 @@ class Render(Message, frozen=True, kw_only=True):
 class State(Message, frozen=True, kw_only=True):
     """The newest state of a free-running simulation; fields as in Render.
 
-    The server shows the newest state that it has, at its own rate. The first client that sends
-    one owns the stream until it says Bye, or is silent for 10 s.
+    The server renders the newest state, at its own rate. The first client that sends one owns the
+    stream until it sends Bye, or is silent for 10 s.
     """
 
     id: int
@@ -231,10 +229,10 @@ class State(Message, frozen=True, kw_only=True):
 
 
 class Next(Message, frozen=True, kw_only=True):
-    """A request for the next picture of the free-running stream; any client may ask.
+    """A request for the next images of the free-run stream; any client may send it.
 
-    after : sequence of the last picture that the client has; the reply is a later one
-    deadline_ms : DEADLINE after this; the most, and the default, is 10 s
+    after : sequence of the last images that the client has; the reply has later ones
+    deadline_ms : DEADLINE after this; at most 10 s, which is the default
     """
 
     id: int
@@ -243,10 +241,10 @@ class Next(Message, frozen=True, kw_only=True):
 
 
 class Configure(Message, frozen=True, kw_only=True):
-    """Another scenario or seed, for every client of the server.
+    """Choose another scenario or seed, for every client of the server.
 
-    scenario : one of Welcome's ``scenarios``; None keeps the present one
-    seed : None takes the scenario's own
+    scenario : one of Welcome's ``scenarios``; nil keeps the present one
+    seed : nil takes the scenario's own
     """
 
     id: int
@@ -255,7 +253,7 @@ class Configure(Message, frozen=True, kw_only=True):
 
 
 class Plane(Struct, frozen=True, kw_only=True):
-    """One payload frame: row-major, row 0 at the top of the picture.
+    """One payload frame: row-major, row 0 at the top of the image.
 
     dtype : as numpy writes it, little-endian, such as ``<u2``
     shape : height, width, and bands R, G, B, N for the radiance
@@ -268,18 +266,18 @@ class Plane(Struct, frozen=True, kw_only=True):
 
 
 class CameraImage(Struct, frozen=True, kw_only=True):
-    """What one camera took, with the values that were used.
+    """The image of one camera, with the values that were used.
 
     position_m : of the pinhole
     q_camera_from_icrf_xyzw : camera axes are z boresight, x right, y down
     intrinsics : from camera axes to pixel coordinates
     exposure_start_tai_ns, exposure_end_tai_ns : half an exposure before and after mid-exposure
     readout_end_tai_ns : when the last row is read
-    available_tai_ns : when flight software has the image
+    available_tai_ns : when flight software receives the image
     sun_direction_icrf : unit, from the camera towards the Sun
     sun_irradiance_w_m2 : per band R, G, B, N at the camera, unobstructed
-    saturated_pixels : at full scale or full well; None without digital numbers
-    render_us : time taken by the picture, reading included
+    saturated_pixels : at full scale or full well; nil without DN
+    render_us : rendering time, read-back included
     planes : one payload frame each, in this order, after those of the cameras before
     part_names : part id to "spacecraft/part", where part ids were asked for
     """
@@ -303,14 +301,14 @@ class CameraImage(Struct, frozen=True, kw_only=True):
 
 
 class Images(Message, frozen=True, kw_only=True):
-    """Pictures and what they are pictures of; the payload frames of their planes follow.
+    """Images and the state that they show; the payload frames of their planes follow.
 
     id : of the request; in free-run that of the Next
-    sequence : of replies with pictures made by this server, from 1
-    state_hash : name of the state that is shown, made as under State hash
-    bodies : every spacecraft's pose as it was used, those of the scenario's laws included
-    state_id : free-run: id of the State that is shown; None in lock-step
-    dropped : free-run: states that were replaced by newer ones, unseen, since the picture before
+    sequence : counts the replies with images of this server, from 1
+    state_hash : hash of the state that is shown, see State hash
+    bodies : every spacecraft's pose as it was used, including those by the scenario's laws
+    state_id : free-run: id of the State that is shown; nil in lock-step
+    dropped : free-run: states replaced by newer ones, unrendered, since the images before
     """
 
     id: int
@@ -327,12 +325,12 @@ class Images(Message, frozen=True, kw_only=True):
 
 
 class Error(Message, frozen=True, kw_only=True):
-    """Why a request has no other answer.
+    """Why a request was refused.
 
-    id : of the request, None where it could not be read
+    id : of the request, nil where it could not be read
     code : an ErrorCode; a client must expect new ones
     field : such as ``bodies.chaser.position_m``, or the scenario's ``[camera.nav] position``; empty
-        where none is to blame
+        where no field is the cause
     detail : one line that names field, value and what is allowed
     retryable : whether the same request may succeed later
     """
@@ -345,20 +343,20 @@ class Error(Message, frozen=True, kw_only=True):
 
 
 class Ping(Message, frozen=True, kw_only=True):
-    """Are you there?"""
+    """Asks for a sign of life."""
 
     id: int
 
 
 class Pong(Message, frozen=True, kw_only=True):
-    """Yes."""
+    """The reply to Ping."""
 
     id: int
     boot: str
 
 
 class Stats(Message, frozen=True, kw_only=True):
-    """How is it going?"""
+    """Asks for the server's counters."""
 
     id: int
 
@@ -366,10 +364,10 @@ class Stats(Message, frozen=True, kw_only=True):
 class Statistics(Message, frozen=True, kw_only=True):
     """Counts since the server started.
 
-    images : replies with pictures that were rendered
-    repeated : replies sent again from memory
+    images : replies with rendered images
+    repeated : replies sent again from the cache
     errors : Error replies; of these ``busy`` were BUSY
-    lost : replies that could not be handed over: the client had left or reads nothing
+    lost : replies that could not be sent: the client had left or reads nothing
     waiting : requests in the queue now
     clients : heard of in the last 10 s
     """
@@ -387,7 +385,7 @@ class Statistics(Message, frozen=True, kw_only=True):
 
 
 class Bye(Message, frozen=True, kw_only=True):
-    """The sender leaves. A server forgets the client's replies and does not answer.
+    """The sender leaves. The server drops the client's replies and does not answer.
 
     boot : of the server that leaves; empty from a client
     """
@@ -396,14 +394,14 @@ class Bye(Message, frozen=True, kw_only=True):
 
 
 class Preview(Message, frozen=True, kw_only=True):
-    """A small picture for people on the monitor's PUB socket; one payload frame follows.
+    """A small preview image on the monitor's PUB socket; one payload frame follows.
 
-    The monitor never waits and may drop any of them: gaps in ``number`` are the ones that a
-    subscriber missed, and ``skipped`` counts pictures that no preview was made of.
+    The monitor never waits and may drop previews: gaps in ``number`` are those that a subscriber
+    missed, and ``skipped`` counts images without a preview.
 
-    number : of previews published, from 1
-    skipped : pictures since the last preview that went by within the monitor's interval
-    sequence : of the Images that it was made from
+    number : counts the previews published, from 1
+    skipped : images since the last preview, within the monitor's interval
+    sequence : of the Images that it shows
     shape : height, width, 3 of 8-bit sRGB
     """
 
@@ -414,3 +412,7 @@ class Preview(Message, frozen=True, kw_only=True):
     camera: str
     tai_ns: int
     shape: tuple[int, int, int]
+
+
+REQUESTS: tuple[type[Message], ...] = (Hello, Render, State, Next, Configure, Ping, Stats, Bye)
+REPLIES: tuple[type[Message], ...] = (Welcome, Images, Error, Pong, Statistics, Bye, Preview)

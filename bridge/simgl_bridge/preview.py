@@ -1,4 +1,4 @@
-"""The monitor: small pictures for people on a PUB socket that never waits and may drop any."""
+"""The monitor: small preview images on a PUB socket that never waits and may drop any."""
 
 from __future__ import annotations
 
@@ -14,31 +14,31 @@ from simgl.arrays import Image8, Image16
 from simgl.camera.camera import Camera
 from simgl.errors import BridgeError
 from simgl.images import display_from_dn
-from simgl_bridge.access import Access, ClientKeys, bound, reason
+from simgl_bridge.access import Access, ClientKeys, bind, reason
 from simgl_bridge.framing import BadMessageError, pack, unpack_reply
 from simgl_bridge.messages import Images, Preview
 
-# Least time between two previews [s]; a person sees no more.
+# Shortest time between two previews [s].
 INTERVAL = 0.1
-# Wider pictures are thinned out [px].
+# Wider images are subsampled [px].
 WIDEST = 640
-# Previews that may wait for one slow subscriber.
+# Previews queued for one slow subscriber.
 QUEUE = 2
 
 
 class Monitor:
-    """Publishes a preview of what was just rendered, ten times a second at most."""
+    """Publishes a preview of the last images, ten times a second at most."""
 
     def __init__(self, context: zmq.Context[Any], address: str, access: Access) -> None:
         self._socket = context.socket(zmq.PUB)
         self._socket.setsockopt(zmq.SNDHWM, QUEUE)
-        self.address = bound(self._socket, address, access)
+        self.address = bind(self._socket, address, access)
         self._number = 0
         self._skipped = 0
         self._due = 0.0
 
-    def show(self, images: Images, digital: tuple[Camera, Image16] | None) -> None:
-        """Publish a picture, unless the last one was just now."""
+    def publish(self, images: Images, digital: tuple[Camera, Image16] | None) -> None:
+        """Publish an image, unless the last one was within ``INTERVAL``."""
         if digital is None:
             return
         now = time.monotonic()
@@ -48,9 +48,9 @@ class Monitor:
         self._due = now + INTERVAL
         camera, dn = digital
         step = -(-dn.shape[1] // WIDEST)
-        picture = np.ascontiguousarray(display_from_dn(dn[::step, ::step], camera))
+        pixels = np.ascontiguousarray(display_from_dn(dn[::step, ::step], camera))
         self._number += 1
-        height, width, _ = picture.shape
+        height, width, _ = pixels.shape
         header = Preview(
             number=self._number,
             skipped=self._skipped,
@@ -61,19 +61,19 @@ class Monitor:
             shape=(height, width, 3),
         )
         self._skipped = 0
-        # A PUB socket drops what a subscriber has no room for; it never waits.
-        self._socket.send_multipart([*pack(header), picture.tobytes()], zmq.NOBLOCK)
+        # A PUB socket drops what does not fit a subscriber's queue; it never waits.
+        self._socket.send_multipart([*pack(header), pixels.tobytes()], zmq.NOBLOCK)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Seen:
-    """A preview as it arrived.
+class PreviewImage:
+    """A preview that arrived.
 
-    picture : (height, width, 3) uint8 sRGB
-    missed : previews that were published since the last one and never came
+    pixels : (height, width, 3) uint8 sRGB
+    missed : previews published since the last one that never arrived
     """
 
-    picture: Image8
+    pixels: Image8
     camera: str
     tai_ns: int
     sequence: int
@@ -81,11 +81,11 @@ class Seen:
 
 
 class Watch:
-    """Previews from a server's monitor as they come; ends when none comes for ``timeout_s``.
+    """Iterates over the previews of a server's monitor; ends when none arrives for ``timeout_s``.
 
     >>> with Watch("tcp://127.0.0.1:5564") as previews:
-    ...     for seen in previews:
-    ...         show(seen.picture)
+    ...     for preview in previews:
+    ...         show(preview.pixels)
     """
 
     def __init__(
@@ -108,18 +108,18 @@ class Watch:
             self.close()
             raise BridgeError(f"{address}: is no address ({reason(error)})") from None
 
-    def __iter__(self) -> Iterator[Seen]:
+    def __iter__(self) -> Iterator[PreviewImage]:
         return self
 
-    def __next__(self) -> Seen:
+    def __next__(self) -> PreviewImage:
         if not self._socket.poll(self._timeout_ms):
             raise StopIteration
-        preview, picture = _opened(self._address, self._socket.recv_multipart())
+        preview, pixels = _unpacked(self._address, self._socket.recv_multipart())
         last = self._last
         before = last.number if last and last.boot == preview.boot else preview.number - 1
         self._last = preview
-        return Seen(
-            picture=picture,
+        return PreviewImage(
+            pixels=pixels,
             camera=preview.camera,
             tai_ns=preview.tai_ns,
             sequence=preview.sequence,
@@ -127,7 +127,7 @@ class Watch:
         )
 
     def close(self) -> None:
-        """Hang up."""
+        """Disconnect."""
         self._context.destroy(linger=0)
 
     def __enter__(self) -> Watch:
@@ -137,7 +137,7 @@ class Watch:
         self.close()
 
 
-def _opened(address: str, frames: list[bytes]) -> tuple[Preview, Image8]:
+def _unpacked(address: str, frames: list[bytes]) -> tuple[Preview, Image8]:
     try:
         preview = unpack_reply(frames)
     except BadMessageError as error:

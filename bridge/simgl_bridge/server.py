@@ -1,7 +1,7 @@
-"""The server's loop: fronts listen, requests take turns, one picture is in hand at a time.
+"""The server's loop: endpoints receive, clients take turns, one image is rendered at a time.
 
-One thread does everything, because OpenGL stays on one; ZeroMQ's own threads move the bytes.
-Between two pictures every front hands in what has arrived.
+One thread does everything, because OpenGL is bound to it; ZeroMQ's own threads move the bytes.
+Between two images every endpoint receives what has arrived.
 """
 
 from __future__ import annotations
@@ -10,18 +10,19 @@ import math
 import sys
 import time
 import traceback
-from collections.abc import Sequence
+from collections import OrderedDict, deque
+from collections.abc import Callable, Hashable, Sequence
 from typing import Any, Protocol
 
 import zmq
 
-from simgl_bridge.fair_queue import FairQueue
-
-# How soon a stop is noticed while no request comes [s].
+# Interval at which a stop is noticed while no request comes [s].
 IDLE = 0.05
-# After a picture the server stays awake so long [s]: a client in lock-step asks again at once, and
-# to be woken takes a fifth of a millisecond.
+# After an image the server polls without sleeping for this long [s]: a client in lock-step sends
+# its next request at once, and waking up takes 0.2 ms.
 AWAKE = 0.001
+
+Work = Callable[[], None]
 
 
 class Stop(Protocol):
@@ -39,40 +40,84 @@ class Endpoint(Protocol):
         """Where requests arrive."""
 
     def receive(self) -> None:
-        """Take in what has arrived: answer at once, or let it wait its turn."""
+        """Receive what has arrived: answer it at once, or queue it."""
 
-    def tick(self, now: float) -> float:
+    def update(self, now: float) -> float:
         """Do what is due at a time [s, monotonic]; returns when something is due again."""
 
     def farewell(self) -> None:
         """Tell the peers that the server leaves."""
 
 
-def serve(fronts: Sequence[Endpoint], queue: FairQueue, stop: Stop) -> None:
-    """Answer until ``stop`` is set; a picture in hand is finished and sent first."""
+class FairQueue:
+    """Queued work by client; the client served last goes to the end.
+
+    window : pieces of work of one client that may be queued
+    """
+
+    def __init__(self, window: int) -> None:
+        self.window = window
+        self._queues: OrderedDict[bytes, deque[tuple[Hashable, Work]]] = OrderedDict()
+
+    def offer(self, client: bytes, key: Hashable, work: Work) -> bool:
+        """Queue work under a key; False where the client's window is full."""
+        queue = self._queues.setdefault(client, deque())
+        if len(queue) >= self.window:
+            return False
+        queue.append((key, work))
+        return True
+
+    def has(self, client: bytes, key: Hashable) -> bool:
+        """Whether work of this key is queued for a client."""
+        return any(key == other for other, _ in self._queues.get(client, ()))
+
+    def take(self) -> Work | None:
+        """Remove and return the next work; None where there is none."""
+        if not self._queues:
+            return None
+        client, queue = self._queues.popitem(last=False)
+        _, work = queue.popleft()
+        if queue:
+            self._queues[client] = queue
+        return work
+
+    def drop(self, client: bytes) -> None:
+        """Forget the work of a client that left."""
+        self._queues.pop(client, None)
+
+    def __len__(self) -> int:
+        return sum(len(queue) for queue in self._queues.values())
+
+
+def serve(endpoints: Sequence[Endpoint], queue: FairQueue, stop: Stop) -> None:
+    """Answer until ``stop`` is set; an image being rendered is finished and sent first."""
     poller = zmq.Poller()
-    for front in fronts:
-        poller.register(front.socket, zmq.POLLIN)
-    awake = -math.inf
+    for endpoint in endpoints:
+        poller.register(endpoint.socket, zmq.POLLIN)
+    awake_until = -math.inf
     while not stop.is_set():
         now = time.monotonic()
-        due = min(front.tick(now) for front in fronts)
-        wait = 0.0 if len(queue) or now < awake else max(min(due - now, IDLE), 0.0)
+        due = min(endpoint.update(now) for endpoint in endpoints)
+        wait = 0.0 if len(queue) or now < awake_until else max(min(due - now, IDLE), 0.0)
         poller.poll(round(wait * 1000.0))
-        for front in fronts:
-            front.receive()
+        for endpoint in endpoints:
+            endpoint.receive()
         work = queue.take()
         if work is not None:
             work()
-            awake = time.monotonic() + AWAKE
-    for front in fronts:
-        front.farewell()
+            awake_until = time.monotonic() + AWAKE
+    for endpoint in endpoints:
+        endpoint.farewell()
+
+
+def print_line(line: str) -> None:
+    """Print a line to stderr; a full disk behind it must not stop the server."""
+    try:
+        print(line, file=sys.stderr, flush=True)
+    except OSError:
+        return
 
 
 def report_failure() -> None:
-    """The exception in hand to stderr, as far as stderr takes it: its disk may be full."""
-    try:
-        traceback.print_exc(file=sys.stderr)
-        sys.stderr.flush()
-    except OSError:
-        return
+    """Print the exception being handled to stderr."""
+    print_line(traceback.format_exc().rstrip())

@@ -1,4 +1,4 @@
-"""Are the values of a request possible? Each one that is not is named with its field."""
+"""Checks the values of a request; the error names the field that cannot be."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from simgl.physics.constants import LIGHT_SPEED
 from simgl.physics.ephemeris import FIRST_YEAR, LAST_YEAR, tai_ns_from_utc
 from simgl.scenario.scenario import Scenario
 from simgl.simulator import Product
-from simgl_bridge.framing import BadMessageError, shown
+from simgl_bridge.framing import BadMessageError, quoted
 from simgl_bridge.messages import ErrorCode, Render, SentPose, Shot, State, Vector
 
-# What a request may ask for: which product of a capture brings it, and its unit.
+# Products on the wire: which product of a capture holds it, and its unit.
 PRODUCTS = {
     "dn": (Product.DN, "DN"),
     "radiance": (Product.RADIANCE, "W m-2 sr-1"),
@@ -22,27 +22,27 @@ PRODUCTS = {
     "depth": (Product.TRUTH, "m"),
     "part_id": (Product.TRUTH, ""),
 }
-# 1e12 m is 7 au: room for any mission near the Earth, and far from where float64 overflows.
+# 7 au [m]: enough for any mission near the Earth, and far from where float64 overflows.
 FARTHEST = 1e12
 # Nearer than this the Earth would be inside the Sun [m].
 NEAREST_SUN = 1e9
-# A still picture of moving bodies means nothing long before an hour.
+# An image of fixed bodies is meaningless long before an hour [s].
 LONGEST_EXPOSURE = 3600.0
-# More than any converter has; a float32 electron count times this stays finite.
+# More than any converter has [DN/e-]; a float32 electron count times this stays finite.
 LARGEST_GAIN = 1e6
 # Sixteen turns a second [rad s-1].
 FASTEST_TURN = 100.0
-# Of a joint's limits [rad] or [m].
-_SLACK = 1e-9
+# Tolerance of a joint's limits [rad] or [m].
+_TOLERANCE = 1e-9
 
 _EARLIEST = tai_ns_from_utc(f"{FIRST_YEAR}-01-01")
 _LATEST = tai_ns_from_utc(f"{LAST_YEAR}-12-31T23:59:59.999999999")
 
-Wanted = Render | State
+ImageRequest = Render | State
 
 
 class FieldErrors:
-    """Raises what is wrong with the request of one id."""
+    """Raises the errors of the request of one id."""
 
     def __init__(self, id: int | None) -> None:
         self.id = id
@@ -51,12 +51,12 @@ class FieldErrors:
         """Raise a BadMessageError for a field."""
         raise BadMessageError(code, field, problem, self.id)
 
-    def missing(
+    def unknown_name(
         self, field: str, name: str, allowed: Mapping[str, object], code: ErrorCode
     ) -> None:
-        """Raise that a name does not exist."""
+        """Raise a BadMessageError for a name that does not exist."""
         listing = did_you_mean(name[:60], allowed)
-        self.refuse(field, f"{shown(name)} does not exist here; {listing}", code)
+        self.refuse(field, f"{quoted(name)} does not exist here; {listing}", code)
 
 
 def check_id(id: int) -> None:
@@ -65,94 +65,94 @@ def check_id(id: int) -> None:
         raise BadMessageError(ErrorCode.BAD_VALUE, "id", f"must lie in 0..2^63-1, got {id}")
 
 
-def check_wait(id: int, deadline_ms: int | None) -> None:
-    """Raises BadMessageError for a deadline that is none."""
+def check_deadline(id: int, deadline_ms: int | None) -> None:
+    """Raises BadMessageError for a deadline out of range."""
     if deadline_ms is not None and not 0 < deadline_ms <= 3_600_000:
         problem = f"must lie in 1..3600000 ms, got {deadline_ms}"
         raise BadMessageError(ErrorCode.BAD_VALUE, "deadline_ms", problem, id)
 
 
-def check_request(scenario: Scenario, request: Wanted) -> None:
-    """Raises BadMessageError unless a scenario can show what a request asks for."""
+def check_request(scenario: Scenario, request: ImageRequest) -> None:
+    """Raises BadMessageError unless a scenario can render what a request asks for."""
     check_id(request.id)
-    say = FieldErrors(request.id)
+    errors = FieldErrors(request.id)
     if not _EARLIEST <= request.tai_ns <= _LATEST:
         years = f"{FIRST_YEAR} to {LAST_YEAR}"
         problem = f"must lie in the years {years} ({_EARLIEST}..{_LATEST}), got {request.tai_ns}"
-        say.refuse("tai_ns", problem)
+        errors.refuse("tai_ns", problem)
     if isinstance(request, Render):
-        check_wait(request.id, request.deadline_ms)
+        check_deadline(request.id, request.deadline_ms)
     if request.sun is not None:
-        _check_sun(say, request.sun.position_m)
+        _check_sun(errors, request.sun.position_m)
     for name, share in request.lamps.items():
         if name not in scenario.lamps:
-            say.missing("lamps", name, scenario.lamps, ErrorCode.NO_LAMP)
+            errors.unknown_name("lamps", name, scenario.lamps, ErrorCode.NO_LAMP)
         if not 0.0 <= share <= 1.0:
-            say.refuse(f"lamps.{name}", f"must lie in 0..1, got {share:g}")
+            errors.refuse(f"lamps.{name}", f"must lie in 0..1, got {share:g}")
     for name, pose in request.bodies.items():
         if name not in scenario.models:
-            say.missing("bodies", name, scenario.models, ErrorCode.NO_BODY)
-        _check_pose(say, f"bodies.{name}", pose)
-        _check_joints(say, f"bodies.{name}.joints", pose.joints, scenario.models[name].joints)
+            errors.unknown_name("bodies", name, scenario.models, ErrorCode.NO_BODY)
+        _check_pose(errors, f"bodies.{name}", pose)
+        _check_joints(errors, f"bodies.{name}.joints", pose.joints, scenario.models[name].joints)
     if not request.cameras:
-        say.refuse("cameras", "must name at least one camera")
+        errors.refuse("cameras", "must name at least one camera")
     for index, shot in enumerate(request.cameras):
-        _check_shot(say, f"cameras[{index}]", shot, scenario)
+        _check_shot(errors, f"cameras[{index}]", shot, scenario)
         if shot.camera in [other.camera for other in request.cameras[:index]]:
-            say.refuse(f"cameras[{index}].camera", f"repeats {shown(shot.camera)}")
+            errors.refuse(f"cameras[{index}].camera", f"repeats {quoted(shot.camera)}")
 
 
-def _check_sun(say: FieldErrors, position: Vector) -> None:
-    if wrong := _vector_problem(position, FARTHEST, "m"):
-        say.refuse("sun.position_m", wrong)
+def _check_sun(errors: FieldErrors, position: Vector) -> None:
+    if problem := _vector_problem(position, FARTHEST, "m"):
+        errors.refuse("sun.position_m", problem)
     distance = math.hypot(*position)
     if distance < NEAREST_SUN:
         problem = f"must be at least {NEAREST_SUN:g} m from the Earth, got {distance:g} m"
-        say.refuse("sun.position_m", problem)
+        errors.refuse("sun.position_m", problem)
 
 
-def _check_pose(say: FieldErrors, field: str, pose: SentPose) -> None:
-    if wrong := _vector_problem(pose.position_m, FARTHEST, "m"):
-        say.refuse(f"{field}.position_m", wrong)
-    if wrong := _vector_problem(pose.velocity_m_s, LIGHT_SPEED, "m/s"):
-        say.refuse(f"{field}.velocity_m_s", wrong)
-    if wrong := _vector_problem(pose.angular_velocity_rad_s, FASTEST_TURN, "rad/s"):
-        say.refuse(f"{field}.angular_velocity_rad_s", wrong)
+def _check_pose(errors: FieldErrors, field: str, pose: SentPose) -> None:
+    if problem := _vector_problem(pose.position_m, FARTHEST, "m"):
+        errors.refuse(f"{field}.position_m", problem)
+    if problem := _vector_problem(pose.velocity_m_s, LIGHT_SPEED, "m/s"):
+        errors.refuse(f"{field}.velocity_m_s", problem)
+    if problem := _vector_problem(pose.angular_velocity_rad_s, FASTEST_TURN, "rad/s"):
+        errors.refuse(f"{field}.angular_velocity_rad_s", problem)
 
 
 def _check_joints(
-    say: FieldErrors, field: str, values: Mapping[str, float], joints: Sequence[Joint]
+    errors: FieldErrors, field: str, values: Mapping[str, float], joints: Sequence[Joint]
 ) -> None:
     known = {joint.name: joint for joint in joints}
     for name, value in values.items():
         if name not in known:
-            say.missing(field, name, known, ErrorCode.NO_JOINT)
+            errors.unknown_name(field, name, known, ErrorCode.NO_JOINT)
         low, high = known[name].limits
         # Limits in degrees are a few units in the last place off in a client's radians.
-        if not low - _SLACK <= value <= high + _SLACK:
+        if not low - _TOLERANCE <= value <= high + _TOLERANCE:
             limits = f"{low:g}..{high:g} {known[name].unit}"
-            say.refuse(f"{field}.{name}", f"must lie in {limits}, got {value:g}")
+            errors.refuse(f"{field}.{name}", f"must lie in {limits}, got {value:g}")
 
 
-def _check_shot(say: FieldErrors, field: str, shot: Shot, scenario: Scenario) -> None:
+def _check_shot(errors: FieldErrors, field: str, shot: Shot, scenario: Scenario) -> None:
     if shot.camera not in scenario.cameras:
-        say.missing(f"{field}.camera", shot.camera, scenario.cameras, ErrorCode.NO_CAMERA)
+        errors.unknown_name(f"{field}.camera", shot.camera, scenario.cameras, ErrorCode.NO_CAMERA)
     seconds = shot.exposure_time_s
     if seconds is not None and not 0.0 < seconds <= LONGEST_EXPOSURE:
         problem = f"must lie above 0, up to {LONGEST_EXPOSURE:g} s, got {seconds:g}"
-        say.refuse(f"{field}.exposure_time_s", problem)
+        errors.refuse(f"{field}.exposure_time_s", problem)
     gain = shot.gain_dn_per_e
     if gain is not None and not 0.0 < gain <= LARGEST_GAIN:
         problem = f"must lie above 0, up to {LARGEST_GAIN:g} DN/e-, got {gain:g}"
-        say.refuse(f"{field}.gain_dn_per_e", problem)
+        errors.refuse(f"{field}.gain_dn_per_e", problem)
     if not shot.products:
-        say.refuse(f"{field}.products", f"must name at least one of {', '.join(PRODUCTS)}")
+        errors.refuse(f"{field}.products", f"must name at least one of {', '.join(PRODUCTS)}")
     for index, product in enumerate(shot.products):
         if product not in PRODUCTS:
             place = f"{field}.products[{index}]"
-            say.missing(place, product, PRODUCTS, ErrorCode.BAD_VALUE)
+            errors.unknown_name(place, product, PRODUCTS, ErrorCode.BAD_VALUE)
         if product in shot.products[:index]:
-            say.refuse(f"{field}.products[{index}]", f"repeats {shown(product)}")
+            errors.refuse(f"{field}.products[{index}]", f"repeats {quoted(product)}")
 
 
 def _vector_problem(values: Vector, limit: float, unit: str) -> str | None:

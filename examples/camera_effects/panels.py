@@ -22,7 +22,7 @@ from simgl import (
 )
 from simgl.arrays import Image8
 from simgl.camera.detector import FixedPattern, Particles
-from simgl.progress import Progress
+from simgl.progress import ProgressCallback
 
 SCENE = Path(__file__).parents[1] / "gallery" / "bay.toml"
 CAMERA = "craft"
@@ -114,7 +114,9 @@ def panels(colour: Detector) -> dict[str, Panel]:
     }
 
 
-def rendered_panels(width: int, progress: Progress | None = None) -> Iterator[tuple[str, Image8]]:
+def rendered_panels(
+    width: int, progress: ProgressCallback | None = None
+) -> Iterator[tuple[str, Image8]]:
     """Title and 8-bit sRGB picture of each panel.
 
     width : pixels; the height is three quarters of it

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from simgl_bridge.messages import CameraCard
+from simgl_bridge.messages import CameraDescription
 
 from simgl.arrays import Array
 
@@ -27,7 +27,7 @@ class Pinhole:
     full_scale_dn: float = 4095.0
 
     @classmethod
-    def from_card(cls, card: CameraCard) -> Pinhole:
+    def from_card(cls, card: CameraDescription) -> Pinhole:
         """The camera that an image server offers."""
         return cls(
             width=card.width,

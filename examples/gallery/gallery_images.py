@@ -19,7 +19,7 @@ from simgl import (
 )
 from simgl.arrays import Array32, Image8
 from simgl.images import LayersFrame
-from simgl.progress import Progress
+from simgl.progress import ProgressCallback
 
 BAY = Path(__file__).with_name("bay.toml")
 BOARD = Path(__file__).parents[1] / "materials.toml"
@@ -37,7 +37,7 @@ LAMP_GAIN = 128.0
 
 
 def gallery_images(
-    shrink: int = 1, progress: Progress | None = None
+    shrink: int = 1, progress: ProgressCallback | None = None
 ) -> Iterator[tuple[str, Image8]]:
     """Name and 8-bit sRGB picture, one after the other.
 

@@ -20,7 +20,7 @@ from simgl import (
 )
 from simgl.arrays import Array32, Image8
 from simgl.physics.ephemeris import itrf_from_icrf
-from simgl.progress import Progress
+from simgl.progress import ProgressCallback
 
 ORBIT = Path(__file__).with_name("orbit.toml")
 LIMB = Path(__file__).parents[1] / "limb.toml"
@@ -44,7 +44,7 @@ VIEWS = {
 }
 
 
-def orbit_frames(progress: Progress | None = None) -> Iterator[tuple[str, Image8]]:
+def orbit_frames(progress: ProgressCallback | None = None) -> Iterator[tuple[str, Image8]]:
     """Minute of the orbit with the gain, and the picture, frame by frame.
 
     progress : told of the light between surfaces while it is traced
@@ -57,7 +57,7 @@ def orbit_frames(progress: Progress | None = None) -> Iterator[tuple[str, Image8
             yield _shown(f"{after_ns / 60e9:.0f} min", radiance)
 
 
-def views(progress: Progress | None = None) -> Iterator[tuple[str, Image8]]:
+def views(progress: ProgressCallback | None = None) -> Iterator[tuple[str, Image8]]:
     """Name with the gain, and the picture, of every view; the last has a craft in it."""
     earth = scenario_from_dict(
         {"epoch": {"utc": _UTC}, "camera": {name: _camera(*place) for name, place in VIEWS.items()}}

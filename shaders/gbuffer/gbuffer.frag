@@ -8,7 +8,7 @@
 
 in vec3 normal;
 in vec3 body_position;
-flat in uint label;     // material, and from bit 6 on the joint
+flat in uint label;     // material, and from bit 6 on the rigid group
 #ifdef EXCHANGE
 in vec4 bounced;        // irradiance from the craft's other surfaces [W m-2]
 in float earth_share;   // what they leave of the Earth's irradiance

@@ -38,15 +38,13 @@ float beam_profile(Lamp lamp, float angle) {
 // With v = z (X, Y, 1) in lamp axes, the plane n.v = h has 1 / z = n.(X, Y, 1) / h: linear over the
 // map.
 float lamp_lit(Surface s, Lamp lamp, vec3 v) {
-    bool faces = dot(s.facet, v) < 0.0;
-    vec3 n = faces ? s.facet : s.plain_n;
+    vec3 n = dot(s.facet, v) < 0.0 ? s.facet : s.plain_n;
     vec2 per_tangent2 = vec2(dot(lamp.column.xyz, lamp.column.xyz),
                              dot(lamp.row.xyz, lamp.row.xyz));
     float texel = inversesqrt(min(per_tangent2.x, per_tangent2.y));   // as a tangent
     // The smooth surface that the normals stand for lies above its facets by the sagitta of an edge;
-    // a quarter of a texel lifts the receiver there. With fewer triangles, those that face away are
-    // lifted by what these are off: they lie below the ridge before them.
-    v += s.plain_n * (0.25 * texel * dot(v, lamp.axis) + (faces ? 0.0 : level_error));
+    // a quarter of a texel lifts the receiver there.
+    v += s.plain_n * (0.25 * texel * dot(v, lamp.axis));
     float near = 1.0 / dot(v, lamp.axis);
     vec2 place = vec2(dot(lamp.column.xyz, v), dot(lamp.row.xyz, v)) * near
                + vec2(lamp.column.w, lamp.row.w) - 0.5;

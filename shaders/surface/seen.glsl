@@ -2,7 +2,7 @@
 #ifdef LAYERED
 #include "block/tile"
 #ifdef JOINTED
-#include "block/joints"
+#include "common/joints.glsl"
 #endif
 #endif
 
@@ -24,13 +24,10 @@ uint material_of(float label) {
 }
 
 #ifdef JOINTED
-// From where a joint has turned the surface to where it is stored.
-void turn_back(inout Surface s, float label) {
-    uint row = 3u * (uint(label) / 64u % 256u);
-    vec4 x = joint_rows[row], y = joint_rows[row + 1u], z = joint_rows[row + 2u];
-    vec4 place = vec4(s.pattern, 1.0);
-    s.pattern = vec3(dot(x, place), dot(y, place), dot(z, place));
-    s.pattern_from_camera = transpose(mat3(x.xyz, y.xyz, z.xyz)) * s.pattern_from_camera;
+// Patterns lie where the surface is stored.
+void turn_back(inout Surface s, uint label) {
+    s.pattern = stored_from_place(s.pattern, label);
+    s.pattern_from_camera = stored_from_turned(label) * s.pattern_from_camera;
 }
 #endif
 
@@ -91,7 +88,7 @@ Surface surface_seen(ivec2 at) {
     s.pattern = s.body;
     s.pattern_from_camera = transpose(mat3(camera_from_body));
 #ifdef JOINTED
-    turn_back(s, place.w);
+    turn_back(s, uint(place.w) % 16384u);
 #endif
     vec3 dx = place_step(s, sample_steps[0].xyz), dy = place_step(s, sample_steps[1].xyz);
     vec4 layers = material_layers[material];   // of the coat: strength, roughness; of the crinkle

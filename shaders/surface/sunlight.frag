@@ -43,14 +43,10 @@ void main() {
         here = closer;
     }
     // The smooth surface that the normals stand for lies above its facets by the sagitta of an edge;
-    // a quarter of a texel lifts the receiver there. Facets that already face away use its plane, and
-    // with fewer triangles are lifted by what these are off: they lie below the ridge before them.
+    // a quarter of a texel lifts the receiver there. Facets that already face away use its plane.
     vec3 plain_n = mat3(light_from_camera) * n;
-    bool faces = dot(facet, wi) > 0.0;
-    vec3 plane = faces ? mat3(light_from_camera) * facet : plain_n;
-    float lift = faces ? 0.0 : level_error;
-    here += plain_n * (vec3(0.25, 0.25, 0.25 * frame.x)
-                       + lift * vec3(1.0 / frame.x, 1.0 / frame.x, 1.0));
+    vec3 plane = dot(facet, wi) > 0.0 ? mat3(light_from_camera) * facet : plain_n;
+    here += plain_n * vec3(0.25, 0.25, 0.25 * frame.x);
     SunMap map = SunMap(frame.x, frame.y, frame.z, int(sheet.x), int(sheet.y), int(sheet.z),
                         shadow_solid > 0.5, int(shadow_taps));
     Receiver receiver = receiver_at(map, here, plane);

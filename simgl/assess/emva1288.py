@@ -29,7 +29,7 @@ from simgl.camera_pipeline import CameraPipeline
 from simgl.gpu.render_targets import Format, ImageTarget
 from simgl.physics.constants import SOLAR_TEMPERATURE
 from simgl.physics.spectrum import BANDS, black_body_light
-from simgl.progress import Progress
+from simgl.progress import ProgressCallback
 from simgl.scenario.schema import CameraTable
 
 # A part of a larger sensor tells as much.
@@ -154,7 +154,7 @@ def examine(
     levels: int = 58,
     repeats: int = 16,
     seed: int = 1,
-    progress: Progress | None = None,
+    progress: ProgressCallback | None = None,
 ) -> CameraReport:
     """Photon-transfer test of a camera.
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from simgl.arrays import Array, Array32
 from simgl.camera.camera import Camera
-from simgl.camera.exposure_value import blender_exposure, exposure_value
+from simgl.camera.camera_equation import blender_exposure, exposure_value
 from simgl.errors import ConfigError, did_you_mean
 from simgl.scenario.schema import UsabilityCriteria
 from simgl.scene.state import SceneState

@@ -12,7 +12,7 @@ from simgl.assess.sweep_axes import CAMERA_AXES, SUN_AXES, Axis, with_setting, w
 from simgl.assess.target_light import assess_frame
 from simgl.assess.trajectory_assessment import COLUMNS, PRODUCTS, Assignment, row_of
 from simgl.output import check_writable
-from simgl.progress import Progress
+from simgl.progress import ProgressCallback
 from simgl.scenario.scenario import Scenario
 from simgl.sequence.journal import Columns, Journal, Value
 from simgl.sequence.run_sequence import identity
@@ -95,7 +95,7 @@ def run_sweep(
     sweep: Sweep,
     crew: Crew[list[Row]],
     folder: Path,
-    report: Progress | None = None,
+    report: ProgressCallback | None = None,
 ) -> list[Row]:
     """Assess every point that the folder's table does not hold yet.
 

@@ -13,7 +13,7 @@ from simgl.assess.verdict import Verdict, verdict
 from simgl.errors import ConfigError, did_you_mean
 from simgl.output import check_writable
 from simgl.physics.ephemeris import utc_from_tai_ns
-from simgl.progress import Progress
+from simgl.progress import ProgressCallback
 from simgl.scenario.scenario import Scenario
 from simgl.scenario.schema import UsabilityCriteria
 from simgl.sequence.journal import Columns, Journal, Value
@@ -108,7 +108,10 @@ def assignment(
 
 
 def run(
-    work: Assignment, crew: Crew[dict[str, Value]], folder: Path, report: Progress | None = None
+    work: Assignment,
+    crew: Crew[dict[str, Value]],
+    folder: Path,
+    report: ProgressCallback | None = None,
 ) -> list[dict[str, Value]]:
     """Assess every epoch that the folder's table does not hold yet.
 

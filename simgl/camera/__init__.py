@@ -1,1 +1,15 @@
-"""Cameras as data, the presets that describe them, and what of them runs on the CPU."""
+"""Everything about a camera: description, presets, and the parts of its model that run on the CPU.
+
+camera, lens, detector, lidar   cameras as data; units SI
+presets, *_schema, *_tables     preset files and ``[camera.NAME]`` tables, read into that data
+camera_equation                 radiance to irradiance and electrons; exposure values
+distortion                      pinhole field of view behind a distorting lens; fall-off
+diffraction, psf_kernel, convolution, ghosts, point_spread
+                                point spread function, stray light and ghosts of a lens
+rolling_shutter, noise_streams, blooming, particle_hits, demosaic
+                                row timing, random numbers, charge effects, colour images from DN
+
+Imports ``config``, ``motion`` and lower layers. The GPU parts are simgl/passes/optics, spread,
+exposure and readout. A new effect gets its key in a schema, its field in lens or detector, and its
+formula here or in the pass.
+"""

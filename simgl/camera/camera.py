@@ -20,8 +20,8 @@ class Camera:
 
     exposure_time : [s]
     readout_time : from the end of exposure to the last row read [s]
-    transport_latency : from there to where flight software has the image [s]
-    lidar : that uses its lens and pixels; None where there is none
+    transport_latency : from the last row read to the image in flight software [s]
+    lidar : flash LIDAR that uses the lens and the pixels; None for none
     """
 
     name: str
@@ -39,18 +39,18 @@ class Camera:
 
     @property
     def intrinsics(self) -> Array:
-        """(3, 3) matrix from camera axes to pixel coordinates.
+        """(3, 3) matrix from camera axes to homogeneous pixel coordinates.
 
         The centre of the pixel in column i, row j lies at (i + 0.5, j + 0.5); the principal point
-        is the middle of the image.
+        is the image centre.
         """
         f, d = self.focal_length_px, self.detector
         return np.array([[f, 0.0, 0.5 * d.width], [0.0, f, 0.5 * d.height], [0.0, 0.0, 1.0]])
 
     def project(self, points: Array) -> Array:
-        """Pixel coordinates (..., 2) of points (..., 3) in camera axes, as the lens distorts them.
+        """Pixel coordinates (..., 2) of points (..., 3) in camera axes, with lens distortion.
 
-        NaN behind the pinhole.
+        NaN for points behind the camera.
         """
         with np.errstate(all="ignore"):
             tangents = points[..., :2] / points[..., 2:]

@@ -1,7 +1,4 @@
-"""What files may say about a camera: its preset, its detector and its settings.
-
-The unit is part of the key. Unknown keys are errors.
-"""
+"""Schema of preset files and ``[camera.NAME]`` tables; the unit is part of the key."""
 
 from __future__ import annotations
 
@@ -14,9 +11,9 @@ from simgl.config.value_types import BandValues, Fraction, NonNegative, Positive
 
 
 class CurveTable(Table, frozen=True, kw_only=True):
-    """A curve over the wavelength, linear between its points and 0 outside.
+    """A curve over wavelength, linear between its points and 0 outside.
 
-    Either both lists, or the path of a CSV file with two columns, wavelength in nm and value.
+    Either both lists, or the path of a CSV file with two columns: wavelength in nm, and value.
     """
 
     wavelength_nm: tuple[float, ...] | None = None
@@ -25,7 +22,7 @@ class CurveTable(Table, frozen=True, kw_only=True):
 
 
 class FiltersTable(Table, frozen=True, kw_only=True):
-    """Transmission of the filters on the pixels of a colour detector."""
+    """Transmission of a colour detector's pixel filters."""
 
     red: CurveTable
     green: CurveTable
@@ -35,9 +32,10 @@ class FiltersTable(Table, frozen=True, kw_only=True):
 class ParticlesTable(Table, frozen=True, kw_only=True):
     """Charged particles through the detector.
 
-    flux_cm2_s : through its plane, both sides; half of an isotropic, omnidirectional flux
+    flux_cm2_s : through the detector plane from both sides; half of an isotropic, omnidirectional
+        flux
     depth_um : of the layer whose charge is collected
-    charge_e_um : set free along the path; 80 for minimum-ionising particles, 630 for 50 MeV protons
+    charge_e_um : released along the path; 80 for minimum-ionising particles, 630 for 50 MeV protons
     """
 
     flux_cm2_s: NonNegative
@@ -50,15 +48,17 @@ Pixels = Annotated[int, Meta(ge=1, le=16384)]
 
 
 class DetectorTable(Table, frozen=True, kw_only=True):
-    """What preset files and ``[camera.NAME]`` both say about a detector.
+    """Detector keys that preset files and ``[camera.NAME]`` share.
 
-    fill_factor : share of a pixel's light that reaches the photodiode
+    fill_factor : fraction of a pixel's light that reaches the photodiode
     gain_e_per_dn : at an analogue gain of 1
-    mosaic : colours of 2 x 2 pixels row by row from the top left; "mono" leaves the filters off
+    mosaic : colours of 2 x 2 pixels row by row from the top left; "mono" for no filters
     dark_current_e_s, hot_current_e_s : at 300 K
-    prnu : rms share of the mean; dead_pixels, hot_pixels : share of all pixels
-    row_pattern_e, column_pattern_e : fixed; row_noise_e : new in every frame
-    blooming : share of the charge beyond the full well that spills along the column
+    prnu : rms fraction of the mean
+    dead_pixels, hot_pixels : fraction of all pixels
+    row_pattern_e, column_pattern_e : fixed
+    row_noise_e : new in every frame
+    blooming : fraction of the charge beyond the full well that flows along the column
     """
 
     width_px: Pixels | None = None
@@ -89,11 +89,12 @@ class DetectorTable(Table, frozen=True, kw_only=True):
 
 
 class CameraPresetTable(DetectorTable, frozen=True, kw_only=True):
-    """A camera preset file, ``NAME.toml``; what it does not give the detector does not have.
+    """A camera preset file, ``NAME.toml``; omitted effects are absent.
 
-    qe : electrons per photon of a pixel without a filter
-    window, micro_lens : what every pixel has in front of it besides: cover glass and infrared
-        filter, and the share of the light that the micro-lens brings to the photodiode
+    source : origin of the numbers, and which of them are assumptions
+    qe : electrons per photon of a pixel without filter
+    window : transmission of cover glass and infrared filter
+    micro_lens : fraction of the light that reaches the photodiode through the micro-lens
     filters : of a colour detector
     """
 
@@ -114,10 +115,10 @@ class CameraPresetTable(DetectorTable, frozen=True, kw_only=True):
 
 
 class CameraSettingsTable(DetectorTable, frozen=True, kw_only=True):
-    """A preset, changed where a key is given.
+    """``[camera.NAME]``: a preset, and keys that override it.
 
     quantum_efficiency : electrons per photon without filters, one number or four bands
-    serial : number of this camera, which its fixed pattern follows; by default from its name
+    serial : seed of the camera's fixed pattern; by default from its name
     """
 
     preset: str = "mt9m034"

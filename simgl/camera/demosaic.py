@@ -1,8 +1,6 @@
-"""From raw DN to a picture for people: black level, white balance, demosaic, colour matrix.
+"""Preview of raw DN: black level, white balance, demosaic, colour matrix.
 
-    DN -> (DN - pedestal) / span -> white balance -> demosaic -> colour matrix -> linear sRGB
-
-The raw DN are the product; this is a view of them.
+DN -> (DN - pedestal) / span -> white balance -> demosaic -> colour matrix -> linear sRGB
 """
 
 from __future__ import annotations
@@ -13,7 +11,6 @@ from scipy.ndimage import convolve
 from simgl.arrays import Array, Array32, Image16, Mask
 from simgl.camera.detector import Detector, Mosaic
 
-# The colours of the square by pixel, for each order: row 0 left, right, row 1 left, right.
 _COLOURS = "RGB"
 
 # Malvar, He and Cutler, "High-quality linear interpolation for demosaicing of Bayer-patterned color
@@ -27,8 +24,8 @@ _GREEN = np.array(
         [0, 0, -1, 0, 0],
     ]
 )
-# Red or blue at green pixels that have it beside them in the row (transposed: in the column):
-_BESIDE = np.array(
+# Red or blue at green pixels with that colour in the same row (transposed: in the same column):
+_IN_ROW = np.array(
     [
         [0, 0, 0.5, 0, 0],
         [0, -1, 0, -1, 0],
@@ -38,7 +35,7 @@ _BESIDE = np.array(
     ]
 )
 # Red at blue pixels and blue at red ones:
-_ACROSS = np.array(
+_DIAGONAL = np.array(
     [
         [0, 0, -1.5, 0, 0],
         [0, 2, 0, 2, 0],
@@ -50,7 +47,7 @@ _ACROSS = np.array(
 
 
 def mosaic_masks(order: str, height: int, width: int) -> dict[str, Mask]:
-    """(height, width) pixels under each colour."""
+    """(height, width) mask of the pixels under each colour."""
     y, x = np.indices((height, width))
     index = 2 * (y % 2) + x % 2
     letters = np.array(list(order))[index]
@@ -58,35 +55,37 @@ def mosaic_masks(order: str, height: int, width: int) -> dict[str, Mask]:
 
 
 def demosaic(raw: Array32, order: str) -> Array32:
-    """(height, width, 3) linear red, green and blue from one value a pixel.
+    """(height, width, 3) linear R, G, B from one value per pixel.
 
+    raw : (height, width)
     order : colours of 2 x 2 pixels row by row from the top left
     """
     raw = raw.astype(np.float32)
 
     def filtered(kernel: Array) -> Array32:
-        # "mirror" repeats no edge pixel: neighbours beyond the edge keep their colours.
+        # "mirror" does not repeat the edge pixel, so the colours beyond the edge alternate too.
         return convolve(raw, (kernel / 8.0).astype(np.float32), mode="mirror")
 
     masks = mosaic_masks(order, *raw.shape)
-    at_green, row, column, across = map(filtered, (_GREEN, _BESIDE, _BESIDE.T, _ACROSS))
+    green, in_row, in_column, diagonal = map(filtered, (_GREEN, _IN_ROW, _IN_ROW.T, _DIAGONAL))
     rgb = np.repeat(raw[..., None], 3, axis=2)
-    rgb[..., 1] = np.where(masks["G"], raw, at_green)
-    for channel, own, other in ((0, "R", "B"), (2, "B", "R")):
-        has = masks[own]
-        beside = masks["G"] & has.any(axis=1, keepdims=True)
-        value = np.where(beside, row, column)
-        rgb[..., channel] = np.where(has, raw, np.where(masks[other], across, value))
+    rgb[..., 1] = np.where(masks["G"], raw, green)
+    for channel, colour, opposite in ((0, "R", "B"), (2, "B", "R")):
+        measured = masks[colour]
+        row_has_colour = masks["G"] & measured.any(axis=1, keepdims=True)
+        at_green = np.where(row_has_colour, in_row, in_column)
+        interpolated = np.where(masks[opposite], diagonal, at_green)
+        rgb[..., channel] = np.where(measured, raw, interpolated)
     return rgb
 
 
 def colour_matrix(mosaic: Mosaic, white: Array) -> Array:
-    """(3, 3) linear sRGB from white-balanced red, green and blue of the pixels.
+    """(3, 3) matrix to linear sRGB from white-balanced R, G, B of the pixels.
 
     white : (4,) photons per band of a white surface
 
-    A picture shows the bands R, G and B; the detector sees N too, and each colour leaks into its
-    neighbours. The matrix is exact for surfaces that reflect as much in N as in R.
+    Filters overlap, and the detector is also sensitive in N. The matrix is exact for surfaces with
+    equal reflectance in N and R.
     """
     responses = np.array([mosaic.red, mosaic.green, mosaic.blue]) * white
     balanced = responses / responses.sum(axis=1, keepdims=True)
@@ -96,7 +95,7 @@ def colour_matrix(mosaic: Mosaic, white: Array) -> Array:
 
 
 def white_balance(mosaic: Mosaic, white: Array) -> Array:
-    """(3,) gains of red, green and blue pixels that make a white surface neutral, green's being 1.
+    """(3,) gains of R, G, B pixels that make a white surface neutral; that of green is 1.
 
     white : (4,) photons per band of a white surface
     """
@@ -107,8 +106,9 @@ def white_balance(mosaic: Mosaic, white: Array) -> Array:
 def develop(dn: Image16, detector: Detector, white: Array, gain: float = 1.0) -> Array32:
     """(height, width, 3) linear sRGB, 0 at the pedestal and 1 at full scale.
 
-    white : (4,) photons per band of a surface that shall look white
-    gain : brightens the picture
+    dn : (height, width)
+    white : (4,) photons per band of a surface that is displayed white
+    gain : factor of the brightness
     """
     span = (detector.largest_dn - detector.pedestal) / gain
     linear = ((dn - np.float32(detector.pedestal)) / np.float32(span)).astype(np.float32)
@@ -118,7 +118,7 @@ def develop(dn: Image16, detector: Detector, white: Array, gain: float = 1.0) ->
     gains = white_balance(mosaic, white)
     for letter, mask in mosaic_masks(mosaic.order, *dn.shape).items():
         linear[mask] *= np.float32(gains[_COLOURS.index(letter)])
-    # A saturated pixel has lost its colour: without this cut, balanced highlights turn magenta.
+    # Saturated pixels have lost their colour: without this limit they would turn magenta.
     linear = np.minimum(linear, np.float32(gains.min() * gain))
     rgb = demosaic(linear, mosaic.order)
     return rgb @ colour_matrix(mosaic, white).T.astype(np.float32)

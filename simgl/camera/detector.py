@@ -1,4 +1,4 @@
-"""A detector as data: pixels, what differs between them, shutter and converter."""
+"""A detector as data: pixels, fixed pattern, dark current, shutter and converter."""
 
 from __future__ import annotations
 
@@ -8,11 +8,34 @@ from dataclasses import dataclass
 import numpy as np
 
 from simgl.arrays import Array
-from simgl.camera.silicon import REFERENCE_TEMPERATURE, dark_current_ratio
 
 Four = tuple[float, float, float, float]
 
 ORDERS = ("RGGB", "BGGR", "GRBG", "GBRG")
+
+_BOLTZMANN_EV = 8.617333262e-5  # [eV K-1] CODATA 2018
+REFERENCE_TEMPERATURE = 300.0  # [K] of stated dark currents
+
+
+def band_gap(temperature: float) -> float:
+    """Band gap of silicon [eV]: 1.1557 - 7.021e-4 T^2 / (T + 1108), T in K (Varshni 1967)."""
+    return 1.1557 - 7.021e-4 * temperature**2 / (temperature + 1108.0)
+
+
+def _depletion_current(temperature: float) -> float:
+    """T^1.5 exp(-E / 2kT) [K^1.5]."""
+    exponent = band_gap(temperature) / (2.0 * _BOLTZMANN_EV * temperature)
+    return float(temperature**1.5 * np.exp(-exponent))
+
+
+def dark_current_ratio(temperature: float) -> float:
+    """Dark current at a temperature [K] relative to that at 300 K.
+
+    Generation in the depletion region, proportional to T^1.5 exp(-E / 2kT) with the band gap E,
+    which doubles every 8 K. In warm sensors diffusion dominates, which follows exp(-E / kT) and
+    doubles every 5 to 7 K, as data sheets say.
+    """
+    return _depletion_current(temperature) / _depletion_current(REFERENCE_TEMPERATURE)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,14 +61,14 @@ class Mosaic:
 
 @dataclass(frozen=True, kw_only=True)
 class FixedPattern:
-    """What differs from pixel to pixel and stays the same from frame to frame.
+    """Fixed-pattern noise: differences between pixels that are the same in every frame.
 
-    prnu : response of the pixels, rms share of their mean
-    dead_pixels : share of the pixels that answer to no light
-    dsnu : offset of the pixels [e- rms]
-    rows, columns : offset of whole rows and columns [e- rms]
-    hot_pixels : share of the pixels with a dark current of their own, distributed exponentially
-    hot_current : mean of it at 300 K [e- s-1]
+    prnu : rms variation of the response, fraction of its mean
+    dead_pixels : fraction of the pixels without response to light
+    dsnu : offset of single pixels [e- rms]
+    rows, columns : offset of rows and columns [e- rms]
+    hot_pixels : fraction of the pixels with an additional, exponentially distributed dark current
+    hot_current : mean of that current at 300 K [e- s-1]
     """
 
     prnu: float = 0.0
@@ -61,10 +84,10 @@ class FixedPattern:
 class Particles:
     """Charged particles through the detector.
 
-    flux : that crosses its plane, from both sides [m-2 s-1]; half of an isotropic,
+    flux : through the detector plane from both sides [m-2 s-1]; half of an isotropic,
         omnidirectional flux
     depth : of the layer whose charge is collected [m]
-    charge : set free along a path [e- m-1]
+    charge : released per path length [e- m-1]
     """
 
     flux: float
@@ -76,24 +99,24 @@ class Particles:
 class Detector:
     """Pixels and converter.
 
-    width, height : pixels
+    width, height : [px]
     pixel_pitch : [m]
-    quantum_efficiency : electrons per photon in each band R, G, B, N of a pixel without a filter
+    quantum_efficiency : electrons per photon in each band R, G, B, N of a pixel without filter
     full_well : [e-]
     read_noise : [e- rms]
-    bits : of the converter
-    pedestal : [DN] added before conversion
-    gain_dn_per_e : [DN / e-] of pixel, amplifier and converter together
-    fill_factor : share of a pixel's light that reaches its photodiode
+    bits : resolution of the converter
+    pedestal : added before conversion [DN]
+    gain_dn_per_e : of pixel, amplifier and converter together [DN / e-]
+    fill_factor : fraction of a pixel's light that reaches its photodiode
     mosaic : None for a monochrome detector
     dark_current_300k : of every pixel at 300 K [e- s-1]
     temperature : [K]
-    pattern : what differs between the pixels
-    serial : makes the pattern that of one camera
-    row_noise : offset of whole rows, new in every frame [e- rms]
-    blooming : share of the charge beyond the full well that spills along the column
+    pattern : fixed-pattern noise
+    serial : seed of the fixed pattern
+    row_noise : offset of rows, new in every frame [e- rms]
+    blooming : fraction of the charge beyond the full well that flows along the column
     particles : None without radiation
-    row_time : between the starts of neighbouring rows [s]; 0 for a global shutter
+    row_time : between the starts of adjacent rows [s]; 0 for a global shutter
     """
 
     width: int
@@ -118,7 +141,7 @@ class Detector:
 
     @property
     def dark_current(self) -> float:
-        """Of every pixel at the detector's temperature [e- s-1]."""
+        """Dark current of every pixel at the detector's temperature [e- s-1]."""
         return self.dark_current_300k * dark_current_ratio(self.temperature)
 
     @property
@@ -128,14 +151,14 @@ class Detector:
 
     @property
     def noise_of_reading(self) -> float:
-        """Everything that is added to a pixel's charge when it is read [e- rms]."""
+        """Sum of all offsets and noises that are added when a pixel is read [e- rms]."""
         p = self.pattern
         return math.hypot(self.read_noise, self.row_noise, p.dsnu, p.rows, p.columns)
 
     def pixels_within(self, low: Array, high: Array) -> tuple[int, int, int, int] | None:
-        """x0, y0, x1, y1 of the pixels that a rectangle touches; None where it is out of view.
+        """x0, y0, x1, y1 of the pixels that a rectangle touches; None if it is out of view.
 
-        low, high : (2,) its corners [pixels]
+        low, high : (2,) corners of the rectangle [px]
         """
         limits = np.array([self.width, self.height])
         first = np.clip(np.floor(low), 0, limits).astype(int)

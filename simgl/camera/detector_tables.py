@@ -1,4 +1,4 @@
-"""Detectors from preset files and the detector keys of ``[camera.NAME]`` tables."""
+"""Detectors from preset files and ``[camera.NAME]`` tables."""
 
 from __future__ import annotations
 
@@ -17,20 +17,35 @@ from simgl.camera.camera_schema import (
     CurveTable,
     ParticlesTable,
 )
-from simgl.camera.detector import Detector, FixedPattern, Mosaic, Particles
-from simgl.camera.silicon import REFERENCE_TEMPERATURE
-from simgl.config.band_values import Four, fractions
+from simgl.camera.detector import (
+    REFERENCE_TEMPERATURE,
+    Detector,
+    FixedPattern,
+    Mosaic,
+    Particles,
+)
 from simgl.config.path_sandbox import Base
 from simgl.config.validation import read_text
+from simgl.config.value_types import Four, fractions
 from simgl.errors import AssetError, ConfigError
 from simgl.physics.spectrum import photon_mean
 
-# Products of curves are taken at these wavelengths [nm]: all bands, in steps of 1 nm.
+_PATTERN_KEYS = {
+    "prnu": "prnu",
+    "dead_pixels": "dead_pixels",
+    "dsnu": "dsnu_e",
+    "rows": "row_pattern_e",
+    "columns": "column_pattern_e",
+    "hot_pixels": "hot_pixels",
+    "hot_current": "hot_current_e_s",
+}
+
+# Curves are multiplied at these wavelengths [nm]: all bands, in steps of 1 nm.
 _WAVELENGTHS: Array = np.linspace(400.0, 1000.0, 601)
 
 
 def _csv_columns(path: Path) -> tuple[list[float], list[float]]:
-    """Wavelengths [nm] and values; a first line of words is a heading."""
+    """Wavelengths [nm] and values of a CSV file; a first line of words is a heading."""
     wavelength, value = [], []
     for number, row in enumerate(csv.reader(read_text(path).splitlines()), 1):
         try:
@@ -46,7 +61,7 @@ def _csv_columns(path: Path) -> tuple[list[float], list[float]]:
 
 
 def _curve(table: CurveTable, path: Path, key: str, folder: Base) -> Array:
-    """A preset's curve at the wavelengths of all bands."""
+    """(601,) a preset's curve at ``_WAVELENGTHS``."""
     if (table.csv is None) == (table.value is None):
         raise ConfigError(str(path), f"{key}.value", "or csv is needed, and not both")
     where = str(path)
@@ -69,13 +84,13 @@ def _curve(table: CurveTable, path: Path, key: str, folder: Base) -> Array:
 
 
 def _over_bands(curve: Array, sun_temperature: float) -> Four:
-    """Mean of a curve over the Sun's photons in each band."""
+    """Mean of a curve in each band, weighted by the Sun's photons."""
     red, green, blue, nir = photon_mean(1e-9 * _WAVELENGTHS, curve, sun_temperature).tolist()
     return red, green, blue, nir
 
 
 class SpectralResponse:
-    """Electrons per photon of a preset's pixels, averaged over the Sun's photons in each band."""
+    """Electrons per photon of a preset's pixels in each band, weighted by the Sun's photons."""
 
     def __init__(
         self,
@@ -85,8 +100,11 @@ class SpectralResponse:
         qe: Four | None = None,
         folder: Base | None = None,
     ) -> None:
-        """qe : of pixels without a filter, instead of the preset's curves
-        folder : that the files of its curves start from; None is that of the preset
+        """
+        path : of the preset
+        sun_temperature : [K]
+        qe : of pixels without filter, instead of the preset's curves
+        folder : base of the curves' CSV paths; by default the preset's folder
         """
         folder = path.parent if folder is None else folder
         self._temperature = sun_temperature
@@ -104,15 +122,15 @@ class SpectralResponse:
 
     @property
     def has_filters(self) -> bool:
-        """Whether the detector can see colours."""
+        """Whether the preset has colour filters."""
         return bool(self._filters)
 
     def plain(self) -> Four:
-        """Of a pixel without a filter."""
+        """Quantum efficiency of a pixel without filter, R, G, B, N."""
         return _over_bands(self._common, self._temperature) if self._qe is None else self._qe
 
     def under(self, colour: str) -> Four:
-        """Of a pixel under a filter, "red", "green" or "blue"."""
+        """Quantum efficiency of a pixel under a filter, "red", "green" or "blue"."""
         if self._qe is None:
             return _over_bands(self._common * self._filters[colour], self._temperature)
         share = _over_bands(self._filters[colour], self._temperature)
@@ -129,18 +147,21 @@ def read_detector(
     sun_temperature: float,
     folder: Base,
 ) -> Detector:
-    """A preset's detector, changed where the table gives a key.
+    """A preset's detector with the overrides of a ``[camera.NAME]`` table.
 
+    where : of the table, for errors
+    camera : name of the camera
     path : of the preset
-    folder : that the files of its curves start from
-    sun_temperature : [K], of the spectrum that the curves are averaged over
+    sun_temperature : of the spectrum that weights the curves [K]
+    folder : base of the curves' CSV paths
+
+    Raises ConfigError for impossible values, AssetError for missing files.
     """
 
     def chosen(key: str, default: Any = 0.0) -> Any:
-        for given in (getattr(table, key), getattr(preset, key)):
-            if given is not None:
-                return given
-        return default
+        given = getattr(table, key)
+        given = getattr(preset, key) if given is None else given
+        return default if given is None else given
 
     bits, pedestal = chosen("bits"), chosen("pedestal_dn")
     if pedestal >= 2**bits - 1:
@@ -163,15 +184,7 @@ def read_detector(
         gain_dn_per_e=chosen("analogue_gain", 1.0) / chosen("gain_e_per_dn"),
         dark_current_300k=chosen("dark_current_e_s"),
         temperature=chosen("temperature_k", REFERENCE_TEMPERATURE),
-        pattern=FixedPattern(
-            prnu=chosen("prnu"),
-            dead_pixels=chosen("dead_pixels"),
-            dsnu=chosen("dsnu_e"),
-            rows=chosen("row_pattern_e"),
-            columns=chosen("column_pattern_e"),
-            hot_pixels=chosen("hot_pixels"),
-            hot_current=chosen("hot_current_e_s"),
-        ),
+        pattern=FixedPattern(**{name: chosen(key) for name, key in _PATTERN_KEYS.items()}),
         serial=zlib.crc32(camera.encode()) if table.serial is None else table.serial,
         row_noise=chosen("row_noise_e"),
         blooming=chosen("blooming"),

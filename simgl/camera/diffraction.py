@@ -1,4 +1,4 @@
-"""Diffraction of a circular pupil: transfer function with defocus, and the far field of a point."""
+"""Diffraction of a circular pupil: optical transfer function with defocus, and Airy tail."""
 
 from __future__ import annotations
 
@@ -7,17 +7,18 @@ import numpy as np
 from simgl.arrays import Array
 from simgl.physics.spectrum import BANDS, planck_radiance
 
-# Wavelengths that stand for a band: the transfer function is smooth in wavelength, and five
-# Gauss-Legendre nodes have the mean of a band to 1e-6.
+# Gauss-Legendre nodes per band: the mean of the transfer function is accurate to 1e-6.
 _WAVELENGTHS = 5
-# Quadrature over the common part of two shifted pupils; good to 1e-7 up to forty waves of defocus.
+# Nodes over the common area of two shifted pupils: accurate to 1e-7 up to 40 waves of defocus.
 _PUPIL_NODES = 64
 
 
 def diffraction_mtf(share: Array) -> Array:
-    """Modulation transfer of a circular pupil at a share of its cut-off 1 / (lambda N).
+    """MTF of a circular pupil.
 
-    2 / pi (acos r - r sqrt(1 - r^2)), and 0 from the cut-off on (Goodman, Introduction to Fourier
+    share : spatial frequency over the cut-off 1 / (lambda N)
+
+    2 / pi (acos r - r sqrt(1 - r^2)), and 0 beyond the cut-off (Goodman, Introduction to Fourier
     Optics, 6.3).
     """
     r = np.minimum(np.abs(share), 1.0)
@@ -27,15 +28,17 @@ def diffraction_mtf(share: Array) -> Array:
 def defocus_otf(share: Array, waves: float) -> Array:
     """Optical transfer function of a circular pupil with ``waves`` of defocus at its edge.
 
-    The correlation of the pupil with itself under the path difference 4 r x (Hopkins 1955): with
-    the pupils' centres 2 r apart, 4 / pi of the integral over x from 0 to 1 - r of
+    share : spatial frequency over the cut-off 1 / (lambda N)
+
+    Autocorrelation of the pupil with the path difference 4 r x (Hopkins 1955). With the pupils'
+    centres 2 r apart: 4 / pi of the integral over x from 0 to 1 - r of
     sqrt(1 - (x + r)^2) cos(2 pi waves 4 r x). Negative where contrast is reversed.
     """
     if waves == 0.0:
         return diffraction_mtf(share)
     r = np.minimum(np.abs(share), 1.0)
     node, weight = np.polynomial.legendre.leggauss(_PUPIL_NODES)
-    # x = (1 - r) (1 - u^2) takes out the root's infinite slope at the end.
+    # x = (1 - r) (1 - u^2) removes the infinite slope of the root at the end.
     u = 0.5 * (node + 1.0)
     total = np.zeros_like(r)
     for at, share_of_sum in zip(u, 0.5 * weight, strict=True):
@@ -46,9 +49,9 @@ def defocus_otf(share: Array, waves: float) -> Array:
 
 
 def band_wavelengths(temperature: float) -> tuple[Array, Array]:
-    """Wavelengths (4, n) [m] that stand for the bands and their shares (4, n) of a band's power.
+    """Quadrature nodes: wavelengths (4, n) [m] and their fractions (4, n) of a band's power.
 
-    temperature : [K] of the black body whose light it is
+    temperature : of the black body that emits the light [K]
     """
     node, weight = np.polynomial.legendre.leggauss(_WAVELENGTHS)
     edges = np.array(BANDS.edges)
@@ -59,8 +62,8 @@ def band_wavelengths(temperature: float) -> tuple[Array, Array]:
 
 
 def airy_tail(wavelength: float, f_number: float, pitch: float) -> float:
-    """What a point gives a pixel r pixels away, times r^3, its rings averaged; far from the core.
+    """Far field of a point's image, averaged over the rings: pixel share times r^3, r in pixels.
 
-    lambda N / (pi^3 p), from the cusp of the transfer function at 0.
+    lambda N / (pi^3 p) with the pixel pitch p, from the cusp of the MTF at frequency 0.
     """
     return wavelength * f_number / (np.pi**3 * pitch)

@@ -1,4 +1,4 @@
-"""Where a distorting lens looks: the pinhole pictures that hold its field, and the way between."""
+"""The field of view of a distorting lens, drawn by a pinhole camera and resampled; fall-off."""
 
 from __future__ import annotations
 
@@ -11,27 +11,24 @@ from simgl.arrays import Array, Array32, IndexArray
 from simgl.camera.camera import Camera
 from simgl.errors import ConfigError
 
-# Pixels around the field, for the neighbours that interpolation and edges ask for.
+# Pixels around the field, for interpolation at its edges.
 _MARGIN = 3
-# A field so many times as large as the picture comes of coefficients that do not fit the lens.
+# Fields larger than this many times the image come from coefficients that do not fit the lens.
 _LARGEST_FIELD = 3.0
-# The background and the truth are drawn on pixels so much smaller than the detector's.
+# The background and the truth are drawn on pixels smaller than the detector's by this factor.
 FINER = 2
-# Cameras whose maps are kept.
-_KEPT = 4
+_CACHED_CAMERAS = 4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PinholeField:
-    """What a lens sees, as a pinhole would.
+    """The field of view of a distorting lens, as seen by a pinhole camera.
 
-    pinhole : camera without distortion whose picture holds the field, of the same focal length and
-        pixels
+    pinhole : camera without distortion that covers the field, with the same focal length and pixels
     fine : the same with smaller pixels
-    centred : the same with an odd number of them, so that one lies in the middle of each pixel
-    places : (height, width, 2) float32, pixel coordinates in the pinhole's picture that the middles
-        of the camera's pixels see
-    stretch : (height, width), area of the picture over area of the pinhole's
+    centred : ``fine`` with an odd number of pixels, so that one lies at the centre of each pixel
+    places : (height, width, 2) centres of the camera's pixels in the pinhole's image [px]
+    stretch : (height, width) area in the camera's image over area in the pinhole's
     """
 
     pinhole: Camera
@@ -42,23 +39,17 @@ class PinholeField:
 
     @property
     def largest_pixel(self) -> tuple[float, float]:
-        """Width and height that the camera's pixels have at most in the pinhole's picture."""
+        """Largest width and height of the camera's pixels in the pinhole's image [px]."""
         steps = (np.abs(np.diff(self.places, axis=axis)).sum(axis=-1) for axis in (1, 0))
         across, down = (float(step.max(initial=1.0)) for step in steps)
         return across, down
 
-    @property
-    def smallest_pixel(self) -> float:
-        """Width or height that the camera's pixels have at least in the pinhole's picture."""
-        steps = (np.linalg.norm(np.diff(self.places, axis=axis), axis=-1) for axis in (1, 0))
-        return float(min(step.min(initial=1.0) for step in steps))
 
-
-@lru_cache(maxsize=_KEPT)
+@lru_cache(maxsize=_CACHED_CAMERAS)
 def field(camera: Camera) -> PinholeField:
-    """The field of a camera whose lens distorts.
+    """The field of a camera whose lens has distortion.
 
-    Raises ConfigError where the distortion folds the picture, or sees far more than a pinhole.
+    Raises ConfigError if the distortion is not invertible, or the field far exceeds a pinhole's.
     """
     d, distortion = camera.detector, camera.lens.distortion
     assert distortion is not None
@@ -100,17 +91,19 @@ def _finer(pinhole: Camera, more: int) -> Camera:
     return replace(pinhole, detector=fine)
 
 
-# Of the warp, as in shaders/warp/warp.frag: fine pixels between its places, and most rows of these.
-_SPACING, _FEWEST, _MOST = 1.15, 2, 8
+# Of the warp, as in shaders/warp/warp.frag: spacing of its sample points in fine pixels, and the
+# smallest and largest number of their rows and columns in a pixel.
+_SPACING, _MIN_ROWS, _MAX_ROWS = 1.15, 2, 8
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class _Cells:
-    """What stands for the pixels of a picture in the warp, (height, width, ...).
+class _WarpSamples:
+    """Sample points of the warp in each pixel, (height, width, ...).
 
-    down, across : (2,) of a pixel in the pinhole's picture; rows, columns : of places on it
-    part : solid angle of a pixel, over that of a fine one on the axis, for each place
-    reach : pixels from a point of light's own to the farthest that may hold some of it
+    down, across : (2,) edges of a pixel in the pinhole's image
+    rows, columns : numbers of sample points in a pixel
+    part : weight of a sample point, solid angle relative to that of an on-axis fine pixel
+    reach : distance at which a point source may still contribute to a pixel [px]
     """
 
     down: Array32
@@ -121,20 +114,21 @@ class _Cells:
     reach: int
 
 
-@lru_cache(maxsize=_KEPT)
-def _cells(camera: Camera) -> _Cells:
+@lru_cache(maxsize=_CACHED_CAMERAS)
+def _warp_samples(camera: Camera) -> _WarpSamples:
     seen = field(camera)
     # One-sided at the edges, as in the shader.
     down, across = (np.gradient(seen.places, axis=axis) for axis in (0, 1))
     lengths = [np.linalg.norm(step, axis=-1) for step in (down, across)]
     rows, columns = (
-        np.clip(np.ceil(n * FINER / _SPACING), _FEWEST, _MOST).astype(np.intp) for n in lengths
+        np.clip(np.ceil(n * FINER / _SPACING), _MIN_ROWS, _MAX_ROWS).astype(np.intp)
+        for n in lengths
     )
     cosine3 = _cosine_cubed(seen.places.astype(np.float64), seen.pinhole)
     part = FINER**2 / seen.stretch * cosine3 / (rows * columns)
-    # A star's 3 x 3 fine pixels and half a one beside them, and half a pixel.
+    # A star covers 3 x 3 fine pixels, interpolation adds half a one; half a pixel for its position.
     reach = 2.0 / FINER / max(min(float(n.min()) for n in lengths), 0.25) + 0.5
-    return _Cells(
+    return _WarpSamples(
         down=down,
         across=across,
         rows=rows,
@@ -144,41 +138,41 @@ def _cells(camera: Camera) -> _Cells:
     )
 
 
-def point_kept(camera: Camera, pixels: Array32) -> Array:
-    """(n,) share of the light of points that the warp keeps; 1 at and beside the picture's edges.
+def warped_point_share(camera: Camera, pixels: Array32) -> Array:
+    """(n,) factor by which the warp changes the light of point sources; 1 near the image's edges.
 
-    pixels : (n, 2) in the finer picture, whose 3 x 3 pixels about each hold its light by the
-        shares of shaders/stars/stars.frag
+    pixels : (n, 2) positions in the fine image, where each point covers 3 x 3 pixels with the
+        weights of shaders/stars/stars.frag
 
-    The places that stand for pixels lie on another lattice than the fine ones: these count by some
-    hundredths too much or too little, which evens out but for what is as small as a star.
+    The sample points of the warp weight the fine pixels unequally, by some per cent. For extended
+    sources this averages out, for a star it does not.
     """
-    seen, cells = field(camera), _cells(camera)
+    seen, samples = field(camera), _warp_samples(camera)
     distortion, d, f = camera.lens.distortion, camera.detector, camera.focal_length_px
     assert distortion is not None
     star = pixels.astype(np.float64)
     pinhole, size = seen.pinhole.detector, np.array([d.width, d.height])
     tangent = (star / FINER - 0.5 * np.array([pinhole.width, pinhole.height])) / f
-    own = np.floor(distortion.distorted(tangent) * f + 0.5 * size).astype(np.intp)
-    window = np.mgrid[-cells.reach : cells.reach + 1, -cells.reach : cells.reach + 1]
-    x, y = (own[:, k, None] + window[1 - k].ravel() for k in (0, 1))
-    whole = np.all((x >= 0) & (x < d.width) & (y >= 0) & (y < d.height), axis=1)
-    x, y, star = x[whole], y[whole], star[whole]
-    rows, columns, part = cells.rows[y, x], cells.columns[y, x], cells.part[y, x]
-    middle, across, down = seen.places[y, x], cells.across[y, x], cells.down[y, x]
-    kept = np.zeros(len(star))
+    star_pixel = np.floor(distortion.distorted(tangent) * f + 0.5 * size).astype(np.intp)
+    window = np.mgrid[-samples.reach : samples.reach + 1, -samples.reach : samples.reach + 1]
+    x, y = (star_pixel[:, k, None] + window[1 - k].ravel() for k in (0, 1))
+    inside = np.all((x >= 0) & (x < d.width) & (y >= 0) & (y < d.height), axis=1)
+    x, y, star = x[inside], y[inside], star[inside]
+    rows, columns, part = samples.rows[y, x], samples.columns[y, x], samples.part[y, x]
+    middle, across, down = seen.places[y, x], samples.across[y, x], samples.down[y, x]
+    total = np.zeros(len(star))
     for j, i in np.ndindex(int(rows.max(initial=0)), int(columns.max(initial=0))):
         v, u = (j + 0.5) / rows - 0.5, (i + 0.5) / columns - 0.5
         at = FINER * (middle + u[..., None] * across + v[..., None] * down)
         light = _interpolated(at, star[:, None]).prod(axis=-1)
-        kept += np.sum(np.where((j < rows) & (i < columns), part * light, 0.0), axis=1)
+        total += np.sum(np.where((j < rows) & (i < columns), part * light, 0.0), axis=1)
     share = np.ones(len(pixels))
-    share[whole] = kept / _cosine_cubed(star / FINER, seen.pinhole)
+    share[inside] = total / _cosine_cubed(star / FINER, seen.pinhole)
     return share
 
 
 def _interpolated(at: Array, star: Array) -> Array:
-    """A star's shares of fine pixels along one axis, interpolated at places, (..., 2) each."""
+    """A star's weights in fine pixels along either axis, interpolated at places, (..., 2) each."""
     total = np.zeros(np.broadcast_shapes(at.shape, star.shape))
     for step in (-1.0, 0.0, 1.0):
         cell = np.floor(star) + step + 0.5
@@ -195,7 +189,7 @@ def _cosine_cubed(places: Array, pinhole: Camera) -> Array:
 
 
 def sight_lines(camera: Camera) -> Array:
-    """(height, width, 3) directions that the middles of pixels see, of depth 1, camera axes."""
+    """(height, width, 3) lines of sight of the pixel centres in camera axes, z = 1."""
     d, f = camera.detector, camera.focal_length_px
     if camera.lens.distortion is None:
         y, x = np.mgrid[0 : d.height, 0 : d.width] + 0.5
@@ -209,7 +203,7 @@ def sight_lines(camera: Camera) -> Array:
 
 
 def relative_illumination(camera: Camera) -> Array32:
-    """(height, width) irradiance of the image plane over that on the axis, of an even radiance."""
+    """(height, width) image-plane irradiance of a uniform radiance, relative to the axis."""
     d, vignetting = camera.detector, camera.lens.vignetting
     f = camera.focal_length_px
     if camera.lens.distortion is None:
@@ -227,4 +221,4 @@ def relative_illumination(camera: Camera) -> Array32:
         return np.interp(angle, vignetting.angles, vignetting.relative).astype(np.float32)
     if not vignetting.natural:
         return np.ones(squared.shape, dtype=np.float32)
-    return np.asarray(1.0 / ((1.0 + squared) ** 2 * stretch), dtype=np.float32)
+    return (1.0 / ((1.0 + squared) ** 2 * stretch)).astype(np.float32)

@@ -1,8 +1,7 @@
-"""Ghosts: images of the Sun by light that was reflected twice inside a lens.
+"""Ghosts: images of the Sun by light that is reflected twice inside a lens.
 
-Each pair of surfaces sends a part of the light back and forward again. To first order in the angles
-(Gaussian optics) it arrives as an evenly lit disc, an image of the pupil, about a place on the line
-through the principal point and the Sun's own image.
+Each pair of surfaces gives one ghost. In Gaussian optics it is a uniform disc, an image of the
+pupil, centred on the line through the principal point and the Sun's image.
 """
 
 from __future__ import annotations
@@ -20,11 +19,11 @@ from simgl.errors import ConfigError
 
 @dataclass(frozen=True, kw_only=True)
 class Ghost:
-    """One twice reflected image of a distant source.
+    """Ghost of a distant source.
 
-    lever : place of its centre over the tangent of the source's angle off the axis [m]
+    lever : position of its centre per tangent of the source's off-axis angle [m]
     spread : radius of its disc over the radius of the pupil
-    share : of the light that reaches the picture straight
+    share : its light relative to that of the direct image
     """
 
     lever: float
@@ -41,12 +40,12 @@ def _refract(before: float, after: float, radius: float) -> Array:
 
 
 def _reflect(radius: float) -> Array:
-    # Along the light's own way; a mirror whose centre of curvature lies behind it spreads light.
+    # In coordinates along the light's path, a positive radius is that of a diverging mirror.
     return np.array([[1.0, 0.0], [2.0 / radius, 1.0]])
 
 
 def _forward(surfaces: tuple[LensSurface, ...], first: int, last: int) -> Array:
-    """From before surface ``first`` to before surface ``last``, heights and slopes."""
+    """Ray transfer matrix of height and slope from before surface ``first`` to before ``last``."""
     matrix = np.eye(2)
     for k in range(first, last):
         before = 1.0 if k == 0 else surfaces[k - 1].index
@@ -57,11 +56,11 @@ def _forward(surfaces: tuple[LensSurface, ...], first: int, last: int) -> Array:
 
 
 def _ghost_matrix(surfaces: tuple[LensSurface, ...], front: int, back: int) -> Array:
-    """From before the lens to behind its last surface, reflected at ``back``, then at ``front``."""
+    """Ray transfer matrix through the lens with reflections at ``back``, then at ``front``."""
     matrix = _reflect(surfaces[back].radius) @ _forward(surfaces, 0, back)
     for k in range(back - 1, front, -1):
         matrix = _move(surfaces[k].gap) @ matrix
-        # Seen from behind, a surface curves the other way.
+        # For light that travels backwards the sign of the radius changes.
         matrix = _refract(surfaces[k].index, surfaces[k - 1].index, -surfaces[k].radius) @ matrix
     matrix = _reflect(-surfaces[front].radius) @ _move(surfaces[front].gap) @ matrix
     matrix = _move(surfaces[front].gap) @ matrix
@@ -69,32 +68,32 @@ def _ghost_matrix(surfaces: tuple[LensSurface, ...], front: int, back: int) -> A
 
 
 def ghosts(surfaces: tuple[LensSurface, ...], focal_length: float) -> tuple[Ghost, ...]:
-    """Every ghost of a lens that is scaled to a focal length [m], the detector in its focus.
+    """All ghosts of a lens that is scaled to a focal length [m], focused at infinity.
 
-    Raises ConfigError where the surfaces do not make a lens that collects light.
+    Raises ConfigError if the surfaces form no real image behind the lens.
     """
     if not surfaces:
         return ()
-    whole = _forward(surfaces, 0, len(surfaces))
-    power = -whole[1, 0]
-    if not power > 0.0 or not whole[0, 0] / power > 0.0:
+    lens = _forward(surfaces, 0, len(surfaces))
+    power = -lens[1, 0]
+    if not power > 0.0 or not lens[0, 0] / power > 0.0:
         problem = "must form a real image behind the last one"
         raise ConfigError("lens", "optics.surfaces", problem)
     scale = focal_length * power
-    to_focus = _move(whole[0, 0] / power)
-    found = []
+    to_focus = _move(lens[0, 0] / power)
+    result = []
     for front, back in combinations(range(len(surfaces)), 2):
         matrix = to_focus @ _ghost_matrix(surfaces, front, back)
         passed = [(1.0 - surfaces[k].reflectance) ** 2 for k in range(front + 1, back)]
         share = surfaces[front].reflectance * surfaces[back].reflectance * float(np.prod(passed))
-        found.append(
+        result.append(
             Ghost(lever=float(matrix[0, 1] * scale), spread=abs(float(matrix[0, 0])), share=share)
         )
-    return tuple(found)
+    return tuple(result)
 
 
 def common_area(a: float, b: float, distance: Array) -> Array:
-    """Area that two circles of radius a and b share, their centres ``distance`` apart."""
+    """Common area of two circles of radii a and b with centres ``distance`` apart."""
     small, large = min(a, b), max(a, b)
     d = np.clip(distance, large - small + 1e-12 * large, large + small)
     at_small = np.clip((d * d + small**2 - large**2) / (2.0 * d * small), -1.0, 1.0)
@@ -107,10 +106,11 @@ def common_area(a: float, b: float, distance: Array) -> Array:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class GhostDisc:
-    """A ghost in a picture [pixels]: two discs folded, the pupil's and the Sun's.
+    """A ghost in an image: the pupil's disc convolved with the Sun's.
 
-    x, y : of its centre
-    power : (n,) in each plane: the sum over all its pixels
+    x, y : centre [px]
+    pupil, sun : radii of the two discs [px]
+    power : (n,) sum over all pixels in each plane
     """
 
     x: float
@@ -121,17 +121,21 @@ class GhostDisc:
 
     @property
     def radius(self) -> float:
-        """Of all that it lights [pixels]."""
+        """Outer radius [px]."""
         return self.pupil + self.sun
 
     @property
     def edge(self) -> float:
-        """Width of its fall from full light to none [pixels]."""
+        """Width of the edge from full light to none [px]."""
         return 2.0 * min(self.pupil, self.sun)
 
 
 def add_discs(planes: Sequence[Array | Array32], discs: Iterable[GhostDisc], block: int) -> None:
-    """Add ghosts to planes (rows, columns) of means over blocks of so many pixels along an edge."""
+    """Add ghosts to planes in place.
+
+    planes : (rows, columns) each, means over blocks of pixels
+    block : pixels along the edge of a block
+    """
     for disc in discs:
         places = []
         for middle, size in zip((disc.y, disc.x), planes[0].shape, strict=True):

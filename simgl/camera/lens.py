@@ -1,4 +1,4 @@
-"""A lens as data: aperture, vignetting, distortion, point spread, stray light."""
+"""A lens as data: aperture, vignetting, distortion, point spread, stray light, surfaces."""
 
 from __future__ import annotations
 
@@ -9,15 +9,14 @@ import numpy as np
 
 from simgl.arrays import Array
 
-# Newton's method doubles the correct digits at each turn; twelve are far more than it needs where
-# the distortion can be inverted at all.
-_NEWTON_TURNS = 12
-_NEWTON_DONE = 1e-12
+# Newton's method doubles the correct digits in each step; invertible distortions need far fewer.
+_NEWTON_STEPS = 12
+_NEWTON_TOLERANCE = 1e-12
 
 
 @dataclass(frozen=True, kw_only=True)
 class Distortion:
-    """Brown-Conrady distortion in OpenCV's convention, of tangents x / z and y / z.
+    """Brown-Conrady distortion in OpenCV's convention, for tangents x / z and y / z.
 
     x' = x s + 2 p1 x y + p2 (r^2 + 2 x^2), y' = y s + p1 (r^2 + 2 y^2) + 2 p2 x y, with
     s = (1 + k1 r^2 + k2 r^4 + k3 r^6) / (1 + k4 r^2 + k5 r^4 + k6 r^6).
@@ -33,7 +32,7 @@ class Distortion:
     p2: float = 0.0
 
     def distorted(self, tangents: Array) -> Array:
-        """Where tangents (..., 2) of a pinhole come to lie."""
+        """Distorted tangents (..., 2) of pinhole tangents (..., 2)."""
         x, y = tangents[..., 0], tangents[..., 1]
         q = x * x + y * y
         scale, _ = self._scale(q)
@@ -46,7 +45,7 @@ class Distortion:
         )
 
     def jacobian(self, tangents: Array) -> Array:
-        """(..., 2, 2) derivative of ``distorted``; row of the result, column of the tangent."""
+        """(..., 2, 2) derivative of ``distorted``; rows by result, columns by tangent."""
         x, y = tangents[..., 0], tangents[..., 1]
         scale, slope = self._scale(x * x + y * y)
         p1, p2 = self.p1, self.p2
@@ -56,18 +55,18 @@ class Distortion:
         return np.stack([np.stack([across, cross], -1), np.stack([cross, down], -1)], -2)
 
     def undistorted(self, tangents: Array) -> Array:
-        """The pinhole tangents (..., 2) that come to lie at these; NaN where there are none."""
-        found = np.array(tangents, dtype=np.float64)
+        """Pinhole tangents (..., 2) of distorted tangents (..., 2); NaN where there are none."""
+        result = np.array(tangents, dtype=np.float64)
         with np.errstate(all="ignore"):
-            for _ in range(_NEWTON_TURNS):
-                rest = self.distorted(found) - tangents
-                if np.abs(rest).max(initial=0.0) < _NEWTON_DONE:
+            for _ in range(_NEWTON_STEPS):
+                rest = self.distorted(result) - tangents
+                if np.abs(rest).max(initial=0.0) < _NEWTON_TOLERANCE:
                     break
-                found = found - _solved(self.jacobian(found), rest)
-            missed = np.abs(self.distorted(found) - tangents).max(axis=-1)
-            folded = np.linalg.det(self.jacobian(found)) <= 0.0
-        found[~(missed < 1e-10) | folded] = np.nan
-        return found
+                result = result - _solved(self.jacobian(result), rest)
+            missed = np.abs(self.distorted(result) - tangents).max(axis=-1)
+            folded = np.linalg.det(self.jacobian(result)) <= 0.0
+        result[~(missed < 1e-10) | folded] = np.nan
+        return result
 
     def _scale(self, q: Array) -> tuple[Array, Array]:
         """Radial factor at r^2 = q, and its derivative by q."""
@@ -79,7 +78,7 @@ class Distortion:
 
 
 def _solved(matrix: Array, right: Array) -> Array:
-    """Solution of (..., 2, 2) equations by Cramer's rule; infinite where there is none."""
+    """Solution of (..., 2, 2) linear equations by Cramer's rule; not finite where there is none."""
     (a, b), (c, d) = np.moveaxis(matrix, (-2, -1), (0, 1))
     x, y = right[..., 0], right[..., 1]
     return np.stack([d * x - b * y, a * y - c * x], -1) / (a * d - b * c)[..., None]
@@ -89,9 +88,9 @@ def _solved(matrix: Array, right: Array) -> Array:
 class Vignetting:
     """Irradiance off the axis, relative to the axis.
 
-    natural : cos^4 of the angle, divided by the stretch of the distortion: what a thin lens does
-    angles, relative : a profile measured on flat fields instead, linear between its angles [rad]
-        and with all effects in it; empty where there is none
+    natural : cos^4 of the angle divided by the stretch of the distortion, as in a thin lens
+    angles, relative : instead, a profile measured on flat fields that includes all effects, linear
+        between its angles [rad]; empty for none
     """
 
     natural: bool = True
@@ -101,9 +100,9 @@ class Vignetting:
 
 @dataclass(frozen=True, kw_only=True)
 class Blur:
-    """What a point becomes, besides diffraction.
+    """Blur besides diffraction.
 
-    aberration : standard deviation of a Gaussian [m], in the image plane
+    aberration : standard deviation of a Gaussian in the image plane [m]
     defocus : from the plane of best focus to the detector [m]
     """
 
@@ -113,7 +112,7 @@ class Blur:
 
 @dataclass(frozen=True, kw_only=True)
 class Zone:
-    """Blur at a distance from the principal point, a share 0..1 of the half diagonal."""
+    """Blur at a distance from the image centre; ``share`` is 0..1 of the half diagonal."""
 
     share: float
     blur: Blur
@@ -124,10 +123,9 @@ class PointSpread:
     """The point spread function.
 
     diffraction : of a circular pupil, by band and f-number
-    zones : of increasing share, at least one; between two of them their images are mixed
-    image : measured values instead of diffraction and blur, rows of the image, 0 or more; its
-        middle is the point
-    image_scale : samples of ``image`` along the edge of a pixel
+    zones : at least one, by increasing share; between two zones their images are mixed
+    image : instead, rows of a measured point spread, non-negative, centred on the point
+    image_scale : samples of ``image`` per pixel along an edge
     """
 
     diffraction: bool = True
@@ -138,12 +136,12 @@ class PointSpread:
 
 @dataclass(frozen=True, kw_only=True)
 class LensSurface:
-    """One refracting surface of a lens, from front to back.
+    """A refracting surface of a lens.
 
-    radius : of curvature [m], positive where its centre lies behind it; infinite for a plane
-    gap : to the next surface [m]; of the last surface it does not count
-    index : of the medium behind it
-    reflectance : of its coating, 0..1
+    radius : of curvature [m], positive if the centre lies behind the surface; infinite for a plane
+    gap : to the next surface [m]; ignored for the last one
+    index : of refraction of the medium behind the surface
+    reflectance : of the coating, 0..1
     """
 
     radius: float
@@ -154,13 +152,15 @@ class LensSurface:
 
 @dataclass(frozen=True, kw_only=True)
 class Lens:
-    """focal_length [m]; f_number; transmission per band R, G, B, N, 0..1.
+    """A lens.
 
-    camera_equation : "4N2", pi L T / (4 N^2), of a distant object and an aplanatic lens, or
-        "1+4N2", of a thin lens whose pupil is a plane disc
-    distortion, spread : None where there is none
-    veiling_glare : share of the light that is scattered evenly over the picture
-    surfaces : give the Sun's ghosts; scaled to the focal length; empty where there are none
+    focal_length : [m]
+    transmission : per band R, G, B, N, 0..1
+    camera_equation : "4N2", pi L T / (4 N^2), for a distant object and an aplanatic lens; or
+        "1+4N2", for a thin lens with a plane pupil
+    distortion, spread : None for none
+    veiling_glare : fraction of the light that is scattered uniformly over the image
+    surfaces : from front to back, for ghosts of the Sun; scaled to the focal length; empty for none
     """
 
     focal_length: float

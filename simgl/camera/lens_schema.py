@@ -1,4 +1,4 @@
-"""What a scenario file may say about a lens and a laser beside it: tables, keys, units, limits."""
+"""Schema of ``[camera.NAME.optics]`` and ``[camera.NAME.lidar]``: keys, units and limits."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class FieldZoneTable(Table, frozen=True, kw_only=True):
 
 
 class LensSurfaceTable(Table, frozen=True, kw_only=True):
-    """A surface of a lens; ``radius_mm`` 0 is a plane, ``index`` is that of the medium behind."""
+    """A surface of a lens; ``radius_mm`` 0 is a plane, ``index`` belongs to the medium behind."""
 
     radius_mm: float
     gap_mm: NonNegative
@@ -40,19 +40,19 @@ class LensSurfaceTable(Table, frozen=True, kw_only=True):
 
 
 class OpticsTable(Table, frozen=True, kw_only=True):
-    """``[camera.NAME.optics]``: what a lens does besides forming an image; omitted, nothing.
+    """``[camera.NAME.optics]``: imperfections of a lens; without the table it is ideal.
 
-    camera_equation : irradiance pi L T / (4 N^2), or / (1 + 4 N^2)
+    camera_equation : irradiance pi L T / (4 N^2), or pi L T / (1 + 4 N^2)
     vignetting : "cos4", "none", or "measured" with a profile by angle off the axis
     diffraction : by f-number and band
     aberration_um : standard deviation of a Gaussian in the image plane
     defocus_um : from best focus to the detector
-    psf_image : instead of these three, a picture or .npy array of the spread
-    psf_samples_per_px : samples of it along the edge of a pixel
-    field_zones : blur off the axis; the keys above are the blur on it
-    veiling_glare : share of the light that is scattered evenly over the picture
-    surfaces : from front to back, or "triplet"; give the Sun's ghosts
-    coating_reflectance : of the surfaces that do not say it; 0.005 if omitted
+    psf_image : instead of these three, an image or .npy array of the point spread
+    psf_samples_per_px : its samples per pixel along an edge
+    field_zones : blur off the axis; the keys above apply on the axis
+    veiling_glare : fraction of the light that is scattered uniformly over the image
+    surfaces : from front to back, or "triplet"; for ghosts of the Sun
+    coating_reflectance : default of the surfaces' reflectance; 0.005 if omitted
     """
 
     camera_equation: Literal["4N2", "1+4N2"] = "4N2"
@@ -72,15 +72,15 @@ class OpticsTable(Table, frozen=True, kw_only=True):
 
 
 class LidarTable(Table, frozen=True, kw_only=True):
-    """``[camera.NAME.lidar]``: a flash LIDAR whose receiver is the camera's lens and pixels.
+    """``[camera.NAME.lidar]``: a flash LIDAR that receives through the camera's lens and pixels.
 
     emitter_offset_m : of the emitter from the pinhole, camera axes
-    beam_half_angle_deg : of the cone of uniform intensity, along the boresight
+    beam_half_angle_deg : of a cone of uniform intensity about the boresight
     quantum_efficiency : electrons per photon at the wavelength
-    filter_nm : width of the filter about the wavelength, which sunlight comes through
+    filter_nm : width of the optical filter about the wavelength
     gate_us : time during which sunlight is collected
-    range_noise_m : standard deviation of a range that has light enough
-    threshold_e : fewer electrons of the pulse give no range
+    range_noise_m : standard deviation of a range with ample signal
+    threshold_e : smallest signal that gives a range
     """
 
     wavelength_nm: Annotated[float, Meta(ge=400.0, le=1000.0)] = 905.0

@@ -1,4 +1,4 @@
-"""The ``[camera.NAME.optics]`` table: what a lens does besides forming an image."""
+"""Lenses and LIDARs from ``[camera.NAME.optics]`` and ``[camera.NAME.lidar]`` tables."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 from PIL import Image, UnidentifiedImageError
 
@@ -13,34 +14,37 @@ from simgl.camera.camera import Camera
 from simgl.camera.distortion import field
 from simgl.camera.ghosts import ghosts
 from simgl.camera.lens import Blur, Distortion, LensSurface, PointSpread, Vignetting, Zone
-from simgl.camera.lens_schema import LidarTable, OpticsTable
+from simgl.camera.lens_schema import FieldZoneTable, LensSurfaceTable, LidarTable, OpticsTable
 from simgl.camera.lidar import Lidar
 from simgl.camera.psf_kernel import lens_reach
 from simgl.config.path_sandbox import Base
 from simgl.errors import AssetError, ConfigError
 
-# A symmetric triplet after Cooke (Taylor 1893) in the form of the usual textbook example, of 50 mm,
-# f/5 and a field of 40 deg: radius and gap [mm], and index behind each surface. The coating's share
-# is added where it is used.
-_TRIPLET = (
-    (22.01359, 3.258956, 1.62041),
-    (-435.76044, 6.007551, 1.0),
-    (-22.21328, 0.999975, 1.62004),
-    (20.29192, 4.750409, 1.0),
-    (79.68360, 2.952076, 1.62041),
-    (-18.39533, 42.207782, 1.0),
+# Cooke triplet (Taylor 1893), the usual textbook example of 50 mm, f/5 and a field of 40 deg:
+# radius and gap [mm], and index behind each surface.
+_TRIPLET = tuple(
+    LensSurfaceTable(radius_mm=radius, gap_mm=gap, index=index)
+    for radius, gap, index in (
+        (22.01359, 3.258956, 1.62041),
+        (-435.76044, 6.007551, 1.0),
+        (-22.21328, 0.999975, 1.62004),
+        (20.29192, 4.750409, 1.0),
+        (79.68360, 2.952076, 1.62041),
+        (-18.39533, 42.207782, 1.0),
+    )
 )
 
-_COEFFICIENTS = ("k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2")
-
-# Samples of a point spread's image along an edge.
+# Largest number of samples along an edge of a point spread's image.
 _LARGEST_PSF = 512
 
 
 def read_optics(table: OpticsTable, where: str, base: Base) -> dict[str, Any]:
     """Arguments of a Lens.
 
-    base : folder that the path of a point spread's image starts from
+    where : of the table, for errors
+    base : folder of relative paths
+
+    Raises ConfigError for impossible values, AssetError for missing files.
     """
     return {
         "camera_equation": table.camera_equation,
@@ -53,7 +57,7 @@ def read_optics(table: OpticsTable, where: str, base: Base) -> dict[str, Any]:
 
 
 def read_lidar(table: LidarTable | None) -> Lidar | None:
-    """A LIDAR, if there is one."""
+    """The LIDAR of a table; None without one."""
     if table is None:
         return None
     return Lidar(
@@ -71,7 +75,7 @@ def read_lidar(table: LidarTable | None) -> Lidar | None:
 
 
 def check_optics(camera: Camera, where: str) -> None:
-    """Raises ConfigError where a lens cannot be what its table says."""
+    """Raise ConfigError, with the table's place, for a lens that cannot be built."""
     try:
         ghosts(camera.lens.surfaces, camera.lens.focal_length)
         if camera.lens.distortion is not None:
@@ -103,8 +107,8 @@ def _vignetting(table: OpticsTable, where: str) -> Vignetting:
 def _distortion(table: OpticsTable) -> Distortion | None:
     if table.distortion is None:
         return None
-    found = Distortion(**{key: getattr(table.distortion, key) for key in _COEFFICIENTS})
-    return None if found == Distortion() else found
+    distortion = Distortion(**msgspec.structs.asdict(table.distortion))
+    return None if distortion == Distortion() else distortion
 
 
 def _spread(table: OpticsTable, where: str, base: Base) -> PointSpread | None:
@@ -122,11 +126,8 @@ def _spread(table: OpticsTable, where: str, base: Base) -> PointSpread | None:
         return PointSpread(image=image, image_scale=table.psf_samples_per_px or 1)
     if table.psf_samples_per_px is not None:
         raise ConfigError(where, "optics.psf_samples_per_px", "goes with psf_image")
-    middle = Blur(aberration=table.aberration_um * 1e-6, defocus=table.defocus_um * 1e-6)
-    zones = [Zone(share=0.0, blur=middle)]
-    for zone in table.field_zones or ():
-        blur = Blur(aberration=zone.aberration_um * 1e-6, defocus=zone.defocus_um * 1e-6)
-        zones.append(Zone(share=zone.at, blur=blur))
+    zones = [Zone(share=0.0, blur=_blur(table))]
+    zones += [Zone(share=zone.at, blur=_blur(zone)) for zone in table.field_zones or ()]
     if not _increasing([zone.share for zone in zones]):
         raise ConfigError(
             where, "optics.field_zones", "must have increasing values of at, from above 0"
@@ -138,13 +139,17 @@ def _spread(table: OpticsTable, where: str, base: Base) -> PointSpread | None:
     return PointSpread(diffraction=table.diffraction, zones=tuple(zones))
 
 
+def _blur(table: OpticsTable | FieldZoneTable) -> Blur:
+    return Blur(aberration=table.aberration_um * 1e-6, defocus=table.defocus_um * 1e-6)
+
+
 def _psf_image(path: Path, where: str) -> tuple[tuple[float, ...], ...]:
     try:
         if path.suffix == ".npy":
             values = np.load(path, allow_pickle=False)
         else:
-            with Image.open(path) as picture:
-                values = np.asarray(picture)
+            with Image.open(path) as image:
+                values = np.asarray(image)
     except (OSError, ValueError, UnidentifiedImageError):
         problem = f"{path} is no image and no .npy array"
         raise ConfigError(where, "optics.psf_image", problem) from None
@@ -167,11 +172,7 @@ def _surfaces(table: OpticsTable, where: str) -> tuple[LensSurface, ...]:
             raise ConfigError(where, "optics.coating_reflectance", "goes with surfaces")
         return ()
     coating = 0.005 if table.coating_reflectance is None else table.coating_reflectance
-    if isinstance(table.surfaces, str):
-        return tuple(
-            LensSurface(radius=r * 1e-3, gap=g * 1e-3, index=n, reflectance=coating)
-            for r, g, n in _TRIPLET
-        )
+    surfaces = _TRIPLET if isinstance(table.surfaces, str) else table.surfaces
     return tuple(
         LensSurface(
             radius=np.inf if s.radius_mm == 0.0 else s.radius_mm * 1e-3,
@@ -179,7 +180,7 @@ def _surfaces(table: OpticsTable, where: str) -> tuple[LensSurface, ...]:
             index=s.index,
             reflectance=coating if s.reflectance is None else s.reflectance,
         )
-        for s in table.surfaces
+        for s in surfaces
     )
 
 

@@ -1,4 +1,4 @@
-"""A flash LIDAR beside a camera: what its pulse brings back, and the ranges that it finds."""
+"""A flash LIDAR that shares a camera's lens and pixels, and its detection of a pulse."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from simgl.arrays import Array
 from simgl.physics.constants import LIGHT_SPEED, PLANCK
 from simgl.physics.spectrum import BANDS
 
-# Full width at half maximum of a Gaussian over its standard deviation.
-_WIDTH = 2.0 * np.sqrt(2.0 * np.log(2.0))
+# Full width at half maximum of a Gaussian in standard deviations.
+_FWHM = 2.0 * np.sqrt(2.0 * np.log(2.0))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Lidar:
-    """A pulsed emitter; the camera's lens and pixels receive.
+    """A pulsed emitter; the receiver is the camera's lens and pixels.
 
     wavelength : [m]
     pulse_energy : [J]
@@ -24,10 +24,10 @@ class Lidar:
     half_angle : of the cone of uniform intensity about the boresight [rad]
     offset : of the emitter from the pinhole, camera axes [m]
     quantum_efficiency : electrons per photon
-    filter_width : of the wavelengths that sunlight comes through [m]
+    filter_width : of the optical filter about the wavelength [m]
     gate : time during which sunlight is collected [s]
-    range_noise : standard deviation of a range that has light enough [m]
-    threshold : fewer electrons give no range [e-]
+    range_noise : standard deviation of a range with ample signal [m]
+    threshold : smallest signal that gives a range [e-]
     """
 
     wavelength: float
@@ -43,19 +43,19 @@ class Lidar:
 
     @property
     def band(self) -> int:
-        """Index of the band that holds the wavelength."""
+        """Index of the band that contains the wavelength."""
         inside = [low <= self.wavelength <= high for low, high in BANDS.edges]
         return inside.index(True)
 
     @property
     def electrons_per_joule(self) -> float:
-        """Of light that reaches a pixel [e- J-1]."""
+        """Electrons per energy that reaches a pixel [e- J-1]."""
         photons = self.wavelength / (PLANCK * LIGHT_SPEED)
         return self.quantum_efficiency * photons
 
     @property
     def filter_share(self) -> float:
-        """Share of its band's light that passes the filter."""
+        """Fraction of the band's width that the filter transmits."""
         low, high = BANDS.edges[self.band]
         return min(self.filter_width / (high - low), 1.0)
 
@@ -63,18 +63,18 @@ class Lidar:
 def detected(
     lidar: Lidar, distance: Array, signal: Array, sunlight: Array, rng: np.random.Generator
 ) -> tuple[Array, Array]:
-    """Ranges [m], 0 where none is found, and electrons of one pulse.
+    """Ranges [m], 0 where none is detected, and counted electrons of one pulse.
 
-    distance : half of the way from the emitter over the surface to the pinhole [m]; 0 where there
-        is no surface
+    distance : half the path from the emitter via the surface to the pinhole [m]; 0 for no surface
     signal, sunlight : mean electrons of the pulse, and of sunlight while the gate is open [e-]
+    rng : source of the noise
 
-    Electrons are counted by Poisson's law. A range scatters by ``range_noise``, and by the pulse's
-    standard deviation over the root of the signal.
+    Electrons are Poisson distributed. The range's variance is the sum of ``range_noise`` squared
+    and the pulse's variance over the electrons.
     """
     counted = rng.poisson(signal + sunlight).astype(np.float64)
-    found = (counted - sunlight >= lidar.threshold) & (distance > 0.0)
-    pulse = LIGHT_SPEED * lidar.pulse_length / (2.0 * _WIDTH)
+    detectable = (counted - sunlight >= lidar.threshold) & (distance > 0.0)
+    pulse = LIGHT_SPEED * lidar.pulse_length / (2.0 * _FWHM)
     scatter = np.hypot(lidar.range_noise, pulse / np.sqrt(np.maximum(counted, 1.0)))
-    ranges = np.where(found, distance + scatter * rng.standard_normal(distance.shape), 0.0)
+    ranges = np.where(detectable, distance + scatter * rng.standard_normal(distance.shape), 0.0)
     return ranges, counted

@@ -1,8 +1,8 @@
-"""Philox4x32-10 (Salmon et al., SC 2011), the numbers made from it, and who uses which of them.
+"""Counter-based random numbers: Philox4x32-10 (Salmon et al., SC 2011), streams, distributions.
 
-A random word is a function of a key and a counter. The key names who asks: the scenario's seed and
-the camera with one of the streams below, or, for what never changes, the camera's serial number.
-The counter names what for: the group of four pixels, the epoch. There is no state and no order.
+A random word is a function of a key and a counter. The key identifies the source of noise: stream
+and camera with the scenario's seed, or with the camera's serial number for fixed patterns. The
+counter identifies the pixels and the epoch. There is no state, so the order of calls is free.
 """
 
 from __future__ import annotations
@@ -15,18 +15,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simgl.arrays import Array, UIntArray
+from simgl.camera.camera import Camera
 
 _MULTIPLIERS = np.array([0xD2511F53, 0xCD9E8D57], dtype=np.uint64)
 _WEYL = np.array([0x9E3779B9, 0xBB67AE85], dtype=np.uint64)
 _MASK = np.uint64(0xFFFFFFFF)
 _SHIFT = np.uint64(32)
 
-# One word serves one pixel, so a call of Philox serves four neighbours in a row.
+# Pixels in a row that share one call of Philox, one word each.
 PIXELS = 4
 
 
 class Stream(IntEnum):
-    """One for each source of noise, so that leaving one out changes no other; below 16."""
+    """One stream per source of noise, so that they are independent; values below 16."""
 
     SHOT = 1
     READ = 2
@@ -42,7 +43,7 @@ class Stream(IntEnum):
 
 
 def philox(counter: UIntArray, key: UIntArray) -> UIntArray:
-    """(k, 4) random words of (k, 4) counters under one (2,) key."""
+    """(k, 4) random words of (k, 4) counters with one (2,) key."""
     c = counter.astype(np.uint64)
     k = key.astype(np.uint64)
     for _ in range(10):
@@ -56,54 +57,37 @@ def philox(counter: UIntArray, key: UIntArray) -> UIntArray:
 
 
 def camera_salt(name: str) -> int:
-    """What keeps the noise of one scene's cameras apart; leaves the low bits to the stream."""
+    """Part of a key that depends on the camera; the low four bits are left to the stream."""
     return zlib.crc32(name.encode()) & 0xFFFFFFF0
 
 
 def frame_key(seed: int, camera: str, stream: Stream) -> UIntArray:
-    """(2,) key of one noise source of a camera."""
+    """(2,) key of a source of noise that changes from frame to frame."""
     return np.array([seed, stream ^ camera_salt(camera)], dtype=np.uint32)
 
 
-def pattern_key(serial: int, stream: Stream) -> UIntArray:
-    """(2,) key of something that stays with a camera for life."""
-    return np.array([serial, stream], dtype=np.uint32)
-
-
 def epoch_words(tai_ns: int) -> tuple[int, int]:
-    """Low and high half of an epoch [TAI ns]."""
+    """Low and high word of an epoch [TAI ns]."""
     return tai_ns & 0xFFFFFFFF, (tai_ns >> 32) & 0xFFFFFFFF
 
 
 def list_words(count: int, key: UIntArray, epoch: tuple[int, int] = (0, 0)) -> UIntArray:
-    """(count, 4) words of things that are numbered from 0."""
+    """(count, 4) random words for the counters 0, 1, ..."""
     counter = np.zeros((count, 4), dtype=np.uint32)
     counter[:, 0] = np.arange(count)
     counter[:, 2:] = epoch
     return philox(counter, key)
 
 
-def pixel_words(
-    width: int, height: int, key: UIntArray, epoch: tuple[int, int] = (0, 0)
-) -> UIntArray:
-    """(height, width) words, one a pixel."""
-    groups = -(-width // PIXELS)
-    y, x = np.divmod(np.arange(groups * height, dtype=np.uint32), np.uint32(groups))
-    counter = np.zeros((groups * height, 4), dtype=np.uint32)
-    counter[:, 0] = x + (y << np.uint32(16))
-    counter[:, 2:] = epoch
-    return philox(counter, key).reshape(height, groups * PIXELS)[:, :width]
-
-
 def uniform_01(words: UIntArray) -> Array:
-    """Numbers in (0, 1) from the upper 23 bits: exact in float32, never 0 or 1."""
+    """Uniform numbers in (0, 1) from the upper 23 bits: exact in float32, never 0 or 1."""
     return ((words >> np.uint32(9)).astype(np.float64) + 0.5) / 2.0**23
 
 
 def normal(u: NDArray[np.floating[Any]]) -> Array:
-    """Standard normals by inversion of their distribution at u in (0, 1).
+    """Standard normal quantiles at u in (0, 1).
 
-    Wichura, "Algorithm AS 241: the percentage points of the normal distribution" (1988), its
+    Wichura, "Algorithm AS 241: the percentage points of the normal distribution" (1988), in the
     seven-digit form PPND7; within +-5.3 for the numbers of ``uniform_01``.
     """
     q = u - 0.5
@@ -114,3 +98,11 @@ def normal(u: NDArray[np.floating[Any]]) -> Array:
     tail = ((0.17023821103 * s + 1.3067284816) * s + 2.7568153900) * s + 1.4234372777
     tail /= (0.12021132975 * s + 0.73700164250) * s + 1.0
     return np.where(np.abs(q) <= 0.425, middle, np.copysign(tail, q))
+
+
+def row_offsets(camera: Camera, tai_ns: int, seed: int) -> Array:
+    """(height,) row noise of one frame [e-]."""
+    detector = camera.detector
+    key = frame_key(seed, camera.name, Stream.ROW_NOISE)
+    words = list_words(-(-detector.height // PIXELS), key, epoch_words(tai_ns))
+    return detector.row_noise * normal(uniform_01(words).ravel()[: detector.height])

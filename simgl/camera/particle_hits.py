@@ -1,7 +1,7 @@
-"""Charged particles that cross the detector: how many, along which lines, with how much charge.
+"""Charged particles through the detector: number, tracks and deposited charge.
 
-Each sets free a charge proportional to its path in the layer that collects it, shared among the
-pixels below the path in whole electrons.
+Each particle releases a charge proportional to its path in the collecting layer, distributed to the
+pixels along the track in integer electrons.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from simgl.camera.noise_streams import Stream, epoch_words, frame_key, list_word
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Tracks:
-    """Straight paths through the layer, seen from above.
+    """Straight tracks, projected onto the detector.
 
-    start, end : (n, 2) column and row coordinates [px]
-    electrons : (n,) set free along the whole path
+    start, end : (n, 2) column and row [px]
+    electrons : (n,) released along the track
     """
 
     start: Array
@@ -41,8 +41,10 @@ def expected_hits(camera: Camera) -> float:
 def tracks(camera: Camera, tai_ns: int, seed: int) -> Tracks:
     """The particles of one frame.
 
-    Directions follow the cosine law of an isotropic flux through a plane: mu^2 is uniform, and a
-    path is longer than x, seen from above, with probability 1 / (1 + (x / depth)^2).
+    tai_ns : epoch of the frame
+
+    Directions follow the cosine law of an isotropic flux through a plane: mu^2 is uniform, and the
+    probability of a projected track longer than x is 1 / (1 + (x / depth)^2).
     """
     detector, epoch = camera.detector, epoch_words(tai_ns)
     particles = detector.particles
@@ -66,7 +68,7 @@ def tracks(camera: Camera, tai_ns: int, seed: int) -> Tracks:
 
 
 def _deposit(start: Array, end: Array, electrons: float) -> tuple[IndexArray, IndexArray]:
-    """(k, 2) pixels (column, row) below one path, and the (k,) electrons that each gets."""
+    """(k, 2) pixels (column, row) along one track, and the (k,) electrons in each."""
     run = end - start
     cuts = [np.array([0.0, 1.0])]
     for axis in (0, 1):
@@ -77,17 +79,19 @@ def _deposit(start: Array, end: Array, electrons: float) -> tuple[IndexArray, In
     places = np.sort(np.clip(np.concatenate(cuts), 0.0, 1.0))
     middle = 0.5 * (places[1:] + places[:-1])
     pixels = np.floor(start + middle[:, None] * run).astype(np.int64)
-    # Differences of rounded sums: whole electrons, of which none is lost.
+    # Differences of rounded sums: integers with the right total.
     return pixels, np.diff(np.floor(places * electrons + 0.5)).astype(np.int64)
 
 
 def hits(camera: Camera, tai_ns: int, seed: int) -> tuple[IndexArray, IndexArray]:
-    """Pixels hit in one frame, row * width + column in rising order, and their electrons."""
+    """Pixels hit in one frame, as row * width + column in increasing order, and their electrons."""
     detector = camera.detector
-    found = tracks(camera, tai_ns, seed)
+    particles = tracks(camera, tai_ns, seed)
     parts = [
         _deposit(start, end, electrons)
-        for start, end, electrons in zip(found.start, found.end, found.electrons, strict=True)
+        for start, end, electrons in zip(
+            particles.start, particles.end, particles.electrons, strict=True
+        )
     ]
     if not parts:
         return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)

@@ -1,14 +1,15 @@
-"""From a sharp image to what the lens makes of it: point spread, scattered light, ghosts.
+"""Effects of a lens on a sharp image: point spread, veiling glare and ghosts.
 
-Works on planes and gives weighted sums of the four bands: themselves, or the electrons behind each
-of a detector's filters. For a single sum the kernels of the bands are taken as mixtures of two:
-that keeps each band's light and tail exactly (both are linear in its wavelength), and the rest with
-the least mean square of what is left.
+Results are weighted sums of the four bands: the bands themselves, or the electrons behind each of a
+detector's filters. For a single sum, the kernels of the bands are approximated by mixtures of two
+kernels. Light and tail of each band stay exact, as both are linear in its wavelength; the core is a
+least-squares fit.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,25 +17,25 @@ import numpy as np
 from simgl.arrays import Array, Array32
 from simgl.camera.camera import Camera
 from simgl.camera.camera_equation import irradiance_per_radiance
-from simgl.camera.convolution import CELL, Convolver, add_coarse, coarse_light, in_threads
+from simgl.camera.convolution import CELL, Convolver, add_coarse, coarse_light
 from simgl.camera.ghosts import GhostDisc, add_discs, ghosts
 from simgl.camera.psf_kernel import PsfKernel, image_kernel, lens_kernel, lens_reach
 from simgl.physics.constants import SOLAR_CONSTANT, SOLAR_TEMPERATURE
 from simgl.physics.spectrum import black_body_light
 
-# What is brighter than so many white plates in sunlight is convolved apart: single precision then
-# keeps 3e-5 of a plate.
+# Light beyond this many sunlit white plates is convolved in double precision: the error of single
+# precision is then below 3e-5 of a plate.
 BRIGHT_PLATES = 300.0
-# Ghosts whose edge is narrower than so many cells of the coarse grid are drawn pixel by pixel.
+# Ghosts with a narrower edge, in cells of the coarse grid, are drawn at full resolution.
 _SOFT_GHOST = 3.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SunBefore:
-    """The Sun before a camera.
+    """The Sun as seen by a camera.
 
-    direction : (3,) unit, camera axes
-    irradiance : (4,) across its light, at the lens, as far as the Earth lets it pass [W m-2]
+    direction : (3,) unit, towards the Sun, camera axes
+    irradiance : (4,) at the lens on a plane that faces the Sun, with eclipse [W m-2]
     angular_radius : [rad]
     """
 
@@ -44,20 +45,24 @@ class SunBefore:
 
 
 class Spread:
-    """What one lens does after the image of a pinhole is formed.
+    """Point spread, veiling glare and ghosts of one lens.
 
     weights : (results, 4) of the bands; by default the bands themselves
+    executor : processes planes in parallel; None for one after the other
 
-    mixture : (planes, 4) of the bands, 0 or more: what ``apply`` wants
+    mixture : (planes, 4) weights of the bands in the planes that ``apply`` takes, non-negative
     """
 
-    def __init__(self, camera: Camera, weights: Array | None = None) -> None:
+    def __init__(
+        self, camera: Camera, weights: Array | None = None, executor: Executor | None = None
+    ) -> None:
         self._camera = camera
+        self._map = map if executor is None else executor.map
         self._outcome = np.eye(4) if weights is None else weights
         zones = None if camera.lens.spread is None else _zone_kernels(camera)
         kernels = zones or []
         if zones is None or zones[0][0].tail == zones[0][3].tail:
-            # All bands alike.
+            # All bands have the same kernel.
             self.mixture, self._mixing = self._outcome, np.eye(len(self._outcome))
             kernels = [row[:1] * len(self._outcome) for row in kernels]
         elif len(self._outcome) == 1:
@@ -70,7 +75,7 @@ class Spread:
         self._zones = None if zones is None else _zone_weights(camera)
         self._convolver = None
         if zones is not None:
-            self._convolver = Convolver(kernels, self._mixing, d.width, d.height)
+            self._convolver = Convolver(kernels, self._mixing, d.width, d.height, executor)
         white = black_body_light(SOLAR_CONSTANT, SOLAR_TEMPERATURE).irradiance / np.pi
         plate = irradiance_per_radiance(camera) * white
         self._limits = BRIGHT_PLATES * self.mixture @ plate
@@ -79,10 +84,10 @@ class Spread:
     def apply(self, planes: Sequence[Array32], sun: SunBefore | None = None) -> list[Array32]:
         """(height, width) results.
 
-        planes : (height, width) each, 0 or more, mixed as ``mixture`` says
-        sun : gives ghosts
+        planes : (height, width) each, non-negative, weighted by ``mixture``
+        sun : for ghosts
         """
-        coarse = np.stack(in_threads(coarse_light, planes))
+        coarse = np.stack(list(self._map(coarse_light, planes)))
         if self._convolver is None:
             results = [plane.copy() for plane in planes]
             added = np.zeros_like(coarse)
@@ -105,8 +110,10 @@ class Spread:
         return results
 
     def _discs(self, planes: Sequence[Array32], sun: SunBefore) -> list[GhostDisc]:
-        """The Sun's ghosts: while its image touches the circle around the picture; a hood is taken
-        to keep it off the lens outside."""
+        """Ghosts of the Sun, if its image touches the circle around the camera's image.
+
+        Beyond that circle a lens hood is assumed to block the Sun.
+        """
         camera, d, lens = self._camera, self._camera.detector, self._camera.lens
         tangent = sun.direction[:2] / sun.direction[2]
         radius = float(np.tan(sun.angular_radius)) * camera.focal_length_px
@@ -129,7 +136,7 @@ class Spread:
                 GhostDisc(
                     x=float(x),
                     y=float(y),
-                    # A pixel cannot show less than itself.
+                    # No disc is smaller than a pixel.
                     pupil=max(ghost.spread * pupil / d.pixel_pitch, 0.6),
                     sun=max(abs(ghost.lever) * sun.angular_radius / d.pixel_pitch, 0.6),
                     power=ghost.share * direct,
@@ -138,8 +145,7 @@ class Spread:
         return discs
 
     def _visible_share(self, planes: Sequence[Array32], tangent: Array, radius: float) -> float:
-        """Part of the Sun's disc that no spacecraft hides, by the pixels that it fills; 1 where it
-        has no pixels in the picture."""
+        """Fraction of the Sun's pixels that no spacecraft covers; 1 if it has none in the image."""
         d = self._camera.detector
         x, y = self._camera.project(np.array([*tangent, 1.0]))
         reach = max(0.9 * radius, 0.75)
@@ -156,7 +162,7 @@ class Spread:
 
 
 def spreads(camera: Camera) -> bool:
-    """Whether a camera's lens does more than a pinhole with an aperture."""
+    """Whether a camera's lens has a point spread, veiling glare or ghosts."""
     lens = camera.lens
     return lens.spread is not None or lens.veiling_glare > 0.0 or bool(lens.surfaces)
 
@@ -174,7 +180,7 @@ def _zone_kernels(camera: Camera) -> list[list[PsfKernel]]:
 
 
 def _zone_weights(camera: Camera) -> list[Array32 | None]:
-    """(height, width) share of each zone in each pixel's light; None for 1 everywhere."""
+    """(height, width) weight of each zone in each pixel; None for 1 everywhere."""
     spread, d = camera.lens.spread, camera.detector
     assert spread is not None
     if len(spread.zones) == 1 or spread.image is not None:
@@ -186,7 +192,7 @@ def _zone_weights(camera: Camera) -> list[Array32 | None]:
 
 
 def _shares(kernels: Sequence[PsfKernel]) -> Array:
-    """(2, 4) how much of either end of the spectrum each band's kernel holds."""
+    """(2, 4) weights of two kernels in each band's, by the tails: shortest, longest wavelength."""
     tails = np.array([kernel.tail for kernel in kernels])
     long = (tails - tails.min()) / (tails.max() - tails.min())
     return np.stack([1.0 - long, long])
@@ -195,7 +201,7 @@ def _shares(kernels: Sequence[PsfKernel]) -> Array:
 def _pair(
     kernels: Sequence[PsfKernel], shares: Array, weights: Array
 ) -> tuple[PsfKernel, PsfKernel]:
-    """Two kernels of whose mixtures the kernels of all bands are made, nearly."""
+    """Two kernels whose mixtures approximate the kernels of all bands (least squares)."""
     light = weights * black_body_light(SOLAR_CONSTANT, SOLAR_TEMPERATURE).irradiance
     cores = np.stack([kernel.core.ravel() for kernel in kernels])
     fitted, *_ = np.linalg.lstsq((shares * light).T, light[:, None] * cores, rcond=None)

@@ -1,4 +1,4 @@
-"""Camera presets by name, shipped or from the user's files, and cameras made from them."""
+"""Camera presets by name or file, and cameras from ``[camera.NAME]`` tables."""
 
 from __future__ import annotations
 
@@ -11,19 +11,22 @@ from simgl.camera.camera_schema import CameraPresetTable, CameraSettingsTable
 from simgl.camera.detector_tables import read_detector
 from simgl.camera.lens_schema import OpticsTable
 from simgl.camera.lens_tables import check_optics, read_lidar, read_optics
-from simgl.config.band_values import fractions
-from simgl.config.path_sandbox import Base, beside
+from simgl.config.path_sandbox import Base, folder_of
 from simgl.config.validation import convert, read_toml
+from simgl.config.value_types import fractions
 from simgl.errors import AssetError, did_you_mean
 
 
 def shipped_presets() -> list[str]:
-    """Names of the camera presets that come with simgl."""
+    """Names of the camera presets in the package."""
     return sorted(p.stem for p in (assets.data() / "cameras").glob("*.toml"))
 
 
 def preset_path(name: str, base: Base = Path()) -> Path:
-    """The file of a camera preset, named as shipped or by the path of a .toml file."""
+    """The file of a camera preset, given by its name or by the path of a .toml file.
+
+    Raises AssetError for unknown names and for paths outside the sandbox of ``base``.
+    """
     if name.endswith(".toml"):
         return base / name
     if name not in shipped_presets():
@@ -33,17 +36,20 @@ def preset_path(name: str, base: Base = Path()) -> Path:
 
 @lru_cache(maxsize=32)
 def load_preset(path: Path) -> CameraPresetTable:
-    """The camera preset in a file."""
+    """Read a camera preset; ConfigError for impossible values."""
     return convert(read_toml(path), CameraPresetTable, str(path))
 
 
 def read_camera(
     where: str, name: str, table: CameraSettingsTable, sun_temperature: float, base: Base
 ) -> Camera:
-    """A camera: its preset, changed where the table gives a key.
+    """A camera: its preset with the overrides of the table.
 
-    sun_temperature : [K], of the spectrum that the quantum efficiency is averaged over
-    base : folder that a relative preset path starts from
+    where : of the table, for errors
+    sun_temperature : of the spectrum that weights the quantum efficiency [K]
+    base : folder of relative paths
+
+    Raises ConfigError for impossible values, AssetError for missing files.
     """
     try:
         path = preset_path(table.preset, base)
@@ -51,7 +57,7 @@ def read_camera(
     except AssetError as error:
         raise AssetError(f"{where}: preset: {error}") from None
 
-    curves = beside(base, path) if table.preset.endswith(".toml") else path.parent
+    curves = folder_of(path, base) if table.preset.endswith(".toml") else path.parent
     detector = read_detector(where, name, table, preset, path, sun_temperature, curves)
     optics = table.optics or preset.optics or OpticsTable()
     lens = Lens(

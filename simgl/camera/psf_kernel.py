@@ -1,10 +1,9 @@
-"""What a lens makes of a point, on the pixels of a detector: a sharp core and a wide tail.
+"""Point spread of a lens as a kernel between pixels: a core, and a tail as r^-3.
 
-A pixel of the radiance is already a mean over its area, so a kernel between pixels has to add the
-lens and not the pixel once more. The samples of a point spread do that where it is wide; where it
-is narrow they miss the light between them, and its means over a pixel (once for the pixel that
-collects, twice with the pixel that shone) take their place. The kernel is the mixture of the three
-whose transfer comes nearest to the lens's up to the detector's Nyquist frequency; none is negative.
+Radiance pixels are already averaged over the pixel, so the kernel models the lens only. Samples of
+the point spread do that if it is wide. If it is narrow they miss light between them; then its means
+over a pixel, once and twice, are better. The kernel is the mixture of the three with non-negative
+weights whose MTF is closest to the lens's up to the detector's Nyquist frequency.
 """
 
 from __future__ import annotations
@@ -22,20 +21,18 @@ from simgl.camera.lens import Blur
 from simgl.errors import ConfigError
 from simgl.physics.constants import SOLAR_TEMPERATURE
 
-# Half width of the smallest core [pixels], and of the largest that is reasonable.
+# Smallest and largest half width of a core [px].
 SMALLEST_REACH, LARGEST_REACH = 64, 512
-# Points of the table of a transfer function between frequency 0 and its end.
+# Nodes of the table of an optical transfer function.
 _TABLE = 8192
 
 
 @dataclass(frozen=True, eq=False)
 class PsfKernel:
-    """One band's point spread.
+    """Point spread of one band; core and tail sum to 1.
 
-    core : (2 reach + 1, 2 reach + 1), fades to zero towards its edge; together with the tail sums
-        to 1
-    tail : of the point's light times r^3 in a pixel r [pixels] away, where the core has faded; 0
-        where there is none
+    core : (2 reach + 1, 2 reach + 1), fades to 0 towards its edge
+    tail : fraction of the light in a pixel at the distance r [px], times r^3; 0 for none
     """
 
     core: Array
@@ -43,20 +40,22 @@ class PsfKernel:
 
     @property
     def reach(self) -> int:
-        """Half width of the core [pixels]."""
+        """Half width of the core [px]."""
         return int(self.core.shape[0]) // 2
 
 
 def core_share(distance: Array, reach: int) -> Array:
-    """Share of a kernel that its core holds: 1 to half the reach, 0 from the reach on [pixels]."""
+    """Weight of the core at a distance: 1 up to half the reach, 0 from the reach on [px]."""
     t = np.clip(2.0 * distance / reach - 1.0, 0.0, 1.0)
     return 0.5 + 0.5 * np.cos(np.pi * t)
 
 
 def lens_transfer(camera: Camera, blur: Blur, band: int, frequency: Array) -> Array:
-    """Optical transfer function of a lens in one band [per cycle per pixel].
+    """Optical transfer function of a lens in one band.
 
-    Diffraction by the f-number and the spectrum of sunlight in the band, defocus, and a Gaussian.
+    frequency : [cycles per pixel]
+
+    Diffraction with defocus, averaged over sunlight in the band, times a Gaussian.
     """
     lens, pitch = camera.lens, camera.detector.pixel_pitch
     transfer = np.exp(-2.0 * (np.pi * blur.aberration / pitch * frequency) ** 2)
@@ -64,24 +63,24 @@ def lens_transfer(camera: Camera, blur: Blur, band: int, frequency: Array) -> Ar
         wavelengths, shares = band_wavelengths(SOLAR_TEMPERATURE)
         wave = np.zeros_like(transfer)
         for wavelength, share in zip(wavelengths[band], shares[band], strict=True):
-            # Path difference at the pupil's edge: dz / (8 N^2).
+            # Path difference at the edge of the pupil: dz / (8 N^2).
             waves = blur.defocus / (8.0 * lens.f_number**2 * wavelength)
             cut_off = pitch / (wavelength * lens.f_number)
             wave += share * defocus_otf(frequency / cut_off, waves)
         transfer = transfer * wave
-    return np.asarray(transfer)
+    return transfer
 
 
 def lens_reach(camera: Camera, blur: Blur) -> int:
-    """Half width of the core that a blur needs [pixels].
+    """Half width of the core that a blur needs [px].
 
-    Raises ConfigError where it spreads over more pixels than can be convolved.
+    Raises ConfigError for a blur over more pixels than can be convolved.
     """
     lens, pitch = camera.lens, camera.detector.pixel_pitch
     assert lens.spread is not None
     radius = (4.0 * blur.aberration + 0.5 * abs(blur.defocus) / lens.f_number) / pitch
     if lens.spread.diffraction:
-        # The tail's law holds from some twenty dark rings on.
+        # The tail's formula holds from about the twentieth dark ring on.
         radius += 20.0 * _mean_wavelength(1) * lens.f_number / pitch
     reach = SMALLEST_REACH
     while reach < 2.0 * radius:
@@ -95,7 +94,7 @@ def lens_reach(camera: Camera, blur: Blur) -> int:
 
 
 def lens_kernel(camera: Camera, blur: Blur, band: int, reach: int) -> PsfKernel:
-    """The point spread of a lens in one band at one blur."""
+    """The kernel of a lens in one band at one blur, with the given half width [px]."""
     lens, pitch = camera.lens, camera.detector.pixel_pitch
     assert lens.spread is not None
     tail = 0.0
@@ -110,9 +109,9 @@ def lens_kernel(camera: Camera, blur: Blur, band: int, reach: int) -> PsfKernel:
     distance = np.hypot(offset[:, None], offset)
     core = np.maximum(samples[np.ix_(offset, offset)], 0.0) * core_share(distance, reach)
     if tail == 0.0:
-        # A Gaussian ends; what is left beyond it is the rounding of the table.
+        # Far from a Gaussian only the rounding of the table is left.
         core[core < 1e-9 * core.max()] = 0.0
-    # Even to the last bit, so that its spectrum is real.
+    # Exactly even, so that its spectrum is real.
     core = core + core[::-1, ::-1]
     return PsfKernel(core * ((1.0 - tail_energy(tail, reach)) / core.sum()), tail)
 
@@ -123,7 +122,7 @@ def _mean_wavelength(band: int) -> float:
 
 
 def tail_energy(tail: float, reach: int) -> float:
-    """The light in the tail of a kernel, over the whole plane."""
+    """Integral of a kernel's tail over the plane."""
     # 2 pi integral of tail r^-2 (1 - core_share) dr, whose part beyond the reach is 2 pi tail / r.
     edge = np.linspace(0.5 * reach, reach, 513)
     middle = 0.5 * (edge[1:] + edge[:-1])
@@ -132,7 +131,7 @@ def tail_energy(tail: float, reach: int) -> float:
 
 
 def _mixed(camera: Camera, blur: Blur, band: int, size: int) -> Array:
-    """(size, size) kernel whose centre is at [0, 0] and which repeats itself at its edges."""
+    """(size, size) periodic kernel with its centre at [0, 0]."""
     lens, pitch = camera.lens, camera.detector.pixel_pitch
     last = np.inf
     if lens.spread is not None and lens.spread.diffraction:
@@ -152,10 +151,10 @@ def _mixed(camera: Camera, blur: Blur, band: int, size: int) -> Array:
             both = np.interp(np.hypot(v, u), frequency, table, right=0.0)
             pixel = np.sinc(v) * np.sinc(u)
             spectra += both * np.stack([np.ones_like(pixel), pixel, pixel**2])
-    # Where samples sum to something else than 1 it is the one in the middle that is not the mean.
+    # Normalised to 1 by the sample in the centre, the only one that differs from the mean.
     spectra += 1.0 - spectra[:, :1, :1]
     wanted = np.interp(np.hypot(line[:, None], line), frequency, table, right=0.0)
-    # Frequencies along an axis and along the diagonal stand for all.
+    # Fitted along an axis and along the diagonal.
     axis, diagonal = (np.arange(len(line)), np.zeros(len(line), int)), (np.arange(len(line)),) * 2
     weights, _ = nnls(
         np.concatenate([spectra[:, *axis], spectra[:, *diagonal]], axis=1).T,
@@ -163,16 +162,16 @@ def _mixed(camera: Camera, blur: Blur, band: int, size: int) -> Array:
     )
     weights /= weights.sum()
     quarter = np.tensordot(weights, spectra, 1)
-    # The other half of the rows mirrors the first.
+    # The spectrum is even in the row frequency.
     half = np.concatenate([quarter, quarter[-2:0:-1]])
     return scipy.fft.irfft2(half, s=(size, size))
 
 
 def image_kernel(image: Array, scale: int) -> PsfKernel:
-    """The point spread that measured values describe.
+    """The kernel of a measured point spread.
 
-    image : (rows, columns), 0 or more; its middle is the point
-    scale : samples along the edge of a pixel
+    image : (rows, columns), non-negative, centred on the point
+    scale : samples per pixel along an edge
     """
     reach = SMALLEST_REACH
     while 2 * reach * scale < max(image.shape):
@@ -183,7 +182,7 @@ def image_kernel(image: Array, scale: int) -> PsfKernel:
 
 
 def _binning(samples: int, scale: int, reach: int) -> Array:
-    """(2 reach + 1, samples) share of each sample that falls into each pixel."""
+    """(2 reach + 1, samples) fraction of each sample that lies in each pixel."""
     left = (np.arange(samples) - 0.5 * samples) / scale
     low = np.arange(-reach, reach + 1)[:, None] - 0.5
     overlap = np.minimum(low + 1.0, left + 1.0 / scale) - np.maximum(low, left)

@@ -154,7 +154,7 @@ def _hidden(
     hidden = np.zeros(len(places), dtype=np.bool_)
     towards = body.in_body(pinhole) - places
     distance = np.linalg.norm(towards, axis=1, keepdims=True)
-    start = places + ON_SURFACE * body.model.mesh.radius * towards / distance
+    start = places + ON_SURFACE * body.model.posed_mesh.radius * towards / distance
     for other in bodies.values():
         if other is body:
             origins, directions = start, towards
@@ -162,7 +162,7 @@ def _hidden(
             turn = other.pose.R_icrf_from_body.T @ body.pose.R_icrf_from_body
             shift = other.in_body(body.pose.position)
             origins, directions = start @ turn.T + shift, towards @ turn.T
-        hits, along = ray_tracer(other.model.mesh).hits(origins, directions)
+        hits, along = ray_tracer(other.model.posed_mesh).hits(origins, directions)
         # Of the craft that holds the camera, what is behind the pinhole hides nothing.
         hidden |= (hits >= 0) & (along < 1.0)
     return hidden

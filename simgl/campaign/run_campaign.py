@@ -10,7 +10,7 @@ from simgl.campaign.campaign_file import Campaign
 from simgl.campaign.frame_task import COLUMNS, KEYS, Taken
 from simgl.campaign.label_formats import stored_labels, write_camera, write_coco, write_speed
 from simgl.output import check_writable, complete_file
-from simgl.progress import Progress
+from simgl.progress import ProgressCallback
 from simgl.sequence.journal import Journal, Value
 from simgl.workers.frame_job import Crew
 
@@ -24,7 +24,7 @@ class Outcome:
 
 
 def run(
-    campaign: Campaign, folder: Path, crew: Crew[Taken], report: Progress | None = None
+    campaign: Campaign, folder: Path, crew: Crew[Taken], report: ProgressCallback | None = None
 ) -> Outcome:
     """Take every frame that the folder does not hold yet, then write the labels of all.
 

@@ -1,1 +1,9 @@
-"""Strict reading of TOML files."""
+"""Strict reading of TOML files, whatever they describe.
+
+validation     TOML text to msgspec tables; errors that name file, table, key and value
+value_types    base class of all tables, value types with limits, band values and directions
+path_sandbox   base folders of relative paths, restricted for scenarios that clients send
+
+Imports ``physics`` and lower layers. The tables themselves are next to what they describe
+(simgl/scenario, simgl/camera, simgl/model_files); a value type that several of them need goes here.
+"""

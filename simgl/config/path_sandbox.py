@@ -1,4 +1,4 @@
-"""Where a scenario's files lie, and how far it may reach for them."""
+"""Base folders of relative paths, optionally restricted to a root folder."""
 
 from __future__ import annotations
 
@@ -10,18 +10,19 @@ from simgl.errors import AssetError
 
 @dataclass(frozen=True)
 class SandboxedFolder:
-    """A folder that relative paths start from, in a larger one that no path may leave.
+    """A base folder with a root that no path may leave.
 
-    Stands where a plain Path would: ``folder / name`` is the path of a file.
+    Used like a Path: ``folder / name`` is the path of a file.
 
-    root : resolved
+    path : the base folder
+    root : the root, resolved
     """
 
     path: Path
     root: Path
 
     def __truediv__(self, name: str | Path) -> Path:
-        """The path of a file; AssetError where it, or what it links to, lies outside the root."""
+        """The path of a file; AssetError if it, or the target of a link, lies outside the root."""
         path = self.path / name
         if not path.resolve().is_relative_to(self.root):
             problem = f"leads out of {self.root}, the folder that a scenario's files must lie in"
@@ -32,10 +33,8 @@ class SandboxedFolder:
 Base = Path | SandboxedFolder
 
 
-def beside(base: Base, file: Path) -> Base:
-    """The folder of a file that was found from ``base``, with the same bounds."""
-    return (
-        SandboxedFolder(file.parent, base.root)
-        if isinstance(base, SandboxedFolder)
-        else file.parent
-    )
+def folder_of(file: Path, base: Base) -> Base:
+    """The folder of a file as a base folder, with the root of ``base``."""
+    if isinstance(base, SandboxedFolder):
+        return SandboxedFolder(file.parent, base.root)
+    return file.parent

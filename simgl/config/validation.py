@@ -1,4 +1,4 @@
-"""Strict conversion of parsed TOML into schema tables, with errors that finish the sentence."""
+"""Strict conversion of parsed TOML into schema tables; errors name file, key and value."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _HOLDERS = (
     inspect.TupleType,
     inspect.VarTupleType,
 )
-# No length, angle or flux of a scene is larger, and its square is still finite in float32.
+# Larger than any length, angle or flux of a scene; its square is finite in float32.
 LARGEST = 1e18
 _WORDS = {
     "float": "a number",
@@ -41,7 +41,7 @@ _WORDS = {
 
 
 def read_text(path: Path) -> str:
-    """A file's text; AssetError where it cannot be read, ConfigError where it is no text."""
+    """A file's text; AssetError if it cannot be read, ConfigError if it is not UTF-8."""
     try:
         return path.read_text(encoding="utf-8")
     except OSError as error:
@@ -51,7 +51,7 @@ def read_text(path: Path) -> str:
 
 
 def read_toml(path: Path) -> dict[str, Any]:
-    """The parsed file; unreadable or malformed is an error that names file and line."""
+    """The parsed file; AssetError if it cannot be read, ConfigError with the line if malformed."""
     try:
         return tomllib.loads(read_text(path))
     except ValueError as error:
@@ -59,7 +59,7 @@ def read_toml(path: Path) -> dict[str, Any]:
 
 
 def plain(value: Any) -> Any:
-    """The value with numpy's numbers and arrays as Python's."""
+    """The value with numpy scalars and arrays as Python numbers and lists."""
     if isinstance(value, dict):
         return {key: plain(inner) for key, inner in value.items()}
     if isinstance(value, list | tuple):
@@ -101,7 +101,7 @@ def _check_size(value: Any, where: str, key: str) -> None:
 
 
 def _reached(table: type[msgspec.Struct], steps: list[str]) -> inspect.Type:
-    """The type that a path of keys and indices leads to; of a union, the part that has members."""
+    """The type at a path of keys and indices; of a union, the member that is a container."""
     node: inspect.Type = inspect.type_info(table)
     for step in (*steps, None):
         if isinstance(node, inspect.UnionType):
@@ -146,7 +146,7 @@ def _explain(error: msgspec.ValidationError, data: Any, table: type[T], where: s
         if isinstance(node, inspect.StructType):
             wanted += f" of {', '.join(field.encode_name for field in node.fields)}"
     if "..." in steps:
-        # msgspec does not say under which of the file's own names it stumbled.
+        # msgspec does not say which entry of the file is wrong.
         return ConfigError(where, key.partition("[...]")[0], f"must hold {wanted} in every entry")
     value = data
     for step in steps:
@@ -166,13 +166,16 @@ def _literals(node: inspect.Type) -> str:
 
 
 def convert(data: Any, table: type[T], where: str) -> T:
-    """Data as a schema table; ``where`` opens the error message, e.g. ``a.toml [camera.nav]``."""
+    """Data as a schema table; ConfigError for values that do not fit or are not finite.
+
+    where : file and table for the error, e.g. ``a.toml [camera.nav]``
+    """
     _check_size(data, where, "")
     return fitted(data, table, where)
 
 
 def fitted(data: Any, table: type[T], where: str) -> T:
-    """Like ``convert``, for data whose numbers may be of any size."""
+    """Like ``convert``, for numbers of any size."""
     if not isinstance(data, dict):
         raise ConfigError(where, "", f"must be a table, got {shown(data)}")
     try:

@@ -1,1 +1,11 @@
-"""OpenGL floor: context, shaders, uniform blocks, state, timers; knows nothing of spacecraft."""
+"""OpenGL: contexts, shader programs, uniform blocks, render targets and pipeline state.
+
+``context`` opens a headless context and makes one current (``window_systems``: EGL, GLX, OSMesa;
+``osmesa``: the fallback without EGL). ``glsl`` assembles shader files, ``program`` compiles and
+checks them, ``uniform_blocks`` generates GLSL from numpy dtypes. ``fullscreen``, ``tile_quads`` and
+``vertex_buffers`` draw; ``pipeline_state`` sets the complete state of a draw; ``render_targets``
+holds textures and framebuffers; ``timers`` measures passes.
+
+May import ``simgl.arrays``, ``assets``, ``errors`` and ``lru_cache``; knows nothing of spacecraft.
+A way to draw or a kind of GPU resource that several passes need belongs here, a pass does not.
+"""

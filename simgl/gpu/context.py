@@ -1,17 +1,25 @@
-"""A headless OpenGL context: EGL, else OSMesa; every failure with its remedy."""
+"""OpenGL contexts: headless ones (EGL, else OSMesa), and which one is current.
+
+moderngl's own ``with ctx:`` leaves no context current, or another one, where it is nested; use
+``with current(ctx):``, which restores what was current before.
+"""
 
 from __future__ import annotations
 
 import ctypes
 import ctypes.util
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import moderngl
 
 from simgl.errors import ContextError
 from simgl.gpu.osmesa import OSMesaContext
+from simgl.gpu.window_systems import Binding, current_binding, find_loaded
 
 REQUIRED_VERSION = 330
 BACKENDS = ("auto", "egl", "osmesa")
@@ -106,13 +114,31 @@ def _device_from_environment() -> int:
 
 
 def open_context(backend: str = "auto", device_index: int = 0) -> moderngl.Context:
-    """A current headless context of at least OpenGL 3.3.
+    """A headless context of at least OpenGL 3.3, current on this thread until another one is.
 
     backend : "auto", "egl" or "osmesa"; SIMGL_BACKEND sets what "auto" means
     device_index : of the EGL device; SIMGL_DEVICE sets the default
 
     Raises ContextError with the reason and the line that mends it.
     """
+    find_loaded()
+    before = current_binding()
+    if before is not None:
+        # No window system takes a thread over from another one.
+        before.release()
+    try:
+        ctx = _open(backend, device_index)
+    except ContextError:
+        _restore(before)
+        raise
+    find_loaded()
+    binding = current_binding()
+    if binding is not None:
+        _bindings[ctx] = binding
+    return ctx
+
+
+def _open(backend: str, device_index: int) -> moderngl.Context:
     if backend == "auto":
         backend = os.environ.get("SIMGL_BACKEND", "auto")
         device_index = device_index or _device_from_environment()
@@ -132,6 +158,89 @@ def open_context(backend: str = "auto", device_index: int = 0) -> moderngl.Conte
             return _open_osmesa()
         except ContextError:
             raise egl_error from None
+
+
+# How each context is current when it is.
+_bindings: WeakKeyDictionary[moderngl.Context, Binding] = WeakKeyDictionary()
+
+
+def _restore(binding: Binding | None) -> None:
+    """Make a former context, or none, current in place of the present one."""
+    now = current_binding()
+    if now == binding:
+        return
+    if now is not None:
+        now.release()
+    if binding is not None:
+        binding.restore()
+
+
+def _enter(ctx: moderngl.Context, before: Binding | None) -> None:
+    """Make a context current in place of the former one."""
+    if before is not None:
+        before.release()
+    known = _bindings.get(ctx)
+    if known is not None and known.restore():
+        return
+    ctx.mglo.__enter__()
+    now = current_binding()
+    if now is None and known is None and before is not None:
+        # Entering a context of the user's own may do nothing: it is the one that was current.
+        before.restore()
+        now = before
+    if now is not None:
+        _bindings[ctx] = now
+    elif known is not None:
+        raise ContextError(
+            "the OpenGL context is current on another thread",
+            "use it on one thread, or open it there inside `with preserve_current():`",
+        )
+
+
+@contextmanager
+def current(ctx: moderngl.Context) -> Iterator[moderngl.Context]:
+    """A context is current on this thread; at the end that is again which was so before.
+
+    It may be nested, and contexts of several threads and window systems may take turns.
+
+    Raises ContextError where the context is current on another thread.
+    """
+    if ctx not in _bindings:
+        find_loaded()
+    before = current_binding()
+    if before is not None and before == _bindings.get(ctx):
+        yield ctx
+        return
+    try:
+        _enter(ctx, before)
+        yield ctx
+    finally:
+        if ctx not in _bindings:
+            # Of a window system that cannot be asked.
+            ctx.mglo.__exit__(None, None, None)
+        _restore(before)
+
+
+@contextmanager
+def preserve_current() -> Iterator[None]:
+    """Whatever opens or enters contexts inside, the one that was current is so again at the end."""
+    before = current_binding()
+    try:
+        yield
+    finally:
+        _restore(before)
+
+
+@contextmanager
+def temporary_context(backend: str = "auto", device_index: int = 0) -> Iterator[moderngl.Context]:
+    """A context as ``open_context`` makes it, released at the end; what was current is so again."""
+    with preserve_current():
+        ctx = open_context(backend, device_index)
+        try:
+            with current(ctx):
+                yield ctx
+        finally:
+            ctx.release()
 
 
 def is_software(ctx: moderngl.Context) -> bool:

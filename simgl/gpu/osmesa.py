@@ -30,7 +30,6 @@ class OSMesaContext:
         self._library.OSMesaCreateContextAttribs.argtypes = [ctypes.c_void_p, ctypes.c_void_p]
         self._library.OSMesaGetProcAddress.restype = ctypes.c_void_p
         self._library.OSMesaGetProcAddress.argtypes = [ctypes.c_char_p]
-        self._library.OSMesaGetCurrentContext.restype = ctypes.c_void_p
         self._library.OSMesaMakeCurrent.argtypes = [ctypes.c_void_p, ctypes.c_void_p] + [
             ctypes.c_int
         ] * 3
@@ -43,7 +42,7 @@ class OSMesaContext:
                 "libOSMesa offers no OpenGL 3.3 core, its version is too low",
                 "install Mesa 20 or newer",
             )
-        # OSMesa needs a window buffer even if every picture goes to a framebuffer object.
+        # OSMesa needs a window buffer even if every image goes to a framebuffer object.
         self._pixels = (ctypes.c_ubyte * (4 * 4 * 4))()
         self.__enter__()
 
@@ -52,16 +51,14 @@ class OSMesaContext:
         return self._library.OSMesaGetProcAddress(name.encode()) or 0
 
     def __enter__(self) -> OSMesaContext:
-        self._previous = self._library.OSMesaGetCurrentContext()
         made = self._library.OSMesaMakeCurrent(self._context, self._pixels, _UNSIGNED_BYTE, 4, 4)
         if not made:
             raise ContextError("libOSMesa cannot make its context current", "reinstall libosmesa6")
         return self
 
     def __exit__(self, *_: object) -> None:
-        """The context that was current before is so again, if it was one of OSMesa's."""
-        if self._previous and self._previous != self._context:
-            self._library.OSMesaMakeCurrent(self._previous, self._pixels, _UNSIGNED_BYTE, 4, 4)
+        """No context is current; ``simgl.gpu.context.current`` restores the one before."""
+        self._library.OSMesaMakeCurrent(None, None, _UNSIGNED_BYTE, 0, 0)
 
     def release(self) -> None:
         """Destroy the context."""

@@ -72,7 +72,7 @@ class State:
             switch(CLIP_DISTANCE0 + plane)
         ctx.depth_func = "<"
         ctx.cull_face = self.cull or "back"
-        # Row 0 of every target is the top of the picture, which mirrors the winding.
+        # Row 0 of every target is the top of the image, which mirrors the winding.
         ctx.front_face = "cw"
         ctx.blend_func = self.blend or (moderngl.ONE, moderngl.ZERO)
         ctx.blend_equation = moderngl.FUNC_ADD  # type: ignore[assignment]
@@ -81,6 +81,6 @@ class State:
 
 
 def clear_depth(ctx: moderngl.Context, target: Target) -> None:
-    """Reset the depth of a whole target to the far plane, keeping its colours."""
+    """Reset the depth of a target to the far plane, keeping its colours."""
     State(depth=True, write_color=False).apply(ctx, target, (0, 0, *target.size))
     target.clear(depth=1.0)

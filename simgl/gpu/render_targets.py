@@ -1,4 +1,4 @@
-"""Render targets: a texture for each attachment and the framebuffer over them."""
+"""Render targets: textures, a depth buffer, and the framebuffers over them."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class ImageTarget:
         self.framebuffer = ctx.framebuffer(self.textures, self._depth)
 
     def read(self, attachment: int = 0) -> AnyArray:
-        """(height, width) or (height, width, channels) values; row 0 is the top of the picture."""
+        """(height, width) or (height, width, channels) values; row 0 is the top of the image."""
         kind = self.formats[attachment]
         data = np.frombuffer(self.textures[attachment].read(alignment=1), dtype=f"<{kind.dtype}")
         width, height = self.size
@@ -77,7 +77,15 @@ class ImageTarget:
 
 
 # Four targets for each of eight image sizes; a window that is resized leaves no more behind.
-_KEPT = 32
+_MAX_TARGETS = 32
+
+
+def _unbind(ctx: moderngl.Context) -> None:
+    """Leave no framebuffer bound that is about to be freed.
+
+    moderngl binds the last one again whenever it makes another.
+    """
+    ctx.detect_framebuffer(0).use()
 
 
 def table_texture(ctx: moderngl.Context, values: Array32) -> moderngl.Texture:
@@ -94,7 +102,7 @@ class TargetStore:
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        self._targets = LruCache[tuple[str, tuple[int, int]], ImageTarget](_KEPT, self._free)
+        self._targets = LruCache[tuple[str, tuple[int, int]], ImageTarget](_MAX_TARGETS, self._free)
 
     def of(
         self, use: str, size: tuple[int, int], formats: Sequence[Format], *, depth: bool = False
@@ -105,10 +113,64 @@ class TargetStore:
         )
 
     def _free(self, target: ImageTarget) -> None:
-        # moderngl binds the last framebuffer again whenever it makes one: not a freed one, then.
-        self._ctx.detect_framebuffer(0).use()
+        _unbind(self._ctx)
         target.release()
 
     def release(self) -> None:
         """Free them all."""
         self._targets.clear()
+
+
+# Sizes grow by multiples of this, so that a moving spacecraft does not reallocate each frame.
+_SIZE_STEP = 256
+
+
+class GrowingTarget:
+    """Framebuffers over RGBA32F textures that share one depth buffer and grow with what is drawn.
+
+    groups : for each framebuffer its textures, counted from 0
+    """
+
+    def __init__(self, ctx: moderngl.Context, groups: Sequence[Sequence[int]]) -> None:
+        self._ctx = ctx
+        self._groups = tuple(tuple(group) for group in groups)
+        self._size = (0, 0)
+        self._framebuffers: list[moderngl.Framebuffer] = []
+        self._textures: list[moderngl.Texture] = []
+        self._depth: moderngl.Renderbuffer | None = None
+
+    def covering(self, size: tuple[int, int]) -> list[moderngl.Framebuffer]:
+        """The framebuffer of each group, of a size or larger."""
+        if self._size[0] >= size[0] and self._size[1] >= size[1]:
+            return self._framebuffers
+        columns, rows = (
+            _SIZE_STEP * -(-max(present, needed) // _SIZE_STEP)
+            for present, needed in zip(self._size, size, strict=True)
+        )
+        self.release()
+        self._size = columns, rows
+        self._depth = self._ctx.depth_renderbuffer(self._size)
+        for _ in range(1 + max(index for group in self._groups for index in group)):
+            self._textures.append(self._ctx.texture(self._size, 4, dtype="f4"))
+            self._textures[-1].filter = (moderngl.NEAREST, moderngl.NEAREST)
+        for group in self._groups:
+            textures = [self._textures[index] for index in group]
+            self._framebuffers.append(self._ctx.framebuffer(textures, self._depth))
+        return self._framebuffers
+
+    def release(self) -> None:
+        """Free everything; the next use makes it again."""
+        _unbind(self._ctx)
+        for framebuffer in self._framebuffers:
+            framebuffer.release()
+        for texture in self._textures:
+            texture.release()
+        if self._depth is not None:
+            self._depth.release()
+        self._framebuffers, self._textures, self._depth = [], [], None
+        self._size = (0, 0)
+
+
+def textures_of(framebuffer: moderngl.Framebuffer) -> tuple[moderngl.Texture, ...]:
+    """The textures that a framebuffer draws on."""
+    return tuple(t for t in framebuffer.color_attachments if isinstance(t, moderngl.Texture))

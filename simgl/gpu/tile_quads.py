@@ -1,4 +1,4 @@
-"""Draws over some of the square tiles of a picture."""
+"""Draws over some of the square tiles of an image."""
 
 from __future__ import annotations
 
@@ -40,24 +40,25 @@ class TileQuads:
             defines=dict.fromkeys(defines, 1),
         )
         self._ctx = ctx
-        self._sheets: dict[tuple[int, int], _QuadInstances] = {}
+        self._instances: dict[tuple[int, int], _QuadInstances] = {}
 
-    def draw(self, tiles: Mask, edge: int, sheet: int = 0) -> None:
-        """The tiles of a mask (rows, columns), their edges so many pixels long.
+    def draw(self, tiles: Mask, edge: int, slot: int = 0) -> None:
+        """The tiles of a mask (rows, columns).
 
-        sheet : masks that are drawn in turn with one edge keep their faces on different ones
+        edge : of a tile [pixels]
+        slot : masks of one edge that are drawn in turn each keep their faces in a slot
         """
         if not tiles.any():
             return
-        key = edge, sheet
-        if key not in self._sheets:
-            self._sheets[key] = _QuadInstances(self._ctx, self._program, edge)
-        self._sheets[key].draw(tiles)
+        key = edge, slot
+        if key not in self._instances:
+            self._instances[key] = _QuadInstances(self._ctx, self._program, edge)
+        self._instances[key].draw(tiles)
 
     def release(self) -> None:
         """Free everything."""
-        for sheet in self._sheets.values():
-            sheet.release()
+        for instances in self._instances.values():
+            instances.release()
         self._program.release()
 
 

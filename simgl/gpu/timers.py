@@ -1,7 +1,7 @@
-"""How long each pass takes: GPU timer queries where they are real, fences and a clock elsewhere.
+"""Time that each pass takes.
 
-A software renderer runs a draw when somebody waits for it, so its timer queries measure the
-recording; there, every timed section ends with a full finish.
+Measured by timer queries on a GPU. A software renderer runs a draw only when somebody waits for
+it, so that its timer queries measure the recording; there a clock is read after ``glFinish``.
 """
 
 from __future__ import annotations

@@ -27,18 +27,6 @@ class Values:
     layout: Mapping[str, str]
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Selection:
-    """Other triangles over the vertices of a geometry.
-
-    indices : three vertices of each triangle, uint32
-    ranges : first triangle and number of those to draw
-    """
-
-    indices: moderngl.Buffer
-    ranges: tuple[tuple[int, int], ...]
-
-
 def _read_by(program: moderngl.Program, layout: Mapping[str, str]) -> list[str]:
     """A buffer's format, and the names of the attributes that a program reads from it."""
     widths = {"1f": "4x", "2f": "8x", "3f": "12x", "4f": "16x", "2u2": "4x"}
@@ -66,38 +54,22 @@ class VertexBuffers:
         self._vertices = ctx.buffer(vertices.tobytes())
         self._details = None if details is None else ctx.buffer(details.tobytes())
         self._indices = ctx.buffer(triangles.astype("<u4").tobytes())
-        self._arrays: dict[tuple[int, int, int], moderngl.VertexArray] = {}
+        self._arrays: dict[tuple[int, int], moderngl.VertexArray] = {}
 
-    def draw(
-        self,
-        program: moderngl.Program,
-        values: Values | None = None,
-        selection: Selection | None = None,
-    ) -> None:
+    def draw(self, program: moderngl.Program, values: Values | None = None) -> None:
         """All triangles with a program.
 
         values : further attributes, one row for each vertex; the buffer outlives this geometry
-        selection : instead of its own triangles; the buffer is forgotten before it is released
         """
-        indices = self._indices if selection is None else selection.indices
-        key = program.glo, 0 if values is None else values.buffer.glo, indices.glo
+        key = program.glo, 0 if values is None else values.buffer.glo
         if key not in self._arrays:
             content = [(self._vertices, *_read_by(program, _LAYOUT))]
             if self._details is not None and "in_uv" in program:
                 content.append((self._details, *_read_by(program, _DETAIL_LAYOUT)))
             if values is not None:
                 content.append((values.buffer, *_read_by(program, values.layout)))
-            self._arrays[key] = self._ctx.vertex_array(program, content, indices)
-        if selection is None:
-            self._arrays[key].render(moderngl.TRIANGLES)
-            return
-        for first, count in selection.ranges:
-            self._arrays[key].render(moderngl.TRIANGLES, vertices=3 * count, first=3 * first)
-
-    def forget(self, indices: moderngl.Buffer) -> None:
-        """Let go of a selection's buffer."""
-        for key in [key for key in self._arrays if key[2] == indices.glo]:
-            self._arrays.pop(key).release()
+            self._arrays[key] = self._ctx.vertex_array(program, content, self._indices)
+        self._arrays[key].render(moderngl.TRIANGLES)
 
     def release(self) -> None:
         """Free buffers and arrays."""

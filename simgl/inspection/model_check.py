@@ -11,7 +11,6 @@ import numpy as np
 
 from simgl.arrays import Array, IndexArray
 from simgl.errors import AssetError
-from simgl.levels.levels import levels_of
 from simgl.model_files.model_library import UNITS, load_model
 from simgl.motion.joints import Joint
 from simgl.scene.materials import Material
@@ -70,23 +69,11 @@ class JointReport:
 
 
 @dataclass(frozen=True, kw_only=True)
-class LevelReport:
-    """What may be drawn of a model from afar.
-
-    error : largest distance from the original, over all parts [m]
-    """
-
-    triangles: int
-    error: float
-
-
-@dataclass(frozen=True, kw_only=True)
 class ModelReport:
     """What `examine` found.
 
     size, middle : of the bounding box, body axes [m]
     unit_guess : what to say of the unit; None where the size is that of a spacecraft
-    levels : of detail, the finest first; none where the model is always drawn whole
     images : pictures that the materials wear
     """
 
@@ -95,7 +82,6 @@ class ModelReport:
     middle: tuple[float, float, float]
     unit_guess: str | None
     parts: tuple[PartReport, ...]
-    levels: tuple[LevelReport, ...]
     materials: tuple[Material, ...]
     images: int
     joints: tuple[JointReport, ...]
@@ -139,7 +125,6 @@ def examine(
         middle=_triple(mesh.centre),
         unit_guess=_unit_guess(float(size.max()), unit_m),
         parts=tuple(_part(model, index, places) for index in range(len(model.parts))),
-        levels=_levels(mesh),
         materials=tuple(model.materials[index] for index in worn),
         images=sum(len(getattr(model.textures, kind)) for kind in _KINDS),
         joints=tuple(_joint(model, joint) for joint in model.joints),
@@ -173,13 +158,6 @@ def _left_out(path: Path) -> tuple[str, ...]:
         kind = path.suffix[1:].upper()
         return (f"{kind} is read as shape only: grey, flat facets, one part, no images",)
     return ()
-
-
-def _levels(mesh: Mesh) -> tuple[LevelReport, ...]:
-    levels = levels_of(mesh)
-    totals = zip(levels.counts.sum(axis=1), levels.errors.max(axis=1), strict=True)
-    found = tuple(LevelReport(triangles=int(count), error=float(error)) for count, error in totals)
-    return found[1:]
 
 
 def _triple(values: Array) -> tuple[float, float, float]:
@@ -304,8 +282,6 @@ def report_text(report: ModelReport) -> str:
         lines += _columns(
             [(j.name, j.way, j.carrier, ", ".join(j.parts) or "none") for j in report.joints]
         )
-    lines += ["", "levels of detail" if report.levels else "levels of detail: none, drawn whole"]
-    lines += [f"  {one.triangles} triangles, off by {one.error:.4f} m" for one in report.levels]
     lines += ["", "materials, reflectance in R G B N [%]"]
     lines += _columns([(m.name, _percents(m), _law(m)) for m in report.materials])
     lines += ["", "not drawn as the file asks" if report.notes else "all is drawn as the file asks"]

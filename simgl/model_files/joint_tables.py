@@ -8,9 +8,8 @@ from typing import Literal
 
 import numpy as np
 
-from simgl.config.band_values import direction
 from simgl.config.validation import shown
-from simgl.config.value_types import Table, Vector
+from simgl.config.value_types import Table, Vector, direction
 from simgl.errors import ConfigError, did_you_mean
 from simgl.motion.joints import Joint
 from simgl.scene.spacecraft import Branch, SpacecraftModel

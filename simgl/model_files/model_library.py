@@ -14,7 +14,7 @@ from msgspec import Meta, field
 
 from simgl import assets
 from simgl.arrays import Array
-from simgl.config.path_sandbox import Base, beside
+from simgl.config.path_sandbox import Base, folder_of
 from simgl.config.validation import convert, read_toml
 from simgl.config.value_types import Positive, Table, Vector
 from simgl.errors import AssetError, ConfigError, did_you_mean
@@ -108,7 +108,7 @@ def _read_model_card(path: Path, folder: Base) -> SpacecraftModel:
     table = convert(read_toml(path), ModelTable, where)
     file_to_body = table.unit_m * _body_from_card(table.axes, where)
     file = folder / table.file
-    model = read_gltf(file, table.name, file_to_body, beside(folder, file))
+    model = read_gltf(file, table.name, file_to_body, folder_of(file, folder))
     joints = read_joints(table.joint, model, table.keypoints, where)
     keypoints = {k: np.array(v) for k, v in table.keypoints.items()}
     return replace(model, keypoints=keypoints, joints=joints)
@@ -190,9 +190,9 @@ def load_model(
     if not path.is_file():
         raise AssetError(f"{path}: no such model file")
     if kind == ".toml":
-        return _read_model_card(path, beside(base, path))
+        return _read_model_card(path, folder_of(path, base))
     if kind in (".glb", ".gltf"):
-        return read_gltf(path, path.stem, file_to_body, beside(base, path))
+        return read_gltf(path, path.stem, file_to_body, folder_of(path, base))
     if kind in _MESH_SUFFIXES:
         return _read_plain_mesh(path, file_to_body)
     known = ", ".join(_MESH_SUFFIXES)

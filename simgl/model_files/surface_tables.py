@@ -9,9 +9,16 @@ from typing import Annotated, Any
 from msgspec import Meta
 
 from simgl import assets
-from simgl.config.band_values import amounts, fractions
 from simgl.config.validation import convert, read_toml
-from simgl.config.value_types import BandValues, Fraction, NonNegative, Positive, Table
+from simgl.config.value_types import (
+    BandValues,
+    Fraction,
+    NonNegative,
+    Positive,
+    Table,
+    amounts,
+    fractions,
+)
 from simgl.errors import AssetError, ConfigError, did_you_mean
 from simgl.scene import mesh as shapes
 from simgl.scene.materials import Material
@@ -139,9 +146,7 @@ def read_primitive(table: PrimitiveTable, name: str, where: str) -> SpacecraftMo
     kind = shapes_given[0]
     shape: PlateTable | SphereTable | BoxTable | CylinderTable = getattr(table, kind)
     material = material_of(shape.material, name, where, f"model.{kind}.material")
-    return SpacecraftModel(
-        name=name, mesh=shape.mesh(), parts=(name,), materials=(material,), exact=True
-    )
+    return SpacecraftModel(name=name, mesh=shape.mesh(), parts=(name,), materials=(material,))
 
 
 @lru_cache(maxsize=1)

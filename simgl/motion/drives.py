@@ -1,4 +1,4 @@
-"""How joints move over time: by numbers, by a table, or towards the Sun."""
+"""Joint angles over time: fixed, from a table, or by sun-tracking drives."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from simgl.motion.samples import SampledAngles
 
 TAU = 2.0 * np.pi
 
-# Ways to point are as good as each other to the rounding of a few products in double precision.
+# Pointing errors that differ by less are equal: rounding of a few products in double precision.
 _SAME = 1e-13  # [rad]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class JointLaws:
-    """How the joints of one spacecraft move.
+    """Laws of the joints of one spacecraft.
 
     fixed : name to angle [rad] or travel [m]
-    sampled : None where no file moves any
-    sunward : names of the drives that follow the Sun
+    sampled : from a file; None for none
+    sunward : names of the sun-tracking drives
     """
 
     fixed: Mapping[str, float] = field(default_factory=dict)
@@ -41,8 +41,9 @@ class JointLaws:
         """Name to angle [rad] or travel [m] of every joint that is moved.
 
         sun_direction_body : (3,) towards the Sun, body axes
-        given : what holds in place of the laws; drives on such joints reckon with it
-        Raises ConfigError where a file has no angles for the epoch.
+        given : values that replace the laws; drives take them into account
+
+        Raises ConfigError if a file does not cover the epoch.
         """
         held = dict(self.fixed)
         if self.sampled is not None:
@@ -57,13 +58,14 @@ def sun_angles(
     held: Mapping[str, float],
     sun_direction_body: Array,
 ) -> dict[str, float]:
-    """Name to angle [rad] of the drives that follow the Sun.
+    """Name to angle [rad] of the sun-tracking drives.
 
-    drives : names; those in ``held`` stay there
-    held : values of the other joints [rad] or [m]; those not named are as stored
+    drives : names; those in ``held`` do not move
+    held : values of the other joints [rad] or [m]; joints without a value are as stored
+    sun_direction_body : (3,) towards the Sun, body axes
 
-    A drive that carries another one works with it, so that the other one's face points at the Sun;
-    where it carries several, with the first of them, and the rest do their best.
+    Two stacked drives point the outer drive's face at the Sun together. If a drive carries several
+    others, it does so with the first; the rest come as close as they can.
     """
     values = [held.get(joint.name, 0.0) for joint in joints]
     moving = [name for name in drives if name not in held]
@@ -85,7 +87,7 @@ def sun_angles(
 
 
 def _face(joints: Sequence[Joint], drives: Collection[str], index: int, turned: Array) -> Array:
-    """(3,) the side that a drive as stored turns to the Sun: its own, or that of one it carries.
+    """(3,) the sunward axis of a drive as stored, or of the first drive that it carries.
 
     turned : (joints + 1, 3, 3) by all joints
     """
@@ -99,9 +101,9 @@ def _face(joints: Sequence[Joint], drives: Collection[str], index: int, turned: 
 
 
 def sun_angle(axis: Array, face: Array, limits: tuple[float, float], sun: Array) -> float:
-    """The angle within limits at which a hinge brings a face nearest to the Sun [rad].
+    """The angle within limits at which a hinge points a face closest to the Sun [rad].
 
-    axis, face, sun : (3,) unit, in the axes of what carries the hinge, the face as stored
+    axis, face, sun : (3,) unit, in the axes of the hinge's carrier; the face as stored
     """
     start = face - np.dot(face, axis) * axis
     aim = sun - np.dot(sun, axis) * axis
@@ -110,8 +112,7 @@ def sun_angle(axis: Array, face: Array, limits: tuple[float, float], sun: Array)
 
 
 def _within(angle: float, limits: tuple[float, float]) -> float:
-    """The same direction within limits, the nearest to 0; out of reach the end that is nearer,
-    going round the shorter way."""
+    """The angle modulo 2 pi within limits, closest to 0; if there is none, the nearer limit."""
     low, high = limits
     first, last = np.ceil((low - angle) / TAU), np.floor((high - angle) / TAU)
     if first <= last:
@@ -122,29 +123,30 @@ def _within(angle: float, limits: tuple[float, float]) -> float:
 
 
 def _pair(carrier: Joint, carried: Joint, between: Array, sun: Array) -> tuple[float, float]:
-    """Angles of two hinges, one on the other, that bring the latter's face nearest to the Sun.
+    """Angles of two stacked hinges that point the outer one's face closest to the Sun.
 
-    between : (3, 3) turn of what lies between the two hinges
-    sun : (3,) unit, in the axes of what holds the carrier
+    between : (3, 3) rotation of the joints between the two hinges
+    sun : (3,) unit, in the axes of the inner hinge's carrier
 
-    Seen from what the carrier turns, the face can point anywhere on a cone about the second axis;
-    the first angle brings the Sun onto that cone (subproblem 2 of Paden and Kahan, 1986), or as
-    near to it as it gets. Where limits forbid that, the best lies at an end of one of the two. Of
-    several ways as good as each other, the one that swings the carried one least is taken.
+    In axes that turn with the inner hinge, the face lies on a cone about the outer axis. The inner
+    angle turns the Sun onto that cone (subproblem 2 of Paden and Kahan, 1986), or as close to it as
+    possible. If limits prevent that, the optimum is at a limit of one hinge. Among equally good
+    solutions the one with the smallest outer angle is used.
     """
     assert carried.sunward_body is not None
     base, base_limits = carrier.axis_body, carrier.limits
     axis, face = between @ carried.axis_body, between @ carried.sunward_body
-    # Along the second axis, the Sun turned back by the first angle t is A cos t + B sin t + C.
+    # Component along the outer axis of the Sun turned back by the inner angle t:
+    # A cos t + B sin t + C.
     constant = float(np.dot(base, sun) * np.dot(base, axis))
     cosine = float(np.dot(axis, sun)) - constant
     sine = -float(np.dot(axis, np.cross(base, sun)))
     reach = float(np.hypot(cosine, sine))
     wanted = float(np.clip(np.dot(axis, face) - constant, -reach, reach))
     middle = float(np.arctan2(sine, cosine))
-    aside = float(np.arctan2(np.sqrt((reach - wanted) * (reach + wanted)), wanted))
-    ways = [0.0, *base_limits, *(_within(middle + a, base_limits) for a in (-aside, aside))]
-    pairs = [(way, sun_angle(axis, face, carried.limits, _turned(sun, base, -way))) for way in ways]
+    offset = float(np.arctan2(np.sqrt((reach - wanted) * (reach + wanted)), wanted))
+    angles = [0.0, *base_limits, *(_within(middle + a, base_limits) for a in (-offset, offset))]
+    pairs = [(a, sun_angle(axis, face, carried.limits, _turned(sun, base, -a))) for a in angles]
     for end in carried.limits:
         pairs.append((sun_angle(base, _turned(face, axis, end), base_limits, sun), end))
     misses = [

@@ -1,7 +1,7 @@
-"""Parts that turn on hinges or slide on rails: doors, wings, arms, one joint on another.
+"""Joints of a model: hinges and rails, possibly one on another.
 
-`body_from_stored` alone says where joints put a place; the mesh, its light, its patterns and its
-keypoints all follow it.
+``body_from_stored`` is the only place that turns joint values into transforms; mesh, lighting,
+procedural patterns and keypoints use it.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ from simgl.errors import did_you_mean
 class Joint:
     """A hinge, or a rail.
 
-    parts : indices of the model's parts that sit on it and on no joint that it carries
-    axis_body : (3,) unit, as stored: about it positive angles turn right-handed, along it it slides
+    parts : indices of the model's parts that it carries directly
+    axis_body : (3,) unit, as stored: hinges turn right-handed about it, rails slide along it
     origin_body : (3,) a point on the hinge line, as stored [m]
-    limits : least and greatest value from the stored position [rad], or [m] where it slides
-    keypoints : names of those that move with its parts
-    sunward_body : (3,) unit, the side of its parts that a drive turns to the Sun, as stored; None
-        for a joint that is no such drive
-    parent : index among the model's joints of the one that carries it; None for the body
-    slides : along its axis, instead of turning about it
+    limits : smallest and largest value from the stored position [rad], or [m] for a rail
+    keypoints : names of the keypoints on its parts
+    sunward_body : (3,) unit, the axis that a sun-tracking drive points at the Sun, as stored; None
+        if the joint cannot track the Sun
+    parent : index of the joint that carries it; None for the body
+    slides : a rail instead of a hinge
     """
 
     name: str
@@ -43,16 +43,16 @@ class Joint:
 
     @property
     def unit(self) -> str:
-        """Of its values."""
+        """Unit of the joint's value."""
         return "m" if self.slides else "rad"
 
     @property
     def carrier(self) -> int:
-        """Where `body_from_stored` has what carries it."""
+        """Index of its carrier in ``body_from_stored``."""
         return 0 if self.parent is None else self.parent + 1
 
-    def own_motion(self, value: float) -> Array:
-        """(4, 4) of what sits on it, what carries it as stored; value [rad] or [m]."""
+    def transform(self, value: float) -> Array:
+        """(4, 4) transform of what it carries, its carrier as stored; value [rad] or [m]."""
         motion = np.eye(4)
         if self.slides:
             motion[:3, 3] = value * self.axis_body
@@ -64,47 +64,55 @@ class Joint:
 
 
 def chain(joints: Sequence[Joint], index: int) -> list[int]:
-    """The indices of a joint and of those that carry it, the one on the body last."""
-    found = [index]
-    while (parent := joints[found[-1]].parent) is not None:
-        found.append(parent)
-    return found
+    """The indices of a joint and of its carriers, from the joint to the body."""
+    indices = [index]
+    while (parent := joints[indices[-1]].parent) is not None:
+        indices.append(parent)
+    return indices
 
 
 def outward(joints: Sequence[Joint]) -> Iterator[int]:
-    """The joints' indices, each after those that carry it."""
+    """The joints' indices, each after its carriers."""
     yield from sorted(range(len(joints)), key=lambda index: len(chain(joints, index)))
 
 
 def carried_parts(joints: Sequence[Joint], index: int) -> list[int]:
-    """Indices of all parts that move with a joint, on it or on what it carries."""
+    """Indices of all parts that move with a joint, directly or on other joints."""
     return [part for i, j in enumerate(joints) if index in chain(joints, i) for part in j.parts]
 
 
 def body_from_stored(joints: Sequence[Joint], values: Sequence[float]) -> Array:
-    """(joints + 1, 4, 4) from where a place is stored to where the joints put it, body axes.
+    """(joints + 1, 4, 4) transforms from stored to current positions, body axes.
 
     values : of the joints, in their order [rad] or [m]
-    The first is for places on no joint. What sits on a joint moves by the product of the motions
+
+    The first is for points on no joint. The transform of a joint is the product of the transforms
     along its chain about axes as stored, the joint on the body leftmost (product of exponentials,
     Brockett 1984).
     """
     moved = np.tile(np.eye(4), (len(joints) + 1, 1, 1))
     for index in outward(joints):
         joint = joints[index]
-        own = joint.own_motion(values[index]) if values[index] else np.eye(4)
-        moved[index + 1] = moved[joint.carrier] @ own
+        transform = joint.transform(values[index]) if values[index] else np.eye(4)
+        moved[index + 1] = moved[joint.carrier] @ transform
     return moved
 
 
 def motion_between(
     joints: Sequence[Joint], before: Sequence[float], after: Sequence[float]
 ) -> Array:
-    """(joints + 1, 4, 4) from where the joints put a place to where they put it later.
+    """(joints + 1, 4, 4) transforms from positions at some joint values to those at others.
 
-    Exactly the identity for what has not moved.
+    Exactly the identity for joints that have not moved.
     """
-    first, second = body_from_stored(joints, before), body_from_stored(joints, after)
+    return relative_motion(body_from_stored(joints, before), body_from_stored(joints, after))
+
+
+def relative_motion(first: Array, second: Array) -> Array:
+    """(n, 4, 4) from where one set of motions (n, 4, 4) puts a place to where the second does.
+
+    Exactly the identity where both are equal.
+    """
     motion = second @ np.linalg.inv(first)
     motion[(first == second).all(axis=(1, 2))] = np.eye(4)
     return motion
@@ -113,9 +121,9 @@ def motion_between(
 def moved_keypoints(
     keypoints: Mapping[str, Array], joints: Sequence[Joint], motion: Array
 ) -> dict[str, Array]:
-    """The keypoints with those on joints where they are now [m].
+    """The keypoints at their current positions, body axes [m].
 
-    motion : (joints + 1, 4, 4) of each joint's parts, after `body_from_stored`
+    motion : (joints + 1, 4, 4) from ``body_from_stored``
     """
     moved = dict(keypoints)
     for joint, matrix in zip(joints, motion[1:], strict=True):
@@ -125,5 +133,5 @@ def moved_keypoints(
 
 
 def unknown_joint(name: str, joints: Sequence[Joint]) -> str:
-    """What to say of a name that is none of the joints'."""
+    """Error text for a name that is not a joint."""
     return f"is no joint of this model; {did_you_mean(name, [joint.name for joint in joints])}"

@@ -1,4 +1,4 @@
-"""Where cameras sit: on a spacecraft, at a place, or about a target."""
+"""Camera mounts: on a spacecraft, at a fixed position, or relative to a target."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from simgl.physics.frames import Pose, camera_from_directions
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BodyMount:
-    """A camera on a spacecraft: fixed to it, or turning on it by its pointing law.
+    """A camera on a spacecraft, fixed to the body or rotating by its pointing law.
 
-    position_body : (3,) of the pinhole [m]
+    position_body : (3,) of the pinhole, body axes [m]
     """
 
     spacecraft: str
@@ -35,7 +35,7 @@ class BodyMount:
 
     @cached_property
     def fixed(self) -> Array | None:
-        """R_camera_from_body of a camera with a direction of its spacecraft; None of others."""
+        """R_camera_from_body of a camera with a body-fixed direction; None for others."""
         law = self.pointing
         if law.axes != "body" or not isinstance(law.towards, np.ndarray):
             return None
@@ -44,9 +44,9 @@ class BodyMount:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FreeMount:
-    """A camera at a place in ICRF axes, its directions in ICRF too.
+    """A camera at rest in GCRF.
 
-    position : (3,) [m]
+    position : (3,) of the pinhole in GCRF [m]
     """
 
     position: Array
@@ -55,12 +55,12 @@ class FreeMount:
 
 @dataclass(frozen=True, kw_only=True)
 class OrbitingMount:
-    """A camera that looks at a spacecraft from azimuth, elevation and range about it.
+    """A camera that looks at a spacecraft from a given azimuth, elevation and range.
 
-    In the target's LVLH axes, azimuth 0 stands behind the target (-x), azimuth 90 deg above it
-    (zenith, -z); elevation leans out of the orbit plane towards the orbit normal (-y). Angles
-    [rad], range [m] from the target's body origin. The top of the image points along increasing
-    azimuth, that is to zenith at azimuth 0.
+    In the target's LVLH axes, azimuth 0 is behind the target (-x) and azimuth 90 deg above it
+    (zenith, -z); elevation is positive towards the orbit normal (-y). Angles [rad], range [m] from
+    the target's body origin. The top of the image points along increasing azimuth: to zenith at
+    azimuth 0.
     """
 
     target: str
@@ -73,10 +73,7 @@ Mount = BodyMount | FreeMount | OrbitingMount
 
 
 def camera_velocity(mount: Mount, bodies: Mapping[str, Pose]) -> Array:
-    """(3,) of a camera in ICRF axes about the Earth [m s-1]: that of the spacecraft it goes with.
-
-    A camera at a place in ICRF axes is at rest there.
-    """
+    """(3,) velocity of a camera in GCRF [m s-1]: that of its spacecraft or target, else 0."""
     if isinstance(mount, FreeMount):
         return np.zeros(3)
     return bodies[mount.target if isinstance(mount, OrbitingMount) else mount.spacecraft].velocity
@@ -85,7 +82,7 @@ def camera_velocity(mount: Mount, bodies: Mapping[str, Pose]) -> Array:
 def at_rest(mount: BodyMount) -> Array:
     """R_camera_from_body of a camera on its spacecraft.
 
-    One that turns on it is taken to look along body x, body -z at the top of the picture.
+    Cameras that rotate are given as looking along body x, with body -z at the top of the image.
     """
     if mount.fixed is not None:
         return mount.fixed
@@ -101,11 +98,11 @@ def camera_pose(
 ) -> tuple[Array, Array]:
     """Position (3,) [m] and R_camera_from_icrf of the camera ``name`` on its mount.
 
-    sun_direction : (3,) unit, towards the Sun from a position; needed where the pointing law keeps
-        away from the Sun
-    earth : needed where it looks at the limb
+    bodies : pose of each spacecraft
+    sun_direction : (3,) unit, towards the Sun from a position; needed for a Sun exclusion angle
+    earth : needed for pointing at the limb
 
-    Raises ConfigError where the mount gives it no direction to look.
+    Raises ConfigError if the mount defines no direction, such as towards a target at the pinhole.
     """
     where = f"[camera.{name}]"
     if isinstance(mount, OrbitingMount):
@@ -169,4 +166,4 @@ def _towards(where: str, place: Place, position: Array, bodies: Mapping[str, Pos
         what = "whose place there" if np.any(place.position_body) else "whose origin"
         problem = f'cannot look at "{place.spacecraft}", {what} is at the pinhole'
         raise ConfigError(where, "look_at", problem)
-    return np.asarray(line)
+    return line

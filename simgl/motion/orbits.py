@@ -1,4 +1,4 @@
-"""Orbits by elements: two bodies, two bodies with the Earth's oblateness, and two-line elements."""
+"""Orbit propagation: Keplerian with secular J2 rates, SGP4, and Clohessy-Wiltshire."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from simgl.physics.ephemeris import itrf_from_icrf, utc_julian_date
 
 @dataclass(frozen=True, kw_only=True)
 class KeplerianOrbit:
-    """An orbit about the Earth by its elements; lengths [m], angles [rad].
+    """An Earth orbit by its elements in GCRF; lengths [m], angles [rad].
 
     true_anomaly : at ``epoch_tai_ns``
-    oblate : node, perigee and mean anomaly drift at the secular rates of the Earth's J2; the
-        elements then are mean elements, and what J2 does within a revolution (some km) is left out
+    oblate : secular drift of node, perigee and mean anomaly by the Earth's J2. The elements are
+        then mean elements; periodic J2 effects within a revolution (some km) are neglected
     """
 
     semi_major_axis: float
@@ -34,7 +34,7 @@ class KeplerianOrbit:
     oblate: bool = False
 
     def state(self, tai_ns: int) -> tuple[Array, Array]:
-        """Position [m] and velocity [m s-1] in ICRF axes."""
+        """Position [m] and velocity [m s-1], (3,) in GCRF."""
         a, e = self.semi_major_axis, self.eccentricity
         root = np.sqrt((1.0 + e) / (1.0 - e))
         eccentric = 2.0 * np.arctan(np.tan(0.5 * self.true_anomaly) / root)
@@ -44,7 +44,7 @@ class KeplerianOrbit:
         swept = eccentric - e * np.sin(eccentric) + (motion + anomaly_rate) * elapsed
         mean = np.mod(swept, 2.0 * np.pi)
         big_e = mean if e < 0.8 else np.pi
-        # Newton on Kepler's equation doubles its digits each step; 12 reach the last bit for e < 1.
+        # Newton's method on Kepler's equation converges quadratically: 12 steps suffice for e < 1.
         for _ in range(12):
             big_e -= (big_e - e * np.sin(big_e) - mean) / (1.0 - e * np.cos(big_e))
         cosine, sine = np.cos(big_e), np.sin(big_e)
@@ -58,7 +58,7 @@ class KeplerianOrbit:
             "ZXZ", [node, self.inclination, perigee]
         ).as_matrix()
         position = R_icrf_from_plane @ in_plane_r
-        # The plane itself turns; the velocity is the rate of the place.
+        # The orbit plane and the perigee rotate, which adds to the velocity.
         spin = np.array([0.0, 0.0, node_rate]) + perigee_rate * R_icrf_from_plane[:, 2]
         return position, R_icrf_from_plane @ in_plane_v + np.cross(spin, position)
 
@@ -79,33 +79,31 @@ class KeplerianOrbit:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TwoLineElements:
-    """A two-line element set, moved by SGP4.
+    """A two-line element set, propagated by SGP4.
 
-    name : of the object, for messages
+    name : of the object, for error messages
     """
 
     name: str
     satellite: Satrec
 
     def state(self, tai_ns: int) -> tuple[Array, Array]:
-        """Position [m] and velocity [m s-1] in ICRF axes.
+        """Position [m] and velocity [m s-1], (3,) in GCRF.
 
-        SGP4 gives TEME, the true equator with the equinox of the 1982 sidereal time.
-        Raises ConfigError where SGP4 gives up, such as for a decayed orbit.
+        SGP4 works in TEME: true equator, and the equinox of the sidereal time of 1982.
+        Raises ConfigError if SGP4 fails, such as for a decayed orbit.
         """
         day, fraction = utc_julian_date(tai_ns)
         error, r_km, v_km_s = self.satellite.sgp4(day, fraction)
         if error:
             problem = f"has no place at this epoch: {SGP4_ERRORS[error]}"
             raise ConfigError(f'"{self.name}"', "two-line elements", problem)
-        R_icrf_from_teme = icrf_from_teme(tai_ns)
-        return R_icrf_from_teme @ (1e3 * np.array(r_km)), R_icrf_from_teme @ (
-            1e3 * np.array(v_km_s)
-        )
+        R = icrf_from_teme(tai_ns)
+        return R @ (1e3 * np.array(r_km)), R @ (1e3 * np.array(v_km_s))
 
 
 def icrf_from_teme(tai_ns: int) -> Array:
-    """R_icrf_from_teme, by the sidereal time of 1982 to the Earth and by the modern one back."""
+    """R_icrf_from_teme: to the Earth by the sidereal time of 1982, to ICRF by IAU 2006/2000A."""
     angle = float(erfa.gmst82(*utc_julian_date(tai_ns)))
     R_itrf_from_teme = Rotation.from_euler("z", -angle).as_matrix()
     return itrf_from_icrf(tai_ns).T @ R_itrf_from_teme
@@ -114,13 +112,14 @@ def icrf_from_teme(tai_ns: int) -> Array:
 def clohessy_wiltshire(
     position_lvlh: Array, velocity_lvlh: Array, mean_motion: float, elapsed: float
 ) -> tuple[Array, Array]:
-    """Relative place [m] and velocity [m s-1] in LVLH axes of a circular orbit, some time later.
+    """Relative position [m] and velocity [m s-1] in LVLH axes of a circular orbit, propagated.
 
+    position_lvlh, velocity_lvlh : (3,) at the start [m], [m s-1]
     mean_motion : of the reference [rad s-1]
-    elapsed : [s]
+    elapsed : time since the start [s]
 
-    The linear solution of Clohessy and Wiltshire (1960): good while the distance is a small part of
-    the orbit's radius; the error grows with its square over the radius.
+    Linear solution of Clohessy and Wiltshire (1960); the error grows as the distance squared over
+    the orbit's radius.
     """
     n, c, s = mean_motion, np.cos(mean_motion * elapsed), np.sin(mean_motion * elapsed)
     phase = n * elapsed

@@ -1,4 +1,4 @@
-"""Where a camera looks: along a direction, at a place on a spacecraft, at the Earth's limb."""
+"""Pointing laws of cameras: along a direction, at a point on a spacecraft, at the Earth's limb."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ import numpy as np
 from simgl.arrays import Array
 from simgl.physics.frames import rotation_between, unit
 
-# Axes that directions are given in: of the carrying spacecraft's body, its LVLH, or ICRF.
+# Axes of given directions: the carrying spacecraft's body, its LVLH frame, or ICRF.
 Axes = Literal["body", "lvlh", "icrf"]
 
 
 class Ellipsoid(Protocol):
-    """The body whose limb a camera looks at."""
+    """A planet, for its limb."""
 
     @property
     def position(self) -> Array:
-        """(3,) of its centre, ICRF axes [m]."""
+        """(3,) of its centre in GCRF [m]."""
 
     @property
     def R_itrf_from_icrf(self) -> Array:
-        """(3, 3) from ICRF axes to its own."""
+        """(3, 3) from ICRF to planet-fixed axes."""
 
     @property
     def radii(self) -> tuple[float, float, float]:
-        """Of its axes [m]."""
+        """Semi-axes [m]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -40,10 +40,10 @@ class Place:
 
 @dataclass(frozen=True, kw_only=True)
 class Limb:
-    """Where sight lines pass the Earth at a height.
+    """A point on the Earth's limb.
 
-    azimuth : about nadir, from ahead (LVLH x) towards the right, minus the orbit normal [rad]
-    tangent_height : of the sight line's lowest point over the ellipsoid [m]
+    azimuth : about nadir, from ahead (LVLH x) to the right (minus the orbit normal) [rad]
+    tangent_height : lowest height of the line of sight above the ellipsoid [m]
     """
 
     azimuth: float
@@ -52,11 +52,11 @@ class Limb:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Pointing:
-    """The law of a camera's attitude.
+    """The attitude law of a camera.
 
-    towards : (3,) direction in ``axes``, or what the boresight is kept on
-    up : (3,) in ``axes``, towards the top of the picture
-    sun_exclusion : the boresight keeps this far from the Sun [rad]; 0 does not care
+    towards : (3,) direction in ``axes``, or the point that the boresight tracks
+    up : (3,) in ``axes``, towards the top of the image
+    sun_exclusion : smallest angle between boresight and Sun [rad]; 0 for none
     """
 
     towards: Array | Place | Limb
@@ -66,16 +66,16 @@ class Pointing:
 
 
 def limb_direction(limb: Limb, position: Array, R_lvlh_from_icrf: Array, earth: Ellipsoid) -> Array:
-    """(3,) unit, ICRF axes: the sight line from a place that just passes at the tangent height.
+    """(3,) unit, ICRF axes: the line of sight with the given azimuth and tangent height.
 
-    position : (3,) [m]
+    position : (3,) of the camera in GCRF [m]
 
-    The sight line lies in the plane of nadir and azimuth and touches the ellipsoid whose radii are
-    larger by the height. With nadir n and horizontal a, and lengths scaled so that this ellipsoid
-    is the unit sphere about the origin, p + s (n + t a) touches it where
+    The line of sight lies in the plane of nadir and azimuth and is tangent to the ellipsoid whose
+    radii are larger by the height. With nadir n and horizontal a, and lengths scaled so that this
+    ellipsoid is the unit sphere about the origin, p + s (n + t a) = p + s d is tangent where
     ``(p.d)^2 = d.d (p.p - 1)``: a quadratic in t, the tangent of the angle from nadir.
 
-    Raises ValueError where the place lies below the height.
+    Raises ValueError if the camera is below the tangent height.
     """
     scale = earth.R_itrf_from_icrf / (np.array(earth.radii) + limb.tangent_height)[:, None]
     ahead, right, nadir = R_lvlh_from_icrf
@@ -88,21 +88,21 @@ def limb_direction(limb: Limb, position: Array, R_lvlh_from_icrf: Array, earth: 
     quadratic = float((p @ a) ** 2 - (a @ a) * beyond)
     linear = 2.0 * float((p @ n) * (p @ a) - (n @ a) * beyond)
     constant = float((p @ n) ** 2 - (n @ n) * beyond)
-    # One limb lies on either side of nadir: quadratic and constant differ in sign.
+    # One solution lies on either side of nadir: quadratic and constant differ in sign.
     tangent = (-linear - np.sqrt(linear**2 - 4.0 * quadratic * constant)) / (2.0 * quadratic)
     side = np.cos(limb.azimuth) * ahead + np.sin(limb.azimuth) * right
     return unit(nadir + tangent * side)
 
 
-def away_from_sun(boresight: Array, sun_direction: Array, least: float, up: Array) -> Array:
-    """(3,) unit: the boresight, or the nearest direction that keeps an angle from the Sun.
+def away_from_sun(boresight: Array, sun_direction: Array, exclusion: float, up: Array) -> Array:
+    """(3,) unit: the boresight, or the closest direction outside the Sun exclusion angle.
 
     boresight, sun_direction, up : (3,) in one frame; a boresight on the Sun moves towards ``up``
-    least : [rad]
+    exclusion : smallest angle from the Sun [rad]
     """
     b, s = unit(boresight), unit(sun_direction)
-    apart = 2.0 * np.arctan2(np.linalg.norm(b - s), np.linalg.norm(b + s))
-    if apart >= least:
+    separation = 2.0 * np.arctan2(np.linalg.norm(b - s), np.linalg.norm(b + s))
+    if separation >= exclusion:
         return b
     away = b - (b @ s) * s
     if np.linalg.norm(away) < 1e-9:
@@ -110,4 +110,4 @@ def away_from_sun(boresight: Array, sun_direction: Array, least: float, up: Arra
         across = up - (up @ s) * s
         if np.linalg.norm(across) > 1e-9:
             away = across
-    return np.cos(least) * s + np.sin(least) * unit(away)
+    return np.cos(exclusion) * s + np.sin(exclusion) * unit(away)

@@ -1,6 +1,6 @@
-"""Motion between samples: places by polynomials through their neighbours, attitudes by slerp.
+"""Interpolation between samples: positions by polynomials, attitudes by slerp, angles linearly.
 
-A gap is refused, not bridged; the samples themselves tell how far the curve may be off.
+Gaps in the samples are not bridged. The interpolation error is estimated from the samples.
 """
 
 from __future__ import annotations
@@ -16,28 +16,31 @@ from simgl.arrays import Array, IndexArray
 from simgl.errors import ConfigError
 from simgl.physics.ephemeris import utc_from_tai_ns
 
-# Conditions that one polynomial meets: degree 7, as CCSDS messages advise.
+# Conditions of one polynomial: degree 7, as CCSDS messages advise.
 _CONDITIONS = 8
-# A step this many times the median is a gap unless the scenario says otherwise.
+# A step longer than this many median steps is a gap by default.
 GAP_STEPS = 5.0
-# No more samples than this are left out in turn to estimate the error.
-_TRIED = 200
+# Largest number of samples that are left out in turn to estimate the error.
+_ERROR_SAMPLES = 200
 
 
 def default_gap_ns(tai_ns: IndexArray) -> int:
-    """The step that counts as a gap among these times [ns]."""
+    """Default of the longest step that is not a gap [ns].
+
+    tai_ns : (n,) times of the samples
+    """
     return int(GAP_STEPS * float(np.median(np.diff(tai_ns)))) if len(tai_ns) > 1 else 0
 
 
 def check_span(span_ns: tuple[int, int], when: int, source: str) -> None:
-    """Raise ConfigError for an instant outside first and last."""
+    """Raise ConfigError for an instant outside a time span."""
     if not span_ns[0] <= when <= span_ns[1]:
         first, last = (utc_from_tai_ns(end) for end in span_ns)
         raise ConfigError(source, "", f"covers {first} to {last}, not {utc_from_tai_ns(when)}")
 
 
 def bracket(tai_ns: IndexArray, when: int, longest_gap_ns: int, source: str) -> int:
-    """Index of the last sample not after an instant; there is one at it or after it, too.
+    """Index of the last sample at or before an instant.
 
     Raises ConfigError outside the samples and in a gap.
     """
@@ -54,14 +57,14 @@ def bracket(tai_ns: IndexArray, when: int, longest_gap_ns: int, source: str) -> 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SampledStates:
-    """A path through samples.
+    """A trajectory through samples.
 
-    source : file and object, for messages
-    tai_ns : (n,) int64, increasing
+    source : file and object, for error messages
+    tai_ns : (n,) increasing
     positions : (n, 3) [m]
     velocities : (n, 3) [m s-1], or None
     longest_gap_ns : a longer step between samples is a gap
-    span_ns : first and last instant that the samples answer for
+    span_ns : first and last instant for which the samples are valid
     """
 
     source: str
@@ -72,20 +75,20 @@ class SampledStates:
     span_ns: tuple[int, int]
 
     def state(self, tai_ns: int) -> tuple[Array, Array]:
-        """Position [m] and velocity [m s-1]; ConfigError outside the samples and in a gap."""
+        """Position [m] and velocity [m s-1], (3,); ConfigError outside the samples and in gaps."""
         check_span(self.span_ns, tai_ns, self.source)
         index = bracket(self.tai_ns, tai_ns, self.longest_gap_ns, self.source)
         return self._through(self._neighbours(index), tai_ns)
 
     @property
     def _reach(self) -> int:
-        """Samples that the curve takes on either side."""
+        """Number of samples on either side of the instant."""
         return _CONDITIONS // (2 if self.velocities is None else 4)
 
     def _neighbours(self, index: int) -> IndexArray:
-        """Samples around the step after ``index``, none from beyond a gap."""
+        """Indices of the samples around the step after ``index``, none from beyond a gap."""
         count, last = 2 * self._reach, len(self.tai_ns) - 1
-        # At an end of the data the other side gives what this side lacks.
+        # At an end of the data, more samples are taken from the other side.
         first = max(min(index - self._reach + 1, last - count + 1), 0)
         return self._without_gaps(first, min(first + count - 1, last), index)
 
@@ -102,37 +105,37 @@ class SampledStates:
         if self.velocities is None:
             curve = KroghInterpolator(seconds / scale, values)
         else:
-            # A repeated node takes the derivative.
+            # The second value of a repeated node is the derivative.
             both = np.stack([values, self.velocities[nodes] * scale], axis=1)
             curve = KroghInterpolator(np.repeat(seconds / scale, 2), both.reshape(-1, 3))
         value, slope = curve.derivatives(0.0, 2) if len(curve.xi) > 1 else (values[0], np.zeros(3))
-        return np.asarray(value), np.asarray(slope) / scale
+        return value, slope / scale
 
     @cached_property
     def interpolation_error(self) -> float:
-        """How far [m] the curve may be off between samples of a smooth motion, at worst.
+        """Upper estimate of the interpolation error for smooth motion [m].
 
-        From how far a curve misses a sample that is left out. The error of a polynomial goes with
-        the product of the distances to its nodes: where velocities are given (four nodes, each
-        twice) that product is at least 18 times larger for the sample left out than anywhere
-        between samples, at the ends too. Without velocities (eight nodes) it may be equal there.
+        The largest error at samples that are left out in turn. The error of a polynomial is
+        proportional to the product of the distances to its nodes. With velocities (four double
+        nodes) that product is at least 18 times larger at the sample left out than anywhere between
+        samples; without velocities (eight nodes) it may be equal near the ends.
         """
         inner = np.arange(1, len(self.tai_ns) - 1)
         worst = 0.0
-        for index in inner[:: max(len(inner) // _TRIED, 1)].tolist():
+        for index in inner[:: max(len(inner) // _ERROR_SAMPLES, 1)].tolist():
             ends = max(index - self._reach, 0), min(index + self._reach, len(self.tai_ns) - 1)
-            around = self._without_gaps(*ends, index)
-            around = around[around != index]
-            if len(around) < 2 or not around[0] < index < around[-1]:
+            nodes = self._without_gaps(*ends, index)
+            nodes = nodes[nodes != index]
+            if len(nodes) < 2 or not nodes[0] < index < nodes[-1]:
                 continue
-            place, _ = self._through(around, int(self.tai_ns[index]))
-            worst = max(worst, float(np.linalg.norm(place - self.positions[index])))
+            position, _ = self._through(nodes, int(self.tai_ns[index]))
+            worst = max(worst, float(np.linalg.norm(position - self.positions[index])))
         return worst / (1.0 if self.velocities is None else 18.0)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Path:
-    """Samples in segments, each with a curve of its own; where two overlap, the later one counts.
+    """A trajectory of separately interpolated segments; of two that overlap, the later one counts.
 
     segments : in order of their start
     """
@@ -141,7 +144,7 @@ class Path:
     segments: tuple[SampledStates, ...]
 
     def state(self, tai_ns: int) -> tuple[Array, Array]:
-        """Position [m] and velocity [m s-1]; ConfigError outside the samples and in a gap."""
+        """Position [m] and velocity [m s-1], (3,); ConfigError outside the samples and in gaps."""
         for segment in reversed(self.segments):
             if segment.span_ns[0] <= tai_ns <= segment.span_ns[1]:
                 return segment.state(tai_ns)
@@ -152,19 +155,19 @@ class Path:
 
     @property
     def interpolation_error(self) -> float:
-        """The worst of the segments' [m]."""
+        """The largest of the segments [m]."""
         return max(segment.interpolation_error for segment in self.segments)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SampledAngles:
-    """Angles and travels through samples, straight between two of them.
+    """Joint values through samples, linear in between.
 
-    source : file, for messages
-    tai_ns : (n,) int64, increasing
+    source : file, for error messages
+    tai_ns : (n,) increasing
     names : of the joints
-    angles : (n, joints) [rad], or travels [m]
-    slides : names of those that are travels
+    angles : (n, joints) angles of hinges [rad], travels of rails [m]
+    slides : names of the rails
     longest_gap_ns : a longer step between samples is a gap
     """
 
@@ -176,7 +179,7 @@ class SampledAngles:
     longest_gap_ns: int
 
     def at(self, tai_ns: int) -> dict[str, float]:
-        """Name to angle [rad] or travel [m]; ConfigError outside the samples and in a gap."""
+        """Name to angle [rad] or travel [m]; ConfigError outside the samples and in gaps."""
         index = bracket(self.tai_ns, tai_ns, self.longest_gap_ns, self.source)
         after = min(index + 1, len(self.tai_ns) - 1)
         step = max(int(self.tai_ns[after] - self.tai_ns[index]), 1)
@@ -187,11 +190,11 @@ class SampledAngles:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SampledRotations:
-    """An attitude through samples, turning at a steady rate between two of them.
+    """An attitude through samples, with a constant rate between two of them (slerp).
 
-    source : file and object, for messages
-    tai_ns : (n,) int64, increasing
-    q_reference_from_body_xyzw : (n, 4)
+    source : file and object, for error messages
+    tai_ns : (n,) increasing
+    q_reference_from_body_xyzw : (n, 4) unit quaternions
     longest_gap_ns : a longer step between samples is a gap
     """
 
@@ -201,7 +204,7 @@ class SampledRotations:
     longest_gap_ns: int
 
     def matrix(self, tai_ns: int) -> Array:
-        """R_reference_from_body; ConfigError outside the samples and in a gap."""
+        """R_reference_from_body; ConfigError outside the samples and in gaps."""
         index = bracket(self.tai_ns, tai_ns, self.longest_gap_ns, self.source)
         pair = slice(index, index + 2)
         turns = Rotation.from_quat(self.q_reference_from_body_xyzw[pair])
@@ -212,7 +215,7 @@ class SampledRotations:
         return slerp((tai_ns - int(self.tai_ns[index])) * 1e-9).as_matrix()
 
     def check_turns(self, largest: float) -> None:
-        """Raise ConfigError where two neighbours differ by more than an angle [rad]."""
+        """Raise ConfigError if two neighbours differ by more than an angle [rad]."""
         turns = Rotation.from_quat(self.q_reference_from_body_xyzw)
         angles = (turns[:-1].inv() * turns[1:]).magnitude() if len(turns) > 1 else np.zeros(0)
         within = np.diff(self.tai_ns) <= self.longest_gap_ns

@@ -1,6 +1,6 @@
-"""Where spacecraft are and how they point: laws that turn an epoch into poses.
+"""Trajectory and attitude laws of spacecraft: from an epoch to poses.
 
-A law may name another spacecraft; ``poses`` resolves them in order of dependence.
+A law may refer to another spacecraft; ``poses`` resolves them in order of dependence.
 """
 
 from __future__ import annotations
@@ -26,19 +26,19 @@ from simgl.physics.frames import (
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FixedPosition:
-    """At rest in ICRF axes: position [m]; velocity [m s-1] for LVLH axes and starlight only."""
+    """A fixed position in GCRF [m]; its velocity [m s-1] is for LVLH axes and aberration only."""
 
     position: Array
     velocity: Array
 
-    def state(self, tai_ns: int) -> tuple[Array, Array]:  # noqa: ARG002 - always there
-        """Position [m] and velocity [m s-1]."""
+    def state(self, tai_ns: int) -> tuple[Array, Array]:  # noqa: ARG002 - the same at all times
+        """Position [m] and velocity [m s-1], (3,) in GCRF."""
         return self.position, self.velocity
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RelativePosition:
-    """At a place in the LVLH frame of another spacecraft: position [m], velocity [m s-1]."""
+    """A fixed position in the LVLH frame of another spacecraft: position [m], velocity [m s-1]."""
 
     reference: str
     position_lvlh: Array
@@ -47,10 +47,10 @@ class RelativePosition:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RelativeOrbit:
-    """Drifting freely about another spacecraft, by the equations of Clohessy and Wiltshire.
+    """Free drift relative to another spacecraft, by Clohessy and Wiltshire's equations.
 
-    position_lvlh, velocity_lvlh : at ``epoch_tai_ns``, in LVLH axes of the reference, whose orbit
-        should be nearly circular [m], [m s-1]
+    position_lvlh, velocity_lvlh : (3,) at ``epoch_tai_ns``, in LVLH axes of the reference, whose
+        orbit should be nearly circular [m], [m s-1]
     """
 
     reference: str
@@ -61,7 +61,7 @@ class RelativeOrbit:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RelativePath:
-    """Along samples in the LVLH frame of another spacecraft."""
+    """A sampled trajectory in the LVLH frame of another spacecraft."""
 
     reference: str
     path: Path
@@ -76,14 +76,14 @@ class FixedAttitude:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LvlhAttitude:
-    """Turned with the orbit: body axes along LVLH after ``R_lvlh_from_body``."""
+    """Fixed relative to the spacecraft's LVLH axes."""
 
     R_lvlh_from_body: Array
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SampledAttitude:
-    """Through samples, against ICRF or the spacecraft's own LVLH axes."""
+    """A sampled attitude, relative to ICRF or to the spacecraft's LVLH axes."""
 
     rotations: SampledRotations
     in_lvlh: bool
@@ -91,7 +91,7 @@ class SampledAttitude:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PointingAttitude:
-    """A body axis towards another spacecraft; the rest is the smallest turn from LVLH."""
+    """A body axis points at another spacecraft, by the smallest rotation from LVLH."""
 
     target: str
     axis_body: Array
@@ -104,19 +104,19 @@ Attitude = FixedAttitude | LvlhAttitude | SampledAttitude | PointingAttitude
 
 @dataclass(frozen=True, kw_only=True)
 class Motion:
-    """The laws of one spacecraft."""
+    """Trajectory and attitude laws of one spacecraft."""
 
     trajectory: Trajectory
     attitude: Attitude
 
 
 def _relative(law: Relative, tai_ns: int, reference: tuple[Array, Array]) -> tuple[Array, Array]:
-    """Position [m] and velocity [m s-1] in ICRF axes."""
+    """Position [m] and velocity [m s-1] in GCRF."""
     r, v = reference
     if isinstance(law, RelativePath):
         place, moving = law.path.state(tai_ns)
     elif isinstance(law, RelativeOrbit):
-        # Of the ellipse that the reference is on at this instant: constant for two bodies.
+        # Of the reference's osculating ellipse.
         axis = 1.0 / (2.0 / np.linalg.norm(r) - np.dot(v, v) / EARTH_MU)
         mean_motion = float(np.sqrt(EARTH_MU / axis**3))
         elapsed = (tai_ns - law.epoch_tai_ns) * 1e-9
@@ -131,7 +131,7 @@ def _relative(law: Relative, tai_ns: int, reference: tuple[Array, Array]) -> tup
 
 
 def lvlh_axes(where: str, key: str, name: str, position: Array, velocity: Array) -> Array:
-    """R_lvlh_from_icrf, or the reason why spacecraft ``name`` has none."""
+    """R_lvlh_from_icrf; ConfigError if spacecraft ``name`` has no orbital motion."""
     if np.linalg.norm(cross(position, velocity)) == 0.0:
         problem = f'needs LVLH axes, which "{name}" lacks: it does not move about the Earth'
         raise ConfigError(where, key, problem)
@@ -164,22 +164,29 @@ def _attitude(
     return rotation_between(start @ law.axis_body, line) @ start
 
 
-def poses(motions: Mapping[str, Motion], tai_ns: int) -> dict[str, Pose]:
+def poses(
+    motions: Mapping[str, Motion], tai_ns: int, given: Mapping[str, Pose] | None = None
+) -> dict[str, Pose]:
     """Pose of every spacecraft at an epoch.
 
-    Raises ConfigError where relative positions refer to each other in a circle.
+    given : poses that hold in place of the laws of motion; laws relative to them follow them
+
+    Raises ConfigError for circular references, and if a law does not cover the epoch.
     """
-    states: dict[str, tuple[Array, Array]] = {}
+    given = given or {}
+    states = {name: (pose.position, pose.velocity) for name, pose in given.items()}
     for name in motions:
         _resolve(name, (), motions, tai_ns, states)
-    return {
+    by_law = {
         name: Pose(
             position=states[name][0],
             velocity=states[name][1],
             R_icrf_from_body=_attitude(name, motion.attitude, tai_ns, states),
         )
         for name, motion in motions.items()
+        if name not in given
     }
+    return {**by_law, **given}
 
 
 def _resolve(
@@ -189,7 +196,7 @@ def _resolve(
     tai_ns: int,
     states: dict[str, tuple[Array, Array]],
 ) -> tuple[Array, Array]:
-    """Position and velocity of a spacecraft, noted in ``states``; first those of its references."""
+    """Position and velocity of a spacecraft, after those of its reference; stored in ``states``."""
     if name in chain:
         circle = " -> ".join((*chain, name))
         raise ConfigError(f"[spacecraft.{name}]", "relative_to", f"runs in a circle: {circle}")

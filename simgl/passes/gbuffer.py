@@ -6,12 +6,13 @@ from collections.abc import Sequence
 
 import moderngl
 
-from simgl.gpu.growing_target import GrowingTarget, textures_of
 from simgl.gpu.pipeline_state import State, clear_depth
 from simgl.gpu.program import load_program
+from simgl.gpu.render_targets import GrowingTarget, textures_of
 from simgl.gpu.uniform_blocks import UniformBuffer
-from simgl.passes.mesh_store import MeshStore, VertexLighting
-from simgl.passes.shared_blocks import CRAFT, MATERIALS, TILE, craft_values, tile_values
+from simgl.passes.drawn_spacecraft import DrawnSpacecraft
+from simgl.passes.mesh_store import MeshStore
+from simgl.passes.shared_blocks import CRAFT, JOINTS, MATERIALS, TILE, craft_values, tile_values
 from simgl.passes.texture_store import IMAGE_UNITS
 from simgl.view.frame_view import RasterTile
 
@@ -37,15 +38,12 @@ class GBufferPass:
         self._targets = {n: GrowingTarget(ctx, [range(n)]) for n in (_PLAIN, _DETAILED)}
 
     def draw(
-        self, tile: RasterTile, lightings: Sequence[VertexLighting | None]
+        self, tile: RasterTile, spacecraft: Sequence[DrawnSpacecraft]
     ) -> tuple[moderngl.Texture, ...]:
-        """The targets of the shader in their order, RGBA32F, valid until the next draw.
-
-        lightings : for each spacecraft, what its own surfaces do to its light; None for nothing
-        """
-        detailed = any("DETAILED" in craft.model.variant for craft in tile.craft)
+        """The targets of the shader in their order, RGBA32F, valid until the next draw."""
+        detailed = any("DETAILED" in drawn.view.model.variant for drawn in spacecraft)
         size = tile.sample_grid.raster_size(tile.width, tile.height)
-        (target,) = self._targets[_DETAILED if detailed else _PLAIN].at_least(size)
+        (target,) = self._targets[_DETAILED if detailed else _PLAIN].covering(size)
         viewport = (0, 0, *size)
         self.closed.apply(self._ctx, target, viewport, viewport)
         others = ((False,) * 4,) * (len(target.color_attachments) - 1)
@@ -57,30 +55,35 @@ class GBufferPass:
             if index:
                 clear_depth(self._ctx, target)
             self._tile.write(tile_values(tile, clip_from_camera))
-            for craft, own in zip(tile.craft, lightings, strict=True):
-                state = self.open_sheets if craft.model.open_sheets else self.closed
+            for drawn in spacecraft:
+                model, lighting = drawn.view.model, drawn.vertex_lighting
+                state = self.open_sheets if model.open_sheets else self.closed
                 state.apply(self._ctx, target, viewport, viewport)
-                self._craft.write(craft_values(craft))
-                variant = tuple(d for d in craft.model.variant if d not in ("LAYERED", "JOINTED"))
+                self._craft.write(craft_values(drawn.view))
+                variant = tuple(d for d in model.variant if d not in ("LAYERED", "JOINTED"))
                 if variant:
-                    self._meshes.bind_surface(craft.model)
-                shape = self._meshes.shape(craft.model, craft.detail)
-                mesh, values = shape.mesh, None
-                if own is not None:
-                    mesh, values, variant = own.mesh, own.values, variant + own.defines
-                program = self._program_for(variant)
-                self._meshes.geometry(mesh).draw(program, values, shape.selection)
+                    self._meshes.bind_surface(model)
+                mesh = model.posed_mesh if lighting is None else lighting.mesh
+                if lighting is not None:
+                    variant += lighting.defines
+                if mesh.motion is not None:
+                    self._meshes.bind_joints(model, mesh)
+                    variant = (*variant, "JOINTED")
+                values = None if lighting is None else lighting.values
+                self._meshes.geometry(mesh).draw(self._program_for(variant), values)
         return textures_of(target)
 
     def _program_for(self, variant: tuple[str, ...]) -> moderngl.Program:
         """The program for models of a variant; those without images do not pay for them."""
         if variant not in self._programs:
             detailed = "DETAILED" in variant
+            blocks = [TILE, CRAFT]
+            blocks += [MATERIALS] * detailed + [JOINTS] * ("JOINTED" in variant)
             self._programs[variant] = load_program(
                 self._ctx,
                 "gbuffer/gbuffer",
-                blocks=(TILE, CRAFT, MATERIALS) if detailed else (TILE, CRAFT),
-                spare=[MATERIALS],
+                blocks=blocks,
+                spare=[MATERIALS, JOINTS],
                 samplers=IMAGE_UNITS if detailed else {},
                 defines=dict.fromkeys(variant, 1),
             )

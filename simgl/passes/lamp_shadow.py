@@ -50,7 +50,7 @@ class LampShadowPass:
         self._caster.bind()
         for caster in lamp.casters:
             self._caster.write({"lamp_clip_from_body": caster.clip_from_body})
-            self._program.draw(caster.model, caster.detail)
+            self._program.draw(caster.model)
 
     def _made_target(self) -> moderngl.Framebuffer:
         if self._target is None:

@@ -1,23 +1,30 @@
-"""Spacecraft on the GPU, uploaded once and shared by the passes that draw them."""
+"""Spacecraft on the GPU, uploaded once for all poses and shared by the passes that draw them."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import moderngl
 import numpy as np
 
+from simgl.arrays import IndexArray
 from simgl.gpu.uniform_blocks import UniformBuffer
-from simgl.gpu.vertex_buffers import DETAIL, Selection, Values, VertexBuffers
-from simgl.levels.levels import Levels
+from simgl.gpu.vertex_buffers import DETAIL, Values, VertexBuffers
 from simgl.lru_cache import LruCache
-from simgl.passes.shared_blocks import MATERIALS, MAX_MATERIALS, material_values
+from simgl.motion.joints import Joint
+from simgl.passes.shared_blocks import (
+    JOINTS,
+    MATERIALS,
+    MAX_JOINTS,
+    MAX_MATERIALS,
+    joint_values,
+    material_values,
+)
 from simgl.passes.texture_store import TextureStore
 from simgl.scene.materials import Material
 from simgl.scene.mesh import Mesh
+from simgl.scene.posed_mesh import PosedMesh, groups_of_parts
 from simgl.scene.spacecraft import SpacecraftModel
-from simgl.shapes import Shapes
-from simgl.view.detail import Detail
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -27,80 +34,71 @@ class VertexLighting:
     defines : what a program needs that reads them
     """
 
-    mesh: Mesh
+    mesh: PosedMesh
     values: Values
     defines: tuple[str, ...]
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Drawable:
-    """A shape of a spacecraft on the GPU.
-
-    selection : None for the mesh's own triangles
-    error : how far these are from the model's at most [m]
-    """
-
-    mesh: Mesh
-    selection: Selection | None = None
-    error: float = 0.0
+# Geometries, up to some megabytes each, and blocks that stay on the GPU: more than a frame draws.
+CAPACITY = 128
 
 
-# Sets of levels whose triangles stay on the GPU.
-_LEVELS_KEPT = 64
+@dataclass(kw_only=True, eq=False)
+class _JointsBlock:
+    """The Joints block of a model, and the pose that it holds."""
 
-# A joint that moves makes a new mesh each frame. No frame draws more than some dozens.
-KEPT = 256
+    buffer: UniformBuffer
+    written: PosedMesh | None = field(default=None)
+
+    def release(self) -> None:
+        self.buffer.release()
 
 
 class MeshStore:
-    """Geometries, materials, images and levels of detail by their content."""
+    """Geometries, materials and images by their content."""
 
-    def __init__(self, ctx: moderngl.Context, shapes: Shapes) -> None:
-        self._ctx, self._shapes = ctx, shapes
-        self._indices = LruCache[int, tuple[Levels, moderngl.Buffer]](_LEVELS_KEPT, self._forget)
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
         self._textures = TextureStore(ctx)
-        self._materials: dict[tuple[tuple[Material, ...], str], UniformBuffer] = {}
-        self._geometries = LruCache[str, VertexBuffers](KEPT, VertexBuffers.release)
-
-    def geometry(self, mesh: Mesh) -> VertexBuffers:
-        """The uploaded mesh, good for as long as it is among the last ``KEPT`` asked for."""
-        return self._geometries.get(mesh.digest, lambda: _geometry(self._ctx, mesh))
-
-    def shape(self, model: SpacecraftModel, detail: Detail) -> Drawable:
-        """What is drawn of a model."""
-        shape = self._shapes.of(model, detail)
-        if shape.levels is None:
-            return Drawable(mesh=shape.mesh)
-        return Drawable(
-            mesh=shape.mesh,
-            selection=Selection(
-                indices=self._uploaded(shape.levels),
-                ranges=tuple(shape.levels.ranges(shape.chosen)),
-            ),
-            error=shape.levels.error(shape.chosen),
+        self._materials = LruCache[tuple[tuple[Material, ...], str], UniformBuffer](
+            CAPACITY, UniformBuffer.release
+        )
+        self._joints = LruCache[tuple[Joint, ...], _JointsBlock](CAPACITY, _JointsBlock.release)
+        self._geometries = LruCache[tuple[str, bytes], VertexBuffers](
+            CAPACITY, VertexBuffers.release
         )
 
-    def _uploaded(self, levels: Levels) -> moderngl.Buffer:
-        def upload() -> tuple[Levels, moderngl.Buffer]:
-            return levels, self._ctx.buffer(levels.triangles.astype("<u4").tobytes())
+    def geometry(self, posed: PosedMesh) -> VertexBuffers:
+        """The uploaded mesh, the same for all poses.
 
-        # The levels are kept with their buffer, so that no others get their identity.
-        return self._indices.get(id(levels), upload)[1]
+        It stays valid while it is among the last ``CAPACITY`` that were asked for.
+        """
+        groups = groups_of_parts(posed.mesh, posed.joints)
+        if len(posed.joints) > MAX_JOINTS:
+            groups = np.zeros_like(groups)  # they cannot move: see `joint_values`
+        key = posed.mesh.digest, groups.tobytes() if posed.joints else b""
+        return self._geometries.get(key, lambda: _geometry(self._ctx, posed.mesh, groups))
 
-    def _forget(self, uploaded: tuple[Levels, moderngl.Buffer]) -> None:
-        _, indices = uploaded
-        for geometry in self._geometries.values():
-            geometry.forget(indices)
-        indices.release()
+    def bind_joints(self, model: SpacecraftModel, posed: PosedMesh) -> None:
+        """Bind the Joints block for a mesh of a model, some of which joints have moved."""
+        block = self._joints.get(
+            posed.joints, lambda: _JointsBlock(buffer=UniformBuffer(self._ctx, JOINTS))
+        )
+        if block.written is not posed:
+            block.buffer.write(joint_values(model.name, posed))
+            block.written = posed
+        block.buffer.bind()
 
     def bind_materials(self, model: SpacecraftModel) -> None:
         """Bind the Materials block of a model."""
-        key = model.materials, model.textures.digest
-        if key not in self._materials:
-            self._materials[key] = UniformBuffer(self._ctx, MATERIALS)
+
+        def upload() -> UniformBuffer:
             values = material_values(model.name, model.materials, model.textures)
-            self._materials[key].write(values)
-        self._materials[key].bind()
+            buffer = UniformBuffer(self._ctx, MATERIALS)
+            buffer.write(values)
+            return buffer
+
+        self._materials.get((model.materials, model.textures.digest), upload).bind()
 
     def bind_surface(self, model: SpacecraftModel) -> None:
         """Bind the Materials block of a model, and its images where it has any detail."""
@@ -110,17 +108,15 @@ class MeshStore:
 
     def release(self) -> None:
         """Free all of them."""
-        self._indices.clear()
         self._geometries.clear()
-        for buffer in self._materials.values():
-            buffer.release()
         self._materials.clear()
+        self._joints.clear()
         self._textures.release()
 
 
-def _geometry(ctx: moderngl.Context, mesh: Mesh) -> VertexBuffers:
-    joint = 0 if mesh.joint is None else mesh.joint
-    labels = np.stack([mesh.part, mesh.material + MAX_MATERIALS * joint], axis=1)
+def _geometry(ctx: moderngl.Context, mesh: Mesh, group_of_part: IndexArray) -> VertexBuffers:
+    group = group_of_part[mesh.part].astype(np.uint32)
+    labels = np.stack([mesh.part, mesh.material + np.uint32(MAX_MATERIALS) * group], axis=1)
     return VertexBuffers(ctx, mesh.positions, mesh.normals, labels, mesh.triangles, _details(mesh))
 
 

@@ -9,14 +9,16 @@ import moderngl
 from simgl.gpu.program import load_program
 from simgl.gpu.uniform_blocks import Block
 from simgl.passes.mesh_store import MeshStore
-from simgl.passes.shared_blocks import MATERIALS
+from simgl.passes.shared_blocks import JOINTS, MATERIALS
 from simgl.passes.texture_store import BASE_COLOUR_UNIT
 from simgl.scene.spacecraft import SpacecraftModel
-from simgl.view.detail import WHOLE, Detail
+
+# What a model's variant means for its outline, with the block that it reads.
+_VARIANTS = {"CUT_OUT": MATERIALS, "JOINTED": JOINTS}
 
 
 class OutlineProgram:
-    """One shader in two forms; the second is for models from which images cut something away."""
+    """One shader in as many variants as models need."""
 
     def __init__(
         self,
@@ -30,36 +32,33 @@ class OutlineProgram:
         self._ctx, self._meshes = ctx, meshes
         self._name, self._blocks = name, tuple(blocks)
         self._samplers, self._defines = dict(samplers or {}), dict(defines or {})
-        self._plain = load_program(
-            ctx,
-            name,
-            blocks=blocks,
-            spare=[MATERIALS],
-            samplers=self._samplers,
-            defines=self._defines,
-        )
-        self._cut_out: moderngl.Program | None = None
+        self._programs: dict[tuple[str, ...], moderngl.Program] = {}
+        self._program_for(())
 
-    def draw(self, model: SpacecraftModel, detail: Detail = WHOLE) -> None:
-        """All triangles of what stands for a model."""
-        shape = self._meshes.shape(model, detail)
-        geometry, selection = self._meshes.geometry(shape.mesh), shape.selection
-        if "CUT_OUT" not in model.variant:
-            geometry.draw(self._plain, selection=selection)
-            return
-        if self._cut_out is None:
-            self._cut_out = load_program(
+    def draw(self, model: SpacecraftModel) -> None:
+        """All triangles of a model."""
+        variant = tuple(define for define in model.variant if define in _VARIANTS)
+        if "CUT_OUT" in variant:
+            self._meshes.bind_surface(model)
+        if "JOINTED" in variant:
+            self._meshes.bind_joints(model, model.posed_mesh)
+        self._meshes.geometry(model.posed_mesh).draw(self._program_for(variant))
+
+    def _program_for(self, variant: tuple[str, ...]) -> moderngl.Program:
+        if variant not in self._programs:
+            cut_out = "CUT_OUT" in variant
+            self._programs[variant] = load_program(
                 self._ctx,
                 self._name,
-                blocks=(*self._blocks, MATERIALS),
-                samplers=self._samplers | {"base_colour_images": BASE_COLOUR_UNIT},
-                defines=self._defines | {"CUT_OUT": 1},
+                blocks=(*self._blocks, *(_VARIANTS[define] for define in variant)),
+                spare=list(_VARIANTS.values()),
+                samplers=self._samplers
+                | ({"base_colour_images": BASE_COLOUR_UNIT} if cut_out else {}),
+                defines=self._defines | dict.fromkeys(variant, 1),
             )
-        self._meshes.bind_surface(model)
-        geometry.draw(self._cut_out, selection=selection)
+        return self._programs[variant]
 
     def release(self) -> None:
         """Free the programs."""
-        self._plain.release()
-        if self._cut_out is not None:
-            self._cut_out.release()
+        for program in self._programs.values():
+            program.release()

@@ -16,12 +16,11 @@ import moderngl
 import numpy as np
 
 from simgl.arrays import Array32
-from simgl.camera.blooming import spilt
+from simgl.camera.blooming import with_blooming
 from simgl.camera.camera import Camera
 from simgl.camera.detector import Detector
-from simgl.camera.noise_streams import PIXELS, camera_salt, epoch_words
+from simgl.camera.noise_streams import PIXELS, camera_salt, epoch_words, row_offsets
 from simgl.camera.particle_hits import hits
-from simgl.camera.row_effects import row_offsets
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.render_targets import Format, ImageTarget
@@ -158,7 +157,7 @@ class ReadoutPass:
         electrons = collected.read()
         self._ctx.detect_framebuffer(0).use()
         collected.release()
-        return self._four(spilt(electrons, detector.full_well, detector.blooming))
+        return self._four(with_blooming(electrons, detector.full_well, detector.blooming))
 
     def _four(self, picture: Array32) -> moderngl.Texture:
         """A picture as a texture of four pixels a texel."""

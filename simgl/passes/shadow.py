@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import OrderedDict
 from collections.abc import Sequence
 
 import moderngl
@@ -11,11 +10,12 @@ import numpy as np
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
+from simgl.lru_cache import LruCache
 from simgl.passes.mesh_store import MeshStore
 from simgl.passes.outline_program import OutlineProgram
 from simgl.view.shadow_views import ShadowMap, ShadowView
 
-# Maps kept for views that come back; a picture of more spacecraft keeps as many as it needs.
+# Maps are cached for so many views; an image of more spacecraft caches as many as it needs.
 KEPT = 8
 
 _CASTER = Block(
@@ -58,7 +58,7 @@ class ShadowPass:
     # onto the map's top.
     towards_sun = State(depth=True, depth_clamp=True, write_color=False, cull="back")
     from_sun = State(depth=True, depth_clamp=True, write_color=False, cull="front")
-    # Both sides of an open sheet meet the light, and leave it.
+    # Both sides of an open atlas meet the light, and leave it.
     open_sheets = State(depth=True, depth_clamp=True, write_color=False)
     bounds = State()
 
@@ -72,71 +72,70 @@ class ShadowPass:
         self._tops = FullscreenProgram(ctx, "shadow/tops", _TOPS, ["cells"])
         self._cone = FullscreenProgram(ctx, "shadow/tops", _TOPS, ["cells"], ["CONE"])
         self._caster = UniformBuffer(ctx, _CASTER)
-        self._drawn: OrderedDict[bytes, _ShadowAtlas] = OrderedDict()
+        self._unused: list[_ShadowAtlas] = []
+        self._atlases = LruCache[bytes, _ShadowAtlas](KEPT, self._unused.append)
 
-    def cast(self, views: Sequence[ShadowView]) -> None:
-        """Draw those of the maps of ``draw`` that read no other.
-
-        A renderer on the CPU waits where a draw reads what is still being drawn: until then it may
-        be busy with these, and the caller with more that waits for nothing.
-        """
-        keys = [_key(view) for view in views]
-        for key in keys:
-            if key in self._drawn:
-                self._drawn.move_to_end(key)
-        kept = max(KEPT, len(views))
-        for key, view in zip(keys, views, strict=True):
-            if key not in self._drawn:
-                self._drawn[key] = self._free_sheet(view.maps, kept)
-                self._cast(view, self._drawn[key])
-
-    def draw(self, views: Sequence[ShadowView]) -> list[tuple[moderngl.Texture, ...]]:
-        """Depths, behind and tops of each view's maps, the close one right of the whole one.
+    def cast(self, views: Sequence[ShadowView]) -> list[tuple[moderngl.Texture, ...]]:
+        """Depths, behind and tops of each view's maps, the close one right of the wide one.
 
         depths : nearest surface that faces the Sun, 0..1, and below it nearest that faces away
         behind : nearest that faces the Sun behind the one that faces away
         tops : bounds on the nearest depth around each place, see ``shadow/tops.frag``
 
-        They stay as they are until the next call.
+        Only the depths are drawn, the others by ``complete``: a renderer on the CPU waits where a
+        draw reads a texture that is still being drawn. Until then it works on these, and the caller
+        on whatever waits for nothing. The textures stay as they are until the next call.
         """
-        self.cast(views)
-        sheets = [self._drawn[_key(view)] for view in views]
-        for view, sheet in zip(views, sheets, strict=True):
-            if not sheet.complete:
-                self._complete(view, sheet)
-        return [sheet.textures for sheet in sheets]
+        self._atlases.reserve(len(views))
+        return [self._atlas(view).textures for view in views]
 
-    def _free_sheet(self, maps: Sequence[ShadowMap], kept: int) -> _ShadowAtlas:
-        if len(self._drawn) >= kept:
-            oldest = self._drawn.popitem(last=False)[1]
-            if oldest.sizes == tuple(one.size for one in maps):
-                return oldest
+    def complete(self, views: Sequence[ShadowView]) -> None:
+        """Draw the rest of the maps of ``cast``."""
+        for view in views:
+            atlas = self._atlas(view)
+            if not atlas.complete:
+                self._complete(view, atlas)
+
+    def _atlas(self, view: ShadowView) -> _ShadowAtlas:
+        return self._atlases.get(_key(view), lambda: self._cast(view))
+
+    def _free_atlas(self, maps: Sequence[ShadowMap]) -> _ShadowAtlas:
+        """A new one, or an unused one of these sizes."""
+        sizes = tuple(one.size for one in maps)
+        for atlas in self._unused:
+            if atlas.sizes == sizes:
+                self._unused.remove(atlas)
+                return atlas
+        if self._unused:
             self._ctx.detect_framebuffer(0).use()
-            oldest.release()
+        while self._unused:
+            self._unused.pop().release()
         return _ShadowAtlas(self._ctx, maps)
 
-    def _cast(self, view: ShadowView, sheet: _ShadowAtlas) -> None:
+    def _cast(self, view: ShadowView) -> _ShadowAtlas:
+        atlas = self._free_atlas(view.maps)
         self._caster.bind()
-        self._clear(sheet.depths)
+        self._clear(atlas.depths)
         column = 0
         for one in view.maps:
-            self._layer(one, sheet.depths, (column, 0), self.towards_sun, self._program)
-            self._layer(one, sheet.depths, (column, one.size), self.from_sun, self._program)
+            self._layer(one, atlas.depths, (column, 0), self.towards_sun, self._program)
+            self._layer(one, atlas.depths, (column, one.size), self.from_sun, self._program)
             column += one.size
-        sheet.complete = False
+        atlas.complete = False
+        return atlas
 
-    def _complete(self, view: ShadowView, sheet: _ShadowAtlas) -> None:
+    def _complete(self, view: ShadowView, atlas: _ShadowAtlas) -> None:
         self._caster.bind()
-        self._clear(sheet.behind)
-        sheet.textures[0].use(0)
+        self._clear(atlas.behind)
+        atlas.textures[0].use(0)
         column = 0
         for one in view.maps:
-            self._layer(one, sheet.behind, (column, 0), self.towards_sun, self._behind)
+            self._layer(one, atlas.behind, (column, 0), self.towards_sun, self._behind)
             column += one.size
         column = columns = 0
         programs = (self._tops,) * len(_CELLS) + (self._cone,)
-        for one, cells in zip(view.maps, sheet.cells, strict=True):
-            source, where = sheet.textures[0], _where(column=column, from_map=True, across=8)
+        for one, cells in zip(view.maps, atlas.cells, strict=True):
+            source, where = atlas.textures[0], _where(column=column, from_map=True, across=8)
             for size, level in zip(_CELLS, cells, strict=True):
                 if level is not cells[0]:
                     source, where = _colour(cells[0]), _where(column=0, across=size // _CELLS[0])
@@ -144,12 +143,12 @@ class ShadowPass:
                 self._cells.draw(where, [source])
             for level, program in zip((*cells, cells[-1]), programs, strict=True):
                 area = (columns, 0, *level.size)
-                self.bounds.apply(self._ctx, sheet.tops, area)
+                self.bounds.apply(self._ctx, atlas.tops, area)
                 where = _where(column=columns, full_reach=one.inset - 2.0)
                 program.draw(where, [_colour(level)])
                 columns += level.size[0]
             column += one.size
-        sheet.complete = True
+        atlas.complete = True
 
     def _clear(self, target: moderngl.Framebuffer) -> None:
         self.open_sheets.apply(self._ctx, target, (0, 0, *target.size))
@@ -170,13 +169,14 @@ class ShadowPass:
             chosen.apply(self._ctx, target, area, area)
             clip = caster.clip_from_body
             self._caster.write({"caster_clip_from_body": clip, "caster_map_size": one.size})
-            program.draw(caster.model, caster.detail)
+            program.draw(caster.model)
 
     def release(self) -> None:
         """Free everything."""
-        for sheet in self._drawn.values():
-            sheet.release()
-        self._drawn.clear()
+        self._atlases.clear()
+        for atlas in self._unused:
+            atlas.release()
+        self._unused.clear()
         self._caster.release()
         self._cells.release()
         self._tops.release()

@@ -11,10 +11,9 @@ import numpy as np
 from simgl.arrays import Array
 from simgl.errors import AssetError
 from simgl.gpu.uniform_blocks import Block
-from simgl.motion.joints import motion_between
 from simgl.sample_grid import SampleGrid
 from simgl.scene.materials import Material
-from simgl.scene.spacecraft import SpacecraftModel
+from simgl.scene.posed_mesh import PosedMesh
 from simgl.scene.textures import Image, SurfaceTextures
 from simgl.view.frame_view import RasterTile, SpacecraftView
 from simgl.view.lamp_views import MAP_SIZE, LampView
@@ -68,9 +67,7 @@ CRAFT = Block(
             ("air_transmittance", "f4", 4),
             ("sun_angular_radius", "f4"),
             ("instance", "u4"),
-            # How far what is drawn may lie below the surface that it stands for [m].
-            ("level_error", "f4"),
-            ("craft_padding", "f4"),
+            ("craft_padding", "f4", 2),
         ]
     ),
 )
@@ -101,8 +98,8 @@ SHADOW = Block(
 JOINTS = Block(
     "Joints",
     11,
-    # Three rows a joint, from where it has turned a place to where that is stored; the first three
-    # for places that none has turned.
+    # Three rows a rigid group, from where a place is stored to where the joints put it, body axes;
+    # the first three for what no joint carries.
     np.dtype([("joint_rows", "f4", (3 * (1 + MAX_JOINTS), 4))]),
 )
 
@@ -159,28 +156,25 @@ def tile_values(tile: RasterTile, clip_from_camera: Any) -> dict[str, Any]:
     }
 
 
-def joint_values(model: SpacecraftModel) -> dict[str, Any]:
-    """The Joints block of a model with joints away from where they are stored.
+def joint_values(model_name: str, posed: PosedMesh) -> dict[str, Any]:
+    """The Joints block of a mesh, some of which joints have moved.
 
     Raises AssetError for more joints than the block holds.
     """
-    if len(model.joints) > MAX_JOINTS:
-        problem = f"has {len(model.joints)} joints, at most {MAX_JOINTS} can move"
-        raise AssetError(f'model "{model.name}" {problem}')
+    if len(posed.joints) > MAX_JOINTS:
+        problem = f"has {len(posed.joints)} joints, at most {MAX_JOINTS} can move"
+        raise AssetError(f'model "{model_name}" {problem}')
+    assert posed.motion is not None
     rows = np.zeros((3 * (1 + MAX_JOINTS), 4), dtype=np.float32)
-    stored = (0.0,) * len(model.joints)
-    back = motion_between(model.joints, model.angles, stored)[:, :3].reshape(-1, 4)
-    rows[: len(back)] = back
+    motion = posed.motion[:, :3].reshape(-1, 4)
+    rows[: len(motion)] = motion
     return {"joint_rows": rows}
 
 
-def craft_values(
-    craft: SpacecraftView, air: AirBetween | None = None, level_error: float = 0.0
-) -> dict[str, Any]:
+def craft_values(craft: SpacecraftView, air: AirBetween | None = None) -> dict[str, Any]:
     """The Craft block of a spacecraft.
 
     air : before it
-    level_error : how far what is drawn may lie below the surface that it stands for [m]
     """
     return {
         "camera_from_body": craft.camera_from_body,
@@ -192,7 +186,6 @@ def craft_values(
         "air_transmittance": np.ones(4) if air is None else air.transmittance,
         "sun_angular_radius": craft.sun_angular_radius,
         "instance": craft.instance,
-        "level_error": level_error,
     }
 
 

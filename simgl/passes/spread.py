@@ -6,6 +6,8 @@ faster than any that shaders could do there.
 
 from __future__ import annotations
 
+from concurrent.futures import Executor
+
 import moderngl
 import numpy as np
 
@@ -28,12 +30,15 @@ _KEPT = 8
 
 
 class SpreadPass:
-    """Convolves the irradiance of an image plane, or the electrons that it makes."""
+    """Convolves the irradiance of an image plane, or the electrons that it makes.
+
+    executor : for the transforms
+    """
 
     state = State()
 
-    def __init__(self, ctx: moderngl.Context) -> None:
-        self._ctx = ctx
+    def __init__(self, ctx: moderngl.Context, executor: Executor) -> None:
+        self._ctx, self._executor = ctx, executor
         self._programs: dict[int, FullscreenProgram] = {}
         self._spreads = LruCache[object, Spread](_KEPT)
         self._target: ImageTarget | None = None
@@ -78,7 +83,7 @@ class SpreadPass:
         irradiance: moderngl.Texture,
     ) -> list[Array32]:
         key = (camera.lens, camera.detector, None if weights is None else weights.tobytes())
-        spread = self._spreads.get(key, lambda: Spread(camera, weights))
+        spread = self._spreads.get(key, lambda: Spread(camera, weights, self._executor))
         return spread.apply(self._planes(spread.mixture, irradiance), sun)
 
     def _planes(self, mixture: Array, irradiance: moderngl.Texture) -> list[Array32]:

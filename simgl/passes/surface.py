@@ -6,11 +6,12 @@ from collections.abc import Mapping, Sequence
 
 import moderngl
 
-from simgl.gpu.growing_target import GrowingTarget, textures_of
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.program import load_program
+from simgl.gpu.render_targets import GrowingTarget, textures_of
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
 from simgl.passes.albedo_table import LOBE_UNIT, lobe_texture
+from simgl.passes.drawn_spacecraft import DrawnSpacecraft
 from simgl.passes.mesh_store import MeshStore
 from simgl.passes.shared_blocks import (
     CRAFT,
@@ -19,14 +20,12 @@ from simgl.passes.shared_blocks import (
     MATERIALS,
     SHADOW,
     TILE,
-    AirBetween,
     craft_values,
-    joint_values,
     lamp_values,
     shadow_values,
     tile_values,
 )
-from simgl.view.frame_view import RasterTile, SpacecraftView
+from simgl.view.frame_view import RasterTile
 from simgl.view.lamp_views import LampView
 
 EMPTY = -1.0
@@ -44,7 +43,6 @@ _SUNLIGHT_UNIT = 11
 _SKY_UNITS = {"sky_cube": 12, "sky_lobes": 13, "sky_irradiance": 14}
 _LAMP_UNIT = 15
 
-_SkyTexture = moderngl.TextureCube | moderngl.Texture3D | moderngl.Texture
 _LOBES = {"lobe_table": LOBE_UNIT}
 
 
@@ -125,91 +123,80 @@ class SurfacePass:
         self._craft = UniformBuffer(ctx, CRAFT)
         self._shadow = UniformBuffer(ctx, SHADOW)
         self._lamps = UniformBuffer(ctx, LAMPS)
-        self._joints = UniformBuffer(ctx, JOINTS)
         # By the number of radiances, whole or by light; before them the sunlight's share.
         self._targets = {n: GrowingTarget(ctx, [[0], range(1, 1 + n)]) for n in (1, len(LIGHTS))}
 
     def draw(
         self,
         tile: RasterTile,
-        seen: Sequence[moderngl.Texture],
-        shadow_maps: Sequence[Sequence[moderngl.Texture]],
-        skies: Sequence[Sequence[_SkyTexture]],
-        exchanging: Sequence[bool],
+        gbuffer: Sequence[moderngl.Texture],
+        spacecraft: Sequence[DrawnSpacecraft],
         lamps: Sequence[LampView] = (),
         lamp_maps: moderngl.Texture | None = None,
-        airs: Sequence[AirBetween | None] = (),
         *,
-        apart: bool = False,
+        by_light: bool = False,
     ) -> tuple[moderngl.Texture, ...]:
         """RGBA32F samples of the tile [W m-2 sr-1], valid until the next draw.
 
-        seen : what the samples see, in the order of the geometry pass's targets
-        shadow_maps : for each spacecraft of the tile, in the order of the samplers
-        skies : likewise its cube, lobes and irradiance; nothing where it has no sky
-        exchanging : likewise whether its surfaces light each other
-        lamp_maps : of the lamps, which light every spacecraft
-        airs : before each spacecraft; none at all where nothing is given
-        returns : one texture, or with ``apart`` one for each of ``LIGHTS``
+        gbuffer : in the order of the G-buffer pass's targets
+        lamps : which light every spacecraft, and the texture of their shadow maps
+        returns : one texture, or with ``by_light`` one for each of ``LIGHTS``
         """
         size = tile.sample_grid.raster_size(tile.width, tile.height)
-        sunlight, target = self._targets[len(LIGHTS) if apart else 1].at_least(size)
+        sunlight, target = self._targets[len(LIGHTS) if by_light else 1].covering(size)
         area = (0, 0, *size)
         self._write(tile, lamps)
-        for unit, texture in enumerate(seen):
+        for unit, texture in enumerate(gbuffer):
             texture.use(unit)
         textures_of(sunlight)[0].use(_SUNLIGHT_UNIT)
         self._lobes.use(LOBE_UNIT)
         if lamp_maps is not None:
             lamp_maps.use(_LAMP_UNIT)
-        before = airs or [None] * len(tile.craft)
-        for craft, maps, sky, exchange, air in zip(
-            tile.craft, shadow_maps, skies, exchanging, before, strict=True
-        ):
-            self._bind(craft, tile, maps, sky, air)
+        for drawn in spacecraft:
+            self._bind(drawn, tile)
             self.depth_only.apply(self._ctx, sunlight, area, area)
             sunlight.clear(depth=1.0, viewport=area)
             self._others.draw()
             self.state.apply(self._ctx, sunlight, area, area)
             self._known.draw()
             self._searched.draw()
-            if craft is tile.craft[0]:
+            if drawn is spacecraft[0]:
                 # Not its depth, which says what to draw.
                 self.empty.apply(self._ctx, target, area, area)
                 target.clear(EMPTY, EMPTY, EMPTY, EMPTY, viewport=area)
             self.state.apply(self._ctx, target, area, area)
-            variant = [d for d in craft.model.variant if d != "CUT_OUT"]
-            present = {"SKY": sky, "EXCHANGE": exchange, "LAMPS": lamps, "APART": apart}
-            present["AIR_BEFORE"] = air is not None
-            variant += [define for define, there in present.items() if there]
+            optional = {
+                "SKY": drawn.probe is not None,
+                "EXCHANGE": drawn.interreflects,
+                "LAMPS": bool(lamps),
+                "APART": by_light,
+                "AIR_BEFORE": drawn.air is not None,
+            }
+            variant = [d for d in drawn.view.model.variant if d != "CUT_OUT"]
+            variant += [define for define, wanted in optional.items() if wanted]
             for screen in self._lit_for(tuple(variant)):
                 screen.draw()
         return textures_of(target)
 
     def _write(self, tile: RasterTile, lamps: Sequence[LampView]) -> None:
-        for block in (self._tile, self._craft, self._shadow, self._lamps, self._joints):
+        for block in (self._tile, self._craft, self._shadow, self._lamps):
             block.bind()
         self._tile.write(tile_values(tile, tile.slices[0]))
         self._lamps.write(lamp_values(lamps))
 
-    def _bind(
-        self,
-        craft: SpacecraftView,
-        tile: RasterTile,
-        maps: Sequence[moderngl.Texture],
-        sky: Sequence[_SkyTexture],
-        air: AirBetween | None,
-    ) -> None:
-        error = self._meshes.shape(craft.model, craft.detail).error
-        self._craft.write(craft_values(craft, air, error))
-        self._shadow.write(shadow_values(craft, tile.sample_grid))
-        self._meshes.bind_materials(craft.model)
-        if "JOINTED" in craft.model.variant:
-            self._joints.write(joint_values(craft.model))
-        for unit, texture in zip(_SHADOW_UNITS.values(), maps, strict=True):
+    def _bind(self, drawn: DrawnSpacecraft, tile: RasterTile) -> None:
+        model = drawn.view.model
+        self._craft.write(craft_values(drawn.view, drawn.air))
+        self._shadow.write(shadow_values(drawn.view, tile.sample_grid))
+        self._meshes.bind_materials(model)
+        if "JOINTED" in model.variant:
+            self._meshes.bind_joints(model, model.posed_mesh)
+        for unit, texture in zip(_SHADOW_UNITS.values(), drawn.shadow_maps, strict=True):
             texture.use(unit)
-        for unit, around in zip(_SKY_UNITS.values(), sky, strict=bool(sky)):
-            around.use(unit)
+        if drawn.probe is not None:
+            drawn.probe.cube.use(_SKY_UNITS["sky_cube"])
+            drawn.probe.lobes.use(_SKY_UNITS["sky_lobes"])
+            drawn.probe.irradiance.use(_SKY_UNITS["sky_irradiance"])
 
     def _lit_for(self, variant: tuple[str, ...]) -> tuple[_Screen, ...]:
         """The shaders for spacecraft of a variant, without what they do not need."""
@@ -240,7 +227,7 @@ class SurfacePass:
         """Free everything."""
         for target in self._targets.values():
             target.release()
-        for buffer in (self._tile, self._craft, self._shadow, self._lamps, self._joints):
+        for buffer in (self._tile, self._craft, self._shadow, self._lamps):
             buffer.release()
         self._lobes.release()
         for screen in (self._others, self._known, self._searched, *sum(self._lit.values(), ())):

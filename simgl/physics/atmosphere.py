@@ -1,7 +1,7 @@
-"""The clear atmosphere as layers of exponential and tent-shaped density, per band.
+"""Extinction of the clear atmosphere: exponential and tent-shaped density profiles, per band.
 
-Each constituent has a vertical optical depth and a profile; what light loses along a path follows
-from both. Lengths [m], optical depths without unit, bands R, G, B, N.
+Each constituent has a vertical optical depth and a density profile; both give the optical depth of
+any path. Lengths in m, bands R, G, B, N.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(96)
 
 @dataclass(frozen=True, kw_only=True)
 class Atmosphere:
-    """Vertical optical depths from sea level, and profiles.
+    """Vertical optical depths from sea level, and density profiles.
 
-    rayleigh : scattering by air, density falls with ``rayleigh_scale_height``
-    aerosol : extinction by aerosol (scattering and absorption), with ``aerosol_scale_height``
-    aerosol_albedo : share of the aerosol's extinction that is scattering
+    rayleigh : molecular scattering, exponential with ``rayleigh_scale_height`` [m]
+    aerosol : aerosol extinction (scattering and absorption), with ``aerosol_scale_height`` [m]
+    aerosol_albedo : single-scattering albedo of the aerosol
     aerosol_asymmetry : mean cosine of its scattering angle
-    ozone : absorption, a tent from 10 km over 25 km to 40 km
+    ozone : absorption; density rises linearly from 10 km to 25 km and falls to 0 at 40 km
     """
 
     name: str
@@ -41,13 +41,13 @@ class Atmosphere:
 
 OZONE_FOOT, OZONE_PEAK, OZONE_TOP = 10e3, 25e3, 40e3  # [m]
 
-# Where the scattering air ends [m]: a vertical ray loses 1e-6 above it.
+# Top of the scattering atmosphere [m]: a vertical ray loses 1e-6 above it.
 AIR_TOP = 100e3
 
-# Rayleigh: Hansen & Travis (1974), 0.008569 l^-4 (1 + 0.0113 l^-2 + 0.00013 l^-4), at the middle of
-# the visible bands and at 840 nm, about the photon mean of the fourth. Aerosol: 0.08 at 550 nm, a
-# clean continental to maritime mean, Angstrom exponent 1. Ozone: 300 Dobson units on the Chappuis
-# band, as used with the same tent by Bruneton (2017), moved to the bands' middles.
+# Rayleigh: Hansen & Travis (1974), 0.008569 l^-4 (1 + 0.0113 l^-2 + 0.00013 l^-4) with l in um, at
+# the centre of the visible bands and at 840 nm, near the photon mean of N. Aerosol: 0.08 at 550 nm,
+# a mean of clean continental and maritime air, Angstrom exponent 1. Ozone: 300 Dobson units in the
+# Chappuis band with the profile of Bruneton (2017), at the centres of the bands.
 STANDARD = Atmosphere(
     name="standard",
     rayleigh=(0.0493, 0.0973, 0.2213, 0.0175),
@@ -59,8 +59,8 @@ STANDARD = Atmosphere(
     ozone=(0.0200, 0.0282, 0.0030, 0.0003),
 )
 
-# The lighting study's own set: 680, 550, 440 nm in red, green, blue, its aerosol depth taken as
-# extinction. It has no near infrared: Rayleigh is carried on by the fourth power to 840 nm.
+# Values of the lighting study: 680, 550, 440 nm in R, G, B; its aerosol depth is taken as
+# extinction. It has no near infrared: Rayleigh is extrapolated to 840 nm by the fourth power.
 SOURCE = Atmosphere(
     name="source",
     rayleigh=(0.0464, 0.1080, 0.2648, 0.0464 * (680.0 / 840.0) ** 4),
@@ -76,17 +76,20 @@ ATMOSPHERES = {a.name: a for a in (STANDARD, SOURCE)}
 
 
 def _exponential_chord(radius: float, height: Array, scale_height: float) -> Array:
-    """Length of sea-level air along a whole grazing ray [m].
+    """Equivalent path length at sea-level density of a grazing ray from space to space [m].
 
-    The integral of exp(-(r - radius) / H) over a straight line of lowest radius r0 is
-    2 r0 exp(radius / H) K1(r0 / H), K1 the modified Bessel function.
+    The integral of exp(-(r - radius) / H) along a straight line with the lowest radius r0 is
+    2 r0 exp(radius / H) K1(r0 / H), K1 being the modified Bessel function.
     """
     lowest = radius + height
     return 2.0 * lowest * np.exp(-height / scale_height) * k1e(lowest / scale_height)
 
 
 def _tent_chord(radius: float, height: Array) -> Array:
-    """Length of peak-density ozone along a whole grazing ray [m], by quadrature between kinks."""
+    """Equivalent path length at peak ozone density of a grazing ray from space to space [m].
+
+    By quadrature on either side of the peak.
+    """
     lowest = radius + height
     total = np.zeros_like(height)
     for low, high in ((OZONE_FOOT, OZONE_PEAK), (OZONE_PEAK, OZONE_TOP)):
@@ -103,15 +106,14 @@ def _tent_chord(radius: float, height: Array) -> Array:
 
 
 def grazing_optical_depth(air: Atmosphere, radius: float, height: Array) -> Array:
-    """Optical depth of a ray from space to space by its lowest height above the ground.
+    """(k, 4) optical depth of rays from space to space with given tangent heights.
 
-    radius : of the sphere [m]
-    height : (k,) tangent heights [m]
-    returns : (k, 4)
+    radius : of the ground [m]
+    height : (k,) tangent heights above it [m]
 
-    Straight rays: refraction, which would bend the lowest ones by up to 1.2 deg, is left out.
+    Rays are straight: refraction, up to 1.2 deg for the lowest rays, is neglected.
     """
-    # A tent of unit peak over 15 km up and 15 km down holds 15 km of peak density.
+    # The column of a tent profile of 15 km on either side is its peak density times 15 km.
     chords = (
         (air.rayleigh, _exponential_chord(radius, height, air.rayleigh_scale_height)
          / air.rayleigh_scale_height),
@@ -123,14 +125,13 @@ def grazing_optical_depth(air: Atmosphere, radius: float, height: Array) -> Arra
 
 
 def optical_depth_to_space(air: Atmosphere, radius: float, height: float, cosines: Array) -> Array:
-    """Optical depth from a place inside the air to space, along rays that miss the ground.
+    """(k, 4) optical depth from a point inside the atmosphere to space, for rays above the ground.
 
-    radius : of the sphere [m]
-    height : of the place above it [m]
-    cosines : (k,) of the rays from the zenith
-    returns : (k, 4)
+    radius : of the ground [m]
+    height : of the point above it [m]
+    cosines : (k,) of the rays' zenith angles
 
-    A ray that starts downwards has the whole grazing ray but for what lies behind its start.
+    The optical depth of a descending ray is that of the grazing ray less the part behind the point.
     """
     upward = _rising_depth(air, radius, height, np.abs(cosines))
     if np.all(cosines >= 0.0):
@@ -141,15 +142,15 @@ def optical_depth_to_space(air: Atmosphere, radius: float, height: float, cosine
 
 
 def _rising_depth(air: Atmosphere, radius: float, height: float, cosines: Array) -> Array:
-    """(k, 4) along rays that rise from a height, by quadrature crowded at their start."""
+    """(k, 4) optical depth of rising rays to space; quadrature nodes are dense at their start."""
     start = radius + height
     above = (radius + AIR_TOP) ** 2 - start**2
-    whole = above / (start * cosines + np.sqrt((start * cosines) ** 2 + above))
+    length = above / (start * cosines + np.sqrt((start * cosines) ** 2 + above))
     x = 0.5 * (_NODES + 1.0)
-    along = whole[:, None] * x**2
+    along = length[:, None] * x**2
     rise = along * (2.0 * start * cosines[:, None] + along)
     at = height + rise / (np.sqrt(start**2 + rise) + start)
-    step = whole[:, None] * x * _WEIGHTS
+    step = length[:, None] * x * _WEIGHTS
     return np.einsum("kn,knb->kb", step, extinction(air, at))
 
 

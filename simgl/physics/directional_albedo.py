@@ -1,4 +1,4 @@
-"""Directional albedos of the metallic-roughness model, by quadrature."""
+"""Directional albedo of the GGX lobe, by quadrature: the look-up table of the shaders."""
 
 from __future__ import annotations
 
@@ -7,26 +7,32 @@ from functools import lru_cache
 import numpy as np
 
 from simgl.arrays import Array, Array32
-from simgl.physics.brdf import lambda_smith
 
-# Nodes of the table that shaders look up, along either axis. Linear interpolation between them is
-# good to 0.002 of the incident light, above all where a smooth lobe meets the horizon.
+# Nodes along either axis of the shaders' look-up table. Linear interpolation is accurate to 0.002
+# of the incident light; the error is largest where a narrow lobe meets the horizon.
 TABLE_SIZE = 48
 
 _GRAZING, _SMOOTHEST = 1e-3, 1e-4
 
 
+def lambda_smith(cosine: Array, alpha: float | Array) -> Array:
+    """Smith's auxiliary function of the GGX distribution (Heitz 2014, eq. 72)."""
+    tangent2 = (1.0 - cosine**2) / cosine**2
+    return 0.5 * (np.sqrt(1.0 + alpha**2 * tangent2) - 1.0)
+
+
 def lobe_albedo(cosine: Array, alpha: Array, *, order: int = 32) -> tuple[Array, Array]:
-    """Share of a uniform light that the GGX lobe sends to a viewer: F0 times the first, plus the
-    second.
+    """Directional albedo of the GGX lobe as scale a and bias b: albedo = F0 a + b.
 
-    cosine : (k,) between normal and viewer; alpha : (k,) width of the lobe, roughness^2
-    returns : two (k,)
+    cosine : (k,) between normal and viewer
+    alpha : (k,) width of the lobe, roughness^2
+    order : quadrature nodes along either axis
+    returns : a and b, (k,) each
 
-    The integral of f cos over the hemisphere, f = F D G2 / (4 cos cos), with Schlick's Fresnel
-    split into its parts: the mean over the normals that the viewer sees of G2 / G1 (Heitz 2018,
-    eq. 19) times 1 - (1 - VoH)^5, and times (1 - VoH)^5. Normals by Heitz' map from the unit disc;
-    Gauss-Legendre along its radius, crowded at the rim that holds the lobe's long tail.
+    The integral of f cos over the hemisphere, f = F D G2 / (4 cos cos), with Schlick's Fresnel term
+    split: the mean over the visible normals of G2 / G1 (Heitz 2018, eq. 19) times
+    1 - (1 - VoH)^5 gives a, times (1 - VoH)^5 gives b. Normals by Heitz' map from the unit disc;
+    Gauss-Legendre along its radius with dense nodes at the rim, which holds the lobe's tail.
     """
     nodes, weights = np.polynomial.legendre.leggauss(order)
     rest = 0.5 * (1.0 - nodes)
@@ -56,25 +62,12 @@ def lobe_albedo(cosine: Array, alpha: Array, *, order: int = 32) -> tuple[Array,
     )
 
 
-def base_loss(cosine: Array) -> Array:
-    """Mean of (1 - VoH)^5 over a uniform sky, weighted by its cosine: of the light that Schlick's
-    Fresnel term leaves at normal incidence, the share that the base does not get.
-
-    cosine : (k,) between normal and viewer; returns : (k,)
-    """
-    count = 400
-    u = (np.arange(count) + 0.5) / count
-    sine = np.sqrt(u)[:, None]
-    x, z = sine * np.cos(2.0 * np.pi * u), np.sqrt(1.0 - sine**2)
-    VoL = np.sqrt(1.0 - cosine[:, None, None] ** 2) * x + cosine[:, None, None] * z
-    VoH = np.sqrt(np.maximum(0.5 * (1.0 + VoL), 0.0))
-    return np.mean((1.0 - VoH) ** 5, axis=(1, 2))
-
-
 @lru_cache(maxsize=1)
 def lobe_table() -> Array32:
-    """(TABLE_SIZE, TABLE_SIZE, 2) of ``lobe_albedo``: rows by roughness 0..1, columns by the square
-    root of the cosine 0..1, both in equal steps with the ends on the first and last texel.
+    """(TABLE_SIZE, TABLE_SIZE, 2) table of ``lobe_albedo``.
+
+    Rows by roughness 0..1, columns by the square root of the cosine 0..1, in equal steps with the
+    ends on the first and last texel.
     """
     steps = np.linspace(0.0, 1.0, TABLE_SIZE)
     cosine = np.maximum(steps**2, _GRAZING)

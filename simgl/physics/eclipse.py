@@ -1,4 +1,4 @@
-"""How much sunlight a point in space gets past the Earth, its air, and the Moon."""
+"""Sunlight at a point in space: eclipse by the Earth, its atmosphere, and the Moon."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ from simgl.physics.constants import MOON_RADIUS
 from simgl.physics.frames import angle_between
 from simgl.physics.solar_disc import UNIFORM, limb_profile
 
-# Above this tangent height the air takes less than 1e-5 of any band [m].
+# Above this tangent height the atmosphere absorbs less than 1e-5 of any band [m].
 HIGHEST = 120e3
 
-# Where the Sun stands so far above the horizontal [rad], the air dims its disc evenly: to 1e-4.
+# Above this elevation of the Sun [rad] the transmission is uniform over its disc to 1e-4.
 _HIGH = 0.5
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(64)
-# Along one arc of the disc, where the profile is a smooth function of the sine's angle.
+# Along one arc of the disc, where the limb profile is a smooth function of arcsin(position).
 _ACROSS_NODES, _ACROSS_WEIGHTS = np.polynomial.legendre.leggauss(16)
 
 
 def limb_angle(position: Array, direction: Array, radii: Array) -> float:
     """Angle between nadir and the ellipsoid's limb on the side of a direction [rad].
 
-    position : (3,) observer from the ellipsoid's centre, in its own axes [m], outside it
-    direction : (3,) unit; the limb is sought in the plane of nadir and this direction
+    position : (3,) observer outside the ellipsoid, from its centre in its axes [m]
+    direction : (3,) unit; gives with nadir the plane of the limb point
     radii : (3,) semi-axes [m]
 
-    A ray grazes where the discriminant of its intersection with the unit sphere vanishes, after
-    space is scaled by the semi-axes; that is a quadratic in the tangent of the angle.
+    With space scaled by the semi-axes, a ray is tangent where the discriminant of its intersection
+    with the unit sphere vanishes: a quadratic in the tangent of the angle.
     """
     nadir = -position / np.linalg.norm(position)
     side = direction - np.dot(direction, nadir) * nadir
@@ -55,10 +55,10 @@ def limb_angle(position: Array, direction: Array, radii: Array) -> float:
 
 
 def _overlap(a: float, b: float, d: float) -> float:
-    """Solid angle common to two circles on the sky of radii a, b at a distance d < a + b [sr].
+    """Solid angle common to two circles on the sky of radii a, b, centres d < a + b apart [sr].
 
-    Sectors less triangles (Tovchigrechko & Vakser 2001). The rounding of the cosines leaves 1e-8
-    of a disc as small as the Sun's, which is why the quadrature below serves where it can.
+    Sectors less triangles (Tovchigrechko & Vakser 2001). Rounding of the cosines gives an error of
+    1e-8 for a disc as small as the Sun's, so the quadrature of ``_arcs`` is used where it applies.
     """
     if d <= abs(a - b):
         return float(4.0 * np.pi * np.sin(0.5 * min(a, b)) ** 2)
@@ -73,11 +73,12 @@ def _overlap(a: float, b: float, d: float) -> float:
 def visible_disc_fraction(disc_radius: float, body_radius: float, separation: float) -> float:
     """Fraction of a small disc's solid angle that lies outside a circular body.
 
-    All three are angles on the sky [rad]: the disc's radius, the body's radius, and the distance of
-    their centres. Exact on the sphere: the disc is cut into arcs about the body's centre, each with
-    the half-width of spherical trigonometry, and integrated by Gauss-Legendre quadrature after a
-    substitution that removes the square-root ends. Where the disc reaches over the body's centre,
-    as in deep space, the overlap is taken in closed form.
+    disc_radius, body_radius, separation : angular radii and distance of the centres [rad]
+
+    Exact on the sphere: the disc is cut into arcs about the body's centre, with half-widths by
+    spherical trigonometry, and integrated by Gauss-Legendre quadrature after a substitution that
+    removes the square-root singularities at the ends. Where the disc covers the body's centre, as
+    in deep space, the overlap has a closed form.
     """
     low, high = separation - disc_radius, separation + disc_radius
     if body_radius <= low:
@@ -89,15 +90,15 @@ def visible_disc_fraction(disc_radius: float, body_radius: float, separation: fl
         return 1.0 - _overlap(disc_radius, body_radius, separation) / float(solid_angle)
 
     outside, _ = _arcs(disc_radius, separation, body_radius)
-    whole, _ = _arcs(disc_radius, separation, low)
-    return float(np.sum(outside) / np.sum(whole))
+    complete, _ = _arcs(disc_radius, separation, low)
+    return float(np.sum(outside) / np.sum(complete))
 
 
 def _arcs(disc_radius: float, separation: float, start: float) -> tuple[Array, Array]:
-    """The part of a disc outside a circle about another centre, cut into arcs about that centre.
+    """Arcs about another centre that make up the part of a disc outside a circle about that centre.
 
     start : radius of the circle [rad], between separation - disc_radius and + disc_radius
-    returns : (k,) solid angle of each arc [sr], and (k,) its distance from the centre [rad]
+    returns : (k,) solid angle of each arc [sr], and (k,) its distance from the other centre [rad]
     """
     # theta = separation - disc_radius cos(phi): arcs vanish smoothly at both ends.
     first = float(np.arccos(np.clip((separation - start) / disc_radius, -1.0, 1.0)))
@@ -114,37 +115,38 @@ def _arcs(disc_radius: float, separation: float, start: float) -> tuple[Array, A
 def visible_light_fraction(
     disc_radius: float, body_radius: float, separation: float, limb: Array
 ) -> Array:
-    """(4,) fraction of a small disc's light that comes from outside a circular body.
+    """(4,) fraction of a small disc's light that a circular body does not occult.
 
-    disc_radius, body_radius, separation : as for ``visible_disc_fraction``
-    limb : (2, 4) darkening of the disc towards its limb; uniform is the other function's result
+    disc_radius, body_radius, separation : as for ``visible_disc_fraction`` [rad]
+    limb : (2, 4) limb darkening of the disc
 
-    The disc is cut into rings about its own centre, each with the angle that the body hides of it
-    by the half-angle formula of spherical trigonometry.
+    The disc is cut into rings about its centre; the occulted angle of each ring follows from the
+    half-angle formula of spherical trigonometry.
     """
     if not limb.any():
         return np.full(4, visible_disc_fraction(disc_radius, body_radius, separation))
-    # A ring is hidden in part between these two radii.
+    # Rings between these two radii are partly occulted.
     first = min(abs(separation - body_radius), disc_radius)
     last = min(separation + body_radius, disc_radius)
-    hidden, whole = np.zeros(4), np.zeros(4)
+    hidden, complete = np.zeros(4), np.zeros(4)
     for low, high in ((0.0, first), (first, last), (last, disc_radius)):
-        # r = R sin t takes out the root of the profile at the limb, the cosine those of the angle.
+        # r = R sin t removes the square root of the profile at the limb, the cosine spacing of t
+        # those of the occulted angle.
         start, end = np.arcsin(low / disc_radius), np.arcsin(high / disc_radius)
         turn = 0.5 * np.pi * (_NODES + 1.0)
         t = start + 0.5 * (end - start) * (1.0 - np.cos(turn))
         r = disc_radius * np.sin(t)
         step = 0.25 * np.pi * (end - start) * np.sin(turn) * _WEIGHTS * disc_radius * np.cos(t)
         light = (np.sin(r) * step)[:, None] * limb_profile(np.cos(t), limb)
-        whole += np.sum(light, axis=0)
+        complete += np.sum(light, axis=0)
         hidden += _hidden_share(r, body_radius, separation) @ light
-    return np.clip(1.0 - hidden / whole, 0.0, 1.0)
+    return np.clip(1.0 - hidden / complete, 0.0, 1.0)
 
 
 def _hidden_share(r: Array, body_radius: float, separation: float) -> Array:
-    """(k,) share of circles of radii (k,) that a circular body hides, its centre off theirs."""
+    """(k,) occulted fraction of circles of radii (k,) about a centre off the body's [rad]."""
     half = 0.5 * (r + body_radius + separation)
-    # Negative where no triangle closes: the circle lies wholly inside the body or outside it.
+    # Negative where no triangle closes: the circle lies entirely inside the body or outside it.
     inside = np.sin(half - r) * np.sin(half - separation)
     outside = np.sin(half) * np.sin(half - body_radius)
     roots = np.sqrt(np.maximum([inside, outside], 0.0))
@@ -152,7 +154,7 @@ def _hidden_share(r: Array, body_radius: float, separation: float) -> Array:
 
 
 def _arc_profile(disc_radius: float, separation: float, theta: Array, limb: Array) -> Array:
-    """(k, 4) mean of a disc's profile along the arcs that ``_arcs`` cuts, at distances (k,)."""
+    """(k, 4) mean of a disc's limb profile along the arcs of ``_arcs`` at distances (k,) [rad]."""
     # With haversines, mu^2 = 1 - hav(r) / hav(disc_radius), and along an arc of half-width w
     # hav(r) = hav(theta - separation) + sin(theta) sin(separation) hav(angle).
     stretch = np.sin(theta) * np.sin(separation) / np.sin(0.5 * disc_radius) ** 2
@@ -166,20 +168,6 @@ def _arc_profile(disc_radius: float, separation: float, theta: Array, limb: Arra
     return np.einsum("j,kjb->kb", weight, profile)
 
 
-def sunlit_fraction(
-    position: Array, sun_direction: Array, sun_angular_radius: float, radii: Array
-) -> float:
-    """Fraction of the Sun's disc visible past an ellipsoid without atmosphere.
-
-    position : (3,) from the ellipsoid's centre, in its axes [m]; outside it
-    sun_direction : (3,) unit, in the same axes
-    sun_angular_radius : [rad]
-    radii : (3,) semi-axes [m]
-    """
-    share = sunlit_shares(position, sun_direction, sun_angular_radius, radii, UNIFORM)
-    return float(share[0])
-
-
 def sunlit_shares(
     position: Array,
     sun_direction: Array,
@@ -187,9 +175,13 @@ def sunlit_shares(
     radii: Array,
     limb: Array,
 ) -> Array:
-    """(4,) share of the Sun's light in each band that passes an ellipsoid without atmosphere.
+    """(4,) fraction of the Sun's light in each band that passes an ellipsoid without atmosphere.
 
-    Arguments as for ``sunlit_fraction``; limb : (2, 4) darkening of the Sun's disc.
+    position : (3,) from the ellipsoid's centre, in its axes [m]; outside it
+    sun_direction : (3,) unit, in the same axes
+    sun_angular_radius : [rad]
+    radii : (3,) semi-axes [m]
+    limb : (2, 4) limb darkening of the Sun's disc
     """
     separation = angle_between(-position, sun_direction)
     if separation - sun_angular_radius > 0.5 * np.pi:
@@ -206,14 +198,14 @@ def sunlit_transmission(
     air: Atmosphere,
     limb: Array = UNIFORM,
 ) -> Array:
-    """(4,) share of the Sun's light in each band that reaches a point past the Earth and its air.
+    """(4,) fraction of the Sun's light in each band that passes the Earth and its atmosphere.
 
-    The disc's mean of the transmission along each grazing ray, zero where the ray meets the ground.
-    Arguments as for ``sunlit_shares``; the point may lie inside the air.
+    Mean over the Sun's disc of the transmission along grazing rays, 0 for rays that hit the ground.
+    Arguments as for ``sunlit_shares``; the point may lie inside the atmosphere.
     """
     separation = angle_between(-position, sun_direction)
     distance = float(np.linalg.norm(position))
-    # Heights at a place are taken above the sphere through the ellipsoid's point below it.
+    # Heights are measured from the sphere through the ellipsoid's point below.
     below = distance / float(np.linalg.norm(position / radii))
     inside = distance - below < AIR_TOP
     if inside and separation > 0.5 * np.pi + _HIGH:
@@ -223,23 +215,23 @@ def sunlit_transmission(
         return np.ones(4)
     edge = limb_angle(position, sun_direction, radii)
     low, high = separation - sun_angular_radius, separation + sun_angular_radius
-    # The sphere that has the ellipsoid's limb on this side.
+    # Radius of the sphere with the same limb angle.
     radius = distance * float(np.sin(edge))
     if high <= edge:
         return np.zeros(4)
     if not inside and low >= edge and distance * np.sin(low) - radius > HIGHEST:
         return np.ones(4)
     outside, theta = _arcs(sun_angular_radius, separation, max(edge, low))
-    whole, everywhere = _arcs(sun_angular_radius, separation, low)
+    complete, complete_theta = _arcs(sun_angular_radius, separation, low)
     if inside:
         depth = optical_depth_to_space(air, radius, distance - radius, -np.cos(theta))
     else:
         depth = grazing_optical_depth(air, radius, distance * np.sin(theta) - radius)
     if not limb.any():
-        return outside @ np.exp(-depth) / np.sum(whole)
+        return outside @ np.exp(-depth) / np.sum(complete)
     seen = _arc_profile(sun_angular_radius, separation, theta, limb)
-    total = _arc_profile(sun_angular_radius, separation, everywhere, limb)
-    return outside @ (seen * np.exp(-depth)) / (whole @ total)
+    total = _arc_profile(sun_angular_radius, separation, complete_theta, limb)
+    return outside @ (seen * np.exp(-depth)) / (complete @ total)
 
 
 def past_the_moon(
@@ -249,9 +241,12 @@ def past_the_moon(
     sun_angular_radius: float,
     limb: Array = UNIFORM,
 ) -> Array:
-    """(4,) share of the Sun's light that a point (3,) gets past the Moon's centre at (3,) [m].
+    """(4,) fraction of the Sun's light in each band that passes the Moon.
 
-    limb : (2, 4) darkening of the Sun's disc
+    point, moon : (3,) positions in one frame [m]
+    sun_direction : (3,) unit, towards the Sun from the point
+    sun_angular_radius : [rad]
+    limb : (2, 4) limb darkening of the Sun's disc
     """
     offset = moon - point
     distance = float(np.linalg.norm(offset))

@@ -1,8 +1,8 @@
 """Time scales, Sun, Moon and the Earth's rotation, from the SOFA routines in pyerfa.
 
 Time inside simgl is an integer count of TAI nanoseconds since 1970-01-01T00:00:00 TAI (the scale of
-POSIX CLOCK_TAI). Earth-orientation parameters are left at zero, which displaces the ground by at
-most about 30 m. After the last leap second known to pyerfa, TAI - UTC stays at its last value.
+POSIX CLOCK_TAI). Earth-orientation parameters (polar motion, UT1 - UTC) are zero, which displaces
+the ground by up to about 30 m. After the last leap second known to pyerfa, TAI - UTC is constant.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _ISO = re.compile(r"(\d{4})-(\d{2})-(\d{2})(?:[T ](\d{2}):(\d{2})(?::(\d{2})(?:\
 
 @contextmanager
 def _future_leap_seconds_accepted() -> Iterator[None]:
-    """SOFA calls years beyond its leap-second table dubious; that is stated above, not an error."""
+    """No warning of SOFA's for years beyond its leap-second table; the module says what holds."""
     with warnings.catch_warnings():
         warnings.filterwarnings("error", category=erfa.ErfaWarning)
         warnings.filterwarnings("ignore", message=".*dubious year.*")
@@ -38,7 +38,7 @@ def _future_leap_seconds_accepted() -> Iterator[None]:
 def tai_ns_from_utc(utc: str) -> int:
     """TAI nanoseconds of an ISO 8601 UTC text such as ``2026-03-20T12:00:00.5``.
 
-    Raises ValueError for a text that is no date, or a year outside 1972 to 2099.
+    Raises ValueError for text that is not a date, or a year outside 1972 to 2099.
     """
     match = _ISO.fullmatch(utc.strip())
     got = f"got {json.dumps(utc, ensure_ascii=False)}"
@@ -65,10 +65,10 @@ def tai_ns_from_utc(utc: str) -> int:
 
 
 def utc_from_tai_ns(tai_ns: int) -> str:
-    """ISO 8601 UTC text, to the nanosecond where it needs it."""
-    whole, nanosecond = divmod(tai_ns, 1_000_000_000)
+    """ISO 8601 UTC text of TAI nanoseconds, with as many decimals as it needs."""
+    tai_s, nanosecond = divmod(tai_ns, 1_000_000_000)
     with _future_leap_seconds_accepted():
-        utc = erfa.taiutc(_JD_1970 + whole // 86400, (whole % 86400) / 86400.0)
+        utc = erfa.taiutc(_JD_1970 + tai_s // 86400, (tai_s % 86400) / 86400.0)
         year, month, day, fields = erfa.d2dtf("UTC", 0, *utc)
     hour, minute, second = (int(fields[name]) for name in ("h", "m", "s"))
     fraction = f".{nanosecond:09d}".rstrip("0") if nanosecond else ""
@@ -83,7 +83,7 @@ def julian_date_tt(tai_ns: int) -> tuple[float, float]:
 
 
 def utc_julian_date(tai_ns: int) -> tuple[float, float]:
-    """UTC as a two-part Julian date in the form of SOFA, whose days follow leap seconds."""
+    """UTC as SOFA's two-part quasi-Julian date, whose days contain leap seconds."""
     days, rest = divmod(tai_ns, NANOSECONDS_PER_DAY)
     with _future_leap_seconds_accepted():
         utc: tuple[float, float] = erfa.taiutc(_JD_1970 + days, rest / NANOSECONDS_PER_DAY)
@@ -91,7 +91,10 @@ def utc_julian_date(tai_ns: int) -> tuple[float, float]:
 
 
 def sun_position(tai_ns: int) -> Array:
-    """(3,) geometric position of the Sun's centre in GCRF [m]; within 0.01 arcsec of DE421."""
+    """(3,) geometric position of the Sun's centre in GCRF [m]; within 0.01 arcsec of DE421.
+
+    From SOFA's epv00.
+    """
     heliocentric, _ = erfa.epv00(*julian_date_tt(tai_ns))
     return -heliocentric["p"] * ASTRONOMICAL_UNIT
 
@@ -102,7 +105,7 @@ def moon_position(tai_ns: int) -> Array:
 
 
 def itrf_from_icrf(tai_ns: int) -> Array:
-    """R_itrf_from_icrf by the IAU 2006/2000A precession-nutation, UT1 taken as UTC."""
+    """R_itrf_from_icrf by the IAU 2006/2000A precession-nutation, with UT1 = UTC."""
     tt = julian_date_tt(tai_ns)
     with _future_leap_seconds_accepted():
         ut1 = erfa.utcut1(*utc_julian_date(tai_ns), 0.0)

@@ -1,4 +1,4 @@
-"""Rotations and poses; every quaternion formula of simgl is here.
+"""Rotations and poses; all quaternion formulas of simgl.
 
 Conventions: column vectors, ``v_a = R_a_from_b @ v_b``, so adjacent names cancel. Quaternions are
 Hamilton, scalar last; ``q_a_from_b_xyzw`` turns components in b into components in a. Camera axes:
@@ -17,16 +17,16 @@ from scipy.spatial.transform import Rotation
 
 from simgl.arrays import Array
 
-# A quaternion typed with four decimals is off by at most 1e-4; anything worse is a mistake.
+# Rounding to four decimals changes the norm by at most 1e-4; a larger error is a mistake.
 QUATERNION_NORM_TOLERANCE = 1e-4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Pose:
-    """Where a body is and how it is turned.
+    """Position, velocity and attitude of a body.
 
-    position : (3,) origin of the body frame in Earth-centred ICRF axes [m]
-    velocity : (3,) [m s-1]
+    position : (3,) origin of the body frame in GCRF [m]
+    velocity : (3,) in GCRF [m s-1]
     R_icrf_from_body : (3, 3) rotation
     """
 
@@ -36,7 +36,7 @@ class Pose:
 
 
 def unit(vector: ArrayLike) -> Array:
-    """The vector scaled to length one; a zero or non-finite vector is a ValueError."""
+    """The vector scaled to unit length; ValueError for a zero or non-finite vector."""
     v = np.asarray(vector, dtype=np.float64)
     norm = math.sqrt(v.dot(v))
     if not math.isfinite(norm) or norm == 0.0:
@@ -45,21 +45,21 @@ def unit(vector: ArrayLike) -> Array:
 
 
 def cross(a: Array, b: Array) -> Array:
-    """The product of two vectors (3,), in plain numbers: numpy's takes ten times as long."""
+    """Cross product of two vectors (3,); ten times as fast as numpy's for single vectors."""
     (ax, ay, az), (bx, by, bz) = a.tolist(), b.tolist()
     return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
 
 
 def angle_between(a: Array, b: Array) -> float:
-    """Angle between two vectors (3,) of any lengths [rad], good for small ones, too."""
+    """Angle between two vectors (3,) of any length [rad]; accurate for small angles."""
     across = cross(a, b)
     return math.atan2(math.sqrt(across.dot(across)), a.dot(b))
 
 
 def matrix_from_quaternion(q_a_from_b_xyzw: ArrayLike) -> Array:
-    """R_a_from_b of a unit quaternion; the ValueError says how far off a non-unit one is.
+    """R_a_from_b of a unit quaternion; ValueError for other quaternions.
 
-    In plain numbers: a general routine takes five times as long, and every picture needs a few.
+    Python floats: every frame needs a few, and scipy's Rotation takes five times as long.
     """
     q = np.asarray(q_a_from_b_xyzw, dtype=np.float64)
     if q.shape != (4,) or not all(map(math.isfinite, q.tolist())):
@@ -86,8 +86,8 @@ def matrix_from_quaternion(q_a_from_b_xyzw: ArrayLike) -> Array:
 def quaternion_from_matrix(R_a_from_b: Array) -> Array:
     """q_a_from_b_xyzw of a rotation matrix, with w >= 0.
 
-    From the largest of its four squares (Shepperd, J. Guidance and Control 1, 223, 1978), in plain
-    numbers: a general routine takes thirty times as long, and every picture needs a few.
+    From the largest of its four squares (Shepperd, J. Guidance and Control 1, 223, 1978). Python
+    floats: every frame needs a few, and scipy's Rotation takes thirty times as long.
     """
     (a, b, c), (d, e, f), (g, h, i) = np.asarray(R_a_from_b, dtype=np.float64).tolist()
     trace = a + e + i
@@ -105,22 +105,22 @@ def quaternion_from_matrix(R_a_from_b: Array) -> Array:
 
 
 def lvlh_from_icrf(position: Array, velocity: Array) -> Array:
-    """R_lvlh_from_icrf of an orbit state, position [m] and velocity [m s-1] in ICRF."""
+    """R_lvlh_from_icrf of an orbit state: position [m] and velocity [m s-1], (3,) in GCRF."""
     z = -unit(position)
     y = -unit(cross(position, velocity))
     return np.array([cross(y, z), y, z])
 
 
 def lvlh_angular_velocity(position: Array, velocity: Array) -> Array:
-    """(3,) rate of the LVLH frame against ICRF, in ICRF axes [rad s-1]."""
+    """(3,) angular velocity of the LVLH frame relative to ICRF, in ICRF axes [rad s-1]."""
     return cross(position, velocity) / np.dot(position, position)
 
 
 def camera_from_directions(boresight: ArrayLike, up: ArrayLike) -> Array:
-    """R_camera_from_x for a camera that looks along ``boresight`` with ``up`` towards its top.
+    """R_camera_from_x for a camera that looks along ``boresight``, ``up`` towards the image's top.
 
-    Both are given in frame x. ``up`` need not be perpendicular; where it is parallel to the
-    boresight the axis of x least aligned with it serves instead.
+    Both are given in frame x. ``up`` need not be perpendicular to the boresight; if it is parallel,
+    the axis of x that is least aligned with the boresight replaces it.
     """
     z = unit(boresight)
     hint = unit(up)
@@ -140,7 +140,7 @@ def rotation_between(source: ArrayLike, target: ArrayLike) -> Array:
         if cosine > 0.0:
             return np.eye(3)
         axis = cross(a, np.eye(3)[int(np.argmin(np.abs(a)))])
-    # Of nearly opposite vectors the cross product is rounding; only what is square to a turns
-    # a into b.
+    # For nearly opposite vectors the cross product is mostly rounding error; only its component
+    # perpendicular to a is a valid axis.
     axis = axis - np.dot(axis, a) * a
     return Rotation.from_rotvec(unit(axis) * np.arctan2(sine, cosine)).as_matrix()

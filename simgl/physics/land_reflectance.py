@@ -1,10 +1,9 @@
-"""Reflectance of land from a picture of it.
+"""Reflectance of land from an image of it.
 
-A picture such as NASA's Blue Marble holds display values. Linear light (inverse sRGB) times 0.6
-puts the Sahara near 0.45, 0.29, 0.16 in red, green, blue, as surface-reflectance products of MODIS
-have it; snow, which the pictures hold back, gets up to 0.85, and the darkest land a floor of some
-0.02, below which no forest goes. The near infrared is not in a picture and is guessed from its
-colours.
+An image such as NASA's Blue Marble holds display values. Linear light (inverse sRGB) times 0.6
+gives the Sahara 0.45, 0.29, 0.16 in R, G, B, as MODIS surface-reflectance products do. Snow, which
+such images darken, is scaled to up to 0.85. The darkest land gets a floor of about 0.02, the lowest
+reflectance of forest. The near infrared is estimated from the colours.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ def linear_from_srgb(code: Image8) -> Array32:
 def reflectance_from_display(code: Image8) -> Array32:
     """(..., 3) reflectance in red, green, blue of 8-bit sRGB values."""
     linear = linear_from_srgb(code)
-    # Only snow and salt are bright in blue.
+    # Only snow and salt have a high reflectance in blue.
     t = np.clip((linear[..., 2:] - 0.35) / 0.4, 0.0, 1.0)
     bright = BRIGHTNESS + (SNOW - BRIGHTNESS) * t * t * (3.0 - 2.0 * t)
     return np.asarray(
@@ -37,13 +36,13 @@ def reflectance_from_display(code: Image8) -> Array32:
 
 
 def near_infrared(rgb: Array32) -> Array32:
-    """(...,) reflectance 700-1000 nm guessed from (..., 3) red, green, blue of land.
+    """(...,) reflectance of land at 700-1000 nm, estimated from its (..., 3) R, G, B.
 
-    Soil and sand are a little brighter than in red, snow a little darker; leaves, which are greener
-    than red and dark, reach 0.25 to 0.4.
+    Soil and sand are slightly brighter than in red, snow slightly darker. Vegetation, which is dark
+    and greener than red, gets 0.25 to 0.4.
     """
     red, green, blue = np.moveaxis(rgb, -1, 0)
-    # Without the floor, which is grey.
+    # The floor is grey and says nothing of vegetation.
     excess = np.maximum((green - FLOOR[1]) - 0.85 * (red - FLOOR[0]), 0.0)
     greenness = 1.0 - np.exp(-8.0 * excess / (green + red))
     dimness = np.clip(1.0 - red / 0.35, 0.0, 1.0)

@@ -1,13 +1,11 @@
-"""The Moon: how it is turned, and its surface as a law of reflection.
+"""The Moon: rotation, and a reflectance model fitted to the light of the full disc.
 
-The law is fitted to the light of the whole disc.
-
-Radiance at cosine of incidence mu0 and of emergence mu, under the Sun's band irradiance E:
+Radiance at cosines of incidence mu0 and emergence mu under the Sun's band irradiance E:
 
     L = E 2 p / pi  f(alpha)  mu0 / (mu0 + mu)
 
-The disc function is Lommel and Seeliger's, which gives the full Moon its flat disc; f makes the sum
-over the disc follow the measured phase curve; p is the geometric albedo.
+The disc function is Lommel-Seeliger, under which the full Moon is uniformly bright. f makes the
+integral over the disc follow the measured phase curve; p is the geometric albedo.
 """
 
 from __future__ import annotations
@@ -22,28 +20,27 @@ from simgl.physics.ephemeris import julian_date_tt
 # V: the full Moon's -12.74 at 384,400 km (Allen's Astrophysical Quantities, 4th ed., section 12)
 # against the Sun's -26.76 at 1 au (Willmer 2018, ApJS 236, 47) over a disc of 1737.4 km.
 _ALBEDO_V = 10.0 ** (-0.4 * (26.76 - 12.74)) * (384_400.0 / 1737.4) ** 2
-# Other bands over V: the disc's reflectance at a phase of 45 deg by the lunar irradiance model of
-# Kieffer & Stone (2005, AJ 129, 2887), table 4, linear between its wavelengths, weighed by sunlight
-# over the bands. It reddens with phase: at 10 deg 1.20, 1, 0.83, 1.35, at 110 deg 1.25, 1, 0.78,
-# 1.50.
+# Bands relative to V: disc reflectance at 45 deg phase by the lunar irradiance model of Kieffer &
+# Stone (2005, AJ 129, 2887), table 4, linear between its wavelengths, weighted by sunlight over the
+# bands. It reddens with phase: 1.20, 1, 0.83, 1.35 at 10 deg; 1.25, 1, 0.78, 1.50 at 110 deg.
 GEOMETRIC_ALBEDO = _ALBEDO_V * np.array([1.23, 1.0, 0.80, 1.44])
 
-# The measured curve reaches to crescents of two days; f is held from here on [rad].
+# The measured phase curve ends near crescents of two days; f is constant from here on [rad].
 _LAST_PHASE = np.radians(150.0)
 
 
 def disc_brightness(phase: float) -> float:
-    """Light of the disc at a phase angle [rad] over that of the full Moon: Allen (1976).
+    """Light of the disc at a phase angle [rad], relative to the full Moon (Allen 1976).
 
-    Without the opposition surge: a smooth law through 0. From 7 to 130 deg the module's disc has
-    0.95 to 1.14 times the light of Kieffer & Stone's (2005) in every band, at 2 deg 0.89 in V.
+    A smooth curve without the opposition surge. From 7 to 130 deg the modelled disc has 0.95 to
+    1.14 times the light of Kieffer & Stone (2005) in every band, at 2 deg 0.89 in V.
     """
     degrees = np.degrees(abs(phase))
     return float(10.0 ** (-0.4 * (0.026 * degrees + 4e-9 * degrees**4)))
 
 
 def _lommel_seeliger_disc(phase: float) -> float:
-    """The same of a sphere that follows mu0 / (mu0 + mu) alone."""
+    """The same for a sphere that reflects as mu0 / (mu0 + mu)."""
     half = 0.5 * abs(phase)
     if half < 1e-6:
         return 1.0
@@ -51,17 +48,17 @@ def _lommel_seeliger_disc(phase: float) -> float:
 
 
 def surface_factor(phase: float) -> float:
-    """f of the module's law at a phase angle [rad]."""
+    """Factor f of the reflectance model at a phase angle [rad]."""
     held = min(abs(phase), _LAST_PHASE)
     return disc_brightness(held) / _lommel_seeliger_disc(held)
 
 
 def moonlight(sunlight: Array, distance: float, phase: float) -> Array:
-    """(4,) irradiance by the whole disc [W m-2].
+    """(4,) irradiance by the full disc [W m-2].
 
     sunlight : (4,) irradiance at the Moon [W m-2]
-    distance : from its centre [m]
-    phase : angle between Sun and observer, from the Moon [rad]
+    distance : from the Moon's centre [m]
+    phase : angle between Sun and observer, seen from the Moon [rad]
     """
     disc = surface_factor(phase) * _lommel_seeliger_disc(phase)
     return sunlight * GEOMETRIC_ALBEDO * (disc * (MOON_RADIUS / distance) ** 2)

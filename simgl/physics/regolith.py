@@ -1,14 +1,14 @@
-"""Ground of loose grains: Hapke's law of how it sends light back.
+"""Hapke's reflectance model of regolith.
 
-Bidirectional reflectance r, radiance over the irradiance on a plane that faces the Sun [sr-1], at
-cosines mu0 of incidence and mu of emergence and phase angle g (Hapke 1993, Theory of Reflectance
-and Emittance Spectroscopy, chapters 8 and 12):
+Bidirectional reflectance r [sr-1], the radiance per irradiance of a plane that faces the Sun, at
+cosines of incidence mu0 and emergence mu and phase angle g (Hapke 1993, Theory of Reflectance and
+Emittance Spectroscopy, chapters 8 and 12):
 
     r = w / (4 pi)  mu0e / (mu0e + mue)  (p(g) (1 + B(g)) + H(mu0e) H(mue) - 1)  S
 
-with p a pair of Henyey and Greenstein's lobes, B the surge at opposition, H Chandrasekhar's
-function in Hapke's approximation, and the cosines and S those of facets whose slopes have a mean
-angle. ``shaders/planet/regolith.glsl`` repeats this.
+with p a double Henyey-Greenstein phase function, B the opposition surge, H Chandrasekhar's function
+in Hapke's approximation, mu0e, mue and S the effective cosines and the shadowing function of a
+rough surface. ``shaders/planet/regolith.glsl`` has the same formulas.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from numpy.typing import ArrayLike
 
 from simgl.arrays import Array
 
-# Rings of the disc in its geometric albedo, by Gauss's rule.
+# Quadrature nodes over the disc for the geometric albedo.
 _RINGS = 64
-# Sines below this have no azimuth.
+# Below this sine the azimuth is undefined.
 _NO_SINE = 1e-5
 
 
@@ -32,8 +32,8 @@ class Regolith:
     """Hapke's parameters.
 
     single_scattering : albedo w of a grain
-    lobe, backward : width b of the lobes, and share c of the one towards the Sun
-    surge, surge_width : B0 and h of the surge at opposition
+    lobe, backward : asymmetry b of the lobes, and fraction c of the backward one
+    surge, surge_width : amplitude B0 and width h of the opposition surge
     roughness : mean slope angle [rad]
     """
 
@@ -45,8 +45,8 @@ class Regolith:
     roughness: float
 
 
-# The mean over the planet from orbit, the air's share taken off (Vincendon 2013, Planetary and
-# Space Science 76, 87, and its abstract: omega, b, c, B0, h, theta).
+# Planetary mean from orbit, corrected for the atmosphere (Vincendon 2013, Planetary and Space
+# Science 76, 87, abstract: omega, b, c, B0, h, theta).
 MARS = Regolith(
     single_scattering=0.85,
     lobe=0.12,
@@ -58,7 +58,7 @@ MARS = Regolith(
 
 
 def reflectance(ground: Regolith, mu0: ArrayLike, mu: ArrayLike, cos_phase: ArrayLike) -> Array:
-    """r [sr-1] at cosines of incidence, emergence and phase; 0 where the Sun is down."""
+    """r [sr-1] at cosines of incidence, emergence and phase angle; 0 below either horizon."""
     i, e, g = np.broadcast_arrays(*(np.asarray(a, dtype=np.float64) for a in (mu0, mu, cos_phase)))
     up = (i > 0.0) & (e > 0.0)
     i, e = np.where(up, i, 0.5), np.where(up, e, 0.5)
@@ -80,15 +80,15 @@ def reflectance(ground: Regolith, mu0: ArrayLike, mu: ArrayLike, cos_phase: Arra
 
 @lru_cache(maxsize=16)
 def geometric_albedo(ground: Regolith) -> float:
-    """Light of a sphere at opposition over that of a white Lambertian disc of its size."""
+    """Light of a sphere at opposition relative to a white Lambertian disc of the same size."""
     nodes, weights = np.polynomial.legendre.leggauss(_RINGS)
     mu = 0.5 * (nodes + 1.0)
-    # The disc's area between cosines: 2 mu dmu.
+    # Fraction of the disc's area between mu and mu + dmu: 2 mu dmu.
     return float(np.sum(weights * mu * np.pi * reflectance(ground, mu, mu, 1.0)))
 
 
 def face_on(ground: Regolith) -> float:
-    """Reflectance factor in the middle of the full disc, the brightest there is."""
+    """Reflectance factor at the centre of the full disc, the largest of all."""
     return float(np.pi * reflectance(ground, 1.0, 1.0, 1.0))
 
 
@@ -103,7 +103,7 @@ def _lobes(ground: Regolith, cos_phase: Array) -> Array:
 def _facets(
     ground: Regolith, i: Array, e: Array, sin_i: Array, sin_e: Array, cos_psi: Array
 ) -> tuple[Array, Array, Array]:
-    """Effective cosines and the shadowing function S."""
+    """Effective cosines mu0e and mue, and the shadowing function S."""
     tan = np.tan(ground.roughness)
     chi = 1.0 / np.sqrt(1.0 + np.pi * tan**2)
 
@@ -111,23 +111,23 @@ def _facets(
         cot = cos / np.maximum(sin, _NO_SINE) / tan
         return np.exp(-2.0 / np.pi * cot), np.exp(-(cot**2) / np.pi)
 
-    def alone(cos: Array, sin: Array, e1: Array, e2: Array) -> Array:
+    def one_direction(cos: Array, sin: Array, e1: Array, e2: Array) -> Array:
         return chi * (cos + sin * tan * e2 / (2.0 - e1))
 
     i1, i2 = falls(i, sin_i)
     e1, e2 = falls(e, sin_e)
     half = 0.5 * (1.0 - cos_psi)
     psi = np.arctan2(np.sqrt(np.maximum(1.0 - cos_psi**2, 0.0)), cos_psi) / np.pi
-    # The slanter of the two directions decides which facets hide which.
+    # The direction of larger zenith angle decides which facets shadow or hide others.
     slant_sun = i < e
     a1, a2 = np.where(slant_sun, i1, e1), np.where(slant_sun, i2, e2)
     b1, b2 = np.where(slant_sun, e1, i1), np.where(slant_sun, e2, i2)
     below = 2.0 - a1 - psi * b1
-    slanter = tan * (a2 - half * b2) / below
+    larger_angle = tan * (a2 - half * b2) / below
     other = tan * (cos_psi * a2 + half * b2) / below
-    mu0e = chi * (i + sin_i * np.where(slant_sun, slanter, other))
-    mue = chi * (e + sin_e * np.where(slant_sun, other, slanter))
-    eta_i, eta_e = alone(i, sin_i, i1, i2), alone(e, sin_e, e1, e2)
+    mu0e = chi * (i + sin_i * np.where(slant_sun, larger_angle, other))
+    mue = chi * (e + sin_e * np.where(slant_sun, other, larger_angle))
+    eta_i, eta_e = one_direction(i, sin_i, i1, i2), one_direction(e, sin_e, e1, e2)
     hidden = np.exp(-2.0 * np.sqrt(half / np.maximum(1.0 - half, 1e-12)))
     steeper = np.where(slant_sun, e / eta_e, i / eta_i)
     shade = mue / eta_e * (i / eta_i) * chi / (1.0 - hidden + hidden * chi * steeper)

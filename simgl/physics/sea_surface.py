@@ -1,4 +1,4 @@
-"""The sea's roughness by wind, its foam, and the light that comes out of the water."""
+"""Sea surface: roughness by wind, Fresnel reflection of the sky, foam, water-leaving light."""
 
 from __future__ import annotations
 
@@ -8,21 +8,21 @@ import numpy as np
 
 from simgl.arrays import Array
 
-# Reflectance of clear ocean water without its surface, R, G, B, N: pi times the remote-sensing
-# reflectance at a chlorophyll concentration of 0.1 mg m-3 (Morel and Maritorena 2001, their figures
-# for 412 to 670 nm, averaged over the bands); water is black beyond 700 nm.
+# Reflectance of clear ocean water without surface reflection, R, G, B, N: pi times the
+# remote-sensing reflectance at a chlorophyll concentration of 0.1 mg m-3 (Morel and Maritorena
+# 2001, values for 412 to 670 nm averaged over the bands); water is black beyond 700 nm.
 CLEAR_WATER = np.array([0.0008, 0.0065, 0.022, 0.0])
 WATER_INDEX = 1.34
-# Of flat water straight down, the foot of Schlick's form of Fresnel's law.
+# Reflectance of flat water at normal incidence, F0 of Schlick's approximation.
 SCHLICK = 0.021
-# Of foam, in the visible (Koepke 1984); half of it in the near infrared.
+# Reflectance of foam: visible (Koepke 1984), and half of that in the near infrared.
 FOAM = np.array([0.22, 0.22, 0.22, 0.11])
 
 
 def wave_slope_variance(wind: float) -> float:
-    """Mean square slope of the sea, both components together (Cox and Munk 1954).
+    """Mean square slope of the sea, sum of both components (Cox and Munk 1954).
 
-    wind : 12.5 m above the sea [m s-1]
+    wind : speed 12.5 m above the sea [m s-1]
     """
     return 0.003 + 0.00512 * wind
 
@@ -36,14 +36,15 @@ def fresnel(cosine: Array) -> Array:
 
 
 def mirrored(variance: float, cosine: float) -> tuple[float, float, float]:
-    """What waves mirror of the sky: the share of an even sky, and where that comes from.
+    """Reflection of the sky by waves: reflectance for a uniform sky, and elevation of what is seen.
 
-    variance : mean square slope; cosine : of the view from the vertical
-    returns : reflectance; mean and standard deviation of the sine of the height over the horizon of
-        what is mirrored
+    variance : mean square slope
+    cosine : of the view's zenith angle
+    returns : reflectance; mean and standard deviation of the sine of the reflected elevation
 
-    Slopes are normally distributed; each counts as it is seen (Cox and Munk 1954). Waves before it
-    hide all of them alike, and what is sent below the horizon comes from there.
+    Slopes are normally distributed and weighted by their visible area (Cox and Munk 1954). All
+    slopes are assumed equally hidden by other waves; rays reflected below the horizon count as
+    coming from the horizon.
     """
     slopes = np.linspace(-4.5, 4.5, 181) * np.sqrt(0.5 * variance)
     x, y = np.meshgrid(slopes, slopes, indexing="ij")
@@ -60,26 +61,31 @@ def mirrored(variance: float, cosine: float) -> tuple[float, float, float]:
 
 @lru_cache(maxsize=8)
 def mirror_laws(variance: float) -> Array:
-    """(3, 4) coefficients of cubics in the view's cosine: what Schlick's form takes as the cosine
-    to give the reflectance of ``mirrored``, and the two heights there."""
+    """(3, 4) coefficients of cubics in the view's cosine that fit ``mirrored``.
+
+    The first is the cosine with which Schlick's approximation gives the reflectance; the others are
+    mean and standard deviation of the reflected elevation's sine.
+
+    variance : mean square slope
+    """
     angles = np.concatenate([np.arange(0.5, 30.0, 2.5), np.arange(30.0, 90.0, 5.0)])
     cosines = np.sin(np.radians(angles))
-    found = np.array([mirrored(variance, c) for c in cosines])
-    share = np.maximum((found[:, 0] - SCHLICK) / (1.0 - SCHLICK), 0.0)
-    # An error counts as it shows: by what it changes of the reflectance, in parts.
-    weight = np.maximum(share, 1e-4) ** 0.8 / found[:, 0]
+    mirror = np.array([mirrored(variance, c) for c in cosines])
+    share = np.maximum((mirror[:, 0] - SCHLICK) / (1.0 - SCHLICK), 0.0)
+    # Weighted by the relative change of the reflectance.
+    weight = np.maximum(share, 1e-4) ** 0.8 / mirror[:, 0]
     powers = np.vander(cosines, 4, increasing=True)
     laws = [np.linalg.lstsq(powers * weight[:, None], (1.0 - share**0.2) * weight, rcond=None)[0]]
-    laws += [np.linalg.lstsq(powers, heights, rcond=None)[0] for heights in found.T[1:]]
+    laws += [np.linalg.lstsq(powers, heights, rcond=None)[0] for heights in mirror.T[1:]]
     return np.array(laws)
 
 
 def foam_cover(wind: float) -> float:
-    """Share of the sea under foam (Monahan and O'Muircheartaigh 1980); wind [m s-1]."""
+    """Fraction of the sea under foam (Monahan and O'Muircheartaigh 1980); wind [m s-1]."""
     return float(min(2.95e-6 * wind**3.52, 1.0))
 
 
 def water_body(wind: float) -> Array:
-    """(4,) reflectance of water and foam, the mirror of the surface left out."""
+    """(4,) diffuse reflectance of water and foam, without Fresnel reflection; wind [m s-1]."""
     foam = foam_cover(wind)
     return (1.0 - foam) * CLEAR_WATER + foam * FOAM

@@ -1,10 +1,10 @@
-"""Scattered light inside the air as a field over directions, and what the air makes of it next.
+"""Multiple scattering in the atmosphere: the radiance field, and the source of the next order.
 
-At every height and angle of the Sun the radiance is known on rings of constant elevation, by its
-first three harmonics in azimuth from the Sun. Rayleigh scattering reads a mean and a tensor of it.
-The aerosol's forward peak reads more: the light about the Sun, which keeps the phase function's
-own shape, is split off as an aureole; the rest is smooth and kept by elevation. Radiances [sr-1]
-are for sunlight of 1 W m-2, arrays (heights, ..., suns, 4) with the bands last.
+At each height and solar zenith angle the radiance is sampled on rings of constant elevation, as its
+first three harmonics in azimuth from the Sun. Rayleigh scattering needs the field's mean and second
+moments. The aerosol's forward peak needs more: light about the Sun, which has the shape of the
+phase function, is split off as an aureole; the smooth rest is tabulated by elevation. Radiances
+[sr-1] are for sunlight of 1 W m-2, arrays (heights, ..., suns, 4) with the bands last.
 """
 
 from __future__ import annotations
@@ -25,25 +25,25 @@ _TERMS = 24
 
 
 def table_heights() -> Array:
-    """(HEIGHTS,) of the rows [m], crowded at the ground."""
+    """(HEIGHTS,) heights of the rows [m], dense at the ground."""
     return AIR_TOP * np.linspace(0.0, 1.0, HEIGHTS) ** 2
 
 
 def table_suns() -> Array:
-    """(SUNS,) cosine of the Sun's angle from the zenith, crowded about the terminator."""
+    """(SUNS,) cosine of the solar zenith angle, dense about the terminator."""
     low, high = (np.arcsinh(_CROWDING * (_MIDDLE + end)) for end in (-1.0, 1.0))
     return np.sinh(np.linspace(low, high, SUNS)) / _CROWDING - _MIDDLE
 
 
 def table_looks() -> Array:
-    """(LOOKS,) cosine of a view direction from the zenith."""
+    """(LOOKS,) cosine of the view's zenith angle."""
     return np.linspace(-1.0, 1.0, LOOKS)
 
 
 @dataclass(frozen=True)
 class Rings:
-    """Where a field is sampled: Gauss' points above and below the horizon of each height, crowded
-    at it, where the sky changes fastest; azimuths on half a circle, the field being even."""
+    """Sampling of a field: Gauss nodes above and below the horizon of each height, dense at it,
+    where the sky changes fastest; azimuths on half a circle, as the field is even."""
 
     above: int
     below: int
@@ -52,7 +52,7 @@ class Rings:
 
     @property
     def nodes(self) -> Array:
-        """(above + below, 2) places from the horizon, as roots on 0..1, and weights."""
+        """(above + below, 2) square roots of the distance from the horizon, 0..1, and weights."""
         parts = []
         for count in (self.above, self.below):
             x, weight = np.polynomial.legendre.leggauss(count)
@@ -60,7 +60,7 @@ class Rings:
         return np.concatenate(parts)
 
     def elevations(self, radius: float) -> tuple[Array, Array]:
-        """(heights, rings) cosines from the zenith, and their weights, which sum to 2."""
+        """(heights, rings) cosines of the zenith angle, and their weights, which sum to 2."""
         height = table_heights()[:, None]
         horizon = -np.sqrt(height * (2.0 * radius + height)) / (radius + height)
         place, weight = self.nodes.T
@@ -70,14 +70,14 @@ class Rings:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Skylight:
-    """What the air and the ground read of a field.
+    """Moments of a field that the next scattering order and the ground need.
 
     mean, mxx, mzz, mxz : (heights, suns, 4) int L dw and int L w w^T dw in axes x (the Sun's
         horizontal direction) and z (up), w the direction that light comes from
     down : (heights, suns, 4) irradiance of a horizontal plane from above
     aureole : (heights, suns, 4) strength of the part that the aerosol scatters about the Sun
-    by_look, by_look_x : (heights, looks, suns, 4) radiance that the aerosol makes of the rest, per
-        unit of scattering; the second goes with the view direction's x
+    by_look, by_look_x : (heights, looks, suns, 4) radiance that the aerosol scatters of the rest,
+        per unit of scattering; the second is multiplied by the view direction's x
     """
 
     mean: Array
@@ -91,7 +91,7 @@ class Skylight:
 
     @property
     def tables(self) -> tuple[Array, ...]:
-        """In the order of the fields."""
+        """All tables, in the order of the attributes."""
         flat = (self.mean, self.mxx, self.mzz, self.mxz, self.down, self.aureole)
         return (*flat, self.by_look, self.by_look_x)
 
@@ -99,7 +99,7 @@ class Skylight:
 def skylight(
     rings: Rings, radius: float, asymmetry: Array, field: tuple[Array, Array, Array], aureole: Array
 ) -> Skylight:
-    """Sum a field over directions.
+    """Moments of a field.
 
     radius : of the ground [m]
     asymmetry : (4,) of the aerosol's phase function
@@ -132,19 +132,19 @@ def aureole_strength(rings: Rings, radius: float, asymmetry: Array, peak: Array)
         aerosol scattered once, P2 the first three Legendre terms of its phase function P, about
         the angle from the Sun
 
-    A field that has the shape of P itself scatters into one with the square of its asymmetry; the
-    strength makes what the further terms send straight away from the Sun the right one.
+    A field of the shape P scatters into one with the square of its asymmetry. The strength is such
+    that the higher terms scatter the right amount of light straight away from the Sun.
     """
     _, weight = rings.elevations(radius)
     order = np.arange(3, _TERMS)[:, None]
-    own = np.sum((2 * order + 1) * asymmetry ** (2 * order), axis=0) / (4.0 * np.pi)
-    return np.einsum("ihsb,hi->hsb", peak, weight) / own
+    of_unit_field = np.sum((2 * order + 1) * asymmetry ** (2 * order), axis=0) / (4.0 * np.pi)
+    return np.einsum("ihsb,hi->hsb", peak, weight) / of_unit_field
 
 
 def _by_look(
     m: int, harmonic: Array, mu: Array, weight: Array, asymmetry: Array, aureole: Array
 ) -> Array:
-    """Scattered by the aerosol: one azimuthal harmonic over sin^m, without the aureole's."""
+    """One azimuthal harmonic of the aerosol's scattering over sin^m, without the aureole's."""
     looks, suns = table_looks(), table_suns()
     order = np.arange(m, _TERMS)
     # (l - m)! / (l + m)! for m = 0, 1; twice for the two signs of m.

@@ -1,13 +1,11 @@
-"""The Sun's disc: how it darkens towards its limb, band by band.
+"""The Sun's disc: limb darkening and measured spectrum, per band.
 
-Limb darkening is a pair of coefficients u, v for each band, an array (2, 4): the radiance where the
-line of sight leaves the photosphere at cosine mu is
+Limb darkening is an array (2, 4), the coefficients u and v of each band:
 
     I(mu) / I(1) = 1 - u (1 - mu) - v (1 - mu)^2
 
-with mu^2 = 1 - (distance from the disc's centre / its radius)^2.
-
-Zeros are a uniform disc.
+with mu the cosine of emergence, mu^2 = 1 - (distance from the disc's centre / its radius)^2. Zeros
+are a uniform disc.
 """
 
 from __future__ import annotations
@@ -20,8 +18,8 @@ from simgl.physics.spectrum import BANDS, BandLight, Bands, planck_radiance
 
 UNIFORM = np.zeros((2, 4))
 
-# Wavelength [um], u2, v2 of the continuum in the law 1 - u2 - v2 + u2 mu + v2 mu^2: Allen's
-# Astrophysical Quantities, 4th ed. (Cox 2000), section 14.7. Linear in between.
+# Wavelength [um], u2, v2 of the continuum in 1 - u2 - v2 + u2 mu + v2 mu^2: Allen's Astrophysical
+# Quantities, 4th ed. (Cox 2000), section 14.7. Linear in between.
 _LIMB_TABLE = np.array(
     [
         (0.40, 0.91, -0.05),
@@ -34,8 +32,8 @@ _LIMB_TABLE = np.array(
     ]
 )
 
-# The extraterrestrial column of ASTM G173-03 (after Gueymard 2004), summed by the trapezoid rule on
-# 0.1 nm from the copy in pvlib 0.16: R, G, B, N [W m-2] and photons [J-1].
+# Extraterrestrial column of ASTM G173-03 (after Gueymard 2004), integrated by the trapezoid rule in
+# steps of 0.1 nm from the copy in pvlib 0.16: R, G, B, N [W m-2] and photons [J-1].
 _G173_IRRADIANCE = (158.76830, 184.67730, 186.51915, 311.32037)
 _G173_PHOTONS = (3.2633479e18, 2.7663860e18, 2.2741035e18, 4.1971167e18)
 _G173_TOTAL = 1366.1  # [W m-2] over all wavelengths, the solar constant of that spectrum
@@ -55,10 +53,10 @@ def astm_g173_light(total_irradiance: float) -> BandLight:
 def limb_darkening(temperature: float = SOLAR_TEMPERATURE, bands: Bands = BANDS) -> Array:
     """(2, 4) coefficients u, v of each band.
 
-    temperature : [K] of the black body that weighs the wavelengths of a band
+    temperature : of the black body that weights the wavelengths of a band [K]
 
-    At each wavelength the profile is scaled to a mean of one over the disc; the band's profile is
-    the mean of these by irradiance, again of the same form.
+    At each wavelength the profile is scaled to a mean of 1 over the disc; the band's profile is
+    their mean by irradiance, which has the same form.
     """
     result = []
     for low, high in bands.edges:
@@ -72,7 +70,7 @@ def limb_darkening(temperature: float = SOLAR_TEMPERATURE, bands: Bands = BANDS)
 
 
 def limb_profile(mu: Array, limb: Array) -> Array:
-    """(..., 4) radiance at a point of the disc over the disc's mean radiance.
+    """(..., 4) radiance at a point of the disc relative to the disc's mean.
 
     mu : (...) cosine of emergence, sqrt(1 - (distance from the centre / radius)^2)
     limb : (2, 4) coefficients u, v

@@ -1,4 +1,4 @@
-"""Bands and spectra: what part of a black body's light falls into each band, watts and photons."""
+"""Bands and spectra: light of a black body in each band, in watts and photons."""
 
 from __future__ import annotations
 
@@ -35,10 +35,10 @@ BANDS = Bands()
 
 @dataclass(frozen=True, eq=False)
 class BandLight:
-    """A light per band, in watts and in photons.
+    """Light per band, in watts and in photons.
 
     irradiance : (4,) [W m-2]
-    photons_per_joule : (4,) photons that carry one joule of this spectrum in each band [J-1]
+    photons_per_joule : (4,) photons per joule of this spectrum in each band [J-1]
     """
 
     irradiance: Array
@@ -67,7 +67,11 @@ def _nodes(edges: tuple[float, float]) -> tuple[Array, Array]:
 def black_body_light(
     total_irradiance: float, temperature: float, bands: Bands = BANDS
 ) -> BandLight:
-    """Light of a black body of given total irradiance [W m-2] over all wavelengths."""
+    """Light of a black body.
+
+    total_irradiance : over all wavelengths [W m-2]
+    temperature : [K]
+    """
     share, photons = [], []
     for edges in bands.edges:
         wavelength, weight = _nodes(edges)
@@ -87,10 +91,11 @@ def photon_mean(wavelength: Array, value: Array, temperature: float, bands: Band
 
     wavelength : (n,) increasing [m]
     value : (n,) the curve, linear between its points and zero outside
+    temperature : of the black body [K]
     """
     means = []
     for low, high in bands.edges:
-        # A curve with corners wants many points; 1 nm resolves any datasheet curve.
+        # 1 nm resolves the corners of any datasheet curve.
         points = np.arange(low, high, 1e-9) + 0.5e-9
         photons = planck_radiance(points, temperature) * points
         curve = np.interp(points, wavelength, value, left=0.0, right=0.0)

@@ -1,9 +1,6 @@
-"""Stars: light in each band from magnitude and colours, and the direction they are seen in.
+"""Stars: irradiance in each band from magnitude and colours, and apparent directions.
 
-Places are unit vectors in ICRS axes at the catalogue's epoch J1991.25 (TT).
-
-    directions()   moved on to an epoch, seen from a place in the solar system
-    aberrated()    as an observer sees them who moves
+Catalogue directions are unit vectors in ICRS axes at the epoch J1991.25 (TT).
 """
 
 from __future__ import annotations
@@ -24,20 +21,20 @@ MILLIARCSECOND = np.pi / (180.0 * 3600.0e3)  # [rad]
 # [W m-2 m-1]: Bessell, Castelli & Plez (1998, A&A 333, 231), table A2.
 _WAVELENGTHS = np.array([438e-9, 545e-9, 798e-9])
 _ZERO_POINTS = np.array([6.32e-2, 3.631e-2, 1.126e-2])
-# What two measured spectra hold in each band over what the interpolation gives, geometric mean:
-# Vega (alpha_lyr_stis_011 of CALSPEC; V 0.03, no colour) and the Sun (sun_reference_stis_001;
-# V -26.76, B-V 0.653, V-I 0.702). They lie 2.0, 0.7, 0.3 and 1.1 % on either side.
+# Measured band irradiance over that of the interpolation, geometric mean of two CALSPEC spectra:
+# Vega (alpha_lyr_stis_011; V 0.03, no colour) and the Sun (sun_reference_stis_001; V -26.76,
+# B-V 0.653, V-I 0.702). They differ from the mean by 2.0, 0.7, 0.3 and 1.1 %.
 _MEASURED = np.array([1.0164, 1.0332, 1.0630, 1.0705])
 
 
 def band_irradiance(v: Array, b_v: Array, v_i: Array, bands: Bands = BANDS) -> Array:
-    """(n, 4) irradiance outside the air on a plane that faces the star [W m-2].
+    """(n, 4) irradiance outside the atmosphere on a plane that faces the star [W m-2].
 
     v, b_v, v_i : (n,) Johnson's V and B-V, Cousins' V-I [mag]
 
-    Between B, V and I, and beyond, ln(E wavelength^5) is taken linear in 1 / wavelength, which is
-    Wien's law with one temperature on either side of V. Within 2 % for stars like Vega and the
-    Sun; molecular bands of class M cost some 10 %.
+    ln(E wavelength^5) is linear in 1 / wavelength on either side of V, as in Wien's law.
+    Accurate to 2 % for stars like Vega and the Sun, to some 10 % for class M with its molecular
+    bands.
     """
     magnitudes = np.stack([v + b_v, v, v - v_i], axis=-1)
     logarithm = np.log(_ZERO_POINTS * _WAVELENGTHS**5) - 0.4 * np.log(10.0) * magnitudes
@@ -46,7 +43,7 @@ def band_irradiance(v: Array, b_v: Array, v_i: Array, bands: Bands = BANDS) -> A
     red = (logarithm[:, 2] - logarithm[:, 1]) / (at[2] - at[1])
     result = np.empty((len(v), 4))
     for band, (low, high) in enumerate(bands.edges):
-        # Smooth but for a corner at V; 10 nm steps are good to 1e-4.
+        # Smooth except at V: steps of 10 nm are accurate to 1e-4.
         count = round((high - low) / 10e-9)
         points = low + (np.arange(count) + 0.5) * (high - low) / count
         slope = np.where(points < _WAVELENGTHS[1], blue[:, None], red[:, None])
@@ -71,7 +68,7 @@ def earth_from_barycentre(tai_ns: int) -> tuple[Array, Array]:
 def directions(
     direction: Array, motion: Array, parallax: Array, years: float, place: Array
 ) -> Array:
-    """(n, 3) unit directions at an epoch from a place, for an observer at rest there.
+    """(n, 3) unit directions at an epoch, for an observer at rest at a place.
 
     direction : (n, 3) unit, at the catalogue's epoch
     motion : (n, 3) change of the unit vector [rad per Julian year]
@@ -79,18 +76,18 @@ def directions(
     years : since the catalogue's epoch
     place : (3,) of the observer from the solar system's barycentre [m]
 
-    Uniform motion in a straight line; its part along the line of sight is not known, which costs
-    at most 1 arcsec in a century for the nearest stars.
+    Uniform straight motion. Radial velocity is neglected: at most 1 arcsec in a century for the
+    nearest stars.
     """
     moved = direction + years * motion - parallax[:, None] * (place / ASTRONOMICAL_UNIT)
     return moved / np.linalg.norm(moved, axis=1, keepdims=True)
 
 
 def aberrated(direction: Array, velocity: Array) -> Array:
-    """(n, 3) unit directions as a moving observer sees them.
+    """(n, 3) unit directions with stellar aberration.
 
     direction : (n, 3) unit, for an observer at rest
-    velocity : (3,) against that one [m s-1]
+    velocity : (3,) of the moving observer relative to that one [m s-1]
 
     The Lorentz transformation of the light's direction, exact in v / c.
     """

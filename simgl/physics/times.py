@@ -1,7 +1,7 @@
-"""Times as files write them: calendar texts in a named scale, to TAI nanoseconds and back.
+"""Calendar times of files in several time scales, converted to TAI nanoseconds.
 
-Scales: UTC, TAI, TT = TAI + 32.184 s, GPS = TAI - 19 s, and TDB, which leaves TT by at most 2 ms
-and is turned by the series of SOFA (dtdb).
+Scales: UTC, TAI, TT = TAI + 32.184 s, GPS = TAI - 19 s, and TDB, which differs from TT by at most
+2 ms (SOFA's series dtdb).
 """
 
 from __future__ import annotations
@@ -24,24 +24,24 @@ _CALENDAR = re.compile(rf"(\d{{4}})-(\d{{2}})-(\d{{2}})[T ]{_CLOCK}Z?")
 _DAY_OF_YEAR = re.compile(rf"(\d{{4}})-(\d{{3}})[T ]{_CLOCK}Z?")
 _MONTH_NAME = re.compile(rf"(\d{{1,2}}) ([A-Z][a-z]{{2}}) (\d{{4}}) {_CLOCK}")
 _MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
-# What a clock of the scale shows, less TAI [ns]; UTC and TDB vary.
+# Reading of the scale's clock minus TAI [ns]; for TDB without its periodic part.
 _AHEAD_OF_TAI = {"TAI": 0, "TT": 32_184_000_000, "GPS": -19_000_000_000, "TDB": 32_184_000_000}
 
 
 def tai_ns_from_text(text: str, scale: TimeScale) -> int:
     """TAI nanoseconds of a text.
 
-    Such as ``2026-03-20T12:00:00.5``, ``2026-079T12:00:00.5`` or ``20 Mar 2026 12:00:00.5``.
+    Forms: ``2026-03-20T12:00:00.5``, ``2026-079T12:00:00.5``, ``20 Mar 2026 12:00:00.5``.
 
-    Raises ValueError for a text that is no such time, or a year outside 1972 to 2099.
+    Raises ValueError for other texts, and for years outside 1972 to 2099.
     """
     got = f"got {json.dumps(text, ensure_ascii=False)}"
     year, month, day, clock = _fields(text.strip(), got)
     hour, minute, second, fraction = clock
     nanosecond = int((fraction or "0").ljust(9, "0")[:9])
     if scale == "UTC":
-        whole = f"{year:04d}-{month:02d}-{day:02d}T{hour}:{minute}:{second}"
-        return tai_ns_from_utc(whole) + nanosecond
+        seconds_text = f"{year:04d}-{month:02d}-{day:02d}T{hour}:{minute}:{second}"
+        return tai_ns_from_utc(seconds_text) + nanosecond
     if not FIRST_YEAR <= year <= LAST_YEAR:
         raise ValueError(f"must lie in the years {FIRST_YEAR} to {LAST_YEAR}, {got}")
     try:
@@ -53,7 +53,7 @@ def tai_ns_from_text(text: str, scale: TimeScale) -> int:
     seconds = days * 86400 + int(hour) * 3600 + int(minute) * 60 + int(second)
     tai_ns: int = seconds * _NS_PER_S + nanosecond - _AHEAD_OF_TAI[scale]
     if scale == "TDB":
-        # The difference changes by less than 1e-9 of itself over its own size.
+        # TDB - TT is evaluated at TT: it changes by less than 1e-9 of itself within 2 ms.
         tai_ns -= round(float(erfa.dtdb(*julian_date_tt(tai_ns), 0.0, 0.0, 0.0, 0.0)) * 1e9)
     return tai_ns
 

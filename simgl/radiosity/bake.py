@@ -1,4 +1,4 @@
-"""Tracing how the surfaces of one body see each other and the sky."""
+"""Bake: trace how the surfaces of one body see each other and the sky."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from scipy import sparse
 from scipy.spatial import ConvexHull, QhullError
 
 from simgl.arrays import Array, IndexArray, Mask
-from simgl.progress import Progress, silent
+from simgl.progress import ProgressCallback, silent
 from simgl.radiosity.gather_points import (
     BURIED,
     LIFT,
@@ -18,12 +18,12 @@ from simgl.radiosity.gather_points import (
     cast,
     counts,
     face_normals,
+    gather_points_of,
     nearest_open,
-    sites_of,
 )
 from simgl.radiosity.hemisphere import SKY_CELLS, cosine_directions, frames, sky_cell, spins
 from simgl.radiosity.light_transport import LightTransport
-from simgl.radiosity.occlusion import brought_out
+from simgl.radiosity.occlusion import moved_into_open
 from simgl.radiosity.patches import SAMPLES, Patches, cluster
 from simgl.radiosity.remesh import subdivided
 from simgl.rays import RayTracer
@@ -36,14 +36,14 @@ class BakeSettings:
 
     patches : about as many, which lights shine on, and which vertices and each other look at
     patch_rays : cosine-weighted rays of a patch, a multiple of its sample points
-    site_rays : the same of a vertex
+    gather_rays : the same of a vertex
     added_triangles : about as many more, where surfaces are near to each other
     edge_share : edges shorter than this share of the body's radius stay
     """
 
     patches: int = 8000
     patch_rays: int = 96
-    site_rays: int = 256
+    gather_rays: int = 256
     added_triangles: int = 6_000
     edge_share: float = 1.0 / 60.0
 
@@ -81,7 +81,7 @@ def bake(
     *,
     open_sheets: bool,
     settings: BakeSettings = BakeSettings(),
-    progress: Progress | None = None,
+    progress: ProgressCallback | None = None,
 ) -> LightTransport | None:
     """The transport of a body; None where no surface of it sees another.
 
@@ -93,24 +93,24 @@ def bake(
     report = silent if progress is None else progress
     fine = _refined(mesh, sides, settings)
     tracer = RayTracer(fine)
-    sites = sites_of(fine, sides)
+    points = gather_points_of(fine, sides)
     if sides == 1:
-        sites = brought_out(fine, tracer, sites)
-    total = len(sites.origins) + settings.patches
+        points = moved_into_open(fine, tracer, points)
+    total = len(points.origins) + settings.patches
     report(0, total)
-    seen = cast(fine, tracer, sites, sides, settings.site_rays, lambda done: report(done, total))
+    seen = cast(fine, tracer, points, sides, settings.gather_rays, lambda done: report(done, total))
     exposure = np.concatenate(
         [
             np.where(seen.buried, 0.0, seen.hit_share)[row[fine.triangles.astype(np.int64)]].mean(
                 axis=1
             )
-            for row in sites.of_vertex
+            for row in points.of_vertex
         ]
     )
     patches = cluster(fine, sides, exposure, settings.patches)
-    factors, sky, point_open = _exchange(fine, tracer, sides, patches, settings.patch_rays)
+    factors, sky, point_open = _form_factors(fine, tracer, sides, patches, settings.patch_rays)
     report(total, total)
-    return _assembled(fine, sides, sites, seen, patches, (factors, sky, point_open), settings)
+    return _assembled(fine, sides, points, seen, patches, (factors, sky, point_open), settings)
 
 
 def _refined(mesh: Mesh, sides: int, settings: BakeSettings) -> Mesh:
@@ -176,7 +176,7 @@ _SPREAD = np.array(
 )
 
 
-def _exchange(
+def _form_factors(
     mesh: Mesh, tracer: RayTracer, sides: int, patches: Patches, rays: int
 ) -> tuple[sparse.csr_matrix, sparse.csr_matrix, Mask]:
     """Form factors of patches, their view of the sky, and which sample points are outside."""
@@ -218,23 +218,23 @@ def _exchange(
 def _assembled(
     mesh: Mesh,
     sides: int,
-    sites: GatherPoints,
+    points: GatherPoints,
     seen: GatherRays,
     patches: Patches,
-    exchange: tuple[sparse.csr_matrix, sparse.csr_matrix, Mask],
+    patch_rays: tuple[sparse.csr_matrix, sparse.csr_matrix, Mask],
     settings: BakeSettings,
 ) -> LightTransport:
-    factors, sky, point_open = exchange
-    instead = nearest_open(mesh, sites, seen.buried)
-    kept, of_vertex = np.unique(instead[sites.of_vertex], return_inverse=True)
+    factors, sky, point_open = patch_rays
+    instead = nearest_open(mesh, points, seen.buried)
+    used, of_vertex = np.unique(instead[points.of_vertex], return_inverse=True)
     to_patch = counts(
         np.arange(len(patches.of_side)), patches.of_side, (len(patches.of_side), len(patches.areas))
     )
-    gather = (seen.hits[kept] @ to_patch).tocsr()
-    gather.data /= settings.site_rays
-    rows, whole_row = np.unique(seen.whole_row[kept], return_inverse=True)
+    gather = (seen.hits[used] @ to_patch).tocsr()
+    gather.data /= settings.gather_rays
+    rows, sky_rays_row = np.unique(seen.sky_rays_row[used], return_inverse=True)
     sky_part, sky_part_seen = _lesser_part(
-        seen.occluded[kept].tocsr(), sparse.csr_matrix(seen.whole)[seen.whole_row[kept]]
+        seen.occluded[used].tocsr(), sparse.csr_matrix(seen.sky_rays)[seen.sky_rays_row[used]]
     )
     return LightTransport(
         mesh=mesh,
@@ -250,17 +250,17 @@ def _assembled(
         gather=gather.astype(np.float32),
         sky_part=sky_part,
         sky_part_seen=sky_part_seen,
-        whole=sparse.csr_matrix(seen.whole[rows]),
-        whole_row=whole_row.ravel(),
-        site_of_vertex=of_vertex.reshape(sites.of_vertex.shape),
+        sky_rays=sparse.csr_matrix(seen.sky_rays[rows]),
+        sky_rays_row=sky_rays_row.ravel(),
+        gather_point_of_vertex=of_vertex.reshape(points.of_vertex.shape),
     )
 
 
 def _lesser_part(
-    occluded: sparse.csr_matrix, whole: sparse.csr_matrix
+    occluded: sparse.csr_matrix, rays: sparse.csr_matrix
 ) -> tuple[sparse.csr_matrix, Mask]:
-    """Of each row what is occluded or what is left of the whole, and whether it is the latter."""
-    left = (whole - occluded).tocsr()
+    """Of each row what is occluded or what is left of all rays, and whether it is the latter."""
+    left = (rays - occluded).tocsr()
     left.data[np.abs(left.data) < 1e-4] = 0.0  # what rounding leaves of whole rays
     left.eliminate_zeros()
     fewer = np.diff(left.indptr) < np.diff(occluded.indptr)

@@ -12,13 +12,13 @@ from simgl.arrays import Array, Array32, IndexArray, Mask, UIntArray
 from simgl.environment_map import cube_directions, cube_solid_angles
 from simgl.radiosity.gather_points import LIFT, face_normals
 from simgl.radiosity.hemisphere import frames, sky_cell
-from simgl.rays import RayTracer, ray_tracer
-from simgl.scene.mesh import Mesh
+from simgl.rays import AnyRayTracer, ray_tracer
+from simgl.scene.posed_mesh import PosedMesh
 
 # Cells along an edge of each face of the sky's cube.
 SKY_ACROSS = 16
 # Where nothing is solved for a body, light that met surfaces so many times before is left out.
-_MOST_BOUNCES = 5
+_MAX_BOUNCES = 5
 # Rays that are traced together, some 200 bytes each.
 _AT_ONCE = 400_000
 
@@ -27,7 +27,7 @@ _AT_ONCE = 400_000
 class LitBody:
     """A spacecraft as rays meet it, in its own axes.
 
-    own_from_here : (4, 4) float32 to its axes from those of the body that is looked from
+    body_from_viewer : (4, 4) float32 to its axes from those of the body that is looked from
     sides : 2 where surfaces are lit and seen from both
     albedo, exitance : (k, 4) of its materials, what they give off by themselves [W m-2]
     sun_direction : (3,) unit, own axes; sun_irradiance : (4,) [W m-2]
@@ -35,8 +35,8 @@ class LitBody:
         Sun's light that comes straight there; None where rays have to go on [W m-2]
     """
 
-    mesh: Mesh
-    own_from_here: Array32
+    mesh: PosedMesh
+    body_from_viewer: Array32
     sides: int
     albedo: Array32
     exitance: Array32
@@ -45,27 +45,29 @@ class LitBody:
     solved: Array32 | None
 
     @cached_property
-    def tracer(self) -> RayTracer:
+    def tracer(self) -> AnyRayTracer:
         """For rays in its own axes."""
         return ray_tracer(self.mesh)
 
     @cached_property
     def faces(self) -> Array32:
         """(m, 3) unit normals of the triangles."""
-        return face_normals(self.mesh)[0].astype(np.float32)
+        stored = face_normals(self.mesh.mesh)[0].astype(np.float32)
+        return self.mesh.of_triangles(stored).astype(np.float32)
 
     @cached_property
     def worn(self) -> UIntArray:
         """(m,) material of the triangles."""
-        return self.mesh.material[self.mesh.triangles[:, 0]]
+        mesh = self.mesh.mesh
+        return mesh.material[mesh.triangles[:, 0]]
 
     def places(self, here: Array32) -> Array32:
         """(n, 3) places [m] in its axes."""
-        return here @ self.own_from_here[:3, :3].T + self.own_from_here[:3, 3]
+        return here @ self.body_from_viewer[:3, :3].T + self.body_from_viewer[:3, 3]
 
     def directions(self, here: Array32) -> Array32:
         """(n, 3) directions in its axes."""
-        return here @ self.own_from_here[:3, :3].T
+        return here @ self.body_from_viewer[:3, :3].T
 
     def near(self, places: Array32, directions: Array32) -> IndexArray:
         """Which rays, in its axes, may meet it: lines through its bounding sphere."""
@@ -121,13 +123,13 @@ def gathered(
 
 def sunlight(points: Points, bodies: Sequence[LitBody]) -> Array32:
     """(n,) irradiance of points by the Sun's centre, bands together [W m-2]."""
-    own = bodies[0]
-    cosine = np.maximum(points.normals @ own.sun_direction, 0.0).astype(np.float32)
+    body = bodies[0]
+    cosine = np.maximum(points.normals @ body.sun_direction, 0.0).astype(np.float32)
     lit = np.flatnonzero(cosine > 0.0)
-    lift = np.float32(LIFT * own.mesh.radius)
+    lift = np.float32(LIFT * body.mesh.radius)
     shaded = _shaded(points.places[lit] + lift * points.facets[lit], bodies)
     cosine[lit[shaded]] = 0.0
-    return cosine * own.sun_irradiance.sum(dtype=np.float32)
+    return cosine * body.sun_irradiance.sum(dtype=np.float32)
 
 
 def _gathered(
@@ -150,10 +152,10 @@ def _gathered(
         return irradiance, np.ones(count, dtype=np.float32)
     before = sky.mean(axis=1)[_cell(directions, sky)].reshape(count, rays)
     seen = scale * np.where(open_.reshape(count, rays), before, 0.0).sum(axis=1)
-    whole = np.maximum(_free_irradiance(normals, sky), np.float32(0.01 * np.pi * before.max()))
+    free = np.maximum(_free_irradiance(normals, sky), np.float32(0.01 * np.pi * before.max()))
     # With few rays a share may pass 1; its mean over a pixel is what counts. Where a surface gets
     # less than a hundredth of the brightest sky's light, some of it is lost.
-    return irradiance, (seen / np.maximum(whole, np.float32(1e-30))).astype(np.float32)
+    return irradiance, (seen / np.maximum(free, np.float32(1e-30))).astype(np.float32)
 
 
 def _free_irradiance(normals: Array32, sky: Array32) -> Array32:
@@ -194,7 +196,7 @@ def _light_along(
     through = np.ones((len(origins), 4), dtype=np.float32)
     alive = np.arange(len(origins))
     free = np.zeros(len(origins), dtype=np.bool_)
-    for bounce in range(_MOST_BOUNCES):
+    for bounce in range(_MAX_BOUNCES):
         body, triangle, distance = _nearest(origins, directions, bodies)
         missed = body < 0
         if bounce == 0:
@@ -273,13 +275,13 @@ def _leaving(
         n = np.where(behind[:, None], -n, n)
         worn = one.worn[triangle[at]]
         albedo[at] = one.albedo[worn]
-        normals[at] = n @ one.own_from_here[:3, :3]
+        normals[at] = n @ one.body_from_viewer[:3, :3]
         cosine[at] = n @ one.sun_direction
         if one.solved is None:
             radiance[at] = one.exitance[worn]
             goes_on[at] = True
         else:
-            radiance[at] = one.solved[triangle[at] + len(one.mesh.triangles) * behind]
+            radiance[at] = one.solved[triangle[at] + len(one.worn) * behind]
     lift = np.float32(LIFT * bodies[0].mesh.radius)
     lit = np.flatnonzero(cosine > 0.0)
     lit = lit[~_shaded(places[lit] + lift * normals[lit], bodies)]

@@ -1,4 +1,4 @@
-"""The places at which light reaches vertices: one for all vertices that see the same."""
+"""Gather points: where vertices collect light, one for all vertices at one place and normal."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ from simgl.scene.mesh import Mesh
 LIFT = 2e-5
 # Of the way to a triangle's other edge, over which the rays of a corner start.
 REACH = 0.35
-# A site where this share of the rays meets surfaces from behind lies inside another part.
+# A gather point where this share of the rays meets surfaces from behind lies inside another part.
 BURIED = 0.25
 # What lies closer than this share of the body's radius sends little of its light anywhere else.
 GAP = 0.005
-# A site's rays start in turn at so many places.
+# A gather point's rays start in turn at so many places.
 PLACES = 8
 
-_SITES_AT_ONCE = 4096
+_POINTS_AT_ONCE = 4096
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -40,7 +40,7 @@ class GatherPoints:
 
     origins : (s, PLACES, 3) where rays start [m]
     normals : (s, 3) unit, towards the side that is lit
-    of_vertex : (sides, v) the site of each vertex, on its front and, with two sides, its back
+    of_vertex : (sides, v) the gather point of each vertex, on its front and back (one or two sides)
     """
 
     origins: Array
@@ -50,21 +50,21 @@ class GatherPoints:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class GatherRays:
-    """What the rays of all sites met.
+    """What the rays of all gather points met.
 
     hit_share : (s,) of the rays, that met the body; across a narrow gap they count little
     hits : (s, t) csr, rays to each (triangle, side): column = triangle + side * triangles
     occluded : (s, 96) csr, numbers of rays that met the body on their way to a cell of the sky
-    whole : (b, 96) counts of all rays to a cell, by the rounded normal
-    whole_row : (s,) the row of ``whole`` of each site
+    sky_rays : (b, 96) counts of all rays to a cell, by the rounded normal
+    sky_rays_row : (s,) the row of ``sky_rays`` of each gather point
     buried : (s,) inside another part
     """
 
     hit_share: Array
     hits: sparse.csr_matrix
     occluded: sparse.csr_matrix
-    whole: Array32
-    whole_row: IndexArray
+    sky_rays: Array32
+    sky_rays_row: IndexArray
     buried: Mask
 
 
@@ -81,8 +81,8 @@ def face_normals(mesh: Mesh) -> tuple[Array, Array]:
     return unit_rows(cross), 0.5 * np.linalg.norm(cross, axis=1)
 
 
-def sites_of(mesh: Mesh, sides: int) -> GatherPoints:
-    """The sites of a mesh's vertices; ``sides`` is 2 where surfaces are seen from both."""
+def gather_points_of(mesh: Mesh, sides: int) -> GatherPoints:
+    """The gather points of a mesh's vertices; ``sides`` is 2 where surfaces are seen from both."""
     count = len(mesh.positions)
     triangles = mesh.triangles.astype(np.int64)
     faces, areas = face_normals(mesh)
@@ -97,8 +97,8 @@ def sites_of(mesh: Mesh, sides: int) -> GatherPoints:
     bins = np.round(normals * 512.0).astype(np.int64) + 1024
     keys = np.stack([position_ids(mesh.positions), *bins.T], axis=1)
     row = np.unique(keys @ _KEY_WEIGHTS, return_inverse=True)[1].ravel()
-    sites = int(row.max()) + 1
-    first = np.zeros(sites, dtype=np.int64)
+    count_of_side = int(row.max()) + 1
+    first = np.zeros(count_of_side, dtype=np.int64)
     first[row] = np.arange(count)
     place, n = mesh.positions[first].astype(np.float64), normals[first]
     outwards = [n, -n][:sides]
@@ -108,23 +108,23 @@ def sites_of(mesh: Mesh, sides: int) -> GatherPoints:
             [_around(mesh, row[triangles], areas, place, n) + lift * n[:, None] for n in outwards]
         ),
         normals=np.concatenate(outwards),
-        of_vertex=np.stack([row + side * sites for side in range(sides)]),
+        of_vertex=np.stack([row + side * count_of_side for side in range(sides)]),
     )
 
 
 def _around(mesh: Mesh, corners: IndexArray, areas: Array, place: Array, normals: Array) -> Array:
-    """(s, PLACES, 3) places on the triangles about each site, more of them on the bigger ones.
+    """(s, PLACES, 3) places on the triangles about each gather point, more on bigger ones.
 
-    corners : (m, 3) site of each triangle's corner
+    corners : (m, 3) gather point of each triangle's corner
 
-    Light that falls off within a finger's breadth of an edge is not that of the triangle beside it:
+    Light that falls off within a finger's breadth of an edge is not that of the next triangle:
     a corner speaks for the part of its triangles that is nearer to it than to their other corners.
     """
     flat = corners.ravel()
     order = np.argsort(flat, kind="stable")
-    site, triangle = flat[order], order // 3
+    point, triangle = flat[order], order // 3
     weight = np.maximum(areas[triangle], 1e-30)
-    total = np.bincount(site, weight, minlength=len(place))
+    total = np.bincount(point, weight, minlength=len(place))
     reach = np.cumsum(weight)
     before = np.concatenate([[0.0], np.cumsum(total)])[:-1]
     steps = (np.arange(PLACES) + 0.5) / PLACES
@@ -155,28 +155,28 @@ _KEY_WEIGHTS = np.array([2**33, 2**22, 2**11, 1], dtype=np.int64)
 def cast(
     mesh: Mesh,
     tracer: RayTracer,
-    sites: GatherPoints,
+    points: GatherPoints,
     sides: int,
     rays: int,
     tick: Callable[[int], None],
 ) -> GatherRays:
-    """Cosine-weighted rays from every site; ``tick`` is told how many sites are done.
+    """Cosine-weighted rays from every gather point; ``tick`` gets how many of these are done.
 
-    rays : of a site, a multiple of ``PLACES``
+    rays : of each, a multiple of ``PLACES``
     """
     pattern = cosine_directions(rays)
     faces, _ = face_normals(mesh)
-    rounded, whole_row = rounded_normals(sites.normals)
+    rounded, sky_rays_row = rounded_normals(points.normals)
     cells = sky_cell(_turned(rounded, pattern))
-    count, columns = len(sites.origins), len(mesh.triangles)
+    count, columns = len(points.origins), len(mesh.triangles)
     hit_share, buried = np.zeros(count), np.zeros(count, dtype=np.bool_)
     rows, targets, skies = [], [], []
     to_body, before_sky = [], []
-    for start in range(0, count, _SITES_AT_ONCE):
-        stop = min(start + _SITES_AT_ONCE, count)
-        directions = _turned(rounded[whole_row[start:stop]], pattern)
+    for start in range(0, count, _POINTS_AT_ONCE):
+        stop = min(start + _POINTS_AT_ONCE, count)
+        directions = _turned(rounded[sky_rays_row[start:stop]], pattern)
         # Ray i starts at place i modulo their number: each has its own part of the sunflower.
-        origins = np.tile(sites.origins[start:stop], (1, rays // PLACES, 1)).reshape(-1, 3)
+        origins = np.tile(points.origins[start:stop], (1, rays // PLACES, 1)).reshape(-1, 3)
         triangle, distance = tracer.hits(origins, directions.reshape(-1, 3))
         met = np.flatnonzero(triangle >= 0)
         triangle = triangle[met].astype(np.int64)
@@ -189,25 +189,27 @@ def cast(
         number = usable.reshape(-1, PLACES).sum(axis=1)
         buried[start:stop] = number == 0
         share = np.where(usable, np.repeat(PLACES / np.maximum(number, 1), PLACES), 0.0)[place]
-        site = start + met // rays
+        point = start + met // rays
         reach = distance[met].astype(np.float64)
-        hit_share += np.bincount(site, share * reach / (reach + GAP * mesh.radius), minlength=count)
+        hit_share += np.bincount(
+            point, share * reach / (reach + GAP * mesh.radius), minlength=count
+        )
         triangle += columns * (behind & (sides == 2))
-        rows.append(site)
+        rows.append(point)
         targets.append(triangle)
-        skies.append(cells[whole_row[site], met % rays])
+        skies.append(cells[sky_rays_row[point], met % rays])
         to_body.append(np.where(behind & (sides == 1), 0.0, share))
         before_sky.append(share)
         tick(stop)
     row = np.concatenate(rows)
-    whole = np.zeros((len(rounded), SKY_CELLS), dtype=np.float32)
-    np.add.at(whole, (np.arange(len(rounded))[:, None], cells), 1.0)
+    sky_rays = np.zeros((len(rounded), SKY_CELLS), dtype=np.float32)
+    np.add.at(sky_rays, (np.arange(len(rounded))[:, None], cells), 1.0)
     return GatherRays(
         hit_share=hit_share / rays,
         hits=_sums(row, np.concatenate(targets), to_body, (count, columns * sides)),
         occluded=_sums(row, np.concatenate(skies), before_sky, (count, SKY_CELLS)),
-        whole=whole,
-        whole_row=whole_row,
+        sky_rays=sky_rays,
+        sky_rays_row=sky_rays_row,
         buried=buried,
     )
 
@@ -220,11 +222,11 @@ def _turned(normals: Array, pattern: Array) -> Array:
 def _sums(
     rows: IndexArray, columns: IndexArray, values: list[Array], shape: tuple[int, int]
 ) -> sparse.csr_matrix:
-    """The values of each (row, column) together, as float32; no zeros are kept."""
+    """The values of each (row, column) together, as float32, without zeros."""
     data = np.concatenate(values).astype(np.float32)
-    found = sparse.coo_matrix((data, (rows, columns)), shape=shape).tocsr()
-    found.eliminate_zeros()
-    return found
+    sums = sparse.coo_matrix((data, (rows, columns)), shape=shape).tocsr()
+    sums.eliminate_zeros()
+    return sums
 
 
 def counts(rows: IndexArray, columns: IndexArray, shape: tuple[int, int]) -> sparse.csr_matrix:
@@ -233,20 +235,20 @@ def counts(rows: IndexArray, columns: IndexArray, shape: tuple[int, int]) -> spa
     return sparse.coo_matrix((ones, (rows, columns)), shape=shape).tocsr()
 
 
-def nearest_open(mesh: Mesh, sites: GatherPoints, buried: Mask) -> IndexArray:
-    """(s,) each site itself, or for a buried one the site beside it along the surface.
+def nearest_open(mesh: Mesh, points: GatherPoints, buried: Mask) -> IndexArray:
+    """(s,) each gather point itself, or for a buried one its nearest neighbour along the surface.
 
-    What an inner vertex would see is not seen by anybody, but its value is interpolated into the
-    part of a triangle that sticks out.
+    Nobody sees what an inner vertex would see, but its value is interpolated into the part of a
+    triangle that sticks out.
     """
     instead = np.arange(len(buried))
     open_ = ~buried
     triangles = mesh.triangles.astype(np.int64)
     links = np.concatenate(
-        [side[triangles[:, [k, (k + 1) % 3]]] for side in sites.of_vertex for k in range(3)]
+        [side[triangles[:, [k, (k + 1) % 3]]] for side in points.of_vertex for k in range(3)]
     )
     links = np.concatenate([links, links[:, ::-1]])
-    place = sites.origins[:, 0]
+    place = points.origins[:, 0]
     distance = np.linalg.norm(place[links[:, 0]] - place[links[:, 1]], axis=1)
     links = links[np.argsort(-distance, kind="stable")]
     while True:

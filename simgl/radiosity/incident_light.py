@@ -1,4 +1,4 @@
-"""The lights of one spacecraft in its body axes, for the exchange between its surfaces."""
+"""The lights of one spacecraft in its body axes, for the interreflection on it."""
 
 from __future__ import annotations
 
@@ -9,12 +9,11 @@ import numpy as np
 from simgl.arrays import Array
 from simgl.radiosity.solver import Blocker, SpotLight
 from simgl.rays import ray_tracer
-from simgl.scene.mesh import Mesh
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import BodyState, SceneState
 
 # Of the distance: a body of this radius covers a millionth of a hemisphere's light.
-_LEAST_SIZE = 1e-3
+_MIN_SIZE = 1e-3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -31,18 +30,14 @@ class Neighbour:
     other_from_body: Array
     near: bool
 
-    @property
-    def mesh(self) -> Mesh:
-        """Its surface."""
-        return self.model.mesh
-
     def blocker(self) -> Blocker:
         """The same, ready for rays."""
+        mesh = self.model.posed_mesh
         return Blocker(
-            tracer=ray_tracer(self.mesh),
+            tracer=ray_tracer(mesh),
             other_from_body=self.other_from_body,
-            centre=self.mesh.centre,
-            radius=self.mesh.radius,
+            centre=mesh.centre,
+            radius=mesh.radius,
         )
 
 
@@ -64,9 +59,9 @@ class IncidentLight:
     around: tuple[Neighbour, ...]
 
 
-def exchange_view(state: SceneState, body: BodyState) -> IncidentLight:
+def incident_light(state: SceneState, body: BodyState) -> IncidentLight:
     """The lights of a body of the scene."""
-    pose, mesh = body.pose, body.model.mesh
+    pose, mesh = body.pose, body.model.posed_mesh
     sun = state.sun.seen_from(pose.position)
     direction = pose.R_icrf_from_body.T @ sun.direction_icrf
     around, before_sun = [], []
@@ -78,14 +73,14 @@ def exchange_view(state: SceneState, body: BodyState) -> IncidentLight:
         matrix[:3, :3] = R
         matrix[:3, 3] = other.pose.R_icrf_from_body.T @ (pose.position - other.pose.position)
         # Its bounding sphere, moved along the light, meets the body's.
-        offset = R.T @ (other.model.mesh.centre - matrix[:3, 3]) - mesh.centre
-        reach = other.model.mesh.radius + mesh.radius
+        offset = R.T @ (other.model.posed_mesh.centre - matrix[:3, 3]) - mesh.centre
+        reach = other.model.posed_mesh.radius + mesh.radius
         gap = max(float(np.linalg.norm(offset)) - reach, 0.0)
         neighbour = Neighbour(
             instance=index + 1,
             model=other.model,
             other_from_body=matrix,
-            near=other.model.mesh.radius > _LEAST_SIZE * gap,
+            near=other.model.posed_mesh.radius > _MIN_SIZE * gap,
         )
         around.append(neighbour)
         along = float(offset @ direction)

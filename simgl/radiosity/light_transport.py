@@ -1,15 +1,34 @@
-"""What a bake finds out about a body."""
+"""How light goes between the surfaces of one body and from the sky: what a bake finds out."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
 from scipy import sparse
 
 from simgl.arrays import Array32, IndexArray, Mask
 from simgl.rays import RayTracer
 from simgl.scene.mesh import Mesh
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class GatherMatrix:
+    """What each vertex gets, on each of its sides, from patches and sky; r rows in all.
+
+    shape : (vertices, sides), whose product is r
+    gather : two csr (r, p), about as many entries in each
+    sky_part : (r, 96) csr, and whether it is what is seen, ``sky_part_seen`` (r,)
+    sky_rays, sky_rays_row : all of the sky, and its row for each
+    """
+
+    shape: tuple[int, int]
+    gather: tuple[sparse.csr_matrix, sparse.csr_matrix]
+    sky_part: sparse.csr_matrix
+    sky_part_seen: Mask
+    sky_rays: sparse.csr_matrix
+    sky_rays_row: IndexArray
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -25,11 +44,11 @@ class LightTransport:
     point_open : (p, n) whether a sample point is outside all other parts
     form_factors : (p, p) csr, share of the light that leaves patch i and arrives at patch j
     sky : (p, 96) csr, share that leaves to each cell of the sky
-    gather : (s, p) csr, share of a site's cosine-weighted hemisphere that a patch covers
+    gather : (s, p) csr, share of a gather point's cosine-weighted hemisphere that a patch covers
     sky_part : (s, 96) csr, of the rays to each cell of the sky those that meet the body or those
         that do not, whichever fill fewer cells; ``sky_part_seen`` (s,) where it is the latter
-    whole : (b, 96) csr, all rays to each cell; ``whole_row`` (s,) says which row is a site's
-    site_of_vertex : (sides, v) where each vertex of the mesh gets its light
+    sky_rays : (b, 96) csr, all rays to each cell; ``sky_rays_row`` (s,) is a gather point's row
+    gather_point_of_vertex : (sides, v) where each vertex of the mesh gets its light
     """
 
     mesh: Mesh
@@ -45,11 +64,27 @@ class LightTransport:
     gather: sparse.csr_matrix
     sky_part: sparse.csr_matrix
     sky_part_seen: Mask
-    whole: sparse.csr_matrix
-    whole_row: IndexArray
-    site_of_vertex: IndexArray
+    sky_rays: sparse.csr_matrix
+    sky_rays_row: IndexArray
+    gather_point_of_vertex: IndexArray
 
     @cached_property
     def tracer(self) -> RayTracer:
         """For the light of the Sun and of lamps."""
         return RayTracer(self.mesh)
+
+    @cached_property
+    def of_vertices(self) -> GatherMatrix:
+        """The rows of its gather points for each vertex of the mesh."""
+        point = self.gather_point_of_vertex
+        rows = point.T.ravel()
+        gather = self.gather[rows]
+        middle = int(np.searchsorted(gather.indptr, gather.nnz // 2))
+        return GatherMatrix(
+            shape=(point.shape[1], point.shape[0]),
+            gather=(gather[:middle], gather[middle:]),
+            sky_part=self.sky_part[rows],
+            sky_part_seen=self.sky_part_seen[rows],
+            sky_rays=self.sky_rays,
+            sky_rays_row=self.sky_rays_row[rows],
+        )

@@ -19,18 +19,18 @@ _TRIED_EACH = 16
 _TRIED_BY_AREA = 60_000
 
 
-def brought_out(mesh: Mesh, tracer: RayTracer, sites: GatherPoints) -> GatherPoints:
-    """Sites of closed bodies, whose rays start in the open where any of their triangles is.
+def moved_into_open(mesh: Mesh, tracer: RayTracer, gather: GatherPoints) -> GatherPoints:
+    """Gather points of closed bodies, whose rays start outside other parts wherever possible.
 
     A rib that stands on a wall, or a board under solar cells, has its vertices inside the other
     part while most of its surface is seen. What a hidden vertex hands to that surface is the light
     of places around it that are not hidden.
     """
-    hidden = behind_share(mesh, tracer, sites.origins[:, 0], sites.normals) > BURIED
-    corners = sites.of_vertex[0][mesh.triangles.astype(np.int64)]
+    hidden = behind_share(mesh, tracer, gather.origins[:, 0], gather.normals) > BURIED
+    corners = gather.of_vertex[0][mesh.triangles.astype(np.int64)]
     chosen = np.flatnonzero(np.any(hidden[corners], axis=1))
     if len(chosen) == 0:
-        return sites
+        return gather
     triangle, weights = _places(mesh, chosen)
     faces, _ = face_normals(mesh)
     at = mesh.positions[mesh.triangles[triangle]].astype(np.float64)
@@ -38,19 +38,19 @@ def brought_out(mesh: Mesh, tracer: RayTracer, sites: GatherPoints) -> GatherPoi
     free = behind_share(mesh, tracer, points, faces[triangle]) <= BURIED
     triangle, weights, points = triangle[free], weights[free], points[free]
     # Every place may serve the three corners of its triangle, best the one that it is nearest to.
-    site, weight = corners[triangle].ravel(), weights.ravel()
+    point, weight = corners[triangle].ravel(), weights.ravel()
     place = np.repeat(np.arange(len(points)), 3)
-    useful = np.flatnonzero(hidden[site])
-    order = useful[np.lexsort((-weight[useful], site[useful]))]
-    served, first, count = np.unique(site[order], return_index=True, return_counts=True)
-    # A few spread over all of a corner's own places: what the nearest ones see, at the foot of a
-    # frame, is not what is seen in the gaps a metre away. Fewer than rays want take turns.
-    own = np.bincount(site[order], weight[order] > 1.0 / 3.0, minlength=len(hidden))[served]
-    among = np.minimum(np.maximum(own.astype(np.int64), PLACES), count)
+    useful = np.flatnonzero(hidden[point])
+    order = useful[np.lexsort((-weight[useful], point[useful]))]
+    served, first, count = np.unique(point[order], return_index=True, return_counts=True)
+    # A few spread over all places that are nearest to this corner: the foot of a frame does not see
+    # what the gaps a metre away see. If there are fewer than rays start from, they take turns.
+    nearest = np.bincount(point[order], weight[order] > 1.0 / 3.0, minlength=len(hidden))[served]
+    among = np.minimum(np.maximum(nearest.astype(np.int64), PLACES), count)
     turn = np.arange(PLACES)[None, :] * among[:, None] // PLACES
-    origins = sites.origins.copy()
+    origins = gather.origins.copy()
     origins[served] = points[place[order[first[:, None] + turn]]]
-    return replace(sites, origins=origins)
+    return replace(gather, origins=origins)
 
 
 def behind_share(mesh: Mesh, tracer: RayTracer, points: Array, normals: Array) -> Array:

@@ -110,24 +110,24 @@ def _halved(groups: list[IndexArray], places: Array, weight: Array, count: int) 
     queue = [(-float(weight[g].sum()), i, g) for i, g in enumerate(groups)]
     heapq.heapify(queue)
     number = len(queue)
-    whole: list[tuple[int, IndexArray]] = []
-    while queue and len(queue) + len(whole) < count:
+    finished: list[tuple[int, IndexArray]] = []
+    while queue and len(queue) + len(finished) < count:
         total, i, members = heapq.heappop(queue)
         if total == 0.0:
-            whole.append((i, members))
+            finished.append((i, members))
             break
         inside = places[members]
         low, high = inside.min(axis=0), inside.max(axis=0)
         axis = int(np.argmax(high - low))
         first = inside[:, axis] < 0.5 * (low[axis] + high[axis])
         if not np.any(first):
-            whole.append((i, members))
+            finished.append((i, members))
             continue
         for half in (members[first], members[~first]):
             heapq.heappush(queue, (-float(weight[half].sum()), number, half))
             number += 1
     rest = [(i, members) for _, i, members in queue]
-    return [members for _, members in sorted(whole + rest, key=lambda item: item[0])]
+    return [members for _, members in sorted(finished + rest, key=lambda item: item[0])]
 
 
 def _samples(

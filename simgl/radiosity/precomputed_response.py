@@ -1,27 +1,26 @@
-"""What a body gives back of any light: exitance is linear in it, so most is solved beforehand.
+"""Precomputed response of a body to light: exitance is linear in it, so most is solved in advance.
 
-The sky is 96 cells, solved for each of them once. The Sun is the sum of three directions of a
-lattice (simgl/radiosity/sunlit_patches.py), solved where it comes near. Other light is solved as
-it comes.
+The sky is 96 cells, each solved once. The Sun is the sum of three directions of a grid
+(simgl/radiosity/sunlit_patches.py), solved when it comes near. Other light is solved on request.
 """
 
 from __future__ import annotations
 
-from collections import OrderedDict
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
 from simgl.arrays import Array, Array32
+from simgl.lru_cache import LruCache
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.solver import Reflectors, radiosity
-from simgl.radiosity.sunlit_patches import KEPT, Node, SunlitPatches, around
+from simgl.radiosity.sunlit_patches import CAPACITY, Node, SunlitPatches, grid_corners
 
 
 class PrecomputedResponse:
     """Exitance of the patches of a body after all bounces, light by light.
 
-    What is asked for follows from the body and the light alone: what is kept only saves time.
+    Results follow from the body and the light alone; those in memory only save time.
     """
 
     def __init__(
@@ -30,13 +29,15 @@ class PrecomputedResponse:
         self._transport = transport
         self._surface = surface
         self._sunlit = sunlit
-        self._nodes: OrderedDict[Node, Array32] = OrderedDict()
+        self._nodes = LruCache[Node, Array32](CAPACITY)
 
     @cached_property
     def glow(self) -> Array32:
         """(p, 4) by what the surfaces give off by themselves [W m-2]."""
-        own = self._surface.exitance
-        return radiosity(self._transport, self._surface, own) if np.any(own) else own
+        emitted = self._surface.exitance
+        if not np.any(emitted):
+            return emitted
+        return radiosity(self._transport, self._surface, emitted)
 
     def of_irradiance(self, irradiance: Array32) -> Array32:
         """(p, 4) of any light, solved now [W m-2].
@@ -60,14 +61,12 @@ class PrecomputedResponse:
         direction : (3,) unit, towards it, body axes
         irradiance : (4,) on a surface that faces it [W m-2]
         """
-        corners = around(direction)
-        self._solve([node for node, _ in corners if node not in self._nodes])
+        corners = grid_corners(direction)
+        solved = self._solved([node for node, _ in corners if node not in self._nodes])
         exitance = np.zeros_like(self._surface.albedo)
         for node, weight in corners:
-            exitance += self._nodes[node] * (weight * irradiance).astype(np.float32)
-            self._nodes.move_to_end(node)
-        while len(self._nodes) > KEPT:
-            self._nodes.popitem(last=False)
+            per_irradiance = self._nodes.get(node, partial(solved.__getitem__, node))
+            exitance += per_irradiance * (weight * irradiance).astype(np.float32)
         return exitance
 
     @cached_property
@@ -75,19 +74,18 @@ class PrecomputedResponse:
         """(p, 4, 96) exitance for each cell of radiance 1 in each band [W m-2 / (W m-2 sr-1)]."""
         # Rays follow the cosine: each stands for pi over their number.
         free = np.float32(np.pi) * self._transport.sky.toarray()
-        own = self._surface.albedo[:, :, None] * free[:, None]
+        reflected = self._surface.albedo[:, :, None] * free[:, None]
         # A face of the sky at a time: less than 2 MB, which stays in the processor's cache.
-        faces = np.split(own, 6, axis=2)
+        faces = np.split(reflected, 6, axis=2)
         return np.concatenate(
             [radiosity(self._transport, self._surface, face) for face in faces], axis=2
         )
 
-    def _solve(self, nodes: list[Node]) -> None:
-        """For a Sun of 1 W/m2 in these directions of the lattice, together: it takes less time."""
+    def _solved(self, nodes: list[Node]) -> dict[Node, Array32]:
+        """(p, 4) each for a Sun of 1 W/m2 in that direction; together they take less time."""
         if not nodes:
-            return
+            return {}
         cosines = np.stack([self._sunlit.at(node) for node in nodes], axis=1)
-        own = self._surface.albedo[:, :, None] * cosines[:, None]
-        solved = radiosity(self._transport, self._surface, own)
-        for number, node in enumerate(nodes):
-            self._nodes[node] = np.ascontiguousarray(solved[:, :, number])
+        reflected = self._surface.albedo[:, :, None] * cosines[:, None]
+        solved = radiosity(self._transport, self._surface, reflected)
+        return {node: np.ascontiguousarray(solved[:, :, i]) for i, node in enumerate(nodes)}

@@ -1,25 +1,23 @@
-"""Light on the patches and vertices of a body at one instant: nothing is kept from the last."""
+"""Radiosity: light on the patches and vertices of a body at one instant."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from scipy import sparse
 
 from simgl.arrays import Array, Array32, Mask
-from simgl.radiosity.gather_matrix import GatherMatrix
-from simgl.radiosity.light_transport import LightTransport
-from simgl.rays import RayTracer
+from simgl.radiosity.light_transport import GatherMatrix, LightTransport
+from simgl.rays import AnyRayTracer
 from simgl.scene.materials import Material
 
 # What is left of the error of the first guess when the bounces end.
 RESIDUAL = 3e-3
 # Only a closed body of perfect reflectance needs more: there the sum of bounces has no end.
-_MOST_STEPS = 200
+_MAX_STEPS = 200
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -44,7 +42,7 @@ class Blocker:
     centre, radius : (3,) of its bounding sphere, in its own axes [m]
     """
 
-    tracer: RayTracer
+    tracer: AnyRayTracer
     other_from_body: Array
     centre: Array
     radius: float
@@ -113,33 +111,34 @@ def _contraction(form_factors: sparse.csr_matrix, albedo: Array) -> float:
     return min(bound, 1.0 - 1e-6)
 
 
-def radiosity(transport: LightTransport, surface: Reflectors, own: Array32) -> Array32:
+def radiosity(transport: LightTransport, surface: Reflectors, emitted: Array32) -> Array32:
     """(p, 4) or (p, 4, n) exitance of the patches after all bounces [W m-2].
 
-    own : before any, of one light or of n by themselves: as many bits alone as together
+    emitted : exitance before any bounce, of one light or of n separate ones; a light gets the same
+        bits among others as by itself
 
     x = M x + c with Chebyshev's acceleration (Golub & Varga 1961): after k steps the error is below
     2 r^k of the first, r = mu / (1 + sqrt(1 - mu^2)) for a spectrum in -mu .. mu. The first guess
     lets the second bounce stand for all later ones, each less by the same ratio.
     """
-    factors, count = transport.form_factors, len(own)
-    albedo = surface.albedo if own.ndim == 2 else surface.albedo[:, :, None]
+    factors, count = transport.form_factors, len(emitted)
+    albedo = surface.albedo if emitted.ndim == 2 else surface.albedo[:, :, None]
 
     def bounced(light: Array32) -> Array32:
-        return albedo * (factors @ light.reshape(count, -1)).reshape(own.shape)
+        return albedo * (factors @ light.reshape(count, -1)).reshape(emitted.shape)
 
     mu = surface.contraction
     rate = mu / (1.0 + np.sqrt(1.0 - mu * mu))
-    once = bounced(own)
+    once = bounced(emitted)
     if rate <= 0.0 or not np.any(once):
-        return own + once
+        return emitted + once
     twice = bounced(once)
     ratio = (once * twice).sum(axis=0) / np.maximum((once * once).sum(axis=0), np.float32(1e-30))
-    older = own + once + twice / (1.0 - np.clip(ratio, 0.0, np.float32(mu)))
+    older = emitted + once + twice / (1.0 - np.clip(ratio, 0.0, np.float32(mu)))
     newer, omega = older, 1.0
-    steps = min(int(np.ceil(np.log(0.5 * RESIDUAL) / np.log(rate))) - 2, _MOST_STEPS)
+    steps = min(int(np.ceil(np.log(0.5 * RESIDUAL) / np.log(rate))) - 2, _MAX_STEPS)
     for step in range(steps):
-        next_ = bounced(newer) + own
+        next_ = bounced(newer) + emitted
         if step == 0:
             older, newer = newer, next_
             continue
@@ -222,39 +221,36 @@ def _blocked_before(
     return blocked
 
 
-@lru_cache(maxsize=1)
-def beside() -> ThreadPoolExecutor:
-    """One thread beside the caller's: products of sparse matrices leave Python alone."""
-    return ThreadPoolExecutor(max_workers=1, thread_name_prefix="simgl-exchange")
-
-
-def earth_share(rows: GatherMatrix, cell_radiance: Array32 | None) -> Array32:
+def earth_share(matrix: GatherMatrix, cell_radiance: Array32 | None) -> Array32:
     """(k, sides) of the Earth's irradiance on a free surface, the share that arrives at vertices.
 
     cell_radiance : (96, 4) of the sky; None for a dark sky
     """
     if cell_radiance is None:
-        return np.ones(rows.shape, dtype=np.float32)
+        return np.ones(matrix.shape, dtype=np.float32)
     bands = cell_radiance.mean(axis=1)
-    whole = np.maximum(rows.whole @ bands, np.float32(1e-30))[rows.whole_row]
-    share = (rows.sky_part @ bands) / whole
-    np.subtract(np.float32(1.0), share, out=share, where=~rows.sky_part_seen)
-    return np.clip(share, 0.0, 1.0, out=share).reshape(rows.shape)
+    free = np.maximum(matrix.sky_rays @ bands, np.float32(1e-30))[matrix.sky_rays_row]
+    share = (matrix.sky_part @ bands) / free
+    np.subtract(np.float32(1.0), share, out=share, where=~matrix.sky_part_seen)
+    return np.clip(share, 0.0, 1.0, out=share).reshape(matrix.shape)
 
 
-def vertex_irradiance(rows: GatherMatrix, exitance: Array32, values: Array32) -> None:
-    """Irradiance of vertices from the body's own surfaces [W m-2], by two threads.
+def vertex_irradiance(
+    matrix: GatherMatrix, exitance: Array32, values: Array32, executor: Executor
+) -> None:
+    """Irradiance of vertices from the body's own surfaces [W m-2].
 
     exitance : (p, 4) of the patches, after all bounces
     values : (k, sides, 4 or more) whose first four columns are filled
+    executor : works on one half; products of sparse matrices release Python's lock
     """
-    first, second = rows.gather
+    first, second = matrix.gather
     flat = values.reshape(-1, values.shape[2])
     middle = first.shape[0]
 
     def fill(part: Array32, gather: sparse.csr_matrix) -> None:
         part[:, :4] = gather @ exitance
 
-    rest = beside().submit(fill, flat[middle:], second)
+    rest = executor.submit(fill, flat[middle:], second)
     fill(flat[:middle], first)
     rest.result()

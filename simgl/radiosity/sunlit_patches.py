@@ -11,26 +11,26 @@ from simgl.lru_cache import LruCache
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.solver import Blocker, blocked_by, lit_normals
 
-# Steps of the lattice of directions from one end of an axis to the other: half a degree each, the
+# Steps of the grid of directions from one end of an axis to the other: half a degree each, the
 # width of the Sun. What light a patch gets is linear between three of them, as in a penumbra.
 _STEPS = 360
-# Directions of the lattice that are remembered; the Sun crosses some of them a minute.
-KEPT = 64
+# Directions of the grid in memory; the Sun crosses some of them a minute.
+CAPACITY = 64
 
-# A direction of the lattice: its column and row.
+# A direction of the grid: its column and row.
 Node = tuple[int, int]
 
 
 class SunlitPatches:
-    """The mean cosine of each patch to the Sun, traced for directions of a fixed lattice.
+    """The mean cosine of each patch to the Sun, traced for directions of a fixed grid.
 
-    The lattice is an octahedral map (simgl/environment_map.py). What is asked for follows
-    from transport and direction alone: what is kept from earlier calls only saves the tracing.
+    The grid is an octahedral map (simgl/environment_map.py). Results follow from transport and
+    direction alone: those in memory only save tracing.
     """
 
     def __init__(self, transport: LightTransport) -> None:
         self._transport = transport
-        self._nodes = LruCache[Node, Array32](KEPT)
+        self._nodes = LruCache[Node, Array32](CAPACITY)
 
     def cosines(self, direction: Array, blockers: Sequence[Blocker] = ()) -> Array32:
         """(p,) mean over each patch of its cosine to the Sun where the Sun is seen.
@@ -39,14 +39,14 @@ class SunlitPatches:
         blockers : other bodies; what they hide of a patch is hidden evenly in its lit part
         """
         cosines = np.zeros(len(self._transport.areas), dtype=np.float32)
-        for node, weight in around(direction):
+        for node, weight in grid_corners(direction):
             cosines += np.float32(weight) * self.at(node)
         if blockers:
             cosines *= 1.0 - blocked_by(self._transport, direction, blockers)
         return cosines
 
     def at(self, node: Node) -> Array32:
-        """(p,) the same for a direction of the lattice, traced."""
+        """(p,) the same for a direction of the grid, traced."""
         return self._nodes.get(node, lambda: self._traced(node))
 
     def _traced(self, node: Node) -> Array32:
@@ -56,8 +56,8 @@ class SunlitPatches:
         return np.maximum(normals @ direction.astype(np.float32), 0.0)
 
 
-def around(direction: Array) -> tuple[tuple[Node, float], ...]:
-    """Three directions of the lattice whose sum with these weights is the one given.
+def grid_corners(direction: Array) -> tuple[tuple[Node, float], ...]:
+    """Three directions of the grid whose sum with these weights is the one given.
 
     Cosines summed likewise are exact where all three see the Sun. Triangles do not cross the
     octahedron's edges, so their sides are arcs of great circles, which neighbours share.

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from simgl.arrays import Array
-from simgl.config.band_values import direction
 from simgl.config.validation import shown
+from simgl.config.value_types import direction
 from simgl.errors import ConfigError, did_you_mean
 from simgl.motion.mounts import BodyMount, FreeMount, Mount, OrbitingMount
 from simgl.motion.pointing import Axes, Limb, Place, Pointing

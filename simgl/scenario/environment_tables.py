@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from simgl.config.band_values import direction, fractions
 from simgl.config.path_sandbox import Base
+from simgl.config.value_types import direction, fractions
 from simgl.errors import AssetError, ConfigError
 from simgl.physics.atmosphere import ATMOSPHERES
 from simgl.physics.constants import ASTRONOMICAL_UNIT, SOLAR_CONSTANT, SOLAR_RADIUS

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from simgl.arrays import Array
-from simgl.config.band_values import direction
+from simgl.config.value_types import direction
 from simgl.errors import ConfigError
 from simgl.physics.spectrum import black_body_light
 from simgl.scenario.schema import LampTable

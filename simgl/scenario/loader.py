@@ -145,7 +145,6 @@ def scenario_from_dict(
         samples_per_pixel=render.samples_per_pixel,
         inter_reflection=render.inter_reflection,
         gather=render.gather,
-        level_error_px=render.level_of_detail_error_px,
         stars=read_sky(single("sky", SkyTable), sun),
     )
     # Laws that contradict each other, such as relative places in a circle, show here.
@@ -153,7 +152,17 @@ def scenario_from_dict(
     return scenario
 
 
+# Keys of [render] that files of earlier versions have, and why they went.
+_REMOVED = {
+    "level_of_detail_error_px": "was removed with the levels of detail: they saved 5 % of a frame "
+    "and changed interreflected light; delete the key",
+}
+
+
 def _check_tables(data: dict[str, Any], where: str) -> None:
+    for key, problem in _REMOVED.items():
+        if isinstance(data.get("render"), dict) and key in data["render"]:
+            raise ConfigError(f"{where} [render]", key, problem)
     for key in data:
         if key not in _TABLES:
             problem = f"is not a table here; {did_you_mean(key, _TABLES)}"

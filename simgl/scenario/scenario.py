@@ -53,10 +53,10 @@ class EphemerisSun:
     visible: bool = True
     limb: Array = field(default_factory=UNIFORM.copy)
 
-    def at(self, tai_ns: int) -> Sun:
-        """The Sun at an epoch."""
+    def at(self, tai_ns: int, position: Array | None = None) -> Sun:
+        """The Sun at an epoch, or at a position (3,) in place of the ephemeris' [m]."""
         return SunAtPosition(
-            position=sun_position(tai_ns),
+            position=sun_position(tai_ns) if position is None else position,
             light_at_1_au=self.light_at_1_au,
             radius=self.radius,
             visible=self.visible,
@@ -74,7 +74,6 @@ class Scenario:
     samples_per_pixel : of geometry; None lets the renderer choose by cost
     inter_reflection : interreflection within a spacecraft, and its occlusion of the Earth
     gather : interreflection at vertices, or by rays from every sample of every pixel
-    level_error_px : how far levels of detail may move anything [pixels]; 0 for none
     stars : None for a sky without them
     """
 
@@ -94,12 +93,11 @@ class Scenario:
     samples_per_pixel: int | None = None
     inter_reflection: bool = True
     gather: Literal["vertex", "pixel"] = "vertex"
-    level_error_px: float = 0.0
     stars: StarCatalogue | None = None
 
     def at(self, tai_ns: int) -> SceneState:
         """The scene at an epoch [TAI ns]."""
-        return self.with_poses(tai_ns, self.poses(tai_ns))
+        return self.with_poses(tai_ns, {})
 
     def around(self, tai_ns: int) -> Callable[[int], SceneState]:
         """The scene while a shutter is open about an epoch [TAI ns].
@@ -140,12 +138,17 @@ class Scenario:
         bodies: Mapping[str, Pose],
         exposure_times: Mapping[str, float] | None = None,
         joint_angles: Mapping[str, Mapping[str, float]] | None = None,
+        sun: Array | None = None,
     ) -> SceneState:
         """The scene with given poses, e.g. those that a simulation sent.
 
+        bodies : spacecraft to pose; those left out follow their laws of motion, and a law that is
+            relative to a given spacecraft follows it
         exposure_times : camera name to exposure [s], where it differs from the file
         joint_angles : spacecraft to joint to angle [rad] or travel [m]; joints not named follow
             their laws
+        sun : (3,) position of the Sun in place of the scenario's, Earth-centred ICRF [m]; where the
+            scenario gives the Sun by direction and irradiance, only the direction is taken
         """
         cameras = dict(self.cameras)
         for name, seconds in (exposure_times or {}).items():
@@ -157,41 +160,47 @@ class Scenario:
                 position=np.zeros(3),
                 R_itrf_from_icrf=itrf_from_icrf(tai_ns),
             )
-        sun: Sun
-        if isinstance(self.sun, EphemerisSun):
-            sun, moon = self.sun.at(tai_ns), moon_position(tai_ns)
-        else:
-            sun, moon = self.sun, None
+        light = self._sun(tai_ns, sun)
+        moon = moon_position(tai_ns) if isinstance(self.sun, EphemerisSun) else None
         states = {}
         given = joint_angles or {}
         with self._named_in_errors():
+            placed = poses(self.motions, tai_ns, bodies)
             for name, camera in cameras.items():
                 mount = self.mounts[name]
                 position, R_camera_from_icrf = camera_pose(
-                    name, mount, bodies, lambda place: sun.seen_from(place).direction_icrf, earth
+                    name, mount, placed, lambda place: light.seen_from(place).direction_icrf, earth
                 )
                 states[name] = CameraState(
                     camera=camera,
                     position=position,
                     R_camera_from_icrf=R_camera_from_icrf,
-                    velocity=camera_velocity(mount, bodies),
+                    velocity=camera_velocity(mount, placed),
                 )
-            lamps = tuple(lamp_state(lamp, bodies) for lamp in self.lamps.values())
-            placed = {
-                name: self._body(name, tai_ns, sun, bodies[name], given.get(name, {}))
+            lamps = tuple(lamp_state(lamp, placed) for lamp in self.lamps.values())
+            body_states = {
+                name: self._body(name, tai_ns, light, placed[name], given.get(name, {}))
                 for name in self.models
             }
         return SceneState(
             tai_ns=tai_ns,
-            sun=sun,
+            sun=light,
             earth=earth,
             moon=moon,
-            bodies=placed,
+            bodies=body_states,
             cameras=states,
             lamps=lamps,
             R_moon_from_icrf=None if moon is None else moon_from_icrf(tai_ns),
             stars=None if self.stars is None else star_sky(self.stars, tai_ns),
         )
+
+    def _sun(self, tai_ns: int, position: Array | None) -> Sun:
+        """The Sun at an epoch, at a given position where there is one."""
+        if isinstance(self.sun, EphemerisSun):
+            return self.sun.at(tai_ns, position)
+        if position is None:
+            return self.sun
+        return replace(self.sun, direction_icrf=position / np.linalg.norm(position))
 
     def _body(
         self, name: str, tai_ns: int, sun: Sun, pose: Pose, given: Mapping[str, float]

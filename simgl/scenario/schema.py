@@ -311,12 +311,9 @@ class RenderTable(Table, frozen=True, kw_only=True):
 
     inter_reflection : light between the surfaces of a spacecraft, and the Earth hidden by them
     gather : that light at vertices, or by rays from every sample of every pixel
-    level_of_detail_error_px : far spacecraft are drawn from fewer triangles that move nothing by
-        more; 0, and any value with ``gather = "pixel"``, draws all
     """
 
     seed: Annotated[int, Meta(ge=0, le=2**32 - 1)] = 0
     samples_per_pixel: Annotated[int, Meta(ge=FEWEST, le=256)] | None = None
     inter_reflection: bool = True
     gather: Literal["vertex", "pixel"] = "vertex"
-    level_of_detail_error_px: Annotated[float, Meta(ge=0.0, le=2.0)] = 0.0

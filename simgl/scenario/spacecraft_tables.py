@@ -8,9 +8,9 @@ from contextlib import contextmanager
 import numpy as np
 
 from simgl.arrays import Array
-from simgl.config.band_values import direction
 from simgl.config.path_sandbox import Base
 from simgl.config.validation import shown
+from simgl.config.value_types import direction
 from simgl.errors import AssetError, ConfigError, did_you_mean
 from simgl.model_files.model_library import UNITS, load_model
 from simgl.model_files.surface_tables import PrimitiveTable, read_primitive

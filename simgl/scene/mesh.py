@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull, QhullError
 
-from simgl.arrays import Array, Array32, UIntArray
-from simgl.motion.joints import Joint
+from simgl.arrays import Array, Array32, IndexArray, UIntArray
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -26,8 +24,6 @@ class Mesh:
     material : (n,) uint32 index of its material
     uv : (n, 2) float32 place in its material's images, v down from the top row; None without images
     colour : (n, 4) float32 factors of red, green, blue reflectance and of coverage; None for all 1
-    joint : (n,) uint32 one more than the index of the joint that has turned a vertex from where it
-        is stored, 0 for none; None where none has
     """
 
     positions: Array32
@@ -37,7 +33,6 @@ class Mesh:
     material: UIntArray
     uv: Array32 | None = None
     colour: Array32 | None = None
-    joint: UIntArray | None = None
 
     @cached_property
     def digest(self) -> str:
@@ -45,8 +40,7 @@ class Mesh:
         h = hashlib.sha256()
         for array in (self.positions, self.normals, self.triangles, self.part, self.material):
             h.update(np.ascontiguousarray(array).tobytes())
-        optionals = (("uv", self.uv), ("colour", self.colour), ("joint", self.joint))
-        for name, optional in optionals:
+        for name, optional in (("uv", self.uv), ("colour", self.colour)):
             if optional is not None:
                 h.update(name.encode())
                 h.update(np.ascontiguousarray(optional).tobytes())
@@ -66,17 +60,8 @@ class Mesh:
 
     @cached_property
     def hull(self) -> Array:
-        """(k, 3) corners of the convex hull, which bound every projection of the mesh [m].
-
-        For a flat mesh, which has no hull, the corners of its bounding box.
-        """
-        points = self.positions.astype(np.float64)
-        try:
-            return points[ConvexHull(points).vertices]
-        except QhullError:
-            low, high = points.min(axis=0), points.max(axis=0)
-            choice = np.indices((2, 2, 2)).reshape(3, -1).T
-            return np.where(choice, high, low)
+        """(k, 3) corners of the convex hull, which bound every projection of the mesh [m]."""
+        return hull_corners(self.positions.astype(np.float64))
 
     @cached_property
     def part_spheres(self) -> Array:
@@ -92,12 +77,15 @@ class Mesh:
                 spheres[part, 3] = np.sqrt(np.max(np.sum((points - middle) ** 2, axis=1)))
         return spheres
 
-    def winding_number(self, point: Array) -> float:
-        """Winding number of the surface about a point: 0 outside, 1 inside a closed part.
+    def winding_number(self, point: Array, chosen: IndexArray | None = None) -> float:
+        """How often the surface encloses a point: 0 outside, 1 inside one closed part.
 
-        Sum of the signed solid angles of all triangles over 4 pi (Van Oosterom & Strackee 1983).
+        chosen : (k,) the triangles that count; None for all
+
+        Sum of their signed solid angles over 4 pi (Van Oosterom & Strackee 1983).
         """
-        a, b, c = np.moveaxis(self.positions[self.triangles].astype(np.float64) - point, 1, 0)
+        triangles = self.triangles if chosen is None else self.triangles[chosen]
+        a, b, c = np.moveaxis(self.positions[triangles].astype(np.float64) - point, 1, 0)
         la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
         numerator = np.einsum("ij,ij->i", a, np.cross(b, c))
         denominator = (
@@ -107,6 +95,19 @@ class Mesh:
             + np.einsum("ij,ij->i", c, a) * lb
         )
         return float(np.sum(np.arctan2(numerator, denominator)) / (2.0 * np.pi))
+
+
+def hull_corners(points: Array) -> Array:
+    """(k, 3) corners of the convex hull of points (n, 3).
+
+    Points in a plane have none; the corners of their bounding box serve.
+    """
+    try:
+        return points[ConvexHull(points).vertices]
+    except QhullError:
+        low, high = points.min(axis=0), points.max(axis=0)
+        choice = np.indices((2, 2, 2)).reshape(3, -1).T
+        return np.where(choice, high, low)
 
 
 def _single(positions: ArrayLike, normals: ArrayLike, triangles: ArrayLike) -> Mesh:
@@ -190,21 +191,3 @@ def cylinder(radius: float, length: float, segments: int = 192) -> Mesh:
         fan = np.stack([np.full(segments, first + n), first + j, first + j + 1], axis=1)
         triangles.append(fan if sign > 0 else fan[:, ::-1])
     return _single(np.concatenate(positions), np.concatenate(normals), np.concatenate(triangles))
-
-
-def moved_mesh(mesh: Mesh, joints: Sequence[Joint], motion: Array) -> Mesh:
-    """The mesh with the parts on joints moved; parts that do not move keep their exact values.
-
-    motion : (joints + 1, 4, 4) of each joint's parts, after `body_from_stored`
-    """
-    positions, normals = mesh.positions.copy(), mesh.normals.copy()
-    label = np.zeros(len(positions), dtype=np.uint32) if mesh.joint is None else mesh.joint.copy()
-    for index, joint in enumerate(joints):
-        matrix = motion[index + 1]
-        chosen = np.isin(mesh.part, joint.parts)
-        if np.array_equal(matrix, np.eye(4)) or not np.any(chosen):
-            continue
-        positions[chosen] = mesh.positions[chosen] @ matrix[:3, :3].T + matrix[:3, 3]
-        normals[chosen] = mesh.normals[chosen] @ matrix[:3, :3].T
-        label[chosen] = index + 1
-    return replace(mesh, positions=positions, normals=normals, joint=label)

@@ -16,7 +16,8 @@ from simgl.motion.joints import (
     unknown_joint,
 )
 from simgl.scene.materials import Material
-from simgl.scene.mesh import Mesh, moved_mesh
+from simgl.scene.mesh import Mesh
+from simgl.scene.posed_mesh import PosedMesh
 from simgl.scene.textures import SurfaceTextures
 
 
@@ -32,10 +33,11 @@ class Branch:
 class SpacecraftModel:
     """Shape and surface of one spacecraft, in its body axes.
 
+    mesh : its shape with all joints as stored, whatever their values
     parts : names, indexed by ``mesh.part``
     materials : indexed by ``mesh.material``
     textures : the images of the materials
-    keypoints : name to (3,) position [m]
+    keypoints : name to (3,) position where the joints put it [m]
     open_sheets : some surfaces are visible from both sides; back faces are not culled
     notes : features of the file that are not drawn, one line each
     branches : of the tree of parts, parents first
@@ -43,7 +45,6 @@ class SpacecraftModel:
     angles : of the joints in their order [rad], travel [m] of sliding ones; empty if all are as
         stored
     stored : the model with all joints as stored, if this one is moved
-    exact : drawn whole at any distance, as the shapes of calibration scenes are
     """
 
     name: str
@@ -58,7 +59,6 @@ class SpacecraftModel:
     joints: tuple[Joint, ...] = ()
     angles: tuple[float, ...] = ()
     stored: SpacecraftModel | None = None
-    exact: bool = False
 
     @cached_property
     def variant(self) -> tuple[str, ...]:
@@ -74,9 +74,15 @@ class SpacecraftModel:
                 variant.append("CUT_OUT")
         if any(material.layered for material in self.materials):
             variant.append("LAYERED")
-        if self.mesh.joint is not None:
+        if self.angles:
             variant.append("JOINTED")
         return tuple(variant)
+
+    @cached_property
+    def posed_mesh(self) -> PosedMesh:
+        """Its shape with the joints where they are."""
+        motion = body_from_stored(self.joints, self.angles) if self.angles else None
+        return PosedMesh(mesh=self.mesh, joints=self.joints, motion=motion)
 
     def posed(self, angles: Mapping[str, float]) -> SpacecraftModel:
         """The model with its joints at these angles [rad] or travels [m]; others are as stored.
@@ -102,9 +108,9 @@ class SpacecraftModel:
         rounded = {}
         for index, (joint, angle) in enumerate(zip(self.joints, self.angles, strict=True)):
             low, high = joint.limits
-            spacing = step * self.stored.reach(index) if joint.slides else step
-            multiple = spacing * round(angle / spacing)
-            multiple += spacing * (multiple < low - 1e-9) - spacing * (multiple > high + 1e-9)
+            size = step * self.reach(index) if joint.slides else step
+            multiple = size * round(angle / size)
+            multiple += size * (multiple < low - 1e-9) - size * (multiple > high + 1e-9)
             rounded[joint.name] = angle if abs(multiple - angle) < 1e-6 else multiple
         return self.posed(rounded)
 
@@ -115,10 +121,11 @@ class SpacecraftModel:
     @cached_property
     def outline(self) -> str:
         """Hash of its opaque outline, the key of results that depend on that alone."""
+        digest = self.posed_mesh.digest
         if "CUT_OUT" not in self.variant:
-            return self.mesh.digest
+            return digest
         cuts = [(m.coverage, m.cutoff, m.maps.base_colour) for m in self.materials]
-        content = f"{self.mesh.digest} {self.textures.digest} {cuts}"
+        content = f"{digest} {self.textures.digest} {cuts}"
         return hashlib.sha256(content.encode()).hexdigest()
 
 
@@ -126,10 +133,5 @@ class SpacecraftModel:
 @lru_cache(maxsize=16)
 def _posed(stored: SpacecraftModel, values: tuple[float, ...]) -> SpacecraftModel:
     motion = body_from_stored(stored.joints, values)
-    return replace(
-        stored,
-        mesh=moved_mesh(stored.mesh, stored.joints, motion),
-        keypoints=moved_keypoints(stored.keypoints, stored.joints, motion),
-        angles=values,
-        stored=stored,
-    )
+    keypoints = moved_keypoints(stored.keypoints, stored.joints, motion)
+    return replace(stored, keypoints=keypoints, angles=values, stored=stored)

@@ -141,7 +141,7 @@ class BodyState:
 
     def encloses(self, point: Array) -> bool:
         """Whether a point (3,) of ICRF axes [m] lies inside its skin."""
-        mesh, place = self.model.mesh, self.in_body(point)
+        mesh, place = self.model.posed_mesh, self.in_body(point)
         if np.linalg.norm(place - mesh.centre) > mesh.radius:
             return False
         return mesh.winding_number(place) > 0.5

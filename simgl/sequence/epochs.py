@@ -114,7 +114,7 @@ def limb_behind(state: SceneState, camera: CameraState, target: str) -> bool:
     turn = state.earth.R_itrf_from_icrf
     eye = scale * (turn @ (camera.position - state.earth.position))
     body = state.bodies[target]
-    mesh = body.model.mesh
+    mesh = body.model.posed_mesh
     centre = body.pose.position + body.pose.R_icrf_from_body @ mesh.centre - camera.position
     distance = float(np.linalg.norm(centre))
     if distance <= mesh.radius:

@@ -15,7 +15,7 @@ from simgl.images import saturated
 from simgl.output import check_writable, write_dn_png, write_exr, write_view_png
 from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.physics.frames import quaternion_from_matrix
-from simgl.progress import Progress
+from simgl.progress import ProgressCallback
 from simgl.scenario.scenario import Scenario
 from simgl.sequence.journal import Columns, Journal, Value
 from simgl.sequence.video import write_mp4
@@ -133,7 +133,9 @@ def frame_path(folder: Path, camera: str, frame: int, suffix: str) -> Path:
     return folder / camera / f"{frame:06d}.{suffix}"
 
 
-def run(plan: Plan, simulator: Simulator, folder: Path, report: Progress | None = None) -> int:
+def run(
+    plan: Plan, simulator: Simulator, folder: Path, report: ProgressCallback | None = None
+) -> int:
     """Take every picture of a plan that its folder does not hold yet.
 
     report : told the pictures done and their number, those of an earlier run among them

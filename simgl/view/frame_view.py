@@ -15,15 +15,14 @@ import numpy as np
 
 from simgl.arrays import Array, Array32
 from simgl.camera.camera import Camera
-from simgl.camera.distortion import PinholeField, field, point_kept
+from simgl.camera.distortion import PinholeField, field, warped_point_share
 from simgl.errors import ConfigError
-from simgl.radiosity.incident_light import IncidentLight, exchange_view
+from simgl.radiosity.incident_light import IncidentLight, incident_light
 from simgl.sample_grid import PIXEL_CENTRES, SampleGrid, choose_lattice, turned_lattice
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import BodyState, CameraState, EarthState, SceneState
 from simgl.view.aerial_perspective import AirSegment, air_between
 from simgl.view.background import Background, SkyView, background, sky_view
-from simgl.view.detail import WHOLE, Detail, camera_from_body, detail
 from simgl.view.lamp_views import LampView, lamp_views
 from simgl.view.shadow_views import ShadowView, shadow_view
 
@@ -48,7 +47,6 @@ class SpacecraftView:
     sky : None where there is no Earth
     exchange : None where light between its surfaces is left out
     air : on the way to the camera; None where there is none
-    detail : what may stand for it
     """
 
     name: str
@@ -63,7 +61,6 @@ class SpacecraftView:
     sky: SkyView | None
     exchange: IncidentLight | None
     air: AirSegment | None = None
-    detail: Detail = WHOLE
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -117,15 +114,12 @@ def frame_view(
     samples_per_pixel: int | None = None,
     inter_reflection: bool = True,
     gather: Gather = "vertex",
-    level_error_px: float = 0.0,
 ) -> FrameView:
     """What one camera of the scene draws.
 
     sample_budget : geometry samples that a tile may take where ``samples_per_pixel`` is None
     inter_reflection : light between the surfaces of a spacecraft, and the Earth hidden by them
     gather : that light at vertices, or by rays from every sample
-    level_error_px : how far levels of detail may move anything [pixels]; with rays from every
-        sample, which start on the model itself, there are none
 
     Raises ConfigError where the camera is inside a body or the Earth.
     """
@@ -135,16 +129,13 @@ def frame_view(
     if seen is not None:
         camera, fine = replace(camera, camera=seen.pinhole), replace(camera, camera=seen.fine)
     fixed = None if samples_per_pixel is None else turned_lattice(samples_per_pixel)
-    allowed = 0.0 if gather == "pixel" else level_error_px
-    if seen is not None:
-        allowed *= seen.smallest_pixel
-    craft = _craft(state, camera, inter_reflection, allowed)
+    craft = _craft(state, camera, inter_reflection)
     return FrameView(
         camera=real,
         field=seen,
         background=_with_all_their_light(background(state, fine), real),
         tiles=_tiles(craft, camera, sample_budget, fixed),
-        lamps=lamp_views(state, camera, {c.name: c.detail for c in craft}),
+        lamps=lamp_views(state, camera),
         gather=gather,
     )
 
@@ -154,7 +145,7 @@ def _with_all_their_light(behind: Background, camera: Camera) -> Background:
     beyond = behind.celestial
     if camera.lens.distortion is None or beyond is None or beyond.stars is None:
         return behind
-    kept = point_kept(camera, beyond.stars.pixels)
+    kept = warped_point_share(camera, beyond.stars.pixels)
     irradiance = np.asarray(beyond.stars.irradiance / kept[:, None], dtype=np.float32)
     stars = replace(beyond.stars, irradiance=irradiance)
     return replace(behind, celestial=replace(beyond, stars=stars))
@@ -212,20 +203,23 @@ def _refuse_inside(camera: CameraState, name: str, body: BodyState) -> None:
         )
 
 
-def _craft(
-    state: SceneState, camera: CameraState, inter_reflection: bool, level_error_px: float
-) -> list[SpacecraftView]:
+def _camera_from_body(camera: CameraState, body: BodyState) -> Array:
+    """(4, 4) from body axes to camera axes [m]."""
+    matrix = np.eye(4)
+    matrix[:3, :3] = camera.R_camera_from_icrf @ body.pose.R_icrf_from_body
+    matrix[:3, 3] = camera.R_camera_from_icrf @ (body.pose.position - camera.position)
+    return matrix
+
+
+def _craft(state: SceneState, camera: CameraState, inter_reflection: bool) -> list[SpacecraftView]:
     views = []
     for index, (name, body) in enumerate(state.bodies.items()):
         _refuse_inside(camera, name, body)
         if _hidden_by_earth(state.earth, camera.position, body.pose.position):
             continue
         sun = state.sun.seen_from(body.pose.position)
-        matrix = camera_from_body(camera, body)
+        matrix = _camera_from_body(camera, body)
         body_from_camera: Array = np.linalg.inv(matrix).astype(np.float64)
-        found = detail(
-            body.model, matrix, camera.camera, level_error_px, exchanging=inter_reflection
-        )
         views.append(
             SpacecraftView(
                 name=name,
@@ -237,9 +231,8 @@ def _craft(
                 sun_limb=_float32(sun.limb),
                 sun_angular_radius=sun.angular_radius,
                 sky=sky_view(state, name, body),
-                exchange=exchange_view(state, body) if inter_reflection else None,
-                shadow=shadow_view(state, body, camera.camera, body_from_camera, found),
-                detail=found,
+                exchange=incident_light(state, body) if inter_reflection else None,
+                shadow=shadow_view(state, body, camera.camera, body_from_camera),
                 air=air_between(state, camera.position, body.pose.position),
             )
         )
@@ -248,7 +241,7 @@ def _craft(
 
 def _hull_in_camera(craft: SpacecraftView) -> Array:
     m = craft.camera_from_body.astype(np.float64)
-    return craft.model.mesh.hull @ m[:3, :3].T + m[:3, 3]
+    return craft.model.posed_mesh.hull @ m[:3, :3].T + m[:3, 3]
 
 
 def _before_the_camera(hull: Array) -> Array:

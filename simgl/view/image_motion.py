@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from simgl.arrays import Array
-from simgl.motion.joints import motion_between
+from simgl.motion.joints import body_from_stored
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import BodyState, CameraState, SceneState
 
@@ -42,7 +42,7 @@ def _body_motion(a: CameraState, b: CameraState, before: BodyState, after: BodyS
     place_b = b.R_camera_from_icrf @ (after.pose.position - b.position)
     R_a = a.R_camera_from_icrf @ before.pose.R_icrf_from_body
     R_b = b.R_camera_from_icrf @ after.pose.R_icrf_from_body
-    mesh = before.model.mesh
+    mesh = before.model.posed_mesh
     reach = float(np.linalg.norm(mesh.centre)) + mesh.radius
     travel = float(np.linalg.norm(place_b - place_a)) + _angle(R_b @ R_a.T) * reach
     travel += _joint_motion(before.model, after.model)
@@ -56,13 +56,14 @@ def _joint_motion(before: SpacecraftModel, after: SpacecraftModel) -> float:
     if before is after or not before.joints:
         return 0.0
     rest = (0.0,) * len(before.joints)
-    motion = motion_between(before.joints, before.angles or rest, after.angles or rest)
+    first, second = (body_from_stored(m.joints, m.angles or rest) for m in (before, after))
     spheres = before.mesh.part_spheres
     moved = [0.0]
-    for joint, matrix in zip(before.joints, motion[1:], strict=True):
+    for joint, a, b in zip(before.joints, first[1:], second[1:], strict=True):
         for middle, radius in ((spheres[p, :3], spheres[p, 3]) for p in joint.parts):
-            shift = matrix[:3, :3] @ middle + matrix[:3, 3] - middle
-            moved.append(float(np.linalg.norm(shift)) + _angle(matrix[:3, :3]) * float(radius))
+            shift = (b - a)[:3, :3] @ middle + (b - a)[:3, 3]
+            turn = _angle(b[:3, :3] @ a[:3, :3].T)
+            moved.append(float(np.linalg.norm(shift)) + turn * float(radius))
     return max(moved)
 
 

@@ -7,7 +7,6 @@ for every plane and keeps its digits at any distance.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +15,6 @@ from simgl.arrays import Array, Array32
 from simgl.physics.frames import camera_from_directions
 from simgl.scene.lamps import Lamp, LampState
 from simgl.scene.state import BodyState, CameraState, SceneState
-from simgl.view.detail import WHOLE, Detail
 from simgl.view.shadow_views import Caster
 
 # Texels along a map's edge: 5 mm on a craft of 5 m.
@@ -59,33 +57,22 @@ class _Seen:
     low: Array
     high: Array
     far: float
-    detail: Detail
 
 
-def lamp_views(
-    state: SceneState, camera: CameraState, details: Mapping[str, Detail] | None = None
-) -> tuple[LampView, ...]:
-    """The lamps that light some spacecraft of the scene.
-
-    details : what stands for each spacecraft, in the picture and in the maps; without, all of it
-    """
+def lamp_views(state: SceneState, camera: CameraState) -> tuple[LampView, ...]:
+    """The lamps that light some spacecraft of the scene."""
     lit = (lamp for lamp in state.lamps if lamp.lamp.power.any())
     carriers = ((lamp, state.bodies[lamp.lamp.spacecraft].pose.R_icrf_from_body) for lamp in lit)
-    views = (lamp_view(lamp, R, state, camera, details or {}) for lamp, R in carriers)
+    views = (lamp_view(lamp, R, state, camera) for lamp, R in carriers)
     return tuple(view for view in views if view is not None)
 
 
 def lamp_view(
-    lamp: LampState,
-    carrier: Array,
-    state: SceneState,
-    camera: CameraState,
-    details: Mapping[str, Detail],
+    lamp: LampState, carrier: Array, state: SceneState, camera: CameraState
 ) -> LampView | None:
     """A lamp before a camera; None where it lights no spacecraft of the scene.
 
     carrier : (3, 3) R_icrf_from_body of what carries it
-    details : what stands for each spacecraft
     """
     # Any turn about the axis serves; one tied to the carrier keeps the map while both stand still.
     up = carrier[:, int(np.argmin(np.abs(carrier.T @ lamp.direction)))]
@@ -93,8 +80,8 @@ def lamp_view(
     near = max(_NEAREST, lamp.lamp.radius)
     widest = float(np.tan(lamp.lamp.half_angle + lamp.lamp.edge))
     seen = []
-    for name, body in state.bodies.items():
-        found = _in_beam(body, lamp, R_lamp_from_icrf, near, widest, details.get(name, WHOLE))
+    for body in state.bodies.values():
+        found = _in_beam(body, lamp, R_lamp_from_icrf, near, widest)
         if found is not None:
             seen.append(found)
     if not seen:
@@ -134,11 +121,10 @@ def _in_beam(
     R_lamp_from_icrf: Array,
     near: float,
     widest: float,
-    detail: Detail,
 ) -> _Seen | None:
     R = R_lamp_from_icrf @ body.pose.R_icrf_from_body
     offset = R_lamp_from_icrf @ (body.pose.position - lamp.position)
-    hull = body.model.mesh.hull @ R.T + offset
+    hull = body.model.posed_mesh.hull @ R.T + offset
     front = hull[hull[:, 2] >= near]
     if len(front) == 0:
         return None
@@ -160,7 +146,6 @@ def _in_beam(
         low=low,
         high=high,
         far=far,
-        detail=detail,
     )
 
 
@@ -168,4 +153,4 @@ def _caster(seen: _Seen, clip_from_lamp: Array) -> Caster:
     lamp_from_body = np.eye(4)
     lamp_from_body[:3, :3], lamp_from_body[:3, 3] = seen.R_lamp_from_body, seen.offset
     clip = _float32(clip_from_lamp @ lamp_from_body)
-    return Caster(model=seen.body.model, clip_from_body=clip, detail=seen.detail)
+    return Caster(model=seen.body.model, clip_from_body=clip)

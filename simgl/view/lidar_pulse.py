@@ -10,7 +10,6 @@ from simgl.camera.lidar import Lidar
 from simgl.physics.frames import unit
 from simgl.scene.lamps import Lamp, LampState
 from simgl.scene.state import CameraState, SceneState
-from simgl.view.detail import WHOLE
 from simgl.view.frame_view import FrameView, SpacecraftView
 from simgl.view.lamp_views import lamp_view
 
@@ -43,7 +42,7 @@ def pulse_view(
         position=camera.position + R_icrf_from_camera @ np.array(lidar.offset),
         direction=unit(R_icrf_from_camera[:, 2]),
     )
-    lamp = lamp_view(place, R_icrf_from_camera, state, camera, {})
+    lamp = lamp_view(place, R_icrf_from_camera, state, camera)
     if lamp is None or not view.tiles:
         return None
     black = replace(view.background, celestial=None, planet=None)
@@ -53,4 +52,4 @@ def pulse_view(
 
 def _unlit(craft: SpacecraftView) -> SpacecraftView:
     dark = np.zeros(4, dtype=np.float32)
-    return replace(craft, sun_irradiance=dark, sky=None, exchange=None, detail=WHOLE)
+    return replace(craft, sun_irradiance=dark, sky=None, exchange=None)

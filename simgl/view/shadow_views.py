@@ -18,7 +18,6 @@ from simgl.rays import ray_tracer
 from simgl.sample_grid import ANGLE
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import BodyState, SceneState
-from simgl.view.detail import WHOLE, Detail
 
 # Texels along a map's edge.
 SIZES = (512, 768, 1024, 1536, 2048)
@@ -44,12 +43,11 @@ class Caster:
 
     model: SpacecraftModel
     clip_from_body: Array32
-    detail: Detail = WHOLE
 
     @property
     def key(self) -> bytes:
         """Equal keys mean that they leave the same in a map."""
-        return self.model.outline.encode() + self.clip_from_body.tobytes() + self.detail.key
+        return self.model.outline.encode() + self.clip_from_body.tobytes()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -105,32 +103,25 @@ class _Near:
     model: SpacecraftModel
     R_light_from_other: Array
     offset: Array
-    detail: Detail
 
 
 def shadow_view(
-    state: SceneState,
-    body: BodyState,
-    camera: Camera,
-    body_from_camera: Array,
-    detail: Detail = WHOLE,
+    state: SceneState, body: BodyState, camera: Camera, body_from_camera: Array
 ) -> ShadowView:
     """The maps that one spacecraft needs in a picture.
 
     body_from_camera : (4, 4)
-    detail : what stands for it in the picture. The same stands for it as a caster, so that it does
-        not shade itself; others cast with no larger an error than the least of its parts
     """
     sun = state.sun.seen_from(body.pose.position)
     R_light = _light_axes(body.pose.R_icrf_from_body.T @ sun.direction_icrf)
     tangent = float(np.tan(sun.angular_radius))
-    casters = _casters(state, body, R_light, tangent, detail)
-    mesh = body.model.mesh
+    casters = _casters(state, body, R_light, tangent)
+    mesh = body.model.posed_mesh
     centre = R_light @ mesh.centre
     bottom = float(centre[2] - 1.01 * mesh.radius)
     top = max(
-        float((c.R_light_from_other @ c.model.mesh.centre + c.offset)[2])
-        + 1.01 * c.model.mesh.radius
+        float((c.R_light_from_other @ c.model.posed_mesh.centre + c.offset)[2])
+        + 1.01 * c.model.posed_mesh.radius
         for c in casters
     )
     top = min(top, centre[2] + _HIGHEST * mesh.radius)
@@ -167,27 +158,26 @@ def _light_axes(sun_body: Array) -> Array:
 
 
 def _casters(
-    state: SceneState, receiver: BodyState, R_light: Array, tangent: float, detail: Detail
+    state: SceneState, receiver: BodyState, R_light: Array, tangent: float
 ) -> tuple[_Near, ...]:
     """All bodies whose shadow may touch the receiver."""
-    pose, mesh = receiver.pose, receiver.model.mesh
+    pose, mesh = receiver.pose, receiver.model.posed_mesh
     R_light_from_icrf = R_light @ pose.R_icrf_from_body.T
     found = []
     for other in state.bodies.values():
         R = R_light_from_icrf @ other.pose.R_icrf_from_body
         offset = R_light_from_icrf @ (other.pose.position - pose.position)
-        place = R @ other.model.mesh.centre + offset - R_light @ mesh.centre
-        reach = other.model.mesh.radius + mesh.radius
+        place = R @ other.model.posed_mesh.centre + offset - R_light @ mesh.centre
+        reach = other.model.posed_mesh.radius + mesh.radius
         if np.hypot(place[0], place[1]) > reach + max(place[2], 0.0) * tangent:
             continue
         if place[2] < -reach:
             continue
         if other is not receiver:
             blur = (place[2] - mesh.radius) * tangent
-            if blur > 0.0 and (other.model.mesh.radius / blur) ** 2 < _LEAST_SHARE:
+            if blur > 0.0 and (other.model.posed_mesh.radius / blur) ** 2 < _LEAST_SHARE:
                 continue
-        own = detail if other is receiver else detail.for_other(other.model)
-        found.append(_Near(model=other.model, R_light_from_other=R, offset=offset, detail=own))
+        found.append(_Near(model=other.model, R_light_from_other=R, offset=offset))
     return tuple(found)
 
 
@@ -217,7 +207,7 @@ def _map(
         matrix = np.eye(4)
         matrix[:3, :3], matrix[:3, 3] = caster.R_light_from_other, caster.offset
         clip = np.asarray(clip_from_light @ matrix, dtype=np.float32)
-        drawn.append(Caster(model=caster.model, clip_from_body=clip, detail=caster.detail))
+        drawn.append(Caster(model=caster.model, clip_from_body=clip))
     texel = 2.0 * reach / size
     texel_from_body = np.eye(4)
     texel_from_body[:3, :3] = R_light
@@ -250,7 +240,7 @@ def _seen(body: BodyState, camera: Camera, body_from_camera: Array) -> tuple[Arr
     pixels = np.stack([*(g.ravel() for g in np.meshgrid(x, y)), np.ones(columns * rows)])
     rays = np.linalg.solve(camera.intrinsics, pixels).T @ body_from_camera[:3, :3].T
     origins = np.repeat(body_from_camera[None, :3, 3], len(rays), axis=0)
-    triangle, distance = ray_tracer(body.model.mesh).hits(origins, rays)
+    triangle, distance = ray_tracer(body.model.posed_mesh).hits(origins, rays)
     hit = triangle >= 0
     if not np.any(hit):
         return None

@@ -124,5 +124,5 @@ def opening_camera(state: SceneState, target: str) -> OrbitCamera:
 
 def range_limits(model: SpacecraftModel) -> tuple[float, float]:
     """Nearest and farthest range from the body origin [m], outside the bounding sphere."""
-    reach = float(np.linalg.norm(model.mesh.centre)) + model.mesh.radius
+    reach = float(np.linalg.norm(model.posed_mesh.centre)) + model.posed_mesh.radius
     return 1.02 * reach + NEAREST, _FARTHEST * reach

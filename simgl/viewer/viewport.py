@@ -12,7 +12,7 @@ from simgl.arrays import Image8
 from simgl.camera.camera import Camera, Detector, Lens
 from simgl.gpu.render_targets import ImageTarget
 from simgl.passes.display import DisplayPass
-from simgl.progress import Progress
+from simgl.progress import ProgressCallback
 from simgl.renderer import Renderer
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import CameraState, SceneState
@@ -86,7 +86,7 @@ class Viewport:
     """Draws looks into a window's framebuffer, the radiance only where it changed."""
 
     def __init__(
-        self, ctx: moderngl.Context, scenario: Scenario, progress: Progress | None = None
+        self, ctx: moderngl.Context, scenario: Scenario, progress: ProgressCallback | None = None
     ) -> None:
         self.scenario = scenario
         self._renderer = Renderer(ctx)

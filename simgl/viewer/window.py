@@ -56,15 +56,19 @@ class _WindowContext:
     With it every kind of window serves (GLX, EGL under Wayland), whatever GLFW chose.
     """
 
+    def __init__(self, window: Any) -> None:
+        self._window = window
+
     def load_opengl_function(self, name: str) -> int:
         address: Any = glfw.get_proc_address(name)
         return address or 0
 
     def __enter__(self) -> _WindowContext:
+        glfw.make_context_current(self._window)
         return self
 
     def __exit__(self, *_: object) -> None:
-        """The context stays current."""
+        glfw.make_context_current(None)
 
     def release(self) -> None:
         """The window owns the context."""
@@ -242,7 +246,7 @@ def run(scenario_path: Path, target: str | None = None, screenshot: Path | None 
     scenario = load_scenario(scenario_path)
     look = opening_look(scenario, target)
     with _window(title(look)) as window:
-        functions: Any = _WindowContext()
+        functions: Any = _WindowContext(window)
         ctx = moderngl.create_context(context=functions, require=REQUIRED_VERSION)
         try:
             with bake_bar() as progress:

@@ -14,6 +14,7 @@ from simgl_bridge.basilisk.endpoint import varint
 from simgl_bridge.basilisk.viz_scene import matrix_from_mrp
 
 from simgl.arrays import Array, Image8
+from tests.patience import limit
 
 AU = 149597870700.0
 SIGMA_CB = (0.1, -0.2, 0.3)
@@ -176,7 +177,7 @@ class Peer:
 
     def ask(self, *frames: bytes) -> list[bytes]:
         self.socket.send_multipart(frames)
-        assert self.socket.poll(20_000), "no reply"
+        assert self.socket.poll(round(limit(20_000))), "no reply"
         return self.socket.recv_multipart()
 
     def update(self, message: bytes) -> list[bytes]:

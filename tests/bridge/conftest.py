@@ -14,6 +14,7 @@ from simgl_bridge import Client
 
 from simgl import Scenario, load_scenario
 from tests.bridge.harness import SCENARIO, RawLink, Running, finish, newer, start
+from tests.patience import limit
 
 
 @pytest.fixture(scope="session")
@@ -37,7 +38,7 @@ def running(scenario: Scenario) -> Iterator[Running]:
 
 @pytest.fixture
 def client(running: Running) -> Iterator[Client]:
-    with Client(running.address, timeout_s=20.0) as link:
+    with Client(running.address, timeout_s=limit(20.0)) as link:
         yield link
 
 
@@ -101,4 +102,4 @@ def newer_address(running: Running) -> Iterator[str]:
     thread.start()
     yield front.get_string(zmq.LAST_ENDPOINT)
     stop.set()
-    thread.join(10.0)
+    thread.join(limit(10.0))

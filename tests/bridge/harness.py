@@ -17,14 +17,14 @@ import zmq
 from simgl_bridge.basilisk.camera_overrides import CameraOverrides
 from simgl_bridge.basilisk.endpoint import BasiliskEndpoint
 from simgl_bridge.body_pose import BodyPose
-from simgl_bridge.fair_queue import FairQueue
 from simgl_bridge.render_session import RenderSession
-from simgl_bridge.server import serve
+from simgl_bridge.server import FairQueue, serve
 from simgl_bridge.simgl1_endpoint import WINDOW, Simgl1Endpoint
 
 from benchmarks.bridge.scene import SMALL
 from simgl import Capture, Product, Scenario, Simulator
 from simgl.scene.state import SceneState
+from tests.patience import limit
 
 # The scene of the long runs with a second camera.
 _SIDE = """\
@@ -85,15 +85,15 @@ class Gate:
 
     def __call__(self) -> None:
         self._reached.set()
-        assert self._open.wait(20), "nobody opened the gate"
+        assert self._open.wait(limit(20.0)), "nobody opened the gate"
 
     def wait(self) -> None:
         """Until a picture is in hand."""
-        assert self._reached.wait(20), "no picture was begun"
+        assert self._reached.wait(limit(20.0)), "no picture was begun"
 
     def open(self, settle: float = 0.3) -> None:
         """Let it go, once what was sent meanwhile lies at the server's socket."""
-        time.sleep(settle)
+        time.sleep(limit(settle))
         self._open.set()
 
 
@@ -152,21 +152,21 @@ def start(
 
     thread = threading.Thread(target=run)
     thread.start()
-    front = ready.result(timeout=60)
+    front = ready.result(timeout=limit(60.0))
     return Running(front, made, stop, thread)
 
 
 def finish(running: Running) -> None:
     """Stop a server and wait for its thread."""
     running.stop.set()
-    running.thread.join(timeout=20)
+    running.thread.join(timeout=limit(20.0))
     assert not running.thread.is_alive()
 
 
 @contextmanager
 def basilisk_source(
     base: Scenario,
-    sheets: Mapping[int, CameraOverrides] | None = None,
+    overrides: Mapping[int, CameraOverrides] | None = None,
     address: str = "tcp://127.0.0.1:*",
 ) -> Iterator[tuple[BasiliskEndpoint, WatchedSimulator]]:
     """An image source for Basilisk on a thread of this process, and its first simulator."""
@@ -183,7 +183,7 @@ def basilisk_source(
             queue = FairQueue(WINDOW)
             with (
                 RenderSession(base, open_simulator=open_simulator) as render_session,
-                BasiliskEndpoint(render_session, queue, address, sheets=sheets) as front,
+                BasiliskEndpoint(render_session, queue, address, overrides=overrides) as front,
             ):
                 ready.set_result((front, made[0]))
                 serve([front], queue, stop)
@@ -193,10 +193,10 @@ def basilisk_source(
     thread = threading.Thread(target=run)
     thread.start()
     try:
-        yield ready.result(timeout=60)
+        yield ready.result(timeout=limit(60.0))
     finally:
         stop.set()
-        thread.join(timeout=20)
+        thread.join(timeout=limit(20.0))
     assert not thread.is_alive()
 
 
@@ -229,11 +229,11 @@ class RawLink:
 
     def has_reply(self) -> bool:
         """Whether a reply is there within a fifth of a second."""
-        return bool(self._socket.poll(200))
+        return bool(self._socket.poll(round(limit(200))))
 
     def receive(self) -> list[bytes]:
         """The next reply's frames."""
-        assert self._socket.poll(5000), "no reply within 5 s"
+        assert self._socket.poll(round(limit(5000))), "no reply"
         return self._socket.recv_multipart()
 
     def ask(self, frames: Sequence[bytes]) -> dict[str, Any]:

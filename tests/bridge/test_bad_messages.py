@@ -13,6 +13,7 @@ from simgl_bridge import Client, RemoteError
 
 from simgl import Scenario
 from tests.bridge.harness import RawLink, Running
+from tests.patience import limit
 
 POSE = {
     "position_m": [0.0, 0.0, 60.0],
@@ -253,7 +254,7 @@ _POSE_FIELD = st.builds(
 )
 
 
-@settings(max_examples=200, deadline=5000, derandomize=True)
+@settings(max_examples=200, deadline=round(limit(5000)), derandomize=True)
 @given(
     header=st.binary(max_size=300)
     | st.builds(msgspec.msgpack.encode, _VALUES)

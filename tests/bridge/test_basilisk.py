@@ -10,7 +10,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from simgl_bridge.basilisk.camera_overrides import CameraOverrides, load_sheet, load_sheets
+from simgl_bridge.basilisk.camera_overrides import (
+    CameraOverrides,
+    load_camera_file,
+    load_camera_files,
+)
 from simgl_bridge.basilisk.endpoint import BasiliskEndpoint, varint
 from simgl_bridge.basilisk.planets import SPHEROIDS
 from simgl_bridge.basilisk.recording_replay import replay
@@ -50,7 +54,7 @@ def base(folder: Path) -> Scenario:
 
 @pytest.fixture(scope="module")
 def overrides(folder: Path) -> CameraOverrides:
-    return load_sheet(folder / "navcam.toml")
+    return load_camera_file(folder / "navcam.toml")
 
 
 @pytest.fixture(scope="module")
@@ -186,7 +190,7 @@ def test_an_exposure_that_a_file_has_is_kept(base: Scenario, tmp_path: Path) -> 
     times = []
     for line in ("", "exposure_time_s = 0.003"):
         (tmp_path / "navcam.toml").write_text(f'preset = "ideal"\n{line}\n')
-        navcam = load_sheet(tmp_path / "navcam.toml")
+        navcam = load_camera_file(tmp_path / "navcam.toml")
         state = scene_of(read_update(scene()), 1, base, navcam, said.append)
         times.append(state.cameras["camera 1"].camera.exposure_time)
     assert times[1] == 0.003
@@ -320,12 +324,12 @@ def test_a_recording_becomes_images(
     recording.write_bytes(data)
     with RenderSession(base) as render_session:
         out = tmp_path / "out"
-        assert replay(recording, render_session, out, sheets={1: overrides, 3: overrides}) == 2
+        assert replay(recording, render_session, out, overrides={1: overrides, 3: overrides}) == 2
         names = ["camera_1_000001000000000.png", "camera_3_000002000000000.png"]
         assert sorted(p.name for p in out.iterdir()) == names
         recording.write_bytes(data[:-5])
         with pytest.raises(AssetError, match="ends 5 bytes early"):
-            replay(recording, render_session, tmp_path / "cut", sheets={1: overrides})
+            replay(recording, render_session, tmp_path / "cut", overrides={1: overrides})
     assert len(list((tmp_path / "cut").iterdir())) == 1
 
 
@@ -348,14 +352,14 @@ def test_a_disk_that_fills_up_ends_a_replay_in_one_line_and_leaves_whole_images(
     with RenderSession(base) as render_session:
         monkeypatch.setattr(Path, "write_bytes", until_full)
         with pytest.raises(OutputError, match=r"cannot be written \(No space left on device\)"):
-            replay(recording, render_session, out, sheets={1: overrides})
+            replay(recording, render_session, out, overrides={1: overrides})
         monkeypatch.undo()
         assert [p.name for p in out.iterdir()] == ["camera_1_000001000000000.png"]
         assert pixels((out / "camera_1_000001000000000.png").read_bytes()).shape == (48, 64)
         with pytest.raises(
             OutputError, match=r"run_UnityViz\.bin: cannot be written \(File exists"
         ):
-            replay(recording, render_session, recording, sheets={1: overrides})
+            replay(recording, render_session, recording, overrides={1: overrides})
 
 
 @pytest.mark.parametrize(
@@ -369,14 +373,14 @@ def test_a_disk_that_fills_up_ends_a_replay_in_one_line_and_leaves_whole_images(
 )
 def test_a_camera_option_says_what_it_needs(entry: str, problem: str) -> None:
     with pytest.raises(ConfigError, match=problem):
-        load_sheets([entry])
+        load_camera_files([entry])
 
 
 def test_a_camera_file_does_not_say_what_basilisk_says(tmp_path: Path) -> None:
     path = tmp_path / "wide.toml"
     path.write_text("focal_length_mm = 8.0\n")
     with pytest.raises(ConfigError, match="focal_length_mm comes from Basilisk"):
-        load_sheet(path)
+        load_camera_file(path)
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from typing import Any
 import moderngl
 import numpy as np
 import pytest
-from simgl_bridge.basilisk.camera_overrides import CameraOverrides, load_sheet
+from simgl_bridge.basilisk.camera_overrides import CameraOverrides, load_camera_file
 from simgl_bridge.basilisk.endpoint import BasiliskEndpoint
 from simgl_bridge.basilisk.viz_messages import read_update
 from simgl_bridge.basilisk.viz_scene import scene_of
@@ -22,6 +22,7 @@ from tests.bridge import basilisk_wire as wire
 from tests.bridge.basilisk_wire import pixels, scene
 from tests.bridge.harness import WatchedSimulator, basilisk_source, free_address
 from tests.bridge.zmtp import Wire
+from tests.patience import limit
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +36,7 @@ def base(tmp_path_factory: pytest.TempPathFactory) -> Scenario:
 def sheets(tmp_path_factory: pytest.TempPathFactory) -> dict[int, CameraOverrides]:
     path = tmp_path_factory.mktemp("runs") / "navcam.toml"
     path.write_text(wire.SHEET)
-    return dict.fromkeys((1, 0, -3), load_sheet(path))
+    return dict.fromkeys((1, 0, -3), load_camera_file(path))
 
 
 @pytest.fixture(scope="module")
@@ -62,7 +63,7 @@ def test_basilisk_may_start_before_the_server(
     early.socket.send(b"PING")
     assert not early.socket.poll(300)
     with basilisk_source(base, sheets, address):
-        assert early.socket.poll(20_000)
+        assert early.socket.poll(round(limit(20_000)))
         assert early.socket.recv() == b"PONG"
         assert early.update(scene()) == [b"OK"]
         assert pixels(early.image()).max() > 100
@@ -185,7 +186,7 @@ def test_a_lost_gpu_is_one_empty_image_and_the_next_is_as_ever(
         assert link.image() == b""
         # The simulator with the hook is gone, and a new one draws what was not drawn.
         assert link.image()
-        assert front.picture(1, read_update(scene(seconds=1.0))) == first
+        assert front.image(1, read_update(scene(seconds=1.0))) == first
         link.close()
 
 

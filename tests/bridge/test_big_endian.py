@@ -13,6 +13,7 @@ from msgspec import msgpack
 
 from simgl import Scenario
 from tests.bridge.harness import RawLink
+from tests.patience import run_to_end
 
 CPP = Path(__file__).parents[2] / "bridge" / "cpp"
 COMPILER, EMULATOR = shutil.which("s390x-linux-gnu-g++"), shutil.which("qemu-s390x")
@@ -100,9 +101,7 @@ def output(compiler: str, folder: Path, *emulator: str) -> tuple[str, list[str]]
     command = [compiler, "-std=c++17", "-static", f"-I{CPP}", f"-I{folder}"]
     command += [str(folder / "program.cpp"), str(folder / "player.cpp"), "-o", program]
     subprocess.run(command, check=True)
-    run = subprocess.run(
-        [*emulator, program], cwd=folder, capture_output=True, text=True, check=True, timeout=60
-    )
+    run = run_to_end([*emulator, program], cwd=folder)
     return run.stderr, run.stdout.splitlines()
 
 

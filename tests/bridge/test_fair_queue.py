@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from simgl_bridge.fair_queue import FairQueue
+from simgl_bridge.server import FairQueue
 
 
 def served(queue: FairQueue, log: list[str]) -> list[str]:
@@ -34,8 +34,8 @@ def test_a_window_is_each_clients_own() -> None:
     assert queue.offer(b"a", 1, lambda: None)
     assert not queue.offer(b"a", 2, lambda: None)
     assert queue.offer(b"b", 1, lambda: None)
-    assert queue.waits(b"a", 1)
-    assert not queue.waits(b"a", 2)
+    assert queue.has(b"a", 1)
+    assert not queue.has(b"a", 2)
     queue.drop(b"a")
-    assert not queue.waits(b"a", 1)
+    assert not queue.has(b"a", 1)
     assert len(queue) == 1

@@ -8,12 +8,13 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from simgl_bridge import Client, RemoteError, Shot, Watch
-from simgl_bridge.free_run import Stream
+from simgl_bridge.free_run import StateStream
 from simgl_bridge.messages import State
-from simgl_bridge.preview import Seen
+from simgl_bridge.preview import PreviewImage
 
 from simgl import Scenario
-from tests.bridge.harness import RawLink, Running
+from tests.bridge.harness import Gate, RawLink, Running
+from tests.patience import limit
 
 Starter = Callable[..., Running]
 NAV = [Shot(camera="nav")]
@@ -24,12 +25,13 @@ def test_the_newest_state_is_shown_and_the_picture_says_which_it_is(
 ) -> None:
     running = start_server(scenario)
     now = scenario.epoch_tai_ns
-    with Client(running.address, timeout_s=10.0) as client:
-        running.simulator.hook = lambda: time.sleep(0.2)
+    with Client(running.address, timeout_s=limit(10.0)) as client:
+        running.simulator.hook = gate = Gate()
         first = client.send_state(now, NAV)
-        time.sleep(0.1)
+        gate.wait()
         # While the first is rendered, nine more come by; only the last of them is shown.
         ids = [client.send_state(now + step, NAV) for step in range(1, 10)]
+        gate.open()
         tick = client.next_images()
         assert (tick.state_id, tick.dropped, tick.tai_ns) == (first, 0, now)
         later = client.next_images(after=tick.sequence)
@@ -40,7 +42,7 @@ def test_the_newest_state_is_shown_and_the_picture_says_which_it_is(
 
 
 def test_the_rate_is_the_servers() -> None:
-    stream = Stream(interval=0.5)
+    stream = StateStream(interval=0.5)
     states = [State(id=id, tai_ns=id, cameras=(Shot(camera="nav"),)) for id in range(4)]
     assert stream.accept(b"a", "a", states[0], now=10.0)
     assert stream.due(10.0)
@@ -59,7 +61,7 @@ def test_without_a_newer_state_there_is_no_newer_picture(
     start_server: Starter, scenario: Scenario
 ) -> None:
     running = start_server(scenario)
-    with Client(running.address, timeout_s=10.0) as client:
+    with Client(running.address, timeout_s=limit(10.0)) as client:
         client.send_state(scenario.epoch_tai_ns, NAV)
         tick = client.next_images()
         client.timeout_s = 0.6
@@ -86,7 +88,7 @@ def test_a_second_owner_of_the_stream_is_refused_until_the_first_has_left(
         # Anybody may look on.
         assert second.next_images().tai_ns == now
         first.close()
-        time.sleep(0.2)
+        time.sleep(limit(0.2))
         id = second.send_state(now + 2, NAV)
         assert second.next_images().state_id == id
 
@@ -104,21 +106,21 @@ def test_a_monitor_shows_previews_and_says_what_it_left_out(
     assert "previews at tcp://127.0.0.1:" in running.front.summary
     address = running.front.summary.partition("previews at ")[2].partition(" ")[0]
     now = scenario.epoch_tai_ns
-    seen: list[Seen] = []
+    seen: list[PreviewImage] = []
     with (
-        Client(running.address, timeout_s=20.0) as client,
+        Client(running.address, timeout_s=limit(20.0)) as client,
         Watch(address, timeout_s=0.2) as previews,
     ):
         # A subscriber that has just come misses what is published before it is known.
         step = 0
-        deadline = time.monotonic() + 20.0
+        deadline = time.monotonic() + limit(20.0)
         while len(seen) < 3 and time.monotonic() < deadline:
             client.render(now + step, "nav")
             step += 1
             seen += [] if step % 10 else list(previews)
-    assert seen[0].picture.shape == (48, 64, 3)
-    assert seen[0].picture.dtype == np.uint8
-    assert seen[0].picture.max() > 50
+    assert seen[0].pixels.shape == (48, 64, 3)
+    assert seen[0].pixels.dtype == np.uint8
+    assert seen[0].pixels.max() > 50
     assert seen[0].camera == "nav"
     assert now <= seen[0].tai_ns < seen[1].tai_ns < now + step
     # What the subscriber had no room for is counted, and so no picture is lost in silence.
@@ -134,7 +136,7 @@ def test_a_subscriber_that_reads_nothing_holds_up_nobody(
     address = running.front.summary.partition("previews at ")[2].partition(" ")[0]
     with (
         Watch(address) as lazy,
-        Client(running.address, timeout_s=20.0) as client,
+        Client(running.address, timeout_s=limit(20.0)) as client,
     ):
         client.render(scenario.epoch_tai_ns, "nav")
         times = []
@@ -143,4 +145,4 @@ def test_a_subscriber_that_reads_nothing_holds_up_nobody(
             client.render(scenario.epoch_tai_ns + step, "nav")
             times.append(time.perf_counter() - start)
         assert lazy is not None
-    assert max(times) < 2.0
+    assert max(times) < limit(2.0)

@@ -11,9 +11,9 @@ import pytest
 from msgspec import msgpack, structs
 from simgl_bridge import BodyPose, Client, RemoteError
 from simgl_bridge.framing import pack
+from simgl_bridge.hashes import state_hash
 from simgl_bridge.messages import Message, Render, SentPose, Shot
 from simgl_bridge.render_request import requested_state
-from simgl_bridge.state_hash import state_hash
 
 from simgl import Product, Scenario, Simulator, scenario_from_dict
 from simgl.camera.camera import Detector
@@ -21,6 +21,7 @@ from simgl.errors import BridgeError
 from simgl.images import saturated
 from simgl.physics.frames import Pose, matrix_from_quaternion
 from tests.bridge.harness import RawLink, Running
+from tests.patience import limit
 
 SECOND = 1_000_000_000
 Q_SMALL_TURN = (0.0, np.sin(0.01), 0.0, np.cos(0.01))
@@ -192,7 +193,7 @@ def test_a_sun_of_two_numbers_is_named(client: Client, scenario: Scenario) -> No
 
 
 def test_a_closed_client_says_so(running: Running) -> None:
-    link = Client(running.address, timeout_s=20.0)
+    link = Client(running.address, timeout_s=limit(20.0))
     link.close()
     link.close()
     for call in (link.ping, lambda: link.send_state(0, [Shot(camera="nav")])):
@@ -312,6 +313,6 @@ def test_a_picture_of_another_state_is_never_handed_over(
             message = structs.replace(message, tai_ns=message.tai_ns + 1)
         return honest(message)
 
-    monkeypatch.setattr("simgl_bridge.client.pack", later)
+    monkeypatch.setattr("simgl_bridge.client_protocol.pack", later)
     with pytest.raises(BridgeError, match="shows another state than request"):
         client.render(scenario.epoch_tai_ns, "nav")

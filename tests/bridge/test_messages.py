@@ -8,10 +8,10 @@ import struct
 import msgspec
 import numpy as np
 import pytest
+from simgl_bridge.client_sessions import MAX_REPLIES_PER_CLIENT, ReplyCache
 from simgl_bridge.framing import BadMessageError, pack, unpack_reply, unpack_request
+from simgl_bridge.hashes import state_hash
 from simgl_bridge.messages import Hello, Images, Ping, Render, SentPose, SentSun, Shot
-from simgl_bridge.reply_cache import MOST_OF_A_CLIENT, ReplyCache
-from simgl_bridge.state_hash import state_hash
 
 from simgl.errors import BridgeError
 
@@ -107,8 +107,8 @@ def test_every_message_is_frozen() -> None:
 
 def test_the_cache_keeps_the_latest_replies_of_each_client() -> None:
     cache = ReplyCache()
-    for id in range(MOST_OF_A_CLIENT + 1):
-        cache.keep(b"a", id, b"request", [b"reply", bytes([id])])
+    for id in range(MAX_REPLIES_PER_CLIENT + 1):
+        cache.store(b"a", id, b"request", [b"reply", bytes([id])])
     assert cache.find(b"a", 0, b"request") is None
     assert cache.find(b"a", 1, b"request") == [b"reply", b"\x01"]
     assert cache.find(b"b", 1, b"request") is None
@@ -118,16 +118,16 @@ def test_the_cache_keeps_the_latest_replies_of_each_client() -> None:
 
 def test_the_cache_refuses_an_id_with_other_content() -> None:
     cache = ReplyCache()
-    cache.keep(b"a", 1, b"request", [b"reply"])
+    cache.store(b"a", 1, b"request", [b"reply"])
     with pytest.raises(BadMessageError, match="id 1 was used for another request"):
         cache.find(b"a", 1, b"another")
 
 
 def test_the_cache_has_room_for_one_reply_of_any_size(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("simgl_bridge.reply_cache.MOST_BYTES", 1000)
+    monkeypatch.setattr("simgl_bridge.client_sessions.MAX_REPLY_BYTES", 1000)
     cache = ReplyCache()
     big = np.zeros((50, 50), dtype=np.uint16)
     for id in (1, 2):
-        cache.keep(b"a", id, b"request", [b"header", big.data.cast("B")])
+        cache.store(b"a", id, b"request", [b"header", big.data.cast("B")])
     assert cache.find(b"a", 1, b"request") is None
     assert cache.find(b"a", 2, b"request") is not None

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 from simgl_bridge import BodyPose, Client, RemoteError
+from simgl_bridge.hashes import state_hash
 from simgl_bridge.messages import SentPose
-from simgl_bridge.state_hash import state_hash
 
 from simgl import Scenario, load_scenario
 from simgl.arrays import Array

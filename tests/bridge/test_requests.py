@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from simgl_bridge import Client, DelayLine, RemoteError, Shot
-from simgl_bridge.basilisk.camera_overrides import load_sheets
+from simgl_bridge.basilisk.camera_overrides import load_camera_files
 from simgl_bridge.commands import serve
 from simgl_bridge.framing import BadMessageError
 from simgl_bridge.messages import Render, SentPose
@@ -24,6 +24,7 @@ from simgl.camera.presets import read_camera
 from simgl.errors import AssetError
 from simgl.physics.constants import ASTRONOMICAL_UNIT
 from tests.bridge.harness import Gate, RawLink, Running, header_of
+from tests.patience import limit
 
 Starter = Callable[..., Running]
 Connect = Callable[[Running], RawLink]
@@ -97,7 +98,7 @@ def test_a_sun_at_two_au_gives_a_quarter_of_the_light(start_server: Starter) -> 
         }
     )
     running = start_server(scenario)
-    with Client(running.address, timeout_s=20.0) as client:
+    with Client(running.address, timeout_s=limit(20.0)) as client:
         images = [
             client.render(
                 scenario.epoch_tai_ns,
@@ -138,7 +139,7 @@ def test_an_image_says_when_light_fell_and_when_flight_software_has_it(
     nav = replace(scenario.cameras["nav"], readout_time=0.02, transport_latency=0.1)
     running = start_server(replace(scenario, cameras={**scenario.cameras, "nav": nav}))
     now = scenario.epoch_tai_ns
-    with Client(running.address, timeout_s=20.0) as client:
+    with Client(running.address, timeout_s=limit(20.0)) as client:
         assert client.welcome.cameras[0].readout_time_s == 0.02
         line = DelayLine()
         for step in range(4):
@@ -323,7 +324,7 @@ def test_a_seed_chosen_over_the_link_is_the_seed_of_the_noise(
 ) -> None:
     running = start_server(scenario)
     now = scenario.epoch_tai_ns
-    with Client(running.address, timeout_s=20.0) as client:
+    with Client(running.address, timeout_s=limit(20.0)) as client:
         seven = client.render(now, "nav")
         hash_before = client.welcome.scene_hash
         assert client.configure(seed=8).seed == 8
@@ -353,7 +354,7 @@ def test_a_scenario_is_chosen_by_name_from_the_servers_folder_alone(
     (root / "link.toml").symlink_to(tmp_path / "outside.toml")
     running = start_server(scenario, root=root)
     now = scenario.epoch_tai_ns
-    with Client(running.address, timeout_s=20.0) as client:
+    with Client(running.address, timeout_s=limit(20.0)) as client:
         assert client.welcome.scenarios == ("broken", "wide")
         for name in ("../outside", "link", "/etc/passwd", "wide.toml", ""):
             with pytest.raises(RemoteError) as caught:
@@ -383,7 +384,7 @@ def test_a_chosen_scenario_may_not_reach_out_of_the_servers_folder(
     for name, model in (("up", "../secret.obj"), ("linked", "link.obj")):
         (root / f"{name}.toml").write_text(text.replace(box, f'model = "{model}"'))
     running = start_server(scenario, root=root)
-    with Client(running.address, timeout_s=20.0) as client:
+    with Client(running.address, timeout_s=limit(20.0)) as client:
         for name in ("up", "linked"):
             with pytest.raises(RemoteError, match=r"model: .* leads out of") as caught:
                 client.configure(name)
@@ -406,7 +407,7 @@ def test_the_servers_own_scenario_and_cameras_may_not_reach_out_either(
     np.save(tmp_path / "psf.npy", np.ones((3, 3)))
     with pytest.raises(AssetError, match=r"optics\.psf_image: .* leads out of"):
         serve(path, root=root)
-    found = load_sheets([f"1={overrides}"], root)[1]
+    found = load_camera_files([f"1={overrides}"], root)[1]
     with pytest.raises(AssetError, match=r"optics\.psf_image: .* leads out of"):
         read_camera(found.where, "1", found.table, found.sun_temperature, found.base)
 

@@ -6,6 +6,8 @@ import socket
 import struct
 import time
 
+from tests.patience import limit
+
 _GREETING = b"\xff" + bytes(8) + b"\x7f" + b"\x03\x00" + b"NULL".ljust(20, b"\0") + bytes(32)
 
 
@@ -21,7 +23,7 @@ class Wire:
         """Connect; ``room`` is for bytes that arrive and lie unread, about."""
         host, _, port = address.removeprefix("tcp://").rpartition(":")
         self._socket = socket.socket()
-        self._socket.settimeout(5.0)
+        self._socket.settimeout(limit(5.0))
         if room is not None:
             self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, room)
         self._socket.connect((host, int(port)))
@@ -48,7 +50,7 @@ class Wire:
 
     def is_hung_up(self) -> bool:
         """Whether the server closes the connection within five seconds."""
-        deadline = time.monotonic() + 5.0
+        deadline = time.monotonic() + limit(5.0)
         try:
             # What it still sends meanwhile is no answer.
             while (left := deadline - time.monotonic()) > 0.0:

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from simgl.camera.exposure_value import (
+from simgl.camera.camera_equation import (
     blender_exposure,
     exposure_time,
     exposure_value,

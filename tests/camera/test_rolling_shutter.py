@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from simgl.camera.camera import Camera
-from simgl.camera.rolling_shutter import MOST_PARTS, duration, instants, parts, row_shares
+from simgl.camera.rolling_shutter import MAX_PARTS, duration, instants, parts, row_shares
 from tests.passes.exposures import camera
 
 
@@ -47,7 +47,7 @@ def test_the_middle_of_each_rows_light_is_the_middle_of_its_exposure(exposure_ti
 
 
 def test_moving_pixels_get_two_parts_each() -> None:
-    assert [parts(m) for m in (0.0, 0.4, 0.5, 0.6, 3.0, 1e9)] == [1, 1, 1, 2, 6, MOST_PARTS]
+    assert [parts(m) for m in (0.0, 0.4, 0.5, 0.6, 3.0, 1e9)] == [1, 1, 1, 2, 6, MAX_PARTS]
 
 
 def test_one_row_is_a_global_shutter() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from simgl.camera.silicon import band_gap, dark_current_ratio
+from simgl.camera.detector import band_gap, dark_current_ratio
 
 # T [K], band gap [eV], dark current over that at 300 K, temperature step that doubles it [K].
 TABLE = [

@@ -9,7 +9,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +19,7 @@ from examples.campaign import overlay
 from simgl.cli import main
 from simgl.sequence.journal import rows_written
 from tests.campaign.small import CAMPAIGN, DRAW, written
+from tests.patience import limit, run_to_end, wait_until
 
 
 def run(monkeypatch: pytest.MonkeyPatch, *arguments: str | Path) -> int:
@@ -43,11 +43,7 @@ def contents(folder: Path) -> dict[str, str]:
 
 
 def wait_for_rows(folder: Path, count: int, running: subprocess.Popen[bytes]) -> None:
-    deadline = time.monotonic() + 200.0
-    while rows_written(folder) < count:
-        assert time.monotonic() < deadline
-        assert running.poll() is None
-        time.sleep(0.005)
+    wait_until(lambda: rows_written(folder) >= count, f"{count} rows", 200.0, running)
 
 
 def test_files_table_and_labels_hold_what_they_say(
@@ -106,7 +102,7 @@ def test_a_lost_worker_and_a_killed_campaign_lose_nothing(tmp_path: Path) -> Non
 
     path = written(tmp_path, DRAW, CAMPAIGN.replace("frames = 12", "frames = 90"))
     alone, crew = tmp_path / "alone", tmp_path / "crew"
-    subprocess.run(command(path, "--out", alone), check=True, capture_output=True, timeout=240)
+    run_to_end(command(path, "--out", alone))
     # The whole campaign dies first, of one process, then, when two go on with it, one of these.
     started = subprocess.Popen(command(path, "--out", crew), stdout=subprocess.DEVNULL)
     wait_for_rows(crew, 5, started)
@@ -125,7 +121,7 @@ def test_a_lost_worker_and_a_killed_campaign_lose_nothing(tmp_path: Path) -> Non
     assert len(workers) == 2
     os.kill(workers[0].pid, signal.SIGKILL)
     assert rows_written(crew) < 90
-    _, errors = again.communicate(timeout=240)
+    _, errors = again.communicate(timeout=limit(240.0))
     assert again.returncode == 0, errors.decode()
     assert contents(crew) == contents(alone)
     assert rows_written(crew) == 90

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import subprocess
 import sys
 from collections.abc import Callable
 from functools import partial
@@ -15,6 +14,7 @@ import pytest
 from simgl import cli
 from simgl.simulator import Simulator
 from tests.cli.small_scene import PINHOLE, SCENE
+from tests.patience import run_to_end
 
 Run = Callable[..., tuple[int, str, str]]
 
@@ -196,12 +196,9 @@ def test_every_command_has_help_with_an_example(run: Run, command: str) -> None:
 
 def test_the_module_runs_as_a_program_and_fails_in_one_line(tmp_path: Path) -> None:
     path = tmp_path / "no.toml"
-    ended = subprocess.run(
+    ended = run_to_end(
         [sys.executable, "-m", "simgl", "render", str(path), "--out", str(tmp_path / "out")],
-        capture_output=True,
-        text=True,
         check=False,
-        timeout=60,
     )
     assert ended.returncode == 2
     assert ended.stdout == ""

@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from tests.patience import run_to_end
+
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "gallery.md"
 
@@ -18,9 +20,7 @@ PAGE = ROOT / "docs" / "gallery.md"
 def gallery(*arguments: str) -> subprocess.CompletedProcess[str]:
     """The example as a user starts it."""
     command = [sys.executable, "-m", "examples.gallery", *arguments]
-    return subprocess.run(
-        command, cwd=ROOT, capture_output=True, text=True, timeout=240, check=False
-    )
+    return run_to_end(command, cwd=ROOT, check=False)
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -20,6 +19,7 @@ from simgl.assess.timeline import course
 from simgl.assess.trajectory_assessment import assignment, moments, run
 from simgl.assess.verdict import Verdict
 from simgl.workers.executors import alone
+from tests.patience import run_to_end
 
 ROOT = Path(__file__).parents[2]
 STUDY = ROOT / "examples" / "lighting_study"
@@ -86,9 +86,7 @@ def test_the_page_shows_a_picture_of_each_case_and_they_are_small() -> None:
 def test_a_folder_that_cannot_be_written_is_one_line_and_exit_code_2(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     command = [sys.executable, "-m", "examples.lighting_study", "--out", str(tmp_path / "file")]
-    done = subprocess.run(
-        command, cwd=ROOT, capture_output=True, text=True, timeout=60, check=False
-    )
+    done = run_to_end(command, cwd=ROOT, check=False)
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1
     assert done.stderr.startswith("lighting_study: ")

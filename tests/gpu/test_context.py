@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes.util
 import os
-import subprocess
 import sys
 from pathlib import Path
 
@@ -13,15 +12,15 @@ import pytest
 from simgl.errors import ContextError
 from simgl.gpu import context
 from simgl.gpu.context import open_context
-
-HAS_OSMESA = bool(ctypes.util.find_library("OSMesa")) or any(
-    Path("/usr/lib").glob("*/libOSMesa.so.8")
-)
+from tests.gpu.osmesa import needs_osmesa
+from tests.patience import run_to_end
 
 PROBE = """
 import sys
 from simgl.errors import ContextError
 from simgl.gpu.context import open_context
+from tests.gpu.osmesa import needs_osmesa
+from tests.patience import limit
 try:
     ctx = open_context(sys.argv[1])
     print("opened", ctx.version_code)
@@ -33,14 +32,7 @@ except ContextError as error:
 
 def probe(backend: str, **environment: str) -> str:
     """What opening a context says in a process with these environment variables."""
-    run = subprocess.run(
-        [sys.executable, "-c", PROBE, backend],
-        env={**os.environ, **environment},
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=True,
-    )
+    run = run_to_end([sys.executable, "-c", PROBE, backend], env={**os.environ, **environment})
     return run.stdout.strip()
 
 
@@ -48,13 +40,13 @@ def test_egl_gives_at_least_opengl_33() -> None:
     assert int(probe("egl").removeprefix("opened ")) >= 330
 
 
-@pytest.mark.skipif(not HAS_OSMESA, reason="libosmesa6 is not installed")
+@needs_osmesa
 def test_osmesa_stands_in_where_egl_has_no_vendor() -> None:
     assert probe("auto", __EGL_VENDOR_LIBRARY_FILENAMES="/nowhere.json").startswith("opened")
 
 
-@pytest.mark.skipif(not HAS_OSMESA, reason="libosmesa6 is not installed")
-def test_osmesa_renders_the_same_picture() -> None:
+@needs_osmesa
+def test_osmesa_renders_the_same_image() -> None:
     script = (
         "import hashlib; from tests.scenes import *; from simgl.gpu.context import open_context\n"
         "ball = {'sphere': {'radius_m': 1.0, 'material': lambert(0.5)}}\n"
@@ -65,14 +57,7 @@ def test_osmesa_renders_the_same_picture() -> None:
     )
     root = Path(__file__).resolve().parents[2]
     digests = {
-        subprocess.run(
-            [sys.executable, "-c", script, backend],
-            cwd=root,
-            capture_output=True,
-            text=True,
-            timeout=120,
-            check=True,
-        ).stdout
+        run_to_end([sys.executable, "-c", script, backend], cwd=root).stdout
         for backend in ("egl", "osmesa")
     }
     assert len(digests) == 1

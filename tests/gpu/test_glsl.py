@@ -1,4 +1,4 @@
-"""The shader floor: includes, errors by file and line, blocks that match their numpy side."""
+"""Shader assembly: includes, errors by file and line, blocks that match their numpy side."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 
 from simgl import assets
 from simgl.errors import ShaderError
-from simgl.gpu.context import open_context
+from simgl.gpu.context import temporary_context
 from simgl.gpu.glsl import Stage, assemble
 from simgl.gpu.program import load_program
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
@@ -72,9 +72,8 @@ def test_a_compile_error_names_file_and_line(
     )
     monkeypatch.setattr(assets, "shaders", lambda: tmp_path)
     # In a context of its own: moderngl leaves the program of a failed compilation behind.
-    with open_context() as ctx, pytest.raises(ShaderError, match=r"p/f\.glsl:2"):
+    with temporary_context() as ctx, pytest.raises(ShaderError, match=r"p/f\.glsl:2"):
         load_program(ctx, "p/p")
-    ctx.release()
 
 
 def test_every_shader_folder_belongs_to_a_pass() -> None:

@@ -8,7 +8,7 @@ import moderngl
 import pytest
 
 from simgl.gpu import timers
-from simgl.gpu.context import open_context
+from simgl.gpu.context import temporary_context
 from simgl.gpu.timers import PassTimer
 
 
@@ -16,7 +16,7 @@ from simgl.gpu.timers import PassTimer
 def test_sections_of_one_name_add_up(monkeypatch: pytest.MonkeyPatch, software: bool) -> None:
     monkeypatch.setattr(timers, "is_software", lambda _: software)
     # A context of its own: moderngl cannot free the queries.
-    with open_context() as ctx:
+    with temporary_context() as ctx:
         timer = PassTimer(ctx, enabled=True)
         target = ctx.simple_framebuffer((512, 512))
         for _ in range(3):
@@ -32,7 +32,6 @@ def test_sections_of_one_name_add_up(monkeypatch: pytest.MonkeyPatch, software: 
         assert timer.seconds["clear"] >= 0.03 if software else timer.seconds["clear"] >= 0.0
         ctx.detect_framebuffer(0).use()
         target.release()
-    ctx.release()
 
 
 def test_a_disabled_timer_records_nothing(gl: moderngl.Context) -> None:

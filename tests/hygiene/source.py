@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 
 PACKAGE = Path(__file__).parents[2] / "simgl"
@@ -21,12 +21,12 @@ class Module:
     name: str
     path: Path
 
-    @property
+    @cached_property
     def text(self) -> str:
         """The source."""
         return self.path.read_text(encoding="utf-8")
 
-    @property
+    @cached_property
     def tree(self) -> ast.Module:
         """The syntax tree."""
         return ast.parse(self.text, str(self.path))
@@ -39,12 +39,12 @@ class Module:
 
 @cache
 def modules() -> tuple[Module, ...]:
-    """Every Python file of the package."""
-    found = []
+    """Every Python file of the package, read and parsed once for all tests."""
+    files = []
     for path in sorted(PACKAGE.rglob("*.py")):
         parts = path.relative_to(PACKAGE.parent).with_suffix("").parts
-        found.append(Module(".".join(p for p in parts if p != "__init__"), path))
-    return tuple(found)
+        files.append(Module(".".join(p for p in parts if p != "__init__"), path))
+    return tuple(files)
 
 
 def imports(module: Module) -> Iterator[str]:
@@ -60,14 +60,15 @@ def imports(module: Module) -> Iterator[str]:
                 yield f"{node.module}.{alias.name}"
 
 
-def imported_modules(module: Module) -> set[str]:
+@cache
+def imported_modules(module: Module) -> frozenset[str]:
     """The package's modules that a module imports."""
     names = {m.name for m in modules()}
-    found = set()
+    imported = set()
     for name in imports(module):
-        # The version says who we are, on every floor.
+        # Every layer may name the version.
         if name.partition(".")[0] != "simgl" or name == "simgl.__version__":
             continue
         # ``from simgl.x import y`` names the module simgl.x.y or a thing in simgl.x.
-        found.add(name if name in names else name.rpartition(".")[0])
-    return found
+        imported.add(name if name in names else name.rpartition(".")[0])
+    return frozenset(imported)

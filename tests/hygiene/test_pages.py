@@ -1,4 +1,4 @@
-"""What the pages show is there: links, pictures, commands with their options, code, frame times."""
+"""What the pages show exists: links, files, commands with their options, code, frame times."""
 
 from __future__ import annotations
 
@@ -18,17 +18,26 @@ import pytest
 import typer
 
 from simgl.cli import app
+from tests.hygiene.test_layers import LAYERS
 
 ROOT = Path(__file__).parents[2]
 PAGES = [
     ROOT / "README.md",
+    ROOT / "CHANGELOG.md",
     ROOT / "examples" / "README.md",
     ROOT / "shaders" / "README.md",
     *sorted((ROOT / "docs").glob("*.md")),
 ]
 RECORDS = ROOT / "benchmarks"
 
-every_page = pytest.mark.parametrize("page", PAGES, ids=lambda p: str(p.relative_to(ROOT)))
+
+def for_pages(pages: list[Path]) -> pytest.MarkDecorator:
+    return pytest.mark.parametrize("page", pages, ids=lambda p: str(p.relative_to(ROOT)))
+
+
+every_page = for_pages(PAGES)
+# The changelog names files of the past.
+every_page_of_today = for_pages([page for page in PAGES if page.name != "CHANGELOG.md"])
 
 
 def blocks(page: Path) -> Iterator[tuple[str, str]]:
@@ -64,6 +73,13 @@ def test_every_link_leads_somewhere(page: Path) -> None:
         assert there.exists(), target
         if anchor:
             assert anchor in headings(there), f"{target}#{anchor}"
+
+
+@every_page_of_today
+def test_every_file_that_is_named_exists(page: Path) -> None:
+    folders = "simgl|bridge|shaders|models|tools|benchmarks|examples|tests|docs"
+    named = re.findall(rf"`((?:{folders})/[\w./-]+\.\w+)`", page.read_text())
+    assert not [name for name in named if "NAME" not in name and not (ROOT / name).exists()]
 
 
 @every_page
@@ -120,6 +136,25 @@ def test_code_that_is_shown_can_be_read(page: Path) -> None:
             ast.parse(text)
         elif language == "toml":
             tomllib.loads(text)
+
+
+def test_the_architecture_page_lists_the_layers() -> None:
+    page = (ROOT / "docs" / "architecture.md").read_text()
+    table = page[page.index("| layer |") : page.index("Three more rules")]
+    listed: list[set[str]] = []
+    for number, names in re.findall(r"^\| (\d*) ?\| (`[^|]*) \|", table, re.M):
+        if number:
+            assert int(number) == len(listed) + 1
+            listed.append(set())
+        listed[-1] |= {name.rstrip("/") for name in re.findall(r"`([^`]*)`", names)}
+    # What begins a program or names the interface is no package of its own.
+    expected = [set(layer) - {"", "__main__"} for layer in LAYERS]
+    assert listed == [layer for layer in expected if layer]
+
+
+def test_the_tutorial_begins_with_the_first_example_of_the_readme() -> None:
+    first, *_ = (text for _, text in blocks(ROOT / "docs" / "tutorial.md"))
+    assert ("python", first) in list(blocks(ROOT / "README.md"))
 
 
 def test_the_frame_times_of_the_readme_are_those_of_the_record() -> None:

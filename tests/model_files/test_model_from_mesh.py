@@ -8,7 +8,7 @@ import moderngl
 import numpy as np
 import pytest
 import trimesh
-from simgl_bridge.scene_hash import scene_hash
+from simgl_bridge.hashes import scene_hash
 
 from simgl.errors import AssetError, ConfigError
 from simgl.model_files.model_from_mesh import model_from_mesh

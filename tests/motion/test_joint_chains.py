@@ -14,7 +14,7 @@ from simgl.arrays import Array
 from simgl.motion.joints import Joint, body_from_stored, motion_between
 from simgl.physics.frames import unit
 from simgl.scene.materials import Material
-from simgl.scene.mesh import Mesh, box, moved_mesh
+from simgl.scene.mesh import Mesh, box
 from simgl.scene.spacecraft import SpacecraftModel
 
 # Double precision over a few products of lengths of metres.
@@ -136,7 +136,7 @@ def test_vertices_normals_and_keypoints_go_with_their_part() -> None:
     """To float32 of 4 m."""
     model = arm()
     values = {"shoulder": 0.5, "elbow": -0.9, "wrist": 2.0}
-    posed = model.posed(values)
+    baked = model.posed(values).posed_mesh.baked()
     turns = [Rotation.from_rotvec(values[j.name] * j.axis_body) for j in ARM]
     for part, held in enumerate([(), ARM[:1], ARM[:2], ARM]):
         own = model.mesh.part == part
@@ -145,31 +145,23 @@ def test_vertices_normals_and_keypoints_go_with_their_part() -> None:
         for k, hinge in reversed(list(enumerate(held))):
             expected = hinged(hinge, values[hinge.name], expected)
             normals = turns[k].apply(normals)
-        np.testing.assert_allclose(posed.mesh.positions[own], expected, atol=4e-7)
-        np.testing.assert_allclose(posed.mesh.normals[own], normals, atol=1.2e-7)
+        np.testing.assert_allclose(baked.positions[own], expected, atol=4e-7)
+        np.testing.assert_allclose(baked.normals[own], normals, atol=1.2e-7)
     tip = model.keypoints["wrist_tip"]
     for hinge in reversed(ARM):
         tip = hinged(hinge, values[hinge.name], tip)
+    posed = model.posed(values)
     np.testing.assert_allclose(posed.keypoints["wrist_tip"], tip, atol=EXACT)
 
 
 def test_a_joint_moves_what_it_carries_though_that_one_rests() -> None:
     model = arm()
     posed = model.posed({"elbow": 0.4})
-    moved = np.any(posed.mesh.positions != model.mesh.positions, axis=1)
+    moved = np.any(posed.posed_mesh.baked().positions != model.mesh.positions, axis=1)
     assert set(model.mesh.part[moved].tolist()) == {2, 3}
-    assert posed.mesh.joint is not None
-    assert set(posed.mesh.joint[model.mesh.part == 3].tolist()) == {3}
-    assert set(posed.mesh.joint[model.mesh.part == 1].tolist()) == {0}
+    assert posed.mesh is model.mesh
+    assert [group.index for group in posed.posed_mesh.groups] == [0, 1, 2, 3]
     np.testing.assert_array_equal(posed.keypoints["shoulder_tip"], model.keypoints["shoulder_tip"])
-
-
-def test_every_vertex_of_a_chain_finds_back_to_where_it_is_stored() -> None:
-    model = arm()
-    posed = model.posed({"shoulder": 0.5, "elbow": -0.9, "wrist": 2.0})
-    back = motion_between(ARM, posed.angles, (0.0, 0.0, 0.0))[posed.mesh.joint]
-    found = np.einsum("nij,nj->ni", back[:, :3, :3], posed.mesh.positions) + back[:, :3, 3]
-    np.testing.assert_allclose(found, model.mesh.positions, atol=2e-6)
 
 
 def test_the_motion_between_two_poses_leads_from_one_mesh_to_the_other() -> None:
@@ -179,8 +171,10 @@ def test_the_motion_between_two_poses_leads_from_one_mesh_to_the_other() -> None
     coarse = posed.coarsely_posed(np.radians(5.0))
     np.testing.assert_allclose(np.degrees(coarse.angles), [10.0, -35.0, 0.0], atol=1e-9)
     motion = motion_between(ARM, coarse.angles, posed.angles)
-    there = moved_mesh(coarse.mesh, ARM, motion)
-    np.testing.assert_allclose(there.positions, posed.mesh.positions, atol=1e-6)
+    moved = posed.posed_mesh.moved_from(coarse.posed_mesh, coarse.posed_mesh.baked())
+    np.testing.assert_array_equal(moved.motion, motion)
+    expected = posed.posed_mesh.baked().positions
+    np.testing.assert_allclose(moved.baked().positions, expected, atol=1e-6)
     rest = motion_between(ARM, coarse.angles, coarse.angles)
     np.testing.assert_array_equal(rest, np.tile(np.eye(4), (4, 1, 1)))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import moderngl
@@ -9,9 +10,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from simgl.passes.background.environment_probe import EnvironmentProbePass
+from simgl.environment_map import SkyRadiance
+from simgl.passes.background.environment_probe import EnvironmentProbeStore
+from simgl.passes.drawn_spacecraft import EnvironmentProbe
 from simgl.scenario.scenario import Scenario
-from simgl.view.background import SKY_TEXELS, TERMINATOR_TEXELS, Background, SkyView, sky_view
+from simgl.view.background import SKY_TEXELS, TERMINATOR_TEXELS, SkyView, sky_view
 from tests.scenes import IN_BANDS, TOTAL, Table, lambert, radiance, scene
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -191,13 +194,7 @@ def test_there_is_no_earthshine_without_an_earth_or_at_midnight(gl: moderngl.Con
 
 
 def test_equal_skies_are_drawn_once(gl: moderngl.Context) -> None:
-    drawn: list[Background] = []
-
-    def draw(
-        background: Background, target: moderngl.Framebuffer, area: tuple[int, int, int, int]
-    ) -> None:
-        target.clear(1.0, 1.0, 1.0, 1.0, viewport=area)
-        drawn.append(background)
+    drawn: list[SkyView] = []
 
     def sky(zenith_deg: float) -> SkyView | None:
         nadir = facing(0.0, 0.0)
@@ -205,22 +202,32 @@ def test_equal_skies_are_drawn_once(gl: moderngl.Context) -> None:
         state = scenario.at(scenario.epoch_tai_ns)
         return sky_view(state, "body", state.bodies["body"])
 
-    probes = EnvironmentProbePass(gl, draw)
-    first, again, none = probes.draw([sky(10.0), sky(10.0), None])
+    executor = ThreadPoolExecutor(max_workers=1)
+    probes = EnvironmentProbeStore(gl, executor)
+
+    def probes_of(*views: SkyView | None) -> list[EnvironmentProbe | None]:
+        for view in probes.missing(views):
+            n = view.texels
+            probes.add(view, SkyRadiance(radiance=np.ones((6, n, n, 4), dtype=np.float32)))
+            drawn.append(view)
+        return probes.of(views)
+
+    first, again, none = probes_of(sky(10.0), sky(10.0), None)
     assert first is again
     assert none is None
-    assert len(drawn) == 6
-    assert probes.draw([sky(10.0)]) == [first]
-    assert len(drawn) == 6
-    assert probes.draw([sky(20.0)]) != [first]
-    assert len(drawn) == 12
+    assert len(drawn) == 1
+    assert probes_of(sky(10.0)) == [first]
+    assert len(drawn) == 1
+    assert probes_of(sky(20.0)) != [first]
+    assert len(drawn) == 2
     assert first is not None
     np.testing.assert_array_equal(first.sky.radiance, 1.0)
     # Skies of another size push them out, and come back.
-    sizes = [probes.draw([sky(85.5 + 0.1 * index)])[0].cube.size[0] for index in range(9)]  # type: ignore[union-attr]
+    sizes = [probes_of(sky(85.5 + 0.1 * index))[0].cube.size[0] for index in range(9)]  # type: ignore[union-attr]
     assert sizes == [TERMINATOR_TEXELS] * 9
-    (back,) = probes.draw([sky(10.0)])
+    (back,) = probes_of(sky(10.0))
     assert back is not None
     assert back.cube.size == (SKY_TEXELS, SKY_TEXELS)
     np.testing.assert_array_equal(np.frombuffer(back.cube.read(0), "<f4"), 1.0)
     probes.release()
+    executor.shutdown()

@@ -9,7 +9,7 @@ import moderngl
 import numpy as np
 import pytest
 
-from simgl.passes.final_gather_pass import _Cells, _evened
+from simgl.passes.reference_gather import _Cells, _evened
 from simgl.radiosity.final_gather import Points
 from simgl.scenario.scenario import Scenario
 from tests.radiosity.boxes import C6, c6_scene, floor_means

@@ -74,7 +74,9 @@ def turned(mesh: Mesh, hinges: Mapping[Joint, tuple[int, ...]]) -> Mesh:
     return replace(mesh, positions=places.astype(np.float32), normals=normals.astype(np.float32))
 
 
-def bench(inter_reflection: bool) -> tuple[Scenario, SpacecraftModel, SpacecraftModel]:
+def bench(
+    inter_reflection: bool, focal_length_mm: float = 0.8
+) -> tuple[Scenario, SpacecraftModel, SpacecraftModel]:
     """The scene, the jointed craft, and the rigid one; the wing's shadow lies on the hull."""
     scenario = scene(
         {
@@ -88,7 +90,7 @@ def bench(inter_reflection: bool) -> tuple[Scenario, SpacecraftModel, Spacecraft
             "look_at": "craft",
             "width_px": 128,
             "height_px": 128,
-            "focal_length_mm": 0.8,
+            "focal_length_mm": focal_length_mm,
         },
         sun_direction=(-0.1, 0.8, -0.35),
         render={"samples_per_pixel": 8, "inter_reflection": inter_reflection},

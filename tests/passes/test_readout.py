@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -17,6 +16,7 @@ from simgl.camera.camera import Camera
 from simgl.camera.detector import FixedPattern, Particles
 from simgl.camera.particle_hits import hits
 from tests.passes.exposures import EPOCH, SIDE, camera, expose
+from tests.patience import run_to_end
 
 
 @pytest.mark.parametrize("seed", [1, 2])
@@ -205,14 +205,10 @@ def test_bits_are_the_same_for_any_number_of_threads_and_order_of_frames() -> No
     root = Path(__file__).resolve().parents[2]
     said = set()
     for threads, order in (("1", "(3, 1, 2)"), ("4", "(2, 3, 1)")):
-        run = subprocess.run(
+        run = run_to_end(
             [sys.executable, "-c", _BITS.replace("ORDER", order)],
             cwd=root,
             env=os.environ | {"LP_NUM_THREADS": threads},
-            capture_output=True,
-            text=True,
-            timeout=120,
-            check=True,
         )
         said.add(run.stdout)
     assert len(said) == 1

@@ -5,7 +5,7 @@ from __future__ import annotations
 import moderngl
 import numpy as np
 
-from simgl.physics.brdf import brdf, disc_mean_brdf
+from tests.reference.brdf import brdf, disc_mean_brdf
 from tests.scenes import radiance, scene
 
 GREEN = 174.7738123  # [W m-2] of the Sun in 500-600 nm

@@ -11,10 +11,10 @@ import pytest
 
 from simgl.arrays import Array, Array32
 from simgl.passes.texture_store import resampled
-from simgl.physics.brdf import brdf
 from simgl.scene.textures import CLAMP, MIRROR, REPEAT, Image
 from simgl.simulator import Product, Simulator
 from tests.model_files.gltf import UPRIGHT, Document, square
+from tests.reference.brdf import brdf
 from tests.scenes import capture, lambert, radiance, scene
 
 # [W m-2] of the Sun in each band (tests/scenes.py).

@@ -20,7 +20,8 @@ from simgl.physics.atmosphere import (
     grazing_optical_depth,
     optical_depth_to_space,
 )
-from simgl.physics.eclipse import past_the_moon, sunlit_fraction, sunlit_transmission
+from simgl.physics.eclipse import past_the_moon, sunlit_shares, sunlit_transmission
+from simgl.physics.solar_disc import UNIFORM
 from tests.authorities.eclipse import REDDENED, SUN_HALF_ANGLE_DEG
 
 RADIUS = 6.371e6
@@ -109,7 +110,7 @@ def test_air_without_density_is_no_air() -> None:
     for degrees in np.linspace(109.0, 112.5, 40):
         z = np.radians(degrees)
         sun = np.array([np.sin(z), 0.0, np.cos(z)])
-        bare = sunlit_fraction(position, sun, SUN, SPHERE)
+        bare = float(sunlit_shares(position, sun, SUN, SPHERE, UNIFORM)[0])
         airy = sunlit_transmission(position, sun, SUN, SPHERE, nothing)
         np.testing.assert_allclose(airy, bare, atol=1e-9)
 

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from simgl.arrays import Array
-from simgl.physics.colour import (
+from simgl.physics.constants import STEFAN_BOLTZMANN
+from simgl.physics.spectrum import planck_radiance
+from tests.reference.colour import (
     MAXIMUM_EFFICACY,
     chromaticity,
     correlated_temperature,
     luminous_efficacy,
     tristimulus,
 )
-from simgl.physics.constants import STEFAN_BOLTZMANN
-from simgl.physics.spectrum import planck_radiance
 
 WAVELENGTH = np.arange(300e-9, 900e-9, 1e-9, dtype=np.float64)
 

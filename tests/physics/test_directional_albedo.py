@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from simgl.passes.albedo_table import lobe_texture
-from simgl.physics.brdf import brdf
-from simgl.physics.directional_albedo import base_loss, lobe_albedo, lobe_table
+from simgl.physics.directional_albedo import lobe_albedo, lobe_table
 from tests.gpu.glsl_functions import evaluate
+from tests.reference.brdf import base_loss, brdf
 
 COSINES = np.array([0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 0.9, 1.0])
 

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from simgl.arrays import Array
 from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS, WGS84_POLAR_RADIUS
-from simgl.physics.eclipse import limb_angle, sunlit_fraction, visible_disc_fraction
+from simgl.physics.eclipse import limb_angle, sunlit_shares, visible_disc_fraction
+from simgl.physics.solar_disc import UNIFORM
 from tests.authorities.eclipse import ALTITUDE, EARTH_RADIUS, FRACTIONS, SUN_HALF_ANGLE_DEG
 
 WGS84 = np.array([WGS84_EQUATORIAL_RADIUS, WGS84_EQUATORIAL_RADIUS, WGS84_POLAR_RADIUS])
@@ -31,7 +32,7 @@ def at_depression(beta: float) -> float:
     """Sunlit fraction at 400 km over the sphere, the Sun ``beta`` [rad] below the horizontal."""
     position = np.array([EARTH_RADIUS + ALTITUDE, 0.0, 0.0])
     sun = np.array([-np.sin(beta), np.cos(beta), 0.0])
-    return sunlit_fraction(position, sun, SUN, SPHERE)
+    return float(sunlit_shares(position, sun, SUN, SPHERE, UNIFORM)[0])
 
 
 @pytest.mark.parametrize(("beta_deg", "fraction"), FRACTIONS)

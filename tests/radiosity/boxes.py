@@ -21,7 +21,7 @@ from tests.scenes import scene
 Sun = tuple[float, float, float]
 
 SUN = np.array([-1.0, 0.0, 1.0]) / np.sqrt(2.0)
-QUICK = BakeSettings(patches=200, patch_rays=128, site_rays=128, added_triangles=300)
+QUICK = BakeSettings(patches=200, patch_rays=128, gather_rays=128, added_triangles=300)
 
 
 def white(reflectance: float, count: int = 6, emission: float = 0.0) -> list[Material]:
@@ -42,7 +42,7 @@ def open_box() -> LightTransport:
 @lru_cache(maxsize=1)
 def closed_box() -> LightTransport:
     """The same with a lid."""
-    settings = BakeSettings(patches=300, patch_rays=256, site_rays=64, added_triangles=500)
+    settings = BakeSettings(patches=300, patch_rays=256, gather_rays=64, added_triangles=500)
     found = bake(quads((*OPEN_BOX, LID)), open_sheets=True, settings=settings)
     assert found is not None
     return found

@@ -9,7 +9,7 @@ import pytest
 
 from simgl.arrays import Array
 from simgl.radiosity.bake import BakeSettings, bake, sees_itself
-from simgl.radiosity.gather_points import cast, sites_of
+from simgl.radiosity.gather_points import cast, gather_points_of
 from simgl.rays import RayTracer
 from simgl.scene.mesh import box, cylinder, plate, sphere
 from tests.radiosity.boxes import QUICK, inside, open_box
@@ -62,7 +62,7 @@ def test_form_factors_are_reciprocal() -> None:
 
 
 def test_the_same_body_gives_the_same_bits() -> None:
-    settings = BakeSettings(patches=100, patch_rays=64, site_rays=32, added_triangles=200)
+    settings = BakeSettings(patches=100, patch_rays=64, gather_rays=32, added_triangles=200)
     first, second = (bake(quads(OPEN_BOX), open_sheets=True, settings=settings) for _ in range(2))
     assert first is not None
     assert second is not None
@@ -76,14 +76,14 @@ def test_the_same_body_gives_the_same_bits() -> None:
 def test_no_vertex_of_a_ball_lies_inside_it() -> None:
     """Rays start above the facets, also where these bend away below a vertex."""
     mesh = sphere(1.0, 24)
-    found = cast(mesh, RayTracer(mesh), sites_of(mesh, 1), 1, 64, lambda _done: None)
+    found = cast(mesh, RayTracer(mesh), gather_points_of(mesh, 1), 1, 64, lambda _done: None)
     assert not np.any(found.buried)
     assert found.hit_share.max() == 0.0
 
 
 def test_the_outside_of_a_smooth_two_sided_ball_sees_nothing_of_itself() -> None:
     mesh = sphere(1.0, 96)
-    sites = sites_of(mesh, 2)
+    sites = gather_points_of(mesh, 2)
     found = cast(mesh, RayTracer(mesh), sites, 2, 256, lambda _done: None)
     front, back = (found.hit_share[row] for row in sites.of_vertex)
     assert front.max() == 0.0
@@ -125,7 +125,7 @@ def test_no_patch_has_two_materials() -> None:
 
 def test_a_sheet_above_another_shows_it_its_back() -> None:
     above = tuple((x, y, 1.0) for x, y, _ in FLOOR)
-    settings = BakeSettings(patches=60, patch_rays=64, site_rays=32, added_triangles=50)
+    settings = BakeSettings(patches=60, patch_rays=64, gather_rays=32, added_triangles=50)
     transport = bake(quads((FLOOR, above)), open_sheets=True, settings=settings)  # type: ignore[arg-type]
     assert transport is not None
     up = transport.normals[:, 0, 2] > 0.0

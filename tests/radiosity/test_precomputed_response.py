@@ -89,4 +89,4 @@ def test_what_is_kept_is_bounded() -> None:
     asked = response()
     for direction in directions(40):
         asked.of_sun(direction, SUNLIGHT)
-    assert len(asked._nodes) <= 64
+    assert len(asked._nodes.values()) == 64

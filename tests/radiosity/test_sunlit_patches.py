@@ -6,8 +6,8 @@ import numpy as np
 
 from simgl.arrays import Array
 from simgl.radiosity.solver import Blocker, lit_normals
-from simgl.radiosity.sunlit_patches import SunlitPatches, around, direction_of
-from simgl.rays import ray_tracer
+from simgl.radiosity.sunlit_patches import SunlitPatches, direction_of, grid_corners
+from simgl.rays import RayTracer
 from simgl.scene.mesh import plate
 from tests.radiosity.boxes import inside, open_box
 
@@ -58,7 +58,7 @@ def test_three_directions_of_the_lattice_add_up_to_the_one_between() -> None:
     edges = random * np.tile(1.0 - np.eye(3), (134, 1))[:400]
     for direction in np.concatenate([random, edges, np.eye(3), -np.eye(3)]):
         direction = direction / np.linalg.norm(direction)
-        corners = around(direction)
+        corners = grid_corners(direction)
         total = sum(weight * direction_of(node) for node, weight in corners)
         np.testing.assert_allclose(total, direction, atol=1e-12)
         # Three directions half a degree apart, times what an octahedral map stretches.
@@ -86,7 +86,7 @@ def test_another_body_hides_the_patches_in_its_shadow() -> None:
     moved[:3, 3] = (-0.5, -0.5, -3.0)  # a square of 1 m, 3 m above x 0..1, y 0..1
     square = plate(1.0, 1.0)
     blocker = Blocker(
-        tracer=ray_tracer(square),
+        tracer=RayTracer(square),
         other_from_body=moved,
         centre=square.centre,
         radius=square.radius,

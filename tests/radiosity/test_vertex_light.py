@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 
 from simgl.arrays import Array32
 from simgl.radiosity.bake import bake
-from simgl.radiosity.gather_matrix import vertex_rows
 from simgl.radiosity.hemisphere import SKY_CELLS
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.solver import (
@@ -28,8 +29,9 @@ def sunlit_exitance(transport: LightTransport) -> Array32:
 
 def vertex_light(transport: LightTransport, exitance: Array32) -> Array32:
     """(v, sides, 4) irradiance of the vertices from the body's own surfaces."""
-    values = np.full((*transport.site_of_vertex.shape[::-1], 4), np.nan, dtype=np.float32)
-    vertex_irradiance(vertex_rows(transport), exitance, values)
+    values = np.full((*transport.gather_point_of_vertex.shape[::-1], 4), np.nan, dtype=np.float32)
+    with ThreadPoolExecutor(max_workers=1) as executor:
+        vertex_irradiance(transport.of_vertices, exitance, values, executor)
     return values
 
 
@@ -52,20 +54,6 @@ def test_vertices_get_the_light_that_the_patches_around_them_get() -> None:
     np.testing.assert_allclose((areas * values).sum() / areas.sum(), mean, rtol=0.02)
 
 
-def test_some_vertices_get_what_they_get_among_all() -> None:
-    """On both sides: from surfaces, and of the Earth's light."""
-    transport = open_box()
-    exitance = sunlit_exitance(transport)
-    sky = np.random.default_rng(8).uniform(1.0, 9.0, (SKY_CELLS, 4)).astype(np.float32)
-    some = np.arange(3, len(transport.mesh.positions), 7)
-    rows = vertex_rows(transport, some)
-    values = np.empty((*rows.shape, 4), dtype=np.float32)
-    vertex_irradiance(rows, exitance, values)
-    np.testing.assert_array_equal(values, vertex_light(transport, exitance)[some])
-    whole = earth_share(vertex_rows(transport), sky)
-    np.testing.assert_array_equal(earth_share(rows, sky), whole[some])
-
-
 def test_the_back_of_a_sheet_gets_nothing_of_the_light_before_it() -> None:
     transport = open_box()
     exitance = sunlit_exitance(transport)
@@ -84,7 +72,7 @@ def test_a_plate_behind_a_big_plate_gets_no_light_of_the_earth() -> None:
     # An Earth that fills the half space below.
     below = np.zeros((SKY_CELLS, 4), dtype=np.float32)
     below[5 * 16 : 6 * 16] = 100.0
-    share = earth_share(vertex_rows(transport), below)[:, 0]
+    share = earth_share(transport.of_vertices, below)[:, 0]
     lower = mesh.normals[:, 2] < -0.9
     near = np.abs(mesh.positions[:, :2]).max(axis=1) < 0.11
     hidden = lower & near & (mesh.positions[:, 2] > 0.01)
@@ -105,7 +93,7 @@ def test_a_board_whose_corners_are_inside_blocks_is_lit_between_them() -> None:
     assert transport is not None
     above = np.zeros((SKY_CELLS, 4), dtype=np.float32)
     above[4 * 16 : 5 * 16] = 100.0
-    share = earth_share(vertex_rows(transport), above)[:, 0]
+    share = earth_share(transport.of_vertices, above)[:, 0]
     mesh = transport.mesh
     corner = (mesh.normals[:, 2] > 0.9) & (mesh.positions[:, 2] == 0.0)
     assert np.count_nonzero(corner) >= 4

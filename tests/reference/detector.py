@@ -8,22 +8,40 @@ import numpy as np
 from scipy import stats
 
 from simgl.arrays import Array, Image16, UIntArray
-from simgl.camera.blooming import spilt
+from simgl.camera.blooming import with_blooming
 from simgl.camera.camera import Camera
 from simgl.camera.camera_equation import square_electrons_per_irradiance
 from simgl.camera.detector import Detector
 from simgl.camera.noise_streams import (
+    PIXELS,
     Stream,
     epoch_words,
     frame_key,
     list_words,
     normal,
-    pattern_key,
-    pixel_words,
+    philox,
+    row_offsets,
     uniform_01,
 )
 from simgl.camera.particle_hits import hits
-from simgl.camera.row_effects import row_offsets
+
+
+def pattern_key(serial: int, stream: Stream) -> UIntArray:
+    """(2,) key of something that stays with a camera for life."""
+    return np.array([serial, stream], dtype=np.uint32)
+
+
+def pixel_words(
+    width: int, height: int, key: UIntArray, epoch: tuple[int, int] = (0, 0)
+) -> UIntArray:
+    """(height, width) words, one a pixel."""
+    groups = -(-width // PIXELS)
+    y, x = np.divmod(np.arange(groups * height, dtype=np.uint32), np.uint32(groups))
+    counter = np.zeros((groups * height, 4), dtype=np.uint32)
+    counter[:, 0] = x + (y << np.uint32(16))
+    counter[:, 2:] = epoch
+    return philox(counter, key).reshape(height, groups * PIXELS)[:, :width]
+
 
 # Below so many electrons on average, counts come from Poisson's distribution itself.
 FEW = 20.0
@@ -107,7 +125,9 @@ def digital(camera: Camera, light: Array, tai_ns: int, seed: int) -> Image16:
     pixels, deposits = hits(camera, tai_ns, seed)
     electrons.ravel()[pixels] += deposits
     if d.blooming > 0.0:
-        electrons = spilt(electrons.astype(np.float32), d.full_well, d.blooming).astype(np.float64)
+        electrons = with_blooming(electrons.astype(np.float32), d.full_well, d.blooming).astype(
+            np.float64
+        )
     signal = np.minimum(electrons, d.full_well) + pattern.offset
     if d.row_noise > 0.0:
         signal = signal + row_offsets(camera, tai_ns, seed)[:, None]

@@ -8,8 +8,8 @@ import pytest
 from scipy import stats
 
 from simgl.camera.noise_streams import normal, philox, uniform_01
-from simgl.physics import brdf as reference
 from tests.gpu.glsl_functions import evaluate
+from tests.reference import brdf as reference
 
 # Known answers of Philox4x32-10; the first three are those of its authors' test file.
 PHILOX = [

@@ -9,7 +9,6 @@ import signal
 import sqlite3
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import av
@@ -18,6 +17,7 @@ import pytest
 from PIL import Image
 
 from simgl.cli import main
+from tests.patience import run_to_end, wait_until
 
 SCENE = """\
 [epoch]
@@ -126,20 +126,16 @@ def test_a_killed_run_goes_on_to_the_same_bytes(scene: Path, tmp_path: Path) -> 
     def command(out: Path) -> list[str]:
         return [sys.executable, "-m", "simgl", "sequence", str(scene), "--out", str(out), *options]
 
-    subprocess.run(command(whole), check=True, capture_output=True, timeout=240)
+    run_to_end(command(whole))
     started = subprocess.Popen(command(broken), stdout=subprocess.DEVNULL)
-    deadline = time.monotonic() + 120.0
-    while len(list(broken.glob("near/*.view.png"))) < 5:
-        assert time.monotonic() < deadline
-        assert started.poll() is None
-        time.sleep(0.005)
+    wait_until(lambda: len([*broken.glob("near/*.view.png")]) >= 5, "5 images", 120.0, started)
     os.kill(started.pid, signal.SIGKILL)
     started.wait()
     with sqlite3.connect(broken / "frames.sqlite") as database:
         (rows,) = database.execute("SELECT count(*) FROM frames").fetchone()
     assert 4 <= rows < 30
     kept = {p: p.stat().st_mtime_ns for p in sorted(broken.glob("near/[0-9]*.png"))[: 2 * rows]}
-    subprocess.run(command(broken), check=True, capture_output=True, timeout=240)
+    run_to_end(command(broken))
     assert {p: p.stat().st_mtime_ns for p in kept} == kept
     for name, digest in contents(whole).items():
         assert contents(broken)[name] == digest, name

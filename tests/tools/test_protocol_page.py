@@ -5,10 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from simgl_bridge.framing import REPLIES, REQUESTS, pack, unpack_reply, unpack_request
+from simgl_bridge.framing import pack, unpack_reply, unpack_request
 from simgl_bridge.messages import (
+    REPLIES,
+    REQUESTS,
     Bye,
-    CameraCard,
+    CameraDescription,
     CameraImage,
     Configure,
     Error,
@@ -48,7 +50,7 @@ _SHOTS = (
     Shot(camera="nav", exposure_time_s=0.001, gain_dn_per_e=0.25, products=("dn", "depth")),
     Shot(camera="side"),
 )
-_CARD = CameraCard(
+_CARD = CameraDescription(
     name="nav",
     width=64,
     height=48,

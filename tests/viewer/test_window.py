@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import os
-import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,6 +17,7 @@ from simgl.errors import ContextError
 from simgl.scenario.loader import load_scenario
 from simgl.viewer.view_settings import opening_look
 from simgl.viewer.window import run
+from tests.patience import run_to_end
 from tests.viewer.harness import assert_shows, press
 
 
@@ -44,36 +43,12 @@ def test_a_display_that_does_not_answer_is_named(
         run(scenario_path)
 
 
-@pytest.fixture(scope="module")
-def display() -> Iterator[str]:
-    """An X server of our own, on a number that it finds free."""
-    server = shutil.which("Xvfb")
-    if server is None:
-        pytest.skip("Xvfb is not installed (apt-get install xvfb)")
-    reading, writing = os.pipe()
-    screen = ["-screen", "0", "1280x1024x24", "-nolisten", "tcp", "-displayfd", str(writing)]
-    with subprocess.Popen(
-        [server, *screen], pass_fds=[writing], stderr=subprocess.DEVNULL
-    ) as process:
-        os.close(writing)
-        with os.fdopen(reading) as pipe:
-            number = pipe.readline().strip()
-        if not number:
-            process.wait()
-            pytest.skip(f"Xvfb does not start (exit status {process.returncode})")
-        yield f":{number}"
-        process.terminate()
-
-
 def on_display(display: str, *command: str, folder: Path) -> subprocess.CompletedProcess[str]:
     environment = {k: v for k, v in os.environ.items() if not k.startswith(("WAYLAND", "XDG_"))}
-    return subprocess.run(
+    return run_to_end(
         [sys.executable, "-W", "error", *command],
         env={**environment, "DISPLAY": display},
         cwd=folder,
-        capture_output=True,
-        text=True,
-        timeout=60,
         check=False,
     )
 

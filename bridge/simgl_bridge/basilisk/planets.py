@@ -1,4 +1,4 @@
-"""The Sun's planets as Basilisk names and sends them: place, shape and ground."""
+"""The planets as Basilisk names and sends them: position, shape and surface."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ from simgl.scene.earth import Earth
 from simgl.scene.state import EarthState
 from simgl_bridge.basilisk.viz_messages import CelestialBody
 
-# Of a rotation matrix from the wire.
+# Largest deviation from orthogonality of a rotation matrix from the wire.
 _ROTATION_TOLERANCE = 1e-6
-# Farther than light goes in 12 days; beyond, float64 holds no picture's geometry.
+# Light travels this in 12 days [m]; beyond, float64 cannot hold the geometry of an image.
 _FARTHEST = 3e14
 
 
-class NoPictureError(BridgeError):
-    """There is no picture of this request; says why in one line."""
+class NoImageError(BridgeError):
+    """This request has no image; the message says why in one line."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Spheroid:
-    """Semi-axes [km], and the ground.
+    """Semi-axes [km] and surface of a planet.
 
     albedo : Lambert albedo in the bands R, G, B, N, or in all of them
-    regolith : law of the ground in place of Lambert's
+    regolith : reflectance law in place of Lambert's
     """
 
     equatorial_km: float
@@ -42,7 +42,7 @@ class Spheroid:
 
     @property
     def globe(self) -> Earth:
-        """As simgl draws it."""
+        """The planet as simgl draws it."""
         albedo = (self.albedo,) * 4 if isinstance(self.albedo, float) else self.albedo
         return Earth(
             equatorial_radius=self.equatorial_km * 1e3,
@@ -73,36 +73,38 @@ _ALBEDO_OF_OTHERS = 0.3
 
 
 def vector_of(values: Sequence[float], name: str) -> Array:
+    """(3,) vector from the wire; raises NoImageError with its name where it is none."""
     if len(values) != 3:
-        raise NoPictureError(f"{name} must have 3 numbers, got {len(values)}")
+        raise NoImageError(f"{name} must have 3 numbers, got {len(values)}")
     vector = np.array(values, dtype=np.float64)
     if not np.all(np.abs(vector) < _FARTHEST):
-        raise NoPictureError(f"{name} must have numbers below {_FARTHEST:g}, got {vector.tolist()}")
+        raise NoImageError(f"{name} must have numbers below {_FARTHEST:g}, got {vector.tolist()}")
     return vector
 
 
 def plain_name(body: CelestialBody) -> str:
-    """The first word: mars, of "Mars barycenter"."""
+    """The first word in lower case: "Mars barycenter" is "mars"."""
     return re.split(r"[^a-z0-9]+", body.name.lower())[0]
 
 
-def central_body(bodies: Sequence[CelestialBody], place: Array) -> CelestialBody | None:
-    """The body, neither Sun nor Moon, that looks largest; None without one."""
-    best, widest = None, 0.0
+def central_body(bodies: Sequence[CelestialBody], position: Array) -> CelestialBody | None:
+    """The planet that looks largest from a position (3,) [m]; None without one."""
+    largest, largest_ratio = None, 0.0
     for body in bodies:
         name = plain_name(body)
         if name in ("sun", "moon"):
             continue
         radius = 1e3 * (SPHEROIDS[name].equatorial_km if name in SPHEROIDS else body.radius_km)
-        distance = float(np.linalg.norm(vector_of(body.position, body.name) - place))
+        distance = float(np.linalg.norm(vector_of(body.position, body.name) - position))
         if name == "earth":
             radius = Earth().equatorial_radius
-        if radius > 0.0 and radius / max(distance, 1.0) > widest:
-            best, widest = body, radius / max(distance, 1.0)
-    return best
+        if radius > 0.0 and radius / max(distance, 1.0) > largest_ratio:
+            largest, largest_ratio = body, radius / max(distance, 1.0)
+    return largest
 
 
 def globe_of(body: CelestialBody, base: Scenario, tai_ns: int) -> EarthState:
+    """A planet at the origin of the scene: simgl's own shape where its name is known."""
     name = plain_name(body)
     fallback = np.eye(3)
     if name == "earth":
@@ -116,17 +118,19 @@ def globe_of(body: CelestialBody, base: Scenario, tai_ns: int) -> EarthState:
             albedo=_ALBEDO_OF_OTHERS,
         )
         globe = SPHEROIDS.get(name, sent).globe
-    return EarthState(earth=globe, position=np.zeros(3), R_itrf_from_icrf=turned(body, fallback))
+    return EarthState(
+        earth=globe, position=np.zeros(3), R_itrf_from_icrf=rotation_of(body, fallback)
+    )
 
 
-def turned(body: CelestialBody, fallback: Array) -> Array:
-    """R_fixed_from_icrf (3, 3) as sent; the fallback where none was, or all zeros."""
+def rotation_of(body: CelestialBody, fallback: Array) -> Array:
+    """R_fixed_from_icrf (3, 3) as sent; the fallback where none was sent or all are zero."""
     if not any(body.rotation):
         return fallback
     R = np.array(body.rotation, dtype=np.float64)
     if R.shape == (9,) and np.all(np.abs(R) < 2.0):
         R = R.reshape(3, 3)
-        off = float(np.abs(R @ R.T - np.eye(3)).max())
-        if off < _ROTATION_TOLERANCE and np.linalg.det(R) > 0.0:
+        deviation = float(np.abs(R @ R.T - np.eye(3)).max())
+        if deviation < _ROTATION_TOLERANCE and np.linalg.det(R) > 0.0:
             return R
-    raise NoPictureError(f'"{body.name}" must have a rotation matrix, got {list(body.rotation)}')
+    raise NoImageError(f'"{body.name}" must have a rotation matrix, got {list(body.rotation)}')

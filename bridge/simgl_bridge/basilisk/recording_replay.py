@@ -10,7 +10,7 @@ from simgl.errors import AssetError, SimglError
 from simgl.output import check_writable, complete_file
 from simgl_bridge.basilisk.camera_overrides import DEFAULT_OVERRIDES, CameraOverrides
 from simgl_bridge.basilisk.camera_png import png_of
-from simgl_bridge.basilisk.endpoint import Remarks
+from simgl_bridge.basilisk.endpoint import OneTimeWarnings
 from simgl_bridge.basilisk.viz_messages import UnreadableError, Update, read_recording
 from simgl_bridge.basilisk.viz_scene import check_base
 from simgl_bridge.render_session import RenderSession
@@ -44,32 +44,32 @@ def replay(
     render_session: RenderSession,
     folder: Path,
     *,
-    sheets: Mapping[int, CameraOverrides],
+    overrides: Mapping[int, CameraOverrides],
     every: int = 1,
 ) -> int:
     """Write ``camera_ID_NANOSECONDS.png`` for every camera and state; returns how many.
 
-    every : one state in so many
+    every : write only every n-th state
 
     Raises AssetError where the recording cannot be read and OutputError where nothing can be
-    written; the images before that are whole.
+    written; the images before that are complete.
     """
     check_base(render_session.scenario)
-    say = Remarks()
+    warn = OneTimeWarnings()
     check_writable(folder)
     count = 0
     for index, update in enumerate(recorded(path)):
         if index % every:
             continue
         for config in update.cameras:
-            overrides = sheets.get(config.id, DEFAULT_OVERRIDES)
+            camera = overrides.get(config.id, DEFAULT_OVERRIDES)
             try:
-                png = png_of(render_session, update, config.id, overrides, say)
+                png = png_of(render_session, update, config.id, camera, warn)
             except SimglError as error:
-                say(f"no image: {error}")
+                warn(f"no image: {error}")
                 continue
             name = f"camera_{config.id}_{round(update.instant.sim_time_ns):015d}.png"
-            with complete_file(folder / name) as beside:
-                beside.write_bytes(png)
+            with complete_file(folder / name) as partial:
+                partial.write_bytes(png)
             count += 1
     return count

@@ -1,7 +1,7 @@
 """The messages of Basilisk's vizInterface that a camera needs: protobuf by field number.
 
-Only what is read here is kept; every other field is skipped, so newer messages are read too. The
-encoding is that of https://protobuf.dev/programming-guides/encoding (proto3).
+All other fields are skipped, so messages of newer versions are read too. The encoding is that of
+https://protobuf.dev/programming-guides/encoding (proto3).
 """
 
 from __future__ import annotations
@@ -9,69 +9,72 @@ from __future__ import annotations
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar, get_args, get_origin, get_type_hints
 
 from simgl.errors import BridgeError
 
 # Wire types.
 _VARINT, _FIXED64, _BYTES, _FIXED32 = 0, 1, 2, 5
-# A list of numbers has nine at most in these messages.
-_MOST_NUMBERS = 64
+# A repeated number has at most nine values in these messages.
+_MAX_NUMBERS = 64
 
 
 class UnreadableError(BridgeError):
-    """Bytes that are no such message."""
+    """Bytes that are not such a message."""
+
+
+# Fields of messages carry their number on the wire beside their type; a tuple is a repeated field.
 
 
 @dataclass(frozen=True, kw_only=True)
 class Instant:
     """frame_number : counts the updates; sim_time_ns : elapsed, a double on the wire."""
 
-    frame_number: int = field(default=0, compare=False)
-    sim_time_ns: float = 0.0
+    frame_number: Annotated[int, 1] = field(default=0, compare=False)
+    sim_time_ns: Annotated[float, 2] = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class Epoch:
     """A calendar date; the time scale is not on the wire."""
 
-    year: int = 0
-    month: int = 0
-    day: int = 0
-    hours: int = 0
-    minutes: int = 0
-    seconds: float = 0.0
+    year: Annotated[int, 1] = 0
+    month: Annotated[int, 2] = 0
+    day: Annotated[int, 3] = 0
+    hours: Annotated[int, 4] = 0
+    minutes: Annotated[int, 5] = 0
+    seconds: Annotated[float, 6] = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class CelestialBody:
     """position [m], velocity [m/s]; rotation is row-major, fixed axes from J2000; radius_km."""
 
-    name: str = ""
-    position: tuple[float, ...] = ()
-    velocity: tuple[float, ...] = ()
-    rotation: tuple[float, ...] = ()
-    radius_km: float = 0.0
-    radius_ratio: float = 0.0
+    name: Annotated[str, 1] = ""
+    position: Annotated[tuple[float, ...], 2] = ()
+    velocity: Annotated[tuple[float, ...], 3] = ()
+    rotation: Annotated[tuple[float, ...], 4] = ()
+    radius_km: Annotated[float, 6] = 0.0
+    radius_ratio: Annotated[float, 7] = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class Light:
-    """A lamp of a spacecraft, of which only the name is of use here."""
+    """A lamp of a spacecraft; only its name is read."""
 
-    label: str = ""
+    label: Annotated[str, 1] = ""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Craft:
+class SpacecraftState:
     """position [m], velocity [m/s] in J2000 axes; sigma_BN : modified Rodrigues parameters."""
 
-    name: str = ""
-    position: tuple[float, ...] = ()
-    velocity: tuple[float, ...] = ()
-    sigma_BN: tuple[float, ...] = ()
-    lights: tuple[Light, ...] = ()
-    model: str = ""
+    name: Annotated[str, 1] = ""
+    position: Annotated[tuple[float, ...], 2] = ()
+    velocity: Annotated[tuple[float, ...], 3] = ()
+    sigma_BN: Annotated[tuple[float, ...], 4] = ()
+    lights: Annotated[tuple[Light, ...], 12] = ()
+    model: Annotated[str, 13] = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,100 +84,49 @@ class CameraConfig:
     field_of_view_deg : edge to edge along the image's height
     resolution : width, height
     position_B : [m]
-    direction_B : modified Rodrigues parameters, not a direction; see ``scene``
+    direction_B : modified Rodrigues parameters, not a direction; see ``viz_scene``
     render_mode : 1 asks for depth
     """
 
-    id: int = 0
-    parent: str = ""
-    field_of_view_deg: float = 0.0
-    resolution: tuple[int, ...] = ()
-    position_B: tuple[float, ...] = ()
-    direction_B: tuple[float, ...] = ()
-    post_processing: int = 0
-    render_mode: int = 0
+    id: Annotated[int, 1] = 0
+    parent: Annotated[str, 2] = ""
+    field_of_view_deg: Annotated[float, 3] = 0.0
+    resolution: Annotated[tuple[int, ...], 4] = ()
+    position_B: Annotated[tuple[float, ...], 7] = ()
+    direction_B: Annotated[tuple[float, ...], 8] = ()
+    post_processing: Annotated[int, 11] = 0
+    render_mode: Annotated[int, 16] = 0
 
 
 @dataclass(frozen=True, kw_only=True)
 class Settings:
-    """ambient : share of light from everywhere that is asked for."""
+    """ambient : share of uniform ambient light that is asked for."""
 
-    ambient: float = 0.0
+    ambient: Annotated[float, 1] = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class Live:
-    """What a simulation says while it runs."""
+    """Settings of a live stream."""
 
-    terminate: int = 0
+    terminate: Annotated[int, 3] = 0
 
 
 @dataclass(frozen=True, kw_only=True)
 class Update:
-    """One state of the simulation. Two are equal where a picture of them is.
+    """One state of the simulation. Two are equal if their images are.
 
     settings, epoch : in the first messages, and later not always
     """
 
-    instant: Instant = Instant()
-    bodies: tuple[CelestialBody, ...] = ()
-    craft: tuple[Craft, ...] = ()
-    cameras: tuple[CameraConfig, ...] = ()
-    settings: Settings | None = None
-    epoch: Epoch | None = None
-    live: Live | None = None
+    instant: Annotated[Instant, 1] = Instant()
+    bodies: Annotated[tuple[CelestialBody, ...], 2] = ()
+    spacecraft: Annotated[tuple[SpacecraftState, ...], 3] = ()
+    cameras: Annotated[tuple[CameraConfig, ...], 4] = ()
+    settings: Annotated[Settings | None, 7] = None
+    epoch: Annotated[Epoch | None, 8] = None
+    live: Annotated[Live | None, 10] = None
 
-
-# Field number to attribute and kind; a list says that the field repeats.
-_FIELDS: dict[type, dict[int, tuple[str, Any]]] = {
-    Instant: {1: ("frame_number", int), 2: ("sim_time_ns", float)},
-    Epoch: {
-        1: ("year", int),
-        2: ("month", int),
-        3: ("day", int),
-        4: ("hours", int),
-        5: ("minutes", int),
-        6: ("seconds", float),
-    },
-    CelestialBody: {
-        1: ("name", str),
-        2: ("position", [float]),
-        3: ("velocity", [float]),
-        4: ("rotation", [float]),
-        6: ("radius_km", float),
-        7: ("radius_ratio", float),
-    },
-    Light: {1: ("label", str)},
-    Craft: {
-        1: ("name", str),
-        2: ("position", [float]),
-        3: ("velocity", [float]),
-        4: ("sigma_BN", [float]),
-        12: ("lights", [Light]),
-        13: ("model", str),
-    },
-    CameraConfig: {
-        1: ("id", int),
-        2: ("parent", str),
-        3: ("field_of_view_deg", float),
-        4: ("resolution", [int]),
-        7: ("position_B", [float]),
-        8: ("direction_B", [float]),
-        11: ("post_processing", int),
-        16: ("render_mode", int),
-    },
-    Settings: {1: ("ambient", float)},
-    Live: {3: ("terminate", int)},
-    Update: {
-        1: ("instant", Instant),
-        2: ("bodies", [CelestialBody]),
-        3: ("craft", [Craft]),
-        4: ("cameras", [CameraConfig]),
-        7: ("settings", Settings),
-        8: ("epoch", Epoch),
-        10: ("live", Live),
-    },
-}
 
 _Message = TypeVar("_Message")
 
@@ -189,13 +141,31 @@ def read_recording(data: bytes) -> Iterator[Update]:
 
     Raises UnreadableError where the file is damaged, after the states before that.
     """
-    view, place = memoryview(data), 0
-    while place < len(view):
-        length, place = _varint(view, place)
-        if length > len(view) - place:
-            raise UnreadableError(f"ends {length - (len(view) - place)} bytes early")
-        yield _read(Update, view[place : place + length])
-        place += length
+    view, offset = memoryview(data), 0
+    while offset < len(view):
+        length, offset = _varint(view, offset)
+        if length > len(view) - offset:
+            raise UnreadableError(f"ends {length - (len(view) - offset)} bytes early")
+        yield _read(Update, view[offset : offset + length])
+        offset += length
+
+
+def _fields(cls: type) -> dict[int, tuple[str, type, bool]]:
+    """Name, type and whether it repeats, of each field of a message by its number."""
+    table = {}
+    for name, hint in get_type_hints(cls, include_extras=True).items():
+        kind, number = get_args(hint)
+        # (float, ...) of a tuple, (Epoch, None) of an optional message, () of a plain type.
+        arguments = get_args(kind)
+        table[number] = name, arguments[0] if arguments else kind, get_origin(kind) is tuple
+    return table
+
+
+_MESSAGES = (
+    *(Instant, Epoch, CelestialBody, Light, SpacecraftState),
+    *(CameraConfig, Settings, Live, Update),
+)
+_FIELDS: dict[type, dict[int, tuple[str, type, bool]]] = {cls: _fields(cls) for cls in _MESSAGES}
 
 
 def _read(cls: type[_Message], data: memoryview) -> _Message:
@@ -204,9 +174,9 @@ def _read(cls: type[_Message], data: memoryview) -> _Message:
     for number, wire, value in _records(data):
         if number not in known:
             continue
-        name, kind = known[number]
-        if isinstance(kind, list):
-            values.setdefault(name, []).extend(_items(kind[0], wire, value, name))
+        name, kind, repeated = known[number]
+        if repeated:
+            values.setdefault(name, []).extend(_items(kind, wire, value, name))
         else:
             values[name] = _item(kind, wire, value, name)
     return cls(**{n: tuple(v) if isinstance(v, list) else v for n, v in values.items()})
@@ -214,36 +184,36 @@ def _read(cls: type[_Message], data: memoryview) -> _Message:
 
 def _records(data: memoryview) -> Iterator[tuple[int, int, Any]]:
     """Number, wire type and raw value of the fields in a message."""
-    place = 0
-    while place < len(data):
-        tag, place = _varint(data, place)
+    offset = 0
+    while offset < len(data):
+        tag, offset = _varint(data, offset)
         number, wire = tag >> 3, tag & 7
         if wire == _VARINT:
-            value, place = _varint(data, place)
+            value, offset = _varint(data, offset)
             yield number, wire, value
             continue
         if wire == _BYTES:
-            size, place = _varint(data, place)
+            size, offset = _varint(data, offset)
         elif wire in (_FIXED64, _FIXED32):
             size = 8 if wire == _FIXED64 else 4
         else:
             raise UnreadableError(f"field {number} has the unknown wire type {wire}")
-        if size > len(data) - place:
-            raise UnreadableError(f"field {number} ends {size - len(data) + place} bytes early")
-        yield number, wire, data[place : place + size]
-        place += size
+        if size > len(data) - offset:
+            raise UnreadableError(f"field {number} ends {size - len(data) + offset} bytes early")
+        yield number, wire, data[offset : offset + size]
+        offset += size
 
 
-def _varint(data: memoryview, place: int) -> tuple[int, int]:
+def _varint(data: memoryview, offset: int) -> tuple[int, int]:
     value = 0
     for count in range(10):
-        if place >= len(data):
+        if offset >= len(data):
             raise UnreadableError("ends inside a number")
-        byte = data[place]
-        place += 1
+        byte = data[offset]
+        offset += 1
         value |= (byte & 0x7F) << (7 * count)
         if byte < 0x80:
-            return value & (2**64 - 1), place
+            return value & (2**64 - 1), offset
     raise UnreadableError("a number has more than 10 bytes")
 
 
@@ -251,15 +221,15 @@ def _items(kind: type, wire: int, value: Any, name: str) -> list[Any]:
     """The values of a repeated field: numbers may come packed into one."""
     if wire != _BYTES or kind not in (int, float):
         return [_item(kind, wire, value, name)]
-    if len(value) > 10 * _MOST_NUMBERS:
+    if len(value) > 10 * _MAX_NUMBERS:
         raise UnreadableError(f"{name} has {len(value)} bytes of numbers")
     if kind is float:
         if len(value) % 8:
             raise UnreadableError(f"{name} has {len(value)} bytes, no multiple of 8")
         return [v for (v,) in struct.iter_unpack("<d", value)]
-    numbers, place = [], 0
-    while place < len(value):
-        number, place = _varint(value, place)
+    numbers, offset = [], 0
+    while offset < len(value):
+        number, offset = _varint(value, offset)
         numbers.append(_signed(number))
     return numbers
 

@@ -1,1 +1,11 @@
-"""Files of motion to samples in ICRF axes: CCSDS OEM and AEM, two-line elements, tables."""
+"""Readers of motion files: from text to interpolated samples in ICRF axes.
+
+motion_reader    entry: detects the format by content and returns a law of simgl.motion
+oem, aem, ccsds_kvn
+                 CCSDS ephemeris messages and their key-value notation
+tle, csv_table   two-line elements; tables with named columns
+motion_record    states and attitudes independent of format, and their conversion to ICRF
+text_lines       lines with numbers, for errors that name file and line
+
+A new format is a module that returns records, and a branch in motion_reader.
+"""

@@ -1,8 +1,7 @@
 """CCSDS Attitude Ephemeris Messages in key-value form (CCSDS 504.0-B, versions 1 and 2).
 
-A message gives the rotation from frame A to frame B: the one that carries the axes of A onto those
-of B. Its quaternion is that of the Hamilton matrix R_A_from_B, and its Euler angles turn about the
-axes as they move.
+A message gives the rotation from frame A to frame B, which carries the axes of A onto those of B.
+Its quaternion is that of the Hamilton matrix R_A_from_B; its Euler angles are intrinsic.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ _TYPES = ("QUATERNION", "EULER_ANGLE")
 
 
 def read_aem(lines: list[Line]) -> list[AttitudeRecord]:
-    """Every segment; raises ConfigError with the line."""
+    """All segments; ConfigError with the line for malformed ones."""
     return [_attitude_record(segment) for segment in segments(lines, VERSION_KEY)]
 
 
@@ -72,7 +71,7 @@ def _quaternions(segment: Segment) -> Array:
 
 
 def check_norm(line: Line, quaternion: list[float]) -> None:
-    """Raise ConfigError unless four numbers have length one."""
+    """Raise ConfigError for a quaternion that is not of unit length."""
     norm = float(np.linalg.norm(quaternion))
     if abs(norm - 1.0) > QUATERNION_NORM_TOLERANCE:
         line.fail("", f"must be a unit quaternion, got norm {norm:.6g}")

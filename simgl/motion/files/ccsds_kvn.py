@@ -1,4 +1,4 @@
-"""The key-value form that CCSDS messages share: a header, then segments of metadata and data."""
+"""Key-value notation of CCSDS messages: a header, then segments of metadata and data."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from simgl.motion.files.motion_record import Frame
 from simgl.motion.files.text_lines import Line, shown
 from simgl.physics.times import SCALES, TimeScale, tai_ns_from_text
 
-# Blocks inside a segment that say nothing about motion.
-_PASSED_OVER = {"COVARIANCE_START": "COVARIANCE_STOP"}
+# Blocks inside a segment that are ignored.
+_IGNORED = {"COVARIANCE_START": "COVARIANCE_STOP"}
 _FRAMES: dict[str, Frame] = {
     "ICRF": "icrf",
     "GCRF": "icrf",
@@ -21,7 +21,7 @@ _FRAMES: dict[str, Frame] = {
     "ITRF": "itrf",
     "LVLH": "lvlh",
 }
-_BLOCKS = {"META_START", "META_STOP", "DATA_START", "DATA_STOP", *_PASSED_OVER}
+_BLOCKS = {"META_START", "META_STOP", "DATA_START", "DATA_STOP", *_IGNORED}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,13 +33,13 @@ class Segment:
     data: tuple[Line, ...]
 
     def word(self, key: str) -> str:
-        """The value of a key that must be there."""
+        """The value of a required key; ConfigError if it is missing."""
         if key not in self.meta:
             self.start.fail(key, "is missing in this segment")
         return self.meta[key][0]
 
     def optional(self, key: str) -> str | None:
-        """The value of a key, None where it is not given."""
+        """The value of a key; None if it is missing."""
         return self.meta[key][0] if key in self.meta else None
 
     def fail(self, key: str, problem: str) -> None:
@@ -47,7 +47,7 @@ class Segment:
         self.meta[key][1].fail(key, problem)
 
     def scale(self) -> TimeScale:
-        """TIME_SYSTEM; ConfigError for one that simgl does not turn into TAI."""
+        """TIME_SYSTEM; ConfigError for an unsupported one."""
         given = self.word("TIME_SYSTEM").upper()
         for scale in SCALES:
             if given == scale:
@@ -56,16 +56,16 @@ class Segment:
         return line.fail("TIME_SYSTEM", f"is {shown(given)}; {did_you_mean(given, SCALES)}")
 
     def frame(self, key: str) -> Frame:
-        """A reference frame; ConfigError for one that simgl does not know."""
+        """A reference frame; ConfigError for an unsupported one."""
         given = self.word(key).upper()
-        # ITRF2000, ITRF-97 and the like differ by centimetres.
+        # ITRF2000, ITRF-97 and others differ by centimetres.
         frame = "itrf" if given.startswith("ITRF") else _FRAMES.get(given)
         if frame is None:
             self.meta[key][1].fail(key, f"is {shown(given)}; {did_you_mean(given, _FRAMES)}")
         return frame
 
     def times(self, scale: TimeScale) -> list[int]:
-        """TAI nanoseconds of the first word of each data line, increasing."""
+        """TAI nanoseconds of the first word of each data line; ConfigError if not increasing."""
         if not self.data:
             self.start.fail("", "opens a segment without data")
         times: list[int] = []
@@ -77,7 +77,7 @@ class Segment:
 
 
 def time_of(line: Line, key: str, text: str, scale: TimeScale) -> int:
-    """TAI nanoseconds; ConfigError that names the line."""
+    """TAI nanoseconds of a text; ConfigError with the line for an invalid one."""
     try:
         return tai_ns_from_text(text, scale)
     except ValueError as error:
@@ -85,13 +85,11 @@ def time_of(line: Line, key: str, text: str, scale: TimeScale) -> int:
 
 
 def segments(lines: list[Line], version_key: str) -> list[Segment]:
-    """The segments of a message; raises ConfigError with the line where it goes wrong."""
-    first = lines[0] if lines else None
-    path = first.path if first else None
+    """The segments of a message; ConfigError with the line for malformed ones."""
     start: Line | None = None
     meta: dict[str, tuple[str, Line]] = {}
     data: list[Line] = []
-    found: list[Segment] = []
+    result: list[Segment] = []
     in_meta, closing = False, None
     for line in lines:
         text = line.text.strip()
@@ -99,13 +97,13 @@ def segments(lines: list[Line], version_key: str) -> list[Segment]:
             continue
         if closing is not None:
             closing = None if text == closing else closing
-        elif text in _PASSED_OVER:
-            closing = _PASSED_OVER[text]
+        elif text in _IGNORED:
+            closing = _IGNORED[text]
         elif text == "META_START":
             if in_meta:
                 line.fail("", "opens metadata inside metadata")
             if start is not None:
-                found.append(Segment(start=start, meta=meta, data=tuple(data)))
+                result.append(Segment(start=start, meta=meta, data=tuple(data)))
             start, meta, data, in_meta = line, {}, [], True
         elif text == "META_STOP":
             if not in_meta:
@@ -128,6 +126,7 @@ def segments(lines: list[Line], version_key: str) -> list[Segment]:
     if in_meta and start is not None:
         start.fail("", "opens metadata that META_STOP never closes")
     if start is None:
-        raise ConfigError(str(path), "", f"holds no segment (META_START) after {version_key}")
-    found.append(Segment(start=start, meta=meta, data=tuple(data)))
-    return found
+        problem = f"holds no segment (META_START) after {version_key}"
+        raise ConfigError(str(lines[0].path) if lines else "", "", problem)
+    result.append(Segment(start=start, meta=meta, data=tuple(data)))
+    return result

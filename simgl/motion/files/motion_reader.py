@@ -1,12 +1,13 @@
-"""Any file of motion, told apart by its content."""
+"""Motion files of any format, which is detected by content."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TypeVar
+from typing import NoReturn, TypeVar
 
 import numpy as np
 
+from simgl.arrays import IndexArray
 from simgl.errors import ConfigError, did_you_mean
 from simgl.motion.files import aem, oem
 from simgl.motion.files.csv_table import Table
@@ -20,8 +21,8 @@ from simgl.motion.samples import SampledAngles, SampledRotations, SampledStates,
 _KINDS = "a CCSDS OEM or AEM in key-value form, two-line elements, or a table (CSV) with a header"
 _Record = TypeVar("_Record", StateRecord, AttitudeRecord, TwoLineElements)
 
-# Between two samples of an attitude the turn must be clear: half a turn has no shorter way.
-_LARGEST_TURN = np.radians(150.0)
+# Largest rotation between two attitude samples: for half a turn the direction would be ambiguous.
+_MAX_ROTATION = np.radians(150.0)
 
 
 def read_path(
@@ -32,65 +33,64 @@ def read_path(
     longest_gap_s: float | None = None,
     allowed_error: float = 1.0,
 ) -> tuple[SampledPath | TwoLineElements, bool]:
-    """How an object moves, and whether that is in LVLH axes of another one instead of ICRF.
+    """The trajectory of an object, and whether it is in another one's LVLH axes instead of ICRF.
 
-    epoch_tai_ns : where the seconds of a table start
-    name : of the object, where the file holds several
-    allowed_error : of the curve between samples [m]; more is refused
-    Raises ConfigError or AssetError with one line that names file and place.
+    epoch_tai_ns : origin of a table's times in seconds
+    name : of the object, for a file with several
+    longest_gap_s : a longer step between samples is a gap; by default five median steps
+    allowed_error : largest estimated interpolation error [m]
+
+    Raises ConfigError or AssetError that names file and line.
     """
     lines = lines_of(path, text_of(path))
     kind = _kind(lines, path)
     if kind == "tle":
         return _of_name(path, read_tle(lines), name)[0], False
     if kind == "aem":
-        raise ConfigError(str(path), "", "holds attitudes (AEM); give it as attitude_file")
+        _fail(path, "holds attitudes (AEM); give it as attitude_file")
     if kind == "oem":
         records = _of_name(path, oem.read_oem(lines), name)
     else:
         records = [Table(lines, epoch_tai_ns).states(path.stem)]
-    frames = {record.frame == "lvlh" for record in records}
-    if len(frames) > 1:
-        raise ConfigError(str(path), "", "mixes LVLH with other frames")
-    records = sorted((in_icrf(r) for r in records), key=lambda r: r.span_ns[0])
-    gaps = [_gap(record, longest_gap_s) for record in records]
-    source = f"{path}"
+    in_lvlh = {record.frame == "lvlh" for record in records}
+    if len(in_lvlh) > 1:
+        _fail(path, "mixes LVLH with other frames")
     segments = tuple(
         SampledStates(
-            source=source,
+            source=str(path),
             tai_ns=record.tai_ns,
             positions=record.positions,
             velocities=record.velocities,
-            longest_gap_ns=gap,
+            longest_gap_ns=_gap_ns(record.tai_ns, longest_gap_s),
             span_ns=record.span_ns,
         )
-        for record, gap in zip(records, gaps, strict=True)
+        for record in sorted(map(in_icrf, records), key=lambda r: r.span_ns[0])
     )
-    curve = SampledPath(source=source, segments=segments)
+    curve = SampledPath(source=str(path), segments=segments)
     if curve.interpolation_error > allowed_error:
-        problem = (
+        _fail(
+            path,
             "has samples too far apart: between them a curve may be off by "
-            f"{curve.interpolation_error:.3g} m (interpolation_error_m allows {allowed_error:g} m)"
+            f"{curve.interpolation_error:.3g} m (interpolation_error_m allows {allowed_error:g} m)",
         )
-        raise ConfigError(source, "", problem)
-    return curve, frames.pop()
+    return curve, in_lvlh.pop()
 
 
 def read_rotations(
     path: Path, epoch_tai_ns: int, *, name: str | None = None, longest_gap_s: float | None = None
 ) -> tuple[SampledRotations, bool]:
-    """How an object turns, and whether that is against its own LVLH axes instead of ICRF.
+    """The attitude of an object, and whether it is relative to its LVLH axes instead of ICRF.
 
-    Raises ConfigError or AssetError with one line that names file and place.
+    Arguments and errors as for ``read_path``.
     """
     lines = lines_of(path, text_of(path))
     kind = _kind(lines, path)
     if kind in ("oem", "tle"):
-        raise ConfigError(str(path), "", "holds an orbit; give it as trajectory")
+        _fail(path, "holds an orbit; give it as trajectory")
     if kind == "aem":
         records = _of_name(path, aem.read_aem(lines), name)
         if len(records) > 1:
-            raise ConfigError(str(path), "", "holds several segments of this object; join them")
+            _fail(path, "holds several segments of this object; join them")
         record = records[0]
     else:
         record = Table(lines, epoch_tai_ns).attitudes(path.stem)
@@ -99,50 +99,53 @@ def read_rotations(
         source=str(path),
         tai_ns=turned.tai_ns,
         q_reference_from_body_xyzw=turned.q_frame_from_body_xyzw,
-        longest_gap_ns=_gap(turned, longest_gap_s),
+        longest_gap_ns=_gap_ns(turned.tai_ns, longest_gap_s),
     )
-    rotations.check_turns(_LARGEST_TURN)
+    rotations.check_turns(_MAX_ROTATION)
     return rotations, record.frame == "lvlh"
 
 
 def read_angles(
     path: Path, epoch_tai_ns: int, *, longest_gap_s: float | None = None
 ) -> SampledAngles:
-    """How the joints of an object move, from a table.
+    """The joint values of an object, from a table.
 
-    Raises ConfigError or AssetError with one line that names file and place.
+    Arguments and errors as for ``read_path``.
     """
     lines = lines_of(path, text_of(path))
     if _kind(lines, path) != "table":
-        raise ConfigError(str(path), "", "is no table of joint angles (CSV) with a header")
+        _fail(path, "is no table of joint angles (CSV) with a header")
     table = Table(lines, epoch_tai_ns)
     names, angles, slides = table.joint_angles()
-    gap = default_gap_ns(table.tai_ns) if longest_gap_s is None else round(longest_gap_s * 1e9)
     return SampledAngles(
         source=str(path),
         tai_ns=table.tai_ns,
         names=names,
         angles=angles,
         slides=slides,
-        longest_gap_ns=gap,
+        longest_gap_ns=_gap_ns(table.tai_ns, longest_gap_s),
     )
 
 
-def _gap(record: StateRecord | AttitudeRecord, longest_gap_s: float | None) -> int:
-    return default_gap_ns(record.tai_ns) if longest_gap_s is None else round(longest_gap_s * 1e9)
+def _fail(path: Path, problem: str) -> NoReturn:
+    raise ConfigError(str(path), "", problem)
+
+
+def _gap_ns(tai_ns: IndexArray, longest_gap_s: float | None) -> int:
+    return default_gap_ns(tai_ns) if longest_gap_s is None else round(longest_gap_s * 1e9)
 
 
 def _kind(lines: list[Line], path: Path) -> str:
     first = next((line for line in lines if line.text.strip()), None)
     if first is None:
-        raise ConfigError(str(path), "", f"is empty; it must be {_KINDS}")
+        _fail(path, f"is empty; it must be {_KINDS}")
     text = first.text.strip()
     if text.startswith(oem.VERSION_KEY):
         return "oem"
     if text.startswith(aem.VERSION_KEY):
         return "aem"
     if text.startswith("<"):
-        raise ConfigError(str(path), "", f"is XML; it must be {_KINDS}")
+        _fail(path, f"is XML; it must be {_KINDS}")
     body = [line.text for line in lines if line.text.strip()]
     if any(one.startswith("1 ") for one in body[:2]):
         return "tle"
@@ -155,11 +158,8 @@ def _of_name(path: Path, records: list[_Record], name: str | None) -> list[_Reco
     names = list(dict.fromkeys(record.name for record in records))
     if name is None:
         if len(names) > 1:
-            problem = f"holds several objects; name one by object ({', '.join(names)})"
-            raise ConfigError(str(path), "", problem)
+            _fail(path, f"holds several objects; name one by object ({', '.join(names)})")
         return records
     if name not in names:
-        raise ConfigError(
-            str(path), "", f"has no object {shown(name)}; {did_you_mean(name, names)}"
-        )
+        _fail(path, f"has no object {shown(name)}; {did_you_mean(name, names)}")
     return [record for record in records if record.name == name]

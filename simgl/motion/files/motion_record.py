@@ -1,8 +1,8 @@
-"""What a file of motion holds, whatever its format, and the turn of its frame to ICRF."""
+"""Contents of a motion file, independent of its format, and their conversion to ICRF."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import erfa
@@ -19,14 +19,14 @@ FRAMES: tuple[Frame, ...] = ("icrf", "eme2000", "itrf", "lvlh")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StateRecord:
-    """Places of one object.
+    """States of one object.
 
-    name : of the object, "" where the file gives none
+    name : of the object, "" if the file gives none
     tai_ns : (n,) increasing
     positions : (n, 3) [m]
     velocities : (n, 3) [m s-1], or None
-    frame : of both; "lvlh" is about a spacecraft that the file does not know
-    span_ns : first and last instant that the file answers for [TAI ns]
+    frame : of both; "lvlh" is that of a spacecraft which the file does not name
+    span_ns : first and last instant for which the file is valid
     """
 
     name: str
@@ -41,7 +41,7 @@ class StateRecord:
 class AttitudeRecord:
     """Attitudes of one object.
 
-    q_frame_from_body_xyzw : (n, 4) of length one
+    q_frame_from_body_xyzw : (n, 4) unit quaternions
     """
 
     name: str
@@ -53,47 +53,35 @@ class AttitudeRecord:
 def R_icrf_from_eme2000() -> Array:
     """The frame bias between the mean equator and equinox of J2000 and ICRF, 23 milliarcseconds."""
     bias, _, _ = erfa.bp00(2451545.0, 0.0)
-    return np.asarray(bias.T)
+    return bias.T
 
 
 def in_icrf(record: StateRecord) -> StateRecord:
-    """The same places in ICRF axes; LVLH stays."""
+    """The record in ICRF axes; a record in LVLH stays as it is."""
     if record.frame in ("icrf", "lvlh"):
         return record
-    velocities = record.velocities
+    positions, velocities = record.positions, record.velocities
     if record.frame == "eme2000":
         R = R_icrf_from_eme2000()
-        positions = record.positions @ R.T
+        positions = positions @ R.T
         velocities = None if velocities is None else velocities @ R.T
     else:
-        turns = np.stack([itrf_from_icrf(int(t)).T for t in record.tai_ns])
+        rotations = np.stack([itrf_from_icrf(int(t)).T for t in record.tai_ns])
         if velocities is not None:
             spin = np.array([0.0, 0.0, EARTH_ROTATION_RATE])
-            moved = velocities + np.cross(spin, record.positions)
-            velocities = np.einsum("nij,nj->ni", turns, moved)
-        positions = np.einsum("nij,nj->ni", turns, record.positions)
-    return StateRecord(
-        name=record.name,
-        tai_ns=record.tai_ns,
-        positions=positions,
-        velocities=velocities,
-        frame="icrf",
-        span_ns=record.span_ns,
-    )
+            velocities = np.einsum("nij,nj->ni", rotations, velocities + np.cross(spin, positions))
+        positions = np.einsum("nij,nj->ni", rotations, positions)
+    return replace(record, positions=positions, velocities=velocities, frame="icrf")
 
 
 def attitude_in_icrf(record: AttitudeRecord) -> AttitudeRecord:
-    """The same attitudes against ICRF; against LVLH they stay."""
+    """The record relative to ICRF; a record relative to LVLH stays as it is."""
     if record.frame in ("icrf", "lvlh"):
         return record
-    if record.frame == "eme2000":
-        turn = Rotation.from_matrix(R_icrf_from_eme2000())
-    else:
-        turn = Rotation.from_matrix(np.stack([itrf_from_icrf(int(t)).T for t in record.tai_ns]))
-    turned = turn * Rotation.from_quat(record.q_frame_from_body_xyzw)
-    return AttitudeRecord(
-        name=record.name,
-        tai_ns=record.tai_ns,
-        q_frame_from_body_xyzw=turned.as_quat(),
-        frame="icrf",
+    matrices = (
+        R_icrf_from_eme2000()
+        if record.frame == "eme2000"
+        else np.stack([itrf_from_icrf(int(t)).T for t in record.tai_ns])
     )
+    rotation = Rotation.from_matrix(matrices) * Rotation.from_quat(record.q_frame_from_body_xyzw)
+    return replace(record, q_frame_from_body_xyzw=rotation.as_quat(), frame="icrf")

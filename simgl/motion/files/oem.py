@@ -13,9 +13,10 @@ _COLUMNS = ("X", "Y", "Z", "X_DOT", "Y_DOT", "Z_DOT")
 
 
 def read_oem(lines: list[Line]) -> list[StateRecord]:
-    """Every segment; positions come in km, velocities in km/s. Accelerations are passed over.
+    """All segments; ConfigError with the line for malformed ones.
 
-    USEABLE_START_TIME and USEABLE_STOP_TIME narrow its span; raises ConfigError with the line.
+    Files give km and km/s; accelerations are ignored. USEABLE_START_TIME and USEABLE_STOP_TIME
+    limit the span.
     """
     return [_state_record(segment) for segment in segments(lines, VERSION_KEY)]
 

@@ -11,14 +11,14 @@ from typing import NoReturn
 
 from simgl.errors import AssetError, ConfigError
 
-# A file of motion for a mission at a sample a second is some 100 MB.
-LARGEST_BYTES = 1 << 30
+# A motion file of a mission at 1 Hz has some 100 MB.
+MAX_BYTES = 1 << 30
 
 
 def text_of(path: Path) -> str:
-    """The file as text; AssetError where it cannot be read, ConfigError where it is no text."""
+    """The file as text; AssetError if it cannot be read, ConfigError if it is not text."""
     try:
-        if path.stat().st_size > LARGEST_BYTES:
+        if path.stat().st_size > MAX_BYTES:
             raise AssetError(f"{path}: is larger than 1 GiB")
         content = path.read_bytes()
     except OSError as error:
@@ -34,7 +34,7 @@ def text_of(path: Path) -> str:
 
 @dataclass(frozen=True)
 class Line:
-    """A line of a file; ``number`` counts from 1."""
+    """A line of a file, with its number from 1."""
 
     path: Path
     number: int
@@ -42,7 +42,7 @@ class Line:
 
     @property
     def where(self) -> str:
-        """File and line, for messages."""
+        """File and line, for error messages."""
         return f"{self.path} line {self.number}"
 
     def fail(self, key: str, problem: str) -> NoReturn:
@@ -50,7 +50,7 @@ class Line:
         raise ConfigError(self.where, key, problem)
 
     def number_of(self, text: str, key: str) -> float:
-        """A finite number; ConfigError for anything else."""
+        """A finite number from text; ConfigError for other texts."""
         try:
             value = float(text)
         except ValueError:
@@ -60,17 +60,17 @@ class Line:
         return value
 
     def numbers(self, words: Sequence[str], keys: Sequence[str]) -> list[float]:
-        """As many numbers as there are keys."""
+        """One finite number per key; ConfigError for other texts or another count."""
         if len(words) != len(keys):
             self.fail("", f"must hold {' '.join(keys)}, got {len(words)} values")
         return [self.number_of(word, key) for word, key in zip(words, keys, strict=True)]
 
 
 def lines_of(path: Path, text: str) -> list[Line]:
-    """Every line, blank ones too."""
+    """All lines of a text, including blank ones."""
     return [Line(path, number, line) for number, line in enumerate(text.splitlines(), start=1)]
 
 
 def shown(text: str) -> str:
-    """A piece of a file in quotes, shortened."""
+    """A piece of a file in quotes, shortened to 60 characters."""
     return json.dumps(text if len(text) <= 60 else text[:57] + "...", ensure_ascii=False)

@@ -1,4 +1,4 @@
-"""Two-line element sets, with or without a name line before each."""
+"""Two-line element sets, each with or without a name line."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from simgl.motion.files.text_lines import Line, shown
 from simgl.motion.orbits import TwoLineElements
 
 _LENGTH = 69
-# The columns, counted from 1, that must hold a point or a space: a shifted field shows here.
+# Columns, from 1, that must hold a point or a space; detects shifted fields.
 _FIXED = {
     "1": {9: " ", 18: " ", 24: ".", 33: " ", 35: ".", 44: " ", 53: " ", 62: " ", 64: " "},
     "2": {8: " ", 12: ".", 17: " ", 21: ".", 26: " ", 34: " ", 38: ".", 43: " ", 47: ".", 52: " "}
@@ -18,8 +18,8 @@ _FIXED = {
 
 
 def read_tle(lines: list[Line]) -> list[TwoLineElements]:
-    """Every element set of the file; raises ConfigError with the line."""
-    found: list[TwoLineElements] = []
+    """All element sets; ConfigError with the line for malformed ones."""
+    result: list[TwoLineElements] = []
     name, first = "", None
     for line in lines:
         text = line.text.rstrip()
@@ -29,7 +29,7 @@ def read_tle(lines: list[Line]) -> list[TwoLineElements]:
             if not text.startswith("2 "):
                 line.fail("", f"must be line 2 of an element set, got {shown(text)}")
             _check(line, text)
-            found.append(_elements(name, first, line))
+            result.append(_elements(name, first, line))
             name, first = "", None
         elif text.startswith("1 "):
             _check(line, text)
@@ -40,9 +40,9 @@ def read_tle(lines: list[Line]) -> list[TwoLineElements]:
             name = text.removeprefix("0 ").strip()
     if first is not None:
         first.fail("", "is line 1 of an element set without its line 2")
-    if not found:
+    if not result:
         raise ConfigError(str(lines[0].path) if lines else "", "", "holds no two-line element set")
-    return found
+    return result
 
 
 def _check(line: Line, text: str) -> None:

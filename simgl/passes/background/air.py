@@ -23,7 +23,7 @@ from simgl.passes.background.air_tables import AIR, SCATTERING, AirKind, AirTabl
 from simgl.passes.shared_blocks import AirBetween
 from simgl.physics.atmosphere import AIR_TOP
 from simgl.physics.frames import angle_between
-from simgl.progress import Progress
+from simgl.progress import ProgressCallback
 from simgl.scene.earth import Earth
 from simgl.view.aerial_perspective import AirSegment
 from simgl.view.background import PlanetView
@@ -150,7 +150,7 @@ class AtmospherePass:
         self._nodes, self._views = _Kept(ctx), _Kept(ctx)
         self._last: tuple[tuple[object, ...], AirBefore] | None = None
 
-    def prepare(self, earth: Earth, progress: Progress | None = None) -> None:
+    def prepare(self, earth: Earth, progress: ProgressCallback | None = None) -> None:
         """Make the tables that do not depend on a view, so that no frame waits for them."""
         kind = _kind_of(earth)
         if kind is not None and kind not in self._tables:

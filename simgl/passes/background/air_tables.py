@@ -30,7 +30,7 @@ from simgl.physics.skylight import (
     aureole_strength,
     skylight,
 )
-from simgl.progress import Progress
+from simgl.progress import ProgressCallback
 
 _Texture = moderngl.Texture | moderngl.Texture3D
 
@@ -144,7 +144,7 @@ class AirTables:
 
 
 def tables_of(
-    ctx: moderngl.Context, kind: AirKind, progress: Progress | None = None
+    ctx: moderngl.Context, kind: AirKind, progress: ProgressCallback | None = None
 ) -> dict[str, Array32]:
     """(rows, columns, 4) of each of ``TABLES``, from the file of an earlier run where there is one.
 
@@ -185,7 +185,7 @@ def make_tables(
     kind: AirKind,
     *,
     orders: int,
-    progress: Progress | None = None,
+    progress: ProgressCallback | None = None,
 ) -> dict[str, Array32]:
     """The tables, drawn; of no orders, the diffuse ones are zero.
 

@@ -1,111 +1,82 @@
-"""The sky of each spacecraft: the background around it, and the light that surfaces get of it."""
+"""Environment probes: the Earth around each spacecraft, and the light that surfaces get of it."""
 
 from __future__ import annotations
 
-from collections import OrderedDict
-from collections.abc import Callable, Sequence
-from concurrent.futures import Future
-from dataclasses import dataclass
+from collections.abc import Sequence
+from concurrent.futures import Executor, Future
 
 import moderngl
 
 from simgl.arrays import Array32
 from simgl.environment_map import COARSE, FINE, ROUGHNESS, SkyRadiance, irradiance, prefiltered
-from simgl.gpu.render_targets import Format, ImageTarget
-from simgl.radiosity.solver import beside
-from simgl.view.background import Background, SkyView
+from simgl.lru_cache import LruCache
+from simgl.passes.drawn_spacecraft import EnvironmentProbe, SkyTextures
+from simgl.view.background import SkyView
 
-# Skies kept for views that come back; a picture of more spacecraft keeps as many as it needs.
-KEPT = 8
+# Probes are cached for so many views; an image of more spacecraft caches as many as it needs.
+CAPACITY = 8
 
-Textures = tuple[moderngl.TextureCube, moderngl.Texture3D, moderngl.Texture]
-# Irradiance, and what glossy lobes see.
-_Sums = tuple[Array32, Array32]
-DrawBackground = Callable[[Background, moderngl.Framebuffer, tuple[int, int, int, int]], None]
+# Irradiance, and radiance prefiltered for glossy lobes.
+_Integrals = tuple[Array32, Array32]
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class EnvironmentProbe:
-    """The sky of one spacecraft.
+class EnvironmentProbeStore:
+    """The probes of the last views. Whoever owns it draws the skies that are ``missing``.
 
-    sky : on the CPU
-    cube : its radiance as a cube map, body axes
-    lobes : what glossy lobes see, an octahedral map for each of ``simgl.environment_map.ROUGHNESS``
-    irradiance : an octahedral map by normal
+    executor : integrates a sky while the caller goes on
     """
 
-    sky: SkyRadiance
-    cube: moderngl.TextureCube
-    lobes: moderngl.Texture3D
-    irradiance: moderngl.Texture
+    def __init__(self, ctx: moderngl.Context, executor: Executor) -> None:
+        self._ctx, self._executor = ctx, executor
+        self._unused: list[SkyTextures] = []
+        self._probes = LruCache[tuple[object, ...], EnvironmentProbe](CAPACITY, self._retire)
+        # Added, and being integrated.
+        self._added: dict[tuple[object, ...], tuple[SkyRadiance, Future[_Integrals]]] = {}
 
-    @property
-    def textures(self) -> Textures:
-        """What the surface shader reads."""
-        return self.cube, self.lobes, self.irradiance
+    def missing(self, views: Sequence[SkyView | None]) -> list[SkyView]:
+        """The different views whose radiance has to be added before ``of`` knows their probes."""
+        wanted = {view.key: view for view in views if view is not None}
+        return [
+            view
+            for key, view in wanted.items()
+            if key not in self._probes and key not in self._added
+        ]
 
+    def add(self, view: SkyView, sky: SkyRadiance) -> None:
+        """Take the radiance of a view that is missing."""
+        self._added[view.key] = sky, self._executor.submit(_integrals, sky)
 
-def _sums(sky: SkyRadiance) -> _Sums:
-    plane_irradiance = irradiance(sky)
-    return plane_irradiance, prefiltered(sky, plane_irradiance)
-
-
-class EnvironmentProbePass:
-    """Draws a spacecraft's sky with the pass that draws backgrounds, or finds it already drawn."""
-
-    def __init__(self, ctx: moderngl.Context, draw_background: DrawBackground) -> None:
-        self._ctx, self._draw_background = ctx, draw_background
-        # By their number of texels along an edge of a face.
-        self._targets: dict[int, ImageTarget] = {}
-        self._probes: OrderedDict[tuple[object, ...], EnvironmentProbe] = OrderedDict()
-        # Read back, and being summed.
-        self._looked: dict[tuple[object, ...], tuple[SkyRadiance, Future[_Sums]]] = {}
-
-    def look(self, views: Sequence[SkyView | None]) -> None:
-        """Draw and read back what ``draw`` will be asked for; it is summed beside other work."""
-        for view in views:
-            if view is None or view.key in self._probes or view.key in self._looked:
-                continue
-            sky = self._look(view)
-            self._looked[view.key] = sky, beside().submit(_sums, sky)
-
-    def draw(self, views: Sequence[SkyView | None]) -> list[EnvironmentProbe | None]:
+    def of(self, views: Sequence[SkyView | None]) -> list[EnvironmentProbe | None]:
         """The probe of each view, None for none. They stay as they are until the next call."""
-        self.look(views)
         wanted = [view for view in views if view is not None]
-        for view in wanted:
-            if view.key in self._probes:
-                self._probes.move_to_end(view.key)
-        kept = max(KEPT, len(wanted))
-        for view in wanted:
-            if view.key not in self._probes:
-                self._probes[view.key] = self._drawn(view, kept)
-        # A picture that failed may have left some.
-        self._looked.clear()
-        return [None if view is None else self._probes[view.key] for view in views]
+        self._probes.reserve(len(wanted))
+        # Cached ones first, so that they do not make room for new ones.
+        wanted.sort(key=lambda view: view.key not in self._probes)
+        probes = {view.key: self._probe(view) for view in wanted}
+        # A frame that failed may have left some.
+        self._added.clear()
+        return [None if view is None else probes[view.key] for view in views]
 
-    def _drawn(self, view: SkyView, kept: int) -> EnvironmentProbe:
-        sky, sums = self._looked[view.key]
-        cube, lobes, plane = self._free_textures(kept, view.texels)
+    def _probe(self, view: SkyView) -> EnvironmentProbe:
+        return self._probes.get(view.key, lambda: self._uploaded(view))
+
+    def _uploaded(self, view: SkyView) -> EnvironmentProbe:
+        sky, integrals = self._added[view.key]
+        cube, lobes, plane = self._textures(view.texels)
         for face, radiance in enumerate(sky.radiance):
             cube.write(face, radiance.tobytes())
-        plane_irradiance, glossy = sums.result()
+        plane_irradiance, glossy = integrals.result()
         lobes.write(glossy.tobytes())
         plane.write(plane_irradiance.tobytes())
         return EnvironmentProbe(sky=sky, cube=cube, lobes=lobes, irradiance=plane)
 
-    def _look(self, view: SkyView) -> SkyRadiance:
-        n = view.texels
-        if n not in self._targets:
-            self._targets[n] = ImageTarget(self._ctx, (n, 6 * n), (Format("f4", 4),))
-        target = self._targets[n]
-        for row, face in enumerate(view.faces):
-            self._draw_background(face, target.framebuffer, (0, row * n, n, n))
-        return SkyRadiance(radiance=target.read().reshape(6, n, n, 4))
+    def _retire(self, probe: EnvironmentProbe) -> None:
+        self._unused.append(probe.textures)
 
-    def _free_textures(self, kept: int, texels: int) -> Textures:
-        if len(self._probes) >= kept:
-            cube, lobes, plane = self._probes.popitem(last=False)[1].textures
+    def _textures(self, texels: int) -> SkyTextures:
+        """Unused ones, or new ones."""
+        if self._unused:
+            cube, lobes, plane = self._unused.pop()
             if cube.size == (texels, texels):
                 return cube, lobes, plane
             cube.release()
@@ -125,11 +96,13 @@ class EnvironmentProbePass:
 
     def release(self) -> None:
         """Free everything."""
-        for probe in self._probes.values():
-            for texture in probe.textures:
-                texture.release()
         self._probes.clear()
-        self._ctx.detect_framebuffer(0).use()
-        for target in self._targets.values():
-            target.release()
-        self._targets.clear()
+        for textures in self._unused:
+            for texture in textures:
+                texture.release()
+        self._unused.clear()
+
+
+def _integrals(sky: SkyRadiance) -> _Integrals:
+    plane_irradiance = irradiance(sky)
+    return plane_irradiance, prefiltered(sky, plane_irradiance)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import product
 
 import moderngl
@@ -15,7 +15,7 @@ from simgl.gpu.fullscreen import Texture
 from simgl.gpu.pipeline_state import SRC1_COLOR, State
 from simgl.gpu.tile_quads import TileQuads
 from simgl.gpu.uniform_blocks import UniformBuffer
-from simgl.passes.background.air import AIR_SAMPLERS, AIR_VIEW, AtmospherePass
+from simgl.passes.background.air import AIR_SAMPLERS, AIR_VIEW, AirBefore, AtmospherePass
 from simgl.passes.background.air_tables import AIR
 from simgl.passes.background.earth_textures import SAMPLERS, EarthTextures
 from simgl.passes.background.planet_blocks import (
@@ -28,7 +28,7 @@ from simgl.passes.background.planet_blocks import (
 from simgl.physics.atmosphere import AIR_TOP
 from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS
 from simgl.scene.noise_projection import LEVELS, TEXEL_KM
-from simgl.view.background import Background, PlanetView
+from simgl.view.background import Background, Moonlight, PlanetView
 from simgl.view.background_tiles import PARTS, TILE, BackgroundTiles, tiles_of
 
 # A picture whose pixels are shorter than the maps' texels by this factor where it looks straight
@@ -47,6 +47,33 @@ _FULL_MOON, _FADES = 2.5e-6, 0.023
 _EVEN = ("EARTH_MAPS", "AIR"), ("EARTH_MAPS", "FAR", "AIR")
 # Pixels larger than this [m] resolve nothing of the chart.
 _FAR = 6e3
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _LitEarth:
+    """The Earth in the light of the Sun or of the Moon, and where that light is drawn.
+
+    planet : with the Moon in the Sun's place for moonlight
+    area : x, y, width, height of the target's rectangle [pixels]
+    block : of the uniforms of this light
+    """
+
+    planet: PlanetView
+    background: Background
+    target: moderngl.Framebuffer
+    area: tuple[int, int, int, int]
+    state: State
+    block: UniformBuffer
+
+    @property
+    def mapped(self) -> bool:
+        """Whether it has maps, and not one albedo."""
+        return self.planet.earth.albedo is None
+
+    @property
+    def nadir_pixel(self) -> float:
+        """Edge of a pixel straight below [m]."""
+        return self.planet.height / float(self.background.intrinsics[0, 0])
 
 
 class PlanetPass:
@@ -71,8 +98,8 @@ class PlanetPass:
     ) -> None:
         """Fill a rectangle with the Earth [W m-2 sr-1].
 
-        Where the view has heavens, the target holds them already; they stay as far as they are
-        seen past the Earth.
+        Where the view has celestial bodies, the target holds them already; they stay as far as
+        they are seen past the Earth.
 
         area : x, y, width, height [pixels]
         """
@@ -83,124 +110,129 @@ class PlanetPass:
             if background.celestial is None:
                 target.clear(0.0, 0.0, 0.0, 0.0, viewport=area)
             return
-        tiles = self._draw_lit(background, planet, target, area, state, self._block, None)
+        sunlit = _LitEarth(
+            planet=planet,
+            background=background,
+            target=target,
+            area=area,
+            state=state,
+            block=self._block,
+        )
+        tiles = self._draw_lit(sunlit)
         if planet.earth.airglow:
-            self._draw_glow(tiles.within(tiles.low < _DARK), planet, target, area)
-        moonlit = _in_moonlight(planet)
+            self._draw_glow(tiles.within(tiles.low < _DARK), sunlit)
+        moonlit = None
         night = tiles.any & (tiles.low < _moonlit_below(planet))
-        if moonlit is not None and night.any():
-            self._draw_lit(background, moonlit, target, area, self.more, self._moon_block, night)
+        if planet.moonlight is not None and night.any():
+            moonlit = replace(
+                sunlit,
+                planet=_in_moonlight(planet, planet.moonlight),
+                state=self.more,
+                block=self._moon_block,
+            )
+            self._draw_lit(moonlit, night)
         if planet.earth.clouds is not None and planet.height < planet.earth.clouds.height:
-            self._draw_ceiling(tiles, planet, target, area, self.before, self._block)
-            if moonlit is not None and night.any():
-                over = tiles.within(night)
-                self._draw_ceiling(over, moonlit, target, area, self.more, self._moon_block)
+            self._draw_ceiling(tiles, replace(sunlit, state=self.before))
+            if moonlit is not None:
+                self._draw_ceiling(tiles.within(night), moonlit)
 
-    def _draw_lit(
-        self,
-        background: Background,
-        planet: PlanetView,
-        target: moderngl.Framebuffer,
-        area: tuple[int, int, int, int],
-        state: State,
-        block: UniformBuffer,
-        only: Mask | None,
-    ) -> BackgroundTiles:
-        """The Earth in one light.
+    def _draw_lit(self, lit: _LitEarth, night: Mask | None = None) -> BackgroundTiles:
+        """The Earth in one light; returns the tiles that it covers.
 
-        only : tiles, if not all; without the lamps of cities
+        night : tiles to draw, without the lamps of cities; None for all tiles, with them
         """
-        mapped = planet.earth.albedo is None
-        textures: Sequence[Texture] = ()
-        magnified = False
-        if mapped:
-            magnified = self._magnified(planet, background)
-            textures = self._textures.of(planet.earth)
-        far = mapped and _nadir_pixel(planet, background) > _FAR
-        shores = self._textures.shores if mapped else None
-        tiles = tiles_of(planet, background.intrinsics, area[2:], shores, noise=not far)
-        if only is not None:
-            tiles = tiles.within(only & (tiles.high > _DARK))
+        textures: Sequence[Texture] = self._textures.of(lit.planet.earth) if lit.mapped else ()
+        far = lit.mapped and lit.nadir_pixel > _FAR
+        shores = self._textures.shores if lit.mapped else None
+        intrinsics = lit.background.intrinsics
+        tiles = tiles_of(lit.planet, intrinsics, lit.area[2:], shores, noise=not far)
+        if night is not None:
+            tiles = tiles.within(night & (tiles.high > _DARK))
             if not tiles.any.any():
                 return tiles
-        air = self._air.before(planet)
-        state.apply(self._ctx, target, area, area)
-        inside = air is not None and air.inside
-        regolith = None if mapped else planet.earth.regolith
+        air = self._air.before(lit.planet)
+        lit.state.apply(self._ctx, lit.target, lit.area, lit.area)
+        self._bind(lit, textures, air, lamps=night is None)
+        covered = tiles.any if air is not None else tiles.even | tiles.finer | tiles.ground
+        if lit.state is self.state and not covered.all():
+            lit.target.clear(0.0, 0.0, 0.0, 0.0, viewport=lit.area)
+        dark = tiles.low < (_DUSK if lit.mapped and night is None else -1.0)
+        # On a CPU maps whose texels are larger than pixels, where they are not seen at a slant, are
+        # read without mipmaps.
+        magnified = lit.mapped and not self._hardware and lit.nadir_pixel < _MAGNIFIED * _TEXEL_M
+        variant, full_edge = _variant(lit.planet, air, far=far), max(lit.area[2:])
+        self._draw_tiles(tiles, dark, variant, textures, full_edge, magnified=magnified)
+        return tiles
+
+    def _bind(
+        self, lit: _LitEarth, textures: Sequence[Texture], air: AirBefore | None, *, lamps: bool
+    ) -> None:
+        """Textures and blocks of the Earth in one light; lamps : whether cities shine."""
+        regolith = None if lit.mapped else lit.planet.earth.regolith
         if regolith is not None:
             self._regolith.write(regolith_values(regolith))
             self._regolith.bind()
-        present = {
-            "EARTH_MAPS": mapped,
-            "REGOLITH": regolith,
-            "FAR": far,
-            "AIR": air,
-            "AIR_INSIDE": inside,
-        }
-        variant = tuple(d for d, there in present.items() if there)
-        through = () if air is None else air.textures
-        for unit, texture in enumerate((*textures, *through)):
+        for unit, texture in enumerate((*textures, *(air.textures if air else ()))):
             texture.use(unit)
-        values = planet_values(background, planet, area, lamps=only is None)
-        block.write(values | {"chart_kept": self._textures.chart_kept})
-        block.bind()
-        drawn = tiles.any if air is not None else tiles.even | tiles.finer | tiles.ground
-        if state is self.state and not drawn.all():
-            target.clear(0.0, 0.0, 0.0, 0.0, viewport=area)
-        dark = tiles.low < (_DUSK if mapped and only is None else -1.0)
+        values = planet_values(lit.background, lit.planet, lit.area, lamps=lamps)
+        lit.block.write(values | {"chart_kept": self._textures.chart_kept})
+        lit.block.bind()
+
+    def _draw_tiles(
+        self,
+        tiles: BackgroundTiles,
+        dark: Mask,
+        variant: tuple[str, ...],
+        textures: Sequence[Texture],
+        full_edge: int,
+        *,
+        magnified: bool,
+    ) -> None:
+        """Every tile with the cheapest program that serves it.
+
+        dark : tiles with lamps and the airglow's light
+        full_edge : of a square that covers all tiles [pixels]
+        magnified : the maps' texels are larger than pixels
+        """
         ground = tiles.ground
         if variant in _EVEN:
             self._draw_even(tiles, dark, variant, textures, magnified)
         else:
             ground = ground | tiles.even | tiles.finer
-        if mapped:
+        if "EARTH_MAPS" in variant:
             self._textures.read_maps(self._maps_filter(magnified))
         for kind, mask in ((), ground & ~dark), (("NIGHT",), ground & dark):
+            if not mask.any():
+                continue
+            program = self._program_for("planet/planet", (*kind, *variant))
             # One large face costs less than its parts.
-            edge = max(area[2:]) if mask.all() else TILE
-            mask = mask[:1, :1] if mask.all() else mask
-            if mask.any():
-                self._program_for("planet/planet", (*kind, *variant)).draw(mask, edge)
-        if air is not None:
+            full = bool(mask.all())
+            program.draw(mask[:1, :1] if full else mask, full_edge if full else TILE)
+        if "AIR" in variant:
             self._program_for("planet/air", variant).draw(tiles.air, TILE)
-        return tiles
 
-    def _draw_glow(
-        self,
-        tiles: BackgroundTiles,
-        planet: PlanetView,
-        target: moderngl.Framebuffer,
-        area: tuple[int, int, int, int],
-    ) -> None:
+    def _draw_glow(self, tiles: BackgroundTiles, lit: _LitEarth) -> None:
         """The air's own light, on top of the Earth; reads what that was drawn with."""
         if not tiles.any.any():
             return
-        self.more.apply(self._ctx, target, area, area)
+        self.more.apply(self._ctx, lit.target, lit.area, lit.area)
         # Maps move the air's tables to other texture units.
-        maps = ("EARTH_MAPS",) if planet.earth.albedo is None else ()
-        inside = ("AIR_INSIDE",) if planet.height < AIR_TOP else ()
+        maps = ("EARTH_MAPS",) if lit.mapped else ()
+        inside = ("AIR_INSIDE",) if lit.planet.height < AIR_TOP else ()
         self._program_for("planet/glow", maps).draw(tiles.even | tiles.finer, TILE)
         rim = self._program_for("planet/glow", (*maps, "AIR", *inside))
         rim.draw(tiles.ground | tiles.air, TILE)
 
-    def _draw_ceiling(
-        self,
-        tiles: BackgroundTiles,
-        planet: PlanetView,
-        target: moderngl.Framebuffer,
-        area: tuple[int, int, int, int],
-        state: State,
-        block: UniformBuffer,
-    ) -> None:
-        """The clouds over a camera beneath them, in the light of a block, over all else."""
-        air = self._air.before(planet)
-        state.apply(self._ctx, target, area, area)
-        block.bind()
-        through = () if air is None else air.textures
-        for unit, texture in enumerate((*self._textures.of(planet.earth), *through)):
+    def _draw_ceiling(self, tiles: BackgroundTiles, lit: _LitEarth) -> None:
+        """The clouds over a camera beneath them, over all else."""
+        air = self._air.before(lit.planet)
+        lit.state.apply(self._ctx, lit.target, lit.area, lit.area)
+        lit.block.bind()
+        textures = self._textures.of(lit.planet.earth)
+        for unit, texture in enumerate((*textures, *(air.textures if air else ()))):
             texture.use(unit)
-        present = {"NIGHT": planet.earth.airglow, "EARTH_MAPS": True, "AIR": air, "AIR_INSIDE": air}
-        variant = tuple(d for d, there in present.items() if there)
+        night = ("NIGHT",) if lit.planet.earth.airglow else ()
+        variant = (*night, "EARTH_MAPS", *(("AIR", "AIR_INSIDE") if air else ()))
         self._program_for("planet/ceiling", variant).draw(tiles.ground | tiles.air, TILE)
 
     def _draw_even(
@@ -229,17 +261,17 @@ class PlanetPass:
                 self._textures.chart_with(of_noise).use(len(SAMPLERS) - 1)
             for unit, halved in enumerate(self._textures.maps_with(of_maps)):
                 halved.use(unit)
-            here = (maps == of_maps) & (noise == of_noise)
+            at_step = (maps == of_maps) & (noise == of_noise)
             for one_face, sea, night in product((False, True), repeat=3):
-                mask = here & (tiles.one_face == one_face) & (tiles.sea == sea) & (dark == night)
+                mask = at_step & (tiles.one_face == one_face) & (tiles.sea == sea) & (dark == night)
                 if not (mask & seen).any():
                     continue
-                present = {"ONE_FACE": one_face, "SEA": sea, "NIGHT": night}
-                kind = tuple(d for d, there in present.items() if there)
+                optional = {"ONE_FACE": one_face, "SEA": sea, "NIGHT": night}
+                kind = tuple(define for define, wanted in optional.items() if wanted)
                 program = self._program_for("planet/tiles", ("EVEN", *kind, *variant))
-                program.draw(mask & tiles.even, TILE, sheet=step)
+                program.draw(mask & tiles.even, TILE, slot=step)
                 finer = (mask & tiles.finer).repeat(PARTS, axis=0).repeat(PARTS, axis=1)
-                program.draw(finer, TILE // PARTS, sheet=step)
+                program.draw(finer, TILE // PARTS, slot=step)
         for unit, texture in enumerate(textures):
             texture.use(unit)
 
@@ -255,8 +287,8 @@ class PlanetPass:
             for sampler in unread:
                 samplers.pop(sampler)
             if name in ("planet/air", "planet/glow"):
-                there = AIR_SAMPLERS[2:] if "AIR" in variant else ()
-                samplers = {sampler: unit for sampler, unit in samplers.items() if sampler in there}
+                read = AIR_SAMPLERS[2:] if "AIR" in variant else ()
+                samplers = {sampler: unit for sampler, unit in samplers.items() if sampler in read}
             blocks = [AIR, AIR_VIEW]
             self._programs[key] = TileQuads(
                 self._ctx,
@@ -275,12 +307,6 @@ class PlanetPass:
             )
         return self._programs[key]
 
-    def _magnified(self, planet: PlanetView, background: Background) -> bool:
-        """Whether the maps' texels are larger than pixels wherever they are not seen at a slant."""
-        if self._hardware:
-            return False
-        return _nadir_pixel(planet, background) < _MAGNIFIED * _TEXEL_M
-
     def _maps_filter(self, magnified: bool) -> int:
         """How to read the maps; software renderers pay twice for what lies between two halvings."""
         smaller = (
@@ -298,11 +324,21 @@ class PlanetPass:
         self._textures.release()
 
 
-def _in_moonlight(planet: PlanetView) -> PlanetView | None:
+def _variant(planet: PlanetView, air: AirBefore | None, *, far: bool) -> tuple[str, ...]:
+    """The defines of the shaders that draw an Earth; far : pixels resolve nothing of the chart."""
+    mapped = planet.earth.albedo is None
+    optional = {
+        "EARTH_MAPS": mapped,
+        "REGOLITH": not mapped and planet.earth.regolith is not None,
+        "FAR": far,
+        "AIR": air is not None,
+        "AIR_INSIDE": air is not None and air.inside,
+    }
+    return tuple(define for define, wanted in optional.items() if wanted)
+
+
+def _in_moonlight(planet: PlanetView, moon: Moonlight) -> PlanetView:
     """The Earth with the Moon in the Sun's place, and no light of its own."""
-    moon = planet.moonlight
-    if moon is None:
-        return None
     return replace(
         planet,
         sun_direction_itrf=moon.direction_itrf,
@@ -323,8 +359,3 @@ def _halvings(pixel: Array, texel: float) -> IndexArray:
     """Of a picture whose texels are so long, for pixels of such edges [m]; 0 beside the planet."""
     steps = np.rint(np.log2(np.maximum(pixel / texel, 1.0)))
     return np.minimum(steps, LEVELS - 1).astype(np.int64)
-
-
-def _nadir_pixel(planet: PlanetView, background: Background) -> float:
-    """Edge of a pixel straight below [m]."""
-    return planet.height / float(background.intrinsics[0, 0])

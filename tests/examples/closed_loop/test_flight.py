@@ -22,6 +22,7 @@ from examples.closed_loop.loop import LAMP, Flight, Settings, fly
 from examples.closed_loop.report import summarise, write_report
 from simgl import load_scenario
 from tests.bridge.harness import finish, start
+from tests.patience import limit, run_to_end
 
 ROOT = Path(__file__).parents[3]
 SCENARIO = ROOT / "examples" / "docking.toml"
@@ -53,7 +54,7 @@ def flight() -> Flight:
     )
     running = start(late)
     try:
-        with Client(running.address, timeout_s=60.0) as client:
+        with Client(running.address, timeout_s=limit(60.0)) as client:
 
             def take_image(
                 tai_ns: int, bodies: Mapping[str, BodyPose], light: Light, moving: bool
@@ -106,9 +107,7 @@ def test_a_report_needs_no_other_file(flight: Flight, tmp_path: Path) -> None:
 def demo(*arguments: str) -> subprocess.CompletedProcess[str]:
     """The example as a user starts it."""
     command = [sys.executable, "-m", "examples.closed_loop", *arguments]
-    return subprocess.run(
-        command, cwd=ROOT, capture_output=True, text=True, timeout=120, check=False
-    )
+    return run_to_end(command, cwd=ROOT, check=False)
 
 
 def test_two_processes_leave_pictures_plot_table_and_summary(tmp_path: Path) -> None:

@@ -24,14 +24,14 @@ DAMAGES = (
         SEED,
         "sead = 1",
         ' [render]: sead is not a key here; did you mean "seed"? (allowed: '
-        "gather, inter_reflection, level_of_detail_error_px, samples_per_pixel, seed)",
+        "gather, inter_reflection, samples_per_pixel, seed)",
     ),
     Damage(
         "unknown key on two lines",
         SEED,
         '"a\\nb" = 1',
         ' [render]: "a\\nb" is not a key here; (allowed: gather, '
-        "inter_reflection, level_of_detail_error_px, samples_per_pixel, seed)",
+        "inter_reflection, samples_per_pixel, seed)",
     ),
     Damage(
         "unknown gather",
@@ -136,22 +136,11 @@ DAMAGES = (
         " [render]: samples_per_pixel must be a whole number >= 5, got 4",
     ),
     Damage(
-        "negative error of levels",
+        "levels of detail",
         SEED,
-        "level_of_detail_error_px = -0.1",
-        " [render]: level_of_detail_error_px must be a number >= 0.0, got -0.1",
-    ),
-    Damage(
-        "levels too coarse",
-        SEED,
-        "level_of_detail_error_px = 3",
-        " [render]: level_of_detail_error_px must be a number <= 2.0, got 3",
-    ),
-    Damage(
-        "levels switched off by a word",
-        SEED,
-        "level_of_detail_error_px = false",
-        " [render]: level_of_detail_error_px must be a number, got false",
+        "level_of_detail_error_px = 0.25",
+        " [render]: level_of_detail_error_px was removed with the levels of detail: they saved 5 % "
+        "of a frame and changed interreflected light; delete the key",
     ),
     Damage(
         "whole number beyond a float",

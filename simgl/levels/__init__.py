@@ -1,1 +1,0 @@
-"""Coarser triangles over the vertices of a mesh, for spacecraft that are far away."""

@@ -1,0 +1,62 @@
+"""What one frame draws of a spacecraft: the record that the renderer hands from pass to pass."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import moderngl
+
+from simgl.environment_map import SkyRadiance
+from simgl.passes.mesh_store import VertexLighting
+from simgl.passes.shared_blocks import AirBetween
+from simgl.radiosity.final_gather import LitBody
+from simgl.view.frame_view import SpacecraftView
+
+SkyTextures = tuple[moderngl.TextureCube, moderngl.Texture3D, moderngl.Texture]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class EnvironmentProbe:
+    """The sky of one spacecraft.
+
+    sky : on the CPU
+    cube : its radiance as a cube map, body axes
+    lobes : the sky as glossy lobes see it, an octahedral map for each of
+        ``simgl.environment_map.ROUGHNESS``
+    irradiance : an octahedral map by normal
+    """
+
+    sky: SkyRadiance
+    cube: moderngl.TextureCube
+    lobes: moderngl.Texture3D
+    irradiance: moderngl.Texture
+
+    @property
+    def textures(self) -> SkyTextures:
+        """What the surface shader reads."""
+        return self.cube, self.lobes, self.irradiance
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class DrawnSpacecraft:
+    """A spacecraft with all that its light takes, assembled once for each tile of a frame.
+
+    shadow_maps : of the Sun, in the order of the surface pass's samplers
+    probe : the Earth and sky around it; None where there is no Earth
+    vertex_lighting : interreflected light at its vertices; None where its surfaces exchange none
+    lit_bodies : for the reference gather instead, what rays from it can meet: itself and what is
+        near
+    air : between it and the camera; None where there is none
+    """
+
+    view: SpacecraftView
+    shadow_maps: tuple[moderngl.Texture, ...]
+    probe: EnvironmentProbe | None = None
+    vertex_lighting: VertexLighting | None = None
+    lit_bodies: tuple[LitBody, ...] = ()
+    air: AirBetween | None = None
+
+    @property
+    def interreflects(self) -> bool:
+        """Whether light from other surfaces reaches it."""
+        return self.vertex_lighting is not None or bool(self.lit_bodies)

@@ -1,0 +1,297 @@
+"""Interreflected light of every sample of a tile by rays: the reference for vertex lighting.
+
+It takes tens of seconds where vertex lighting takes milliseconds, and is right in contacts and deep
+shadows, where values of vertices are interpolated. A frame that asks for it (``gather = "pixel"``)
+is drawn without vertex lighting, and this fills the G-buffer in its place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import moderngl
+import numpy as np
+from scipy.ndimage import uniform_filter
+
+from simgl.arrays import Array, Array32, IndexArray
+from simgl.environment_map import SkyRadiance, cell_radiance
+from simgl.passes.drawn_spacecraft import DrawnSpacecraft
+from simgl.radiosity.final_gather import SKY_ACROSS, LitBody, Points, gathered, sunlight
+from simgl.radiosity.light_transport import LightTransport
+from simgl.radiosity.patch_light import PatchLight
+from simgl.radiosity.solver import material_light
+from simgl.radiosity.transport_store import TransportStore, lit_mesh
+from simgl.sample_grid import SampleGrid
+from simgl.scene.mean_materials import mean_materials
+from simgl.scene.spacecraft import SpacecraftModel
+from simgl.view.frame_view import RasterTile, SpacecraftView
+
+# Rays of a pixel, shared by its samples: so many at first, and up to so many times more where their
+# mean is not certain to a share of all light there, or of the Sun's irradiance.
+RAYS, MOST_TIMES = 256, 32
+_CERTAIN, _CERTAIN_OF_SUN = 0.04, 1e-4
+# Of the body's radius: planes this far apart are different surfaces.
+_PLANE_STEP = 0.05
+
+# Of the geometry pass's targets: place and label, normal, triangle's normal and share, others.
+_PLACE, _SHAPE, _PLANE, _OTHERS = 0, 1, 2, 3
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _LitPatches:
+    """The light that leaves a body with a transport.
+
+    indirect : (p, 4) of the patches after all bounces, less the Sun's before any [W m-2]
+    """
+
+    transport: LightTransport
+    indirect: Array32
+
+
+class ReferenceGather:
+    """Fills the indirect light of the G-buffer: from other surfaces, and the Earth's share."""
+
+    def __init__(self, transports: TransportStore) -> None:
+        self._transports = transports
+        self._light = PatchLight()
+
+    def lit_bodies(
+        self, spacecraft: Sequence[SpacecraftView], skies: Sequence[SkyRadiance | None]
+    ) -> list[tuple[LitBody, ...]]:
+        """What rays from each spacecraft meet: itself, then what is near; none where
+        no other surface is."""
+        lit = {
+            s.instance: self._lit_patches(s, sky) for s, sky in zip(spacecraft, skies, strict=True)
+        }
+        return [self._bodies_around(s, lit) for s in spacecraft]
+
+    def _bodies_around(
+        self, viewer: SpacecraftView, lit: dict[int, _LitPatches | None]
+    ) -> tuple[LitBody, ...]:
+        incident, patches = viewer.exchange, lit.get(viewer.instance)
+        if incident is None:
+            return ()
+        near = [neighbour for neighbour in incident.around if neighbour.near]
+        if patches is None and not near:
+            return ()
+        models = [(viewer.model, np.eye(4), patches)]
+        models += [(n.model, n.other_from_body, lit.get(n.instance)) for n in near]
+        irradiance = incident.sun_irradiance.astype(np.float32)
+        return tuple(
+            _lit_body(model, matrix, matrix[:3, :3] @ incident.sun_direction, irradiance, patches)
+            for model, matrix, patches in models
+        )
+
+    def _lit_patches(
+        self, spacecraft: SpacecraftView, sky: SkyRadiance | None
+    ) -> _LitPatches | None:
+        """The light on a spacecraft; None where nothing sees itself, or that light is left out."""
+        if spacecraft.exchange is None:
+            return None
+        transport = self._transports.of(spacecraft.model)
+        if transport is None:
+            return None
+        model, incident = spacecraft.model, spacecraft.exchange
+        exitance = self._light.exitance(model, transport, sky, incident)
+        # The Sun's light is subtracted patch by patch: near a shadow's edge neighbours differ.
+        direct_sun = self._light.of_direct_sun(model, transport, incident) * incident.sun_irradiance
+        indirect = np.maximum(exitance - direct_sun, 0.0).astype(np.float32)
+        return _LitPatches(transport=transport, indirect=indirect)
+
+    def fill(
+        self,
+        tile: RasterTile,
+        gbuffer: Sequence[moderngl.Texture],
+        spacecraft: Sequence[DrawnSpacecraft],
+    ) -> None:
+        """Overwrite what the G-buffer pass drew of the spacecraft that have ``lit_bodies``."""
+        if not any(drawn.lit_bodies for drawn in spacecraft):
+            return
+        columns, rows = tile.sample_grid.raster_size(tile.width, tile.height)
+        place, shape, plane, others = (
+            _read(gbuffer[target])[:rows, :columns] for target in (_PLACE, _SHAPE, _PLANE, _OTHERS)
+        )
+        instance = place[..., 3].astype(np.int64) // 16384
+        for drawn in spacecraft:
+            view, lit = drawn.view, drawn.lit_bodies
+            row, column = np.nonzero((instance == view.instance) & (place[..., 3] >= 0.0))
+            if not lit or len(row) == 0:
+                continue
+            points = _points(
+                view,
+                place[row, column],
+                shape[row, column],
+                plane[row, column],
+                _spread(row, column),
+            )
+            cells = None if drawn.probe is None else cell_radiance(drawn.probe.sky, SKY_ACROSS)
+            squares = _pixel_cells(tile.sample_grid, row, column)
+            enough = _CERTAIN_OF_SUN * float(view.sun_irradiance.sum())
+            light, share = _certain(points, squares, lit, cells, _rays(tile.sample_grid), enough)
+            others[row, column] = light
+            plane[row, column, 3] = share
+        for target, values in ((_PLANE, plane), (_OTHERS, others)):
+            gbuffer[target].write(np.ascontiguousarray(values), viewport=(0, 0, columns, rows))
+
+
+def _lit_body(
+    model: SpacecraftModel,
+    body_from_viewer: Array,
+    sun_direction: Array,
+    sun_irradiance: Array32,
+    patches: _LitPatches | None,
+) -> LitBody:
+    albedo, exitance = material_light(mean_materials(model))
+    mesh, indirect = model.posed_mesh, None
+    if patches is not None:
+        mesh = lit_mesh(model, patches.transport)
+        indirect = patches.indirect[patches.transport.patch_of_side]
+    return LitBody(
+        mesh=mesh,
+        body_from_viewer=body_from_viewer.astype(np.float32),
+        sides=2 if model.open_sheets else 1,
+        albedo=albedo,
+        exitance=exitance,
+        sun_direction=sun_direction.astype(np.float32),
+        sun_irradiance=sun_irradiance,
+        solved=indirect,
+    )
+
+
+def _read(texture: moderngl.Texture) -> Array32:
+    data = np.frombuffer(texture.read(), dtype=np.float32)
+    return data.reshape(texture.height, texture.width, 4).copy()
+
+
+def _rays(sample_grid: SampleGrid) -> int:
+    return max(1, int(np.ceil(RAYS / sample_grid.scale**2)))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Cells:
+    """Squares of the raster of about a pixel's size.
+
+    shape : rows and columns of them; of_point : (n,) the square of each point, row by row
+    group : (n,) 0..3, four lattices in each square
+    """
+
+    shape: tuple[int, int]
+    of_point: IndexArray
+    group: IndexArray
+
+
+def _pixel_cells(sample_grid: SampleGrid, row: IndexArray, column: IndexArray) -> _Cells:
+    edge = max(1, round(sample_grid.scale))
+    shape = int(row.max()) // edge + 1, int(column.max()) // edge + 1
+    return _Cells(
+        shape=shape,
+        of_point=row // edge * shape[1] + column // edge,
+        group=row % 2 * 2 + column % 2,
+    )
+
+
+def _certain(
+    points: Points,
+    cells: _Cells,
+    bodies: Sequence[LitBody],
+    sky: Array32 | None,
+    rays: int,
+    enough: float,
+) -> tuple[Array32, Array32]:
+    """What ``gathered`` gives, with more rays in cells whose mean is uncertain.
+
+    What is dark and uncertain even then takes the mean of the cells around.
+
+    enough : an error that does not matter, bands together [W m-2]
+    """
+    light, share = gathered(points, bodies, sky, rays)
+    mean, error = _means(light.sum(axis=1, dtype=np.float64), cells)
+    sunlit = _means(sunlight(points, bodies).astype(np.float64), cells)[0]
+    mean += sunlit
+    need = error / np.maximum(_CERTAIN * mean, enough)
+    if sky is not None:
+        need = np.maximum(need, _means(share.astype(np.float64), cells)[1] / _CERTAIN)
+    # Errors fall with the root of the number at least.
+    times = np.clip(np.ceil(need**2), 1, MOST_TIMES).astype(np.int64)
+    times = 2 ** np.ceil(np.log2(times)).astype(np.int64)
+    for factor in np.unique(times[times > 1]).tolist():
+        chosen = np.flatnonzero(times[cells.of_point] == factor)
+        light[chosen], share[chosen] = gathered(points.of(chosen), bodies, sky, rays * factor)
+    after, error = _means(light.sum(axis=1, dtype=np.float64), cells)
+    # Where there is more light, three pixels may hold a contact or an edge.
+    uncertain = (error > enough) & (_CERTAIN * (after + sunlit) < enough)
+    step = _PLANE_STEP * bodies[0].mesh.radius
+    return _evened(light, points, cells, np.flatnonzero(uncertain[cells.of_point]), step), share
+
+
+def _evened(
+    light: Array32, points: Points, cells: _Cells, uncertain: IndexArray, step: float
+) -> Array32:
+    """The light with that of uncertain points replaced by the mean of nine cells.
+
+    step : points whose planes are this far apart do not count [m]
+
+    Only what faces alike and lies in much the same plane counts: in deep shadow, where this comes
+    to bear, light changes little over three pixels of a surface.
+    """
+    found = light.copy()
+    away = np.einsum("ij,ij->i", points.places, points.facets)[:, None] / np.float32(step)
+    kind = np.unique(np.round(np.hstack([4.0 * points.facets, away])), axis=0, return_inverse=True)[
+        1
+    ].ravel()
+    count = cells.shape[0] * cells.shape[1]
+    for number in np.unique(kind[uncertain]).tolist():
+        alike = np.flatnonzero(kind == number)
+        chosen = uncertain[kind[uncertain] == number]
+        values = np.column_stack([np.ones(len(alike)), light[alike]]).T
+        there, *bands = (
+            uniform_filter(
+                np.bincount(cells.of_point[alike], v, minlength=count).reshape(cells.shape), 3
+            ).ravel()[cells.of_point[chosen]]
+            for v in values
+        )
+        found[chosen] = np.stack(bands, axis=1) / there[:, None]
+    return found
+
+
+def _means(values: Array, cells: _Cells) -> tuple[Array, Array]:
+    """Mean of each cell with its neighbours, and the error of one by the means of its four groups.
+
+    Rays are spread so evenly that the mean is much surer than the scatter of single ones tells. The
+    neighbours have their say, since a cell that misses a small bright surface looks certain.
+    """
+    count = cells.shape[0] * cells.shape[1]
+    place = 4 * cells.of_point + cells.group
+    number = np.bincount(place, minlength=4 * count).reshape(count, 4)
+    sums = np.bincount(place, values, minlength=4 * count).reshape(count, 4)
+    mean = sums.sum(axis=1) / np.maximum(number.sum(axis=1), 1)
+    there = number > 0
+    apart = np.where(there, sums / np.maximum(number, 1) - mean[:, None], 0.0)
+    groups = there.sum(axis=1)
+    square = (apart**2).sum(axis=1) / np.maximum(groups * (groups - 1), 1)
+    full = uniform_filter((groups > 0).reshape(cells.shape).astype(np.float64), 3)
+    around = np.maximum(full, 1e-9)
+    mean, square = (
+        (uniform_filter(v.reshape(cells.shape), 3) / around).ravel() for v in (mean, square)
+    )
+    return mean, np.sqrt(np.maximum(square, 0.0))
+
+
+def _points(
+    craft: SpacecraftView, place: Array32, shape: Array32, plane: Array32, spread: Array
+) -> Points:
+    """Places and normals in body axes, normals towards the viewer."""
+    camera_from_body = craft.camera_from_body
+    R = camera_from_body[:3, :3]
+    in_camera = place[:, :3] @ R.T + camera_from_body[:3, 3]
+    away = np.einsum("ij,ij->i", plane[:, :3], in_camera) > 0.0
+    facets = np.where(away[:, None], -plane[:, :3], plane[:, :3])
+    return Points(places=place[:, :3], normals=shape[:, :3] @ R, facets=facets @ R, spread=spread)
+
+
+def _spread(row: IndexArray, column: IndexArray) -> Array:
+    """(n, 2) numbers 0..1, even over any neighbourhood of samples (as in sunlight.frag)."""
+    first = 0.7548776662466927 * column + 0.5698402909980532 * row
+    second = 0.8566748838545029 * column + 0.7338918566271260 * row
+    return np.stack([(0.5 + first) % 1.0, (0.5 + second) % 1.0], axis=1)
