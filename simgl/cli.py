@@ -244,6 +244,8 @@ def camera_test(
     camera = camera_under_test(preset)
     if out is not None:
         check_writable(out)
+    from rich.progress import Progress
+
     with temporary_context() as ctx, Progress(console=console, transient=True) as bar:
         task = bar.add_task(f"{Path(preset).stem}: flat fields and dark frames", total=None)
         report = examine(

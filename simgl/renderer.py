@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 import moderngl
@@ -23,7 +23,7 @@ from simgl.passes.drawn_spacecraft import DrawnSpacecraft
 from simgl.passes.gbuffer import GBufferPass
 from simgl.passes.interreflection import InterreflectionPass
 from simgl.passes.lamp_shadow import LampShadowPass
-from simgl.passes.mesh_store import MeshStore
+from simgl.passes.mesh_store import MeshStore, VertexLighting
 from simgl.passes.reference_gather import ReferenceGather
 from simgl.passes.resolve import DistortedView, ResolvePass
 from simgl.passes.shadow import ShadowPass
@@ -31,6 +31,7 @@ from simgl.passes.surface import LIGHTS, SurfacePass
 from simgl.passes.truth import TruthPass
 from simgl.passes.warp import WarpPass
 from simgl.progress import ProgressCallback
+from simgl.radiosity.final_gather import LitBody
 from simgl.radiosity.transport_store import TransportStore
 from simgl.scene.earth import Earth
 from simgl.scene.spacecraft import SpacecraftModel
@@ -203,11 +204,12 @@ class Renderer:
         # On the CPU, while the renderer draws the shadow maps.
         with self.timer.measure("interreflection"):
             skies = [None if probe is None else probe.sky for probe in probes]
-            by_rays = gather == "pixel"
-            vertex_lightings = none if by_rays else self._interreflection.draw(views, skies)
-            bodies = (
-                self._reference_gather.lit_bodies(views, skies) if by_rays else [()] * len(views)
-            )
+            vertex_lightings: Sequence[VertexLighting | None] = [None] * len(views)
+            bodies: Sequence[tuple[LitBody, ...]] = [()] * len(views)
+            if gather == "pixel":
+                bodies = self._reference_gather.lit_bodies(views, skies)
+            else:
+                vertex_lightings = self._interreflection.draw(views, skies)
         return [
             DrawnSpacecraft(
                 view=view,

@@ -11,7 +11,7 @@ import moderngl
 import pytest
 
 from simgl.gpu.context import current
-from simgl.radiosity import bake_cache
+from simgl.radiosity import transport_store
 from simgl.scene.mesh import Mesh
 from tests.patience import limit
 from tests.watched_context import WatchedContext
@@ -33,7 +33,7 @@ def _one_hull_of_a_mesh() -> Iterator[None]:
 
     Most tests open a simulator of their own for the same few bodies, at half its cost for the hull.
     """
-    real, answers = bake_cache.sees_itself, dict[tuple[str, int], bool]()
+    real, answers = transport_store.sees_itself, dict[tuple[str, int], bool]()
 
     def remembered(mesh: Mesh, sides: int) -> bool:
         key = mesh.digest, sides
@@ -42,7 +42,7 @@ def _one_hull_of_a_mesh() -> Iterator[None]:
         return answers[key]
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(bake_cache, "sees_itself", remembered)
+        patch.setattr(transport_store, "sees_itself", remembered)
         yield
 
 

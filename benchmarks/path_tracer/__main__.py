@@ -14,6 +14,7 @@ import msgspec
 import numpy as np
 import typer
 from rich.console import Console
+from rich.progress import Progress
 from rich.table import Table
 
 from benchmarks.path_tracer import pictures
