@@ -19,7 +19,7 @@ COLUMNS = 4
 
 def main(
     out: Annotated[Path, typer.Option(help="Folder for the sheet.")] = Path("out/camera_effects"),
-    width: Annotated[int, typer.Option(min=64, max=1280, help="Pixels of each picture.")] = 480,
+    width: Annotated[int, typer.Option(min=64, max=1280, help="Pixels of each image.")] = 480,
 ) -> None:
     """Render the sheet as PNG."""
     check_writable(out)

@@ -26,13 +26,13 @@ from simgl.progress import ProgressCallback
 
 SCENE = Path(__file__).parents[1] / "gallery" / "bay.toml"
 CAMERA = "craft"
-# Of the camera, about the picture's vertical.
+# Of the camera, about the image's vertical.
 TURN_RATE = np.radians(10.0)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Panel:
-    """What differs from the plain picture.
+    """What differs from the plain image.
 
     detector : changed fields
     light : exposure time over the plain one
@@ -117,7 +117,7 @@ def panels(colour: Detector) -> dict[str, Panel]:
 def rendered_panels(
     width: int, progress: ProgressCallback | None = None
 ) -> Iterator[tuple[str, Image8]]:
-    """Title and 8-bit sRGB picture of each panel.
+    """Title and 8-bit sRGB image of each panel.
 
     width : pixels; the height is three quarters of it
     progress : told of the light between surfaces while it is traced

@@ -1,4 +1,4 @@
-"""Draw a campaign's COCO labels over its pictures: mask outline, box, keypoints.
+"""Draw a campaign's COCO labels over its images: mask outline, box, keypoints.
 
 Run with: python -m examples.campaign.overlay FOLDER FRAME PICTURE.png [GAIN]
 Green keypoints are seen, red ones hidden by a spacecraft.

@@ -1,4 +1,4 @@
-"""The loop that ties truth, camera and flight software together, second by second."""
+"""The closed loop of truth model, camera and flight software, in steps of one second."""
 
 from __future__ import annotations
 
@@ -365,7 +365,7 @@ def _bodies(world: _World, drawing: Drawing) -> dict[str, BodyPose]:
 
 
 def _smear(world: _World, drawing: Drawing, camera: Pinhole, exposure: float) -> float:
-    """How far the board moves across the picture during an exposure [px]."""
+    """How far the board moves across the image during an exposure [px]."""
     _, place = _board(world, drawing)
     turning = lvlh_angular_velocity(world.chaser.position, world.chaser.velocity)
     R_icrf_from_body = world.attitude.R_icrf_from_body
@@ -428,14 +428,14 @@ def _look(
 
 
 def _collect(candidates: list[ReportImage], image: ReportImage, wanted: int) -> None:
-    """Keep a picture; of too many every other one goes."""
+    """Append an image; if there are too many, drop every other one."""
     candidates.append(image)
     if len(candidates) > 8 * wanted:
         del candidates[1::2]
 
 
 def _spread(candidates: list[ReportImage], wanted: int) -> list[ReportImage]:
-    """So many of the pictures, evenly over the logarithm of the distance, the last included."""
+    """So many of the images, evenly over the logarithm of the distance, the last included."""
     if len(candidates) <= wanted:
         return candidates
     far, near = np.log(candidates[0].frame.distance), np.log(candidates[-1].frame.distance)

@@ -1,7 +1,7 @@
 """Near features: dark discs on a white board, found, measured and told apart.
 
-A dark disc is what vanishes when the picture is closed (a maximum over a disc's size, then a
-minimum): darkness is how far a pixel lies below the closed picture. Its blobs of the right size are
+A dark disc is what vanishes when the image is closed (a maximum over a disc's size, then a
+minimum): darkness is how far a pixel lies below the closed image. Its blobs of the right size are
 candidates; the shift between predicted and found places that explains most of them says which disc
 is which. Discs with a bright middle, the rings, prove it where they are large enough.
 """

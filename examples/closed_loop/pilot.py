@@ -26,7 +26,7 @@ from simgl.arrays import Array, Image16
 TIP_ERROR_PX = 0.4
 # The drawing: the faces of the panels stand some centimetres in front of the plane of the tips [m].
 DRAWING_ERROR = 0.04
-# Markers are looked for from here on [m], and wings no nearer than they fit into the picture.
+# Markers are looked for from here on [m], and wings no nearer than they fit into the image.
 MARKERS_FROM = 22.0
 WINGS_TO = 12.0
 # Besides the scatter of the markers: how well the board is built and mounted, the lens known.

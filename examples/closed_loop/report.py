@@ -1,4 +1,4 @@
-"""What a flight leaves behind: a page, a table, plots, a strip of pictures and a summary."""
+"""The results of a flight: a page, a table, plots, a strip of images and a summary."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ PLOT = "docking_plot.png"
 STRIP = "docking_strip.png"
 SUMMARY = "docking_summary.json"
 
-# The first picture of a server traces light between surfaces, which no other one does again.
+# The first image of a server traces light between surfaces, which no other one does again.
 _WARM = 2
 
 STYLE = """

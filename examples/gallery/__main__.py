@@ -1,4 +1,4 @@
-"""Render the pictures of docs/gallery.md: ``python -m examples.gallery --out docs/pictures``."""
+"""Render the images of docs/gallery.md: ``python -m examples.gallery --out docs/pictures``."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ QUALITY = 88
 
 
 def main(
-    out: Annotated[Path, typer.Option(help="Folder for the pictures.")] = Path("out/gallery"),
+    out: Annotated[Path, typer.Option(help="Folder for the images.")] = Path("out/gallery"),
     shrink: Annotated[int, typer.Option(min=1, max=16, help="Make them smaller by this.")] = 1,
 ) -> None:
-    """Render every picture of the gallery as JPEG."""
+    """Render every image of the gallery as JPEG."""
     check_writable(out)
     with bake_bar() as progress:
         for name, image in gallery_images(shrink, progress):

@@ -1,4 +1,4 @@
-"""The pictures of the gallery: which light each of them shows, and how bright."""
+"""The images of the gallery: which light each of them shows, and how bright."""
 
 from __future__ import annotations
 
@@ -25,23 +25,23 @@ BAY = Path(__file__).with_name("bay.toml")
 BOARD = Path(__file__).parents[1] / "materials.toml"
 AZIMUTHS = Path(__file__).parents[1] / "azimuths.toml"
 
-# What of the daylight each picture shows, one light more in each.
+# What of the daylight each image shows, one light more in each.
 DAYLIGHT = {
     "sun": ("sun", "background"),
     "earth": ("sun", "background", "earth"),
     "all": ("sun", "background", "earth", "inter_reflected"),
 }
 HALF_AN_ORBIT_NS = 2_777 * 10**9
-# The lamp's pictures are brighter than those of the day by this.
+# The lamp's images are brighter than those of the day by this.
 LAMP_GAIN = 128.0
 
 
 def gallery_images(
     shrink: int = 1, progress: ProgressCallback | None = None
 ) -> Iterator[tuple[str, Image8]]:
-    """Name and 8-bit sRGB picture, one after the other.
+    """Name and 8-bit sRGB image, one after the other.
 
-    shrink : pictures are smaller by this factor
+    shrink : images are smaller by this factor
     progress : told of the light between surfaces while it is traced
     """
     scenario = fewer_pixels(load_scenario(BAY), shrink)
@@ -60,7 +60,7 @@ def gallery_images(
 
 
 def _by_camera(scenario_file: Path, shrink: int) -> dict[str, Image8]:
-    """The picture of each camera at the scenario's epoch."""
+    """The image of each camera at the scenario's epoch."""
     scenario = fewer_pixels(load_scenario(scenario_file), shrink)
     state = scenario.at(scenario.epoch_tai_ns)
     images = {}

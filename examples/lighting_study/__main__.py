@@ -23,11 +23,11 @@ QUALITY = 85
 
 
 def main(
-    out: Annotated[Path, typer.Option(help="Folder for page and pictures.")] = Path("out/study"),
-    shrink: Annotated[int, typer.Option(min=1, max=8, help="Pictures smaller by this.")] = 1,
+    out: Annotated[Path, typer.Option(help="Folder for page and images.")] = Path("out/study"),
+    shrink: Annotated[int, typer.Option(min=1, max=8, help="Images smaller by this.")] = 1,
     machine: Annotated[str, typer.Option(help="What the page says it ran on.")] = "",
 ) -> None:
-    """Write lighting_study.md, and a picture with its maps for each case."""
+    """Write lighting_study.md, and an image with its maps for each case."""
     check_writable(out / "pictures")
     shots, readings_of = {}, {}
     renderer = ""

@@ -1,4 +1,4 @@
-"""The page that sets the study's numbers beside ours, and the picture of each case."""
+"""The page that sets the study's numbers beside ours, and the image of each case."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Reading:
     """What one number of the study is here [W m-2].
 
     flux : 10, 50 and 90 % of the pixels, relative luminance times 1367
-    from_8_bits : median of the same, read from the 8-bit picture
+    from_8_bits : median of the same, read from the 8-bit image
     exitance : median, pi times the radiance of 400 to 1000 nm
     """
 
@@ -41,7 +41,7 @@ class Reading:
 def agrees(reading: Reading, others: Sequence[Reading]) -> str:
     """Whether a published number, or what the study says in words, is so here.
 
-    others : readings of the same picture
+    others : readings of the same image
     """
     number, (dark, middle, bright) = reading.number, reading.flux
     if number.published is not None:
@@ -57,7 +57,7 @@ def agrees(reading: Reading, others: Sequence[Reading]) -> str:
 
 
 def read(number: Number, shot: Shot) -> Reading:
-    """A number from its case's picture; its pixels must be in view."""
+    """A number from its case's image; its pixels must be in view."""
     pixels = number.pixels(shot)
     dark, middle, bright = (float(v) for v in np.percentile(shot.flux[pixels], [10, 50, 90]))
     return Reading(
@@ -74,7 +74,7 @@ def readings(case: Case, shot: Shot) -> list[Reading]:
 
 
 def sheet(shot: Shot) -> Image8:
-    """(height, width, 3) sRGB: the picture, the study's flux map and scale, the true exitance."""
+    """(height, width, 3) sRGB: the image, the study's flux map and scale, the true exitance."""
     from matplotlib.figure import Figure
 
     height, width = shot.flux.shape

@@ -1,4 +1,4 @@
-"""One picture of a case, and the pixels of it that a number is about."""
+"""One image of a case, and the pixels of it that a number is about."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ PRODUCTS = frozenset(
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Shot:
-    """A picture, its assessment, and the processor time that it took on all cores [s]."""
+    """An image, its assessment, and the processor time that it took on all cores [s]."""
 
     capture: Capture
     state: SceneState
@@ -69,7 +69,7 @@ class Shot:
 
     @property
     def flux_from_8_bits(self) -> Array:
-        """(height, width) the study's flux as its script has it from an 8-bit picture [W m-2]."""
+        """(height, width) the study's flux as its script has it from an 8-bit image [W m-2]."""
         code = self.image / 255.0
         linear = np.where(code <= 0.04045, code / 12.92, ((code + 0.055) / 1.055) ** 2.4)
         return 1367.0 * linear @ np.array([0.2126, 0.7152, 0.0722])
@@ -153,7 +153,7 @@ def smaller(scenario: Scenario, shrink: int) -> Scenario:
 
 
 def take(simulator: Simulator, camera: str) -> Shot:
-    """The picture that a camera takes at the scenario's epoch."""
+    """The image that a camera takes at the scenario's epoch."""
     scenario = simulator.scenario
     state = scenario.at(scenario.epoch_tai_ns)
     capture = simulator.capture(state, camera, PRODUCTS)
