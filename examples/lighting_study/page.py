@@ -12,8 +12,9 @@ from PIL import Image
 
 from examples.lighting_study.cases import CASES, Case, Number
 from examples.lighting_study.shot import Shot
+from simgl import exposure_value
 from simgl.arrays import Image8
-from simgl.camera.camera_equation import blender_exposure, exposure_value
+from simgl.camera.camera_equation import blender_exposure
 
 TEMPLATE = Path(__file__).with_name("page_template.md")
 # The study's exposure, and the settings of its software that it names.

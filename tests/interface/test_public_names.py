@@ -32,7 +32,7 @@ PUBLIC_MODULES = {
 # What the larger examples use besides: they show how the parts work together.
 LARGER_EXAMPLES_USE = {
     "simgl.assess.target_background",
-    "simgl.camera.exposure_value",
+    "simgl.camera.camera_equation",
     "simgl.cli_progress",
     "simgl.false_colour",
     "simgl.motion.mounts",
