@@ -280,6 +280,7 @@ def test_the_cells_of_two_axis_arrays_face_the_sun_all_along_an_orbit(minutes: i
     state = servicing.at(servicing.epoch_tai_ns + minutes * 60 * 10**9)
     body = state.bodies["servicer"]
     model, stored = body.model, servicing.models["servicer"].mesh
+    posed = model.posed_mesh.baked()
     cells = [m.name for m in model.materials].index("solar_cell")
     for wing in ("wing_left", "wing_right"):
         own = (stored.part == model.parts.index(wing)) & (stored.material == cells)
