@@ -11,7 +11,7 @@ import moderngl
 import pytest
 
 from simgl.gpu.context import current
-from simgl.radiosity import transport_store
+from simgl.radiosity import bake, transport_store
 from simgl.scene.mesh import Mesh
 from tests.patience import limit
 from tests.watched_context import WatchedContext
@@ -33,7 +33,7 @@ def _one_hull_of_a_mesh() -> Iterator[None]:
 
     Most tests open a simulator of their own for the same few bodies, at half its cost for the hull.
     """
-    real, answers = transport_store.sees_itself, dict[tuple[str, int], bool]()
+    real, answers = bake.sees_itself, dict[tuple[str, int], bool]()
 
     def remembered(mesh: Mesh, sides: int) -> bool:
         key = mesh.digest, sides

@@ -68,7 +68,7 @@ class _WindowContext:
         return self
 
     def __exit__(self, *_: object) -> None:
-        glfw.make_context_current(None)
+        glfw.make_context_current(None)  # type: ignore[arg-type]
 
     def release(self) -> None:
         """The window owns the context."""
