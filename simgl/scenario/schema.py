@@ -282,7 +282,7 @@ class UsabilityCriteria:
     most_saturated : fraction of the target's pixels that may be saturated
     most_dark : fraction of them that may be below the noise
     least_snr : median signal to noise ratio of the target
-    least_contrast : of target against background, |t - b| / (t + b) of their median electrons
+    least_contrast : of target against background, abs(t - b) / (t + b) of their median electrons
     """
 
     target: str | None = None
