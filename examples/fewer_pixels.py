@@ -1,15 +1,14 @@
-"""Smaller pictures of a scenario."""
+"""A scenario with smaller images."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
-from simgl import Scenario
-from simgl.camera.camera import Camera
+from simgl import Camera, Scenario
 
 
 def fewer_pixels(scenario: Scenario, shrink: int) -> Scenario:
-    """A scenario whose cameras have fewer, larger pixels and the same field."""
+    """The scenario with fewer, larger pixels and the same fields of view."""
 
     def camera_of(camera: Camera) -> Camera:
         d = camera.detector

@@ -1,7 +1,7 @@
-"""Exposures on disk: EXR in physical units, 16-bit PNG in DN, sRGB PNG for people.
+"""Captures on disk: EXR in physical units, 16-bit PNG in DN, sRGB PNG previews.
 
-Every file is written under a temporary name beside its place and renamed when complete, so that a
-reader never finds half of one.
+Every file is written under a temporary name in its folder and renamed when complete, so readers
+never see a partial file.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import numpy as np
 import OpenEXR
 from PIL import Image
 
+from simgl.arrays import Image8, Image16
 from simgl.errors import OutputError
 from simgl.images import (
     DigitalFrame,
@@ -35,7 +36,7 @@ from simgl.simulator import Capture
 
 
 def check_writable(folder: Path) -> None:
-    """Make the folder where it is missing; raises OutputError where files cannot be put into it."""
+    """Create the folder if it is missing; raises OutputError if files cannot be written into it."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(prefix=".", dir=folder)
@@ -47,9 +48,9 @@ def check_writable(folder: Path) -> None:
 
 @contextmanager
 def complete_file(path: Path) -> Iterator[Path]:
-    """A temporary path that becomes ``path`` if the block succeeds, and vanishes if it fails.
+    """A temporary path that is renamed to ``path`` if the block succeeds and deleted if it fails.
 
-    Raises OutputError where the folder cannot be written.
+    Raises OutputError if the folder cannot be written.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -123,77 +124,66 @@ def write_exr(path: Path, radiance: RadianceFrame, truth: TruthFrame | None = No
 
 def write_layers_exr(path: Path, frame: LayersFrame) -> None:
     """Float32 channels ``sun.R`` ... [W m-2 sr-1] of each layer; R G B N are their sum."""
+    prefixed = {"": frame.total} | {f"{name}.": layer for name, layer in frame.layers.items()}
     channels = {
         f"{prefix}{band}": np.ascontiguousarray(radiance[..., i])
-        for prefix, radiance in [
-            ("", frame.total),
-            *((f"{n}.", r) for n, r in frame.layers.items()),
-        ]
+        for prefix, radiance in prefixed.items()
         for i, band in enumerate("RGBN")
     }
-    header = _header(frame.info) | {
-        "layers": f"R, G, B, N of {', '.join(frame.layers)} and their sum"
-    }
+    layers = {"layers": f"R, G, B, N of {', '.join(frame.layers)} and their sum"}
     with complete_file(path) as temporary:
-        OpenEXR.File(header, channels).write(str(temporary))
+        OpenEXR.File(_header(frame.info) | layers, channels).write(str(temporary))
 
 
 def write_dn_png(path: Path, frame: DigitalFrame) -> None:
-    """Digital numbers as they are, in a 16-bit grey PNG."""
-    with complete_file(path) as temporary:
-        Image.fromarray(frame.dn).save(temporary)
+    """Digital numbers, unscaled, in a 16-bit grey PNG."""
+    _write_png(path, frame.dn)
 
 
 def write_mono12p(path: Path, frame: DigitalFrame) -> None:
-    """Digital numbers of up to 12 bits without gaps, rows from the top, as GenICam's Mono12p."""
+    """Digital numbers of up to 12 bits, packed as GenICam's Mono12p, rows from the top."""
     with complete_file(path) as temporary:
         temporary.write_bytes(pack_mono12p(frame.dn))
 
 
-def write_colour_png(path: Path, frame: DigitalFrame) -> None:
-    """An sRGB picture of what a colour detector saw: balanced, demosaiced, full scale white."""
-    with complete_file(path) as temporary:
-        Image.fromarray(display_from_dn(frame.dn, frame.info.camera)).save(temporary)
-
-
 def write_view_png(path: Path, frame: RadianceFrame) -> None:
-    """An sRGB picture to look at: a white surface that faces the Sun is white."""
+    """An sRGB preview of the radiance: a white surface that faces the Sun is white."""
+    _write_png(path, display_from_radiance(frame.radiance))
+
+
+def _write_png(path: Path, pixels: Image8 | Image16) -> None:
     with complete_file(path) as temporary:
-        Image.fromarray(display_from_radiance(frame.radiance)).save(temporary)
+        Image.fromarray(pixels).save(temporary)
 
 
-def write_layers_png(path: Path, frame: LayersFrame) -> None:
-    """An sRGB picture of the whole and its layers side by side, each with its own gain."""
-    with complete_file(path) as temporary:
-        Image.fromarray(display_from_layers(frame)).save(temporary)
+def write_capture(capture: Capture, folder: Path, name: str, *, packed: bool = False) -> list[Path]:
+    """Write the frames of a capture to files; a frame that was not asked for gives none.
 
-
-def write_exposure(
-    exposure: Capture, folder: Path, name: str, *, packed: bool = False
-) -> list[Path]:
-    """Every frame of an exposure as ``NAME.radiance.exr``, ``NAME.dn.png``, ``NAME.view.png``;
-    its layers as ``NAME.layers.exr`` and ``NAME.layers.png``; from a colour detector also
-    ``NAME.colour.png``.
+    radiance : ``NAME.radiance.exr``, float32 [W m-2 sr-1], with depth and part ids if truth is
+        there; ``NAME.view.png``, an sRGB preview
+    layers : ``NAME.layers.exr`` and ``NAME.layers.png``
+    digital : ``NAME.dn.png``, 16 bits; from a colour detector also ``NAME.colour.png``
 
     packed : also ``NAME.dn.mono12p``, for detectors of up to 12 bits
     returns : the paths written
+
+    Raises OutputError where the folder cannot be written.
     """
     writers: list[tuple[str, Callable[[Path], None]]] = []
-    if (radiance := exposure.radiance) is not None:
-        writers.append(("radiance.exr", lambda p: write_exr(p, radiance, exposure.truth)))
+    if (radiance := capture.radiance) is not None:
+        writers.append(("radiance.exr", lambda p: write_exr(p, radiance, capture.truth)))
         writers.append(("view.png", lambda p: write_view_png(p, radiance)))
-    if (layers := exposure.layers) is not None:
+    if (layers := capture.layers) is not None:
         writers.append(("layers.exr", lambda p: write_layers_exr(p, layers)))
-        writers.append(("layers.png", lambda p: write_layers_png(p, layers)))
-    if (digital := exposure.digital) is not None:
+        writers.append(("layers.png", lambda p: _write_png(p, display_from_layers(layers))))
+    if (digital := capture.digital) is not None:
         writers.append(("dn.png", lambda p: write_dn_png(p, digital)))
-        if digital.info.camera.detector.mosaic is not None:
-            writers.append(("colour.png", lambda p: write_colour_png(p, digital)))
+        camera = digital.info.camera
+        if camera.detector.mosaic is not None:
+            colours = display_from_dn(digital.dn, camera)
+            writers.append(("colour.png", lambda p: _write_png(p, colours)))
         if packed:
             writers.append(("dn.mono12p", lambda p: write_mono12p(p, digital)))
-    paths = []
     for suffix, write in writers:
-        path = folder / f"{name}.{suffix}"
-        write(path)
-        paths.append(path)
-    return paths
+        write(folder / f"{name}.{suffix}")
+    return [folder / f"{name}.{suffix}" for suffix, _ in writers]

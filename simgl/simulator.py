@@ -1,10 +1,12 @@
-"""From a scenario to exposures: the object that most programs hold."""
+"""From a scenario to captures: the object that most programs hold."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import cached_property
+from typing import TypeVar
 
 import moderngl
 import numpy as np
@@ -39,7 +41,11 @@ from simgl.view.lidar_pulse import pulse_view
 
 
 class Product(StrEnum):
-    """What a capture can bring to the CPU."""
+    """What a capture can contain; each is a field of ``Capture`` of that name, DN is ``digital``.
+
+    >>> simgl.Product("radiance") is simgl.Product.RADIANCE
+    True
+    """
 
     DN = "dn"
     ELECTRONS = "electrons"
@@ -52,17 +58,19 @@ class Product(StrEnum):
 
 
 ALL_PRODUCTS = frozenset(Product)
-# Made from the radiance of the scene as it stands at the epoch.
-_FROM_RADIANCE = frozenset({Product.RADIANCE, Product.IRRADIANCE, Product.LIDAR})
-# Of the scene alone, whatever a camera makes of its light.
+# Independent of the camera's settings.
 _OF_THE_SCENE = frozenset({Product.RADIANCE, Product.LAYERS, Product.TRUTH, Product.NORMALS})
+
+Frame = TypeVar("Frame")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Capture:
-    """One picture in the forms that were asked for; the others are None.
+    """One image in the forms that were asked for; the other fields are None.
 
-    lidar : None also where the camera has no LIDAR
+    In a notebook it shows the first of its frames as PNG.
+
+    lidar : None also if the camera has no LIDAR
     """
 
     info: FrameInfo
@@ -84,29 +92,70 @@ class Capture:
         return b""
 
 
-def _sun(state: SceneState, info: FrameInfo) -> SunInCamera:
-    """The Sun before a camera, as far as the Earth and the Moon let it shine on the lens."""
-    return SunInCamera(
-        direction=info.R_camera_from_icrf @ info.sun_direction_icrf,
-        irradiance=info.sun_irradiance * state.sunlight(info.position),
-        angular_radius=state.sun.seen_from(info.position).angular_radius,
-    )
-
-
 def _geometry(camera: Camera) -> tuple[object, ...]:
-    """What says where a camera's pixels look."""
+    """The settings that determine where a camera's pixels look."""
     d, lens = camera.detector, camera.lens
     return camera.name, d.width, d.height, d.pixel_pitch, lens.focal_length, lens.distortion
 
 
+@dataclass(eq=False)
+class _Still:
+    """The scene as one camera sees it at one instant."""
+
+    renderer: Renderer
+    state: SceneState
+    view: FrameView
+    info: FrameInfo
+
+    @cached_property
+    def radiance(self) -> ImageTarget:
+        """Rendered at the first use; valid until the renderer draws another scene of this size."""
+        return self.renderer.radiance(self.view)
+
+    @property
+    def sun(self) -> SunBefore:
+        """The Sun in camera axes, dimmed by the Earth and the Moon."""
+        info = self.info
+        return SunBefore(
+            direction=info.R_camera_from_icrf @ info.sun_direction_icrf,
+            irradiance=info.sun_irradiance * self.state.sunlight(info.position),
+            angular_radius=self.state.sun.seen_from(info.position).angular_radius,
+        )
+
+    def with_camera(self, camera: Camera) -> _Still:
+        """The same scene and radiance with other settings of the camera."""
+        placed = replace(self.state.cameras[camera.name], camera=camera)
+        still = _Still(
+            renderer=self.renderer,
+            state=replace(self.state, cameras={**self.state.cameras, camera.name: placed}),
+            view=replace(self.view, camera=camera),
+            info=replace(self.info, camera=camera),
+        )
+        still.radiance = self.radiance
+        return still
+
+
 class Simulator:
-    """Takes pictures of a scenario. A picture depends on the state given to it and on nothing else.
+    """Captures images of a scenario. An image depends only on the state given to it.
 
-    >>> with Simulator(load_scenario("approach.toml")) as simulator:
-    ...     exposure = simulator.capture(simulator.scenario.at(epoch), "navcam")
+    scenario : its models, Earth and render settings are what is drawn
+    ctx : OpenGL context to use; without it the simulator opens one and closes it at the end
+    progress : called with the steps done and their number while interreflection is traced and the
+        atmosphere's tables are computed: some seconds for a new model or atmosphere
 
-    progress : told the steps done and their number while light between surfaces is traced, and
-        the air's tables are made, some seconds for a new model or air
+    Raises ContextError if there is no usable OpenGL. Close it by ``with`` or ``close``.
+
+    >>> ball = {"sphere": {"radius_m": 1.0, "material": {"reflectance": 0.5}}}
+    >>> about = {"target": "ball", "azimuth_deg": 0.0, "range_m": 9.0}
+    >>> scenario = simgl.scenario_from_dict({
+    ...     "epoch": {"utc": "2026-03-20T12:00:00"},
+    ...     "spacecraft": {"ball": {"model": ball, "orbit": {"altitude_km": 400.0}}},
+    ...     "camera": {"cam": {"about": about, "width_px": 64, "height_px": 48}},
+    ... })
+    >>> with simgl.Simulator(scenario) as simulator:
+    ...     capture = simulator.capture(scenario.at(scenario.epoch_tai_ns), "cam")
+    >>> capture.digital.dn.shape
+    (48, 64)
     """
 
     def __init__(
@@ -116,7 +165,7 @@ class Simulator:
         progress: ProgressCallback | None = None,
     ) -> None:
         self.scenario = scenario
-        self._own_ctx = ctx is None
+        self._owns_ctx = ctx is None
         with preserve_current():
             self._ctx = open_context() if ctx is None else ctx
         with current(self._ctx):
@@ -133,7 +182,7 @@ class Simulator:
 
     @property
     def gl_error(self) -> str:
-        """OpenGL's error since it was last asked; "GL_NO_ERROR" while all is well."""
+        """The OpenGL error since the last query, "GL_NO_ERROR" if there is none."""
         with current(self._ctx):
             return str(self._ctx.error)
 
@@ -145,35 +194,24 @@ class Simulator:
         during: Callable[[int], SceneState] | None = None,
         seed: int | None = None,
     ) -> Capture:
-        """The picture that a camera of the scene takes.
+        """The image that a camera of the scene captures.
 
         during : the scene at other epochs [TAI ns] while the shutter is open, such as the
-            scenario's ``at``; electrons and DN then show motion blur and the rolling of the
-            shutter. Without it the scene stands still, as it does for radiance and truth.
+            scenario's ``at``; electrons and DN then show motion blur and rolling shutter. Without
+            it the scene stands still, as it always does for radiance and truth
         seed : of the noise, in place of the scenario's
 
-        Raises ConfigError for an unknown camera or one that is inside a body.
+        Raises ConfigError for an unknown camera and for one inside a body.
         """
-        if camera not in state.cameras:
-            problem = f"is not in the scenario; {did_you_mean(camera, state.cameras)}"
-            raise ConfigError(self.scenario.name, f'camera "{camera}"', problem)
-        view = self._view(state, camera)
-        info = self._info(state, camera, seed)
+        still = self._still(state, camera, seed)
         states = [] if during is None else self._states(state, camera, during)
+        counts = Product.DN in products or Product.ELECTRONS in products
         # Another simulator of this process may have made its own context current.
         with current(self._ctx):
-            counts = Product.DN in products or Product.ELECTRONS in products
-            still: ImageTarget | None = None
-            if _FROM_RADIANCE & frozenset(products) or (counts and not states):
-                still = self._renderer.radiance(view)
-            frames = self._still(state, view, info, products, still)
-            if counts:
-                electrons = self._electrons(state, view, states, still)
-                if Product.ELECTRONS in products:
-                    frames["electrons"] = ElectronFrame(info=info, electrons=electrons.read())
-                if Product.DN in products:
-                    frames["digital"] = self._digital(state, view, info, electrons)
-        return Capture(info=info, **frames)  # type: ignore[arg-type]
+            frames = self._scene_frames(still, frozenset(products))
+            if not counts:
+                return frames
+            return self._with_counts(frames, still, self._electrons(still, states), products)
 
     def bracket(
         self,
@@ -182,39 +220,33 @@ class Simulator:
         settings: Sequence[Camera],
         products: Collection[Product] = frozenset({Product.DN}),
     ) -> tuple[Capture, ...]:
-        """Pictures of one instant with other settings of a camera, its scene rendered only once.
+        """Images of one instant with other settings of a camera; the scene is rendered once.
 
-        settings : the camera with other exposure times, f-numbers, filters or electronics; its
-            picture's size and field must stay. Frames of radiance and truth name the camera itself
-        Raises ConfigError as ``capture`` does, ValueError for a camera of another field.
+        settings : the camera with other exposure times, f-numbers, filters or electronics; image
+            size and field of view must be the same. Frames of radiance and truth name the
+            scenario's camera
+
+        Raises ConfigError as ``capture`` does, ValueError for a camera of another field of view.
         """
+        still = self._still(state, camera)
+        if any(_geometry(setting) != _geometry(still.view.camera) for setting in settings):
+            raise ValueError("a setting changes the size or the field of the picture")
+        captures = []
+        with current(self._ctx):
+            shared = self._scene_frames(still, _OF_THE_SCENE & frozenset(products))
+            for setting in settings:
+                still_with = still.with_camera(setting)
+                frames = replace(shared, info=still_with.info)
+                electrons = self._electrons(still_with, ())
+                captures.append(self._with_counts(frames, still_with, electrons, products))
+        return tuple(captures)
+
+    def _still(self, state: SceneState, camera: str, seed: int | None = None) -> _Still:
         if camera not in state.cameras:
             problem = f"is not in the scenario; {did_you_mean(camera, state.cameras)}"
             raise ConfigError(self.scenario.name, f'camera "{camera}"', problem)
-        placed = state.cameras[camera]
-        if any(_geometry(setting) != _geometry(placed.camera) for setting in settings):
-            raise ValueError("a setting changes the size or the field of the picture")
-        view, info = self._view(state, camera), self._info(state, camera)
-        taken = []
-        with current(self._ctx):
-            still = self._renderer.radiance(view)
-            shared = self._still(state, view, info, set(products) & _OF_THE_SCENE, still)
-            for setting in settings:
-                cameras = {**state.cameras, camera: replace(placed, camera=setting)}
-                there, seen = replace(state, cameras=cameras), replace(view, camera=setting)
-                own = replace(info, camera=setting)
-                frames = dict(shared)
-                electrons = self._electrons(there, seen, (), still)
-                if Product.ELECTRONS in products:
-                    frames["electrons"] = ElectronFrame(info=own, electrons=electrons.read())
-                if Product.DN in products:
-                    frames["digital"] = self._digital(there, seen, own, electrons)
-                taken.append(Capture(info=own, **frames))  # type: ignore[arg-type]
-        return tuple(taken)
-
-    def _view(self, state: SceneState, camera: str) -> FrameView:
         try:
-            return frame_view(
+            view = frame_view(
                 state,
                 camera,
                 sample_budget=self._renderer.sample_budget,
@@ -225,134 +257,133 @@ class Simulator:
         except ConfigError as error:
             where = f"{self.scenario.source or self.scenario.name} {error.where}"
             raise ConfigError(where, error.key, error.problem) from None
-
-    def _states(
-        self, state: SceneState, name: str, during: Callable[[int], SceneState]
-    ) -> list[SceneState]:
-        """What the shutter sees one after the other; empty where nothing moves enough to show."""
-        camera = state.cameras[name].camera
-
-        def at(offset: float) -> SceneState:
-            moved = during(state.tai_ns + round(offset * 1e9))
-            # The exposure time may have been chosen for this picture alone.
-            there = replace(moved.cameras[name], camera=camera)
-            return replace(moved, cameras={**moved.cameras, name: there})
-
-        half = 0.5 * duration(camera)
-        # Either side of the middle, since what turns back shows no motion from end to end.
-        motion = sum(image_motion(state, at(offset), name) for offset in (-half, half))
-        count = parts(motion)
-        return [at(offset) for offset in instants(camera, count).tolist()] if count > 1 else []
-
-    def _still(
-        self,
-        state: SceneState,
-        view: FrameView,
-        info: FrameInfo,
-        products: Collection[Product],
-        radiance: ImageTarget | None,
-    ) -> dict[str, object]:
-        """Frames of the scene as it stands at the epoch."""
-        frames: dict[str, object] = {}
-        if Product.RADIANCE in products:
-            assert radiance is not None
-            frames["radiance"] = RadianceFrame(info=info, radiance=radiance.read())
-        if Product.LAYERS in products:
-            frames["layers"] = LayersFrame(info=info, layers=self._renderer.layers(view))
-        if Product.TRUTH in products:
-            frames["truth"] = self._truth(state, view, info)
-        if Product.NORMALS in products:
-            normals = self._renderer.truth(view, normals=True).read(2)[..., :3]
-            frames["normals"] = NormalsFrame(info=info, normals=normals)
-        if Product.IRRADIANCE in products:
-            assert radiance is not None
-            target = self._camera_pipeline.irradiance(view.camera, radiance, _sun(state, info))
-            frames["irradiance"] = IrradianceFrame(
-                info=info,
-                irradiance=target.read(),
-                photons_per_joule=state.sun.photons_per_joule,
-            )
-        if Product.LIDAR in products and view.camera.lidar is not None:
-            assert radiance is not None
-            frames["lidar"] = self._lidar(state, view, info, radiance)
-        return frames
-
-    def _electrons(
-        self,
-        state: SceneState,
-        view: FrameView,
-        states: Sequence[SceneState],
-        still: ImageTarget | None,
-    ) -> ImageTarget:
-        """Of the still scene, or of the states that the shutter sees one after the other."""
-        camera = view.camera
-        if not states:
-            assert still is not None
-            sun = _sun(state, self._info(state, camera.name))
-            return self._camera_pipeline.electrons_through(
-                camera, state.sun.photons_per_joule, still, sun
-            )
-        shares = row_shares(camera, len(states))
-        for index, (moved, share) in enumerate(zip(states, shares, strict=True)):
-            radiance = self._renderer.radiance(self._view(moved, camera.name))
-            sun = _sun(moved, self._info(moved, camera.name))
-            electrons = self._camera_pipeline.add_electrons(
-                camera,
-                moved.sun.photons_per_joule,
-                self._camera_pipeline.irradiance(camera, radiance, sun),
-                share,
-                first=index == 0,
-            )
-        return electrons
-
-    def _digital(
-        self, state: SceneState, view: FrameView, info: FrameInfo, electrons: ImageTarget
-    ) -> DigitalFrame:
-        target = self._camera_pipeline.digital(view.camera, state.tai_ns, info.seed, electrons)
-        with self._renderer.timer.measure("read"):
-            return DigitalFrame(info=info, dn=target.read())
-
-    def _lidar(
-        self, state: SceneState, view: FrameView, info: FrameInfo, radiance: ImageTarget
-    ) -> LidarFrame:
-        lidar = view.camera.lidar
-        assert lidar is not None
-        pulse = pulse_view(view, lidar, state, state.cameras[view.camera.name])
-        sunlit = radiance.read()
-        lit = np.zeros_like(sunlit) if pulse is None else self._renderer.layers(pulse)["lamp"]
-        depth = self._renderer.truth(view).read(0)
-        return lidar_frame(info, info.seed, depth, lit, sunlit)
-
-    def _truth(self, state: SceneState, view: FrameView, info: FrameInfo) -> TruthFrame:
-        target = self._renderer.truth(view)
-        names = {
-            (instance + 1) * 65536 + part + 1: f"{name}/{part_name}"
-            for instance, (name, body) in enumerate(state.bodies.items())
-            for part, part_name in enumerate(body.model.parts)
-        }
-        return TruthFrame(info=info, depth=target.read(0), part_id=target.read(1), part_names=names)
-
-    def _info(self, state: SceneState, name: str, seed: int | None = None) -> FrameInfo:
-        camera = state.cameras[name]
-        sun = state.sun.seen_from(camera.position)
-        return FrameInfo(
+        placed = state.cameras[camera]
+        sun = state.sun.seen_from(placed.position)
+        info = FrameInfo(
             scenario=self.scenario.name,
-            camera=camera.camera,
+            camera=placed.camera,
             epoch_tai_ns=state.tai_ns,
-            position=camera.position,
-            R_camera_from_icrf=camera.R_camera_from_icrf,
+            position=placed.position,
+            R_camera_from_icrf=placed.R_camera_from_icrf,
             sun_direction_icrf=sun.direction_icrf,
             sun_irradiance=sun.irradiance,
             seed=self.scenario.seed if seed is None else seed,
             renderer=self.renderer_name,
         )
+        return _Still(self._renderer, state, view, info)
+
+    def _states(
+        self, state: SceneState, name: str, during: Callable[[int], SceneState]
+    ) -> list[SceneState]:
+        """The scene at instants over the exposure; empty where nothing moves visibly."""
+        camera = state.cameras[name].camera
+
+        def at(offset: float) -> SceneState:
+            moved = during(state.tai_ns + round(offset * 1e9))
+            # The exposure time may have been chosen for this image alone.
+            placed = replace(moved.cameras[name], camera=camera)
+            return replace(moved, cameras={**moved.cameras, name: placed})
+
+        half = 0.5 * duration(camera)
+        # On either side of the middle: a motion that turns back shows none from end to end.
+        motion = sum(picture_motion(state, at(offset), name) for offset in (-half, half))
+        count = parts(motion)
+        return [at(offset) for offset in instants(camera, count).tolist()] if count > 1 else []
+
+    def _scene_frames(self, still: _Still, products: frozenset[Product]) -> Capture:
+        """The products of the scene at the epoch: all but electrons and DN."""
+        info = still.info
+
+        def made(product: Product, make: Callable[[], Frame]) -> Frame | None:
+            return make() if product in products else None
+
+        return Capture(
+            info=info,
+            radiance=made(
+                Product.RADIANCE,
+                lambda: RadianceFrame(info=info, radiance=still.radiance.read()),
+            ),
+            layers=made(
+                Product.LAYERS,
+                lambda: LayersFrame(info=info, layers=self._renderer.layers(still.view)),
+            ),
+            truth=made(Product.TRUTH, lambda: self._truth(still)),
+            normals=made(Product.NORMALS, lambda: self._normals(still)),
+            irradiance=made(Product.IRRADIANCE, lambda: self._irradiance(still)),
+            lidar=made(Product.LIDAR, lambda: self._lidar(still)),
+        )
+
+    def _electrons(self, still: _Still, states: Sequence[SceneState]) -> ImageTarget:
+        """Electrons of the still scene, or the sum over the states of an exposure."""
+        camera = still.view.camera
+        pipeline = self._camera_pipeline
+        if not states:
+            photons_per_joule = still.state.sun.photons_per_joule
+            return pipeline.electrons_through(camera, photons_per_joule, still.radiance, still.sun)
+        for index, share in enumerate(row_shares(camera, len(states))):
+            moved = self._still(states[index], camera.name)
+            electrons = pipeline.add_electrons(
+                camera,
+                moved.state.sun.photons_per_joule,
+                pipeline.irradiance(camera, moved.radiance, moved.sun),
+                share,
+                first=index == 0,
+            )
+        return electrons
+
+    def _with_counts(
+        self, frames: Capture, still: _Still, electrons: ImageTarget, products: Collection[Product]
+    ) -> Capture:
+        """The capture with electrons and DN, as far as they are asked for."""
+        info = still.info
+        if Product.ELECTRONS in products:
+            frames = replace(frames, electrons=ElectronFrame(info=info, electrons=electrons.read()))
+        if Product.DN in products:
+            target = self._camera_pipeline.digital(
+                still.view.camera, info.epoch_tai_ns, info.seed, electrons
+            )
+            with self._renderer.timer.measure("read"):
+                frames = replace(frames, digital=DigitalFrame(info=info, dn=target.read()))
+        return frames
+
+    def _irradiance(self, still: _Still) -> IrradianceFrame:
+        target = self._camera_pipeline.irradiance(still.view.camera, still.radiance, still.sun)
+        photons_per_joule = still.state.sun.photons_per_joule
+        return IrradianceFrame(
+            info=still.info, irradiance=target.read(), photons_per_joule=photons_per_joule
+        )
+
+    def _normals(self, still: _Still) -> NormalsFrame:
+        normals = self._renderer.truth(still.view, normals=True).read(2)[..., :3]
+        return NormalsFrame(info=still.info, normals=normals)
+
+    def _lidar(self, still: _Still) -> LidarFrame | None:
+        view, state = still.view, still.state
+        if view.camera.lidar is None:
+            return None
+        pulse = pulse_view(view, view.camera.lidar, state, state.cameras[view.camera.name])
+        sunlit = still.radiance.read()
+        lit = np.zeros_like(sunlit) if pulse is None else self._renderer.layers(pulse)["lamp"]
+        depth = self._renderer.truth(view).read(0)
+        return lidar_frame(still.info, still.info.seed, depth, lit, sunlit)
+
+    def _truth(self, still: _Still) -> TruthFrame:
+        target = self._renderer.truth(still.view)
+        names = {
+            (instance + 1) * 65536 + part + 1: f"{name}/{part_name}"
+            for instance, (name, body) in enumerate(still.state.bodies.items())
+            for part, part_name in enumerate(body.model.parts)
+        }
+        return TruthFrame(
+            info=still.info, depth=target.read(0), part_id=target.read(1), part_names=names
+        )
 
     def close(self) -> None:
-        """Free what draws, and the context if this simulator opened it."""
+        """Free the GPU resources, and the context if this simulator opened it."""
         with current(self._ctx):
             self._camera_pipeline.release()
             self._renderer.release()
-        if self._own_ctx:
+        if self._owns_ctx:
             self._ctx.release()
 
     def __enter__(self) -> Simulator:

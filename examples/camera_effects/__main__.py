@@ -9,10 +9,9 @@ from typing import Annotated
 import typer
 from PIL import Image
 
-from examples.camera_effects.pictures import pictures
-from simgl import SimglError
+from examples.camera_effects.panels import rendered_panels
+from simgl import SimglError, contact_sheet
 from simgl.cli_progress import bake_bar
-from simgl.images import contact_sheet
 from simgl.output import check_writable, complete_file
 
 COLUMNS = 4
@@ -20,12 +19,12 @@ COLUMNS = 4
 
 def main(
     out: Annotated[Path, typer.Option(help="Folder for the sheet.")] = Path("out/camera_effects"),
-    width: Annotated[int, typer.Option(min=64, max=1280, help="Pixels of each picture.")] = 480,
+    width: Annotated[int, typer.Option(min=64, max=1280, help="Pixels of each image.")] = 480,
 ) -> None:
     """Render the sheet as PNG."""
     check_writable(out)
     with bake_bar() as progress:
-        panels = dict(pictures(width, progress))
+        panels = dict(rendered_panels(width, progress))
     path = out / "camera_effects.png"
     with complete_file(path) as temporary:
         Image.fromarray(contact_sheet(panels, COLUMNS)).save(temporary)

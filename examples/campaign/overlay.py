@@ -1,4 +1,4 @@
-"""Draw a campaign's COCO labels over its pictures: mask outline, box, keypoints.
+"""Draw a campaign's COCO labels over its images: mask outline, box, keypoints.
 
 Run with: python -m examples.campaign.overlay FOLDER FRAME PICTURE.png [GAIN]
 Green keypoints are seen, red ones hidden by a spacecraft.
@@ -16,8 +16,8 @@ def main(folder: Path, frame: int, out: Path, gain: float = 4.0) -> None:
     labels = json.loads((folder / "coco.json").read_text())
     image = next(one for one in labels["images"] if one["id"] == frame)
     names = {one["id"]: one["keypoints"] for one in labels["categories"]}
-    (picture,) = folder.glob(f"dn8/{image['file_name']}")
-    grey = np.clip(gain * np.asarray(Image.open(picture), dtype=float), 0, 255).astype(np.uint8)
+    (dn8_file,) = folder.glob(f"dn8/{image['file_name']}")
+    grey = np.clip(gain * np.asarray(Image.open(dn8_file), dtype=float), 0, 255).astype(np.uint8)
     sheet = Image.fromarray(grey).convert("RGB")
     pen = ImageDraw.Draw(sheet)
     for label in labels["annotations"]:

@@ -11,8 +11,8 @@ from simgl.arrays import Array
 
 MASS = 20.0  # [kg] of a 12U
 INERTIA = np.array([0.26, 0.28, 0.31])  # [kg m2] with both panels out, about the body axes
-MOST_TORQUE = 4e-3  # [N m] of a wheel of the class of 0.1 N m s
-MOST_MOMENTUM = 0.1  # [N m s]
+MAX_TORQUE = 4e-3  # [N m] of a wheel of the class of 0.1 N m s
+MAX_MOMENTUM = 0.1  # [N m s]
 BANDWIDTH = 0.25  # [rad s-1] of the pointing law
 DAMPING = 0.8
 # Thrusters push past the centre of mass by this arm [m, 1 sigma].
@@ -61,9 +61,9 @@ def pointing_torque(known: Attitude, R_icrf_from_wanted: Array, rate_wanted: Arr
     law = -(BANDWIDTH**2) * angle - 2.0 * DAMPING * BANDWIDTH * excess
     momentum = INERTIA * known.rate + known.wheels
     torque = INERTIA * law + np.cross(known.rate, momentum)
-    torque = np.clip(torque, -MOST_TORQUE, MOST_TORQUE)
+    torque = np.clip(torque, -MAX_TORQUE, MAX_TORQUE)
     # A wheel at its limit gives nothing that would drive it on.
-    full = np.abs(known.wheels) > MOST_MOMENTUM
+    full = np.abs(known.wheels) > MAX_MOMENTUM
     return np.where(full & (np.sign(torque) == -np.sign(known.wheels)), 0.0, torque)
 
 

@@ -1,9 +1,9 @@
-"""Exposure and lamp, by what images show: brightness of the target, whatever lights it.
+"""Auto-exposure and lamp control from the images alone.
 
-Only images decide. The brightness of white on the target, over the exposure that it took, says what
-light there is: sunlight asks for tens of microseconds, the lamp for a millisecond and more. Where
-white would need longer than sunlight ever does, it is night, and the lamp goes on; where it needs
-so little that no lamp could have done it, the Sun is back.
+The brightness of white surfaces on the target, divided by the exposure time, measures the light:
+sunlight needs tens of microseconds, the lamp a millisecond and more. If white needs longer than in
+any sunlight, it is night and the lamp is switched on. If it needs less than the lamp could give,
+the Sun is back and the lamp is switched off.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 @dataclass(frozen=True, kw_only=True)
 class Light:
-    """What the next image is taken with."""
+    """Exposure time [s] and lamp state of an image."""
 
     exposure: float
     lamp: bool
@@ -21,14 +21,14 @@ class Light:
 
 @dataclass(frozen=True, kw_only=True)
 class ExposureControl:
-    """The rules.
+    """The control law.
 
-    goal : of white on the target, as a share of full scale
+    goal : brightness of white on the target, as a fraction of full scale
     shortest, longest : exposure [s]
-    night : the lamp goes on where white needs longer than this [s]
-    day : and off where it needs less [s]; the lamp alone never asks for so little
-    most_change : between images, either way
-    unseen : share of full scale below which nothing is seen
+    night : the lamp is switched on if white needs longer than this [s]
+    day : and off if white needs less [s]; in lamp light white always needs more
+    max_change : largest factor between images
+    unseen : fraction of full scale below which nothing is visible
     """
 
     goal: float = 0.55
@@ -36,22 +36,23 @@ class ExposureControl:
     longest: float = 0.25
     night: float = 6e-4
     day: float = 1.5e-4
-    most_change: float = 4.0
+    max_change: float = 4.0
     unseen: float = 0.004
 
     def after(self, now: Light, used: Light, brightness: float) -> Light:
-        """What to use next, from an image.
+        """The settings of the next image.
 
-        used : what the image was taken with, which may be some images ago
-        brightness : of white on the target, as a share of full scale
+        now : the current settings
+        used : settings of the image that was evaluated, which may be some images old
+        brightness : of white on the target in it, as a fraction of full scale
         """
         if used.lamp != now.lamp:
-            # Taken before the lamp was switched: it says nothing about the light there is now.
+            # Taken before the lamp was switched: it does not show the present light.
             return now
-        change = self.most_change if brightness < self.unseen else self.goal / brightness
+        change = self.max_change if brightness < self.unseen else self.goal / brightness
         if brightness > 0.97:
-            # Clipped: how much too bright it is cannot be seen.
-            change = 1.0 / self.most_change
-        wanted = used.exposure * min(max(change, 1.0 / self.most_change), self.most_change)
+            # Clipped: the excess is unknown.
+            change = 1.0 / self.max_change
+        wanted = used.exposure * min(max(change, 1.0 / self.max_change), self.max_change)
         lamp = (now.lamp and wanted > self.day) or wanted > self.night
         return replace(now, exposure=min(max(wanted, self.shortest), self.longest), lamp=lamp)

@@ -1,4 +1,4 @@
-"""The loop that ties truth, camera and flight software together, second by second."""
+"""The closed loop of truth model, camera and flight software, in steps of one second."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Settings:
     duration : at most [s]; it ends sooner, ``settle`` seconds after arrival
     image_period : time between images [s], a whole number of steps
     images : at most; None for no limit
-    pictures : how many images are kept for the report
+    report_images : how many images are kept for the report
     offset : (3,) where the chaser starts besides the scenario's place, in LVLH [m]
     spread : (6,) how far from there it really starts, 1 sigma [m], [m s-1]
     delay : whether images take the time that the camera says; without, they are there at once
@@ -70,7 +70,7 @@ class Settings:
     settle: float = 48.0
     image_period: float = 4.0
     images: int | None = None
-    pictures: int = 12
+    report_images: int = 12
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
     spread: tuple[float, ...] = (6.0, 1.5, 1.5, 0.02, 0.02, 0.02)
     delay: bool = True
@@ -119,7 +119,7 @@ class Frame:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Picture:
+class ReportImage:
     """An image kept for the report."""
 
     dn: Image16
@@ -136,7 +136,7 @@ class Flight:
 
     settings: Settings
     frames: list[Frame]
-    pictures: list[Picture]
+    report_images: list[ReportImage]
     arrived: bool
     final: Array
     misalignment: float
@@ -175,7 +175,7 @@ def fly(
     line = DelayLine()
     taken: dict[int, tuple[_World, float, float]] = {}
     frames: list[Frame] = []
-    kept: list[Picture] = []
+    candidates: list[ReportImage] = []
     spent, seconds, arrived_at = 0.0, 0, None
     limit = settings.images or 10**9
     count = 0
@@ -196,7 +196,7 @@ def fly(
             frame = _look(scenario, drawing, pilot, image, taken.pop(image.tai_ns), now)
             frames.append(frame)
             on_frame(frame)
-            _keep(kept, Picture(dn=image.dn, frame=frame), settings.pictures)
+            _collect(candidates, ReportImage(dn=image.dn, frame=frame), settings.report_images)
         if pilot.phase is Phase.HOLD and arrived_at is None:
             arrived_at = now
         if arrived_at is not None and now >= arrived_at + settings.settle:
@@ -213,7 +213,7 @@ def fly(
     return Flight(
         settings=settings,
         frames=frames,
-        pictures=_spread(kept, settings.pictures),
+        report_images=_spread(candidates, settings.report_images),
         arrived=arrived_at is not None,
         final=final,
         misalignment=misalignment,
@@ -236,10 +236,12 @@ def _pushed(world: _World, delta_v: Array, rng: np.random.Generator) -> _World:
 def _before_the_board(world: _World, drawing: Drawing) -> tuple[Array, float]:
     """The camera in the board's axes (3,) [m], and the angle between their axes [rad]."""
     R_board_from_icrf, place = _board(world, drawing)
-    own = world.chaser.position + world.attitude.R_icrf_from_body @ drawing.camera_position
+    camera_position = (
+        world.chaser.position + world.attitude.R_icrf_from_body @ drawing.camera_position
+    )
     axis = world.attitude.R_icrf_from_body @ drawing.R_camera_from_body[2]
     angle = float(np.arccos(np.clip(-(R_board_from_icrf @ axis)[0], -1.0, 1.0)))
-    return R_board_from_icrf @ (own - place), angle
+    return R_board_from_icrf @ (camera_position - place), angle
 
 
 def _drawing(scenario: Scenario) -> Drawing:
@@ -363,7 +365,7 @@ def _bodies(world: _World, drawing: Drawing) -> dict[str, BodyPose]:
 
 
 def _smear(world: _World, drawing: Drawing, camera: Pinhole, exposure: float) -> float:
-    """How far the board moves across the picture during an exposure [px]."""
+    """How far the board moves across the image during an exposure [px]."""
     _, place = _board(world, drawing)
     turning = lvlh_angular_velocity(world.chaser.position, world.chaser.velocity)
     R_icrf_from_body = world.attitude.R_icrf_from_body
@@ -425,18 +427,18 @@ def _look(
     )
 
 
-def _keep(kept: list[Picture], picture: Picture, wanted: int) -> None:
-    """Keep a picture; of too many every other one goes."""
-    kept.append(picture)
-    if len(kept) > 8 * wanted:
-        del kept[1::2]
+def _collect(candidates: list[ReportImage], image: ReportImage, wanted: int) -> None:
+    """Append an image; if there are too many, drop every other one."""
+    candidates.append(image)
+    if len(candidates) > 8 * wanted:
+        del candidates[1::2]
 
 
-def _spread(kept: list[Picture], wanted: int) -> list[Picture]:
-    """So many of the pictures, evenly over the logarithm of the distance, the last included."""
-    if len(kept) <= wanted:
-        return kept
-    far, near = np.log(kept[0].frame.distance), np.log(kept[-1].frame.distance)
-    way = [np.log(p.frame.distance) for p in kept]
+def _spread(candidates: list[ReportImage], wanted: int) -> list[ReportImage]:
+    """So many of the images, evenly over the logarithm of the distance, the last included."""
+    if len(candidates) <= wanted:
+        return candidates
+    far, near = np.log(candidates[0].frame.distance), np.log(candidates[-1].frame.distance)
+    way = [np.log(p.frame.distance) for p in candidates]
     chosen = {int(np.argmin(np.abs(np.array(way) - x))) for x in np.linspace(far, near, wanted)}
-    return [kept[i] for i in sorted(chosen | {len(kept) - 1})]
+    return [candidates[i] for i in sorted(chosen | {len(candidates) - 1})]

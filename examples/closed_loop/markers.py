@@ -1,7 +1,7 @@
 """Near features: dark discs on a white board, found, measured and told apart.
 
-A dark disc is what vanishes when the picture is closed (a maximum over a disc's size, then a
-minimum): darkness is how far a pixel lies below the closed picture. Its blobs of the right size are
+A dark disc is what vanishes when the image is closed (a maximum over a disc's size, then a
+minimum): darkness is how far a pixel lies below the closed image. Its blobs of the right size are
 candidates; the shift between predicted and found places that explains most of them says which disc
 is which. Discs with a bright middle, the rings, prove it where they are large enough.
 """
@@ -18,13 +18,13 @@ from examples.closed_loop.camera import Pinhole
 from simgl.arrays import Array, Image16, IndexArray, Mask
 
 DARK = 0.5  # of the white around it; the paint is at 0.05, half of a pixel's area makes the rest
-LEAST_SIGNAL = 20.0  # [DN] of the white around a disc, five times the noise of reading
+MIN_SIGNAL = 20.0  # [DN] of the white around a disc, five times the noise of reading
 AREAS = (0.45, 1.8)  # of the area expected
 SMALLEST_RADIUS = 1.3  # [px] smaller discs have less than 5 pixels
 MATCH = 0.3  # of the distance between discs: nearer belongs together
 ENOUGH = 0.6  # share of the discs expected in view that must be found
 RING_RADIUS = 5.0  # [px] from which on a ring's bright middle can be seen
-MOST_UNTOLD = (
+MAX_MISMATCHED = (
     2  # the edge of a beam across a disc makes a ring of it; any wrong match has 4 or more
 )
 RINGS = ((0, 0), (0, 2), (4, 0))  # row and column, by the board's drawing
@@ -49,12 +49,12 @@ class Board:
     @classmethod
     def from_keypoints(cls, keypoints: dict[str, Array]) -> Board:
         """The board in the keypoints circle_ROW_COLUMN of its model."""
-        found = {
+        discs = {
             (int(name.split("_")[1]), int(name.split("_")[2])): place
             for name, place in keypoints.items()
             if name.startswith("circle_")
         }
-        return cls(names=tuple(found), centres=np.array(list(found.values())))
+        return cls(names=tuple(discs), centres=np.array(list(discs.values())))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -94,11 +94,11 @@ def find_markers(
     if np.any(high - low < 4.0 * radius):
         return None
     signal = dn[low[1] : high[1], low[0] : high[0]].astype(np.float64) - camera.pedestal_dn
-    found, ringed = _dark_discs(signal, radius)
-    if len(found) == 0:
+    discs, ringed = _dark_discs(signal, radius)
+    if len(discs) == 0:
         return None
-    found = found + low
-    match = _matched(found, predicted, pitch, search)
+    discs = discs + low
+    match = _matched(discs, predicted, pitch, search)
     if match is None:
         return None
     index, chosen = match
@@ -107,11 +107,11 @@ def find_markers(
     if len(index) < ENOUGH * max(int(inside.sum()), 1):
         return None
     if radius >= RING_RADIUS:
-        told = ringed[chosen] == np.array([board.names[i] in RINGS for i in index])
-        if np.sum(~told) > MOST_UNTOLD:
+        distinguished = ringed[chosen] == np.array([board.names[i] in RINGS for i in index])
+        if np.sum(~distinguished) > MAX_MISMATCHED:
             return None
-        index, chosen = index[told], chosen[told]
-    return Sighting(index=index, points=found[chosen])
+        index, chosen = index[distinguished], chosen[distinguished]
+    return Sighting(index=index, points=discs[chosen])
 
 
 def _window(camera: Pinhole, predicted: Array, margin: float) -> tuple[IndexArray, IndexArray]:
@@ -126,7 +126,7 @@ def _dark_discs(signal: Array, radius: float) -> tuple[Array, Mask]:
     """(n, 2) centres of dark discs [px], and which of them have a bright middle."""
     size = 2 * int(np.ceil(1.15 * radius)) + 1
     white = ndimage.grey_closing(signal, size=(size, size))
-    lit = white > LEAST_SIGNAL
+    lit = white > MIN_SIGNAL
     darkness = np.where(lit, 1.0 - signal / np.where(lit, white, 1.0), 0.0)
     regions, count = ndimage.label(ndimage.binary_fill_holes(darkness > DARK))
     if count == 0:
@@ -143,12 +143,12 @@ def _dark_discs(signal: Array, radius: float) -> tuple[Array, Mask]:
         left, right = columns.start - 1, columns.stop + 1
         if top < 0 or left < 0 or bottom > height or right > width:
             continue
-        own = np.isin(regions[top:bottom, left:right], (0, label))
+        member = np.isin(regions[top:bottom, left:right], (0, label))
         # The hole of a ring counts as covered: its middle is that of the disc.
         hole = (regions[top:bottom, left:right] == label) & (
             darkness[top:bottom, left:right] < DARK
         )
-        weight = np.clip(np.where(hole, 1.0, darkness[top:bottom, left:right]), 0.0, 1.0) * own
+        weight = np.clip(np.where(hole, 1.0, darkness[top:bottom, left:right]), 0.0, 1.0) * member
         v, u = np.mgrid[top:bottom, left:right] + 0.5
         centres.append(((weight * u).sum() / weight.sum(), (weight * v).sum() / weight.sum()))
         ringed.append(int(hole.sum()) > 0.08 * expected)
@@ -156,21 +156,21 @@ def _dark_discs(signal: Array, radius: float) -> tuple[Array, Mask]:
 
 
 def _matched(
-    found: Array, predicted: Array, pitch: float, search: float
+    discs: Array, predicted: Array, pitch: float, search: float
 ) -> tuple[IndexArray, IndexArray] | None:
-    """Which disc each found place is: indices of ``predicted`` and of ``found``, pairwise."""
-    tree = KDTree(found)
+    """Which disc each found place is: indices of ``predicted`` and of ``discs``, pairwise."""
+    tree = KDTree(discs)
     middle = predicted.mean(axis=0)
     guides = np.argsort(np.linalg.norm(predicted - middle, axis=1))[:6]
-    shifts = (found[None] - predicted[guides, None]).reshape(-1, 2)
+    shifts = (discs[None] - predicted[guides, None]).reshape(-1, 2)
     shifts = shifts[np.linalg.norm(shifts, axis=1) < search]
-    best, most = None, 0.0
+    best, best_score = None, 0.0
     for shift in shifts:
         distance, _ = tree.query(predicted + shift, distance_upper_bound=MATCH * pitch)
         # Among equals the smaller shift is the likelier.
         score = float(np.isfinite(distance).sum()) - 0.5 * float(np.linalg.norm(shift)) / search
-        if score > most:
-            best, most = shift, score
+        if score > best_score:
+            best, best_score = shift, score
     if best is None:
         return None
     moved = predicted + best
@@ -181,7 +181,7 @@ def _matched(
             return None
         # Distance and turn are off a little too: a linear map takes up both.
         source = np.column_stack([predicted[index], np.ones(len(index))])
-        linear, *_ = np.linalg.lstsq(source, found[nearest[index]], rcond=None)
+        linear, *_ = np.linalg.lstsq(source, discs[nearest[index]], rcond=None)
         moved = np.column_stack([predicted, np.ones(len(predicted))]) @ linear
     distance, nearest = tree.query(moved, distance_upper_bound=MATCH * pitch)
     index = np.flatnonzero(np.isfinite(distance))

@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from examples.closed_loop.loop import Flight
-from examples.closed_loop.report import Summary, document, picture_of
+from examples.closed_loop.report import Summary, document, inline_image
 from simgl.arrays import Array
 from simgl.output import complete_file
 
@@ -88,7 +88,7 @@ def write_monte_carlo(
         head,
         *rows,
         "</table>",
-        picture_of(plot_path),
+        inline_image(plot_path),
     ]
     with complete_file(page) as path:
         path.write_text(document("Docking: Monte Carlo over seeds", body))

@@ -26,7 +26,7 @@ from simgl.arrays import Array, Image16
 TIP_ERROR_PX = 0.4
 # The drawing: the faces of the panels stand some centimetres in front of the plane of the tips [m].
 DRAWING_ERROR = 0.04
-# Markers are looked for from here on [m], and wings no nearer than they fit into the picture.
+# Markers are looked for from here on [m], and wings no nearer than they fit into the image.
 MARKERS_FROM = 22.0
 WINGS_TO = 12.0
 # Besides the scatter of the markers: how well the board is built and mounted, the lens known.
@@ -181,8 +181,8 @@ class Pilot:
         camera, drawing = self._camera, self._drawing
         R_camera_from_lvlh = drawing.R_camera_from_body @ R_lvlh_from_body.T
         place, R_lvlh_from_board = self._board(state.mean)
-        own = state.mean[:3] + R_lvlh_from_body @ drawing.camera_position
-        position = R_camera_from_lvlh @ (place - own)
+        camera_position = state.mean[:3] + R_lvlh_from_body @ drawing.camera_position
+        position = R_camera_from_lvlh @ (place - camera_position)
         rotation = R_camera_from_lvlh @ R_lvlh_from_board
         if position[2] < 0.3:
             return look

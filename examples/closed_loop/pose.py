@@ -12,7 +12,7 @@ from examples.closed_loop.silhouette import Silhouette
 from simgl.arrays import Array
 
 CONSISTENT = 3.0  # [px] rays of both tips must meet the two tips within this
-FEWEST_MARKERS = 8  # a pose has 6 unknowns, each marker gives 2 equations
+MIN_MARKERS = 8  # a pose has 6 unknowns, each marker gives 2 equations
 STEPS = 60
 SETTLED = 1e-7  # [m, rad] a thousandth of what any camera sees
 OUTLIER = 4.0  # of the residuals' own deviation
@@ -51,18 +51,18 @@ def solve_pose(
 
     returns None where markers are few or the search runs off
     """
-    found = _least_squares(camera, markers, points, start)
-    if found is None:
+    solution = _refined_pose(camera, markers, points, start)
+    if solution is None:
         return None
-    rotation, position, _, errors = found
+    rotation, position, _, errors = solution
     sizes = np.linalg.norm(errors, axis=1)
     # The median of the length of a normal error in two dimensions is 1.18 sigma.
     good = sizes < OUTLIER * max(float(np.median(sizes)) / 1.18, MARKER_ERROR_PX)
     if not np.all(good):
-        found = _least_squares(camera, markers[good], points[good], (rotation, position))
-        if found is None:
+        solution = _refined_pose(camera, markers[good], points[good], (rotation, position))
+        if solution is None:
             return None
-    rotation, position, normal, errors = found
+    rotation, position, normal, errors = solution
     freedom = errors.size - 6
     sigma = max(float(np.sqrt(np.sum(errors**2) / freedom)), MARKER_ERROR_PX)
     covariance = np.asarray(sigma**2 * np.linalg.inv(normal), dtype=np.float64)
@@ -89,7 +89,7 @@ def _common_error(camera: Pinhole, markers: Array, distance: float) -> Array:
     return np.array([across, across, across * distance / reach, tilt, tilt, across / reach])
 
 
-def _least_squares(
+def _refined_pose(
     camera: Pinhole, markers: Array, points: Array, start: tuple[Array, Array]
 ) -> tuple[Array, Array, Array, Array] | None:
     """Rotation, position, normal matrix (6, 6) and errors (n, 2) [px], by Levenberg-Marquardt.
@@ -97,7 +97,7 @@ def _least_squares(
     Gauss-Newton alone swings to and fro where a board far off faces the camera: then its tilt
     hardly shows.
     """
-    if len(markers) < FEWEST_MARKERS:
+    if len(markers) < MIN_MARKERS:
         return None
     rotation, position = start
     arms = markers @ rotation.T

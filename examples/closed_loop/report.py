@@ -1,4 +1,4 @@
-"""What a flight leaves behind: a page, a table, plots, a strip of pictures and a summary."""
+"""The results of a flight: a page, a table, plots, a strip of images and a summary."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from examples.closed_loop.loop import Flight, Frame, Picture
+from examples.closed_loop.loop import Flight, Frame, ReportImage
 from simgl.arrays import Array
 from simgl.output import complete_file
 
@@ -26,7 +26,7 @@ PLOT = "docking_plot.png"
 STRIP = "docking_strip.png"
 SUMMARY = "docking_summary.json"
 
-# The first picture of a server traces light between surfaces, which no other one does again.
+# The first image of a server traces light between surfaces, which no other one does again.
 _WARM = 2
 
 STYLE = """
@@ -125,7 +125,7 @@ def write_report(flight: Flight, summary: Summary, folder: Path) -> list[Path]:
     """Write page, table, plot, strip and summary; returns their paths."""
     paths = [folder / name for name in (PAGE, TABLE, PLOT, STRIP, SUMMARY)]
     page, table, plot_path, strip_path, summary_path = paths
-    for figure, place in ((plot(flight), plot_path), (strip(flight.pictures), strip_path)):
+    for figure, place in ((plot(flight), plot_path), (strip(flight.report_images), strip_path)):
         with complete_file(place) as path:
             figure.savefig(path, dpi=100)
     with complete_file(table) as path, path.open("w", newline="") as file:
@@ -139,9 +139,9 @@ def write_report(flight: Flight, summary: Summary, folder: Path) -> list[Path]:
         body = [
             *table_of(asdict(summary)),
             "<h2>What the camera saw</h2>",
-            picture_of(strip_path),
+            inline_image(strip_path),
             "<h2>Range, errors, light, time</h2>",
-            picture_of(plot_path),
+            inline_image(plot_path),
         ]
         path.write_text(document("Docking with Space Rider through an eclipse", body))
     return paths
@@ -250,10 +250,10 @@ def _dress(axes: Axes, unit: str, title: str, frames: Sequence[Frame]) -> None:
     axes.legend(loc="best", fontsize="small")
 
 
-def strip(pictures: Sequence[Picture]) -> Figure:
+def strip(report_images: Sequence[ReportImage]) -> Figure:
     """The kept images with what the chaser found in them, four in a row."""
-    columns = min(4, len(pictures))
-    rows = -(-len(pictures) // columns)
+    columns = min(4, len(report_images))
+    rows = -(-len(report_images) // columns)
     figure = Figure(figsize=(4.0 * columns, 4.4 * rows), layout="constrained")
     cells = figure.subplots(rows, columns, squeeze=False).ravel()
     figure.supxlabel(
@@ -263,9 +263,9 @@ def strip(pictures: Sequence[Picture]) -> Figure:
     )
     for cell in cells:
         cell.set_axis_off()
-    for cell, picture in zip(cells, pictures, strict=False):
-        _show(cell, picture)
-        frame = picture.frame
+    for cell, report_image in zip(cells, report_images, strict=False):
+        _show(cell, report_image)
+        frame = report_image.frame
         light = f"{frame.look.light.exposure * 1e3:.3g} ms" + (
             ", lamp" if frame.look.light.lamp else ""
         )
@@ -273,15 +273,15 @@ def strip(pictures: Sequence[Picture]) -> Figure:
     return figure
 
 
-def _show(axes: Axes, picture: Picture) -> None:
-    look = picture.frame.look
+def _show(axes: Axes, report_image: ReportImage) -> None:
+    look = report_image.frame.look
     # Square root of the signal: shot noise gets the same height everywhere, dim cells show.
-    dark = float(np.percentile(picture.dn, 2.0))
-    grey = np.sqrt(np.clip(picture.dn.astype(np.float64) - dark, 0.0, None))
+    dark = float(np.percentile(report_image.dn, 2.0))
+    grey = np.sqrt(np.clip(report_image.dn.astype(np.float64) - dark, 0.0, None))
     height, width = grey.shape
     views = [axes]
-    found = look.silhouette if look.sighting is None else None
-    if found is not None and found.box[2] - found.box[0] < width // 5:
+    silhouette = look.silhouette if look.sighting is None else None
+    if silhouette is not None and silhouette.box[2] - silhouette.box[0] < width // 5:
         # A far target, enlarged below.
         inset = axes.inset_axes((0.58, 0.02, 0.4, 0.4))
         inset.set_xticks([])
@@ -294,20 +294,20 @@ def _show(axes: Axes, picture: Picture) -> None:
         if look.sighting is not None:
             u, v = look.sighting.points.T
             view.plot(u, v, "+", color="red", markersize=5, linewidth=0.7)
-        elif found is not None:
-            left, top, right, bottom = found.box
+        elif silhouette is not None:
+            left, top, right, bottom = silhouette.box
             corner, size = (left - 2, top - 2), right - left
             box = Rectangle(
                 corner, size + 4, bottom - top + 4, fill=False, color="lime", linewidth=0.8
             )
             view.add_patch(box)
-            for tip in (found.left_tip, found.right_tip):
+            for tip in (silhouette.left_tip, silhouette.right_tip):
                 if tip is not None:
                     view.plot(*tip, "|", color="orange", markersize=9)
     axes.set_xlim(0, width)
     axes.set_ylim(height, 0)
-    if len(views) == 2 and found is not None:
-        left, top, right, bottom = found.box
+    if len(views) == 2 and silhouette is not None:
+        left, top, right, bottom = silhouette.box
         middle_u, middle_v, half = 0.5 * (left + right), 0.5 * (top + bottom), 0.65 * (right - left)
         views[1].set_xlim(middle_u - half, middle_u + half)
         views[1].set_ylim(middle_v + half, middle_v - half)
@@ -332,7 +332,7 @@ def table_of(values: dict[str, object]) -> list[str]:
     return ["<table>", *rows, "</table>"]
 
 
-def picture_of(path: Path) -> str:
+def inline_image(path: Path) -> str:
     """A PNG file, within the page."""
     data = base64.b64encode(path.read_bytes()).decode()
     return f'<img src="data:image/png;base64,{data}" alt="{html.escape(path.stem)}">'

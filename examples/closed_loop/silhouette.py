@@ -108,8 +108,8 @@ def _largest_group(bright: Mask) -> Mask | None:
     while True:
         low, high = boxes[member, :2].min(axis=0), boxes[member, 2:].max(axis=0)
         reach = 0.25 * float((high - low).max())
-        beside = np.all((boxes[:, :2] < high + reach) & (boxes[:, 2:] > low - reach), axis=1)
-        grown = member | (able & beside)
+        adjacent = np.all((boxes[:, :2] < high + reach) & (boxes[:, 2:] > low - reach), axis=1)
+        grown = member | (able & adjacent)
         if np.array_equal(grown, member):
             return np.concatenate([[False], member])[regions]
         member = grown

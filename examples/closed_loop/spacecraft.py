@@ -1,4 +1,4 @@
-"""The truth: two craft under gravity, thrusters that miss a little, a target that swings."""
+"""Truth model: two spacecraft under gravity, thruster errors, a target with attitude motion."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Render the pictures of docs/gallery.md: ``python -m examples.gallery --out docs/pictures``."""
+"""Render the images of docs/gallery.md: ``python -m examples.gallery --out docs/pictures``."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 from PIL import Image
 
-from examples.gallery.pictures import pictures
+from examples.gallery.gallery_images import gallery_images
 from simgl import SimglError
 from simgl.cli_progress import bake_bar
 from simgl.output import check_writable, complete_file
@@ -18,16 +18,16 @@ QUALITY = 88
 
 
 def main(
-    out: Annotated[Path, typer.Option(help="Folder for the pictures.")] = Path("out/gallery"),
+    out: Annotated[Path, typer.Option(help="Folder for the images.")] = Path("out/gallery"),
     shrink: Annotated[int, typer.Option(min=1, max=16, help="Make them smaller by this.")] = 1,
 ) -> None:
-    """Render every picture of the gallery as JPEG."""
+    """Render every image of the gallery as JPEG."""
     check_writable(out)
     with bake_bar() as progress:
-        for name, picture in pictures(shrink, progress):
+        for name, image in gallery_images(shrink, progress):
             path = out / f"{name}.jpg"
             with complete_file(path) as temporary:
-                Image.fromarray(picture).save(temporary, quality=QUALITY)
+                Image.fromarray(image).save(temporary, quality=QUALITY)
             print(path)
 
 

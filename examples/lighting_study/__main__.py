@@ -23,13 +23,13 @@ QUALITY = 85
 
 
 def main(
-    out: Annotated[Path, typer.Option(help="Folder for page and pictures.")] = Path("out/study"),
-    shrink: Annotated[int, typer.Option(min=1, max=8, help="Pictures smaller by this.")] = 1,
+    out: Annotated[Path, typer.Option(help="Folder for page and images.")] = Path("out/study"),
+    shrink: Annotated[int, typer.Option(min=1, max=8, help="Images smaller by this.")] = 1,
     machine: Annotated[str, typer.Option(help="What the page says it ran on.")] = "",
 ) -> None:
-    """Write lighting_study.md, and a picture with its maps for each case."""
+    """Write lighting_study.md, and an image with its maps for each case."""
     check_writable(out / "pictures")
-    shots, found = {}, {}
+    shots, readings_of = {}, {}
     renderer = ""
     for file in dict.fromkeys(case.file for case in CASES):
         scenario = smaller(load_scenario(HERE / f"{file}.toml"), shrink)
@@ -37,7 +37,7 @@ def main(
             renderer = simulator.renderer_name.rsplit(", ", 1)[0]
             for case in (case for case in CASES if case.file == file):
                 shot = take(simulator, case.camera)
-                shots[case.name], found[case.name] = shot, readings(case, shot)
+                shots[case.name], readings_of[case.name] = shot, readings(case, shot)
                 path = out / "pictures" / f"study_{case.name}.jpg"
                 with complete_file(path) as temporary:
                     Image.fromarray(sheet(shot)).save(temporary, quality=QUALITY)
@@ -46,7 +46,7 @@ def main(
     made = f"{datetime.now(UTC):%Y-%m-%d}, {renderer}, {on}"
     path = out / "lighting_study.md"
     with complete_file(path) as temporary:
-        temporary.write_text(page(shots, found, made), encoding="utf-8")
+        temporary.write_text(page(shots, readings_of, made), encoding="utf-8")
     print(path)
 
 

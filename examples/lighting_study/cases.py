@@ -1,4 +1,4 @@
-"""The cases: which picture stands for which figures, and what the study reads from them."""
+"""The cases: which image stands for which figures, and what the study reads from them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from simgl.arrays import Mask
 
 @dataclass(frozen=True, kw_only=True)
 class Number:
-    """A flux in a picture, and what the study gives for it.
+    """A flux in an image, and what the study gives for it.
 
     what, says : where, and the study's number or word
     pixels : that ours is read from
@@ -31,12 +31,12 @@ class Number:
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
-    """A picture of the study.
+    """An image of the study.
 
     file, camera : of the scenario
     figures : their numbers in the study
     kind : what the study says of it, in our words
-    text : what ours shows, under the picture
+    text : what ours shows, under the image
     numbers : what the study gives figures or words for
     """
 
@@ -103,7 +103,7 @@ CASES = (
             Number(
                 what="background around the spacecraft",
                 says="very similar to the body",
-                pixels=lambda shot: shot.beside,
+                pixels=lambda shot: shot.around_target,
                 against=("back of the body, sunlit", 0.67, 1.5),
             ),
             Number(

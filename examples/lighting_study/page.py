@@ -1,4 +1,4 @@
-"""The page that sets the study's numbers beside ours, and the picture of each case."""
+"""The page that sets the study's numbers beside ours, and the image of each case."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ from PIL import Image
 
 from examples.lighting_study.cases import CASES, Case, Number
 from examples.lighting_study.shot import Shot
+from simgl import exposure_value
 from simgl.arrays import Image8
-from simgl.camera.camera_equation import blender_exposure, exposure_value
+from simgl.camera.camera_equation import blender_exposure
 
 TEMPLATE = Path(__file__).with_name("page_template.md")
 # The study's exposure, and the settings of its software that it names.
@@ -28,20 +29,20 @@ class Reading:
     """What one number of the study is here [W m-2].
 
     flux : 10, 50 and 90 % of the pixels, relative luminance times 1367
-    of_picture : median of the same, read from the 8-bit picture
+    from_8_bits : median of the same, read from the 8-bit image
     exitance : median, pi times the radiance of 400 to 1000 nm
     """
 
     number: Number
     flux: tuple[float, float, float]
-    of_picture: float
+    from_8_bits: float
     exitance: float
 
 
 def agrees(reading: Reading, others: Sequence[Reading]) -> str:
     """Whether a published number, or what the study says in words, is so here.
 
-    others : readings of the same picture
+    others : readings of the same image
     """
     number, (dark, middle, bright) = reading.number, reading.flux
     if number.published is not None:
@@ -51,19 +52,19 @@ def agrees(reading: Reading, others: Sequence[Reading]) -> str:
         return "within our range" if dark <= high and bright >= low else "no"
     if number.against is None:
         return "-"
-    what, least, most = number.against
+    what, low, high = number.against
     other = next(one for one in others if one.number.what == what)
-    return "in kind" if least <= middle / other.flux[1] <= most else "no"
+    return "in kind" if low <= middle / other.flux[1] <= high else "no"
 
 
 def read(number: Number, shot: Shot) -> Reading:
-    """A number from its case's picture; its pixels must be in view."""
+    """A number from its case's image; its pixels must be in view."""
     pixels = number.pixels(shot)
     dark, middle, bright = (float(v) for v in np.percentile(shot.flux[pixels], [10, 50, 90]))
     return Reading(
         number=number,
         flux=(dark, middle, bright),
-        of_picture=float(np.median(shot.flux_of_picture[pixels])),
+        from_8_bits=float(np.median(shot.flux_from_8_bits[pixels])),
         exitance=float(np.median(shot.exitance[pixels])),
     )
 
@@ -74,13 +75,13 @@ def readings(case: Case, shot: Shot) -> list[Reading]:
 
 
 def sheet(shot: Shot) -> Image8:
-    """(height, width, 3) sRGB: the picture, the study's flux map and scale, the true exitance."""
+    """(height, width, 3) sRGB: the image, the study's flux map and scale, the true exitance."""
     from matplotlib.figure import Figure
 
     height, width = shot.flux.shape
     figure = Figure(figsize=(13.6, 0.6 + 3.9 * height / width), dpi=100, layout="constrained")
     left, middle, right = figure.subplots(1, 3)
-    left.imshow(shot.picture, interpolation="antialiased")
+    left.imshow(shot.image, interpolation="antialiased")
     left.set_title("picture", fontsize=10)
     for panel, values, top, title in (
         (middle, shot.flux, 1367.0, "relative luminance x 1367 [W m$^{-2}$]"),
@@ -108,7 +109,7 @@ def _w(value: float) -> str:
     return f"{value:.0f}" if value >= 10.0 else f"{value:.1f}" if value >= 0.1 else "< 0.1"
 
 
-def _numbers(found: Mapping[str, list[Reading]]) -> str:
+def _numbers(readings_of: Mapping[str, list[Reading]]) -> str:
     rows = [
         [
             "case",
@@ -121,7 +122,7 @@ def _numbers(found: Mapping[str, list[Reading]]) -> str:
         ]
     ]
     for case in CASES:
-        for reading in found[case.name]:
+        for reading in readings_of[case.name]:
             dark, middle, bright = reading.flux
             rows.append(
                 [
@@ -129,9 +130,9 @@ def _numbers(found: Mapping[str, list[Reading]]) -> str:
                     reading.number.what,
                     reading.number.says or "-",
                     f"{_w(dark)} / **{_w(middle)}** / {_w(bright)}",
-                    _w(reading.of_picture),
+                    _w(reading.from_8_bits),
                     _w(reading.exitance),
-                    agrees(reading, found[case.name]),
+                    agrees(reading, readings_of[case.name]),
                 ]
             )
     return _table(rows)
@@ -144,14 +145,14 @@ def _verdicts(shots: Mapping[str, Shot]) -> str:
     for case in CASES:
         shot = shots[case.name]
         reasons = f": {'; '.join(shot.reasons)}" if shot.reasons else ""
-        contrast = shot.found.contrast
-        beside = "" if contrast is None else f", contrast {contrast:.2f}"
+        contrast = shot.assessment.contrast
+        contrast_text = "" if contrast is None else f", contrast {contrast:.2f}"
         rows.append(
             [
                 case.title,
                 case.figures,
                 case.kind,
-                f"**{shot.verdict.value}**{reasons}{beside}",
+                f"**{shot.verdict.value}**{reasons}{contrast_text}",
                 f"{100.0 * shot.saturated_at(STUDY_TIME):.0f} %",
                 f"{shot.seconds:.1f} s",
             ]
@@ -159,7 +160,7 @@ def _verdicts(shots: Mapping[str, Shot]) -> str:
     return _table(rows)
 
 
-def page(shots: Mapping[str, Shot], found: Mapping[str, list[Reading]], made: str) -> str:
+def page(shots: Mapping[str, Shot], readings_of: Mapping[str, list[Reading]], made: str) -> str:
     """docs/lighting_study.md.
 
     made : date, renderer and machine
@@ -167,10 +168,10 @@ def page(shots: Mapping[str, Shot], found: Mapping[str, list[Reading]], made: st
     whys = [
         f"- **{case.title}, {reading.number.what}**: {reading.number.why}"
         for case in CASES
-        for reading in found[case.name]
+        for reading in readings_of[case.name]
         if reading.number.why
     ]
-    pictures = [
+    images = [
         f"### {case.title}\n\n![{case.title}](pictures/study_{case.name}.jpg)\n\n"
         f"The study: {case.kind}. {case.text}".rstrip()
         for case in CASES
@@ -180,10 +181,10 @@ def page(shots: Mapping[str, Shot], found: Mapping[str, list[Reading]], made: st
     value = exposure_value(STUDY_F_NUMBER, STUDY_TIME)
     return TEMPLATE.read_text(encoding="utf-8").format(
         made=made,
-        numbers=_numbers(found),
+        numbers=_numbers(readings_of),
         verdicts=_verdicts(shots),
         whys="\n".join(whys),
-        pictures="\n\n".join(pictures),
+        images="\n\n".join(images),
         white=white,
         clipped=1.0 / white,
         mirror=1367.0 * mirror,

@@ -1,4 +1,4 @@
-"""One picture of a case, and the pixels of it that a number is about."""
+"""One image of a case, and the pixels of it that a number is about."""
 
 from __future__ import annotations
 
@@ -8,16 +8,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from examples.fewer_pixels import fewer_pixels
-from simgl import Product, Scenario, Simulator
+from simgl import (
+    Camera,
+    Capture,
+    FrameAssessment,
+    Product,
+    Scenario,
+    SceneState,
+    Simulator,
+    Verdict,
+    assess_frame,
+    display_from_radiance,
+    verdict,
+)
 from simgl.arrays import Array, Array32, Image8, Mask
 from simgl.assess.target_background import ring_around
-from simgl.assess.target_light import FrameAssessment, assess_frame
-from simgl.assess.verdict import Verdict, verdict
-from simgl.camera.camera import Camera
 from simgl.false_colour import relative_flux
-from simgl.images import display_from_radiance
-from simgl.scene.state import SceneState
-from simgl.simulator import Capture
 
 TARGET = "space_rider"
 # Body axes of Space Rider.
@@ -36,11 +42,11 @@ PRODUCTS = frozenset(
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Shot:
-    """A picture, its assessment, and the processor time that it took on all cores [s]."""
+    """An image, its assessment, and the processor time that it took on all cores [s]."""
 
-    exposure: Capture
+    capture: Capture
     state: SceneState
-    found: FrameAssessment
+    assessment: FrameAssessment
     verdict: Verdict
     reasons: tuple[str, ...]
     seconds: float
@@ -48,11 +54,11 @@ class Shot:
     @property
     def radiance(self) -> Array32:
         """(height, width, 4) [W m-2 sr-1]."""
-        assert self.exposure.radiance is not None
-        return self.exposure.radiance.radiance
+        assert self.capture.radiance is not None
+        return self.capture.radiance.radiance
 
     @property
-    def picture(self) -> Image8:
+    def image(self) -> Image8:
         """(height, width, 3) sRGB; a white plate that faces the Sun is white."""
         return display_from_radiance(self.radiance)
 
@@ -62,9 +68,9 @@ class Shot:
         return relative_flux(self.radiance)
 
     @property
-    def flux_of_picture(self) -> Array:
-        """(height, width) the study's flux as its script has it from an 8-bit picture [W m-2]."""
-        code = self.picture / 255.0
+    def flux_from_8_bits(self) -> Array:
+        """(height, width) the study's flux as its script has it from an 8-bit image [W m-2]."""
+        code = self.image / 255.0
         linear = np.where(code <= 0.04045, code / 12.92, ((code + 0.055) / 1.055) ** 2.4)
         return 1367.0 * linear @ np.array([0.2126, 0.7152, 0.0722])
 
@@ -78,7 +84,7 @@ class Shot:
 
     def part(self, *names: str) -> Mask:
         """Pixels of parts of Space Rider; of all of it if none is named."""
-        truth = self.exposure.truth
+        truth = self.capture.truth
         assert truth is not None
         wanted = [
             number
@@ -90,11 +96,11 @@ class Shot:
     @property
     def background(self) -> Mask:
         """Pixels without a spacecraft."""
-        assert self.exposure.truth is not None
-        return self.exposure.truth.part_id == 0
+        assert self.capture.truth is not None
+        return self.capture.truth.part_id == 0
 
     @property
-    def beside(self) -> Mask:
+    def around_target(self) -> Mask:
         """Background next to Space Rider."""
         return ring_around(self.part(), ~self.background)
 
@@ -116,23 +122,23 @@ class Shot:
         return self._facing(towards, 30.0) & self._by_sunlight(-1.0, 0.02)
 
     def _facing(self, direction_icrf: Array, within_deg: float) -> Mask:
-        assert self.exposure.normals is not None
-        towards = self.exposure.info.R_camera_from_icrf @ direction_icrf
-        return self.exposure.normals.normals @ towards > np.cos(np.radians(within_deg))
+        assert self.capture.normals is not None
+        towards = self.capture.info.R_camera_from_icrf @ direction_icrf
+        return self.capture.normals.normals @ towards > np.cos(np.radians(within_deg))
 
     def _by_sunlight(self, above: float, upto: float) -> Mask:
         """Pixels whose share of direct sunlight in all their light lies in a range."""
-        assert self.exposure.layers is not None
-        sun = self.exposure.layers.layers["sun"].sum(axis=-1)
+        assert self.capture.layers is not None
+        sun = self.capture.layers.layers["sun"].sum(axis=-1)
         share = sun / np.maximum(self.radiance.sum(axis=-1), 1e-12)
         return (share > above) & (share <= upto)
 
     def saturated_at(self, exposure_time: float) -> float:
         """Share of Space Rider's pixels that another exposure time [s] would fill."""
-        assert self.exposure.electrons is not None
-        times = exposure_time / self.exposure.info.camera.exposure_time
-        electrons = self.exposure.electrons.electrons[self.part()]
-        return float(np.mean(electrons * times >= self.found.full_electrons))
+        assert self.capture.electrons is not None
+        times = exposure_time / self.capture.info.camera.exposure_time
+        electrons = self.capture.electrons.electrons[self.part()]
+        return float(np.mean(electrons * times >= self.assessment.full_electrons))
 
 
 def smaller(scenario: Scenario, shrink: int) -> Scenario:
@@ -147,21 +153,21 @@ def smaller(scenario: Scenario, shrink: int) -> Scenario:
 
 
 def take(simulator: Simulator, camera: str) -> Shot:
-    """The picture that a camera takes at the scenario's epoch."""
+    """The image that a camera takes at the scenario's epoch."""
     scenario = simulator.scenario
     state = scenario.at(scenario.epoch_tai_ns)
-    exposure = simulator.capture(state, camera, PRODUCTS)
+    capture = simulator.capture(state, camera, PRODUCTS)
     # A second one, which finds programs compiled and shadows drawn.
     start = time.process_time()
     simulator.capture(state, camera, {Product.DN})
     seconds = time.process_time() - start
-    found = assess_frame(exposure, state, TARGET)
-    judged, reasons = verdict(found, scenario.criteria)
+    assessment = assess_frame(capture, state, TARGET)
+    judgement, reasons = verdict(assessment, scenario.criteria)
     return Shot(
-        exposure=exposure,
+        capture=capture,
         state=state,
-        found=found,
-        verdict=judged,
+        assessment=assessment,
+        verdict=judgement,
         reasons=reasons,
         seconds=seconds,
     )

@@ -13,10 +13,9 @@ import typer
 from PIL import Image
 
 from examples.orbit_film.views import orbit_frames, views
-from simgl import SimglError
+from simgl import SimglError, contact_sheet
 from simgl.arrays import Image8
 from simgl.cli_progress import bake_bar
-from simgl.images import contact_sheet
 from simgl.output import check_writable, complete_file
 from simgl.sequence.video import write_mp4
 
@@ -36,19 +35,19 @@ def main(
         others = dict(views(progress))
     with TemporaryDirectory() as folder:
         paths = [Path(folder) / f"{k:06}.png" for k in range(len(frames))]
-        for path, picture in zip(paths, frames.values(), strict=True):
-            Image.fromarray(picture).save(path)
+        for path, image in zip(paths, frames.values(), strict=True):
+            Image.fromarray(image).save(path)
         write_mp4(out / "orbit.mp4", paths, FRAME_RATE)
     print(out / "orbit.mp4")
     _write_sheet(out / "orbit_film.jpg", frames, columns=4, width=300)
     _write_sheet(out / "earth_views.jpg", others, columns=3, width=480)
 
 
-def _write_sheet(path: Path, pictures: Mapping[str, Image8], *, columns: int, width: int) -> None:
+def _write_sheet(path: Path, images: Mapping[str, Image8], *, columns: int, width: int) -> None:
     size = width, width * 3 // 4
     panels = {
-        name: np.asarray(Image.fromarray(picture).resize(size, Image.Resampling.LANCZOS))
-        for name, picture in pictures.items()
+        name: np.asarray(Image.fromarray(image).resize(size, Image.Resampling.LANCZOS))
+        for name, image in images.items()
     }
     with complete_file(path) as temporary:
         Image.fromarray(contact_sheet(panels, columns)).save(temporary, quality=QUALITY)

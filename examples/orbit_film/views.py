@@ -1,4 +1,4 @@
-"""The pictures: an orbit in frames, and the Earth from the ground up, each by its own gain."""
+"""The images: an orbit in frames, and the Earth from the ground up, each by its own gain."""
 
 from __future__ import annotations
 
@@ -8,12 +8,19 @@ from typing import Any
 
 import numpy as np
 
-from simgl import Product, Scenario, Simulator, load_scenario
+from simgl import (
+    Product,
+    Scenario,
+    Simulator,
+    display_from_radiance,
+    display_gain,
+    load_scenario,
+    scenario_from_dict,
+    tai_ns_from_utc,
+)
 from simgl.arrays import Array32, Image8
-from simgl.images import display_from_radiance, display_gain
-from simgl.physics.ephemeris import itrf_from_icrf, tai_ns_from_utc
+from simgl.physics.ephemeris import itrf_from_icrf
 from simgl.progress import ProgressCallback
-from simgl.scenario.loader import scenario_from_dict
 
 ORBIT = Path(__file__).with_name("orbit.toml")
 LIMB = Path(__file__).parents[1] / "limb.toml"
@@ -38,7 +45,7 @@ VIEWS = {
 
 
 def orbit_frames(progress: ProgressCallback | None = None) -> Iterator[tuple[str, Image8]]:
-    """Minute of the orbit with the gain, and the picture, frame by frame.
+    """Minute of the orbit with the gain, and the image, frame by frame.
 
     progress : told of the light between surfaces while it is traced
     """
@@ -51,7 +58,7 @@ def orbit_frames(progress: ProgressCallback | None = None) -> Iterator[tuple[str
 
 
 def views(progress: ProgressCallback | None = None) -> Iterator[tuple[str, Image8]]:
-    """Name with the gain, and the picture, of every view; the last has a craft in it."""
+    """Name with the gain, and the image, of every view; the last has a craft in it."""
     earth = scenario_from_dict(
         {"epoch": {"utc": _UTC}, "camera": {name: _camera(*place) for name, place in VIEWS.items()}}
     )
@@ -59,7 +66,7 @@ def views(progress: ProgressCallback | None = None) -> Iterator[tuple[str, Image
         with Simulator(scenario, progress=progress) as simulator:
             for name in scenario.cameras:
                 radiance = _radiance(simulator, scenario, name, scenario.epoch_tai_ns)
-                # The square picture of the craft is cut to the others' shape.
+                # The square image of the craft is cut to the others' shape.
                 yield _shown(name, radiance if scenario is earth else radiance[75:525])
 
 

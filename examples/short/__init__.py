@@ -1,1 +1,1 @@
-"""Ten lines each: one thing that simgl does; examples/README.md lists them."""
+"""Short scripts, each for one feature; examples/README.md lists them."""

@@ -1,4 +1,4 @@
-"""A client of the image service: it sends a pose, and gets the picture of just that pose."""
+"""A client of the image service: it sends a pose and receives the image of that pose."""
 
 import numpy as np
 from simgl_bridge import BodyPose, Client, launched_server

@@ -1,4 +1,4 @@
-"""A flash LIDAR on the navigation camera: one pulse, and how far its ranges are off."""
+"""A flash LIDAR on the navigation camera: the range error of one pulse."""
 
 import tomllib
 from pathlib import Path
@@ -13,11 +13,11 @@ tables["camera"]["navcam"]["lidar"] = {"pulse_energy_mj": 1.0, "range_noise_m": 
 scenario = simgl.scenario_from_dict(tables)
 with simgl.Simulator(scenario) as simulator:
     state = scenario.at(scenario.epoch_tai_ns)
-    exposure = simulator.capture(state, "navcam", {Product.LIDAR, Product.TRUTH})
-assert exposure.lidar is not None
-assert exposure.truth is not None
-found = (exposure.lidar.range > 0.0) & (exposure.truth.depth > 0.0)
-error = (exposure.lidar.range - exposure.truth.range)[found]
+    capture = simulator.capture(state, "navcam", {Product.LIDAR, Product.TRUTH})
+assert capture.lidar is not None
+assert capture.truth is not None
+measured = (capture.lidar.range > 0.0) & (capture.truth.depth > 0.0)
+error = (capture.lidar.range - capture.truth.range)[measured]
 low, high = np.quantile(error, [0.16, 0.84])
-print(f"{found.sum()} ranges about {np.median(exposure.lidar.range[found]):.2f} m")
+print(f"{measured.sum()} ranges about {np.median(capture.lidar.range[measured]):.2f} m")
 print(f"error {np.median(error):+.4f} m, two thirds within {0.5 * (high - low):.4f} m of that")

@@ -1,9 +1,8 @@
-"""Light along an orbit: Sun on the target and phase angle, every ten minutes; nothing rendered."""
+"""Light along an orbit, without rendering: sunlight on the target and phase angle."""
 
 import numpy as np
 
 import simgl
-from simgl.physics.ephemeris import utc_from_tai_ns
 
 scenario = simgl.load_scenario("examples/trajectories/files.toml")
 for minute in range(0, 100, 10):
@@ -13,4 +12,4 @@ for minute in range(0, 100, 10):
     towards_sun = state.sun.seen_from(target).direction_icrf
     phase = np.degrees(np.arccos(towards_sun @ camera / np.linalg.norm(camera)))
     share = state.sunlit_share(target)
-    print(f"{utc_from_tai_ns(state.tai_ns)}  sunlight {share:6.1%}  phase {phase:5.1f} deg")
+    print(f"{simgl.utc_from_tai_ns(state.tai_ns)}  sunlight {share:6.1%}  phase {phase:5.1f} deg")

@@ -1,10 +1,9 @@
-"""Labels: box, pose and keypoints of the target in a picture."""
+"""Labels: box, pose and keypoints of the target in an image."""
 
 import numpy as np
 
 import simgl
 from simgl import Product
-from simgl.physics.frames import quaternion_from_matrix
 
 scenario = simgl.load_scenario("examples/approach.toml")
 with simgl.Simulator(scenario) as simulator:
@@ -15,7 +14,8 @@ rows, columns = np.nonzero(truth.instance == 1)
 print(f"box      {columns.min()}..{columns.max()} x {rows.min()}..{rows.max()}")
 body, camera = state.bodies["target"], state.cameras["navcam"]
 R_camera_from_body = camera.R_camera_from_icrf @ body.pose.R_icrf_from_body
-print(f"pose     q_camera_from_body_xyzw {quaternion_from_matrix(R_camera_from_body).round(4)}")
+q = simgl.quaternion_from_matrix(R_camera_from_body)
+print(f"pose     q_camera_from_body_xyzw {q.round(4)}")
 origin = camera.R_camera_from_icrf @ (body.pose.position - camera.position)
 for name, place in body.model.keypoints.items():
     x, y = camera.camera.project(origin + R_camera_from_body @ place)

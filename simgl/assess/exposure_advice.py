@@ -14,8 +14,8 @@ from simgl.arrays import Array, Array32
 from simgl.camera.camera import Camera
 from simgl.camera.camera_equation import blender_exposure, exposure_value
 from simgl.errors import ConfigError, did_you_mean
+from simgl.scenario.schema import UsabilityCriteria
 from simgl.scene.state import SceneState
-from simgl.scene.usability_criteria import UsabilityCriteria
 from simgl.simulator import Capture
 
 Electrons = Array32 | Array

@@ -15,7 +15,7 @@ from simgl.output import check_writable
 from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.progress import ProgressCallback, silent
 from simgl.scenario.scenario import Scenario
-from simgl.scene.usability_criteria import UsabilityCriteria
+from simgl.scenario.schema import UsabilityCriteria
 from simgl.sequence.journal import Columns, Journal, Row, Value, run_missing
 from simgl.sequence.run_sequence import identity
 from simgl.simulator import Product, Simulator

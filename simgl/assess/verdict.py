@@ -6,7 +6,7 @@ import math
 from enum import StrEnum
 
 from simgl.assess.target_light import FrameAssessment
-from simgl.scene.usability_criteria import UsabilityCriteria
+from simgl.scenario.schema import UsabilityCriteria
 
 
 class Verdict(StrEnum):

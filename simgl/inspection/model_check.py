@@ -11,8 +11,7 @@ import numpy as np
 
 from simgl.arrays import Array, IndexArray
 from simgl.errors import AssetError
-from simgl.model_files.file_axes import UNITS
-from simgl.model_files.model_library import load_model
+from simgl.model_files.model_library import UNITS, load_model
 from simgl.motion.joints import Joint
 from simgl.scene.materials import Material
 from simgl.scene.mesh import Mesh

@@ -39,23 +39,23 @@ def _chunks(path: Path, content: bytes) -> tuple[bytes, bytes | None]:
         raise AssetError(f"{path}: is glTF version {version}; simgl reads version 2")
     if len(content) < total:
         raise AssetError(f"{path}: is cut short, {len(content)} of {total} bytes")
-    found: dict[int, bytes] = {}
+    chunks: dict[int, bytes] = {}
     start = 12
     while start + 8 <= total:
         length, kind = struct.unpack_from("<II", content, start)
         if start + 8 + length > total:
             raise AssetError(f"{path}: has a chunk that runs past the end of the file")
-        found.setdefault(kind, content[start + 8 : start + 8 + length])
+        chunks.setdefault(kind, content[start + 8 : start + 8 + length])
         start += 8 + length
-    if _JSON_CHUNK not in found:
+    if _JSON_CHUNK not in chunks:
         raise AssetError(f"{path}: has no JSON chunk")
-    return found[_JSON_CHUNK], found.get(_BINARY_CHUNK)
+    return chunks[_JSON_CHUNK], chunks.get(_BINARY_CHUNK)
 
 
 class GltfFile:
     """One glTF file: its JSON and the bytes of its buffers and images.
 
-    folder : of the files that it names; None is its own
+    folder : of the files that it names; None is the folder of the file
     """
 
     def __init__(self, path: Path, folder: Base | None = None) -> None:
@@ -154,15 +154,15 @@ class GltfFile:
         ).copy()
 
     def fractions(self, index: int, kinds: str | tuple[str, ...]) -> Array:
-        """(count, width) values of an accessor of floats, or of whole numbers that span 0..1."""
+        """(count, width) values of an accessor of floats or of normalized integers."""
         values = self.array(index, kinds, FRACTION)
         largest = 1.0 if values.dtype.kind == "f" else float(np.iinfo(values.dtype).max)
-        return np.asarray(values / largest, dtype=np.float64)
+        return values.astype(np.float64) / largest
 
     def nodes(self) -> Iterator[tuple[schema.Node, Array, tuple[int, ...]]]:
-        """Every node of the scene, each after those that it hangs under.
+        """Every node of the scene, parents before children.
 
-        With its (4, 4) file_from_node matrix, and the numbers of the nodes from the root to it.
+        With its (4, 4) file_from_node matrix and the indices of the nodes from the root to it.
         """
 
         def visit(

@@ -1,4 +1,4 @@
-"""The image files of a glTF file as linear values."""
+"""The images of a glTF file as linear values."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from simgl.arrays import AnyArray, Array32
 from simgl.errors import AssetError
 from simgl.model_files.gltf_file import GltfFile
 
-# No graphics chip that runs OpenGL 3.3 needs more; a larger file is a mistake or an attack.
+# A larger file is a mistake or an attack.
 LARGEST = 8192
-# Larger images are averaged down: a texel of 5 mm on a craft of 10 m, and 45 MB with its mipmaps.
+# Larger images are averaged down: 5 mm texels on a spacecraft of 10 m, 45 MB with mipmaps.
 FINEST = 2048
 
 
@@ -76,23 +76,20 @@ def _averaged(channel: Array32) -> Array32:
     return np.asarray(small)
 
 
-def read_base_colour(file: GltfFile, index: int) -> NDArray[np.float16]:
-    """(height, width, 4): red, green, blue reflectance and coverage."""
-    return _channels(_decoded(file, index), "rgba", linear_from_srgb).astype(np.float16)
+# Kind of image, as in ``SurfaceTextures``, to its channels and the curve of all but alpha.
+_KINDS: dict[str, tuple[str, Callable[[AnyArray], AnyArray] | None]] = {
+    "base_colour": ("rgba", linear_from_srgb),
+    "law": ("gb", None),
+    "normal": ("rgb", None),
+    "emission": ("rgb", linear_from_srgb),
+}
 
 
-def read_law(file: GltfFile, index: int) -> NDArray[np.float16]:
-    """(height, width, 2): roughness and metallic."""
-    return _channels(_decoded(file, index), "gb").astype(np.float16)
-
-
-def read_emission(file: GltfFile, index: int) -> NDArray[np.float16]:
-    """(height, width, 3): red, green, blue share of the emission."""
-    return _channels(_decoded(file, index), "rgb", linear_from_srgb).astype(np.float16)
-
-
-def read_normal(file: GltfFile, index: int) -> NDArray[np.float16]:
-    """(height, width, 3): unit vectors, x along rows, y up columns, z out of the surface."""
-    vectors = 2.0 * _channels(_decoded(file, index), "rgb") - 1.0
-    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return np.asarray(vectors / np.maximum(length, 1e-6), dtype=np.float16)
+def read_image(file: GltfFile, kind: str, index: int) -> NDArray[np.float16]:
+    """(height, width, channels) linear values of an image, of a kind in ``SurfaceTextures``."""
+    wanted, curve = _KINDS[kind]
+    values = _channels(_decoded(file, index), wanted, curve)
+    if kind == "normal":
+        values = 2.0 * values - 1.0
+        values = values / np.maximum(np.linalg.norm(values, axis=-1, keepdims=True), 1e-6)
+    return values.astype(np.float16)

@@ -2,32 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 import numpy as np
 from msgspec import Struct
-from numpy.typing import NDArray
 
 from simgl.arrays import Array
 from simgl.config.validation import fitted
 from simgl.errors import AssetError
-from simgl.model_files import gltf_images as images
 from simgl.model_files import gltf_schema as schema
-from simgl.model_files.finishes import load_finish
 from simgl.model_files.gltf_file import GltfFile
+from simgl.model_files.gltf_images import read_image
+from simgl.model_files.surface_tables import load_finish
 from simgl.scene.materials import Material
 from simgl.scene.surface_layers import SMOOTHEST, Coat
 from simgl.scene.textures import CLAMP, MIRROR, REPEAT, Image, Maps, SurfaceTextures
 
 _WRAPS = {10497: REPEAT, 33071: CLAMP, 33648: MIRROR}
-_READERS: dict[str, Callable[[GltfFile, int], NDArray[np.float16]]] = {
-    "base_colour": images.read_base_colour,
-    "law": images.read_law,
-    "normal": images.read_normal,
-    "emission": images.read_emission,
-}
 _WORDS = {
     "base_colour": "base colour texture",
     "law": "metallic-roughness texture",
@@ -40,7 +32,7 @@ T = TypeVar("T", bound=Struct)
 
 @dataclass(frozen=True, kw_only=True)
 class UvFrame:
-    """Where a material finds its images: a set of texture coordinates, then an affine map."""
+    """How a material places its images: a set of texture coordinates and an affine map."""
 
     tex_coord: int
     offset: schema.Pair
@@ -58,9 +50,9 @@ class UvFrame:
 
 @dataclass(frozen=True, kw_only=True)
 class Palette:
-    """Everything that a file's primitives wear.
+    """The surfaces of a file.
 
-    frames : of each material; None where it wears no images
+    frames : of each material; None for one without images
     """
 
     materials: tuple[Material, ...]
@@ -76,11 +68,11 @@ def read_palette(file: GltfFile) -> Palette:
     materials, frames = [], []
     for index, surface in enumerate(file.gltf.materials):
         name = surface.name or f"material_{index}"
-        asked = _Asked(file, name, surface)
-        maps, frame = asked.maps(layers)
-        materials.append(asked.material(maps))
+        reader = _MaterialReader(file, name, surface)
+        maps, frame = reader.maps(layers)
+        materials.append(reader.material(maps))
         frames.append(frame)
-        notes += [f'material "{name}": {note}' for note in asked.notes]
+        notes += [f'material "{name}": {note}' for note in reader.notes]
     return Palette(
         materials=tuple(materials),
         frames=tuple(frames),
@@ -94,7 +86,7 @@ class _Layers:
 
     def __init__(self, file: GltfFile) -> None:
         self._file = file
-        self._read: dict[str, dict[tuple[int, tuple[int, int]], Image]] = {k: {} for k in _READERS}
+        self._read: dict[str, dict[tuple[int, tuple[int, int]], Image]] = {k: {} for k in _WORDS}
 
     def layer(self, kind: str, use: schema.TextureUse) -> int:
         """The number of a texture among its kind."""
@@ -108,7 +100,7 @@ class _Layers:
         wrap = _WRAPS[sampler.wrap_s], _WRAPS[sampler.wrap_t]
         known = self._read[kind]
         if (texture.source, wrap) not in known:
-            values = _READERS[kind](self._file, texture.source)
+            values = read_image(self._file, kind, texture.source)
             known[texture.source, wrap] = Image(values=values, wrap=wrap)
         return list(known).index((texture.source, wrap))
 
@@ -119,8 +111,8 @@ class _Layers:
 
 
 @dataclass
-class _Asked:
-    """One material of the file, and what it asks for without getting it."""
+class _MaterialReader:
+    """One material of the file, with notes on what it asks for and is not drawn."""
 
     file: GltfFile
     name: str
@@ -128,14 +120,14 @@ class _Asked:
     notes: list[str] = field(default_factory=list)
 
     def maps(self, layers: _Layers) -> tuple[Maps, UvFrame | None]:
-        """Its images, which have to share one frame, that of the first."""
+        """Its images; those that do not share the frame of the first are left out with a note."""
         pbr = self.surface.pbr_metallic_roughness
         finished = self._extras().simgl_finish is not None
         uses = {
             "base_colour": None if finished else pbr.base_color_texture,
             "law": None if finished else pbr.metallic_roughness_texture,
             "normal": self.surface.normal_texture,
-            # A texture on black gives no light.
+            # A texture on zero emission has no effect.
             "emission": self.surface.emissive_texture if any(self._emission()) else None,
         }
         chosen: dict[str, int] = {}
@@ -143,17 +135,17 @@ class _Asked:
         for kind, use in uses.items():
             if use is None:
                 continue
-            own = _frame(use)
-            if own.tex_coord > 1:
+            frame_of_use = _frame(use)
+            if frame_of_use.tex_coord > 1:
                 self.notes.append(
-                    f"{_WORDS[kind]} on texture coordinates {own.tex_coord} is not drawn"
+                    f"{_WORDS[kind]} on texture coordinates {frame_of_use.tex_coord} is not drawn"
                 )
                 continue
-            if frame is not None and own != frame:
+            if frame is not None and frame_of_use != frame:
                 first = _WORDS[next(iter(chosen))]
                 self.notes.append(f"{_WORDS[kind]}, placed unlike the {first}, is not drawn")
                 continue
-            frame = own
+            frame = frame_of_use
             chosen[kind] = layers.layer(kind, use)
         normal = uses["normal"]
         return Maps(**chosen, normal_scale=1.0 if normal is None else normal.scale), frame
@@ -217,7 +209,7 @@ class _Asked:
         try:
             return Material(
                 name=self.name,
-                # A file that says nothing of the near infrared is taken to be as bright as in red.
+                # Without a near-infrared reflectance the red one stands in.
                 reflectance=(red, green, blue, red if nir is None else nir),
                 metallic=pbr.metallic_factor,
                 roughness=max(pbr.roughness_factor, SMOOTHEST),

@@ -1,9 +1,9 @@
 """glTF 2.0 files as spacecraft models: triangles, named nodes, materials with their images.
 
-The file is read strictly and its numbers are kept as they are, in double precision:
+The file is read strictly and its numbers stay in double precision:
 
 gltf_schema  the objects of the format -> gltf_file  bytes and accessors
-             -> gltf_images  pixels -> gltf_materials  surfaces -> here, the model
+             -> gltf_images  pixels -> gltf_materials  surfaces -> gltf_model  the model
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from simgl.errors import AssetError, ConfigError
 from simgl.model_files import gltf_schema as schema
 from simgl.model_files.gltf_file import FLOAT, UNSIGNED, GltfFile
 from simgl.model_files.gltf_materials import Palette, read_palette
+from simgl.model_files.model_from_mesh import face_normals
 from simgl.scene.materials import Material
 from simgl.scene.mesh import Mesh
 from simgl.scene.spacecraft import Branch, SpacecraftModel
@@ -27,17 +28,9 @@ from simgl.scene.spacecraft import Branch, SpacecraftModel
 _DEFAULT = Material(name="default", reflectance=(1.0, 1.0, 1.0, 1.0), roughness=1.0)
 
 
-def face_normals(positions: AnyArray, triangles: AnyArray) -> Array:
-    """(m, 3) unit normals of triangles; a degenerate one gets zero."""
-    a, b, c = np.moveaxis(positions[triangles].astype(np.float64), 1, 0)
-    normals = np.cross(b - a, c - a)
-    length = np.linalg.norm(normals, axis=1, keepdims=True)
-    return np.divide(normals, length, out=np.zeros_like(normals), where=length > 0.0)
-
-
 @dataclass(frozen=True, kw_only=True)
 class _Piece:
-    """One primitive in body axes; the arrays are those of ``Mesh``."""
+    """One primitive in body axes, with the arrays of ``Mesh``."""
 
     positions: Array
     normals: Array
@@ -47,7 +40,7 @@ class _Piece:
     colour: Array | None
 
     def flat(self) -> _Piece:
-        """With a vertex for each corner, and the normals of the facets."""
+        """With one vertex per triangle corner and the normals of the facets."""
         corners = self.triangles.ravel()
         return replace(
             self,
@@ -60,7 +53,7 @@ class _Piece:
 
 
 class _Part:
-    """A node that carries a mesh, on its way into body axes."""
+    """Reads the mesh of one node into body axes."""
 
     def __init__(self, file: GltfFile, palette: Palette, name: str, body_from_node: Array) -> None:
         self._file, self._palette, self.name = file, palette, name
@@ -75,8 +68,8 @@ class _Part:
 
     def pieces(self, mesh: int) -> list[_Piece]:
         """Its primitives."""
-        found = self._file.item("mesh", self._file.gltf.meshes, mesh)
-        return [self._piece(primitive) for primitive in found.primitives]
+        primitives = self._file.item("mesh", self._file.gltf.meshes, mesh).primitives
+        return [self._piece(primitive) for primitive in primitives]
 
     def _piece(self, primitive: schema.Primitive) -> _Piece:
         if primitive.mode != schema.TRIANGLES:
@@ -147,7 +140,7 @@ class _Part:
 
 
 def _filled(values: list[Array | None], counts: list[int], default: Array) -> Any:
-    """Values of all vertices in float32, a default where a piece has none; None if no piece has."""
+    """All vertices' values in float32, ``default`` for pieces without; None if all are without."""
     if all(v is None for v in values):
         return None
     blocks = [
@@ -168,7 +161,7 @@ def _finite(path: Path, what: str, values: Any) -> Any:
 
 def _mesh(path: Path, palette: Palette, pieces: list[_Piece], part: list[int]) -> Mesh:
     if any(material.cutoff is not None for material in palette.materials):
-        # Whether a surface is there shows in the colour of its vertices.
+        # Cut-outs are drawn by the coverage in the vertex colours.
         pieces = [replace(p, colour=_coloured(p)) for p in pieces]
     counts = [len(p.positions) for p in pieces]
     first = np.cumsum([0, *counts[:-1]])
@@ -194,11 +187,10 @@ def read_gltf(
     """The model in a .glb or .gltf file.
 
     body_from_file : (3, 3) axes, unit included: body metres from the file's coordinates
-    folder : of buffers and images that it names; None is its own
+    folder : of the buffers and images that it names; None is the file's folder
 
-    Each node that carries a mesh is a part, named after the node; the tree of nodes that carry any
-    are the model's branches. A primitive without normals is
-    drawn with flat facets, as the glTF specification asks.
+    Each node with a mesh is a part, named after the node; the nodes above parts are the model's
+    branches. A primitive without normals gets flat facets, as the glTF specification requires.
     """
     file = GltfFile(path, folder)
     try:
@@ -213,17 +205,17 @@ def read_gltf(
     names: dict[int, str] = {}
     carried: dict[int, list[int]] = {}
     notes = list(palette.notes)
-    for node, matrix, line in file.nodes():
-        names[line[-1]] = node.name or ""
+    for node, matrix, ancestry in file.nodes():
+        names[ancestry[-1]] = node.name or ""
         if node.mesh is None:
             continue
         part = _Part(file, palette, node.name or f"part_{len(parts)}", body_from_root @ matrix)
-        names[line[-1]] = part.name
-        for number in line:
+        names[ancestry[-1]] = part.name
+        for number in ancestry:
             carried.setdefault(number, []).append(len(parts))
-        found = part.pieces(node.mesh)
-        pieces += found
-        owners += [len(parts)] * len(found)
+        pieces_of_part = part.pieces(node.mesh)
+        pieces += pieces_of_part
+        owners += [len(parts)] * len(pieces_of_part)
         parts.append(part.name)
         notes += part.notes
     if not pieces:

@@ -1,6 +1,6 @@
-"""The objects of a glTF 2.0 file, as far as simgl reads them; the rest is passed over.
+"""The objects of a glTF 2.0 file that simgl reads; everything else is ignored.
 
-Field names are the format's own in camel case. Numbers stay the doubles that the file holds.
+Field names are those of the format, in snake case. Numbers are doubles.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ Pair = tuple[float, float]
 Triple = tuple[float, float, float]
 Quad = tuple[float, float, float, float]
 
-# Extensions of which simgl reads at least what changes the picture.
+# Extensions that simgl reads, at least in part.
 READ_EXTENSIONS = (
     "KHR_materials_clearcoat",
     "KHR_materials_emissive_strength",
@@ -44,7 +44,7 @@ class Accessor(Object, frozen=True):
 
 
 class BufferView(Object, frozen=True):
-    """A stretch of a buffer."""
+    """A range of a buffer."""
 
     buffer: Index
     byte_offset: Index = 0
@@ -53,20 +53,20 @@ class BufferView(Object, frozen=True):
 
 
 class Buffer(Object, frozen=True):
-    """Bytes: a data URI, a file beside, or the binary chunk."""
+    """Bytes: a data URI, another file, or the binary chunk."""
 
     uri: str | None = None
 
 
 class Image(Object, frozen=True):
-    """A PNG or JPEG file, somewhere."""
+    """A PNG or JPEG image: a data URI, another file, or a buffer view."""
 
     uri: str | None = None
     buffer_view: Index | None = None
 
 
 class Sampler(Object, frozen=True):
-    """How an image goes on past its edges; images are always filtered."""
+    """How an image continues past its edges; filtering is always on."""
 
     wrap_s: Literal[33071, 33648, 10497] = 10497
     wrap_t: Literal[33071, 33648, 10497] = 10497
@@ -133,7 +133,7 @@ class Clearcoat(Object, frozen=True):
 
 
 class MaterialExtras(Object, frozen=True, rename=None):
-    """What simgl itself reads in a material's extras; see docs/scenario.md."""
+    """simgl's keys in a material's extras; see docs/models.md."""
 
     nir_reflectance: float | None = None
     nir_emission: float = 0.0
@@ -175,13 +175,13 @@ class Primitive(Object, frozen=True):
 
 
 class Mesh(Object, frozen=True):
-    """What a node shows."""
+    """The primitives of a node."""
 
     primitives: tuple[Primitive, ...]
 
 
 class Node(Object, frozen=True):
-    """A place in the tree."""
+    """A node of the scene tree."""
 
     name: str | None = None
     mesh: Index | None = None

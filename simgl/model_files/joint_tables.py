@@ -1,4 +1,4 @@
-"""The ``[[joint]]`` tables of a model: what they move, and which of them sits on which."""
+"""The ``[[joint]]`` tables of a model card: the parts that each joint moves, and its parent."""
 
 from __future__ import annotations
 
@@ -39,13 +39,13 @@ class JointTable(Table, frozen=True, kw_only=True):
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Spot:
+class _Place:
     """Where a joint sits in the file: the number of its branch, and the parts on that."""
 
     branch: int
     parts: frozenset[int]
 
-    def under(self, other: _Spot) -> bool:
+    def under(self, other: _Place) -> bool:
         """Branches come after those that they hang under."""
         return other.branch < self.branch and other.parts >= self.parts
 
@@ -61,13 +61,13 @@ def read_joints(
     model : without joints
     """
     _check_names(tables, keypoints, where)
-    spots = [_spot(table, model.branches, where) for table in tables]
-    parents = [_parent(index, tables, spots, where) for index in range(len(tables))]
+    places = [_place(table, model.branches, where) for table in tables]
+    parents = [_parent(index, tables, places, where) for index in range(len(tables))]
     _check_ends(tables, parents, where)
-    parts = _parts(tables, spots, parents, len(model.parts), where)
+    parts = _parts(tables, places, parents, len(model.parts), where)
     return tuple(
-        _joint(table, parent, own, where)
-        for table, parent, own in zip(tables, parents, parts, strict=True)
+        _joint(table, parent, moved, where)
+        for table, parent, moved in zip(tables, parents, parts, strict=True)
     )
 
 
@@ -86,22 +86,22 @@ def _check_names(tables: Sequence[JointTable], keypoints: Collection[str], where
             owners[name] = table.name
 
 
-def _spot(table: JointTable, branches: Sequence[Branch], where: str) -> _Spot:
-    found = [i for i, branch in enumerate(branches) if branch.name == table.part]
+def _place(table: JointTable, branches: Sequence[Branch], where: str) -> _Place:
+    matches = [i for i, branch in enumerate(branches) if branch.name == table.part]
     key = f"joint {table.name}"
-    if not found:
+    if not matches:
         problem = f"names no part: {did_you_mean(table.part, {b.name for b in branches})}"
         raise ConfigError(where, key, problem)
-    if len(found) > 1:
-        problem = f"names part {shown(table.part)}, of which the file has {len(found)}"
+    if len(matches) > 1:
+        problem = f"names part {shown(table.part)}, of which the file has {len(matches)}"
         raise ConfigError(where, key, problem)
-    return _Spot(branch=found[0], parts=frozenset(branches[found[0]].parts))
+    return _Place(branch=matches[0], parts=frozenset(branches[matches[0]].parts))
 
 
-def _above(spot: _Spot, spots: Sequence[_Spot]) -> list[int]:
-    """The joints on the nearest branch that a spot hangs under."""
-    nearest = max((other.branch for other in spots if spot.under(other)), default=-1)
-    return [index for index, other in enumerate(spots) if other.branch == nearest]
+def _above(place: _Place, places: Sequence[_Place]) -> list[int]:
+    """The joints on the nearest branch that a place hangs under."""
+    nearest = max((other.branch for other in places if place.under(other)), default=-1)
+    return [index for index, other in enumerate(places) if other.branch == nearest]
 
 
 def _last(group: Sequence[int], tables: Sequence[JointTable]) -> int:
@@ -111,12 +111,12 @@ def _last(group: Sequence[int], tables: Sequence[JointTable]) -> int:
 
 
 def _parent(
-    index: int, tables: Sequence[JointTable], spots: Sequence[_Spot], where: str
+    index: int, tables: Sequence[JointTable], places: Sequence[_Place], where: str
 ) -> int | None:
     names = [table.name for table in tables]
     given = tables[index].parent
     if given is None:
-        above = _above(spots[index], spots)
+        above = _above(places[index], places)
         return _last(above, tables) if above else None
     if given not in names:
         problem = f"has a parent that is no joint: {did_you_mean(given, names)}"
@@ -138,7 +138,7 @@ def _check_ends(tables: Sequence[JointTable], parents: Sequence[int | None], whe
 
 def _parts(
     tables: Sequence[JointTable],
-    spots: Sequence[_Spot],
+    places: Sequence[_Place],
     parents: Sequence[int | None],
     count: int,
     where: str,
@@ -146,9 +146,9 @@ def _parts(
     """Of each joint the parts that sit on it and on none that it carries."""
     carriers = [_chain(index, parents) for index in range(len(tables))]
     owner: list[int | None] = [None] * count
-    for index in sorted(range(len(spots)), key=lambda i: spots[i].branch):
+    for index in sorted(range(len(places)), key=lambda i: places[i].branch):
         key, table = f"joint {tables[index].name}", tables[index]
-        group = [i for i, spot in enumerate(spots) if spot.branch == spots[index].branch]
+        group = [i for i, place in enumerate(places) if place.branch == places[index].branch]
         last = _last(group, tables)
         if index not in carriers[last]:
             problem = (
@@ -156,7 +156,7 @@ def _parts(
                 "parent must say which of them sits on the other"
             )
             raise ConfigError(where, key, problem)
-        above = _above(spots[index], spots)
+        above = _above(places[index], places)
         if above and _last(above, tables) not in carriers[index]:
             holder = tables[_last(above, tables)]
             problem = (
@@ -165,7 +165,7 @@ def _parts(
                 f"which joint {shown(holder.name)} moves"
             )
             raise ConfigError(where, key, problem)
-        for part in spots[index].parts:
+        for part in places[index].parts:
             owner[part] = last
     return [
         tuple(part for part, of in enumerate(owner) if of == index) for index in range(len(tables))
@@ -173,10 +173,10 @@ def _parts(
 
 
 def _chain(index: int, parents: Sequence[int | None]) -> list[int]:
-    found = [index]
-    while (parent := parents[found[-1]]) is not None:
-        found.append(parent)
-    return found
+    carriers = [index]
+    while (parent := parents[carriers[-1]]) is not None:
+        carriers.append(parent)
+    return carriers
 
 
 def _joint(table: JointTable, parent: int | None, parts: tuple[int, ...], where: str) -> Joint:

@@ -6,7 +6,7 @@ import io
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 import trimesh
@@ -18,22 +18,22 @@ from simgl.config.path_sandbox import Base, folder_of
 from simgl.config.validation import convert, read_toml
 from simgl.config.value_types import Positive, Table, Vector
 from simgl.errors import AssetError, ConfigError, did_you_mean
-from simgl.model_files.file_axes import body_from_file
-from simgl.model_files.gltf_model import face_normals, read_gltf
+from simgl.model_files.gltf_model import read_gltf
 from simgl.model_files.joint_tables import JointTable, read_joints
-from simgl.scene.materials import Material
-from simgl.scene.mesh import Mesh
+from simgl.model_files.model_from_mesh import PLAIN, mesh_of_triangles
 from simgl.scene.spacecraft import SpacecraftModel
 
-_AXES = {
-    sign + axis: (1.0 if sign == "+" else -1.0) * np.eye(3)[i]
-    for i, axis in enumerate("xyz")
-    for sign in "+-"
-}
-_MESH_SUFFIXES = (".glb", ".gltf", ".obj", ".stl")
+# Metres in each unit.
+UNITS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "in": 0.0254, "ft": 0.3048, "km": 1e3}
+Unit = Literal["m", "mm", "cm", "in", "ft", "km"]
+Axis = Literal["x", "y", "z", "-x", "-y", "-z"]
+AXES = ("x", "y", "z", "-x", "-y", "-z")
 
-# Bare aluminium-like grey for meshes that carry no material (OBJ and STL are read as shape only).
-_PLAIN = Material(name="plain", reflectance=(0.5, 0.5, 0.5, 0.5), roughness=0.6)
+# The forward axis where only the up axis is given: z where y is up, as in glTF.
+_USUAL_FORWARD = {"x": "z", "y": "z", "z": "x"}
+# The names of axes in a model card.
+_CARD_AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
+_MESH_SUFFIXES = (".glb", ".gltf", ".obj", ".stl")
 
 
 class AxesTable(Table, frozen=True, kw_only=True):
@@ -58,16 +58,45 @@ class ModelTable(Table, frozen=True, kw_only=True):
 
 
 def shipped_models() -> list[str]:
-    """Names of the models that come with simgl."""
+    """Names of the models that come with simgl, sorted; docs/models.md describes them.
+
+    >>> "space_rider" in simgl.shipped_models()
+    True
+    """
     return sorted(p.parent.name for p in assets.models().glob("*/model.toml"))
 
 
-def _body_from_file(axes: AxesTable, where: str) -> Array:
+def body_from_file(unit_m: float, up: str | None, forward: str | None) -> Array:
+    """(3, 3) matrix from a file's coordinates to body axes in metres.
+
+    unit_m : metres per unit of the file
+    up, forward : the file's axes, of ``AXES``, that become body -z and body x; without ``up`` the
+        file's axes are the body's
+
+    Raises ValueError if the two are not perpendicular.
+    """
+    if up is None:
+        if forward is not None:
+            raise ValueError("goes with up_axis")
+        return unit_m * np.eye(3)
+    forward = forward or _USUAL_FORWARD[up[-1]]
+    if forward[-1] == up[-1]:
+        raise ValueError(f"must not lie along up_axis, got {forward} and {up}")
+    x, z = _axis(forward), -_axis(up)
+    return unit_m * np.stack([x, np.cross(z, x), z])
+
+
+def _axis(name: str) -> Array:
+    sign = -1.0 if name[0] == "-" else 1.0
+    return sign * np.eye(3)["xyz".index(name[-1])]
+
+
+def _body_from_card(axes: AxesTable, where: str) -> Array:
     for key in ("x", "y", "z"):
-        if getattr(axes, key) not in _AXES:
-            problem = f'must be one of {", ".join(_AXES)}, got "{getattr(axes, key)}"'
+        if getattr(axes, key) not in _CARD_AXES:
+            problem = f'must be one of {", ".join(_CARD_AXES)}, got "{getattr(axes, key)}"'
             raise ConfigError(where, f"axes.{key}", problem)
-    matrix = np.stack([_AXES[axes.x], _AXES[axes.y], _AXES[axes.z]])
+    matrix = np.stack([_axis(axes.x), _axis(axes.y), _axis(axes.z)])
     if not np.isclose(np.linalg.det(matrix), 1.0):
         raise ConfigError(where, "axes", "must be right-handed and use each axis once")
     return matrix
@@ -77,7 +106,7 @@ def _read_model_card(path: Path, folder: Base) -> SpacecraftModel:
     """The model that a card describes; its file is named from ``folder``."""
     where = str(path)
     table = convert(read_toml(path), ModelTable, where)
-    file_to_body = table.unit_m * _body_from_file(table.axes, where)
+    file_to_body = table.unit_m * _body_from_card(table.axes, where)
     file = folder / table.file
     model = read_gltf(file, table.name, file_to_body, folder_of(file, folder))
     joints = read_joints(table.joint, model, table.keypoints, where)
@@ -106,25 +135,18 @@ def _read_plain_mesh(path: Path, body_from_file: Array) -> SpacecraftModel:
     except Exception as error:  # trimesh raises whatever its parsers raise
         raise AssetError(f"{path}: is not a readable {path.suffix[1:].upper()} file") from error
     points = np.asarray(getattr(loaded, "vertices", ()), dtype=np.float64)
-    faces = np.asarray(getattr(loaded, "faces", ()), dtype=np.int64)
-    if faces.size == 0:
+    triangles = np.asarray(getattr(loaded, "faces", ()), dtype=np.int64)
+    if triangles.size == 0:
         hint = f"is it a whole {path.suffix[1:].upper()} file?"
         raise AssetError(f"{path}: holds no triangles; {hint}")
-    with np.errstate(over="ignore", invalid="ignore"):  # beyond float32 lies infinity
+    with np.errstate(over="ignore", invalid="ignore"):  # seen in the mesh
         points = points @ body_from_file.T
-        corners = points[faces.ravel()].astype(np.float32)
-    if not np.all(np.isfinite(corners)):
-        raise AssetError(f"{path}: holds vertices that are not finite")
-    label = np.zeros(len(corners), dtype=np.uint32)
-    mesh = Mesh(
-        positions=corners,
-        normals=np.repeat(face_normals(points, faces), 3, axis=0).astype(np.float32),
-        triangles=np.arange(len(corners), dtype=np.uint32).reshape(-1, 3),
-        part=label,
-        material=label,
-    )
     return SpacecraftModel(
-        name=path.stem, mesh=mesh, parts=(path.stem,), materials=(_PLAIN,), open_sheets=True
+        name=path.stem,
+        mesh=mesh_of_triangles(str(path), points, triangles),
+        parts=(path.stem,),
+        materials=(PLAIN,),
+        open_sheets=True,
     )
 
 
@@ -136,15 +158,20 @@ def load_model(
     up_axis: str | None = None,
     forward_axis: str | None = None,
 ) -> SpacecraftModel:
-    """A shipped model by name, or by path a mesh file or a card that stands folder_of one.
+    """A spacecraft model from a file, or a shipped one by its name.
 
-    name : a shipped name, or a path to .glb, .gltf, .obj or .stl, or to a card's .toml
+    name : a shipped name, or a path to .glb, .gltf, .obj or .stl, or to a model card (.toml)
     base : folder that a relative path starts from
-    unit_m : metres per unit of the file, for files that are not in metres
-    up_axis, forward_axis : the file's axes ("y", "-z") that become body -z and x
+    unit_m : metres per unit of a mesh file; metres if omitted
+    up_axis, forward_axis : the mesh file's axes ("y", "-z") that become body -z and x; the file's
+        axes are the body's if omitted
 
-    Raises AssetError; ConfigError for a bad card; ValueError for axes that are not square to each
-    other.
+    Raises AssetError for a file that cannot be read, ConfigError for a bad card, and ValueError
+    for axes that are not perpendicular.
+
+    >>> model = simgl.load_model("wedge")
+    >>> model.name, len(model.mesh.triangles)
+    ('wedge', 12)
     """
     file_to_body = body_from_file(unit_m or 1.0, up_axis, forward_axis)
     kind = Path(name).suffix.lower()

@@ -9,5 +9,5 @@ mounts, pointing
 files          readers of OEM, AEM, TLE and CSV files
 
 Imports ``physics`` and lower layers. A new law is a class with ``state(tai_ns)`` in orbits or
-trajectory and its keys in simgl/scenario/motion_tables.
+trajectory and its keys in simgl/scenario/spacecraft_tables.
 """

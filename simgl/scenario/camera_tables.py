@@ -11,16 +11,17 @@ from simgl.errors import ConfigError, did_you_mean
 from simgl.motion.mounts import BodyMount, FreeMount, Mount, OrbitingMount
 from simgl.motion.pointing import Axes, Limb, Place, Pointing
 from simgl.scenario.schema import CameraTable, LookAtTable
-from simgl.scenario.table_checks import craft_named, exactly_one, keypoint_on, place_on
+from simgl.scenario.table_checks import exactly_one, keypoint_on, named_spacecraft, place_on
 from simgl.scene.spacecraft import SpacecraftModel
 
 
 def read_mount(
     where: str, table: CameraTable, models: dict[str, SpacecraftModel], *, earth: bool
 ) -> Mount:
-    """Where a camera sits and what it looks at; models by spacecraft name.
+    """Where a camera sits and what it looks at.
 
-    earth : whether there is one
+    models : by spacecraft name
+    earth : whether the scene has an Earth
     """
     exactly_one(table, where, "mount", ("on", "about", "position_icrf_m"))
     if table.about is not None:
@@ -29,7 +30,7 @@ def read_mount(
             if getattr(table, key) is not None:
                 raise ConfigError(where, key, "contradicts about, which looks at its target")
         return OrbitingMount(
-            target=craft_named(about.target, models, where, "about.target"),
+            target=named_spacecraft(about.target, models, where, "about.target"),
             azimuth=np.radians(about.azimuth_deg),
             elevation=np.radians(about.elevation_deg),
             range=about.range_m,
@@ -44,7 +45,7 @@ def read_mount(
         return FreeMount(position=np.array(table.position_icrf_m), pointing=pointing)
     if table.limb is not None and not earth:
         raise ConfigError(where, "limb", 'needs an Earth; shape = "none" leaves it out')
-    model = models[craft_named(table.on, models, where, "on")]
+    model = models[named_spacecraft(table.on, models, where, "on")]
     axes = table.axes or ("body" if table.limb is None else "lvlh")
     return BodyMount(
         spacecraft=table.on,
@@ -72,7 +73,7 @@ def _pointing(
         towards = _place(where, table.look_at, models)
     up = (0.0, 0.0, -1.0)
     if axes == "lvlh" and isinstance(towards, np.ndarray) and not np.any(towards[:2]):
-        up = (1.0, 0.0, 0.0)  # Nadir or zenith: the top of the picture lies ahead.
+        up = (1.0, 0.0, 0.0)  # Nadir or zenith: the top of the image lies ahead.
     return Pointing(
         towards=towards,
         axes=axes,
@@ -83,9 +84,9 @@ def _pointing(
 
 def _place(where: str, given: str | LookAtTable, models: dict[str, SpacecraftModel]) -> Place:
     if isinstance(given, str):
-        name = craft_named(given, models, where, "look_at")
+        name = named_spacecraft(given, models, where, "look_at")
         return Place(spacecraft=name, position_body=np.zeros(3))
-    name = craft_named(given.target, models, where, "look_at.target")
+    name = named_spacecraft(given.target, models, where, "look_at.target")
     model = models[name]
     if given.keypoint is not None and given.part is not None:
         raise ConfigError(where, "look_at.part", "contradicts keypoint; give one of them")

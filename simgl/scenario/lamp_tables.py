@@ -9,13 +9,13 @@ from simgl.config.value_types import direction
 from simgl.errors import ConfigError
 from simgl.physics.spectrum import black_body_light
 from simgl.scenario.schema import LampTable
-from simgl.scenario.table_checks import craft_named, place_on
+from simgl.scenario.table_checks import named_spacecraft, place_on
 from simgl.scene.lamps import Lamp
 from simgl.scene.spacecraft import SpacecraftModel
 
-# What the surface shader loops over, and what its shadow maps have room for.
-MOST_LAMPS = 4
-# The shadow map is a flat picture of the beam.
+# Limit of the surface shader's loop and of the shadow atlas.
+MAX_LAMPS = 4
+# The shadow map is a perspective image of the beam.
 WIDEST_DEG = 75.0
 
 
@@ -23,17 +23,16 @@ def read_lamps(
     where: str, tables: dict[str, LampTable], models: dict[str, SpacecraftModel]
 ) -> dict[str, Lamp]:
     """The lamps of a scenario by name; models by spacecraft name."""
-    if len(tables) > MOST_LAMPS:
-        problem = f"holds {len(tables)} lamps, at most {MOST_LAMPS} are possible"
+    if len(tables) > MAX_LAMPS:
+        problem = f"holds {len(tables)} lamps, at most {MAX_LAMPS} are possible"
         raise ConfigError(where, "lamp", problem)
     return {n: _lamp(f"{where} [lamp.{n}]", n, t, models) for n, t in tables.items()}
 
 
 def _lamp(where: str, name: str, table: LampTable, models: dict[str, SpacecraftModel]) -> Lamp:
-    def craft(key: str, name: str) -> str:
-        return craft_named(name, models, where, key)
-
-    model = models[craft("on", table.on)]
+    model = models[named_spacecraft(table.on, models, where, "on")]
+    if table.look_at is not None:
+        named_spacecraft(table.look_at, models, where, "look_at")
     if (table.look_at is None) == (table.boresight is None):
         raise ConfigError(where, "look_at", "or boresight is needed, and not both")
     if table.look_at == table.on:
@@ -47,7 +46,9 @@ def _lamp(where: str, name: str, table: LampTable, models: dict[str, SpacecraftM
         spacecraft=table.on,
         position_body=place_on(model, table, where),
         boresight_body=direction(table.boresight or (1.0, 0.0, 0.0), where, "boresight"),
-        look_at=None if table.look_at is None else craft("look_at", table.look_at),
+        look_at=None
+        if table.look_at is None
+        else named_spacecraft(table.look_at, models, where, "look_at"),
         power=_power(where, table),
         half_angle=np.radians(table.half_angle_deg),
         edge=np.radians(table.edge_deg),
@@ -66,8 +67,8 @@ def _power(where: str, table: LampTable) -> Array:
         return np.array(table.power_w)
     _refuse_negative(where, "power_w", (table.power_w,))
     if len(spectra) != 1:
-        found = " and ".join(spectra) if spectra else "neither of them"
-        problem = f"as one number needs temperature_k or band_shares; got {found}"
+        given = " and ".join(spectra) if spectra else "neither of them"
+        problem = f"as one number needs temperature_k or band_shares; got {given}"
         raise ConfigError(where, "power_w", problem)
     if table.temperature_k is not None:
         return black_body_light(table.power_w, table.temperature_k).irradiance

@@ -1,11 +1,15 @@
-"""From a TOML file to a Scenario: units to SI, names resolved, contradictions refused."""
+"""From a TOML file to a ``Scenario``: converts units, resolves names, refuses contradictions."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, TypeVar
+
+from msgspec import Struct
+from msgspec.structs import asdict
 
 from simgl.camera.camera import Camera
 from simgl.camera.presets import read_camera
@@ -15,9 +19,8 @@ from simgl.errors import ConfigError, did_you_mean
 from simgl.physics.constants import SOLAR_TEMPERATURE
 from simgl.physics.ephemeris import tai_ns_from_utc
 from simgl.scenario.camera_tables import read_mount
+from simgl.scenario.environment_tables import read_earth, read_sky, read_sun
 from simgl.scenario.lamp_tables import read_lamps
-from simgl.scenario.light_tables import read_earth, read_sky, read_sun
-from simgl.scenario.motion_tables import MotionReader
 from simgl.scenario.scenario import Scenario
 from simgl.scenario.schema import (
     AssessTable,
@@ -29,24 +32,41 @@ from simgl.scenario.schema import (
     SkyTable,
     SpacecraftTable,
     SunTable,
+    UsabilityCriteria,
 )
-from simgl.scenario.spacecraft_tables import read_model
+from simgl.scenario.spacecraft_tables import FILE_KEYS, MotionReader, read_model
 from simgl.scene.spacecraft import SpacecraftModel
-from simgl.scene.usability_criteria import UsabilityCriteria
 
 _TABLES = ("epoch", "sun", "earth", "sky", "spacecraft", "camera", "lamp", "assess", "render")
 _NAME = re.compile(r"[A-Za-z0-9_-]+")
+NO_MODELS: Mapping[str, SpacecraftModel] = MappingProxyType({})
 _Named = TypeVar("_Named", SpacecraftTable, CameraTable, LampTable)
+_Single = TypeVar("_Single", bound=Struct)
 
 
-def load_scenario(path: str | Path, *, root: Path | None = None) -> Scenario:
-    """The scenario in a TOML file; raises ConfigError or AssetError with one clear line.
+def load_scenario(
+    path: str | Path,
+    *,
+    root: Path | None = None,
+    models: Mapping[str, SpacecraftModel] = NO_MODELS,
+) -> Scenario:
+    """The scenario in a TOML file; docs/scenario.md lists its keys.
 
     root : folder that its models, maps, tables and presets must lie in, links followed; shipped
         ones may be named all the same. None lets them lie anywhere
+    models : spacecraft name to a model that takes the place of the ``model`` in its table, such as
+        one from ``model_from_mesh``
+
+    Raises ConfigError or AssetError with one line that names file, table and key.
+
+    >>> scenario = simgl.load_scenario("examples/approach.toml")
+    >>> list(scenario.models)
+    ['target', 'chaser']
     """
     path = Path(path)
-    return scenario_from_dict(read_toml(path), name=path.stem, source=path, root=root)
+    return scenario_from_dict(
+        read_toml(path), name=path.stem, source=path, root=root, models=models
+    )
 
 
 def scenario_from_dict(
@@ -55,57 +75,80 @@ def scenario_from_dict(
     name: str = "scenario",
     source: Path | None = None,
     root: Path | None = None,
+    models: Mapping[str, SpacecraftModel] = NO_MODELS,
 ) -> Scenario:
-    """A scenario from the content of a file; relative paths start at the folder of ``source``.
+    """A scenario from the tables of a scenario file; numpy's numbers and arrays may be among them.
 
-    root : see ``load_scenario``
+    data : by table name, see docs/scenario.md
+    name : appears in file headers and, without ``source``, in error messages
+    source : the file; relative paths start at its folder, without it at the working directory
+    root, models : see ``load_scenario``
 
-    Numbers and arrays of numpy serve as well as Python's.
+    Raises ConfigError or AssetError with one line that names table and key.
+
+    >>> ball = {"sphere": {"radius_m": 1.0, "material": "white_paint"}}
+    >>> scenario = simgl.scenario_from_dict({
+    ...     "epoch": {"utc": "2026-03-20T12:00:00"},
+    ...     "spacecraft": {"ball": {"model": ball, "orbit": {"altitude_km": 400.0}}},
+    ...     "camera": {"cam": {"about": {"target": "ball", "azimuth_deg": 0.0, "range_m": 9.0}}},
+    ... })
+    >>> sorted(scenario.cameras)
+    ['cam']
     """
     where = str(source) if source else name
     data = plain(data)
     _check_tables(data, where)
     folder = source.parent if source else Path()
     base: Base = folder if root is None else SandboxedFolder(folder, root.resolve())
-    epoch = _epoch(data, where)
-    craft = _named_tables(data, "spacecraft", SpacecraftTable, where)
-    cameras = _named_tables(data, "camera", CameraTable, where)
-    lamps = _named_tables(data, "lamp", LampTable, where)
-    sun = convert(data.get("sun", {}), SunTable, f"{where} [sun]")
-    earth = convert(data.get("earth", {}), EarthTable, f"{where} [earth]")
-    sky = convert(data.get("sky", {}), SkyTable, f"{where} [sky]")
-    assess = convert(data.get("assess", {}), AssessTable, f"{where} [assess]")
-    render = convert(data.get("render", {}), RenderTable, f"{where} [render]")
-    temperature = SOLAR_TEMPERATURE if sun.temperature_k is None else sun.temperature_k
-    light = read_sun(sun, temperature, f"{where} [sun]")
-    bodies = {n: f"{where} [spacecraft.{n}]" for n in craft}
-    models = {n: read_model(bodies[n], n, t, base) for n, t in craft.items()}
-    laws = {n: MotionReader(bodies[n], n, t, craft, epoch, base) for n, t in craft.items()}
-    places = {n: f"{where} [camera.{n}]" for n in cameras}
-    lenses = {n: read_camera(places[n], n, t, temperature, base) for n, t in cameras.items()}
-    there = earth.shape != "none"
-    mounts = {n: read_mount(places[n], t, models, earth=there) for n, t in cameras.items()}
+
+    def single(kind: str, table: type[_Single]) -> _Single:
+        return convert(data.get(kind, {}), table, f"{where} [{kind}]")
+
+    epoch_tai_ns = _epoch(data, where)
+    spacecraft_tables = _named_tables(data, "spacecraft", SpacecraftTable, where)
+    camera_tables = _named_tables(data, "camera", CameraTable, where)
+    lamp_tables = _named_tables(data, "lamp", LampTable, where)
+    sun_table, earth_table = single("sun", SunTable), single("earth", EarthTable)
+    criteria = UsabilityCriteria(**asdict(single("assess", AssessTable)))
+    render = single("render", RenderTable)
+    temperature = SOLAR_TEMPERATURE if sun_table.temperature_k is None else sun_table.temperature_k
+    sun = read_sun(sun_table, temperature, f"{where} [sun]")
+    _check_models(models, spacecraft_tables, where)
+    placed_models, motions, joints = {}, {}, {}
+    for body, table in spacecraft_tables.items():
+        at = f"{where} [spacecraft.{body}]"
+        model = models[body] if body in models else read_model(at, body, table, base)
+        reader = MotionReader(at, body, table, spacecraft_tables, epoch_tai_ns, base)
+        placed_models[body], motions[body] = model, reader.motion()
+        joints[body] = reader.joint_laws(model)
+    cameras, mounts = {}, {}
+    with_earth = earth_table.shape != "none"
+    for camera, settings in camera_tables.items():
+        at = f"{where} [camera.{camera}]"
+        cameras[camera] = read_camera(at, camera, settings, temperature, base)
+        mounts[camera] = read_mount(at, settings, placed_models, earth=with_earth)
+    _check_criteria(criteria, f"{where} [assess]", placed_models, cameras)
     scenario = Scenario(
         name=name,
         source=source,
-        epoch_tai_ns=epoch,
-        sun=light,
-        earth=read_earth(earth, f"{where} [earth]", base, light),
-        models=models,
-        motions={n: law.motion() for n, law in laws.items()},
-        joints={n: law.joint_laws(models[n]) for n, law in laws.items()},
-        cameras=lenses,
+        epoch_tai_ns=epoch_tai_ns,
+        sun=sun,
+        earth=read_earth(earth_table, f"{where} [earth]", base, sun),
+        models=placed_models,
+        motions=motions,
+        joints=joints,
+        cameras=cameras,
         mounts=mounts,
-        lamps=read_lamps(where, lamps, models),
-        criteria=_criteria(assess, f"{where} [assess]", models, lenses),
+        lamps=read_lamps(where, lamp_tables, placed_models),
+        criteria=criteria,
         seed=render.seed,
         samples_per_pixel=render.samples_per_pixel,
         inter_reflection=render.inter_reflection,
         gather=render.gather,
-        stars=read_sky(sky, light),
+        stars=read_sky(single("sky", SkyTable), sun),
     )
     # Laws that contradict each other, such as relative places in a circle, show here.
-    scenario.poses(epoch)
+    scenario.poses(epoch_tai_ns)
     return scenario
 
 
@@ -140,26 +183,30 @@ def _named_tables(
     return {n: convert(t, table, f"{where} [{kind}.{n}]") for n, t in tables.items()}
 
 
-def _criteria(
-    table: AssessTable,
+def _check_models(
+    models: Mapping[str, SpacecraftModel], tables: Mapping[str, SpacecraftTable], where: str
+) -> None:
+    for name in models:
+        if name not in tables:
+            problem = f"names no spacecraft: {shown(name)}; {did_you_mean(name, tables)}"
+            raise ConfigError(where, "models", problem)
+        for key in FILE_KEYS:
+            if getattr(tables[name], key) is not None:
+                problem = "goes with a mesh file, not with a model given in memory"
+                raise ConfigError(f"{where} [spacecraft.{name}]", key, problem)
+
+
+def _check_criteria(
+    table: UsabilityCriteria,
     where: str,
     models: Mapping[str, SpacecraftModel],
     cameras: Mapping[str, Camera],
-) -> UsabilityCriteria:
+) -> None:
     named = (("target", table.target, models), ("camera", table.camera, cameras))
     for key, name, known in named:
         if name is not None and name not in known:
             problem = f"names none of this file: {shown(name)}; {did_you_mean(name, known)}"
             raise ConfigError(where, key, problem)
-    return UsabilityCriteria(
-        target=table.target,
-        camera=table.camera,
-        least_pixels=table.least_pixels,
-        most_saturated=table.most_saturated,
-        most_dark=table.most_dark,
-        least_snr=table.least_snr,
-        least_contrast=table.least_contrast,
-    )
 
 
 def _epoch(data: dict[str, Any], where: str) -> int:

@@ -1,4 +1,4 @@
-"""A scenario: everything that does not change while it runs, and the laws of what does."""
+"""A scenario: everything that is constant while it runs, and the laws of motion of the rest."""
 
 from __future__ import annotations
 
@@ -22,6 +22,7 @@ from simgl.physics.frames import Pose
 from simgl.physics.lunar_model import moon_from_icrf
 from simgl.physics.solar_disc import UNIFORM
 from simgl.physics.spectrum import BandLight
+from simgl.scenario.schema import UsabilityCriteria
 from simgl.scene.earth import Earth
 from simgl.scene.lamps import Lamp, lamp_state
 from simgl.scene.spacecraft import SpacecraftModel
@@ -35,7 +36,6 @@ from simgl.scene.state import (
     SunAtPosition,
     SunInDirection,
 )
-from simgl.scene.usability_criteria import UsabilityCriteria
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -69,11 +69,11 @@ class Scenario:
     """What a scenario file describes, in SI units.
 
     joints : by spacecraft
-    criteria : what makes a picture of a target usable
+    criteria : limits of a usable image of a target
     seed : of all noise
     samples_per_pixel : of geometry; None lets the renderer choose by cost
-    inter_reflection : light between the surfaces of a spacecraft, and the Earth hidden by them
-    gather : that light at vertices, or by rays from every sample of every pixel
+    inter_reflection : interreflection within a spacecraft, and its occlusion of the Earth
+    gather : interreflection at vertices, or by rays from every sample of every pixel
     stars : None for a sky without them
     """
 
@@ -125,7 +125,7 @@ class Scenario:
 
     @contextmanager
     def _named_in_errors(self) -> Iterator[None]:
-        """The laws of motion know their tables but not the file: its name goes before."""
+        """Put the file's name before errors of the laws of motion, which know only their tables."""
         try:
             yield
         except ConfigError as error:

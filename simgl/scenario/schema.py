@@ -1,4 +1,4 @@
-"""What a scenario file may say: every table, key, unit and limit.
+"""The tables of a scenario file: every key, unit and limit.
 
 The unit is part of the key. Unknown keys are errors. Bands are in the order R, G, B, N (600-700,
 500-600, 400-500, 700-1000 nm).
@@ -6,6 +6,7 @@ The unit is part of the key. Unknown keys are errors. Bands are in the order R, 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from msgspec import Meta
@@ -20,8 +21,8 @@ from simgl.config.value_types import (
     Table,
     Vector,
 )
-from simgl.model_files.file_axes import Axis, Unit
-from simgl.model_files.surface_schema import PrimitiveTable
+from simgl.model_files.model_library import Axis, Unit
+from simgl.model_files.surface_tables import PrimitiveTable
 from simgl.sample_grid import MIN_SAMPLES
 from simgl.scene.star_catalogue import FAINTEST
 
@@ -60,9 +61,9 @@ class CloudsTable(Table, frozen=True, kw_only=True):
     cover : mean share of the Earth under cloud; 0 is a clear day
     seed : of the weather
     height_km : of the layer, which places shadows
-    picture : path of a picture of the whole Earth, white where there is cloud, in place of the
-        procedural weather
-    optical_thickness : of the cloud in a picture
+    picture : path of an image of the full Earth, white for cloud, in place of the procedural
+        weather
+    optical_thickness : of the cloud in an image
     """
 
     cover: Fraction | None = None
@@ -84,7 +85,7 @@ class EarthTable(Table, frozen=True, kw_only=True):
     wind_m_s : over the sea
     moonlight, airglow : what lights an Earth with maps at night, and the glow of its air; omitted,
         both are there, unless the Sun is fixed by hand
-    land_picture, water_picture, night_picture : paths of pictures in place of the shipped maps
+    land_picture, water_picture, night_picture : paths of images in place of the shipped maps
     """
 
     shape: Literal["wgs84", "sphere", "none"] = "wgs84"
@@ -168,7 +169,7 @@ class SpacecraftTable(Table, frozen=True, kw_only=True):
         a joint in none of them is as stored
     """
 
-    model: str | PrimitiveTable
+    model: str | PrimitiveTable | None = None
     unit: Unit | None = None
     unit_m: Positive | None = None
     up_axis: Axis | None = None
@@ -272,23 +273,37 @@ class LampTable(Table, frozen=True, kw_only=True):
     radius_m: Annotated[float, Meta(ge=0.001, le=1.0)] = 0.02
 
 
-class AssessTable(Table, frozen=True, kw_only=True):
-    """``[assess]``: what makes a picture of a target usable.
+@dataclass(frozen=True, kw_only=True)
+class UsabilityCriteria:
+    """Limits that a usable image of a target keeps.
 
-    target, camera : what to look for, and through which camera; if omitted the file's first ones
+    target, camera : what to look for, and through which camera; None for the scenario's first ones
     least_pixels : of the target
-    most_saturated, most_dark : shares of the target's pixels
-    least_snr : median signal over noise of the target
-    least_contrast : of target against background, 0..1
+    most_saturated : fraction of the target's pixels that may be saturated
+    most_dark : fraction of them that may be below the noise
+    least_snr : median signal to noise ratio of the target
+    least_contrast : of target against background, abs(t - b) / (t + b) of their median electrons
     """
 
     target: str | None = None
     camera: str | None = None
-    least_pixels: Annotated[int, Meta(ge=1)] = 25
-    most_saturated: Fraction = 0.05
-    most_dark: Fraction = 0.5
-    least_snr: NonNegative = 10.0
-    least_contrast: Fraction = 0.1
+    least_pixels: int = 25
+    most_saturated: float = 0.05
+    most_dark: float = 0.5
+    least_snr: float = 10.0
+    least_contrast: float = 0.1
+
+
+class AssessTable(Table, frozen=True, kw_only=True):
+    """``[assess]``: the fields of ``UsabilityCriteria``; omitted ones have its defaults."""
+
+    target: str | None = None
+    camera: str | None = None
+    least_pixels: Annotated[int, Meta(ge=1)] = UsabilityCriteria.least_pixels
+    most_saturated: Fraction = UsabilityCriteria.most_saturated
+    most_dark: Fraction = UsabilityCriteria.most_dark
+    least_snr: NonNegative = UsabilityCriteria.least_snr
+    least_contrast: Fraction = UsabilityCriteria.least_contrast
 
 
 class RenderTable(Table, frozen=True, kw_only=True):

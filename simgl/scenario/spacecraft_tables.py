@@ -1,51 +1,310 @@
-"""The ``model`` of ``[spacecraft.NAME]``: a file, a shipped model or a calibration shape."""
+"""The ``[spacecraft.NAME]`` tables: model, trajectory, attitude and joints."""
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
+
+import numpy as np
+
+from simgl.arrays import Array
 from simgl.config.path_sandbox import Base
-from simgl.errors import AssetError, ConfigError
-from simgl.model_files.file_axes import UNITS
-from simgl.model_files.finishes import material_of
-from simgl.model_files.model_library import load_model
-from simgl.model_files.surface_schema import PrimitiveTable
-from simgl.scenario.schema import SpacecraftTable
-from simgl.scene import mesh as shapes
+from simgl.config.validation import shown
+from simgl.config.value_types import direction
+from simgl.errors import AssetError, ConfigError, did_you_mean
+from simgl.model_files.model_library import UNITS, load_model
+from simgl.model_files.surface_tables import PrimitiveTable, read_primitive
+from simgl.motion.drives import JointLaws
+from simgl.motion.files.motion_reader import read_angles, read_path, read_rotations
+from simgl.motion.joints import chain, unknown_joint
+from simgl.motion.orbits import KeplerianOrbit, TwoLineElements
+from simgl.motion.trajectory import (
+    Attitude,
+    FixedAttitude,
+    FixedPosition,
+    LvlhAttitude,
+    Motion,
+    PointingAttitude,
+    RelativeOrbit,
+    RelativePath,
+    RelativePosition,
+    SampledAttitude,
+    Trajectory,
+)
+from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS
+from simgl.physics.frames import matrix_from_quaternion
+from simgl.scenario.schema import MotionFileTable, OrbitTable, SpacecraftTable
+from simgl.scenario.table_checks import exactly_one
 from simgl.scene.spacecraft import SpacecraftModel
+
+# Keys of a model file that is not in metres and body axes.
+FILE_KEYS = ("unit", "unit_m", "up_axis", "forward_axis")
+_PLACES = ("orbit", "relative_to", "position_icrf_m")
+_ATTITUDES = (
+    "attitude",
+    "quaternion_icrf_from_body_xyzw",
+    "quaternion_lvlh_from_body_xyzw",
+    "point_at",
+    "attitude_file",
+)
 
 
 def read_model(where: str, name: str, table: SpacecraftTable, base: Base) -> SpacecraftModel:
-    """Its shape and surface; relative paths start at ``base``."""
-    source = table.model
-    if isinstance(source, PrimitiveTable):
-        for key in ("unit", "unit_m", "up_axis", "forward_axis"):
+    """The model of a spacecraft: a file, a shipped model or a primitive.
+
+    base : folder that relative paths start from
+    """
+    if table.model is None:
+        raise ConfigError(where, "model", "is missing")
+    if isinstance(table.model, PrimitiveTable):
+        for key in FILE_KEYS:
             if getattr(table, key) is not None:
                 problem = "goes with a mesh file; a primitive is in metres and body axes"
                 raise ConfigError(where, key, problem)
-        return _primitive(source, where, name)
+        return read_primitive(table.model, name, where)
     if table.unit is not None and table.unit_m is not None:
         raise ConfigError(where, "unit_m", "contradicts unit; give one of them")
     unit_m = table.unit_m if table.unit is None else UNITS[table.unit]
     try:
-        return load_model(source, base, unit_m, table.up_axis, table.forward_axis)
-    except AssetError as error:
-        raise AssetError(f"{where}: model: {error}") from None
+        with _named_in_errors(where, "model"):
+            return load_model(table.model, base, unit_m, table.up_axis, table.forward_axis)
     except ValueError as error:
         raise ConfigError(where, "forward_axis", str(error)) from None
 
 
-def _primitive(table: PrimitiveTable, where: str, name: str) -> SpacecraftModel:
-    shapes_given = [s for s in table.__struct_fields__ if getattr(table, s) is not None]
-    if len(shapes_given) != 1:
-        raise ConfigError(where, "model", "needs exactly one of plate, sphere, box, cylinder")
-    if table.plate is not None:
-        mesh = shapes.plate(table.plate.width_m, table.plate.height_m)
-    elif table.sphere is not None:
-        mesh = shapes.sphere(table.sphere.radius_m)
-    elif table.box is not None:
-        mesh = shapes.box(table.box.size_m)
+@contextmanager
+def _named_in_errors(where: str, key: str) -> Iterator[None]:
+    """Put table and key before the error of a file that the key names."""
+    try:
+        yield
+    except AssetError as error:
+        raise AssetError(f"{where}: {key}: {error}") from None
+
+
+class MotionReader:
+    """Reads the laws of motion from one ``[spacecraft.NAME]`` table.
+
+    base : folder that relative paths start from
+    """
+
+    def __init__(
+        self,
+        where: str,
+        name: str,
+        table: SpacecraftTable,
+        spacecraft_names: Collection[str],
+        epoch_tai_ns: int,
+        base: Base,
+    ) -> None:
+        self._where, self._name, self._table = where, name, table
+        self._others = [n for n in spacecraft_names if n != name]
+        self._epoch_tai_ns, self._base = epoch_tai_ns, base
+
+    def motion(self) -> Motion:
+        """Trajectory and attitude; raises ConfigError or AssetError."""
+        return Motion(trajectory=self._trajectory(), attitude=self._attitude())
+
+    def _other(self, key: str, name: str) -> str:
+        if name == self._name:
+            raise ConfigError(self._where, key, "names the spacecraft itself; name another one")
+        if name not in self._others:
+            problem = (
+                f"names no other spacecraft: {shown(name)}; {did_you_mean(name, self._others)}"
+            )
+            raise ConfigError(self._where, key, problem)
+        return name
+
+    def _trajectory(self) -> Trajectory:
+        t = self._table
+        if t.trajectory is not None:
+            return self._from_file(t.trajectory)
+        exactly_one(t, self._where, "place", _PLACES)
+        if t.drift and t.relative_to is None:
+            raise ConfigError(self._where, "drift", "goes with relative_to")
+        if t.orbit is not None:
+            return _orbit(t.orbit, self._where, self._epoch_tai_ns)
+        if t.relative_to is not None:
+            return self._relative(self._other("relative_to", t.relative_to))
+        return FixedPosition(
+            position=np.array(t.position_icrf_m),
+            velocity=np.array(t.velocity_icrf_m_s or (0.0, 0.0, 0.0)),
+        )
+
+    def _relative(self, reference: str) -> Trajectory:
+        t = self._table
+        if t.position_lvlh_m is None:
+            raise ConfigError(self._where, "position_lvlh_m", "is missing beside relative_to")
+        position = np.array(t.position_lvlh_m)
+        velocity = np.array(t.velocity_lvlh_m_s or (0.0, 0.0, 0.0))
+        if not t.drift:
+            return RelativePosition(
+                reference=reference, position_lvlh=position, velocity_lvlh=velocity
+            )
+        return RelativeOrbit(
+            reference=reference,
+            position_lvlh=position,
+            velocity_lvlh=velocity,
+            epoch_tai_ns=self._epoch_tai_ns,
+        )
+
+    def _from_file(self, given: str | MotionFileTable) -> Trajectory:
+        t = self._table
+        for key in ("orbit", "position_icrf_m", "velocity_icrf_m_s", "position_lvlh_m"):
+            if getattr(t, key) is not None:
+                raise ConfigError(self._where, key, "contradicts trajectory; give one of them")
+        for key in ("velocity_lvlh_m_s", "drift"):
+            if getattr(t, key):
+                raise ConfigError(self._where, key, "goes with relative_to, not with trajectory")
+        file = _as_table(given)
+        with _named_in_errors(self._where, "trajectory"):
+            path, in_lvlh = read_path(
+                self._base / file.file,
+                self._epoch_tai_ns,
+                name=file.object,
+                longest_gap_s=file.longest_gap_s,
+                allowed_error=file.interpolation_error_m,
+            )
+        if isinstance(path, TwoLineElements) or not in_lvlh:
+            if t.relative_to is not None:
+                problem = "goes with places in LVLH axes; those of the file are not"
+                raise ConfigError(self._where, "relative_to", problem)
+            return path
+        if t.relative_to is None:
+            problem = "is missing: the places of the file are in LVLH axes of another spacecraft"
+            raise ConfigError(self._where, "relative_to", problem)
+        return RelativePath(reference=self._other("relative_to", t.relative_to), path=path)
+
+    def joint_laws(self, model: SpacecraftModel) -> JointLaws:
+        """How the joints of its model move; raises ConfigError or AssetError."""
+        t = self._table
+        fixed: dict[str, float] = {}
+        for key in ("joints_deg", "joints_m"):
+            for name, value in (getattr(t, key) or {}).items():
+                slides = key == "joints_m"
+                fixed[name] = value if slides else float(np.radians(value))
+                self._check_joint(model, f"{key}.{name}", name, [fixed[name]], slides=slides)
+        self._check_drives(model)
+        sampled = None
+        if t.joint_file is not None:
+            file = _as_table(t.joint_file)
+            with _named_in_errors(self._where, "joint_file"):
+                sampled = read_angles(
+                    self._base / file.file, self._epoch_tai_ns, longest_gap_s=file.longest_gap_s
+                )
+            for name, values in zip(sampled.names, sampled.angles.T, strict=True):
+                slides = name in sampled.slides
+                self._check_joint(model, "joint_file", name, values.tolist(), slides=slides)
+        moved = [*fixed, *t.sun_tracking, *(sampled.names if sampled else ())]
+        for name in moved:
+            if moved.count(name) > 1:
+                problem = f"and the other keys move {shown(name)} twice"
+                raise ConfigError(self._where, "joints_deg", problem)
+        return JointLaws(fixed=fixed, sampled=sampled, sunward=t.sun_tracking)
+
+    def _check_drives(self, model: SpacecraftModel) -> None:
+        """Raise ConfigError for drives that cannot follow the Sun."""
+        drives = {n: self._joint(model, "sun_tracking", n) for n in self._table.sun_tracking}
+        for name, index in drives.items():
+            carriers = [model.joints[i].name for i in chain(model.joints, index)]
+            stacked = [other for other in reversed(carriers) if other in drives]
+            if len(stacked) > 2:
+                problem = f"has {', '.join(stacked)} each on the one before; at most two may follow"
+                raise ConfigError(self._where, "sun_tracking", problem)
+            carries_drives = any(
+                index in chain(model.joints, other) for other in drives.values() if other != index
+            )
+            if model.joints[index].sunward_body is None and not carries_drives:
+                problem = f"cannot turn {shown(name)} to the Sun: its model names no sunward_body"
+                raise ConfigError(self._where, "sun_tracking", problem)
+
+    def _joint(self, model: SpacecraftModel, key: str, name: str) -> int:
+        index = next((i for i, j in enumerate(model.joints) if j.name == name), None)
+        if index is None:
+            problem = f"{shown(name)} {unknown_joint(name, model.joints)}"
+            raise ConfigError(self._where, key, problem)
+        return index
+
+    def _check_joint(
+        self, model: SpacecraftModel, key: str, name: str, values: list[float], *, slides: bool
+    ) -> None:
+        """Raise ConfigError for a wrong kind of joint or values [rad] or [m] out of range."""
+        joint = model.joints[self._joint(model, key, name)]
+        if joint.slides != slides:
+            way = "slides, by metres" if joint.slides else "turns, by degrees"
+            raise ConfigError(self._where, key, f"{shown(name)} {way}")
+        (verb, unit), scale = ("move", "m"), 1.0
+        if not slides:
+            (verb, unit), scale = ("turn", "deg"), float(np.degrees(1.0))
+        low, high = (scale * limit for limit in joint.limits)
+        for value in (scale * v for v in values):
+            if not low - 1e-9 <= value <= high + 1e-9:
+                problem = (
+                    f"must {verb} {shown(name)} within {low:g}..{high:g} {unit}, got {value:g}"
+                )
+                raise ConfigError(self._where, key, problem)
+
+    def _attitude(self) -> Attitude:
+        t = self._table
+        given = [k for k in _ATTITUDES if getattr(t, k) is not None]
+        if len(given) > 1:
+            raise ConfigError(self._where, given[1], f"contradicts {given[0]}; give one of them")
+        if t.attitude_file is not None:
+            file = _as_table(t.attitude_file)
+            with _named_in_errors(self._where, "attitude_file"):
+                rotations, in_lvlh = read_rotations(
+                    self._base / file.file,
+                    self._epoch_tai_ns,
+                    name=file.object,
+                    longest_gap_s=file.longest_gap_s,
+                )
+            return SampledAttitude(rotations=rotations, in_lvlh=in_lvlh)
+        if t.quaternion_icrf_from_body_xyzw is not None:
+            return FixedAttitude(R_icrf_from_body=self._matrix(given[0]))
+        if t.quaternion_lvlh_from_body_xyzw is not None:
+            return LvlhAttitude(R_lvlh_from_body=self._matrix(given[0]))
+        if t.point_at is not None:
+            return PointingAttitude(
+                target=self._other("point_at.target", t.point_at.target),
+                axis_body=direction(t.point_at.axis_body, self._where, "point_at.axis_body"),
+            )
+        fixed = t.attitude == "icrf" or (t.attitude is None and t.position_icrf_m is not None)
+        if fixed:
+            return FixedAttitude(R_icrf_from_body=np.eye(3))
+        return LvlhAttitude(R_lvlh_from_body=np.eye(3))
+
+    def _matrix(self, key: str) -> Array:
+        try:
+            return matrix_from_quaternion(getattr(self._table, key))
+        except ValueError as error:
+            raise ConfigError(self._where, key, str(error)) from None
+
+
+def _as_table(given: str | MotionFileTable) -> MotionFileTable:
+    return MotionFileTable(file=given) if isinstance(given, str) else given
+
+
+def _orbit(table: OrbitTable, where: str, epoch_tai_ns: int) -> KeplerianOrbit:
+    if (table.altitude_km is None) == (table.semi_major_axis_km is None):
+        problem = "needs exactly one of altitude_km (circular) and semi_major_axis_km"
+        raise ConfigError(where, "orbit", problem)
+    if table.altitude_km is not None:
+        if table.eccentricity != 0.0:
+            raise ConfigError(where, "orbit.eccentricity", "goes with semi_major_axis_km")
+        axis = WGS84_EQUATORIAL_RADIUS + table.altitude_km * 1e3
     else:
-        assert table.cylinder is not None
-        mesh = shapes.cylinder(table.cylinder.radius_m, table.cylinder.length_m)
-    given = getattr(table, shapes_given[0]).material
-    material = material_of(given, name, where, f"model.{shapes_given[0]}.material")
-    return SpacecraftModel(name=name, mesh=mesh, parts=(name,), materials=(material,))
+        assert table.semi_major_axis_km is not None
+        axis = table.semi_major_axis_km * 1e3
+    perigee = axis * (1.0 - table.eccentricity)
+    if perigee <= WGS84_EQUATORIAL_RADIUS:
+        problem = f"has its perigee {(WGS84_EQUATORIAL_RADIUS - perigee) / 1e3:.1f} km underground"
+        raise ConfigError(where, "orbit", problem)
+    return KeplerianOrbit(
+        semi_major_axis=axis,
+        eccentricity=table.eccentricity,
+        inclination=np.radians(table.inclination_deg),
+        raan=np.radians(table.raan_deg),
+        argument_of_perigee=np.radians(table.argument_of_perigee_deg),
+        true_anomaly=np.radians(table.true_anomaly_deg),
+        epoch_tai_ns=epoch_tai_ns,
+        oblate=table.j2,
+    )

@@ -12,7 +12,7 @@ from simgl.errors import ConfigError, did_you_mean
 from simgl.scenario.schema import CameraTable, LampTable, SpacecraftTable
 from simgl.scene.spacecraft import SpacecraftModel
 
-# Keys that say nothing without another one: refused alone, not passed over.
+# Keys that are refused without another one.
 _GOES_WITH = {
     "position_lvlh_m": "relative_to",
     "velocity_lvlh_m_s": "relative_to",
@@ -22,7 +22,7 @@ _GOES_WITH = {
 }
 
 
-def craft_named(name: str, models: Mapping[str, SpacecraftModel], where: str, key: str) -> str:
+def named_spacecraft(name: str, models: Mapping[str, SpacecraftModel], where: str, key: str) -> str:
     """The name of a spacecraft, which must be in the scenario."""
     if name not in models:
         problem = f"names no spacecraft: {shown(name)}; {did_you_mean(name, models)}"
@@ -36,7 +36,7 @@ def keypoint_on(model: SpacecraftModel, name: str, where: str, key: str) -> Arra
         suggestion = did_you_mean(name, model.keypoints)
         problem = f'is not on "{model.name}": {shown(name)}; {suggestion}'
         raise ConfigError(where, key, problem)
-    return np.asarray(model.keypoints[name], dtype=np.float64)
+    return model.keypoints[name]
 
 
 def place_on(model: SpacecraftModel, table: CameraTable | LampTable, where: str) -> Array:
@@ -46,7 +46,7 @@ def place_on(model: SpacecraftModel, table: CameraTable | LampTable, where: str)
     if table.keypoint is not None:
         return keypoint_on(model, table.keypoint, where, "keypoint")
     assert table.position_body_m is not None
-    return np.asarray(table.position_body_m, dtype=np.float64)
+    return np.array(table.position_body_m)
 
 
 def exactly_one(
@@ -55,8 +55,8 @@ def exactly_one(
     """One of the keys is given, and no key that goes with another of them."""
     given = [k for k in keys if getattr(table, k) is not None]
     if len(given) != 1:
-        found = " and ".join(given) if given else "none of them"
-        problem = f"needs exactly one of {', '.join(keys)}; got {found}"
+        got = " and ".join(given) if given else "none of them"
+        problem = f"needs exactly one of {', '.join(keys)}; got {got}"
         raise ConfigError(where, what, problem)
     for key, needed in _GOES_WITH.items():
         if getattr(table, key, None) is not None and needed not in given:

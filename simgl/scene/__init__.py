@@ -1,1 +1,13 @@
-"""What is there: frozen descriptions of spacecraft, cameras, Sun and Earth; no graphics."""
+"""What a scene consists of, as frozen data in SI units; no graphics, no files of scenarios.
+
+state             SceneState: everything that an image depends on, at one instant
+spacecraft, mesh  SpacecraftModel and its triangles, primitives, moved joints
+materials, surface_layers, textures, mean_materials   surfaces
+lamps             spot lights and their irradiance
+earth             the Earth's shape, maps, clouds, atmosphere
+star_catalogue    the shipped Hipparcos stars
+noise_volume, noise_projection, cyclones   procedural detail of ground and clouds
+
+May import camera, motion, physics and below. A new kind of object is described here, read in
+simgl.scenario or simgl.model_files, and drawn by a pass.
+"""

@@ -1,4 +1,4 @@
-"""What a seed says of the weather: where depressions lie and how they wind up the air."""
+"""Procedural weather from a seed: places of depressions and how they wind up the clouds."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ _RADIUS, _TURN = (0.07, 0.16), (1.8, 4.2)
 
 
 def seed_shift(seed: int) -> Array32:
-    """(3,) where a seed cuts the noise, in Earth radii."""
+    """(3,) offset into the noise volume for a seed, in Earth radii."""
     rng = np.random.default_rng([seed, 2])
     return rng.uniform(-4.0, 4.0, 3).astype(np.float32)
 
 
 def swirls(seed: int, width: int = 1024) -> Array32:
-    """(width / 2, width, 3) unit vectors: where the air of each place came from, ITRF.
+    """(width / 2, width, 3) unit vectors, ITRF: the place that the air of each texel came from.
 
     Each depression has turned what surrounds it, most in the middle: counterclockwise in the north.
     """

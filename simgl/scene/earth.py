@@ -1,26 +1,34 @@
-"""The Earth as an ellipsoid with its ground, sea, clouds and air."""
+"""The Earth: an ellipsoid with ground, sea, clouds and atmosphere; map images from files."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 
+from PIL import Image, UnidentifiedImageError
+
+from simgl.errors import AssetError
 from simgl.physics.atmosphere import Atmosphere
 from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS, WGS84_POLAR_RADIUS
 from simgl.physics.regolith import Regolith
 
-# Of ground and clouds together, in every band, for the light that goes to and fro between them and
-# the air: the planet's Bond albedo is 0.29 (CERES EBAF).
+# Of ground and clouds in every band, for multiple scattering between them and the atmosphere; the
+# Bond albedo is 0.29 (CERES EBAF).
 MEAN_ALBEDO = 0.3
+
+
+# Textures of this width are possible on every OpenGL 3.3 driver that runs simgl.
+MAX_WIDTH = 16384
 
 
 @dataclass(frozen=True, kw_only=True)
 class EarthMaps:
-    """Pictures of the whole Earth in place of the shipped ones.
+    """Images of the full Earth in place of the shipped ones.
 
     Equirectangular, from 180 deg west to 180 deg east, north up.
 
-    land : sRGB picture; becomes reflectance as ``simgl.physics.land_reflectance`` says
+    land : sRGB image; becomes reflectance as ``simgl.physics.land_reflectance`` says
     water : white on water, black on land
     night : brightness of lights, 0..1 of the brightest
     """
@@ -32,20 +40,20 @@ class EarthMaps:
 
 @dataclass(frozen=True, kw_only=True)
 class Clouds:
-    """A thin layer of cloud over the whole Earth.
+    """A thin layer of cloud.
 
-    cover : mean share of the Earth under cloud, thin high cloud not counted
+    cover : mean fraction of the Earth under cloud, without thin high cloud
     seed : of the weather
-    height : of the layer above the ground, which places shadows [m]
-    picture : share of cloud by a picture, as in ``EarthMaps``, in place of the procedural weather;
-        ``cover`` does not count
-    thickness : optical thickness of the cloud in a picture
+    height : of the layer above the ground, for its shadows [m]
+    image : cloud fraction from an image, as in ``EarthMaps``, in place of the procedural weather;
+        ``cover`` is then ignored
+    thickness : optical thickness of the cloud in an image
     """
 
     cover: float = 0.6
     seed: int = 0
     height: float = 4000.0
-    picture: Path | None = None
+    image: Path | None = None
     thickness: float = 15.0
 
 
@@ -53,15 +61,14 @@ class Clouds:
 class Earth:
     """Semi-axes [m] and the surface's reflectance.
 
-    albedo : Lambert albedo per band R, G, B, N, with nothing over it; None takes the maps of land
-        and sea, and the clouds
-    regolith : law by which airless ground of one albedo sends light back, in place of Lambert's,
-        scaled to the geometric albedo of a Lambertian globe of ``albedo``
-    air : what scatters and dims light above the ground; None is a bare sphere
+    albedo : Lambert albedo per band R, G, B, N, without clouds; None uses the maps and the clouds
+    regolith : reflection law of airless ground in place of Lambert's, scaled to the geometric
+        albedo of a Lambertian globe of ``albedo``
+    air : atmosphere; None for a bare ellipsoid
     wind : speed 12.5 m above the sea, which roughens it [m s-1]
-    clouds : None is a clear day everywhere
-    moonlight, airglow : whether the Moon, and the air's own glow, light ground and clouds at night;
-        the glow is seen, too
+    clouds : None for a clear day everywhere
+    moonlight, airglow : the Moon, and the glow of the atmosphere, light ground and clouds at night;
+        the glow itself is drawn too
     """
 
     equatorial_radius: float = WGS84_EQUATORIAL_RADIUS
@@ -84,3 +91,26 @@ class Earth:
     def radii(self) -> tuple[float, float, float]:
         """Semi-axes along the Earth-fixed x, y, z [m]."""
         return self.equatorial_radius, self.equatorial_radius, self.polar_radius
+
+
+@lru_cache(maxsize=4)
+def read_map_image(path: Path, mode: str) -> Image.Image:
+    """An equirectangular image, twice as wide as high, in mode "RGB" or "L".
+
+    Raises AssetError for a file that is missing, not an image, damaged, or of another shape.
+    """
+    try:
+        with Image.open(path) as image:
+            width, height = image.size
+            if width != 2 * height or width > MAX_WIDTH:
+                raise AssetError(
+                    f"{path} must be twice as wide as high and at most {MAX_WIDTH} pixels wide, "
+                    f"it is {width} x {height}"
+                )
+            return image.convert(mode)
+    except FileNotFoundError:
+        raise AssetError(f"there is no file {path}") from None
+    except UnidentifiedImageError:
+        raise AssetError(f"{path} is not a picture that Pillow can read") from None
+    except (OSError, SyntaxError, Image.DecompressionBombError) as error:
+        raise AssetError(f"{path} is damaged: {error}") from None

@@ -1,4 +1,4 @@
-"""Spot lights: a beam of given power, and what it sends to a surface."""
+"""Spot lights: a beam of given power, and its irradiance on a surface."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from simgl.physics.frames import Pose, unit
 class Lamp:
     """A spot light on a spacecraft.
 
-    spacecraft : that carries it
+    spacecraft : name of the one that carries it
     position_body : (3,) of the middle of its aperture [m]
     boresight_body : (3,) unit, of the beam's axis, in body axes
     look_at : name of the spacecraft that the beam follows; None keeps the boresight
@@ -65,7 +65,7 @@ class LampState:
 
 
 def lamp_state(lamp: Lamp, bodies: Mapping[str, Pose]) -> LampState:
-    """Where a lamp is and where its beam goes, in ICRF axes.
+    """Position and beam direction of a lamp, in ICRF axes.
 
     Raises ConfigError where the spacecraft that it follows is at its own place.
     """
@@ -103,12 +103,12 @@ def beam_solid_angle(half_angle: float, edge: float) -> float:
 
 
 def lamp_irradiance(lamp: LampState, points: Array, normals: Array) -> Array:
-    """(n, 4) irradiance of a lamp on surface elements, nothing standing between [W m-2].
+    """(n, 4) irradiance of a lamp on surface elements, without occlusion [W m-2].
 
     points : (n, 3) [m], in the axes of ``lamp``
     normals : (n, 3) unit; an element that faces away gets nothing
 
-    The lamp is a point; closer than its own radius the law stops at that distance.
+    The lamp is a point source; closer than ``radius`` the inverse-square law is capped.
     """
     beam = points - lamp.position
     distance = np.linalg.norm(beam, axis=1)

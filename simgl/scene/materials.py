@@ -16,14 +16,14 @@ class Material:
     reflectance : base colour per band R, G, B, N, 0..1
     metallic : 0 dielectric (diffuse base under a 4 % specular), 1 metal (reflectance is F0)
     roughness : perceptual roughness, alpha = roughness^2; None means purely Lambertian
-    emission : radiance that the surface gives off by itself, the same to all sides [W m-2 sr-1]
-    coverage : 0..1, of what the base colour's image and the vertex colours say; counts only against
-        ``cutoff``: where their product is less, there is no surface. None: all of it is there
+    emission : emitted radiance, the same in all directions [W m-2 sr-1]
+    coverage : 0..1, factor of the alpha of image and vertex colours
+    cutoff : no surface where that product is less; None for a surface without cut-outs
     maps : images that multiply reflectance, metallic, roughness and emission or tilt the normal;
         the near infrared follows an image's red
-    conserving : light that meets several microfacets is kept; False is the model of glTF, whose
-        lobe loses it and gets darker with roughness
-    coat, cells, crinkle : what lies on or in the surface
+    conserving : adds multiple scattering between microfacets; False is the model of glTF, whose
+        lobe gets darker with roughness
+    coat, cells, crinkle : layers on or in the surface
     """
 
     name: str
@@ -41,7 +41,7 @@ class Material:
 
     @property
     def layered(self) -> bool:
-        """Whether it has more than one reflection law, the same all over."""
+        """Whether it has more than one uniform reflection lobe."""
         layers = self.coat, self.cells, self.crinkle
         return self.conserving or any(layer is not None for layer in layers)
 

@@ -1,4 +1,4 @@
-"""Materials as they look from far away: means of their images over the surface that wears them."""
+"""Mean materials: images and vertex colours averaged over the surface that has them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _PLACES = 200_000
 def mean_materials(model: SpacecraftModel) -> tuple[Material, ...]:
     """The materials of a model with the means of images and vertex colours in their factors.
 
-    Light between surfaces is worked out with these. The relief of normal maps is left out.
+    Interreflection is computed with these. Normal maps are ignored.
     """
     if "DETAILED" not in model.variant:
         return model.materials
@@ -79,7 +79,7 @@ def texels_at(image: Image, uv: AnyArray) -> Array:
         if image.wrap[axis] == MIRROR:
             place = 1.0 - np.abs(place % 2.0 - 1.0)
         index.append(np.clip((place * count).astype(np.int64), 0, count - 1))
-    return np.asarray(image.values[index[1], index[0]], dtype=np.float64)
+    return image.values[index[1], index[0]].astype(np.float64)
 
 
 def _places(mesh: Mesh) -> tuple[IndexArray, Array, Array]:

@@ -144,7 +144,7 @@ def box(size: tuple[float, float, float]) -> Mesh:
 def plate(width: float, height: float) -> Mesh:
     """A thin rectangle, width along x and height along y [m], facing +z; 1/1000 of its size thick.
 
-    It is a box whose +z face lies in the plane z = 0, so that the plate has a back and casts.
+    A box whose +z face lies in the plane z = 0, so that the plate has a back and casts shadows.
     """
     thickness = 1e-3 * min(width, height)
     slab = box((width, height, thickness))

@@ -1,6 +1,6 @@
 """Noise on charts of the sphere: hills and puffs of cloud, finer than the maps' texels.
 
-One periodic picture for all six faces of a cube about the Earth; shaders/planet/chart.glsl lays it
+One periodic image for all six faces of a cube about the Earth; shaders/planet/chart.glsl lays it
 out. Made in Fourier space, so that it repeats without a seam.
 """
 
@@ -19,9 +19,9 @@ from simgl.disk_cache import computed_once
 SIZE = 1024
 # Of a texel [km], where the chart is not drawn out: by up to 1.4 about the faces' corners.
 TEXEL_KM = 0.25
-# Kept are 0.5 + value / (2 * RANGE).
+# Stored as 0.5 + value / (2 * RANGE).
 RANGE = 4.0
-# Halvings of the picture whose texels may still show something of it.
+# Mipmap levels whose texels may still show something of it.
 LEVELS = 8
 
 # Cycles along an edge of the longest waves: 64 km of cloud and 10 km of hills, beyond which the
@@ -30,7 +30,7 @@ _CLOUDS, _HILLS = 4.0, 25.0
 # Of an octave's waves over those of the last, in height of ground and in cloud: the latter's
 # variance falls by 2^-0.64 an octave, as that of liquid water does in stratus (Davis et al. 1999).
 _HILL_WEIGHT, _PUFF_WEIGHT = 0.4, 0.8
-# Cells of stratocumulus on the picture: 20 km wide each.
+# Cells of stratocumulus on the image: 20 km wide each.
 _CELLS = 160
 # The ground's hills stay where they are, whatever the clouds do.
 _GROUND_SEED = 20260320
@@ -74,8 +74,8 @@ def make_chart(seed: int) -> tuple[tuple[Image8, ...], Array32]:
         left.append((puff + cell, slope_x + slope_y))
         half = values.shape[0] // 2
         values = values.reshape(half, 2, half, 2, 4).mean(axis=(1, 3))
-    kept = np.array(left, dtype=np.float32)
-    return tuple(codes), kept / kept[0]
+    variances = np.array(left, dtype=np.float32)
+    return tuple(codes), variances / variances[0]
 
 
 def _frequencies() -> tuple[Array32, Array32, Array32]:
@@ -123,7 +123,7 @@ def _walled_cells(rng: np.random.Generator) -> Array32:
 
 def _standard(field: Array32) -> Array32:
     """The field with mean 0 and standard deviation 1."""
-    return np.asarray((field - field.mean()) / field.std(), dtype=np.float32)
+    return (field - field.mean()) / field.std()
 
 
 def _read(field: Array32, rng: np.random.Generator) -> Array32:
@@ -136,4 +136,4 @@ def _normal(field: Array32, rng: np.random.Generator) -> Array32:
     """The field bent so that what is read of it is normally distributed."""
     levels = np.sort(_read(field, rng))
     wanted = ndtri((np.arange(levels.size) + 0.5) / levels.size)
-    return np.asarray(np.interp(field, levels, wanted), dtype=np.float32)
+    return np.interp(field, levels, wanted).astype(np.float32)

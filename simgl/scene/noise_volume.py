@@ -20,7 +20,7 @@ SIZE = 128
 _CYCLES = (4.0, 32.0)
 # The ground's hills stay where they are, whatever the clouds do.
 _GROUND_SEED = 20260320
-# Slopes are kept as 0.5 + slope / (2 * SLOPE_RANGE).
+# Slopes are stored as 0.5 + slope / (2 * SLOPE_RANGE).
 SLOPE_RANGE = 4.0
 
 
@@ -51,9 +51,9 @@ def make_volume(seed: int) -> Image8:
 
 def _frequencies() -> tuple[Array32, Array32, Array32, Array32]:
     """Cycles along x, y, z and their length, for a real transform's half space."""
-    whole = np.fft.fftfreq(SIZE, 1.0 / SIZE).astype(np.float32)
+    full = np.fft.fftfreq(SIZE, 1.0 / SIZE).astype(np.float32)
     half = np.fft.rfftfreq(SIZE, 1.0 / SIZE).astype(np.float32)
-    z, y, x = whole[:, None, None], whole[:, None], half
+    z, y, x = full[:, None, None], full[:, None], half
     return x, y, z, np.sqrt(x * x + y * y + z * z)
 
 

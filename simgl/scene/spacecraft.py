@@ -1,4 +1,4 @@
-"""A spacecraft as something to draw: a mesh with named parts, materials and keypoints."""
+"""Spacecraft models: a mesh with named parts, materials, keypoints and joints."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from simgl.scene.textures import SurfaceTextures
 
 @dataclass(frozen=True, kw_only=True)
 class Branch:
-    """A node of a model's file with the parts, by index, that it and all under it carry."""
+    """A node of a model's file, with the indices of the parts at and below it."""
 
     name: str
     parts: tuple[int, ...]
@@ -36,15 +36,15 @@ class SpacecraftModel:
     mesh : its shape with all joints as stored, whatever their values
     parts : names, indexed by ``mesh.part``
     materials : indexed by ``mesh.material``
-    textures : the images that the materials wear
+    textures : the images of the materials
     keypoints : name to (3,) position where the joints put it [m]
-    open_sheets : some surfaces are seen from both sides, so none may be culled
-    notes : what the file asks for and does not get, one line each
-    branches : of the tree of parts, each after those that it hangs under
+    open_sheets : some surfaces are visible from both sides; back faces are not culled
+    notes : features of the file that are not drawn, one line each
+    branches : of the tree of parts, parents first
     joints : of the parts that move
-    angles : of the joints now, in their order [rad], or travel [m] of those that slide; none where
-        all are as stored
-    stored : the model with all joints as stored, where they are not
+    angles : of the joints in their order [rad], travel [m] of sliding ones; empty if all are as
+        stored
+    stored : the model with all joints as stored, if this one is moved
     """
 
     name: str
@@ -62,11 +62,10 @@ class SpacecraftModel:
 
     @cached_property
     def variant(self) -> tuple[str, ...]:
-        """What drawing it needs beyond materials that are the same all over.
+        """The shader features that it needs beyond uniform materials.
 
-        ``DETAILED``: images or vertex colours; ``CUT_OUT``: they say also where no surface is;
-        ``LAYERED``: coats, solar cells, crinkles, lobes that conserve energy; ``JOINTED``: joints
-        have moved some of it.
+        ``DETAILED``: images or vertex colours; ``CUT_OUT``: alpha masks; ``LAYERED``: coats, solar
+        cells, crinkles, energy-conserving lobes; ``JOINTED``: parts moved by joints.
         """
         variant = []
         if self.mesh.uv is not None or self.mesh.colour is not None:
@@ -88,7 +87,9 @@ class SpacecraftModel:
     def posed(self, angles: Mapping[str, float]) -> SpacecraftModel:
         """The model with its joints at these angles [rad] or travels [m]; others are as stored.
 
-        Equal angles give the same object for as long as it is among the last ones used.
+        Equal angles give the same object while it is among the 16 used last.
+
+        Raises ValueError for a name that is no joint.
         """
         for name in angles:
             if all(joint.name != name for joint in self.joints):
@@ -119,7 +120,7 @@ class SpacecraftModel:
 
     @cached_property
     def outline(self) -> str:
-        """Hash of what it hides, the key of anything that shows only where it is."""
+        """Hash of its opaque outline, the key of results that depend on that alone."""
         digest = self.posed_mesh.digest
         if "CUT_OUT" not in self.variant:
             return digest
@@ -128,7 +129,7 @@ class SpacecraftModel:
         return hashlib.sha256(content.encode()).hexdigest()
 
 
-# A scene of two craft whose wings follow the Sun asks for the same poses several times a frame.
+# A scene with Sun-tracking arrays asks for the same poses several times a frame.
 @lru_cache(maxsize=16)
 def _posed(stored: SpacecraftModel, values: tuple[float, ...]) -> SpacecraftModel:
     motion = body_from_stored(stored.joints, values)

@@ -1,4 +1,4 @@
-"""The stars of the shipped catalogue, and where in the solar system they are looked at from."""
+"""The shipped star catalogue, and the observer's place for parallax and aberration."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class StarCatalogue:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StarSky:
-    """A catalogue looked at from near the Earth at an instant.
+    """A catalogue seen from near the Earth at an instant.
 
     years : since the catalogue's epoch [Julian years]
     earth_position, earth_velocity : (3,) of the Earth's centre from the solar system's barycentre

@@ -1,4 +1,4 @@
-"""The scene at one instant: float64, SI, ICRF axes. A picture is a pure function of this."""
+"""The scene at one instant: float64, SI, ICRF axes. An image is a pure function of it."""
 
 from __future__ import annotations
 
@@ -164,7 +164,7 @@ class CameraState:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SceneState:
-    """Everything that a picture depends on, at one instant.
+    """Everything that an image depends on, at one instant.
 
     tai_ns : TAI nanoseconds since 1970-01-01T00:00:00 TAI
     earth : None for a scene in deep space

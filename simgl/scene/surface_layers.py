@@ -1,10 +1,10 @@
-"""What lies on or in a surface beside its reflection law: clear coats, solar cells, crinkles."""
+"""Layers on or in a surface: clear coats, solar cells, crinkles."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
 
-# On a smoother surface a point Sun has a highlight narrower than a float resolves.
+# Below this the highlight of a point Sun is narrower than float32 resolves.
 SMOOTHEST = 0.01
 
 Bands = tuple[float, float, float, float]
@@ -39,7 +39,7 @@ class Cells:
     gap : between cells [m]
     finger_pitch, finger_width : of the thin metal lines that repeat along the first axis [m]
     busbar_pitch, busbar_width : of the metal lines that repeat along the second axis [m]
-    gap_reflectance, metal_reflectance : per band, what shows in the gaps, and of the lines
+    gap_reflectance, metal_reflectance : per band, of the gaps and of the metal lines
     """
 
     width: float

@@ -1,8 +1,8 @@
-"""Images on surfaces, as frozen data: linear values per texel, and which material wears which.
+"""Images on surfaces, as frozen data: linear values per texel, and which material has which.
 
 Four kinds of image, each a tuple of layers that materials number:
 
-    base colour   red, green, blue reflectance (linear, no longer sRGB) and coverage, 0..1
+    base colour   red, green, blue reflectance (linear) and coverage, 0..1
     law           roughness and metallic, 0..1
     normal        unit vector per texel: along the image's rows, up its columns, out of the surface
     emission      red, green, blue share of the material's emission, 0..1
@@ -17,7 +17,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-# What lies past an image's edge; the numbers are those of the shader.
+# How an image continues past its edge; the shader uses the same numbers.
 REPEAT, CLAMP, MIRROR = 0, 1, 2
 
 
@@ -26,7 +26,7 @@ class Image:
     """One image.
 
     values : (height, width, channels) float16, 2^-11 of a value exact; row 0 lies at v = 0
-    wrap : what lies past its edges along u and v
+    wrap : how it continues past its edges along u and v
     """
 
     values: NDArray[np.float16]
@@ -58,7 +58,7 @@ class SurfaceTextures:
 
 @dataclass(frozen=True, kw_only=True)
 class Maps:
-    """Which layer of each kind a material wears; None where its own factors are all.
+    """The layer of each kind that a material uses; None for a uniform factor.
 
     normal_scale : stretches the tilt of the normal map
     """

@@ -13,8 +13,8 @@ from simgl.assess.exposure_advice import advice_text, advise
 from simgl.assess.target_light import assess_frame
 from simgl.errors import ConfigError
 from simgl.images import DigitalFrame, ElectronFrame, RadianceFrame
+from simgl.scenario.schema import UsabilityCriteria
 from simgl.scene.state import SceneState
-from simgl.scene.usability_criteria import UsabilityCriteria
 from simgl.simulator import Capture, Product, Simulator
 from tests.scenes import lambert, scene
 

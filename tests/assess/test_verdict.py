@@ -11,7 +11,7 @@ from simgl.assess.target_background import TargetBackground
 from simgl.assess.target_light import FrameAssessment
 from simgl.assess.timeline import Moment, timeline
 from simgl.assess.verdict import Verdict, verdict
-from simgl.scene.usability_criteria import UsabilityCriteria
+from simgl.scenario.schema import UsabilityCriteria
 
 GOOD = FrameAssessment(
     target="craft",

@@ -16,7 +16,7 @@ from PIL import Image
 from simgl import __version__, cli
 from simgl.errors import OutputError
 from simgl.images import display_from_radiance, unpack_mono12p
-from simgl.output import complete_file, write_exposure
+from simgl.output import complete_file, write_capture
 from simgl.physics.frames import matrix_from_quaternion
 from simgl.scenario.loader import load_scenario
 from simgl.simulator import Capture, Product, Simulator
@@ -81,7 +81,7 @@ def test_a_colour_camera_leaves_a_picture_and_packed_dn(
 def test_the_exr_holds_radiance_depth_and_parts_bit_for_bit(
     exposure: Capture, tmp_path: Path
 ) -> None:
-    write_exposure(exposure, tmp_path, "nav")
+    write_capture(exposure, tmp_path, "nav")
     with OpenEXR.File(str(tmp_path / "nav.radiance.exr"), separate_channels=True) as file:
         channels = {name: c.pixels for name, c in file.parts[0].channels.items()}
     assert sorted(channels) == ["B", "G", "N", "R", "Z", "partId"]
@@ -100,7 +100,7 @@ def test_the_exr_holds_radiance_depth_and_parts_bit_for_bit(
 
 
 def test_the_exr_header_says_what_it_is_with_units(exposure: Capture, tmp_path: Path) -> None:
-    write_exposure(exposure, tmp_path, "nav")
+    write_capture(exposure, tmp_path, "nav")
     with OpenEXR.File(str(tmp_path / "nav.radiance.exr")) as file:
         header = dict(file.header())
     expected = {
@@ -137,7 +137,7 @@ def test_the_exr_header_says_what_it_is_with_units(exposure: Capture, tmp_path: 
 
 
 def test_the_dn_png_has_16_bits_and_equals_the_capture(exposure: Capture, tmp_path: Path) -> None:
-    write_exposure(exposure, tmp_path, "nav")
+    write_capture(exposure, tmp_path, "nav")
     content = (tmp_path / "nav.dn.png").read_bytes()
     # Bit depth and colour type stand in the header chunk: 16 bits, grey.
     assert (content[24], content[25]) == (16, 0)
@@ -148,7 +148,7 @@ def test_the_dn_png_has_16_bits_and_equals_the_capture(exposure: Capture, tmp_pa
 
 
 def test_the_view_png_is_the_radiance_as_srgb(exposure: Capture, tmp_path: Path) -> None:
-    write_exposure(exposure, tmp_path, "nav")
+    write_capture(exposure, tmp_path, "nav")
     picture = np.asarray(Image.open(tmp_path / "nav.view.png"))
     assert picture.shape == (32, 48, 3)
     assert exposure.radiance is not None
@@ -161,10 +161,10 @@ def test_the_view_png_is_the_radiance_as_srgb(exposure: Capture, tmp_path: Path)
 
 
 def test_an_exposure_writes_only_what_it_holds(exposure: Capture, tmp_path: Path) -> None:
-    paths = write_exposure(Capture(info=exposure.info, digital=exposure.digital), tmp_path, "a")
+    paths = write_capture(Capture(info=exposure.info, digital=exposure.digital), tmp_path, "a")
     assert paths == [tmp_path / "a.dn.png"]
     assert exposure.radiance is not None
-    paths = write_exposure(Capture(info=exposure.info, radiance=exposure.radiance), tmp_path, "b")
+    paths = write_capture(Capture(info=exposure.info, radiance=exposure.radiance), tmp_path, "b")
     assert paths == [tmp_path / "b.radiance.exr", tmp_path / "b.view.png"]
     with OpenEXR.File(str(paths[0]), separate_channels=True) as file:
         assert sorted(file.parts[0].channels) == ["B", "G", "N", "R"]
@@ -212,7 +212,7 @@ def test_a_folder_in_place_of_the_file_is_refused(exposure: Capture, tmp_path: P
     path.mkdir()
     digital = Capture(info=exposure.info, digital=exposure.digital)
     with pytest.raises(OutputError) as caught:
-        write_exposure(digital, tmp_path, "a")
+        write_capture(digital, tmp_path, "a")
     assert str(caught.value) == f"{path}: cannot be written (Is a directory)"
     assert sorted(os.listdir(tmp_path)) == ["a.dn.png", "scene.toml"]
 
@@ -265,7 +265,7 @@ def test_a_layers_file_that_cannot_be_written_is_refused_by_name(
         exposure = simulator.capture(scenario.at(scenario.epoch_tai_ns), "nav", {Product.LAYERS})
     (tmp_path / "out" / "a.layers.exr").mkdir(parents=True)
     with pytest.raises(OutputError) as caught:
-        write_exposure(exposure, tmp_path / "out", "a")
+        write_capture(exposure, tmp_path / "out", "a")
     path = tmp_path / "out" / "a.layers.exr"
     assert str(caught.value) == f"{path}: cannot be written (Is a directory)"
     assert os.listdir(tmp_path / "out") == ["a.layers.exr"]

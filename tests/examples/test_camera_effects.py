@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from examples.camera_effects.pictures import pictures
+from examples.camera_effects.panels import rendered_panels
 from simgl.arrays import Array, Image8
 
 
 @pytest.fixture(scope="module")
 def panels() -> dict[str, Image8]:
-    return dict(pictures(80))
+    return dict(rendered_panels(80))
 
 
 def linear(panels: dict[str, Image8], start: str) -> Array:

@@ -58,7 +58,7 @@ DIFFERS = {("craft_alone", "tail cone")}
 def test_each_case_shows_what_the_study_says_or_what_the_page_admits(simulator: Simulator) -> None:
     for case, shot in shots(simulator):
         if case.name in SEEN:
-            assert (shot.found.backdrop, shot.verdict) == SEEN[case.name], case.name
+            assert (shot.assessment.backdrop, shot.verdict) == SEEN[case.name], case.name
         found = readings(case, shot)
         for reading in found:
             differs = (case.name, reading.number.what) in DIFFERS

@@ -1,4 +1,4 @@
-"""Each short example runs, on pictures of 120 x 120 pixels, and prints what its first line says."""
+"""Each short example runs, on images of 120 x 120 pixels, and prints what its first line says."""
 
 from __future__ import annotations
 
@@ -22,6 +22,7 @@ PRINTS = {
     "exposure_sweep": (rf"EV +{NUMBER} +{NUMBER} us  saturated .*%  dark .*%  usable .*%", 5),
     "lidar": (rf"\d+ ranges about {NUMBER} m|error {NUMBER} m, two thirds within {NUMBER} m.*", 2),
     "light_along_orbit": (rf"2026-[\dT:-]+  sunlight +{NUMBER}%  phase +{NUMBER} deg", 10),
+    "mesh_in_memory": (rf"\d+ pixels, mean radiance ({NUMBER} ){{4}}W/\(m2 sr\)", 1),
     "pointing": (rf"\w+ +Earth .*  Sun at +{NUMBER} deg", 5),
     "radiance": (rf"target/\w+ +({NUMBER} +){{4}}W/\(m2 sr\)", 8),
     "trajectories": (rf"\w+ +\+ ?\d+ min  \w+ at +{NUMBER} km  chaser at +{NUMBER} m", 8),

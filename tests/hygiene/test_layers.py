@@ -21,10 +21,10 @@ LAYERS = (
     ("passes",),
     ("camera_pipeline", "renderer"),
     ("simulator",),
-    ("", "bench", "cli_progress", "output", "workers"),
+    ("bench", "cli_progress", "output", "workers"),
     ("doctor", "inspection", "maps", "sequence", "viewer"),
     ("assess", "campaign"),
-    ("commands",),
+    ("", "commands"),
     ("cli",),
     ("__main__",),
 )

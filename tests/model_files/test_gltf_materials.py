@@ -14,8 +14,8 @@ import pytest
 from PIL import Image
 
 from simgl.errors import AssetError
-from simgl.model_files.finishes import load_finish
 from simgl.model_files.model_library import load_model
+from simgl.model_files.surface_tables import load_finish
 from simgl.scene.materials import Material
 from simgl.scene.mean_materials import mean_materials
 from simgl.scene.spacecraft import SpacecraftModel

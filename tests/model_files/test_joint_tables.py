@@ -280,10 +280,11 @@ def test_the_cells_of_two_axis_arrays_face_the_sun_all_along_an_orbit(minutes: i
     state = servicing.at(servicing.epoch_tai_ns + minutes * 60 * 10**9)
     body = state.bodies["servicer"]
     model, stored = body.model, servicing.models["servicer"].mesh
+    posed = model.posed_mesh.baked()
     cells = [m.name for m in model.materials].index("solar_cell")
     for wing in ("wing_left", "wing_right"):
-        own = (stored.part == model.parts.index(wing)) & (stored.material == cells)
-        normals = model.mesh.normals[own & (stored.normals[:, 2] < -0.999)].astype(np.float64)
+        on_wing = (stored.part == model.parts.index(wing)) & (stored.material == cells)
+        normals = posed.normals[on_wing & (stored.normals[:, 2] < -0.999)].astype(np.float64)
         assert len(normals) > 100
         sun = body.pose.R_icrf_from_body.T @ state.sun.seen_from(body.pose.position).direction_icrf
         assert np.abs(np.cross(normals, sun)).max() < 3e-7

@@ -15,8 +15,7 @@ from simgl.gpu.release import release_all
 from simgl.gpu.render_targets import Format, ImageTarget
 from simgl.gpu.uniform_blocks import Block
 from simgl.scene.cyclones import DECKS, seed_shift, swirls
-from simgl.scene.earth import Clouds
-from simgl.scene.image_files import read_picture
+from simgl.scene.earth import Clouds, read_map_image
 from simgl.scene.noise_volume import SIZE, noise_volume
 
 # Optical thickness of code 1; that of code 0 is 1, logarithmic between, as in planet/cloud.glsl.
@@ -59,8 +58,8 @@ def weather_codes(
     noise : of the same seed; ground : as ``simgl.passes.background.earth_maps`` gives them
     width : of the map; its height is half of that
     """
-    if clouds.picture is not None:
-        return _pictured(clouds, clouds.picture)
+    if clouds.image is not None:
+        return _pictured(clouds, clouds.image)
     samplers = ["noise_volume", "swirls", "land_map", "form_map"]
     program = FullscreenProgram(ctx, "cloud_map/cloud_map", _WEATHER, samplers)
     wind = _wind_texture(ctx, clouds.seed)
@@ -83,7 +82,7 @@ def weather_codes(
 
 
 def _pictured(clouds: Clouds, path: Path) -> Image8:
-    share = np.asarray(read_picture(path, "L"))
+    share = np.asarray(read_map_image(path, "L"))
     code = np.log(clouds.thickness) / np.log(THICKEST)
     values = np.zeros((*share.shape, 4), dtype=np.uint8)
     values[..., 0] = share

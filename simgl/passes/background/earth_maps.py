@@ -13,8 +13,7 @@ from scipy.ndimage import distance_transform_edt
 from simgl import assets
 from simgl.arrays import Image8, IndexArray
 from simgl.physics.land_reflectance import near_infrared, reflectance_from_display
-from simgl.scene.earth import EarthMaps
-from simgl.scene.image_files import read_picture
+from simgl.scene.earth import EarthMaps, read_map_image
 
 # Texels of the shipped maps are 9.8 km long on the equator.
 WIDTH, HEIGHT = 4096, 2048
@@ -34,7 +33,7 @@ def land_map(path: Path | None) -> Image8:
     """(h, w, 4) square roots of reflectance R, G, B, N, 255 for 1."""
     if path is None:
         return np.dstack([_shipped("land_rgb.jpg", "RGB"), _shipped("land_nir.jpg", "L")])
-    rgb = reflectance_from_display(np.asarray(read_picture(path, "RGB")))
+    rgb = reflectance_from_display(np.asarray(read_map_image(path, "RGB")))
     roots = np.sqrt(np.dstack([rgb, near_infrared(rgb)]))
     return np.round(255.0 * roots).astype(np.uint8)
 
@@ -43,9 +42,9 @@ def land_map(path: Path | None) -> Image8:
 def form_map(water: Path | None, night: Path | None) -> Image8:
     """(h, w, 4) codes of the slopes to the east and north, of the shore, and of night lights."""
     slopes = _shipped("relief.webp", "RGB")[..., :2]
-    shore = _shipped("shore.webp", "L") if water is None else _shore(read_picture(water, "L"))
+    shore = _shipped("shore.webp", "L") if water is None else _shore(read_map_image(water, "L"))
     lights = (
-        Image.fromarray(_shipped("night.jpg", "L")) if night is None else read_picture(night, "L")
+        Image.fromarray(_shipped("night.jpg", "L")) if night is None else read_map_image(night, "L")
     )
     height, width = shore.shape
     if (height, width) != slopes.shape[:2]:

@@ -11,8 +11,7 @@ import pytest
 
 from simgl.arrays import Array
 from simgl.inspection.model_check import examine
-from simgl.model_files.file_axes import AXES, UNITS, body_from_file
-from simgl.model_files.model_library import load_model
+from simgl.model_files.model_library import AXES, UNITS, body_from_file, load_model
 from simgl.scenario.loader import scenario_from_dict
 
 # Corners of a box 3 x 2 x 1 m along body x, y, z, off the origin, and its outward triangles.

@@ -3,22 +3,33 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
 from simgl.config.path_sandbox import Base
 from simgl.config.value_types import direction, fractions
-from simgl.errors import ConfigError
+from simgl.errors import AssetError, ConfigError
 from simgl.physics.atmosphere import ATMOSPHERES
 from simgl.physics.constants import ASTRONOMICAL_UNIT, SOLAR_CONSTANT, SOLAR_RADIUS
 from simgl.physics.solar_disc import UNIFORM, astm_g173_light, limb_darkening
 from simgl.physics.spectrum import black_body_light
-from simgl.scenario.earth_tables import read_ground, refuse_ground
 from simgl.scenario.scenario import EphemerisSun
-from simgl.scenario.schema import EarthTable, SkyTable, SunTable
-from simgl.scene.earth import Earth
+from simgl.scenario.schema import CloudsTable, EarthTable, SkyTable, SunTable
+from simgl.scene.earth import Clouds, Earth, EarthMaps, read_map_image
 from simgl.scene.star_catalogue import StarCatalogue, shipped_stars
 from simgl.scene.state import SunInDirection
+
+# Keys of an Earth with maps; one with a given albedo, or none, does not have them.
+_MAP_KEYS = (
+    "wind_m_s",
+    "moonlight",
+    "airglow",
+    "clouds",
+    "land_picture",
+    "water_picture",
+    "night_picture",
+)
 
 
 def read_sun(table: SunTable, temperature: float, where: str) -> EphemerisSun | SunInDirection:
@@ -30,9 +41,9 @@ def read_sun(table: SunTable, temperature: float, where: str) -> EphemerisSun | 
         light = astm_g173_light(total)
     else:
         light = black_body_light(total, temperature)
-    # A disc that is given by hand is the uniform one of textbook cases.
-    by_hand = table.angular_diameter_deg is not None or table.direction_icrf is not None
-    darkened = not by_hand if table.limb_darkening is None else table.limb_darkening
+    # A disc whose size or direction is given is uniform, as in textbook cases.
+    given = table.angular_diameter_deg is not None or table.direction_icrf is not None
+    darkened = not given if table.limb_darkening is None else table.limb_darkening
     limb = limb_darkening(temperature) if darkened else UNIFORM
     radius = SOLAR_RADIUS
     if table.angular_diameter_deg is not None:
@@ -60,17 +71,17 @@ def read_earth(
             raise ConfigError(where, "albedo", 'goes with an Earth, got shape = "none"')
         if table.atmosphere is not None:
             raise ConfigError(where, "atmosphere", 'goes with an Earth, got shape = "none"')
-        refuse_ground(table, where, 'shape = "none"')
+        _refuse_map_keys(table, where, 'shape = "none"')
         return None
     default = "standard" if table.shape == "wgs84" else "none"
     air = ATMOSPHERES.get(table.atmosphere or default)
     if albedo is not None:
-        refuse_ground(table, where, "albedo")
+        _refuse_map_keys(table, where, "albedo")
         earth = Earth(albedo=albedo, air=air)
     else:
-        wind, clouds, maps = read_ground(table, where, base)
+        wind, clouds, maps = _read_maps(table, where, base)
         earth = Earth(air=air, wind=wind, clouds=clouds, maps=maps)
-        earth = _at_night(earth, table, where, by_hand=isinstance(sun, SunInDirection))
+        earth = _at_night(earth, table, where, fixed_sun=isinstance(sun, SunInDirection))
     if table.shape == "sphere":
         if table.radius_km is None:
             raise ConfigError(where, "radius_km", 'is missing; shape = "sphere" needs it')
@@ -79,16 +90,16 @@ def read_earth(
     return earth
 
 
-def _at_night(earth: Earth, table: EarthTable, where: str, *, by_hand: bool) -> Earth:
-    """The Earth with what lights it at night: under a Sun fixed by hand, what is asked for."""
-    if table.moonlight and by_hand:
+def _at_night(earth: Earth, table: EarthTable, where: str, *, fixed_sun: bool) -> Earth:
+    """The Earth with moonlight and airglow; with a fixed Sun only where they are asked for."""
+    if table.moonlight and fixed_sun:
         raise ConfigError(where, "moonlight", "goes with a Moon, which a Sun fixed by hand has not")
     if table.airglow and earth.air is None:
         raise ConfigError(where, "airglow", "goes with an atmosphere, got none")
-    airglow = earth.air is not None and not by_hand
+    airglow = earth.air is not None and not fixed_sun
     return replace(
         earth,
-        moonlight=not by_hand if table.moonlight is None else table.moonlight,
+        moonlight=not fixed_sun if table.moonlight is None else table.moonlight,
         airglow=airglow if table.airglow is None else table.airglow,
     )
 
@@ -97,7 +108,59 @@ def read_sky(table: SkyTable, sun: EphemerisSun | SunInDirection) -> StarCatalog
     """The stars of a scene; None for a sky without them."""
     if table.stars is False:
         return None
-    # A Sun fixed by hand makes a laboratory of the scene: no Moon, and no stars unless asked for.
+    # A fixed Sun makes a test scene: no Moon, and stars only where they are asked for.
     if table.stars is None and isinstance(sun, SunInDirection):
         return None
     return shipped_stars(table.faintest_star_mag)
+
+
+def _refuse_map_keys(table: EarthTable, where: str, because: str) -> None:
+    """Raise ConfigError for keys that only an Earth with maps has."""
+    for key in _MAP_KEYS:
+        if getattr(table, key) is not None:
+            raise ConfigError(where, key, f"goes with an Earth that has maps, got {because}")
+
+
+def _read_maps(table: EarthTable, where: str, base: Base) -> tuple[float, Clouds | None, EarthMaps]:
+    """Wind [m s-1], clouds and maps; relative paths start at ``base``."""
+    wind = Earth.wind if table.wind_m_s is None else table.wind_m_s
+    maps = EarthMaps(
+        land=_map_path(table.land_picture, where, "land_picture", "RGB", base),
+        water=_map_path(table.water_picture, where, "water_picture", "L", base),
+        night=_map_path(table.night_picture, where, "night_picture", "L", base),
+    )
+    return wind, _clouds(table.clouds or CloudsTable(), f"{where[:-1]}.clouds]", base), maps
+
+
+def _clouds(table: CloudsTable, where: str, base: Base) -> Clouds | None:
+    if table.picture is None:
+        if table.optical_thickness is not None:
+            raise ConfigError(where, "optical_thickness", "goes with picture, which is missing")
+        if table.cover == 0.0:
+            return None
+        return Clouds(
+            cover=Clouds.cover if table.cover is None else table.cover,
+            seed=Clouds.seed if table.seed is None else table.seed,
+            height=table.height_km * 1e3,
+        )
+    for key in ("cover", "seed"):
+        if getattr(table, key) is not None:
+            raise ConfigError(where, key, "contradicts picture, which says where clouds are")
+    thickness = table.optical_thickness
+    return Clouds(
+        image=_map_path(table.picture, where, "picture", "L", base),
+        height=table.height_km * 1e3,
+        thickness=Clouds.thickness if thickness is None else thickness,
+    )
+
+
+def _map_path(name: str | None, where: str, key: str, mode: str, base: Base) -> Path | None:
+    """The path of a map image, which is read once to check it."""
+    if name is None:
+        return None
+    try:
+        path = base / name
+        read_map_image(path, mode)
+    except AssetError as error:
+        raise ConfigError(where, key, str(error)) from None
+    return path

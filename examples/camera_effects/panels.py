@@ -9,26 +9,30 @@ from typing import Any
 
 import numpy as np
 
-from simgl import Product, Scenario, Simulator, load_scenario
+from simgl import (
+    Camera,
+    Detector,
+    Product,
+    Scenario,
+    SceneState,
+    Simulator,
+    display_from_dn,
+    load_scenario,
+    scenario_from_dict,
+)
 from simgl.arrays import Image8
-from simgl.camera.camera import Camera
-from simgl.camera.detector import Detector, FixedPattern, Particles
-from simgl.camera.presets import read_camera
-from simgl.images import display_from_dn
-from simgl.physics.constants import SOLAR_TEMPERATURE
+from simgl.camera.detector import FixedPattern, Particles
 from simgl.progress import ProgressCallback
-from simgl.scenario.schema import CameraTable
-from simgl.scene.state import SceneState
 
 SCENE = Path(__file__).parents[1] / "gallery" / "bay.toml"
 CAMERA = "craft"
-# Of the camera, about the picture's vertical.
+# Of the camera, about the image's vertical.
 TURN_RATE = np.radians(10.0)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Panel:
-    """What differs from the plain picture.
+    """What differs from the plain image.
 
     detector : changed fields
     light : exposure time over the plain one
@@ -110,24 +114,35 @@ def panels(colour: Detector) -> dict[str, Panel]:
     }
 
 
-def pictures(width: int, progress: ProgressCallback | None = None) -> Iterator[tuple[str, Image8]]:
-    """Title and 8-bit sRGB picture of each panel.
+def rendered_panels(
+    width: int, progress: ProgressCallback | None = None
+) -> Iterator[tuple[str, Image8]]:
+    """Title and 8-bit sRGB image of each panel.
 
     width : pixels; the height is three quarters of it
     progress : told of the light between surfaces while it is traced
     """
     scenario = load_scenario(SCENE)
     plain = _plain(scenario.cameras[CAMERA], width)
-    colour = read_camera("", "", CameraTable(preset="imx264_colour"), SOLAR_TEMPERATURE, Path())
     with Simulator(scenario, progress=progress) as simulator:
-        for title, panel in panels(colour.detector).items():
+        for title, panel in panels(_colour_detector()).items():
             detector = replace(plain.detector, **panel.detector)
             camera = replace(
                 plain,
                 detector=replace(detector, fill_factor=panel.dimmed * detector.fill_factor),
                 exposure_time=panel.light * plain.exposure_time,
             )
-            yield title, _picture(simulator, camera, panel)
+            yield title, _panel_image(simulator, camera, panel)
+
+
+def _colour_detector() -> Detector:
+    """That of a shipped preset with filters."""
+    place = {"position_icrf_m": [7e6, 0.0, 0.0], "boresight": [1.0, 0.0, 0.0]}
+    tables = {
+        "epoch": {"utc": "2026-03-20T12:00:00"},
+        "camera": {"colour": {"preset": "imx264_colour", **place}},
+    }
+    return scenario_from_dict(tables).cameras["colour"].detector
 
 
 def _plain(camera: Camera, width: int) -> Camera:
@@ -148,7 +163,7 @@ def _plain(camera: Camera, width: int) -> Camera:
     return replace(camera, detector=detector, exposure_time=0.25 * camera.exposure_time)
 
 
-def _picture(simulator: Simulator, camera: Camera, panel: Panel) -> Image8:
+def _panel_image(simulator: Simulator, camera: Camera, panel: Panel) -> Image8:
     scenario = simulator.scenario
     at = _turning(scenario, camera) if panel.turns else None
     state = _seen_by(scenario.at(scenario.epoch_tai_ns), camera)
@@ -161,8 +176,8 @@ def _picture(simulator: Simulator, camera: Camera, panel: Panel) -> Image8:
 
 
 def _seen_by(state: SceneState, camera: Camera) -> SceneState:
-    there = replace(state.cameras[CAMERA], camera=camera)
-    return replace(state, cameras={CAMERA: there})
+    placed = replace(state.cameras[CAMERA], camera=camera)
+    return replace(state, cameras={CAMERA: placed})
 
 
 def _turning(scenario: Scenario, camera: Camera) -> Callable[[int], SceneState]:

@@ -1,4 +1,4 @@
-"""The pictures of the gallery: which light each of them shows, and how bright."""
+"""The images of the gallery: which light each of them shows, and how bright."""
 
 from __future__ import annotations
 
@@ -9,32 +9,39 @@ from pathlib import Path
 import numpy as np
 
 from examples.fewer_pixels import fewer_pixels
-from simgl import Product, Simulator, load_scenario
+from simgl import (
+    Product,
+    Simulator,
+    contact_sheet,
+    display_from_layers,
+    display_from_radiance,
+    load_scenario,
+)
 from simgl.arrays import Array32, Image8
-from simgl.images import LayersFrame, contact_sheet, display_from_layers, display_from_radiance
+from simgl.images import LayersFrame
 from simgl.progress import ProgressCallback
 
 BAY = Path(__file__).with_name("bay.toml")
 BOARD = Path(__file__).parents[1] / "materials.toml"
 AZIMUTHS = Path(__file__).parents[1] / "azimuths.toml"
 
-# What of the daylight each picture shows, one light more in each.
+# What of the daylight each image shows, one light more in each.
 DAYLIGHT = {
     "sun": ("sun", "background"),
     "earth": ("sun", "background", "earth"),
     "all": ("sun", "background", "earth", "inter_reflected"),
 }
 HALF_AN_ORBIT_NS = 2_777 * 10**9
-# The lamp's pictures are brighter than those of the day by this.
+# The lamp's images are brighter than those of the day by this.
 LAMP_GAIN = 128.0
 
 
-def pictures(
+def gallery_images(
     shrink: int = 1, progress: ProgressCallback | None = None
 ) -> Iterator[tuple[str, Image8]]:
-    """Name and 8-bit sRGB picture, one after the other.
+    """Name and 8-bit sRGB image, one after the other.
 
-    shrink : pictures are smaller by this factor
+    shrink : images are smaller by this factor
     progress : told of the light between surfaces while it is traced
     """
     scenario = fewer_pixels(load_scenario(BAY), shrink)
@@ -53,16 +60,16 @@ def pictures(
 
 
 def _by_camera(scenario_file: Path, shrink: int) -> dict[str, Image8]:
-    """The picture of each camera at the scenario's epoch."""
+    """The image of each camera at the scenario's epoch."""
     scenario = fewer_pixels(load_scenario(scenario_file), shrink)
     state = scenario.at(scenario.epoch_tai_ns)
-    found = {}
+    images = {}
     with Simulator(scenario) as simulator:
         for camera in scenario.cameras:
             radiance = simulator.capture(state, camera, {Product.RADIANCE}).radiance
             assert radiance is not None
-            found[camera] = display_from_radiance(radiance.radiance)
-    return found
+            images[camera] = display_from_radiance(radiance.radiance)
+    return images
 
 
 def _layers(simulator: Simulator, tai_ns: int, camera: str) -> LayersFrame:

@@ -1,0 +1,229 @@
+"""Materials and calibration shapes as tables, and the finishes that come with simgl."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from functools import lru_cache
+from typing import Annotated, Any
+
+from msgspec import Meta
+
+from simgl import assets
+from simgl.config.validation import convert, read_toml
+from simgl.config.value_types import (
+    BandValues,
+    Fraction,
+    NonNegative,
+    Positive,
+    Table,
+    amounts,
+    fractions,
+)
+from simgl.errors import AssetError, ConfigError, did_you_mean
+from simgl.scene import mesh as shapes
+from simgl.scene.materials import Material
+from simgl.scene.spacecraft import SpacecraftModel
+from simgl.scene.surface_layers import SMOOTHEST, Cells, Coat, Crinkle
+
+Roughness = Annotated[float, Meta(ge=SMOOTHEST, le=1.0)]
+
+
+class CoatTable(Table, frozen=True, kw_only=True):
+    """A clear layer of index 1.5: cover glass, varnish."""
+
+    strength: Fraction = 1.0
+    roughness: Roughness = SMOOTHEST
+
+
+class CellsTable(Table, frozen=True, kw_only=True):
+    """Solar cells side by side, projected along the body axis nearest to the normal.
+
+    Columns and fingers repeat along the first of the other two axes, rows and busbars along the
+    second, starting at the origin.
+    """
+
+    width_m: Positive
+    height_m: Positive
+    gap_m: NonNegative = 0.0
+    finger_pitch_m: Positive = 1.0
+    finger_width_m: NonNegative = 0.0
+    busbar_pitch_m: Positive = 1.0
+    busbar_width_m: NonNegative = 0.0
+    gap_reflectance: BandValues = 0.0
+    metal_reflectance: BandValues = 0.0
+
+
+class CrinkleTable(Table, frozen=True, kw_only=True):
+    """Facets of a crumpled foil: their mean spacing, and the width of their slopes."""
+
+    facet_size_m: Positive
+    slope: Fraction
+
+
+class MaterialTable(Table, frozen=True, kw_only=True):
+    """A material; Lambertian if it has no roughness.
+
+    conserving : adds the light of multiple scattering between microfacets, which glTF's model loses
+    emission_w_m2_sr : emitted radiance, one number or four bands, 0 or more
+    """
+
+    reflectance: BandValues
+    metallic: Fraction = 0.0
+    roughness: Roughness | None = None
+    conserving: bool = False
+    coat: CoatTable | None = None
+    cells: CellsTable | None = None
+    crinkle: CrinkleTable | None = None
+    emission_w_m2_sr: BandValues = 0.0
+
+
+class FinishTable(MaterialTable, frozen=True, kw_only=True):
+    """A finish in ``simgl/data/finishes.toml``: a material and the source of its numbers."""
+
+    source: str
+
+
+class PlateTable(Table, frozen=True, kw_only=True):
+    """A thin plate facing +z of its body frame, centred on the origin."""
+
+    width_m: Positive
+    height_m: Positive
+    material: str | MaterialTable
+
+    def mesh(self) -> shapes.Mesh:
+        """Its triangles."""
+        return shapes.plate(self.width_m, self.height_m)
+
+
+class SphereTable(Table, frozen=True, kw_only=True):
+    """A sphere about the body origin."""
+
+    radius_m: Positive
+    material: str | MaterialTable
+
+    def mesh(self) -> shapes.Mesh:
+        """Its triangles."""
+        return shapes.sphere(self.radius_m)
+
+
+class BoxTable(Table, frozen=True, kw_only=True):
+    """A box about the body origin; edges along x, y, z."""
+
+    size_m: tuple[Positive, Positive, Positive]
+    material: str | MaterialTable
+
+    def mesh(self) -> shapes.Mesh:
+        """Its triangles."""
+        return shapes.box(self.size_m)
+
+
+class CylinderTable(Table, frozen=True, kw_only=True):
+    """A closed cylinder along z about the body origin."""
+
+    radius_m: Positive
+    length_m: Positive
+    material: str | MaterialTable
+
+    def mesh(self) -> shapes.Mesh:
+        """Its triangles."""
+        return shapes.cylinder(self.radius_m, self.length_m)
+
+
+class PrimitiveTable(Table, frozen=True, kw_only=True):
+    """Exactly one calibration shape."""
+
+    plate: PlateTable | None = None
+    sphere: SphereTable | None = None
+    box: BoxTable | None = None
+    cylinder: CylinderTable | None = None
+
+
+def read_primitive(table: PrimitiveTable, name: str, where: str) -> SpacecraftModel:
+    """The model of a calibration shape; its only part and its material get ``name``."""
+    shapes_given = [kind for kind in table.__struct_fields__ if getattr(table, kind) is not None]
+    if len(shapes_given) != 1:
+        raise ConfigError(where, "model", "needs exactly one of plate, sphere, box, cylinder")
+    kind = shapes_given[0]
+    shape: PlateTable | SphereTable | BoxTable | CylinderTable = getattr(table, kind)
+    material = material_of(shape.material, name, where, f"model.{kind}.material")
+    return SpacecraftModel(name=name, mesh=shape.mesh(), parts=(name,), materials=(material,))
+
+
+@lru_cache(maxsize=1)
+def _finishes() -> dict[str, Material]:
+    path = assets.data() / "finishes.toml"
+    finishes = {}
+    for name, data in read_toml(path).items():
+        where = f"{path} [{name}]"
+        finishes[name] = _material(convert(data, FinishTable, where), name, where, "")
+    return finishes
+
+
+def shipped_finishes() -> list[str]:
+    """Names of the surface finishes that come with simgl, sorted.
+
+    >>> "mli_gold" in simgl.shipped_finishes()
+    True
+    """
+    return sorted(_finishes())
+
+
+def load_finish(name: str) -> Material:
+    """A shipped surface finish by its name; docs/materials.md lists them.
+
+    Raises AssetError with a suggestion for an unknown name.
+
+    >>> simgl.load_finish("white_paint").reflectance
+    (0.88, 0.88, 0.84, 0.87)
+    """
+    if name not in _finishes():
+        raise AssetError(f'no finish "{name}"; {did_you_mean(name, shipped_finishes())}')
+    return _finishes()[name]
+
+
+def material_of(given: str | MaterialTable, name: str, where: str, key: str) -> Material:
+    """The material that a table describes, or the finish of that name.
+
+    name : what a material from a table is called
+    where, key : the place in the file, for errors
+    """
+    if isinstance(given, MaterialTable):
+        return _material(given, name, where, f"{key}.")
+    try:
+        return load_finish(given)
+    except AssetError as error:
+        raise ConfigError(where, key, f"names {error}") from None
+
+
+def _material(table: MaterialTable, name: str, where: str, prefix: str) -> Material:
+    """prefix : precedes the table's keys in error messages"""
+    coat, crinkle = table.coat, table.crinkle
+    return Material(
+        name=name,
+        reflectance=fractions(table.reflectance, where, f"{prefix}reflectance"),
+        metallic=table.metallic,
+        roughness=table.roughness,
+        conserving=table.conserving,
+        coat=None if coat is None else Coat(strength=coat.strength, roughness=coat.roughness),
+        cells=None if table.cells is None else _cells(table.cells, where, f"{prefix}cells"),
+        crinkle=None
+        if crinkle is None
+        else Crinkle(facet_size=crinkle.facet_size_m, slope=crinkle.slope),
+        emission=amounts(table.emission_w_m2_sr, where, f"{prefix}emission_w_m2_sr"),
+    )
+
+
+def _cells(table: CellsTable, where: str, key: str) -> Cells:
+    values: dict[str, Any] = {}
+    for field in fields(Cells):
+        if field.name.endswith("_reflectance"):
+            given = getattr(table, field.name)
+            values[field.name] = fractions(given, where, f"{key}.{field.name}")
+        else:
+            values[field.name] = getattr(table, f"{field.name}_m")
+    for line in ("finger", "busbar"):
+        width, pitch = values[f"{line}_width"], values[f"{line}_pitch"]
+        if width >= pitch:
+            problem = f"must be less than {line}_pitch_m = {pitch:g}, got {width:g}"
+            raise ConfigError(where, f"{key}.{line}_width_m", problem)
+    return Cells(**values)

@@ -1,0 +1,153 @@
+"""The public interface: documented, with examples that run, and quick to import."""
+
+from __future__ import annotations
+
+import ast
+import doctest
+import importlib
+import inspect
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import simgl_bridge
+
+import simgl
+
+ROOT = Path(__file__).parents[2]
+PAGE = ROOT / "docs" / "python.md"
+NAMES = [name for name in simgl.__all__ if name != "__version__"]
+
+# Public besides ``simgl`` and ``simgl_bridge``: the page names them, or they hold types of arrays.
+PUBLIC_MODULES = {
+    "simgl.arrays",
+    "simgl.camera.detector",
+    "simgl.camera.lens",
+    "simgl.images",
+    "simgl.scene.state",
+}
+# What the larger examples use besides: they show how the parts work together.
+LARGER_EXAMPLES_USE = {
+    "simgl.assess.target_background",
+    "simgl.camera.camera_equation",
+    "simgl.cli_progress",
+    "simgl.false_colour",
+    "simgl.motion.mounts",
+    "simgl.motion.trajectory",
+    "simgl.output",
+    "simgl.physics.constants",
+    "simgl.physics.ephemeris",
+    "simgl.physics.frames",
+    "simgl.progress",
+    "simgl.sequence.video",
+    "simgl_bridge.messages",
+}
+
+
+def run(examples: doctest.DocTest) -> None:
+    """Run the examples of one docstring or page; fail with what they printed."""
+    printed: list[str] = []
+    runner = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE)
+    runner.run(examples, out=printed.append)
+    assert runner.failures == 0, "".join(printed)
+
+
+def test_every_public_name_resolves() -> None:
+    assert set(simgl.__all__) <= set(dir(simgl))
+    for name in simgl.__all__:
+        assert getattr(simgl, name) is not None
+    with pytest.raises(AttributeError, match="no attribute 'Simulatr'"):
+        getattr(simgl, "Simulatr")  # noqa: B009 - a name that does not exist
+
+
+def test_type_checkers_see_the_names_that_load_at_run_time() -> None:
+    tree = ast.parse((ROOT / "simgl" / "__init__.py").read_text())
+    (guarded,) = (node for node in tree.body if isinstance(node, ast.If))
+    seen = {
+        alias.asname: node.module
+        for node in guarded.body
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
+    loaded = {name: f"simgl.{module}" for name, module in simgl._MODULE_OF.items()}
+    assert seen == loaded
+
+
+@pytest.mark.parametrize("package", [simgl, simgl_bridge], ids=["simgl", "simgl_bridge"])
+def test_the_page_documents_every_public_name(package: object) -> None:
+    package_name = package.__name__  # type: ignore[attr-defined]
+    directive = rf"^\.\. auto(?:function|class|exception|data):: {package_name}\.(\w+)$"
+    documented = set(re.findall(directive, PAGE.read_text(), re.M))
+    public = set(package.__all__) - {"__version__"}  # type: ignore[attr-defined]
+    assert documented == public
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_public_name_has_a_docstring_and_an_example(name: str) -> None:
+    item = getattr(simgl, name)
+    if inspect.isclass(item) or inspect.isroutine(item):
+        assert inspect.getdoc(item)
+    shown = "".join(
+        example.source for example in doctest.DocTestParser().get_examples(PAGE.read_text())
+    )
+    assert re.search(rf"\b{name}\b", shown), f"docs/python.md shows no use of {name}"
+
+
+@pytest.mark.usefixtures("gl")
+def test_the_examples_of_the_page_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    run(doctest.DocTestParser().get_doctest(PAGE.read_text(), {}, "python.md", str(PAGE), 0))
+
+
+@pytest.mark.parametrize(
+    "name", [n for n in NAMES if ">>>" in (inspect.getdoc(getattr(simgl, n)) or "")]
+)
+def test_the_example_of_a_docstring_runs(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    text = inspect.getdoc(getattr(simgl, name)) or ""
+    given = {"simgl": simgl, "np": np}
+    run(doctest.DocTestParser().get_doctest(text, given, f"simgl.{name}", None, 0))
+
+
+def modules_of(path: Path) -> set[str]:
+    """Modules of simgl and its bridge that a script imports."""
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        names = [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        found |= {name for name in names if name.partition(".")[0] in ("simgl", "simgl_bridge")}
+    return found - {"simgl", "simgl_bridge"}
+
+
+def test_short_examples_import_public_names_only() -> None:
+    scripts = [*(ROOT / "examples").glob("*.py"), *(ROOT / "examples" / "short").glob("*.py")]
+    for path in [*scripts, *(ROOT / "examples" / "bridge").glob("*.py")]:
+        assert not modules_of(path), path.name
+
+
+def test_larger_examples_import_few_inner_modules() -> None:
+    used = set().union(*(modules_of(path) for path in (ROOT / "examples").rglob("*.py")))
+    assert used <= PUBLIC_MODULES | LARGER_EXAMPLES_USE
+    for module in PUBLIC_MODULES - {"simgl.arrays"}:
+        assert f"automodule:: {module}\n" in PAGE.read_text() or module in PAGE.read_text()
+        importlib.import_module(module)
+
+
+def test_the_readme_imports_public_names_only() -> None:
+    text = (ROOT / "README.md").read_text()
+    for names in re.findall(r"^from simgl import (.*)$", text, re.M):
+        assert set(names.split(", ")) <= set(simgl.__all__)
+    assert not re.search(r"^(?:from|import) simgl\.", text, re.M)
+
+
+def test_importing_simgl_loads_neither_numpy_nor_opengl() -> None:
+    """What takes time to import waits for the first use of a name."""
+    code = (
+        "import sys, simgl; print([m for m in ('numpy', 'moderngl', 'scipy') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
