@@ -96,6 +96,7 @@ _MODULES = {
     "sequence.epoch_options": "Event",
     "simulator": "ALL_PRODUCTS Capture Product Simulator",
 }
+_RENAMED = {"Exposure": "Capture"}
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names.split()}
 
 __all__ = sorted([*_MODULE_OF, "__version__"])
@@ -112,6 +113,8 @@ def __getattr__(name: str) -> Any:
             value = "0+checkout"
     elif name in _MODULE_OF:
         value = getattr(import_module(f"simgl.{_MODULE_OF[name]}"), name)
+    elif name in _RENAMED:
+        raise AttributeError(f"simgl.{name} is now simgl.{_RENAMED[name]}")
     else:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     globals()[name] = value

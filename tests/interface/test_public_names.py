@@ -151,3 +151,8 @@ def test_importing_simgl_loads_neither_numpy_nor_opengl() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_a_renamed_name_says_what_it_is_called_now() -> None:
+    with pytest.raises(AttributeError, match=r"simgl\.Exposure is now simgl\.Capture"):
+        simgl.Exposure  # noqa: B018
