@@ -83,7 +83,7 @@ class FileFrameOptions:
 
     def metres_and_axes(self) -> tuple[float | None, str | None, str | None]:
         """Metres per unit, axis up, axis forward; raises ConfigError."""
-        from simgl.model_files.file_axes import AXES, UNITS, body_from_file
+        from simgl.model_files.model_library import AXES, UNITS, body_from_file
 
         where, unit_m = COMMAND_LINE, self.unit_m
         if self.unit is not None and self.unit not in UNITS:

@@ -44,7 +44,7 @@ def render(
     Example: simgl render examples/azimuths.toml --camera azimuth_28 --out out/azimuths
     """
     from simgl.cli_progress import opened
-    from simgl.output import check_writable, write_exposure
+    from simgl.output import check_writable, write_capture
     from simgl.scenario.loader import load_scenario
     from simgl.sequence.epochs import epoch_at
     from simgl.simulator import Product
@@ -70,7 +70,7 @@ def render(
     with opened(loaded) as simulator:
         for name in names:
             capture = simulator.capture(state, name, products, during=loaded.around(epoch))
-            paths = write_exposure(capture, out, name, packed=packed)
+            paths = write_capture(capture, out, name, packed=packed)
             if maps:
                 from simgl.maps import write_maps
 
