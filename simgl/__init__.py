@@ -57,8 +57,8 @@ if TYPE_CHECKING:
     from simgl.scene.materials import Material as Material
     from simgl.scene.spacecraft import SpacecraftModel as SpacecraftModel
     from simgl.scene.state import SceneState as SceneState
+    from simgl.sequence.epoch_options import Event as Event
     from simgl.sequence.epochs import events as events
-    from simgl.sequence.events import Event as Event
     from simgl.simulator import ALL_PRODUCTS as ALL_PRODUCTS
     from simgl.simulator import Capture as Capture
     from simgl.simulator import Product as Product
@@ -93,7 +93,7 @@ _MODULES = {
     "scene.spacecraft": "SpacecraftModel",
     "scene.state": "SceneState",
     "sequence.epochs": "events",
-    "sequence.events": "Event",
+    "sequence.epoch_options": "Event",
     "simulator": "ALL_PRODUCTS Capture Product Simulator",
 }
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names.split()}

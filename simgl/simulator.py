@@ -113,10 +113,10 @@ class _Still:
         return self.renderer.radiance(self.view)
 
     @property
-    def sun(self) -> SunBefore:
+    def sun(self) -> SunInCamera:
         """The Sun in camera axes, dimmed by the Earth and the Moon."""
         info = self.info
-        return SunBefore(
+        return SunInCamera(
             direction=info.R_camera_from_icrf @ info.sun_direction_icrf,
             irradiance=info.sun_irradiance * self.state.sunlight(info.position),
             angular_radius=self.state.sun.seen_from(info.position).angular_radius,
@@ -286,7 +286,7 @@ class Simulator:
 
         half = 0.5 * duration(camera)
         # On either side of the middle: a motion that turns back shows none from end to end.
-        motion = sum(picture_motion(state, at(offset), name) for offset in (-half, half))
+        motion = sum(image_motion(state, at(offset), name) for offset in (-half, half))
         count = parts(motion)
         return [at(offset) for offset in instants(camera, count).tolist()] if count > 1 else []
 

@@ -37,8 +37,8 @@ class FrameAssessment:
     median_snr : signal over noise of the target's pixels; 0 where there are none
     cut_off : the target touches the image's edge
     backdrop : what is behind it
-    contrast : abs(t - b) / (t + b) of median electrons of target and background; None where there
-        is no background beside the target
+    contrast : abs(t - b) / (t + b) of target and background, median electrons; None where there is
+        no background beside the target
     mean_radiance : of the target's pixels, R, G, B, N [W m-2 sr-1]
     relative_flux : mean over the target of the source study's flux: luminance relative to a sunlit
         white plate, weighed as a display's primaries, times 1367 [W m-2]; no physical flux
