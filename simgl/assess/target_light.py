@@ -116,9 +116,7 @@ def assess_frame(
     def share(mask: Mask) -> float:
         return float(mask.sum()) / max(count, 1)
 
-    mean = capture.radiance.radiance[on_target].mean(axis=0) if count else np.zeros(4)
-    r, g, b, n = (float(v) for v in mean)
-    edges = np.concatenate([on_target[0], on_target[-1], on_target[:, 0], on_target[:, -1]])
+    radiance = capture.radiance.radiance[on_target].mean(axis=0) if count else np.zeros(4)
     return FrameAssessment(
         target=target,
         range=float(np.linalg.norm(to_camera)),
@@ -130,16 +128,25 @@ def assess_frame(
         dark=share(dark),
         usable=share(~full & ~dark),
         median_snr=float(np.median(snr)) if count else 0.0,
-        cut_off=bool(edges.any()),
+        cut_off=_touches_edge(on_target),
         backdrop=backdrop(ring, state, *pose),
         contrast=_contrast(electrons, image[ring]),
-        mean_radiance=(r, g, b, n),
-        relative_flux=float(relative_flux(mean.astype(np.float32))),
+        mean_radiance=_four(radiance),
+        relative_flux=float(relative_flux(radiance.astype(np.float32))),
         median_electrons=float(np.median(electrons)) if count else 0.0,
         bright_electrons=float(np.percentile(electrons, _BRIGHT)) if count else 0.0,
         full_electrons=full_electrons(info.camera),
         better_exposure=_better_exposure(electrons, image[instances == 0], info.camera, criteria),
     )
+
+
+def _four(values: Array) -> tuple[float, float, float, float]:
+    r, g, b, n = values.tolist()
+    return r, g, b, n
+
+
+def _touches_edge(mask: Mask) -> bool:
+    return bool(mask[0].any() or mask[-1].any() or mask[:, 0].any() or mask[:, -1].any())
 
 
 def _signal_to_noise(electrons: Array, camera: Camera) -> Array:
