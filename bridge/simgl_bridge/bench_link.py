@@ -14,7 +14,7 @@ from simgl_bridge.launched_server import launched_server
 
 
 def frame_times(scenario_path: Path, camera: str, epochs: Sequence[int]) -> list[float]:
-    """Seconds of each round trip: poses sent, the picture rendered, its DN received.
+    """Seconds of each round trip: poses sent, the image rendered, its DN received.
 
     The server runs in a process of its own, as in a closed loop.
     """

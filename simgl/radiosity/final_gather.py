@@ -1,4 +1,4 @@
-"""Light of other surfaces at single points, by rays: the slow and exact way of a picture."""
+"""Light of other surfaces at single points, by rays: the slow, exact reference."""
 
 from __future__ import annotations
 
@@ -80,11 +80,11 @@ class LitBody:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Points:
-    """Points of a body that a picture sees, in its axes.
+    """Points of a body that an image shows, in its axes.
 
     places : (n, 3) [m]; normals, facets : (n, 3) unit, towards the viewer, of the shading and of
         the triangles
-    spread : (n, 2) numbers 0..1, even among neighbours in the picture
+    spread : (n, 2) numbers 0..1, even among neighbours in the image
     """
 
     places: Array32
