@@ -20,8 +20,9 @@ from Basilisk.architecture import messaging
 from Basilisk.fswAlgorithms import horizonOpNav, houghCircles, limbFinding
 from Basilisk.simulation import camera, simpleNav, spacecraft, vizInterface
 from Basilisk.utilities import RigidBodyKinematics, SimulationBaseClass, macros, simIncludeGravBody
+from numpy.typing import NDArray
 
-from simgl.arrays import Array
+Array = NDArray[np.float64]
 
 MU = 3.986004418e14  # [m3 s-2]
 AU = 149597870700.0  # [m]

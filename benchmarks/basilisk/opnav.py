@@ -27,8 +27,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from simgl.arrays import Array, IndexArray
+Array = NDArray[np.float64]
+IndexArray = NDArray[np.int64]
 
 NAMES = (
     "OpNavPoint",

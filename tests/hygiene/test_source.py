@@ -116,3 +116,9 @@ def test_no_left_over_marks() -> None:
     files: list[Path] = [m.path for m in modules()]
     files += [p for p in (root / "shaders").rglob("*") if p.is_file()]
     assert not [str(p.relative_to(root)) for p in files if marks.search(p.read_text("utf-8"))]
+
+
+@pytest.mark.parametrize("name", ["leo.py", "opnav.py"])
+def test_scripts_for_basilisks_own_python_need_no_simgl(name: str) -> None:
+    text = (PACKAGE.parent / "benchmarks" / "basilisk" / name).read_text(encoding="utf-8")
+    assert not re.search(r"^\s*(from|import) (simgl|tests)\b", text, re.M)
