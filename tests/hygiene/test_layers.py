@@ -10,7 +10,7 @@ from tests.hygiene.source import imported_modules, imports, modules
 # lower layer, and from itself. "" is the public interface, simgl/__init__.py.
 LAYERS = (
     ("arrays", "errors", "lru_cache", "progress"),
-    ("assets", "disk_cache", "environment_map", "sample_grid"),
+    ("assets", "disk_cache", "environment_map", "input_files", "sample_grid"),
     ("gpu", "physics"),
     ("config", "motion"),
     ("camera",),
