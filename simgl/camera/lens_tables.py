@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NoReturn
@@ -19,6 +20,7 @@ from simgl.camera.lidar import Lidar
 from simgl.camera.psf_kernel import lens_reach
 from simgl.config.path_sandbox import Base
 from simgl.errors import AssetError, ConfigError
+from simgl.input_files import read_file
 
 # Cooke triplet (Taylor 1893), the usual textbook example of 50 mm, f/5 and a field of 40 deg:
 # radius and gap [mm], and index behind each surface.
@@ -145,12 +147,13 @@ def _blur(table: OpticsTable | FieldZoneTable) -> Blur:
 
 def _psf_image(path: Path, where: str) -> tuple[tuple[float, ...], ...]:
     try:
+        content = io.BytesIO(read_file(path))
         if path.suffix == ".npy":
-            values = np.load(path, allow_pickle=False)
+            values = np.load(content, allow_pickle=False)
         else:
-            with Image.open(path) as image:
+            with Image.open(content) as image:
                 values = np.asarray(image)
-    except (OSError, ValueError, UnidentifiedImageError):
+    except (AssetError, OSError, ValueError, EOFError, UnidentifiedImageError):
         problem = f"{path} is no image and no .npy array"
         raise ConfigError(where, "optics.psf_image", problem) from None
     if values.ndim != 2 or min(values.shape) < 1 or max(values.shape) > _LARGEST_PSF:

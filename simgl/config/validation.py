@@ -14,7 +14,8 @@ import msgspec
 import numpy as np
 from msgspec import inspect
 
-from simgl.errors import AssetError, ConfigError, did_you_mean
+from simgl.errors import ConfigError, did_you_mean
+from simgl.input_files import MAX_TEXT_BYTES, read_file
 
 T = TypeVar("T", bound=msgspec.Struct)
 
@@ -43,9 +44,7 @@ _WORDS = {
 def read_text(path: Path) -> str:
     """A file's text; AssetError if it cannot be read, ConfigError if it is not UTF-8."""
     try:
-        return path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise AssetError(f"{path}: cannot be read ({error.strerror})") from None
+        return read_file(path, MAX_TEXT_BYTES).decode("utf-8")
     except UnicodeDecodeError as error:
         raise ConfigError(str(path), "", f"is not UTF-8 text (byte {error.start})") from None
 

@@ -18,6 +18,7 @@ from simgl.arrays import AnyArray, Array
 from simgl.config.path_sandbox import Base
 from simgl.config.validation import fitted
 from simgl.errors import AssetError, ConfigError
+from simgl.input_files import read_file
 from simgl.model_files import gltf_schema as schema
 
 _COMPONENTS = {5120: "i1", 5121: "u1", 5122: "i2", 5123: "u2", 5125: "u4", 5126: "f4"}
@@ -61,10 +62,7 @@ class GltfFile:
     def __init__(self, path: Path, folder: Base | None = None) -> None:
         self.path = path
         self._folder = path.parent if folder is None else folder
-        try:
-            content = path.read_bytes()
-        except OSError as error:
-            raise AssetError(f"{path}: cannot be read ({error.strerror})") from None
+        content = read_file(path)
         self._blob: bytes | None = None
         if path.suffix.lower() == ".glb":
             content, self._blob = _chunks(path, content)
@@ -103,10 +101,10 @@ class GltfFile:
         except AssetError as error:
             raise AssetError(f'{self.path}: {what} "{uri}": {error}') from None
         try:
-            return file.read_bytes()
-        except OSError as error:
-            reason = error.strerror
-            raise AssetError(f'{self.path}: {what} "{uri}" cannot be read ({reason})') from None
+            return read_file(file)
+        except AssetError as error:
+            reason = str(error).removeprefix(f"{file}: ")
+            raise AssetError(f'{self.path}: {what} "{uri}" {reason}') from None
 
     def image(self, index: int) -> bytes:
         """The PNG or JPEG file of an image."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 from dataclasses import replace
-from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -18,6 +17,8 @@ from simgl.config.path_sandbox import Base, folder_of
 from simgl.config.validation import convert, read_toml
 from simgl.config.value_types import Positive, Table, Vector
 from simgl.errors import AssetError, ConfigError, did_you_mean
+from simgl.file_cache import FileCache
+from simgl.input_files import read_file
 from simgl.model_files.gltf_model import read_gltf
 from simgl.model_files.joint_tables import JointTable, read_joints
 from simgl.model_files.model_from_mesh import PLAIN, mesh_of_triangles
@@ -121,10 +122,7 @@ def _is_binary_stl(content: bytes) -> bool:
 
 def _read_plain_mesh(path: Path, body_from_file: Array) -> SpacecraftModel:
     kind = path.suffix[1:].lower()
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise AssetError(f"{path}: cannot be read ({error.strerror})") from None
+    content = read_file(path)
     source: io.BytesIO | io.StringIO = io.BytesIO(content)
     if not (kind == "stl" and _is_binary_stl(content)):
         # Names and comments may be in any encoding; what matters is ASCII.
@@ -150,7 +148,10 @@ def _read_plain_mesh(path: Path, body_from_file: Array) -> SpacecraftModel:
     )
 
 
-@lru_cache(maxsize=32)
+# More than a scene shows; the files of a model take some ms to read again.
+_models = FileCache[tuple[object, ...], SpacecraftModel](1 << 30, lambda model: model.nbytes)
+
+
 def load_model(
     name: str,
     base: Base = Path(),
@@ -159,6 +160,8 @@ def load_model(
     forward_axis: str | None = None,
 ) -> SpacecraftModel:
     """A spacecraft model from a file, or a shipped one by its name.
+
+    Equal files give the same object while it is in the cache.
 
     name : a shipped name, or a path to .glb, .gltf, .obj or .stl, or to a model card (.toml)
     base : folder that a relative path starts from
@@ -173,6 +176,13 @@ def load_model(
     >>> model.name, len(model.mesh.triangles)
     ('wedge', 12)
     """
+    key = name, base, unit_m, up_axis, forward_axis
+    return _models.get(key, lambda: _read_model(name, base, unit_m, up_axis, forward_axis))
+
+
+def _read_model(
+    name: str, base: Base, unit_m: float | None, up_axis: str | None, forward_axis: str | None
+) -> SpacecraftModel:
     file_to_body = body_from_file(unit_m or 1.0, up_axis, forward_axis)
     kind = Path(name).suffix.lower()
     shipped = "/" not in name and kind not in (*_MESH_SUFFIXES, ".toml")
