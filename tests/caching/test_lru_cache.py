@@ -40,7 +40,7 @@ def test_values_with_sizes_share_a_capacity_and_the_newest_stays() -> None:
     evicted: list[str] = []
     cache = LruCache[int, str](10, evicted.append)
     for key, value in enumerate(("aaaa", "bbb", "ccc")):
-        cache.get(key, lambda value=value: value, len)
+        cache.get(key, partial(str, value), len)
     assert (cache.size, evicted) == (10, [])
     cache.get(3, lambda: "d", 1)
     assert (cache.size, evicted) == (7, ["aaaa"])

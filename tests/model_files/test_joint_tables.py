@@ -265,9 +265,9 @@ def test_a_changed_card_makes_another_scenario(folder: Path) -> None:
     one = scenario(folder, SCENE)
     (folder / "arm.toml").write_text(CARD.replace("[1.0, 0.0, 0.0]", "[1.1, 0.0, 0.0]"))
     other = scenario(folder, SCENE)
-    epochs = [one.epoch_tai_ns]
-    assert fingerprint(one, epochs) != fingerprint(other, epochs)
-    assert fingerprint(other, epochs) == fingerprint(scenario(folder, SCENE), epochs)
+    assert fingerprint(one, one.inputs, None) != fingerprint(other, other.inputs, None)
+    again = scenario(folder, SCENE)
+    assert fingerprint(other, other.inputs, None) == fingerprint(again, again.inputs, None)
 
 
 @pytest.mark.parametrize("minutes", [0, 13, 29, 47])

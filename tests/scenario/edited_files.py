@@ -91,7 +91,7 @@ def _painted(size: tuple[int, int]) -> Callable[[Path], None]:
 
 
 # Each keeps the length of its file.
-EDITS: dict[str, Callable[[Path], None]] = {
+EDITS: dict[str, Callable[[Path], object]] = {
     "scene.toml": _replaced(b"7.0e6", b"7.1e6"),
     "mine.toml": _replaced(b"bits = 12", b"bits = 10"),
     "qe.csv": _replaced(b"0.5", b"0.6"),

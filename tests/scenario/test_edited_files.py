@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import pickle
 from pathlib import Path
 
 import pytest
@@ -57,3 +58,18 @@ def test_a_map_that_changes_after_it_was_loaded_is_refused_when_it_is_drawn(tmp_
     edit(tmp_path / "land.png")
     with pytest.raises(AssetError, match=r"land\.png has changed since it was loaded"):
         earth.maps.land.read("L")
+
+
+def test_the_folder_of_the_files_is_no_part_of_the_scene(tmp_path: Path) -> None:
+    (tmp_path / "here").mkdir()
+    before = scene_hash(load_scenario(write_scene(tmp_path / "here")))
+    (tmp_path / "here").rename(tmp_path / "elsewhere")
+    assert scene_hash(load_scenario(tmp_path / "elsewhere" / "scene.toml")) == before
+
+
+def test_a_scene_on_two_line_elements_has_a_hash_and_can_be_sent_to_workers() -> None:
+    path = Path(__file__).parents[2] / "examples" / "trajectories" / "tle.toml"
+    scenario = load_scenario(path)
+    copy = pickle.loads(pickle.dumps(scenario))
+    assert scene_hash(copy) == scene_hash(scenario)
+    assert copy.poses(copy.epoch_tai_ns).keys() == scenario.poses(scenario.epoch_tai_ns).keys()
