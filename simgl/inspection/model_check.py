@@ -34,6 +34,8 @@ class PartReport:
     size : extent along the body axes [m]
     open_edges : directed edges without an opposite edge of a neighbour; 0 for a closed surface
     flat_triangles : without area
+    contrary_normals : triangles whose corners' normals point, on average, to the side that their
+        winding says is the back; light and camera are then taken to be on opposite sides
     volume : enclosed, negative where the triangles face inward [m3]; meaningless if open
     """
 
@@ -42,6 +44,7 @@ class PartReport:
     size: tuple[float, float, float]
     open_edges: int
     flat_triangles: int
+    contrary_normals: int
     volume: float
 
     @property
@@ -190,15 +193,17 @@ def _part(model: SpacecraftModel, index: int, places: IndexArray) -> PartReport:
     corners = mesh.positions[triangles].astype(np.float64)
     if not len(triangles):
         return PartReport(name=model.parts[index], triangles=0, size=(0.0, 0.0, 0.0),
-                          open_edges=0, flat_triangles=0, volume=0.0)  # fmt: skip
+                          open_edges=0, flat_triangles=0, contrary_normals=0, volume=0.0)  # fmt: skip
     a, b, c = np.moveaxis(corners - corners.mean(axis=(0, 1)), 1, 0)
-    doubled = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    facets = np.cross(b - a, c - a)
+    normals = mesh.normals[triangles].astype(np.float64).sum(axis=1)
     return PartReport(
         name=model.parts[index],
         triangles=len(triangles),
         size=_triple(np.ptp(corners, axis=(0, 1))),
         open_edges=_open_edges(places[triangles]),
-        flat_triangles=int(np.sum(doubled == 0.0)),
+        flat_triangles=int(np.sum(~np.any(facets, axis=1))),
+        contrary_normals=int(np.sum(np.einsum("ij,ij->i", facets, normals) < 0.0)),
         volume=float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0),
     )
 
@@ -239,6 +244,16 @@ def _law(material: Material) -> str:
     return ", ".join([law, *(name for name, layer in layers.items() if layer is not None)])
 
 
+def _judged(part: PartReport) -> str:
+    """The verdict on a part, and its bad triangles."""
+    bad = {
+        "without area": part.flat_triangles,
+        "with normals to the wrong side": part.contrary_normals,
+    }
+    counts = [f"{count} triangles {what}" for what, count in bad.items() if count]
+    return "; ".join([part.verdict, *counts])
+
+
 def _columns(rows: Sequence[Sequence[str]]) -> list[str]:
     """Rows as lines, each column as wide as its widest entry."""
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
@@ -270,8 +285,7 @@ def report_text(report: ModelReport) -> str:
             part.name,
             f"{part.triangles} triangles",
             " x ".join(f"{v:.3g}" for v in part.size) + " m",
-            part.verdict
-            + (f"; {part.flat_triangles} triangles without area" if part.flat_triangles else ""),
+            _judged(part),
         )
         for part in report.parts
     ]

@@ -20,7 +20,7 @@ from simgl.errors import AssetError, ConfigError
 from simgl.model_files import gltf_schema as schema
 from simgl.model_files.gltf_file import FLOAT, UNSIGNED, GltfFile
 from simgl.model_files.gltf_materials import Palette, read_palette
-from simgl.model_files.model_from_mesh import face_normals
+from simgl.model_files.model_from_mesh import face_normals, unit_normals
 from simgl.scene.materials import Material
 from simgl.scene.mesh import Mesh
 from simgl.scene.spacecraft import Branch, SpacecraftModel
@@ -91,11 +91,17 @@ class _Part:
         )
         if given.normal is None:
             return piece.flat()
-        cofactor = np.linalg.inv(self._linear).T * np.sign(self._volume)
-        normal = self._file.array(given.normal, "VEC3", FLOAT) @ cofactor.T
-        self._check_count(normal, len(points), "normal")
-        length = np.linalg.norm(normal, axis=1, keepdims=True)
-        return replace(piece, normals=normal / np.where(length > 0.0, length, 1.0))
+        normals = self._file.array(given.normal, "VEC3", FLOAT)
+        self._check_count(normals, len(points), "normal")
+        # The inverse transpose, also of a mirror: what faced outwards still does.
+        normals = normals @ np.linalg.inv(self._linear)
+        normals, without = unit_normals(normals, points, piece.triangles)
+        if without:
+            self.notes.append(
+                f'part "{self.name}": {without} normals have no direction; '
+                "those of the facets stand in"
+            )
+        return replace(piece, normals=normals)
 
     def _check_count(self, values: AnyArray, count: int, what: str) -> None:
         if len(values) != count:

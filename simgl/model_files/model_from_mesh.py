@@ -39,6 +39,27 @@ def face_normals(positions: AnyArray, triangles: AnyArray) -> Array:
     return np.divide(normals, length, out=np.zeros_like(normals), where=length > 0.0)
 
 
+def unit_normals(given: AnyArray, positions: AnyArray, triangles: AnyArray) -> tuple[Array, int]:
+    """(n, 3) unit normals of vertices, and how many have no direction: zero or not finite.
+
+    given : (n, 3) of any length
+
+    Those without get the mean of the triangles at the vertex, by area; zero if these have none.
+    """
+    length = np.linalg.norm(given, axis=1, keepdims=True)
+    usable = np.isfinite(length) & (length > 0.0)
+    unit = np.divide(given, length, out=np.zeros(given.shape), where=usable)
+    without = ~usable[:, 0]
+    if np.any(without):
+        a, b, c = np.moveaxis(positions[triangles].astype(np.float64), 1, 0)
+        sums = np.zeros(given.shape)
+        np.add.at(sums, triangles.T, np.cross(b - a, c - a))
+        length = np.linalg.norm(sums, axis=1, keepdims=True)
+        facets = np.divide(sums, length, out=np.zeros(given.shape), where=length > 0.0)
+        unit[without] = facets[without]
+    return unit, int(np.count_nonzero(without))
+
+
 def model_from_mesh(
     mesh: TriangleMesh | tuple[ArrayLike, ArrayLike],
     *,
@@ -74,6 +95,8 @@ def model_from_mesh(
     (12, 3)
     """
     where = f'mesh "{name}"'
+    if not 0.0 < unit_m < np.inf:
+        raise AssetError(f"{where}: unit_m must be positive and finite, got {unit_m}")
     given = mesh if isinstance(mesh, tuple) else (mesh.vertices, mesh.faces)
     vertices = unit_m * _vectors(where, "vertices", given[0])
     triangles = _indices(where, "triangles", given[1], ("m", 3), "vertices", len(vertices))
@@ -142,8 +165,7 @@ def mesh_of_triangles(
     if normals is None:
         directions = np.repeat(face_normals(vertices, triangles), 3, axis=0)
     else:
-        length = np.linalg.norm(normals[corner], axis=1, keepdims=True)
-        directions = normals[corner] / np.where(length > 0.0, length, 1.0)
+        directions = unit_normals(normals, vertices, triangles)[0][corner]
     return Mesh(
         positions=positions,
         normals=directions.astype(np.float32),

@@ -173,7 +173,9 @@ def load_model(
     >>> model.name, len(model.mesh.triangles)
     ('wedge', 12)
     """
-    file_to_body = body_from_file(unit_m or 1.0, up_axis, forward_axis)
+    if unit_m is not None and not 0.0 < unit_m < np.inf:
+        raise AssetError(f'model "{name}": unit_m must be positive and finite, got {unit_m}')
+    file_to_body = body_from_file(1.0 if unit_m is None else unit_m, up_axis, forward_axis)
     kind = Path(name).suffix.lower()
     shipped = "/" not in name and kind not in (*_MESH_SUFFIXES, ".toml")
     if shipped and name not in shipped_models():
