@@ -192,8 +192,15 @@ def _part(model: SpacecraftModel, index: int, places: IndexArray) -> PartReport:
     triangles = mesh.triangles[mesh.part[mesh.triangles[:, 0]] == index]
     corners = mesh.positions[triangles].astype(np.float64)
     if not len(triangles):
-        return PartReport(name=model.parts[index], triangles=0, size=(0.0, 0.0, 0.0),
-                          open_edges=0, flat_triangles=0, contrary_normals=0, volume=0.0)  # fmt: skip
+        return PartReport(
+            name=model.parts[index],
+            triangles=0,
+            size=(0.0, 0.0, 0.0),
+            open_edges=0,
+            flat_triangles=0,
+            contrary_normals=0,
+            volume=0.0,
+        )
     a, b, c = np.moveaxis(corners - corners.mean(axis=(0, 1)), 1, 0)
     facets = np.cross(b - a, c - a)
     normals = mesh.normals[triangles].astype(np.float64).sum(axis=1)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -185,7 +186,7 @@ def test_an_stl_in_inches_comes_in_in_metres(form: str, tmp_path: Path) -> None:
     np.testing.assert_allclose(model.mesh.normals, [[0, 0, 1]] * 3, rtol=0.0, atol=FLOAT32)
 
 
-def block(*nodes: dict[str, object]) -> Document:
+def block(*nodes: dict[str, Any]) -> Document:
     """A closed wedge with a normal for each facet; nodes from the root down to its mesh."""
     corners = np.array([[0, 0, 0], [3, 0, 0], [0, 2, 0], [0, 0, 1]], dtype=np.float64)
     facets = corners[[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]]
@@ -227,7 +228,7 @@ SWAPPED = {"matrix": [0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]}
     ],
 )
 def test_the_normals_of_a_closed_body_face_outwards_however_often_it_is_mirrored(
-    nodes: list[dict[str, object]], tmp_path: Path
+    nodes: list[dict[str, Any]], tmp_path: Path
 ) -> None:
     mesh = load_model(str(block(*nodes).write_gltf(tmp_path / "m.gltf"))).mesh
     corners = mesh.positions[mesh.triangles].astype(np.float64)
@@ -259,9 +260,9 @@ def test_a_mirrored_part_moves_with_its_joint_like_any_other(tmp_path: Path) -> 
 def test_a_vertex_without_direction_takes_that_of_its_facets(tmp_path: Path) -> None:
     document = triangle()
     attributes = document.json["meshes"][0]["primitives"][0]["attributes"]
-    attributes["NORMAL"] = document.accessor([[0, 0, 0], [0.0, 0.6, 0.8], [0, 0, 0]])
+    attributes["NORMAL"] = document.accessor([[0.0, 0.0, 0.0], [0.0, 0.6, 0.8], [0.0, 0.0, 0.0]])
     mesh = load_model(str(document.write_gltf(tmp_path / "m.gltf"))).mesh
-    expected = [[0, 0, 1], [0.0, 0.6, 0.8], [0, 0, 1]]
+    expected = [[0.0, 0.0, 1.0], [0.0, 0.6, 0.8], [0.0, 0.0, 1.0]]
     np.testing.assert_allclose(mesh.normals, expected, rtol=0.0, atol=FLOAT32)
 
 
