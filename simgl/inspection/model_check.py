@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from urllib.parse import unquote
 
 import msgspec
 import numpy as np
 
 from simgl.arrays import Array, IndexArray
 from simgl.errors import AssetError
+from simgl.input_files import read_file
 from simgl.model_files.model_library import UNITS, load_model
 from simgl.motion.joints import Joint
 from simgl.scene.materials import Material
@@ -138,17 +141,30 @@ def examine(
 _KINDS = ("base_colour", "law", "normal", "emission")
 
 
+class _NamedFile(msgspec.Struct):
+    """A buffer or an image of a .gltf file."""
+
+    uri: str | None = None
+
+
+class _NamedFiles(msgspec.Struct):
+    """The parts of a .gltf file that name other files."""
+
+    buffers: tuple[_NamedFile, ...] = ()
+    images: tuple[_NamedFile, ...] = ()
+
+
 def _check_files(path: Path) -> None:
     """Raise one AssetError for all missing files that a .gltf refers to."""
-    if path.suffix.lower() != ".gltf" or not path.is_file():
+    if path.suffix.lower() != ".gltf":
         return
     try:
-        data = msgspec.json.decode(path.read_bytes())
-        uris = [item["uri"] for kind in ("buffers", "images") for item in data.get(kind, ())
-                if "uri" in item and not item["uri"].startswith("data:")]  # fmt: skip
-    except (ValueError, TypeError, AttributeError, OSError):
+        data = msgspec.json.decode(read_file(path), type=_NamedFiles)
+    except (ValueError, RecursionError, AssetError):
         return  # the reader reports it better
-    missing = sorted({uri for uri in uris if not (path.parent / uri).is_file()})
+    uris = {file.uri for file in (*data.buffers, *data.images) if file.uri is not None}
+    named = sorted(uri for uri in uris if not uri.startswith("data:"))
+    missing = [uri for uri in named if not os.path.exists(path.parent / unquote(uri))]
     if missing:
         names = ", ".join(f'"{uri}"' for uri in missing)
         raise AssetError(f"{path}: needs files that are missing beside it: {names}")

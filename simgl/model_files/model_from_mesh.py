@@ -19,6 +19,23 @@ from simgl.scene.spacecraft import SpacecraftModel
 PLAIN = Material(name="plain", reflectance=(0.5, 0.5, 0.5, 0.5), roughness=0.6)
 
 
+# Of one model: 2 GB while it is read. Places in a file count once for each part that shows them.
+MAX_TRIANGLES, MAX_VERTICES = 5_000_000, 15_000_000
+# A part's number has 16 bits in the truth.
+MAX_PARTS = 50_000
+
+
+def check_size(where: str, triangles: int, vertices: int, parts: int = 1) -> None:
+    """Raise AssetError, which starts with ``where``, for a model too large to be drawn."""
+    for what, count, limit in (
+        ("triangles", triangles, MAX_TRIANGLES),
+        ("vertices", vertices, MAX_VERTICES),
+        ("parts", parts, MAX_PARTS),
+    ):
+        if count > limit:
+            raise AssetError(f"{where}: holds {count} {what}, at most {limit} are drawn")
+
+
 class TriangleMesh(Protocol):
     """What is read of a mesh object; ``trimesh.Trimesh`` has it."""
 
@@ -103,6 +120,7 @@ def model_from_mesh(
     directions = None if normals is None else _vectors(where, "normals", normals)
     if directions is not None and len(directions) != len(vertices):
         raise AssetError(f"{where}: has {len(directions)} normals for {len(vertices)} vertices")
+    check_size(where, len(triangles), len(vertices), 1 if parts is None else len(parts))
     surfaces = tuple(load_finish(m) if isinstance(m, str) else m for m in materials)
     names = (name,) if parts is None else tuple(parts)
 

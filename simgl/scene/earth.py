@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
 
-from PIL import Image, UnidentifiedImageError
+from PIL import Image
 
+from simgl.decoded_files import decoded_image
 from simgl.errors import AssetError
+from simgl.input_files import read_file
 from simgl.physics.atmosphere import Atmosphere
 from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS, WGS84_POLAR_RADIUS
 from simgl.physics.regolith import Regolith
@@ -99,18 +102,17 @@ def read_map_image(path: Path, mode: str) -> Image.Image:
 
     Raises AssetError for a file that is missing, not an image, damaged, or of another shape.
     """
+    if not os.path.exists(path):
+        raise AssetError(f"there is no file {path}")
+    content = read_file(path)
     try:
-        with Image.open(path) as image:
-            width, height = image.size
-            if width != 2 * height or width > MAX_WIDTH:
-                raise AssetError(
-                    f"{path} must be twice as wide as high and at most {MAX_WIDTH} pixels wide, "
-                    f"it is {width} x {height}"
-                )
-            return image.convert(mode)
-    except FileNotFoundError:
-        raise AssetError(f"there is no file {path}") from None
-    except UnidentifiedImageError:
-        raise AssetError(f"{path} is not a picture that Pillow can read") from None
-    except (OSError, SyntaxError, Image.DecompressionBombError) as error:
-        raise AssetError(f"{path} is damaged: {error}") from None
+        image = decoded_image(content, MAX_WIDTH * MAX_WIDTH // 2)
+    except ValueError as error:
+        raise AssetError(f"{path} {error}") from None
+    width, height = image.size
+    if width != 2 * height or width > MAX_WIDTH:
+        raise AssetError(
+            f"{path} must be twice as wide as high and at most {MAX_WIDTH} pixels wide, "
+            f"it is {width} x {height}"
+        )
+    return image.convert(mode)

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import io
-import zipfile
-import zlib
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -14,7 +11,9 @@ from numpy.typing import NDArray
 
 from simgl import assets
 from simgl.arrays import Array, UIntArray
+from simgl.decoded_files import arrays_in
 from simgl.errors import AssetError
+from simgl.input_files import read_file
 from simgl.physics.starlight import (
     MILLIARCSECOND,
     band_irradiance,
@@ -82,13 +81,12 @@ def shipped_stars(faintest: float = FAINTEST, path: Path | None = None) -> StarC
     """
     path = assets.data() / "sky" / "hipparcos.npz" if path is None else path
     try:
-        content = io.BytesIO(path.read_bytes())
-    except OSError as error:
-        raise AssetError(f"{path}: cannot be read ({error.strerror}); reinstall simgl") from None
+        content = read_file(path)
+    except AssetError as error:
+        raise AssetError(f"{error}; reinstall simgl") from None
     try:
-        with np.load(content) as file:
-            return _catalogue({name: file[name] for name in file.files}, faintest)
-    except (zipfile.BadZipFile, zlib.error, KeyError, ValueError, TypeError, EOFError):
+        return _catalogue(arrays_in(content), faintest)
+    except (KeyError, ValueError, TypeError):
         raise AssetError(f"{path}: is not a whole star catalogue; reinstall simgl") from None
 
 
