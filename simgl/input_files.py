@@ -16,7 +16,7 @@ from pathlib import Path
 from simgl.errors import AssetError
 
 # Scenarios, presets, cards, curves and keys are written by hand or by small programs.
-MAX_TEXT_BYTES = 16 << 20
+MAX_TEXT_BYTES = 4 << 20
 # Meshes, images and tables of motion.
 MAX_DATA_BYTES = 1 << 30
 

@@ -15,7 +15,7 @@ from msgspec.structs import asdict
 from simgl.camera.camera import Camera
 from simgl.camera.presets import read_camera
 from simgl.config.path_sandbox import Base, SandboxedFolder
-from simgl.config.validation import convert, plain, read_toml, shown, shown_key
+from simgl.config.validation import check_depth, convert, plain, read_toml, shown, shown_key
 from simgl.errors import ConfigError, did_you_mean
 from simgl.input_files import recorded_inputs
 from simgl.physics.constants import SOLAR_TEMPERATURE
@@ -41,6 +41,10 @@ from simgl.scene.spacecraft import SpacecraftModel
 
 _TABLES = ("epoch", "sun", "earth", "sky", "spacecraft", "camera", "lamp", "assess", "render")
 _NAME = re.compile(r"[A-Za-z0-9_-]+")
+_MAX_NAME = 100
+# More are a mistake of the program that wrote the file. A sample's place in the G-buffer names its
+# spacecraft by a number below 1024.
+MAX_NAMED = 1000
 NO_MODELS: Mapping[str, SpacecraftModel] = MappingProxyType({})
 _Named = TypeVar("_Named", SpacecraftTable, CameraTable, LampTable)
 _Single = TypeVar("_Single", bound=Struct)
@@ -99,7 +103,7 @@ def scenario_from_dict(
     ['cam']
     """
     with recorded_inputs() as inputs:
-        scenario = _read_tables(plain(data), name, source, root, models)
+        scenario = _read_tables(data, name, source, root, models)
     # Laws that contradict each other, such as relative places in a circle, show here.
     scenario.poses(scenario.epoch_tai_ns)
     return replace(scenario, inputs=inputs)
@@ -113,6 +117,8 @@ def _read_tables(
     models: Mapping[str, SpacecraftModel],
 ) -> Scenario:
     where = str(source) if source else name
+    check_depth(data, where)
+    data = plain(data)
     _check_tables(data, where)
     folder = source.parent if source else Path()
     base: Base = folder if root is None else SandboxedFolder(folder, root.resolve())
@@ -188,10 +194,15 @@ def _named_tables(
     tables = data.get(kind, {})
     if not isinstance(tables, dict) or not all(isinstance(t, dict) for t in tables.values()):
         raise ConfigError(where, kind, f"must be tables [{kind}.NAME]")
+    if len(tables) > MAX_NAMED:
+        raise ConfigError(where, kind, f"holds {len(tables)} tables, at most {MAX_NAMED}")
     for name in tables:
         # Names become file names, message fields and parts of error messages.
         if not _NAME.fullmatch(name):
             problem = "must be a name of letters, digits, _ and -"
+            raise ConfigError(where, f"{kind}.{shown_key(name)}", problem)
+        if len(name) > _MAX_NAME:
+            problem = f"has {len(name)} characters, a name at most {_MAX_NAME}"
             raise ConfigError(where, f"{kind}.{shown_key(name)}", problem)
     return {n: convert(t, table, f"{where} [{kind}.{n}]") for n, t in tables.items()}
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import hashlib
-import io
+import os
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from PIL import Image, UnidentifiedImageError
+from PIL import Image
 
+from simgl.decoded_files import decoded_image
 from simgl.errors import AssetError
 from simgl.file_cache import FileCache
 from simgl.input_files import read_file
@@ -129,7 +130,7 @@ def load_map(path: Path, mode: str) -> MapImage:
 
 
 def _checked(path: Path, mode: str) -> MapImage:
-    if not path.exists():
+    if not os.path.exists(path):
         raise AssetError(f"there is no file {path}")
     content = read_file(path)
     _decoded(path, content, mode)
@@ -138,15 +139,13 @@ def _checked(path: Path, mode: str) -> MapImage:
 
 def _decoded(path: Path, content: bytes, mode: str) -> Image.Image:
     try:
-        with Image.open(io.BytesIO(content)) as image:
-            width, height = image.size
-            if width != 2 * height or width > MAX_WIDTH:
-                raise AssetError(
-                    f"{path} must be twice as wide as high and at most {MAX_WIDTH} pixels wide, "
-                    f"it is {width} x {height}"
-                )
-            return image.convert(mode)
-    except UnidentifiedImageError:
-        raise AssetError(f"{path} is not a picture that Pillow can read") from None
-    except (OSError, SyntaxError, Image.DecompressionBombError) as error:
-        raise AssetError(f"{path} is damaged: {error}") from None
+        image = decoded_image(content, MAX_WIDTH * MAX_WIDTH // 2)
+    except ValueError as error:
+        raise AssetError(f"{path} {error}") from None
+    width, height = image.size
+    if width != 2 * height or width > MAX_WIDTH:
+        raise AssetError(
+            f"{path} must be twice as wide as high and at most {MAX_WIDTH} pixels wide, "
+            f"it is {width} x {height}"
+        )
+    return image.convert(mode)

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import io
-import zipfile
-import zlib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,6 +10,7 @@ from numpy.typing import NDArray
 
 from simgl import assets
 from simgl.arrays import Array, UIntArray
+from simgl.decoded_files import arrays_in
 from simgl.errors import AssetError
 from simgl.file_cache import FileCache
 from simgl.input_files import read_file
@@ -90,13 +88,12 @@ def shipped_stars(faintest: float = FAINTEST, path: Path | None = None) -> StarC
 
 def _read_stars(path: Path, faintest: float) -> StarCatalogue:
     try:
-        content = io.BytesIO(read_file(path))
+        content = read_file(path)
     except AssetError as error:
         raise AssetError(f"{error}; reinstall simgl") from None
     try:
-        with np.load(content) as file:
-            return _catalogue({name: file[name] for name in file.files}, faintest)
-    except (zipfile.BadZipFile, zlib.error, KeyError, ValueError, TypeError, EOFError):
+        return _catalogue(arrays_in(content), faintest)
+    except (KeyError, ValueError, TypeError):
         raise AssetError(f"{path}: is not a whole star catalogue; reinstall simgl") from None
 
 

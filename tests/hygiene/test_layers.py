@@ -10,8 +10,8 @@ from tests.hygiene.source import imported_modules, imports, modules
 # lower layer, and from itself. "" is the public interface, simgl/__init__.py.
 LAYERS = (
     ("arrays", "content_digest", "errors", "lru_cache", "progress"),
-    ("assets", "disk_cache", "environment_map", "input_files", "sample_grid"),
-    ("file_cache", "gpu", "physics"),
+    ("assets", "decoded_files", "environment_map", "input_files", "sample_grid"),
+    ("disk_cache", "file_cache", "gpu", "physics"),
     ("config", "motion"),
     ("camera",),
     ("images", "scene"),

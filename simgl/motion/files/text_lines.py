@@ -12,11 +12,14 @@ from typing import NoReturn
 from simgl.errors import ConfigError
 from simgl.input_files import read_file
 
+# A month at 1 Hz; some 4 million lines, which take 4 GB while they are read.
+MAX_BYTES = 256 << 20
+
 
 def text_of(path: Path) -> str:
     """The file as text; AssetError if it cannot be read, ConfigError if it is not text."""
     try:
-        text = read_file(path).decode("utf-8-sig")
+        text = read_file(path, MAX_BYTES).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise ConfigError(str(path), "", f"is not UTF-8 text (byte {error.start})") from None
     if "\0" in text:

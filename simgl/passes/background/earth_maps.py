@@ -38,10 +38,11 @@ def size_of(values: Image8) -> int:
 
 def land_map(image: MapImage | None) -> Image8:
     """(h, w, 4) square roots of reflectance R, G, B, N, 255 for 1."""
-    return _land_maps.get(image, lambda: _land_map(image), size_of)
+    return _land_maps.get(image, lambda: make_land_map(image), size_of)
 
 
-def _land_map(image: MapImage | None) -> Image8:
+def make_land_map(image: MapImage | None) -> Image8:
+    """``land_map``, past the cache."""
     if image is None:
         return np.dstack([_shipped("land_rgb.jpg", "RGB"), _shipped("land_nir.jpg", "L")])
     rgb = reflectance_from_display(np.asarray(image.read("RGB")))
@@ -51,10 +52,11 @@ def _land_map(image: MapImage | None) -> Image8:
 
 def form_map(water: MapImage | None, night: MapImage | None) -> Image8:
     """(h, w, 4) codes of the slopes to the east and north, of the shore, and of night lights."""
-    return _form_maps.get((water, night), lambda: _form_map(water, night), size_of)
+    return _form_maps.get((water, night), lambda: make_form_map(water, night), size_of)
 
 
-def _form_map(water: MapImage | None, night: MapImage | None) -> Image8:
+def make_form_map(water: MapImage | None, night: MapImage | None) -> Image8:
+    """``form_map``, past the cache."""
     slopes = _shipped("relief.webp", "RGB")[..., :2]
     shore = _shipped("shore.webp", "L") if water is None else _shore(water.read("L"))
     lights = Image.fromarray(_shipped("night.jpg", "L")) if night is None else night.read("L")
