@@ -11,7 +11,7 @@ from simgl.arrays import Array32
 from simgl.camera.camera import Camera
 from simgl.environment_map import SkyRadiance
 from simgl.gpu.context import is_software
-from simgl.gpu.release import release_all
+from simgl.gpu.release import all_or_nothing, release_all
 from simgl.gpu.render_targets import Format, ImageTarget, TargetStore
 from simgl.gpu.timers import PassTimer
 from simgl.passes.background.air import AtmospherePass
@@ -57,6 +57,7 @@ _SAMPLES_AT_ONCE = 2_500_000
 class Renderer:
     """Owns every pass and target between a view and its image, in one OpenGL context."""
 
+    @all_or_nothing
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self.timer = PassTimer(ctx)

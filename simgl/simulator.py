@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
@@ -18,6 +19,7 @@ from simgl.camera_pipeline import CameraPipeline
 from simgl.errors import ConfigError, did_you_mean
 from simgl.flash_lidar import lidar_frame
 from simgl.gpu.context import current, open_context, preserve_current
+from simgl.gpu.release import freed_on_error
 from simgl.gpu.render_targets import ImageTarget
 from simgl.gpu.timers import PassTimer
 from simgl.images import (
@@ -168,11 +170,19 @@ class Simulator:
         self._owns_ctx = ctx is None
         with preserve_current():
             self._ctx = open_context() if ctx is None else ctx
-        with current(self._ctx):
-            self._renderer = Renderer(self._ctx)
-            self._camera_pipeline = CameraPipeline(self._ctx, self._renderer.timer)
-            models = scenario.models_at_epoch() if scenario.inter_reflection else ()
-            self._renderer.prepare(models, scenario.earth, progress)
+        try:
+            with current(self._ctx), freed_on_error(self._ctx), ExitStack() as made:
+                self._renderer = made.enter_context(Renderer(self._ctx))
+                self._camera_pipeline = made.enter_context(
+                    CameraPipeline(self._ctx, self._renderer.timer)
+                )
+                models = scenario.models_at_epoch() if scenario.inter_reflection else ()
+                self._renderer.prepare(models, scenario.earth, progress)
+                made.pop_all()
+        except BaseException:
+            if self._owns_ctx:
+                self._ctx.release()
+            raise
         self.renderer_name = f"{self._ctx.info['GL_RENDERER']}, {self._ctx.info['GL_VERSION']}"
 
     @property
@@ -207,7 +217,7 @@ class Simulator:
         states = [] if during is None else self._states(state, camera, during)
         counts = Product.DN in products or Product.ELECTRONS in products
         # Another simulator of this process may have made its own context current.
-        with current(self._ctx):
+        with current(self._ctx), freed_on_error(self._ctx):
             frames = self._scene_frames(still, frozenset(products))
             if not counts:
                 return frames
@@ -232,7 +242,7 @@ class Simulator:
         if any(_geometry(setting) != _geometry(still.view.camera) for setting in settings):
             raise ValueError("a setting changes the size or the field of the picture")
         captures = []
-        with current(self._ctx):
+        with current(self._ctx), freed_on_error(self._ctx):
             shared = self._scene_frames(still, _OF_THE_SCENE & frozenset(products))
             for setting in settings:
                 still_with = still.with_camera(setting)
