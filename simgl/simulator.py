@@ -31,7 +31,7 @@ from simgl.images import (
     RadianceFrame,
     TruthFrame,
 )
-from simgl.progress import ProgressCallback
+from simgl.progress import ProgressCallback, begin_stage
 from simgl.renderer import Renderer
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState
@@ -168,6 +168,7 @@ class Simulator:
         self._owns_ctx = ctx is None
         with preserve_current():
             self._ctx = open_context() if ctx is None else ctx
+        begin_stage(progress, "compiling shaders")
         with current(self._ctx):
             self._renderer = Renderer(self._ctx)
             self._camera_pipeline = CameraPipeline(self._ctx, self._renderer.timer)

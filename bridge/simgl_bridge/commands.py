@@ -16,7 +16,7 @@ from typing import Annotated
 
 import typer
 
-from simgl.cli_progress import bake_bar
+from simgl.cli_progress import activity
 from simgl.errors import ConfigError, SimglError
 from simgl.scenario.loader import load_scenario
 from simgl.scenario.scenario import Scenario
@@ -240,7 +240,7 @@ def _loaded(scenario: Path | None, *, basilisk: bool, root: Path | None = None) 
 
 
 def _open_simulator(scenario: Scenario) -> Simulator:
-    with bake_bar() as progress:
+    with activity("opening OpenGL") as progress:
         return Simulator(scenario, progress=progress)
 
 
