@@ -26,6 +26,7 @@ class _Ending:
     """The signal that ends this process, and what its line says."""
 
     received: Signals | None = None
+    at_once = False
     result: Callable[[], str] | None = None
     reported = False
 
@@ -68,6 +69,28 @@ def set_result_so_far(describe: Callable[[], str]) -> None:
     _ending.result = describe
 
 
+def exit_at_once() -> None:
+    """A signal that comes from now on ends this process without any clean-up.
+
+    For work whose clean-up takes longer than its loss costs, such as that of worker processes that
+    end with this one.
+    """
+    _ending.at_once = True
+
+
+def block_interrupts() -> None:
+    """Keep Ctrl-C from this thread, and from the threads and processes that it starts.
+
+    A terminal sends it to child processes, too, where those that end with this one need it not.
+    """
+    from multiprocessing import resource_tracker
+    from signal import SIG_BLOCK, SIGINT, pthread_sigmask
+
+    # Python unblocks it when this helper of all its child processes starts.
+    resource_tracker.ensure_running()
+    pthread_sigmask(SIG_BLOCK, {SIGINT})
+
+
 def receive(number: Signals) -> NoReturn:
     """Begin to end as if a signal had come."""
     _ending.received = number
@@ -87,7 +110,7 @@ def _on_signal(number: int, frame: FrameType | None) -> None:
     if _ending.received is not None:
         _exit_at_once(_ending.received)
     signalled = Signals(number)
-    if _is_importing(frame):
+    if _ending.at_once or _is_importing(frame):
         # Who imports may turn any exception into another one, or do without the module.
         _exit_at_once(signalled)
     receive(signalled)

@@ -18,6 +18,7 @@ import typer
 
 from simgl.cli_progress import activity
 from simgl.errors import ConfigError, SimglError
+from simgl.interruption import end_by_signals, exit_if_signalled, report_faults
 from simgl.scenario.loader import load_scenario
 from simgl.scenario.scenario import Scenario
 from simgl.simulator import Simulator
@@ -227,6 +228,7 @@ def _serve(
 
 def _serve_restarted(service: Callable[[Stop], None], parent: int) -> None:
     """Serve in a process that another one restarts, and that ends with it."""
+    report_faults()
     with _stop_on_signals() as stop, _one_line_errors():
         service(StopWithParent(stop, parent))
 
@@ -332,8 +334,12 @@ def _one_line_errors() -> Iterator[None]:
 
 def main() -> None:
     """``serve`` alone, as ``python -m simgl_bridge.commands SCENARIO``."""
-    with _one_line_errors():
-        typer.run(serve)
+    end_by_signals()
+    try:
+        with _one_line_errors():
+            typer.run(serve)
+    finally:
+        exit_if_signalled()
 
 
 if __name__ == "__main__":
