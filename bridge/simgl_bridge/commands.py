@@ -184,10 +184,11 @@ def serve(
         access=access,
     )
     with _stop_on_signals() as stop:
+        parent = os.environ.pop(PARENT_VARIABLE, None)
+        end = stop if parent is None else StopWithParent(stop, int(parent))
         if not restart:
-            parent = os.environ.pop(PARENT_VARIABLE, None)
-            service(stop if parent is None else StopWithParent(stop, int(parent)))
-        elif code := run_restarting(_serve_restarted, (service, os.getpid()), stop):
+            service(end)
+        elif code := run_restarting(_serve_restarted, (service, os.getpid()), end):
             raise typer.Exit(code)
 
 
