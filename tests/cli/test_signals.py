@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -97,7 +98,7 @@ def test_an_interrupted_sequence_says_what_there_is_and_how_to_go_on(
 PLACED = "position_icrf_m = [7.0e6, 0.0, 20.0]"
 
 
-def python(script: str, **options: object) -> subprocess.CompletedProcess[str]:
+def python(script: str, **options: Any) -> subprocess.CompletedProcess[str]:
     """A short program."""
     return run_to_end([sys.executable, "-c", script], check=False, **options)
 
