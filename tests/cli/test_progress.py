@@ -87,7 +87,7 @@ def test_render_names_each_stage(
     monkeypatch.setattr(cli_progress, "_Text", Recorded)
     monkeypatch.setattr("simgl.simulator.Simulator", partial(Simulator, ctx=gl))
     monkeypatch.setattr(sys, "argv", ["simgl", "render", str(scene), "--out", str(tmp_path)])
-    scene.write_text(scene.read_text().replace('shape = "none"', 'shape = "sphere"'))
+    scene.write_text(scene.read_text().replace('shape = "none"', SPHERE))
     with pytest.raises(SystemExit):
         cli.main()
     assert stages == [
@@ -98,6 +98,9 @@ def test_render_names_each_stage(
         "light between surfaces of block",
         "drawing nav",
     ]
+
+
+SPHERE = 'shape = "sphere"\nradius_km = 6371.0\nalbedo = 0.3'
 
 
 def test_libraries_keep_silent_before_our_line(
