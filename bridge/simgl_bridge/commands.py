@@ -17,6 +17,7 @@ from typing import Annotated
 import typer
 
 from simgl.cli_progress import activity
+from simgl.commands.completion import scenario_files
 from simgl.errors import ConfigError, SimglError
 from simgl.interruption import end_by_signals, exit_if_signalled, report_faults
 from simgl.scenario.loader import load_scenario
@@ -46,7 +47,10 @@ CameraFiles = Annotated[
     ),
 ]
 BaseScenario = Annotated[
-    Path | None, typer.Argument(help="Scenario file (TOML) with models, Earth and light.")
+    Path | None,
+    typer.Argument(
+        help="Scenario file (TOML) with models, Earth and light.", autocompletion=scenario_files
+    ),
 ]
 
 
@@ -72,7 +76,10 @@ def _stop_on_signals() -> Iterator[Event]:
 def serve(
     scenario: Annotated[
         Path | None,
-        typer.Argument(help="Scenario file (TOML); with --basilisk it may be left out."),
+        typer.Argument(
+            help="Scenario file (TOML); with --basilisk it may be left out.",
+            autocompletion=scenario_files,
+        ),
     ] = None,
     address: Annotated[
         str | None,
