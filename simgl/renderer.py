@@ -33,7 +33,7 @@ from simgl.passes.shadow import ShadowPass
 from simgl.passes.surface import LIGHTS, SurfacePass
 from simgl.passes.truth import TruthPass
 from simgl.passes.warp import WarpPass
-from simgl.progress import ProgressCallback
+from simgl.progress import ProgressCallback, begin_stage
 from simgl.radiosity.final_gather import LitBody
 from simgl.radiosity.transport_store import TransportStore
 from simgl.scene.earth import Earth
@@ -123,8 +123,10 @@ class Renderer:
         """Trace how the surfaces of models see each other, and make the tables of the Earth's air,
         so that no frame waits for it."""
         if earth is not None:
+            begin_stage(progress, "tables of the air")
             self._air.prepare(earth, progress)
         for model in models:
+            begin_stage(progress, f"light between surfaces of {model.name}")
             self._transports.of(model, progress)
 
     def radiance(self, view: FrameView) -> ImageTarget:

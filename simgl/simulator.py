@@ -32,7 +32,7 @@ from simgl.images import (
     RadianceFrame,
     TruthFrame,
 )
-from simgl.progress import ProgressCallback
+from simgl.progress import ProgressCallback, begin_stage
 from simgl.renderer import Renderer
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState
@@ -170,6 +170,7 @@ class Simulator:
         self._owns_ctx = ctx is None
         with preserve_current():
             self._ctx = open_context() if ctx is None else ctx
+        begin_stage(progress, "compiling shaders")
         with ExitStack() as undo:
             if self._owns_ctx:
                 undo.callback(self._ctx.release)
