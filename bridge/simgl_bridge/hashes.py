@@ -23,6 +23,7 @@ def state_hash(
     seed: int,
     lamps: Mapping[str, float] = MappingProxyType({}),
     moving: bool = False,
+    draw: int = 0,
 ) -> str:
     """Hash of the state that images show, computed by server and client alike.
 
@@ -31,9 +32,10 @@ def state_hash(
     ...], sun position_m or nil, [[camera, exposure_time_s, gain_dn_per_e], ...], seed]``:
     spacecraft as sent, sorted by name, and so are joints; cameras in the order of the request, with
     the values used; integers in their shortest form; real numbers as float64. Names sort by Unicode
-    code points, which is the order of their UTF-8 bytes. Where lamps were sent, or ``moving`` is
-    set, a sixth entry follows: ``[[[lamp, share], ...], [[name, angular_velocity_rad_s], ...]]``,
-    lamps and spacecraft sorted by name, the second list nil without ``moving``.
+    code points, which is the order of their UTF-8 bytes. Where lamps were sent, ``moving`` is set
+    or ``draw`` is not 0, a sixth entry follows: ``[[[lamp, share], ...], [[name,
+    angular_velocity_rad_s], ...]]``, lamps and spacecraft sorted by name, the second list nil
+    without ``moving``. A ``draw`` that is not 0 is the seventh entry.
     """
     sorted_bodies = [
         [
@@ -48,13 +50,15 @@ def state_hash(
     sun_position = None if sun is None else [float(v) for v in sun.position_m]
     shots = [[name, float(exposure), float(gain)] for name, exposure, gain in cameras]
     state: list[object] = [int(tai_ns), sorted_bodies, sun_position, shots, int(seed)]
-    if lamps or moving:
+    if lamps or moving or draw:
         rates = [
             [name, [float(v) for v in pose.angular_velocity_rad_s]]
             for name, pose in sorted(bodies.items())
         ]
         shares = [[name, float(share)] for name, share in sorted(lamps.items())]
         state.append([shares, rates if moving else None])
+    if draw:
+        state.append(int(draw))
     return hashlib.blake2b(msgspec.msgpack.encode(state), digest_size=16).hexdigest()
 
 

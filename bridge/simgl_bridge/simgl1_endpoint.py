@@ -240,6 +240,7 @@ class Simgl1Endpoint:
                 seed=seed,
                 lamps=request.lamps,
                 moving=request.moving,
+                draw=request.draw,
             ),
             seed=seed,
             bodies=rendered.bodies,
