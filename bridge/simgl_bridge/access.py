@@ -19,10 +19,12 @@ import zmq
 from zmq.auth import create_certificates, load_certificate
 from zmq.auth.thread import ThreadAuthenticator
 
-from simgl.errors import BridgeError, ConfigError, OutputError
+from simgl.errors import AssetError, BridgeError, ConfigError, OutputError
+from simgl.input_files import read_file
 from simgl_bridge.bind_address import check_bindable, ipc_path, is_ipv6, is_listening
 
 _DOMAIN = b"simgl"
+_MAX_KEY_BYTES = 1 << 16
 # 32 bytes in ZeroMQ's Z85.
 _KEY = re.compile(rb"[0-9A-Za-z.:+=^!/*?&<>()\[\]{}@%$#-]{40}")
 
@@ -109,11 +111,13 @@ class ClientKeys:
 
 def _keys_in(path: Path) -> tuple[bytes, bytes | None]:
     try:
+        # Only a regular file: ZeroMQ's own reader would wait for a pipe for ever.
+        read_file(path, _MAX_KEY_BYTES)
         public, secret = load_certificate(path)
-    except OSError as error:
-        why = error.strerror or "there is no such file"
-        raise ConfigError(str(path), "", f"cannot be read ({why})") from None
-    except ValueError:
+    except AssetError as error:
+        problem = str(error).removeprefix(f"{path}: ")
+        raise ConfigError(str(path), "", problem) from None
+    except (OSError, ValueError):
         raise ConfigError(str(path), "", "is no key file; simgl keys makes them") from None
     for key in (public, secret):
         if key is not None and not _KEY.fullmatch(key):

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import fields, is_dataclass, replace
-from pathlib import PurePath
+from dataclasses import replace
 from types import MappingProxyType
-from typing import Any
 
 import msgspec
-import numpy as np
 
+from simgl.content_digest import content_digest
 from simgl.scenario.scenario import Scenario
 from simgl_bridge.messages import SentPose, SentSun
 
@@ -69,37 +67,4 @@ def scene_hash(scenario: Scenario) -> str:
 
     The seed is a separate field of each reply; the folder of the file does not matter.
     """
-    digest = hashlib.blake2b(digest_size=16)
-    _update(digest, replace(scenario, seed=0, source=None))
-    return digest.hexdigest()
-
-
-def _update(digest: hashlib.blake2b, value: Any) -> None:
-    """Add a value: its type, its length, then its content."""
-    digest.update(type(value).__name__.encode() + b"\0")
-    if is_dataclass(value) and not isinstance(value, type):
-        for field in fields(value):
-            digest.update(field.name.encode() + b"\0")
-            _update(digest, getattr(value, field.name))
-    elif isinstance(value, np.ndarray):
-        digest.update(f"{value.dtype.str} {value.shape}\0".encode())
-        digest.update(np.ascontiguousarray(value).tobytes())
-    elif isinstance(value, Mapping):
-        digest.update(f"{len(value)}\0".encode())
-        for key, item in value.items():
-            _update(digest, key)
-            _update(digest, item)
-    elif isinstance(value, (list, tuple)):
-        digest.update(f"{len(value)}\0".encode())
-        for item in value:
-            _update(digest, item)
-    elif isinstance(value, (str, bytes)):
-        content = value.encode() if isinstance(value, str) else value
-        digest.update(f"{len(content)}\0".encode() + content)
-    elif isinstance(value, PurePath):
-        # Only the name: the same files may be in another folder.
-        digest.update(value.name.encode() + b"\0")
-    elif isinstance(value, (bool, int, float, np.generic)) or value is None:
-        digest.update(repr(value).encode() + b"\0")
-    else:
-        raise TypeError(f"a scene holds a {type(value).__name__}, which has no place in its hash")
+    return content_digest(replace(scenario, seed=0, source=None), size=16)

@@ -188,7 +188,7 @@ def poses(
     given = given or {}
     states = {name: (pose.position, pose.velocity) for name, pose in given.items()}
     for name in motions:
-        _resolve(name, (), motions, tai_ns, states)
+        _resolve(name, motions, tai_ns, states)
     by_law = {
         name: Pose(
             position=states[name][0],
@@ -203,21 +203,27 @@ def poses(
 
 def _resolve(
     name: str,
-    chain: tuple[str, ...],
     motions: Mapping[str, Motion],
     tai_ns: int,
     states: dict[str, tuple[Array, Array]],
-) -> tuple[Array, Array]:
-    """Position and velocity of a spacecraft, after those of its reference; stored in ``states``."""
-    if name in chain:
-        circle = " -> ".join((*chain, name))
-        raise ConfigError(f"[spacecraft.{name}]", "relative_to", f"runs in a circle: {circle}")
-    if name not in states:
+) -> None:
+    """Store position and velocity of a spacecraft in ``states``, and those that it refers to."""
+    chain: dict[str, Motion] = {}
+    while name not in states:
+        if name in chain:
+            names = list(chain)
+            circle = " -> ".join([*names, name])
+            raise ConfigError(f"[spacecraft.{name}]", "relative_to", f"runs in a circle: {circle}")
+        chain[name] = motions[name]
         law = motions[name].trajectory
+        if not isinstance(law, Relative):
+            break
+        name = law.reference
+    for name, motion in reversed(chain.items()):
+        law = motion.trajectory
         if isinstance(law, Relative):
-            reference = _resolve(law.reference, (*chain, name), motions, tai_ns, states)
+            reference = states[law.reference]
             lvlh_axes(f"[spacecraft.{name}]", "relative_to", law.reference, *reference)
             states[name] = _relative(law, tai_ns, reference)
         else:
             states[name] = law.state(tai_ns)
-    return states[name]

@@ -188,10 +188,10 @@ class SpacecraftTable(Table, frozen=True, kw_only=True):
     quaternion_lvlh_from_body_xyzw: Quaternion | None = None
     point_at: PointAtTable | None = None
     attitude_file: str | MotionFileTable | None = None
-    joints_deg: dict[str, float] | None = None
-    joints_m: dict[str, float] | None = None
+    joints_deg: Annotated[dict[str, float], Meta(max_length=255)] | None = None
+    joints_m: Annotated[dict[str, float], Meta(max_length=255)] | None = None
     joint_file: str | MotionFileTable | None = None
-    sun_tracking: tuple[str, ...] = ()
+    sun_tracking: Annotated[tuple[str, ...], Meta(max_length=255)] = ()
 
 
 class OrbitingTable(Table, frozen=True, kw_only=True):
