@@ -41,6 +41,7 @@ void main() {
     vec4 sum = vec4(0.0);
     float covered = 0.0;
     for (int j = 0; j < window_size.y; ++j) {
+        vec4 row = vec4(0.0);
         for (int i = 0; i < window_size.x; ++i) {
             vec2 seen = to_pixel * (vec2(i, j) + 0.5) + window_origin;
 #ifdef DISTORTED
@@ -50,10 +51,11 @@ void main() {
 #endif
             vec4 L = texelFetch(samples, ivec2(i, j), 0);
             if (L.r >= 0.0) {
-                sum += L;
+                row += L;
                 covered += 1.0;
             }
         }
+        sum += row;
     }
     radiance = sum / count;
     share = vec4(covered / count);
