@@ -49,7 +49,7 @@ class GBufferPass:
     ) -> tuple[moderngl.Texture, ...]:
         """The targets of the shader in their order, RGBA32F, valid until the next draw."""
         detailed = any("DETAILED" in drawn.view.model.variant for drawn in spacecraft)
-        size = tile.sample_grid.raster_size(tile.width, tile.height)
+        size = tile.raster_size
         (target,) = self._targets[_DETAILED if detailed else _PLAIN].covering(size)
         viewport = (0, 0, *size)
         self.closed.apply(self._ctx, target, viewport, viewport)
