@@ -32,7 +32,7 @@ LARGEST_FRAME = 4 * 1024 * 1024
 # Peers remembered; the ones silent for longest are dropped.
 MAX_PEERS = 64
 # Images cached: a vizInterface that is registered twice asks for every image twice.
-MAX_IMAGES = 16
+MAX_IMAGE_BYTES = 256 << 20
 # Different warnings printed; further ones are left out.
 MAX_WARNINGS = 1000
 # Messages received between two images.
@@ -95,7 +95,7 @@ class BasiliskEndpoint:
         self._peers: LruCache[bytes, _Peer] = LruCache(
             MAX_PEERS, lambda peer: queue.drop(peer.identity)
         )
-        self._images: LruCache[Key, bytes] = LruCache(MAX_IMAGES)
+        self._images: LruCache[Key, bytes] = LruCache(MAX_IMAGE_BYTES)
         self._context: zmq.Context[Any] = zmq.Context()
         try:
             self.socket = self._context.socket(zmq.ROUTER)
@@ -196,7 +196,7 @@ class BasiliskEndpoint:
     def _image_or_empty(self, key: Key) -> bytes:
         """The image of a camera and a state; empty where there is none."""
         try:
-            return self._images.get(key, lambda: self.image(*key))
+            return self._images.get(key, lambda: self.image(*key), len)
         except SimglError as error:
             self._warn(f"no image: {error}")
         # No failure here may end a run of Basilisk.
