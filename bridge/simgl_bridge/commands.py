@@ -28,6 +28,7 @@ from simgl_bridge.basilisk.endpoint import BasiliskEndpoint
 from simgl_bridge.basilisk.recording_replay import replay
 from simgl_bridge.basilisk.viz_scene import bare_scenario, check_base
 from simgl_bridge.bind_address import DEFAULT_ADDRESS, check_bindable
+from simgl_bridge.operator_log import OperatorLog
 from simgl_bridge.processes import PARENT_VARIABLE, StopWithParent, run_restarting
 from simgl_bridge.render_session import RenderSession
 from simgl_bridge.run_with_server import run_with_server
@@ -210,6 +211,9 @@ def _serve(
     queue = FairQueue(WINDOW)
     endpoints: list[Simgl1Endpoint | BasiliskEndpoint] = []
     with ExitStack() as stack:
+        log = OperatorLog()
+        stack.callback(log.close)
+        stack.enter_context(log.library_warnings())
         session = RenderSession(loaded, root=root, open_simulator=_open_simulator)
         stack.enter_context(session)
         if address is not None:

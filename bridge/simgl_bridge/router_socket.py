@@ -13,8 +13,8 @@ from simgl_bridge.bind_address import is_loopback
 from simgl_bridge.client_sessions import Frames
 from simgl_bridge.framing import BadMessageError, pack
 from simgl_bridge.messages import Error, ErrorCode
+from simgl_bridge.operator_log import OperatorLog
 from simgl_bridge.render_session import GpuLostError
-from simgl_bridge.server import report_failure
 from simgl_bridge.sockets import receive, send
 
 # Send buffer on the loopback: pixels under way stay in the processor's cache, so that 1280 x 960 of
@@ -43,6 +43,7 @@ class RouterSocket:
     max_pixels : of one image
     on_gone : called with a client that has left, when a reply to it fails
 
+    log : of failures
     errors : refusals sent; ``busy`` of them were BUSY
     lost : replies that could not be sent
 
@@ -59,6 +60,7 @@ class RouterSocket:
         on_gone: Callable[[bytes], None],
     ) -> None:
         self._on_gone = on_gone
+        self.log = OperatorLog()
         self.errors = self.busy = self.lost = 0
         self.socket = context.socket(zmq.ROUTER)
         self._configure(address, max_pixels)
@@ -130,6 +132,6 @@ class RouterSocket:
             self.refuse(client, BadMessageError(code, "", detail, id, retryable=True))
         # No request may end the service for the other clients.
         except Exception as error:
-            report_failure()
+            self.log.failure()
             detail = " ".join(f"{type(error).__name__}: {error}".split())
             self.refuse(client, BadMessageError(ErrorCode.INTERNAL, "", detail, id))

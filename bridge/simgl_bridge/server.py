@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 import sys
 import time
-import traceback
 from collections import OrderedDict, deque
 from collections.abc import Callable, Hashable, Sequence
 from typing import Any, Protocol
@@ -116,8 +115,3 @@ def print_line(line: str) -> None:
         print(line, file=sys.stderr, flush=True)
     except OSError:
         return
-
-
-def report_failure() -> None:
-    """Print the exception being handled to stderr."""
-    print_line(traceback.format_exc().rstrip())

@@ -365,6 +365,7 @@ class Simgl1Endpoint:
     def close(self) -> None:
         """Free the address once the last replies are sent, within two seconds."""
         self._destroy(LINGER_MS)
+        self._router.log.close()
 
     def _destroy(self, linger: int) -> None:
         if self._authenticator is not None:

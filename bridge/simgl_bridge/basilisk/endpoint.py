@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import re
 import struct
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -23,8 +22,9 @@ from simgl_bridge.basilisk.camera_overrides import DEFAULT_OVERRIDES, CameraOver
 from simgl_bridge.basilisk.camera_png import png_of
 from simgl_bridge.basilisk.viz_messages import UnreadableError, Update, read_update
 from simgl_bridge.basilisk.viz_scene import check_base
+from simgl_bridge.operator_log import OperatorLog
 from simgl_bridge.render_session import RenderSession
-from simgl_bridge.server import FairQueue, report_failure
+from simgl_bridge.server import FairQueue
 
 DEFAULT_ADDRESS = "tcp://127.0.0.1:5556"
 # A state has some kilobytes; ZeroMQ drops who sends a longer frame.
@@ -33,12 +33,14 @@ LARGEST_FRAME = 4 * 1024 * 1024
 MAX_PEERS = 64
 # Images cached: a vizInterface that is registered twice asks for every image twice.
 MAX_IMAGES = 16
-# Different warnings printed; further ones are left out.
-MAX_WARNINGS = 1000
 # Messages received between two images.
 _MAX_PER_TURN = 256
 
 _IMAGE = re.compile(rb"REQUEST_IMAGE_(-?\d{1,19})")
+
+# Kinds of warnings.
+_BAD_FRAMES, _UNREADABLE, _UNKNOWN = "bad frames", "unreadable states", "unknown requests"
+_NO_STATE, _NO_IMAGE, _LOST = "requests without a state", "states without an image", "lost replies"
 
 Key = tuple[int, Update]
 
@@ -49,23 +51,6 @@ class _Peer:
 
     identity: bytes
     state: Update | None = None
-
-
-class OneTimeWarnings:
-    """Warnings for the operator of the server, each printed once."""
-
-    def __init__(self) -> None:
-        self._printed: set[str] = set()
-
-    def __call__(self, line: str) -> None:
-        """Print a line to stderr, unless it was printed."""
-        if line in self._printed or len(self._printed) >= MAX_WARNINGS:
-            return
-        self._printed.add(line)
-        try:
-            print(f"simgl: basilisk: {line}", file=sys.stderr, flush=True)
-        except OSError:
-            return
 
 
 class BasiliskEndpoint:
@@ -91,7 +76,7 @@ class BasiliskEndpoint:
         self._render_session = render_session
         self._queue = queue
         self._overrides = dict(overrides or {})
-        self._warn = OneTimeWarnings()
+        self._warn = OperatorLog("simgl: basilisk")
         self._peers: LruCache[bytes, _Peer] = LruCache(
             MAX_PEERS, lambda peer: queue.drop(peer.identity)
         )
@@ -124,7 +109,10 @@ class BasiliskEndpoint:
                 return
             # REQ puts an empty frame before its own; a peer of another kind expects no answer.
             if not rest or rest[0] or len(rest) < 2:
-                self._warn(f"a peer that is no REQ socket sent {len(rest)} frames; not answered")
+                self._warn(
+                    f"a peer that is no REQ socket sent {len(rest)} frames; not answered",
+                    _BAD_FRAMES,
+                )
                 continue
             self._request(client, rest[1:])
 
@@ -149,21 +137,23 @@ class BasiliskEndpoint:
         elif match := _IMAGE.fullmatch(command):
             self._enqueue(client, peer, int(match[1]))
         elif command.startswith(b"REQUEST_IMAGE"):
-            self._warn(f"cannot tell the camera of {command[:60]!r}")
+            self._warn(f"cannot tell the camera of {command[:60]!r}", _UNKNOWN)
             self._send_image(client, b"")
         else:
-            self._warn(f"knows no request {command[:60]!r}")
+            self._warn(f"knows no request {command[:60]!r}", _UNKNOWN)
             self._reply(client, b"OK")
 
     def _update(self, peer: _Peer, frames: list[bytes]) -> None:
         before, peer.state = peer.state, None
         if len(frames) != 4:
-            self._warn(f"SIM_UPDATE has {len(frames)} frames, not 4; its images are empty")
+            self._warn(
+                f"SIM_UPDATE has {len(frames)} frames, not 4; its images are empty", _BAD_FRAMES
+            )
             return
         try:
             state = read_update(frames[3])
         except UnreadableError as error:
-            self._warn(f"cannot read SIM_UPDATE: {error}; its images are empty")
+            self._warn(f"cannot read SIM_UPDATE: {error}; its images are empty", _UNREADABLE)
             return
         if before is not None:
             # Sent with the first messages only.
@@ -182,7 +172,8 @@ class BasiliskEndpoint:
     def _enqueue(self, client: bytes, peer: _Peer, camera_id: int) -> None:
         state = peer.state
         if state is None:
-            self._warn(f"camera {camera_id}: no state came before the request; its image is empty")
+            problem = "no state came before the request; its image is empty"
+            self._warn(f"camera {camera_id}: {problem}", _NO_STATE)
             self._send_image(client, b"")
             return
         key = (camera_id, state)
@@ -198,10 +189,10 @@ class BasiliskEndpoint:
         try:
             return self._images.get(key, lambda: self.image(*key))
         except SimglError as error:
-            self._warn(f"no image: {error}")
+            self._warn(f"no image: {error}", _NO_IMAGE)
         # No failure here may end a run of Basilisk.
         except Exception:
-            report_failure()
+            self._warn.failure()
         return b""
 
     def image(self, camera_id: int, update: Update) -> bytes:
@@ -219,11 +210,12 @@ class BasiliskEndpoint:
         try:
             self.socket.send_multipart([client, b"", *frames], zmq.NOBLOCK)
         except zmq.Again:
-            self._warn("a peer takes no replies; one is lost")
+            self._warn("a peer takes no replies; one is lost", _LOST)
 
     def close(self) -> None:
         """Close the socket once pending replies are sent."""
         self._context.destroy(linger=2000)
+        self._warn.close()
 
     def __enter__(self) -> BasiliskEndpoint:
         return self
