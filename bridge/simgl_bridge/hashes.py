@@ -7,13 +7,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from pathlib import PurePath
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
 
-from simgl.scenario.scenario import Scenario
 from simgl_bridge.messages import SentPose, SentSun
+
+if TYPE_CHECKING:
+    from simgl.scenario.scenario import Scenario
 
 
 def state_hash(

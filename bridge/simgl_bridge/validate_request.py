@@ -3,25 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from simgl.errors import did_you_mean
-from simgl.motion.joints import Joint
 from simgl.physics.constants import LIGHT_SPEED
 from simgl.physics.ephemeris import FIRST_YEAR, LAST_YEAR, tai_ns_from_utc
-from simgl.scenario.scenario import Scenario
-from simgl.simulator import Product
 from simgl_bridge.framing import BadMessageError, quoted
 from simgl_bridge.messages import ErrorCode, Render, SentPose, Shot, State, Vector
+from simgl_bridge.renderer_messages import ServedJoint, ServedScene
 
-# Products on the wire: which product of a capture holds it, and its unit.
-PRODUCTS = {
-    "dn": (Product.DN, "DN"),
-    "radiance": (Product.RADIANCE, "W m-2 sr-1"),
-    "electrons": (Product.ELECTRONS, "e-"),
-    "depth": (Product.TRUTH, "m"),
-    "part_id": (Product.TRUTH, ""),
-}
+# Products on the wire, and their units.
+UNITS = {"dn": "DN", "radiance": "W m-2 sr-1", "electrons": "e-", "depth": "m", "part_id": ""}
 # 7 au [m]: enough for any mission near the Earth, and far from where float64 overflows.
 FARTHEST = 1e12
 # Nearer than this the Earth would be inside the Sun [m].
@@ -52,7 +44,7 @@ class FieldErrors:
         raise BadMessageError(code, field, problem, self.id)
 
     def unknown_name(
-        self, field: str, name: str, allowed: Mapping[str, object], code: ErrorCode
+        self, field: str, name: str, allowed: Iterable[str], code: ErrorCode
     ) -> None:
         """Raise a BadMessageError for a name that does not exist."""
         listing = did_you_mean(name[:60], allowed)
@@ -72,8 +64,8 @@ def check_deadline(id: int, deadline_ms: int | None) -> None:
         raise BadMessageError(ErrorCode.BAD_VALUE, "deadline_ms", problem, id)
 
 
-def check_request(scenario: Scenario, request: ImageRequest) -> None:
-    """Raises BadMessageError unless a scenario can render what a request asks for."""
+def check_request(scene: ServedScene, request: ImageRequest) -> None:
+    """Raises BadMessageError unless a scene has what a request asks for, and its values can be."""
     check_id(request.id)
     errors = FieldErrors(request.id)
     if not _EARLIEST <= request.tai_ns <= _LATEST:
@@ -85,19 +77,19 @@ def check_request(scenario: Scenario, request: ImageRequest) -> None:
     if request.sun is not None:
         _check_sun(errors, request.sun.position_m)
     for name, share in request.lamps.items():
-        if name not in scenario.lamps:
-            errors.unknown_name("lamps", name, scenario.lamps, ErrorCode.NO_LAMP)
+        if name not in scene.lamps:
+            errors.unknown_name("lamps", name, scene.lamps, ErrorCode.NO_LAMP)
         if not 0.0 <= share <= 1.0:
             errors.refuse(f"lamps.{name}", f"must lie in 0..1, got {share:g}")
     for name, pose in request.bodies.items():
-        if name not in scenario.models:
-            errors.unknown_name("bodies", name, scenario.models, ErrorCode.NO_BODY)
+        if name not in scene.models:
+            errors.unknown_name("bodies", name, scene.models, ErrorCode.NO_BODY)
         _check_pose(errors, f"bodies.{name}", pose)
-        _check_joints(errors, f"bodies.{name}.joints", pose.joints, scenario.models[name].joints)
+        _check_joints(errors, f"bodies.{name}.joints", pose.joints, scene.models[name].joints)
     if not request.cameras:
         errors.refuse("cameras", "must name at least one camera")
     for index, shot in enumerate(request.cameras):
-        _check_shot(errors, f"cameras[{index}]", shot, scenario)
+        _check_shot(errors, f"cameras[{index}]", shot, scene)
         if shot.camera in [other.camera for other in request.cameras[:index]]:
             errors.refuse(f"cameras[{index}].camera", f"repeats {quoted(shot.camera)}")
 
@@ -121,7 +113,7 @@ def _check_pose(errors: FieldErrors, field: str, pose: SentPose) -> None:
 
 
 def _check_joints(
-    errors: FieldErrors, field: str, values: Mapping[str, float], joints: Sequence[Joint]
+    errors: FieldErrors, field: str, values: Mapping[str, float], joints: Sequence[ServedJoint]
 ) -> None:
     known = {joint.name: joint for joint in joints}
     for name, value in values.items():
@@ -134,9 +126,9 @@ def _check_joints(
             errors.refuse(f"{field}.{name}", f"must lie in {limits}, got {value:g}")
 
 
-def _check_shot(errors: FieldErrors, field: str, shot: Shot, scenario: Scenario) -> None:
-    if shot.camera not in scenario.cameras:
-        errors.unknown_name(f"{field}.camera", shot.camera, scenario.cameras, ErrorCode.NO_CAMERA)
+def _check_shot(errors: FieldErrors, field: str, shot: Shot, scene: ServedScene) -> None:
+    if shot.camera not in scene.cameras:
+        errors.unknown_name(f"{field}.camera", shot.camera, scene.cameras, ErrorCode.NO_CAMERA)
     seconds = shot.exposure_time_s
     if seconds is not None and not 0.0 < seconds <= LONGEST_EXPOSURE:
         problem = f"must lie above 0, up to {LONGEST_EXPOSURE:g} s, got {seconds:g}"
@@ -146,11 +138,11 @@ def _check_shot(errors: FieldErrors, field: str, shot: Shot, scenario: Scenario)
         problem = f"must lie above 0, up to {LARGEST_GAIN:g} DN/e-, got {gain:g}"
         errors.refuse(f"{field}.gain_dn_per_e", problem)
     if not shot.products:
-        errors.refuse(f"{field}.products", f"must name at least one of {', '.join(PRODUCTS)}")
+        errors.refuse(f"{field}.products", f"must name at least one of {', '.join(UNITS)}")
     for index, product in enumerate(shot.products):
-        if product not in PRODUCTS:
+        if product not in UNITS:
             place = f"{field}.products[{index}]"
-            errors.unknown_name(place, product, PRODUCTS, ErrorCode.BAD_VALUE)
+            errors.unknown_name(place, product, UNITS, ErrorCode.BAD_VALUE)
         if product in shot.products[:index]:
             errors.refuse(f"{field}.products[{index}]", f"repeats {quoted(product)}")
 
