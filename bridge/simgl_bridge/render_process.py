@@ -1,6 +1,6 @@
 """The renderer process: opens a scenario, and renders one task of its server after another.
 
-``python -m simgl_bridge.render_process ADDRESS OPTIONS`` is started by ``processes.start_renderer``.
+``processes.start_renderer`` starts it as ``python -m simgl_bridge.render_process``.
 """
 
 from __future__ import annotations
@@ -47,8 +47,8 @@ from simgl_bridge.renderer_messages import (
     TASK_DECODER,
     BasiliskPng,
     Draw,
-    Drawn,
     DrawForBasilisk,
+    Drawn,
     Failure,
     Finish,
     Progress,

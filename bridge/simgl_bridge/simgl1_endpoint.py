@@ -95,9 +95,7 @@ class Simgl1Endpoint:
         self._context: zmq.Context[Any] = zmq.Context()
         self._authenticator = access.start_authenticator(self._context)
         try:
-            self._router = RouterSocket(
-                self._context, address, access, on_gone=self._forget_client
-            )
+            self._router = RouterSocket(self._context, address, access, on_gone=self._forget_client)
             self.socket, self.address = self._router.socket, self._router.address
             self._monitor = None
             if monitor is not None:

@@ -43,9 +43,7 @@ class FieldErrors:
         """Raise a BadMessageError for a field."""
         raise BadMessageError(code, field, problem, self.id)
 
-    def unknown_name(
-        self, field: str, name: str, allowed: Iterable[str], code: ErrorCode
-    ) -> None:
+    def unknown_name(self, field: str, name: str, allowed: Iterable[str], code: ErrorCode) -> None:
         """Raise a BadMessageError for a name that does not exist."""
         listing = did_you_mean(name[:60], allowed)
         self.refuse(field, f"{quoted(name)} does not exist here; {listing}", code)
