@@ -16,9 +16,20 @@ from __future__ import annotations
 from collections.abc import Iterable
 from difflib import get_close_matches
 
+# Names in one line of an error; no table has as many keys.
+_MAX_LISTED = 100
+_LONGEST = 4000
+
 
 class SimglError(Exception):
     """Base of all exceptions of simgl."""
+
+    def __str__(self) -> str:
+        """The message on one line, whatever the values and names of a file hold."""
+        text = super().__str__()
+        if len(text) > _LONGEST:
+            text = f"{text[: _LONGEST // 2]} ... {text[-_LONGEST // 2 :]}"
+        return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
 
 
 class ConfigError(SimglError):
@@ -56,6 +67,10 @@ class ContextError(SimglError):
 class ShaderError(SimglError):
     """A shader does not assemble, compile or match its Python side."""
 
+    def __str__(self) -> str:
+        """The message with the lines of the driver's log."""
+        return Exception.__str__(self)
+
 
 class BridgeError(SimglError):
     """The link between a client and a server failed."""
@@ -65,5 +80,7 @@ def did_you_mean(given: str, allowed: Iterable[str]) -> str:
     """A suggestion for a misspelt name, then all allowed names."""
     names = sorted(allowed)
     close = get_close_matches(given, names, n=1)
-    listing = f"(allowed: {', '.join(names)})" if names else "(none is allowed here)"
+    more = [f"and {len(names) - _MAX_LISTED} more"] if len(names) > _MAX_LISTED else []
+    listing = ", ".join([*names[:_MAX_LISTED], *more])
+    listing = f"(allowed: {listing})" if names else "(none is allowed here)"
     return f'did you mean "{close[0]}"? {listing}' if close else listing

@@ -176,6 +176,10 @@ class Welcome(Message, frozen=True, kw_only=True):
 class SentPose(Struct, frozen=True, kw_only=True):
     """Position, velocity, attitude and joints of a spacecraft, ICRF axes.
 
+    position_m : at the request's ``tai_ns``; the server does not propagate it
+    velocity_m_s : moves the spacecraft while the shutter is open, where the request sets
+        ``moving``; without it only the LVLH axes about this spacecraft and the aberration of
+        stars in its cameras follow the velocity
     joints : movable joint to its angle [rad] or travel [m]
     angular_velocity_rad_s : relative to ICRF, in body axes; used where the request sets ``moving``
     """
@@ -221,6 +225,8 @@ class Render(Message, frozen=True, kw_only=True):
     moving : while the shutter is open, bodies move with constant velocity and angular velocity, and
         those left out by their laws: DN and electrons show motion blur and rolling shutter. Send
         every spacecraft in view, or none; otherwise the scene is fixed
+    draw : which of several images of this time, 0 to 2^32 - 1, such as those of a bracket: equal
+        numbers have equal noise, others independent noise
     seek : allow a time before that of the client's last request
     deadline_ms : from its arrival; then it is answered with DEADLINE, even if it is being drawn.
         nil sets no limit
@@ -235,6 +241,7 @@ class Render(Message, frozen=True, kw_only=True):
     deadline_ms: int | None = None
     lamps: dict[str, float] = {}
     moving: bool = False
+    draw: int = 0
 
 
 class State(Message, frozen=True, kw_only=True):
@@ -251,6 +258,7 @@ class State(Message, frozen=True, kw_only=True):
     sun: SentSun | None = None
     lamps: dict[str, float] = {}
     moving: bool = False
+    draw: int = 0
 
 
 class Next(Message, frozen=True, kw_only=True):

@@ -285,6 +285,7 @@ class Simgl1Endpoint:
                 seed=scene.seed,
                 lamps=request.lamps,
                 moving=request.moving,
+                draw=request.draw,
             ),
             seed=scene.seed,
             bodies=drawn.bodies,

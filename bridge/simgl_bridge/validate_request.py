@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 
+from simgl.camera.noise_streams import LARGEST_DRAW
 from simgl.errors import did_you_mean
 from simgl.physics.constants import LIGHT_SPEED
 from simgl.physics.ephemeris import FIRST_YEAR, LAST_YEAR, tai_ns_from_utc
@@ -72,6 +73,8 @@ def check_request(scene: ServedScene, request: ImageRequest) -> None:
         errors.refuse("tai_ns", problem)
     if isinstance(request, Render):
         check_deadline(request.id, request.deadline_ms)
+    if not 0 <= request.draw <= LARGEST_DRAW:
+        errors.refuse("draw", f"must lie in 0..{LARGEST_DRAW}, got {request.draw}")
     if request.sun is not None:
         _check_sun(errors, request.sun.position_m)
     for name, share in request.lamps.items():
