@@ -103,14 +103,16 @@ def _read(docstring: str) -> tuple[str, dict[str, str]]:
 
 
 def _type(kind: typing.Any) -> str:
-    """A type in terms of any language."""
+    """A type in terms of any language, with the range of its values."""
+    origin, arguments = typing.get_origin(kind), typing.get_args(kind)
+    if origin is typing.Annotated:
+        return f"{_type(arguments[0])} {arguments[1]}"
     if kind in _LISTS:
         return _LISTS[kind]
     if kind in _NAMES:
         return _NAMES[kind]
-    origin, arguments = typing.get_origin(kind), typing.get_args(kind)
     if origin in (typing.Union, types.UnionType):
-        return " or ".join(_type(a) for a in arguments)
+        return ", or ".join(_type(a) for a in arguments)
     if origin is dict:
         return f"map of {_type(arguments[0])} to {_type(arguments[1])}"
     if origin is tuple and arguments[-1] is Ellipsis:

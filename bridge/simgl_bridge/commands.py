@@ -34,7 +34,8 @@ from simgl_bridge.render_session import RenderSession
 from simgl_bridge.run_with_server import run_with_server
 from simgl_bridge.server import FairQueue, Stop
 from simgl_bridge.server import serve as serve_until
-from simgl_bridge.simgl1_endpoint import LARGEST_SEED, WINDOW, Simgl1Endpoint
+from simgl_bridge.simgl1_endpoint import WINDOW, Simgl1Endpoint
+from simgl_bridge.value_ranges import LARGEST_SEED
 
 _BASILISK, _FREE_RUN, _ACCESS = "Basilisk", "Free-run and previews", "Access"
 

@@ -32,10 +32,13 @@ def state_hash(
     ``[tai_ns, [[name, position_m, velocity_m_s, q_icrf_from_body_xyzw, [[joint, value], ...]],
     ...], sun position_m or nil, [[camera, exposure_time_s, gain_dn_per_e], ...], seed]``:
     spacecraft as sent, sorted by name, and so are joints; cameras in the order of the request, with
-    the values used; integers in their shortest form; real numbers as float64. Names sort by Unicode
-    code points, which is the order of their UTF-8 bytes. Where lamps were sent, or ``moving`` is
-    set, a sixth entry follows: ``[[[lamp, share], ...], [[name, angular_velocity_rad_s], ...]]``,
-    lamps and spacecraft sorted by name, the second list nil without ``moving``.
+    the values used. Integers, and the lengths of texts and arrays, take the shortest MessagePack
+    form that holds them: ``tai_ns`` is always a uint 64, ``seed`` a positive fixint, uint 8, uint
+    16 or uint 32. Real numbers are float 64, also those that were sent as integers or float 32.
+    Names sort by Unicode code points, which is the order of their UTF-8 bytes. Where lamps were
+    sent, or ``moving`` is set, a sixth entry follows: ``[[[lamp, share], ...], [[name,
+    angular_velocity_rad_s], ...]]``, lamps and spacecraft sorted by name, the second list nil
+    without ``moving``.
     """
     sorted_bodies = [
         [

@@ -110,7 +110,7 @@ def requested_state(
     epoch = request.tai_ns if tai_ns is None else tai_ns
     bodies = {}
     for name, sent in request.bodies.items():
-        pose = _pose(sent, f"bodies.{name}", request.id)
+        pose = _pose(sent)
         if epoch != request.tai_ns:
             pose = _extrapolated(pose, sent.angular_velocity_rad_s, (epoch - request.tai_ns) * 1e-9)
         bodies[name] = pose
@@ -173,16 +173,11 @@ def _with_settings(camera: Camera, shot: Shot) -> Camera:
     return camera
 
 
-def _pose(sent: SentPose, field: str, id: int) -> Pose:
-    try:
-        R_icrf_from_body = matrix_from_quaternion(sent.q_icrf_from_body_xyzw)
-    except ValueError as error:
-        where = f"{field}.q_icrf_from_body_xyzw"
-        raise BadMessageError(ErrorCode.BAD_VALUE, where, str(error), id) from None
+def _pose(sent: SentPose) -> Pose:
     return Pose(
         position=np.array(sent.position_m, dtype=np.float64),
         velocity=np.array(sent.velocity_m_s, dtype=np.float64),
-        R_icrf_from_body=R_icrf_from_body,
+        R_icrf_from_body=matrix_from_quaternion(sent.q_icrf_from_body_xyzw),
     )
 
 

@@ -42,8 +42,7 @@ from simgl_bridge.server import FairQueue
 from simgl_bridge.validate_request import (
     FieldErrors,
     ImageRequest,
-    check_deadline,
-    check_id,
+    check_ranges,
     check_request,
 )
 
@@ -51,8 +50,6 @@ from simgl_bridge.validate_request import (
 WINDOW = 2
 # Time for replies under way when the server stops [ms].
 LINGER_MS = 2000
-# The noise generator takes keys of 32 bits.
-LARGEST_SEED = 2**32 - 1
 # Identity in the queue of the free-run stream; no client can have it.
 _STREAM = b""
 
@@ -142,6 +139,7 @@ class Simgl1Endpoint:
 
     def _request(self, client: bytes, session: ClientSession, frames: list[bytes]) -> None:
         request = unpack_request(frames)
+        check_ranges(request)
         if isinstance(request, Render):
             self._enqueue(client, session, request, frames[1])
         elif isinstance(request, State):
@@ -174,7 +172,6 @@ class Simgl1Endpoint:
     def _enqueue(
         self, client: bytes, session: ClientSession, request: Render, header: bytes
     ) -> None:
-        check_id(request.id)
         if frames := self._replies.find(client, request.id, header):
             self._repeated += 1
             self._router.send(client, frames)
@@ -202,7 +199,6 @@ class Simgl1Endpoint:
     def _render(
         self, client: bytes, session: ClientSession, request: Render, header: bytes, arrived: float
     ) -> None:
-        check_deadline(request.id, request.deadline_ms)
         # Another request of this id may have been queued before it.
         self._replies.find(client, request.id, header)
         waited = (time.monotonic() - arrived) * 1000.0
@@ -261,8 +257,6 @@ class Simgl1Endpoint:
             raise BadMessageError(code, "", problem, state.id, retryable=True)
 
     def _wait_for_images(self, client: bytes, request: Next) -> None:
-        check_id(request.id)
-        check_deadline(request.id, request.deadline_ms)
         if not self._stream.wait(client, request, time.monotonic()):
             problem = "too many clients wait for the next picture"
             raise BadMessageError(ErrorCode.BUSY, "", problem, request.id, retryable=True)
@@ -306,10 +300,7 @@ class Simgl1Endpoint:
     # The scene
 
     def _queue_configure(self, client: bytes, request: Configure) -> None:
-        check_id(request.id)
         errors = FieldErrors(request.id)
-        if request.seed is not None and not 0 <= request.seed <= LARGEST_SEED:
-            errors.refuse("seed", f"must lie in 0..{LARGEST_SEED}, got {request.seed}")
         names = dict.fromkeys(self._render_session.scenario_names)
         if request.scenario is not None and request.scenario not in names:
             errors.unknown_name("scenario", request.scenario, names, ErrorCode.NO_SCENARIO)
