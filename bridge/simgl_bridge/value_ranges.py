@@ -101,11 +101,12 @@ class Components:
         return f"at least {_shown(self.nearest)} {self.unit} from the Earth"
 
     def problem(self, value: Sequence[float]) -> str | None:
-        if not all(map(math.isfinite, value)):
-            return f"must be finite, got {list(value)}"
-        if not all(-self.high <= v <= self.high for v in value):
+        x, y, z = map(abs, value)
+        if not (x <= self.high and y <= self.high and z <= self.high):
+            if not all(map(math.isfinite, value)):
+                return f"must be finite, got {list(value)}"
             return f"must be {self._components}, got {list(value)}"
-        if (distance := math.hypot(*value)) < self.nearest:
+        if self.nearest and (distance := math.hypot(*value)) < self.nearest:
             return f"must be {self._distance}, got {distance:g} {self.unit}"
         return None
 
@@ -118,6 +119,10 @@ class UnitQuaternion:
         return f"of norm 1, within {QUATERNION_NORM_TOLERANCE:g}"
 
     def problem(self, value: Sequence[float]) -> str | None:
+        x, y, z, w = value
+        # Most are, and the matrix takes ten times as long.
+        if abs(math.sqrt(x * x + y * y + z * z + w * w) - 1.0) <= QUATERNION_NORM_TOLERANCE:
+            return None
         try:
             matrix_from_quaternion(value)
         except ValueError as error:
