@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -33,6 +34,8 @@ from simgl_bridge.messages import (
 )
 from simgl_bridge.validate_request import PRODUCTS, ImageRequest, check_request
 
+# At the end of where an error is: a table of the scenario.
+_TABLE = re.compile(r"\[[\w.-]+\]$")
 # Pixels counted together: they fit into the processor's cache.
 _BLOCK = 65536
 
@@ -86,7 +89,7 @@ def render_images(render_session: ImageSource, request: ImageRequest) -> Rendere
         try:
             capture = render_session.capture(state, shot.camera, products, during)
         except ConfigError as error:
-            raise _bad_scene(error, request.id) from None
+            raise bad_scene(error, request.id) from None
         frames = {name: _pixels(capture, name) for name in shot.products}
         images.append(_camera_image(state, shot, capture, frames, time.perf_counter() - start))
         pixels.extend(frames.values())
@@ -119,7 +122,7 @@ def requested_state(
     try:
         state = scenario.with_poses(epoch, bodies, joint_angles=joint_angles, sun=sun)
     except ConfigError as error:
-        raise _bad_scene(error, request.id) from None
+        raise bad_scene(error, request.id) from None
     changed = [s for s in request.cameras if (s.exposure_time_s, s.gain_dn_per_e) != (None, None)]
     if changed:
         cameras = dict(state.cameras)
@@ -181,10 +184,10 @@ def _pose(sent: SentPose) -> Pose:
     )
 
 
-def _bad_scene(error: ConfigError, id: int) -> BadMessageError:
+def bad_scene(error: ConfigError, id: int) -> BadMessageError:
     # The table alone: the path of the scenario file stays on the server.
-    table = error.where[max(error.where.rfind("["), 0) :]
-    field = f"{table} {error.key}".strip()
+    table = _TABLE.search(error.where)
+    field = f"{table[0] if table else ''} {error.key}".strip()
     return BadMessageError(ErrorCode.BAD_SCENE, field, error.problem, id)
 
 

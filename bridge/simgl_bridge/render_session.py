@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from os.path import dirname, realpath
 from pathlib import Path
 
 import moderngl
@@ -18,6 +19,7 @@ from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState
 from simgl.simulator import Capture, Product, Simulator
 from simgl_bridge.hashes import scene_hash
+from simgl_bridge.public_text import public_text
 
 
 class GpuLostError(BridgeError):
@@ -96,12 +98,14 @@ class RenderSession:
         """The scenarios that ``configure`` may choose."""
         if self._root is None:
             return ()
-        contained = [p for p in self._root.glob("*.toml") if p.resolve().parent == self._root]
+        # Unlike Path.resolve, realpath takes a link that leads to itself.
+        root = str(self._root)
+        contained = [p for p in self._root.glob("*.toml") if dirname(realpath(p)) == root]
         return tuple(sorted(p.stem for p in contained))
 
     def without_folder(self, text: str) -> str:
         """A text for clients: files named relative to the folder of scenarios."""
-        return text.replace(f"{self._root}/", "")
+        return public_text(text, () if self._root is None else (self._root,))
 
     def configure(self, name: str | None, seed: int | None) -> None:
         """Choose another scenario of the folder, or another seed.

@@ -14,6 +14,7 @@ from simgl_bridge.client_sessions import Frames
 from simgl_bridge.framing import BadMessageError, pack
 from simgl_bridge.messages import Error, ErrorCode
 from simgl_bridge.operator_log import OperatorLog
+from simgl_bridge.public_text import public_text
 from simgl_bridge.render_session import GpuLostError
 from simgl_bridge.sockets import receive, send
 
@@ -113,8 +114,8 @@ class RouterSocket:
         reply = Error(
             id=error.id,
             code=error.code,
-            field=error.field,
-            detail=str(error),
+            field=public_text(error.field),
+            detail=public_text(str(error)),
             retryable=error.retryable,
         )
         self.send(client, pack(reply))
@@ -133,5 +134,5 @@ class RouterSocket:
         # No request may end the service for the other clients.
         except Exception as error:
             self.log.failure()
-            detail = " ".join(f"{type(error).__name__}: {error}".split())
+            detail = f"{type(error).__name__}: {error}"
             self.refuse(client, BadMessageError(ErrorCode.INTERNAL, "", detail, id))
