@@ -13,7 +13,7 @@ import msgspec
 import numpy as np
 
 from simgl.scenario.scenario import Scenario
-from simgl_bridge.messages import SentPose, SentSun
+from simgl_bridge.messages import CameraImage, Render, SentPose, SentSun, State
 
 
 def state_hash(
@@ -61,6 +61,19 @@ def state_hash(
         shares = [[name, float(share)] for name, share in sorted(lamps.items())]
         state.append([shares, rates if moving else None])
     return hashlib.blake2b(msgspec.msgpack.encode(state), digest_size=16).hexdigest()
+
+
+def shown_state_hash(request: Render | State, images: Sequence[CameraImage], seed: int) -> str:
+    """State hash of a request and the images that it was answered with."""
+    return state_hash(
+        tai_ns=request.tai_ns,
+        bodies=request.bodies,
+        sun=request.sun,
+        cameras=[(i.camera, i.exposure_time_s, i.gain_dn_per_e) for i in images],
+        seed=seed,
+        lamps=request.lamps,
+        moving=request.moving,
+    )
 
 
 def scene_hash(scenario: Scenario) -> str:

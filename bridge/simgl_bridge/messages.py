@@ -83,6 +83,8 @@ class ErrorCode(StrEnum):
     """The request was queued longer than its deadline and was not rendered."""
     NOT_OWNER = "NOT_OWNER"
     """Another client streams states or chose the scenario, and has not left."""
+    NOT_RECORDED = "NOT_RECORDED"
+    """The server records, and the images cannot be recorded, such as on a full disk."""
     GPU_LOST = "GPU_LOST"
     """The OpenGL context failed; a new one is opened, and the same request may succeed."""
     INTERNAL = "INTERNAL"

@@ -17,7 +17,7 @@ from simgl_bridge.client_sessions import ClientSession, ClientSessions, Frames, 
 from simgl_bridge.describe_server import welcome
 from simgl_bridge.framing import VERSION, BadMessageError, pack, unpack_request
 from simgl_bridge.free_run import StateStream, StreamedImages
-from simgl_bridge.hashes import state_hash
+from simgl_bridge.hashes import shown_state_hash
 from simgl_bridge.messages import (
     Bye,
     Configure,
@@ -39,6 +39,7 @@ from simgl_bridge.render_request import RenderedImages, render_images
 from simgl_bridge.render_session import GpuLostError, RenderSession
 from simgl_bridge.router_socket import RouterSocket
 from simgl_bridge.server import FairQueue
+from simgl_bridge.session_recording import SessionRecorder
 from simgl_bridge.validate_request import (
     FieldErrors,
     ImageRequest,
@@ -60,6 +61,7 @@ class Simgl1Endpoint:
     queue : of requests, shared with other endpoints
     monitor : address of the PUB socket with previews; None publishes none
     rate_hz : highest rate of images in free-run; None sets no limit
+    recorder : of every reply with images; None records nothing
 
     Raises ConfigError for an address open to strangers and BridgeError where it cannot be bound.
     """
@@ -73,9 +75,11 @@ class Simgl1Endpoint:
         access: Access = ANY_LOCAL,
         monitor: str | None = None,
         rate_hz: float | None = None,
+        recorder: SessionRecorder | None = None,
     ) -> None:
         self._render_session = render_session
         self._queue = queue
+        self._recorder = recorder
         self._boot = uuid.uuid4().hex
         self._started = time.monotonic()
         self._sequence = 0
@@ -211,13 +215,27 @@ class Simgl1Endpoint:
             problem = f'must not be before {last}, the last request\'s, unless "seek" is true, '
             problem += f"got {request.tai_ns}"
             raise BadMessageError(ErrorCode.TIME_BACKWARDS, "tai_ns", problem, request.id)
-        rendered = render_images(self._render_session, request)
+        rendered = self._rendered(request)
         session.last_tai_ns = request.tai_ns
         images = self._images(request, rendered)
         frames: Frames = [*pack(images), *_payload(rendered)]
         self._replies.store(client, request.id, header, frames)
         self._router.send(client, frames)
         self._publish_preview(images, rendered)
+
+    def _rendered(self, request: ImageRequest) -> RenderedImages:
+        """The images of a request, on record."""
+        rendered = render_images(self._render_session, request)
+        if self._recorder is not None:
+            seed = self._render_session.scenario.seed
+            self._recorder.answered(
+                request,
+                shown_state_hash(request, rendered.images, seed),
+                rendered.bodies,
+                rendered.images,
+                _payload(rendered),
+            )
+        return rendered
 
     def _images(self, request: ImageRequest, rendered: RenderedImages) -> Images:
         self._sequence += 1
@@ -228,15 +246,7 @@ class Simgl1Endpoint:
             boot=self._boot,
             scene_hash=self._render_session.scene_hash,
             tai_ns=request.tai_ns,
-            state_hash=state_hash(
-                tai_ns=request.tai_ns,
-                bodies=request.bodies,
-                sun=request.sun,
-                cameras=[(i.camera, i.exposure_time_s, i.gain_dn_per_e) for i in rendered.images],
-                seed=seed,
-                lamps=request.lamps,
-                moving=request.moving,
-            ),
+            state_hash=shown_state_hash(request, rendered.images, seed),
             seed=seed,
             bodies=rendered.bodies,
             images=rendered.images,
@@ -281,7 +291,7 @@ class Simgl1Endpoint:
         owner, state, dropped = taken
 
         def render() -> None:
-            rendered = render_images(self._render_session, state)
+            rendered = self._rendered(state)
             images = self._images(state, rendered)
             images = msgspec.structs.replace(images, state_id=state.id, dropped=dropped)
             self._stream.last = StreamedImages(images, _payload(rendered))
@@ -327,6 +337,9 @@ class Simgl1Endpoint:
             code = ErrorCode.BAD_SCENE
             problem = self._render_session.without_folder(str(error))
             raise BadMessageError(code, "scenario", problem, request.id) from None
+        if self._recorder is not None:
+            session = self._render_session
+            self._recorder.configured(request.scenario, session.scenario.seed, session.scene_hash)
         self._router.send(client, pack(self._welcome(request.id)))
 
     def _welcome(self, id: int | None) -> Welcome:
