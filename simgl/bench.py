@@ -26,7 +26,7 @@ from simgl.errors import ConfigError, did_you_mean
 from simgl.gpu.context import temporary_context
 from simgl.passes.background.air_tables import ORDERS, AirKind, make_tables
 from simgl.passes.background.cloud_map import noise_texture, weather_codes
-from simgl.passes.background.earth_maps import form_map, ground_textures, land_map
+from simgl.passes.background.earth_maps import ground_textures, make_form_map, make_land_map
 from simgl.physics.atmosphere import STANDARD
 from simgl.progress import ProgressCallback
 from simgl.scenario.loader import load_scenario
@@ -204,11 +204,7 @@ def earth_tables() -> list[TableResult]:
         note("noise of clouds and hills", lambda: 2 * sum(c.nbytes for c in make_chart(0)[0]))
         note(
             "maps",
-            lambda: (
-                (land_map.__wrapped__(None).nbytes + form_map.__wrapped__(None, None).nbytes)
-                * 4
-                // 3
-            ),
+            lambda: (make_land_map(None).nbytes + make_form_map(None, None).nbytes) * 4 // 3,
         )
     return results
 

@@ -127,12 +127,13 @@ class CameraPipeline:
         return target
 
     def digital(
-        self, camera: Camera, tai_ns: int, seed: int, electrons: ImageTarget
+        self, camera: Camera, tai_ns: int, seed: int, electrons: ImageTarget, draw: int = 0
     ) -> ImageTarget:
-        """Digital numbers, in ``DN_FORMAT``."""
+        """Digital numbers, in ``DN_FORMAT``; draw : of the images of one epoch."""
         target = self._target("dn", camera, _DN)
         with self._timer.measure("detector"):
-            self._detector.draw(camera, tai_ns, seed, electrons.textures[0], target.framebuffer)
+            source = electrons.textures[0]
+            self._detector.draw(camera, tai_ns, seed, source, target.framebuffer, draw)
         return target
 
     def _target(self, use: str, camera: Camera, formats: tuple[Format, ...]) -> ImageTarget:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 import os
 import tempfile
-import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,9 @@ import numpy as np
 import scipy
 
 from simgl.arrays import AnyArray
+from simgl.decoded_files import arrays_in
+from simgl.errors import AssetError
+from simgl.input_files import read_file
 
 _LOG = logging.getLogger(__name__)
 
@@ -27,11 +29,8 @@ def cache_folder(name: str) -> Path:
 def read_arrays(path: Path) -> dict[str, AnyArray] | None:
     """The arrays of a file; None if it is missing, or damaged (each array has a checksum)."""
     try:
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as data:
-            return {name: data[name] for name in data.files}
-    except FileNotFoundError:
-        return None
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        return arrays_in(read_file(path))
+    except (AssetError, ValueError):
         return None
 
 

@@ -16,9 +16,17 @@ from __future__ import annotations
 from collections.abc import Iterable
 from difflib import get_close_matches
 
+# Names in one line of an error; no table has as many keys.
+_MAX_LISTED = 100
+
 
 class SimglError(Exception):
     """Base of all exceptions of simgl."""
+
+    def __str__(self) -> str:
+        """The message on one line, whatever characters the names of files and keys hold."""
+        text = super().__str__()
+        return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
 
 
 class ConfigError(SimglError):
@@ -56,6 +64,10 @@ class ContextError(SimglError):
 class ShaderError(SimglError):
     """A shader does not assemble, compile or match its Python side."""
 
+    def __str__(self) -> str:
+        """The message with the lines of the driver's log."""
+        return Exception.__str__(self)
+
 
 class BridgeError(SimglError):
     """The link between a client and a server failed."""
@@ -65,5 +77,7 @@ def did_you_mean(given: str, allowed: Iterable[str]) -> str:
     """A suggestion for a misspelt name, then all allowed names."""
     names = sorted(allowed)
     close = get_close_matches(given, names, n=1)
-    listing = f"(allowed: {', '.join(names)})" if names else "(none is allowed here)"
+    more = [f"and {len(names) - _MAX_LISTED} more"] if len(names) > _MAX_LISTED else []
+    listing = ", ".join([*names[:_MAX_LISTED], *more])
+    listing = f"(allowed: {listing})" if names else "(none is allowed here)"
     return f'did you mean "{close[0]}"? {listing}' if close else listing

@@ -23,14 +23,15 @@ import zmq
 from zmq.auth import create_certificates, load_certificate
 from zmq.auth.thread import ThreadAuthenticator
 
-from simgl.errors import BridgeError, ConfigError, OutputError
+from simgl.errors import AssetError, BridgeError, ConfigError, OutputError
+from simgl.input_files import read_file
 from simgl_bridge.bind_address import check_bindable, ipc_path, is_ipv6, is_listening
 
 _DOMAIN = b"simgl"
+# A key file has 300 bytes.
+_MAX_KEY_BYTES = 1 << 16
 # 32 bytes in ZeroMQ's Z85.
 _KEY = re.compile(rb"[0-9A-Za-z.:+=^!/*?&<>()\[\]{}@%$#-]{40}")
-# A key file has 300 bytes.
-_LARGEST_FILE = 64 * 1024
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -121,16 +122,15 @@ def _keys_in(path: Path) -> tuple[bytes, bytes | None]:
     from them.
     """
     try:
+        # Only a regular file: ZeroMQ's own reader would wait for a pipe for ever.
+        read_file(path, _MAX_KEY_BYTES)
         # Of the file itself, where the path is a link.
         status = path.stat()
-        if not stat.S_ISREG(status.st_mode) or status.st_size > _LARGEST_FILE:
-            raise ConfigError(str(path), "", "is no key file; simgl keys makes them")
         public, secret = load_certificate(path)
-    except OSError as error:
-        missing = isinstance(error, FileNotFoundError)
-        why = "there is no such file" if missing else error.strerror
-        raise ConfigError(str(path), "", f"cannot be read ({why})") from None
-    except ValueError:
+    except AssetError as error:
+        problem = str(error).removeprefix(f"{path}: ")
+        raise ConfigError(str(path), "", problem) from None
+    except (OSError, ValueError):
         raise ConfigError(str(path), "", "is no key file; simgl keys makes them") from None
     for key in (public, secret):
         if key is not None and not _KEY.fullmatch(key):

@@ -142,6 +142,7 @@ class Client:
         sun_position_m : (3,) Earth-centred ICRF; None leaves the Sun to the scenario
         lamps : lamp to the share of its power that it burns with, 0 to 1; others burn fully
         moving : bodies move with their rates while the shutter is open: motion blur
+        draw : which of several images of this time; another number has other noise
         seek : allow a time before that of the last request
         """
         attempts = 2 if retry else 1

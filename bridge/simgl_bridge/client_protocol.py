@@ -72,11 +72,13 @@ class StateOptions(TypedDict, total=False):
     sun_position_m : (3,) Earth-centred ICRF; None leaves the Sun to the scenario
     lamps : lamp to the share of its power that it burns with, 0 to 1; others burn fully
     moving : bodies move with their rates while the shutter is open: motion blur
+    draw : which of several images of this time; another number has other noise
     """
 
     sun_position_m: Sequence[float] | None
     lamps: Mapping[str, float] | None
     moving: bool
+    draw: int
 
 
 class RenderOptions(StateOptions, total=False):
@@ -219,6 +221,7 @@ class ClientProtocol:
         sun_position_m: Sequence[float] | None = None,
         lamps: Mapping[str, float] | None = None,
         moving: bool = False,
+        draw: int = 0,
     ) -> State:
         """A state of the free-run; ``remember`` it to verify its images."""
         sun = None if sun_position_m is None else floats("sun_position_m", sun_position_m, 3)
@@ -230,6 +233,7 @@ class ClientProtocol:
             sun=None if sun is None else SentSun(position_m=(sun[0], sun[1], sun[2])),
             lamps={name: float(share) for name, share in (lamps or {}).items()},
             moving=moving,
+            draw=_integer(draw),
         )
 
     def remember(self, state: State) -> None:
@@ -353,6 +357,7 @@ class ClientProtocol:
             seed=self.welcome.seed,
             lamps=request.lamps,
             moving=request.moving,
+            draw=request.draw,
         )
         if (reply.tai_ns, reply.state_hash) != (request.tai_ns, expected):
             raise BridgeError(

@@ -32,6 +32,7 @@ from simgl_bridge.value_ranges import (
     AngularVelocity,
     Attitude,
     DeadlineMs,
+    Draw,
     ExposureTime,
     Gain,
     Id,
@@ -169,6 +170,10 @@ class Welcome(Message, frozen=True, kw_only=True):
 class SentPose(Struct, frozen=True, kw_only=True):
     """Position, velocity, attitude and joints of a spacecraft, ICRF axes.
 
+    position_m : at the request's ``tai_ns``; the server does not propagate it
+    velocity_m_s : moves the spacecraft while the shutter is open, where the request sets
+        ``moving``; without it only the LVLH axes about this spacecraft and the aberration of
+        stars in its cameras follow the velocity
     joints : movable joint to its angle [rad] or travel [m], within the limits of the model
     angular_velocity_rad_s : relative to ICRF, in body axes; used where the request sets ``moving``
     """
@@ -214,6 +219,8 @@ class Render(Message, frozen=True, kw_only=True):
     moving : while the shutter is open, bodies move with constant velocity and angular velocity, and
         those left out by their laws: DN and electrons show motion blur and rolling shutter. Send
         every spacecraft in view, or none; otherwise the scene is fixed
+    draw : which of several images of this time, such as those of a bracket: equal
+        numbers have equal noise, others independent noise
     seek : allow a time before that of the client's last request
     deadline_ms : a request that was queued longer is answered with DEADLINE; nil sets no limit
     """
@@ -227,6 +234,7 @@ class Render(Message, frozen=True, kw_only=True):
     deadline_ms: DeadlineMs | None = None
     lamps: dict[str, Share] = {}
     moving: bool = False
+    draw: Draw = 0
 
 
 class State(Message, frozen=True, kw_only=True):
@@ -243,6 +251,7 @@ class State(Message, frozen=True, kw_only=True):
     sun: SentSun | None = None
     lamps: dict[str, Share] = {}
     moving: bool = False
+    draw: Draw = 0
 
 
 class Next(Message, frozen=True, kw_only=True):

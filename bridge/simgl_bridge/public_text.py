@@ -9,9 +9,10 @@ from pathlib import Path
 # Longer than any list of names that a scene of this size has.
 _LONGEST = 4000
 # An absolute path: folders, which may hold spaces, and the last name. A slash within a word, such
-# as in m/s or target/body, starts none.
+# as in m/s or target/body, starts none; an escaped end of line, as in an error's text, ends a word.
 _PATH = re.compile(
-    r"""(?<![\w./:~)\]-])(?:file://)?/(?=[^\s/])(?:[^/\n"'`:;|<>]*/)*([^/\s"'`:;,|<>()]*)"""
+    r"""(?:(?<=\\[nrt])|(?<![\w./:~)\]-]))(?:file://)?/(?=[^\s/])"""
+    r"""(?:[^/\n"'`:;|<>]*/)*([^/\s"'`:;,|<>()]*)"""
 )
 
 

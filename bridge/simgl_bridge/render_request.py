@@ -53,6 +53,7 @@ class ImageSource(Protocol):
         camera: str,
         products: frozenset[Product],
         during: Callable[[int], SceneState] | None = None,
+        draw: int = 0,
     ) -> Capture:
         """The capture of a camera; ``during`` gives the scene at other epochs."""
 
@@ -87,7 +88,7 @@ def render_images(render_session: ImageSource, request: ImageRequest) -> Rendere
         start = time.perf_counter()
         products = frozenset(PRODUCTS[name][0] for name in shot.products)
         try:
-            capture = render_session.capture(state, shot.camera, products, during)
+            capture = render_session.capture(state, shot.camera, products, during, request.draw)
         except ConfigError as error:
             raise bad_scene(error, request.id) from None
         frames = {name: _pixels(capture, name) for name in shot.products}

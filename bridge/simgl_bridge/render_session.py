@@ -57,17 +57,19 @@ class RenderSession:
         camera: str,
         products: frozenset[Product] = frozenset({Product.DN}),
         during: Callable[[int], SceneState] | None = None,
+        draw: int = 0,
     ) -> Capture:
         """The capture of one camera of a state.
 
         during : gives the scene at other epochs while the shutter is open; None for a fixed scene
+        draw : which of several images of this epoch
 
         Raises ConfigError where there is none, and GpuLostError where OpenGL failed; the next
         capture then starts with a new context.
         """
         simulator = self._opened_simulator()
         try:
-            capture = simulator.capture(state, camera, products, during)
+            capture = simulator.capture(state, camera, products, during, draw=draw)
             error = simulator.gl_error
         except (moderngl.Error, ContextError) as failure:
             self._drop_context(simulator)

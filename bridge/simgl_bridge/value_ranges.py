@@ -21,8 +21,8 @@ from simgl.physics.frames import QUATERNION_NORM_TOLERANCE, matrix_from_quaterni
 
 # The largest integer that every language holds.
 LARGEST_INTEGER = 2**63 - 1
-# The noise generator takes keys of 32 bits.
-LARGEST_SEED = 2**32 - 1
+# The noise generator takes keys and counters of 32 bits.
+LARGEST_SEED = LARGEST_DRAW = 2**32 - 1
 # One hour: longer than any client waits.
 LONGEST_DEADLINE_MS = 3_600_000
 # An image of fixed bodies is meaningless long before an hour [s].
@@ -142,6 +142,7 @@ _Vector = tuple[float, float, float]
 
 Id = Annotated[int, Range(0, LARGEST_INTEGER)]
 Seed = Annotated[int, Range(0, LARGEST_SEED)]
+Draw = Annotated[int, Range(0, LARGEST_DRAW)]
 DeadlineMs = Annotated[int, Range(1, LONGEST_DEADLINE_MS, "ms")]
 TaiNs = Annotated[
     int,

@@ -46,6 +46,8 @@ void main() {
     vec4 sum = vec4(0.0);
     float count = 0.0, covered = 0.0;
     for (int j = -reach; j <= reach; ++j) {
+        // Row by row: thousands of samples added to one float32 would lose its last digits.
+        vec4 row = vec4(0.0);
         for (int i = -reach; i <= reach; ++i) {
             ivec2 texel = centre + ivec2(i, j);
 #ifdef DISTORTED
@@ -58,11 +60,13 @@ void main() {
             count += 1.0;
             vec4 L = texelFetch(samples, clamp(texel, ivec2(0), last), 0);
             if (L.r >= 0.0) {
-                sum += L;
+                row += L;
                 covered += 1.0;
             }
         }
+        sum += row;
     }
     radiance = sum / max(count, 1.0);
-    share = vec4(covered / max(count, 1.0));
+    // Drivers divide to the last digit but one, through which the Sun's disc would shine.
+    share = vec4(covered < count ? covered / count : min(count, 1.0));
 }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -76,7 +76,7 @@ class Assignment:
         """Limits of a usable image."""
         return self.scenario.criteria
 
-    def content(self) -> dict[str, Value]:
+    def content(self) -> dict[str, Value | Mapping[str, str]]:
         """Identity of the assessment, for its journal."""
         return {
             "camera": self.camera,

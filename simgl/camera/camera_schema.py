@@ -16,8 +16,8 @@ class CurveTable(Table, frozen=True, kw_only=True):
     Either both lists, or the path of a CSV file with two columns: wavelength in nm, and value.
     """
 
-    wavelength_nm: tuple[float, ...] | None = None
-    value: tuple[Fraction, ...] | None = None
+    wavelength_nm: Annotated[tuple[float, ...], Meta(max_length=100_000)] | None = None
+    value: Annotated[tuple[Fraction, ...], Meta(max_length=100_000)] | None = None
     csv: str | None = None
 
 

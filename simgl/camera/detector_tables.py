@@ -45,10 +45,18 @@ _PATTERN_KEYS = {
 _WAVELENGTHS: Array = np.linspace(400.0, 1000.0, 601)
 
 
+# Characters of a line with two numbers, and more blanks than anybody leaves.
+_LONGEST_LINE = 1000
+
+
 def _csv_columns(path: Path) -> tuple[list[float], list[float]]:
     """Wavelengths [nm] and values of a CSV file; a first line of words is a heading."""
     wavelength, value = [], []
-    for number, row in enumerate(csv.reader(read_text(path).splitlines()), 1):
+    for number, line in enumerate(read_text(path).splitlines(), 1):
+        if len(line) > _LONGEST_LINE:
+            problem = f"must be a wavelength in nm and a value, got {len(line)} characters"
+            raise ConfigError(str(path), f"line {number}", problem)
+        row = next(csv.reader([line]), [])
         try:
             nm, share = (float(cell) for cell in row)
         except ValueError:

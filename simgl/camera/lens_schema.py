@@ -57,17 +57,22 @@ class OpticsTable(Table, frozen=True, kw_only=True):
 
     camera_equation: Literal["4N2", "1+4N2"] = "4N2"
     vignetting: Literal["cos4", "none", "measured"] = "cos4"
-    vignetting_angle_deg: tuple[Annotated[float, Meta(ge=0.0, lt=90.0)], ...] | None = None
-    vignetting_relative: tuple[NonNegative, ...] | None = None
+    vignetting_angle_deg: (
+        Annotated[tuple[Annotated[float, Meta(ge=0.0, lt=90.0)], ...], Meta(max_length=10_000)]
+        | None
+    ) = None
+    vignetting_relative: Annotated[tuple[NonNegative, ...], Meta(max_length=10_000)] | None = None
     distortion: DistortionTable | None = None
     diffraction: bool = False
     aberration_um: NonNegative = 0.0
     defocus_um: float = 0.0
     psf_image: str | None = None
     psf_samples_per_px: Annotated[int, Meta(ge=1, le=16)] | None = None
-    field_zones: tuple[FieldZoneTable, ...] | None = None
+    field_zones: Annotated[tuple[FieldZoneTable, ...], Meta(max_length=32)] | None = None
     veiling_glare: Annotated[float, Meta(ge=0.0, lt=1.0)] = 0.0
-    surfaces: Literal["triplet"] | tuple[LensSurfaceTable, ...] | None = None
+    surfaces: (
+        Literal["triplet"] | Annotated[tuple[LensSurfaceTable, ...], Meta(max_length=64)] | None
+    ) = None
     coating_reflectance: Fraction | None = None
 
 

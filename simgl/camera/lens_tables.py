@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
 import msgspec
 import numpy as np
-from PIL import Image, UnidentifiedImageError
 
 from simgl.camera.camera import Camera
 from simgl.camera.distortion import field
@@ -18,7 +18,9 @@ from simgl.camera.lens_schema import FieldZoneTable, LensSurfaceTable, LidarTabl
 from simgl.camera.lidar import Lidar
 from simgl.camera.psf_kernel import lens_reach
 from simgl.config.path_sandbox import Base
+from simgl.decoded_files import array_in, decoded_image
 from simgl.errors import AssetError, ConfigError
+from simgl.input_files import read_file
 
 # Cooke triplet (Taylor 1893), the usual textbook example of 50 mm, f/5 and a field of 40 deg:
 # radius and gap [mm], and index behind each surface.
@@ -36,6 +38,7 @@ _TRIPLET = tuple(
 
 # Largest number of samples along an edge of a point spread's image.
 _LARGEST_PSF = 512
+_MAX_PSF_BYTES, _MAX_PSF_PIXELS = 64 << 20, 1 << 24
 
 
 def read_optics(table: OpticsTable, where: str, base: Base) -> dict[str, Any]:
@@ -145,14 +148,18 @@ def _blur(table: OpticsTable | FieldZoneTable) -> Blur:
 
 def _psf_image(path: Path, where: str) -> tuple[tuple[float, ...], ...]:
     try:
+        content = read_file(path, _MAX_PSF_BYTES) if os.path.exists(path) else b""
         if path.suffix == ".npy":
-            values = np.load(path, allow_pickle=False)
+            values = array_in(content)
         else:
-            with Image.open(path) as image:
-                values = np.asarray(image)
-    except (OSError, ValueError, UnidentifiedImageError):
+            values = np.asarray(decoded_image(content, _MAX_PSF_PIXELS))
+    except AssetError as error:
+        raise ConfigError(where, "optics.psf_image", str(error)) from None
+    except ValueError:
         problem = f"{path} is no image and no .npy array"
         raise ConfigError(where, "optics.psf_image", problem) from None
+    if values.dtype.kind not in "uif":
+        _fail(where, "psf_image", f"{path} must hold real numbers, got {values.dtype}")
     if values.ndim != 2 or min(values.shape) < 1 or max(values.shape) > _LARGEST_PSF:
         problem = f"must have one channel and at most {_LARGEST_PSF} samples along an edge"
         _fail(where, "psf_image", f"{path} {problem}, has the shape {values.shape}")

@@ -23,7 +23,7 @@ class DrawnTable(Table, frozen=True, kw_only=True):
     uniform: tuple[float, float] | None = None
     log_uniform: tuple[float, float] | None = None
     normal: tuple[float, float] | None = None
-    choice: Annotated[tuple[float, ...], Meta(min_length=1)] | None = None
+    choice: Annotated[tuple[float, ...], Meta(min_length=1, max_length=100_000)] | None = None
 
 
 # A number is the same in every frame.

@@ -35,6 +35,10 @@ def render(
     maps: Annotated[
         bool, typer.Option("--maps", help="Also heat maps with their scales, and false colours.")
     ] = False,
+    draw: Annotated[
+        int,
+        typer.Option(min=0, max=2**32 - 1, help="Another number has other noise."),
+    ] = 0,
 ) -> None:
     """Render one epoch: radiance EXR, DN as 16-bit PNG, and an sRGB preview.
 
@@ -69,7 +73,8 @@ def render(
     state = loaded.at(epoch)
     with opened(loaded) as simulator:
         for name in names:
-            capture = simulator.capture(state, name, products, during=loaded.around(epoch))
+            during = loaded.around(epoch)
+            capture = simulator.capture(state, name, products, during=during, draw=draw)
             paths = write_capture(capture, out, name, packed=packed)
             if maps:
                 from simgl.maps import write_maps

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from os.path import realpath
 from pathlib import Path
 
 from simgl.errors import AssetError
@@ -25,8 +24,11 @@ class SandboxedFolder:
     def __truediv__(self, name: str | Path) -> Path:
         """The path of a file; AssetError if it, or the target of a link, lies outside the root."""
         path = self.path / name
-        # Unlike Path.resolve, realpath takes a link that leads to itself.
-        if not Path(realpath(path)).is_relative_to(self.root):
+        try:
+            resolved = path.resolve()
+        except (OSError, RuntimeError, ValueError) as error:  # links in a circle; no file's name
+            raise AssetError(f"{str(path)!r}: cannot be read ({error})") from None
+        if not resolved.is_relative_to(self.root):
             problem = f"leads out of {self.root}, the folder that a scenario's files must lie in"
             raise AssetError(f"{path}: {problem}")
         return path

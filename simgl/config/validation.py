@@ -14,7 +14,8 @@ import msgspec
 import numpy as np
 from msgspec import inspect
 
-from simgl.errors import AssetError, ConfigError, did_you_mean
+from simgl.errors import ConfigError, did_you_mean
+from simgl.input_files import MAX_TEXT_BYTES, read_file
 
 T = TypeVar("T", bound=msgspec.Struct)
 
@@ -30,6 +31,12 @@ _HOLDERS = (
 )
 # Larger than any length, angle or flux of a scene; its square is finite in float32.
 LARGEST = 1e18
+# Deeper than any table, and far from the recursion limit of those who walk through it.
+MAX_DEPTH = 32
+# Of all tables and lists; a text of ``MAX_TEXT_BYTES`` holds fewer.
+MAX_VALUES = 4_000_000
+# Longest text in an error message.
+_MAX_SHOWN = 100
 _WORDS = {
     "float": "a number",
     "int": "a whole number",
@@ -43,19 +50,55 @@ _WORDS = {
 def read_text(path: Path) -> str:
     """A file's text; AssetError if it cannot be read, ConfigError if it is not UTF-8."""
     try:
-        return path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise AssetError(f"{path}: cannot be read ({error.strerror})") from None
+        text = read_file(path, MAX_TEXT_BYTES).decode("utf-8")
     except UnicodeDecodeError as error:
         raise ConfigError(str(path), "", f"is not UTF-8 text (byte {error.start})") from None
+    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def read_toml(path: Path) -> dict[str, Any]:
     """The parsed file; AssetError if it cannot be read, ConfigError with the line if malformed."""
     try:
-        return tomllib.loads(read_text(path))
+        data = tomllib.loads(read_text(path))
     except ValueError as error:
-        raise ConfigError(str(path), "", f"is not valid TOML: {error}") from None
+        raise ConfigError(str(path), "", f"is not valid TOML: {_one_line(error)}") from None
+    except RecursionError:
+        raise _too_deep(str(path)) from None
+    check_depth(data, str(path))
+    return data
+
+
+def _one_line(error: ValueError) -> str:
+    """A parser's complaint, which may hold a key of the file of any length."""
+    text = " ".join(str(error).split())
+    return text if len(text) <= 3 * _MAX_SHOWN else f"{text[:_MAX_SHOWN]}...{text[-_MAX_SHOWN:]}"
+
+
+def check_depth(data: Any, where: str) -> None:
+    """Raise ConfigError for tables and lists within each other beyond any use, without recursion.
+
+    Also ends for data that hold themselves, as a program can make them.
+    """
+    level, count = [data], 0
+    for _ in range(MAX_DEPTH + 1):
+        inner: list[Any] = []
+        for value in level:
+            if isinstance(value, dict):
+                inner.extend(value.values())
+            elif isinstance(value, list | tuple):
+                inner.extend(value)
+            if count + len(inner) > MAX_VALUES:
+                problem = f"holds more than {MAX_VALUES} values in its tables and lists"
+                raise ConfigError(where, "", problem)
+        level, count = inner, count + len(inner)
+        if not level:
+            return
+    raise _too_deep(where)
+
+
+def _too_deep(where: str) -> ConfigError:
+    problem = f"is nested too deeply; at most {MAX_DEPTH} tables and lists lie within each other"
+    return ConfigError(where, "", problem)
 
 
 def plain(value: Any) -> Any:
@@ -69,6 +112,7 @@ def plain(value: Any) -> Any:
 
 def shown_key(key: str) -> str:
     """A key as a TOML file would write it, on one line."""
+    key = _cut(key)
     return key if _BARE_KEY.fullmatch(key) else json.dumps(key, ensure_ascii=False)
 
 
@@ -79,10 +123,22 @@ def shown(value: Any) -> str:
     if isinstance(value, list) and any(isinstance(inner, dict) for inner in value):
         return "a list of tables"
     if isinstance(value, list | tuple):
-        return f"[{', '.join(map(shown, value))}]" if len(value) <= 8 else f"{len(value)} values"
-    if isinstance(value, bool | str):
-        return json.dumps(value, ensure_ascii=False)
+        if len(value) > 8:
+            return f"{len(value)} values"
+        lists = (isinstance(inner, list | tuple) and inner for inner in value)
+        deep = any(isinstance(inner, list | tuple) for one in lists if one for inner in one)
+        return "a list of lists" if deep else f"[{', '.join(map(shown, value))}]"
+    if isinstance(value, str):
+        return json.dumps(_cut(value), ensure_ascii=False)
+    if isinstance(value, bool):
+        return json.dumps(value)
+    if isinstance(value, int) and abs(value) > LARGEST:
+        return f"{Decimal(value):.6g}"  # Python writes no more than 4300 digits
     return str(value)
+
+
+def _cut(text: str) -> str:
+    return text if len(text) <= _MAX_SHOWN else f"{text[: _MAX_SHOWN - 3]}..."
 
 
 def _check_size(value: Any, where: str, key: str) -> None:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from urllib.parse import unquote
 
 import msgspec
 import numpy as np
 
 from simgl.arrays import Array, IndexArray
 from simgl.errors import AssetError
+from simgl.input_files import read_file
 from simgl.model_files.model_library import UNITS, load_model
 from simgl.motion.joints import Joint
 from simgl.scene.materials import Material
@@ -34,6 +37,8 @@ class PartReport:
     size : extent along the body axes [m]
     open_edges : directed edges without an opposite edge of a neighbour; 0 for a closed surface
     flat_triangles : without area
+    contrary_normals : triangles whose corners' normals point, on average, to the side that their
+        winding says is the back; light and camera are then taken to be on opposite sides
     volume : enclosed, negative where the triangles face inward [m3]; meaningless if open
     """
 
@@ -42,6 +47,7 @@ class PartReport:
     size: tuple[float, float, float]
     open_edges: int
     flat_triangles: int
+    contrary_normals: int
     volume: float
 
     @property
@@ -135,17 +141,30 @@ def examine(
 _KINDS = ("base_colour", "law", "normal", "emission")
 
 
+class _NamedFile(msgspec.Struct):
+    """A buffer or an image of a .gltf file."""
+
+    uri: str | None = None
+
+
+class _NamedFiles(msgspec.Struct):
+    """The parts of a .gltf file that name other files."""
+
+    buffers: tuple[_NamedFile, ...] = ()
+    images: tuple[_NamedFile, ...] = ()
+
+
 def _check_files(path: Path) -> None:
     """Raise one AssetError for all missing files that a .gltf refers to."""
-    if path.suffix.lower() != ".gltf" or not path.is_file():
+    if path.suffix.lower() != ".gltf":
         return
     try:
-        data = msgspec.json.decode(path.read_bytes())
-        uris = [item["uri"] for kind in ("buffers", "images") for item in data.get(kind, ())
-                if "uri" in item and not item["uri"].startswith("data:")]  # fmt: skip
-    except (ValueError, TypeError, AttributeError, OSError):
+        data = msgspec.json.decode(read_file(path), type=_NamedFiles)
+    except (ValueError, RecursionError, AssetError):
         return  # the reader reports it better
-    missing = sorted({uri for uri in uris if not (path.parent / uri).is_file()})
+    uris = {file.uri for file in (*data.buffers, *data.images) if file.uri is not None}
+    named = sorted(uri for uri in uris if not uri.startswith("data:"))
+    missing = [uri for uri in named if not os.path.exists(path.parent / unquote(uri))]
     if missing:
         names = ", ".join(f'"{uri}"' for uri in missing)
         raise AssetError(f"{path}: needs files that are missing beside it: {names}")
@@ -189,16 +208,25 @@ def _part(model: SpacecraftModel, index: int, places: IndexArray) -> PartReport:
     triangles = mesh.triangles[mesh.part[mesh.triangles[:, 0]] == index]
     corners = mesh.positions[triangles].astype(np.float64)
     if not len(triangles):
-        return PartReport(name=model.parts[index], triangles=0, size=(0.0, 0.0, 0.0),
-                          open_edges=0, flat_triangles=0, volume=0.0)  # fmt: skip
+        return PartReport(
+            name=model.parts[index],
+            triangles=0,
+            size=(0.0, 0.0, 0.0),
+            open_edges=0,
+            flat_triangles=0,
+            contrary_normals=0,
+            volume=0.0,
+        )
     a, b, c = np.moveaxis(corners - corners.mean(axis=(0, 1)), 1, 0)
-    doubled = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    facets = np.cross(b - a, c - a)
+    normals = mesh.normals[triangles].astype(np.float64).sum(axis=1)
     return PartReport(
         name=model.parts[index],
         triangles=len(triangles),
         size=_triple(np.ptp(corners, axis=(0, 1))),
         open_edges=_open_edges(places[triangles]),
-        flat_triangles=int(np.sum(doubled == 0.0)),
+        flat_triangles=int(np.sum(~np.any(facets, axis=1))),
+        contrary_normals=int(np.sum(np.einsum("ij,ij->i", facets, normals) < 0.0)),
         volume=float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0),
     )
 
@@ -239,6 +267,16 @@ def _law(material: Material) -> str:
     return ", ".join([law, *(name for name, layer in layers.items() if layer is not None)])
 
 
+def _judged(part: PartReport) -> str:
+    """The verdict on a part, and its bad triangles."""
+    bad = {
+        "without area": part.flat_triangles,
+        "with normals to the wrong side": part.contrary_normals,
+    }
+    counts = [f"{count} triangles {what}" for what, count in bad.items() if count]
+    return "; ".join([part.verdict, *counts])
+
+
 def _columns(rows: Sequence[Sequence[str]]) -> list[str]:
     """Rows as lines, each column as wide as its widest entry."""
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
@@ -270,8 +308,7 @@ def report_text(report: ModelReport) -> str:
             part.name,
             f"{part.triangles} triangles",
             " x ".join(f"{v:.3g}" for v in part.size) + " m",
-            part.verdict
-            + (f"; {part.flat_triangles} triangles without area" if part.flat_triangles else ""),
+            _judged(part),
         )
         for part in report.parts
     ]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import binascii
 import struct
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -18,6 +17,7 @@ from simgl.arrays import AnyArray, Array
 from simgl.config.path_sandbox import Base
 from simgl.config.validation import fitted
 from simgl.errors import AssetError, ConfigError
+from simgl.input_files import read_file
 from simgl.model_files import gltf_schema as schema
 
 _COMPONENTS = {5120: "i1", 5121: "u1", 5122: "i2", 5123: "u2", 5125: "u4", 5126: "f4"}
@@ -25,6 +25,10 @@ UNSIGNED, FLOAT = (5121, 5123, 5125), (5126,)
 # Floats, or fractions of the largest number of 8 or 16 bits.
 FRACTION = (5126, 5121, 5123)
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
+# Of the JSON, as Python objects some ten times as large, and of buffers and images together.
+_MAX_JSON_BYTES, _MAX_NAMED_BYTES = 256 << 20, 4 << 30
+# A node is visited once for each way that leads to it from the root. Part numbers have 16 bits.
+MAX_NODES, MAX_NODE_DEPTH = 50_000, 256
 _MAGIC, _JSON_CHUNK, _BINARY_CHUNK = b"glTF", 0x4E4F534A, 0x004E4942
 
 T = TypeVar("T")
@@ -61,17 +65,19 @@ class GltfFile:
     def __init__(self, path: Path, folder: Base | None = None) -> None:
         self.path = path
         self._folder = path.parent if folder is None else folder
-        try:
-            content = path.read_bytes()
-        except OSError as error:
-            raise AssetError(f"{path}: cannot be read ({error.strerror})") from None
+        content = read_file(path)
+        self._named_bytes = 0
         self._blob: bytes | None = None
         if path.suffix.lower() == ".glb":
             content, self._blob = _chunks(path, content)
+        if len(content) > _MAX_JSON_BYTES:
+            raise AssetError(f"{path}: holds more than 256 MiB of JSON; put the buffers beside it")
         try:
             data = msgspec.json.decode(content)
         except ValueError as error:  # DecodeError and UnicodeDecodeError are of this kind
             raise AssetError(f"{path}: is not a glTF file ({error})") from None
+        except RecursionError:
+            raise AssetError(f"{path}: is not a glTF file (it is nested too deeply)") from None
         try:
             self.gltf = fitted(data, schema.Gltf, str(path))
         except ConfigError as error:
@@ -93,20 +99,29 @@ class GltfFile:
         if uri.startswith("data:"):
             article = "an" if what[0] in "aeiou" else "a"
             try:
-                return base64.b64decode(uri.partition(",")[2], validate=True)
-            except binascii.Error:
+                content = base64.b64decode(uri.partition(",")[2], validate=True)
+            except ValueError:  # binascii.Error, or for characters beyond ASCII
                 raise AssetError(
                     f"{self.path}: holds {article} {what} that is not base64"
                 ) from None
+            return self._counted(content)
         try:
             file = self._folder / unquote(uri)
         except AssetError as error:
             raise AssetError(f'{self.path}: {what} "{uri}": {error}') from None
         try:
-            return file.read_bytes()
-        except OSError as error:
-            reason = error.strerror
-            raise AssetError(f'{self.path}: {what} "{uri}" cannot be read ({reason})') from None
+            content = read_file(file)
+        except AssetError as error:
+            reason = str(error).removeprefix(f"{file}: ")
+            raise AssetError(f'{self.path}: {what} "{uri}" {reason}') from None
+        return self._counted(content)
+
+    def _counted(self, content: bytes) -> bytes:
+        """The content of one of the files that this one names; all together are limited."""
+        self._named_bytes += len(content)
+        if self._named_bytes > _MAX_NAMED_BYTES:
+            raise AssetError(f"{self.path}: names buffers and images of more than 4 GiB")
+        return content
 
     def image(self, index: int) -> bytes:
         """The PNG or JPEG file of an image."""
@@ -165,20 +180,27 @@ class GltfFile:
         With its (4, 4) file_from_node matrix and the indices of the nodes from the root to it.
         """
 
-        def visit(
-            index: int, parent: Array, above: tuple[int, ...]
-        ) -> Iterator[tuple[schema.Node, Array, tuple[int, ...]]]:
+        roots = self.item("scene", self.gltf.scenes, self.gltf.scene).nodes
+        waiting: list[tuple[int, Array, tuple[int, ...]]] = [
+            (root, np.eye(4), ()) for root in reversed(roots)
+        ]
+        count = 0
+        while waiting:
+            index, parent, above = waiting.pop()
             if index in above:
                 raise AssetError(f"{self.path}: node {index} is its own ancestor")
+            if len(above) >= MAX_NODE_DEPTH:
+                problem = f"has nodes more than {MAX_NODE_DEPTH} levels below each other"
+                raise AssetError(f"{self.path}: {problem}")
             node = self.item("node", self.gltf.nodes, index)
+            count += 1
+            if count + len(waiting) + len(node.children) > MAX_NODES:
+                problem = f"places more than {MAX_NODES} nodes, each counted wherever it is used"
+                raise AssetError(f"{self.path}: {problem}")
             matrix = parent @ self._local(index, node)
             path = (*above, index)
             yield node, matrix, path
-            for child in node.children:
-                yield from visit(child, matrix, path)
-
-        for root in self.item("scene", self.gltf.scenes, self.gltf.scene).nodes:
-            yield from visit(root, np.eye(4), ())
+            waiting += ((child, matrix, path) for child in reversed(node.children))
 
     def _local(self, index: int, node: schema.Node) -> Array:
         if node.matrix is not None:

@@ -20,11 +20,13 @@ from simgl.errors import AssetError, ConfigError
 from simgl.model_files import gltf_schema as schema
 from simgl.model_files.gltf_file import FLOAT, UNSIGNED, GltfFile
 from simgl.model_files.gltf_materials import Palette, read_palette
-from simgl.model_files.model_from_mesh import face_normals
+from simgl.model_files.model_from_mesh import check_size, face_normals, unit_normals
 from simgl.scene.materials import Material
 from simgl.scene.mesh import Mesh
 from simgl.scene.spacecraft import Branch, SpacecraftModel
 
+# A count beyond this is cut to it, so that sums stay within 64 bits.
+_HUGE = 1 << 40
 _DEFAULT = Material(name="default", reflectance=(1.0, 1.0, 1.0, 1.0), roughness=1.0)
 
 
@@ -91,11 +93,17 @@ class _Part:
         )
         if given.normal is None:
             return piece.flat()
-        cofactor = np.linalg.inv(self._linear).T * np.sign(self._volume)
-        normal = self._file.array(given.normal, "VEC3", FLOAT) @ cofactor.T
-        self._check_count(normal, len(points), "normal")
-        length = np.linalg.norm(normal, axis=1, keepdims=True)
-        return replace(piece, normals=normal / np.where(length > 0.0, length, 1.0))
+        normals = self._file.array(given.normal, "VEC3", FLOAT)
+        self._check_count(normals, len(points), "normal")
+        # The inverse transpose, also of a mirror: what faced outwards still does.
+        normals = normals @ np.linalg.inv(self._linear)
+        normals, without = unit_normals(normals, points, piece.triangles)
+        if without:
+            self.notes.append(
+                f'part "{self.name}": {without} normals have no direction; '
+                "those of the facets stand in"
+            )
+        return replace(piece, normals=normals)
 
     def _check_count(self, values: AnyArray, count: int, what: str) -> None:
         if len(values) != count:
@@ -137,6 +145,21 @@ class _Part:
         if np.any((colour < 0.0) | (colour > 1.0)):
             raise self._error("has a vertex colour outside 0..1")
         return np.concatenate([colour, np.ones((count, 4 - colour.shape[1]))], axis=1)
+
+
+def _size(file: GltfFile, mesh: int) -> IndexArray:
+    """(2,) triangles and vertices of a mesh, as its accessors count them, before any is read."""
+    sizes = np.zeros(2, dtype=np.int64)
+    accessors = file.gltf.accessors
+    for primitive in file.item("mesh", file.gltf.meshes, mesh).primitives:
+        vertices = file.item("accessor", accessors, primitive.attributes.position).count
+        corners = vertices
+        if primitive.indices is not None:
+            corners = file.item("accessor", accessors, primitive.indices).count
+        # Flat facets share no vertices.
+        flat = primitive.attributes.normal is None
+        sizes += min(corners, _HUGE) // 3, min(corners if flat else vertices, _HUGE)
+    return sizes
 
 
 def _filled(values: list[Array | None], counts: list[int], default: Array) -> Any:
@@ -205,6 +228,7 @@ def read_gltf(
     names: dict[int, str] = {}
     carried: dict[int, list[int]] = {}
     notes = list(palette.notes)
+    sizes = np.zeros(2, dtype=np.int64)
     for node, matrix, ancestry in file.nodes():
         names[ancestry[-1]] = node.name or ""
         if node.mesh is None:
@@ -213,6 +237,8 @@ def read_gltf(
         names[ancestry[-1]] = part.name
         for number in ancestry:
             carried.setdefault(number, []).append(len(parts))
+        sizes = sizes + _size(file, node.mesh)
+        check_size(str(path), int(sizes[0]), int(sizes[1]), len(parts) + 1)
         pieces_of_part = part.pieces(node.mesh)
         pieces += pieces_of_part
         owners += [len(parts)] * len(pieces_of_part)

@@ -19,6 +19,23 @@ from simgl.scene.spacecraft import SpacecraftModel
 PLAIN = Material(name="plain", reflectance=(0.5, 0.5, 0.5, 0.5), roughness=0.6)
 
 
+# Of one model: 2 GB while it is read. Places in a file count once for each part that shows them.
+MAX_TRIANGLES, MAX_VERTICES = 5_000_000, 15_000_000
+# A part's number has 16 bits in the truth.
+MAX_PARTS = 50_000
+
+
+def check_size(where: str, triangles: int, vertices: int, parts: int = 1) -> None:
+    """Raise AssetError, which starts with ``where``, for a model too large to be drawn."""
+    for what, count, limit in (
+        ("triangles", triangles, MAX_TRIANGLES),
+        ("vertices", vertices, MAX_VERTICES),
+        ("parts", parts, MAX_PARTS),
+    ):
+        if count > limit:
+            raise AssetError(f"{where}: holds {count} {what}, at most {limit} are drawn")
+
+
 class TriangleMesh(Protocol):
     """What is read of a mesh object; ``trimesh.Trimesh`` has it."""
 
@@ -37,6 +54,27 @@ def face_normals(positions: AnyArray, triangles: AnyArray) -> Array:
     normals = np.cross(b - a, c - a)
     length = np.linalg.norm(normals, axis=1, keepdims=True)
     return np.divide(normals, length, out=np.zeros_like(normals), where=length > 0.0)
+
+
+def unit_normals(given: AnyArray, positions: AnyArray, triangles: AnyArray) -> tuple[Array, int]:
+    """(n, 3) unit normals of vertices, and how many have no direction: zero or not finite.
+
+    given : (n, 3) of any length
+
+    Those without get the mean of the triangles at the vertex, by area; zero if these have none.
+    """
+    length = np.linalg.norm(given, axis=1, keepdims=True)
+    usable = np.isfinite(length) & (length > 0.0)
+    unit = np.divide(given, length, out=np.zeros(given.shape), where=usable)
+    without = ~usable[:, 0]
+    if np.any(without):
+        a, b, c = np.moveaxis(positions[triangles].astype(np.float64), 1, 0)
+        sums = np.zeros(given.shape)
+        np.add.at(sums, triangles.T, np.cross(b - a, c - a))
+        length = np.linalg.norm(sums, axis=1, keepdims=True)
+        facets = np.divide(sums, length, out=np.zeros(given.shape), where=length > 0.0)
+        unit[without] = facets[without]
+    return unit, int(np.count_nonzero(without))
 
 
 def model_from_mesh(
@@ -74,12 +112,15 @@ def model_from_mesh(
     (12, 3)
     """
     where = f'mesh "{name}"'
+    if not 0.0 < unit_m < np.inf:
+        raise AssetError(f"{where}: unit_m must be positive and finite, got {unit_m}")
     given = mesh if isinstance(mesh, tuple) else (mesh.vertices, mesh.faces)
     vertices = unit_m * _vectors(where, "vertices", given[0])
     triangles = _indices(where, "triangles", given[1], ("m", 3), "vertices", len(vertices))
     directions = None if normals is None else _vectors(where, "normals", normals)
     if directions is not None and len(directions) != len(vertices):
         raise AssetError(f"{where}: has {len(directions)} normals for {len(vertices)} vertices")
+    check_size(where, len(triangles), len(vertices), 1 if parts is None else len(parts))
     surfaces = tuple(load_finish(m) if isinstance(m, str) else m for m in materials)
     names = (name,) if parts is None else tuple(parts)
 
@@ -142,8 +183,7 @@ def mesh_of_triangles(
     if normals is None:
         directions = np.repeat(face_normals(vertices, triangles), 3, axis=0)
     else:
-        length = np.linalg.norm(normals[corner], axis=1, keepdims=True)
-        directions = normals[corner] / np.where(length > 0.0, length, 1.0)
+        directions = unit_normals(normals, vertices, triangles)[0][corner]
     return Mesh(
         positions=positions,
         normals=directions.astype(np.float32),

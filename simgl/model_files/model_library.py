@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import io
+import os
+import re
 from dataclasses import replace
-from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -18,9 +19,11 @@ from simgl.config.path_sandbox import Base, folder_of
 from simgl.config.validation import convert, read_toml
 from simgl.config.value_types import Positive, Table, Vector
 from simgl.errors import AssetError, ConfigError, did_you_mean
+from simgl.file_cache import FileCache
+from simgl.input_files import read_file
 from simgl.model_files.gltf_model import read_gltf
 from simgl.model_files.joint_tables import JointTable, read_joints
-from simgl.model_files.model_from_mesh import PLAIN, mesh_of_triangles
+from simgl.model_files.model_from_mesh import PLAIN, check_size, mesh_of_triangles
 from simgl.scene.spacecraft import SpacecraftModel
 
 # Metres in each unit.
@@ -34,6 +37,9 @@ _USUAL_FORWARD = {"x": "z", "y": "z", "z": "x"}
 # The names of axes in a model card.
 _CARD_AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
 _MESH_SUFFIXES = (".glb", ".gltf", ".obj", ".stl")
+# The largest of text has twice the triangles that are drawn.
+_MAX_MESH_BYTES = 512 << 20
+_MATERIAL_LINE = re.compile(r"^[ \t]*(?:usemtl|mtllib)\b.*$", re.MULTILINE)
 
 
 class AxesTable(Table, frozen=True, kw_only=True):
@@ -53,8 +59,8 @@ class ModelTable(Table, frozen=True, kw_only=True):
     source: str = ""
     unit_m: Positive
     axes: AxesTable
-    joint: Annotated[tuple[JointTable, ...], Meta(max_length=256)] = ()
-    keypoints: dict[str, Vector] = field(default_factory=dict)
+    joint: Annotated[tuple[JointTable, ...], Meta(max_length=255)] = ()
+    keypoints: Annotated[dict[str, Vector], Meta(max_length=10_000)] = field(default_factory=dict)
 
 
 def shipped_models() -> list[str]:
@@ -121,14 +127,13 @@ def _is_binary_stl(content: bytes) -> bool:
 
 def _read_plain_mesh(path: Path, body_from_file: Array) -> SpacecraftModel:
     kind = path.suffix[1:].lower()
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise AssetError(f"{path}: cannot be read ({error.strerror})") from None
+    content = read_file(path, _MAX_MESH_BYTES)
     source: io.BytesIO | io.StringIO = io.BytesIO(content)
     if not (kind == "stl" and _is_binary_stl(content)):
         # Names and comments may be in any encoding; what matters is ASCII.
-        source = io.StringIO(content.decode("utf-8", errors="replace"))
+        text = content.decode("utf-8", errors="replace")
+        # Materials are not read, and trimesh takes minutes for some thousands of them.
+        source = io.StringIO(_MATERIAL_LINE.sub("", text) if kind == "obj" else text)
         kind = {"stl": "stl_ascii"}.get(kind, kind)
     try:
         loaded = trimesh.load(source, file_type=kind, force="mesh", process=False)
@@ -136,6 +141,7 @@ def _read_plain_mesh(path: Path, body_from_file: Array) -> SpacecraftModel:
         raise AssetError(f"{path}: is not a readable {path.suffix[1:].upper()} file") from error
     points = np.asarray(getattr(loaded, "vertices", ()), dtype=np.float64)
     triangles = np.asarray(getattr(loaded, "faces", ()), dtype=np.int64)
+    check_size(str(path), len(triangles), len(points))
     if triangles.size == 0:
         hint = f"is it a whole {path.suffix[1:].upper()} file?"
         raise AssetError(f"{path}: holds no triangles; {hint}")
@@ -150,7 +156,10 @@ def _read_plain_mesh(path: Path, body_from_file: Array) -> SpacecraftModel:
     )
 
 
-@lru_cache(maxsize=32)
+# More than a scene shows; the files of a model take some ms to read again.
+_models = FileCache[tuple[object, ...], SpacecraftModel](1 << 30, lambda model: model.nbytes)
+
+
 def load_model(
     name: str,
     base: Base = Path(),
@@ -159,6 +168,8 @@ def load_model(
     forward_axis: str | None = None,
 ) -> SpacecraftModel:
     """A spacecraft model from a file, or a shipped one by its name.
+
+    Equal files give the same object while it is in the cache.
 
     name : a shipped name, or a path to .glb, .gltf, .obj or .stl, or to a model card (.toml)
     base : folder that a relative path starts from
@@ -173,7 +184,16 @@ def load_model(
     >>> model.name, len(model.mesh.triangles)
     ('wedge', 12)
     """
-    file_to_body = body_from_file(unit_m or 1.0, up_axis, forward_axis)
+    key = name, base, unit_m, up_axis, forward_axis
+    return _models.get(key, lambda: _read_model(name, base, unit_m, up_axis, forward_axis))
+
+
+def _read_model(
+    name: str, base: Base, unit_m: float | None, up_axis: str | None, forward_axis: str | None
+) -> SpacecraftModel:
+    if unit_m is not None and not 0.0 < unit_m < np.inf:
+        raise AssetError(f'model "{name}": unit_m must be positive and finite, got {unit_m}')
+    file_to_body = body_from_file(1.0 if unit_m is None else unit_m, up_axis, forward_axis)
     kind = Path(name).suffix.lower()
     shipped = "/" not in name and kind not in (*_MESH_SUFFIXES, ".toml")
     if shipped and name not in shipped_models():
@@ -187,7 +207,7 @@ def load_model(
         folder = assets.models() / name
         return _read_model_card(folder / "model.toml", folder)
     path = base / name
-    if not path.is_file():
+    if not os.path.exists(path):
         raise AssetError(f"{path}: no such model file")
     if kind == ".toml":
         return _read_model_card(path, folder_of(path, base))

@@ -44,8 +44,6 @@ class WarpPass:
 
     def mean(self, camera: Camera, fine: moderngl.Texture, target: moderngl.Framebuffer) -> None:
         """Means over the pixels of a fine RGBA32F image."""
-        fine.filter = (moderngl.LINEAR, moderngl.LINEAR)
-        fine.repeat_x = fine.repeat_y = False
         self.state.apply(self._ctx, target, (0, 0, *target.size))
         self._mean.draw({"fine_per_pixel": FINER}, [self.places(camera), fine])
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, TypeVar
@@ -14,8 +15,9 @@ from msgspec.structs import asdict
 from simgl.camera.camera import Camera
 from simgl.camera.presets import read_camera
 from simgl.config.path_sandbox import Base, SandboxedFolder
-from simgl.config.validation import convert, plain, read_toml, shown, shown_key
+from simgl.config.validation import check_depth, convert, plain, read_toml, shown, shown_key
 from simgl.errors import ConfigError, did_you_mean
+from simgl.input_files import recorded_inputs
 from simgl.physics.constants import SOLAR_TEMPERATURE
 from simgl.physics.ephemeris import tai_ns_from_utc
 from simgl.scenario.camera_tables import read_mount
@@ -39,6 +41,10 @@ from simgl.scene.spacecraft import SpacecraftModel
 
 _TABLES = ("epoch", "sun", "earth", "sky", "spacecraft", "camera", "lamp", "assess", "render")
 _NAME = re.compile(r"[A-Za-z0-9_-]+")
+_MAX_NAME = 100
+# More are a mistake of the program that wrote the file. A sample's place in the G-buffer names its
+# spacecraft by a number below 1024.
+MAX_NAMED = 1000
 NO_MODELS: Mapping[str, SpacecraftModel] = MappingProxyType({})
 _Named = TypeVar("_Named", SpacecraftTable, CameraTable, LampTable)
 _Single = TypeVar("_Single", bound=Struct)
@@ -64,9 +70,10 @@ def load_scenario(
     ['target', 'chaser']
     """
     path = Path(path)
-    return scenario_from_dict(
-        read_toml(path), name=path.stem, source=path, root=root, models=models
-    )
+    with recorded_inputs() as inputs:
+        data = read_toml(path)
+        scenario = scenario_from_dict(data, name=path.stem, source=path, root=root, models=models)
+    return replace(scenario, inputs=inputs)
 
 
 def scenario_from_dict(
@@ -95,7 +102,22 @@ def scenario_from_dict(
     >>> sorted(scenario.cameras)
     ['cam']
     """
+    with recorded_inputs() as inputs:
+        scenario = _read_tables(data, name, source, root, models)
+    # Laws that contradict each other, such as relative places in a circle, show here.
+    scenario.poses(scenario.epoch_tai_ns)
+    return replace(scenario, inputs=inputs)
+
+
+def _read_tables(
+    data: dict[str, Any],
+    name: str,
+    source: Path | None,
+    root: Path | None,
+    models: Mapping[str, SpacecraftModel],
+) -> Scenario:
     where = str(source) if source else name
+    check_depth(data, where)
     data = plain(data)
     _check_tables(data, where)
     folder = source.parent if source else Path()
@@ -128,7 +150,7 @@ def scenario_from_dict(
         cameras[camera] = read_camera(at, camera, settings, temperature, base)
         mounts[camera] = read_mount(at, settings, placed_models, earth=with_earth)
     _check_criteria(criteria, f"{where} [assess]", placed_models, cameras)
-    scenario = Scenario(
+    return Scenario(
         name=name,
         source=source,
         epoch_tai_ns=epoch_tai_ns,
@@ -147,9 +169,6 @@ def scenario_from_dict(
         gather=render.gather,
         stars=read_sky(single("sky", SkyTable), sun),
     )
-    # Laws that contradict each other, such as relative places in a circle, show here.
-    scenario.poses(epoch_tai_ns)
-    return scenario
 
 
 # Keys of [render] that files of earlier versions have, and why they went.
@@ -175,10 +194,15 @@ def _named_tables(
     tables = data.get(kind, {})
     if not isinstance(tables, dict) or not all(isinstance(t, dict) for t in tables.values()):
         raise ConfigError(where, kind, f"must be tables [{kind}.NAME]")
+    if len(tables) > MAX_NAMED:
+        raise ConfigError(where, kind, f"holds {len(tables)} tables, at most {MAX_NAMED}")
     for name in tables:
         # Names become file names, message fields and parts of error messages.
         if not _NAME.fullmatch(name):
             problem = "must be a name of letters, digits, _ and -"
+            raise ConfigError(where, f"{kind}.{shown_key(name)}", problem)
+        if len(name) > _MAX_NAME:
+            problem = f"has {len(name)} characters, a name at most {_MAX_NAME}"
             raise ConfigError(where, f"{kind}.{shown_key(name)}", problem)
     return {n: convert(t, table, f"{where} [{kind}.{n}]") for n, t in tables.items()}
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
@@ -33,6 +33,12 @@ class Mesh:
     material: UIntArray
     uv: Array32 | None = None
     colour: Array32 | None = None
+
+    @property
+    def nbytes(self) -> int:
+        """Size of its arrays."""
+        arrays = (getattr(self, field.name) for field in fields(self))
+        return sum(array.nbytes for array in arrays if array is not None)
 
     @cached_property
     def digest(self) -> str:

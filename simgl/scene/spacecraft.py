@@ -78,6 +78,11 @@ class SpacecraftModel:
             variant.append("JOINTED")
         return tuple(variant)
 
+    @property
+    def nbytes(self) -> int:
+        """Size of its arrays."""
+        return self.mesh.nbytes + self.textures.nbytes
+
     @cached_property
     def posed_mesh(self) -> PosedMesh:
         """Its shape with the joints where they are."""

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import io
-import zipfile
-import zlib
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +10,10 @@ from numpy.typing import NDArray
 
 from simgl import assets
 from simgl.arrays import Array, UIntArray
+from simgl.decoded_files import arrays_in
 from simgl.errors import AssetError
+from simgl.file_cache import FileCache
+from simgl.input_files import read_file
 from simgl.physics.starlight import (
     MILLIARCSECOND,
     band_irradiance,
@@ -72,7 +71,10 @@ def star_sky(catalogue: StarCatalogue, tai_ns: int) -> StarSky:
     )
 
 
-@lru_cache(maxsize=8)
+# Of 3 MB at most.
+_catalogues = FileCache[tuple[Path, float], StarCatalogue](8)
+
+
 def shipped_stars(faintest: float = FAINTEST, path: Path | None = None) -> StarCatalogue:
     """The shipped stars down to a magnitude V.
 
@@ -80,15 +82,18 @@ def shipped_stars(faintest: float = FAINTEST, path: Path | None = None) -> StarC
 
     Raises AssetError where the file is missing, damaged or of another form.
     """
-    path = assets.data() / "sky" / "hipparcos.npz" if path is None else path
+    file = assets.data() / "sky" / "hipparcos.npz" if path is None else path
+    return _catalogues.get((file, faintest), lambda: _read_stars(file, faintest))
+
+
+def _read_stars(path: Path, faintest: float) -> StarCatalogue:
     try:
-        content = io.BytesIO(path.read_bytes())
-    except OSError as error:
-        raise AssetError(f"{path}: cannot be read ({error.strerror}); reinstall simgl") from None
+        content = read_file(path)
+    except AssetError as error:
+        raise AssetError(f"{error}; reinstall simgl") from None
     try:
-        with np.load(content) as file:
-            return _catalogue({name: file[name] for name in file.files}, faintest)
-    except (zipfile.BadZipFile, zlib.error, KeyError, ValueError, TypeError, EOFError):
+        return _catalogue(arrays_in(content), faintest)
+    except (KeyError, ValueError, TypeError):
         raise AssetError(f"{path}: is not a whole star catalogue; reinstall simgl") from None
 
 

@@ -25,7 +25,7 @@ from uuid import uuid4
 from distributed import Client, LocalCluster, WorkerPlugin, as_completed, get_worker
 from distributed.scheduler import KilledWorker
 
-from simgl import __version__
+from simgl import __version__, assets
 from simgl.errors import ConfigError, SimglError
 from simgl.simulator import Simulator
 from simgl.workers.frame_job import Execute, Job, T
@@ -48,6 +48,7 @@ class _JobPlugin(WorkerPlugin):
     def __init__(self, name: str, pickled_job: bytes) -> None:
         self.name = name
         self._pickled_job, self._version = pickled_job, __version__
+        self._assets = assets.digests()
         self._job: Job[object] | None = None
         self._simulator: Simulator | None = None
         self._thread: ThreadPoolExecutor | None = None
@@ -56,6 +57,9 @@ class _JobPlugin(WorkerPlugin):
         """Start the thread that all of the job's OpenGL runs in."""
         if self._version != __version__:
             raise RuntimeError(f"a worker has simgl {__version__}, not {self._version}")
+        for name, digest in assets.digests().items():
+            if digest != self._assets[name]:
+                raise RuntimeError(f"a worker has other {name} of simgl than the client")
         self._job = pickle.loads(self._pickled_job)
         self._thread = ThreadPoolExecutor(max_workers=1)
 

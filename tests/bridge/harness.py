@@ -69,11 +69,12 @@ class WatchedSimulator(Simulator):
         products: Any = frozenset({Product.DN}),
         during: Callable[[int], SceneState] | None = None,
         seed: int | None = None,
+        draw: int = 0,
     ) -> Capture:
         self.captures += 1
         if self.hook is not None:
             self.hook()
-        return super().capture(state, camera, products, during, seed)
+        return super().capture(state, camera, products, during, seed, draw)
 
 
 class Gate:

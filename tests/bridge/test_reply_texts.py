@@ -36,6 +36,7 @@ PLACE = "position_icrf_m = [0.0, 0.0, 0.0]"
         ("open(/dev/dri/renderD128) failed", "open(renderD128) failed"),
         ("path=/etc/x", "path=x"),
         ("two\nlines\tof /a/b", "two lines of b"),
+        (r"two\n/a/b/lines", r"two\nlines"),
         # No paths.
         ("at most 7 m/s, W m-2/sr, 1 / 2", "at most 7 m/s, W m-2/sr, 1 / 2"),
         ("tcp://127.0.0.1:5563 and/or target/body", "tcp://127.0.0.1:5563 and/or target/body"),

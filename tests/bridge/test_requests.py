@@ -43,6 +43,32 @@ def packed(message: dict[str, Any]) -> list[bytes]:
     return [b"simgl/1", msgspec.msgpack.encode(message)]
 
 
+def test_images_of_one_time_have_independent_noise_if_their_draws_differ(
+    client: Client, scenario: Scenario
+) -> None:
+    now = scenario.epoch_tai_ns
+    images = [
+        client.render(now, "nav", exposure_time_s=2e-5, draw=draw)
+        for draw in (0, 1, 2, 2**32 - 1, 1)
+    ]
+    assert images[1].dn.tobytes() == images[4].dn.tobytes()
+    assert len({image.state_hash for image in images}) == 4
+    # Differences hold no light and no fixed pattern, and their signs weigh bright and dark pixels
+    # alike: the mean product of N independent ones has a standard deviation of 1 / sqrt(N) at most.
+    dn = [image.dn.astype(np.int64) for image in images]
+    for a, b, c, d in ((0, 1, 2, 3), (0, 2, 1, 3), (0, 3, 1, 2)):
+        products = np.sign(dn[a] - dn[b]) * np.sign(dn[c] - dn[d])
+        assert np.abs(products).mean() > 0.3
+        assert abs(products.mean()) < 4.0 / np.sqrt(products.size)
+
+
+@pytest.mark.parametrize("draw", [-1, 2**32])
+def test_a_draw_out_of_range_is_named(client: Client, scenario: Scenario, draw: int) -> None:
+    with pytest.raises(RemoteError, match=r"draw must lie in 0\.\.4294967295, got") as caught:
+        client.render(scenario.epoch_tai_ns, "nav", draw=draw)
+    assert caught.value.code == "BAD_VALUE"
+
+
 def test_cameras_of_one_request_show_one_state_as_if_asked_one_by_one(
     client: Client, scenario: Scenario
 ) -> None:

@@ -9,9 +9,9 @@ from tests.hygiene.source import imported_modules, imports, modules
 # Packages and modules directly below simgl/, lowest layer first. A package may import from every
 # lower layer, and from itself. "" is the public interface, simgl/__init__.py.
 LAYERS = (
-    ("arrays", "errors", "lru_cache", "progress"),
-    ("assets", "disk_cache", "environment_map", "sample_grid"),
-    ("gpu", "physics"),
+    ("arrays", "content_digest", "errors", "lru_cache", "progress"),
+    ("assets", "decoded_files", "environment_map", "input_files", "sample_grid"),
+    ("disk_cache", "file_cache", "gpu", "physics"),
     ("config", "motion"),
     ("camera",),
     ("images", "scene"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from typer.testing import CliRunner
 from simgl import cli
 from simgl.errors import AssetError, SimglError
 from simgl.inspection.model_check import examine, report_text
+from tests.model_files.gltf import UNSIGNED_SHORT, Document
 
 # Corner numbers of a cube's twelve triangles, counter-clockwise seen from outside.
 CUBE = [
@@ -154,3 +156,38 @@ def test_the_command_prints_the_report(cube: Callable[..., str]) -> None:
 def test_the_command_refuses_a_unit_that_is_not_positive(cube: Callable[..., str]) -> None:
     result = CliRunner().invoke(cli.app, ["model", "check", cube(), "--unit-m", "0"])
     assert str(result.exception) == "command line: --unit-m must be positive, got 0"
+
+
+def _gltf_cube(tmp_path: Path, normal_sign: float, **node: Any) -> str:
+    document = Document()
+    corners = np.indices((2, 2, 2)).reshape(3, -1).T[:, ::-1] * 2.0 - 1.0
+    document.json["nodes"].append(
+        {
+            "name": "cube",
+            "mesh": document.mesh(
+                attributes={
+                    "POSITION": document.accessor(corners),
+                    "NORMAL": document.accessor(normal_sign * corners),
+                },
+                indices=document.accessor(np.ravel(CUBE), UNSIGNED_SHORT),
+            ),
+            **node,
+        }
+    )
+    return str(document.write_gltf(tmp_path / "cube.gltf"))
+
+
+def test_normals_that_contradict_the_winding_are_counted(tmp_path: Path) -> None:
+    report = examine(_gltf_cube(tmp_path, -1.0))
+    (part,) = report.parts
+    # Closed and wound outwards, but lit as if seen from inside.
+    assert (part.verdict, part.contrary_normals) == ("watertight", 12)
+    assert "12 triangles with normals to the wrong side" in report_text(report)
+
+
+@pytest.mark.parametrize("scale", [[1, 1, 1], [-1, 1, 1], [-1, -1, 1], [-1, -1, -1]])
+def test_the_normals_of_a_mirrored_part_go_with_its_winding(
+    scale: list[float], tmp_path: Path
+) -> None:
+    (part,) = examine(_gltf_cube(tmp_path, 1.0, scale=scale)).parts
+    assert (part.verdict, part.contrary_normals) == ("watertight", 0)

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import struct
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from simgl.errors import AssetError
 from simgl.model_files.model_library import load_model
 from tests.model_files.gltf import UNSIGNED_SHORT, Document, triangle
 
@@ -182,3 +184,92 @@ def test_an_stl_in_inches_comes_in_in_metres(form: str, tmp_path: Path) -> None:
         model.mesh.positions, 0.0254 * np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]]), rtol=FLOAT32
     )
     np.testing.assert_allclose(model.mesh.normals, [[0, 0, 1]] * 3, rtol=0.0, atol=FLOAT32)
+
+
+def block(*nodes: dict[str, Any]) -> Document:
+    """A closed wedge with a normal for each facet; nodes from the root down to its mesh."""
+    corners = np.array([[0, 0, 0], [3, 0, 0], [0, 2, 0], [0, 0, 1]], dtype=np.float64)
+    facets = corners[[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]]
+    outward = np.cross(facets[:, 1] - facets[:, 0], facets[:, 2] - facets[:, 0])
+    outward /= np.linalg.norm(outward, axis=1, keepdims=True)
+    document = Document()
+    mesh = document.mesh(
+        attributes={
+            "POSITION": document.accessor(facets.reshape(-1, 3)),
+            "NORMAL": document.accessor(np.repeat(outward, 3, axis=0)),
+        }
+    )
+    document.json["nodes"] = [
+        {"name": f"node_{index}", **node, "children": [index + 1]}
+        for index, node in enumerate(nodes[:-1])
+    ]
+    document.json["nodes"].append({"name": "wedge", "mesh": mesh, **nodes[-1]})
+    return document
+
+
+MIRRORED_X = {"scale": [-1.0, 1.0, 1.0]}
+TURNED = {"rotation": [0.0, 0.6, 0.0, 0.8], "translation": [1.0, 2.0, 3.0]}
+# Swaps x and y, which is a mirror in their diagonal.
+SWAPPED = {"matrix": [0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]}
+
+
+@pytest.mark.parametrize(
+    "nodes",
+    [
+        [{}],
+        [MIRRORED_X],
+        [{"scale": [-1.0, -1.0, -1.0]}],
+        [{"scale": [-1.0, -2.0, 0.5]}],
+        [SWAPPED],
+        [MIRRORED_X, TURNED],
+        [TURNED, {"scale": [2.0, -0.5, 3.0]}],
+        [MIRRORED_X, SWAPPED],
+        [MIRRORED_X, TURNED, MIRRORED_X, SWAPPED],
+    ],
+)
+def test_the_normals_of_a_closed_body_face_outwards_however_often_it_is_mirrored(
+    nodes: list[dict[str, Any]], tmp_path: Path
+) -> None:
+    mesh = load_model(str(block(*nodes).write_gltf(tmp_path / "m.gltf"))).mesh
+    corners = mesh.positions[mesh.triangles].astype(np.float64)
+    facets = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    # By the divergence theorem a closed surface that is wound outwards encloses a positive volume.
+    assert np.einsum("ij,ij->", corners[:, 0], facets) > 0.0
+    facets /= np.linalg.norm(facets, axis=1, keepdims=True)
+    for corner in range(3):
+        normals = mesh.normals[mesh.triangles[:, corner]]
+        np.testing.assert_allclose(normals, facets, rtol=0.0, atol=10 * FLOAT32)
+
+
+def test_a_mirrored_part_moves_with_its_joint_like_any_other(tmp_path: Path) -> None:
+    block(MIRRORED_X).write_glb(tmp_path / "m.glb")
+    (tmp_path / "model.toml").write_text(
+        'name = "m"\nfile = "m.glb"\nunit_m = 1.0\naxes = { x = "+x", y = "+y", z = "+z" }\n'
+        '[[joint]]\nname = "hinge"\npart = "wedge"\nkind = "revolute"\n'
+        "axis_body = [0.0, 0.0, 1.0]\norigin_body_m = [0.0, 0.0, 0.0]\nrange_deg = [0.0, 90.0]\n"
+    )
+    model = load_model("model.toml", tmp_path)
+    mesh = model.posed({"hinge": np.pi / 2}).posed_mesh.baked()
+    # A quarter turn about z: (x, y, z) -> (-y, x, z).
+    turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    stored = model.mesh
+    np.testing.assert_allclose(mesh.positions, stored.positions @ turn.T, atol=10 * FLOAT32)
+    np.testing.assert_allclose(mesh.normals, stored.normals @ turn.T, atol=10 * FLOAT32)
+
+
+def test_a_vertex_without_direction_takes_that_of_its_facets(tmp_path: Path) -> None:
+    document = triangle()
+    attributes = document.json["meshes"][0]["primitives"][0]["attributes"]
+    attributes["NORMAL"] = document.accessor([[0.0, 0.0, 0.0], [0.0, 0.6, 0.8], [0.0, 0.0, 0.0]])
+    mesh = load_model(str(document.write_gltf(tmp_path / "m.gltf"))).mesh
+    expected = [[0.0, 0.0, 1.0], [0.0, 0.6, 0.8], [0.0, 0.0, 1.0]]
+    np.testing.assert_allclose(mesh.normals, expected, rtol=0.0, atol=FLOAT32)
+
+
+@pytest.mark.parametrize("unit_m", [0.0, -0.001, float("nan"), float("inf")])
+def test_a_unit_that_would_mirror_or_shrink_a_model_to_nothing_is_refused(
+    unit_m: float, tmp_path: Path
+) -> None:
+    path = triangle().write_gltf(tmp_path / "m.gltf")
+    with pytest.raises(AssetError, match="unit_m must be positive and finite, got"):
+        load_model(str(path), unit_m=unit_m)

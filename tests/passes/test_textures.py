@@ -350,3 +350,41 @@ def test_an_image_beside_a_larger_one_is_interpolated_across_its_edges(
     values = np.array([[0.0, 1.0]], dtype=np.float16)[..., None]
     four = resampled(Image(values=values, wrap=(wrap, wrap)), 4, 1)[0, :, 0]
     np.testing.assert_array_equal(four, [ends[0], 0.25, 0.75, ends[1]])
+
+
+@pytest.mark.parametrize("double_sided", [False, True])
+def test_a_mirrored_part_gives_the_mirror_image(
+    gl: moderngl.Context, tmp_path: Path, double_sided: bool
+) -> None:
+    """Colour, relief and light: mirrored in x, with the Sun mirrored too."""
+    document = square()
+    # Leans to the right in its left half, to the top in its right half.
+    relief = np.full((16, 16, 3), (128, 128, 230))
+    relief[:, :8, 0], relief[:, 8:, 1] = 200, 200
+    colours = np.full((16, 16, 3), 90)
+    colours[:8] = 200
+    document.json["materials"] = [
+        {
+            **plain(baseColorTexture={"index": document.texture(colours)}),
+            "normalTexture": {"index": document.texture(relief)},
+            "doubleSided": double_sided,
+        }
+    ]
+
+    def seen(x_scale: float) -> Array32:
+        document.json["nodes"][0]["scale"] = [x_scale, 1.0, 1.0]
+        body = {"model": str(document.write_glb(tmp_path / f"{x_scale}.glb"))}
+        body["position_icrf_m"] = [0, 0, 0]
+        sun = (0.4 * x_scale, 0.3, 1.0)
+        render = {"samples_per_pixel": 9}
+        return radiance(gl, scene({"s": body}, camera_at(RANGE), sun_direction=sun, render=render))
+
+    straight, mirrored = seen(1.0), seen(-1.0)
+    for x in (-0.75, -0.25, 0.25, 0.75):
+        for y in (-0.5, 0.5):
+            expected = straight[pixel_at(x, y)]
+            assert np.all(expected[:3] > 1.0)
+            # The pixel's neighbour across the mirror; samples within it lie elsewhere: 1 % of the
+            # relief's change from texel to texel.
+            row, column = pixel_at(x, y)
+            np.testing.assert_allclose(mirrored[row, SIZE - 1 - column], expected, rtol=0.01)

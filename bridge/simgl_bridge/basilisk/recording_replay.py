@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from simgl.errors import AssetError, SimglError
+from simgl.input_files import read_file
 from simgl.output import check_writable, complete_file
 from simgl_bridge.basilisk.camera_overrides import DEFAULT_OVERRIDES, CameraOverrides
 from simgl_bridge.basilisk.camera_png import png_of
@@ -15,16 +16,16 @@ from simgl_bridge.basilisk.viz_scene import check_base
 from simgl_bridge.operator_log import OperatorLog
 from simgl_bridge.render_session import RenderSession
 
+# Some million states.
+_MAX_BYTES = 4 << 30
+
 
 def recorded(path: Path) -> Iterator[Update]:
     """The states of a recording, each with the epoch and settings of the ones before.
 
     Raises AssetError where it cannot be read, after the states before that.
     """
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise AssetError(f"{path}: cannot be read ({error.strerror})") from None
+    data = read_file(path, _MAX_BYTES)
     last = Update()
     try:
         for update in read_recording(data):

@@ -9,22 +9,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
 
-from simgl.errors import AssetError, ConfigError
+from simgl.errors import ConfigError
+from simgl.input_files import read_file
 
-# A motion file of a mission at 1 Hz has some 100 MB.
-MAX_BYTES = 1 << 30
+# A month at 1 Hz; some 4 million lines, which take 4 GB while they are read.
+MAX_BYTES = 256 << 20
 
 
 def text_of(path: Path) -> str:
     """The file as text; AssetError if it cannot be read, ConfigError if it is not text."""
     try:
-        if path.stat().st_size > MAX_BYTES:
-            raise AssetError(f"{path}: is larger than 1 GiB")
-        content = path.read_bytes()
-    except OSError as error:
-        raise AssetError(f"{path}: cannot be read ({error.strerror})") from None
-    try:
-        text = content.decode("utf-8-sig")
+        text = read_file(path, MAX_BYTES).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise ConfigError(str(path), "", f"is not UTF-8 text (byte {error.start})") from None
     if "\0" in text:

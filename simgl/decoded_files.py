@@ -1,0 +1,87 @@
+"""Images and arrays in the bytes of a file, decoded within bounds; ValueError for all others."""
+
+from __future__ import annotations
+
+import io
+import math
+import struct
+import warnings
+import zipfile
+import zlib
+
+import numpy as np
+from PIL import Image, UnidentifiedImageError
+
+from simgl.arrays import AnyArray
+
+# Pillow reads more, some of them by starting other programs.
+IMAGE_FORMATS = ("PNG", "JPEG", "TIFF", "WEBP", "BMP", "GIF", "PPM", "JPEG2000")
+# Of one file's arrays together.
+_MAX_ARRAY_BYTES = 4 << 30
+
+
+def decoded_image(
+    content: bytes, max_pixels: int, formats: tuple[str, ...] = IMAGE_FORMATS
+) -> Image.Image:
+    """The image in a file, its pixels decoded.
+
+    Raises ValueError, to be read after the file's name, for no image, a damaged one, and one of
+    more pixels, which are counted before any is decoded.
+    """
+    try:
+        with warnings.catch_warnings():
+            # The limit is ours.
+            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+            image = Image.open(io.BytesIO(content), formats=formats)
+            width, height = image.size
+            if width * height > max_pixels:
+                problem = f"has {width} x {height} pixels, at most {max_pixels} in all are read"
+                raise _TooLargeError(problem)
+            image.load()
+    except UnidentifiedImageError:
+        raise ValueError("is not a picture that Pillow can read") from None
+    except _TooLargeError as error:
+        raise ValueError(str(error)) from None
+    except Exception as error:  # Pillow raises whatever its decoders raise
+        text = " ".join(str(error).split())
+        raise ValueError(f"is damaged: {text or type(error).__name__}") from None
+    return image
+
+
+class _TooLargeError(Exception):
+    """More pixels than are read."""
+
+
+def array_in(content: bytes) -> AnyArray:
+    """The array of a .npy file; ValueError for a damaged one, one of objects, or one cut short."""
+    file = io.BytesIO(content)
+    try:
+        version = np.lib.format.read_magic(file)
+        readers = {
+            (1, 0): np.lib.format.read_array_header_1_0,
+            (2, 0): np.lib.format.read_array_header_2_0,
+        }
+        shape, by_columns, dtype = readers[version](file)
+        # A few bytes can promise more numbers than there is memory.
+        if math.prod(shape) * dtype.itemsize != len(content) - file.tell():
+            raise ValueError("does not hold what its header says")
+        values = np.frombuffer(content, dtype, offset=file.tell())
+        return values.reshape(shape, order="F" if by_columns else "C").copy(order="K")
+    except (KeyError, TypeError, struct.error, OverflowError, SyntaxError) as error:
+        raise ValueError(f"is no .npy file ({type(error).__name__})") from None
+
+
+def arrays_in(content: bytes) -> dict[str, AnyArray]:
+    """The arrays of a .npz file by name; ValueError for a damaged one: each has a checksum."""
+    try:
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            if sum(info.file_size for info in archive.infolist()) > _MAX_ARRAY_BYTES:
+                raise ValueError("holds arrays of more than 4 GiB")
+            return {
+                info.filename.removesuffix(".npy"): array_in(archive.read(info))
+                for info in archive.infolist()
+            }
+    except (zipfile.BadZipFile, zlib.error, struct.error, OSError, EOFError, KeyError) as error:
+        raise ValueError(f"is no .npz file ({error})") from None
+    except (NotImplementedError, RuntimeError) as error:  # compressed or encrypted otherwise
+        raise ValueError(f"is no .npz file ({error})") from None
