@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import msgspec
-from simgl_bridge import client_sessions, framing, hashes, messages, router_socket, simgl1_endpoint
+from simgl_bridge import client_sessions, framing, hashes, messages, render_queue, router_socket
 
 _INTRODUCTION = Path(__file__).with_name("protocol.md")
 # Types without a message tag, after the messages that hold them.
@@ -36,7 +36,7 @@ def page() -> str:
     """The full page: the text of ``protocol.md`` in this folder, then the generated reference."""
     text = _INTRODUCTION.read_text(encoding="utf-8")
     for name, value in {
-        "WINDOW": simgl1_endpoint.WINDOW,
+        "WINDOW": render_queue.WINDOW,
         "LARGEST_HEADER": framing.LARGEST_HEADER,
         "LARGEST_FRAME": router_socket.LARGEST_FRAME,
         "MAX_WAITING": router_socket.MAX_WAITING,

@@ -46,6 +46,7 @@ from simgl_bridge.messages import (
     State,
     Welcome,
 )
+from simgl_bridge.sockets import HANDSHAKE_FAILURES
 
 # A server's deadline ends this much before the client's own [s].
 _MARGIN = 0.2
@@ -55,12 +56,6 @@ LONGEST_DEADLINE = 3600.0
 BUSY_PAUSE = 0.02
 # States of the free-run that are remembered to verify their images.
 MAX_STATES = 1024
-
-HANDSHAKE_FAILURES = (
-    zmq.EVENT_HANDSHAKE_FAILED_AUTH
-    | zmq.EVENT_HANDSHAKE_FAILED_PROTOCOL
-    | zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL
-)
 
 Payload = Sequence[memoryview]
 Reply = TypeVar("Reply", bound=Message)

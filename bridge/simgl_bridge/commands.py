@@ -5,9 +5,8 @@ from __future__ import annotations
 import os
 import signal
 import sys
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
-from dataclasses import replace
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, closing, contextmanager
 from functools import partial
 from pathlib import Path
 from threading import Event
@@ -16,27 +15,24 @@ from typing import Annotated
 
 import typer
 
-from simgl.cli_progress import bake_bar
 from simgl.errors import ConfigError, SimglError
-from simgl.scenario.loader import load_scenario
-from simgl.scenario.scenario import Scenario
-from simgl.simulator import Simulator
 from simgl_bridge.access import Access, make_keys
-from simgl_bridge.basilisk.camera_overrides import CameraOverrides, load_camera_files
 from simgl_bridge.basilisk.endpoint import DEFAULT_ADDRESS as DEFAULT_BASILISK_ADDRESS
 from simgl_bridge.basilisk.endpoint import BasiliskEndpoint
-from simgl_bridge.basilisk.recording_replay import replay
-from simgl_bridge.basilisk.viz_scene import bare_scenario, check_base
 from simgl_bridge.bind_address import DEFAULT_ADDRESS, check_bindable
-from simgl_bridge.operator_log import OperatorLog
-from simgl_bridge.processes import PARENT_VARIABLE, StopWithParent, run_restarting
-from simgl_bridge.render_session import RenderSession
+from simgl_bridge.processes import (
+    PARENT_VARIABLE,
+    RendererOptions,
+    StopWithParent,
+    run_restarting,
+    start_renderer,
+)
+from simgl_bridge.render_queue import RenderQueue
+from simgl_bridge.renderer_link import RendererLink
 from simgl_bridge.run_with_server import run_with_server
-from simgl_bridge.server import FairQueue, Stop
+from simgl_bridge.server import Stop
 from simgl_bridge.server import serve as serve_until
-from simgl_bridge.session_recording import SessionRecorder, is_session
-from simgl_bridge.session_replay import replay_session, session_files
-from simgl_bridge.simgl1_endpoint import WINDOW, Simgl1Endpoint
+from simgl_bridge.simgl1_endpoint import Simgl1Endpoint
 from simgl_bridge.value_ranges import LARGEST_SEED
 
 _BASILISK, _FREE_RUN, _ACCESS = "Basilisk", "Free-run and previews", "Access"
@@ -195,17 +191,21 @@ def serve(
         raise ConfigError("simgl serve", "--restart", problem)
     service = partial(
         _serve,
-        scenario=scenario,
+        RendererOptions(
+            scenario=None if scenario is None else str(scenario),
+            seed=seed,
+            root=None if root is None else str(root),
+            basilisk=basilisk is not None,
+            camera_files=tuple(camera or ()),
+            record=None if record is None else str(record),
+            record_images=record_images,
+        ),
         address=address,
         basilisk=basilisk,
-        overrides=load_camera_files(camera or [], root),
         monitor=monitor,
         rate_hz=rate_hz,
-        seed=seed,
         root=root,
         access=access,
-        record=record,
-        record_images=record_images,
     )
     with _stop_on_signals() as stop:
         if not restart:
@@ -216,81 +216,40 @@ def serve(
 
 
 def _serve(
+    options: RendererOptions,
     stop: Stop,
     *,
-    scenario: Path | None,
     address: str | None,
     basilisk: str | None,
-    overrides: Mapping[int, CameraOverrides],
     monitor: str | None,
     rate_hz: float | None,
-    seed: int | None,
     root: Path | None,
     access: Access,
-    record: Path | None,
-    record_images: bool,
 ) -> None:
     """Serve until ``stop`` is set."""
-    loaded = _loaded(scenario, basilisk=basilisk is not None, root=root)
-    if seed is not None:
-        loaded = replace(loaded, seed=seed)
-    queue = FairQueue(WINDOW)
     endpoints: list[Simgl1Endpoint | BasiliskEndpoint] = []
     with ExitStack() as stack:
-        log = OperatorLog()
-        stack.callback(log.close)
-        stack.enter_context(log.library_warnings())
-        recorder = None
-        if record is not None:
-            recorder = SessionRecorder(record, with_images=record_images)
-            stack.callback(recorder.close)
-        session = RenderSession(loaded, root=root, open_simulator=_open_simulator)
-        stack.enter_context(session)
-        if recorder is not None:
-            recorder.opened(
-                scenario=loaded.name,
-                scenario_file=loaded.source,
-                root=root,
-                scene_hash=session.scene_hash,
-                seed=loaded.seed,
-                renderer=session.renderer_name,
-            )
+        link = stack.enter_context(closing(RendererLink(partial(start_renderer, options))))
+        queue = RenderQueue(link)
         if address is not None:
             simgl1 = Simgl1Endpoint(
-                session,
-                queue,
-                address,
-                access=access,
-                monitor=monitor,
-                rate_hz=rate_hz,
-                recorder=recorder,
+                queue, address, root=root, access=access, monitor=monitor, rate_hz=rate_hz
             )
             endpoints.append(stack.enter_context(simgl1))
         if basilisk is not None:
-            image_source = BasiliskEndpoint(session, queue, basilisk, overrides=overrides)
-            endpoints.append(stack.enter_context(image_source))
-        for endpoint in endpoints:
-            _print_summary(endpoint.summary)
-        serve_until(endpoints, queue, stop)
+            endpoints.append(stack.enter_context(BasiliskEndpoint(queue, basilisk)))
+
+        def print_summaries() -> None:
+            for endpoint in endpoints:
+                _print_summary(endpoint.summary)
+
+        serve_until(endpoints, queue, stop, on_ready=print_summaries)
 
 
 def _serve_restarted(service: Callable[[Stop], None], parent: int) -> None:
     """Serve in a process that another one restarts, and that ends with it."""
     with _stop_on_signals() as stop, _one_line_errors():
         service(StopWithParent(stop, parent))
-
-
-def _loaded(scenario: Path | None, *, basilisk: bool, root: Path | None = None) -> Scenario:
-    """The scenario of a file, or the one without a file; checked for Basilisk."""
-    loaded = bare_scenario() if scenario is None else load_scenario(scenario, root=root)
-    if basilisk:
-        check_base(loaded)
-    return loaded
-
-
-def _open_simulator(scenario: Scenario) -> Simulator:
-    with bake_bar() as progress:
-        return Simulator(scenario, progress=progress)
 
 
 def _print_summary(line: str) -> None:
@@ -379,6 +338,15 @@ def replay_recording(
 
     Example: simgl replay leo_UnityViz.bin --camera 1=navcam.toml --out pictures
     """
+    from simgl.cli_progress import opened
+    from simgl.scenario.loader import load_scenario
+    from simgl_bridge.basilisk.camera_overrides import load_camera_files
+    from simgl_bridge.basilisk.recording_replay import replay
+    from simgl_bridge.basilisk.viz_scene import bare_scenario, check_base
+    from simgl_bridge.render_session import RenderSession
+    from simgl_bridge.session_recording import is_session
+    from simgl_bridge.session_replay import replay_session, session_files
+
     if recording.is_dir() or is_session(recording):
         if camera:
             raise ConfigError("simgl replay", "--camera", "goes with a recording of Basilisk")
@@ -389,7 +357,7 @@ def replay_recording(
                 root=root,
                 changed=changed,
                 every=every,
-                open_simulator=_open_simulator,
+                open_simulator=opened,
             )
             for path in session_files(recording)
         ]
@@ -402,8 +370,9 @@ def replay_recording(
         if given:
             raise ConfigError("simgl replay", option, "goes with a recorded session")
     overrides = load_camera_files(camera or [], command="simgl replay")
-    loaded = _loaded(scenario, basilisk=True)
-    with RenderSession(loaded, open_simulator=_open_simulator) as session:
+    loaded = bare_scenario() if scenario is None else load_scenario(scenario)
+    check_base(loaded)
+    with RenderSession(loaded, open_simulator=opened) as session:
         count = replay(recording, session, out, overrides=overrides, every=every)
     print(f"{count} images in {out}")
 

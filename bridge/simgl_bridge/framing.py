@@ -11,7 +11,8 @@ from typing import Any
 import msgspec
 
 from simgl.errors import BridgeError, did_you_mean
-from simgl_bridge.messages import REPLIES, REQUESTS, ErrorCode, Message, SentPose
+from simgl_bridge.messages import REPLIES, REQUESTS, Error, ErrorCode, Message, SentPose
+from simgl_bridge.public_text import public_text
 
 VERSION = "simgl/1"
 # A request with 100 spacecraft takes 15 kB.
@@ -51,6 +52,17 @@ class BadMessageError(BridgeError):
         self.id = id
         self.retryable = retryable
         super().__init__(f"{field} {problem}" if field else problem)
+
+
+def error_of(error: BadMessageError) -> Error:
+    """The reply that says why a message was not accepted; it has no path of the server's disk."""
+    return Error(
+        id=error.id,
+        code=error.code,
+        field=public_text(error.field),
+        detail=public_text(str(error)),
+        retryable=error.retryable,
+    )
 
 
 def pack(message: Message) -> list[bytes]:

@@ -6,12 +6,15 @@ import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import msgspec
 
 from simgl.content_digest import content_digest
-from simgl.scenario.scenario import Scenario
 from simgl_bridge.messages import CameraImage, Render, SentPose, SentSun, State
+
+if TYPE_CHECKING:
+    from simgl.scenario.scenario import Scenario
 
 
 def state_hash(

@@ -2,6 +2,7 @@
 
     client                                server
     Hello      name, versions        ->
+                                     <-   Pong      its state, where it is not ready yet
                                      <-   Welcome   cameras, bodies, window, scene hash, boot id
     Render     time, poses, cameras  ->
                                      <-   Images    values used, state hash, then raw planes
@@ -81,11 +82,15 @@ class ErrorCode(StrEnum):
     BUSY = "BUSY"
     """The client's window of queued requests is full; send the request again later."""
     DEADLINE = "DEADLINE"
-    """The request was queued longer than its deadline and was not rendered."""
+    """Too late: the request's deadline was over before its images were there."""
     NOT_OWNER = "NOT_OWNER"
     """Another client streams states or chose the scenario, and has not left."""
+    NOT_READY = "NOT_READY"
+    """The server is still starting and cannot take a state; send it again once it is ready."""
     NOT_RECORDED = "NOT_RECORDED"
     """The server records, and the images cannot be recorded, such as on a full disk."""
+    RENDERER_LOST = "RENDERER_LOST"
+    """The renderer died, or did not return; it is started again, and the request may succeed."""
     GPU_LOST = "GPU_LOST"
     """The OpenGL context failed; a new one is opened, and the same request may succeed."""
     INTERNAL = "INTERNAL"
@@ -105,6 +110,23 @@ class Hello(Message, frozen=True, kw_only=True):
 
     client: str
     versions: tuple[str, ...]
+
+
+class ServerStatus(Struct, frozen=True, kw_only=True):
+    """What the server is doing; with the answers to Hello and Ping.
+
+    state : ``starting``, ``ready``, ``drawing``, or ``lost`` while a renderer that died is started
+        again
+    detail : what is being prepared, or why the renderer was lost
+    done, total : steps of that; total is 0 where they are not counted
+    since_s : time in this state
+    """
+
+    state: str
+    detail: str = ""
+    done: int = 0
+    total: int = 0
+    since_s: float = 0.0
 
 
 class CameraDescription(Struct, frozen=True, kw_only=True):
@@ -147,6 +169,7 @@ class Welcome(Message, frozen=True, kw_only=True):
     bodies : spacecraft that a request may place, each with its movable joints
     lamps : that a request may dim
     scenarios : what Configure may choose; empty where the server has no folder of them
+    status : what the server is doing
     """
 
     id: Id | None
@@ -165,6 +188,7 @@ class Welcome(Message, frozen=True, kw_only=True):
     bodies: dict[str, tuple[str, ...]]
     scenarios: tuple[str, ...] = ()
     lamps: tuple[str, ...] = ()
+    status: ServerStatus | None = None
 
 
 class SentPose(Struct, frozen=True, kw_only=True):
@@ -222,7 +246,8 @@ class Render(Message, frozen=True, kw_only=True):
     draw : which of several images of this time, such as those of a bracket: equal
         numbers have equal noise, others independent noise
     seek : allow a time before that of the client's last request
-    deadline_ms : a request that was queued longer is answered with DEADLINE; nil sets no limit
+    deadline_ms : from its arrival; then it is answered with DEADLINE, even if it is being drawn.
+        nil sets no limit
     """
 
     id: Id
@@ -375,10 +400,14 @@ class Ping(Message, frozen=True, kw_only=True):
 
 
 class Pong(Message, frozen=True, kw_only=True):
-    """The reply to Ping."""
+    """The reply to Ping. With id 0 also the first reply to a Hello that has to wait.
+
+    status : what the server is doing
+    """
 
     id: Id
     boot: str
+    status: ServerStatus | None = None
 
 
 class Stats(Message, frozen=True, kw_only=True):

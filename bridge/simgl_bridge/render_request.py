@@ -32,8 +32,16 @@ from simgl_bridge.messages import (
     Shot,
     Vector,
 )
-from simgl_bridge.validate_request import PRODUCTS, ImageRequest, check_request
+from simgl_bridge.validate_request import UNITS, ImageRequest
 
+# Products on the wire: which product of a capture holds it.
+PRODUCTS = {
+    "dn": Product.DN,
+    "radiance": Product.RADIANCE,
+    "electrons": Product.ELECTRONS,
+    "depth": Product.TRUTH,
+    "part_id": Product.TRUTH,
+}
 # At the end of where an error is: a table of the scenario.
 _TABLE = re.compile(r"\[[\w.-]+\]$")
 # Pixels counted together: they fit into the processor's cache.
@@ -74,11 +82,10 @@ class RenderedImages:
 
 
 def render_images(render_session: ImageSource, request: ImageRequest) -> RenderedImages:
-    """The images of exactly the state in a request.
+    """The images of exactly the state in a request, which was checked.
 
-    Raises BadMessageError for a value or a scene that is impossible.
+    Raises BadMessageError for a scene that is impossible.
     """
-    check_request(render_session.scenario, request)
     state = requested_state(render_session.scenario, request)
     during = partial(requested_state, render_session.scenario, request) if request.moving else None
     images: list[CameraImage] = []
@@ -86,7 +93,7 @@ def render_images(render_session: ImageSource, request: ImageRequest) -> Rendere
     digital = None
     for shot in request.cameras:
         start = time.perf_counter()
-        products = frozenset(PRODUCTS[name][0] for name in shot.products)
+        products = frozenset(PRODUCTS[name] for name in shot.products)
         try:
             capture = render_session.capture(state, shot.camera, products, during, request.draw)
         except ConfigError as error:
@@ -220,7 +227,7 @@ def _camera_image(
         saturated_pixels=None if dn is None else _count_saturated(dn, camera),
         render_us=round(seconds * 1e6),
         planes=tuple(
-            Plane(product=name, dtype=array.dtype.str, shape=array.shape, unit=PRODUCTS[name][1])
+            Plane(product=name, dtype=array.dtype.str, shape=array.shape, unit=UNITS[name])
             for name, array in frames.items()
         ),
         part_names=truth.part_names if truth and "part_id" in shot.products else {},

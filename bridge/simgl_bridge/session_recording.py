@@ -19,6 +19,7 @@ import hashlib
 import os
 import struct
 import time
+import uuid
 import zlib
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
@@ -31,9 +32,11 @@ import msgspec
 
 from simgl import __version__
 from simgl.errors import AssetError, OutputError
+from simgl.output import check_writable
 from simgl_bridge.framing import BadMessageError
 from simgl_bridge.messages import CameraImage, ErrorCode, Message, Render, SentPose, State
 from simgl_bridge.operator_log import OperatorLog
+from simgl_bridge.renderer_messages import ServedScene
 from simgl_bridge.value_ranges import Seed
 
 _NAME = b"simgl session "
@@ -112,46 +115,35 @@ class SessionRecorder:
     """
 
     def __init__(self, folder: Path, *, with_images: bool = False) -> None:
+        check_writable(folder)
+        stamp = time.strftime("%Y%m%dT%H%M%SZ", time.gmtime())
+        self.path = folder / f"{stamp}-{uuid.uuid4().hex[:8]}{SUFFIX}"
         self._with_images = with_images
         self._chosen: str | None = None
         # A choice that could not be written goes before the next record.
         self._unwritten = b""
-        self._log = OperatorLog()
         self._size = 0
         self._file: BinaryIO | None = None
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            stamp = time.strftime("%Y%m%dT%H%M%SZ", time.gmtime())
-            self.path = folder / f"{stamp}-{os.getpid()}{SUFFIX}"
-            self._file = self.path.open("xb", buffering=0)
-            self._write([MAGIC])
-        except OSError as error:
-            self.close()
-            raise OutputError(f"{folder}: cannot be written ({error.strerror})") from None
+        self._log = OperatorLog()
 
-    def opened(
-        self,
-        *,
-        scenario: str,
-        scenario_file: Path | None,
-        root: Path | None,
-        scene_hash: str,
-        seed: int,
-        renderer: str,
-    ) -> None:
-        """Record what is served, before anything else; raises OutputError."""
+    def opened(self, scene: ServedScene, *, scenario_file: Path | None, root: Path | None) -> None:
+        """Create the file and record what is served; raises OutputError."""
         record = Opened(
             simgl=__version__,
             started_utc=time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
-            scenario=scenario,
+            scenario=scene.name,
             scenario_file=None if scenario_file is None else str(scenario_file.resolve()),
             root=None if root is None else str(root.resolve()),
-            scene_hash=scene_hash,
-            seed=seed,
-            renderer=renderer,
+            scene_hash=scene.scene_hash,
+            seed=scene.seed,
+            renderer=scene.renderer,
             with_images=self._with_images,
         )
-        self._append(_encoded(record))
+        try:
+            self._file = self.path.open("xb", buffering=0)
+        except OSError as error:
+            raise OutputError(f"{self.path}: cannot be written ({error.strerror})") from None
+        self._append([MAGIC, *_encoded(record)])
 
     def configured(self, chosen: str | None, seed: int, scene_hash: str) -> None:
         """Record what a client chose, None for no other scenario.

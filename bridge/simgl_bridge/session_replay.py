@@ -13,7 +13,7 @@ from simgl.errors import AssetError, ConfigError, SimglError
 from simgl.scenario.loader import load_scenario
 from simgl.scenario.scenario import Scenario
 from simgl.simulator import Simulator
-from simgl_bridge.hashes import shown_state_hash
+from simgl_bridge.hashes import scene_hash, shown_state_hash
 from simgl_bridge.messages import CameraImage
 from simgl_bridge.render_request import RenderedImages, render_images
 from simgl_bridge.render_session import RenderSession
@@ -74,8 +74,9 @@ def replay_session(
             say(f"{path}: was recorded on {opened.renderer}, now on {renderer.renderer_name}")
 
         def check(recorded: str, name: str) -> None:
-            if not changed and renderer.scene_hash != recorded:
-                raise _changed(name, renderer.scene_hash, recorded)
+            now = scene_hash(renderer.scenario)
+            if not changed and now != recorded:
+                raise _changed(name, now, recorded)
 
         check(opened.scene_hash, str(source))
         chosen: str | None = None

@@ -2,24 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from simgl.errors import did_you_mean
-from simgl.motion.joints import Joint
-from simgl.scenario.scenario import Scenario
-from simgl.simulator import Product
 from simgl_bridge.framing import BadMessageError, one_line, quoted
 from simgl_bridge.messages import ErrorCode, Message, Render, Shot, State
+from simgl_bridge.renderer_messages import ServedJoint, ServedScene
 from simgl_bridge.value_ranges import out_of_range
 
-# Products on the wire: which product of a capture holds it, and its unit.
-PRODUCTS = {
-    "dn": (Product.DN, "DN"),
-    "radiance": (Product.RADIANCE, "W m-2 sr-1"),
-    "electrons": (Product.ELECTRONS, "e-"),
-    "depth": (Product.TRUTH, "m"),
-    "part_id": (Product.TRUTH, ""),
-}
+# Products on the wire, and their units.
+UNITS = {"dn": "DN", "radiance": "W m-2 sr-1", "electrons": "e-", "depth": "m", "part_id": ""}
 # A name that a client chose may be in it.
 _LONGEST_FIELD = 120
 # Tolerance of a joint's limits [rad] or [m].
@@ -38,9 +30,7 @@ class FieldErrors:
         """Raise a BadMessageError for a field."""
         raise BadMessageError(code, field, problem, self.id)
 
-    def unknown_name(
-        self, field: str, name: str, allowed: Mapping[str, object], code: ErrorCode
-    ) -> None:
+    def unknown_name(self, field: str, name: str, allowed: Iterable[str], code: ErrorCode) -> None:
         """Raise a BadMessageError for a name that does not exist."""
         listing = did_you_mean(name[:60], allowed)
         self.refuse(field, f"{quoted(name)} does not exist here; {listing}", code)
@@ -55,29 +45,29 @@ def check_ranges(request: Message) -> None:
         raise BadMessageError(ErrorCode.BAD_VALUE, one_line(field, _LONGEST_FIELD), problem, id)
 
 
-def check_request(scenario: Scenario, request: ImageRequest) -> None:
-    """Raises BadMessageError unless a scenario has what a request asks for.
+def check_request(scene: ServedScene, request: ImageRequest) -> None:
+    """Raises BadMessageError unless a scene has what a request asks for.
 
     The request has passed ``check_ranges``.
     """
     errors = FieldErrors(request.id)
     for name in request.lamps:
-        if name not in scenario.lamps:
-            errors.unknown_name("lamps", name, scenario.lamps, ErrorCode.NO_LAMP)
+        if name not in scene.lamps:
+            errors.unknown_name("lamps", name, scene.lamps, ErrorCode.NO_LAMP)
     for name, pose in request.bodies.items():
-        if name not in scenario.models:
-            errors.unknown_name("bodies", name, scenario.models, ErrorCode.NO_BODY)
-        _check_joints(errors, f"bodies.{name}.joints", pose.joints, scenario.models[name].joints)
+        if name not in scene.models:
+            errors.unknown_name("bodies", name, scene.models, ErrorCode.NO_BODY)
+        _check_joints(errors, f"bodies.{name}.joints", pose.joints, scene.models[name].joints)
     if not request.cameras:
         errors.refuse("cameras", "must name at least one camera")
     for index, shot in enumerate(request.cameras):
-        _check_shot(errors, f"cameras[{index}]", shot, scenario)
+        _check_shot(errors, f"cameras[{index}]", shot, scene)
         if shot.camera in [other.camera for other in request.cameras[:index]]:
             errors.refuse(f"cameras[{index}].camera", f"repeats {quoted(shot.camera)}")
 
 
 def _check_joints(
-    errors: FieldErrors, field: str, values: Mapping[str, float], joints: Sequence[Joint]
+    errors: FieldErrors, field: str, values: Mapping[str, float], joints: Sequence[ServedJoint]
 ) -> None:
     known = {joint.name: joint for joint in joints}
     for name, value in values.items():
@@ -90,14 +80,14 @@ def _check_joints(
             errors.refuse(f"{field}.{name}", f"must lie in {limits}, got {value:g}")
 
 
-def _check_shot(errors: FieldErrors, field: str, shot: Shot, scenario: Scenario) -> None:
-    if shot.camera not in scenario.cameras:
-        errors.unknown_name(f"{field}.camera", shot.camera, scenario.cameras, ErrorCode.NO_CAMERA)
+def _check_shot(errors: FieldErrors, field: str, shot: Shot, scene: ServedScene) -> None:
+    if shot.camera not in scene.cameras:
+        errors.unknown_name(f"{field}.camera", shot.camera, scene.cameras, ErrorCode.NO_CAMERA)
     if not shot.products:
-        errors.refuse(f"{field}.products", f"must name at least one of {', '.join(PRODUCTS)}")
+        errors.refuse(f"{field}.products", f"must name at least one of {', '.join(UNITS)}")
     for index, product in enumerate(shot.products):
-        if product not in PRODUCTS:
+        if product not in UNITS:
             place = f"{field}.products[{index}]"
-            errors.unknown_name(place, product, PRODUCTS, ErrorCode.BAD_VALUE)
+            errors.unknown_name(place, product, UNITS, ErrorCode.BAD_VALUE)
         if product in shot.products[:index]:
             errors.refuse(f"{field}.products[{index}]", f"repeats {quoted(product)}")

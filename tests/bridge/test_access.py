@@ -218,7 +218,7 @@ def test_a_key_file_that_is_no_file_is_refused_at_once(
 ) -> None:
     path = tmp_path / "odd.key_secret"
     make(path)
-    with pytest.raises(ConfigError, match="odd.key_secret: (is a|cannot be read)"):
+    with pytest.raises(ConfigError, match=r"odd\.key_secret: (is a|cannot be read)"):
         Access(secret=path, allowed=ring.folder / "allowed")
 
 

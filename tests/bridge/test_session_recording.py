@@ -17,6 +17,7 @@ import typer
 from simgl_bridge import Client, Shot
 from simgl_bridge.commands import replay_recording, serve
 from simgl_bridge.messages import Render
+from simgl_bridge.renderer_messages import ServedScene
 from simgl_bridge.session_recording import (
     MAGIC,
     Answered,
@@ -35,31 +36,19 @@ from tests.bridge.test_bad_messages import RENDER
 from tests.patience import limit
 
 Starter = Callable[..., Running]
+NOW = 1_774_008_037_000_000_000
 ALL = ("dn", "radiance", "electrons", "depth", "part_id")
 
 
 @pytest.fixture
-def recorded(start_server: Starter, scenario: Scenario, tmp_path: Path) -> Iterator[Any]:
+def recorded(start_server: Starter, scenario: Scenario, tmp_path: Path) -> Any:
     """Starts servers that record into a folder."""
 
     def begin(*, with_images: bool = False, **options: Any) -> tuple[Running, SessionRecorder]:
         recorder = SessionRecorder(tmp_path / "records", with_images=with_images)
-        running = start_server(scenario, recorder=recorder, **options)
-        recorder.opened(
-            scenario=scenario.name,
-            scenario_file=scenario.source,
-            root=options.get("root"),
-            scene_hash=running.front._render_session.scene_hash,
-            seed=scenario.seed,
-            renderer=running.front._render_session.renderer_name,
-        )
-        made.append(recorder)
-        return running, recorder
+        return start_server(scenario, recorder=recorder, **options), recorder
 
-    made: list[SessionRecorder] = []
-    yield begin
-    for recorder in made:
-        recorder.close()
+    return begin
 
 
 def answered(path: Path) -> list[Answered]:
@@ -161,9 +150,17 @@ def test_another_content_is_refused_or_its_differences_told(
 def small_session(folder: Path, count: int) -> tuple[Path, list[int]]:
     """A session of replies without images; also the size of the file after each record."""
     recorder = SessionRecorder(folder, with_images=True)
-    recorder.opened(
-        scenario="s", scenario_file=None, root=None, scene_hash="h", seed=1, renderer="r"
+    scene = ServedScene(
+        renderer="r",
+        name="s",
+        scene_hash="h",
+        epoch_tai_ns=NOW,
+        seed=1,
+        cameras={},
+        models={},
+        lamps=(),
     )
+    recorder.opened(scene, scenario_file=None, root=None)
     sizes = [recorder.path.stat().st_size]
     for id in range(count):
         record(recorder, id)
