@@ -34,9 +34,11 @@ from simgl_bridge.renderer_link import RendererLink
 from simgl_bridge.run_with_server import run_with_server
 from simgl_bridge.server import Stop
 from simgl_bridge.server import serve as serve_until
-from simgl_bridge.simgl1_endpoint import LARGEST_SEED, Simgl1Endpoint
+from simgl_bridge.simgl1_endpoint import Simgl1Endpoint
+from simgl_bridge.value_ranges import LARGEST_SEED
 
 _BASILISK, _FREE_RUN, _ACCESS = "Basilisk", "Free-run and previews", "Access"
+_RECORDING = "Recording"
 
 CameraFiles = Annotated[
     list[str] | None,
@@ -123,6 +125,21 @@ def serve(
             rich_help_panel=_FREE_RUN,
         ),
     ] = None,
+    record: Annotated[
+        Path | None,
+        typer.Option(
+            help="Record what is asked and answered to a file in this folder; see simgl replay.",
+            rich_help_panel=_RECORDING,
+        ),
+    ] = None,
+    record_images: Annotated[
+        bool,
+        typer.Option(
+            "--record-images",
+            help="Record the images too, and not only their hashes.",
+            rich_help_panel=_RECORDING,
+        ),
+    ] = False,
     keys: Annotated[
         Path | None,
         typer.Option(
@@ -159,12 +176,15 @@ def serve(
             "--rate-hz": rate_hz,
             "--keys": keys,
             "--insecure": insecure,
+            "--record": record,
         }
         for option in (name for name, value in native.items() if value):
             problem = "goes with --address: Basilisk's own protocol has nothing of the kind"
             raise ConfigError("simgl serve", option, problem)
     if scenario is None and address is not None:
         raise ConfigError("simgl serve", "SCENARIO", "is missing; only --basilisk does without")
+    if record_images and record is None:
+        raise ConfigError("simgl serve", "--record-images", "goes with --record")
     if camera and basilisk is None:
         raise ConfigError("simgl serve", "--camera", "goes with --basilisk")
     access = Access(secret=keys, allowed=allow, insecure=insecure)
@@ -185,6 +205,8 @@ def serve(
             root=None if root is None else str(root),
             basilisk=basilisk is not None,
             camera_files=tuple(camera or ()),
+            record=None if record is None else str(record),
+            record_images=record_images,
         ),
         address=address,
         basilisk=basilisk,
@@ -284,13 +306,45 @@ def run(
 
 
 def replay_recording(
-    recording: Annotated[Path, typer.Argument(help="What Basilisk recorded: NAME_UnityViz.bin.")],
+    recording: Annotated[
+        Path,
+        typer.Argument(
+            help="What simgl serve --record wrote, a folder or a file; or what Basilisk recorded: "
+            "NAME_UnityViz.bin."
+        ),
+    ],
     scenario: BaseScenario = None,
-    out: Annotated[Path, typer.Option(help="Folder for the images.")] = Path("replay"),
+    out: Annotated[
+        Path, typer.Option(help="Folder for the images.", rich_help_panel=_BASILISK)
+    ] = Path("replay"),
     camera: CameraFiles = None,
     every: Annotated[int, typer.Option(min=1, help="Render every n-th state.")] = 1,
+    root: Annotated[
+        Path | None,
+        typer.Option(
+            exists=True,
+            file_okay=False,
+            help="The --root of the server, where it has moved.",
+            rich_help_panel=_RECORDING,
+        ),
+    ] = None,
+    changed: Annotated[
+        bool,
+        typer.Option(
+            "--changed",
+            help="Replay even if the scenario, or a file that it names, has changed.",
+            rich_help_panel=_RECORDING,
+        ),
+    ] = False,
 ) -> None:
-    """Render the images of a run that Basilisk recorded, one PNG for each camera and state.
+    """Render a recorded session again and compare, or render what Basilisk recorded.
+
+    Each image of a session is compared with the recorded one; a difference is printed with its
+    frame and state hash, and the exit code is then 1. The scenario is the recorded one unless
+    SCENARIO says where it lies now. Of a recording of Basilisk, every camera and state becomes a
+    PNG.
+
+    Example: simgl replay records
 
     Example: simgl replay leo_UnityViz.bin --camera 1=navcam.toml --out pictures
     """
@@ -300,7 +354,31 @@ def replay_recording(
     from simgl_bridge.basilisk.recording_replay import replay
     from simgl_bridge.basilisk.viz_scene import bare_scenario, check_base
     from simgl_bridge.render_session import RenderSession
+    from simgl_bridge.session_recording import is_session
+    from simgl_bridge.session_replay import replay_session, session_files
 
+    if recording.is_dir() or is_session(recording):
+        if camera:
+            raise ConfigError("simgl replay", "--camera", "goes with a recording of Basilisk")
+        replayed = [
+            replay_session(
+                path,
+                scenario=scenario,
+                root=root,
+                changed=changed,
+                every=every,
+                open_simulator=opened,
+            )
+            for path in session_files(recording)
+        ]
+        frames, different = sum(r.frames for r in replayed), sum(r.different for r in replayed)
+        print(f"{frames} frames replayed, {different} differ")
+        if different:
+            raise typer.Exit(1)
+        return
+    for option, given in (("--root", root), ("--changed", changed)):
+        if given:
+            raise ConfigError("simgl replay", option, "goes with a recorded session")
     overrides = load_camera_files(camera or [], command="simgl replay")
     loaded = bare_scenario() if scenario is None else load_scenario(scenario)
     check_base(loaded)

@@ -12,6 +12,7 @@ import msgspec
 
 from simgl.errors import BridgeError, did_you_mean
 from simgl_bridge.messages import REPLIES, REQUESTS, Error, ErrorCode, Message, SentPose
+from simgl_bridge.public_text import public_text
 
 VERSION = "simgl/1"
 # A request with 100 spacecraft takes 15 kB.
@@ -54,12 +55,12 @@ class BadMessageError(BridgeError):
 
 
 def error_of(error: BadMessageError) -> Error:
-    """The reply that says why a message was not accepted."""
+    """The reply that says why a message was not accepted; it has no path of the server's disk."""
     return Error(
         id=error.id,
         code=error.code,
-        field=error.field,
-        detail=str(error),
+        field=public_text(error.field),
+        detail=public_text(str(error)),
         retryable=error.retryable,
     )
 

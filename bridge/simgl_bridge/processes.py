@@ -52,6 +52,7 @@ class RendererOptions(msgspec.Struct, frozen=True, kw_only=True):
     chosen : name of a scenario in ``root``, in place of ``scenario``
     root : folder that all files must lie in; None allows any
     camera_files : ID=FILE of Basilisk's cameras
+    record : folder for a record of the session; None records nothing
     """
 
     scenario: str | None = None
@@ -60,6 +61,8 @@ class RendererOptions(msgspec.Struct, frozen=True, kw_only=True):
     root: str | None = None
     basilisk: bool = False
     camera_files: tuple[str, ...] = ()
+    record: str | None = None
+    record_images: bool = False
 
 
 def start_renderer(

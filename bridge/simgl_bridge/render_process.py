@@ -36,6 +36,7 @@ from simgl_bridge.basilisk.viz_scene import bare_scenario, check_base
 from simgl_bridge.client_sessions import Frames
 from simgl_bridge.describe_scene import served_scene
 from simgl_bridge.framing import BadMessageError, error_of
+from simgl_bridge.hashes import shown_state_hash
 from simgl_bridge.messages import Configure, Error, ErrorCode, Message
 from simgl_bridge.operator_log import OperatorLog
 from simgl_bridge.preview import WIDEST
@@ -56,6 +57,7 @@ from simgl_bridge.renderer_messages import (
     Task,
 )
 from simgl_bridge.server import AWAKE
+from simgl_bridge.session_recording import SessionRecorder
 from simgl_bridge.sockets import receive, send
 
 # Shortest time between two reports of progress [s].
@@ -113,10 +115,12 @@ class Renderer:
     """What renders the tasks of a server.
 
     overrides : camera parameters that Basilisk does not send, by camera id
+    recorder : of images before they are sent, and of choices; None records nothing
     """
 
     session: RenderSession
     overrides: Mapping[int, CameraOverrides] = field(default_factory=dict)
+    recorder: SessionRecorder | None = None
     log: OperatorLog = field(default_factory=OperatorLog)
     basilisk_log: OperatorLog = field(default_factory=lambda: OperatorLog("simgl: basilisk"))
 
@@ -133,17 +137,20 @@ class Renderer:
         except BadMessageError as error:
             return error_of(error), ()
         except GpuLostError as error:
-            code, detail = ErrorCode.GPU_LOST, f"{error}; a new context is opened"
-            return Error(id=None, code=code, field="", detail=detail, retryable=True), ()
+            problem = f"{error}; a new context is opened"
+            return self._refusal(ErrorCode.GPU_LOST, problem, retryable=True), ()
         # No task may end the service.
         except Exception as error:
             self.log.failure()
-            detail = " ".join(f"{type(error).__name__}: {error}".split())
-            return Error(id=None, code=ErrorCode.INTERNAL, field="", detail=detail), ()
+            return self._refusal(ErrorCode.INTERNAL, f"{type(error).__name__}: {error}"), ()
+
+    def _refusal(self, code: ErrorCode, problem: str, *, retryable: bool = False) -> Error:
+        text = self.session.without_folder(problem)
+        return error_of(BadMessageError(code, "", text, retryable=retryable))
 
     def _answer(self, task: Task) -> tuple[Message, Frames]:
         if isinstance(task, Draw):
-            return _drawn(render_images(self.session, task.request), preview=task.preview)
+            return self._drawn(task)
         if isinstance(task, DrawForBasilisk):
             return BasiliskPng(), [self._png(task)]
         try:
@@ -153,7 +160,21 @@ class Renderer:
         except SimglError as error:
             problem = self.session.without_folder(str(error))
             raise BadMessageError(ErrorCode.BAD_SCENE, "scenario", problem) from None
-        return self.scene, ()
+        scene = self.scene
+        if self.recorder is not None:
+            self.recorder.configured(task.scenario, scene.seed, scene.scene_hash)
+        return scene, ()
+
+    def _drawn(self, task: Draw) -> tuple[Message, Frames]:
+        rendered = render_images(self.session, task.request)
+        planes = [memoryview(plane.data).cast("B") for plane in rendered.pixels]
+        if self.recorder is not None:
+            seed = self.session.scenario.seed
+            state_hash = shown_state_hash(task.request, rendered.images, seed)
+            self.recorder.answered(
+                task.request, state_hash, rendered.bodies, rendered.images, planes
+            )
+        return _with_preview(rendered, planes, preview=task.preview)
 
     def _png(self, task: DrawForBasilisk) -> bytes:
         """The image of a camera and a state; empty where there is none."""
@@ -167,6 +188,13 @@ class Renderer:
         except SimglError as error:
             self.basilisk_log(f"no image: {error}", "states without an image")
         return b""
+
+    def close(self) -> None:
+        """End the record and the logs."""
+        if self.recorder is not None:
+            self.recorder.close()
+        self.log.close()
+        self.basilisk_log.close()
 
 
 OpenRenderer = Callable[[ServerLink], Renderer]
@@ -189,13 +217,13 @@ def render_tasks(
         return 2
     finally:
         link.close()
-    renderer.log.close()
-    renderer.basilisk_log.close()
+    renderer.close()
     return 0
 
 
-def _drawn(rendered: RenderedImages, *, preview: bool) -> tuple[Message, Frames]:
-    frames = [memoryview(plane.data).cast("B") for plane in rendered.pixels]
+def _with_preview(
+    rendered: RenderedImages, frames: Frames, *, preview: bool
+) -> tuple[Message, Frames]:
     drawn = Drawn(bodies=rendered.bodies, images=rendered.images)
     if not preview or rendered.digital is None:
         return drawn, frames
@@ -219,6 +247,9 @@ def _preview(camera: Camera, dn: Image16) -> tuple[str, Any]:
 def open_renderer(options: RendererOptions, link: ServerLink) -> Renderer:
     """The renderer that options ask for."""
     root = None if options.root is None else Path(options.root)
+    recorder = None
+    if options.record is not None:
+        recorder = SessionRecorder(Path(options.record), with_images=options.record_images)
     overrides = load_camera_files(list(options.camera_files), root)
     if options.chosen is not None:
         assert root is not None
@@ -237,7 +268,10 @@ def open_renderer(options: RendererOptions, link: ServerLink) -> Renderer:
             return Simulator(scenario, progress=_Preparation(shown, link))
 
     session = RenderSession(scenario, root=root, open_simulator=open_simulator)
-    return Renderer(session, overrides)
+    renderer = Renderer(session, overrides, recorder)
+    if recorder is not None:
+        recorder.opened(renderer.scene, scenario_file=scenario.source, root=root)
+    return renderer
 
 
 class _Preparation:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -41,6 +42,8 @@ PRODUCTS = {
     "depth": Product.TRUTH,
     "part_id": Product.TRUTH,
 }
+# At the end of where an error is: a table of the scenario.
+_TABLE = re.compile(r"\[[\w.-]+\]$")
 # Pixels counted together: they fit into the processor's cache.
 _BLOCK = 65536
 
@@ -94,7 +97,7 @@ def render_images(render_session: ImageSource, request: ImageRequest) -> Rendere
         try:
             capture = render_session.capture(state, shot.camera, products, during, request.draw)
         except ConfigError as error:
-            raise _bad_scene(error, request.id) from None
+            raise bad_scene(error, request.id) from None
         frames = {name: _pixels(capture, name) for name in shot.products}
         images.append(_camera_image(state, shot, capture, frames, time.perf_counter() - start))
         pixels.extend(frames.values())
@@ -118,7 +121,7 @@ def requested_state(
     epoch = request.tai_ns if tai_ns is None else tai_ns
     bodies = {}
     for name, sent in request.bodies.items():
-        pose = _pose(sent, f"bodies.{name}", request.id)
+        pose = _pose(sent)
         if epoch != request.tai_ns:
             pose = _extrapolated(pose, sent.angular_velocity_rad_s, (epoch - request.tai_ns) * 1e-9)
         bodies[name] = pose
@@ -127,7 +130,7 @@ def requested_state(
     try:
         state = scenario.with_poses(epoch, bodies, joint_angles=joint_angles, sun=sun)
     except ConfigError as error:
-        raise _bad_scene(error, request.id) from None
+        raise bad_scene(error, request.id) from None
     changed = [s for s in request.cameras if (s.exposure_time_s, s.gain_dn_per_e) != (None, None)]
     if changed:
         cameras = dict(state.cameras)
@@ -181,23 +184,18 @@ def _with_settings(camera: Camera, shot: Shot) -> Camera:
     return camera
 
 
-def _pose(sent: SentPose, field: str, id: int) -> Pose:
-    try:
-        R_icrf_from_body = matrix_from_quaternion(sent.q_icrf_from_body_xyzw)
-    except ValueError as error:
-        where = f"{field}.q_icrf_from_body_xyzw"
-        raise BadMessageError(ErrorCode.BAD_VALUE, where, str(error), id) from None
+def _pose(sent: SentPose) -> Pose:
     return Pose(
         position=np.array(sent.position_m, dtype=np.float64),
         velocity=np.array(sent.velocity_m_s, dtype=np.float64),
-        R_icrf_from_body=R_icrf_from_body,
+        R_icrf_from_body=matrix_from_quaternion(sent.q_icrf_from_body_xyzw),
     )
 
 
-def _bad_scene(error: ConfigError, id: int) -> BadMessageError:
+def bad_scene(error: ConfigError, id: int) -> BadMessageError:
     # The table alone: the path of the scenario file stays on the server.
-    table = error.where[max(error.where.rfind("["), 0) :]
-    field = f"{table} {error.key}".strip()
+    table = _TABLE.search(error.where)
+    field = f"{table[0] if table else ''} {error.key}".strip()
     return BadMessageError(ErrorCode.BAD_SCENE, field, error.problem, id)
 
 

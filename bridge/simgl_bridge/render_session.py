@@ -13,6 +13,7 @@ from simgl.scenario.loader import load_scenario
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState
 from simgl.simulator import Capture, Product, Simulator
+from simgl_bridge.public_text import public_text
 from simgl_bridge.scenario_folder import scenario_names
 
 
@@ -90,7 +91,7 @@ class RenderSession:
 
     def without_folder(self, text: str) -> str:
         """A text for clients: files named relative to the folder of scenarios."""
-        return text.replace(f"{self._root}/", "")
+        return public_text(text, () if self._root is None else (self._root,))
 
     def configure(self, name: str | None, seed: int | None) -> None:
         """Choose another scenario of the folder, or another seed.

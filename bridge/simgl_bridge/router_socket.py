@@ -119,6 +119,6 @@ class RouterSocket:
         # No request may end the service for the other clients.
         except Exception as error:
             self.log.failure()
-            detail = " ".join(f"{type(error).__name__}: {error}".split())
+            detail = f"{type(error).__name__}: {error}"
             self.refuse(client, error_of(BadMessageError(ErrorCode.INTERNAL, "", detail, id)))
         return None

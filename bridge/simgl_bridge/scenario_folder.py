@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from os.path import dirname, realpath
 from pathlib import Path
 
 
@@ -10,5 +11,6 @@ def scenario_names(root: Path | None) -> tuple[str, ...]:
     if root is None:
         return ()
     folder = root.resolve()
-    contained = [path for path in folder.glob("*.toml") if path.resolve().parent == folder]
+    # Unlike Path.resolve, realpath takes a link that leads to itself.
+    contained = [path for path in folder.glob("*.toml") if dirname(realpath(path)) == str(folder)]
     return tuple(sorted(path.stem for path in contained))

@@ -16,7 +16,7 @@ from simgl_bridge.access import ANY_LOCAL, Access
 from simgl_bridge.client_sessions import ClientSession, ClientSessions, Frames, ReplyCache
 from simgl_bridge.framing import VERSION, BadMessageError, error_of, pack, unpack_request
 from simgl_bridge.free_run import StateStream, StreamedImages
-from simgl_bridge.hashes import state_hash
+from simgl_bridge.hashes import shown_state_hash
 from simgl_bridge.messages import (
     Bye,
     Configure,
@@ -44,16 +44,13 @@ from simgl_bridge.server import Work
 from simgl_bridge.validate_request import (
     FieldErrors,
     ImageRequest,
-    check_deadline,
-    check_id,
+    check_ranges,
     check_request,
 )
 from simgl_bridge.welcome import welcome
 
 # Time for replies under way when the server stops [ms].
 LINGER_MS = 2000
-# The noise generator takes keys of 32 bits.
-LARGEST_SEED = 2**32 - 1
 # Identity in the queue of the free-run stream; no client can have it.
 _STREAM = b""
 # Of the Pong that answers a Hello which has to wait; clients count their requests from 1.
@@ -136,6 +133,7 @@ class Simgl1Endpoint:
 
     def _request(self, client: bytes, session: ClientSession, frames: list[bytes]) -> None:
         request = unpack_request(frames)
+        check_ranges(request)
         if isinstance(request, Render):
             self._enqueue(client, session, request, frames[1])
         elif isinstance(request, State):
@@ -175,8 +173,6 @@ class Simgl1Endpoint:
     def _enqueue(
         self, client: bytes, session: ClientSession, request: Render, header: bytes
     ) -> None:
-        check_id(request.id)
-        check_deadline(request.id, request.deadline_ms)
         if self._answer_again(client, request, header):
             return
         # The reply to a request that waits or is being drawn answers its repetition too.
@@ -277,16 +273,7 @@ class Simgl1Endpoint:
             boot=self._boot,
             scene_hash=scene.scene_hash,
             tai_ns=request.tai_ns,
-            state_hash=state_hash(
-                tai_ns=request.tai_ns,
-                bodies=request.bodies,
-                sun=request.sun,
-                cameras=[(i.camera, i.exposure_time_s, i.gain_dn_per_e) for i in drawn.images],
-                seed=scene.seed,
-                lamps=request.lamps,
-                moving=request.moving,
-                draw=request.draw,
-            ),
+            state_hash=shown_state_hash(request, drawn.images, scene.seed),
             seed=scene.seed,
             bodies=drawn.bodies,
             images=drawn.images,
@@ -310,8 +297,6 @@ class Simgl1Endpoint:
             raise BadMessageError(code, "", problem, state.id, retryable=True)
 
     def _wait_for_images(self, client: bytes, request: Next) -> None:
-        check_id(request.id)
-        check_deadline(request.id, request.deadline_ms)
         if not self._stream.wait(client, request, time.monotonic()):
             problem = "too many clients wait for the next picture"
             raise BadMessageError(ErrorCode.BUSY, "", problem, request.id, retryable=True)
@@ -385,10 +370,6 @@ class Simgl1Endpoint:
     # The scene
 
     def _queue_configure(self, client: bytes, request: Configure) -> None:
-        check_id(request.id)
-        errors = FieldErrors(request.id)
-        if request.seed is not None and not 0 <= request.seed <= LARGEST_SEED:
-            errors.refuse("seed", f"must lie in 0..{LARGEST_SEED}, got {request.seed}")
         self._check_scenario(request)
         owner = None if self._configured_by is None else self._sessions.present(self._configured_by)
         if owner is not None and owner.client != client:

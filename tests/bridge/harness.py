@@ -24,6 +24,7 @@ from simgl_bridge.render_queue import RenderQueue
 from simgl_bridge.render_session import RenderSession
 from simgl_bridge.renderer_link import RendererLink
 from simgl_bridge.server import Endpoint, serve
+from simgl_bridge.session_recording import SessionRecorder
 from simgl_bridge.simgl1_endpoint import Simgl1Endpoint
 
 from benchmarks.bridge.scene import SMALL
@@ -113,6 +114,7 @@ class RendererThread:
         made: list[WatchedSimulator],
         root: Path | None,
         overrides: Mapping[int, CameraOverrides],
+        recorder: SessionRecorder | None,
     ) -> None:
         def open_simulator(scenario: Scenario) -> WatchedSimulator:
             made.append(WatchedSimulator(scenario))
@@ -121,7 +123,10 @@ class RendererThread:
         def open_renderer(link: ServerLink) -> Renderer:
             del link
             session = RenderSession(scenario, root=root, open_simulator=open_simulator)
-            return Renderer(session, overrides)
+            renderer = Renderer(session, overrides, recorder)
+            if recorder is not None:
+                recorder.opened(renderer.scene, scenario_file=scenario.source, root=root)
+            return renderer
 
         self._killed = threading.Event()
         self._thread = threading.Thread(
@@ -169,6 +174,7 @@ def start(
     scenario: Scenario,
     address: str = "tcp://127.0.0.1:*",
     root: Path | None = None,
+    recorder: SessionRecorder | None = None,
     **options: Any,
 ) -> Running:
     """Start server and renderer on new threads, and wait until it is ready.
@@ -179,7 +185,7 @@ def start(
     def open_endpoint(queue: RenderQueue) -> Simgl1Endpoint:
         return Simgl1Endpoint(queue, address, root=root, **options)
 
-    return Running(*_started(scenario, open_endpoint, root, {}))
+    return Running(*_started(scenario, open_endpoint, root, {}, recorder))
 
 
 def _started(
@@ -187,6 +193,7 @@ def _started(
     open_endpoint: Callable[[RenderQueue], Any],
     root: Path | None,
     overrides: Mapping[int, CameraOverrides],
+    recorder: SessionRecorder | None = None,
 ) -> tuple[Any, list[WatchedSimulator], threading.Event, threading.Thread]:
     made: list[WatchedSimulator] = []
     stop = threading.Event()
@@ -194,7 +201,7 @@ def _started(
 
     def start_renderer(address: str, chosen: str | None, seed: int | None) -> RendererThread:
         del chosen, seed
-        return RendererThread(address, scenario, made, root, overrides)
+        return RendererThread(address, scenario, made, root, overrides, recorder)
 
     def run() -> None:
         try:

@@ -107,7 +107,7 @@ def test_halves_of_access_are_refused(ring: Ring, tmp_path: Path) -> None:
         Access(secret=ring.folder / "server.key_secret", allowed=tmp_path)
     with pytest.raises(ConfigError, match="holds no secret key"):
         Access(secret=ring.folder / "server.key", allowed=ring.folder / "allowed")
-    with pytest.raises(ConfigError, match=r"absent: cannot be read \(there is no such file\)"):
+    with pytest.raises(ConfigError, match=r"absent: cannot be read \(No such file or directory\)"):
         Access(secret=tmp_path / "absent", allowed=ring.folder / "allowed")
 
 
@@ -218,7 +218,7 @@ def test_a_key_file_that_is_no_file_is_refused_at_once(
 ) -> None:
     path = tmp_path / "odd.key_secret"
     make(path)
-    with pytest.raises(ConfigError, match="is no key file; simgl keys makes them"):
+    with pytest.raises(ConfigError, match=r"odd\.key_secret: (is a|cannot be read)"):
         Access(secret=path, allowed=ring.folder / "allowed")
 
 
