@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from pathlib import Path
 
 from simgl.errors import AssetError
@@ -29,3 +30,17 @@ def models() -> Path:
 def data() -> Path:
     """The folder of maps, spectra and camera presets."""
     return _PACKAGE / "data"
+
+
+def digests() -> dict[str, str]:
+    """SHA-256 of all shaders and of all data: images depend on both."""
+    return {"shaders": _digest(shaders()), "data": _digest(data())}
+
+
+def _digest(folder: Path) -> str:
+    h = hashlib.sha256()
+    for path in sorted(folder.rglob("*")):
+        if path.is_file():
+            content = hashlib.sha256(path.read_bytes()).hexdigest()
+            h.update(f"{path.relative_to(folder).as_posix()} {content}\n".encode())
+    return h.hexdigest()

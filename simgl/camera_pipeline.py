@@ -10,7 +10,7 @@ from simgl.arrays import Array
 from simgl.camera.camera import Camera
 from simgl.camera.camera_equation import square_electrons_per_irradiance
 from simgl.camera.point_spread import SunInCamera, has_spread
-from simgl.gpu.release import release_all
+from simgl.gpu.release import all_or_nothing, release_all
 from simgl.gpu.render_targets import Format, ImageTarget, TargetStore
 from simgl.gpu.timers import PassTimer
 from simgl.passes.exposure import ELECTRONS_FORMAT, ExposurePass
@@ -33,6 +33,7 @@ class CameraPipeline:
     Each answer is valid until the next call of its kind at this size.
     """
 
+    @all_or_nothing
     def __init__(self, ctx: moderngl.Context, timer: PassTimer | None = None) -> None:
         self._ctx = ctx
         self._timer = PassTimer(ctx) if timer is None else timer
@@ -127,12 +128,13 @@ class CameraPipeline:
         return target
 
     def digital(
-        self, camera: Camera, tai_ns: int, seed: int, electrons: ImageTarget
+        self, camera: Camera, tai_ns: int, seed: int, electrons: ImageTarget, draw: int = 0
     ) -> ImageTarget:
-        """Digital numbers, in ``DN_FORMAT``."""
+        """Digital numbers, in ``DN_FORMAT``; draw : of the images of one epoch."""
         target = self._target("dn", camera, _DN)
         with self._timer.measure("detector"):
-            self._detector.draw(camera, tai_ns, seed, electrons.textures[0], target.framebuffer)
+            source = electrons.textures[0]
+            self._detector.draw(camera, tai_ns, seed, source, target.framebuffer, draw)
         return target
 
     def _target(self, use: str, camera: Camera, formats: tuple[Format, ...]) -> ImageTarget:

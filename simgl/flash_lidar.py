@@ -19,7 +19,7 @@ def lidar_frame(
 ) -> LidarFrame:
     """The frame of one pulse, without the point spread of the lens.
 
-    seed : with camera name and epoch determines the noise
+    seed : with camera name, epoch and draw determines the noise
     depth : (height, width) along the boresight [m], 0 for no spacecraft
     pulse : (height, width, 4) radiance of the returned pulse, integrated over time [J m-2 sr-1]
     sunlit : (height, width, 4) radiance of the scene without the pulse [W m-2 sr-1]
@@ -34,11 +34,11 @@ def lidar_frame(
     places = sight_lines(camera) * depth[..., None].astype(np.float64)
     out = np.linalg.norm(places - np.array(lidar.offset), axis=-1)
     distance = np.where(depth > 0.0, 0.5 * (out + np.linalg.norm(places, axis=-1)), 0.0)
-    # 128 bits of key, unique for each pulse.
+    # 128 bits of key, unique for each epoch; the draw is the counter's highest word.
     key = np.array(
         [(seed << 32) | zlib.crc32(camera.name.encode()), info.epoch_tai_ns], dtype=np.uint64
     )
-    rng = Generator(Philox(key=key))
+    rng = Generator(Philox(key=key, counter=[0, 0, 0, info.draw]))
     # Far beyond any full well; keeps the Poisson counts exact.
     per_joule = lidar.electrons_per_joule
     signal, background = (np.minimum(e * per_joule, 1e9) for e in (energy, sunlight))

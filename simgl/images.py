@@ -15,6 +15,7 @@ from simgl.camera.camera import Camera, Detector
 from simgl.camera.camera_equation import irradiance_per_radiance
 from simgl.camera.demosaic import develop
 from simgl.camera.distortion import sight_lines
+from simgl.camera.noise_streams import LARGEST_DRAW
 from simgl.physics.constants import SOLAR_CONSTANT, SOLAR_TEMPERATURE
 from simgl.physics.spectrum import black_body_light
 
@@ -36,6 +37,7 @@ class FrameInfo:
     sun_direction_icrf : (3,) unit, from the camera towards the Sun
     sun_irradiance : (4,) at the camera, without eclipse [W m-2]
     seed : of the noise
+    draw : which of the images of this epoch, 0 to 2^32 - 1: another number has other noise
     renderer : name of the OpenGL renderer
     """
 
@@ -48,6 +50,11 @@ class FrameInfo:
     sun_irradiance: Array
     seed: int
     renderer: str
+    draw: int = 0
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.draw <= LARGEST_DRAW:
+            raise ValueError(f"draw must lie in 0..{LARGEST_DRAW}, got {self.draw}")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -19,6 +19,7 @@ from simgl.camera_pipeline import CameraPipeline
 from simgl.errors import ConfigError, did_you_mean
 from simgl.flash_lidar import lidar_frame
 from simgl.gpu.context import current, open_context, preserve_current
+from simgl.gpu.release import freed_on_error
 from simgl.gpu.render_targets import ImageTarget
 from simgl.gpu.timers import PassTimer
 from simgl.images import (
@@ -32,7 +33,7 @@ from simgl.images import (
     RadianceFrame,
     TruthFrame,
 )
-from simgl.progress import ProgressCallback
+from simgl.progress import ProgressCallback, begin_stage
 from simgl.renderer import Renderer
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState
@@ -123,14 +124,14 @@ class _Still:
             angular_radius=self.state.sun.seen_from(info.position).angular_radius,
         )
 
-    def with_camera(self, camera: Camera) -> _Still:
-        """The same scene and radiance with other settings of the camera."""
+    def with_camera(self, camera: Camera, draw: int) -> _Still:
+        """The same scene and radiance with other settings of the camera and another draw."""
         placed = replace(self.state.cameras[camera.name], camera=camera)
         still = _Still(
             renderer=self.renderer,
             state=replace(self.state, cameras={**self.state.cameras, camera.name: placed}),
             view=replace(self.view, camera=camera),
-            info=replace(self.info, camera=camera),
+            info=replace(self.info, camera=camera, draw=draw),
         )
         still.radiance = self.radiance
         return still
@@ -173,7 +174,8 @@ class Simulator:
         with ExitStack() as undo:
             if self._owns_ctx:
                 undo.callback(self._ctx.release)
-            with current(self._ctx), ExitStack() as release:
+            begin_stage(progress, "compiling shaders")
+            with current(self._ctx), freed_on_error(self._ctx), ExitStack() as release:
                 self._renderer = Renderer(self._ctx)
                 release.callback(self._renderer.release)
                 for camera in scenario.cameras.values():
@@ -204,6 +206,7 @@ class Simulator:
         products: Collection[Product] = frozenset({Product.DN}),
         during: Callable[[int], SceneState] | None = None,
         seed: int | None = None,
+        draw: int = 0,
     ) -> Capture:
         """The image that a camera of the scene captures.
 
@@ -211,14 +214,17 @@ class Simulator:
             scenario's ``at``; electrons and DN then show motion blur and rolling shutter. Without
             it the scene stands still, as it always does for radiance and truth
         seed : of the noise, in place of the scenario's
+        draw : which of several images of this epoch: equal numbers have equal noise, others
+            independent noise; 0 to 2^32 - 1
 
-        Raises ConfigError for an unknown camera and for one inside a body.
+        Raises ConfigError for an unknown camera and for one inside a body, ValueError for a draw
+        out of range.
         """
-        still = self._still(state, camera, seed)
+        still = self._still(state, camera, seed, draw)
         states = [] if during is None else self._states(state, camera, during)
         counts = Product.DN in products or Product.ELECTRONS in products
         # Another simulator of this process may have made its own context current.
-        with current(self._ctx):
+        with current(self._ctx), freed_on_error(self._ctx):
             frames = self._scene_frames(still, frozenset(products))
             if not counts:
                 return frames
@@ -230,23 +236,26 @@ class Simulator:
         camera: str,
         settings: Sequence[Camera],
         products: Collection[Product] = frozenset({Product.DN}),
+        first_draw: int = 0,
     ) -> tuple[Capture, ...]:
         """Images of one instant with other settings of a camera; the scene is rendered once.
 
         settings : the camera with other exposure times, f-numbers, filters or electronics; image
             size and field of view must be the same. Frames of radiance and truth name the
             scenario's camera
+        first_draw : draw of the first image; the others count on, so that each has its own noise
 
-        Raises ConfigError as ``capture`` does, ValueError for a camera of another field of view.
+        Raises ConfigError and ValueError as ``capture`` does, and ValueError for a camera of
+        another field of view.
         """
-        still = self._still(state, camera)
+        still = self._still(state, camera, draw=first_draw)
         if any(_geometry(setting) != _geometry(still.view.camera) for setting in settings):
             raise ValueError("a setting changes the size or the field of the picture")
         captures = []
-        with current(self._ctx):
+        with current(self._ctx), freed_on_error(self._ctx):
             shared = self._scene_frames(still, _OF_THE_SCENE & frozenset(products))
-            for setting in settings:
-                still_with = still.with_camera(setting)
+            for draw, setting in enumerate(settings, first_draw):
+                still_with = still.with_camera(setting, draw)
                 frames = replace(shared, info=still_with.info)
                 electrons = self._electrons(still_with, ())
                 captures.append(self._with_counts(frames, still_with, electrons, products))
@@ -259,7 +268,9 @@ class Simulator:
             where = f"{self.scenario.source or self.scenario.name} {error.where}"
             raise ConfigError(where, error.key, error.problem) from None
 
-    def _still(self, state: SceneState, camera: str, seed: int | None = None) -> _Still:
+    def _still(
+        self, state: SceneState, camera: str, seed: int | None = None, draw: int = 0
+    ) -> _Still:
         if camera not in state.cameras:
             problem = f"is not in the scenario; {did_you_mean(camera, state.cameras)}"
             raise ConfigError(self.scenario.name, f'camera "{camera}"', problem)
@@ -288,6 +299,7 @@ class Simulator:
             sun_irradiance=sun.irradiance,
             seed=self.scenario.seed if seed is None else seed,
             renderer=self.renderer_name,
+            draw=draw,
         )
         return _Still(self._renderer, state, view, info)
 
@@ -359,7 +371,7 @@ class Simulator:
             frames = replace(frames, electrons=ElectronFrame(info=info, electrons=electrons.read()))
         if Product.DN in products:
             target = self._camera_pipeline.digital(
-                still.view.camera, info.epoch_tai_ns, info.seed, electrons
+                still.view.camera, info.epoch_tai_ns, info.seed, electrons, info.draw
             )
             with self._renderer.timer.measure("read"):
                 frames = replace(frames, digital=DigitalFrame(info=info, dn=target.read()))

@@ -46,7 +46,9 @@ class StillSimulator:
         dn[0, :6] = [tai_ns // LEVELS**digit % LEVELS for digit in range(6)]
         return dn
 
-    def capture(self, state: SceneState, camera: str, products: Any, during: Any = None) -> Capture:
+    def capture(
+        self, state: SceneState, camera: str, products: Any, during: Any = None, draw: int = 0
+    ) -> Capture:
         """The image, with the pose of the state."""
         del products, during
         camera_state = state.cameras[camera]
@@ -61,6 +63,7 @@ class StillSimulator:
             sun_irradiance=sun.irradiance,
             seed=self.scenario.seed,
             renderer=self.renderer_name,
+            draw=draw,
         )
         return Capture(info=info, digital=DigitalFrame(info=info, dn=self._pixels(state.tai_ns)))
 

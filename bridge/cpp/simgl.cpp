@@ -67,6 +67,7 @@ simgl::Scene scene_of(const simgl_scene &scene) {
         all.sun_position_m = simgl::Vector{sun[0], sun[1], sun[2]};
     all.lamps = named(scene.lamps, scene.lamp_count, "lamps");
     all.moving = scene.moving != 0;
+    all.draw = scene.draw;
     return all;
 }
 

@@ -49,6 +49,7 @@ typedef struct {
     int seek;   /* allow a time before that of the last request */
     const double *sun_position_m; /* 3 numbers; NULL leaves the Sun to the scenario */
     double gain_dn_per_e;         /* 0 takes the camera's own */
+    uint32_t draw;                /* of several images of one time: another has other noise */
 } simgl_scene;
 
 typedef struct {

@@ -70,11 +70,13 @@ struct Pose {
 };
 
 // Optional parts of a request. Lamps burn with a share of their power, 0 to 1, those left out
-// fully; with moving, bodies move with their rates while the shutter is open.
+// fully; with moving, bodies move with their rates while the shutter is open. Images of one time that
+// differ in draw differ in their noise.
 struct Scene {
     std::optional<Vector> sun_position_m{};
     std::map<std::string, double> lamps{};
     bool moving = false;
+    std::uint32_t draw = 0;
 
     Scene() = default;
     Scene(const Vector &sun) : sun_position_m(sun) {}
@@ -604,7 +606,7 @@ class Client {
                         const std::map<std::string, Pose> &bodies, const Scene &scene,
                         bool seek) const {
         detail::Writer w;
-        w.map(scene.sun_position_m ? 10 : 9).text("type").text("render").text("id").natural(id);
+        w.map(scene.sun_position_m ? 11 : 10).text("type").text("render").text("id").natural(id);
         w.text("tai_ns").whole(tai_ns).text("seek").boolean(seek);
         w.text("deadline_ms").natural(server_deadline_ms());
         w.text("cameras").array(cameras.size());
@@ -627,7 +629,7 @@ class Client {
         }
         w.text("lamps").map(scene.lamps.size());
         for (const auto &[lamp, share] : scene.lamps) w.text(lamp).real(share);
-        w.text("moving").boolean(scene.moving);
+        w.text("moving").boolean(scene.moving).text("draw").natural(scene.draw);
         if (scene.sun_position_m)
             w.text("sun").map(1).text("position_m").reals(*scene.sun_position_m);
         return w.bytes;
@@ -637,8 +639,8 @@ class Client {
     std::string state_hash(std::int64_t tai_ns, const std::vector<Shot> &cameras,
                            const std::map<std::string, Pose> &bodies, const Scene &scene) const {
         detail::Writer w;
-        const bool more = !scene.lamps.empty() || scene.moving;
-        w.array(more ? 6 : 5).whole(tai_ns).array(bodies.size());
+        const bool more = !scene.lamps.empty() || scene.moving || scene.draw != 0;
+        w.array(scene.draw != 0 ? 7 : more ? 6 : 5).whole(tai_ns).array(bodies.size());
         for (const auto &[name, pose] : bodies) {
             w.array(5).text(name).reals(pose.position_m).reals(pose.velocity_m_s);
             w.reals(pose.q_icrf_from_body_xyzw).array(pose.joints.size());
@@ -664,6 +666,7 @@ class Client {
                 w.nil();
             }
         }
+        if (scene.draw != 0) w.natural(scene.draw);
         return detail::blake2b_128(w.bytes);
     }
 

@@ -18,7 +18,8 @@ class BodyPose:
     """Position, velocity, attitude and joints of a spacecraft.
 
     position_m : (3,) origin of the body frame, Earth-centred, ICRF axes [m]
-    velocity_m_s : (3,) in the same axes [m s-1]; cameras and laws that use LVLH need it
+    velocity_m_s : (3,) in the same axes [m s-1]. LVLH axes and the aberration of stars follow it;
+        it moves the spacecraft only where ``moving`` is set, while the shutter is open
     q_icrf_from_body_xyzw : (4,) unit, Hamilton, scalar last; turns body into ICRF components
     joints : movable joint to its angle [rad] or travel [m]
     angular_velocity_rad_s : (3,) relative to ICRF, in body axes; used where ``moving`` is set

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import fields, is_dataclass, replace
-from pathlib import PurePath
+from dataclasses import replace
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING
 
 import msgspec
-import numpy as np
 
-from simgl.scenario.scenario import Scenario
-from simgl_bridge.messages import SentPose, SentSun
+from simgl.content_digest import content_digest
+from simgl_bridge.messages import CameraImage, Render, SentPose, SentSun, State
+
+if TYPE_CHECKING:
+    from simgl.scenario.scenario import Scenario
 
 
 def state_hash(
@@ -25,6 +26,7 @@ def state_hash(
     seed: int,
     lamps: Mapping[str, float] = MappingProxyType({}),
     moving: bool = False,
+    draw: int = 0,
 ) -> str:
     """Hash of the state that images show, computed by server and client alike.
 
@@ -32,10 +34,13 @@ def state_hash(
     ``[tai_ns, [[name, position_m, velocity_m_s, q_icrf_from_body_xyzw, [[joint, value], ...]],
     ...], sun position_m or nil, [[camera, exposure_time_s, gain_dn_per_e], ...], seed]``:
     spacecraft as sent, sorted by name, and so are joints; cameras in the order of the request, with
-    the values used; integers in their shortest form; real numbers as float64. Names sort by Unicode
-    code points, which is the order of their UTF-8 bytes. Where lamps were sent, or ``moving`` is
-    set, a sixth entry follows: ``[[[lamp, share], ...], [[name, angular_velocity_rad_s], ...]]``,
-    lamps and spacecraft sorted by name, the second list nil without ``moving``.
+    the values used. Integers, and the lengths of texts and arrays, take the shortest MessagePack
+    form that holds them: ``tai_ns`` is always a uint 64, ``seed`` and ``draw`` a positive fixint,
+    uint 8, uint 16 or uint 32. Real numbers are float 64, also those that were sent as integers or
+    float 32. Names sort by Unicode code points, which is the order of their UTF-8 bytes. Where
+    lamps were sent, ``moving`` is set or ``draw`` is not 0, a sixth entry follows: ``[[[lamp,
+    share], ...], [[name, angular_velocity_rad_s], ...]]``, lamps and spacecraft sorted by name, the
+    second list nil without ``moving``. A ``draw`` that is not 0 is the seventh entry.
     """
     sorted_bodies = [
         [
@@ -50,14 +55,30 @@ def state_hash(
     sun_position = None if sun is None else [float(v) for v in sun.position_m]
     shots = [[name, float(exposure), float(gain)] for name, exposure, gain in cameras]
     state: list[object] = [int(tai_ns), sorted_bodies, sun_position, shots, int(seed)]
-    if lamps or moving:
+    if lamps or moving or draw:
         rates = [
             [name, [float(v) for v in pose.angular_velocity_rad_s]]
             for name, pose in sorted(bodies.items())
         ]
         shares = [[name, float(share)] for name, share in sorted(lamps.items())]
         state.append([shares, rates if moving else None])
+    if draw:
+        state.append(int(draw))
     return hashlib.blake2b(msgspec.msgpack.encode(state), digest_size=16).hexdigest()
+
+
+def shown_state_hash(request: Render | State, images: Sequence[CameraImage], seed: int) -> str:
+    """State hash of a request and the images that it was answered with."""
+    return state_hash(
+        tai_ns=request.tai_ns,
+        bodies=request.bodies,
+        sun=request.sun,
+        cameras=[(i.camera, i.exposure_time_s, i.gain_dn_per_e) for i in images],
+        seed=seed,
+        lamps=request.lamps,
+        moving=request.moving,
+        draw=request.draw,
+    )
 
 
 def scene_hash(scenario: Scenario) -> str:
@@ -65,37 +86,4 @@ def scene_hash(scenario: Scenario) -> str:
 
     The seed is a separate field of each reply; the folder of the file does not matter.
     """
-    digest = hashlib.blake2b(digest_size=16)
-    _update(digest, replace(scenario, seed=0, source=None))
-    return digest.hexdigest()
-
-
-def _update(digest: hashlib.blake2b, value: Any) -> None:
-    """Add a value: its type, its length, then its content."""
-    digest.update(type(value).__name__.encode() + b"\0")
-    if is_dataclass(value) and not isinstance(value, type):
-        for field in fields(value):
-            digest.update(field.name.encode() + b"\0")
-            _update(digest, getattr(value, field.name))
-    elif isinstance(value, np.ndarray):
-        digest.update(f"{value.dtype.str} {value.shape}\0".encode())
-        digest.update(np.ascontiguousarray(value).tobytes())
-    elif isinstance(value, Mapping):
-        digest.update(f"{len(value)}\0".encode())
-        for key, item in value.items():
-            _update(digest, key)
-            _update(digest, item)
-    elif isinstance(value, (list, tuple)):
-        digest.update(f"{len(value)}\0".encode())
-        for item in value:
-            _update(digest, item)
-    elif isinstance(value, (str, bytes)):
-        content = value.encode() if isinstance(value, str) else value
-        digest.update(f"{len(content)}\0".encode() + content)
-    elif isinstance(value, PurePath):
-        # Only the name: the same files may be in another folder.
-        digest.update(value.name.encode() + b"\0")
-    elif isinstance(value, (bool, int, float, np.generic)) or value is None:
-        digest.update(repr(value).encode() + b"\0")
-    else:
-        raise TypeError(f"a scene holds a {type(value).__name__}, which has no place in its hash")
+    return content_digest(replace(scenario, seed=0, source=None), size=16)

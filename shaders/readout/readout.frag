@@ -42,7 +42,7 @@ const uint SHOT = 1u, READ = 2u;
 // A random number in (0, 1) for each of the four pixels in this frame.
 vec4 random(uint stream) {
     uint group = uint(gl_FragCoord.x) + (uint(gl_FragCoord.y) << 16u);
-    return uniform_01(philox(uvec4(group, 0u, frame), uvec2(seed, stream ^ camera_salt)));
+    return uniform_01(philox(uvec4(group, image_draw, frame), uvec2(seed, stream ^ camera_salt)));
 }
 
 #ifdef SPILT

@@ -52,13 +52,14 @@ class Sweep:
         state = with_sun(self.scenario.at(tai_ns), work.camera, work.target, sun)
         camera = state.cameras[work.camera].camera
         cameras = [with_setting(camera, setting) for setting in self.settings]
-        captures = simulator.bracket(state, work.camera, cameras, PRODUCTS)
+        first = frame * len(self.settings)
+        # Every point has its own noise, numbered as in the table.
+        captures = simulator.bracket(state, work.camera, cameras, PRODUCTS, first_draw=first)
         rows = []
         for index, (setting, capture) in enumerate(zip(self.settings, captures, strict=True)):
             assessment = assess_frame(capture, state, work.target, work.limits)
             swept: Row = {_column(name): value for name, value in (sun | setting).items()}
-            point = frame * len(self.settings) + index
-            rows.append(swept | row_of(point, tai_ns, assessment, work.limits))
+            rows.append(swept | row_of(first + index, tai_ns, assessment, work.limits))
         return rows
 
     @property

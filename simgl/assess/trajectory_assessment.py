@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -76,7 +76,7 @@ class Assignment:
         """Limits of a usable image."""
         return self.scenario.criteria
 
-    def content(self) -> dict[str, Value]:
+    def content(self) -> dict[str, Value | Mapping[str, str]]:
         """Identity of the assessment, for its journal."""
         return {
             "camera": self.camera,
@@ -148,6 +148,18 @@ def row_of(frame: int, tai_ns: int, assessment: FrameAssessment, limits: Usabili
         "reasons": "; ".join(reasons),
     }
     return row | {name: value(assessment) for name, (_, value) in _QUANTITIES.items()}
+
+
+def assessment_document(work: Assignment, assessment: FrameAssessment) -> dict[str, object]:
+    """The assessment of the first epoch as ``simgl assess --json`` prints it."""
+    names = {"scenario": work.scenario.name, "camera": work.camera, "target": work.target}
+    return {**names, **row_of(0, work.epochs[0], assessment, work.limits)}
+
+
+def run_document(work: Assignment, rows: Sequence[Row], report: Path) -> dict[str, object]:
+    """The table of a run as ``simgl assess --json`` prints it."""
+    names = {"scenario": work.scenario.name, "camera": work.camera, "target": work.target}
+    return {**names, "report": str(report), "rows": list(rows)}
 
 
 def moments(rows: Sequence[Row]) -> list[Moment]:

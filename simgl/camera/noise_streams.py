@@ -2,7 +2,8 @@
 
 A random word is a function of a key and a counter. The key identifies the source of noise: stream
 and camera with the scenario's seed, or with the camera's serial number for fixed patterns. The
-counter identifies the pixels and the epoch. There is no state, so the order of calls is free.
+counter identifies the pixels, the epoch and the draw: the number of an image among those of one
+epoch. There is no state, so the order of calls is free.
 """
 
 from __future__ import annotations
@@ -21,6 +22,9 @@ _MULTIPLIERS = np.array([0xD2511F53, 0xCD9E8D57], dtype=np.uint64)
 _WEYL = np.array([0x9E3779B9, 0xBB67AE85], dtype=np.uint64)
 _MASK = np.uint64(0xFFFFFFFF)
 _SHIFT = np.uint64(32)
+
+# Of the draws of one epoch.
+LARGEST_DRAW = 2**32 - 1
 
 # Pixels in a row that share one call of Philox, one word each.
 PIXELS = 4
@@ -71,10 +75,13 @@ def epoch_words(tai_ns: int) -> tuple[int, int]:
     return tai_ns & 0xFFFFFFFF, (tai_ns >> 32) & 0xFFFFFFFF
 
 
-def list_words(count: int, key: UIntArray, epoch: tuple[int, int] = (0, 0)) -> UIntArray:
+def list_words(
+    count: int, key: UIntArray, epoch: tuple[int, int] = (0, 0), draw: int = 0
+) -> UIntArray:
     """(count, 4) random words for the counters 0, 1, ..."""
     counter = np.zeros((count, 4), dtype=np.uint32)
     counter[:, 0] = np.arange(count)
+    counter[:, 1] = draw
     counter[:, 2:] = epoch
     return philox(counter, key)
 
@@ -100,9 +107,9 @@ def normal(u: NDArray[np.floating[Any]]) -> Array:
     return np.where(np.abs(q) <= 0.425, middle, np.copysign(tail, q))
 
 
-def row_offsets(camera: Camera, tai_ns: int, seed: int) -> Array:
+def row_offsets(camera: Camera, tai_ns: int, seed: int, draw: int = 0) -> Array:
     """(height,) row noise of one frame [e-]."""
     detector = camera.detector
     key = frame_key(seed, camera.name, Stream.ROW_NOISE)
-    words = list_words(-(-detector.height // PIXELS), key, epoch_words(tai_ns))
+    words = list_words(-(-detector.height // PIXELS), key, epoch_words(tai_ns), draw)
     return detector.row_noise * normal(uniform_01(words).ravel()[: detector.height])

@@ -38,10 +38,10 @@ def expected_hits(camera: Camera) -> float:
     return detector.particles.flux * area * camera.exposure_time
 
 
-def tracks(camera: Camera, tai_ns: int, seed: int) -> Tracks:
+def tracks(camera: Camera, tai_ns: int, seed: int, draw: int = 0) -> Tracks:
     """The particles of one frame.
 
-    tai_ns : epoch of the frame
+    tai_ns, draw : epoch of the frame, and its number among those of this epoch
 
     Directions follow the cosine law of an isotropic flux through a plane: mu^2 is uniform, and the
     probability of a projected track longer than x is 1 / (1 + (x / depth)^2).
@@ -50,12 +50,13 @@ def tracks(camera: Camera, tai_ns: int, seed: int) -> Tracks:
     particles = detector.particles
     count = 0
     if particles is not None:
-        u = uniform_01(list_words(1, frame_key(seed, camera.name, Stream.HITS), epoch))[0, 0]
+        key = frame_key(seed, camera.name, Stream.HITS)
+        u = uniform_01(list_words(1, key, epoch, draw))[0, 0]
         count = int(stats.poisson.ppf(u, expected_hits(camera)))
     if particles is None or count == 0:
         return Tracks(start=np.zeros((0, 2)), end=np.zeros((0, 2)), electrons=np.zeros(0))
     key = frame_key(seed, camera.name, Stream.TRACKS)
-    x, y, mu2, turn = uniform_01(list_words(count, key, epoch)).T
+    x, y, mu2, turn = uniform_01(list_words(count, key, epoch, draw)).T
     start = np.stack([x * detector.width, y * detector.height], axis=1)
     length = particles.depth * np.sqrt((1.0 - mu2) / mu2) / detector.pixel_pitch
     angle = 2.0 * np.pi * turn
@@ -83,10 +84,10 @@ def _deposit(start: Array, end: Array, electrons: float) -> tuple[IndexArray, In
     return pixels, np.diff(np.floor(places * electrons + 0.5)).astype(np.int64)
 
 
-def hits(camera: Camera, tai_ns: int, seed: int) -> tuple[IndexArray, IndexArray]:
+def hits(camera: Camera, tai_ns: int, seed: int, draw: int = 0) -> tuple[IndexArray, IndexArray]:
     """Pixels hit in one frame, as row * width + column in increasing order, and their electrons."""
     detector = camera.detector
-    particles = tracks(camera, tai_ns, seed)
+    particles = tracks(camera, tai_ns, seed, draw)
     parts = [
         _deposit(start, end, electrons)
         for start, end, electrons in zip(

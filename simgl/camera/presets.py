@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from pathlib import Path
 
 from simgl import assets
@@ -34,7 +33,6 @@ def preset_path(name: str, base: Base = Path()) -> Path:
     return assets.data() / "cameras" / f"{name}.toml"
 
 
-@lru_cache(maxsize=32)
 def load_preset(path: Path) -> CameraPresetTable:
     """Read a camera preset; ConfigError for impossible values."""
     return convert(read_toml(path), CameraPresetTable, str(path))

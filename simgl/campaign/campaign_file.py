@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,11 +12,13 @@ from simgl.campaign.campaign_schema import CampaignTable, Drawn, DrawTable
 from simgl.campaign.random_draws import Distribution
 from simgl.config.validation import convert, read_toml, shown
 from simgl.errors import ConfigError, did_you_mean
+from simgl.input_files import recorded_inputs
 from simgl.motion.joints import unknown_joint
 from simgl.motion.mounts import BodyMount
 from simgl.scenario.loader import load_scenario
 from simgl.scenario.scenario import Scenario
 from simgl.scene.spacecraft import SpacecraftModel
+from simgl.sequence.run_sequence import fingerprint
 
 _WAYS = ("direction", "azimuth_deg", "phase_angle_deg")
 # Limits of values, where there are any.
@@ -44,7 +45,7 @@ class Campaign:
     joints, lamps : of the target [deg] or [m], and factors on the power of lamps, by name
     sphere : the camera may be in any direction from the target
     any_attitude : the target may have any attitude
-    digest : of everything that a frame depends on
+    identity : digests of everything that a frame depends on
     """
 
     source: Path
@@ -59,14 +60,15 @@ class Campaign:
     lamps: Mapping[str, Distribution]
     sphere: bool
     any_attitude: bool
-    digest: str
+    identity: Mapping[str, str]
 
 
 def load_campaign(path: Path) -> Campaign:
     """The campaign in a TOML file; raises ConfigError or AssetError with one clear line."""
     where = str(path)
-    table = convert(read_toml(path), CampaignTable, where)
-    scenario = load_scenario(path.parent / table.scenario)
+    with recorded_inputs() as inputs:
+        table = convert(read_toml(path), CampaignTable, where)
+        scenario = load_scenario(path.parent / table.scenario)
     camera = _named(where, "camera", table.camera, list(scenario.cameras))
     target = _named(where, "target", table.target, list(scenario.models))
     if len(set(table.write)) != len(table.write) or not table.write:
@@ -103,7 +105,7 @@ def load_campaign(path: Path) -> Campaign:
         },
         sphere=table.draw.direction == "sphere",
         any_attitude=table.draw.attitude == "uniform",
-        digest=_digest(path, scenario),
+        identity=fingerprint(scenario, inputs, path),
     )
 
 
@@ -208,16 +210,3 @@ def _from_table(given: Drawn, where: str, key: str) -> Distribution:
         problem = f"must have positive limits, got {low:g}"
         raise ConfigError(where, f"{key}.log_uniform", problem)
     return draws.log_uniform(low, high)
-
-
-def _digest(path: Path, scenario: Scenario) -> str:
-    """Hash of both files, the models, and the motion at the scenario's epoch."""
-    h = hashlib.sha256(path.read_bytes())
-    assert scenario.source is not None
-    h.update(scenario.source.read_bytes())
-    for model in scenario.models.values():
-        h.update(model.mesh.digest.encode())
-        h.update(repr((model.materials, model.joints)).encode())
-    for pose in scenario.poses(scenario.epoch_tai_ns).values():
-        h.update(pose.position.tobytes() + pose.R_icrf_from_body.tobytes())
-    return h.hexdigest()

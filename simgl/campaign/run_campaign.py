@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from simgl import __version__
+from simgl import __version__, assets
 from simgl.campaign.campaign_file import Campaign
 from simgl.campaign.frame_task import COLUMNS, RenderedFrame
 from simgl.campaign.label_formats import stored_labels, write_camera, write_coco, write_speed
 from simgl.output import check_writable, complete_file
 from simgl.progress import ProgressCallback, silent
-from simgl.sequence.journal import Journal, Row, run_missing
+from simgl.sequence.journal import Identity, Journal, run_missing
 from simgl.workers.frame_job import Executor
 
 
@@ -27,7 +27,12 @@ def run(
     Raises ConfigError for a folder that holds another campaign.
     """
     check_writable(folder)
-    plan: Row = {"simgl": __version__, "frames": campaign.frames, "campaign": campaign.digest}
+    plan: Identity = {
+        "simgl": __version__,
+        "program": assets.digests(),
+        "frames": campaign.frames,
+        "campaign": campaign.identity,
+    }
     with Journal(folder, plan, COLUMNS, keys=1) as journal:
         done = {key for (key,) in journal.done()}
         missing = [frame for frame in range(campaign.frames) if frame not in done]

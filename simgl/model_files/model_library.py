@@ -6,7 +6,6 @@ import io
 import os
 import re
 from dataclasses import replace
-from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -20,6 +19,7 @@ from simgl.config.path_sandbox import Base, folder_of
 from simgl.config.validation import convert, read_toml
 from simgl.config.value_types import Positive, Table, Vector
 from simgl.errors import AssetError, ConfigError, did_you_mean
+from simgl.file_cache import FileCache
 from simgl.input_files import read_file
 from simgl.model_files.gltf_model import read_gltf
 from simgl.model_files.joint_tables import JointTable, read_joints
@@ -156,7 +156,10 @@ def _read_plain_mesh(path: Path, body_from_file: Array) -> SpacecraftModel:
     )
 
 
-@lru_cache(maxsize=32)
+# More than a scene shows; the files of a model take some ms to read again.
+_models = FileCache[tuple[object, ...], SpacecraftModel](1 << 30, lambda model: model.nbytes)
+
+
 def load_model(
     name: str,
     base: Base = Path(),
@@ -165,6 +168,8 @@ def load_model(
     forward_axis: str | None = None,
 ) -> SpacecraftModel:
     """A spacecraft model from a file, or a shipped one by its name.
+
+    Equal files give the same object while it is in the cache.
 
     name : a shipped name, or a path to .glb, .gltf, .obj or .stl, or to a model card (.toml)
     base : folder that a relative path starts from
@@ -179,6 +184,13 @@ def load_model(
     >>> model.name, len(model.mesh.triangles)
     ('wedge', 12)
     """
+    key = name, base, unit_m, up_axis, forward_axis
+    return _models.get(key, lambda: _read_model(name, base, unit_m, up_axis, forward_axis))
+
+
+def _read_model(
+    name: str, base: Base, unit_m: float | None, up_axis: str | None, forward_axis: str | None
+) -> SpacecraftModel:
     if unit_m is not None and not 0.0 < unit_m < np.inf:
         raise AssetError(f'model "{name}": unit_m must be positive and finite, got {unit_m}')
     file_to_body = body_from_file(1.0 if unit_m is None else unit_m, up_axis, forward_axis)

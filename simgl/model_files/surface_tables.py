@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields
-from functools import lru_cache
+from pathlib import Path
 from typing import Annotated, Any
 
 from msgspec import Meta
@@ -20,6 +20,7 @@ from simgl.config.value_types import (
     fractions,
 )
 from simgl.errors import AssetError, ConfigError, did_you_mean
+from simgl.file_cache import FileCache
 from simgl.scene import mesh as shapes
 from simgl.scene.materials import Material
 from simgl.scene.spacecraft import SpacecraftModel
@@ -149,9 +150,15 @@ def read_primitive(table: PrimitiveTable, name: str, where: str) -> SpacecraftMo
     return SpacecraftModel(name=name, mesh=shape.mesh(), parts=(name,), materials=(material,))
 
 
-@lru_cache(maxsize=1)
+_cached_finishes = FileCache[Path, dict[str, Material]](1)
+
+
 def _finishes() -> dict[str, Material]:
     path = assets.data() / "finishes.toml"
+    return _cached_finishes.get(path, lambda: _read_finishes(path))
+
+
+def _read_finishes(path: Path) -> dict[str, Material]:
     finishes = {}
     for name, data in read_toml(path).items():
         where = f"{path} [{name}]"

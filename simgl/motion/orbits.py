@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import erfa
 import numpy as np
 from scipy.spatial.transform import Rotation
-from sgp4.api import SGP4_ERRORS, Satrec
+from sgp4.api import SGP4_ERRORS, WGS72, Satrec
 
 from simgl.arrays import Array
 from simgl.errors import ConfigError
@@ -77,15 +78,32 @@ class KeplerianOrbit:
         )
 
 
+# The compiled elements cannot be pickled or hashed by content.
+@lru_cache(maxsize=256)
+def _satellite(first: str, second: str) -> Satrec:
+    return Satrec.twoline2rv(first, second, WGS72)
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TwoLineElements:
     """A two-line element set, propagated by SGP4.
 
     name : of the object, for error messages
+    lines : both, 69 characters each
+
+    Raises ValueError for lines that are no elements, or that SGP4 refuses.
     """
 
     name: str
-    satellite: Satrec
+    lines: tuple[str, str]
+
+    def __post_init__(self) -> None:
+        if self._satellite.error:
+            raise ValueError("SGP4 refuses the elements")
+
+    @property
+    def _satellite(self) -> Satrec:
+        return _satellite(*self.lines)
 
     def state(self, tai_ns: int) -> tuple[Array, Array]:
         """Position [m] and velocity [m s-1], (3,) in GCRF.
@@ -94,7 +112,7 @@ class TwoLineElements:
         Raises ConfigError if SGP4 fails, such as for a decayed orbit.
         """
         day, fraction = utc_julian_date(tai_ns)
-        error, r_km, v_km_s = self.satellite.sgp4(day, fraction)
+        error, r_km, v_km_s = self._satellite.sgp4(day, fraction)
         if error:
             problem = f"has no place at this epoch: {SGP4_ERRORS[error]}"
             raise ConfigError(f'"{self.name}"', "two-line elements", problem)

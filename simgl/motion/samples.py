@@ -5,7 +5,7 @@ Gaps in the samples are not bridged. The interpolation error is estimated from t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -67,7 +67,7 @@ class SampledStates:
     span_ns : first and last instant for which the samples are valid
     """
 
-    source: str
+    source: str = field(compare=False)
     tai_ns: IndexArray
     positions: Array
     velocities: Array | None
@@ -140,7 +140,7 @@ class Path:
     segments : in order of their start
     """
 
-    source: str
+    source: str = field(compare=False)
     segments: tuple[SampledStates, ...]
 
     def state(self, tai_ns: int) -> tuple[Array, Array]:
@@ -171,7 +171,7 @@ class SampledAngles:
     longest_gap_ns : a longer step between samples is a gap
     """
 
-    source: str
+    source: str = field(compare=False)
     tai_ns: IndexArray
     names: tuple[str, ...]
     angles: Array
@@ -198,7 +198,7 @@ class SampledRotations:
     longest_gap_ns : a longer step between samples is a gap
     """
 
-    source: str
+    source: str = field(compare=False)
     tai_ns: IndexArray
     q_reference_from_body_xyzw: Array
     longest_gap_ns: int

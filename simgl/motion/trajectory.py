@@ -25,24 +25,35 @@ from simgl.physics.frames import (
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class FixedPosition:
-    """A fixed position in GCRF [m]; its velocity [m s-1] is for LVLH axes and aberration only."""
+class UniformMotion:
+    """A straight line in GCRF at constant velocity, without gravity.
+
+    position : (3,) at ``epoch_tai_ns`` [m]
+    velocity : (3,), zeros for a fixed position [m s-1]
+    """
 
     position: Array
     velocity: Array
+    epoch_tai_ns: int
 
-    def state(self, tai_ns: int) -> tuple[Array, Array]:  # noqa: ARG002 - the same at all times
+    def state(self, tai_ns: int) -> tuple[Array, Array]:
         """Position [m] and velocity [m s-1], (3,) in GCRF."""
-        return self.position, self.velocity
+        elapsed = (tai_ns - self.epoch_tai_ns) * 1e-9
+        return self.position + elapsed * self.velocity, self.velocity
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class RelativePosition:
-    """A fixed position in the LVLH frame of another spacecraft: position [m], velocity [m s-1]."""
+class RelativeUniformMotion:
+    """A straight line in the LVLH frame of another spacecraft, at constant velocity.
+
+    position_lvlh : (3,) at ``epoch_tai_ns`` [m]
+    velocity_lvlh : (3,), zeros for a fixed place [m s-1]
+    """
 
     reference: str
     position_lvlh: Array
     velocity_lvlh: Array
+    epoch_tai_ns: int
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -97,8 +108,8 @@ class PointingAttitude:
     axis_body: Array
 
 
-Relative = RelativePosition | RelativeOrbit | RelativePath
-Trajectory = FixedPosition | KeplerianOrbit | TwoLineElements | Path | Relative
+Relative = RelativeUniformMotion | RelativeOrbit | RelativePath
+Trajectory = UniformMotion | KeplerianOrbit | TwoLineElements | Path | Relative
 Attitude = FixedAttitude | LvlhAttitude | SampledAttitude | PointingAttitude
 
 
@@ -115,15 +126,16 @@ def _relative(law: Relative, tai_ns: int, reference: tuple[Array, Array]) -> tup
     r, v = reference
     if isinstance(law, RelativePath):
         place, moving = law.path.state(tai_ns)
-    elif isinstance(law, RelativeOrbit):
-        # Of the reference's osculating ellipse.
-        axis = 1.0 / (2.0 / np.linalg.norm(r) - np.dot(v, v) / EARTH_MU)
-        mean_motion = float(np.sqrt(EARTH_MU / axis**3))
-        elapsed = (tai_ns - law.epoch_tai_ns) * 1e-9
-        start = law.position_lvlh, law.velocity_lvlh
-        place, moving = clohessy_wiltshire(*start, mean_motion, elapsed)
     else:
         place, moving = law.position_lvlh, law.velocity_lvlh
+        elapsed = (tai_ns - law.epoch_tai_ns) * 1e-9
+        if isinstance(law, RelativeOrbit):
+            # Of the reference's osculating ellipse.
+            axis = 1.0 / (2.0 / np.linalg.norm(r) - np.dot(v, v) / EARTH_MU)
+            mean_motion = float(np.sqrt(EARTH_MU / axis**3))
+            place, moving = clohessy_wiltshire(place, moving, mean_motion, elapsed)
+        else:
+            place = place + elapsed * moving
     R_icrf_from_lvlh = lvlh_from_icrf(r, v).T
     offset = R_icrf_from_lvlh @ place
     rate = lvlh_angular_velocity(r, v)

@@ -48,7 +48,8 @@ _DETECTOR = Block(
             ("largest_dn", "f4"),
             ("dark_electrons", "f4"),
             ("exposure_time", "f4"),
-            ("detector_padding", "f4"),
+            # Of the images of one epoch.
+            ("image_draw", "u4"),
         ]
     ),
 )
@@ -69,8 +70,9 @@ _PATTERN = Block(
     ),
 )
 
-# Maps in the cache, three for each of eight cameras.
-_MAPS_CAPACITY = 24
+# Of the maps in the cache, four bytes a pixel; the three of one camera stay whatever their sizes.
+_MAX_BYTES = 256 << 20
+_OF_A_CAMERA = 3
 
 
 def pattern_maps(detector: Detector) -> tuple[str, ...]:
@@ -85,14 +87,15 @@ def pattern_maps(detector: Detector) -> tuple[str, ...]:
 
 
 class ReadoutPass:
-    """Everything between mean electrons and DN, seeded by the epoch."""
+    """Everything between mean electrons and DN, seeded by epoch and draw."""
 
     state = State()
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._programs: dict[tuple[str, ...], FullscreenProgram] = {}
-        self._maps = LruCache[tuple[str, Detector], ImageTarget](_MAPS_CAPACITY, self._free)
+        self._maps = LruCache[tuple[object, ...], ImageTarget](_MAX_BYTES, self._free)
+        self._maps.reserve(_OF_A_CAMERA)
 
     def draw(
         self,
@@ -101,23 +104,24 @@ class ReadoutPass:
         seed: int,
         mean_electrons: moderngl.Texture,
         target: moderngl.Framebuffer,
+        image_draw: int = 0,
     ) -> None:
         """Fill a target of ``DN_FORMAT``.
 
-        Equal camera name, epoch and seed give equal noise; equal serial number and detector give
-        equal patterns.
+        Equal camera name, epoch, draw and seed give equal noise; equal serial number and detector
+        give equal patterns.
 
         mean_electrons : of light, four pixels a texel
         """
         detector = camera.detector
-        block = self._values(camera, tai_ns, seed)
-        before = self._before_the_well(camera, tai_ns, seed, mean_electrons)
+        block = self._values(camera, tai_ns, seed, image_draw)
+        before = self._before_the_well(camera, tai_ns, seed, image_draw, mean_electrons)
         after: dict[str, moderngl.Texture] = {}
         passing: list[moderngl.Texture] = [t for name, t in before.items() if name == "HITS"]
         if "OFFSET_MAP" in pattern_maps(detector):
             after["OFFSET_MAP"] = self._map("OFFSET_MAP", detector)
         if detector.row_noise > 0.0:
-            offsets = row_offsets(camera, tai_ns, seed).astype("<f4")
+            offsets = row_offsets(camera, tai_ns, seed, image_draw).astype("<f4")
             size = (1, detector.height)
             after["ROW_OFFSETS"] = self._ctx.texture(size, 1, offsets.tobytes(), dtype="f4")
             passing.append(after["ROW_OFFSETS"])
@@ -131,7 +135,12 @@ class ReadoutPass:
             texture.release()
 
     def _before_the_well(
-        self, camera: Camera, tai_ns: int, seed: int, mean_electrons: moderngl.Texture
+        self,
+        camera: Camera,
+        tai_ns: int,
+        seed: int,
+        image_draw: int,
+        mean_electrons: moderngl.Texture,
     ) -> dict[str, moderngl.Texture]:
         """Textures that make up the charge of a pixel, by what they switch on."""
         detector = camera.detector
@@ -139,7 +148,7 @@ class ReadoutPass:
         for name in pattern_maps(detector):
             if name != "OFFSET_MAP":
                 textures[name] = self._map(name, detector)
-        pixels, electrons = hits(camera, tai_ns, seed)
+        pixels, electrons = hits(camera, tai_ns, seed, image_draw)
         if pixels.size:
             image = np.zeros((detector.height, detector.width), dtype=np.float32)
             image.ravel()[pixels] = electrons
@@ -169,7 +178,7 @@ class ReadoutPass:
         texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
         return texture
 
-    def _values(self, camera: Camera, tai_ns: int, seed: int) -> dict[str, object]:
+    def _values(self, camera: Camera, tai_ns: int, seed: int, image_draw: int) -> dict[str, object]:
         d = camera.detector
         return {
             "frame": epoch_words(tai_ns),
@@ -182,6 +191,7 @@ class ReadoutPass:
             "largest_dn": d.largest_dn,
             "dark_electrons": d.dark_current * camera.exposure_time,
             "exposure_time": camera.exposure_time,
+            "image_draw": image_draw,
         }
 
     def _draw(
@@ -200,7 +210,10 @@ class ReadoutPass:
 
     def _map(self, name: str, detector: Detector) -> moderngl.Texture:
         """One map of a detector's pattern, drawn at the first call."""
-        drawn = self._maps.get((name, detector), lambda: self._drawn(name, detector))
+        d = detector
+        key = name, d.width, d.height, d.serial, d.pattern, d.hot_current
+        size = 4 * d.width * d.height
+        drawn = self._maps.get(key, lambda: self._drawn(name, detector), size)
         return drawn.textures[0]
 
     def _free(self, target: ImageTarget) -> None:

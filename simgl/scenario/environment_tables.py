@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
@@ -16,7 +15,7 @@ from simgl.physics.solar_disc import UNIFORM, astm_g173_light, limb_darkening
 from simgl.physics.spectrum import black_body_light
 from simgl.scenario.scenario import EphemerisSun
 from simgl.scenario.schema import CloudsTable, EarthTable, SkyTable, SunTable
-from simgl.scene.earth import Clouds, Earth, EarthMaps, read_map_image
+from simgl.scene.earth import Clouds, Earth, EarthMaps, MapImage, load_map
 from simgl.scene.star_catalogue import StarCatalogue, shipped_stars
 from simgl.scene.state import SunInDirection
 
@@ -125,9 +124,9 @@ def _read_maps(table: EarthTable, where: str, base: Base) -> tuple[float, Clouds
     """Wind [m s-1], clouds and maps; relative paths start at ``base``."""
     wind = Earth.wind if table.wind_m_s is None else table.wind_m_s
     maps = EarthMaps(
-        land=_map_path(table.land_picture, where, "land_picture", "RGB", base),
-        water=_map_path(table.water_picture, where, "water_picture", "L", base),
-        night=_map_path(table.night_picture, where, "night_picture", "L", base),
+        land=_map_image(table.land_picture, where, "land_picture", "RGB", base),
+        water=_map_image(table.water_picture, where, "water_picture", "L", base),
+        night=_map_image(table.night_picture, where, "night_picture", "L", base),
     )
     return wind, _clouds(table.clouds or CloudsTable(), f"{where[:-1]}.clouds]", base), maps
 
@@ -148,19 +147,16 @@ def _clouds(table: CloudsTable, where: str, base: Base) -> Clouds | None:
             raise ConfigError(where, key, "contradicts picture, which says where clouds are")
     thickness = table.optical_thickness
     return Clouds(
-        image=_map_path(table.picture, where, "picture", "L", base),
+        image=_map_image(table.picture, where, "picture", "L", base),
         height=table.height_km * 1e3,
         thickness=Clouds.thickness if thickness is None else thickness,
     )
 
 
-def _map_path(name: str | None, where: str, key: str, mode: str, base: Base) -> Path | None:
-    """The path of a map image, which is read once to check it."""
+def _map_image(name: str | None, where: str, key: str, mode: str, base: Base) -> MapImage | None:
     if name is None:
         return None
     try:
-        path = base / name
-        read_map_image(path, mode)
+        return load_map(base / name, mode)
     except AssetError as error:
         raise ConfigError(where, key, str(error)) from None
-    return path

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, TypeVar
@@ -16,6 +17,7 @@ from simgl.camera.presets import read_camera
 from simgl.config.path_sandbox import Base, SandboxedFolder
 from simgl.config.validation import check_depth, convert, plain, read_toml, shown, shown_key
 from simgl.errors import ConfigError, did_you_mean
+from simgl.input_files import recorded_inputs
 from simgl.physics.constants import SOLAR_TEMPERATURE
 from simgl.physics.ephemeris import tai_ns_from_utc
 from simgl.scenario.camera_tables import read_mount
@@ -68,9 +70,10 @@ def load_scenario(
     ['target', 'chaser']
     """
     path = Path(path)
-    return scenario_from_dict(
-        read_toml(path), name=path.stem, source=path, root=root, models=models
-    )
+    with recorded_inputs() as inputs:
+        data = read_toml(path)
+        scenario = scenario_from_dict(data, name=path.stem, source=path, root=root, models=models)
+    return replace(scenario, inputs=inputs)
 
 
 def scenario_from_dict(
@@ -99,6 +102,20 @@ def scenario_from_dict(
     >>> sorted(scenario.cameras)
     ['cam']
     """
+    with recorded_inputs() as inputs:
+        scenario = _read_tables(data, name, source, root, models)
+    # Laws that contradict each other, such as relative places in a circle, show here.
+    scenario.poses(scenario.epoch_tai_ns)
+    return replace(scenario, inputs=inputs)
+
+
+def _read_tables(
+    data: dict[str, Any],
+    name: str,
+    source: Path | None,
+    root: Path | None,
+    models: Mapping[str, SpacecraftModel],
+) -> Scenario:
     where = str(source) if source else name
     check_depth(data, where)
     data = plain(data)
@@ -133,7 +150,7 @@ def scenario_from_dict(
         cameras[camera] = read_camera(at, camera, settings, temperature, base)
         mounts[camera] = read_mount(at, settings, placed_models, earth=with_earth)
     _check_criteria(criteria, f"{where} [assess]", placed_models, cameras)
-    scenario = Scenario(
+    return Scenario(
         name=name,
         source=source,
         epoch_tai_ns=epoch_tai_ns,
@@ -152,9 +169,6 @@ def scenario_from_dict(
         gather=render.gather,
         stars=read_sky(single("sky", SkyTable), sun),
     )
-    # Laws that contradict each other, such as relative places in a circle, show here.
-    scenario.poses(epoch_tai_ns)
-    return scenario
 
 
 # Keys of [render] that files of earlier versions have, and why they went.

@@ -75,6 +75,7 @@ class Scenario:
     inter_reflection : interreflection within a spacecraft, and its occlusion of the Earth
     gather : interreflection at vertices, or by rays from every sample of every pixel
     stars : None for a sky without them
+    inputs : the files that it was read from, with the SHA-256 of each
     """
 
     name: str
@@ -94,6 +95,8 @@ class Scenario:
     inter_reflection: bool = True
     gather: Literal["vertex", "pixel"] = "vertex"
     stars: StarCatalogue | None = None
+    # What counts of them is in the fields above.
+    inputs: Mapping[Path, str] = field(default_factory=dict, compare=False)
 
     def at(self, tai_ns: int) -> SceneState:
         """The scene at an epoch [TAI ns]."""

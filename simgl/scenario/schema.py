@@ -159,8 +159,9 @@ class SpacecraftTable(Table, frozen=True, kw_only=True):
         file's axes are the body's, without ``forward_axis`` z looks ahead (x where z is up)
     place : exactly one of ``orbit``, ``trajectory`` (a file), ``relative_to`` with
         ``position_lvlh_m``, ``position_icrf_m``; a file in LVLH axes goes with ``relative_to``
-    drift : from ``position_lvlh_m`` and ``velocity_lvlh_m_s`` at the epoch by Clohessy-Wiltshire;
-        omitted, it stays at its place
+    velocity_icrf_m_s, velocity_lvlh_m_s : from the place at the epoch it moves along a straight
+        line of those axes; omitted, it stays there
+    drift : from ``position_lvlh_m`` and ``velocity_lvlh_m_s`` at the epoch by Clohessy-Wiltshire
     attitude : "lvlh" (default on an orbit), "icrf" (default at a fixed place), or one of the keys
         ``quaternion_icrf_from_body_xyzw``, ``quaternion_lvlh_from_body_xyzw``, ``point_at``,
         ``attitude_file``

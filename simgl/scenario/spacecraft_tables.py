@@ -21,15 +21,15 @@ from simgl.motion.orbits import KeplerianOrbit, TwoLineElements
 from simgl.motion.trajectory import (
     Attitude,
     FixedAttitude,
-    FixedPosition,
     LvlhAttitude,
     Motion,
     PointingAttitude,
     RelativeOrbit,
     RelativePath,
-    RelativePosition,
+    RelativeUniformMotion,
     SampledAttitude,
     Trajectory,
+    UniformMotion,
 )
 from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS
 from simgl.physics.frames import matrix_from_quaternion
@@ -125,25 +125,21 @@ class MotionReader:
             return _orbit(t.orbit, self._where, self._epoch_tai_ns)
         if t.relative_to is not None:
             return self._relative(self._other("relative_to", t.relative_to))
-        return FixedPosition(
+        return UniformMotion(
             position=np.array(t.position_icrf_m),
             velocity=np.array(t.velocity_icrf_m_s or (0.0, 0.0, 0.0)),
+            epoch_tai_ns=self._epoch_tai_ns,
         )
 
     def _relative(self, reference: str) -> Trajectory:
         t = self._table
         if t.position_lvlh_m is None:
             raise ConfigError(self._where, "position_lvlh_m", "is missing beside relative_to")
-        position = np.array(t.position_lvlh_m)
-        velocity = np.array(t.velocity_lvlh_m_s or (0.0, 0.0, 0.0))
-        if not t.drift:
-            return RelativePosition(
-                reference=reference, position_lvlh=position, velocity_lvlh=velocity
-            )
-        return RelativeOrbit(
+        law = RelativeOrbit if t.drift else RelativeUniformMotion
+        return law(
             reference=reference,
-            position_lvlh=position,
-            velocity_lvlh=velocity,
+            position_lvlh=np.array(t.position_lvlh_m),
+            velocity_lvlh=np.array(t.velocity_lvlh_m_s or (0.0, 0.0, 0.0)),
             epoch_tai_ns=self._epoch_tai_ns,
         )
 

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 from dataclasses import dataclass, field
-from functools import lru_cache
 from pathlib import Path
 
 from PIL import Image
 
 from simgl.decoded_files import decoded_image
 from simgl.errors import AssetError
+from simgl.file_cache import FileCache
 from simgl.input_files import read_file
 from simgl.physics.atmosphere import Atmosphere
 from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS, WGS84_POLAR_RADIUS
@@ -26,19 +27,40 @@ MAX_WIDTH = 16384
 
 
 @dataclass(frozen=True, kw_only=True)
+class MapImage:
+    """The file of an equirectangular image of the full Earth, twice as wide as high.
+
+    digest : SHA-256 of its content
+    """
+
+    path: Path
+    digest: str
+
+    def read(self, mode: str) -> Image.Image:
+        """The image in mode "RGB" or "L".
+
+        Raises AssetError for a file that has another content by now, or that ``load_map`` refuses.
+        """
+        content = read_file(self.path)
+        if hashlib.sha256(content).hexdigest() != self.digest:
+            raise AssetError(f"{self.path} has changed since it was loaded; load it again")
+        return _decoded(self.path, content, mode)
+
+
+@dataclass(frozen=True, kw_only=True)
 class EarthMaps:
     """Images of the full Earth in place of the shipped ones.
 
-    Equirectangular, from 180 deg west to 180 deg east, north up.
+    From 180 deg west to 180 deg east, north up.
 
     land : sRGB image; becomes reflectance as ``simgl.physics.land_reflectance`` says
     water : white on water, black on land
     night : brightness of lights, 0..1 of the brightest
     """
 
-    land: Path | None = None
-    water: Path | None = None
-    night: Path | None = None
+    land: MapImage | None = None
+    water: MapImage | None = None
+    night: MapImage | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,7 +78,7 @@ class Clouds:
     cover: float = 0.6
     seed: int = 0
     height: float = 4000.0
-    image: Path | None = None
+    image: MapImage | None = None
     thickness: float = 15.0
 
 
@@ -96,15 +118,26 @@ class Earth:
         return self.equatorial_radius, self.equatorial_radius, self.polar_radius
 
 
-@lru_cache(maxsize=4)
-def read_map_image(path: Path, mode: str) -> Image.Image:
-    """An equirectangular image, twice as wide as high, in mode "RGB" or "L".
+_maps = FileCache[tuple[Path, str], MapImage](64)
+
+
+def load_map(path: Path, mode: str) -> MapImage:
+    """A map image, decoded once in mode "RGB" or "L" to check it.
 
     Raises AssetError for a file that is missing, not an image, damaged, or of another shape.
     """
+    return _maps.get((path, mode), lambda: _checked(path, mode))
+
+
+def _checked(path: Path, mode: str) -> MapImage:
     if not os.path.exists(path):
         raise AssetError(f"there is no file {path}")
     content = read_file(path)
+    _decoded(path, content, mode)
+    return MapImage(path=path, digest=hashlib.sha256(content).hexdigest())
+
+
+def _decoded(path: Path, content: bytes, mode: str) -> Image.Image:
     try:
         image = decoded_image(content, MAX_WIDTH * MAX_WIDTH // 2)
     except ValueError as error:

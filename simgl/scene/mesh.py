@@ -2,15 +2,36 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
-from dataclasses import dataclass
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass, fields
 from functools import cached_property
+from typing import TypeVar
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull, QhullError
 
 from simgl.arrays import Array, Array32, IndexArray, UIntArray
+
+Key = TypeVar("Key", bound=Hashable)
+Result = TypeVar("Result")
+
+
+def cached_with_mesh(make: Callable[[Mesh, Key], Result]) -> Callable[[Mesh, Key], Result]:
+    """Decorates a function of a mesh: its results live as long as the mesh, which none may hold."""
+    results: WeakKeyDictionary[Mesh, dict[Key, Result]] = WeakKeyDictionary()
+
+    @functools.wraps(make)
+    def cached(mesh: Mesh, key: Key) -> Result:
+        of_mesh = results.setdefault(mesh, {})
+        if key not in of_mesh:
+            of_mesh[key] = make(mesh, key)
+        return of_mesh[key]
+
+    return cached
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -33,6 +54,12 @@ class Mesh:
     material: UIntArray
     uv: Array32 | None = None
     colour: Array32 | None = None
+
+    @property
+    def nbytes(self) -> int:
+        """Size of its arrays."""
+        arrays = (getattr(self, field.name) for field in fields(self))
+        return sum(array.nbytes for array in arrays if array is not None)
 
     @cached_property
     def digest(self) -> str:

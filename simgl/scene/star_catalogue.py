@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +12,7 @@ from simgl import assets
 from simgl.arrays import Array, UIntArray
 from simgl.decoded_files import arrays_in
 from simgl.errors import AssetError
+from simgl.file_cache import FileCache
 from simgl.input_files import read_file
 from simgl.physics.starlight import (
     MILLIARCSECOND,
@@ -71,7 +71,10 @@ def star_sky(catalogue: StarCatalogue, tai_ns: int) -> StarSky:
     )
 
 
-@lru_cache(maxsize=8)
+# Of 3 MB at most.
+_catalogues = FileCache[tuple[Path, float], StarCatalogue](8)
+
+
 def shipped_stars(faintest: float = FAINTEST, path: Path | None = None) -> StarCatalogue:
     """The shipped stars down to a magnitude V.
 
@@ -79,7 +82,11 @@ def shipped_stars(faintest: float = FAINTEST, path: Path | None = None) -> StarC
 
     Raises AssetError where the file is missing, damaged or of another form.
     """
-    path = assets.data() / "sky" / "hipparcos.npz" if path is None else path
+    file = assets.data() / "sky" / "hipparcos.npz" if path is None else path
+    return _catalogues.get((file, faintest), lambda: _read_stars(file, faintest))
+
+
+def _read_stars(path: Path, faintest: float) -> StarCatalogue:
     try:
         content = read_file(path)
     except AssetError as error:

@@ -45,6 +45,12 @@ class SurfaceTextures:
     def __bool__(self) -> bool:
         return any(getattr(self, kind.name) for kind in fields(self))
 
+    @property
+    def nbytes(self) -> int:
+        """Size of all images."""
+        images = (image for kind in fields(self) for image in getattr(self, kind.name))
+        return sum(image.values.nbytes for image in images)
+
     @cached_property
     def digest(self) -> str:
         """Hash of the content, the key of anything made from it."""

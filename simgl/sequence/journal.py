@@ -11,6 +11,7 @@ import json
 import sqlite3
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from simgl.errors import ConfigError, OutputError
 from simgl.output import complete_file
@@ -18,6 +19,8 @@ from simgl.progress import ProgressCallback, silent
 from simgl.workers.frame_job import Executor, T
 
 Value = str | int | float | None
+# What identifies a run, by name: a value, or the parts of something with the digest of each.
+Identity = Mapping[str, Value | Mapping[str, str]]
 Row = dict[str, Value]
 ColumnType = type[str] | type[int] | type[float]
 # Name to type, the key columns first.
@@ -47,7 +50,7 @@ class Journal:
     def __init__(
         self,
         folder: Path,
-        plan: Mapping[str, Value],
+        plan: Identity,
         columns: Columns,
         keys: int,
     ) -> None:
@@ -59,7 +62,7 @@ class Journal:
         except sqlite3.DatabaseError as error:
             raise OutputError(f"{self.path}: cannot be used ({error})") from None
 
-    def _begin(self, plan: Mapping[str, Value], columns: Columns) -> None:
+    def _begin(self, plan: Identity, columns: Columns) -> None:
         fields = ", ".join(f'"{name}" {_TYPES[kind]}' for name, kind in columns.items())
         names = ", ".join(f'"{name}"' for name in self._columns[: self._keys])
         with self._database:
@@ -72,13 +75,14 @@ class Journal:
                     "INSERT INTO plan VALUES (?, ?)", [(n, json.dumps(v)) for n, v in plan.items()]
                 )
                 return
-        wanted = {name: json.dumps(value) for name, value in plan.items()}
-        for name in wanted | stored:
-            if wanted.get(name) != stored.get(name):
+        before = {name: json.loads(value) for name, value in stored.items()}
+        for name in {**plan, **before}:
+            if plan.get(name) != before.get(name):
                 self._database.close()
+                difference = _difference(before.get(name), plan.get(name))
                 problem = (
-                    f"holds another sequence: its {name} is {stored.get(name, 'not given')}, "
-                    f"now {wanted.get(name, 'not given')}; take another folder or remove it"
+                    f"holds another sequence: its {name} is {difference}; "
+                    f"take another folder or remove it to start again"
                 )
                 raise ConfigError(str(self.path), "", problem)
 
@@ -119,6 +123,21 @@ class Journal:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def _difference(before: Any, now: Any) -> str:
+    """What has changed between two values of a plan."""
+    if isinstance(before, dict) and isinstance(now, dict):
+        for part in now | before:
+            if part not in now:
+                return f"another one: {part} is not part of it now"
+            if part not in before:
+                return f"another one: {part} was not part of it"
+            if before[part] != now[part]:
+                return f"another one: {part} has changed"
+    if isinstance(before, dict) or isinstance(now, dict):
+        return "of another version of simgl"
+    return ", now ".join("not given" if v is None else json.dumps(v) for v in (before, now))
 
 
 def run_missing(

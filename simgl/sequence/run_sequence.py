@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
-from dataclasses import dataclass
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
 
 import numpy as np
 
-from simgl import __version__
+from simgl import __version__, assets
+from simgl.content_digest import content_digest
 from simgl.images import saturated
 from simgl.output import check_writable, write_dn_png, write_exr, write_view_png
 from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.physics.frames import quaternion_from_matrix
 from simgl.progress import ProgressCallback, silent
 from simgl.scenario.scenario import Scenario
-from simgl.sequence.journal import Columns, Journal, Row, Value
+from simgl.sequence.journal import Columns, Identity, Journal, Row, Value
 from simgl.sequence.video import write_mp4
 from simgl.simulator import Capture, Product, Simulator
 
@@ -74,7 +76,7 @@ class Plan:
     outputs: frozenset[Output]
     frame_rate: int = 24
 
-    def content(self) -> dict[str, Value]:
+    def content(self) -> Identity:
         """Identity of the plan, for its journal."""
         return {
             "cameras": ", ".join(self.cameras),
@@ -82,28 +84,36 @@ class Plan:
         } | identity(self.scenario, self.epochs)
 
 
-def identity(scenario: Scenario, epochs: Sequence[int]) -> dict[str, Value]:
+def identity(scenario: Scenario, epochs: Sequence[int]) -> dict[str, Value | Mapping[str, str]]:
     """Identity of a scenario at some epochs [TAI ns], for a journal."""
     return {
         "simgl": __version__,
+        "program": assets.digests(),
         "frames": len(epochs),
         "epochs": hashlib.sha256(np.array(epochs, dtype=np.int64).tobytes()).hexdigest(),
-        "scenario": fingerprint(scenario, epochs),
+        "scenario": fingerprint(scenario, scenario.inputs, scenario.source),
     }
 
 
-def fingerprint(scenario: Scenario, epochs: Sequence[int]) -> str:
-    """Hash of a scenario's text, its models, and its motion at the first, middle and last epoch."""
-    h = hashlib.sha256()
-    if scenario.source is not None:
-        h.update(scenario.source.read_bytes())
-    for model in scenario.models.values():
-        h.update(model.mesh.digest.encode())
-        h.update(repr((model.materials, model.joints)).encode())
-    for tai_ns in (epochs[0], epochs[len(epochs) // 2], epochs[-1]):
-        for pose in scenario.poses(tai_ns).values():
-            h.update(pose.position.tobytes() + pose.R_icrf_from_body.tobytes())
-    return h.hexdigest()
+def fingerprint(
+    scenario: Scenario, inputs: Mapping[Path, str], source: Path | None
+) -> dict[str, str]:
+    """Digests of all files that a scenario was read from, and of all that it holds.
+
+    inputs : digests by path
+    source : file whose folder others are named from
+    """
+    folder = (source or Path("scenario.toml")).resolve().parent
+    files = {_name(path.resolve(), folder): digest for path, digest in inputs.items()}
+    return files | {"what it holds in memory": content_digest(replace(scenario, source=None))}
+
+
+def _name(path: Path, folder: Path) -> str:
+    """A file's name from a folder, so that all may move together; shipped ones from simgl's."""
+    for root, name in ((assets.models(), "simgl/models"), (assets.data(), "simgl/data")):
+        if path.is_relative_to(root):
+            return f"{name}/{path.relative_to(root).as_posix()}"
+    return os.path.relpath(path, folder)
 
 
 def row_of(frame: int, capture: Capture) -> Row:

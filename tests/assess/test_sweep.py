@@ -8,17 +8,20 @@ import sqlite3
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import moderngl
 import numpy as np
 import pytest
 
+from simgl.assess.sweep import Sweep
 from simgl.assess.sweep_axes import Axis, parse_axes, with_setting, with_sun
+from simgl.assess.trajectory_assessment import assignment
 from simgl.cli import main
 from simgl.errors import ConfigError
 from simgl.scenario.loader import load_scenario
 from simgl.scenario.scenario import Scenario
-from simgl.simulator import Simulator
+from simgl.simulator import Capture, Simulator
 from tests.scenes import USUAL_PRODUCTS, lambert, scene
 
 SCENE = """\
@@ -65,10 +68,10 @@ def test_a_bracket_is_the_same_as_one_capture_after_the_other(gl: moderngl.Conte
     ]
     with Simulator(scenario, gl) as simulator:
         together = simulator.bracket(state, "cam", settings, USUAL_PRODUCTS)
-        for setting, ours in zip(settings, together, strict=True):
+        for draw, (setting, ours) in enumerate(zip(settings, together, strict=True)):
             placed = replace(state.cameras["cam"], camera=setting)
             alone = simulator.capture(
-                replace(state, cameras={"cam": placed}), "cam", USUAL_PRODUCTS
+                replace(state, cameras={"cam": placed}), "cam", USUAL_PRODUCTS, draw=draw
             )
             assert ours.digital is not None
             assert alone.digital is not None
@@ -180,6 +183,25 @@ def test_a_sweep_leaves_a_table_and_a_page_and_goes_on(
     capsys.readouterr()
     assert assess(monkeypatch, path, "--sweep", "f_number=4", "--out", out) == 2
     assert "holds another sequence: its sweep is" in capsys.readouterr().err
+
+
+def test_every_point_of_a_sweep_has_its_own_noise(gl: moderngl.Context) -> None:
+    draws: list[object] = []
+
+    class Watched(Simulator):
+        def bracket(self, *arguments: Any, **words: Any) -> tuple[Capture, ...]:
+            captures = super().bracket(*arguments, **words)
+            draws.extend(capture.info.draw for capture in captures)
+            return captures
+
+    scenario = ball()
+    work = assignment(scenario, "cam", "ball", [scenario.epoch_tai_ns])
+    sweep = Sweep(work, parse_axes(["phase_angle_deg=10,60,90", "f_number=4,2"]))
+    with Watched(scenario, gl) as simulator:
+        for frame in (2, 0, 1):
+            rows = sweep.render(simulator, frame)
+            assert [row["frame"] for row in rows] == draws[-2:]
+    assert set(draws) == set(range(6))
 
 
 def test_axes_are_read_in_their_order() -> None:

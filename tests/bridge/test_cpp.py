@@ -196,12 +196,13 @@ int main(int argc, char **argv) {
     double sun[3] = {1e11, -5e10, 9e10};
     simgl_scene moving = {.moving = 1}, dimmed = {.lamps = &half, .lamp_count = 1};
     simgl_scene other = {.sun_position_m = sun, .gain_dn_per_e = 0.125, .seek = 1};
-    simgl_scene typo = {.lamps = &wrong, .lamp_count = 1};
+    simgl_scene another = {.draw = 4294967295u}, typo = {.lamps = &wrong, .lamp_count = 1};
     if (client == NULL) { printf("%s", error); return 1; }
     show(client, &chaser, NULL);
     show(client, &chaser, &moving);
     show(client, &chaser, &dimmed);
     show(client, &chaser, &other);
+    show(client, &chaser, &another);
     show(client, &chaser, &typo);
     chaser.joints = &bend;
     chaser.joint_count = 1;
@@ -404,6 +405,7 @@ def test_the_c_interface_moves_bodies_dims_lamps_and_places_the_sun(
         {"moving": True},
         {"lamps": {"flood": 0.5}},
         {"sun_position_m": (1e11, -5e10, 9e10), "gain_dn_per_e": 0.125},
+        {"draw": 2**32 - 1},
     ]
     expected = []
     with Client(running.address) as client:
@@ -412,7 +414,7 @@ def test_the_c_interface_moves_bodies_dims_lamps_and_places_the_sun(
             total = image.dn.sum(dtype=np.int64)
             expected.append(f"{total} {image.state_hash} {image.gain_dn_per_e:g}")
     assert pictures == expected
-    assert len(set(pictures)) == 4
+    assert len(set(pictures)) == 5
     assert typo.startswith("1 ")
     assert 'NO_LAMP: lamps "flod" does not exist here' in typo
     assert "NO_JOINT" in bent

@@ -172,8 +172,11 @@ def test_the_state_hash_knows_lamps_and_rates_only_where_they_count() -> None:
         state_hash(bodies={"x": pose}, lamps={"l": 0.25}, **state),
         state_hash(bodies={"x": pose}, lamps={"m": 0.5}, **state),
         state_hash(bodies={"x": pose}, lamps={"l": 0.5}, moving=True, **state),
+        state_hash(bodies={"x": pose}, draw=1, **state),
+        state_hash(bodies={"x": pose}, draw=2, **state),
+        state_hash(bodies={"x": pose}, draw=1, moving=True, **state),
     }
-    assert len(others) == 7
+    assert len(others) == 10
 
 
 def test_a_scene_without_lamps_offers_none(client: Client, scenario: Scenario) -> None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
+import pytest
+
 from simgl.lru_cache import LruCache
 
 
@@ -32,3 +34,35 @@ def test_clearing_evicts_all_values() -> None:
     cache.clear()
     assert evicted == ["a", "b"]
     assert cache.values() == []
+
+
+def test_values_with_sizes_share_a_capacity_and_the_newest_stays() -> None:
+    evicted: list[str] = []
+    cache = LruCache[int, str](10, evicted.append)
+    for key, value in enumerate(("aaaa", "bbb", "ccc")):
+        cache.get(key, partial(str, value), len)
+    assert (cache.size, evicted) == (10, [])
+    cache.get(3, lambda: "d", 1)
+    assert (cache.size, evicted) == (7, ["aaaa"])
+    cache.get(4, lambda: "e" * 20, 20)
+    assert (cache.size, evicted) == (20, ["aaaa", "bbb", "ccc", "d"])
+
+
+def test_reserved_values_stay_whatever_their_sizes() -> None:
+    cache = LruCache[int, int](10)
+    cache.reserve(3)
+    for key in range(4):
+        cache.get(key, partial(int, key), 8)
+    assert cache.values() == [1, 2, 3]
+    cache.reserve(1)
+    cache.get(9, partial(int, 9), 2)
+    assert cache.values() == [3, 9]
+
+
+def test_a_value_that_cannot_be_made_is_not_cached() -> None:
+    cache = LruCache[int, int](2)
+    with pytest.raises(ZeroDivisionError):
+        cache.get(1, lambda: 1 // 0)
+    assert 1 not in cache
+    assert cache.get(1, lambda: 5) == 5
+    assert cache.size == 1

@@ -90,5 +90,6 @@ def test_particles_depend_on_seed_epoch_and_camera_alone() -> None:
     cam = vga(0.1)
     first = hits(cam, 7, 1)
     np.testing.assert_array_equal(first, hits(cam, 7, 1))
-    for other in (hits(cam, 8, 1), hits(cam, 7, 2), hits(replace(cam, name="cam2"), 7, 1)):
+    twin = replace(cam, name="cam2")
+    for other in (hits(cam, 8, 1), hits(cam, 7, 2), hits(cam, 7, 1, 1), hits(twin, 7, 1)):
         assert not np.array_equal(first[0], other[0])

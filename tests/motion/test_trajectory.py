@@ -13,12 +13,12 @@ from simgl.motion.orbits import KeplerianOrbit
 from simgl.motion.trajectory import (
     Attitude,
     FixedAttitude,
-    FixedPosition,
     LvlhAttitude,
     Motion,
     PointingAttitude,
-    RelativePosition,
+    RelativeUniformMotion,
     Trajectory,
+    UniformMotion,
     poses,
 )
 from simgl.physics.frames import lvlh_from_icrf
@@ -38,7 +38,8 @@ ORBIT = KeplerianOrbit(
     epoch_tai_ns=EPOCH,
 )
 # On +x, flying along +y: LVLH x is +y, y is -z, z is -x in ICRF.
-SIMPLE = FixedPosition(position=RADIUS * X, velocity=7.6e3 * Y)
+SIMPLE = UniformMotion(position=RADIUS * X, velocity=7.6e3 * Y, epoch_tai_ns=EPOCH)
+STILL = UniformMotion(position=RADIUS * X, velocity=np.zeros(3), epoch_tai_ns=EPOCH)
 R_ICRF_FROM_LVLH = np.column_stack([Y, -Z, -X])
 
 # Differences of places of 7e6 m: one unit of their last digit is 1e-9 m.
@@ -53,9 +54,15 @@ def motion(trajectory: Trajectory, attitude: Attitude = LVLH) -> Motion:
     return Motion(trajectory=trajectory, attitude=attitude)
 
 
-def relative(reference: str, position: Array, velocity: Array | None = None) -> RelativePosition:
-    still = np.zeros(3) if velocity is None else velocity
-    return RelativePosition(reference=reference, position_lvlh=position, velocity_lvlh=still)
+def relative(
+    reference: str, position: Array, velocity: Array | None = None
+) -> RelativeUniformMotion:
+    return RelativeUniformMotion(
+        reference=reference,
+        position_lvlh=position,
+        velocity_lvlh=np.zeros(3) if velocity is None else velocity,
+        epoch_tai_ns=EPOCH,
+    )
 
 
 @quick
@@ -101,6 +108,34 @@ def test_relative_velocity_is_the_rate_of_the_lvlh_place(velocity: list[float]) 
         ends.append(lvlh_from_icrf(r, v) @ (chaser - r))
     # Rounding of 1e-9 m over 0.02 s; the curvature of the target's path cancels between both ends.
     np.testing.assert_allclose((ends[1] - ends[0]) / (2.0 * step), rate, rtol=0.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("seconds", [-30.0, 0.5, 3600.0])
+@pytest.mark.parametrize("law", [SIMPLE, relative("lead", X, np.array([0.05, -0.02, 0.01]))])
+def test_a_velocity_is_the_rate_of_the_place_at_any_time(
+    law: UniformMotion | RelativeUniformMotion, seconds: float
+) -> None:
+    """Central difference over 0.2 s; the LVLH frame turns at 1.1 mrad/s about orbits of 6.8e6 m."""
+    motions = {"lead": motion(ORBIT), "a": motion(law)}
+    middle, step = EPOCH + round(seconds * 1e9), 100_000_000
+    before, now, after = (poses(motions, middle + n * step)["a"] for n in (-1, 0, 1))
+    measured = (after.position - before.position) / 0.2
+    # Third derivative 7.6e3 * (1.1e-3)^2 m/s^3 times 0.1^2 / 6: 2e-5 m/s; rounding 2e-9 / 0.2.
+    np.testing.assert_allclose(measured, now.velocity, rtol=0.0, atol=4e-5)
+
+
+@pytest.mark.parametrize("seconds", [-30.0, 0.5, 3600.0])
+def test_a_place_with_a_velocity_moves_along_a_straight_line(seconds: float) -> None:
+    rate = np.array([0.05, -0.02, 0.01])
+    motions = {"lead": motion(ORBIT), "a": motion(SIMPLE), "b": motion(relative("lead", X, rate))}
+    at = poses(motions, EPOCH + round(seconds * 1e9))
+    np.testing.assert_allclose(
+        at["a"].position, RADIUS * X + seconds * 7.6e3 * Y, rtol=0.0, atol=FAR
+    )
+    lead = at["lead"]
+    R_lvlh_from_icrf = lvlh_from_icrf(lead.position, lead.velocity)
+    place = R_lvlh_from_icrf @ (at["b"].position - lead.position)
+    np.testing.assert_allclose(place, X + seconds * rate, rtol=0.0, atol=FAR)
 
 
 def test_references_resolve_in_any_order_and_over_several_links() -> None:
@@ -187,16 +222,13 @@ def test_a_pointing_body_turns_its_axis_to_the_target_and_no_further(
     ("motions", "message"),
     [
         (
-            {"a": motion(FixedPosition(position=RADIUS * X, velocity=np.zeros(3)))},
+            {"a": motion(STILL)},
             '[spacecraft.a]: attitude needs LVLH axes, which "a" lacks: '
             "it does not move about the Earth",
         ),
         (
             {
-                "still": motion(
-                    FixedPosition(position=RADIUS * X, velocity=np.zeros(3)),
-                    FixedAttitude(R_icrf_from_body=np.eye(3)),
-                ),
+                "still": motion(STILL, FixedAttitude(R_icrf_from_body=np.eye(3))),
                 "b": motion(relative("still", X)),
             },
             '[spacecraft.b]: relative_to needs LVLH axes, which "still" lacks: '

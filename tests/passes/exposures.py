@@ -47,6 +47,7 @@ def expose(
     *,
     tai_ns: int = EPOCH,
     seed: int = 1,
+    draw: int = 0,
 ) -> Image16:
     size = (cam.detector.width, cam.detector.height)
     source = ImageTarget(gl, size, [ELECTRONS_FORMAT])
@@ -55,7 +56,7 @@ def expose(
     padded = np.zeros((size[1], -(-size[0] // 4) * 4), dtype="<f4")
     padded[:, : size[0]] = mean
     source.textures[0].write(padded.tobytes())
-    pass_.draw(cam, tai_ns, seed, source.textures[0], target.framebuffer)
+    pass_.draw(cam, tai_ns, seed, source.textures[0], target.framebuffer, draw)
     dn: Image16 = target.read().copy()
     gl.detect_framebuffer(0).use()
     for resource in (source, target, pass_):

@@ -60,10 +60,10 @@ def light() -> Array:
     return mean.astype(np.float32).astype(np.float64)
 
 
-def compare(gl: moderngl.Context, cam: Camera) -> tuple[float, int]:
+def compare(gl: moderngl.Context, cam: Camera, draw: int = 0) -> tuple[float, int]:
     """Share of the pixels that differ, and the largest difference [DN]."""
-    got = expose(gl, light(), cam, seed=9).astype(np.int64)
-    wanted = reference.digital(cam, light(), EPOCH, 9).astype(np.int64)
+    got = expose(gl, light(), cam, seed=9, draw=draw).astype(np.int64)
+    wanted = reference.digital(cam, light(), EPOCH, 9, draw).astype(np.int64)
     return float(np.mean(got != wanted)), int(np.abs(got - wanted).max())
 
 
@@ -77,8 +77,9 @@ def test_one_effect_alone_agrees(gl: moderngl.Context, effect: str) -> None:
     assert largest <= 1
 
 
-def test_all_effects_together_agree(gl: moderngl.Context) -> None:
-    share, largest = compare(gl, camera(**SIZE, pedestal=100.0, serial=3, **ALL))
+@pytest.mark.parametrize("draw", [0, 2**32 - 1])
+def test_all_effects_together_agree(gl: moderngl.Context, draw: int) -> None:
+    share, largest = compare(gl, camera(**SIZE, pedestal=100.0, serial=3, **ALL), draw)
     # Blooming passes a difference of one electron on to its neighbours.
     assert share < 4e-4
     assert largest <= 1

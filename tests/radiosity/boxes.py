@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from simgl.arrays import Array, Array32, Mask
-from simgl.motion.trajectory import FixedAttitude, FixedPosition, Motion
+from simgl.motion.trajectory import FixedAttitude, Motion, UniformMotion
 from simgl.radiosity.bake import BakeSettings, bake
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.sunlit_patches import SunlitPatches
@@ -110,7 +110,7 @@ def at_rest(model: SpacecraftModel, x: float, y: float, sun: Sun, *, on: bool) -
         render={"inter_reflection": on, "samples_per_pixel": 16},
     )
     still = Motion(
-        trajectory=FixedPosition(position=np.zeros(3), velocity=np.zeros(3)),
+        trajectory=UniformMotion(position=np.zeros(3), velocity=np.zeros(3), epoch_tai_ns=0),
         attitude=FixedAttitude(R_icrf_from_body=np.eye(3)),
     )
     return replace(empty, models={model.name: model}, motions={model.name: still})

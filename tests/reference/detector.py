@@ -32,13 +32,14 @@ def pattern_key(serial: int, stream: Stream) -> UIntArray:
 
 
 def pixel_words(
-    width: int, height: int, key: UIntArray, epoch: tuple[int, int] = (0, 0)
+    width: int, height: int, key: UIntArray, epoch: tuple[int, int] = (0, 0), draw: int = 0
 ) -> UIntArray:
     """(height, width) words, one a pixel."""
     groups = -(-width // PIXELS)
     y, x = np.divmod(np.arange(groups * height, dtype=np.uint32), np.uint32(groups))
     counter = np.zeros((groups * height, 4), dtype=np.uint32)
     counter[:, 0] = x + (y << np.uint32(16))
+    counter[:, 1] = draw
     counter[:, 2:] = epoch
     return philox(counter, key).reshape(height, groups * PIXELS)[:, :width]
 
@@ -108,7 +109,7 @@ def poisson(mean: Array, u: Array) -> Array:
     return np.where(mean < FEW, few, many)
 
 
-def digital(camera: Camera, light: Array, tai_ns: int, seed: int) -> Image16:
+def digital(camera: Camera, light: Array, tai_ns: int, seed: int, draw: int = 0) -> Image16:
     """(height, width) DN of a picture.
 
     light : (height, width) mean photo-electrons
@@ -118,11 +119,11 @@ def digital(camera: Camera, light: Array, tai_ns: int, seed: int) -> Image16:
 
     def random(stream: Stream) -> Array:
         key = frame_key(seed, camera.name, stream)
-        return uniform_01(pixel_words(d.width, d.height, key, epoch_words(tai_ns)))
+        return uniform_01(pixel_words(d.width, d.height, key, epoch_words(tai_ns), draw))
 
     mean = light * pattern.gain + t * (d.dark_current + pattern.dark_current)
     electrons = poisson(np.clip(mean, 0.0, 1e7), random(Stream.SHOT))
-    pixels, deposits = hits(camera, tai_ns, seed)
+    pixels, deposits = hits(camera, tai_ns, seed, draw)
     electrons.ravel()[pixels] += deposits
     if d.blooming > 0.0:
         electrons = with_blooming(electrons.astype(np.float32), d.full_well, d.blooming).astype(
@@ -130,7 +131,7 @@ def digital(camera: Camera, light: Array, tai_ns: int, seed: int) -> Image16:
         )
     signal = np.minimum(electrons, d.full_well) + pattern.offset
     if d.row_noise > 0.0:
-        signal = signal + row_offsets(camera, tai_ns, seed)[:, None]
+        signal = signal + row_offsets(camera, tai_ns, seed, draw)[:, None]
     signal = signal + d.read_noise * normal(random(Stream.READ))
     dn = np.clip(np.floor(signal * d.gain_dn_per_e + d.pedestal), 0.0, d.largest_dn)
     return dn.astype(np.uint16)

@@ -42,7 +42,9 @@ def test_pictures_beside_the_file_take_the_place_of_shipped_maps(pictures: Path)
     earth = load_scenario(file_with(pictures, text)).earth
     assert earth is not None
     assert earth.clouds is not None
-    assert earth.maps.land == earth.clouds.image == pictures / "whole.png"
+    assert earth.maps.land == earth.clouds.image
+    assert earth.clouds.image is not None
+    assert earth.clouds.image.path == pictures / "whole.png"
     assert (earth.wind, earth.clouds.thickness, earth.clouds.height) == (3.0, 20.0, 8000.0)
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from sgp4.api import WGS72, Satrec
-
 from simgl.errors import ConfigError
 from simgl.motion.files.text_lines import Line, shown
 from simgl.motion.orbits import TwoLineElements
@@ -62,9 +60,6 @@ def _elements(name: str, first: Line, second: Line) -> TwoLineElements:
     if one[2:7] != two[2:7]:
         second.fail("", f"is of object {two[2:7]}, the line before of {one[2:7]}")
     try:
-        satellite = Satrec.twoline2rv(one, two, WGS72)
+        return TwoLineElements(name=name or one[2:7].strip(), lines=(one, two))
     except ValueError as error:
         first.fail("", f"is no element set: {error}")
-    if satellite.error:
-        second.fail("", "holds elements that SGP4 refuses")
-    return TwoLineElements(name=name or one[2:7].strip(), satellite=satellite)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from pathlib import Path
 
 import moderngl
 import numpy as np
@@ -15,7 +14,7 @@ from simgl.gpu.release import release_all
 from simgl.gpu.render_targets import Format, ImageTarget
 from simgl.gpu.uniform_blocks import Block
 from simgl.scene.cyclones import DECKS, seed_shift, swirls
-from simgl.scene.earth import Clouds, read_map_image
+from simgl.scene.earth import Clouds, MapImage
 from simgl.scene.noise_volume import SIZE, noise_volume
 
 # Optical thickness of code 1; that of code 0 is 1, logarithmic between, as in planet/cloud.glsl.
@@ -59,7 +58,7 @@ def weather_codes(
     width : of the map; its height is half of that
     """
     if clouds.image is not None:
-        return _pictured(clouds, clouds.image)
+        return _from_image(clouds, clouds.image)
     samplers = ["noise_volume", "swirls", "land_map", "form_map"]
     program = FullscreenProgram(ctx, "cloud_map/cloud_map", _WEATHER, samplers)
     wind = _wind_texture(ctx, clouds.seed)
@@ -81,8 +80,8 @@ def weather_codes(
         release_all(ctx, program, wind, small, full)
 
 
-def _pictured(clouds: Clouds, path: Path) -> Image8:
-    share = np.asarray(read_map_image(path, "L"))
+def _from_image(clouds: Clouds, image: MapImage) -> Image8:
+    share = np.asarray(image.read("L"))
     code = np.log(clouds.thickness) / np.log(THICKEST)
     values = np.zeros((*share.shape, 4), dtype=np.uint8)
     values[..., 0] = share

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-from pathlib import Path
-
 import moderngl
 import numpy as np
 from PIL import Image
@@ -12,8 +9,9 @@ from scipy.ndimage import distance_transform_edt
 
 from simgl import assets
 from simgl.arrays import Image8, IndexArray
+from simgl.lru_cache import LruCache
 from simgl.physics.land_reflectance import near_infrared, reflectance_from_display
-from simgl.scene.earth import EarthMaps, read_map_image
+from simgl.scene.earth import EarthMaps, MapImage
 
 # Texels of the shipped maps are 9.8 km long on the equator.
 WIDTH, HEIGHT = 4096, 2048
@@ -28,24 +26,40 @@ def _shipped(name: str, mode: str) -> Image8:
         return np.asarray(image.convert(mode))
 
 
-@lru_cache(maxsize=2)
-def land_map(path: Path | None) -> Image8:
+# For the simulators of a process: two of each kind at the size of the shipped ones.
+_land_maps = LruCache[MapImage | None, Image8](64 << 20)
+_form_maps = LruCache[tuple[MapImage | None, MapImage | None], Image8](64 << 20)
+
+
+def size_of(values: Image8) -> int:
+    """Bytes of an array, for caches."""
+    return values.nbytes
+
+
+def land_map(image: MapImage | None) -> Image8:
     """(h, w, 4) square roots of reflectance R, G, B, N, 255 for 1."""
-    if path is None:
+    return _land_maps.get(image, lambda: make_land_map(image), size_of)
+
+
+def make_land_map(image: MapImage | None) -> Image8:
+    """``land_map``, past the cache."""
+    if image is None:
         return np.dstack([_shipped("land_rgb.jpg", "RGB"), _shipped("land_nir.jpg", "L")])
-    rgb = reflectance_from_display(np.asarray(read_map_image(path, "RGB")))
+    rgb = reflectance_from_display(np.asarray(image.read("RGB")))
     roots = np.sqrt(np.dstack([rgb, near_infrared(rgb)]))
     return np.round(255.0 * roots).astype(np.uint8)
 
 
-@lru_cache(maxsize=2)
-def form_map(water: Path | None, night: Path | None) -> Image8:
+def form_map(water: MapImage | None, night: MapImage | None) -> Image8:
     """(h, w, 4) codes of the slopes to the east and north, of the shore, and of night lights."""
+    return _form_maps.get((water, night), lambda: make_form_map(water, night), size_of)
+
+
+def make_form_map(water: MapImage | None, night: MapImage | None) -> Image8:
+    """``form_map``, past the cache."""
     slopes = _shipped("relief.webp", "RGB")[..., :2]
-    shore = _shipped("shore.webp", "L") if water is None else _shore(read_map_image(water, "L"))
-    lights = (
-        Image.fromarray(_shipped("night.jpg", "L")) if night is None else read_map_image(night, "L")
-    )
+    shore = _shipped("shore.webp", "L") if water is None else _shore(water.read("L"))
+    lights = Image.fromarray(_shipped("night.jpg", "L")) if night is None else night.read("L")
     height, width = shore.shape
     if (height, width) != slopes.shape[:2]:
         scaled = Image.fromarray(np.dstack([slopes, slopes[..., :1]])).resize((width, height))

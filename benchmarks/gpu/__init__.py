@@ -1,0 +1,1 @@
+"""Measurements on a GPU: what it is, the physics tests on it, frame times and start times."""
