@@ -19,10 +19,10 @@ import traceback
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
-from random import Random
 
-from benchmarks.damaged_files.damages import damaged
+from benchmarks.damaged_files.damages import damage_one
 from benchmarks.damaged_files.valid_files import READERS, check_valid, write_all
 from simgl import SimglError
 from simgl.scenario.loader import scenario_from_dict
@@ -133,15 +133,6 @@ def scenario_of(model: SpacecraftModel) -> Scenario:
     return scenario_from_dict(data, models={"one": model})
 
 
-def one_case(number: int, seed: int, folder: Path) -> tuple[str, str, str]:
-    """Damage a file in a folder of valid ones; its name, the kind of damage, and a description."""
-    dice = Random(f"{seed} {number}")
-    name = list(READERS)[number % len(READERS)]
-    kind, content = damaged(name, (folder / name).read_bytes(), dice)
-    (folder / name).write_bytes(content)
-    return name, kind, f"case {number} of seed {seed}: {name} {kind}"
-
-
 def main() -> int:
     """Run it; 1 if any file ended otherwise than loaded or refused."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -162,9 +153,9 @@ def main() -> int:
         with tempfile.TemporaryDirectory() as place:
             folder = Path(place)
             write_all(folder)
-            name, _, what = one_case(number, options.seed, folder)
+            name, what = damage_one(number, options.seed, folder)
             start = time.monotonic()
-            ending = attempt(lambda name=name, folder=folder: read_and_drawn(name, folder))
+            ending = attempt(partial(read_and_drawn, name, folder))
             longest = max(longest, time.monotonic() - start)
             endings[ending.kind] += 1
             by_file[name][ending.kind] += 1

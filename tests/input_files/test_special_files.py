@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import json
 import shutil
-import signal
 from collections.abc import Iterator
 from pathlib import Path
-from types import FrameType
-from typing import NoReturn
 
 import pytest
 
@@ -16,8 +13,7 @@ from benchmarks.damaged_files.valid_files import READERS, gltf, write_all
 from simgl.errors import SimglError
 from simgl.inspection.model_check import examine
 from simgl.model_files.model_library import load_model
-from tests import patience
-from tests.input_files.special_files import COMPLAINTS, place
+from tests.input_files.special_files import COMPLAINTS, no_waiting, place
 
 
 @pytest.fixture(scope="module")
@@ -30,16 +26,8 @@ def valid(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(autouse=True)
 def _no_waiting() -> Iterator[None]:
-    """A test that waits for a pipe, or reads for ever, fails."""
-
-    def fail(_number: int, _frame: FrameType | None) -> NoReturn:
-        raise AssertionError("reading does not end")
-
-    before = signal.signal(signal.SIGALRM, fail)
-    signal.setitimer(signal.ITIMER_REAL, patience.limit(20.0))
-    yield
-    signal.setitimer(signal.ITIMER_REAL, 0.0)
-    signal.signal(signal.SIGALRM, before)
+    with no_waiting():
+        yield
 
 
 @pytest.mark.parametrize("kind", COMPLAINTS)
