@@ -18,6 +18,7 @@ from weakref import WeakKeyDictionary
 import moderngl
 
 from simgl.errors import ContextError
+from simgl.gpu.driver_cache import protect_driver_cache
 from simgl.gpu.osmesa import OSMesaContext
 from simgl.gpu.window_systems import Binding, current_binding, find_loaded
 
@@ -121,6 +122,7 @@ def open_context(backend: str = "auto", device_index: int = 0) -> moderngl.Conte
 
     Raises ContextError with the reason and the line that mends it.
     """
+    protect_driver_cache()
     find_loaded()
     before = current_binding()
     if before is not None:
