@@ -115,9 +115,10 @@ def _keys_in(path: Path) -> tuple[bytes, bytes | None]:
         read_file(path, _MAX_KEY_BYTES)
         public, secret = load_certificate(path)
     except AssetError as error:
-        problem = str(error).removeprefix(f"{path}: ")
+        missing = "cannot be read (there is no such file)"
+        problem = str(error).removeprefix(f"{path}: ") if path.exists() else missing
         raise ConfigError(str(path), "", problem) from None
-    except (OSError, ValueError):
+    except (OSError, ValueError, IndexError):
         raise ConfigError(str(path), "", "is no key file; simgl keys makes them") from None
     for key in (public, secret):
         if key is not None and not _KEY.fullmatch(key):
