@@ -233,6 +233,16 @@ def preserve_current() -> Iterator[None]:
         _restore(before)
 
 
+def close_context(ctx: moderngl.Context) -> None:
+    """Destroy a context, on its thread; what is left needs no garbage collector.
+
+    That might run on another thread. moderngl's context and its framebuffers refer to each other.
+    """
+    ctx.release()
+    closed: Any = ctx
+    closed.fbo = closed._screen = None
+
+
 @contextmanager
 def temporary_context(backend: str = "auto", device_index: int = 0) -> Iterator[moderngl.Context]:
     """A context as ``open_context`` makes it, released at the end; what was current is so again."""
@@ -242,7 +252,7 @@ def temporary_context(backend: str = "auto", device_index: int = 0) -> Iterator[
             with current(ctx):
                 yield ctx
         finally:
-            ctx.release()
+            close_context(ctx)
 
 
 def is_software(ctx: moderngl.Context) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import moderngl
 import numpy as np
@@ -140,7 +141,9 @@ class TargetStore:
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        self._targets = LruCache[tuple[str, tuple[int, int]], ImageTarget](_MAX_TARGETS, self._free)
+        self._targets = LruCache[tuple[str, tuple[int, int]], ImageTarget](
+            _MAX_TARGETS, partial(release_all, ctx)
+        )
 
     def of(
         self, use: str, size: tuple[int, int], formats: Sequence[Format], *, depth: bool = False
@@ -149,9 +152,6 @@ class TargetStore:
         return self._targets.get(
             (use, size), lambda: ImageTarget(self._ctx, size, formats, depth=depth)
         )
-
-    def _free(self, target: ImageTarget) -> None:
-        release_all(self._ctx, target)
 
     def release(self) -> None:
         """Free them all."""

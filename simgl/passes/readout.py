@@ -11,6 +11,7 @@ computed on the CPU.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import partial
 
 import moderngl
 import numpy as np
@@ -93,7 +94,9 @@ class ReadoutPass:
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._programs: dict[tuple[str, ...], FullscreenProgram] = {}
-        self._maps = LruCache[tuple[str, Detector], ImageTarget](_MAPS_CAPACITY, self._free)
+        self._maps = LruCache[tuple[str, Detector], ImageTarget](
+            _MAPS_CAPACITY, partial(release_all, ctx)
+        )
 
     def draw(
         self,
@@ -210,9 +213,6 @@ class ReadoutPass:
         """One map of a detector's pattern, drawn at the first call."""
         drawn = self._maps.get((name, detector), lambda: self._drawn(name, detector))
         return drawn.textures[0]
-
-    def _free(self, target: ImageTarget) -> None:
-        release_all(self._ctx, target)
 
     def _drawn(self, name: str, detector: Detector) -> ImageTarget:
         p = detector.pattern
