@@ -23,10 +23,15 @@ from tests.campaign.small import SCENE as LAMP_SCENE
 # Modules whose objects are native, or own native ones.
 _NATIVE = ("moderngl", "_moderngl", "glcontext", "embreex")
 _OWNERS = ("simgl.gpu", "simgl.passes", "simgl.rays", "simgl.renderer", "simgl.simulator")
-# An Earth with air, clouds and stars.
+# An even Earth with air, and stars.
 _ORBIT = """\
 [epoch]
 utc = "2026-03-20T12:00:00"
+[earth]
+shape = "sphere"
+radius_km = 6371.0
+albedo = 0.3
+atmosphere = "standard"
 [spacecraft.target]
 model = "wedge"
 orbit = { altitude_km = 400.0 }
