@@ -12,7 +12,7 @@ from simgl.camera.distortion import field
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.pipeline_state import ONE_MINUS_SRC1_COLOR, State
 from simgl.gpu.uniform_blocks import Block
-from simgl.view.frame_view import RasterTile
+from simgl.view.raster_tiles import RasterTile
 
 _RESOLVE = Block(
     "Resolve",
