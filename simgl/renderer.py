@@ -13,7 +13,7 @@ from simgl.camera.distortion import field as field_of
 from simgl.environment_map import SkyRadiance
 from simgl.errors import ConfigError
 from simgl.gpu.context import current, is_software
-from simgl.gpu.release import release_all
+from simgl.gpu.release import all_or_nothing, release_all
 from simgl.gpu.render_targets import Format, ImageTarget, TargetStore, can_draw, largest_edge
 from simgl.gpu.timers import PassTimer
 from simgl.passes.background.air import AtmospherePass
@@ -33,7 +33,7 @@ from simgl.passes.shadow import ShadowPass
 from simgl.passes.surface import LIGHTS, SurfacePass
 from simgl.passes.truth import TruthPass
 from simgl.passes.warp import WarpPass
-from simgl.progress import ProgressCallback
+from simgl.progress import ProgressCallback, begin_stage
 from simgl.radiosity.final_gather import LitBody
 from simgl.radiosity.transport_store import TransportStore
 from simgl.scene.earth import Earth
@@ -63,6 +63,7 @@ _SAMPLES_AT_ONCE = 2_500_000
 class Renderer:
     """Owns every pass and target between a view and its image, in one OpenGL context."""
 
+    @all_or_nothing
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._drawable: dict[tuple[int, int], tuple[int, int]] = {}
@@ -124,8 +125,10 @@ class Renderer:
         """Trace how the surfaces of models see each other, and make the tables of the Earth's air,
         so that no frame waits for it."""
         if earth is not None:
+            begin_stage(progress, "tables of the air")
             self._air.prepare(earth, progress)
         for model in models:
+            begin_stage(progress, f"light between surfaces of {model.name}")
             self._transports.of(model, progress)
 
     def radiance(self, view: FrameView) -> ImageTarget:

@@ -59,6 +59,13 @@ class Convolver:
         self._coarse_padded = _fast_size((2 * -(-height // CELL), 2 * -(-width // CELL)), 0)
         self._tail_transfer = _tail_transfer(self._coarse_padded, reach)
 
+    @property
+    def nbytes(self) -> int:
+        """Size of its kernels and their spectra."""
+        kernels = {id(k): k.core.nbytes for zone in self._kernels for k in zone}
+        spectra = [*self._transfers.values(), self._tail_transfer]
+        return sum(kernels.values()) + sum(spectrum.nbytes for spectrum in spectra)
+
     def cores(
         self, planes: Sequence[Array32], zones: Sequence[Array32 | None], limits: Array
     ) -> list[Array32]:

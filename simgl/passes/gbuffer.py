@@ -8,6 +8,7 @@ import moderngl
 
 from simgl.gpu.pipeline_state import State, clear_depth
 from simgl.gpu.program import load_program
+from simgl.gpu.release import all_or_nothing
 from simgl.gpu.render_targets import GrowingTarget, textures_of
 from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.passes.drawn_spacecraft import DrawnSpacecraft
@@ -37,6 +38,7 @@ class GBufferPass:
     closed = State(depth=True, cull="back", clip_planes=4)
     open_sheets = State(depth=True, clip_planes=4)
 
+    @all_or_nothing
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
         self._ctx, self._meshes = ctx, meshes
         self._programs: dict[tuple[str, ...], moderngl.Program] = {}

@@ -11,6 +11,7 @@ from simgl.camera.camera import Camera
 from simgl.camera.distortion import field
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.pipeline_state import ONE_MINUS_SRC1_COLOR, State
+from simgl.gpu.release import all_or_nothing
 from simgl.gpu.uniform_blocks import Block
 from simgl.view.raster_tiles import RasterTile
 
@@ -53,6 +54,7 @@ class ResolvePass:
     state = State(blend=(moderngl.ONE, ONE_MINUS_SRC1_COLOR))
     hiding = State(blend=(moderngl.ZERO, ONE_MINUS_SRC1_COLOR))
 
+    @all_or_nothing
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._programs: dict[tuple[str, ...], FullscreenProgram] = {}
