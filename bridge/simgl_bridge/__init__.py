@@ -13,7 +13,8 @@
 - ``commands``, ``processes``, ``launched_server``, ``run_with_server``: the server as a process
 
 It may import all of ``simgl``; ``simgl`` never imports it. A new field of a message is added to
-``messages``, its check to ``value_ranges`` or ``validate_request``, its effect to ``render_request``.
+``messages`` with its range (``value_ranges``), a check that needs the scene to
+``validate_request``, its effect to ``render_request``.
 """
 
 from __future__ import annotations
