@@ -10,10 +10,11 @@ checkers, one entry on the page with an example.
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
-
+# Without the module typing, whose import takes as long as the interpreter's start.
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from simgl.assess.emva1288 import camera_under_test as camera_under_test
     from simgl.assess.emva1288 import examine as examine
     from simgl.assess.target_background import tangent_heights as tangent_heights
@@ -112,6 +113,8 @@ def __getattr__(name: str) -> Any:
         except PackageNotFoundError:
             value = "0+checkout"
     elif name in _MODULE_OF:
+        from importlib import import_module
+
         value = getattr(import_module(f"simgl.{_MODULE_OF[name]}"), name)
     elif name in _RENAMED:
         raise AttributeError(f"simgl.{name} is now simgl.{_RENAMED[name]}")

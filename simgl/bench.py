@@ -17,8 +17,7 @@ from pathlib import Path
 
 import msgspec
 import numpy as np
-from rich.console import Console, Group
-from rich.progress import Progress, TaskID
+from rich.console import Group
 from rich.table import Table
 
 from simgl import __version__, assets
@@ -28,7 +27,7 @@ from simgl.passes.background.air_tables import ORDERS, AirKind, make_tables
 from simgl.passes.background.cloud_map import noise_texture, weather_codes
 from simgl.passes.background.earth_maps import ground_textures, make_form_map, make_land_map
 from simgl.physics.atmosphere import STANDARD
-from simgl.progress import ProgressCallback
+from simgl.progress import ProgressCallback, begin_stage, silent
 from simgl.scenario.loader import load_scenario
 from simgl.scenario.scenario import Scenario
 from simgl.scene.earth import Clouds, Earth
@@ -166,12 +165,15 @@ def _one_scene(
             passes_ms=passes,
         )
 
+    begin_stage(progress, f"{path.stem}: opening OpenGL")
     with Simulator(scenario, progress=progress) as simulator:
         renderer = simulator.renderer_name
+        begin_stage(progress, f"{path.stem}: frames in process")
         seconds = _frame_times(simulator, camera, epochs)
         passes = _pass_times(simulator, camera, epochs[: WARM_UP + frames // 3])
     results = [result(seconds, passes, False)]
     for entry in entry_points(group=LINKS_GROUP):
+        begin_stage(progress, f"{path.stem}: frames through the {entry.name}")
         link: Link = entry.load()
         results.append(result(link(path, camera, epochs)[WARM_UP:], {}, True))
     return renderer, results
@@ -210,9 +212,13 @@ def earth_tables() -> list[TableResult]:
 
 
 def run(
-    *, scenes: Sequence[str] | None, frames: int, console: Console, step_s: float = STEP_S
+    *,
+    scenes: Sequence[str] | None,
+    frames: int,
+    progress: ProgressCallback = silent,
+    step_s: float = STEP_S,
 ) -> Results:
-    """Run the named scenes (all, if None), with a progress bar.
+    """Run the named scenes (all, if None).
 
     step_s : from frame to frame in the scenes' time [s]
     """
@@ -223,15 +229,11 @@ def run(
             raise ConfigError("command line", "--scene", problem)
     chosen = scenes or list(files)
     renderer, results = "", []
-    with Progress(console=console, transient=True) as progress:
-        for name in progress.track(chosen, description="bench"):
-            tracing = progress.add_task(f"{name}: tracing light between surfaces", visible=False)
-
-            def report(done: int, total: int, task: TaskID = tracing) -> None:
-                progress.update(task, completed=done, total=total, visible=done < total)
-
-            renderer, of_scene = _one_scene(files[name], frames, step_s, report)
-            results += of_scene
+    for name in chosen:
+        renderer, of_scene = _one_scene(files[name], frames, step_s, progress)
+        results += of_scene
+    if not scenes:
+        begin_stage(progress, "tables of the Earth")
     return Results(
         machine=machine(),
         renderer=renderer,

@@ -1,58 +1,154 @@
-"""Progress bars on the terminal, for work of more than a second."""
+"""What the command line is doing, on stderr: a bar in a terminal, else a line every ten seconds.
+
+``--quiet`` turns both off. Results go to stdout and never mix with it.
+"""
 
 from __future__ import annotations
 
+import sys
+import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-from simgl.progress import ProgressCallback
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from simgl.scenario.scenario import Scenario
     from simgl.simulator import Simulator
 
+# Between two lines where stderr is no terminal [s].
+LINE_INTERVAL = 10.0
+
+
+class Activity(Protocol):
+    """What is shown of one piece of work; a ``ProgressCallback`` that shows names."""
+
+    def begin_stage(self, name: str) -> None:
+        """Show another name; the steps begin again."""
+
+    def __call__(self, done: int, total: int) -> None:
+        """Show how many steps are done."""
+
+
+class _Bar:
+    """A bar in a terminal."""
+
+    def __init__(self, bar: Progress, name: str) -> None:
+        self._bar = bar
+        self._task = bar.add_task(name, total=None)
+
+    def begin_stage(self, name: str) -> None:
+        self._bar.reset(self._task, total=None, description=name)
+
+    def __call__(self, done: int, total: int) -> None:
+        self._bar.update(self._task, completed=done, total=total)
+
+
+class _Text:
+    """What a line says; of no use by itself where nothing is to be shown."""
+
+    def __init__(self, name: str) -> None:
+        self.begin_stage(name)
+
+    def begin_stage(self, name: str) -> None:
+        self._name, self._steps, self._start = name, "", time.monotonic()
+
+    def __call__(self, done: int, total: int) -> None:
+        self._steps = f"{done} of {total}, "
+
+    def __str__(self) -> str:
+        return f"simgl: {self._name}: {self._steps}{time.monotonic() - self._start:.0f} s"
+
+
+class _Lines(threading.Thread):
+    """Prints what the process is doing, again and again until its end.
+
+    One for all activities: many that are short together take long, too.
+    """
+
+    def __init__(self) -> None:
+        super().__init__(name="simgl-progress", daemon=True)
+        self.shown: _Text | None = None
+
+    def run(self) -> None:
+        while True:
+            time.sleep(LINE_INTERVAL)
+            if (shown := self.shown) is not None:
+                try:
+                    print(shown, file=sys.stderr, flush=True)
+                except OSError:
+                    # Nobody reads any more.
+                    return
+
+
+_lines: _Lines | None = None
+_quiet = False
+
+
+def set_quiet(quiet: bool) -> None:
+    """Whether nothing is shown from now on."""
+    global _quiet
+    _quiet = quiet
+
 
 @contextmanager
-def frame_bar(console: Console | None = None) -> Iterator[ProgressCallback]:
-    """Shows the frames done, their number and the time left; on a terminal only.
+def activity(name: str, console: Console | None = None) -> Iterator[Activity]:
+    """Show what is done while the block runs; in a terminal it disappears at the end.
 
     console : standard error, if not given
     """
-    columns = (TextColumn("frames"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     console = Console(stderr=True) if console is None else console
-    with Progress(*columns, console=console, disable=not console.is_terminal) as bar:
-        yield _updates(bar, "")
+    if not _quiet and console.is_terminal:
+        columns = (
+            TextColumn("{task.description}"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TimeElapsedColumn(),
+            TimeRemainingColumn(),
+        )
+        with Progress(*columns, console=console, transient=True) as bar:
+            yield _Bar(bar, name)
+        return
+    text = _Text(name)
+    _show_in_lines(None if _quiet else text)
+    try:
+        yield text
+    finally:
+        _show_in_lines(None)
 
 
-@contextmanager
-def bake_bar(console: Console | None = None) -> Iterator[ProgressCallback]:
-    """Shows the preparation of a ``Simulator``; on a terminal only, and only if there is work.
-
-    console : standard error, if not given
-    """
-    console = Console(stderr=True) if console is None else console
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
-        yield _updates(bar, "light between surfaces and in the air, once")
+def _show_in_lines(text: _Text | None) -> None:
+    global _lines
+    if _lines is None and text is not None:
+        _lines = _Lines()
+        _lines.start()
+    if _lines is not None:
+        _lines.shown = text
 
 
-def _updates(bar: Progress, description: str) -> ProgressCallback:
-    """The bar's one task, which appears with the first report."""
+def load(path: Path) -> Scenario:
+    """The scenario of a file; raises ConfigError and AssetError."""
+    with activity(f"loading {path.name}"):
+        from simgl.scenario.loader import load_scenario
 
-    def report(done: int, total: int) -> None:
-        if not bar.task_ids:
-            bar.add_task(description)
-        bar.update(bar.task_ids[0], completed=done, total=total)
-
-    return report
+        return load_scenario(path)
 
 
 def opened(scenario: Scenario) -> Simulator:
-    """A simulator, with a bar while it prepares."""
-    from simgl.simulator import Simulator
+    """A simulator; raises ContextError."""
+    with activity("opening OpenGL") as progress:
+        from simgl.simulator import Simulator
 
-    with bake_bar() as progress:
         return Simulator(scenario, progress=progress)

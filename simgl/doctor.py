@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+from simgl import __version__
 from simgl.errors import ContextError
 from simgl.gpu.context import GlReport, egl_device_count, report, temporary_context
 
@@ -16,6 +18,30 @@ class Finding:
     device_index: int
     report: GlReport | None
     error: ContextError | None
+
+
+def findings_document(findings: Sequence[Finding]) -> dict[str, object]:
+    """The findings as ``simgl doctor --json`` prints them."""
+    backends: list[dict[str, object]] = []
+    for finding in findings:
+        entry: dict[str, object] = {
+            "backend": finding.backend,
+            "device_index": finding.device_index,
+            "usable": finding.report is not None,
+        }
+        if finding.report is not None:
+            entry |= {
+                "vendor": finding.report.vendor,
+                "renderer": finding.report.renderer,
+                "opengl": finding.report.version,
+                "on_cpu": finding.report.software,
+            }
+        elif finding.error is not None:
+            entry |= {"reason": finding.error.reason, "remedy": finding.error.remedy}
+        backends.append(entry)
+    usable = [finding.backend for finding in findings if finding.report is not None]
+    return {"simgl": __version__, "renders_with": usable[0] if usable else None,
+            "backends": backends}  # fmt: skip
 
 
 def _try(backend: str, device_index: int) -> Finding:

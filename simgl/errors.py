@@ -18,14 +18,17 @@ from difflib import get_close_matches
 
 # Names in one line of an error; no table has as many keys.
 _MAX_LISTED = 100
+_LONGEST = 4000
 
 
 class SimglError(Exception):
     """Base of all exceptions of simgl."""
 
     def __str__(self) -> str:
-        """The message on one line, whatever characters the names of files and keys hold."""
+        """The message on one line, whatever the values and names of a file hold."""
         text = super().__str__()
+        if len(text) > _LONGEST:
+            text = f"{text[: _LONGEST // 2]} ... {text[-_LONGEST // 2 :]}"
         return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
 
 

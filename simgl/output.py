@@ -30,6 +30,7 @@ from simgl.images import (
     display_from_radiance,
     pack_mono12p,
 )
+from simgl.interruption import unfinished_files
 from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.physics.frames import quaternion_from_matrix
 from simgl.simulator import Capture
@@ -60,6 +61,7 @@ def complete_file(path: Path) -> Iterator[Path]:
         raise OutputError(f"{path.parent}: cannot be written ({error.strerror})") from None
     os.close(handle)
     temporary = Path(name)
+    unfinished_files.add(temporary)
     try:
         yield temporary
         temporary.chmod(0o644)
@@ -68,6 +70,7 @@ def complete_file(path: Path) -> Iterator[Path]:
         raise OutputError(f"{path}: cannot be written ({error.strerror})") from None
     finally:
         temporary.unlink(missing_ok=True)
+        unfinished_files.discard(temporary)
 
 
 def _text(values: Any) -> str:

@@ -9,10 +9,12 @@ import moderngl
 
 from simgl.arrays import Array32
 from simgl.camera.camera import Camera
+from simgl.camera.distortion import field as field_of
 from simgl.environment_map import SkyRadiance
-from simgl.gpu.context import is_software
+from simgl.errors import ConfigError
+from simgl.gpu.context import current, is_software
 from simgl.gpu.release import release_all
-from simgl.gpu.render_targets import Format, ImageTarget, TargetStore
+from simgl.gpu.render_targets import Format, ImageTarget, TargetStore, can_draw, largest_edge
 from simgl.gpu.timers import PassTimer
 from simgl.passes.background.air import AtmospherePass
 from simgl.passes.background.environment_probe import EnvironmentProbeStore
@@ -31,7 +33,7 @@ from simgl.passes.shadow import ShadowPass
 from simgl.passes.surface import LIGHTS, SurfacePass
 from simgl.passes.truth import TruthPass
 from simgl.passes.warp import WarpPass
-from simgl.progress import ProgressCallback
+from simgl.progress import ProgressCallback, begin_stage
 from simgl.radiosity.final_gather import LitBody
 from simgl.radiosity.transport_store import TransportStore
 from simgl.scene.earth import Earth
@@ -43,6 +45,9 @@ from simgl.view.frame_view import FrameView, Gather, RasterTile, parts, truth_ti
 _BANDS = (Format("f4", 4),)
 _TRUTH = (Format("f4"), Format("u4"))
 _TRUTH_NORMALS = (*_TRUTH, Format("f4", 4))
+
+# Of an image that every driver draws: 64 MB for each of its targets.
+_SURE_PIXELS = 1 << 22
 
 # Geometry samples that one tile may take before its sample grid gets coarser. On a CPU renderer a
 # shaded sample under all lights costs about 0.3 us, so this is some 40 ms. A data-centre GPU, which
@@ -59,6 +64,7 @@ class Renderer:
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
+        self._drawable: dict[tuple[int, int], tuple[int, int]] = {}
         self.timer = PassTimer(ctx)
         self.sample_budget = _SAMPLE_BUDGET_CPU if is_software(ctx) else _SAMPLE_BUDGET_GPU
         self._transports = TransportStore()
@@ -82,6 +88,32 @@ class Renderer:
         self._truth = TruthPass(ctx, self._meshes)
         self._targets = TargetStore(ctx)
 
+    def check_size(self, camera: Camera) -> None:
+        """Raise ConfigError for a camera whose images this driver cannot draw."""
+        distorted = camera.lens.distortion is not None
+        drawn = field_of(camera).centred if distorted else camera
+        size = drawn.detector.width, drawn.detector.height
+        if size[0] * size[1] <= _SURE_PIXELS and max(size) <= largest_edge(self._ctx):
+            return
+        if size not in self._drawable:
+            with current(self._ctx):
+                self._drawable[size] = self._drawable_part(size)
+        possible = self._drawable[size]
+        if possible != size:
+            given = f"{camera.detector.width} x {camera.detector.height}"
+            if distorted:
+                given += f", for whose distortion {size[0]} x {size[1]} are drawn"
+            renderer = self._ctx.info["GL_RENDERER"]
+            other = f"{possible[0]} x {possible[1]}"
+            problem = f"are {given}; {renderer} cannot draw that, but could draw {other}"
+            raise ConfigError(f"[camera.{camera.name}]", "width_px, height_px", problem)
+
+    def _drawable_part(self, size: tuple[int, int]) -> tuple[int, int]:
+        """An image size, or the first of its halves, quarters and so on that can be drawn."""
+        while size != (1, 1) and not can_draw(self._ctx, size):
+            size = max(size[0] // 2, 1), max(size[1] // 2, 1)
+        return size
+
     def prepare(
         self,
         models: Iterable[SpacecraftModel],
@@ -91,8 +123,10 @@ class Renderer:
         """Trace how the surfaces of models see each other, and make the tables of the Earth's air,
         so that no frame waits for it."""
         if earth is not None:
+            begin_stage(progress, "tables of the air")
             self._air.prepare(earth, progress)
         for model in models:
+            begin_stage(progress, f"light between surfaces of {model.name}")
             self._transports.of(model, progress)
 
     def radiance(self, view: FrameView) -> ImageTarget:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
@@ -31,7 +32,7 @@ from simgl.images import (
     RadianceFrame,
     TruthFrame,
 )
-from simgl.progress import ProgressCallback
+from simgl.progress import ProgressCallback, begin_stage
 from simgl.renderer import Renderer
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState
@@ -143,7 +144,8 @@ class Simulator:
     progress : called with the steps done and their number while interreflection is traced and the
         atmosphere's tables are computed: some seconds for a new model or atmosphere
 
-    Raises ContextError if there is no usable OpenGL. Close it by ``with`` or ``close``.
+    Raises ContextError if there is no usable OpenGL, and ConfigError for a camera whose images the
+    driver cannot draw. Close it by ``with`` or ``close``.
 
     >>> ball = {"sphere": {"radius_m": 1.0, "material": {"reflectance": 0.5}}}
     >>> about = {"target": "ball", "azimuth_deg": 0.0, "range_m": 9.0}
@@ -168,11 +170,21 @@ class Simulator:
         self._owns_ctx = ctx is None
         with preserve_current():
             self._ctx = open_context() if ctx is None else ctx
-        with current(self._ctx):
-            self._renderer = Renderer(self._ctx)
-            self._camera_pipeline = CameraPipeline(self._ctx, self._renderer.timer)
-            models = scenario.models_at_epoch() if scenario.inter_reflection else ()
-            self._renderer.prepare(models, scenario.earth, progress)
+        begin_stage(progress, "compiling shaders")
+        with ExitStack() as undo:
+            if self._owns_ctx:
+                undo.callback(self._ctx.release)
+            with current(self._ctx), ExitStack() as release:
+                self._renderer = Renderer(self._ctx)
+                release.callback(self._renderer.release)
+                for camera in scenario.cameras.values():
+                    self._check_size(camera)
+                self._camera_pipeline = CameraPipeline(self._ctx, self._renderer.timer)
+                release.callback(self._camera_pipeline.release)
+                models = scenario.models_at_epoch() if scenario.inter_reflection else ()
+                self._renderer.prepare(models, scenario.earth, progress)
+                release.pop_all()
+            undo.pop_all()
         self.renderer_name = f"{self._ctx.info['GL_RENDERER']}, {self._ctx.info['GL_VERSION']}"
 
     @property
@@ -248,12 +260,20 @@ class Simulator:
                 captures.append(self._with_counts(frames, still_with, electrons, products))
         return tuple(captures)
 
+    def _check_size(self, camera: Camera) -> None:
+        try:
+            self._renderer.check_size(camera)
+        except ConfigError as error:
+            where = f"{self.scenario.source or self.scenario.name} {error.where}"
+            raise ConfigError(where, error.key, error.problem) from None
+
     def _still(
         self, state: SceneState, camera: str, seed: int | None = None, draw: int = 0
     ) -> _Still:
         if camera not in state.cameras:
             problem = f"is not in the scenario; {did_you_mean(camera, state.cameras)}"
             raise ConfigError(self.scenario.name, f'camera "{camera}"', problem)
+        self._check_size(state.cameras[camera].camera)
         try:
             view = frame_view(
                 state,

@@ -13,11 +13,13 @@ import pytest
 from simgl.gpu.context import current
 from simgl.radiosity.bake import sees_itself
 from simgl.scene.mesh import Mesh
+from tests.orphans import Guard
 from tests.patience import limit
 from tests.watched_context import WatchedContext
 
 # Of one test, with the fixtures that it is the first to need [s].
 _LONGEST_TEST = 300.0
+_GUARD = pytest.StashKey[Guard]()
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -25,6 +27,18 @@ def pytest_configure(config: pytest.Config) -> None:
     """A test that hangs is ended, later on a slow machine."""
     if config.option.timeout is None:
         config.option.timeout = limit(_LONGEST_TEST)
+    config.stash[_GUARD] = Guard()
+
+
+def pytest_unconfigure(config: pytest.Config) -> None:
+    """Nothing that the tests started outlives them."""
+    config.stash[_GUARD].end()
+
+
+@pytest.fixture(autouse=True)
+def _signals_of_pytest(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A command that runs in this process leaves the handling of signals and faults to pytest."""
+    monkeypatch.setattr("simgl.interruption.end_by_signals", lambda: None)
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -15,7 +15,9 @@ from typing import Annotated
 
 import typer
 
+from simgl.commands.completion import scenario_files
 from simgl.errors import ConfigError, SimglError
+from simgl.interruption import end_by_signals, exit_if_signalled, report_faults
 from simgl_bridge.access import Access, make_keys
 from simgl_bridge.basilisk.endpoint import DEFAULT_ADDRESS as DEFAULT_BASILISK_ADDRESS
 from simgl_bridge.basilisk.endpoint import BasiliskEndpoint
@@ -46,7 +48,10 @@ CameraFiles = Annotated[
     ),
 ]
 BaseScenario = Annotated[
-    Path | None, typer.Argument(help="Scenario file (TOML) with models, Earth and light.")
+    Path | None,
+    typer.Argument(
+        help="Scenario file (TOML) with models, Earth and light.", autocompletion=scenario_files
+    ),
 ]
 
 
@@ -72,7 +77,10 @@ def _stop_on_signals() -> Iterator[Event]:
 def serve(
     scenario: Annotated[
         Path | None,
-        typer.Argument(help="Scenario file (TOML); with --basilisk it may be left out."),
+        typer.Argument(
+            help="Scenario file (TOML); with --basilisk it may be left out.",
+            autocompletion=scenario_files,
+        ),
     ] = None,
     address: Annotated[
         str | None,
@@ -208,10 +216,11 @@ def serve(
         access=access,
     )
     with _stop_on_signals() as stop:
+        parent = os.environ.pop(PARENT_VARIABLE, None)
+        end = stop if parent is None else StopWithParent(stop, int(parent))
         if not restart:
-            parent = os.environ.pop(PARENT_VARIABLE, None)
-            service(stop if parent is None else StopWithParent(stop, int(parent)))
-        elif code := run_restarting(_serve_restarted, (service, os.getpid()), stop):
+            service(end)
+        elif code := run_restarting(_serve_restarted, (service, os.getpid()), end):
             raise typer.Exit(code)
 
 
@@ -248,6 +257,7 @@ def _serve(
 
 def _serve_restarted(service: Callable[[Stop], None], parent: int) -> None:
     """Serve in a process that another one restarts, and that ends with it."""
+    report_faults()
     with _stop_on_signals() as stop, _one_line_errors():
         service(StopWithParent(stop, parent))
 
@@ -404,8 +414,12 @@ def _one_line_errors() -> Iterator[None]:
 
 def main() -> None:
     """``serve`` alone, as ``python -m simgl_bridge.commands SCENARIO``."""
-    with _one_line_errors():
-        typer.run(serve)
+    end_by_signals()
+    try:
+        with _one_line_errors():
+            typer.run(serve)
+    finally:
+        exit_if_signalled()
 
 
 if __name__ == "__main__":

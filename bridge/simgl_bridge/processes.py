@@ -15,6 +15,7 @@ from typing import Any
 import msgspec
 
 from simgl.errors import BridgeError
+from simgl.interruption import block_interrupts
 from simgl_bridge.server import Stop, print_line
 
 # Names the process whose end stops a server.
@@ -96,7 +97,7 @@ def start_server(arguments: Sequence[str], **options: Any) -> subprocess.Popen[b
 
     options : of ``subprocess.Popen``
     """
-    command = [sys.executable, "-m", "simgl_bridge.commands", *arguments]
+    command = [sys.executable, "-m", "simgl", "serve", *arguments]
     environment = {**os.environ, PARENT_VARIABLE: str(os.getpid())}
     return subprocess.Popen(command, env=environment, **options)
 
@@ -124,7 +125,10 @@ def run_restarting(target: Callable[..., None], arguments: Sequence[Any], stop: 
     while True:
         start = time.monotonic()
         process = multiprocessing.get_context("spawn").Process(target=target, args=arguments)
+        # Ctrl-C is for this process, which then ends the other one.
+        block_interrupts()
         process.start()
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
         while process.is_alive() and not stop.is_set():
             process.join(POLL_INTERVAL)
         if process.is_alive():

@@ -1,6 +1,6 @@
 """The renderer process: opens a scenario, and renders one task of its server after another.
 
-``python -m simgl_bridge.render_process ADDRESS OPTIONS`` is started by ``processes.start_renderer``.
+``processes.start_renderer`` starts it as ``python -m simgl_bridge.render_process``.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ import zmq
 
 from simgl.arrays import Image16
 from simgl.camera.camera import Camera
-from simgl.cli_progress import bake_bar
+from simgl.cli_progress import Activity, activity
 from simgl.errors import SimglError
 from simgl.images import display_from_dn
-from simgl.progress import ProgressCallback
+from simgl.interruption import report_faults
 from simgl.scenario.loader import load_scenario
 from simgl.scenario.scenario import Scenario
 from simgl.simulator import Simulator
@@ -264,9 +264,8 @@ def open_renderer(options: RendererOptions, link: ServerLink) -> Renderer:
         scenario = replace(scenario, seed=options.seed)
 
     def open_simulator(scenario: Scenario) -> Simulator:
-        link.report("opening OpenGL")
-        with bake_bar() as show:
-            return Simulator(scenario, progress=_both(show, link))
+        with activity("opening OpenGL") as shown:
+            return Simulator(scenario, progress=_Preparation(shown, link))
 
     session = RenderSession(scenario, root=root, open_simulator=open_simulator)
     renderer = Renderer(session, overrides, recorder)
@@ -275,18 +274,30 @@ def open_renderer(options: RendererOptions, link: ServerLink) -> Renderer:
     return renderer
 
 
-def _both(show: ProgressCallback, link: ServerLink) -> ProgressCallback:
-    def progress(done: int, total: int) -> None:
-        show(done, total)
-        link.report("light between surfaces and in the air", done, total)
+class _Preparation:
+    """Progress of a simulator that is being opened, for the operator and for the server."""
 
-    return progress
+    def __init__(self, shown: Activity, link: ServerLink) -> None:
+        self._shown, self._link = shown, link
+        self.begin_stage("opening OpenGL")
+
+    def begin_stage(self, name: str) -> None:
+        """The next steps are those of another computation."""
+        self._name = name
+        self._shown.begin_stage(name)
+        self._link.report(name)
+
+    def __call__(self, done: int, total: int) -> None:
+        """Steps of a computation."""
+        self._shown(done, total)
+        self._link.report(self._name, done, total)
 
 
 def main() -> None:
     """The process."""
     address, parent, options = sys.argv[1:]
     end_with_parent(int(parent))
+    report_faults()
     decoded = msgspec.json.decode(options, type=RendererOptions)
     code = render_tasks(
         address, lambda link: open_renderer(decoded, link), lambda: os.getppid() != int(parent)

@@ -1,4 +1,4 @@
-"""The renderer as its server sees it: another process, one task at a time, started again if it dies.
+"""The renderer as its server sees it: another process, which does one task at a time.
 
 The server must answer at any moment, and a renderer holds Python's lock for minutes: while light is
 traced, a shader is compiled, or pixels are read back. So each has its own process. Messages and
@@ -148,7 +148,8 @@ class RendererLink:
             if self._task is not None:
                 self._task = None
                 self._set_state("ready")
-                yield report, frames[1:]  # type: ignore[misc] - one of Answer
+                assert isinstance(report, Answer)
+                yield report, frames[1:]
         yield from self._deaths_noticed()
 
     def _report(self, report: Progress) -> None:

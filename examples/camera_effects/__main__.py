@@ -11,7 +11,7 @@ from PIL import Image
 
 from examples.camera_effects.panels import rendered_panels
 from simgl import SimglError, contact_sheet
-from simgl.cli_progress import bake_bar
+from simgl.cli_progress import activity
 from simgl.output import check_writable, complete_file
 
 COLUMNS = 4
@@ -23,7 +23,7 @@ def main(
 ) -> None:
     """Render the sheet as PNG."""
     check_writable(out)
-    with bake_bar() as progress:
+    with activity("opening OpenGL") as progress:
         panels = dict(rendered_panels(width, progress))
     path = out / "camera_effects.png"
     with complete_file(path) as temporary:

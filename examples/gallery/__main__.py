@@ -11,7 +11,7 @@ from PIL import Image
 
 from examples.gallery.gallery_images import gallery_images
 from simgl import SimglError
-from simgl.cli_progress import bake_bar
+from simgl.cli_progress import activity
 from simgl.output import check_writable, complete_file
 
 QUALITY = 88
@@ -23,7 +23,7 @@ def main(
 ) -> None:
     """Render every image of the gallery as JPEG."""
     check_writable(out)
-    with bake_bar() as progress:
+    with activity("opening OpenGL") as progress:
         for name, image in gallery_images(shrink, progress):
             path = out / f"{name}.jpg"
             with complete_file(path) as temporary:

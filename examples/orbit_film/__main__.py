@@ -15,7 +15,7 @@ from PIL import Image
 from examples.orbit_film.views import orbit_frames, views
 from simgl import SimglError, contact_sheet
 from simgl.arrays import Image8
-from simgl.cli_progress import bake_bar
+from simgl.cli_progress import activity
 from simgl.output import check_writable, complete_file
 from simgl.sequence.video import write_mp4
 
@@ -30,7 +30,7 @@ def main(
 ) -> None:
     """The film as MP4, its 24 frames on a sheet, and a sheet of the Earth from every distance."""
     check_writable(out)
-    with bake_bar() as progress:
+    with activity("opening OpenGL") as progress:
         frames = dict(orbit_frames(progress))
         others = dict(views(progress))
     with TemporaryDirectory() as folder:

@@ -308,6 +308,32 @@ def _findings(
     yield finding("saturation capacity", "e-", full, curve.saturation_capacity, share)
 
 
+def report_document(report: CameraReport, name: str) -> dict[str, object]:
+    """The report as ``simgl camera test --json`` prints it."""
+    detector, curve = report.camera.detector, report.curve
+    return {
+        "camera": name,
+        "renderer": report.renderer,
+        "passed": report.passed,
+        "width_px": detector.width,
+        "height_px": detector.height,
+        "quantities": [
+            {
+                "name": finding.name.strip(),
+                "unit": finding.unit,
+                "configured": finding.configured,
+                "recovered": finding.recovered,
+                "allowed_difference": finding.allowed,
+                "passed": bool(finding.passed),
+            }
+            for finding in report.findings
+        ],
+        "absolute_threshold_photons": float(curve.threshold),
+        "dynamic_range_db": float(20.0 * np.log10(curve.dynamic_range)),
+        "max_snr_db": float(20.0 * np.log10(curve.snr_max)),
+    }
+
+
 def table(report: CameraReport, name: str) -> Table:
     """Configured and recovered quantities, for a terminal."""
     d = report.camera.detector

@@ -135,6 +135,21 @@ def _ratio(wanted: float, measured: float) -> float:
     return wanted / measured if measured > 0.0 else math.inf
 
 
+def advice_document(advice: ExposureAdvice) -> dict[str, object]:
+    """The advice as ``simgl exposure --json`` prints it."""
+    return {
+        "camera": advice.camera.name,
+        "target": advice.target,
+        "target_pixels": advice.target_pixels,
+        "max_unsaturated_s": advice.unsaturated,
+        "min_dark_side_visible_s": advice.dark_side_visible,
+        "max_dark_sky_s": advice.sky_dark,
+        "advised_s": advice.time,
+        "given_s": advice.camera.exposure_time,
+        "meets_all": advice.meets_all,
+    }
+
+
 def advice_text(advice: ExposureAdvice) -> str:
     """The advice as lines for a terminal."""
 

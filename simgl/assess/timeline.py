@@ -61,6 +61,23 @@ class Timeline:
     advice: tuple[str, ...]
 
 
+def timeline_document(summary: Timeline) -> dict[str, object]:
+    """A summary as ``simgl assess --json`` prints it."""
+    return {
+        "shares": {kind.value: share for kind, share in summary.shares.items()},
+        "stretches": [
+            {
+                "verdict": window.verdict.value,
+                "start_tai_ns": window.start_ns,
+                "stop_tai_ns": window.stop_ns,
+                "epochs": window.epochs,
+            }
+            for window in summary.windows
+        ],
+        "advice": list(summary.advice),
+    }
+
+
 # Stretches that a summary lists.
 _LISTED = 5
 # Advice is given where it would help at least this share of the epochs.

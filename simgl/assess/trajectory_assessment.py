@@ -150,6 +150,18 @@ def row_of(frame: int, tai_ns: int, assessment: FrameAssessment, limits: Usabili
     return row | {name: value(assessment) for name, (_, value) in _QUANTITIES.items()}
 
 
+def assessment_document(work: Assignment, assessment: FrameAssessment) -> dict[str, object]:
+    """The assessment of the first epoch as ``simgl assess --json`` prints it."""
+    names = {"scenario": work.scenario.name, "camera": work.camera, "target": work.target}
+    return {**names, **row_of(0, work.epochs[0], assessment, work.limits)}
+
+
+def run_document(work: Assignment, rows: Sequence[Row], report: Path) -> dict[str, object]:
+    """The table of a run as ``simgl assess --json`` prints it."""
+    names = {"scenario": work.scenario.name, "camera": work.camera, "target": work.target}
+    return {**names, "report": str(report), "rows": list(rows)}
+
+
 def moments(rows: Sequence[Row]) -> list[Moment]:
     """Rows of the table as epochs of a timeline."""
 

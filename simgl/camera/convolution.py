@@ -182,9 +182,12 @@ def _transfer(
 ) -> AnyArray:
     """Spectrum of a core with its centre moved to [0, 0]; real if the core is even."""
     reach = core.shape[0] // 2
+    # Of an image smaller than the core no two pixels are as far from each other as its edges.
+    down, across = (min(reach, (n - 1) // 2) for n in size)
+    core = core[reach - down : reach + down + 1, reach - across : reach + across + 1]
     padded = np.zeros(size)
     padded[: core.shape[0], : core.shape[1]] = core
-    spectrum = scipy.fft.rfft2(np.roll(padded, (-reach, -reach), (0, 1)), workers=_WORKERS)
+    spectrum = scipy.fft.rfft2(np.roll(padded, (-down, -across), (0, 1)), workers=_WORKERS)
     if np.array_equal(core, core[::-1, ::-1]):
         return spectrum.real.astype(dtype)
     return spectrum.astype(np.complex64 if dtype is np.float32 else np.complex128)

@@ -15,6 +15,8 @@ from simgl.errors import ConfigError
 _MARGIN = 3
 # Fields larger than this many times the image come from coefficients that do not fit the lens.
 _LARGEST_FIELD = 3.0
+# Pixels of an image with distortion: 8 GB for the lines of sight while they are computed.
+_MAX_PIXELS = 1 << 25
 # The background and the truth are drawn on pixels smaller than the detector's by this factor.
 FINER = 2
 _CACHED_CAMERAS = 4
@@ -54,6 +56,9 @@ def field(camera: Camera) -> PinholeField:
     d, distortion = camera.detector, camera.lens.distortion
     assert distortion is not None
     where = f"[camera.{camera.name}]"
+    if d.width * d.height > _MAX_PIXELS:
+        problem = f"goes with at most {_MAX_PIXELS} pixels, got {d.width} x {d.height}"
+        raise ConfigError(where, "optics.distortion", problem)
     f = camera.focal_length_px
     middle = 0.5 * np.array([d.width, d.height])
     y, x = np.mgrid[0 : d.height, 0 : d.width] + 0.5

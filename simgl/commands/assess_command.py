@@ -7,8 +7,19 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from simgl.commands.command_line import COMMAND_LINE, WorkerOptions, say, with_option_groups
+from simgl.cli_progress import activity, load, opened
+from simgl.commands.command_line import (
+    COMMAND_LINE,
+    Json,
+    WorkerOptions,
+    resumable,
+    say,
+    say_json,
+    with_option_groups,
+)
+from simgl.commands.completion import scenario_files
 from simgl.errors import ConfigError
+from simgl.progress import begin_stage
 from simgl.sequence.epoch_options import EpochOptions
 
 if TYPE_CHECKING:
@@ -17,7 +28,9 @@ if TYPE_CHECKING:
 
 @with_option_groups
 def assess(
-    scenario: Annotated[Path, typer.Argument(help="Scenario file (TOML).")],
+    scenario: Annotated[
+        Path, typer.Argument(help="Scenario file (TOML).", autocompletion=scenario_files)
+    ],
     epochs: EpochOptions,
     workers: WorkerOptions,
     camera: Annotated[
@@ -37,6 +50,7 @@ def assess(
     out: Annotated[
         Path | None, typer.Option(help="Folder for report and tables of a trajectory or a sweep.")
     ] = None,
+    json: Json = False,
 ) -> None:
     """Assess how well images show a target: one epoch, a whole trajectory, or a sweep.
 
@@ -45,36 +59,39 @@ def assess(
     simgl assess examples/approach.toml --sweep phase_angle_deg=0:150:6 --sweep f_number=2,4,8
     --out out/sweep
     """
-    from simgl.scenario.loader import load_scenario
-
     if sweep:
         if out is None:
             raise ConfigError(COMMAND_LINE, "--out", "is needed for the report of a sweep")
         if epochs != EpochOptions(seed=epochs.seed):
             raise ConfigError(COMMAND_LINE, "--sweep", "is at one epoch: --at, and no span")
-        _sweep(load_scenario(scenario), camera, target, at, sweep, workers, out)
+        _sweep(load(scenario), camera, target, at, sweep, workers, out, json)
     elif out is None:
-        _one_epoch(load_scenario(scenario), camera, target, at)
+        _one_epoch(load(scenario), camera, target, at, json)
     elif at is not None:
         raise ConfigError(COMMAND_LINE, "--at", "is one epoch; --out is for a trajectory")
     else:
-        _trajectory(load_scenario(scenario), camera, target, epochs, workers, out)
+        _trajectory(load(scenario), camera, target, epochs, workers, out, json)
 
 
-def _one_epoch(scenario: Scenario, camera: str | None, target: str | None, at: str | None) -> None:
+def _one_epoch(
+    scenario: Scenario, camera: str | None, target: str | None, at: str | None, json: bool
+) -> None:
     """Assess one image and print the assessment."""
     from simgl.assess.target_light import assess_frame
-    from simgl.assess.trajectory_assessment import PRODUCTS, assignment
+    from simgl.assess.trajectory_assessment import PRODUCTS, assessment_document, assignment
     from simgl.assess.verdict import assessment_text
-    from simgl.cli_progress import opened
     from simgl.sequence.epochs import epoch_at
 
     epoch = epoch_at(scenario, at)
     work = assignment(scenario, camera, target, [epoch])
     state = scenario.at(epoch)
-    with opened(scenario) as simulator:
+    with opened(scenario) as simulator, activity(f"drawing {work.camera}"):
         capture = simulator.capture(state, work.camera, PRODUCTS)
-    say(assessment_text(assess_frame(capture, state, work.target, work.limits), work.limits))
+    assessment = assess_frame(capture, state, work.target, work.limits)
+    if json:
+        say_json(assessment_document(work, assessment))
+    else:
+        say(assessment_text(assessment, work.limits))
 
 
 def _trajectory(
@@ -84,26 +101,30 @@ def _trajectory(
     epochs: EpochOptions,
     workers: WorkerOptions,
     out: Path,
+    json: bool,
 ) -> None:
     """Assess a trajectory; write a report and tables."""
     from dataclasses import replace
 
     from simgl.assess.report import write_report
-    from simgl.assess.timeline import timeline
-    from simgl.assess.trajectory_assessment import assignment, moments, run
-    from simgl.cli_progress import frame_bar, opened
+    from simgl.assess.timeline import timeline, timeline_document
+    from simgl.assess.trajectory_assessment import assignment, moments, run, run_document
     from simgl.sequence.epochs import epochs as chosen_epochs
     from simgl.workers.executors import select_executor
 
     work = assignment(scenario, camera, target, [])
     work = replace(work, epochs=chosen_epochs(scenario, epochs, work.camera))
     report = out / "report.html"
-    with opened(scenario) as simulator:
+    resumable(out, len(work.epochs), "epochs")
+    with opened(scenario) as simulator, activity("drawing frames") as progress:
         executor = select_executor(work, simulator, workers.workers, workers.scheduler)
-        with frame_bar() as progress:
-            rows = run(work, executor, out, progress)
+        rows = run(work, executor, out, progress)
+        begin_stage(progress, "writing the report")
         summary = timeline(moments(rows))
         write_report(report, work, rows, summary, simulator)
+    if json:
+        say_json(run_document(work, rows, report) | timeline_document(summary))
+        return
     shares = ", ".join(f"{100 * s:.0f} % {v.value}" for v, s in summary.shares.items() if s)
     say(f"{len(rows)} epochs: {shares}", report)
 
@@ -116,23 +137,27 @@ def _sweep(
     axes: list[str],
     workers: WorkerOptions,
     out: Path,
+    json: bool,
 ) -> None:
     """Assess one epoch over Sun angles and camera settings; write a report and tables."""
     from simgl.assess.sweep import Sweep, run_sweep
     from simgl.assess.sweep_axes import parse_axes
     from simgl.assess.sweep_report import write_sweep_report
-    from simgl.assess.trajectory_assessment import assignment
+    from simgl.assess.trajectory_assessment import assignment, run_document
     from simgl.assess.verdict import Verdict
-    from simgl.cli_progress import frame_bar, opened
     from simgl.sequence.epochs import epoch_at
     from simgl.workers.executors import select_executor
 
     work = assignment(scenario, camera, target, [epoch_at(scenario, at)])
     sweep = Sweep(work, parse_axes(axes))
-    with opened(scenario) as simulator, frame_bar() as progress:
+    resumable(out, len(sweep.sun_directions) * len(sweep.settings), "points")
+    with opened(scenario) as simulator, activity("drawing frames") as progress:
         executor = select_executor(sweep, simulator, workers.workers, workers.scheduler)
         rows = run_sweep(sweep, executor, out, progress)
     report = out / "report.html"
     write_sweep_report(report, sweep, rows)
+    if json:
+        say_json(run_document(work, rows, report))
+        return
     good = sum(row["verdict"] == Verdict.GOOD.value for row in rows)
     say(f"{len(rows)} points, {good} good", report)

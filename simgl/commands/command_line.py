@@ -3,23 +3,110 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+import json
+import math
+import os
+import signal
+import sys
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, is_dataclass
+from pathlib import Path
 from typing import Annotated, Any, get_type_hints
 
 import typer
-from rich.console import Console
+from rich.console import Console, RenderableType
 
-from simgl.errors import ConfigError
+from simgl import interruption
+from simgl.cli_progress import set_quiet
+from simgl.errors import ConfigError, OutputError
 
 COMMAND_LINE = "command line"
-console = Console()
+
+Json = Annotated[
+    bool, typer.Option("--json", help="Print one JSON document instead of text; see the docs.")
+]
 
 
 def say(*lines: object) -> None:
-    """Lines as they are: brackets in a path are no markup."""
-    text = "\n".join(str(line) for line in lines)
-    console.print(text, highlight=False, markup=False, soft_wrap=True)
+    """Print lines as they are: brackets in a path are no markup."""
+    _print("\n".join(str(line) for line in lines))
+
+
+def say_rich(*parts: RenderableType) -> None:
+    """Print tables and text with markup, coloured in a terminal."""
+    console = Console()
+    with console.capture() as capture:
+        for part in parts:
+            console.print(part, highlight=False, soft_wrap=isinstance(part, str))
+    _print(capture.get(), end="")
+
+
+def say_json(document: Mapping[str, Any]) -> None:
+    """Print a document; numbers that JSON does not have become null."""
+    _print(json.dumps(_json_value(document), indent=1, ensure_ascii=False))
+
+
+def _json_value(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {name: _json_value(item) for name, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_json_value(item) for item in value]
+    # Of numpy.
+    value = value.item() if hasattr(value, "item") else value
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value
+
+
+def _print(text: str, end: str = "\n") -> None:
+    try:
+        print(text, end=end, flush=True)
+    except OSError as error:
+        # What is left in the buffer must not fail again when Python ends.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if isinstance(error, BrokenPipeError):
+            interruption.receive(signal.SIGPIPE)
+        raise OutputError(f"standard output: cannot be written ({error.strerror})") from None
+
+
+def resumable(folder: Path, total: int, rows: str) -> None:
+    """A signal's line says from now on how much of a run is in its folder.
+
+    total : rows of the complete run
+    rows : what a row is, in the plural
+    """
+    from simgl.sequence.journal import rows_written
+
+    def describe() -> str:
+        return (
+            f"{rows_written(folder)} of {total} {rows} are kept in {folder}, "
+            "the same command goes on from there"
+        )
+
+    interruption.set_result_so_far(describe)
+
+
+def with_quiet(command: Callable[..., None]) -> Callable[..., None]:
+    """The command with the option ``--quiet``."""
+    quiet = inspect.Parameter(
+        "quiet",
+        inspect.Parameter.KEYWORD_ONLY,
+        default=False,
+        annotation=Annotated[bool, typer.Option("--quiet", help="Show no progress.")],
+    )
+    signature = inspect.signature(command, eval_str=True)
+    given = [p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in signature.parameters.values()]
+
+    def run(**values: Any) -> None:
+        set_quiet(values.pop("quiet"))
+        try:
+            command(**values)
+        finally:
+            set_quiet(False)
+
+    run.__name__, run.__doc__ = command.__name__, command.__doc__
+    run.__signature__ = inspect.Signature([*given, quiet])  # type: ignore[attr-defined]
+    return run
 
 
 def with_option_groups(command: Callable[..., None]) -> Callable[..., None]:

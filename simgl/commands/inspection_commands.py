@@ -7,81 +7,109 @@ from typing import Annotated
 
 import typer
 
-from simgl.commands.command_line import FileFrameOptions, console, say, with_option_groups
+from simgl.cli_progress import activity
+from simgl.commands.command_line import (
+    FileFrameOptions,
+    Json,
+    say,
+    say_json,
+    say_rich,
+    with_option_groups,
+)
+from simgl.commands.completion import bench_scenes, camera_presets, model_names, scenario_files
+from simgl.interruption import set_result_so_far
 
-ModelFile = Annotated[str, typer.Argument(help="Path of a model file, or a shipped name.")]
+ModelFile = Annotated[
+    str,
+    typer.Argument(help="Path of a model file, or a shipped name.", autocompletion=model_names),
+]
 
 
 def doctor(
     device: Annotated[int | None, typer.Option(help="Look at this EGL device only.")] = None,
+    json: Json = False,
 ) -> None:
     """Report which OpenGL is available, and how to install what is missing.
 
     Example: simgl doctor --device 0
     """
     from simgl import __version__
-    from simgl.doctor import examine
+    from simgl.doctor import examine, findings_document
 
-    findings = examine(device)
+    with activity("opening OpenGL"):
+        findings = examine(device)
+    usable = [finding for finding in findings if finding.report is not None]
+    if json:
+        say_json(findings_document(findings))
+        raise typer.Exit(0 if usable else 2)
     for finding in findings:
         title = f"{finding.backend} {finding.device_index}"
         if finding.report is not None:
             kind = "CPU renderer" if finding.report.software else "GPU"
             line = f"{finding.report.renderer}, OpenGL {finding.report.version} ({kind})"
-            console.print(f"[green]ok[/]      {title}: {line}", highlight=False, soft_wrap=True)
+            say_rich(f"[green]ok[/]      {title}: {line}")
         elif finding.error is not None:
             needed = "[yellow]missing[/]" if finding.backend == "osmesa" else "[red]failed[/] "
             line = f"{finding.error.reason}\n        mend: {finding.error.remedy}"
-            console.print(f"{needed} {title}: {line}", highlight=False, soft_wrap=True)
-    usable = [finding for finding in findings if finding.report is not None]
+            say_rich(f"{needed} {title}: {line}")
     if not usable:
-        console.print("No usable OpenGL.", style="red")
+        say_rich("[red]No usable OpenGL.[/]")
         raise typer.Exit(2)
     say(f"simgl {__version__} will render with {usable[0].backend}.")
 
 
 def camera_test(
-    preset: Annotated[str, typer.Argument(help="Preset name, or the path of a preset file.")],
+    preset: Annotated[
+        str,
+        typer.Argument(
+            help="Preset name, or the path of a preset file.", autocompletion=camera_presets
+        ),
+    ],
     out: Annotated[Path | None, typer.Option(help="Folder for plots and the report.")] = None,
+    json: Json = False,
 ) -> None:
     """Measure a camera as a laboratory would (EMVA 1288), and compare with its preset.
 
     Example: simgl camera test mt9m034 --out out/camera
     """
-    from rich.progress import Progress
-
     from simgl.assess.camera_plots import plot_report
-    from simgl.assess.emva1288 import camera_under_test, examine, table
+    from simgl.assess.emva1288 import camera_under_test, examine, report_document, table
     from simgl.gpu.context import temporary_context
     from simgl.output import check_writable, complete_file
 
     camera, name = camera_under_test(preset), Path(preset).stem
     if out is not None:
         check_writable(out)
-    with temporary_context() as ctx, Progress(console=console, transient=True) as bar:
-        task = bar.add_task(f"{name}: flat fields and dark frames", total=None)
-        report = examine(
-            ctx, camera, progress=lambda done, of: bar.update(task, completed=done, total=of)
-        )
-    console.print(table(report, name))
+    with temporary_context() as ctx, activity(f"{name}: flat fields and dark frames") as progress:
+        report = examine(ctx, camera, progress=progress)
+    if json:
+        say_json(report_document(report, name))
+    else:
+        say_rich(table(report, name))
     if out is not None:
         path = out / f"{name}.emva.png"
         with complete_file(path) as temporary:
             plot_report(report, name, temporary)
-        say(path)
+        if not json:
+            say(path)
     if not report.passed:
         raise typer.Exit(1)
 
 
 @with_option_groups
-def model_check(file: ModelFile, frame: FileFrameOptions) -> None:
+def model_check(file: ModelFile, frame: FileFrameOptions, json: Json = False) -> None:
     """Report a model's size, parts, watertightness, materials, and what is not drawn.
 
     Example: simgl model check station.stl --unit mm --up-axis y
     """
-    from simgl.inspection.model_check import examine, report_text
+    from simgl.inspection.model_check import examine, model_document, report_text
 
-    say(report_text(examine(file, *frame.metres_and_axes())))
+    with activity(f"reading {file}"):
+        report = examine(file, *frame.metres_and_axes())
+    if json:
+        say_json(model_document(report))
+    else:
+        say(report_text(report))
 
 
 @with_option_groups
@@ -99,12 +127,16 @@ def model_turntable(
 
     metres_and_axes = frame.metres_and_axes()
     check_writable(out)
-    say(write_turntable(file, out, *metres_and_axes))
+    with activity("drawing eight views"):
+        sheet = write_turntable(file, out, *metres_and_axes)
+    say(sheet)
 
 
 def bench(
     json: Annotated[Path | None, typer.Option(help="Write the results to this file too.")] = None,
-    scene: Annotated[list[str] | None, typer.Option(help="Only these scenes.")] = None,
+    scene: Annotated[
+        list[str] | None, typer.Option(help="Only these scenes.", autocompletion=bench_scenes)
+    ] = None,
     frames: Annotated[int, typer.Option(min=5, help="Timed frames of each scene.")] = 60,
     step: Annotated[
         float, typer.Option(min=0.0, help="Seconds from frame to frame; 0.1 as in a loop of 10 Hz.")
@@ -117,15 +149,19 @@ def bench(
     from simgl.bench import run, tables
     from simgl.output import complete_file
 
-    results = run(scenes=scene, frames=frames, console=console, step_s=step)
-    console.print(tables(results))
+    set_result_so_far(lambda: "no times are kept, the same command begins again")
+    with activity("bench") as progress:
+        results = run(scenes=scene, frames=frames, progress=progress, step_s=step)
+    say_rich(tables(results))
     if json is not None:
         with complete_file(json) as temporary:
             temporary.write_bytes(results.to_json())
 
 
 def view(
-    scenario: Annotated[Path, typer.Argument(help="Scenario file (TOML).")],
+    scenario: Annotated[
+        Path, typer.Argument(help="Scenario file (TOML).", autocompletion=scenario_files)
+    ],
     target: Annotated[
         str | None, typer.Option(help="Spacecraft to circle; the first if not given.")
     ] = None,

@@ -7,15 +7,28 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from simgl.commands.command_line import COMMAND_LINE, WorkerOptions, say, with_option_groups
+from simgl.cli_progress import activity, load, opened
+from simgl.commands.command_line import (
+    COMMAND_LINE,
+    Json,
+    WorkerOptions,
+    resumable,
+    say,
+    say_json,
+    with_option_groups,
+)
+from simgl.commands.completion import scenario_files
 from simgl.errors import ConfigError, did_you_mean
+from simgl.interruption import set_result_so_far
 from simgl.sequence.epoch_options import EpochOptions, EventOptions
 
 if TYPE_CHECKING:
     from simgl.scenario.scenario import Scenario
     from simgl.sequence.run_sequence import Output
 
-ScenarioFile = Annotated[Path, typer.Argument(help="Scenario file (TOML).")]
+ScenarioFile = Annotated[
+    Path, typer.Argument(help="Scenario file (TOML).", autocompletion=scenario_files)
+]
 Cameras = Annotated[list[str] | None, typer.Option(help="Camera name; all cameras if not given.")]
 At = Annotated[str | None, typer.Option(help="UTC epoch; the scenario's if not given.")]
 ResumableFolder = Annotated[Path, typer.Option(help="Output folder; an existing run is resumed.")]
@@ -47,13 +60,11 @@ def render(
 
     Example: simgl render examples/azimuths.toml --camera azimuth_28 --out out/azimuths
     """
-    from simgl.cli_progress import opened
     from simgl.output import check_writable, write_capture
-    from simgl.scenario.loader import load_scenario
     from simgl.sequence.epochs import epoch_at
     from simgl.simulator import Product
 
-    loaded = load_scenario(scenario)
+    loaded = load(scenario)
     epoch = epoch_at(loaded, at)
     names = _camera_names(loaded, camera)
     for name in names:
@@ -71,15 +82,24 @@ def render(
         products |= {Product.IRRADIANCE, Product.ELECTRONS, Product.LIDAR}
     check_writable(out)
     state = loaded.at(epoch)
+    written: list[str] = []
+    set_result_so_far(
+        lambda: (
+            f"{len(written)} of {len(names)} cameras are complete in {out}, "
+            "the same command draws all of them again"
+        )
+    )
     with opened(loaded) as simulator:
         for name in names:
-            during = loaded.around(epoch)
-            capture = simulator.capture(state, name, products, during=during, draw=draw)
-            paths = write_capture(capture, out, name, packed=packed)
-            if maps:
-                from simgl.maps import write_maps
+            with activity(f"drawing {name}"):
+                during = loaded.around(epoch)
+                capture = simulator.capture(state, name, products, during=during, draw=draw)
+                paths = write_capture(capture, out, name, packed=packed)
+                if maps:
+                    from simgl.maps import write_maps
 
-                paths += write_maps(capture, out, name)
+                    paths += write_maps(capture, out, name)
+            written.append(name)
             say(*paths)
 
 
@@ -98,12 +118,10 @@ def sequence(
     An interrupted run is resumed. Example:
     simgl sequence examples/trajectories/files.toml --duration 5400 --count 90 --out out/orbit
     """
-    from simgl.cli_progress import frame_bar, opened
-    from simgl.scenario.loader import load_scenario
     from simgl.sequence.epochs import epochs as chosen_epochs
     from simgl.sequence.run_sequence import Plan, run
 
-    loaded = load_scenario(scenario)
+    loaded = load(scenario)
     names = _camera_names(loaded, camera)
     plan = Plan(
         scenario=loaded,
@@ -112,15 +130,18 @@ def sequence(
         outputs=_outputs(write),
         frame_rate=frame_rate,
     )
-    with opened(loaded) as simulator, frame_bar() as progress:
-        rendered = run(plan, simulator, out, progress)
     total = len(plan.epochs) * len(names)
+    resumable(out, total, "frames")
+    with opened(loaded) as simulator, activity("drawing frames") as progress:
+        rendered = run(plan, simulator, out, progress)
     say(f"{total} frames in {out}, {rendered} of them now; table: {out / 'frames.csv'}")
 
 
 @with_option_groups
 def campaign(
-    file: Annotated[Path, typer.Argument(help="Campaign file (TOML).")],
+    file: Annotated[
+        Path, typer.Argument(help="Campaign file (TOML).", autocompletion=scenario_files)
+    ],
     out: ResumableFolder,
     workers: WorkerOptions,
 ) -> None:
@@ -132,12 +153,13 @@ def campaign(
     from simgl.campaign.campaign_file import load_campaign
     from simgl.campaign.frame_task import CampaignJob
     from simgl.campaign.run_campaign import run
-    from simgl.cli_progress import frame_bar, opened
     from simgl.workers.executors import select_executor
 
-    loaded = load_campaign(file)
+    with activity(f"loading {file.name}"):
+        loaded = load_campaign(file)
     job = CampaignJob(campaign=loaded)
-    with opened(loaded.scenario) as simulator, frame_bar() as progress:
+    resumable(out, loaded.frames, "frames")
+    with opened(loaded.scenario) as simulator, activity("drawing frames") as progress:
         executor = select_executor(job, simulator, workers.workers, workers.scheduler)
         rendered, renderers = run(loaded, out, executor, progress)
     say(f"{loaded.frames} frames in {out}, {rendered} of them now; labels: {out}/coco.json")
@@ -150,22 +172,25 @@ def exposure(
     camera: Annotated[str, typer.Option(help="Camera name.")],
     target: Annotated[str, typer.Option(help="Spacecraft to expose for.")],
     at: At = None,
+    json: Json = False,
 ) -> None:
     """Advise an exposure time: no saturated target, its dark side visible, a dark sky.
 
     Example: simgl exposure examples/approach.toml --camera navcam --target target
     """
-    from simgl.assess.exposure_advice import advice_text, advise
-    from simgl.cli_progress import opened
-    from simgl.scenario.loader import load_scenario
+    from simgl.assess.exposure_advice import advice_document, advice_text, advise
     from simgl.sequence.epochs import epoch_at
     from simgl.simulator import Product
 
-    loaded = load_scenario(scenario)
+    loaded = load(scenario)
     state = loaded.at(epoch_at(loaded, at))
-    with opened(loaded) as simulator:
+    with opened(loaded) as simulator, activity(f"drawing {camera}"):
         capture = simulator.capture(state, camera, {Product.ELECTRONS, Product.TRUTH})
-    say(advice_text(advise(capture, state, target, loaded.criteria)))
+    advice = advise(capture, state, target, loaded.criteria)
+    if json:
+        say_json(advice_document(advice))
+    else:
+        say(advice_text(advice))
 
 
 def _camera_names(scenario: Scenario, wanted: list[str] | None) -> tuple[str, ...]:

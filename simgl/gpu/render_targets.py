@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -9,6 +10,7 @@ import moderngl
 import numpy as np
 
 from simgl.arrays import AnyArray, Array32
+from simgl.gpu.context import is_software
 from simgl.gpu.release import release_all
 from simgl.lru_cache import LruCache
 
@@ -48,7 +50,11 @@ class ImageTarget:
         for texture in self.textures:
             texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
         self._depth = ctx.depth_renderbuffer(texels) if depth else None
-        self.framebuffer = ctx.framebuffer(self.textures, self._depth)
+        try:
+            self.framebuffer = ctx.framebuffer(self.textures, self._depth)
+        except moderngl.Error:
+            self._release_attachments()
+            raise
 
     def read(self, attachment: int = 0) -> AnyArray:
         """(height, width) or (height, width, channels) values; row 0 is the top of the image."""
@@ -71,10 +77,49 @@ class ImageTarget:
     def release(self) -> None:
         """Free the framebuffer and its attachments."""
         self.framebuffer.release()
+        self._release_attachments()
+
+    def _release_attachments(self) -> None:
         for texture in self.textures:
             texture.release()
         if self._depth is not None:
             self._depth.release()
+
+
+# A frame needs about as many RGBA32F targets of its image's size at the same time.
+_AT_ONCE = 3
+
+
+def can_draw(ctx: moderngl.Context, size: tuple[int, int]) -> bool:
+    """Whether the driver gives the targets of an image of a width and height [pixels]."""
+    if max(size) > largest_edge(ctx):
+        return False
+    count = _AT_ONCE
+    if is_software(ctx):
+        # It fills what it gives; one target shows the driver's own limit.
+        count = 1
+        memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+        if _AT_ONCE * 16 * size[0] * size[1] > memory:
+            return False
+    textures: list[moderngl.Texture] = []
+    try:
+        for _ in range(count):
+            textures.append(ctx.texture(size, 4, dtype="f4"))
+    except moderngl.Error:
+        return False
+    finally:
+        # Without memory the texture is there, and an error.
+        error = ctx.error
+        for texture in textures:
+            texture.release()
+    return error == "GL_NO_ERROR"
+
+
+def largest_edge(ctx: moderngl.Context) -> int:
+    """Largest width and height of an image on this driver [pixels]."""
+    info = ctx.info
+    edges = info["GL_MAX_TEXTURE_SIZE"], info["GL_MAX_RENDERBUFFER_SIZE"]
+    return int(min(*edges, *info["GL_MAX_VIEWPORT_DIMS"]))
 
 
 # Four targets for each of eight image sizes; a window that is resized leaves no more behind.

@@ -286,6 +286,46 @@ def _columns(rows: Sequence[Sequence[str]]) -> list[str]:
     ]
 
 
+def model_document(report: ModelReport) -> dict[str, object]:
+    """The report as ``simgl model check --json`` prints it."""
+    return {
+        "model": report.name,
+        "size_m": report.size,
+        "centre_m": report.middle,
+        "unit_guess": report.unit_guess,
+        "triangles": report.triangles,
+        "watertight": report.watertight,
+        "images": report.images,
+        "parts": [
+            {
+                "name": part.name,
+                "triangles": part.triangles,
+                "size_m": part.size,
+                "open_edges": part.open_edges,
+                "triangles_without_area": part.flat_triangles,
+                "volume_m3": part.volume,
+                "verdict": part.verdict,
+            }
+            for part in report.parts
+        ],
+        "joints": [
+            {"name": j.name, "motion": j.way, "carrier": j.carrier, "parts": j.parts}
+            for j in report.joints
+        ],
+        "materials": [
+            {
+                "name": material.name,
+                "reflectance_rgbn": [float(value) for value in material.reflectance],
+                "roughness": material.roughness,
+                "metallic": material.metallic,
+            }
+            for material in report.materials
+        ],
+        "keypoints": report.keypoints,
+        "notes": report.notes,
+    }
+
+
 def report_text(report: ModelReport) -> str:
     """The report as lines of plain text."""
     size = " x ".join(f"{v:.4g}" for v in report.size)

@@ -50,12 +50,16 @@ def _mean(
             return np.ones((1, channels))
         return texels_at(layers[layer], uv)
 
+    # A material that only triangles without area have takes the plain mean.
+    shares = area if np.any(area) else np.ones_like(area)
+
     def mean(values: Array) -> Array:
         everywhere = np.broadcast_to(values, (len(area), values.shape[1]))
-        return np.average(everywhere, axis=0, weights=area)
+        return np.average(everywhere, axis=0, weights=shares)
 
-    base = mean(tint * image(textures.base_colour, maps.base_colour, 4))
-    law = mean(image(textures.law, maps.law, 2))
+    # Weights and means of ones may round to the next number above.
+    base = np.minimum(mean(tint * image(textures.base_colour, maps.base_colour, 4)), 1.0)
+    law = np.minimum(mean(image(textures.law, maps.law, 2)), 1.0)
     glow = mean(image(textures.emission, maps.emission, 3))
     r, g, b, n = (float(v) for v in material.reflectance * base[[0, 1, 2, 0]])
     er, eg, eb, en = (float(v) for v in material.emission * glow[[0, 1, 2, 0]])

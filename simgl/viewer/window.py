@@ -15,7 +15,7 @@ from typing import Any
 
 import moderngl
 
-from simgl.cli_progress import bake_bar
+from simgl.cli_progress import activity
 from simgl.errors import ConfigError, ContextError, OutputError
 from simgl.gpu.context import REQUIRED_VERSION
 from simgl.images import png_bytes
@@ -249,7 +249,7 @@ def run(scenario_path: Path, target: str | None = None, screenshot: Path | None 
         functions: Any = _WindowContext(window)
         ctx = moderngl.create_context(context=functions, require=REQUIRED_VERSION)
         try:
-            with bake_bar() as progress:
+            with activity("compiling shaders") as progress:
                 viewport = Viewport(ctx, scenario, progress)
             with viewport:
                 session = _Session(window, ctx, viewport, settings)

@@ -27,6 +27,7 @@ from distributed.scheduler import KilledWorker
 
 from simgl import __version__, assets
 from simgl.errors import ConfigError, SimglError
+from simgl.interruption import block_interrupts, exit_at_once, report_faults
 from simgl.simulator import Simulator
 from simgl.workers.frame_job import Execute, Job, T
 
@@ -55,6 +56,7 @@ class _JobPlugin(WorkerPlugin):
 
     def setup(self, worker: object) -> None:  # noqa: ARG002 - Dask's signature
         """Start the thread that all of the job's OpenGL runs in."""
+        report_faults()
         if self._version != __version__:
             raise RuntimeError(f"a worker has simgl {__version__}, not {self._version}")
         for name, digest in assets.digests().items():
@@ -103,8 +105,12 @@ def run_on_this_machine(job: Job[T], workers: int) -> Iterator[Execute[T]]:
     threads = max((os.cpu_count() or 1) // workers, 1)
     environment = {"LP_NUM_THREADS": os.environ.get("LP_NUM_THREADS", str(threads))}
     logging.getLogger("distributed").setLevel(logging.ERROR)
-    with (
-        LocalCluster(
+    # Python's watch over shared semaphores speaks up where this process is killed.
+    os.environ.setdefault("PYTHONWARNINGS", "ignore:resource_tracker")
+    exit_at_once()
+    with ThreadPoolExecutor(max_workers=1, initializer=block_interrupts) as starter:
+        starting = starter.submit(
+            LocalCluster,
             n_workers=workers,
             threads_per_worker=1,
             processes=True,
@@ -115,9 +121,9 @@ def run_on_this_machine(job: Job[T], workers: int) -> Iterator[Execute[T]]:
             memory_limit=None,
             silence_logs=logging.ERROR,
             env=environment,
-        ) as cluster,
-        Client(cluster) as client,
-    ):
+        )
+        cluster = starting.result()
+    with cluster, Client(cluster) as client:
         yield lambda frames: _run(client, job, frames)
 
 

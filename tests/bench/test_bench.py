@@ -7,7 +7,6 @@ import sys
 from pathlib import Path
 
 import pytest
-from rich.console import Console
 
 from simgl.bench import earth_tables, run, scene_files
 from simgl.errors import ConfigError
@@ -70,4 +69,4 @@ def test_the_source_case_is_what_it_says() -> None:
 
 def test_an_unknown_scene_is_refused() -> None:
     with pytest.raises(ConfigError, match=r'names no scene: "source"; did you mean "source_600"'):
-        run(scenes=["source"], frames=5, console=Console())
+        run(scenes=["source"], frames=5)

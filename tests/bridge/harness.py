@@ -246,6 +246,18 @@ def basilisk_source(
     assert not thread.is_alive()
 
 
+def server_script(patch: str) -> str:
+    """A server as a program, whose renderer process has run a patch of its module ``r``."""
+    renderer = f"import time\nimport simgl_bridge.render_process as r\n{patch}\nr.main()\n"
+    return (
+        "import sys\n"
+        "import simgl_bridge.processes as processes\n"
+        "from simgl_bridge.commands import main\n"
+        f"processes.RENDERER_COMMAND = (sys.executable, '-c', {renderer!r})\n"
+        "main()\n"
+    )
+
+
 def free_address() -> str:
     """An address of this machine where nobody listens."""
     with socket.socket() as probe:

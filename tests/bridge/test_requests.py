@@ -485,10 +485,15 @@ def sat_request(scenario: Scenario, joints: dict[str, float], **changes: Any) ->
     return Render(id=1, tai_ns=start, cameras=shots, bodies={"sat": pose}, **changes)
 
 
+def check(scenario: Scenario, asked: Render) -> None:
+    """As a server of the scenario checks it."""
+    check_request(served_scene(scenario, "none"), asked)
+
+
 def test_rails_are_told_their_limits_in_metres() -> None:
     scenario = satellite(model="servicer")
     with pytest.raises(BadMessageError) as caught:
-        check_request(served_scene(scenario, "none"), sat_request(scenario, {"finger_1": 0.2}))
+        check(scenario, sat_request(scenario, {"finger_1": 0.2}))
     problem = "bodies.sat.joints.finger_1 must lie in 0..0.05 m, got 0.2"
     assert str(caught.value).startswith(problem)
 
@@ -518,7 +523,7 @@ def test_joints_are_turned_as_sent() -> None:
     low, high = scenario.models["sat"].joints[0].limits
     angle = 0.5 * (low + high) + 0.1
     asked = sat_request(scenario, {names[0]: angle})
-    check_request(served_scene(scenario, "none"), asked)
+    check(scenario, asked)
     model = requested_state(scenario, asked).bodies["sat"].model
     assert dict(zip(names, model.angles, strict=True)) == {names[0]: angle, names[1]: 0.0}
 
@@ -527,7 +532,7 @@ def test_a_joint_that_is_not_there_or_cannot_turn_so_far_is_named() -> None:
     scenario = satellite()
     joint = scenario.models["sat"].joints[0]
     with pytest.raises(BadMessageError) as caught:
-        check_request(served_scene(scenario, "none"), sat_request(scenario, {"panel_lef": 0.0}))
+        check(scenario, sat_request(scenario, {"panel_lef": 0.0}))
     assert caught.value.code == "NO_JOINT"
     assert str(caught.value).startswith(
         'bodies.sat.joints "panel_lef" does not exist here; did you mean "panel_left"?'

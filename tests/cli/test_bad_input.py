@@ -12,6 +12,7 @@ import moderngl
 import pytest
 
 from simgl import cli
+from simgl.commands import application
 from simgl.simulator import Simulator
 from tests.cli.small_scene import PINHOLE, SCENE
 from tests.patience import run_to_end
@@ -23,7 +24,7 @@ Run = Callable[..., tuple[int, str, str]]
 def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
     """Runs ``simgl ARGUMENTS`` here; returns exit code, stdout and stderr."""
     # Further commands belong to other packages.
-    monkeypatch.setattr(cli, "entry_points", lambda group: ())  # noqa: ARG005
+    monkeypatch.setattr(application, "entry_points", lambda group: ())  # noqa: ARG005
 
     def run(*arguments: object) -> tuple[int, str, str]:
         monkeypatch.setattr(sys, "argv", ["simgl", *map(str, arguments)])

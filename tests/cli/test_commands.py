@@ -17,7 +17,10 @@ from simgl.commands.command_line import with_option_groups
 
 PACKAGE = Path(__file__).parents[2] / "simgl"
 FILES = [PACKAGE / "cli.py", *sorted((PACKAGE / "commands").glob("*.py"))]
-LIGHT = {"simgl.errors", "simgl.progress", "simgl.sequence.epoch_options", "rich", "typer"}
+LIGHT = {
+    "simgl", "simgl.assets", "simgl.cli_progress", "simgl.errors", "simgl.interruption",
+    "simgl.progress", "simgl.sequence.epoch_options", "rich", "typer"
+}  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)

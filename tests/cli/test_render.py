@@ -14,6 +14,7 @@ import pytest
 from PIL import Image
 
 from simgl import __version__, cli
+from simgl.commands import application
 from simgl.errors import OutputError
 from simgl.images import display_from_radiance, unpack_mono12p
 from simgl.output import complete_file, write_capture
@@ -45,7 +46,7 @@ def test_render_writes_the_three_files_and_names_them(
     # Brackets in a path are a path, not markup.
     out = tmp_path / "new" / "run [bold] 1"
     monkeypatch.setattr("simgl.simulator.Simulator", partial(Simulator, ctx=gl))
-    monkeypatch.setattr(cli, "entry_points", lambda group: ())  # noqa: ARG005
+    monkeypatch.setattr(application, "entry_points", lambda group: ())  # noqa: ARG005
     monkeypatch.setattr(sys, "argv", ["simgl", "render", str(scene), "--out", str(out)])
     with pytest.raises(SystemExit) as ended:
         cli.main()
@@ -63,7 +64,7 @@ def test_a_colour_camera_leaves_a_picture_and_packed_dn(
     scene = tmp_path / "scene.toml"
     scene.write_text(SCENE.replace("[camera.nav]", '[camera.nav]\npreset = "imx264_colour"'))
     monkeypatch.setattr("simgl.simulator.Simulator", partial(Simulator, ctx=gl))
-    monkeypatch.setattr(cli, "entry_points", lambda group: ())  # noqa: ARG005
+    monkeypatch.setattr(application, "entry_points", lambda group: ())  # noqa: ARG005
     command = ["simgl", "render", str(scene), "--out", str(tmp_path / "out"), "--packed"]
     monkeypatch.setattr(sys, "argv", command)
     with pytest.raises(SystemExit) as ended:
@@ -225,7 +226,7 @@ def test_layers_are_written_where_they_are_asked_for(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr("simgl.simulator.Simulator", partial(Simulator, ctx=gl))
-    monkeypatch.setattr(cli, "entry_points", lambda group: ())  # noqa: ARG005
+    monkeypatch.setattr(application, "entry_points", lambda group: ())  # noqa: ARG005
     out = tmp_path / "out"
     arguments = ["simgl", "render", str(scene), "--out", str(out), "--layers"]
     monkeypatch.setattr(sys, "argv", arguments)

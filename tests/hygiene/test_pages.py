@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 import typer
 
-from simgl.cli import app
+from simgl.commands.application import app
 from tests.hygiene.test_layers import LAYERS
 
 ROOT = Path(__file__).parents[2]

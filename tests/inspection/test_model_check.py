@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from simgl import cli
+from simgl.commands.application import app
 from simgl.errors import AssetError, SimglError
 from simgl.inspection.model_check import examine, report_text
 from tests.model_files.gltf import UNSIGNED_SHORT, Document
@@ -148,13 +148,13 @@ def test_the_text_has_a_line_for_each_part_and_material(cube: Callable[..., str]
 
 def test_the_command_prints_the_report(cube: Callable[..., str]) -> None:
     path = cube(4500.0)
-    result = CliRunner().invoke(cli.app, ["model", "check", path, "--unit-m", "0.001"])
+    result = CliRunner().invoke(app, ["model", "check", path, "--unit-m", "0.001"])
     assert result.exit_code == 0
     assert result.output == report_text(examine(path, 0.001)) + "\n"
 
 
 def test_the_command_refuses_a_unit_that_is_not_positive(cube: Callable[..., str]) -> None:
-    result = CliRunner().invoke(cli.app, ["model", "check", cube(), "--unit-m", "0"])
+    result = CliRunner().invoke(app, ["model", "check", cube(), "--unit-m", "0"])
     assert str(result.exception) == "command line: --unit-m must be positive, got 0"
 
 

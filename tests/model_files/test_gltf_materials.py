@@ -21,7 +21,7 @@ from simgl.scene.mean_materials import mean_materials
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.surface_layers import Coat
 from simgl.scene.textures import CLAMP, MIRROR, REPEAT
-from tests.model_files.gltf import Document, Json, png, square
+from tests.model_files.gltf import UNSIGNED_SHORT, Document, Json, png, square
 
 # float16 of a value between 0 and 1: half a step of 2^-11.
 FLOAT16 = 2.5e-4
@@ -352,3 +352,48 @@ def test_the_mean_material_is_that_of_the_images_where_the_mesh_wears_them(tmp_p
     # Half of the rows; near infrared like red. 200,000 even places tell the half to 1e-3.
     np.testing.assert_allclose(mean.reflectance, [0.2, 0.3, 0.2, 0.2], rtol=2e-3)
     np.testing.assert_allclose(mean.metallic, 0.1, rtol=1e-3)
+
+
+@pytest.mark.parametrize("count", [1, 3, 7, 49, 1000])
+def test_the_mean_of_a_white_image_is_white_on_any_mesh(count: int, tmp_path: Path) -> None:
+    """A strip of unequal triangles; sums of ones round up for some counts."""
+    rng = np.random.default_rng(count)
+    x = np.cumsum(rng.uniform(0.01, 1.0, count + 2))
+    points = np.stack([x, np.arange(count + 2) % 2, np.zeros(count + 2)], axis=1)
+    corners = np.arange(count)[:, None] + np.arange(3)
+    document = Document()
+    white = np.full((5, 3, 3), 255)
+    mesh = document.mesh(
+        attributes={
+            "POSITION": document.accessor(points),
+            "TEXCOORD_0": document.accessor(rng.uniform(0.0, 1.0, (count + 2, 2))),
+            "COLOR_0": document.accessor(np.ones((count + 2, 4))),
+        },
+        indices=document.accessor(corners.ravel(), UNSIGNED_SHORT),
+        material=0,
+    )
+    document.json["nodes"].append({"name": "strip", "mesh": mesh})
+    factors = {"metallicFactor": 1.0, "baseColorTexture": {"index": document.texture(white)}}
+    document.json["materials"] = [{"pbrMetallicRoughness": factors}]
+    model = load_model(str(document.write_glb(tmp_path / "white.glb")))
+    mean = mean_materials(model)[0]
+    # Half a million sums in float64 err by far less.
+    np.testing.assert_allclose(mean.reflectance, 1.0, rtol=1e-9)
+
+
+def test_a_material_on_triangles_without_area_has_a_mean_too(tmp_path: Path) -> None:
+    document = square()
+    white = document.texture(np.full((2, 2, 3), 255))
+    surface = {"pbrMetallicRoughness": {"baseColorTexture": {"index": white}}}
+    document.json["materials"] = [surface, surface]
+    flat = document.mesh(
+        attributes={
+            "POSITION": document.accessor([[0, 0, 0], [1, 0, 0], [2, 0, 0]]),
+            "TEXCOORD_0": document.accessor([[0, 0], [1, 0], [1, 1]]),
+        },
+        material=1,
+    )
+    document.json["nodes"].append({"name": "flat", "mesh": flat})
+    document.json["scenes"][0]["nodes"] = [0, 1]
+    model = load_model(str(document.write_glb(tmp_path / "flat.glb")))
+    assert mean_materials(model)[1].reflectance == (1.0, 1.0, 1.0, 1.0)
