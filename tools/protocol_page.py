@@ -11,7 +11,15 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import msgspec
-from simgl_bridge import client_sessions, framing, hashes, messages, router_socket, simgl1_endpoint
+from simgl_bridge import (
+    client_sessions,
+    framing,
+    hashes,
+    messages,
+    render_queue,
+    router_socket,
+    session_recording,
+)
 
 _INTRODUCTION = Path(__file__).with_name("protocol.md")
 # Types without a message tag, after the messages that hold them.
@@ -36,7 +44,7 @@ def page() -> str:
     """The full page: the text of ``protocol.md`` in this folder, then the generated reference."""
     text = _INTRODUCTION.read_text(encoding="utf-8")
     for name, value in {
-        "WINDOW": simgl1_endpoint.WINDOW,
+        "WINDOW": render_queue.WINDOW,
         "LARGEST_HEADER": framing.LARGEST_HEADER,
         "LARGEST_FRAME": router_socket.LARGEST_FRAME,
         "MAX_WAITING": router_socket.MAX_WAITING,
@@ -58,6 +66,9 @@ def _reference() -> Iterator[str]:
     yield "## Parts of messages\n"
     for part in _PARTS:
         yield from _struct(part, part.__name__)
+    yield "## Records of a session\n"
+    for record in session_recording.RECORDS:
+        yield from _struct(record, f"`{record.__struct_config__.tag}`")
     yield "## State hash\n"
     yield f"{_read(inspect.getdoc(hashes.state_hash) or '')[0]}\n"
     yield "## Error codes\n"
@@ -103,14 +114,16 @@ def _read(docstring: str) -> tuple[str, dict[str, str]]:
 
 
 def _type(kind: typing.Any) -> str:
-    """A type in terms of any language."""
+    """A type in terms of any language, with the range of its values."""
+    origin, arguments = typing.get_origin(kind), typing.get_args(kind)
+    if origin is typing.Annotated:
+        return f"{_type(arguments[0])} {arguments[1]}"
     if kind in _LISTS:
         return _LISTS[kind]
     if kind in _NAMES:
         return _NAMES[kind]
-    origin, arguments = typing.get_origin(kind), typing.get_args(kind)
     if origin in (typing.Union, types.UnionType):
-        return " or ".join(_type(a) for a in arguments)
+        return ", or ".join(_type(a) for a in arguments)
     if origin is dict:
         return f"map of {_type(arguments[0])} to {_type(arguments[1])}"
     if origin is tuple and arguments[-1] is Ellipsis:

@@ -1,7 +1,8 @@
 """Access control: CURVE keys and the server's list of clients.
 
 A pair of keys is two files, ``NAME.key`` (public) and ``NAME.key_secret`` (mode 0600), in the
-format of ZeroMQ's own tools.
+format of ZeroMQ's own tools. A secret key that other users can read, and a key that they can
+replace, is refused wherever it is used.
 """
 
 from __future__ import annotations
@@ -9,8 +10,11 @@ from __future__ import annotations
 import errno
 import os
 import re
+import shlex
+import stat
+import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -24,6 +28,7 @@ from simgl.input_files import read_file
 from simgl_bridge.bind_address import check_bindable, ipc_path, is_ipv6, is_listening
 
 _DOMAIN = b"simgl"
+# A key file has 300 bytes.
 _MAX_KEY_BYTES = 1 << 16
 # 32 bytes in ZeroMQ's Z85.
 _KEY = re.compile(rb"[0-9A-Za-z.:+=^!/*?&<>()\[\]{}@%$#-]{40}")
@@ -55,6 +60,7 @@ class Access:
             if not listed:
                 problem = f"must be a folder with the .key files of clients, got {self.allowed}"
                 raise ConfigError("simgl serve", "--allow", problem)
+            _check_not_replaceable(self.allowed)
             # One unreadable file would make ZeroMQ refuse every client.
             for path in listed:
                 _keys_in(path)
@@ -110,20 +116,52 @@ class ClientKeys:
 
 
 def _keys_in(path: Path) -> tuple[bytes, bytes | None]:
+    """The public and the secret key in a file; None where it holds no secret one.
+
+    Raises ConfigError where it holds none, or other users can read or replace what must be safe
+    from them.
+    """
     try:
         # Only a regular file: ZeroMQ's own reader would wait for a pipe for ever.
         read_file(path, _MAX_KEY_BYTES)
+        # Of the file itself, where the path is a link.
+        status = path.stat()
         public, secret = load_certificate(path)
     except AssetError as error:
-        missing = "cannot be read (there is no such file)"
-        problem = str(error).removeprefix(f"{path}: ") if path.exists() else missing
+        problem = str(error).removeprefix(f"{path}: ")
         raise ConfigError(str(path), "", problem) from None
-    except (OSError, ValueError, IndexError):
+    except (OSError, ValueError):
         raise ConfigError(str(path), "", "is no key file; simgl keys makes them") from None
     for key in (public, secret):
         if key is not None and not _KEY.fullmatch(key):
             raise ConfigError(str(path), "", "holds a key that is cut off or damaged")
+    if secret is not None and status.st_mode & (stat.S_IRWXG | stat.S_IRWXO):
+        problem = (
+            f"has mode {_octal(status)}: its secret key is open to other users; "
+            f"chmod 600 {shlex.quote(str(path))}"
+        )
+        raise ConfigError(str(path), "", problem)
+    _check_not_replaceable(path)
+    for folder in dict.fromkeys((path.parent, path.resolve().parent)):
+        # In a folder such as /tmp (sticky), only its owner replaces a file.
+        if not folder.stat().st_mode & stat.S_ISVTX:
+            _check_not_replaceable(folder)
     return public, secret
+
+
+def _check_not_replaceable(path: Path) -> None:
+    """Raises ConfigError where any user may write to a key file, or to a folder of keys."""
+    status = path.stat()
+    if status.st_mode & stat.S_IWOTH:
+        problem = (
+            f"has mode {_octal(status)}: any user can replace its keys; "
+            f"chmod o-w {shlex.quote(str(path))}"
+        )
+        raise ConfigError(str(path), "", problem)
+
+
+def _octal(status: os.stat_result) -> str:
+    return f"{stat.S_IMODE(status.st_mode):04o}"
 
 
 def _pair(path: Path) -> tuple[bytes, bytes]:
@@ -143,19 +181,22 @@ def make_keys(name: str, folder: Path) -> tuple[Path, Path]:
         problem = f'must be letters, digits, "-" and "_", got "{name}"'
         raise ConfigError("simgl keys", "NAME", problem)
     public, secret = folder / f"{name}.key", folder / f"{name}.key_secret"
-    for path in (public, secret):
-        if path.exists():
-            raise ConfigError("simgl keys", "NAME", f"would replace {path}")
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        # Unreadable for others from the start.
-        with _umask(0o077):
-            create_certificates(folder, name)
-        public.chmod(0o644)
+        # ZeroMQ writes with the mode that is usual, so it writes into a folder of this user alone.
+        with ExitStack() as undo, tempfile.TemporaryDirectory(prefix=".", dir=folder) as private:
+            create_certificates(private, name)
+            for path, mode in ((secret, 0o600), (public, 0o644)):
+                # With its mode from the start, and never through a link that stands there.
+                handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode)
+                undo.callback(path.unlink, missing_ok=True)
+                with os.fdopen(handle, "wb") as file:
+                    os.fchmod(handle, mode)
+                    file.write((Path(private) / path.name).read_bytes())
+            undo.pop_all()
     except OSError as error:
-        for path in (public, secret):
-            with suppress(OSError):
-                path.unlink()
+        if isinstance(error, FileExistsError) and Path(error.filename) in (public, secret):
+            raise ConfigError("simgl keys", "NAME", f"would replace {error.filename}") from None
         raise OutputError(f"{folder}: cannot be written ({error.strerror})") from None
     return public, secret
 

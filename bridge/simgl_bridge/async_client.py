@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from typing import TypeVar, Unpack
 
@@ -16,23 +16,34 @@ from simgl_bridge.access import ClientKeys
 from simgl_bridge.body_pose import BodyPose
 from simgl_bridge.client_images import Image, ImageSet
 from simgl_bridge.client_protocol import (
-    Call,
+    READY_TIMEOUT,
     ClientProtocol,
     Payload,
     RenderOptions,
-    check_timeout,
+    check_timeouts,
+    open_call,
     server_deadline_ms,
     shot_of,
 )
 from simgl_bridge.framing import VERSION, pack
-from simgl_bridge.messages import Bye, Hello, Images, Message, Ping, Pong, Shot, Welcome
+from simgl_bridge.messages import (
+    Bye,
+    Hello,
+    Images,
+    Message,
+    Ping,
+    Pong,
+    ServerStatus,
+    Shot,
+    Welcome,
+)
 from simgl_bridge.sockets import connect
 
 _Reply = TypeVar("_Reply", bound=Message)
 
 
 class AsyncClient:
-    """An asynchronous connection to one server; errors as those of ``Client``.
+    """An asynchronous connection to one server; errors and timeouts as those of ``Client``.
 
     Requests beyond the server's window wait here until an earlier one is answered.
 
@@ -45,16 +56,19 @@ class AsyncClient:
         self,
         address: str,
         *,
-        timeout_s: float = 10.0,
+        timeout_s: float | None = None,
+        ready_timeout_s: float = READY_TIMEOUT,
         name: str = "client",
         keys: ClientKeys | None = None,
+        on_status: Callable[[ServerStatus], object] | None = None,
     ) -> None:
-        check_timeout(timeout_s)
+        check_timeouts(timeout_s, ready_timeout_s)
         self.address = address
         self.timeout_s = timeout_s
+        self._ready_timeout_s = ready_timeout_s
         self._name = name
         self._keys = keys
-        self._protocol = ClientProtocol(address)
+        self._protocol = ClientProtocol(address, on_status)
         self._readers: list[asyncio.Task[None]] = []
 
     @property
@@ -138,8 +152,13 @@ class AsyncClient:
         """The reply to a request, with its payload frames."""
         self._check_open()
         changed = asyncio.Event()
-        call = Call(
-            request, reply_type, self.timeout_s, retry_busy=retry_busy, on_change=changed.set
+        call = open_call(
+            request,
+            reply_type,
+            self.timeout_s,
+            self._ready_timeout_s,
+            retry_busy=retry_busy,
+            on_change=changed.set,
         )
         self._protocol.open(call)
         try:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TypeVar, Unpack
 
 import zmq
@@ -15,12 +15,14 @@ from simgl_bridge.access import ClientKeys
 from simgl_bridge.body_pose import BodyPose
 from simgl_bridge.client_images import Image, ImageSet
 from simgl_bridge.client_protocol import (
-    Call,
+    READY_TIMEOUT,
+    SILENCE,
     ClientProtocol,
     Payload,
     RenderOptions,
     StateOptions,
-    check_timeout,
+    check_timeouts,
+    open_call,
     server_deadline_ms,
     shot_of,
 )
@@ -34,6 +36,7 @@ from simgl_bridge.messages import (
     Next,
     Ping,
     Pong,
+    ServerStatus,
     Shot,
     Statistics,
     Stats,
@@ -45,7 +48,13 @@ _Reply = TypeVar("_Reply", bound=Message)
 
 
 class Client:
-    """A synchronous connection to one server. Every call ends after ``timeout_s``.
+    """A synchronous connection to one server. Every wait ends.
+
+    timeout_s : of every call once the server is ready; a request is then refused as too late. None
+        waits for an image as long as the server says that it works on it, an hour at most, and
+        gives up a server that says nothing for 10 s
+    ready_timeout_s : for a server that is starting
+    on_status : called with the server's status while a call waits: what is prepared, and how far
 
     Use it on one thread. Raises NoAnswerError where the server does not answer (at once where the
     connection breaks), RemoteError where it refuses, AccessError where keys do not fit, and
@@ -60,20 +69,23 @@ class Client:
         self,
         address: str,
         *,
-        timeout_s: float = 10.0,
+        timeout_s: float | None = None,
+        ready_timeout_s: float = READY_TIMEOUT,
         name: str = "client",
         keys: ClientKeys | None = None,
+        on_status: Callable[[ServerStatus], object] | None = None,
     ) -> None:
-        check_timeout(timeout_s)
+        check_timeouts(timeout_s, ready_timeout_s)
         self.address = address
         self.timeout_s = timeout_s
-        self._protocol = ClientProtocol(address)
+        self._protocol = ClientProtocol(address, on_status)
         self._context = zmq.Context()
         try:
             self._socket, self._monitor = connect(self._context, address, name, keys)
             self._poller = zmq.Poller()
             self._poller.register(self._socket, zmq.POLLIN)
             self._poller.register(self._monitor, zmq.POLLIN)
+            self._ready_timeout_s = ready_timeout_s
             self._call(Hello(client=name, versions=(VERSION,)), Welcome)
         except BaseException:
             self._context.destroy(linger=0)
@@ -88,6 +100,10 @@ class Client:
     def restarts(self) -> int:
         """Times that the server was restarted with the same scene since this client connected."""
         return self._protocol.restarts
+
+    def status(self) -> ServerStatus | None:
+        """What the server is doing now; None from one of an older version."""
+        return self._call(Ping(id=self._protocol.next_id()), Pong)[0].status
 
     def ping(self) -> float:
         """Round-trip time [s]."""
@@ -164,8 +180,9 @@ class Client:
         """
         self._check_open()
         state = self._protocol.state(tai_ns, cameras, bodies, **options)
-        if not self._send(pack(state), time.monotonic() + self.timeout_s):
-            raise self._protocol.timed_out(state, self.timeout_s)
+        timeout_s = SILENCE if self.timeout_s is None else self.timeout_s
+        if not self._send(pack(state), time.monotonic() + timeout_s):
+            raise self._protocol.timed_out(state, timeout_s)
         self._protocol.remember(state)
         return state.id
 
@@ -174,7 +191,7 @@ class Client:
 
         They name the state that they show, and count the states that were skipped.
         """
-        deadline_ms = server_deadline_ms(self.timeout_s)
+        deadline_ms = server_deadline_ms(SILENCE if self.timeout_s is None else self.timeout_s)
         request = Next(id=self._protocol.next_id(), after=after, deadline_ms=deadline_ms)
         return self._protocol.streamed_images(*self._call(request, Images))
 
@@ -183,14 +200,14 @@ class Client:
     ) -> tuple[_Reply, Payload]:
         """The reply to a request, with its payload frames."""
         self._check_open()
-        call = Call(request, reply_type, self.timeout_s, attempts)
+        call = open_call(request, reply_type, self.timeout_s, self._ready_timeout_s, attempts)
         self._protocol.open(call)
         try:
             # Late replies and events since the last call.
             self._receive(0.0)
             while not call.done:
                 if frames := self._protocol.due(call):
-                    self._send(frames, call.deadline)
+                    self._send(frames, time.monotonic() + call.timeout_s)
                 self._receive(call.wake_at - time.monotonic())
         finally:
             self._protocol.close(call)

@@ -37,30 +37,38 @@ from simgl_bridge.messages import (
     Bye,
     Error,
     ErrorCode,
+    Hello,
     Images,
     Message,
     Next,
+    Ping,
+    Pong,
     Render,
     SentSun,
+    ServerStatus,
     Shot,
     State,
     Welcome,
 )
+from simgl_bridge.sockets import HANDSHAKE_FAILURES
 
 # A server's deadline ends this much before the client's own [s].
 _MARGIN = 0.2
 # The longest deadline that a server accepts [s].
 LONGEST_DEADLINE = 3600.0
+# A server that says nothing for so long is given up, unless a client sets another time [s]. It
+# answers pings while it starts and while it draws.
+SILENCE = 10.0
+# A server that starts is given up after this [s]: light of a large model is traced for minutes.
+READY_TIMEOUT = 600.0
+# Pings while a client waits for a server that is starting or drawing [s].
+_PING_INTERVAL = 1.0
+# Of these pings; requests count from 1.
+_PING_ID = 0
 # Before a request that was BUSY is sent again [s].
 BUSY_PAUSE = 0.02
 # States of the free-run that are remembered to verify their images.
 MAX_STATES = 1024
-
-HANDSHAKE_FAILURES = (
-    zmq.EVENT_HANDSHAKE_FAILED_AUTH
-    | zmq.EVENT_HANDSHAKE_FAILED_PROTOCOL
-    | zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL
-)
 
 Payload = Sequence[memoryview]
 Reply = TypeVar("Reply", bound=Message)
@@ -90,14 +98,20 @@ class RenderOptions(StateOptions, total=False):
     seek: bool
 
 
-def check_timeout(timeout_s: float) -> None:
+def check_timeouts(timeout_s: float | None, ready_timeout_s: float) -> None:
     """Raises ConfigError for a timeout that would never end."""
-    if not 0.0 < timeout_s < math.inf:
-        raise ConfigError("Client", "timeout_s", f"must be finite, above 0 s, got {timeout_s}")
+    for key, seconds in {"timeout_s": timeout_s, "ready_timeout_s": ready_timeout_s}.items():
+        if seconds is not None and not 0.0 < seconds < math.inf:
+            raise ConfigError("Client", key, f"must be finite, above 0 s, got {seconds}")
 
 
-def server_deadline_ms(timeout_s: float, attempts: int = 1) -> int:
-    """Time for the server to answer that it cannot [ms], before the client gives up."""
+def server_deadline_ms(timeout_s: float | None, attempts: int = 1) -> int | None:
+    """Time for the server to answer that it cannot [ms], before the client gives up.
+
+    None without a timeout: the client waits as long as the server gives signs of life.
+    """
+    if timeout_s is None:
+        return None
     seconds = attempts * timeout_s
     return max(1, round(1000.0 * min(max(0.5 * seconds, seconds - _MARGIN), LONGEST_DEADLINE)))
 
@@ -121,6 +135,9 @@ def shot_of(
 class Call(Generic[Reply]):
     """A request that waits for its reply.
 
+    timeout_s : until it is given up
+    patience_s : given, the server is pinged meanwhile, and the request is given up after this;
+        after ``timeout_s`` only where nothing was heard for so long
     attempts : times that it is sent, each with ``timeout_s``, where no answer comes
     retry_busy : send it again where the server is BUSY, until ``timeout_s`` is over
     on_change : called when the call is done or to be sent again
@@ -132,6 +149,7 @@ class Call(Generic[Reply]):
     reply_type: type[Reply]
     timeout_s: float
     attempts: int = 1
+    patience_s: float | None = None
     retry_busy: bool = False
     on_change: Callable[[], object] = lambda: None
     sent: bool = False
@@ -140,8 +158,18 @@ class Call(Generic[Reply]):
 
     def __post_init__(self) -> None:
         self.id: int | None = getattr(self.request, "id", None)
-        self.wake_at = time.monotonic()
-        self.deadline = self.wake_at + self.timeout_s
+        self.start_over(time.monotonic())
+
+    def start_over(self, now: float) -> None:
+        """Be due to be sent at a time."""
+        self.sent, self.wake_at, self.heard = False, now, now
+        self.deadline = now + (self.timeout_s if self.patience_s is None else self.patience_s)
+
+    def next_wake(self, now: float) -> float:
+        """When it is given up, or the server is to be pinged."""
+        if self.patience_s is None:
+            return self.deadline
+        return min(self.deadline, now + min(_PING_INTERVAL, 0.25 * self.timeout_s))
 
     @property
     def done(self) -> bool:
@@ -161,7 +189,7 @@ class Call(Generic[Reply]):
         busy = isinstance(error, RemoteError) and error.code == ErrorCode.BUSY
         if isinstance(error, NoAnswerError) and self.attempts > 1:
             self.attempts -= 1
-            self.sent, self.wake_at, self.deadline = False, now, now + self.timeout_s
+            self.start_over(now)
         elif busy and self.retry_busy and now + BUSY_PAUSE < self.deadline:
             self.sent, self.wake_at = False, now + BUSY_PAUSE
         else:
@@ -169,18 +197,42 @@ class Call(Generic[Reply]):
         self.on_change()
 
 
+def open_call(
+    request: Message,
+    reply_type: type[Reply],
+    timeout_s: float | None,
+    ready_timeout_s: float,
+    attempts: int = 1,
+    **options: Any,
+) -> Call[Reply]:
+    """The call of a client with its timeouts; options are those of Call."""
+    patience_s = None
+    if isinstance(request, Hello):
+        patience_s = ready_timeout_s
+    elif timeout_s is None and not isinstance(request, Next):
+        patience_s = LONGEST_DEADLINE
+    seconds = SILENCE if timeout_s is None else timeout_s
+    return Call(request, reply_type, seconds, attempts, patience_s, **options)
+
+
 class ClientProtocol:
     """Makes requests, matches and verifies replies, and remembers the server.
 
+    on_status : called with each status of the server that arrives while a call waits
     welcome : the last one
+    status : what the server last said that it does; None before that
     restarts : times that another server process of the same scene answered
     connected : whether the handshake of the connection is done
     """
 
     welcome: Welcome
 
-    def __init__(self, address: str) -> None:
+    def __init__(
+        self, address: str, on_status: Callable[[ServerStatus], object] | None = None
+    ) -> None:
         self.address = address
+        self._on_status = on_status
+        self.status: ServerStatus | None = None
         self.restarts = 0
         self.connected = False
         self._was_admitted = False
@@ -251,26 +303,41 @@ class ClientProtocol:
         self._calls.pop(call.id, None)
 
     def due(self, call: Call[Any]) -> list[bytes] | None:
-        """Frames to be sent now; at its deadline the call fails."""
+        """Frames to be sent now: the request, or a ping; a call fails at its deadline."""
         now = time.monotonic()
         if call.done or now < call.wake_at:
             return None
         if call.sent:
-            call.fail(self.timed_out(call.request, call.timeout_s))
+            if now < call.deadline and now < call.heard + call.timeout_s:
+                call.wake_at = call.next_wake(now)
+                # Without a connection pings would only fill the queue.
+                return pack(Ping(id=_PING_ID)) if self.connected else None
+            call.fail(self._given_up(call))
             if call.done:
                 return None
-        call.sent, call.wake_at = True, call.deadline
+        call.sent, call.wake_at = True, call.next_wake(now)
         return pack(call.request)
+
+    def _given_up(self, call: Call[Any]) -> NoAnswerError:
+        if call.patience_s is None or time.monotonic() < call.deadline:
+            return self.timed_out(call.request, call.timeout_s)
+        status = self.status
+        doing = "" if status is None else f" ({' '.join([status.state, status.detail]).strip()})"
+        return self._no_answer(f"not done within {call.patience_s:g} s{doing}", call.request)
 
     def handle_frames(self, frames: Sequence[memoryview]) -> None:
         """Hand a message that arrived to the call that it answers; others are dropped."""
         self._last_heard = time.monotonic()
+        for waiting in self._open_calls():
+            waiting.heard = self._last_heard
         try:
             reply = unpack_reply(frames)
         except BadMessageError as error:
             self._fail_all(BridgeError(f"{self.address}: the server sent nonsense: {error}"))
             return
         id = getattr(reply, "id", None)
+        if isinstance(reply, Pong | Welcome) and reply.status is not None:
+            self._take_status(reply.status)
         if isinstance(reply, Bye):
             self._fail_sent("the server said goodbye")
         elif isinstance(reply, Error):
@@ -284,6 +351,11 @@ class ClientProtocol:
             call.on_change()
         else:
             call.fail(BridgeError(f"{self.address}: answered {type(reply).__name__.lower()}"))
+
+    def _take_status(self, status: ServerStatus) -> None:
+        self.status = status
+        if self._on_status is not None:
+            self._on_status(status)
 
     def _handle_error(self, reply: Error) -> None:
         error = RemoteError(self.address, reply)

@@ -5,9 +5,8 @@ from __future__ import annotations
 import os
 import signal
 import sys
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
-from dataclasses import replace
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, closing, contextmanager
 from functools import partial
 from pathlib import Path
 from threading import Event
@@ -16,28 +15,30 @@ from typing import Annotated
 
 import typer
 
-from simgl.cli_progress import activity
 from simgl.commands.completion import scenario_files
 from simgl.errors import ConfigError, SimglError
 from simgl.interruption import end_by_signals, exit_if_signalled, report_faults
-from simgl.scenario.loader import load_scenario
-from simgl.scenario.scenario import Scenario
-from simgl.simulator import Simulator
 from simgl_bridge.access import Access, make_keys
-from simgl_bridge.basilisk.camera_overrides import CameraOverrides, load_camera_files
 from simgl_bridge.basilisk.endpoint import DEFAULT_ADDRESS as DEFAULT_BASILISK_ADDRESS
 from simgl_bridge.basilisk.endpoint import BasiliskEndpoint
-from simgl_bridge.basilisk.recording_replay import replay
-from simgl_bridge.basilisk.viz_scene import bare_scenario, check_base
 from simgl_bridge.bind_address import DEFAULT_ADDRESS, check_bindable
-from simgl_bridge.processes import PARENT_VARIABLE, StopWithParent, run_restarting
-from simgl_bridge.render_session import RenderSession
+from simgl_bridge.processes import (
+    PARENT_VARIABLE,
+    RendererOptions,
+    StopWithParent,
+    run_restarting,
+    start_renderer,
+)
+from simgl_bridge.render_queue import RenderQueue
+from simgl_bridge.renderer_link import RendererLink
 from simgl_bridge.run_with_server import run_with_server
-from simgl_bridge.server import FairQueue, Stop
+from simgl_bridge.server import Stop
 from simgl_bridge.server import serve as serve_until
-from simgl_bridge.simgl1_endpoint import LARGEST_SEED, WINDOW, Simgl1Endpoint
+from simgl_bridge.simgl1_endpoint import Simgl1Endpoint
+from simgl_bridge.value_ranges import LARGEST_SEED
 
 _BASILISK, _FREE_RUN, _ACCESS = "Basilisk", "Free-run and previews", "Access"
+_RECORDING = "Recording"
 
 CameraFiles = Annotated[
     list[str] | None,
@@ -124,6 +125,21 @@ def serve(
             rich_help_panel=_FREE_RUN,
         ),
     ] = None,
+    record: Annotated[
+        Path | None,
+        typer.Option(
+            help="Record what is asked and answered to a file in this folder; see simgl replay.",
+            rich_help_panel=_RECORDING,
+        ),
+    ] = None,
+    record_images: Annotated[
+        bool,
+        typer.Option(
+            "--record-images",
+            help="Record the images too, and not only their hashes.",
+            rich_help_panel=_RECORDING,
+        ),
+    ] = False,
     keys: Annotated[
         Path | None,
         typer.Option(
@@ -160,12 +176,15 @@ def serve(
             "--rate-hz": rate_hz,
             "--keys": keys,
             "--insecure": insecure,
+            "--record": record,
         }
         for option in (name for name, value in native.items() if value):
             problem = "goes with --address: Basilisk's own protocol has nothing of the kind"
             raise ConfigError("simgl serve", option, problem)
     if scenario is None and address is not None:
         raise ConfigError("simgl serve", "SCENARIO", "is missing; only --basilisk does without")
+    if record_images and record is None:
+        raise ConfigError("simgl serve", "--record-images", "goes with --record")
     if camera and basilisk is None:
         raise ConfigError("simgl serve", "--camera", "goes with --basilisk")
     access = Access(secret=keys, allowed=allow, insecure=insecure)
@@ -180,13 +199,19 @@ def serve(
         raise ConfigError("simgl serve", "--restart", problem)
     service = partial(
         _serve,
-        scenario=scenario,
+        RendererOptions(
+            scenario=None if scenario is None else str(scenario),
+            seed=seed,
+            root=None if root is None else str(root),
+            basilisk=basilisk is not None,
+            camera_files=tuple(camera or ()),
+            record=None if record is None else str(record),
+            record_images=record_images,
+        ),
         address=address,
         basilisk=basilisk,
-        overrides=load_camera_files(camera or [], root),
         monitor=monitor,
         rate_hz=rate_hz,
-        seed=seed,
         root=root,
         access=access,
     )
@@ -200,38 +225,34 @@ def serve(
 
 
 def _serve(
+    options: RendererOptions,
     stop: Stop,
     *,
-    scenario: Path | None,
     address: str | None,
     basilisk: str | None,
-    overrides: Mapping[int, CameraOverrides],
     monitor: str | None,
     rate_hz: float | None,
-    seed: int | None,
     root: Path | None,
     access: Access,
 ) -> None:
     """Serve until ``stop`` is set."""
-    loaded = _loaded(scenario, basilisk=basilisk is not None, root=root)
-    if seed is not None:
-        loaded = replace(loaded, seed=seed)
-    queue = FairQueue(WINDOW)
     endpoints: list[Simgl1Endpoint | BasiliskEndpoint] = []
     with ExitStack() as stack:
-        session = RenderSession(loaded, root=root, open_simulator=_open_simulator)
-        stack.enter_context(session)
+        link = stack.enter_context(closing(RendererLink(partial(start_renderer, options))))
+        queue = RenderQueue(link)
         if address is not None:
             simgl1 = Simgl1Endpoint(
-                session, queue, address, access=access, monitor=monitor, rate_hz=rate_hz
+                queue, address, root=root, access=access, monitor=monitor, rate_hz=rate_hz
             )
             endpoints.append(stack.enter_context(simgl1))
         if basilisk is not None:
-            image_source = BasiliskEndpoint(session, queue, basilisk, overrides=overrides)
-            endpoints.append(stack.enter_context(image_source))
-        for endpoint in endpoints:
-            _print_summary(endpoint.summary)
-        serve_until(endpoints, queue, stop)
+            endpoints.append(stack.enter_context(BasiliskEndpoint(queue, basilisk)))
+
+        def print_summaries() -> None:
+            for endpoint in endpoints:
+                _print_summary(endpoint.summary)
+
+        serve_until(endpoints, queue, stop, on_ready=print_summaries)
 
 
 def _serve_restarted(service: Callable[[Stop], None], parent: int) -> None:
@@ -239,19 +260,6 @@ def _serve_restarted(service: Callable[[Stop], None], parent: int) -> None:
     report_faults()
     with _stop_on_signals() as stop, _one_line_errors():
         service(StopWithParent(stop, parent))
-
-
-def _loaded(scenario: Path | None, *, basilisk: bool, root: Path | None = None) -> Scenario:
-    """The scenario of a file, or the one without a file; checked for Basilisk."""
-    loaded = bare_scenario() if scenario is None else load_scenario(scenario, root=root)
-    if basilisk:
-        check_base(loaded)
-    return loaded
-
-
-def _open_simulator(scenario: Scenario) -> Simulator:
-    with activity("opening OpenGL") as progress:
-        return Simulator(scenario, progress=progress)
 
 
 def _print_summary(line: str) -> None:
@@ -298,19 +306,83 @@ def run(
 
 
 def replay_recording(
-    recording: Annotated[Path, typer.Argument(help="What Basilisk recorded: NAME_UnityViz.bin.")],
+    recording: Annotated[
+        Path,
+        typer.Argument(
+            help="What simgl serve --record wrote, a folder or a file; or what Basilisk recorded: "
+            "NAME_UnityViz.bin."
+        ),
+    ],
     scenario: BaseScenario = None,
-    out: Annotated[Path, typer.Option(help="Folder for the images.")] = Path("replay"),
+    out: Annotated[
+        Path, typer.Option(help="Folder for the images.", rich_help_panel=_BASILISK)
+    ] = Path("replay"),
     camera: CameraFiles = None,
     every: Annotated[int, typer.Option(min=1, help="Render every n-th state.")] = 1,
+    root: Annotated[
+        Path | None,
+        typer.Option(
+            exists=True,
+            file_okay=False,
+            help="The --root of the server, where it has moved.",
+            rich_help_panel=_RECORDING,
+        ),
+    ] = None,
+    changed: Annotated[
+        bool,
+        typer.Option(
+            "--changed",
+            help="Replay even if the scenario, or a file that it names, has changed.",
+            rich_help_panel=_RECORDING,
+        ),
+    ] = False,
 ) -> None:
-    """Render the images of a run that Basilisk recorded, one PNG for each camera and state.
+    """Render a recorded session again and compare, or render what Basilisk recorded.
+
+    Each image of a session is compared with the recorded one; a difference is printed with its
+    frame and state hash, and the exit code is then 1. The scenario is the recorded one unless
+    SCENARIO says where it lies now. Of a recording of Basilisk, every camera and state becomes a
+    PNG.
+
+    Example: simgl replay records
 
     Example: simgl replay leo_UnityViz.bin --camera 1=navcam.toml --out pictures
     """
+    from simgl.cli_progress import opened
+    from simgl.scenario.loader import load_scenario
+    from simgl_bridge.basilisk.camera_overrides import load_camera_files
+    from simgl_bridge.basilisk.recording_replay import replay
+    from simgl_bridge.basilisk.viz_scene import bare_scenario, check_base
+    from simgl_bridge.render_session import RenderSession
+    from simgl_bridge.session_recording import is_session
+    from simgl_bridge.session_replay import replay_session, session_files
+
+    if recording.is_dir() or is_session(recording):
+        if camera:
+            raise ConfigError("simgl replay", "--camera", "goes with a recording of Basilisk")
+        replayed = [
+            replay_session(
+                path,
+                scenario=scenario,
+                root=root,
+                changed=changed,
+                every=every,
+                open_simulator=opened,
+            )
+            for path in session_files(recording)
+        ]
+        frames, different = sum(r.frames for r in replayed), sum(r.different for r in replayed)
+        print(f"{frames} frames replayed, {different} differ")
+        if different:
+            raise typer.Exit(1)
+        return
+    for option, given in (("--root", root), ("--changed", changed)):
+        if given:
+            raise ConfigError("simgl replay", option, "goes with a recorded session")
     overrides = load_camera_files(camera or [], command="simgl replay")
-    loaded = _loaded(scenario, basilisk=True)
-    with RenderSession(loaded, open_simulator=_open_simulator) as session:
+    loaded = bare_scenario() if scenario is None else load_scenario(scenario)
+    check_base(loaded)
+    with RenderSession(loaded, open_simulator=opened) as session:
         count = replay(recording, session, out, overrides=overrides, every=every)
     print(f"{count} images in {out}")
 

@@ -11,7 +11,8 @@ from typing import Any
 import msgspec
 
 from simgl.errors import BridgeError, did_you_mean
-from simgl_bridge.messages import REPLIES, REQUESTS, ErrorCode, Message, SentPose
+from simgl_bridge.messages import REPLIES, REQUESTS, Error, ErrorCode, Message, SentPose
+from simgl_bridge.public_text import public_text
 
 VERSION = "simgl/1"
 # A request with 100 spacecraft takes 15 kB.
@@ -51,6 +52,17 @@ class BadMessageError(BridgeError):
         self.id = id
         self.retryable = retryable
         super().__init__(f"{field} {problem}" if field else problem)
+
+
+def error_of(error: BadMessageError) -> Error:
+    """The reply that says why a message was not accepted; it has no path of the server's disk."""
+    return Error(
+        id=error.id,
+        code=error.code,
+        field=public_text(error.field),
+        detail=public_text(str(error)),
+        retryable=error.retryable,
+    )
 
 
 def pack(message: Message) -> list[bytes]:
@@ -153,7 +165,7 @@ def _explain(error: str, data: dict[Any, Any]) -> tuple[str, str]:
         kind = float if field.endswith(".joints") or field == "lamps" else SentPose
         step = key or (_invalid_entry(value, kind) if index == "..." else int(index))
         value = value[step]
-        label = _short(str(step))
+        label = one_line(str(step))
         field += f"[{label}]" if isinstance(step, int) else f".{label}" if field else label
     if missing := re.fullmatch(r"Object missing required field `(.*)`", message):
         return f"{field}.{missing[1]}" if field else missing[1], "is missing"
@@ -176,14 +188,14 @@ def _alternatives(types: str) -> str:
     return " or ".join(_WORDS.get(t, t) for t in types.split(" | "))
 
 
-def _short(text: str) -> str:
-    """A string cut to 60 characters on one line."""
-    cut = text if len(text) <= 60 else f"{text[:57]}..."
+def one_line(text: str, longest: int = 60) -> str:
+    """A string cut to ``longest`` characters, on one line of printable ones."""
+    cut = text if len(text) <= longest else f"{text[: longest - 3]}..."
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in cut)
 
 
 def quoted(value: Any) -> str:
     """A value for an error message, cut to 60 characters; strings in double quotes."""
     if isinstance(value, str):
-        return f'"{_short(value)}"'
-    return _short(repr(value) if value is not None else "nil")
+        return f'"{one_line(value)}"'
+    return one_line(repr(value) if value is not None else "nil")

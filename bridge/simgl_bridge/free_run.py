@@ -30,7 +30,7 @@ class StateStream:
     def __init__(self, interval: float) -> None:
         self._interval = interval
         self._due = 0.0
-        self._owner: bytes | None = None
+        self.owner: bytes | None = None
         self._owner_heard = 0.0
         self._newest: State | None = None
         self._dropped = 0
@@ -40,12 +40,12 @@ class StateStream:
 
     def accept(self, client: bytes, name: str, state: State, now: float) -> bool:
         """Take a client's state as the newest; False where another client owns the stream."""
-        if self._owner != client:
-            if self._owner is not None and now - self._owner_heard < OWNER_SILENCE:
+        if self.owner != client:
+            if self.owner is not None and now - self._owner_heard < OWNER_SILENCE:
                 return False
             # Images of another simulation mean nothing to this one.
-            self.forget(self._owner)
-        self._owner, self.owner_name, self._owner_heard = client, name, now
+            self.forget(self.owner)
+        self.owner, self.owner_name, self._owner_heard = client, name, now
         if self._newest is not None:
             self._dropped += 1
         self._newest = state
@@ -56,8 +56,8 @@ class StateStream:
         if client is None:
             return
         self._waiting.pop(client, None)
-        if client == self._owner:
-            self._owner, self._newest, self._dropped, self.last = None, None, 0, None
+        if client == self.owner:
+            self.owner, self._newest, self._dropped, self.last = None, None, 0, None
 
     def due(self, now: float) -> bool:
         """Whether a state is to be rendered now."""
@@ -65,12 +65,12 @@ class StateStream:
 
     def take(self, now: float) -> tuple[bytes, State, int] | None:
         """Owner, newest state, and how many it replaced; None where the owner has left."""
-        if self._newest is None or self._owner is None:
+        if self._newest is None or self.owner is None:
             return None
         state, dropped = self._newest, self._dropped
         self._newest, self._dropped = None, 0
         self._due = now + self._interval
-        return self._owner, state, dropped
+        return self.owner, state, dropped
 
     def wait(self, client: bytes, request: Next, now: float) -> bool:
         """Let a client wait for the next images; False where too many do."""

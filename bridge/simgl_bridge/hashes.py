@@ -6,12 +6,15 @@ import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import msgspec
 
 from simgl.content_digest import content_digest
-from simgl.scenario.scenario import Scenario
-from simgl_bridge.messages import SentPose, SentSun
+from simgl_bridge.messages import CameraImage, Render, SentPose, SentSun, State
+
+if TYPE_CHECKING:
+    from simgl.scenario.scenario import Scenario
 
 
 def state_hash(
@@ -31,11 +34,13 @@ def state_hash(
     ``[tai_ns, [[name, position_m, velocity_m_s, q_icrf_from_body_xyzw, [[joint, value], ...]],
     ...], sun position_m or nil, [[camera, exposure_time_s, gain_dn_per_e], ...], seed]``:
     spacecraft as sent, sorted by name, and so are joints; cameras in the order of the request, with
-    the values used; integers in their shortest form; real numbers as float64. Names sort by Unicode
-    code points, which is the order of their UTF-8 bytes. Where lamps were sent, ``moving`` is set
-    or ``draw`` is not 0, a sixth entry follows: ``[[[lamp, share], ...], [[name,
-    angular_velocity_rad_s], ...]]``, lamps and spacecraft sorted by name, the second list nil
-    without ``moving``. A ``draw`` that is not 0 is the seventh entry.
+    the values used. Integers, and the lengths of texts and arrays, take the shortest MessagePack
+    form that holds them: ``tai_ns`` is always a uint 64, ``seed`` and ``draw`` a positive fixint,
+    uint 8, uint 16 or uint 32. Real numbers are float 64, also those that were sent as integers or
+    float 32. Names sort by Unicode code points, which is the order of their UTF-8 bytes. Where
+    lamps were sent, ``moving`` is set or ``draw`` is not 0, a sixth entry follows: ``[[[lamp,
+    share], ...], [[name, angular_velocity_rad_s], ...]]``, lamps and spacecraft sorted by name, the
+    second list nil without ``moving``. A ``draw`` that is not 0 is the seventh entry.
     """
     sorted_bodies = [
         [
@@ -60,6 +65,20 @@ def state_hash(
     if draw:
         state.append(int(draw))
     return hashlib.blake2b(msgspec.msgpack.encode(state), digest_size=16).hexdigest()
+
+
+def shown_state_hash(request: Render | State, images: Sequence[CameraImage], seed: int) -> str:
+    """State hash of a request and the images that it was answered with."""
+    return state_hash(
+        tai_ns=request.tai_ns,
+        bodies=request.bodies,
+        sun=request.sun,
+        cameras=[(i.camera, i.exposure_time_s, i.gain_dn_per_e) for i in images],
+        seed=seed,
+        lamps=request.lamps,
+        moving=request.moving,
+        draw=request.draw,
+    )
 
 
 def scene_hash(scenario: Scenario) -> str:

@@ -15,8 +15,8 @@ from simgl.errors import BridgeError
 from simgl_bridge.client import Client
 from simgl_bridge.processes import end, start_server
 
-# Timeout of one attempt to reach a server that is starting [s].
-_ATTEMPT = 0.25
+# A server that listens answers well within this, whatever it does [s].
+_ATTEMPT = 2.0
 # A server that was asked to end finishes its image; after this it is killed [s].
 _PATIENCE = 30.0
 
@@ -67,8 +67,9 @@ def _wait_until_ready(
             raise BridgeError(
                 f"{address}: the server ended with code {process.returncode}: {_last_line(log)}"
             )
+        left = max(deadline - time.monotonic(), _ATTEMPT)
         try:
-            Client(address, timeout_s=_ATTEMPT, name="launcher").close()
+            Client(address, timeout_s=_ATTEMPT, ready_timeout_s=left, name="launcher").close()
         except BridgeError:
             continue
         return

@@ -2,6 +2,7 @@
 
     client                                server
     Hello      name, versions        ->
+                                     <-   Pong      its state, where it is not ready yet
                                      <-   Welcome   cameras, bodies, window, scene hash, boot id
     Render     time, poses, cameras  ->
                                      <-   Images    values used, state hash, then raw planes
@@ -17,9 +18,9 @@
 
 Any request may be answered by an Error instead. Units are in the names; positions are Earth-centred
 in ICRF axes, times TAI nanoseconds since 1970-01-01T00:00:00 TAI, quaternions Hamilton, scalar
-last. A receiver ignores unknown fields, so that minor versions can add some. Types
-here carry no limits; ``validate_request`` checks values and names the field. ``docs/protocol.md``
-is generated from this file.
+last. A receiver ignores unknown fields, so that minor versions can add some. The ranges in the
+types (``value_ranges``) are those that requests are checked against. ``docs/protocol.md`` is
+generated from this file.
 """
 
 from __future__ import annotations
@@ -27,6 +28,22 @@ from __future__ import annotations
 from enum import StrEnum
 
 from msgspec import Struct
+
+from simgl_bridge.value_ranges import (
+    AngularVelocity,
+    Attitude,
+    DeadlineMs,
+    Draw,
+    ExposureTime,
+    Gain,
+    Id,
+    Position,
+    Seed,
+    Share,
+    SunPosition,
+    TaiNs,
+    Velocity,
+)
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -65,9 +82,15 @@ class ErrorCode(StrEnum):
     BUSY = "BUSY"
     """The client's window of queued requests is full; send the request again later."""
     DEADLINE = "DEADLINE"
-    """The request was queued longer than its deadline and was not rendered."""
+    """Too late: the request's deadline was over before its images were there."""
     NOT_OWNER = "NOT_OWNER"
     """Another client streams states or chose the scenario, and has not left."""
+    NOT_READY = "NOT_READY"
+    """The server is still starting and cannot take a state; send it again once it is ready."""
+    NOT_RECORDED = "NOT_RECORDED"
+    """The server records, and the images cannot be recorded, such as on a full disk."""
+    RENDERER_LOST = "RENDERER_LOST"
+    """The renderer died, or did not return; it is started again, and the request may succeed."""
     GPU_LOST = "GPU_LOST"
     """The OpenGL context failed; a new one is opened, and the same request may succeed."""
     INTERNAL = "INTERNAL"
@@ -87,6 +110,23 @@ class Hello(Message, frozen=True, kw_only=True):
 
     client: str
     versions: tuple[str, ...]
+
+
+class ServerStatus(Struct, frozen=True, kw_only=True):
+    """What the server is doing; with the answers to Hello and Ping.
+
+    state : ``starting``, ``ready``, ``drawing``, or ``lost`` while a renderer that died is started
+        again
+    detail : what is being prepared, or why the renderer was lost
+    done, total : steps of that; total is 0 where they are not counted
+    since_s : time in this state
+    """
+
+    state: str
+    detail: str = ""
+    done: int = 0
+    total: int = 0
+    since_s: float = 0.0
 
 
 class CameraDescription(Struct, frozen=True, kw_only=True):
@@ -129,24 +169,26 @@ class Welcome(Message, frozen=True, kw_only=True):
     bodies : spacecraft that a request may place, each with its movable joints
     lamps : that a request may dim
     scenarios : what Configure may choose; empty where the server has no folder of them
+    status : what the server is doing
     """
 
-    id: int | None
+    id: Id | None
     server: str
     boot: str
     renderer: str
     scenario: str
     scene_hash: str
-    epoch_tai_ns: int
+    epoch_tai_ns: TaiNs
     time_scale: str
     frame: str
-    seed: int
+    seed: Seed
     window: int
     products: tuple[str, ...]
     cameras: tuple[CameraDescription, ...]
     bodies: dict[str, tuple[str, ...]]
     scenarios: tuple[str, ...] = ()
     lamps: tuple[str, ...] = ()
+    status: ServerStatus | None = None
 
 
 class SentPose(Struct, frozen=True, kw_only=True):
@@ -156,15 +198,15 @@ class SentPose(Struct, frozen=True, kw_only=True):
     velocity_m_s : moves the spacecraft while the shutter is open, where the request sets
         ``moving``; without it only the LVLH axes about this spacecraft and the aberration of
         stars in its cameras follow the velocity
-    joints : movable joint to its angle [rad] or travel [m]
+    joints : movable joint to its angle [rad] or travel [m], within the limits of the model
     angular_velocity_rad_s : relative to ICRF, in body axes; used where the request sets ``moving``
     """
 
-    position_m: Vector
-    velocity_m_s: Vector
-    q_icrf_from_body_xyzw: Quaternion
+    position_m: Position
+    velocity_m_s: Velocity
+    q_icrf_from_body_xyzw: Attitude
     joints: dict[str, float] = {}
-    angular_velocity_rad_s: Vector = (0.0, 0.0, 0.0)
+    angular_velocity_rad_s: AngularVelocity = (0.0, 0.0, 0.0)
 
 
 class SentSun(Struct, frozen=True, kw_only=True):
@@ -174,7 +216,7 @@ class SentSun(Struct, frozen=True, kw_only=True):
         direction and irradiance takes only the direction
     """
 
-    position_m: Vector
+    position_m: SunPosition
 
 
 class Shot(Struct, frozen=True, kw_only=True):
@@ -184,39 +226,40 @@ class Shot(Struct, frozen=True, kw_only=True):
     """
 
     camera: str
-    exposure_time_s: float | None = None
-    gain_dn_per_e: float | None = None
+    exposure_time_s: ExposureTime | None = None
+    gain_dn_per_e: Gain | None = None
     products: tuple[str, ...] = ("dn",)
 
 
 class Render(Message, frozen=True, kw_only=True):
     """A request for the images of one state, all cameras at once.
 
-    id : chosen by the client, 0 or more; the same id brings the same reply again
+    id : chosen by the client; the same id brings the same reply again
     tai_ns : mid-exposure of every camera
     cameras : at least one, each once
     bodies : spacecraft left out follow the scenario's own laws
     sun : nil leaves it to the scenario
-    lamps : lamp to the share of its power that it burns with, 0 to 1; those left out burn fully
+    lamps : lamp to the share of its power that it burns with; those left out burn fully
     moving : while the shutter is open, bodies move with constant velocity and angular velocity, and
         those left out by their laws: DN and electrons show motion blur and rolling shutter. Send
         every spacecraft in view, or none; otherwise the scene is fixed
-    draw : which of several images of this time, 0 to 2^32 - 1, such as those of a bracket: equal
+    draw : which of several images of this time, such as those of a bracket: equal
         numbers have equal noise, others independent noise
     seek : allow a time before that of the client's last request
-    deadline_ms : a request that was queued longer is answered with DEADLINE; nil sets no limit
+    deadline_ms : from its arrival; then it is answered with DEADLINE, even if it is being drawn.
+        nil sets no limit
     """
 
-    id: int
-    tai_ns: int
+    id: Id
+    tai_ns: TaiNs
     cameras: tuple[Shot, ...]
     bodies: dict[str, SentPose] = {}
     sun: SentSun | None = None
     seek: bool = False
-    deadline_ms: int | None = None
-    lamps: dict[str, float] = {}
+    deadline_ms: DeadlineMs | None = None
+    lamps: dict[str, Share] = {}
     moving: bool = False
-    draw: int = 0
+    draw: Draw = 0
 
 
 class State(Message, frozen=True, kw_only=True):
@@ -226,14 +269,14 @@ class State(Message, frozen=True, kw_only=True):
     stream until it sends Bye, or is silent for 10 s.
     """
 
-    id: int
-    tai_ns: int
+    id: Id
+    tai_ns: TaiNs
     cameras: tuple[Shot, ...]
     bodies: dict[str, SentPose] = {}
     sun: SentSun | None = None
-    lamps: dict[str, float] = {}
+    lamps: dict[str, Share] = {}
     moving: bool = False
-    draw: int = 0
+    draw: Draw = 0
 
 
 class Next(Message, frozen=True, kw_only=True):
@@ -243,9 +286,9 @@ class Next(Message, frozen=True, kw_only=True):
     deadline_ms : DEADLINE after this; at most 10 s, which is the default
     """
 
-    id: int
-    after: int = 0
-    deadline_ms: int | None = None
+    id: Id
+    after: Id = 0
+    deadline_ms: DeadlineMs | None = None
 
 
 class Configure(Message, frozen=True, kw_only=True):
@@ -255,9 +298,9 @@ class Configure(Message, frozen=True, kw_only=True):
     seed : nil takes the scenario's own
     """
 
-    id: int
+    id: Id
     scenario: str | None = None
-    seed: int | None = None
+    seed: Seed | None = None
 
 
 class Plane(Struct, frozen=True, kw_only=True):
@@ -319,16 +362,16 @@ class Images(Message, frozen=True, kw_only=True):
     dropped : free-run: states replaced by newer ones, unrendered, since the images before
     """
 
-    id: int
+    id: Id
     sequence: int
     boot: str
     scene_hash: str
-    tai_ns: int
+    tai_ns: TaiNs
     state_hash: str
-    seed: int
+    seed: Seed
     bodies: dict[str, SentPose]
     images: tuple[CameraImage, ...]
-    state_id: int | None = None
+    state_id: Id | None = None
     dropped: int = 0
 
 
@@ -343,7 +386,7 @@ class Error(Message, frozen=True, kw_only=True):
     retryable : whether the same request may succeed later
     """
 
-    id: int | None
+    id: Id | None
     code: str
     field: str
     detail: str
@@ -353,20 +396,24 @@ class Error(Message, frozen=True, kw_only=True):
 class Ping(Message, frozen=True, kw_only=True):
     """Asks for a sign of life."""
 
-    id: int
+    id: Id
 
 
 class Pong(Message, frozen=True, kw_only=True):
-    """The reply to Ping."""
+    """The reply to Ping. With id 0 also the first reply to a Hello that has to wait.
 
-    id: int
+    status : what the server is doing
+    """
+
+    id: Id
     boot: str
+    status: ServerStatus | None = None
 
 
 class Stats(Message, frozen=True, kw_only=True):
     """Asks for the server's counters."""
 
-    id: int
+    id: Id
 
 
 class Statistics(Message, frozen=True, kw_only=True):
@@ -380,7 +427,7 @@ class Statistics(Message, frozen=True, kw_only=True):
     clients : heard of in the last 10 s
     """
 
-    id: int
+    id: Id
     boot: str
     uptime_s: float
     images: int
@@ -418,7 +465,7 @@ class Preview(Message, frozen=True, kw_only=True):
     sequence: int
     boot: str
     camera: str
-    tai_ns: int
+    tai_ns: TaiNs
     shape: tuple[int, int, int]
 
 

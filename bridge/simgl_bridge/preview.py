@@ -10,17 +10,16 @@ from typing import Any
 import numpy as np
 import zmq
 
-from simgl.arrays import Image8, Image16
-from simgl.camera.camera import Camera
+from simgl.arrays import Image8
 from simgl.errors import BridgeError
-from simgl.images import display_from_dn
 from simgl_bridge.access import Access, ClientKeys, bind, reason
 from simgl_bridge.framing import BadMessageError, pack, unpack_reply
 from simgl_bridge.messages import Images, Preview
+from simgl_bridge.renderer_messages import Drawn
 
 # Shortest time between two previews [s].
 INTERVAL = 0.1
-# Wider images are subsampled [px].
+# Wider images are subsampled by the renderer [px].
 WIDEST = 640
 # Previews queued for one slow subscriber.
 QUEUE = 2
@@ -37,32 +36,32 @@ class Monitor:
         self._skipped = 0
         self._due = 0.0
 
-    def publish(self, images: Images, digital: tuple[Camera, Image16] | None) -> None:
-        """Publish an image, unless the last one was within ``INTERVAL``."""
-        if digital is None:
+    def is_due(self, now: float) -> bool:
+        """Whether a preview may be published at a time [s, monotonic]."""
+        return now >= self._due
+
+    def publish(self, images: Images, drawn: Drawn, pixels: memoryview) -> None:
+        """Publish the preview that came with images; without one they are counted.
+
+        pixels : of the preview
+        """
+        if not drawn.preview_camera:
+            self._skipped += any(p.product == "dn" for i in drawn.images for p in i.planes)
             return
-        now = time.monotonic()
-        if now < self._due:
-            self._skipped += 1
-            return
-        self._due = now + INTERVAL
-        camera, dn = digital
-        step = -(-dn.shape[1] // WIDEST)
-        pixels = np.ascontiguousarray(display_from_dn(dn[::step, ::step], camera))
+        self._due = time.monotonic() + INTERVAL
         self._number += 1
-        height, width, _ = pixels.shape
         header = Preview(
             number=self._number,
             skipped=self._skipped,
             sequence=images.sequence,
             boot=images.boot,
-            camera=camera.name,
+            camera=drawn.preview_camera,
             tai_ns=images.tai_ns,
-            shape=(height, width, 3),
+            shape=drawn.preview_shape,
         )
         self._skipped = 0
         # A PUB socket drops what does not fit a subscriber's queue; it never waits.
-        self._socket.send_multipart([*pack(header), pixels.tobytes()], zmq.NOBLOCK)
+        self._socket.send_multipart([*pack(header), pixels], zmq.NOBLOCK)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

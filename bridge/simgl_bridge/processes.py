@@ -1,7 +1,8 @@
-"""Server processes: started as children that end with their parent, restarted, and ended."""
+"""Processes of a server: started as children that end with their parent, restarted, and ended."""
 
 from __future__ import annotations
 
+import ctypes
 import multiprocessing
 import os
 import signal
@@ -10,6 +11,8 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from typing import Any
+
+import msgspec
 
 from simgl.errors import BridgeError
 from simgl.interruption import block_interrupts
@@ -34,6 +37,59 @@ class StopWithParent:
     def is_set(self) -> bool:
         """Whether to stop now."""
         return self._stop.is_set() or os.getppid() != self._parent
+
+
+# Linux: the signal that a process gets when the one that started it ends.
+_PR_SET_PDEATHSIG = 1
+# What starts a renderer, before its arguments.
+RENDERER_COMMAND: Sequence[str] = (sys.executable, "-m", "simgl_bridge.render_process")
+
+
+class RendererOptions(msgspec.Struct, frozen=True, kw_only=True):
+    """What a renderer opens.
+
+    scenario : file; None for Basilisk's bare scene
+    chosen : name of a scenario in ``root``, in place of ``scenario``
+    root : folder that all files must lie in; None allows any
+    camera_files : ID=FILE of Basilisk's cameras
+    record : folder for a record of the session; None records nothing
+    """
+
+    scenario: str | None = None
+    chosen: str | None = None
+    seed: int | None = None
+    root: str | None = None
+    basilisk: bool = False
+    camera_files: tuple[str, ...] = ()
+    record: str | None = None
+    record_images: bool = False
+
+
+def start_renderer(
+    options: RendererOptions, address: str, chosen: str | None, seed: int | None
+) -> subprocess.Popen[bytes]:
+    """Start a renderer that connects to an address; it ends when this process does.
+
+    chosen, seed : what a client chose meanwhile; None leaves the options' own
+    """
+    if seed is not None:
+        options = msgspec.structs.replace(options, chosen=chosen, seed=seed)
+    text = msgspec.json.encode(options).decode()
+    # Ctrl-C is for the server, which ends its renderer when the image in hand is sent.
+    return subprocess.Popen(
+        [*RENDERER_COMMAND, address, str(os.getpid()), text], start_new_session=True
+    )
+
+
+def end_with_parent(parent: int) -> None:
+    """Let the system kill this process once its parent is gone, even while it computes.
+
+    Systems other than Linux cannot; there a renderer notices it between two tasks.
+    """
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != parent:
+        sys.exit(1)
 
 
 def start_server(arguments: Sequence[str], **options: Any) -> subprocess.Popen[bytes]:

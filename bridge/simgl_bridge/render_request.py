@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -31,8 +32,18 @@ from simgl_bridge.messages import (
     Shot,
     Vector,
 )
-from simgl_bridge.validate_request import PRODUCTS, ImageRequest, check_request
+from simgl_bridge.validate_request import UNITS, ImageRequest
 
+# Products on the wire: which product of a capture holds it.
+PRODUCTS = {
+    "dn": Product.DN,
+    "radiance": Product.RADIANCE,
+    "electrons": Product.ELECTRONS,
+    "depth": Product.TRUTH,
+    "part_id": Product.TRUTH,
+}
+# At the end of where an error is: a table of the scenario.
+_TABLE = re.compile(r"\[[\w.-]+\]$")
 # Pixels counted together: they fit into the processor's cache.
 _BLOCK = 65536
 
@@ -71,11 +82,10 @@ class RenderedImages:
 
 
 def render_images(render_session: ImageSource, request: ImageRequest) -> RenderedImages:
-    """The images of exactly the state in a request.
+    """The images of exactly the state in a request, which was checked.
 
-    Raises BadMessageError for a value or a scene that is impossible.
+    Raises BadMessageError for a scene that is impossible.
     """
-    check_request(render_session.scenario, request)
     state = requested_state(render_session.scenario, request)
     during = partial(requested_state, render_session.scenario, request) if request.moving else None
     images: list[CameraImage] = []
@@ -83,11 +93,11 @@ def render_images(render_session: ImageSource, request: ImageRequest) -> Rendere
     digital = None
     for shot in request.cameras:
         start = time.perf_counter()
-        products = frozenset(PRODUCTS[name][0] for name in shot.products)
+        products = frozenset(PRODUCTS[name] for name in shot.products)
         try:
             capture = render_session.capture(state, shot.camera, products, during, request.draw)
         except ConfigError as error:
-            raise _bad_scene(error, request.id) from None
+            raise bad_scene(error, request.id) from None
         frames = {name: _pixels(capture, name) for name in shot.products}
         images.append(_camera_image(state, shot, capture, frames, time.perf_counter() - start))
         pixels.extend(frames.values())
@@ -111,7 +121,7 @@ def requested_state(
     epoch = request.tai_ns if tai_ns is None else tai_ns
     bodies = {}
     for name, sent in request.bodies.items():
-        pose = _pose(sent, f"bodies.{name}", request.id)
+        pose = _pose(sent)
         if epoch != request.tai_ns:
             pose = _extrapolated(pose, sent.angular_velocity_rad_s, (epoch - request.tai_ns) * 1e-9)
         bodies[name] = pose
@@ -120,7 +130,7 @@ def requested_state(
     try:
         state = scenario.with_poses(epoch, bodies, joint_angles=joint_angles, sun=sun)
     except ConfigError as error:
-        raise _bad_scene(error, request.id) from None
+        raise bad_scene(error, request.id) from None
     changed = [s for s in request.cameras if (s.exposure_time_s, s.gain_dn_per_e) != (None, None)]
     if changed:
         cameras = dict(state.cameras)
@@ -174,23 +184,18 @@ def _with_settings(camera: Camera, shot: Shot) -> Camera:
     return camera
 
 
-def _pose(sent: SentPose, field: str, id: int) -> Pose:
-    try:
-        R_icrf_from_body = matrix_from_quaternion(sent.q_icrf_from_body_xyzw)
-    except ValueError as error:
-        where = f"{field}.q_icrf_from_body_xyzw"
-        raise BadMessageError(ErrorCode.BAD_VALUE, where, str(error), id) from None
+def _pose(sent: SentPose) -> Pose:
     return Pose(
         position=np.array(sent.position_m, dtype=np.float64),
         velocity=np.array(sent.velocity_m_s, dtype=np.float64),
-        R_icrf_from_body=R_icrf_from_body,
+        R_icrf_from_body=matrix_from_quaternion(sent.q_icrf_from_body_xyzw),
     )
 
 
-def _bad_scene(error: ConfigError, id: int) -> BadMessageError:
+def bad_scene(error: ConfigError, id: int) -> BadMessageError:
     # The table alone: the path of the scenario file stays on the server.
-    table = error.where[max(error.where.rfind("["), 0) :]
-    field = f"{table} {error.key}".strip()
+    table = _TABLE.search(error.where)
+    field = f"{table[0] if table else ''} {error.key}".strip()
     return BadMessageError(ErrorCode.BAD_SCENE, field, error.problem, id)
 
 
@@ -222,7 +227,7 @@ def _camera_image(
         saturated_pixels=None if dn is None else _count_saturated(dn, camera),
         render_us=round(seconds * 1e6),
         planes=tuple(
-            Plane(product=name, dtype=array.dtype.str, shape=array.shape, unit=PRODUCTS[name][1])
+            Plane(product=name, dtype=array.dtype.str, shape=array.shape, unit=UNITS[name])
             for name, array in frames.items()
         ),
         part_names=truth.part_names if truth and "part_id" in shot.products else {},

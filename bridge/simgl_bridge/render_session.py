@@ -1,8 +1,4 @@
-"""The server without a protocol: a scenario and its simulator, both replaceable.
-
-An endpoint (such as ``simgl1_endpoint``) turns requests of its protocol into captures of a
-RenderSession.
-"""
+"""A scenario and its simulator, both replaceable: what the renderer process renders with."""
 
 from __future__ import annotations
 
@@ -12,12 +8,13 @@ from pathlib import Path
 
 import moderngl
 
-from simgl.errors import BridgeError, ContextError
+from simgl.errors import BridgeError, ConfigError, ContextError
 from simgl.scenario.loader import load_scenario
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState
 from simgl.simulator import Capture, Product, Simulator
-from simgl_bridge.hashes import scene_hash
+from simgl_bridge.public_text import public_text
+from simgl_bridge.scenario_folder import scenario_names
 
 
 class GpuLostError(BridgeError):
@@ -47,7 +44,6 @@ class RenderSession:
         self._simulator: Simulator | None = open_simulator(scenario)
         self.renderer_name = self._simulator.renderer_name
         self.scenario = scenario
-        self.scene_hash = scene_hash(scenario)
 
     def capture(
         self,
@@ -93,22 +89,14 @@ class RenderSession:
             # The objects of a lost context are lost with it.
             return
 
-    @property
-    def scenario_names(self) -> tuple[str, ...]:
-        """The scenarios that ``configure`` may choose."""
-        if self._root is None:
-            return ()
-        contained = [p for p in self._root.glob("*.toml") if p.resolve().parent == self._root]
-        return tuple(sorted(p.stem for p in contained))
-
     def without_folder(self, text: str) -> str:
         """A text for clients: files named relative to the folder of scenarios."""
-        return text.replace(f"{self._root}/", "")
+        return public_text(text, () if self._root is None else (self._root,))
 
     def configure(self, name: str | None, seed: int | None) -> None:
         """Choose another scenario of the folder, or another seed.
 
-        name : one of ``scenario_names``; None keeps the scenario
+        name : of a scenario in the folder; None keeps the scenario
 
         Raises SimglError where the scenario cannot be loaded; the present one then stays.
         """
@@ -116,8 +104,7 @@ class RenderSession:
             self._set_seed(self.scenario.seed if seed is None else seed)
             return
         assert self._root is not None
-        assert name in self.scenario_names
-        loaded = load_scenario(self._root / f"{name}.toml", root=self._root)
+        loaded = load_named(self._root, name)
         self._load(loaded if seed is None else replace(loaded, seed=seed))
 
     def _set_seed(self, seed: int) -> None:
@@ -129,7 +116,7 @@ class RenderSession:
         simulator = self._open(scenario)
         self.close()
         self._simulator, self.scenario = simulator, scenario
-        self.scene_hash = scene_hash(scenario)
+        self.renderer_name = simulator.renderer_name
 
     def close(self) -> None:
         """Close the simulator."""
@@ -142,6 +129,13 @@ class RenderSession:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def load_named(root: Path, name: str) -> Scenario:
+    """A scenario of a folder that clients may choose from; raises SimglError."""
+    if name not in scenario_names(root):
+        raise ConfigError(str(root), "", f'has no scenario "{name}"')
+    return load_scenario(root / f"{name}.toml", root=root)
 
 
 def _one_line(error: Exception) -> str:

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import errno
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import Any, TypeVar
 
 import zmq
 
 from simgl_bridge.access import Access, bind
 from simgl_bridge.bind_address import is_loopback
 from simgl_bridge.client_sessions import Frames
-from simgl_bridge.framing import BadMessageError, pack
+from simgl_bridge.framing import BadMessageError, error_of, pack
 from simgl_bridge.messages import Error, ErrorCode
-from simgl_bridge.render_session import GpuLostError
-from simgl_bridge.server import report_failure
+from simgl_bridge.operator_log import OperatorLog
 from simgl_bridge.sockets import receive, send
 
 # Send buffer on the loopback: pixels under way stay in the processor's cache, so that 1280 x 960 of
@@ -23,11 +22,9 @@ from simgl_bridge.sockets import receive, send
 LOOPBACK_BUFFER = 256 * 1024
 # ZeroMQ drops a client that sends a longer frame, before it takes any memory for it.
 LARGEST_FRAME = 128 * 1024
-# Replies queued for one client, in bytes of images of the largest camera; a client that reads
-# nothing loses further ones. ZeroMQ may report a half-full queue as full, so it is never shorter
-# than 16.
-QUEUE_BYTES = 256 * 1024 * 1024
-QUEUE_RANGE = (16, 256)
+# Replies queued for one client; one that reads nothing loses further ones. ZeroMQ may report a
+# half-full queue as full. A client that waits for its replies has four at most.
+QUEUE = 32
 # Messages of one client that wait to be received: those that a fast simulation in free-run sends
 # while an image is rendered. libzmq 4.3.5 can abort the process only where more come: if a
 # heartbeat is among those that found the queue full, and the client breaks the connection
@@ -36,13 +33,15 @@ MAX_WAITING = 1024
 # Messages received between two images: a flood must not delay the other clients.
 MAX_PER_TURN = 256
 
+_Result = TypeVar("_Result")
+
 
 class RouterSocket:
     """A ROUTER socket bound to an address, and what it counts.
 
-    max_pixels : of one image
     on_gone : called with a client that has left, when a reply to it fails
 
+    log : of failures
     errors : refusals sent; ``busy`` of them were BUSY
     lost : replies that could not be sent
 
@@ -55,23 +54,22 @@ class RouterSocket:
         address: str,
         access: Access,
         *,
-        max_pixels: int,
         on_gone: Callable[[bytes], None],
     ) -> None:
         self._on_gone = on_gone
+        self.log = OperatorLog()
         self.errors = self.busy = self.lost = 0
         self.socket = context.socket(zmq.ROUTER)
-        self._configure(address, max_pixels)
+        self._configure(address)
         self.address = bind(self.socket, address, access)
 
-    def _configure(self, address: str, max_pixels: int) -> None:
+    def _configure(self, address: str) -> None:
         s = self.socket
         s.setsockopt(zmq.LINGER, 0)
         if is_loopback(address):
             s.setsockopt(zmq.SNDBUF, LOOPBACK_BUFFER)
         s.setsockopt(zmq.MAXMSGSIZE, LARGEST_FRAME)
-        shortest, longest = QUEUE_RANGE
-        s.setsockopt(zmq.SNDHWM, min(max(QUEUE_BYTES // (2 * max_pixels), shortest), longest))
+        s.setsockopt(zmq.SNDHWM, QUEUE)
         s.setsockopt(zmq.RCVHWM, MAX_WAITING)
         # A client that connects again with its identity takes over at once.
         s.setsockopt(zmq.ROUTER_HANDOVER, 1)
@@ -104,32 +102,23 @@ class RouterSocket:
             if error.errno == errno.EHOSTUNREACH:
                 self._on_gone(client)
 
-    def refuse(self, client: bytes, error: BadMessageError) -> None:
+    def refuse(self, client: bytes, error: Error) -> None:
         """Send an Error reply."""
         self.errors += 1
         self.busy += error.code == ErrorCode.BUSY
-        reply = Error(
-            id=error.id,
-            code=error.code,
-            field=error.field,
-            detail=str(error),
-            retryable=error.retryable,
-        )
-        self.send(client, pack(reply))
+        self.send(client, pack(error))
 
     def answer_or_refuse(
-        self, client: bytes, answer: Callable[[], None], id: int | None = None
-    ) -> None:
-        """Run ``answer``; whatever it raises becomes an Error reply."""
+        self, client: bytes, answer: Callable[[], _Result], id: int | None = None
+    ) -> _Result | None:
+        """The result of ``answer``; whatever it raises becomes an Error reply."""
         try:
-            answer()
+            return answer()
         except BadMessageError as error:
-            self.refuse(client, error)
-        except GpuLostError as error:
-            code, detail = ErrorCode.GPU_LOST, f"{error}; a new context is opened"
-            self.refuse(client, BadMessageError(code, "", detail, id, retryable=True))
+            self.refuse(client, error_of(error))
         # No request may end the service for the other clients.
         except Exception as error:
-            report_failure()
-            detail = " ".join(f"{type(error).__name__}: {error}".split())
-            self.refuse(client, BadMessageError(ErrorCode.INTERNAL, "", detail, id))
+            self.log.failure()
+            detail = f"{type(error).__name__}: {error}"
+            self.refuse(client, error_of(BadMessageError(ErrorCode.INTERNAL, "", detail, id)))
+        return None

@@ -1,7 +1,7 @@
 """The server's loop: endpoints receive, clients take turns, one image is rendered at a time.
 
-One thread does everything, because OpenGL is bound to it; ZeroMQ's own threads move the bytes.
-Between two images every endpoint receives what has arrived.
+The loop never waits for the renderer, which is another process: whatever is drawn, requests that
+need no image are answered within milliseconds.
 """
 
 from __future__ import annotations
@@ -9,20 +9,23 @@ from __future__ import annotations
 import math
 import sys
 import time
-import traceback
 from collections import OrderedDict, deque
 from collections.abc import Callable, Hashable, Sequence
-from typing import Any, Protocol
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
 
 import zmq
 
-# Interval at which a stop is noticed while no request comes [s].
+if TYPE_CHECKING:
+    from simgl_bridge.render_queue import RenderQueue
+    from simgl_bridge.renderer_link import Payload
+    from simgl_bridge.renderer_messages import Answer, Task
+
+# Interval at which a stop, or the end of the renderer, is noticed [s].
 IDLE = 0.05
 # After an image the server polls without sleeping for this long [s]: a client in lock-step sends
 # its next request at once, and waking up takes 0.2 ms.
 AWAKE = 0.001
-
-Work = Callable[[], None]
 
 
 class Stop(Protocol):
@@ -49,6 +52,23 @@ class Endpoint(Protocol):
         """Tell the peers that the server leaves."""
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Work:
+    """A request that needs the renderer. None of its functions raises.
+
+    key : equal for a request and its repetition
+    begin : called at its turn; returns None where it was answered without the renderer
+    finish : called with the renderer's answer; at the end with whether it came too late
+    deadline : when ``overdue`` is called [s, monotonic], unless it is finished by then
+    """
+
+    begin: Callable[[], Task | None]
+    finish: Callable[[Answer, Payload, bool], None]
+    key: Hashable = None
+    deadline: float = math.inf
+    overdue: Callable[[], None] = lambda: None
+
+
 class FairQueue:
     """Queued work by client; the client served last goes to the end.
 
@@ -57,29 +77,44 @@ class FairQueue:
 
     def __init__(self, window: int) -> None:
         self.window = window
-        self._queues: OrderedDict[bytes, deque[tuple[Hashable, Work]]] = OrderedDict()
+        self._queues: OrderedDict[bytes, deque[Work]] = OrderedDict()
 
-    def offer(self, client: bytes, key: Hashable, work: Work) -> bool:
-        """Queue work under a key; False where the client's window is full."""
+    def offer(self, client: bytes, work: Work) -> bool:
+        """Queue work; False where the client's window is full."""
         queue = self._queues.setdefault(client, deque())
         if len(queue) >= self.window:
             return False
-        queue.append((key, work))
+        queue.append(work)
         return True
 
     def has(self, client: bytes, key: Hashable) -> bool:
         """Whether work of this key is queued for a client."""
-        return any(key == other for other, _ in self._queues.get(client, ()))
+        return any(key == work.key for work in self._queues.get(client, ()))
 
-    def take(self) -> Work | None:
-        """Remove and return the next work; None where there is none."""
+    def take(self) -> tuple[bytes, Work] | None:
+        """Remove and return the next work with its client; None where there is none."""
         if not self._queues:
             return None
         client, queue = self._queues.popitem(last=False)
-        _, work = queue.popleft()
+        work = queue.popleft()
         if queue:
             self._queues[client] = queue
-        return work
+        return client, work
+
+    def take_overdue(self, now: float) -> list[Work]:
+        """Remove and return the work whose deadline is over."""
+        late = [work for queue in self._queues.values() for work in queue if now >= work.deadline]
+        for work in late:
+            for client, queue in list(self._queues.items()):
+                if work in queue:
+                    queue.remove(work)
+                    if not queue:
+                        del self._queues[client]
+        return late
+
+    def next_deadline(self) -> float:
+        """The first deadline [s, monotonic]."""
+        return min((w.deadline for q in self._queues.values() for w in q), default=math.inf)
 
     def drop(self, client: bytes) -> None:
         """Forget the work of a client that left."""
@@ -89,25 +124,39 @@ class FairQueue:
         return sum(len(queue) for queue in self._queues.values())
 
 
-def serve(endpoints: Sequence[Endpoint], queue: FairQueue, stop: Stop) -> None:
-    """Answer until ``stop`` is set; an image being rendered is finished and sent first."""
-    poller = zmq.Poller()
-    for endpoint in endpoints:
-        poller.register(endpoint.socket, zmq.POLLIN)
-    awake_until = -math.inf
-    while not stop.is_set():
-        now = time.monotonic()
-        due = min(endpoint.update(now) for endpoint in endpoints)
-        wait = 0.0 if len(queue) or now < awake_until else max(min(due - now, IDLE), 0.0)
-        poller.poll(round(wait * 1000.0))
+def serve(
+    endpoints: Sequence[Endpoint],
+    queue: RenderQueue,
+    stop: Stop,
+    on_ready: Callable[[], None] = lambda: None,
+) -> None:
+    """Answer until ``stop`` is set; an image being rendered is finished and sent first.
+
+    on_ready : called once, when the renderer is ready for the first time
+
+    Raises BridgeError where the renderer cannot start, or keeps dying.
+    """
+    queue.start()
+    awake_until, was_ready = -math.inf, False
+    try:
+        while not (stopping := stop.is_set()) or queue.is_awaited:
+            now = time.monotonic()
+            due = min(queue.update(now), *(endpoint.update(now) for endpoint in endpoints))
+            wait = 0.0 if now < awake_until else max(min(due - now, IDLE), 0.0)
+            poller = zmq.Poller()
+            for socket in (queue.socket, *(endpoint.socket for endpoint in endpoints)):
+                poller.register(socket, zmq.POLLIN)
+            poller.poll(math.ceil(wait * 1000.0))
+            for endpoint in endpoints:
+                endpoint.receive()
+            if queue.advance(begin=not stopping):
+                awake_until = time.monotonic() + AWAKE
+            if not was_ready and queue.scene is not None:
+                was_ready = True
+                on_ready()
+    finally:
         for endpoint in endpoints:
-            endpoint.receive()
-        work = queue.take()
-        if work is not None:
-            work()
-            awake_until = time.monotonic() + AWAKE
-    for endpoint in endpoints:
-        endpoint.farewell()
+            endpoint.farewell()
 
 
 def print_line(line: str) -> None:
@@ -116,8 +165,3 @@ def print_line(line: str) -> None:
         print(line, file=sys.stderr, flush=True)
     except OSError:
         return
-
-
-def report_failure() -> None:
-    """Print the exception being handled to stderr."""
-    print_line(traceback.format_exc().rstrip())

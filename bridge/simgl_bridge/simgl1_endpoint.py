@@ -1,26 +1,26 @@
-"""The endpoint of simgl/1: one ROUTER socket whose requests become images of a render session."""
+"""The endpoint of simgl/1: one ROUTER socket whose requests become images of the renderer."""
 
 from __future__ import annotations
 
+import math
 import time
 import uuid
-from collections.abc import Callable, Hashable
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import msgspec
 import zmq
 
-from simgl.errors import SimglError
 from simgl_bridge.access import ANY_LOCAL, Access
 from simgl_bridge.client_sessions import ClientSession, ClientSessions, Frames, ReplyCache
-from simgl_bridge.describe_server import welcome
-from simgl_bridge.framing import VERSION, BadMessageError, pack, unpack_request
+from simgl_bridge.framing import VERSION, BadMessageError, error_of, pack, unpack_request
 from simgl_bridge.free_run import StateStream, StreamedImages
-from simgl_bridge.hashes import state_hash
+from simgl_bridge.hashes import shown_state_hash
 from simgl_bridge.messages import (
     Bye,
     Configure,
+    Error,
     ErrorCode,
     Hello,
     Images,
@@ -35,32 +35,33 @@ from simgl_bridge.messages import (
     Welcome,
 )
 from simgl_bridge.preview import Monitor
-from simgl_bridge.render_request import RenderedImages, render_images
-from simgl_bridge.render_session import GpuLostError, RenderSession
+from simgl_bridge.render_queue import RenderQueue
+from simgl_bridge.renderer_link import Payload
+from simgl_bridge.renderer_messages import Answer, Draw, Drawn, ServedScene, Task
 from simgl_bridge.router_socket import RouterSocket
-from simgl_bridge.server import FairQueue
+from simgl_bridge.scenario_folder import scenario_names
+from simgl_bridge.server import Work
 from simgl_bridge.validate_request import (
     FieldErrors,
     ImageRequest,
-    check_deadline,
-    check_id,
+    check_ranges,
     check_request,
 )
+from simgl_bridge.welcome import welcome
 
-# Requests of one client that may be queued: n + 1 is rendered while n travels.
-WINDOW = 2
 # Time for replies under way when the server stops [ms].
 LINGER_MS = 2000
-# The noise generator takes keys of 32 bits.
-LARGEST_SEED = 2**32 - 1
 # Identity in the queue of the free-run stream; no client can have it.
 _STREAM = b""
+# Of the Pong that answers a Hello which has to wait; clients count their requests from 1.
+_HELLO_ID = 0
 
 
 class Simgl1Endpoint:
     """Answers simgl/1 at an address.
 
     queue : of requests, shared with other endpoints
+    root : folder of the scenarios that a client may choose from; None offers none
     monitor : address of the PUB socket with previews; None publishes none
     rate_hz : highest rate of images in free-run; None sets no limit
 
@@ -69,34 +70,29 @@ class Simgl1Endpoint:
 
     def __init__(
         self,
-        render_session: RenderSession,
-        queue: FairQueue,
+        queue: RenderQueue,
         address: str,
         *,
+        root: Path | None = None,
         access: Access = ANY_LOCAL,
         monitor: str | None = None,
         rate_hz: float | None = None,
     ) -> None:
-        self._render_session = render_session
         self._queue = queue
+        self._root = root
         self._boot = uuid.uuid4().hex
         self._started = time.monotonic()
         self._sequence = 0
         self._repeated = 0
         self._replies = ReplyCache()
         self._sessions = ClientSessions()
+        self._greeting: dict[bytes, None] = {}
         self._stream = StateStream(0.0 if rate_hz is None else 1.0 / rate_hz)
         self._configured_by: bytes | None = None
         self._context: zmq.Context[Any] = zmq.Context()
         self._authenticator = access.start_authenticator(self._context)
         try:
-            self._router = RouterSocket(
-                self._context,
-                address,
-                access,
-                max_pixels=self._max_pixels,
-                on_gone=self._forget_client,
-            )
+            self._router = RouterSocket(self._context, address, access, on_gone=self._forget_client)
             self.socket, self.address = self._router.socket, self._router.address
             self._monitor = None
             if monitor is not None:
@@ -106,22 +102,16 @@ class Simgl1Endpoint:
             raise
 
     @property
-    def _max_pixels(self) -> int:
-        detectors = [c.detector for c in self._render_session.scenario.cameras.values()]
-        return max((d.width * d.height for d in detectors), default=1)
-
-    @property
     def summary(self) -> str:
         """One line: scenario, address, renderer, cameras and bodies."""
-        scenario = self._render_session.scenario
-        sizes = [
-            f"{name} {c.detector.width}x{c.detector.height}" for name, c in scenario.cameras.items()
-        ]
+        scene = self._queue.scene
+        assert scene is not None
+        sizes = [f"{name} {c.width}x{c.height}" for name, c in scene.cameras.items()]
         monitor = "" if self._monitor is None else f", previews at {self._monitor.address}"
         return (
-            f'simgl serves "{scenario.name}" at {self.address} ({VERSION}){monitor} '
-            f"on {self._render_session.renderer_name}; "
-            f"cameras: {', '.join(sizes) or 'none'}; bodies: {', '.join(scenario.models) or 'none'}"
+            f'simgl serves "{scene.name}" at {self.address} ({VERSION}){monitor} '
+            f"on {scene.renderer}; "
+            f"cameras: {', '.join(sizes) or 'none'}; bodies: {', '.join(scene.models) or 'none'}"
         )
 
     # Receiving
@@ -137,11 +127,13 @@ class Simgl1Endpoint:
         self._replies.forget(client)
         self._stream.forget(client)
         self._sessions.forget(client)
+        self._greeting.pop(client, None)
         if self._configured_by == client:
             self._configured_by = None
 
     def _request(self, client: bytes, session: ClientSession, frames: list[bytes]) -> None:
         request = unpack_request(frames)
+        check_ranges(request)
         if isinstance(request, Render):
             self._enqueue(client, session, request, frames[1])
         elif isinstance(request, State):
@@ -157,7 +149,7 @@ class Simgl1Endpoint:
 
     def _quick_reply(self, client: bytes, session: ClientSession, request: Message) -> Message:
         if isinstance(request, Ping):
-            return Pong(id=request.id, boot=self._boot)
+            return self._pong(request.id)
         if isinstance(request, Stats):
             return self._statistics(request.id)
         assert isinstance(request, Hello)
@@ -167,94 +159,137 @@ class Simgl1Endpoint:
         self._queue.drop(client)
         self._replies.forget(client)
         session.name, session.last_tai_ns = request.client[:60], None
-        return self._welcome(None)
+        if self._queue.scene is not None:
+            return self._welcome(None, self._queue.scene)
+        # The welcome follows. Clients that do not know a status drop an id that they did not use.
+        self._greeting[client] = None
+        return self._pong(_HELLO_ID)
+
+    def _pong(self, id: int) -> Pong:
+        return Pong(id=id, boot=self._boot, status=self._queue.status)
 
     # Lock-step
 
     def _enqueue(
         self, client: bytes, session: ClientSession, request: Render, header: bytes
     ) -> None:
-        check_id(request.id)
-        if frames := self._replies.find(client, request.id, header):
-            self._repeated += 1
-            self._router.send(client, frames)
+        if self._answer_again(client, request, header):
             return
-        # The reply to a queued request answers its repetition too.
+        # The reply to a request that waits or is being drawn answers its repetition too.
         key = (request.id, header)
         if self._queue.has(client, key):
             return
-        arrived = time.monotonic()
+        deadline = math.inf
+        if request.deadline_ms is not None:
+            deadline = time.monotonic() + request.deadline_ms * 1e-3
+        work = Work(
+            key=key,
+            begin=lambda: self._router.answer_or_refuse(
+                client, lambda: self._begin_render(client, session, request, header), request.id
+            ),
+            finish=lambda answer, payload, late: self._router.answer_or_refuse(
+                client,
+                lambda: self._finish_render(
+                    client, session, request, header, answer, payload, late
+                ),
+                request.id,
+            ),
+            deadline=deadline,
+            overdue=lambda: self._router.refuse(client, _too_late(request)),
+        )
+        self._offer(client, request.id, work)
 
-        def render() -> None:
-            self._router.answer_or_refuse(
-                client, lambda: self._render(client, session, request, header, arrived), request.id
-            )
+    def _answer_again(self, client: bytes, request: Render, header: bytes) -> bool:
+        """Send the reply that a request got before, if it did."""
+        frames = self._replies.find(client, request.id, header)
+        if frames is None:
+            return False
+        self._repeated += 1
+        self._router.send(client, frames)
+        return True
 
-        self._offer(client, request.id, render, key)
-
-    def _offer(
-        self, client: bytes, id: int, work: Callable[[], None], key: Hashable = None
-    ) -> None:
-        if not self._queue.offer(client, key, work):
+    def _offer(self, client: bytes, id: int, work: Work) -> None:
+        if not self._queue.offer(client, work):
             problem = f"{self._queue.window} requests of this client wait already, its window"
             raise BadMessageError(ErrorCode.BUSY, "", problem, id, retryable=True)
 
-    def _render(
-        self, client: bytes, session: ClientSession, request: Render, header: bytes, arrived: float
-    ) -> None:
-        check_deadline(request.id, request.deadline_ms)
-        # Another request of this id may have been queued before it.
-        self._replies.find(client, request.id, header)
-        waited = (time.monotonic() - arrived) * 1000.0
-        if request.deadline_ms is not None and waited > request.deadline_ms:
-            problem = f"{request.deadline_ms} ms were over when the turn came, at {waited:.0f} ms"
-            code = ErrorCode.DEADLINE
-            raise BadMessageError(code, "deadline_ms", problem, request.id, retryable=True)
+    def _begin_render(
+        self, client: bytes, session: ClientSession, request: Render, header: bytes
+    ) -> Task | None:
+        # Drawn too late for an earlier try, or another request of this id was before it.
+        if self._answer_again(client, request, header):
+            return None
         last = session.last_tai_ns
         if last is not None and request.tai_ns < last and not request.seek:
             problem = f'must not be before {last}, the last request\'s, unless "seek" is true, '
             problem += f"got {request.tai_ns}"
             raise BadMessageError(ErrorCode.TIME_BACKWARDS, "tai_ns", problem, request.id)
-        rendered = render_images(self._render_session, request)
-        session.last_tai_ns = request.tai_ns
-        images = self._images(request, rendered)
-        frames: Frames = [*pack(images), *_payload(rendered)]
-        self._replies.store(client, request.id, header, frames)
-        self._router.send(client, frames)
-        self._publish_preview(images, rendered)
+        check_request(self._scene, request)
+        return self._draw(request)
 
-    def _images(self, request: ImageRequest, rendered: RenderedImages) -> Images:
+    def _finish_render(
+        self,
+        client: bytes,
+        session: ClientSession,
+        request: Render,
+        header: bytes,
+        answer: Answer,
+        payload: Payload,
+        late: bool,
+    ) -> None:
+        if isinstance(answer, Error):
+            if not late:
+                self._refuse(client, answer, request.id)
+            return
+        assert isinstance(answer, Drawn)
+        images = self._images(request, answer)
+        frames: Frames = [*pack(images), *_planes(answer, payload)]
+        # For a repetition, also where this request was refused as too late.
+        self._replies.store(client, request.id, header, frames)
+        if late:
+            return
+        session.last_tai_ns = request.tai_ns
+        self._router.send(client, frames)
+        self._publish_preview(images, answer, payload)
+
+    @property
+    def _scene(self) -> ServedScene:
+        assert self._queue.scene is not None
+        return self._queue.scene
+
+    def _draw(self, request: ImageRequest) -> Draw:
+        preview = self._monitor is not None and self._monitor.is_due(time.monotonic())
+        return Draw(request=request, preview=preview)
+
+    def _refuse(self, client: bytes, error: Error, id: int) -> None:
+        self._router.refuse(client, msgspec.structs.replace(error, id=id))
+
+    def _images(self, request: ImageRequest, drawn: Drawn) -> Images:
         self._sequence += 1
-        seed = self._render_session.scenario.seed
+        scene = self._scene
         return Images(
             id=request.id,
             sequence=self._sequence,
             boot=self._boot,
-            scene_hash=self._render_session.scene_hash,
+            scene_hash=scene.scene_hash,
             tai_ns=request.tai_ns,
-            state_hash=state_hash(
-                tai_ns=request.tai_ns,
-                bodies=request.bodies,
-                sun=request.sun,
-                cameras=[(i.camera, i.exposure_time_s, i.gain_dn_per_e) for i in rendered.images],
-                seed=seed,
-                lamps=request.lamps,
-                moving=request.moving,
-                draw=request.draw,
-            ),
-            seed=seed,
-            bodies=rendered.bodies,
-            images=rendered.images,
+            state_hash=shown_state_hash(request, drawn.images, scene.seed),
+            seed=scene.seed,
+            bodies=drawn.bodies,
+            images=drawn.images,
         )
 
-    def _publish_preview(self, images: Images, rendered: RenderedImages) -> None:
+    def _publish_preview(self, images: Images, drawn: Drawn, payload: Payload) -> None:
         if self._monitor is not None:
-            self._monitor.publish(images, rendered.digital)
+            self._monitor.publish(images, drawn, payload[-1].buffer)
 
     # Free-run
 
     def _accept_state(self, client: bytes, session: ClientSession, state: State) -> None:
-        check_request(self._render_session.scenario, state)
+        if self._queue.scene is None:
+            problem = f"the server is {self._queue.status.state}, and cannot check a state yet"
+            raise BadMessageError(ErrorCode.NOT_READY, "", problem, state.id, retryable=True)
+        check_request(self._scene, state)
         if not self._stream.accept(client, session.name, state, time.monotonic()):
             owner = self._stream.owner_name
             problem = f'"{owner}" streams states here; it has not left'
@@ -262,40 +297,69 @@ class Simgl1Endpoint:
             raise BadMessageError(code, "", problem, state.id, retryable=True)
 
     def _wait_for_images(self, client: bytes, request: Next) -> None:
-        check_id(request.id)
-        check_deadline(request.id, request.deadline_ms)
         if not self._stream.wait(client, request, time.monotonic()):
             problem = "too many clients wait for the next picture"
             raise BadMessageError(ErrorCode.BUSY, "", problem, request.id, retryable=True)
         self._answer_waiting()
 
     def update(self, now: float) -> float:
-        """Queue the newest state, and refuse requests whose deadline is over."""
-        if self._stream.due(now) and not self._queue.has(_STREAM, 0):
-            self._queue.offer(_STREAM, 0, self._render_stream)
+        """Welcome those who wait, queue the newest state, and refuse what is overdue."""
+        if self._greeting and self._queue.scene is not None:
+            # A client that has left meanwhile is forgotten while the others are welcomed.
+            waiting, self._greeting = self._greeting, {}
+            for client in waiting:
+                self._router.send(client, pack(self._welcome(None, self._queue.scene)))
+        if self._stream.due(now) and not self._queue.has(_STREAM, _STREAM):
+            self._queue.offer(_STREAM, self._stream_work())
         for client, request in self._stream.take_overdue(now):
             problem = f"no picture after sequence {request.after} came in time"
             code = ErrorCode.DEADLINE
             self._router.refuse(
-                client, BadMessageError(code, "", problem, request.id, retryable=True)
+                client, error_of(BadMessageError(code, "", problem, request.id, retryable=True))
             )
         return self._stream.next_event()
 
-    def _render_stream(self) -> None:
-        taken = self._stream.take(time.monotonic())
-        if taken is None:
+    def _stream_work(self) -> Work:
+        """Draws the state that is the newest at its turn."""
+        taken: list[tuple[bytes, State, int]] = []
+
+        def begin() -> Task | None:
+            if (newest := self._stream.take(time.monotonic())) is None:
+                return None
+            taken.append(newest)
+            owner, state, _ = newest
+            return self._router.answer_or_refuse(owner, lambda: self._begin_state(state), state.id)
+
+        def finish(answer: Answer, payload: Payload, late: bool) -> None:
+            del late
+            owner, state, dropped = taken[0]
+            self._router.answer_or_refuse(
+                owner,
+                lambda: self._finish_state(owner, state, dropped, answer, payload),
+                state.id,
+            )
+
+        return Work(key=_STREAM, begin=begin, finish=finish)
+
+    def _begin_state(self, state: State) -> Task:
+        # The scene may be another one since it came.
+        check_request(self._scene, state)
+        return self._draw(state)
+
+    def _finish_state(
+        self, owner: bytes, state: State, dropped: int, answer: Answer, payload: Payload
+    ) -> None:
+        if isinstance(answer, Error):
+            self._refuse(owner, answer, state.id)
             return
-        owner, state, dropped = taken
-
-        def render() -> None:
-            rendered = render_images(self._render_session, state)
-            images = self._images(state, rendered)
-            images = msgspec.structs.replace(images, state_id=state.id, dropped=dropped)
-            self._stream.last = StreamedImages(images, _payload(rendered))
+        assert isinstance(answer, Drawn)
+        images = msgspec.structs.replace(
+            self._images(state, answer), state_id=state.id, dropped=dropped
+        )
+        if self._stream.owner == owner:
+            self._stream.last = StreamedImages(images, _planes(answer, payload))
             self._answer_waiting()
-            self._publish_preview(images, rendered)
-
-        self._router.answer_or_refuse(owner, render, state.id)
+        self._publish_preview(images, answer, payload)
 
     def _answer_waiting(self) -> None:
         last = self._stream.last
@@ -307,13 +371,7 @@ class Simgl1Endpoint:
     # The scene
 
     def _queue_configure(self, client: bytes, request: Configure) -> None:
-        check_id(request.id)
-        errors = FieldErrors(request.id)
-        if request.seed is not None and not 0 <= request.seed <= LARGEST_SEED:
-            errors.refuse("seed", f"must lie in 0..{LARGEST_SEED}, got {request.seed}")
-        names = dict.fromkeys(self._render_session.scenario_names)
-        if request.scenario is not None and request.scenario not in names:
-            errors.unknown_name("scenario", request.scenario, names, ErrorCode.NO_SCENARIO)
+        self._check_scenario(request)
         owner = None if self._configured_by is None else self._sessions.present(self._configured_by)
         if owner is not None and owner.client != client:
             problem = f'"{owner.name}" chose the scenario; it has not left'
@@ -321,26 +379,40 @@ class Simgl1Endpoint:
             raise BadMessageError(code, "", problem, request.id, retryable=True)
         self._configured_by = client
 
-        def configure() -> None:
-            self._router.answer_or_refuse(
-                client, lambda: self._configure(client, request), request.id
+        def begin() -> Task | None:
+            return self._router.answer_or_refuse(
+                client, lambda: self._begin_configure(request), request.id
             )
 
-        self._offer(client, request.id, configure)
+        def finish(answer: Answer, payload: Payload, late: bool) -> None:
+            del payload, late
+            if isinstance(answer, Error):
+                self._refuse(client, answer, request.id)
+            else:
+                assert isinstance(answer, ServedScene)
+                self._router.send(client, pack(self._welcome(request.id, answer)))
 
-    def _configure(self, client: bytes, request: Configure) -> None:
-        try:
-            self._render_session.configure(request.scenario, request.seed)
-        except GpuLostError:
-            raise
-        except SimglError as error:
-            code = ErrorCode.BAD_SCENE
-            problem = self._render_session.without_folder(str(error))
-            raise BadMessageError(code, "scenario", problem, request.id) from None
-        self._router.send(client, pack(self._welcome(request.id)))
+        self._offer(client, request.id, Work(begin=begin, finish=finish))
 
-    def _welcome(self, id: int | None) -> Welcome:
-        return welcome(self._render_session, id=id, boot=self._boot, window=self._queue.window)
+    def _begin_configure(self, request: Configure) -> Task:
+        self._check_scenario(request)
+        return request
+
+    def _check_scenario(self, request: Configure) -> None:
+        names = dict.fromkeys(scenario_names(self._root))
+        if request.scenario is not None and request.scenario not in names:
+            errors = FieldErrors(request.id)
+            errors.unknown_name("scenario", request.scenario, names, ErrorCode.NO_SCENARIO)
+
+    def _welcome(self, id: int | None, scene: ServedScene) -> Welcome:
+        return welcome(
+            scene,
+            id=id,
+            boot=self._boot,
+            window=self._queue.window,
+            scenarios=scenario_names(self._root),
+            status=self._queue.status,
+        )
 
     def _statistics(self, id: int) -> Statistics:
         return Statistics(
@@ -366,6 +438,7 @@ class Simgl1Endpoint:
     def close(self) -> None:
         """Free the address once the last replies are sent, within two seconds."""
         self._destroy(LINGER_MS)
+        self._router.log.close()
 
     def _destroy(self, linger: int) -> None:
         if self._authenticator is not None:
@@ -379,6 +452,13 @@ class Simgl1Endpoint:
         self.close()
 
 
-def _payload(rendered: RenderedImages) -> list[memoryview]:
+def _too_late(request: Render) -> Error:
+    problem = f"is over: too late, there was no image after {request.deadline_ms} ms"
+    code = ErrorCode.DEADLINE
+    return error_of(BadMessageError(code, "deadline_ms", problem, request.id, retryable=True))
+
+
+def _planes(drawn: Drawn, payload: Payload) -> list[memoryview]:
     """The planes as bytes, without a copy."""
-    return [memoryview(plane.data).cast("B") for plane in rendered.pixels]
+    count = sum(len(image.planes) for image in drawn.images)
+    return [frame.buffer for frame in payload[:count]]

@@ -11,8 +11,12 @@ import zmq
 from simgl.errors import BridgeError
 from simgl_bridge.access import ClientKeys, reason
 from simgl_bridge.bind_address import is_ipv6
-from simgl_bridge.client_protocol import HANDSHAKE_FAILURES
 
+HANDSHAKE_FAILURES = (
+    zmq.EVENT_HANDSHAKE_FAILED_AUTH
+    | zmq.EVENT_HANDSHAKE_FAILED_PROTOCOL
+    | zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL
+)
 # The largest plane: radiance of 16384 x 16384 pixels.
 LARGEST_FRAME = 16384 * 16384 * 16
 # Requests and replies that may wait; the server's window is smaller.

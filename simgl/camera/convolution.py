@@ -49,7 +49,8 @@ class Convolver:
         self._width, self._height = width, height
         self._map = map if executor is None else executor.map
         reach = kernels[0][0].reach
-        self._padded = _fast_size((height, width), reach)
+        # A core may be larger than a small image.
+        self._padded = _fast_size((max(height, reach + 1), max(width, reach + 1)), reach)
         distinct = {id(k): k for zone in kernels for k in zone}
         self._transfers = {
             key: _transfer(k.core, self._padded, np.float32) for key, k in distinct.items()

@@ -26,8 +26,8 @@ from simgl.passes.shared_blocks import (
     spacecraft_values,
     tile_values,
 )
-from simgl.view.frame_view import RasterTile
 from simgl.view.lamp_views import LampView
+from simgl.view.raster_tiles import RasterTile
 
 EMPTY = -1.0
 
@@ -147,7 +147,7 @@ class SurfacePass:
         lamps : which light every spacecraft, and the texture of their shadow maps
         returns : one texture, or with ``by_light`` one for each of ``LIGHTS``
         """
-        size = tile.sample_grid.raster_size(tile.width, tile.height)
+        size = tile.raster_size
         sunlight, target = self._targets[len(LIGHTS) if by_light else 1].covering(size)
         area = (0, 0, *size)
         self._write(tile, lamps)

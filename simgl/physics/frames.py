@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial.transform import Rotation
 
 from simgl.arrays import Array
 
@@ -143,4 +142,7 @@ def rotation_between(source: ArrayLike, target: ArrayLike) -> Array:
     # For nearly opposite vectors the cross product is mostly rounding error; only its component
     # perpendicular to a is a valid axis.
     axis = axis - np.dot(axis, a) * a
+    # Here, since it takes a second, and clients of the image service never turn a vector.
+    from scipy.spatial.transform import Rotation
+
     return Rotation.from_rotvec(unit(axis) * np.arctan2(sine, cosine)).as_matrix()

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import socket
+import subprocess
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,10 +17,15 @@ import msgspec
 import zmq
 from simgl_bridge.basilisk.camera_overrides import CameraOverrides
 from simgl_bridge.basilisk.endpoint import BasiliskEndpoint
+from simgl_bridge.basilisk.viz_scene import check_base
 from simgl_bridge.body_pose import BodyPose
+from simgl_bridge.render_process import Renderer, ServerLink, render_tasks
+from simgl_bridge.render_queue import RenderQueue
 from simgl_bridge.render_session import RenderSession
-from simgl_bridge.server import FairQueue, serve
-from simgl_bridge.simgl1_endpoint import WINDOW, Simgl1Endpoint
+from simgl_bridge.renderer_link import RendererLink
+from simgl_bridge.server import Endpoint, serve
+from simgl_bridge.session_recording import SessionRecorder
+from simgl_bridge.simgl1_endpoint import Simgl1Endpoint
 
 from benchmarks.bridge.scene import SMALL
 from simgl import Capture, Product, Scenario, Simulator
@@ -98,6 +104,52 @@ class Gate:
         self._open.set()
 
 
+class RendererThread:
+    """A renderer on a thread of this process: what a test may look into."""
+
+    def __init__(
+        self,
+        address: str,
+        scenario: Scenario,
+        made: list[WatchedSimulator],
+        root: Path | None,
+        overrides: Mapping[int, CameraOverrides],
+        recorder: SessionRecorder | None,
+    ) -> None:
+        def open_simulator(scenario: Scenario) -> WatchedSimulator:
+            made.append(WatchedSimulator(scenario))
+            return made[-1]
+
+        def open_renderer(link: ServerLink) -> Renderer:
+            del link
+            session = RenderSession(scenario, root=root, open_simulator=open_simulator)
+            renderer = Renderer(session, overrides, recorder)
+            if recorder is not None:
+                recorder.opened(renderer.scene, scenario_file=scenario.source, root=root)
+            return renderer
+
+        self._killed = threading.Event()
+        self._thread = threading.Thread(
+            target=render_tasks, args=(address, open_renderer, self._killed.is_set)
+        )
+        self._thread.start()
+
+    def poll(self) -> int | None:
+        """A thread has no exit code; None while it runs."""
+        return None if self._thread.is_alive() else 0
+
+    def kill(self) -> None:
+        """A thread cannot be killed: it ends after its task."""
+        self._killed.set()
+
+    def wait(self, timeout: float | None = None) -> int:
+        """Wait for its end."""
+        self._thread.join(limit(20.0) if timeout is None else timeout)
+        if self._thread.is_alive():
+            raise subprocess.TimeoutExpired("renderer", timeout or 0.0)
+        return 0
+
+
 @dataclass
 class Running:
     """A server on a thread: what a test needs of it."""
@@ -122,39 +174,50 @@ def start(
     scenario: Scenario,
     address: str = "tcp://127.0.0.1:*",
     root: Path | None = None,
+    recorder: SessionRecorder | None = None,
     **options: Any,
 ) -> Running:
-    """Open studio and server on a new thread, where OpenGL then stays.
+    """Start server and renderer on new threads, and wait until it is ready.
 
-    options : of the NativeFront
+    options : of the endpoint
     """
+
+    def open_endpoint(queue: RenderQueue) -> Simgl1Endpoint:
+        return Simgl1Endpoint(queue, address, root=root, **options)
+
+    return Running(*_started(scenario, open_endpoint, root, {}, recorder))
+
+
+def _started(
+    scenario: Scenario,
+    open_endpoint: Callable[[RenderQueue], Any],
+    root: Path | None,
+    overrides: Mapping[int, CameraOverrides],
+    recorder: SessionRecorder | None = None,
+) -> tuple[Any, list[WatchedSimulator], threading.Event, threading.Thread]:
     made: list[WatchedSimulator] = []
-
-    def open_simulator(scenario: Scenario) -> WatchedSimulator:
-        made.append(WatchedSimulator(scenario))
-        return made[-1]
-
     stop = threading.Event()
-    ready: Future[Simgl1Endpoint] = Future()
+    ready: Future[Endpoint] = Future()
+
+    def start_renderer(address: str, chosen: str | None, seed: int | None) -> RendererThread:
+        del chosen, seed
+        return RendererThread(address, scenario, made, root, overrides, recorder)
 
     def run() -> None:
-        with ExitStack() as stack:
-            try:
-                render_session = RenderSession(scenario, root=root, open_simulator=open_simulator)
-                stack.enter_context(render_session)
-                queue = FairQueue(WINDOW)
-                front = Simgl1Endpoint(render_session, queue, address, **options)
-                stack.enter_context(front)
-            except BaseException as error:
-                ready.set_exception(error)
-                return
-            ready.set_result(front)
-            serve([front], queue, stop)
+        try:
+            with ExitStack() as stack:
+                link = stack.enter_context(closing(RendererLink(start_renderer)))
+                queue = RenderQueue(link)
+                endpoint = stack.enter_context(open_endpoint(queue))
+                serve([endpoint], queue, stop, on_ready=lambda: ready.set_result(endpoint))
+        except BaseException as error:
+            if ready.done():
+                raise
+            ready.set_exception(error)
 
     thread = threading.Thread(target=run)
     thread.start()
-    front = ready.result(timeout=limit(60.0))
-    return Running(front, made, stop, thread)
+    return ready.result(timeout=limit(60.0)), made, stop, thread
 
 
 def finish(running: Running) -> None:
@@ -170,35 +233,29 @@ def basilisk_source(
     overrides: Mapping[int, CameraOverrides] | None = None,
     address: str = "tcp://127.0.0.1:*",
 ) -> Iterator[tuple[BasiliskEndpoint, WatchedSimulator]]:
-    """An image source for Basilisk on a thread of this process, and its first simulator."""
-    stop, ready = threading.Event(), Future[tuple[BasiliskEndpoint, WatchedSimulator]]()
-
-    def run() -> None:
-        made: list[WatchedSimulator] = []
-
-        def open_simulator(scenario: Scenario) -> WatchedSimulator:
-            made.append(WatchedSimulator(scenario))
-            return made[-1]
-
-        try:
-            queue = FairQueue(WINDOW)
-            with (
-                RenderSession(base, open_simulator=open_simulator) as render_session,
-                BasiliskEndpoint(render_session, queue, address, overrides=overrides) as front,
-            ):
-                ready.set_result((front, made[0]))
-                serve([front], queue, stop)
-        except BaseException as error:
-            ready.set_exception(error)
-
-    thread = threading.Thread(target=run)
-    thread.start()
+    """An image source for Basilisk on threads of this process, and its first simulator."""
+    check_base(base)
+    endpoint, made, stop, thread = _started(
+        base, lambda queue: BasiliskEndpoint(queue, address), None, dict(overrides or {})
+    )
     try:
-        yield ready.result(timeout=limit(60.0))
+        yield endpoint, made[0]
     finally:
         stop.set()
         thread.join(timeout=limit(20.0))
     assert not thread.is_alive()
+
+
+def server_script(patch: str) -> str:
+    """A server as a program, whose renderer process has run a patch of its module ``r``."""
+    renderer = f"import time\nimport simgl_bridge.render_process as r\n{patch}\nr.main()\n"
+    return (
+        "import sys\n"
+        "import simgl_bridge.processes as processes\n"
+        "from simgl_bridge.commands import main\n"
+        f"processes.RENDERER_COMMAND = (sys.executable, '-c', {renderer!r})\n"
+        "main()\n"
+    )
 
 
 def free_address() -> str:

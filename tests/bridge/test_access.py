@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import stat
 import time
 from collections.abc import Callable
@@ -106,7 +107,7 @@ def test_halves_of_access_are_refused(ring: Ring, tmp_path: Path) -> None:
         Access(secret=ring.folder / "server.key_secret", allowed=tmp_path)
     with pytest.raises(ConfigError, match="holds no secret key"):
         Access(secret=ring.folder / "server.key", allowed=ring.folder / "allowed")
-    with pytest.raises(ConfigError, match=r"absent: cannot be read \(there is no such file\)"):
+    with pytest.raises(ConfigError, match=r"absent: cannot be read \(No such file or directory\)"):
         Access(secret=tmp_path / "absent", allowed=ring.folder / "allowed")
 
 
@@ -146,6 +147,112 @@ def test_keys_are_made_for_their_owner_alone_and_never_replaced(tmp_path: Path) 
     for name in ("../up", "", "a b"):
         with pytest.raises(ConfigError, match='must be letters, digits, "-" and "_"'):
             make_keys(name, tmp_path)
+
+
+def test_a_secret_key_that_others_can_read_is_refused(ring: Ring, tmp_path: Path) -> None:
+    copied = tmp_path / "my keys" / "server.key_secret"
+    copied.parent.mkdir()
+    copied.write_bytes((ring.folder / "server.key_secret").read_bytes())
+    link = tmp_path / "link.key_secret"
+    link.symlink_to(copied)
+    for mode in (0o604, 0o640, 0o644, 0o660, 0o610, 0o777):
+        copied.chmod(mode)
+        for path, shown in ((copied, f"'{copied}'"), (link, str(link))):
+            with pytest.raises(ConfigError) as caught:
+                Access(secret=path, allowed=ring.folder / "allowed")
+            assert str(caught.value) == (
+                f"{path}: has mode {mode:04o}: its secret key is open to other users; "
+                f"chmod 600 {shown}"
+            )
+            with pytest.raises(ConfigError, match=f"has mode {mode:04o}: its secret key"):
+                Client(
+                    "tcp://127.0.0.1:1",
+                    keys=ClientKeys(secret=path, server=ring.folder / "server.key"),
+                )
+    for mode in (0o600, 0o400):
+        copied.chmod(mode)
+        for path in (copied, link):
+            Access(secret=path, allowed=ring.folder / "allowed")
+
+
+def test_a_secret_key_in_the_place_of_a_public_one_is_refused_too(
+    ring: Ring, tmp_path: Path
+) -> None:
+    # Where it lies in the list of clients, or is handed out as the server's.
+    secret = (ring.folder / "guest.key_secret").read_bytes()
+    (tmp_path / "guest.key").write_bytes(secret)
+    (tmp_path / "guest.key").chmod(0o644)
+    with pytest.raises(ConfigError, match=r"guest\.key: has mode 0644: its secret key is open"):
+        Access(secret=ring.folder / "server.key_secret", allowed=tmp_path)
+
+
+def test_keys_that_any_user_can_replace_are_refused(ring: Ring, tmp_path: Path) -> None:
+    allowed = tmp_path / "allowed"
+    allowed.mkdir()
+    guest = allowed / "guest.key"
+    guest.write_bytes((ring.folder / "guest.key").read_bytes())
+    own = ring.folder / "server.key_secret"
+    guest.chmod(0o666)
+    with pytest.raises(ConfigError, match=r"guest\.key: has mode 0666: any user .*; chmod o-w "):
+        Access(secret=own, allowed=allowed)
+    guest.chmod(0o644)
+    # A user who cannot write over a file of somebody else's in /tmp can add one of his own.
+    for mode in (0o777, 0o1777):
+        allowed.chmod(mode)
+        with pytest.raises(ConfigError, match=f"allowed: has mode {mode:04o}: any user can"):
+            Access(secret=own, allowed=allowed)
+    allowed.chmod(0o755)
+    Access(secret=own, allowed=allowed)
+    tmp_path.chmod(0o777)
+    linked = tmp_path / "server.key_secret"
+    linked.symlink_to(own)
+    with pytest.raises(ConfigError, match=f"{tmp_path}: has mode 0777: any user can replace"):
+        Access(secret=linked, allowed=allowed)
+    tmp_path.chmod(0o1777)
+    Access(secret=linked, allowed=allowed)
+
+
+@pytest.mark.parametrize("make", [os.mkfifo, lambda path: path.symlink_to("/dev/zero"), Path.mkdir])
+def test_a_key_file_that_is_no_file_is_refused_at_once(
+    ring: Ring, tmp_path: Path, make: Callable[[Path], None]
+) -> None:
+    path = tmp_path / "odd.key_secret"
+    make(path)
+    with pytest.raises(ConfigError, match=r"odd\.key_secret: (is a|cannot be read)"):
+        Access(secret=path, allowed=ring.folder / "allowed")
+
+
+def test_a_new_secret_key_is_never_open_to_others(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    modes = []
+    real = os.open
+
+    def watched(path: str, flags: int, mode: int = 0o777, **options: int) -> int:
+        handle = real(path, flags, mode, **options)
+        if str(path).endswith("loop.key_secret"):
+            modes.append((stat.S_IMODE(os.fstat(handle).st_mode), flags & os.O_EXCL))
+        return handle
+
+    monkeypatch.setattr(os, "open", watched)
+    before = os.umask(0)
+    try:
+        make_keys("loop", tmp_path)
+    finally:
+        os.umask(before)
+    assert modes == [(0o600, os.O_EXCL)]
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["loop.key", "loop.key_secret"]
+
+
+def test_new_keys_follow_no_link_and_leave_no_half(tmp_path: Path) -> None:
+    elsewhere = tmp_path / "elsewhere"
+    for kept, link in (("loop.key", "loop.key_secret"), ("loop.key_secret", "loop.key")):
+        (tmp_path / link).symlink_to(elsewhere)
+        with pytest.raises(ConfigError, match=f"would replace {tmp_path / link}"):
+            make_keys("loop", tmp_path)
+        assert not elsewhere.exists()
+        assert not (tmp_path / kept).exists()
+        (tmp_path / link).unlink()
 
 
 def test_a_server_that_ends_in_the_middle_of_a_handshake_is_not_taken_for_a_refusal() -> None:

@@ -9,22 +9,20 @@ from __future__ import annotations
 
 import re
 import struct
-import sys
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import zmq
 
-from simgl.errors import SimglError
 from simgl.lru_cache import LruCache
 from simgl_bridge.access import ANY_LOCAL, bind
-from simgl_bridge.basilisk.camera_overrides import DEFAULT_OVERRIDES, CameraOverrides
-from simgl_bridge.basilisk.camera_png import png_of
 from simgl_bridge.basilisk.viz_messages import UnreadableError, Update, read_update
-from simgl_bridge.basilisk.viz_scene import check_base
-from simgl_bridge.render_session import RenderSession
-from simgl_bridge.server import FairQueue, report_failure
+from simgl_bridge.messages import Error
+from simgl_bridge.operator_log import OperatorLog
+from simgl_bridge.render_queue import RenderQueue
+from simgl_bridge.renderer_link import Payload
+from simgl_bridge.renderer_messages import Answer, DrawForBasilisk, Task
+from simgl_bridge.server import Work
 
 DEFAULT_ADDRESS = "tcp://127.0.0.1:5556"
 # A state has some kilobytes; ZeroMQ drops who sends a longer frame.
@@ -33,65 +31,45 @@ LARGEST_FRAME = 4 * 1024 * 1024
 MAX_PEERS = 64
 # Images cached: a vizInterface that is registered twice asks for every image twice.
 MAX_IMAGE_BYTES = 256 << 20
-# Different warnings printed; further ones are left out.
-MAX_WARNINGS = 1000
 # Messages received between two images.
 _MAX_PER_TURN = 256
 
-_IMAGE = re.compile(rb"REQUEST_IMAGE_(-?\d{1,19})")
+# Basilisk's ids have 64 bits.
+_IMAGE = re.compile(rb"REQUEST_IMAGE_(-?\d{1,18})")
+
+# Kinds of warnings.
+_BAD_FRAMES, _UNREADABLE, _UNKNOWN = "bad frames", "unreadable states", "unknown requests"
+_NO_STATE, _NO_IMAGE, _LOST = "requests without a state", "states without an image", "lost replies"
 
 Key = tuple[int, Update]
 
 
 @dataclass
 class _Peer:
-    """state : the last one sent; None before it, or where it could not be read."""
+    """What is known of a peer.
+
+    state : the last one sent; None before it, or where it could not be read
+    waits_for_pong : it pinged before the renderer was ready
+    """
 
     identity: bytes
     state: Update | None = None
-
-
-class OneTimeWarnings:
-    """Warnings for the operator of the server, each printed once."""
-
-    def __init__(self) -> None:
-        self._printed: set[str] = set()
-
-    def __call__(self, line: str) -> None:
-        """Print a line to stderr, unless it was printed."""
-        if line in self._printed or len(self._printed) >= MAX_WARNINGS:
-            return
-        self._printed.add(line)
-        try:
-            print(f"simgl: basilisk: {line}", file=sys.stderr, flush=True)
-        except OSError:
-            return
+    waits_for_pong: bool = False
 
 
 class BasiliskEndpoint:
     """Answers the vizInterface of Basilisk at an address.
 
-    render_session : its scenario has the Earth, the Sun's light, and models by spacecraft names
-    queue : of image requests, shared with other endpoints
-    overrides : camera parameters that the wire does not carry, by camera id
+    A first ping is answered once the renderer is ready: Basilisk waits for that without a deadline.
 
-    Raises ConfigError for an address open to strangers or a scenario that fixes the Sun by hand,
-    and BridgeError where the address cannot be bound.
+    queue : of image requests, shared with other endpoints
+
+    Raises ConfigError for an address open to strangers, and BridgeError where it cannot be bound.
     """
 
-    def __init__(
-        self,
-        render_session: RenderSession,
-        queue: FairQueue,
-        address: str = DEFAULT_ADDRESS,
-        *,
-        overrides: Mapping[int, CameraOverrides] | None = None,
-    ) -> None:
-        check_base(render_session.scenario)
-        self._render_session = render_session
+    def __init__(self, queue: RenderQueue, address: str = DEFAULT_ADDRESS) -> None:
         self._queue = queue
-        self._overrides = dict(overrides or {})
-        self._warn = OneTimeWarnings()
+        self._warn = OperatorLog("simgl: basilisk")
         self._peers: LruCache[bytes, _Peer] = LruCache(
             MAX_PEERS, lambda peer: queue.drop(peer.identity)
         )
@@ -109,10 +87,11 @@ class BasiliskEndpoint:
     @property
     def summary(self) -> str:
         """One line: where, and which cameras have files."""
-        files = ", ".join(f"{i} {s.where}" for i, s in self._overrides.items()) or "none"
+        scene = self._queue.scene
+        assert scene is not None
         return (
             f"simgl is the image source of Basilisk at {self.address} "
-            f"on {self._render_session.renderer_name}; camera files: {files}"
+            f"on {scene.renderer}; camera files: {scene.camera_files}"
         )
 
     def receive(self) -> None:
@@ -124,12 +103,20 @@ class BasiliskEndpoint:
                 return
             # REQ puts an empty frame before its own; a peer of another kind expects no answer.
             if not rest or rest[0] or len(rest) < 2:
-                self._warn(f"a peer that is no REQ socket sent {len(rest)} frames; not answered")
+                self._warn(
+                    f"a peer that is no REQ socket sent {len(rest)} frames; not answered",
+                    _BAD_FRAMES,
+                )
                 continue
             self._request(client, rest[1:])
 
     def update(self, now: float) -> float:  # noqa: ARG002 - of the protocol
-        """Never due: Basilisk may be silent for hours."""
+        """Answer early pings; otherwise never due: Basilisk may be silent for hours."""
+        if self._queue.scene is not None:
+            for peer in self._peers.values():
+                if peer.waits_for_pong:
+                    peer.waits_for_pong = False
+                    self._reply(peer.identity, b"PONG")
         return float("inf")
 
     def farewell(self) -> None:
@@ -139,7 +126,10 @@ class BasiliskEndpoint:
         peer = self._peers.get(client, lambda: _Peer(client))
         command = frames[0]
         if command == b"PING":
-            self._reply(client, b"PONG")
+            if self._queue.scene is None:
+                peer.waits_for_pong = True
+            else:
+                self._reply(client, b"PONG")
         elif command == b"SIM_UPDATE":
             self._update(peer, frames)
             # Any other reply ends the run.
@@ -149,21 +139,23 @@ class BasiliskEndpoint:
         elif match := _IMAGE.fullmatch(command):
             self._enqueue(client, peer, int(match[1]))
         elif command.startswith(b"REQUEST_IMAGE"):
-            self._warn(f"cannot tell the camera of {command[:60]!r}")
+            self._warn(f"cannot tell the camera of {command[:60]!r}", _UNKNOWN)
             self._send_image(client, b"")
         else:
-            self._warn(f"knows no request {command[:60]!r}")
+            self._warn(f"knows no request {command[:60]!r}", _UNKNOWN)
             self._reply(client, b"OK")
 
     def _update(self, peer: _Peer, frames: list[bytes]) -> None:
         before, peer.state = peer.state, None
         if len(frames) != 4:
-            self._warn(f"SIM_UPDATE has {len(frames)} frames, not 4; its images are empty")
+            self._warn(
+                f"SIM_UPDATE has {len(frames)} frames, not 4; its images are empty", _BAD_FRAMES
+            )
             return
         try:
             state = read_update(frames[3])
         except UnreadableError as error:
-            self._warn(f"cannot read SIM_UPDATE: {error}; its images are empty")
+            self._warn(f"cannot read SIM_UPDATE: {error}; its images are empty", _UNREADABLE)
             return
         if before is not None:
             # Sent with the first messages only.
@@ -182,35 +174,39 @@ class BasiliskEndpoint:
     def _enqueue(self, client: bytes, peer: _Peer, camera_id: int) -> None:
         state = peer.state
         if state is None:
-            self._warn(f"camera {camera_id}: no state came before the request; its image is empty")
+            problem = "no state came before the request; its image is empty"
+            self._warn(f"camera {camera_id}: {problem}", _NO_STATE)
             self._send_image(client, b"")
             return
         key = (camera_id, state)
-        if (png := self._images.find(key)) is not None:
+        if self._send_cached(client, key):
+            return
+
+        def begin() -> Task | None:
+            # Another peer may have asked for it meanwhile.
+            if self._send_cached(client, key):
+                return None
+            return DrawForBasilisk(camera_id=camera_id, state=state)
+
+        def finish(answer: Answer, payload: Payload, late: bool) -> None:
+            del late
+            if isinstance(answer, Error):
+                self._warn(f"no image: {answer.detail}", _NO_IMAGE)
+            png = payload[0].bytes if payload else b""
+            if png:
+                self._images.put(key, png, len(png))
             self._send_image(client, png)
-        elif not self._queue.offer(
-            client, 0, lambda: self._send_image(client, self._image_or_empty(key))
-        ):
+
+        if not self._queue.offer(client, Work(begin=begin, finish=finish)):
             self._send_image(client, b"")
 
-    def _image_or_empty(self, key: Key) -> bytes:
-        """The image of a camera and a state; empty where there is none."""
-        try:
-            return self._images.get(key, lambda: self.image(*key), len)
-        except SimglError as error:
-            self._warn(f"no image: {error}")
-        # No failure here may end a run of Basilisk.
-        except Exception:
-            report_failure()
-        return b""
-
-    def image(self, camera_id: int, update: Update) -> bytes:
-        """PNG image of a state. Raises SimglError where there is none."""
-        overrides = self._overrides.get(camera_id)
-        if overrides is None:
-            self._warn(f"camera {camera_id} has no file: its lens and detector are the defaults")
-            overrides = DEFAULT_OVERRIDES
-        return png_of(self._render_session, update, camera_id, overrides, self._warn)
+    def _send_cached(self, client: bytes, key: Key) -> bool:
+        """Send an image that was rendered before, if it was."""
+        png = self._images.find(key)
+        if png is None:
+            return False
+        self._send_image(client, png)
+        return True
 
     def _send_image(self, client: bytes, png: bytes) -> None:
         self._reply(client, struct.pack(">i", len(png)), png)
@@ -219,11 +215,12 @@ class BasiliskEndpoint:
         try:
             self.socket.send_multipart([client, b"", *frames], zmq.NOBLOCK)
         except zmq.Again:
-            self._warn("a peer takes no replies; one is lost")
+            self._warn("a peer takes no replies; one is lost", _LOST)
 
     def close(self) -> None:
         """Close the socket once pending replies are sent."""
         self._context.destroy(linger=2000)
+        self._warn.close()
 
     def __enter__(self) -> BasiliskEndpoint:
         return self

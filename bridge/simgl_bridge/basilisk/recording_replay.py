@@ -11,9 +11,9 @@ from simgl.input_files import read_file
 from simgl.output import check_writable, complete_file
 from simgl_bridge.basilisk.camera_overrides import DEFAULT_OVERRIDES, CameraOverrides
 from simgl_bridge.basilisk.camera_png import png_of
-from simgl_bridge.basilisk.endpoint import OneTimeWarnings
 from simgl_bridge.basilisk.viz_messages import UnreadableError, Update, read_recording
 from simgl_bridge.basilisk.viz_scene import check_base
+from simgl_bridge.operator_log import OperatorLog
 from simgl_bridge.render_session import RenderSession
 
 # Some million states.
@@ -56,7 +56,7 @@ def replay(
     written; the images before that are complete.
     """
     check_base(render_session.scenario)
-    warn = OneTimeWarnings()
+    warn = OperatorLog("simgl: basilisk")
     check_writable(folder)
     count = 0
     for index, update in enumerate(recorded(path)):
