@@ -17,7 +17,7 @@ from simgl.passes.outline_program import OutlineProgram
 from simgl.view.shadow_views import ShadowMap, ShadowView
 
 # Of the maps that are cached; an image of more spacecraft caches as many as it needs.
-MAX_BYTES = 512 << 20
+MAX_BYTES = 256 << 20
 
 _CASTER = Block(
     "Caster",

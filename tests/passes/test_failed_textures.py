@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import moderngl
 import numpy as np
 import pytest
 
+from simgl.arrays import Array32, Image8
+from simgl.gpu.fullscreen import Texture
 from simgl.gpu.render_targets import GrowingTarget, textures_of
 from simgl.passes.background import earth_textures
 from simgl.passes.background.earth_textures import EarthTextures
 from simgl.scene.earth import Clouds, Earth
+from simgl.scene.noise_projection import LEVELS
 from tests.simulator.failing_opengl import counted_calls
 
 
-def contents(textures: list[moderngl.Texture]) -> list[bytes]:
+def contents(textures: Sequence[Texture]) -> list[bytes]:
     """Some texels of each; released ones cannot be read."""
-    return [texture.read(level=texture_levels(texture))[:64] for texture in textures]
+    flat = [texture for texture in textures if isinstance(texture, moderngl.Texture)]
+    return [texture.read(level=texture_levels(texture))[:64] for texture in flat]
 
 
 def texture_levels(texture: moderngl.Texture) -> int:
@@ -26,12 +32,12 @@ def texture_levels(texture: moderngl.Texture) -> int:
 def test_the_textures_of_another_earth_may_fail_and_those_before_come_back(
     gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch, failing: str
 ) -> None:
-    def codes(_: object, clouds: Clouds, *__: object) -> np.ndarray:
+    def codes(_: object, clouds: Clouds, *__: object) -> Image8:
         return np.full((8, 16, 4), clouds.seed, dtype=np.uint8)
 
-    def small_chart(seed: int) -> tuple[list[np.ndarray], np.ndarray]:
+    def small_chart(seed: int) -> tuple[list[Image8], Array32]:
         levels = [np.full((8 >> n, 8 >> n, 4), seed, dtype=np.uint8) for n in range(3)]
-        return levels, np.zeros((earth_textures.LEVELS, 2), dtype=np.float32)
+        return levels, np.zeros((LEVELS, 2), dtype=np.float32)
 
     monkeypatch.setattr(earth_textures, "weather_codes", codes)
     monkeypatch.setattr(earth_textures, "chart", small_chart)
