@@ -54,7 +54,7 @@ def attempt(work: Callable[[], str], seconds: float = SECONDS, memory: int = MEM
         os.close(read_end)
         resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-        text = _told(work)
+        text = _ending_of(work)
         os.write(write_end, text.encode(errors="backslashreplace")[:60_000])
         os._exit(0)
     os.close(write_end)
@@ -73,7 +73,7 @@ def attempt(work: Callable[[], str], seconds: float = SECONDS, memory: int = MEM
     return Ending(kind=kind, text=text)
 
 
-def _told(work: Callable[[], str]) -> str:
+def _ending_of(work: Callable[[], str]) -> str:
     """Kind and text of an ending in this process."""
     try:
         return f"loaded\n{work()}"
