@@ -11,7 +11,15 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import msgspec
-from simgl_bridge import client_sessions, framing, hashes, messages, render_queue, router_socket
+from simgl_bridge import (
+    client_sessions,
+    framing,
+    hashes,
+    messages,
+    render_queue,
+    router_socket,
+    session_recording,
+)
 
 _INTRODUCTION = Path(__file__).with_name("protocol.md")
 # Types without a message tag, after the messages that hold them.
@@ -58,6 +66,9 @@ def _reference() -> Iterator[str]:
     yield "## Parts of messages\n"
     for part in _PARTS:
         yield from _struct(part, part.__name__)
+    yield "## Records of a session\n"
+    for record in session_recording.RECORDS:
+        yield from _struct(record, f"`{record.__struct_config__.tag}`")
     yield "## State hash\n"
     yield f"{_read(inspect.getdoc(hashes.state_hash) or '')[0]}\n"
     yield "## Error codes\n"
