@@ -30,7 +30,7 @@ from simgl_bridge.session_replay import replay_session, session_files
 
 from benchmarks.bridge.scene import server_process
 from simgl import Scenario
-from simgl.errors import AssetError, ConfigError, OutputError
+from simgl.errors import AssetError, ConfigError
 from tests.bridge.harness import TURNING, RawLink, Running, free_address
 from tests.bridge.test_bad_messages import RENDER
 from tests.patience import limit
@@ -273,7 +273,7 @@ def test_on_a_full_disk_the_client_is_told_and_gets_no_image(
 
 def test_a_folder_that_cannot_be_written_is_one_line(tmp_path: Path, scenario_path: Path) -> None:
     (tmp_path / "taken").write_text("a file")
-    with pytest.raises(OutputError, match=r"taken: cannot be written \(File exists\)$"):
+    with pytest.raises(BridgeError, match=r"taken: cannot be written \(File exists\)$"):
         serve(scenario_path, record=tmp_path / "taken")
     with pytest.raises(ConfigError, match="--record-images goes with --record"):
         serve(scenario_path, record_images=True)
