@@ -103,7 +103,11 @@ def _open_egl(device_index: int) -> moderngl.Context:
 
 def _open_osmesa() -> moderngl.Context:
     functions: Any = OSMesaContext()
-    return moderngl.create_context(context=functions, require=REQUIRED_VERSION)
+    try:
+        return moderngl.create_context(context=functions, require=REQUIRED_VERSION)
+    except BaseException:
+        functions.release()
+        raise
 
 
 def _device_from_environment() -> int:

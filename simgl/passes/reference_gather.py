@@ -108,7 +108,7 @@ class ReferenceGather:
         """Overwrite what the G-buffer pass drew of the spacecraft that have ``lit_bodies``."""
         if not any(drawn.lit_bodies for drawn in spacecraft):
             return
-        columns, rows = tile.sample_grid.raster_size(tile.width, tile.height)
+        columns, rows = tile.raster_size
         position, normal, face_normal, indirect = (
             _read(gbuffer[target])[:rows, :columns]
             for target in (_POSITION, _NORMAL, _FACE_NORMAL, _INDIRECT)

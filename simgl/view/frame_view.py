@@ -7,7 +7,9 @@ target.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 from typing import Literal
 
@@ -18,13 +20,21 @@ from simgl.camera.camera import Camera
 from simgl.camera.distortion import PinholeField, field, warped_point_share
 from simgl.errors import ConfigError
 from simgl.radiosity.incident_light import IncidentLight, incident_light
-from simgl.sample_grid import PIXEL_CENTRES, SampleGrid, choose_sample_grid, rotated_sample_grid
+from simgl.sample_grid import PIXEL_CENTRES, SampleGrid, choose_sample_grid
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import BodyState, CameraState, EarthState, SceneState
 from simgl.view.aerial_perspective import AirSegment, air_between
 from simgl.view.background import Background, SkyView, background, sky_view
 from simgl.view.lamp_views import LampView, lamp_views
 from simgl.view.shadow_views import ShadowView, shadow_view
+from simgl.view.small_targets import (
+    RasterWindow,
+    in_pixels,
+    is_small,
+    nearer,
+    outline_area,
+    raster_window,
+)
 
 Gather = Literal["vertex", "pixel"]
 
@@ -74,6 +84,8 @@ class RasterTile:
     slices : clip_from_camera (4, 4) float32 of each
     sample_steps : (2, 4) float32, of the line of sight at depth 1 from a sample to the next along
         rows and along columns of the sample grid's raster, camera axes, the last column unused
+    spacecraft : as they are drawn
+    window : of spacecraft too small for a raster of all the pixels; these have no edges
     """
 
     x: int
@@ -86,6 +98,14 @@ class RasterTile:
     slices: tuple[Array32, ...]
     sample_steps: Array32
     spacecraft: tuple[SpacecraftView, ...]
+    window: RasterWindow | None = None
+
+    @property
+    def raster_size(self) -> tuple[int, int]:
+        """Columns and rows of its samples."""
+        if self.window is not None:
+            return self.window.size
+        return self.sample_grid.raster_size(self.width, self.height)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -94,13 +114,15 @@ class FrameView:
 
     field : pinhole images that hold the view of a lens that distorts; None where it does not
     background : Earth and Sun, of the finer one of them
-    tiles : of the other
+    spacecraft : all that the camera does not see behind the Earth
+    tiles : of the other pinhole image, the farthest first
     gather : where light from other surfaces is worked out
     """
 
     camera: Camera
     field: PinholeField | None
     background: Background
+    spacecraft: tuple[SpacecraftView, ...]
     tiles: tuple[RasterTile, ...]
     lamps: tuple[LampView, ...]
     gather: Gather = "vertex"
@@ -118,6 +140,7 @@ def frame_view(
     """What one camera of the scene draws.
 
     sample_budget : geometry samples that a tile may take where ``samples_per_pixel`` is None
+    samples_per_pixel : of geometry; more where spacecraft are small
     inter_reflection : light between the surfaces of a spacecraft, and the Earth hidden by them
     gather : that light at vertices, or by rays from every sample
 
@@ -128,14 +151,21 @@ def frame_view(
     seen = None if real.lens.distortion is None else field(real)
     if seen is not None:
         camera, fine = replace(camera, camera=seen.pinhole), replace(camera, camera=seen.fine)
-    fixed = None if samples_per_pixel is None else rotated_sample_grid(samples_per_pixel)
     views = _spacecraft_views(state, camera, inter_reflection)
+    lamps = lamp_views(state, camera)
     return FrameView(
         camera=real,
         field=seen,
         background=_with_all_their_light(background(state, fine), real),
-        tiles=_tiles(views, camera, sample_budget, fixed),
-        lamps=lamp_views(state, camera),
+        spacecraft=tuple(views),
+        tiles=_tiles(
+            views,
+            camera.camera,
+            sample_budget,
+            samples_per_pixel,
+            with_lamps=bool(lamps) or real.lidar is not None,
+        ),
+        lamps=lamps,
         gather=gather,
     )
 
@@ -154,7 +184,8 @@ def _with_all_their_light(behind: Background, camera: Camera) -> Background:
 def truth_tile(view: FrameView) -> RasterTile | None:
     """One tile over the whole image with a single sample at each pixel's centre; where the lens
     distorts, over the finer image of its pinhole."""
-    spacecraft = tuple(one for tile in view.tiles for one in tile.spacecraft)
+    names = {one.name for tile in view.tiles for one in tile.spacecraft}
+    spacecraft = tuple(one for one in view.spacecraft if one.name in names)
     if not spacecraft:
         return None
     camera = view.camera if view.field is None else view.field.centred
@@ -166,7 +197,7 @@ def truth_tile(view: FrameView) -> RasterTile | None:
 
 def parts(tile: RasterTile, camera: Camera, max_samples: int) -> list[RasterTile]:
     """A tile cut into tiles whose rasters hold no more samples than that each, a pixel at least."""
-    columns, rows = tile.sample_grid.raster_size(tile.width, tile.height)
+    columns, rows = tile.raster_size
     if columns * rows <= max_samples or max(tile.width, tile.height) == 1:
         return [tile]
     x, y, w, h = tile.x, tile.y, tile.width, tile.height
@@ -258,41 +289,129 @@ def _before_the_camera(hull: Array) -> Array:
     return np.concatenate([hull[~near], crossing.reshape(-1, 3)])
 
 
-def _pixel_box(hull: Array, camera: Camera) -> tuple[int, int, int, int] | None:
-    """x0, y0, x1, y1 of the pixels that a hull can touch; None where it is out of view."""
-    d = camera.detector
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Target:
+    """A spacecraft in view and its place in the image.
+
+    hull : (n, 3) of what lies before the camera, camera axes [m]
+    box : x0, y0, x1, y1 of the pixels that the hull can touch
+    outline : (n, 2) of the hull [px]
+    area : of the outline [px^2]
+    """
+
+    view: SpacecraftView
+    hull: Array
+    box: tuple[int, int, int, int]
+    outline: Array
+    area: float
+
+
+def _target(view: SpacecraftView, camera: Camera) -> _Target | None:
+    """None where it is out of view."""
+    hull = _hull_in_camera(view)
     if np.all(hull[:, 2] < NEAREST):
         return None
-    hull = _before_the_camera(hull)
-    xy = hull[:, :2] / hull[:, 2:] * camera.focal_length_px + 0.5 * np.array([d.width, d.height])
-    return d.pixels_within(xy.min(axis=0), xy.max(axis=0))
+    outline = in_pixels(_before_the_camera(hull), camera)
+    box = camera.detector.pixels_within(outline.min(axis=0), outline.max(axis=0))
+    if box is None:
+        return None
+    return _Target(view=view, hull=hull, box=box, outline=outline, area=outline_area(outline))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Group:
+    """Spacecraft that share a tile, since they may hide each other."""
+
+    targets: tuple[_Target, ...]
+    box: tuple[int, int, int, int]
+
+    @cached_property
+    def hull(self) -> Array:
+        return np.concatenate([one.hull for one in self.targets])
+
+    @property
+    def depths(self) -> tuple[float, float]:
+        return float(self.hull[:, 2].min()), float(self.hull[:, 2].max())
+
+    def joined(self, other: _Group) -> _Group:
+        return _Group(targets=self.targets + other.targets, box=_union(self.box, other.box))
+
+
+def _share_pixels(a: _Group, b: _Group) -> bool:
+    return _overlap(a.box, b.box)
+
+
+def _share_pixels_and_depth(a: _Group, b: _Group) -> bool:
+    (near_a, far_a), (near_b, far_b) = a.depths, b.depths
+    return _share_pixels(a, b) and near_a <= far_b and near_b <= far_a
+
+
+def _outlines_overlap(a: _Group, b: _Group) -> bool:
+    (low_a, high_a), (low_b, high_b) = (
+        (min_max.min(axis=0), min_max.max(axis=0))
+        for min_max in (np.concatenate([t.outline for t in g.targets]) for g in (a, b))
+    )
+    return bool(np.all(low_a <= high_b) and np.all(low_b <= high_a))
+
+
+def _join(
+    groups: list[_Group], group: _Group, touch: Callable[[_Group, _Group], bool]
+) -> list[_Group]:
+    """The groups with one more, which those that it touches have joined."""
+    rest = list(groups)
+    while touching := [one for one in rest if touch(one, group)]:
+        for one in touching:
+            rest.remove(one)
+            group = one.joined(group)
+    return [*rest, group]
 
 
 def _tiles(
-    views: list[SpacecraftView], camera: CameraState, sample_budget: int, fixed: SampleGrid | None
+    views: list[SpacecraftView],
+    camera: Camera,
+    sample_budget: int,
+    samples_per_pixel: int | None,
+    *,
+    with_lamps: bool,
 ) -> tuple[RasterTile, ...]:
-    groups: list[tuple[tuple[int, int, int, int], list[tuple[SpacecraftView, Array]]]] = []
-    for view in views:
-        hull = _hull_in_camera(view)
-        box = _pixel_box(hull, camera.camera)
-        if box is None:
-            continue
-        members = [(view, hull)]
-        # Spacecraft whose boxes overlap may hide each other and share a tile.
-        while overlapping := [g for g in groups if _overlap(g[0], box)]:
-            for group in overlapping:
-                groups.remove(group)
-                box = _union(group[0], box)
-                members = group[1] + members
-        groups.append((box, members))
+    """The tiles in the order in which they are laid over the image, the farthest first."""
+    groups: list[_Group] = []
+    windows: list[_Group] = []
+    targets = [target for view in views if (target := _target(view, camera)) is not None]
+    small = {id(one) for one in targets if is_small(one.outline, one.area)}
+    for one in sorted(targets, key=lambda one: id(one) in small):
+        group = _Group(targets=(one,), box=one.box)
+        if id(one) not in small or any(_share_pixels_and_depth(other, group) for other in groups):
+            groups = _join(groups, group, _share_pixels)
+        else:
+            windows = _join(windows, group, _outlines_overlap)
     tiles = []
-    for box, members in groups:
-        pixels = (box[2] - box[0]) * (box[3] - box[1])
-        sample_grid = fixed or choose_sample_grid(pixels, sample_budget)
-        depths = np.concatenate([hull[:, 2] for _, hull in members])
-        together = tuple(c for c, _ in members)
-        tiles.append(_tile(box, together, _depth_slices(depths), camera.camera, sample_grid))
+    for group in sorted([*groups, *windows], key=lambda group: -group.depths[0]):
+        if group in windows:
+            tiles.append(_window_tile(group, camera, with_lamps=with_lamps))
+            continue
+        pixels = (group.box[2] - group.box[0]) * (group.box[3] - group.box[1])
+        smallest = min(one.area for one in group.targets)
+        sample_grid = choose_sample_grid(pixels, sample_budget, samples_per_pixel, smallest)
+        together = tuple(one.view for one in group.targets)
+        slices = _depth_slices(group.hull[:, 2])
+        tiles.append(_tile(group.box, together, slices, camera, sample_grid))
     return tuple(tiles)
+
+
+def _window_tile(group: _Group, camera: Camera, *, with_lamps: bool) -> RasterTile:
+    """Small spacecraft on a raster that covers nothing else."""
+    views, hull, factor = tuple(one.view for one in group.targets), group.hull, 1.0
+    # Nearer, other spacecraft and lamps would stand at another distance.
+    if len(views) == 1 and not with_lamps:
+        factor = nearer(hull)
+        step = (1.0 / factor - 1.0) * hull.mean(axis=0)
+        matrix = views[0].camera_from_body.astype(np.float64)
+        matrix[:3, 3] += step
+        views, hull = (replace(views[0], camera_from_body=_float32(matrix)),), hull + step
+    window = raster_window(hull, factor, camera)
+    slices = _depth_slices(hull[:, 2])
+    return _tile(group.box, views, slices, camera, window.sample_grid, window)
 
 
 def _overlap(a: tuple[int, int, int, int], b: tuple[int, int, int, int]) -> bool:
@@ -309,12 +428,19 @@ def _tile(
     depths: tuple[tuple[float, float], ...],
     camera: Camera,
     sample_grid: SampleGrid,
+    window: RasterWindow | None = None,
 ) -> RasterTile:
     x0, y0, x1, y1 = box
     width, height = x1 - x0, y1 - y0
     shift = np.array([[1.0, 0.0, -x0], [0.0, 1.0, -y0], [0.0, 0.0, 1.0]])
-    raster_from_camera = sample_grid.raster_from_pixel(width) @ shift @ camera.intrinsics
-    size = np.array(sample_grid.raster_size(width, height))
+    if window is None:
+        raster_from_camera = sample_grid.raster_from_pixel(width) @ shift @ camera.intrinsics
+        size = np.array(sample_grid.raster_size(width, height))
+        edges = _edges(shift @ camera.intrinsics, width, height)
+    else:
+        raster_from_camera = window.raster_from_image @ camera.intrinsics
+        size = np.array(window.size)
+        edges = _float32(np.zeros((4, 4)))
     rows = 2.0 * raster_from_camera / size[:, None] - np.array([0.0, 0.0, 1.0])
     slices = []
     for near, far in depths:
@@ -332,11 +458,12 @@ def _tile(
         width=width,
         height=height,
         sample_grid=sample_grid,
-        edges=_edges(shift @ camera.intrinsics, width, height),
+        edges=edges,
         depths=depths,
         slices=tuple(slices),
         sample_steps=_float32(steps),
         spacecraft=spacecraft,
+        window=window,
     )
 
 

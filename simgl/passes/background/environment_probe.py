@@ -52,9 +52,11 @@ class EnvironmentProbeStore:
         self._probes.reserve(len(wanted))
         # Cached ones first, so that they do not make room for new ones.
         wanted.sort(key=lambda view: view.key not in self._probes)
-        probes = {view.key: self._probe(view) for view in wanted}
-        # A frame that failed may have left some.
-        self._added.clear()
+        try:
+            probes = {view.key: self._probe(view) for view in wanted}
+        finally:
+            # Also those that cannot be integrated, and what a frame that failed has left.
+            self._added.clear()
         return [None if view is None else probes[view.key] for view in views]
 
     def _probe(self, view: SkyView) -> EnvironmentProbe:
