@@ -304,6 +304,7 @@ class Simgl1Endpoint:
 
     def update(self, now: float) -> float:
         """Welcome those who wait, queue the newest state, and refuse what is overdue."""
+        self._router.update(now)
         if self._greeting and self._queue.scene is not None:
             for client in self._greeting:
                 self._router.send(client, pack(self._welcome(None, self._queue.scene)))
@@ -436,8 +437,8 @@ class Simgl1Endpoint:
 
     def close(self) -> None:
         """Free the address once the last replies are sent, within two seconds."""
+        self._router.close()
         self._destroy(LINGER_MS)
-        self._router.log.close()
 
     def _destroy(self, linger: int) -> None:
         if self._authenticator is not None:

@@ -30,7 +30,7 @@ from simgl_bridge.session_replay import replay_session, session_files
 
 from benchmarks.bridge.scene import server_process
 from simgl import Scenario
-from simgl.errors import AssetError, ConfigError
+from simgl.errors import AssetError, BridgeError, ConfigError
 from tests.bridge.harness import TURNING, RawLink, Running, free_address
 from tests.bridge.test_bad_messages import RENDER
 from tests.patience import limit
