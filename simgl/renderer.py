@@ -40,7 +40,8 @@ from simgl.scene.earth import Earth
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.view.background import SkyView
 from simgl.view.celestial import CelestialView
-from simgl.view.frame_view import FrameView, Gather, RasterTile, parts, truth_tile
+from simgl.view.frame_view import FrameView, Gather, truth_tile
+from simgl.view.raster_tiles import RasterTile, parts
 
 _BANDS = (Format("f4", 4),)
 _TRUTH = (Format("f4"), Format("u4"))

@@ -18,7 +18,7 @@ from simgl.camera.rolling_shutter import duration, instants, parts, row_shares
 from simgl.camera_pipeline import CameraPipeline
 from simgl.errors import ConfigError, did_you_mean
 from simgl.flash_lidar import lidar_frame
-from simgl.gpu.context import current, open_context, preserve_current
+from simgl.gpu.context import close_context, current, open_context, preserve_current
 from simgl.gpu.release import freed_on_error
 from simgl.gpu.render_targets import ImageTarget
 from simgl.gpu.timers import PassTimer
@@ -173,7 +173,7 @@ class Simulator:
             self._ctx = open_context() if ctx is None else ctx
         with ExitStack() as undo:
             if self._owns_ctx:
-                undo.callback(self._ctx.release)
+                undo.callback(close_context, self._ctx)
             begin_stage(progress, "compiling shaders")
             with current(self._ctx), freed_on_error(self._ctx), ExitStack() as release:
                 self._renderer = Renderer(self._ctx)
@@ -415,7 +415,7 @@ class Simulator:
             self._camera_pipeline.release()
             self._renderer.release()
         if self._owns_ctx:
-            self._ctx.release()
+            close_context(self._ctx)
 
     def __enter__(self) -> Simulator:
         return self

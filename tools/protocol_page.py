@@ -20,6 +20,7 @@ from simgl_bridge import (
     render_queue,
     renderer_link,
     router_socket,
+    session_recording,
 )
 
 _INTRODUCTION = Path(__file__).with_name("protocol.md")
@@ -72,6 +73,9 @@ def _reference() -> Iterator[str]:
     yield "## Parts of messages\n"
     for part in _PARTS:
         yield from _struct(part, part.__name__)
+    yield "## Records of a session\n"
+    for record in session_recording.RECORDS:
+        yield from _struct(record, f"`{record.__struct_config__.tag}`")
     yield "## State hash\n"
     yield f"{_read(inspect.getdoc(hashes.state_hash) or '')[0]}\n"
     yield "## Error codes\n"

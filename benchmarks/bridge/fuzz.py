@@ -1,4 +1,7 @@
-"""Mutated messages against a live server: it must keep answering, and its memory must not grow."""
+"""Mutated messages against a live server: it must keep answering, and its memory must not grow.
+
+The server records its session, so that the recorder is part of what is tried.
+"""
 
 from __future__ import annotations
 
@@ -16,6 +19,7 @@ from simgl_bridge import Client
 
 from benchmarks.bridge.scene import (
     chaser,
+    children,
     machine,
     resident_kib,
     scenario_file,
@@ -38,8 +42,10 @@ def fuzz(messages: int, folder: Path) -> dict[str, object]:
     dice = random.Random(20261121)
     replies: Counter[str] = Counter()
     warm = messages // 5
-    before = 0
-    with server_process("simgl_bridge.commands", str(path), address=address) as pid:
+    before: list[int] = []
+    command = ("simgl_bridge.commands", str(path), "--record", str(folder / "records"))
+    with server_process(*command, address=address) as pid:
+        processes = [pid, *children(pid)]
         with Client(address, timeout_s=60.0) as client:
             epoch = client.welcome.epoch_tai_ns
             wanted = client.render(epoch, "nav", {"chaser": chaser(1)}).dn.tobytes()
@@ -49,12 +55,15 @@ def fuzz(messages: int, folder: Path) -> dict[str, object]:
             burst = min(BURST, messages - sent)
             _burst(address, burst, epoch, dice, replies)
             if sent <= warm < sent + burst:
-                before = resident_kib(pid)
+                before = [resident_kib(process) for process in processes]
             sent += burst
             if sent % 1000 < BURST:
                 _broken_wire(port, dice)
         seconds = time.perf_counter() - began
-        after = resident_kib(pid)
+        # A renderer that died was started again as another process.
+        crashed = sorted(set(processes) - {pid, *children(pid)})
+        assert not crashed, f"processes {crashed} of the server died"
+        after = [resident_kib(process) for process in processes]
         with Client(address, timeout_s=60.0) as client:
             again = client.render(epoch, "nav", {"chaser": chaser(1)}).dn.tobytes()
             counts = client.stats()
@@ -62,11 +71,13 @@ def fuzz(messages: int, folder: Path) -> dict[str, object]:
     return {
         **machine(),
         "messages": messages,
+        "answered": replies.total(),
+        "crashed": len(crashed),
         "replies": dict(sorted(replies.items())),
         "server_errors_counted": counts.errors,
         "seconds": round(seconds, 1),
-        "server_kib": [before, after],
-        "server_growth_percent": round(100.0 * (after / before - 1.0), 3),
+        "server_and_renderer_kib": [before, after],
+        "server_growth_percent": round(100.0 * (sum(after) / sum(before) - 1.0), 3),
     }
 
 
@@ -114,7 +125,9 @@ def _good(epoch: int, dice: random.Random) -> dict[str, Any]:
         "tai_ns": epoch + dice.randrange(1000),
         "cameras": [{"camera": "nav", "exposure_time_s": 2e-4, "products": ["dn"]}],
         "bodies": {"chaser": pose},
-        "sun": None,
+        "sun": dice.choice([None, {"position_m": [1.5e11, 0.0, 0.0]}]),
+        "moving": dice.random() < 0.1,
+        "draw": dice.randrange(3),
     }
     return dice.choice(
         [

@@ -98,6 +98,12 @@ def resident_kib(pid: int) -> int:
     raise RuntimeError(f"process {pid} says nothing of its memory")
 
 
+def children(pid: int) -> list[int]:
+    """The processes that a process started and that still run."""
+    threads = Path(f"/proc/{pid}/task").glob("*/children")
+    return sorted(int(child) for thread in threads for child in thread.read_text().split())
+
+
 def machine() -> dict[str, object]:
     """Machine and date of a measurement."""
     return {

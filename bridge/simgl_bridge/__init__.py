@@ -1,16 +1,20 @@
 """The ZeroMQ image service of simgl: a client sends a state and gets back its images.
 
-- ``messages``, ``framing``, ``hashes``: the wire protocol simgl/1 (``docs/protocol.md``)
+- ``messages``, ``value_ranges``, ``framing``, ``hashes``: the wire protocol simgl/1
+  (``docs/protocol.md``)
 - ``client``, ``async_client``: sockets around ``client_protocol``, which has the requests, retries
   and deadlines; ``client_images``, ``client_errors``, ``body_pose``: what they take and return
 - ``server``: the loop and the queue; ``simgl1_endpoint`` and ``basilisk``: the two protocols
 - ``render_queue``, ``renderer_link``: from there to the renderer, which is another process:
   ``render_process``, ``render_request``, ``render_session``: from a request to its images
+- ``session_recording``, ``session_replay``: what was asked and answered, in a file, and again
+- ``operator_log``, ``public_text``: what the server prints, and what clients may read of an error
 - ``access``, ``bind_address``, ``sockets``, ``router_socket``, ``preview``: sockets and keys
 - ``commands``, ``processes``, ``launched_server``, ``run_with_server``: the server as a process
 
 It may import all of ``simgl``; ``simgl`` never imports it. A new field of a message is added to
-``messages``, its check to ``validate_request``, its effect to ``render_request``.
+``messages`` with its range (``value_ranges``), a check that needs the scene to
+``validate_request``, its effect to ``render_request``.
 """
 
 from __future__ import annotations

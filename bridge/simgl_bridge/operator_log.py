@@ -16,7 +16,7 @@ from simgl_bridge.server import print_line
 LINES_PER_KIND = 10
 LONGEST_LINE = 300
 # Of a traceback; the innermost calls come last.
-_MOST_CALLS = 20
+_MAX_CALLS = 20
 # Lines left out of one kind after which their number is first printed; then ten times as many.
 _FIRST_COUNT = 1000
 
@@ -32,7 +32,7 @@ class OperatorLog:
         self._sender = sender
         self._printed: dict[str, set[str]] = {}
         self._left_out: Counter[str] = Counter()
-        self._told: Counter[str] = Counter()
+        self._printed_counts: Counter[str] = Counter()
 
     def __call__(self, line: str, kind: str = "warnings") -> None:
         """Print a line that may hold anything; it is cut to one line of printable characters.
@@ -46,7 +46,7 @@ class OperatorLog:
         """Print the traceback of the exception being handled."""
         error = sys.exception()
         assert error is not None
-        calls = traceback.extract_tb(error.__traceback__)[-_MOST_CALLS:]
+        calls = traceback.extract_tb(error.__traceback__)[-_MAX_CALLS:]
         cause = one_line(f"{type(error).__name__}: {error}", LONGEST_LINE)
         text = f"a request failed\n{''.join(traceback.format_list(calls))}{cause}"
         self._print_once("failures", f"{type(error).__name__} {calls[-1:]}", text)
@@ -58,18 +58,18 @@ class OperatorLog:
             print_line(f"{self._sender}: {text}")
             return
         self._left_out[kind] += 1
-        if self._left_out[kind] >= max(_FIRST_COUNT, 10 * self._told[kind]):
-            self._tell(kind)
+        if self._left_out[kind] >= max(_FIRST_COUNT, 10 * self._printed_counts[kind]):
+            self._print_count(kind)
 
-    def _tell(self, kind: str) -> None:
-        self._told[kind] = self._left_out[kind]
+    def _print_count(self, kind: str) -> None:
+        self._printed_counts[kind] = self._left_out[kind]
         print_line(f"{self._sender}: {kind}: {self._left_out[kind]} more, like those above")
 
     def close(self) -> None:
         """Print how many lines were left out since the last count."""
         for kind, count in self._left_out.items():
-            if count > self._told[kind]:
-                self._tell(kind)
+            if count > self._printed_counts[kind]:
+                self._print_count(kind)
 
     @contextmanager
     def library_warnings(self) -> Iterator[None]:

@@ -34,10 +34,10 @@ def session_files(path: Path) -> list[Path]:
     """The recorded sessions in a folder, the oldest first; of a file that file."""
     if not path.is_dir():
         return [path]
-    found = sorted(path.glob(f"*{SUFFIX}"))
-    if not found:
+    sessions = sorted(path.glob(f"*{SUFFIX}"))
+    if not sessions:
         raise AssetError(f"{path}: holds no recorded session (*{SUFFIX})")
-    return found
+    return sessions
 
 
 def replay_session(

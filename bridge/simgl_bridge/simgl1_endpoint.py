@@ -306,9 +306,10 @@ class Simgl1Endpoint:
         """Welcome those who wait, queue the newest state, and refuse what is overdue."""
         self._router.update(now)
         if self._greeting and self._queue.scene is not None:
-            for client in self._greeting:
+            # A client that has left meanwhile is forgotten while the others are welcomed.
+            waiting, self._greeting = self._greeting, {}
+            for client in waiting:
                 self._router.send(client, pack(self._welcome(None, self._queue.scene)))
-            self._greeting = {}
         if self._stream.due(now) and not self._queue.has(_STREAM, _STREAM):
             self._queue.offer(_STREAM, self._stream_work())
         for client, request in self._stream.take_overdue(now):

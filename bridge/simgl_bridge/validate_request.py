@@ -38,9 +38,9 @@ class FieldErrors:
 
 def check_ranges(request: Message) -> None:
     """Raises BadMessageError for a value that no scenario allows."""
-    found = out_of_range(request)
-    if found is not None:
-        field, problem = found
+    invalid = out_of_range(request)
+    if invalid is not None:
+        field, problem = invalid
         id = None if field == "id" else getattr(request, "id", None)
         raise BadMessageError(ErrorCode.BAD_VALUE, one_line(field, _LONGEST_FIELD), problem, id)
 

@@ -162,11 +162,11 @@ AngularVelocity = Annotated[_Vector, Components(FASTEST_TURN, "rad/s")]
 Attitude = Annotated[tuple[float, float, float, float], UnitQuaternion()]
 
 # Field, relative to the value that was checked, and its problem.
-Found = tuple[str, str] | None
-_Check = Callable[[Any], Found]
+Invalid = tuple[str, str] | None
+_Check = Callable[[Any], Invalid]
 
 
-def out_of_range(message: msgspec.Struct) -> Found:
+def out_of_range(message: msgspec.Struct) -> Invalid:
     """Field and problem of the first value of a message that is out of its range, or None."""
     check = _check_of(type(message))
     return None if check is None else check(message)
@@ -192,7 +192,7 @@ def _check_of(kind: Any) -> _Check | None:
 
 
 def _checked_by(limits: Limits) -> _Check:
-    def check(value: Any) -> Found:
+    def check(value: Any) -> Invalid:
         problem = limits.problem(value)
         return None if problem is None else ("", problem)
 
@@ -202,10 +202,10 @@ def _checked_by(limits: Limits) -> _Check:
 def _fields_check(kind: type[msgspec.Struct]) -> _Check | None:
     checks = [(f.name, c) for f in msgspec.structs.fields(kind) if (c := _check_of(f.type))]
 
-    def check(value: Any) -> Found:
+    def check(value: Any) -> Invalid:
         for name, of_field in checks:
-            if found := of_field(getattr(value, name)):
-                return _joined(name, found)
+            if invalid := of_field(getattr(value, name)):
+                return _joined(name, invalid)
         return None
 
     return check if checks else None
@@ -214,18 +214,18 @@ def _fields_check(kind: type[msgspec.Struct]) -> _Check | None:
 def _items_check(
     of_item: _Check | None, items: Callable[[Any], typing.Iterable[tuple[Any, Any]]]
 ) -> _Check | None:
-    def check(value: Any) -> Found:
+    def check(value: Any) -> Invalid:
         assert of_item is not None
         for key, item in items(value):
-            if found := of_item(item):
+            if invalid := of_item(item):
                 name = f"[{key}]" if isinstance(key, int) else str(key)
-                return _joined(name, found)
+                return _joined(name, invalid)
         return None
 
     return None if of_item is None else check
 
 
-def _joined(name: str, found: tuple[str, str]) -> tuple[str, str]:
-    inner, problem = found
+def _joined(name: str, invalid: tuple[str, str]) -> tuple[str, str]:
+    inner, problem = invalid
     separator = "." if inner and not inner.startswith("[") else ""
     return f"{name}{separator}{inner}", problem

@@ -34,7 +34,7 @@ void main() {
     float count = window_samples;
 #ifdef DISTORTED
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    mat2 edges = pixel_edges(pixel), to_own = inverse(edges);
+    mat2 edges = pixel_edges(pixel), to_edges = inverse(edges);
     vec2 middle = place(pixel) - tile_origin;
     count *= abs(determinant(edges));
 #endif
@@ -45,7 +45,7 @@ void main() {
         for (int i = 0; i < window_size.x; ++i) {
             vec2 seen = to_pixel * (vec2(i, j) + 0.5) + window_origin;
 #ifdef DISTORTED
-            if (any(greaterThan(abs(to_own * (seen - middle)), vec2(0.5)))) continue;
+            if (any(greaterThan(abs(to_edges * (seen - middle)), vec2(0.5)))) continue;
 #else
             if (floor(seen) != corner) continue;
 #endif

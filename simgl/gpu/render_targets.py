@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import moderngl
 import numpy as np
@@ -143,7 +144,9 @@ class TargetStore:
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        self._targets = LruCache[tuple[str, tuple[int, int]], ImageTarget](_MAX_BYTES, self._free)
+        self._targets = LruCache[tuple[str, tuple[int, int]], ImageTarget](
+            _MAX_BYTES, partial(release_all, ctx)
+        )
         self._targets.reserve(_OF_AN_IMAGE)
 
     def of(
@@ -157,9 +160,6 @@ class TargetStore:
             lambda: ImageTarget(self._ctx, size, formats, depth=depth),
             pixels * (values + 4 * depth),
         )
-
-    def _free(self, target: ImageTarget) -> None:
-        release_all(self._ctx, target)
 
     def release(self) -> None:
         """Free them all."""

@@ -22,7 +22,7 @@ from simgl.passes.shared_blocks import (
     tile_values,
 )
 from simgl.passes.texture_store import IMAGE_UNITS
-from simgl.view.frame_view import RasterTile
+from simgl.view.raster_tiles import RasterTile
 
 # The first target of a sample that sees nothing; the others are left as they are.
 EMPTY = -1.0

@@ -11,6 +11,7 @@ computed on the CPU.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import partial
 
 import moderngl
 import numpy as np
@@ -94,7 +95,9 @@ class ReadoutPass:
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._programs: dict[tuple[str, ...], FullscreenProgram] = {}
-        self._maps = LruCache[tuple[object, ...], ImageTarget](_MAX_BYTES, self._free)
+        self._maps = LruCache[tuple[object, ...], ImageTarget](
+            _MAX_BYTES, partial(release_all, ctx)
+        )
         self._maps.reserve(_OF_A_CAMERA)
 
     def draw(
@@ -215,9 +218,6 @@ class ReadoutPass:
         size = 4 * d.width * d.height
         drawn = self._maps.get(key, lambda: self._drawn(name, detector), size)
         return drawn.textures[0]
-
-    def _free(self, target: ImageTarget) -> None:
-        release_all(self._ctx, target)
 
     def _drawn(self, name: str, detector: Detector) -> ImageTarget:
         p = detector.pattern

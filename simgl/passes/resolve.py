@@ -13,7 +13,7 @@ from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.pipeline_state import ONE_MINUS_SRC1_COLOR, State
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.uniform_blocks import Block
-from simgl.view.frame_view import RasterTile
+from simgl.view.raster_tiles import RasterTile
 
 _RESOLVE = Block(
     "Resolve",

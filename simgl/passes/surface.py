@@ -26,8 +26,8 @@ from simgl.passes.shared_blocks import (
     spacecraft_values,
     tile_values,
 )
-from simgl.view.frame_view import RasterTile
 from simgl.view.lamp_views import LampView
+from simgl.view.raster_tiles import RasterTile
 
 EMPTY = -1.0
 

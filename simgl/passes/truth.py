@@ -10,7 +10,7 @@ from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.passes.mesh_store import MeshStore
 from simgl.passes.outline_program import OutlineProgram
 from simgl.passes.shared_blocks import SPACECRAFT, TILE, spacecraft_values, tile_values
-from simgl.view.frame_view import RasterTile
+from simgl.view.raster_tiles import RasterTile
 
 # Attachments of a target that wants normals too.
 _WITH_NORMALS = 3

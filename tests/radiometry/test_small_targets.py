@@ -128,7 +128,7 @@ def test_on_the_border_of_two_pixels_each_has_half(gl: moderngl.Context) -> None
 
 def test_a_distorting_lens_keeps_a_small_target(gl: moderngl.Context) -> None:
     """As bright, per solid angle, as the same body of five pixels, which is no small target."""
-    lens = {"optics": {"distortion": {"k1": -0.5}}}
+    lens: dict[str, Any] = {"optics": {"distortion": {"k1": -0.5}}}
     sums = []
     with Simulator(view({"body": at(SPHERE, 0.0, 0.0, 100.0)}, size=512, **lens), gl) as simulator:
         for size_px in (5.0, 0.3, 0.001):

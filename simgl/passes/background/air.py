@@ -9,6 +9,7 @@ one place share the tables: those of a camera, and the six that a spacecraft nea
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from math import exp, floor, log
 
 import moderngl
@@ -116,8 +117,12 @@ class AtmospherePass:
         self._view = UniformBuffer(ctx, AIR_VIEW)
         self._tables = LruCache[AirKind, AirTables](_MAX_KINDS, AirTables.release)
         self._mix = FullscreenProgram(ctx, "air/mix", _MIX, _MIX_SAMPLERS)
-        self._nodes = LruCache[tuple[object, ...], ImageTarget](_CAPACITY, self._free)
-        self._views = LruCache[tuple[object, ...], ImageTarget](_CAPACITY, self._free)
+        self._nodes = LruCache[tuple[object, ...], ImageTarget](
+            _CAPACITY, partial(release_all, ctx)
+        )
+        self._views = LruCache[tuple[object, ...], ImageTarget](
+            _CAPACITY, partial(release_all, ctx)
+        )
         self._last: tuple[tuple[object, ...], AirBefore] | None = None
 
     def prepare(self, earth: Earth, progress: ProgressCallback | None = None) -> None:
@@ -226,9 +231,6 @@ class AtmospherePass:
             texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
             texture.repeat_x = texture.repeat_y = False
         return target
-
-    def _free(self, target: ImageTarget) -> None:
-        release_all(self._ctx, target)
 
     def release(self) -> None:
         """Free everything."""

@@ -28,8 +28,8 @@ class EnvironmentProbeStore:
 
     def __init__(self, ctx: moderngl.Context, executor: Executor) -> None:
         self._ctx, self._executor = ctx, executor
-        self._unused: list[SkyTextures] = []
-        self._probes = LruCache[tuple[object, ...], EnvironmentProbe](CAPACITY, self._retire)
+        self._unused: list[EnvironmentProbe] = []
+        self._probes = LruCache[tuple[object, ...], EnvironmentProbe](CAPACITY, self._unused.append)
         # Added, and being integrated.
         self._added: dict[tuple[object, ...], tuple[SkyRadiance, Future[_Integrals]]] = {}
 
@@ -72,13 +72,10 @@ class EnvironmentProbeStore:
         plane.write(plane_irradiance.tobytes())
         return EnvironmentProbe(sky=sky, cube=cube, lobes=lobes, irradiance=plane)
 
-    def _retire(self, probe: EnvironmentProbe) -> None:
-        self._unused.append(probe.textures)
-
     def _textures(self, texels: int) -> SkyTextures:
         """Unused ones, or new ones."""
         if self._unused:
-            cube, lobes, plane = self._unused.pop()
+            cube, lobes, plane = self._unused.pop().textures
             if cube.size == (texels, texels):
                 return cube, lobes, plane
             cube.release()
@@ -99,8 +96,8 @@ class EnvironmentProbeStore:
     def release(self) -> None:
         """Free everything."""
         self._probes.clear()
-        for textures in self._unused:
-            for texture in textures:
+        for probe in self._unused:
+            for texture in probe.textures:
                 texture.release()
         self._unused.clear()
 
