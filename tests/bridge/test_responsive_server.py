@@ -17,7 +17,7 @@ from simgl_bridge import Client, NoAnswerError, ServerStatus
 
 from simgl import Scenario
 from tests.bridge.harness import RawLink, free_address, header_of, server_script
-from tests.patience import limit, wait_until
+from tests.patience import limit, run_to_end, wait_until
 
 # What is promised [s].
 AT_ONCE = 0.2
@@ -275,3 +275,11 @@ def test_a_renderer_ends_with_its_server_however_that_ends(scenario_path: Path, 
         link.close()
         process.kill()
         wait_until(lambda: not is_running(renderer), "the end of the renderer", 10.0)
+
+
+def test_a_server_imports_nothing_that_only_its_renderer_needs() -> None:
+    """Its first answer comes within a second of its start."""
+    slow = ("scipy", "trimesh", "moderngl", "simgl.simulator", "simgl.scenario")
+    program = "import sys, simgl_bridge.commands\nprint(*sys.modules)"
+    loaded = run_to_end([sys.executable, "-c", program]).stdout.split()
+    assert not [name for name in loaded if name.startswith(slow)]
