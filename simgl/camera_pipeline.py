@@ -10,7 +10,7 @@ from simgl.arrays import Array
 from simgl.camera.camera import Camera
 from simgl.camera.camera_equation import square_electrons_per_irradiance
 from simgl.camera.point_spread import SunInCamera, has_spread
-from simgl.gpu.release import release_all
+from simgl.gpu.release import all_or_nothing, release_all
 from simgl.gpu.render_targets import Format, ImageTarget, TargetStore
 from simgl.gpu.timers import PassTimer
 from simgl.passes.exposure import ELECTRONS_FORMAT, ExposurePass
@@ -33,6 +33,7 @@ class CameraPipeline:
     Each answer is valid until the next call of its kind at this size.
     """
 
+    @all_or_nothing
     def __init__(self, ctx: moderngl.Context, timer: PassTimer | None = None) -> None:
         self._ctx = ctx
         self._timer = PassTimer(ctx) if timer is None else timer

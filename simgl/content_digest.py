@@ -45,6 +45,8 @@ def _update(digest: hashlib.blake2b, value: Any) -> None:
         digest.update(f"{len(value)}\0".encode())
         for item in value:
             _update(digest, item)
+    elif isinstance(value, frozenset):
+        _update(digest, sorted(value, key=repr))
     elif isinstance(value, (str, bytes)):
         content = value.encode() if isinstance(value, str) else value
         digest.update(f"{len(content)}\0".encode() + content)

@@ -56,7 +56,7 @@ def array_in(content: bytes) -> AnyArray:
     """The array of a .npy file; ValueError for a damaged one, one of objects, or one cut short."""
     file = io.BytesIO(content)
     try:
-        version = np.lib.format.read_magic(file)
+        version = np.lib.format.read_magic(file)  # ValueError for other files
         readers = {
             (1, 0): np.lib.format.read_array_header_1_0,
             (2, 0): np.lib.format.read_array_header_2_0,

@@ -21,9 +21,17 @@ _LOG = logging.getLogger(__name__)
 
 
 def cache_folder(name: str) -> Path:
-    """``$XDG_CACHE_HOME/simgl/NAME``, or the same under ``~/.cache``."""
+    """``$XDG_CACHE_HOME/simgl/NAME``, or the same under ``~/.cache``.
+
+    For a user without a home folder, such as a number that a container runs as, it is one that
+    cannot be made.
+    """
     base = os.environ.get("XDG_CACHE_HOME")
-    return (Path(base) if base else Path.home() / ".cache") / "simgl" / name
+    try:
+        folder = Path(base) if base else Path.home() / ".cache"
+    except RuntimeError:
+        folder = Path(os.devnull)
+    return folder / "simgl" / name
 
 
 def read_arrays(path: Path) -> dict[str, AnyArray] | None:
@@ -45,6 +53,7 @@ def write_arrays(path: Path, arrays: Mapping[str, Any], consequence: str) -> Non
             temporary = Path(part.name)
             try:
                 np.savez(part, **arrays)
+                part.flush()
             except BaseException:
                 temporary.unlink()
                 raise

@@ -18,7 +18,8 @@ class LruCache(Generic[Key, Value]):
 
     capacity : largest sum of the sizes of the values: their number, or their bytes where those are
         given with each value; the newest value stays even if it is larger
-    on_evict : called with each evicted value, such as to release it
+    on_evict : called with each evicted value, such as to release it; no method of whoever owns the
+        cache, since the two would refer to each other
     """
 
     def __init__(self, capacity: int, on_evict: Callable[[Value], object] | None = None) -> None:

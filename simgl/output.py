@@ -121,8 +121,17 @@ def write_exr(path: Path, radiance: RadianceFrame, truth: TruthFrame | None = No
         seen = np.unique(truth.part_id)
         names = {i: truth.part_names[i] for i in seen.tolist() if i}
         header["partNames"] = ", ".join(f"{i}={name}" for i, name in names.items()) or "none seen"
+    _write_channels(path, header, channels)
+
+
+def _write_channels(path: Path, header: dict[str, Any], channels: dict[str, Any]) -> None:
     with complete_file(path) as temporary:
-        OpenEXR.File(header, channels).write(str(temporary))
+        try:
+            OpenEXR.File(header, channels).write(str(temporary))
+        except RuntimeError as error:
+            # What C++ throws names the temporary file, then the reason.
+            reason = str(error).rpartition('". ')[2].rstrip(".")
+            raise OutputError(f"{path}: cannot be written ({reason})") from None
 
 
 def write_layers_exr(path: Path, frame: LayersFrame) -> None:
@@ -134,8 +143,7 @@ def write_layers_exr(path: Path, frame: LayersFrame) -> None:
         for i, band in enumerate("RGBN")
     }
     layers = {"layers": f"R, G, B, N of {', '.join(frame.layers)} and their sum"}
-    with complete_file(path) as temporary:
-        OpenEXR.File(_header(frame.info) | layers, channels).write(str(temporary))
+    _write_channels(path, _header(frame.info) | layers, channels)
 
 
 def write_dn_png(path: Path, frame: DigitalFrame) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
@@ -11,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from simgl.arrays import Array32, IndexArray, Mask, UIntArray
 from simgl.motion.joints import Joint
-from simgl.scene.mesh import Mesh
+from simgl.scene.mesh import Mesh, cached_with_mesh
 from simgl.scene.posed_mesh import PosedMesh, RigidGroup, rigid_groups
 
 
@@ -115,16 +113,16 @@ AnyRayTracer = RayTracer | PosedRayTracer
 
 def ray_tracer(posed: PosedMesh) -> AnyRayTracer:
     """The tracer of a mesh at a pose; its structures are built once for all poses."""
-    return _mesh_tracer(posed.mesh) if posed.motion is None else PosedRayTracer(posed)
+    return _mesh_tracer(posed.mesh, None) if posed.motion is None else PosedRayTracer(posed)
 
 
 # 53 k triangles take 50 ms and 10 MB.
-@lru_cache(maxsize=16)
-def _mesh_tracer(mesh: Mesh) -> RayTracer:
+@cached_with_mesh
+def _mesh_tracer(mesh: Mesh, _: None) -> RayTracer:
     return RayTracer(mesh)
 
 
-@lru_cache(maxsize=16)
+@cached_with_mesh
 def _group_tracers(
     mesh: Mesh, joints: tuple[Joint, ...]
 ) -> tuple[tuple[RigidGroup, RayTracer], ...]:

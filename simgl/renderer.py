@@ -13,7 +13,7 @@ from simgl.camera.distortion import field as field_of
 from simgl.environment_map import SkyRadiance
 from simgl.errors import ConfigError
 from simgl.gpu.context import current, is_software
-from simgl.gpu.release import release_all
+from simgl.gpu.release import all_or_nothing, release_all
 from simgl.gpu.render_targets import Format, ImageTarget, TargetStore, can_draw, largest_edge
 from simgl.gpu.timers import PassTimer
 from simgl.passes.background.air import AtmospherePass
@@ -40,7 +40,8 @@ from simgl.scene.earth import Earth
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.view.background import SkyView
 from simgl.view.celestial import CelestialView
-from simgl.view.frame_view import FrameView, Gather, RasterTile, parts, truth_tile
+from simgl.view.frame_view import FrameView, Gather, truth_tile
+from simgl.view.raster_tiles import RasterTile, parts
 
 _BANDS = (Format("f4", 4),)
 _TRUTH = (Format("f4"), Format("u4"))
@@ -62,6 +63,7 @@ _SAMPLES_AT_ONCE = 2_500_000
 class Renderer:
     """Owns every pass and target between a view and its image, in one OpenGL context."""
 
+    @all_or_nothing
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._drawable: dict[tuple[int, int], tuple[int, int]] = {}

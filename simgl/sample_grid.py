@@ -20,9 +20,11 @@ from simgl.arrays import Array
 ANGLE = float(np.arctan(np.sqrt(5.0) - 2.0))
 
 # A unit square holds at least one sample if the grid's covering radius, 1 / sqrt(2 n), is below
-# one half: n > 2. Fewer than five leave edges coarse. A distant spacecraft of a fraction of a pixel
-# needs thousands to have the right flux; there they cost nothing.
+# one half: n > 2. Fewer than five leave edges coarse.
 MIN_SAMPLES, MAX_SAMPLES = 5, 16384
+# On the outline of a spacecraft: its flux then comes out right to some parts in a thousand, however
+# few pixels it covers.
+MIN_TARGET_SAMPLES = 4096
 
 
 @dataclass(frozen=True)
@@ -63,6 +65,19 @@ def rotated_sample_grid(samples_per_pixel: float) -> SampleGrid:
     return SampleGrid(float(np.sqrt(samples_per_pixel)), ANGLE)
 
 
-def choose_sample_grid(pixels: int, sample_budget: int) -> SampleGrid:
-    """The finest grid that puts about ``sample_budget`` samples on so many pixels."""
-    return rotated_sample_grid(min(max(sample_budget // pixels, MIN_SAMPLES), MAX_SAMPLES))
+def choose_sample_grid(
+    pixels: int,
+    sample_budget: int,
+    samples_per_pixel: int | None = None,
+    smallest_outline: float = np.inf,
+) -> SampleGrid:
+    """The finest grid that puts about ``sample_budget`` samples on so many pixels.
+
+    samples_per_pixel : wanted instead, where it is enough for the smallest outline
+    smallest_outline : of the spacecraft on these pixels [px^2]
+    """
+    finest = min(max(sample_budget // pixels, MIN_SAMPLES), MAX_SAMPLES)
+    if samples_per_pixel is None:
+        return rotated_sample_grid(finest)
+    needed = MIN_TARGET_SAMPLES / max(smallest_outline, MIN_TARGET_SAMPLES / MAX_SAMPLES)
+    return rotated_sample_grid(max(samples_per_pixel, min(needed, finest)))

@@ -18,7 +18,8 @@ from simgl.camera.rolling_shutter import duration, instants, parts, row_shares
 from simgl.camera_pipeline import CameraPipeline
 from simgl.errors import ConfigError, did_you_mean
 from simgl.flash_lidar import lidar_frame
-from simgl.gpu.context import current, open_context, preserve_current
+from simgl.gpu.context import close_context, current, open_context, preserve_current
+from simgl.gpu.release import freed_on_error
 from simgl.gpu.render_targets import ImageTarget
 from simgl.gpu.timers import PassTimer
 from simgl.images import (
@@ -170,11 +171,11 @@ class Simulator:
         self._owns_ctx = ctx is None
         with preserve_current():
             self._ctx = open_context() if ctx is None else ctx
-        begin_stage(progress, "compiling shaders")
         with ExitStack() as undo:
             if self._owns_ctx:
-                undo.callback(self._ctx.release)
-            with current(self._ctx), ExitStack() as release:
+                undo.callback(close_context, self._ctx)
+            begin_stage(progress, "compiling shaders")
+            with current(self._ctx), freed_on_error(self._ctx), ExitStack() as release:
                 self._renderer = Renderer(self._ctx)
                 release.callback(self._renderer.release)
                 for camera in scenario.cameras.values():
@@ -223,7 +224,7 @@ class Simulator:
         states = [] if during is None else self._states(state, camera, during)
         counts = Product.DN in products or Product.ELECTRONS in products
         # Another simulator of this process may have made its own context current.
-        with current(self._ctx):
+        with current(self._ctx), freed_on_error(self._ctx):
             frames = self._scene_frames(still, frozenset(products))
             if not counts:
                 return frames
@@ -251,7 +252,7 @@ class Simulator:
         if any(_geometry(setting) != _geometry(still.view.camera) for setting in settings):
             raise ValueError("a setting changes the size or the field of the picture")
         captures = []
-        with current(self._ctx):
+        with current(self._ctx), freed_on_error(self._ctx):
             shared = self._scene_frames(still, _OF_THE_SCENE & frozenset(products))
             for draw, setting in enumerate(settings, first_draw):
                 still_with = still.with_camera(setting, draw)
@@ -414,7 +415,7 @@ class Simulator:
             self._camera_pipeline.release()
             self._renderer.release()
         if self._owns_ctx:
-            self._ctx.release()
+            close_context(self._ctx)
 
     def __enter__(self) -> Simulator:
         return self

@@ -107,7 +107,7 @@ def _run(campaign: Path, out: Path) -> tuple[bool, list[str]]:
         check=False,
     )
     signs = [line for line in done.stderr.splitlines() if any(sign in line for sign in _SIGNS)]
-    return done.returncode == 0 and not signs, signs or done.stderr.splitlines()[-1:]
+    return done.returncode == 0 and not signs, signs or done.stderr.splitlines()[-12:]
 
 
 def main() -> None:

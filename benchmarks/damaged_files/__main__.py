@@ -18,16 +18,17 @@ import time
 import traceback
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
-from random import Random
 
-from benchmarks.damaged_files.damages import damaged
+from benchmarks.damaged_files.damages import damage_one
 from benchmarks.damaged_files.valid_files import READERS, check_valid, write_all
 from simgl import SimglError
 from simgl.scenario.loader import scenario_from_dict
 from simgl.scenario.scenario import Scenario
 from simgl.scene.spacecraft import SpacecraftModel
+from simgl.scene.state import SceneState
 from simgl.simulator import Simulator
 
 SECONDS = 60.0
@@ -93,10 +94,21 @@ def read_and_drawn(name: str, folder: Path) -> str:
     if not isinstance(read, Scenario):
         return type(read).__name__
     with Simulator(read) as simulator:
-        camera = next(iter(read.cameras))
-        capture = simulator.capture(read.at(read.epoch_tai_ns), camera)
+        state = _small(read.at(read.epoch_tai_ns))
+        capture = simulator.capture(state, next(iter(read.cameras)))
     assert capture.digital is not None
     return f"drawn, mean {capture.digital.dn.mean():.1f} DN"
+
+
+def _small(state: SceneState) -> SceneState:
+    """The scene with images that are drawn in a moment, whatever size the file asks for."""
+    cameras = {}
+    for name, placed in state.cameras.items():
+        detector = placed.camera.detector
+        size = min(detector.width, 48), min(detector.height, 32)
+        detector = replace(detector, width=size[0], height=size[1])
+        cameras[name] = replace(placed, camera=replace(placed.camera, detector=detector))
+    return replace(state, cameras=cameras)
 
 
 def scenario_of(model: SpacecraftModel) -> Scenario:
@@ -114,19 +126,11 @@ def scenario_of(model: SpacecraftModel) -> Scenario:
                 "axes": "icrf",
                 "width_px": 32,
                 "height_px": 24,
+                "exposure_time_s": 1e-5,
             }
         },
     }
     return scenario_from_dict(data, models={"one": model})
-
-
-def one_case(number: int, seed: int, folder: Path) -> tuple[str, str, str]:
-    """Damage a file in a folder of valid ones; its name, the kind of damage, and a description."""
-    dice = Random(f"{seed} {number}")
-    name = list(READERS)[number % len(READERS)]
-    kind, content = damaged(name, (folder / name).read_bytes(), dice)
-    (folder / name).write_bytes(content)
-    return name, kind, f"case {number} of seed {seed}: {name} {kind}"
 
 
 def main() -> int:
@@ -149,9 +153,9 @@ def main() -> int:
         with tempfile.TemporaryDirectory() as place:
             folder = Path(place)
             write_all(folder)
-            name, _, what = one_case(number, options.seed, folder)
+            name, what = damage_one(number, options.seed, folder)
             start = time.monotonic()
-            ending = attempt(lambda name=name, folder=folder: read_and_drawn(name, folder))
+            ending = attempt(partial(read_and_drawn, name, folder))
             longest = max(longest, time.monotonic() - start)
             endings[ending.kind] += 1
             by_file[name][ending.kind] += 1

@@ -8,8 +8,11 @@ import re
 import struct
 import zlib
 from collections.abc import Callable
+from pathlib import Path
 from random import Random
 from typing import Any
+
+from benchmarks.damaged_files.valid_files import READERS
 
 # What a number is replaced with.
 _NUMBERS = (
@@ -204,3 +207,15 @@ def damaged(name: str, content: bytes, dice: Random) -> tuple[str, bytes]:
         kinds = _ANY
     damage = dice.choice(kinds)
     return damage.__name__, damage(content, dice)
+
+
+def damage_one(number: int, seed: int, folder: Path) -> tuple[str, str]:
+    """Damage one file in a folder of valid ones, the same for the same numbers.
+
+    returns : its name, and a description for whoever wants to repeat it
+    """
+    name = list(READERS)[number % len(READERS)]
+    path = folder / name
+    kind, content = damaged(name, path.read_bytes(), Random(f"{seed} {number}"))
+    path.write_bytes(content)
+    return name, f"case {number} of seed {seed}: {name} {kind}"

@@ -169,6 +169,7 @@ JOINTS = "time_s,joint_hinge_deg\n-10,0\n0,10\n600,30\n6000,-20\n"
 CURVE = "wavelength_nm,qe\n400,0.4\n550,0.7\n700,0.5\n1000,0.05\n"
 
 Reader = Callable[[Path], object]
+_TAI_NS = tai_ns_from_utc(EPOCH)
 
 
 def _scene(folder: Path) -> Scenario:
@@ -229,7 +230,6 @@ READERS: dict[str, Reader] = {
     "client.key": _access,
     "run.bin": lambda folder: list(recorded(folder / "run.bin")),
 }
-_TAI_NS = tai_ns_from_utc(EPOCH)
 
 
 def png(pixels: AnyArray) -> bytes:

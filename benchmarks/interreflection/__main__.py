@@ -31,7 +31,8 @@ from simgl.radiosity.transport_store import TransportStore
 from simgl.scenario.loader import load_scenario
 from simgl.scene.mean_materials import mean_materials
 from simgl.view.background import SKY_TEXELS
-from simgl.view.frame_view import SpacecraftView, frame_view
+from simgl.view.frame_view import frame_view
+from simgl.view.spacecraft_view import SpacecraftView
 
 SUN = np.array([154.4, 174.8, 171.9, 313.4])
 # Of a cloudy Earth below, per band [W m-2 sr-1], and how far it reaches from nadir at 400 km.

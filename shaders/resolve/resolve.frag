@@ -1,6 +1,8 @@
 // Spacecraft samples of a tile averaged over each pixel and laid over what is behind them. The mean
 // over all samples of the pixel goes out as colour, the covered share as the second source, so that
 // blending computes mean + (1 - share) * background in float32.
+//
+// WINDOW: the raster covers small spacecraft alone; a pixel's other samples are known to be empty.
 #include "block/resolve"
 
 uniform sampler2D samples;
@@ -25,6 +27,40 @@ mat2 pixel_edges(ivec2 pixel) {
 layout(location = 0, index = 0) out vec4 radiance;
 layout(location = 0, index = 1) out vec4 share;
 
+#ifdef WINDOW
+void main() {
+    vec2 corner = floor(gl_FragCoord.xy) - tile_origin;
+    mat2 to_pixel = mat2(pixel_from_raster.xy, pixel_from_raster.zw);
+    float count = window_samples;
+#ifdef DISTORTED
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    mat2 edges = pixel_edges(pixel), to_edges = inverse(edges);
+    vec2 middle = place(pixel) - tile_origin;
+    count *= abs(determinant(edges));
+#endif
+    vec4 sum = vec4(0.0);
+    float covered = 0.0;
+    for (int j = 0; j < window_size.y; ++j) {
+        vec4 row = vec4(0.0);
+        for (int i = 0; i < window_size.x; ++i) {
+            vec2 seen = to_pixel * (vec2(i, j) + 0.5) + window_origin;
+#ifdef DISTORTED
+            if (any(greaterThan(abs(to_edges * (seen - middle)), vec2(0.5)))) continue;
+#else
+            if (floor(seen) != corner) continue;
+#endif
+            vec4 L = texelFetch(samples, ivec2(i, j), 0);
+            if (L.r >= 0.0) {
+                row += L;
+                covered += 1.0;
+            }
+        }
+        sum += row;
+    }
+    radiance = sum / count;
+    share = vec4(covered / count);
+}
+#else
 void main() {
     mat2 to_raster = mat2(raster_from_pixel.xy, raster_from_pixel.zw);
     vec2 corner = floor(gl_FragCoord.xy) - tile_origin;
@@ -70,3 +106,4 @@ void main() {
     // Drivers divide to the last digit but one, through which the Sun's disc would shine.
     share = vec4(covered < count ? covered / count : min(count, 1.0));
 }
+#endif

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,6 +37,12 @@ class Camera:
     def focal_length_px(self) -> float:
         """Focal length in pixels."""
         return self.lens.focal_length / self.detector.pixel_pitch
+
+    @property
+    def geometry(self) -> tuple[Hashable, ...]:
+        """What determines where its pixels look, whatever their exposure and electronics."""
+        d = self.detector
+        return self.focal_length_px, d.width, d.height, self.lens.distortion
 
     @property
     def intrinsics(self) -> Array:

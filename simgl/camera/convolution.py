@@ -49,7 +49,8 @@ class Convolver:
         self._width, self._height = width, height
         self._map = map if executor is None else executor.map
         reach = kernels[0][0].reach
-        self._padded = _fast_size((height, width), reach)
+        # A core may be larger than a small image.
+        self._padded = _fast_size((max(height, reach + 1), max(width, reach + 1)), reach)
         distinct = {id(k): k for zone in kernels for k in zone}
         self._transfers = {
             key: _transfer(k.core, self._padded, np.float32) for key, k in distinct.items()
@@ -57,6 +58,13 @@ class Convolver:
         self._tails = mixing * np.array([kernel.tail for kernel in kernels[0]])
         self._coarse_padded = _fast_size((2 * -(-height // CELL), 2 * -(-width // CELL)), 0)
         self._tail_transfer = _tail_transfer(self._coarse_padded, reach)
+
+    @property
+    def nbytes(self) -> int:
+        """Size of its kernels and their spectra."""
+        kernels = {id(k): k.core.nbytes for zone in self._kernels for k in zone}
+        spectra = [*self._transfers.values(), self._tail_transfer]
+        return sum(kernels.values()) + sum(spectrum.nbytes for spectrum in spectra)
 
     def cores(
         self, planes: Sequence[Array32], zones: Sequence[Array32 | None], limits: Array

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import zlib
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -172,6 +173,7 @@ def read_detector(
         given = getattr(preset, key) if given is None else given
         return default if given is None else given
 
+    _refuse_without_effect(where, table, chosen)
     qe = table.quantum_efficiency
     given_qe = None if qe is None else fractions(qe, where, "quantum_efficiency")
     response = SpectralResponse(preset, path, sun_temperature, given_qe, folder)
@@ -196,6 +198,17 @@ def read_detector(
         particles=_particles(chosen("particles", None)),
         row_time=_row_time(where, chosen("shutter", "global"), chosen("row_time_us", None)),
     )
+
+
+def _refuse_without_effect(
+    where: str, table: CameraSettingsTable, chosen: Callable[[str, Any], Any]
+) -> None:
+    """Raise ConfigError for keys of a camera that mean nothing without another one."""
+    if table.row_time_us is not None and chosen("shutter", "global") == "global":
+        raise ConfigError(where, "row_time_us", 'goes with shutter = "rolling"')
+    for key, partner in (("hot_pixels", "hot_current_e_s"), ("hot_current_e_s", "hot_pixels")):
+        if getattr(table, key) and chosen(partner, None) is None:
+            raise ConfigError(where, key, f"goes with {partner}, which is missing")
 
 
 def _pedestal(where: str, pedestal: float, bits: int) -> float:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 
 from simgl.arrays import Array, Array32, IndexArray
 from simgl.camera.camera import Camera
 from simgl.errors import ConfigError
+from simgl.lru_cache import LruCache
 
 # Pixels around the field, for interpolation at its edges.
 _MARGIN = 3
@@ -19,7 +20,8 @@ _LARGEST_FIELD = 3.0
 _MAX_PIXELS = 1 << 25
 # The background and the truth are drawn on pixels smaller than the detector's by this factor.
 FINER = 2
-_CACHED_CAMERAS = 4
+# Of the arrays of cameras in the cache, by their geometry: exposures may change with each image.
+_MAX_BYTES = 256 << 20
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -47,12 +49,41 @@ class PinholeField:
         return across, down
 
 
-@lru_cache(maxsize=_CACHED_CAMERAS)
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _FieldArrays:
+    """The size of the pinhole's image, and the arrays of a ``PinholeField``."""
+
+    width: int
+    height: int
+    places: Array32
+    stretch: Array
+
+    @property
+    def nbytes(self) -> int:
+        return self.places.nbytes + self.stretch.nbytes
+
+
+_field_arrays = LruCache[tuple[Hashable, ...], _FieldArrays](_MAX_BYTES)
+
+
 def field(camera: Camera) -> PinholeField:
     """The field of a camera whose lens has distortion.
 
     Raises ConfigError if the distortion is not invertible, or the field far exceeds a pinhole's.
     """
+    arrays = _field_arrays.get(camera.geometry, lambda: _undistorted(camera), lambda a: a.nbytes)
+    detector = replace(camera.detector, width=arrays.width, height=arrays.height)
+    pinhole = replace(camera, lens=replace(camera.lens, distortion=None), detector=detector)
+    return PinholeField(
+        pinhole=pinhole,
+        fine=_finer(pinhole, 0),
+        centred=_finer(pinhole, 1),
+        places=arrays.places,
+        stretch=arrays.stretch,
+    )
+
+
+def _undistorted(camera: Camera) -> _FieldArrays:
     d, distortion = camera.detector, camera.lens.distortion
     assert distortion is not None
     where = f"[camera.{camera.name}]"
@@ -73,13 +104,10 @@ def field(camera: Camera) -> PinholeField:
         problem = f"sees {times:.1f} times the field of a pinhole, at most {_LARGEST_FIELD:g}"
         raise ConfigError(where, "optics.distortion", problem)
     width, height = (2 * (np.ceil(reach).astype(int) + _MARGIN)).tolist()
-    lens = replace(camera.lens, distortion=None)
-    pinhole = replace(camera, lens=lens, detector=replace(d, width=width, height=height))
     places = tangents * f + 0.5 * np.array([width, height])
-    return PinholeField(
-        pinhole=pinhole,
-        fine=_finer(pinhole, 0),
-        centred=_finer(pinhole, 1),
+    return _FieldArrays(
+        width=width,
+        height=height,
         places=places.astype(np.float32),
         stretch=np.linalg.det(distortion.jacobian(tangents)),
     )
@@ -118,9 +146,22 @@ class _WarpSamples:
     part: Array32
     reach: int
 
+    @property
+    def nbytes(self) -> int:
+        arrays = self.down, self.across, self.rows, self.columns, self.part
+        return sum(array.nbytes for array in arrays)
 
-@lru_cache(maxsize=_CACHED_CAMERAS)
+
+_cached_samples = LruCache[tuple[Hashable, ...], _WarpSamples](_MAX_BYTES)
+
+
 def _warp_samples(camera: Camera) -> _WarpSamples:
+    return _cached_samples.get(
+        camera.geometry, lambda: _samples_of_warp(camera), lambda samples: samples.nbytes
+    )
+
+
+def _samples_of_warp(camera: Camera) -> _WarpSamples:
     seen = field(camera)
     # One-sided at the edges, as in the shader.
     down, across = (np.gradient(seen.places, axis=axis) for axis in (0, 1))

@@ -81,6 +81,12 @@ class Spread:
         self._limits = BRIGHT_PLATES * self.mixture @ plate
         self._ghosts = ghosts(camera.lens.surfaces, camera.lens.focal_length)
 
+    @property
+    def nbytes(self) -> int:
+        """Size of its kernels, their spectra and the weights of its zones."""
+        zones = sum(zone.nbytes for zone in self._zones or () if zone is not None)
+        return zones + (0 if self._convolver is None else self._convolver.nbytes)
+
     def apply(self, planes: Sequence[Array32], sun: SunInCamera | None = None) -> list[Array32]:
         """(height, width) results.
 

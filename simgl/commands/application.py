@@ -59,7 +59,7 @@ def _version(
 def run() -> None:
     """Run the command that the arguments of this process name.
 
-    A SimglError becomes one line on stderr and exit status 2.
+    A SimglError, or a file that fails, becomes one line on stderr and exit status 2.
     """
     _silence_libraries()
     try:
@@ -67,6 +67,10 @@ def run() -> None:
         app(prog_name="simgl")
     except SimglError as error:
         print(f"simgl: {error}", file=sys.stderr)
+        sys.exit(2)
+    except OSError as error:
+        # Of a file that no user names, such as a temporary one.
+        print(f"simgl: {error.filename or 'system'}: {error.strerror or error}", file=sys.stderr)
         sys.exit(2)
 
 

@@ -33,6 +33,8 @@ _HOLDERS = (
 LARGEST = 1e18
 # Deeper than any table, and far from the recursion limit of those who walk through it.
 MAX_DEPTH = 32
+# A dotted key of as many parts; its quantifiers never give back what they took.
+_DOTTED = re.compile(rf"(?<![\w\"'-])(?:[\w\"'-]++[ \t]*+\.[ \t]*+){{{MAX_DEPTH}}}")
 # Of all tables and lists; a text of ``MAX_TEXT_BYTES`` holds fewer.
 MAX_VALUES = 4_000_000
 # Longest text in an error message.
@@ -58,8 +60,12 @@ def read_text(path: Path) -> str:
 
 def read_toml(path: Path) -> dict[str, Any]:
     """The parsed file; AssetError if it cannot be read, ConfigError with the line if malformed."""
+    text = read_text(path)
+    if _DOTTED.search(text):
+        # The parser would take hours for a key of a hundred thousand parts.
+        raise _too_deep(str(path))
     try:
-        data = tomllib.loads(read_text(path))
+        data = tomllib.loads(text)
     except ValueError as error:
         raise ConfigError(str(path), "", f"is not valid TOML: {_one_line(error)}") from None
     except RecursionError:

@@ -18,6 +18,7 @@ from weakref import WeakKeyDictionary
 import moderngl
 
 from simgl.errors import ContextError
+from simgl.gpu.driver_cache import protect_driver_cache
 from simgl.gpu.osmesa import OSMesaContext
 from simgl.gpu.window_systems import Binding, current_binding, find_loaded
 
@@ -103,7 +104,11 @@ def _open_egl(device_index: int) -> moderngl.Context:
 
 def _open_osmesa() -> moderngl.Context:
     functions: Any = OSMesaContext()
-    return moderngl.create_context(context=functions, require=REQUIRED_VERSION)
+    try:
+        return moderngl.create_context(context=functions, require=REQUIRED_VERSION)
+    except BaseException:
+        functions.release()
+        raise
 
 
 def _device_from_environment() -> int:
@@ -121,6 +126,7 @@ def open_context(backend: str = "auto", device_index: int = 0) -> moderngl.Conte
 
     Raises ContextError with the reason and the line that mends it.
     """
+    protect_driver_cache()
     find_loaded()
     before = current_binding()
     if before is not None:
@@ -231,6 +237,16 @@ def preserve_current() -> Iterator[None]:
         _restore(before)
 
 
+def close_context(ctx: moderngl.Context) -> None:
+    """Destroy a context, on its thread; what is left needs no garbage collector.
+
+    That might run on another thread. moderngl's context and its framebuffers refer to each other.
+    """
+    ctx.release()
+    closed: Any = ctx
+    closed.fbo = closed._screen = None
+
+
 @contextmanager
 def temporary_context(backend: str = "auto", device_index: int = 0) -> Iterator[moderngl.Context]:
     """A context as ``open_context`` makes it, released at the end; what was current is so again."""
@@ -240,7 +256,7 @@ def temporary_context(backend: str = "auto", device_index: int = 0) -> Iterator[
             with current(ctx):
                 yield ctx
         finally:
-            ctx.release()
+            close_context(ctx)
 
 
 def is_software(ctx: moderngl.Context) -> bool:

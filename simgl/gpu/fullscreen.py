@@ -8,6 +8,7 @@ from typing import Any
 import moderngl
 
 from simgl.gpu.program import load_program
+from simgl.gpu.release import all_or_nothing
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
 
 # Of two or three dimensions.
@@ -22,6 +23,7 @@ class FullscreenProgram:
     defines : of the variant
     """
 
+    @all_or_nothing
     def __init__(
         self,
         ctx: moderngl.Context,

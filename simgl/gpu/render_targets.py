@@ -5,13 +5,14 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import moderngl
 import numpy as np
 
 from simgl.arrays import AnyArray, Array32
 from simgl.gpu.context import is_software
-from simgl.gpu.release import release_all
+from simgl.gpu.release import all_or_nothing, release_all
 from simgl.lru_cache import LruCache
 
 
@@ -30,6 +31,7 @@ class Format:
 class ImageTarget:
     """A framebuffer of image size whose attachments can be read, sampled and released."""
 
+    @all_or_nothing
     def __init__(
         self,
         ctx: moderngl.Context,
@@ -122,8 +124,10 @@ def largest_edge(ctx: moderngl.Context) -> int:
     return int(min(*edges, *info["GL_MAX_VIEWPORT_DIMS"]))
 
 
-# Four targets for each of eight image sizes; a window that is resized leaves no more behind.
-_MAX_TARGETS = 32
+# Of the targets of images of other sizes, such as a window had that is resized.
+_MAX_BYTES = 512 << 20
+# The targets of one image, which stay whatever their sizes.
+_OF_AN_IMAGE = 8
 
 
 def table_texture(ctx: moderngl.Context, values: Array32) -> moderngl.Texture:
@@ -140,18 +144,22 @@ class TargetStore:
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        self._targets = LruCache[tuple[str, tuple[int, int]], ImageTarget](_MAX_TARGETS, self._free)
+        self._targets = LruCache[tuple[str, tuple[int, int]], ImageTarget](
+            _MAX_BYTES, partial(release_all, ctx)
+        )
+        self._targets.reserve(_OF_AN_IMAGE)
 
     def of(
         self, use: str, size: tuple[int, int], formats: Sequence[Format], *, depth: bool = False
     ) -> ImageTarget:
         """The target for a use; each has one set of formats."""
+        pixels = size[0] * size[1]
+        values = sum((1 if f.packed else f.channels) * int(f.dtype[1:]) for f in formats)
         return self._targets.get(
-            (use, size), lambda: ImageTarget(self._ctx, size, formats, depth=depth)
+            (use, size),
+            lambda: ImageTarget(self._ctx, size, formats, depth=depth),
+            pixels * (values + 4 * depth),
         )
-
-    def _free(self, target: ImageTarget) -> None:
-        release_all(self._ctx, target)
 
     def release(self) -> None:
         """Free them all."""
@@ -185,14 +193,15 @@ class GrowingTarget:
             for present, needed in zip(self._size, size, strict=True)
         )
         self.release()
-        self._size = columns, rows
-        self._depth = self._ctx.depth_renderbuffer(self._size)
+        self._depth = self._ctx.depth_renderbuffer((columns, rows))
         for _ in range(1 + max(index for group in self._groups for index in group)):
-            self._textures.append(self._ctx.texture(self._size, 4, dtype="f4"))
+            self._textures.append(self._ctx.texture((columns, rows), 4, dtype="f4"))
             self._textures[-1].filter = (moderngl.NEAREST, moderngl.NEAREST)
         for group in self._groups:
             textures = [self._textures[index] for index in group]
             self._framebuffers.append(self._ctx.framebuffer(textures, self._depth))
+        # Only now that all are there.
+        self._size = columns, rows
         return self._framebuffers
 
     def release(self) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 
 from simgl.arrays import Mask
 from simgl.gpu.program import load_program
+from simgl.gpu.release import all_or_nothing
 from simgl.gpu.uniform_blocks import Block
 
 
@@ -65,6 +66,7 @@ class TileQuads:
 class _QuadInstances:
     """The faces of one mask, uploaded when it changes."""
 
+    @all_or_nothing
     def __init__(self, ctx: moderngl.Context, program: moderngl.Program, edge: int) -> None:
         self._edge = edge
         self._corners = ctx.buffer(reserve=16, dynamic=True)
@@ -78,6 +80,7 @@ class _QuadInstances:
     def draw(self, tiles: Mask) -> None:
         key = tiles.shape, tiles.tobytes()
         if key != self._drawn:
+            self._drawn = None
             row, column = np.nonzero(tiles)
             rows, columns = tiles.shape
             y, x = np.mgrid[: rows + 1, : columns + 1]

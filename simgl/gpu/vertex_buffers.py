@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import moderngl
 import numpy as np
 
+from simgl.gpu.release import all_or_nothing
+
 # The labels: part; material, and from bit 6 on the joint.
 VERTEX = np.dtype([("position", "<f4", 3), ("normal", "<f4", 3), ("labels", "<u2", 2)])
 _LAYOUT = {"in_position": "3f", "in_normal": "3f", "in_labels": "2u2"}
@@ -37,6 +39,7 @@ def _read_by(program: moderngl.Program, layout: Mapping[str, str]) -> list[str]:
 class VertexBuffers:
     """One mesh on the GPU, drawable by any program that reads some of its attributes."""
 
+    @all_or_nothing
     def __init__(
         self,
         ctx: moderngl.Context,

@@ -181,26 +181,50 @@ class GltfFile:
         """
 
         roots = self.item("scene", self.gltf.scenes, self.gltf.scene).nodes
+        self._check_tree(roots)
+        local = {}
         waiting: list[tuple[int, Array, tuple[int, ...]]] = [
             (root, np.eye(4), ()) for root in reversed(roots)
         ]
-        count = 0
         while waiting:
             index, parent, above = waiting.pop()
-            if index in above:
-                raise AssetError(f"{self.path}: node {index} is its own ancestor")
-            if len(above) >= MAX_NODE_DEPTH:
-                problem = f"has nodes more than {MAX_NODE_DEPTH} levels below each other"
-                raise AssetError(f"{self.path}: {problem}")
-            node = self.item("node", self.gltf.nodes, index)
-            count += 1
-            if count + len(waiting) + len(node.children) > MAX_NODES:
-                problem = f"places more than {MAX_NODES} nodes, each counted wherever it is used"
-                raise AssetError(f"{self.path}: {problem}")
-            matrix = parent @ self._local(index, node)
-            path = (*above, index)
+            node, path = self.gltf.nodes[index], (*above, index)
+            if index not in local:
+                local[index] = self._local(index, node)
+            matrix = parent @ local[index]
             yield node, matrix, path
             waiting += ((child, matrix, path) for child in reversed(node.children))
+
+    def _check_tree(self, roots: Sequence[int]) -> None:
+        """Raise AssetError for nodes in a circle, and for more than are placed.
+
+        Children that several nodes share are counted without being visited again: a few nodes may
+        stand for more than there is memory for.
+        """
+        # Of each node how many are placed with it, and how many levels they take.
+        sizes: dict[int, tuple[int, int]] = {}
+        open_nodes: dict[int, None] = {}
+        waiting = [(root, False) for root in roots]
+        while waiting:
+            index, left = waiting.pop()
+            if left:
+                del open_nodes[index]
+                below = [sizes[child] for child in self.gltf.nodes[index].children]
+                count = 1 + sum(one for one, _ in below)
+                sizes[index] = count, 1 + max((depth for _, depth in below), default=0)
+            elif index in open_nodes:
+                raise AssetError(f"{self.path}: node {index} is its own ancestor")
+            elif index not in sizes:
+                node = self.item("node", self.gltf.nodes, index)
+                open_nodes[index] = None
+                waiting.append((index, True))
+                waiting += ((child, False) for child in dict.fromkeys(node.children))
+        if sum(sizes[root][0] for root in roots) > MAX_NODES:
+            problem = f"places more than {MAX_NODES} nodes, each counted wherever it is used"
+            raise AssetError(f"{self.path}: {problem}")
+        if any(sizes[root][1] > MAX_NODE_DEPTH for root in roots):
+            problem = f"has nodes more than {MAX_NODE_DEPTH} levels below each other"
+            raise AssetError(f"{self.path}: {problem}")
 
     def _local(self, index: int, node: schema.Node) -> Array:
         if node.matrix is not None:

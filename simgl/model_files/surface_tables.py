@@ -204,6 +204,10 @@ def material_of(given: str | MaterialTable, name: str, where: str, key: str) -> 
 
 def _material(table: MaterialTable, name: str, where: str, prefix: str) -> Material:
     """prefix : precedes the table's keys in error messages"""
+    for key in ("metallic", "conserving"):
+        if getattr(table, key) and table.roughness is None:
+            problem = "goes with roughness; without it the material is Lambertian"
+            raise ConfigError(where, f"{prefix}{key}", problem)
     coat, crinkle = table.coat, table.crinkle
     return Material(
         name=name,
@@ -228,6 +232,13 @@ def _cells(table: CellsTable, where: str, key: str) -> Cells:
             values[field.name] = fractions(given, where, f"{key}.{field.name}")
         else:
             values[field.name] = getattr(table, f"{field.name}_m")
+    lines = table.finger_width_m > 0.0 or table.busbar_width_m > 0.0
+    for key_of, drawn, width in (
+        ("gap_reflectance", table.gap_m > 0.0, "gap_m"),
+        ("metal_reflectance", lines, "finger_width_m or busbar_width_m"),
+    ):
+        if getattr(table, key_of) != 0.0 and not drawn:
+            raise ConfigError(where, f"{key}.{key_of}", f"goes with {width} above 0")
     for line in ("finger", "busbar"):
         width, pitch = values[f"{line}_width"], values[f"{line}_pitch"]
         if width >= pitch:

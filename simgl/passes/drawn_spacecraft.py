@@ -10,7 +10,7 @@ from simgl.environment_map import SkyRadiance
 from simgl.passes.mesh_store import VertexLighting
 from simgl.passes.shared_blocks import AirBetween
 from simgl.radiosity.final_gather import LitBody
-from simgl.view.frame_view import SpacecraftView
+from simgl.view.spacecraft_view import SpacecraftView
 
 SkyTextures = tuple[moderngl.TextureCube, moderngl.Texture3D, moderngl.Texture]
 

@@ -8,6 +8,7 @@ import moderngl
 
 from simgl.gpu.pipeline_state import State, clear_depth
 from simgl.gpu.program import load_program
+from simgl.gpu.release import all_or_nothing
 from simgl.gpu.render_targets import GrowingTarget, textures_of
 from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.passes.drawn_spacecraft import DrawnSpacecraft
@@ -21,7 +22,7 @@ from simgl.passes.shared_blocks import (
     tile_values,
 )
 from simgl.passes.texture_store import IMAGE_UNITS
-from simgl.view.frame_view import RasterTile
+from simgl.view.raster_tiles import RasterTile
 
 # The first target of a sample that sees nothing; the others are left as they are.
 EMPTY = -1.0
@@ -37,6 +38,7 @@ class GBufferPass:
     closed = State(depth=True, cull="back", clip_planes=4)
     open_sheets = State(depth=True, clip_planes=4)
 
+    @all_or_nothing
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
         self._ctx, self._meshes = ctx, meshes
         self._programs: dict[tuple[str, ...], moderngl.Program] = {}
@@ -49,7 +51,7 @@ class GBufferPass:
     ) -> tuple[moderngl.Texture, ...]:
         """The targets of the shader in their order, RGBA32F, valid until the next draw."""
         detailed = any("DETAILED" in drawn.view.model.variant for drawn in spacecraft)
-        size = tile.sample_grid.raster_size(tile.width, tile.height)
+        size = tile.raster_size
         (target,) = self._targets[_DETAILED if detailed else _PLAIN].covering(size)
         viewport = (0, 0, *size)
         self.closed.apply(self._ctx, target, viewport, viewport)

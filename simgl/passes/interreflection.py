@@ -15,7 +15,7 @@ from simgl.radiosity.hemisphere import CELLS_ACROSS
 from simgl.radiosity.patch_light import PatchLight
 from simgl.radiosity.solver import earth_share, vertex_irradiance
 from simgl.radiosity.transport_store import TransportStore, lit_mesh
-from simgl.view.frame_view import SpacecraftView
+from simgl.view.spacecraft_view import SpacecraftView
 
 _FRONT = {"in_bounced": "4f", "in_earth_share": "1f"}
 _BACK = {"in_bounced_back": "4f", "in_earth_share_back": "1f"}

@@ -8,6 +8,7 @@ import moderngl
 import numpy as np
 
 from simgl.gpu.pipeline_state import State
+from simgl.gpu.release import all_or_nothing
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
 from simgl.passes.mesh_store import MeshStore
 from simgl.passes.outline_program import OutlineProgram
@@ -23,6 +24,7 @@ class LampShadowPass:
     # Both sides cast, so that an open sheet does. Depth only sorts; what is looked up is 1 / z.
     state = State(depth=True)
 
+    @all_or_nothing
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
         self._ctx = ctx
         self._program = OutlineProgram(ctx, meshes, "lamp_shadow/lamp_shadow", [_CASTER])
@@ -37,6 +39,8 @@ class LampShadowPass:
         target = self._made_target()
         for index, lamp in enumerate(lamps):
             if self._drawn[index] != lamp.key:
+                # Until it is drawn: what was there before goes with the first draw.
+                self._drawn[index] = None
                 self._draw(index, lamp, target)
                 self._drawn[index] = lamp.key
         maps = target.color_attachments[0]

@@ -39,8 +39,11 @@ class VertexLighting:
     defines: tuple[str, ...]
 
 
-# Geometries, up to some megabytes each, and blocks that stay on the GPU: more than a frame draws.
+# Blocks that stay on the GPU, some kilobytes each.
 CAPACITY = 128
+# Of the geometries there; each counts a little more than its size, so that their number is bounded.
+MAX_BYTES = 512 << 20
+_MORE_BYTES = 1 << 20
 
 
 @dataclass(kw_only=True, eq=False)
@@ -65,19 +68,20 @@ class MeshStore:
         )
         self._joints = LruCache[tuple[Joint, ...], _JointsBlock](CAPACITY, _JointsBlock.release)
         self._geometries = LruCache[tuple[str, bytes], VertexBuffers](
-            CAPACITY, VertexBuffers.release
+            MAX_BYTES, VertexBuffers.release
         )
 
     def geometry(self, posed: PosedMesh) -> VertexBuffers:
         """The uploaded mesh, the same for all poses.
 
-        It stays valid while it is among the last ``CAPACITY`` that were asked for.
+        It stays valid while it is among the last ``MAX_BYTES`` that were asked for.
         """
         groups = groups_of_parts(posed.mesh, posed.joints)
         if len(posed.joints) > MAX_JOINTS:
             groups = np.zeros_like(groups)  # they cannot move: see `joint_values`
         key = posed.mesh.digest, groups.tobytes() if posed.joints else b""
-        return self._geometries.get(key, lambda: _geometry(self._ctx, posed.mesh, groups))
+        size = posed.mesh.nbytes + _MORE_BYTES
+        return self._geometries.get(key, lambda: _geometry(self._ctx, posed.mesh, groups), size)
 
     def bind_joints(self, model: SpacecraftModel, posed: PosedMesh) -> None:
         """Bind the Joints block for a mesh of a model, some of which joints have moved."""

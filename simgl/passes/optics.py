@@ -11,6 +11,7 @@ from simgl.camera.distortion import relative_illumination
 from simgl.camera.lens import Vignetting
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.pipeline_state import State
+from simgl.gpu.release import all_or_nothing
 from simgl.gpu.render_targets import table_texture
 from simgl.gpu.uniform_blocks import Block
 from simgl.lru_cache import LruCache
@@ -22,8 +23,8 @@ _OPTICS = Block(
 )
 
 
-# Cameras whose maps are cached.
-_CAPACITY = 4
+# Of the cached maps of cameras, 4 bytes a pixel; that of the last camera stays.
+_MAX_BYTES = 128 << 20
 
 
 class OpticsPass:
@@ -31,13 +32,14 @@ class OpticsPass:
 
     state = State()
 
+    @all_or_nothing
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._program = FullscreenProgram(ctx, "optics/optics", _OPTICS, ["radiance"])
         self._mapped = FullscreenProgram(
             ctx, "optics/optics", _OPTICS, ["radiance", "relative_illumination"], ["MAPPED"]
         )
-        self._maps = LruCache[Camera, moderngl.Texture](_CAPACITY, moderngl.Texture.release)
+        self._maps = LruCache[object, moderngl.Texture](_MAX_BYTES, moderngl.Texture.release)
 
     def draw(
         self, camera: Camera, radiance: moderngl.Texture, target: moderngl.Framebuffer
@@ -60,7 +62,9 @@ class OpticsPass:
         if camera.lens.vignetting == Vignetting() and camera.lens.distortion is None:
             return None
         return self._maps.get(
-            camera, lambda: table_texture(self._ctx, relative_illumination(camera))
+            (camera.geometry, camera.lens.vignetting),
+            lambda: table_texture(self._ctx, relative_illumination(camera)),
+            4 * camera.detector.width * camera.detector.height,
         )
 
     def release(self) -> None:

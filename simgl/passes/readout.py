@@ -11,6 +11,7 @@ computed on the CPU.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import partial
 
 import moderngl
 import numpy as np
@@ -70,8 +71,9 @@ _PATTERN = Block(
     ),
 )
 
-# Maps in the cache, three for each of eight cameras.
-_MAPS_CAPACITY = 24
+# Of the maps in the cache, four bytes a pixel; the three of one camera stay whatever their sizes.
+_MAX_BYTES = 256 << 20
+_OF_A_CAMERA = 3
 
 
 def pattern_maps(detector: Detector) -> tuple[str, ...]:
@@ -93,7 +95,10 @@ class ReadoutPass:
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._programs: dict[tuple[str, ...], FullscreenProgram] = {}
-        self._maps = LruCache[tuple[str, Detector], ImageTarget](_MAPS_CAPACITY, self._free)
+        self._maps = LruCache[tuple[object, ...], ImageTarget](
+            _MAX_BYTES, partial(release_all, ctx)
+        )
+        self._maps.reserve(_OF_A_CAMERA)
 
     def draw(
         self,
@@ -208,11 +213,11 @@ class ReadoutPass:
 
     def _map(self, name: str, detector: Detector) -> moderngl.Texture:
         """One map of a detector's pattern, drawn at the first call."""
-        drawn = self._maps.get((name, detector), lambda: self._drawn(name, detector))
+        d = detector
+        key = name, d.width, d.height, d.serial, d.pattern, d.hot_current
+        size = 4 * d.width * d.height
+        drawn = self._maps.get(key, lambda: self._drawn(name, detector), size)
         return drawn.textures[0]
-
-    def _free(self, target: ImageTarget) -> None:
-        release_all(self._ctx, target)
 
     def _drawn(self, name: str, detector: Detector) -> ImageTarget:
         p = detector.pattern

@@ -25,7 +25,8 @@ from simgl.radiosity.transport_store import TransportStore, lit_mesh
 from simgl.sample_grid import SampleGrid
 from simgl.scene.mean_materials import mean_materials
 from simgl.scene.spacecraft import SpacecraftModel
-from simgl.view.frame_view import RasterTile, SpacecraftView
+from simgl.view.raster_tiles import RasterTile
+from simgl.view.spacecraft_view import SpacecraftView
 
 # Rays of a pixel, shared by its samples: so many at first, and up to so many times more where their
 # mean is not certain to a share of all light there, or of the Sun's irradiance.
@@ -108,7 +109,7 @@ class ReferenceGather:
         """Overwrite what the G-buffer pass drew of the spacecraft that have ``lit_bodies``."""
         if not any(drawn.lit_bodies for drawn in spacecraft):
             return
-        columns, rows = tile.sample_grid.raster_size(tile.width, tile.height)
+        columns, rows = tile.raster_size
         position, normal, face_normal, indirect = (
             _read(gbuffer[target])[:rows, :columns]
             for target in (_POSITION, _NORMAL, _FACE_NORMAL, _INDIRECT)

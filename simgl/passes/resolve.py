@@ -11,8 +11,9 @@ from simgl.camera.camera import Camera
 from simgl.camera.distortion import field
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.pipeline_state import ONE_MINUS_SRC1_COLOR, State
+from simgl.gpu.release import all_or_nothing
 from simgl.gpu.uniform_blocks import Block
-from simgl.view.frame_view import RasterTile
+from simgl.view.raster_tiles import RasterTile
 
 _RESOLVE = Block(
     "Resolve",
@@ -25,10 +26,12 @@ _RESOLVE = Block(
             # Raster coordinates of the tile's corner, and the tile's place in the image.
             ("raster_origin", "f4", 2),
             ("tile_origin", "f4", 2),
+            # Tile coordinates of the corner of a window's raster.
+            ("window_origin", "f4", 2),
+            ("window_size", "i4", 2),
             ("pinhole_reach", "i4"),
-            ("resolve_padding_a", "i4"),
-            ("resolve_padding_b", "i4"),
-            ("resolve_padding_c", "i4"),
+            ("window_samples", "f4"),
+            ("resolve_padding", "i4", 2),
         ]
     ),
 )
@@ -51,12 +54,10 @@ class ResolvePass:
     state = State(blend=(moderngl.ONE, ONE_MINUS_SRC1_COLOR))
     hiding = State(blend=(moderngl.ZERO, ONE_MINUS_SRC1_COLOR))
 
+    @all_or_nothing
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        self._program = FullscreenProgram(ctx, "resolve/resolve", _RESOLVE, ["samples"])
-        self._distorted = FullscreenProgram(
-            ctx, "resolve/resolve", _RESOLVE, ["samples", "places"], ["DISTORTED"]
-        )
+        self._programs: dict[tuple[str, ...], FullscreenProgram] = {}
 
     def draw(
         self,
@@ -86,19 +87,30 @@ class ResolvePass:
         target: moderngl.Framebuffer,
         lens: DistortedView | None,
     ) -> None:
-        full = (0, 0, *target.size)
-        if lens is None:
-            state.apply(self._ctx, target, full, (tile.x, tile.y, tile.width, tile.height))
-            self._program.draw(_values(tile), [samples])
-            return
-        box = _distorted_box(tile, lens.camera)
-        state.apply(self._ctx, target, full, box)
-        self._distorted.draw(_values(tile), [samples, lens.places])
+        box = tile.x, tile.y, tile.width, tile.height
+        textures = {"samples": samples}
+        defines = [] if tile.window is None else ["WINDOW"]
+        if lens is not None:
+            box = _distorted_box(tile, lens.camera)
+            textures["places"] = lens.places
+            defines.append("DISTORTED")
+        state.apply(self._ctx, target, (0, 0, *target.size), box)
+        self._program_for(tuple(defines), list(textures)).draw(
+            _values(tile), list(textures.values())
+        )
+
+    def _program_for(self, defines: tuple[str, ...], samplers: list[str]) -> FullscreenProgram:
+        if defines not in self._programs:
+            self._programs[defines] = FullscreenProgram(
+                self._ctx, "resolve/resolve", _RESOLVE, samplers, defines
+            )
+        return self._programs[defines]
 
     def release(self) -> None:
         """Free everything."""
-        self._program.release()
-        self._distorted.release()
+        for program in self._programs.values():
+            program.release()
+        self._programs.clear()
 
 
 def _distorted_box(tile: RasterTile, camera: Camera) -> tuple[int, int, int, int]:
@@ -116,11 +128,19 @@ def _distorted_box(tile: RasterTile, camera: Camera) -> tuple[int, int, int, int
 
 
 def _values(tile: RasterTile) -> dict[str, object]:
-    turn = tile.sample_grid.turn
+    turn, window = tile.sample_grid.turn, tile.window
+    back, origin, size, samples = np.linalg.inv(turn), np.zeros(2), (0, 0), 0.0
+    if window is not None:
+        back = window.image_from_raster[:, :2]
+        origin = window.image_from_raster[:, 2] - (tile.x, tile.y)
+        size, samples = window.size, window.samples_per_pixel
     return {
         "raster_from_pixel": turn.T.ravel(),
-        "pixel_from_raster": np.linalg.inv(turn).T.ravel(),
+        "pixel_from_raster": back.T.ravel(),
         "raster_origin": tile.sample_grid.raster_from_pixel(tile.width)[:, 2],
         "tile_origin": (tile.x, tile.y),
+        "window_origin": origin,
+        "window_size": size,
         "pinhole_reach": tile.sample_grid.reach,
+        "window_samples": samples,
     }

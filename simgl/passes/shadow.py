@@ -9,15 +9,15 @@ import numpy as np
 
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.pipeline_state import State
-from simgl.gpu.release import release_all
+from simgl.gpu.release import all_or_nothing, release_all
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
 from simgl.lru_cache import LruCache
 from simgl.passes.mesh_store import MeshStore
 from simgl.passes.outline_program import OutlineProgram
 from simgl.view.shadow_views import ShadowMap, ShadowView
 
-# Maps are cached for so many views; an image of more spacecraft caches as many as it needs.
-CAPACITY = 8
+# Of the maps that are cached; an image of more spacecraft caches as many as it needs.
+MAX_BYTES = 512 << 20
 
 _CASTER = Block(
     "Caster",
@@ -63,6 +63,7 @@ class ShadowPass:
     open_sheets = State(depth=True, depth_clamp=True, write_color=False)
     bounds = State()
 
+    @all_or_nothing
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
         self._ctx = ctx
         self._program = OutlineProgram(ctx, meshes, "shadow/shadow", [_CASTER])
@@ -74,7 +75,7 @@ class ShadowPass:
         self._cone = FullscreenProgram(ctx, "shadow/tops", _TOPS, ["cells"], ["CONE"])
         self._caster = UniformBuffer(ctx, _CASTER)
         self._unused: list[_ShadowAtlas] = []
-        self._atlases = LruCache[bytes, _ShadowAtlas](CAPACITY, self._unused.append)
+        self._atlases = LruCache[bytes, _ShadowAtlas](MAX_BYTES, self._unused.append)
 
     def cast(self, views: Sequence[ShadowView]) -> list[tuple[moderngl.Texture, ...]]:
         """Depths, behind and tops of each view's maps, the close one right of the wide one.
@@ -98,7 +99,7 @@ class ShadowPass:
                 self._complete(view, atlas)
 
     def _atlas(self, view: ShadowView) -> _ShadowAtlas:
-        return self._atlases.get(_key(view), lambda: self._cast(view))
+        return self._atlases.get(_key(view), lambda: self._cast(view), _atlas_bytes(view.maps))
 
     def _free_atlas(self, maps: Sequence[ShadowMap]) -> _ShadowAtlas:
         """A new one, or an unused one of these sizes."""
@@ -190,6 +191,7 @@ class _ShadowAtlas:
     complete : whether all are drawn, not only those that read no other
     """
 
+    @all_or_nothing
     def __init__(self, ctx: moderngl.Context, maps: Sequence[ShadowMap]) -> None:
         self.complete = False
         self.sizes = sizes = tuple(one.size for one in maps)
@@ -215,6 +217,14 @@ class _ShadowAtlas:
             framebuffer.release()
         for texture in self._owned:
             texture.release()
+
+
+def _atlas_bytes(maps: Sequence[ShadowMap]) -> int:
+    """Of the textures of an atlas."""
+    sizes = [one.size for one in maps]
+    cells = sum((size // cell) ** 2 for size in sizes for cell in _CELLS)
+    tops = sum(one.bounds_width for one in maps) * max(sizes) // 8
+    return 4 * sum(sizes) * 3 * max(sizes) + 8 * (cells + tops)
 
 
 def _key(view: ShadowView) -> bytes:

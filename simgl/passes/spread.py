@@ -26,8 +26,8 @@ _MAX_PLANES = 4
 _PLANE = Format("f4", 4, packed=True)
 _SPREAD = Block("Spread", 30, np.dtype([("mixture", "f4", (_MAX_PLANES, 4))]))
 
-# Cameras whose kernels are cached.
-_CAPACITY = 8
+# Of the cached kernels of cameras; those of the last camera stay.
+_MAX_BYTES = 512 << 20
 
 
 class SpreadPass:
@@ -41,7 +41,7 @@ class SpreadPass:
     def __init__(self, ctx: moderngl.Context, executor: Executor) -> None:
         self._ctx, self._executor = ctx, executor
         self._programs: dict[int, FullscreenProgram] = {}
-        self._spreads = LruCache[object, Spread](_CAPACITY)
+        self._spreads = LruCache[object, Spread](_MAX_BYTES)
         self._target: ImageTarget | None = None
 
     def bands(
@@ -84,7 +84,9 @@ class SpreadPass:
         irradiance: moderngl.Texture,
     ) -> list[Array32]:
         key = (camera.lens, camera.detector, None if weights is None else weights.tobytes())
-        spread = self._spreads.get(key, lambda: Spread(camera, weights, self._executor))
+        spread = self._spreads.get(
+            key, lambda: Spread(camera, weights, self._executor), lambda spread: spread.nbytes
+        )
         return spread.apply(self._planes(spread.mixture, irradiance), sun)
 
     def _planes(self, mixture: Array, irradiance: moderngl.Texture) -> list[Array32]:

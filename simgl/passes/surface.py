@@ -8,6 +8,7 @@ import moderngl
 
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.program import load_program
+from simgl.gpu.release import all_or_nothing
 from simgl.gpu.render_targets import GrowingTarget, textures_of
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
 from simgl.passes.albedo_table import LOBE_UNIT, lobe_texture
@@ -25,8 +26,8 @@ from simgl.passes.shared_blocks import (
     spacecraft_values,
     tile_values,
 )
-from simgl.view.frame_view import RasterTile
 from simgl.view.lamp_views import LampView
+from simgl.view.raster_tiles import RasterTile
 
 EMPTY = -1.0
 
@@ -63,6 +64,7 @@ _MORE_UNITS = {
 class _Screen:
     """A shader over the viewport, at a depth."""
 
+    @all_or_nothing
     def __init__(
         self,
         ctx: moderngl.Context,
@@ -109,6 +111,7 @@ class SurfacePass:
     depth_only = State(depth=True, write_color=False)
     empty = State()
 
+    @all_or_nothing
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
         self._ctx, self._meshes = ctx, meshes
         self._lobes = lobe_texture(ctx)
@@ -144,7 +147,7 @@ class SurfacePass:
         lamps : which light every spacecraft, and the texture of their shadow maps
         returns : one texture, or with ``by_light`` one for each of ``LIGHTS``
         """
-        size = tile.sample_grid.raster_size(tile.width, tile.height)
+        size = tile.raster_size
         sunlight, target = self._targets[len(LIGHTS) if by_light else 1].covering(size)
         area = (0, 0, *size)
         self._write(tile, lamps)

@@ -9,6 +9,7 @@ from PIL import Image as Pillow
 
 from simgl.arrays import IndexArray
 from simgl.gpu.context import is_software
+from simgl.lru_cache import LruCache
 from simgl.scene.textures import MIRROR, REPEAT, Image, SurfaceTextures
 
 # Texture unit of each array of images in the programs that draw surfaces.
@@ -61,20 +62,25 @@ def _power_of_two(size: int) -> int:
     return 1 << (size - 1).bit_length()
 
 
+# Of the arrays that stay on the GPU; each model counts a little more than its size, so that their
+# number is bounded.
+MAX_BYTES = 1 << 30
+_MORE_BYTES = 1 << 20
+
+
 class TextureStore:
     """Arrays of images by the content of a model's images."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        self._arrays: dict[str, tuple[moderngl.TextureArray, ...]] = {}
+        self._arrays = LruCache[str, tuple[moderngl.TextureArray, ...]](MAX_BYTES, _release)
 
     def bind(self, textures: SurfaceTextures) -> None:
         """Bind all four arrays to their units."""
-        arrays = self._arrays.get(textures.digest)
-        if arrays is None:
-            kinds = textures.base_colour, textures.law, textures.normal, textures.emission
-            arrays = tuple(self._array(images) for images in kinds)
-            self._arrays[textures.digest] = arrays
+        kinds = textures.base_colour, textures.law, textures.normal, textures.emission
+        arrays = self._arrays.get(
+            textures.digest, lambda: tuple(self._array(images) for images in kinds), _size
+        )
         for array, unit in zip(arrays, IMAGE_UNITS.values(), strict=True):
             array.use(unit)
 
@@ -97,7 +103,15 @@ class TextureStore:
 
     def release(self) -> None:
         """Free all of them."""
-        for arrays in self._arrays.values():
-            for array in arrays:
-                array.release()
         self._arrays.clear()
+
+
+def _size(arrays: tuple[moderngl.TextureArray, ...]) -> int:
+    """Bytes of half floats, with mipmaps."""
+    texels = (array.width * array.height * array.layers * array.components for array in arrays)
+    return 2 * sum(texels) * 4 // 3 + _MORE_BYTES
+
+
+def _release(arrays: tuple[moderngl.TextureArray, ...]) -> None:
+    for array in arrays:
+        array.release()

@@ -5,11 +5,12 @@ from __future__ import annotations
 import moderngl
 
 from simgl.gpu.pipeline_state import State, clear_depth
+from simgl.gpu.release import all_or_nothing
 from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.passes.mesh_store import MeshStore
 from simgl.passes.outline_program import OutlineProgram
 from simgl.passes.shared_blocks import SPACECRAFT, TILE, spacecraft_values, tile_values
-from simgl.view.frame_view import RasterTile
+from simgl.view.raster_tiles import RasterTile
 
 # Attachments of a target that wants normals too.
 _WITH_NORMALS = 3
@@ -21,6 +22,7 @@ class TruthPass:
 
     state = State(depth=True)
 
+    @all_or_nothing
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
         self._ctx = ctx
         self._plain = OutlineProgram(ctx, meshes, "truth/truth", [TILE, SPACECRAFT])

@@ -11,6 +11,7 @@ from simgl.camera.camera import Camera
 from simgl.camera.distortion import FINER, field
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.pipeline_state import State
+from simgl.gpu.release import all_or_nothing
 from simgl.gpu.render_targets import table_texture
 from simgl.gpu.uniform_blocks import Block
 from simgl.lru_cache import LruCache
@@ -21,8 +22,8 @@ _WARP = Block(
     np.dtype([("fine_per_pixel", "f4"), ("warp_padding_a", "f4"), ("warp_padding_b", "f4", 2)]),
 )
 
-# Cameras whose tables are cached.
-_CAPACITY = 4
+# Of the cached tables of cameras, 8 bytes a pixel; that of the last camera stays.
+_MAX_BYTES = 128 << 20
 
 
 class WarpPass:
@@ -30,17 +31,23 @@ class WarpPass:
 
     state = State()
 
+    @all_or_nothing
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._mean = FullscreenProgram(ctx, "warp/warp", _WARP, ["places", "fine"])
         self._nearest = FullscreenProgram(
             ctx, "warp/nearest", _WARP, ["places", "fine_depth", "fine_part", "fine_normal"]
         )
-        self._places = LruCache[Camera, moderngl.Texture](_CAPACITY, moderngl.Texture.release)
+        self._places = LruCache[object, moderngl.Texture](_MAX_BYTES, moderngl.Texture.release)
 
     def places(self, camera: Camera) -> moderngl.Texture:
         """RG32F, coordinates in the pinhole's image that the middles of the pixels see."""
-        return self._places.get(camera, lambda: table_texture(self._ctx, field(camera).places))
+
+        def upload() -> moderngl.Texture:
+            return table_texture(self._ctx, field(camera).places)
+
+        size = 8 * camera.detector.width * camera.detector.height
+        return self._places.get(camera.geometry, upload, size)
 
     def mean(self, camera: Camera, fine: moderngl.Texture, target: moderngl.Framebuffer) -> None:
         """Means over the pixels of a fine RGBA32F image."""

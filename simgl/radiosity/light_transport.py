@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
@@ -11,6 +11,9 @@ from scipy import sparse
 from simgl.arrays import Array32, IndexArray, Mask
 from simgl.rays import RayTracer
 from simgl.scene.mesh import Mesh
+
+# Of Embree, for a triangle.
+_TRACER_BYTES = 190
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -67,6 +70,20 @@ class LightTransport:
     sky_rays: sparse.csr_matrix
     sky_rays_row: IndexArray
     gather_point_of_vertex: IndexArray
+
+    @property
+    def nbytes(self) -> int:
+        """Size of its arrays, and of what is derived from them at the first use."""
+        total = self.mesh.nbytes + _TRACER_BYTES * len(self.mesh.triangles)
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if isinstance(value, np.ndarray):
+                total += value.nbytes
+            elif isinstance(value, sparse.csr_matrix):
+                total += value.data.nbytes + value.indices.nbytes + value.indptr.nbytes
+        # The rows for each vertex are about as long as those of the gather points.
+        rows = self.gather_point_of_vertex.size / max(self.gather.shape[0], 1)
+        return total + int(rows * 8 * (self.gather.nnz + self.sky_part.nnz))
 
     @cached_property
     def tracer(self) -> RayTracer:

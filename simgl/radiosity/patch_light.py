@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from simgl.arrays import Array32
@@ -10,26 +12,36 @@ from simgl.lru_cache import LruCache
 from simgl.radiosity.hemisphere import CELLS_ACROSS
 from simgl.radiosity.incident_light import IncidentLight, Neighbour
 from simgl.radiosity.light_transport import LightTransport
-from simgl.radiosity.precomputed_response import PrecomputedResponse
+from simgl.radiosity.precomputed_response import BYTES_OF_PATCH, PrecomputedResponse
 from simgl.radiosity.solver import Reflectors, lamp_irradiance, reflectors
 from simgl.radiosity.sunlit_patches import SunlitPatches
-from simgl.radiosity.transport_store import CAPACITY
+from simgl.radiosity.transport_store import MAX_BYTES
 from simgl.scene.mean_materials import mean_materials
 from simgl.scene.spacecraft import SpacecraftModel
+
+# Of some kilobytes each.
+_MAX_COSINES = 32
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Surface:
+    """What stays the same of a body whose joints and materials do."""
+
+    reflectors: Reflectors
+    response: PrecomputedResponse
+    sunlit: SunlitPatches
 
 
 class PatchLight:
     """Solves for the light that leaves the patches of bodies.
 
-    In memory: for each of the last bodies up to 20 MB, and their sunlit patches of the last scenes.
+    In memory: for each of the last bodies up to 20 MB besides its transport, and their sunlit
+    patches of the last scenes.
     """
 
     def __init__(self) -> None:
-        self._surfaces = LruCache[tuple[object, ...], tuple[Reflectors, PrecomputedResponse]](
-            CAPACITY
-        )
-        self._sunlit = LruCache[LightTransport, SunlitPatches](CAPACITY)
-        self._cosines = LruCache[bytes, Array32](2 * CAPACITY)
+        self._surfaces = LruCache[tuple[object, ...], _Surface](MAX_BYTES)
+        self._cosines = LruCache[bytes, Array32](_MAX_COSINES)
 
     def exitance(
         self,
@@ -39,11 +51,12 @@ class PatchLight:
         incident: IncidentLight,
     ) -> Array32:
         """(p, 4) of the patches after all bounces [W m-2]."""
-        response = self._surface(model, transport)[1]
+        surface = self._surface(model, transport)
+        response = surface.response
         exitance = response.glow
         irradiance = np.zeros_like(exitance)
         if incident.before_sun:
-            cosines = self._sun_cosines(transport, incident)
+            cosines = self._sun_cosines(surface.sunlit, transport, incident)
             irradiance += cosines[:, None] * incident.sun_irradiance.astype(np.float32)
         else:
             exitance = exitance + response.of_sun(incident.sun_direction, incident.sun_irradiance)
@@ -59,29 +72,30 @@ class PatchLight:
         self, model: SpacecraftModel, transport: LightTransport, incident: IncidentLight
     ) -> Array32:
         """(p, 4) what a Sun of 1 W m-2 adds to the exitance before any bounce."""
-        cosines = self._sun_cosines(transport, incident)
-        return self._surface(model, transport)[0].albedo * cosines[:, None]
+        surface = self._surface(model, transport)
+        cosines = self._sun_cosines(surface.sunlit, transport, incident)
+        return surface.reflectors.albedo * cosines[:, None]
 
-    def _surface(
-        self, model: SpacecraftModel, transport: LightTransport
-    ) -> tuple[Reflectors, PrecomputedResponse]:
+    def _surface(self, model: SpacecraftModel, transport: LightTransport) -> _Surface:
         key = transport.mesh.digest, model.open_sheets, model.materials, model.textures.digest
 
-        def precomputed() -> tuple[Reflectors, PrecomputedResponse]:
-            surface = reflectors(transport, mean_materials(model))
-            return surface, PrecomputedResponse(transport, surface, self._patches(transport))
+        def precomputed() -> _Surface:
+            surface, sunlit = reflectors(transport, mean_materials(model)), SunlitPatches(transport)
+            response = PrecomputedResponse(transport, surface, sunlit)
+            return _Surface(reflectors=surface, response=response, sunlit=sunlit)
 
-        return self._surfaces.get(key, precomputed)
+        # They hold the transport, which may have left its own cache.
+        size = transport.nbytes + len(transport.areas) * BYTES_OF_PATCH
+        return self._surfaces.get(key, precomputed, size)
 
-    def _patches(self, transport: LightTransport) -> SunlitPatches:
-        return self._sunlit.get(transport, lambda: SunlitPatches(transport))
-
-    def _sun_cosines(self, transport: LightTransport, incident: IncidentLight) -> Array32:
+    def _sun_cosines(
+        self, sunlit: SunlitPatches, transport: LightTransport, incident: IncidentLight
+    ) -> Array32:
         """Traced again only where Sun or spacecraft have moved in the body's axes."""
 
         def traced() -> Array32:
             blockers = [neighbour.blocker() for neighbour in incident.before_sun]
-            return self._patches(transport).cosines(incident.sun_direction, blockers)
+            return sunlit.cosines(incident.sun_direction, blockers)
 
         return self._cosines.get(_sun_key(transport, incident), traced)
 

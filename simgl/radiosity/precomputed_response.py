@@ -16,6 +16,10 @@ from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.solver import Reflectors, radiosity
 from simgl.radiosity.sunlit_patches import CAPACITY, Node, SunlitPatches, grid_corners
 
+# Of the responses to all cells of the sky, and to the directions of the Sun that are cached, with
+# the cosines to those.
+BYTES_OF_PATCH = 4 * (4 * 96 + CAPACITY * (4 + 1))
+
 
 class PrecomputedResponse:
     """Exitance of the patches of a body after all bounces, light by light.

@@ -21,8 +21,8 @@ from simgl.scene.spacecraft import SpacecraftModel
 
 # Light between surfaces changes little over a few degrees of a joint, and tracing it takes seconds.
 JOINT_STEP = np.radians(5.0)
-# Transports in memory, up to 50 MB each: an arm on the move takes a new one with every step.
-CAPACITY = 16
+# Of the transports in memory: an arm on the move takes a new one, up to 50 MB, with every step.
+MAX_BYTES = 512 << 20
 # Part of every key: with a change in how bakes are made or stored, old files are not read any more.
 VERSION = 8
 
@@ -30,10 +30,10 @@ _MATRICES = ("form_factors", "sky", "gather", "sky_part", "sky_rays")
 
 
 class TransportStore:
-    """The transports of models by their content, the last ``CAPACITY`` in memory."""
+    """The transports of models by their content, the last ``MAX_BYTES`` of them in memory."""
 
     def __init__(self) -> None:
-        self._transports = LruCache[tuple[str, bool], LightTransport | None](CAPACITY)
+        self._transports = LruCache[tuple[str, bool], LightTransport | None](MAX_BYTES)
 
     def of(
         self, model: SpacecraftModel, progress: ProgressCallback | None = None
@@ -47,6 +47,8 @@ class TransportStore:
         return self._transports.get(
             (posed.digest, open_sheets),
             lambda: transport_of(posed.baked(), open_sheets=open_sheets, progress=progress),
+            # Each counts a little: bodies that see nothing of themselves are many.
+            lambda transport: 1 << 16 if transport is None else transport.nbytes,
         )
 
 

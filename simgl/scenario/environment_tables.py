@@ -16,7 +16,7 @@ from simgl.physics.spectrum import black_body_light
 from simgl.scenario.scenario import EphemerisSun
 from simgl.scenario.schema import CloudsTable, EarthTable, SkyTable, SunTable
 from simgl.scene.earth import Clouds, Earth, EarthMaps, MapImage, load_map
-from simgl.scene.star_catalogue import StarCatalogue, shipped_stars
+from simgl.scene.star_catalogue import FAINTEST, StarCatalogue, shipped_stars
 from simgl.scene.state import SunInDirection
 
 # Keys of an Earth with maps; one with a given albedo, or none, does not have them.
@@ -103,14 +103,18 @@ def _at_night(earth: Earth, table: EarthTable, where: str, *, fixed_sun: bool) -
     )
 
 
-def read_sky(table: SkyTable, sun: EphemerisSun | SunInDirection) -> StarCatalogue | None:
+def read_sky(
+    table: SkyTable, where: str, sun: EphemerisSun | SunInDirection
+) -> StarCatalogue | None:
     """The stars of a scene; None for a sky without them."""
-    if table.stars is False:
-        return None
     # A fixed Sun makes a test scene: no Moon, and stars only where they are asked for.
-    if table.stars is None and isinstance(sun, SunInDirection):
-        return None
-    return shipped_stars(table.faintest_star_mag)
+    stars = not isinstance(sun, SunInDirection) if table.stars is None else table.stars
+    if stars:
+        return shipped_stars(FAINTEST if (v := table.faintest_star_mag) is None else v)
+    if table.faintest_star_mag is not None:
+        problem = "goes with stars = true; a Sun fixed by hand leaves stars out"
+        raise ConfigError(where, "faintest_star_mag", problem)
+    return None
 
 
 def _refuse_map_keys(table: EarthTable, where: str, because: str) -> None:

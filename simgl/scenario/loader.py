@@ -135,6 +135,8 @@ def _read_tables(
     render = single("render", RenderTable)
     temperature = SOLAR_TEMPERATURE if sun_table.temperature_k is None else sun_table.temperature_k
     sun = read_sun(sun_table, temperature, f"{where} [sun]")
+    if render.gather == "pixel" and not render.inter_reflection:
+        raise ConfigError(f"{where} [render]", "gather", "goes with inter_reflection, which is off")
     _check_models(models, spacecraft_tables, where)
     placed_models, motions, joints = {}, {}, {}
     for body, table in spacecraft_tables.items():
@@ -167,7 +169,7 @@ def _read_tables(
         samples_per_pixel=render.samples_per_pixel,
         inter_reflection=render.inter_reflection,
         gather=render.gather,
-        stars=read_sky(single("sky", SkyTable), sun),
+        stars=read_sky(single("sky", SkyTable), f"{where} [sky]", sun),
     )
 
 

@@ -106,11 +106,11 @@ class SkyTable(Table, frozen=True, kw_only=True):
 
     stars : draw the stars of the Hipparcos catalogue; omitted, they are, unless ``direction_icrf``
         fixes the Sun by hand
-    faintest_star_mag : the largest visual magnitude V drawn
+    faintest_star_mag : the largest visual magnitude V drawn; default that of the catalogue
     """
 
     stars: bool | None = None
-    faintest_star_mag: Annotated[float, Meta(ge=-2.0, le=FAINTEST)] = FAINTEST
+    faintest_star_mag: Annotated[float, Meta(ge=-2.0, le=FAINTEST)] | None = None
 
 
 class OrbitTable(Table, frozen=True, kw_only=True):
@@ -134,13 +134,14 @@ class MotionFileTable(Table, frozen=True, kw_only=True):
 
     object : which one, where the file holds several
     longest_gap_s : a longer step between samples is a gap; default five times the median step
-    interpolation_error_m : a curve through the samples that may be off by more is refused
+    interpolation_error_m : a curve through sampled places that may be off by more is refused;
+        default 1 m
     """
 
     file: str
     object: str | None = None
     longest_gap_s: Positive | None = None
-    interpolation_error_m: Positive = 1.0
+    interpolation_error_m: Positive | None = None
 
 
 class PointAtTable(Table, frozen=True, kw_only=True):

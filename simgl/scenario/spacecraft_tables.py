@@ -183,6 +183,8 @@ class MotionReader:
         sampled = None
         if t.joint_file is not None:
             file = _as_table(t.joint_file)
+            self._refuse("joint_file", file, "interpolation_error_m", "places")
+            self._refuse("joint_file", file, "object", "files of several objects")
             with _named_in_errors(self._where, "joint_file"):
                 sampled = read_angles(
                     self._base / file.file, self._epoch_tai_ns, longest_gap_s=file.longest_gap_s
@@ -246,6 +248,7 @@ class MotionReader:
             raise ConfigError(self._where, given[1], f"contradicts {given[0]}; give one of them")
         if t.attitude_file is not None:
             file = _as_table(t.attitude_file)
+            self._refuse("attitude_file", file, "interpolation_error_m", "places")
             with _named_in_errors(self._where, "attitude_file"):
                 rotations, in_lvlh = read_rotations(
                     self._base / file.file,
@@ -267,6 +270,10 @@ class MotionReader:
         if fixed:
             return FixedAttitude(R_icrf_from_body=np.eye(3))
         return LvlhAttitude(R_lvlh_from_body=np.eye(3))
+
+    def _refuse(self, key: str, file: MotionFileTable, unused: str, of: str) -> None:
+        if getattr(file, unused) is not None:
+            raise ConfigError(self._where, f"{key}.{unused}", f"goes with {of}, not with {key}")
 
     def _matrix(self, key: str) -> Array:
         try:

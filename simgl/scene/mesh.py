@@ -2,15 +2,36 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, fields
 from functools import cached_property
+from typing import TypeVar
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull, QhullError
 
 from simgl.arrays import Array, Array32, IndexArray, UIntArray
+
+Key = TypeVar("Key", bound=Hashable)
+Result = TypeVar("Result")
+
+
+def cached_with_mesh(make: Callable[[Mesh, Key], Result]) -> Callable[[Mesh, Key], Result]:
+    """Decorates a function of a mesh: its results live as long as the mesh, which none may hold."""
+    results: WeakKeyDictionary[Mesh, dict[Key, Result]] = WeakKeyDictionary()
+
+    @functools.wraps(make)
+    def cached(mesh: Mesh, key: Key) -> Result:
+        of_mesh = results.setdefault(mesh, {})
+        if key not in of_mesh:
+            of_mesh[key] = make(mesh, key)
+        return of_mesh[key]
+
+    return cached
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

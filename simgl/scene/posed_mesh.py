@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 
 from simgl.arrays import Array, Array32, IndexArray
 from simgl.motion.joints import Joint, relative_motion
-from simgl.scene.mesh import Mesh, hull_corners
+from simgl.scene.mesh import Mesh, cached_with_mesh, hull_corners
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -33,8 +33,7 @@ class RigidGroup:
     radius: float
 
 
-# The groups of each model in use; some kilobytes each.
-@lru_cache(maxsize=64)
+@cached_with_mesh
 def rigid_groups(mesh: Mesh, joints: tuple[Joint, ...]) -> tuple[RigidGroup, ...]:
     """The groups of a mesh that have triangles; the same object for the same mesh and joints."""
     group_of_part = groups_of_parts(mesh, joints)
@@ -53,7 +52,7 @@ def rigid_groups(mesh: Mesh, joints: tuple[Joint, ...]) -> tuple[RigidGroup, ...
     return tuple(groups)
 
 
-@lru_cache(maxsize=64)
+@cached_with_mesh
 def groups_of_parts(mesh: Mesh, joints: tuple[Joint, ...]) -> IndexArray:
     """(parts,) index of the group of each part: one more than that of its joint, or 0."""
     groups = np.zeros(int(mesh.part.max(initial=0)) + 1, dtype=np.int64)

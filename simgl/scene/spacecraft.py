@@ -5,9 +5,10 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 from simgl.arrays import Array
+from simgl.lru_cache import LruCache
 from simgl.motion.joints import (
     Joint,
     body_from_stored,
@@ -92,7 +93,7 @@ class SpacecraftModel:
     def posed(self, angles: Mapping[str, float]) -> SpacecraftModel:
         """The model with its joints at these angles [rad] or travels [m]; others are as stored.
 
-        Equal angles give the same object while it is among the 16 used last.
+        Equal angles give the same object while it is among the 16 of the model used last.
 
         Raises ValueError for a name that is no joint.
         """
@@ -101,7 +102,10 @@ class SpacecraftModel:
                 raise ValueError(f"{name} {unknown_joint(name, self.joints)}")
         values = tuple(float(angles.get(joint.name, 0.0)) for joint in self.joints)
         stored = self.stored or self
-        return _posed(stored, values) if any(values) else stored
+        if not any(values):
+            return stored
+        poses = _poses.get(stored, lambda: LruCache(_MAX_POSES), stored.nbytes)
+        return poses.get(values, lambda: _posed(stored, values))
 
     def coarsely_posed(self, step: float) -> SpacecraftModel:
         """The model with each joint at the nearest multiple of a step [rad] within its limits.
@@ -134,8 +138,12 @@ class SpacecraftModel:
         return hashlib.sha256(content.encode()).hexdigest()
 
 
-# A scene with Sun-tracking arrays asks for the same poses several times a frame.
-@lru_cache(maxsize=16)
+# A scene with Sun-tracking arrays asks for the same poses several times a frame. Poses share the
+# arrays of the stored model, whose size counts.
+_MAX_POSES = 16
+_poses = LruCache[SpacecraftModel, LruCache[tuple[float, ...], SpacecraftModel]](256 << 20)
+
+
 def _posed(stored: SpacecraftModel, values: tuple[float, ...]) -> SpacecraftModel:
     motion = body_from_stored(stored.joints, values)
     keypoints = moved_keypoints(stored.keypoints, stored.joints, motion)

@@ -1,6 +1,7 @@
 """Views: the float64 scene of one instant, as float32 values relative to one camera.
 
-``frame_view`` makes the ``FrameView`` of a camera: ``shadow_views``, ``lamp_views`` and
+``frame_view`` makes the ``FrameView`` of a camera: ``spacecraft_view``, ``raster_tiles`` that draw
+them, with ``small_targets`` for what is far away, ``shadow_views``, ``lamp_views`` and
 ``aerial_perspective`` for each spacecraft, ``background`` (with ``celestial`` and
 ``background_tiles``) for what lies behind. ``lidar_pulse`` is the view of a flash lidar,
 ``image_motion`` says how far anything moves in an image.

@@ -8,84 +8,19 @@ target.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import Literal
 
 import numpy as np
 
-from simgl.arrays import Array, Array32
 from simgl.camera.camera import Camera
 from simgl.camera.distortion import PinholeField, field, warped_point_share
-from simgl.errors import ConfigError
-from simgl.radiosity.incident_light import IncidentLight, incident_light
-from simgl.sample_grid import PIXEL_CENTRES, SampleGrid, choose_sample_grid, rotated_sample_grid
-from simgl.scene.spacecraft import SpacecraftModel
-from simgl.scene.state import BodyState, CameraState, EarthState, SceneState
-from simgl.view.aerial_perspective import AirSegment, air_between
-from simgl.view.background import Background, SkyView, background, sky_view
+from simgl.scene.state import SceneState
+from simgl.view.background import Background, background
 from simgl.view.lamp_views import LampView, lamp_views
-from simgl.view.shadow_views import ShadowView, shadow_view
+from simgl.view.raster_tiles import RasterTile, pixel_centre_tile, raster_tiles
+from simgl.view.spacecraft_view import SpacecraftView, spacecraft_views
 
 Gather = Literal["vertex", "pixel"]
-
-# Nothing closer to the pinhole than this is drawn [m].
-NEAREST = 0.01
-# One 24-bit depth buffer covers distances up to this ratio: steps of 4e-6 of the distance.
-SLICE_RATIO = 64.0
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class SpacecraftView:
-    """A spacecraft before the camera.
-
-    instance : index in the scene, counted from 1 (0 is no spacecraft)
-    camera_from_body : (4, 4) float32
-    sun_direction : (3,) float32 unit, camera axes
-    sun_irradiance : (4,) float32 [W m-2], the eclipse by the Earth included
-    sun_limb : (2, 4) limb darkening u and v per band: 1 - u (1 - mu) - v (1 - mu)^2
-    sun_angular_radius : [rad]
-    sky : None where there is no Earth
-    incident_light : None where light between its surfaces is left out
-    air : on the way to the camera; None where there is none
-    """
-
-    name: str
-    instance: int
-    model: SpacecraftModel
-    camera_from_body: Array32
-    sun_direction: Array32
-    sun_irradiance: Array32
-    sun_limb: Array32
-    sun_angular_radius: float
-    shadow: ShadowView
-    sky: SkyView | None
-    incident_light: IncidentLight | None
-    air: AirSegment | None = None
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class RasterTile:
-    """A rectangle of the image that holds spacecraft, drawn on its own sample grid.
-
-    x, y, width, height : pixels
-    edges : (4, 4) float32, normals of the planes through the pinhole and the rectangle's edges,
-        half a pixel outside it; towards its inside, the last column unused
-    depths : nearest and farthest of each depth slice [m], the farthest slice first
-    slices : clip_from_camera (4, 4) float32 of each
-    sample_steps : (2, 4) float32, of the line of sight at depth 1 from a sample to the next along
-        rows and along columns of the sample grid's raster, camera axes, the last column unused
-    """
-
-    x: int
-    y: int
-    width: int
-    height: int
-    sample_grid: SampleGrid
-    edges: Array32
-    depths: tuple[tuple[float, float], ...]
-    slices: tuple[Array32, ...]
-    sample_steps: Array32
-    spacecraft: tuple[SpacecraftView, ...]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -94,13 +29,15 @@ class FrameView:
 
     field : pinhole images that hold the view of a lens that distorts; None where it does not
     background : Earth and Sun, of the finer one of them
-    tiles : of the other
+    spacecraft : all that the camera does not see behind the Earth
+    tiles : of the other pinhole image, the farthest first
     gather : where light from other surfaces is worked out
     """
 
     camera: Camera
     field: PinholeField | None
     background: Background
+    spacecraft: tuple[SpacecraftView, ...]
     tiles: tuple[RasterTile, ...]
     lamps: tuple[LampView, ...]
     gather: Gather = "vertex"
@@ -118,6 +55,7 @@ def frame_view(
     """What one camera of the scene draws.
 
     sample_budget : geometry samples that a tile may take where ``samples_per_pixel`` is None
+    samples_per_pixel : of geometry; more where spacecraft are small
     inter_reflection : light between the surfaces of a spacecraft, and the Earth hidden by them
     gather : that light at vertices, or by rays from every sample
 
@@ -128,14 +66,21 @@ def frame_view(
     seen = None if real.lens.distortion is None else field(real)
     if seen is not None:
         camera, fine = replace(camera, camera=seen.pinhole), replace(camera, camera=seen.fine)
-    fixed = None if samples_per_pixel is None else rotated_sample_grid(samples_per_pixel)
-    views = _spacecraft_views(state, camera, inter_reflection)
+    views = spacecraft_views(state, camera, inter_reflection)
+    lamps = lamp_views(state, camera)
     return FrameView(
         camera=real,
         field=seen,
         background=_with_all_their_light(background(state, fine), real),
-        tiles=_tiles(views, camera, sample_budget, fixed),
-        lamps=lamp_views(state, camera),
+        spacecraft=tuple(views),
+        tiles=raster_tiles(
+            views,
+            camera.camera,
+            sample_budget,
+            samples_per_pixel,
+            with_lamps=bool(lamps) or real.lidar is not None,
+        ),
+        lamps=lamps,
         gather=gather,
     )
 
@@ -154,208 +99,9 @@ def _with_all_their_light(behind: Background, camera: Camera) -> Background:
 def truth_tile(view: FrameView) -> RasterTile | None:
     """One tile over the whole image with a single sample at each pixel's centre; where the lens
     distorts, over the finer image of its pinhole."""
-    spacecraft = tuple(one for tile in view.tiles for one in tile.spacecraft)
+    names = {one.name for tile in view.tiles for one in tile.spacecraft}
+    spacecraft = tuple(one for one in view.spacecraft if one.name in names)
     if not spacecraft:
         return None
     camera = view.camera if view.field is None else view.field.centred
-    d = camera.detector
-    depths = np.concatenate([_hull_in_camera(one)[:, 2] for one in spacecraft])
-    slices = _depth_slices(depths)
-    return _tile((0, 0, d.width, d.height), spacecraft, slices, camera, PIXEL_CENTRES)
-
-
-def parts(tile: RasterTile, camera: Camera, max_samples: int) -> list[RasterTile]:
-    """A tile cut into tiles whose rasters hold no more samples than that each, a pixel at least."""
-    columns, rows = tile.sample_grid.raster_size(tile.width, tile.height)
-    if columns * rows <= max_samples or max(tile.width, tile.height) == 1:
-        return [tile]
-    x, y, w, h = tile.x, tile.y, tile.width, tile.height
-    if w >= h:
-        boxes = (x, y, x + w // 2, y + h), (x + w // 2, y, x + w, y + h)
-    else:
-        boxes = (x, y, x + w, y + h // 2), (x, y + h // 2, x + w, y + h)
-    halves = [_tile(box, tile.spacecraft, tile.depths, camera, tile.sample_grid) for box in boxes]
-    return [part for half in halves for part in parts(half, camera, max_samples)]
-
-
-def _float32(values: Array) -> Array32:
-    return np.asarray(values, dtype=np.float32)
-
-
-def _hidden_by_earth(earth: EarthState | None, camera: Array, body: Array) -> bool:
-    """Whether the straight line between two places runs through the Earth."""
-    if earth is None:
-        return False
-    radii = np.array(earth.earth.radii)
-    start = (earth.R_itrf_from_icrf @ (camera - earth.position)) / radii
-    line = (earth.R_itrf_from_icrf @ (body - camera)) / radii
-    nearest = np.clip(-np.dot(start, line) / np.dot(line, line), 0.0, 1.0)
-    return bool(np.linalg.norm(start + nearest * line) < 1.0)
-
-
-def _refuse_inside(camera: CameraState, name: str, body: BodyState) -> None:
-    if body.encloses(camera.position):
-        place = ", ".join(f"{v:.3f}" for v in body.in_body(camera.position))
-        raise ConfigError(
-            f"[camera.{camera.camera.name}]",
-            "position",
-            f'is inside the body of "{name}" (at {place} m in its axes)',
-        )
-
-
-def _camera_from_body(camera: CameraState, body: BodyState) -> Array:
-    """(4, 4) from body axes to camera axes [m]."""
-    matrix = np.eye(4)
-    matrix[:3, :3] = camera.R_camera_from_icrf @ body.pose.R_icrf_from_body
-    matrix[:3, 3] = camera.R_camera_from_icrf @ (body.pose.position - camera.position)
-    return matrix
-
-
-def _spacecraft_views(
-    state: SceneState, camera: CameraState, inter_reflection: bool
-) -> list[SpacecraftView]:
-    views = []
-    for index, (name, body) in enumerate(state.bodies.items()):
-        _refuse_inside(camera, name, body)
-        if _hidden_by_earth(state.earth, camera.position, body.pose.position):
-            continue
-        sun = state.sun.seen_from(body.pose.position)
-        matrix = _camera_from_body(camera, body)
-        body_from_camera: Array = np.linalg.inv(matrix).astype(np.float64)
-        views.append(
-            SpacecraftView(
-                name=name,
-                instance=index + 1,
-                model=body.model,
-                camera_from_body=_float32(matrix),
-                sun_direction=_float32(camera.R_camera_from_icrf @ sun.direction_icrf),
-                sun_irradiance=_float32(sun.irradiance * state.sunlight(body.pose.position)),
-                sun_limb=_float32(sun.limb),
-                sun_angular_radius=sun.angular_radius,
-                sky=sky_view(state, name, body),
-                incident_light=incident_light(state, body) if inter_reflection else None,
-                shadow=shadow_view(state, body, camera.camera, body_from_camera),
-                air=air_between(state, camera.position, body.pose.position),
-            )
-        )
-    return views
-
-
-def _hull_in_camera(view: SpacecraftView) -> Array:
-    m = view.camera_from_body.astype(np.float64)
-    return view.model.posed_mesh.hull @ m[:3, :3].T + m[:3, 3]
-
-
-def _before_the_camera(hull: Array) -> Array:
-    """Points whose hull is the part of a convex hull that lies at least ``NEAREST`` away."""
-    near = hull[:, 2] < NEAREST
-    if not np.any(near):
-        return hull
-    back, front = hull[near][:, None], hull[~near][None, :]
-    # Where each line from a point in front to one behind crosses the nearest plane.
-    share = (NEAREST - back[..., 2]) / (front[..., 2] - back[..., 2])
-    crossing = back + share[..., None] * (front - back)
-    return np.concatenate([hull[~near], crossing.reshape(-1, 3)])
-
-
-def _pixel_box(hull: Array, camera: Camera) -> tuple[int, int, int, int] | None:
-    """x0, y0, x1, y1 of the pixels that a hull can touch; None where it is out of view."""
-    d = camera.detector
-    if np.all(hull[:, 2] < NEAREST):
-        return None
-    hull = _before_the_camera(hull)
-    xy = hull[:, :2] / hull[:, 2:] * camera.focal_length_px + 0.5 * np.array([d.width, d.height])
-    return d.pixels_within(xy.min(axis=0), xy.max(axis=0))
-
-
-def _tiles(
-    views: list[SpacecraftView], camera: CameraState, sample_budget: int, fixed: SampleGrid | None
-) -> tuple[RasterTile, ...]:
-    groups: list[tuple[tuple[int, int, int, int], list[tuple[SpacecraftView, Array]]]] = []
-    for view in views:
-        hull = _hull_in_camera(view)
-        box = _pixel_box(hull, camera.camera)
-        if box is None:
-            continue
-        members = [(view, hull)]
-        # Spacecraft whose boxes overlap may hide each other and share a tile.
-        while overlapping := [g for g in groups if _overlap(g[0], box)]:
-            for group in overlapping:
-                groups.remove(group)
-                box = _union(group[0], box)
-                members = group[1] + members
-        groups.append((box, members))
-    tiles = []
-    for box, members in groups:
-        pixels = (box[2] - box[0]) * (box[3] - box[1])
-        sample_grid = fixed or choose_sample_grid(pixels, sample_budget)
-        depths = np.concatenate([hull[:, 2] for _, hull in members])
-        together = tuple(c for c, _ in members)
-        tiles.append(_tile(box, together, _depth_slices(depths), camera.camera, sample_grid))
-    return tuple(tiles)
-
-
-def _overlap(a: tuple[int, int, int, int], b: tuple[int, int, int, int]) -> bool:
-    return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
-
-
-def _union(a: tuple[int, int, int, int], b: tuple[int, int, int, int]) -> tuple[int, int, int, int]:
-    return min(a[0], b[0]), min(a[1], b[1]), max(a[2], b[2]), max(a[3], b[3])
-
-
-def _tile(
-    box: tuple[int, int, int, int],
-    spacecraft: tuple[SpacecraftView, ...],
-    depths: tuple[tuple[float, float], ...],
-    camera: Camera,
-    sample_grid: SampleGrid,
-) -> RasterTile:
-    x0, y0, x1, y1 = box
-    width, height = x1 - x0, y1 - y0
-    shift = np.array([[1.0, 0.0, -x0], [0.0, 1.0, -y0], [0.0, 0.0, 1.0]])
-    raster_from_camera = sample_grid.raster_from_pixel(width) @ shift @ camera.intrinsics
-    size = np.array(sample_grid.raster_size(width, height))
-    rows = 2.0 * raster_from_camera / size[:, None] - np.array([0.0, 0.0, 1.0])
-    slices = []
-    for near, far in depths:
-        clip = np.zeros((4, 4))
-        clip[:2, :3] = rows
-        clip[2, 2:] = (far + near) / (far - near), -2.0 * far * near / (far - near)
-        clip[3, 2] = 1.0
-        slices.append(_float32(clip))
-    camera_from_raster = np.linalg.inv(np.vstack([raster_from_camera, [0.0, 0.0, 1.0]]))
-    steps = np.zeros((2, 4))
-    steps[:, :3] = camera_from_raster[:, :2].T
-    return RasterTile(
-        x=x0,
-        y=y0,
-        width=width,
-        height=height,
-        sample_grid=sample_grid,
-        edges=_edges(shift @ camera.intrinsics, width, height),
-        depths=depths,
-        slices=tuple(slices),
-        sample_steps=_float32(steps),
-        spacecraft=spacecraft,
-    )
-
-
-def _edges(tile_from_camera: Array, width: int, height: int) -> Array32:
-    """The planes of a tile's edges as rows.
-
-    tile_from_camera : (3, 3), to homogeneous pixels from the tile's corner
-    """
-    x, y, one = tile_from_camera
-    edges = np.zeros((4, 4))
-    edges[:, :3] = x + 0.5 * one, (width + 0.5) * one - x, y + 0.5 * one, (height + 0.5) * one - y
-    return _float32(edges)
-
-
-def _depth_slices(depths: Array) -> tuple[tuple[float, float], ...]:
-    """Near and far of the depth slices that hold the given depths [m], farthest first."""
-    near = max(float(depths.min()) * 0.999, NEAREST)
-    far = max(float(depths.max()) * 1.001, 2.0 * near)
-    count = int(np.ceil(np.log(far / near) / np.log(SLICE_RATIO)))
-    edges = np.geomspace(near, far, count + 1)
-    # Neighbours overlap by 1e-4, so that rounding leaves no crack between them.
-    return tuple((float(a), float(b) * 1.0001) for a, b in pairwise(edges))[::-1]
+    return pixel_centre_tile(spacecraft, camera)

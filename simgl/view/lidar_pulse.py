@@ -10,8 +10,9 @@ from simgl.camera.lidar import Lidar
 from simgl.physics.frames import unit
 from simgl.scene.lamps import Lamp, LampState
 from simgl.scene.state import CameraState, SceneState
-from simgl.view.frame_view import FrameView, SpacecraftView
+from simgl.view.frame_view import FrameView
 from simgl.view.lamp_views import lamp_view
+from simgl.view.spacecraft_view import SpacecraftView
 
 # A beam falls to nothing over this angle around its cone [rad].
 _EDGE = np.radians(0.5)

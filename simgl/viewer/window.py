@@ -17,7 +17,7 @@ import moderngl
 
 from simgl.cli_progress import activity
 from simgl.errors import ConfigError, ContextError, OutputError
-from simgl.gpu.context import REQUIRED_VERSION
+from simgl.gpu.context import REQUIRED_VERSION, close_context
 from simgl.images import png_bytes
 from simgl.output import complete_file
 from simgl.scenario.loader import load_scenario
@@ -259,4 +259,4 @@ def run(scenario_path: Path, target: str | None = None, screenshot: Path | None 
                 else:
                     session.screenshot(screenshot)
         finally:
-            ctx.release()
+            close_context(ctx)

@@ -15,13 +15,14 @@ import hashlib
 import logging
 import os
 import pickle
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from typing import Any, cast
 from uuid import uuid4
 
+import dask.config
 from distributed import Client, LocalCluster, WorkerPlugin, as_completed, get_worker
 from distributed.scheduler import KilledWorker
 
@@ -34,6 +35,9 @@ from simgl.workers.frame_job import Execute, Job, T
 # Frames that wait at each worker, so that none idles while a result is fetched.
 _QUEUED = 3
 _CONNECT_S = 20.0
+# For two processes of this machine to find each other; a machine with other work on it takes
+# longer than Dask's own 30 s.
+_LOCAL_CONNECT_S = 300
 
 
 @dataclass(frozen=True)
@@ -103,11 +107,26 @@ def run_on_this_machine(job: Job[T], workers: int) -> Iterator[Execute[T]]:
     """Worker processes on this machine, reached by its loopback address only."""
     # A CPU renderer uses a thread per core in each process, unless its environment says otherwise.
     threads = max((os.cpu_count() or 1) // workers, 1)
-    environment = {"LP_NUM_THREADS": os.environ.get("LP_NUM_THREADS", str(threads))}
+    environment = {
+        "LP_NUM_THREADS": os.environ.get("LP_NUM_THREADS", str(threads)),
+        "DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": f"{_LOCAL_CONNECT_S}s",
+    }
     logging.getLogger("distributed").setLevel(logging.ERROR)
     # Python's watch over shared semaphores speaks up where this process is killed.
     os.environ.setdefault("PYTHONWARNINGS", "ignore:resource_tracker")
     exit_at_once()
+    dask.config.set({"distributed.comm.timeouts.connect": f"{_LOCAL_CONNECT_S}s"})
+    with ExitStack() as running:
+        try:
+            cluster = running.enter_context(_local_cluster(workers, environment))
+            client = running.enter_context(Client(cluster))
+        except TimeoutError:
+            problem = f"were not reached within {_LOCAL_CONNECT_S} s"
+            raise SimglError(f"workers: processes of this machine {problem}") from None
+        yield lambda frames: _run(client, job, frames)
+
+
+def _local_cluster(workers: int, environment: Mapping[str, str]) -> LocalCluster:
     with ThreadPoolExecutor(max_workers=1, initializer=block_interrupts) as starter:
         starting = starter.submit(
             LocalCluster,
@@ -122,9 +141,7 @@ def run_on_this_machine(job: Job[T], workers: int) -> Iterator[Execute[T]]:
             silence_logs=logging.ERROR,
             env=environment,
         )
-        cluster = starting.result()
-    with cluster, Client(cluster) as client:
-        yield lambda frames: _run(client, job, frames)
+        return starting.result()
 
 
 @contextmanager

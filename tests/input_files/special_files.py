@@ -3,8 +3,15 @@
 from __future__ import annotations
 
 import os
+import signal
 import socket
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from types import FrameType
+from typing import NoReturn
+
+from tests import patience
 
 # Kind of file to what the refusal says of it.
 COMPLAINTS = {
@@ -36,6 +43,22 @@ def place(kind: str, path: Path) -> None:
         os.truncate(path, 1 << 40)  # takes no room on the disk
     else:
         path.symlink_to(path)
+
+
+@contextmanager
+def no_waiting(seconds: float = 20.0) -> Iterator[None]:
+    """What is inside fails where it does not end, such as by waiting for a pipe."""
+
+    def fail(_number: int, _frame: FrameType | None) -> NoReturn:
+        raise AssertionError("reading does not end")
+
+    before = signal.signal(signal.SIGALRM, fail)
+    signal.setitimer(signal.ITIMER_REAL, patience.limit(seconds))
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
 
 
 def _bind(path: Path) -> None:

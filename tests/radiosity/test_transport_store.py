@@ -11,7 +11,7 @@ import pytest
 from simgl.disk_cache import cache_folder
 from simgl.radiosity import transport_store
 from simgl.radiosity.bake import BakeSettings
-from simgl.radiosity.transport_store import CAPACITY, TransportStore, transport_of
+from simgl.radiosity.transport_store import MAX_BYTES, TransportStore, transport_of
 from simgl.scene.mesh import Mesh
 from simgl.scene.spacecraft import SpacecraftModel
 from tests.radiosity.shapes import OPEN_BOX, moved, quads
@@ -124,6 +124,8 @@ def test_of_the_many_shapes_of_an_arm_on_the_move_the_last_ones_are_kept(
     class Traced:
         """Stands for a transport."""
 
+        nbytes = MAX_BYTES // 4
+
     def trace(mesh: Mesh, **_: object) -> Traced:
         traced.append(mesh.digest)
         return Traced()
@@ -132,7 +134,7 @@ def test_of_the_many_shapes_of_an_arm_on_the_move_the_last_ones_are_kept(
     box = quads(OPEN_BOX)
     poses = [
         SpacecraftModel(name="arm", mesh=moved(box, (0.0, 0.0, z)), parts=("arm",), materials=())
-        for z in np.linspace(1.0, 2.0, CAPACITY + 1).tolist()
+        for z in np.linspace(1.0, 2.0, 5).tolist()
     ]
     transports = TransportStore()
     first = weakref.ref(transports.of(poses[0]))

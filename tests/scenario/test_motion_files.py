@@ -10,7 +10,7 @@ import pytest
 
 from simgl.errors import AssetError, ConfigError, SimglError
 from simgl.physics.frames import lvlh_from_icrf
-from simgl.scenario.loader import load_scenario
+from simgl.scenario.loader import load_scenario, scenario_from_dict
 from tests.motion.motion_files import AEM, EPOCH, ORBIT, SECOND, oem
 
 SCENE = """\
@@ -98,6 +98,16 @@ CHASER_LINE = 'trajectory = { file = "chaser.csv", longest_gap_s = 100.0 }'
             "longest_gap_s = 0.0",
             " [spacecraft.chaser]: trajectory.longest_gap_s must be",
         ),
+        (
+            'attitude_file = "target.aem"',
+            'attitude_file = { file = "target.aem", interpolation_error_m = 2.0 }',
+            " [spacecraft.target]: attitude_file.interpolation_error_m goes with places",
+        ),
+        (
+            'trajectory = "target.oem"',
+            'orbit = { altitude_km = 400.0 }\njoint_file = { file = "j.csv", object = "a" }',
+            " [spacecraft.target]: joint_file.object goes with files of several objects",
+        ),
     ],
 )
 def test_contradictions_are_one_line(folder: Path, old: str, new: str, complaint: str) -> None:
@@ -105,6 +115,24 @@ def test_contradictions_are_one_line(folder: Path, old: str, new: str, complaint
     path = scene(folder, SCENE.replace(old, new))
     with pytest.raises(ConfigError, match=re.escape(f"{path}{complaint}")):
         load_scenario(path)
+
+
+def test_an_object_of_a_table_is_refused(folder: Path) -> None:
+    path = scene(folder, SCENE.replace("longest_gap_s = 100.0", 'object = "chaser"'))
+    with pytest.raises(ConfigError, match="is a table of one object; object = "):
+        load_scenario(path)
+
+
+@pytest.mark.parametrize("key", ["longest_gap_s", "interpolation_error_m"])
+def test_two_line_elements_have_no_samples(key: str) -> None:
+    station = Path(__file__).parents[2] / "examples" / "trajectories" / "station.tle"
+    table = {"file": str(station), key: 10.0}
+    data = {
+        "epoch": {"utc": "2026-03-20T12:00:00"},
+        "spacecraft": {"station": {"model": "cubesat_12u", "trajectory": table}},
+    }
+    with pytest.raises(ConfigError, match=f"have no samples; {key} goes with"):
+        scenario_from_dict(data)
 
 
 @pytest.mark.parametrize("key", ["trajectory", "attitude_file"])

@@ -72,6 +72,34 @@ def test_a_law_relative_to_a_sent_spacecraft_follows_it() -> None:
     np.testing.assert_allclose(moved, shift, atol=5e-3)
 
 
+@pytest.mark.parametrize(
+    ("place", "axes"),
+    [
+        ({"position_icrf_m": [7.0e6, 0.0, 0.0]}, "icrf"),
+        ({"relative_to": "lead", "position_lvlh_m": [-30.0, 0.0, 0.0]}, "lvlh"),
+    ],
+)
+def test_a_place_with_a_velocity_is_left(place: dict[str, Any], axes: str) -> None:
+    """2 m/s for 10 s; the LVLH frame moves along with its spacecraft."""
+    moving = {**place, f"velocity_{axes}_m_s": [0.0, 2.0, 0.0]}
+    lead = {"model": "cubesat_12u", "orbit": {"altitude_km": 500.0}}
+    scenario = scenario_from_dict(
+        {
+            "epoch": {"utc": "2026-06-21T12:00:00"},
+            "spacecraft": {
+                "lead": lead,
+                "still": {"model": "cubesat_12u", **place},
+                "moving": {"model": "cubesat_12u", **moving},
+            },
+        }
+    )
+    for seconds in (0.0, 10.0):
+        bodies = scenario.at(scenario.epoch_tai_ns + round(seconds * 1e9)).bodies
+        way = bodies["moving"].pose.position - bodies["still"].pose.position
+        # Differences of places of 7e6 m.
+        assert np.linalg.norm(way) == pytest.approx(2.0 * seconds, abs=5e-9)
+
+
 def test_a_sun_given_by_direction_takes_only_the_direction_of_a_sent_one() -> None:
     scenario = load_scenario(EXAMPLES / "bridge" / "box.toml")
     assert isinstance(scenario.sun, SunInDirection)

@@ -125,3 +125,19 @@ def test_the_budget_chooses_the_finest_grid_it_can_pay(
     pixels: int, budget: int, samples: int
 ) -> None:
     assert choose_sample_grid(pixels, budget) == rotated_sample_grid(samples)
+
+
+@pytest.mark.parametrize(
+    ("wanted", "outline", "samples"),
+    [
+        (16, 1000.0, 16),  # large enough: as wanted
+        (16, 64.0, 64),  # 4096 over the outline
+        (256, 64.0, 256),
+        (16, 1.0, 1000),  # as many as the budget pays
+        (16, 0.0, 1000),
+    ],
+)
+def test_a_wish_is_no_less_than_what_the_smallest_target_needs(
+    wanted: int, outline: float, samples: int
+) -> None:
+    assert choose_sample_grid(100, 100_000, wanted, outline) == rotated_sample_grid(samples)

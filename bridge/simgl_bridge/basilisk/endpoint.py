@@ -30,7 +30,7 @@ LARGEST_FRAME = 4 * 1024 * 1024
 # Peers remembered; the ones silent for longest are dropped.
 MAX_PEERS = 64
 # Images cached: a vizInterface that is registered twice asks for every image twice.
-MAX_IMAGES = 16
+MAX_IMAGE_BYTES = 256 << 20
 # Messages received between two images.
 _MAX_PER_TURN = 256
 
@@ -73,7 +73,7 @@ class BasiliskEndpoint:
         self._peers: LruCache[bytes, _Peer] = LruCache(
             MAX_PEERS, lambda peer: queue.drop(peer.identity)
         )
-        self._images: LruCache[Key, bytes] = LruCache(MAX_IMAGES)
+        self._images: LruCache[Key, bytes] = LruCache(MAX_IMAGE_BYTES)
         self._context: zmq.Context[Any] = zmq.Context()
         try:
             self.socket = self._context.socket(zmq.ROUTER)
@@ -194,7 +194,7 @@ class BasiliskEndpoint:
                 self._warn(f"no image: {answer.detail}", _NO_IMAGE)
             png = payload[0].bytes if payload else b""
             if png:
-                self._images.get(key, lambda: png)
+                self._images.put(key, png, len(png))
             self._send_image(client, png)
 
         if not self._queue.offer(client, Work(begin=begin, finish=finish)):

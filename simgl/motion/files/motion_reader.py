@@ -21,6 +21,8 @@ from simgl.motion.samples import SampledAngles, SampledRotations, SampledStates,
 _KINDS = "a CCSDS OEM or AEM in key-value form, two-line elements, or a table (CSV) with a header"
 _Record = TypeVar("_Record", StateRecord, AttitudeRecord, TwoLineElements)
 
+# Largest interpolation error where none is given [m].
+_ALLOWED_ERROR = 1.0
 # Largest rotation between two attitude samples: for half a turn the direction would be ambiguous.
 _MAX_ROTATION = np.radians(150.0)
 
@@ -31,26 +33,31 @@ def read_path(
     *,
     name: str | None = None,
     longest_gap_s: float | None = None,
-    allowed_error: float = 1.0,
+    allowed_error: float | None = None,
 ) -> tuple[SampledPath | TwoLineElements, bool]:
     """The trajectory of an object, and whether it is in another one's LVLH axes instead of ICRF.
 
     epoch_tai_ns : origin of a table's times in seconds
     name : of the object, for a file with several
     longest_gap_s : a longer step between samples is a gap; by default five median steps
-    allowed_error : largest estimated interpolation error [m]
+    allowed_error : largest estimated interpolation error, 1 m if omitted [m]
 
     Raises ConfigError or AssetError that names file and line.
     """
     lines = lines_of(path, text_of(path))
     kind = _kind(lines, path)
     if kind == "tle":
-        return _of_name(path, read_tle(lines), name)[0], False
+        elements = _of_name(path, read_tle(lines), name)[0]
+        if longest_gap_s is not None or allowed_error is not None:
+            key = "interpolation_error_m" if longest_gap_s is None else "longest_gap_s"
+            _fail(path, f"is two-line elements, which have no samples; {key} goes with those")
+        return elements, False
     if kind == "aem":
         _fail(path, "holds attitudes (AEM); give it as attitude_file")
     if kind == "oem":
         records = _of_name(path, oem.read_oem(lines), name)
     else:
+        _refuse_object(path, name)
         records = [Table(lines, epoch_tai_ns).states(path.stem)]
     in_lvlh = {record.frame == "lvlh" for record in records}
     if len(in_lvlh) > 1:
@@ -67,6 +74,7 @@ def read_path(
         for record in sorted(map(in_icrf, records), key=lambda r: r.span_ns[0])
     )
     curve = SampledPath(source=str(path), segments=segments)
+    allowed_error = _ALLOWED_ERROR if allowed_error is None else allowed_error
     if curve.interpolation_error > allowed_error:
         _fail(
             path,
@@ -93,6 +101,7 @@ def read_rotations(
             _fail(path, "holds several segments of this object; join them")
         record = records[0]
     else:
+        _refuse_object(path, name)
         record = Table(lines, epoch_tai_ns).attitudes(path.stem)
     turned = attitude_in_icrf(record)
     rotations = SampledRotations(
@@ -129,6 +138,12 @@ def read_angles(
 
 def _fail(path: Path, problem: str) -> NoReturn:
     raise ConfigError(str(path), "", problem)
+
+
+def _refuse_object(path: Path, name: str | None) -> None:
+    """Raise ConfigError where an object of a table is named, which holds one without a name."""
+    if name is not None:
+        _fail(path, f"is a table of one object; object = {shown(name)} goes with OEM, AEM and TLE")
 
 
 def _gap_ns(tai_ns: IndexArray, longest_gap_s: float | None) -> int:

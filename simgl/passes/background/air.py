@@ -9,6 +9,7 @@ one place share the tables: those of a camera, and the six that a spacecraft nea
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from math import exp, floor, log
 
 import moderngl
@@ -16,7 +17,7 @@ import numpy as np
 
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.pipeline_state import State
-from simgl.gpu.release import release_all
+from simgl.gpu.release import all_or_nothing, release_all
 from simgl.gpu.render_targets import Format, ImageTarget
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
 from simgl.lru_cache import LruCache
@@ -84,6 +85,9 @@ _HEIGHT_STEP, _NODE_STEP = 2.0**-10, 2.0**-9
 # Marched tables and mixed ones that are cached: a camera's and those of spacecraft near it.
 _CAPACITY = 8
 
+# Atmospheres whose tables are cached, some megabytes each.
+_MAX_KINDS = 4
+
 _MIX = Block("AirMix", 24, np.dtype([("share", "f4", 4)]))
 _MIX_SAMPLERS = ["light_0", "transmittance_0", "light_1", "transmittance_1"]
 
@@ -105,23 +109,32 @@ class AtmospherePass:
 
     state = State()
 
+    @all_or_nothing
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._programs: dict[bool, FullscreenProgram] = {}
         self._between: FullscreenProgram | None = None
         self._view = UniformBuffer(ctx, AIR_VIEW)
-        self._tables: dict[AirKind, AirTables] = {}
+        self._tables = LruCache[AirKind, AirTables](_MAX_KINDS, AirTables.release)
         self._mix = FullscreenProgram(ctx, "air/mix", _MIX, _MIX_SAMPLERS)
-        self._nodes = LruCache[tuple[object, ...], ImageTarget](_CAPACITY, self._free)
-        self._views = LruCache[tuple[object, ...], ImageTarget](_CAPACITY, self._free)
+        self._nodes = LruCache[tuple[object, ...], ImageTarget](
+            _CAPACITY, partial(release_all, ctx)
+        )
+        self._views = LruCache[tuple[object, ...], ImageTarget](
+            _CAPACITY, partial(release_all, ctx)
+        )
         self._last: tuple[tuple[object, ...], AirBefore] | None = None
 
     def prepare(self, earth: Earth, progress: ProgressCallback | None = None) -> None:
         """Make the tables that do not depend on a view, so that no frame waits for them."""
         kind = _kind_of(earth)
-        if kind is not None and kind not in self._tables:
-            made = tables_of(self._ctx, kind, progress)
-            self._tables[kind] = AirTables(self._ctx, kind, made)
+        if kind is not None:
+            self._tables_of(kind, progress)
+
+    def _tables_of(self, kind: AirKind, progress: ProgressCallback | None = None) -> AirTables:
+        return self._tables.get(
+            kind, lambda: AirTables(self._ctx, kind, tables_of(self._ctx, kind, progress))
+        )
 
     def before(self, planet: PlanetView) -> AirBefore | None:
         """The air before a pinhole, its blocks bound; None where there is none.
@@ -131,8 +144,7 @@ class AtmospherePass:
         kind = _kind_of(planet.earth)
         if kind is None:
             return None
-        self.prepare(planet.earth)
-        tables = self._tables[kind]
+        tables = self._tables_of(kind)
         tables.block.bind()
         # The faces of a sky look from one place.
         place = planet.earth.radii, planet.camera_in_sphere.tobytes(), planet.outside
@@ -140,6 +152,7 @@ class AtmospherePass:
         if self._last is None or self._last[0] != key:
             height, angle = _height_step(planet), _sun_angle(planet)
             mixed = self._mixed(tables, kind, height, angle)
+            self._last = None
             self._view.write(_view_values(planet, kind.radius, height, angle))
             shared = (tables.textures[name] for name in AIR_SAMPLERS[:2])
             air = AirBefore(inside=height < AIR_TOP, textures=(*shared, *mixed.textures))
@@ -152,8 +165,7 @@ class AtmospherePass:
         kind = None if segment is None else _kind_of(segment.earth)
         if segment is None or kind is None:
             return None
-        self.prepare(segment.earth)
-        tables = self._tables[kind]
+        tables = self._tables_of(kind)
         if self._between is None:
             self._between = FullscreenProgram(
                 self._ctx, "air/between", _SEGMENT, _MARCH_SAMPLERS, {"STEPS": _STEPS}, shared=[AIR]
@@ -220,17 +232,12 @@ class AtmospherePass:
             texture.repeat_x = texture.repeat_y = False
         return target
 
-    def _free(self, target: ImageTarget) -> None:
-        release_all(self._ctx, target)
-
     def release(self) -> None:
         """Free everything."""
         self._last = None
         self._views.clear()
         self._nodes.clear()
         self._mix.release()
-        for tables in self._tables.values():
-            tables.release()
         self._tables.clear()
         for program in self._programs.values():
             program.release()

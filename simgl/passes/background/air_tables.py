@@ -18,7 +18,7 @@ from simgl.arrays import Array, Array32
 from simgl.disk_cache import cache_folder, read_arrays, write_arrays
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.pipeline_state import State
-from simgl.gpu.release import release_all
+from simgl.gpu.release import all_or_nothing, release_all
 from simgl.gpu.render_targets import Format, ImageTarget
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
 from simgl.physics.atmosphere import AIR_TOP, OZONE_FOOT, OZONE_PEAK, OZONE_TOP, Atmosphere
@@ -132,6 +132,7 @@ def air_values(kind: AirKind) -> dict[str, object]:
 class AirTables:
     """The tables as textures, and the block that goes with them."""
 
+    @all_or_nothing
     def __init__(self, ctx: moderngl.Context, kind: AirKind, arrays: dict[str, Array32]) -> None:
         self.block = UniformBuffer(ctx, AIR)
         self.block.write(air_values(kind))
@@ -225,6 +226,7 @@ def make_tables(
 class _Maker:
     """The programs and targets that draw tables; what they draw comes back as arrays."""
 
+    @all_or_nothing
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._program = FullscreenProgram(ctx, "air/transmittance", _TABLE, [], shared=[AIR])

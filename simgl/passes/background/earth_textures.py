@@ -9,8 +9,9 @@ import numpy as np
 
 from simgl.arrays import Image8, IndexArray
 from simgl.gpu.fullscreen import Texture
+from simgl.lru_cache import LruCache
 from simgl.passes.background.cloud_map import noise_texture, weather_codes
-from simgl.passes.background.earth_maps import ground_textures, map_texture, shores
+from simgl.passes.background.earth_maps import ground_textures, map_texture, shores, size_of
 from simgl.scene.earth import Clouds, Earth, EarthMaps
 from simgl.scene.noise_projection import LEVELS, chart
 
@@ -18,8 +19,8 @@ from simgl.scene.noise_projection import LEVELS, chart
 MAPS = ["land_map", "form_map", "weather_map"]
 SAMPLERS = [*MAPS, "chart"]
 
-# The last two weathers of the process, which take seconds on software renderers.
-_weather: dict[tuple[Clouds, EarthMaps | None], Image8] = {}
+# The last weathers of the process, which take seconds on software renderers: two of the usual size.
+_weather = LruCache[tuple[Clouds, EarthMaps], Image8](64 << 20)
 
 
 class EarthTextures:
@@ -46,18 +47,20 @@ class EarthTextures:
 
         May draw, so it comes before a pass sets its state.
         """
-        if earth.maps != self._maps:
+        if not self._ground or earth.maps != self._maps:
             self.release()
-            self._ground, self._maps = ground_textures(self._ctx, earth.maps), earth.maps
             self.shores = shores(earth.maps)
+            self._ground = ground_textures(self._ctx, earth.maps)
+            self._maps = earth.maps
         if not self._weather or earth.clouds != self._clouds:
-            _release(self._weather)
-            self._forget_halved()
-            self._weather, self._clouds = self._weather_of(earth.clouds), earth.clouds
+            self._forget_weather()
+            self._weather = self._weather_of(earth.clouds, earth.maps)
+            self._clouds = earth.clouds
         seed = earth.clouds.seed if earth.clouds else 0
-        if seed != self._chart_seed:
-            _release(self._chart)
-            self._chart, self._chart_seed = self._charts_of(seed), seed
+        if not self._chart or seed != self._chart_seed:
+            self._forget_chart()
+            self._chart = self._charts_of(seed)
+            self._chart_seed = seed
         return [*self._ground, *self._weather, self._chart[0]]
 
     def chart_with(self, level: int) -> moderngl.Texture:
@@ -76,47 +79,53 @@ class EarthTextures:
             self._halved[level] = [_level_copy(self._ctx, complete, level) for complete in maps]
         return self._halved[level] if level else maps
 
-    def _weather_of(self, clouds: Clouds | None) -> list[moderngl.Texture]:
+    def _weather_of(self, clouds: Clouds | None, maps: EarthMaps) -> list[moderngl.Texture]:
         if clouds is None:
             return [self._ctx.texture((1, 1), 4, bytes(4), alignment=1)]
-        return [map_texture(self._ctx, self._codes(clouds))]
+        codes = _weather.get((clouds, maps), lambda: self._drawn_weather(clouds), size_of)
+        return [map_texture(self._ctx, codes)]
 
-    def _codes(self, clouds: Clouds) -> Image8:
-        key = clouds, self._maps
-        if key not in _weather:
-            while len(_weather) > 1:
-                _weather.pop(next(iter(_weather)))
-            noise = noise_texture(self._ctx, clouds.seed)
-            _weather[key] = weather_codes(self._ctx, clouds, noise, self._ground)
+    def _drawn_weather(self, clouds: Clouds) -> Image8:
+        noise = noise_texture(self._ctx, clouds.seed)
+        try:
+            return weather_codes(self._ctx, clouds, noise, self._ground)
+        finally:
             noise.release()
-        return _weather[key]
 
     def _charts_of(self, seed: int) -> list[moderngl.Texture]:
         """The noise with its halvings as mipmaps, and each halving alone.
 
         Software renderers read mipmaps at several times the cost of a texture that has none.
         """
-        levels, self.chart_variance[:, :2] = chart(seed)
+        levels, variance = chart(seed)
         complete = _chart_texture(self._ctx, levels[0])
         complete.build_mipmaps(max_level=len(levels) - 1)
         for level, codes in enumerate(levels):
             complete.write(codes.tobytes(), level=level, alignment=1)
         complete.filter = (moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR)
-        return [complete, *(_chart_texture(self._ctx, codes) for codes in levels)]
+        charts = [complete, *(_chart_texture(self._ctx, codes) for codes in levels)]
+        self.chart_variance[:, :2] = variance
+        return charts
 
-    def _forget_halved(self) -> None:
+    # What is released is forgotten with it: the next of a kind may fail to be made.
+
+    def _forget_weather(self) -> None:
+        _release(self._weather)
+        self._weather = []
         for maps in self._halved.values():
             _release(maps)
         self._halved.clear()
 
+    def _forget_chart(self) -> None:
+        _release(self._chart)
+        self._chart = []
+
     def release(self) -> None:
         """Free everything."""
-        self._forget_halved()
+        self._forget_weather()
+        self._forget_chart()
         _release(self._ground)
-        _release(self._weather)
-        _release(self._chart)
-        self._ground, self._weather, self._chart = [], [], []
-        self._maps = self._chart_seed = None
+        self._ground = []
 
 
 def _chart_texture(ctx: moderngl.Context, codes: Image8) -> moderngl.Texture:

@@ -28,8 +28,8 @@ class EnvironmentProbeStore:
 
     def __init__(self, ctx: moderngl.Context, executor: Executor) -> None:
         self._ctx, self._executor = ctx, executor
-        self._unused: list[SkyTextures] = []
-        self._probes = LruCache[tuple[object, ...], EnvironmentProbe](CAPACITY, self._retire)
+        self._unused: list[EnvironmentProbe] = []
+        self._probes = LruCache[tuple[object, ...], EnvironmentProbe](CAPACITY, self._unused.append)
         # Added, and being integrated.
         self._added: dict[tuple[object, ...], tuple[SkyRadiance, Future[_Integrals]]] = {}
 
@@ -52,9 +52,11 @@ class EnvironmentProbeStore:
         self._probes.reserve(len(wanted))
         # Cached ones first, so that they do not make room for new ones.
         wanted.sort(key=lambda view: view.key not in self._probes)
-        probes = {view.key: self._probe(view) for view in wanted}
-        # A frame that failed may have left some.
-        self._added.clear()
+        try:
+            probes = {view.key: self._probe(view) for view in wanted}
+        finally:
+            # Also those that cannot be integrated, and what a frame that failed has left.
+            self._added.clear()
         return [None if view is None else probes[view.key] for view in views]
 
     def _probe(self, view: SkyView) -> EnvironmentProbe:
@@ -70,13 +72,10 @@ class EnvironmentProbeStore:
         plane.write(plane_irradiance.tobytes())
         return EnvironmentProbe(sky=sky, cube=cube, lobes=lobes, irradiance=plane)
 
-    def _retire(self, probe: EnvironmentProbe) -> None:
-        self._unused.append(probe.textures)
-
     def _textures(self, texels: int) -> SkyTextures:
         """Unused ones, or new ones."""
         if self._unused:
-            cube, lobes, plane = self._unused.pop()
+            cube, lobes, plane = self._unused.pop().textures
             if cube.size == (texels, texels):
                 return cube, lobes, plane
             cube.release()
@@ -97,8 +96,8 @@ class EnvironmentProbeStore:
     def release(self) -> None:
         """Free everything."""
         self._probes.clear()
-        for textures in self._unused:
-            for texture in textures:
+        for probe in self._unused:
+            for texture in probe.textures:
                 texture.release()
         self._unused.clear()
 

@@ -9,6 +9,7 @@ from PIL import Image
 from simgl import assets
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.pipeline_state import ONE_MINUS_SRC1_COLOR, State
+from simgl.gpu.release import all_or_nothing
 from simgl.gpu.uniform_blocks import Block
 from simgl.passes.background.discs import FIELDS, disc_values
 from simgl.view.celestial import MoonDisc
@@ -44,6 +45,7 @@ class MoonPass:
 
     state = State(blend=(moderngl.ONE, ONE_MINUS_SRC1_COLOR))
 
+    @all_or_nothing
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._program = FullscreenProgram(ctx, "moon/moon", _MOON_DISC, ["seas"])

@@ -13,6 +13,7 @@ from simgl.arrays import Array, IndexArray, Mask
 from simgl.gpu.context import is_software
 from simgl.gpu.fullscreen import Texture
 from simgl.gpu.pipeline_state import SRC1_COLOR, State
+from simgl.gpu.release import all_or_nothing
 from simgl.gpu.tile_quads import TileQuads
 from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.passes.background.air import AIR_SAMPLERS, AIR_VIEW, AirBefore, AtmospherePass
@@ -83,6 +84,7 @@ class PlanetPass:
     before = State(blend=(moderngl.ONE, SRC1_COLOR))
     more = State(blend=(moderngl.ONE, moderngl.ONE))
 
+    @all_or_nothing
     def __init__(self, ctx: moderngl.Context, air: AtmospherePass) -> None:
         self._ctx, self._air = ctx, air
         # Software renderers pay for what a shader could do: an Earth of one albedo has its own, and

@@ -7,6 +7,7 @@ import numpy as np
 
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.program import load_program
+from simgl.gpu.release import all_or_nothing
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
 from simgl.view.celestial import CelestialView, StarPoints
 
@@ -31,6 +32,7 @@ class StarPass:
 
     state = State(blend=(moderngl.ONE, moderngl.ONE))
 
+    @all_or_nothing
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._program = load_program(ctx, "stars/stars", blocks=[_STARS])
@@ -58,9 +60,10 @@ class StarPass:
     def _upload(self, content: bytes) -> None:
         if self._stars is None or self._stars.size < len(content):
             self._free_stars()
-            self._stars = self._ctx.buffer(reserve=2 * len(content))
-            layout = (self._stars, "2f 4f /i", "in_pixel", "in_irradiance")
+            stars = self._ctx.buffer(reserve=2 * len(content))
+            layout = (stars, "2f 4f /i", "in_pixel", "in_irradiance")
             self._array = self._ctx.vertex_array(self._program, [layout])
+            self._stars = stars
         self._stars.write(content)
 
     def _free_stars(self) -> None:

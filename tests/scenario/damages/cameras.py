@@ -205,6 +205,24 @@ DAMAGES = (
         ' [camera.nav]: row_time_us is missing; shutter = "rolling" needs it',
     ),
     Damage(
+        "row time without a rolling shutter",
+        LOOK,
+        f'{LOOK}\npreset = "ideal"\nrow_time_us = 20.0',
+        ' [camera.nav]: row_time_us goes with shutter = "rolling"',
+    ),
+    Damage(
+        "hot pixels without their current",
+        LOOK,
+        f'{LOOK}\npreset = "ideal"\nhot_pixels = 0.1',
+        " [camera.nav]: hot_pixels goes with hot_current_e_s, which is missing",
+    ),
+    Damage(
+        "current of hot pixels that are none",
+        LOOK,
+        f'{LOOK}\npreset = "ideal"\nhot_current_e_s = 10.0',
+        " [camera.nav]: hot_current_e_s goes with hot_pixels, which is missing",
+    ),
+    Damage(
         "shutter of another kind",
         LOOK,
         f'{LOOK}\nshutter = "leaf"',

@@ -40,6 +40,12 @@ DAMAGES = (
         ' [render]: gather must be one of "pixel", "vertex", got "voxel"',
     ),
     Damage(
+        "gather without interreflection",
+        SEED,
+        'gather = "pixel"\ninter_reflection = false',
+        " [render]: gather goes with inter_reflection, which is off",
+    ),
+    Damage(
         "epoch is no table",
         EPOCH,
         'epoch = "2026-03-20T12:00:00"\n',

@@ -121,6 +121,12 @@ DAMAGES = (
         " [sky]: faintest_star_mag must be a number <= 7.5, got 9.0",
     ),
     Damage(
+        "faintest star without stars",
+        RENDER,
+        f"[sky]\nfaintest_star_mag = 3.0\n{RENDER}",
+        " [sky]: faintest_star_mag goes with stars = true; a Sun fixed by hand leaves stars out",
+    ),
+    Damage(
         "stars by a number",
         RENDER,
         f"[sky]\nstars = 3\n{RENDER}",

@@ -194,6 +194,33 @@ DAMAGES = (
         " [spacecraft.plate]: model needs exactly one of plate, sphere, box, cylinder",
     ),
     Damage(
+        "metal without roughness",
+        "reflectance = 0.5",
+        "reflectance = 0.5, metallic = 1.0",
+        " [spacecraft.plate]: model.plate.material.metallic goes with roughness; without it the "
+        "material is Lambertian",
+    ),
+    Damage(
+        "conserving without roughness",
+        "reflectance = 0.5",
+        "reflectance = 0.5, conserving = true",
+        " [spacecraft.plate]: model.plate.material.conserving goes with roughness; without it the "
+        "material is Lambertian",
+    ),
+    Damage(
+        "gap without a width",
+        "reflectance = 0.5",
+        "reflectance = 0.5, cells = { width_m = 0.04, height_m = 0.08, gap_reflectance = 0.5 }",
+        " [spacecraft.plate]: model.plate.material.cells.gap_reflectance goes with gap_m above 0",
+    ),
+    Damage(
+        "metal without lines",
+        "reflectance = 0.5",
+        "reflectance = 0.5, cells = { width_m = 0.04, height_m = 0.08, metal_reflectance = 0.5 }",
+        " [spacecraft.plate]: model.plate.material.cells.metal_reflectance goes with "
+        "finger_width_m or busbar_width_m above 0",
+    ),
+    Damage(
         "material without reflectance",
         "reflectance = 0.5",
         "metallic = 1.0",

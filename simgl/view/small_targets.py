@@ -1,0 +1,95 @@
+"""Spacecraft that are too small in the image for the sample grid of its pixels.
+
+A raster that covers the spacecraft alone, and not the pixels that it touches, puts enough samples
+on one of any size. From far away the spacecraft is drawn as if it stood nearer on the same line of
+sight, where float32 resolves it; its image then shrinks about its middle.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from simgl.arrays import Array
+from simgl.camera.camera import Camera
+from simgl.sample_grid import MAX_SAMPLES, MIN_TARGET_SAMPLES, SampleGrid, rotated_sample_grid
+
+# Of thin spacecraft, which fill little of their raster.
+_MAX_TEXELS = 2**18
+# At so many times its radius, float32 places a spacecraft to 1 % of its radius in depth.
+_FARTHEST_RADII = 1e5
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RasterWindow:
+    """The raster of small spacecraft.
+
+    size : columns and rows
+    raster_from_image : (2, 3) affine map from pixel coordinates of what is drawn
+    image_from_raster : (2, 3) affine map to the pixel coordinates where it is seen
+    samples_per_pixel : where it is seen
+    """
+
+    size: tuple[int, int]
+    sample_grid: SampleGrid
+    raster_from_image: Array
+    image_from_raster: Array
+    samples_per_pixel: float
+
+
+def in_pixels(points: Array, camera: Camera) -> Array:
+    """(n, 2) pixel coordinates of points (n, 3) before the camera [m]."""
+    half = 0.5 * np.array([camera.detector.width, camera.detector.height])
+    return points[:, :2] / points[:, 2:] * camera.focal_length_px + half
+
+
+def outline_area(outline: Array) -> float:
+    """Area of the convex hull of points (n, 2); 0 where they lie on a line."""
+    extent = np.ptp(outline, axis=0)
+    if np.any(extent == 0.0):
+        return 0.0
+    try:
+        # Scaled, since points far from the origin and close together look flat.
+        return float(ConvexHull((outline - outline[0]) / extent).volume * np.prod(extent))
+    except QhullError:
+        return 0.0
+
+
+def is_small(outline: Array, area: float) -> bool:
+    """Whether the finest sample grid of pixels is too coarse for an outline (n, 2) [px]."""
+    extent = np.ptp(outline, axis=0)
+    return bool(np.all(extent < 1.0)) and area * MAX_SAMPLES < MIN_TARGET_SAMPLES
+
+
+def nearer(hull: Array) -> float:
+    """By how much a hull (n, 3), camera axes [m], is to be drawn nearer."""
+    middle = hull.mean(axis=0)
+    radius = float(np.linalg.norm(hull - middle, axis=1).max())
+    return max(1.0, float(np.linalg.norm(middle)) / (_FARTHEST_RADII * radius))
+
+
+def raster_window(drawn: Array, factor: float, camera: Camera) -> RasterWindow:
+    """The raster around a hull.
+
+    drawn : (n, 3) where it is drawn, camera axes [m]
+    factor : by which that is nearer than where it is seen
+    """
+    outline = in_pixels(drawn, camera)
+    middle = in_pixels(drawn.mean(axis=0, keepdims=True), camera)[0]
+    turned = rotated_sample_grid(1.0).turn
+    box = float(np.prod(np.ptp(outline @ turned.T, axis=0)))
+    area = max(outline_area(outline), box * MIN_TARGET_SAMPLES / _MAX_TEXELS)
+    grid = rotated_sample_grid(MIN_TARGET_SAMPLES / area)
+    places = outline @ grid.turn.T
+    low = places.min(axis=0) - 1.0
+    columns, rows = np.ceil(places.max(axis=0) + 1.0 - low).astype(int).tolist()
+    back = np.linalg.inv(grid.turn)
+    return RasterWindow(
+        size=(columns, rows),
+        sample_grid=grid,
+        raster_from_image=np.column_stack([grid.turn, -low]),
+        image_from_raster=np.column_stack([back / factor, middle + (back @ low - middle) / factor]),
+        samples_per_pixel=grid.scale**2 * factor**2,
+    )

@@ -1,0 +1,118 @@
+"""Spacecraft before a camera: float64 places and light of the scene, as float32 camera axes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from simgl.arrays import Array, Array32
+from simgl.errors import ConfigError
+from simgl.radiosity.incident_light import IncidentLight, incident_light
+from simgl.scene.spacecraft import SpacecraftModel
+from simgl.scene.state import BodyState, CameraState, EarthState, SceneState
+from simgl.view.aerial_perspective import AirSegment, air_between
+from simgl.view.background import SkyView, sky_view
+from simgl.view.shadow_views import ShadowView, shadow_view
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SpacecraftView:
+    """A spacecraft before the camera.
+
+    instance : index in the scene, counted from 1 (0 is no spacecraft)
+    camera_from_body : (4, 4) float32
+    sun_direction : (3,) float32 unit, camera axes
+    sun_irradiance : (4,) float32 [W m-2], the eclipse by the Earth included
+    sun_limb : (2, 4) limb darkening u and v per band: 1 - u (1 - mu) - v (1 - mu)^2
+    sun_angular_radius : [rad]
+    sky : None where there is no Earth
+    incident_light : None where light between its surfaces is left out
+    air : on the way to the camera; None where there is none
+    """
+
+    name: str
+    instance: int
+    model: SpacecraftModel
+    camera_from_body: Array32
+    sun_direction: Array32
+    sun_irradiance: Array32
+    sun_limb: Array32
+    sun_angular_radius: float
+    shadow: ShadowView
+    sky: SkyView | None
+    incident_light: IncidentLight | None
+    air: AirSegment | None = None
+
+
+def _float32(values: Array) -> Array32:
+    return np.asarray(values, dtype=np.float32)
+
+
+def _hidden_by_earth(earth: EarthState | None, camera: Array, body: Array) -> bool:
+    """Whether the straight line between two places runs through the Earth."""
+    if earth is None:
+        return False
+    radii = np.array(earth.earth.radii)
+    start = (earth.R_itrf_from_icrf @ (camera - earth.position)) / radii
+    line = (earth.R_itrf_from_icrf @ (body - camera)) / radii
+    nearest = np.clip(-np.dot(start, line) / np.dot(line, line), 0.0, 1.0)
+    return bool(np.linalg.norm(start + nearest * line) < 1.0)
+
+
+def _refuse_inside(camera: CameraState, name: str, body: BodyState) -> None:
+    if body.encloses(camera.position):
+        place = ", ".join(f"{v:.3f}" for v in body.in_body(camera.position))
+        raise ConfigError(
+            f"[camera.{camera.camera.name}]",
+            "position",
+            f'is inside the body of "{name}" (at {place} m in its axes)',
+        )
+
+
+def _camera_from_body(camera: CameraState, body: BodyState) -> Array:
+    """(4, 4) from body axes to camera axes [m]."""
+    matrix = np.eye(4)
+    matrix[:3, :3] = camera.R_camera_from_icrf @ body.pose.R_icrf_from_body
+    matrix[:3, 3] = camera.R_camera_from_icrf @ (body.pose.position - camera.position)
+    return matrix
+
+
+def spacecraft_views(
+    state: SceneState, camera: CameraState, inter_reflection: bool
+) -> list[SpacecraftView]:
+    """All spacecraft that the Earth does not hide from the camera.
+
+    Raises ConfigError where the camera is inside a body.
+    """
+    views = []
+    for index, (name, body) in enumerate(state.bodies.items()):
+        _refuse_inside(camera, name, body)
+        if _hidden_by_earth(state.earth, camera.position, body.pose.position):
+            continue
+        sun = state.sun.seen_from(body.pose.position)
+        matrix = _camera_from_body(camera, body)
+        body_from_camera: Array = np.linalg.inv(matrix).astype(np.float64)
+        views.append(
+            SpacecraftView(
+                name=name,
+                instance=index + 1,
+                model=body.model,
+                camera_from_body=_float32(matrix),
+                sun_direction=_float32(camera.R_camera_from_icrf @ sun.direction_icrf),
+                sun_irradiance=_float32(sun.irradiance * state.sunlight(body.pose.position)),
+                sun_limb=_float32(sun.limb),
+                sun_angular_radius=sun.angular_radius,
+                sky=sky_view(state, name, body),
+                incident_light=incident_light(state, body) if inter_reflection else None,
+                shadow=shadow_view(state, body, camera.camera, body_from_camera),
+                air=air_between(state, camera.position, body.pose.position),
+            )
+        )
+    return views
+
+
+def hull_in_camera(view: SpacecraftView) -> Array:
+    """(n, 3) corners of its hull, camera axes [m]."""
+    m = view.camera_from_body.astype(np.float64)
+    return view.model.posed_mesh.hull @ m[:3, :3].T + m[:3, 3]

@@ -1,0 +1,69 @@
+"""Textures whose making fails once: nothing released or half made takes their place."""
+
+from __future__ import annotations
+
+import moderngl
+import numpy as np
+import pytest
+
+from simgl.gpu.render_targets import GrowingTarget, textures_of
+from simgl.passes.background import earth_textures
+from simgl.passes.background.earth_textures import EarthTextures
+from simgl.scene.earth import Clouds, Earth
+from tests.simulator.failing_opengl import counted_calls
+
+
+def contents(textures: list[moderngl.Texture]) -> list[bytes]:
+    """Some texels of each; released ones cannot be read."""
+    return [texture.read(level=texture_levels(texture))[:64] for texture in textures]
+
+
+def texture_levels(texture: moderngl.Texture) -> int:
+    return 0 if max(texture.size) < 4096 else 4
+
+
+@pytest.mark.parametrize("failing", ["weather_codes", "chart", "map_texture", "shores"])
+def test_the_textures_of_another_earth_may_fail_and_those_before_come_back(
+    gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch, failing: str
+) -> None:
+    def codes(_: object, clouds: Clouds, *__: object) -> np.ndarray:
+        return np.full((8, 16, 4), clouds.seed, dtype=np.uint8)
+
+    def small_chart(seed: int) -> tuple[list[np.ndarray], np.ndarray]:
+        levels = [np.full((8 >> n, 8 >> n, 4), seed, dtype=np.uint8) for n in range(3)]
+        return levels, np.zeros((earth_textures.LEVELS, 2), dtype=np.float32)
+
+    monkeypatch.setattr(earth_textures, "weather_codes", codes)
+    monkeypatch.setattr(earth_textures, "chart", small_chart)
+    earth_textures._weather.clear()
+    one, other = (Earth(clouds=Clouds(seed=seed)) for seed in (1, 2))
+    textures = EarthTextures(gl)
+    try:
+        if failing != "shores":
+            before = contents(textures.of(one))
+        with monkeypatch.context() as once:
+            once.setattr(earth_textures, failing, lambda *_: 1 / 0)
+            with pytest.raises(ZeroDivisionError):
+                textures.of(other)
+        if failing != "shores":
+            assert contents(textures.of(one)) == before
+        assert contents(textures.of(other))[2] == bytes([2]) * 64
+        assert textures.shores is not None
+    finally:
+        textures.release()
+        earth_textures._weather.clear()
+
+
+@pytest.mark.parametrize("call", range(1, 6))
+def test_a_target_that_cannot_grow_is_made_whole_the_next_time(
+    gl: moderngl.Context, call: int
+) -> None:
+    target = GrowingTarget(gl, [[0], [1, 2]])
+    with counted_calls() as calls:
+        target.covering((10, 10))
+        calls.count, calls.failing = 0, call
+        with pytest.raises(moderngl.Error):
+            target.covering((300, 300))
+    one, two = target.covering((300, 300))
+    assert [t.size for t in (*textures_of(one), *textures_of(two))] == [(512, 512)] * 3
+    target.release()
