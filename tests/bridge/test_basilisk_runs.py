@@ -12,7 +12,7 @@ import moderngl
 import numpy as np
 import pytest
 from simgl_bridge.basilisk.camera_overrides import CameraOverrides, load_camera_file
-from simgl_bridge.basilisk.endpoint import BasiliskEndpoint
+from simgl_bridge.basilisk.endpoint import MAX_IMAGES, BasiliskEndpoint
 from simgl_bridge.basilisk.viz_messages import read_update
 from simgl_bridge.basilisk.viz_scene import scene_of
 
@@ -186,7 +186,12 @@ def test_a_lost_gpu_is_one_empty_image_and_the_next_is_as_ever(
         assert link.image() == b""
         # The simulator with the hook is gone, and a new one draws what was not drawn.
         assert link.image()
-        assert front.image(1, read_update(scene(seconds=1.0))) == first
+        for step in range(MAX_IMAGES):
+            link.update(scene(seconds=3.0 + step))
+            assert link.image()
+        link.update(scene(seconds=1.0))
+        assert link.image() == first
+        assert simulator.captures == 2
         link.close()
 
 
