@@ -16,12 +16,11 @@ from simgl.passes.shared_blocks import (
     JOINTS,
     MATERIALS,
     MAX_JOINTS,
-    MAX_MATERIALS,
     joint_values,
     material_values,
 )
 from simgl.passes.texture_store import TextureStore
-from simgl.scene.materials import Material
+from simgl.scene.materials import MAX_MATERIALS, Material
 from simgl.scene.mesh import Mesh
 from simgl.scene.posed_mesh import PosedMesh, groups_of_parts
 from simgl.scene.spacecraft import SpacecraftModel

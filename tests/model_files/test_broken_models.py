@@ -195,11 +195,14 @@ def test_a_missing_buffer_file_is_named(tmp_path: Path) -> None:
     assert refusal(path) == expected
 
 
-def test_a_broken_stl_file_is_refused_without_a_word_of_the_library(
+def test_an_stl_file_with_damaged_normals_is_read_without_a_word_of_the_library(
     tmp_path: Path, caplog: pytest.LogCaptureFixture, capfd: pytest.CaptureFixture[str]
 ) -> None:
+    """Only its places are read; flat facets have the normals of their own."""
     path = tmp_path / "a.stl"
-    path.write_text("solid a\nfacet normal 0 0 x\nouter loop\nvertex 0 0 0\nendloop\nendsolid\n")
-    refusal(path)
+    corners = "vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
+    facet = f"facet normal 0 0 x\nouter loop\n{corners}endloop\nendfacet\n"
+    path.write_text(f"solid a\n{facet}endsolid\n")
+    assert load_model(str(path)).mesh.normals[0].tolist() == [0.0, 0.0, 1.0]
     assert not caplog.records
     assert capfd.readouterr() == ("", "")
