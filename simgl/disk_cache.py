@@ -6,6 +6,7 @@ import logging
 import os
 import tempfile
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,9 @@ from simgl.arrays import AnyArray
 from simgl.decoded_files import arrays_in
 from simgl.errors import AssetError
 from simgl.input_files import read_file
+
+# Of each folder: an arm on the move leaves a file with every step.
+MAX_BYTES = 4 << 30
 
 _LOG = logging.getLogger(__name__)
 
@@ -37,9 +41,12 @@ def cache_folder(name: str) -> Path:
 def read_arrays(path: Path) -> dict[str, AnyArray] | None:
     """The arrays of a file; None if it is missing, or damaged (each array has a checksum)."""
     try:
-        return arrays_in(read_file(path))
+        arrays = arrays_in(read_file(path))
     except (AssetError, ValueError):
         return None
+    with suppress(OSError):
+        os.utime(path)  # the date of its last use, for `_make_room`
+    return arrays
 
 
 def write_arrays(path: Path, arrays: Mapping[str, Any], consequence: str) -> None:
@@ -58,8 +65,26 @@ def write_arrays(path: Path, arrays: Mapping[str, Any], consequence: str) -> Non
                 temporary.unlink()
                 raise
         temporary.replace(path)
+        _make_room(path)
     except OSError as error:
         _LOG.warning("%s: %s; %s", path.parent, error.strerror, consequence)
+
+
+def _make_room(newest: Path) -> None:
+    """Remove the files of a folder that were not used for longest, down to ``MAX_BYTES``."""
+    files = []
+    for path in newest.parent.iterdir():
+        # Another process may remove it meanwhile.
+        with suppress(FileNotFoundError):
+            status = path.stat()
+            files.append((status.st_mtime_ns, status.st_size, path))
+    total = sum(size for _, size, _ in files)
+    for _, size, path in sorted(files):
+        if total <= MAX_BYTES:
+            return
+        if path != newest:
+            path.unlink(missing_ok=True)
+            total -= size
 
 
 def computed_once(name: str, compute: Callable[[], dict[str, AnyArray]]) -> dict[str, AnyArray]:

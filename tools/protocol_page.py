@@ -12,11 +12,13 @@ from pathlib import Path
 
 import msgspec
 from simgl_bridge import (
+    client_protocol,
     client_sessions,
     framing,
     hashes,
     messages,
     render_queue,
+    renderer_link,
     router_socket,
     session_recording,
 )
@@ -24,6 +26,7 @@ from simgl_bridge import (
 _INTRODUCTION = Path(__file__).with_name("protocol.md")
 # Types without a message tag, after the messages that hold them.
 _PARTS = (
+    messages.ServerStatus,
     messages.CameraDescription,
     messages.SentPose,
     messages.SentSun,
@@ -49,6 +52,10 @@ def page() -> str:
         "LARGEST_FRAME": router_socket.LARGEST_FRAME,
         "MAX_WAITING": router_socket.MAX_WAITING,
         "OWNER_SILENCE": f"{client_sessions.OWNER_SILENCE:g}",
+        "SILENCE": f"{client_protocol.SILENCE:g}",
+        "READY_TIMEOUT": f"{client_protocol.READY_TIMEOUT:g}",
+        "LONGEST_DRAW": f"{renderer_link.LONGEST_DRAW:g}",
+        "MAX_EARLY_DEATHS": renderer_link.MAX_EARLY_DEATHS,
     }.items():
         text = text.replace(f"@{name}@", str(value))
     return text + "\n" + "\n".join(_reference())

@@ -1,7 +1,7 @@
 """``python -m benchmarks.bridge``: the long proofs, their results as JSON.
 
     overhead  round trips without rendering, by size and transport
-    fuzz      mutated messages against a live server
+    fuzz      mutated messages against a live server that records
     loop      checked frames without rendering
     soak      checked frames, rendered
 

@@ -16,6 +16,7 @@ from typing import Any
 import msgspec
 import zmq
 from simgl_bridge import Client
+from simgl_bridge.session_replay import replay_session, session_files
 
 from benchmarks.bridge.scene import (
     chaser,
@@ -35,14 +36,18 @@ _INTERESTING: list[Any] = [
 
 
 def fuzz(messages: int, folder: Path) -> dict[str, object]:
-    """Send ``messages`` mutations; raises AssertionError unless the server works as before."""
+    """Send ``messages`` mutations: one half, then the same again.
+
+    Memory is compared after both: in the first half the renderer meets larger rasters than before.
+
+    Raises AssertionError unless the server works as before, and the recorded session renders to the
+    same bytes.
+    """
     path = scenario_file(folder)
     port = _free_port()
     address = f"tcp://127.0.0.1:{port}"
-    dice = random.Random(20261121)
     replies: Counter[str] = Counter()
-    warm = messages // 5
-    before: list[int] = []
+    memory: list[list[int]] = []
     command = ("simgl_bridge.commands", str(path), "--record", str(folder / "records"))
     with server_process(*command, address=address) as pid:
         processes = [pid, *children(pid)]
@@ -50,24 +55,21 @@ def fuzz(messages: int, folder: Path) -> dict[str, object]:
             epoch = client.welcome.epoch_tai_ns
             wanted = client.render(epoch, "nav", {"chaser": chaser(1)}).dn.tobytes()
         began = time.perf_counter()
-        sent = 0
-        while sent < messages:
-            burst = min(BURST, messages - sent)
-            _burst(address, burst, epoch, dice, replies)
-            if sent <= warm < sent + burst:
-                before = [resident_kib(process) for process in processes]
-            sent += burst
-            if sent % 1000 < BURST:
-                _broken_wire(port, dice)
+        for _ in range(2):
+            _send(messages // 2, address, port, epoch, replies)
+            memory.append([resident_kib(process) for process in processes])
         seconds = time.perf_counter() - began
         # A renderer that died was started again as another process.
-        crashed = sorted(set(processes) - {pid, *children(pid)})
-        assert not crashed, f"processes {crashed} of the server died"
-        after = [resident_kib(process) for process in processes]
+        crashed = set(processes) - {pid, *children(pid)}
         with Client(address, timeout_s=60.0) as client:
             again = client.render(epoch, "nav", {"chaser": chaser(1)}).dn.tobytes()
             counts = client.stats()
     assert again == wanted, "the same state has other bits after the storm"
+    assert not crashed, f"{len(crashed)} processes of the server died"
+    (session,) = session_files(folder / "records")
+    replayed = replay_session(session)
+    assert not replayed.different, "the recorded session renders to other bytes"
+    before, after = memory
     return {
         **machine(),
         "messages": messages,
@@ -76,9 +78,22 @@ def fuzz(messages: int, folder: Path) -> dict[str, object]:
         "replies": dict(sorted(replies.items())),
         "server_errors_counted": counts.errors,
         "seconds": round(seconds, 1),
+        "frames_replayed": replayed.frames,
         "server_and_renderer_kib": [before, after],
         "server_growth_percent": round(100.0 * (sum(after) / sum(before) - 1.0), 3),
     }
+
+
+def _send(messages: int, address: str, port: int, epoch: int, replies: Counter[str]) -> None:
+    """Send the same mutations each time."""
+    dice = random.Random(20261121)
+    sent = 0
+    while sent < messages:
+        burst = min(BURST, messages - sent)
+        _burst(address, burst, epoch, dice, replies)
+        sent += burst
+        if sent % 1000 < BURST:
+            _broken_wire(port, dice)
 
 
 _context: zmq.Context[Any] | None = None

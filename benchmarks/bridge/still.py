@@ -1,19 +1,15 @@
-"""A server whose images need no rendering, to measure the cost of the loop alone."""
+"""A server whose renderer process draws nothing, to measure the cost of the loop alone."""
 
 from __future__ import annotations
 
-import signal
 import sys
-from pathlib import Path
-from threading import Event
-from typing import Any, cast
+from typing import Any
+from unittest.mock import patch
 
 import numpy as np
-from simgl_bridge.render_session import RenderSession
-from simgl_bridge.server import FairQueue, serve
-from simgl_bridge.simgl1_endpoint import WINDOW, Simgl1Endpoint
+from simgl_bridge import commands, processes, render_process
 
-from simgl import Capture, Scenario, Simulator, load_scenario
+from simgl import Capture, Scenario
 from simgl.arrays import Image16
 from simgl.images import DigitalFrame, FrameInfo
 from simgl.scene.state import SceneState
@@ -71,21 +67,17 @@ class StillSimulator:
         """Nothing to free."""
 
 
+def render() -> None:
+    """The renderer process, with a simulator that draws nothing."""
+    with patch.object(render_process, "Simulator", lambda scenario, **_: StillSimulator(scenario)):
+        render_process.main()
+
+
 def main() -> None:
     """``python -m benchmarks.bridge.still SCENARIO --address ADDRESS``."""
-    path, _, address = sys.argv[1:]
-    stop = Event()
-    signal.signal(signal.SIGTERM, lambda *_: stop.set())
-    queue = FairQueue(WINDOW)
-
-    def open_simulator(scenario: Scenario) -> Simulator:
-        return cast(Simulator, StillSimulator(scenario))
-
-    with (
-        RenderSession(load_scenario(Path(path)), open_simulator=open_simulator) as render_session,
-        Simgl1Endpoint(render_session, queue, address) as endpoint,
-    ):
-        serve([endpoint], queue, stop)
+    program = "from benchmarks.bridge.still import render; render()"
+    with patch.object(processes, "RENDERER_COMMAND", (sys.executable, "-c", program)):
+        commands.main()
 
 
 if __name__ == "__main__":

@@ -31,7 +31,8 @@ from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import SceneState
 from simgl.simulator import Simulator
 
-SECONDS = 60.0
+# Of one file: a wait never ends by itself; of the processor a machine under load takes no more.
+SECONDS, CPU_SECONDS = 300.0, 60
 MEMORY = 8 << 30
 
 
@@ -54,7 +55,8 @@ def attempt(work: Callable[[], str], seconds: float = SECONDS, memory: int = MEM
         os.close(read_end)
         resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-        text = _told(work)
+        resource.setrlimit(resource.RLIMIT_CPU, (CPU_SECONDS, CPU_SECONDS))
+        text = _ending_of(work)
         os.write(write_end, text.encode(errors="backslashreplace")[:60_000])
         os._exit(0)
     os.close(write_end)
@@ -73,7 +75,7 @@ def attempt(work: Callable[[], str], seconds: float = SECONDS, memory: int = MEM
     return Ending(kind=kind, text=text)
 
 
-def _told(work: Callable[[], str]) -> str:
+def _ending_of(work: Callable[[], str]) -> str:
     """Kind and text of an ending in this process."""
     try:
         return f"loaded\n{work()}"
@@ -146,6 +148,8 @@ def main() -> int:
     endings: Counter[str] = Counter()
     by_file: dict[str, Counter[str]] = {name: Counter() for name in READERS}
     began, longest = time.monotonic(), 0.0
+    caches = tempfile.TemporaryDirectory()
+    os.environ["XDG_CACHE_HOME"] = caches.name
     with tempfile.TemporaryDirectory() as valid:
         write_all(Path(valid))
         check_valid(Path(valid))
@@ -174,6 +178,7 @@ def main() -> int:
         "longest_s": round(longest, 1),
         "by_file": {name: dict(counts) for name, counts in by_file.items()},
     }
+    caches.cleanup()
     print(json.dumps(result, indent=1))
     if options.out is not None:
         options.out.write_text(json.dumps(result, indent=1) + "\n")

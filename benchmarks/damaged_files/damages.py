@@ -65,16 +65,16 @@ def large_counts(content: bytes, dice: Random) -> bytes:
 def lines(content: bytes, dice: Random) -> bytes:
     """A line lost, doubled, cut or exchanged."""
     rows = content.split(b"\n")
-    here, there = dice.randrange(len(rows)), dice.randrange(len(rows))
+    here, other = dice.randrange(len(rows)), dice.randrange(len(rows))
     kind = dice.randrange(4)
     if kind == 0:
         del rows[here]
     elif kind == 1:
-        rows.insert(there, rows[here])
+        rows.insert(other, rows[here])
     elif kind == 2:
         rows[here] = rows[here][: dice.randrange(len(rows[here]) + 1)]
     else:
-        rows[here], rows[there] = rows[there], rows[here]
+        rows[here], rows[other] = rows[other], rows[here]
     return b"\n".join(rows)
 
 
@@ -106,21 +106,21 @@ def nested(content: bytes, dice: Random) -> bytes:
     return _replaced(content, _NUMBER, left * depth + right * depth, dice)
 
 
-def _places(value: Any, found: list[tuple[Any, Any]]) -> None:
+def _places(value: Any, entries_of: list[tuple[Any, Any]]) -> None:
     entries = value.items() if isinstance(value, dict) else enumerate(value)
     for key, inner in list(entries):
-        found.append((value, key))
+        entries_of.append((value, key))
         if isinstance(inner, dict | list):
-            _places(inner, found)
+            _places(inner, entries_of)
 
 
 def objects(document: Any, dice: Random) -> Any:
     """A JSON document with values changed, doubled or removed."""
     document = json.loads(json.dumps(document))
     for _ in range(dice.choice((1, 1, 2, 3))):
-        found: list[tuple[Any, Any]] = []
-        _places(document, found)
-        holder, key = dice.choice(found)
+        entries_of: list[tuple[Any, Any]] = []
+        _places(document, entries_of)
+        holder, key = dice.choice(entries_of)
         kind = dice.randrange(6)
         if kind == 0:
             del holder[key]

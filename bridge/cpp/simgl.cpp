@@ -93,11 +93,24 @@ void describe(const simgl::Tick &tick, const simgl::Image &image, simgl_image &i
 } // namespace
 
 simgl_client *simgl_connect(const char *address, double timeout_s, char *error, size_t error_size) {
+    const double ready_timeout_s = simgl::Options{}.ready_timeout_s;
+    return simgl_connect_ready(address, timeout_s, ready_timeout_s, nullptr, nullptr, error,
+                               error_size);
+}
+
+simgl_client *simgl_connect_ready(const char *address, double timeout_s, double ready_timeout_s,
+                                  simgl_on_status on_status, void *user, char *error,
+                                  size_t error_size) {
     try {
         need(address, "address");
         simgl::Options options;
         options.timeout_s = timeout_s;
+        options.ready_timeout_s = ready_timeout_s;
         options.name = "c";
+        if (on_status != nullptr)
+            options.on_status = [=](const simgl::Status &s) {
+                on_status(s.state.c_str(), s.detail.c_str(), s.done, s.total, user);
+            };
         return new simgl_client{simgl::Client(address, options)};
     } catch (const std::exception &failure) {
         tell(error, error_size, failure.what());

@@ -68,6 +68,16 @@ typedef struct {
 
 /* Returns a client, or NULL with the reason in error. */
 simgl_client *simgl_connect(const char *address, double timeout_s, char *error, size_t error_size);
+
+/* Told while a server is starting; see Status in simgl.hpp. */
+typedef void (*simgl_on_status)(const char *state, const char *detail, int64_t done, int64_t total,
+                                void *user);
+
+/* The same, with the time to wait for a server that is starting (600 s above), and what to call
+ * meanwhile; on_status may be NULL. */
+simgl_client *simgl_connect_ready(const char *address, double timeout_s, double ready_timeout_s,
+                                  simgl_on_status on_status, void *user, char *error,
+                                  size_t error_size);
 /* NULL is allowed. */
 void simgl_close(simgl_client *client);
 

@@ -24,6 +24,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -465,12 +466,22 @@ struct Tick {
     }
 };
 
-// Options of a connection. Keys are for a server that requires them, in ZeroMQ's Z85 form: the
+// What a server is doing: "starting", "ready", "drawing" or "lost"; detail says what it prepares, or
+// why its renderer was lost; total is 0 where steps are not counted.
+struct Status {
+    std::string state, detail;
+    std::int64_t done = 0, total = 0;
+};
+
+// Options of a connection. The constructor waits up to ready_timeout_s for a server that is
+// starting, and calls on_status meanwhile; every other call ends after timeout_s. Keys are for a server that requires them, in ZeroMQ's Z85 form: the
 // strings after public-key and secret-key in the files that simgl keys makes.
 struct Options {
     double timeout_s = 10.0;
     std::string name = "c++";
     std::string server_key{}, public_key{}, secret_key{};
+    double ready_timeout_s = 600.0;
+    std::function<void(const Status &)> on_status{};
 };
 
 class Client {
@@ -478,10 +489,12 @@ class Client {
     explicit Client(std::string address, Options options = {})
         : address_(std::move(address)), timeout_s_(options.timeout_s) {
         if (!(timeout_s_ > 0.0 && timeout_s_ < 1e6)) throw Error("timeout_s must lie in 0..1e6 s");
+        if (!(options.ready_timeout_s > 0.0 && options.ready_timeout_s < 1e6))
+            throw Error("ready_timeout_s must lie in 0..1e6 s");
         context_.reset(zmq_ctx_new());
         socket_.reset(zmq_socket(context_.get(), ZMQ_DEALER));
         set_up(options);
-        greet(options.name);
+        greet(options);
     }
     Client(const Client &) = delete;
     Client &operator=(const Client &) = delete;
@@ -569,11 +582,11 @@ class Client {
             throw Error(address_ + ": is no address (" + zmq_strerror(zmq_errno()) + ")");
     }
 
-    void greet(const std::string &name) {
+    void greet(const Options &options) {
         detail::Writer w;
-        w.map(3).text("type").text("hello").text("client").text(name);
+        w.map(3).text("type").text("hello").text("client").text(options.name);
         w.text("versions").array(1).text("simgl/1");
-        const Reply reply = ask(w.bytes, "welcome", 0, "hello");
+        const Reply reply = ask(w.bytes, "welcome", 0, "hello", &options);
         const detail::Value &h = reply.header;
         welcome_.server = h["server"].text();
         welcome_.boot = boot_ = h["boot"].text();
@@ -726,26 +739,54 @@ class Client {
         return image;
     }
 
-    Reply ask(const std::string &header, const char *kind, std::uint64_t id, const char *asked) {
-        const auto deadline = Clock::now() + std::chrono::duration_cast<Clock::duration>(
-                                                 std::chrono::duration<double>(timeout_s_));
+    static Clock::time_point after(Clock::time_point start, double seconds) {
+        return start + std::chrono::duration_cast<Clock::duration>(
+                           std::chrono::duration<double>(seconds));
+    }
+
+    // With options the server may be starting: it is pinged, and given up once it says nothing for
+    // timeout_s, or is not ready in time.
+    Reply ask(const std::string &header, const char *kind, std::uint64_t id, const char *asked,
+              const Options *starting = nullptr) {
+        const auto start = Clock::now();
+        const auto deadline = after(start, starting ? starting->ready_timeout_s : timeout_s_);
+        auto heard = start, ping = start;
         settle();
         send(header);
         for (;;) {
-            const bool broke = wait(deadline);
+            auto wake = deadline;
+            if (starting) wake = std::min({deadline, after(heard, timeout_s_), after(ping, 1.0)});
+            const bool broke = wait(wake);
             Reply reply;
             while (receive(reply)) {
+                heard = Clock::now();
                 const std::string &type = reply.header["type"].text();
                 if (type == "bye") throw no_answer("the server said goodbye", asked);
+                if (starting) show_status(reply.header, *starting);
                 const detail::Value none, &its = reply.header.has("id") ? reply.header["id"] : none;
                 const bool mine = its.is_nil() || its.natural() == id;
                 if (type == "error" && mine) throw refused(reply.header);
                 if (type == kind && mine) return reply;
             }
             if (broke) throw no_answer("the connection broke", asked);
-            if (Clock::now() >= deadline)
+            const auto now = Clock::now();
+            if (starting && now >= deadline) throw no_answer("not ready in time", asked);
+            if (now >= deadline || (starting && now >= after(heard, timeout_s_)))
                 throw no_answer(connected_ ? "no answer in time" : "no connection in time", asked);
+            if (starting && now >= after(ping, 1.0)) {
+                ping = now;
+                detail::Writer w;
+                w.map(2).text("type").text("ping").text("id").natural(0);
+                if (connected_) send(w.bytes);
+            }
         }
+    }
+
+    static void show_status(const detail::Value &header, const Options &options) {
+        if (!options.on_status || !header.has("status") || header["status"].is_nil()) return;
+        const detail::Value &s = header["status"];
+        options.on_status({s["state"].text(), s["detail"].text(), s["done"].whole(),
+                           s["total"].whole()});
     }
 
     // Receives what arrived since the last request; replies to abandoned requests are dropped.

@@ -362,7 +362,7 @@ class ClientProtocol:
         for call in self._open_calls():
             # Without an id the server could not tell which request it was: none must wait in vain.
             if reply.id is None or reply.id == call.id:
-                concerned = call.sent
+                concerned = call.sent or reply.code == ErrorCode.SHARED_IDENTITY
             else:
                 # A refused state is reported by the next call that waits.
                 concerned = isinstance(call.request, Next) or not call.sent

@@ -85,6 +85,8 @@ class ErrorCode(StrEnum):
     """Too late: the request's deadline was over before its images were there."""
     NOT_OWNER = "NOT_OWNER"
     """Another client streams states or chose the scenario, and has not left."""
+    SHARED_IDENTITY = "SHARED_IDENTITY"
+    """Another client has a socket of the same identity; both are told, and neither is served."""
     NOT_READY = "NOT_READY"
     """The server is still starting and cannot take a state; send it again once it is ready."""
     NOT_RECORDED = "NOT_RECORDED"

@@ -56,7 +56,6 @@ from simgl_bridge.renderer_messages import (
     ServedScene,
     Task,
 )
-from simgl_bridge.server import AWAKE
 from simgl_bridge.session_recording import SessionRecorder
 from simgl_bridge.sockets import receive, send
 
@@ -79,15 +78,12 @@ class ServerLink:
         self._context: zmq.Context[Any] = zmq.Context()
         self._socket = self._context.socket(zmq.PAIR)
         self._socket.connect(address)
-        self._awake_until = 0.0
         self._reported = 0.0
         self.report("loading the scenario")
 
     def task(self) -> Message:
         """The next task; Finish where the server is gone."""
         while not (frames := receive(self._socket)):
-            if time.monotonic() < self._awake_until:
-                continue
             if not self._socket.poll(_POLL_MS) and self._server_is_gone():
                 return Finish()
         return TASK_DECODER.decode(frames[0].buffer)
@@ -95,7 +91,6 @@ class ServerLink:
     def send(self, report: Message, payload: Frames = ()) -> None:
         """Send a report with its frames."""
         send(self._socket, [ENCODER.encode(report), *payload])
-        self._awake_until = time.monotonic() + AWAKE
 
     def report(self, what: str, done: int = 0, total: int = 0) -> None:
         """Say what is being prepared; the steps of one thing at most ten times a second."""

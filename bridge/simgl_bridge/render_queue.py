@@ -115,15 +115,13 @@ class RenderQueue:
                 self._finish(answer, payload)
         return due
 
-    def advance(self, *, begin: bool) -> bool:
-        """Pass on what the renderer answered, and give it the next work; whether it answered.
+    def advance(self, *, begin: bool) -> None:
+        """Pass on what the renderer answered, and give it the next work.
 
         begin : False leaves what waits
         """
-        answered = False
         for answer, payload in self._renderer.answers():
             self._finish(answer, payload)
-            answered = True
         while begin and self._renderer.is_free and (taken := self._waiting.take()) is not None:
             client, work = taken
             if (task := work.begin()) is None:
@@ -132,7 +130,6 @@ class RenderQueue:
             limit = max(time.monotonic() + LONGEST_DRAW, deadline)
             self._current = _Current(client, work, limit)
             self._renderer.begin(task)
-        return answered
 
     def _finish(self, answer: Answer, payload: Payload) -> None:
         current, self._current = self._current, None

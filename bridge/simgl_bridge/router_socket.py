@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import time
 from collections.abc import Callable, Iterator
 from typing import Any, TypeVar
 
@@ -11,7 +12,8 @@ import zmq
 from simgl_bridge.access import Access, bind
 from simgl_bridge.bind_address import is_loopback
 from simgl_bridge.client_sessions import Frames
-from simgl_bridge.framing import BadMessageError, error_of, pack
+from simgl_bridge.framing import BadMessageError, error_of, pack, quoted
+from simgl_bridge.identity_watch import IdentityWatch
 from simgl_bridge.messages import Error, ErrorCode
 from simgl_bridge.operator_log import OperatorLog
 from simgl_bridge.sockets import receive, send
@@ -61,6 +63,7 @@ class RouterSocket:
         self.errors = self.busy = self.lost = 0
         self.socket = context.socket(zmq.ROUTER)
         self._configure(address)
+        self._identities = IdentityWatch(self.socket)
         self.address = bind(self.socket, address, access)
 
     def _configure(self, address: str) -> None:
@@ -85,10 +88,31 @@ class RouterSocket:
     def arrived(self) -> Iterator[tuple[bytes, list[bytes]]]:
         """The messages that have arrived, each with the client that sent it."""
         for _ in range(MAX_PER_TURN):
-            frames = [frame.bytes for frame in receive(self.socket)]
+            frames = receive(self.socket)
             if not frames:
                 return
-            yield frames[0], frames[1:]
+            client = frames[0].bytes
+            if self._identities.is_taken_over(client, frames[-1], time.monotonic()):
+                # Nothing that one of the two asked for may reach the other.
+                self._on_gone(client)
+                self._refuse_identity(client)
+            else:
+                yield client, [frame.bytes for frame in frames[1:]]
+
+    def update(self, now: float) -> None:
+        """Tell clients that share an identity, one after the other as each of them has it."""
+        for client in self._identities.contested(now):
+            self._refuse_identity(client)
+
+    def _refuse_identity(self, client: bytes) -> None:
+        problem = f"another client uses the identity {quoted(client.decode('latin-1'))}, too; "
+        problem += "every client needs its own"
+        self.refuse(client, error_of(BadMessageError(ErrorCode.SHARED_IDENTITY, "", problem)))
+
+    def close(self) -> None:
+        """Before its context is destroyed."""
+        self._identities.close()
+        self.log.close()
 
     def send(self, client: bytes, frames: Frames) -> None:
         """Send a reply; a client that left, or reads nothing, loses it."""

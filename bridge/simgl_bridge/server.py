@@ -23,9 +23,6 @@ if TYPE_CHECKING:
 
 # Interval at which a stop, or the end of the renderer, is noticed [s].
 IDLE = 0.05
-# After an image the server polls without sleeping for this long [s]: a client in lock-step sends
-# its next request at once, and waking up takes 0.2 ms.
-AWAKE = 0.001
 
 
 class Stop(Protocol):
@@ -137,20 +134,19 @@ def serve(
     Raises BridgeError where the renderer cannot start, or keeps dying.
     """
     queue.start()
-    awake_until, was_ready = -math.inf, False
+    was_ready = False
     try:
         while not (stopping := stop.is_set()) or queue.is_awaited:
             now = time.monotonic()
             due = min(queue.update(now), *(endpoint.update(now) for endpoint in endpoints))
-            wait = 0.0 if now < awake_until else max(min(due - now, IDLE), 0.0)
+            wait = max(min(due - now, IDLE), 0.0)
             poller = zmq.Poller()
             for socket in (queue.socket, *(endpoint.socket for endpoint in endpoints)):
                 poller.register(socket, zmq.POLLIN)
             poller.poll(math.ceil(wait * 1000.0))
             for endpoint in endpoints:
                 endpoint.receive()
-            if queue.advance(begin=not stopping):
-                awake_until = time.monotonic() + AWAKE
+            queue.advance(begin=not stopping)
             if not was_ready and queue.scene is not None:
                 was_ready = True
                 on_ready()

@@ -304,6 +304,7 @@ class Simgl1Endpoint:
 
     def update(self, now: float) -> float:
         """Welcome those who wait, queue the newest state, and refuse what is overdue."""
+        self._router.update(now)
         if self._greeting and self._queue.scene is not None:
             # A client that has left meanwhile is forgotten while the others are welcomed.
             waiting, self._greeting = self._greeting, {}
@@ -437,8 +438,8 @@ class Simgl1Endpoint:
 
     def close(self) -> None:
         """Free the address once the last replies are sent, within two seconds."""
+        self._router.close()
         self._destroy(LINGER_MS)
-        self._router.log.close()
 
     def _destroy(self, linger: int) -> None:
         if self._authenticator is not None:

@@ -126,6 +126,8 @@ def largest_edge(ctx: moderngl.Context) -> int:
 
 # Of the targets of images of other sizes, such as a window had that is resized.
 _MAX_BYTES = 512 << 20
+# Each counts a little more than its size, so that their number is bounded.
+_MORE_BYTES = 1 << 20
 # The targets of one image, which stay whatever their sizes.
 _OF_AN_IMAGE = 8
 
@@ -158,7 +160,7 @@ class TargetStore:
         return self._targets.get(
             (use, size),
             lambda: ImageTarget(self._ctx, size, formats, depth=depth),
-            pixels * (values + 4 * depth),
+            pixels * (values + 4 * depth) + _MORE_BYTES,
         )
 
     def release(self) -> None:

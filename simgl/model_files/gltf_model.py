@@ -21,7 +21,7 @@ from simgl.model_files import gltf_schema as schema
 from simgl.model_files.gltf_file import FLOAT, UNSIGNED, GltfFile
 from simgl.model_files.gltf_materials import Palette, read_palette
 from simgl.model_files.model_from_mesh import check_size, face_normals, unit_normals
-from simgl.scene.materials import Material
+from simgl.scene.materials import MAX_MATERIALS, Material
 from simgl.scene.mesh import Mesh
 from simgl.scene.spacecraft import Branch, SpacecraftModel
 
@@ -220,6 +220,9 @@ def read_gltf(
         palette = read_palette(file)
     except ConfigError as error:
         raise AssetError(str(error)) from None
+    if len(palette.materials) >= MAX_MATERIALS:
+        problem = f"holds {len(palette.materials)} materials, at most {MAX_MATERIALS - 1} are drawn"
+        raise AssetError(f"{path}: {problem}")
     body_from_root = np.eye(4)
     body_from_root[:3, :3] = body_from_file
     parts: list[str] = []

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from simgl.arrays import AnyArray, Array, IndexArray
 from simgl.errors import AssetError
 from simgl.model_files.surface_tables import load_finish
-from simgl.scene.materials import Material
+from simgl.scene.materials import MAX_MATERIALS, Material
 from simgl.scene.mesh import Mesh
 from simgl.scene.spacecraft import SpacecraftModel
 
@@ -122,6 +122,10 @@ def model_from_mesh(
         raise AssetError(f"{where}: has {len(directions)} normals for {len(vertices)} vertices")
     check_size(where, len(triangles), len(vertices), 1 if parts is None else len(parts))
     surfaces = tuple(load_finish(m) if isinstance(m, str) else m for m in materials)
+    if len(surfaces) > MAX_MATERIALS:
+        raise AssetError(
+            f"{where}: has {len(surfaces)} materials, at most {MAX_MATERIALS} are drawn"
+        )
     names = (name,) if parts is None else tuple(parts)
 
     def labels(what: str, values: ArrayLike | None, labelled: str, count: int) -> IndexArray:

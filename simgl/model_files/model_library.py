@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import logging
 import os
 import re
 from dataclasses import replace
@@ -135,10 +136,14 @@ def _read_plain_mesh(path: Path, body_from_file: Array) -> SpacecraftModel:
         # Materials are not read, and trimesh takes minutes for some thousands of them.
         source = io.StringIO(_MATERIAL_LINE.sub("", text) if kind == "obj" else text)
         kind = {"stl": "stl_ascii"}.get(kind, kind)
+    log = logging.getLogger("trimesh")
+    log.disabled, before = True, log.disabled  # what it warns of is in our error, or harmless
     try:
         loaded = trimesh.load(source, file_type=kind, force="mesh", process=False)
     except Exception as error:  # trimesh raises whatever its parsers raise
         raise AssetError(f"{path}: is not a readable {path.suffix[1:].upper()} file") from error
+    finally:
+        log.disabled = before
     points = np.asarray(getattr(loaded, "vertices", ()), dtype=np.float64)
     triangles = np.asarray(getattr(loaded, "faces", ()), dtype=np.int64)
     check_size(str(path), len(triangles), len(points))

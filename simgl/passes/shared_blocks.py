@@ -12,14 +12,13 @@ from simgl.arrays import Array
 from simgl.errors import AssetError
 from simgl.gpu.uniform_blocks import Block
 from simgl.sample_grid import SampleGrid
-from simgl.scene.materials import Material
+from simgl.scene.materials import MAX_MATERIALS, Material
 from simgl.scene.posed_mesh import PosedMesh
 from simgl.scene.textures import Image, SurfaceTextures
 from simgl.view.lamp_views import MAP_SIZE, LampView
 from simgl.view.raster_tiles import RasterTile
 from simgl.view.spacecraft_view import SpacecraftView
 
-MAX_MATERIALS = 64
 MAX_LAMPS = 4
 MAX_JOINTS = 255
 

@@ -8,6 +8,9 @@ from math import isfinite
 from simgl.scene.surface_layers import SMOOTHEST, Bands, Cells, Coat, Crinkle
 from simgl.scene.textures import Maps
 
+# Of one model, with the default for surfaces without one: those of a uniform block.
+MAX_MATERIALS = 64
+
 
 @dataclass(frozen=True, kw_only=True)
 class Material:

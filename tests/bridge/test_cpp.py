@@ -21,6 +21,7 @@ from zmq.auth import load_certificate
 
 from simgl import Scenario, load_scenario
 from tests.bridge.harness import LIT_SCENARIO, TURNING, Running
+from tests.bridge.test_responsive_server import SLOW_LOAD, served
 from tests.patience import limit, run_to_end
 
 Starter = Callable[..., Running]
@@ -337,6 +338,14 @@ def test_the_cpp_client_without_a_server_gives_up_in_time(probe: Path) -> None:
         "never heard of it, no image before"
     )
     assert program.end() == 0
+
+
+def test_the_cpp_client_waits_for_a_server_that_starts(probe: Path, scenario_path: Path) -> None:
+    with served(scenario_path, SLOW_LOAD.format(us=3_000_000)) as (_, address):
+        # Its timeout is shorter than the load, but the server says that it starts.
+        program = Program(probe, address, str(limit(2.0)))
+        assert program.first == "64"
+        assert program.end() == 0
 
 
 def test_the_cpp_client_knows_a_frozen_and_a_killed_server_and_goes_on_after_a_restart(

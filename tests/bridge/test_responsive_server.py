@@ -14,11 +14,10 @@ from pathlib import Path
 import msgspec
 import pytest
 from simgl_bridge import Client, NoAnswerError, ServerStatus
-from simgl_bridge.messages import Pong, Welcome
 
 from simgl import Scenario
 from tests.bridge.harness import RawLink, free_address, header_of, server_script
-from tests.patience import limit, wait_until
+from tests.patience import limit, run_to_end, wait_until
 
 # What is promised [s].
 AT_ONCE = 0.2
@@ -69,12 +68,22 @@ def is_running(pid: int) -> bool:
         return False
 
 
-def asked(link: RawLink, request: object) -> tuple[float, Pong | Welcome]:
-    """How long an answer takes [s], and the answer."""
+def asked(link: RawLink, request: object) -> tuple[float, str, ServerStatus]:
+    """How long an answer takes [s], its type, and the status that it tells."""
     start = time.monotonic()
     header = link.ask_map(request)
     elapsed = time.monotonic() - start
-    return elapsed, msgspec.convert(header, Pong if header["type"] == "pong" else Welcome)
+    return elapsed, header["type"], msgspec.convert(header["status"], ServerStatus)
+
+
+def wait_for(link: RawLink, word: str) -> None:
+    """Until a server says that it does something: a state, or what it prepares."""
+
+    def says_so() -> bool:
+        status = asked(link, {"type": "ping", "id": 1})[2]
+        return word in (status.state, status.detail)
+
+    wait_until(says_so, word)
 
 
 def slowest(link: RawLink, states: set[str], seconds: float) -> float:
@@ -82,9 +91,8 @@ def slowest(link: RawLink, states: set[str], seconds: float) -> float:
     times = []
     end = time.monotonic() + seconds
     while time.monotonic() < end:
-        elapsed, pong = asked(link, {"type": "ping", "id": 7})
-        assert pong.status is not None
-        assert pong.status.state in states
+        elapsed, _, status = asked(link, {"type": "ping", "id": 7})
+        assert status.state in states
         times.append(elapsed)
         time.sleep(0.02)
     return max(times)
@@ -97,26 +105,17 @@ def test_while_a_scenario_is_loaded_a_greeting_is_answered_at_once(scenario_path
     with served(scenario_path, SLOW_LOAD.format(us=3_000_000)) as (_, address):
         link = RawLink(address)
         # The process starts: its imports, no more.
-        first = asked(link, HELLO)[1]
-        assert isinstance(first, Pong)
-        assert first.status is not None
-        assert first.status.state == "starting"
-        wait_until(
-            lambda: (
-                asked(link, {"type": "ping", "id": 1})[1].status.detail == "loading the scenario"
-            ),
-            "the load",
-        )
+        _, kind, status = asked(link, HELLO)
+        assert (kind, status.state) == ("pong", "starting")
+        wait_for(link, "loading the scenario")
         assert slowest(link, {"starting"}, 2.0) < limit(AT_ONCE)
-        elapsed, again = asked(link, HELLO)
-        assert isinstance(again, Pong)
+        elapsed, kind, _ = asked(link, HELLO)
+        assert kind == "pong"
         assert elapsed < limit(AT_ONCE)
         # The welcome follows, for which a client of an older version waits.
         assert header_of(link.receive())["type"] == "welcome"
-        elapsed, welcome = asked(link, HELLO)
-        assert isinstance(welcome, Welcome)
-        assert welcome.status is not None
-        assert welcome.status.state == "ready"
+        _, kind, status = asked(link, HELLO)
+        assert (kind, status.state) == ("welcome", "ready")
         link.close()
 
 
@@ -166,20 +165,16 @@ def test_a_draw_that_never_pauses_keeps_nobody_waiting(
         link.send([b"simgl/1", msgspec.msgpack.encode({**request, "deadline_ms": 1000})])
         start = time.monotonic()
         other = RawLink(address)
-        wait_until(
-            lambda: asked(other, {"type": "ping", "id": 1})[1].status.state == "drawing", "the draw"
-        )
+        wait_for(other, "drawing")
         assert slowest(other, {"drawing"}, 0.7) < limit(AT_ONCE)
         late = header_of(link.receive())
         # At the deadline, while the frame is drawn.
         assert (late["code"], late["id"], late["retryable"]) == ("DEADLINE", 1, True)
         assert 0.9 < time.monotonic() - start < 1.0 + limit(AT_ONCE)
         assert slowest(other, {"drawing"}, 0.5) < limit(AT_ONCE)
-        elapsed, welcome = asked(other, HELLO)
+        elapsed, kind, status = asked(other, HELLO)
         assert elapsed < limit(AT_ONCE)
-        assert isinstance(welcome, Welcome)
-        assert welcome.status is not None
-        assert welcome.status.state == "drawing"
+        assert (kind, status.state) == ("welcome", "drawing")
         # The next request waits for its turn, and gets its own image.
         assert client.render(now + 5, "nav").tai_ns == now + 5
         # The one that was too late was drawn to its end: repeated, it is answered at once.
@@ -226,7 +221,7 @@ def test_a_renderer_that_is_killed_is_started_again_and_its_request_is_told(
             slow = {"camera": "nav", "gain_dn_per_e": 2.0}
             request = {"type": "render", "id": 1, "tai_ns": now, "cameras": [slow]}
             link.send([b"simgl/1", msgspec.msgpack.encode(request)])
-            wait_until(lambda: str(getattr(client.status(), "state", "")) == "drawing", "the draw")
+            wait_for(link, "drawing")
             os.kill(renderer_of(process), signal.SIGKILL)
             start = time.monotonic()
             told = header_of(link.receive())
@@ -273,16 +268,18 @@ def test_a_renderer_ends_with_its_server_however_that_ends(scenario_path: Path, 
         link.ask_map(HELLO)
         renderer = renderer_of(process)
         if state == "loading":
-            wait_until(
-                lambda: (
-                    asked(link, {"type": "ping", "id": 1})[1].status.detail
-                    == "loading the scenario"
-                ),
-                "the load",
-            )
+            wait_for(link, "loading the scenario")
         else:
             link.receive()
             os.kill(renderer, signal.SIGSTOP)
         link.close()
         process.kill()
         wait_until(lambda: not is_running(renderer), "the end of the renderer", 10.0)
+
+
+def test_a_server_imports_nothing_that_only_its_renderer_needs() -> None:
+    """Its first answer comes within a second of its start."""
+    slow = ("scipy", "trimesh", "moderngl", "simgl.simulator", "simgl.scenario")
+    program = "import sys, simgl_bridge.commands\nprint(*sys.modules)"
+    loaded = run_to_end([sys.executable, "-c", program]).stdout.split()
+    assert not [name for name in loaded if name.startswith(slow)]

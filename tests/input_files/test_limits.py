@@ -343,3 +343,14 @@ def _glb(folder: Path) -> Path:
     path = folder / "whole.glb"
     path.write_bytes(glb(*gltf(None, None)))
     return path
+
+
+def test_more_materials_than_can_be_drawn_are_refused_when_the_file_is_read(
+    tmp_path: Path,
+) -> None:
+    document = triangle()
+    document.json["materials"] = [{"name": f"m{i}"} for i in range(64)]
+    path = document.write_gltf(tmp_path / "many.gltf")
+    assert refusal(path) == f"{path}: holds 64 materials, at most 63 are drawn"
+    document.json["materials"].pop()
+    assert len(load_model(str(document.write_gltf(tmp_path / "some.gltf"))).materials) == 64

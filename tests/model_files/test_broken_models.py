@@ -193,3 +193,13 @@ def test_a_missing_buffer_file_is_named(tmp_path: Path) -> None:
     path = triangle().write_gltf_and_bin(tmp_path / "a.gltf", "a.bin", "b.bin")
     expected = f'{path}: buffer "b.bin" cannot be read (No such file or directory)'
     assert refusal(path) == expected
+
+
+def test_a_broken_stl_file_is_refused_without_a_word_of_the_library(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, capfd: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "a.stl"
+    path.write_text("solid a\nfacet normal 0 0 x\nouter loop\nvertex 0 0 0\nendloop\nendsolid\n")
+    refusal(path)
+    assert not caplog.records
+    assert capfd.readouterr() == ("", "")

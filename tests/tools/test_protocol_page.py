@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import msgspec
 import pytest
 from simgl_bridge.framing import pack, unpack_reply, unpack_request
 from simgl_bridge.messages import (
@@ -25,6 +26,7 @@ from simgl_bridge.messages import (
     Render,
     SentPose,
     SentSun,
+    ServerStatus,
     Shot,
     State,
     Statistics,
@@ -102,6 +104,9 @@ _WELCOME = Welcome(
     scenarios=("approach",),
     lamps=("flood",),
 )
+_STATUS = ServerStatus(
+    state="starting", detail="light between surfaces of target", done=3, total=40, since_s=1.5
+)
 _IMAGES = Images(
     id=2**63 - 1,
     sequence=300,
@@ -146,6 +151,8 @@ EXAMPLES: tuple[Message, ...] = (
     _IMAGES,
     Error(id=7, code="BUSY", field="", detail="2 requests wait", retryable=True),
     Pong(id=5, boot=_BOOT),
+    Pong(id=0, boot=_BOOT, status=_STATUS),
+    msgspec.structs.replace(_WELCOME, status=ServerStatus(state="drawing", since_s=0.25)),
     Statistics(
         id=6,
         boot=_BOOT,
@@ -170,24 +177,40 @@ EXAMPLES: tuple[Message, ...] = (
 )
 
 
+# What the first servers sent.
+FIRST = (_WELCOME, Pong(id=5, boot=_BOOT))
+
+
 def kind(message: Message) -> str:
     return str(type(message).__struct_config__.tag)
 
 
+def golden_name(message: Message) -> str:
+    """Name of the golden file; answers that tell a status have their own, beside the older."""
+    with_status = isinstance(message, Pong | Welcome) and message.status is not None
+    return f"{kind(message)}_status" if with_status else kind(message)
+
+
 def test_every_message_has_a_golden_file() -> None:
     assert {type(m) for m in EXAMPLES} == {*REQUESTS, *REPLIES}
-    assert {p.stem for p in GOLDEN.glob("*.msgpack")} == {kind(m) for m in EXAMPLES}
+    assert {p.stem for p in GOLDEN.glob("*.msgpack")} == {golden_name(m) for m in EXAMPLES}
 
 
-@pytest.mark.parametrize("message", EXAMPLES, ids=kind)
+@pytest.mark.parametrize("message", [m for m in EXAMPLES if m not in FIRST], ids=golden_name)
 def test_a_message_is_its_golden_bytes_both_ways(message: Message) -> None:
     # A change here is a change of the protocol: add fields with defaults, or make it simgl/2.
-    golden = (GOLDEN / f"{kind(message)}.msgpack").read_bytes()
+    golden = (GOLDEN / f"{golden_name(message)}.msgpack").read_bytes()
     version, header = pack(message)
     assert version == b"simgl/1"
     assert header == golden
     unpack = unpack_request if type(message) in REQUESTS else unpack_reply
     assert unpack([version, golden]) == message
+
+
+@pytest.mark.parametrize("message", FIRST, ids=kind)
+def test_what_the_first_servers_sent_is_read(message: Message) -> None:
+    golden = (GOLDEN / f"{kind(message)}.msgpack").read_bytes()
+    assert unpack_reply([b"simgl/1", golden]) == message
 
 
 def test_the_page_is_that_of_the_message_types() -> None:
