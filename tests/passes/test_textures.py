@@ -373,8 +373,8 @@ def test_a_mirrored_part_gives_the_mirror_image(
 
     def seen(x_scale: float) -> Array32:
         document.json["nodes"][0]["scale"] = [x_scale, 1.0, 1.0]
-        body = {"model": str(document.write_glb(tmp_path / f"{x_scale}.glb"))}
-        body["position_icrf_m"] = [0, 0, 0]
+        model = str(document.write_glb(tmp_path / f"{x_scale}.glb"))
+        body = {"model": model, "position_icrf_m": [0, 0, 0]}
         sun = (0.4 * x_scale, 0.3, 1.0)
         render = {"samples_per_pixel": 9}
         return radiance(gl, scene({"s": body}, camera_at(RANGE), sun_direction=sun, render=render))
