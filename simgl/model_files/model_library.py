@@ -136,7 +136,7 @@ def _read_plain_mesh(path: Path, body_from_file: Array) -> SpacecraftModel:
         # Materials are not read, and trimesh takes minutes for some thousands of them.
         source = io.StringIO(_MATERIAL_LINE.sub("", text) if kind == "obj" else text)
         kind = {"stl": "stl_ascii"}.get(kind, kind)
-    log = logging.getLogger("trimesh")
+    log = logging.getLogger("trimesh.util")  # of all its modules
     log.disabled, before = True, log.disabled  # what it warns of is in our error, or harmless
     try:
         loaded = trimesh.load(source, file_type=kind, force="mesh", process=False)
