@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import signal
 import subprocess
 from collections.abc import Iterator
 
@@ -24,7 +25,12 @@ _GUARD = pytest.StashKey[Guard]()
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_configure(config: pytest.Config) -> None:
-    """A test that hangs is ended, later on a slow machine."""
+    """A test that hangs is ended, later on a slow machine; signals reach what tests start.
+
+    A shell ignores SIGINT for what it starts in the background, nohup SIGHUP, and children inherit it.
+    """
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
     if config.option.timeout is None:
         config.option.timeout = limit(_LONGEST_TEST)
     config.stash[_GUARD] = Guard()
