@@ -27,7 +27,8 @@ _GUARD = pytest.StashKey[Guard]()
 def pytest_configure(config: pytest.Config) -> None:
     """A test that hangs is ended, later on a slow machine; signals reach what tests start.
 
-    A shell ignores SIGINT for what it starts in the background, nohup SIGHUP, and children inherit it.
+    A shell ignores SIGINT for what it starts in the background and nohup SIGHUP; children inherit
+    that.
     """
     signal.signal(signal.SIGINT, signal.default_int_handler)
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
