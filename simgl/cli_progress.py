@@ -81,10 +81,17 @@ class _Lines(threading.Thread):
     def __init__(self) -> None:
         super().__init__(name="simgl-progress", daemon=True)
         self.shown: _Text | None = None
+        self.restart()
+
+    def restart(self) -> None:
+        """Wait from now on for the next line."""
+        self._due = time.monotonic() + LINE_INTERVAL
 
     def run(self) -> None:
         while True:
-            time.sleep(LINE_INTERVAL)
+            while (wait := self._due - time.monotonic()) > 0.0:
+                time.sleep(wait)
+            self.restart()
             if (shown := self.shown) is not None:
                 try:
                     print(shown, file=sys.stderr, flush=True)
@@ -98,9 +105,11 @@ _quiet = False
 
 
 def set_quiet(quiet: bool) -> None:
-    """Whether nothing is shown from now on."""
+    """Whether nothing is shown of the command that begins now."""
     global _quiet
     _quiet = quiet
+    if _lines is not None:
+        _lines.restart()
 
 
 @contextmanager
