@@ -40,7 +40,7 @@ LONGEST_DRAW = 600.0
 # A renderer that dies this many times in a row while it starts is given up.
 MAX_EARLY_DEATHS = 5
 # What a renderer sent before it died is read for this long [s].
-_LAST_WORDS = 0.2
+_LAST_WORDS = 1.0
 # A renderer that was asked to end is killed after this [s].
 _PATIENCE = 5.0
 
