@@ -45,21 +45,25 @@ struct Slab {
     bool ends;   // above the receiver
 };
 
-// Bounds on the casters' depths, from left to right (shadow/tops.frag): around cells of 8, 16, 32 and
-// 64 texels, and for cells of 64 in the cone to the Sun's disc.
-const int CONE = 4;
+// Bounds on the casters' depths, from left to right (view/shadow_views.py): in each cell of 8 texels
+// and 8, 16, 24, 32, 48 ... 256 texels around it, and for cells of 64 texels in the cone to the Sun's
+// disc.
+const int CONE = 10;
 
-// Nearest and farthest depth in a cell of a level and around it, so at least within the cell's edge.
+// Nearest and farthest depth within a level's reach of a place, or in the cone over it.
 vec2 depths_around(sampler2D tops, SunMap map, vec2 place, int level) {
-    int shift = min(3 + level, 6);
+    int shift = level < CONE ? 3 : 6;
     ivec2 at = clamp(ivec2(place) >> shift, ivec2(0), ivec2((map.size >> shift) - 1));
-    at.x += map.bounds + (map.size >> 2) - (map.size >> (2 + level));
+    at.x += map.bounds + level * (map.size >> 3);
     return texelFetch(tops, at, 0).rg;
 }
 
-// The finest level that tells of all within `reach` texels.
+// The first level that tells of all within `reach` texels. What it tells of is less than
+// 1.5 reach + 16 texels away.
 int level_for(float reach) {
-    return int(reach > 8.0) + int(reach > 16.0) + int(reach > 32.0) + int(reach > 64.0);
+    vec4 all = vec4(reach);
+    vec4 shorter = step(vec4(8.0, 16.0, 24.0, 32.0), all) + step(vec4(48.0, 64.0, 96.0, 128.0), all);
+    return int(dot(shorter, vec4(1.0)) + dot(step(vec2(192.0, 256.0), all.xy), vec2(1.0)));
 }
 
 // What the bounds tell of the casters around a receiver.
@@ -104,23 +108,29 @@ float receiver_plane(Receiver r, vec2 offset) {
 
 // reach : texels per metre of height to the disc's edge
 Around casters_around(sampler2D tops, SunMap map, Receiver r, float reach) {
-    float farthest = reach + length(map.lean);
+    // Around the middle of the line to the Sun lies all of the line, and of those to the disc.
+    float aside = 0.5 * length(map.lean);
     // How high the casters reach that can matter: higher ones are farther off on the map.
     float above = map.top - r.here.z, high = above, low = 0.0;
+    float radius = 0.0;
     int level = CONE + 1;
     for (int i = 0; i < 4; ++i) {
-        int finer = level_for(high * farthest + 1.0);
+        float less = high * (reach + aside) + 1.0;
+        int finer = level_for(less);
         if (finer >= level || high <= r.slack) break;
         level = finer;
-        vec2 bounds = depths_around(tops, map, r.here.xy, level);
+        radius = less;
+        // The cone's bounds hold for the receiver's own place.
+        vec2 place = r.here.xy + (level < CONE ? 0.5 * high : 0.0) * map.lean;
+        vec2 bounds = depths_around(tops, map, place, level);
         high = min(high, above - map.depth * bounds.x);
         low = above - map.depth * bounds.y;
     }
     // Where casters of much the same height stand over all of the neighbourhood, all is dark. They
     // stand over the receiver's own plane where they are higher than it is anywhere there.
-    float window = float(16 << level);
+    float window = 1.5 * radius + 16.0 + aside * above;
     float plane = (abs(r.slope.x) + abs(r.slope.y)) * window + r.slack + 2.0 * window * r.tilt;
-    bool dark = level < CONE && low > plane && (high - low) * farthest < 4.0;
+    bool dark = level < CONE && low > plane && (high - low) * (reach + 2.0 * aside) < 4.0;
     // The disc spans less than a texel: only the texels smooth the edge.
     bool near = !dark && high > r.slack && high * reach < 1.0;
     return Around(high, dark, near, !dark && !near && high > r.slack);
@@ -209,10 +219,14 @@ vec4 heights_at(sampler2D depths, SunMap map, Receiver r, ivec2 first, out bvec4
 float lit_by_neighbours(sampler2D depths, SunMap map, Receiver r, float highest) {
     // The line leans by less than a texel; how far, the casters' own height tells.
     bvec4 at_foot, at_top, casting;
-    vec4 foot = heights_at(depths, map, r, nearest_texels(map, r, vec2(0.0)), at_foot);
-    vec4 top = heights_at(depths, map, r, nearest_texels(map, r, highest * map.lean), at_top);
-    vec4 high = max(mix(vec4(0.0), foot, at_foot), mix(vec4(0.0), top, at_top));
-    vec2 offset = max(max(high.x, high.y), max(high.z, high.w)) * map.lean;
+    vec2 offset = 0.5 * highest * map.lean;
+    bool leans = length(offset) > 0.05;
+    WHEN(leans) {
+        vec4 foot = heights_at(depths, map, r, nearest_texels(map, r, vec2(0.0)), at_foot);
+        vec4 top = heights_at(depths, map, r, nearest_texels(map, r, 2.0 * offset), at_top);
+        vec4 high = max(mix(vec4(0.0), foot, at_foot), mix(vec4(0.0), top, at_top));
+        offset = max(max(high.x, high.y), max(high.z, high.w)) * map.lean;
+    }
     ivec2 first = nearest_texels(map, r, offset);
     heights_at(depths, map, r, first, casting);
     vec4 lit = vec4(not(casting));

@@ -4,9 +4,10 @@ Light axes: z towards the Sun, x and y across, turned against the body's axes so
 edges of the spacecraft cross the map's texels evenly. Heights are metres towards the Sun, from the
 receiver's origin.
 
-A map is drawn along a direction of a fixed lattice in the body's axes, and serves all directions of
-the Sun that are nearest to it: sunlight then leans against the map, and whoever reads it follows the
-light aside as it rises. What a map holds depends on nothing that changes a little from frame to frame.
+A map is drawn along a direction of a fixed lattice in the body's axes, and serves all directions
+of the Sun that are nearest to it: sunlight then leans against the map, and whoever reads it follows
+the light aside as it rises. What a map holds depends on nothing that changes a little from frame to
+frame.
 """
 
 from __future__ import annotations
@@ -27,6 +28,10 @@ from simgl.scene.state import BodyState, SceneState
 SIZES = (512, 768, 1024, 1536, 2048)
 # Of these, so many fall on the width of a pixel.
 _TEXELS_PER_PIXEL = 3.0
+# Casters' heights are bounded in cells of so many texels along an edge, and so many cells around
+# each (level_for of shaders/surface/shadow.glsl, there in texels).
+CELL = 8
+REACHES = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)
 # A close map is drawn where the wide one has fewer texels per pixel than this.
 _ENOUGH = 2.0
 # Heights in a map reach so many radii of the receiver, which keeps them good to 2e-3 of the radius.
@@ -83,8 +88,9 @@ class ShadowMap:
 
     @property
     def bounds_width(self) -> int:
-        """Cells beside each other: of 8, 16, 32, 64 texels along an edge, and again of 64."""
-        return self.size // 4
+        """Cells beside each other: for each reach, and 8 times as large ones."""
+        edge = self.size // CELL
+        return len(REACHES) * edge + edge // 8
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
