@@ -173,32 +173,49 @@ _SIZE_STEP = 256
 
 
 class GrowingTarget:
-    """Framebuffers over RGBA32F textures that share one depth buffer and grow with what is drawn.
+    """Framebuffers over textures that share one depth buffer and grow with what is drawn.
 
     groups : for each framebuffer its textures, counted from 0
+    kind : of the textures
     """
 
-    def __init__(self, ctx: moderngl.Context, groups: Sequence[Sequence[int]]) -> None:
-        self._ctx = ctx
+    def __init__(
+        self,
+        ctx: moderngl.Context,
+        groups: Sequence[Sequence[int]],
+        kind: Format = Format("f4", 4),
+    ) -> None:
+        self._ctx, self._kind = ctx, kind
         self._groups = tuple(tuple(group) for group in groups)
         self._size = (0, 0)
         self._framebuffers: list[moderngl.Framebuffer] = []
         self._textures: list[moderngl.Texture] = []
         self._depth: moderngl.Renderbuffer | None = None
+        self._own_depth: moderngl.Renderbuffer | None = None
 
-    def covering(self, size: tuple[int, int]) -> list[moderngl.Framebuffer]:
-        """The framebuffer of each group, of a size or larger."""
-        if self._size[0] >= size[0] and self._size[1] >= size[1]:
+    def covering(
+        self, size: tuple[int, int], depth: moderngl.Renderbuffer | None = None
+    ) -> list[moderngl.Framebuffer]:
+        """The framebuffer of each group, of a size or larger.
+
+        depth : a buffer of at least that size instead of its own
+        """
+        large_enough = self._size[0] >= size[0] and self._size[1] >= size[1]
+        if large_enough and (depth is None or depth is self._depth):
             return self._framebuffers
         columns, rows = (
             _SIZE_STEP * -(-max(present, needed) // _SIZE_STEP)
             for present, needed in zip(self._size, size, strict=True)
         )
         self.release()
-        self._depth = self._ctx.depth_renderbuffer((columns, rows))
+        if depth is None:
+            depth = self._own_depth = self._ctx.depth_renderbuffer((columns, rows))
+        self._depth = depth
+        kind = self._kind
         for _ in range(1 + max(index for group in self._groups for index in group)):
-            self._textures.append(self._ctx.texture((columns, rows), 4, dtype="f4"))
-            self._textures[-1].filter = (moderngl.NEAREST, moderngl.NEAREST)
+            texture = self._ctx.texture((columns, rows), kind.channels, dtype=kind.dtype)
+            texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            self._textures.append(texture)
         for group in self._groups:
             textures = [self._textures[index] for index in group]
             self._framebuffers.append(self._ctx.framebuffer(textures, self._depth))
@@ -209,9 +226,10 @@ class GrowingTarget:
     def release(self) -> None:
         """Free everything; the next use makes it again."""
         release_all(self._ctx, *self._framebuffers, *self._textures)
-        if self._depth is not None:
-            self._depth.release()
-        self._framebuffers, self._textures, self._depth = [], [], None
+        if self._own_depth is not None:
+            self._own_depth.release()
+        self._framebuffers, self._textures = [], []
+        self._depth = self._own_depth = None
         self._size = (0, 0)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import moderngl
 import numpy as np
@@ -16,17 +15,6 @@ _LAYOUT = {"in_position": "3f", "in_normal": "3f", "in_labels": "2u2"}
 # Kept apart, as few meshes have them: place in the images, factors of the base colour.
 _DETAIL_LAYOUT = {"in_uv": "2f", "in_tint": "4f"}
 DETAIL = np.dtype([("uv", "<f4", 2), ("tint", "<f4", 4)])
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Values:
-    """Attributes of vertices that change from frame to frame.
-
-    layout : format of each attribute of a row, by name
-    """
-
-    buffer: moderngl.Buffer
-    layout: Mapping[str, str]
 
 
 def _read_by(program: moderngl.Program, layout: Mapping[str, str]) -> list[str]:
@@ -57,22 +45,16 @@ class VertexBuffers:
         self._vertices = ctx.buffer(vertices.tobytes())
         self._details = None if details is None else ctx.buffer(details.tobytes())
         self._indices = ctx.buffer(triangles.astype("<u4").tobytes())
-        self._arrays: dict[tuple[int, int], moderngl.VertexArray] = {}
+        self._arrays: dict[int, moderngl.VertexArray] = {}
 
-    def draw(self, program: moderngl.Program, values: Values | None = None) -> None:
-        """All triangles with a program.
-
-        values : further attributes, one row for each vertex; the buffer outlives this geometry
-        """
-        key = program.glo, 0 if values is None else values.buffer.glo
-        if key not in self._arrays:
+    def draw(self, program: moderngl.Program) -> None:
+        """All triangles with a program."""
+        if program.glo not in self._arrays:
             content = [(self._vertices, *_read_by(program, _LAYOUT))]
             if self._details is not None and "in_uv" in program:
                 content.append((self._details, *_read_by(program, _DETAIL_LAYOUT)))
-            if values is not None:
-                content.append((values.buffer, *_read_by(program, values.layout)))
-            self._arrays[key] = self._ctx.vertex_array(program, content, self._indices)
-        self._arrays[key].render(moderngl.TRIANGLES)
+            self._arrays[program.glo] = self._ctx.vertex_array(program, content, self._indices)
+        self._arrays[program.glo].render(moderngl.TRIANGLES)
 
     def release(self) -> None:
         """Free buffers and arrays."""
