@@ -50,11 +50,12 @@ vec4 point(ivec2 cell, int layer) {
 // All samples of a cell.
 Sum cell_sum(ivec2 cell) {
     uvec4 groups = texelFetch(cell_groups, cell, 0);
-    Sum sum = Sum(vec4(0.0), 0.0, float(groups.x >> TEXELS));
-    for (int layer = 0; layer < LAYERS; ++layer) {
-        float samples = float(samples_of(groups[layer]));
-        WHEN(samples > 0.0) {
-            sum.light += samples * point(cell, layer);
+    Sum sum = Sum(vec4(0.0), float(samples_of(groups.x)), float(groups.x >> TEXELS));
+    if (sum.covered > 0.0) sum.light = sum.covered * point(cell, 0);
+    WHEN((groups.y | groups.w) != 0u) {
+        for (int layer = 1; layer < LAYERS; ++layer) {
+            float samples = float(samples_of(groups[layer]));
+            if (samples > 0.0) sum.light += samples * point(cell, layer);
             sum.covered += samples;
         }
     }

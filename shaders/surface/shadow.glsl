@@ -115,9 +115,25 @@ Around casters_around(sampler2D tops, SunMap map, Receiver r, float reach, float
         high = min(high, above - map.depth * bounds.x);
         low = above - 2.0 * lower - map.depth * bounds.y;
     }
+    float window = float(16 << level);
+    // Nine finer cells cover little more than the disc reaches.
+    bool open = high > slack && level < CONE;
+    WHEN(open) {
+        float radius = high * reach + 1.0 + spread;
+        int finer = level_for(radius / 3.0);
+        float step = 2.0 / 3.0 * radius;
+        vec2 bounds = vec2(1.0, 0.0);
+        for (int k = 0; k < 9; ++k) {
+            vec2 aside = vec2(k % 3 - 1, k / 3 - 1) * step;
+            vec2 more = depths_around(tops, map, r.here.xy + aside, finer);
+            bounds = vec2(min(bounds.x, more.x), max(bounds.y, more.y));
+        }
+        high = min(high, above - map.depth * bounds.x);
+        low = max(low, above - 2.0 * lower - map.depth * bounds.y);
+        window = min(window, step + float(16 << finer));
+    }
     // Where casters of much the same height stand over all of the neighbourhood, all is dark. They
     // stand over the receiver's own plane where they are higher than it is anywhere there.
-    float window = float(16 << level);
     float plane = (abs(r.slope.x) + abs(r.slope.y)) * window + r.slack + 2.0 * window * r.tilt;
     bool dark = level < CONE && low > plane && (high - low) * reach < 4.0;
     // The disc spans less than a texel: only the texels smooth the edge.
