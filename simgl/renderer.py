@@ -58,7 +58,7 @@ _SAMPLE_BUDGET_CPU = 125_000
 _SAMPLE_BUDGET_GPU = 500_000
 
 # Larger tiles are lit in parts: a sample takes some 100 bytes while it is worked on.
-_SAMPLES_AT_ONCE = 6_000_000
+_SAMPLES_AT_ONCE = 2_500_000
 
 
 class Renderer:
@@ -211,7 +211,7 @@ class Renderer:
 
     def _lit_tiles(
         self, view: FrameView, *, by_light: bool = False
-    ) -> Iterator[tuple[RasterTile, moderngl.Texture, tuple[moderngl.Texture, ...]]]:
+    ) -> Iterator[tuple[RasterTile, tuple[moderngl.Texture, ...], tuple[moderngl.Texture, ...]]]:
         """Each tile, or its parts, with the groups of its samples and the radiance of their shading
         points, valid until the next one."""
         with self.timer.measure("lamp_shadow"):

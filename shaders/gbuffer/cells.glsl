@@ -2,12 +2,11 @@
 // that see the same smooth surface are a group, and share one shading point.
 //
 // A group is a set of texels of the cell's window: bit 5 * row + column.
-#include "block/tile"
 #include "common/when.glsl"
+#include "gbuffer/blocks.glsl"
 
-const int LAYERS = 4;   // groups of a cell, one above the other in the targets of shading points
 const int STRIDE = 5;   // texels along the edge of the largest window
-const int TEXELS = STRIDE * STRIDE;   // the bits above hold the number of samples of the cell
+const int TEXELS = STRIDE * STRIDE;   // the bits above tell of the cell
 
 // From the texel alone, so that neighbouring cells agree on whose sample it is.
 ivec2 cell_of(ivec2 texel) {
@@ -56,15 +55,24 @@ ivec2 next_texel(inout uint group) {
 }
 
 #ifdef GROUPED
-uniform usampler2D cell_groups;
+uniform usampler2D cell_groups;   // the first four; above the first's the number of samples
+uniform usampler2D more_groups;   // the rest; above the first's the number of groups
+
+// A group of a cell, with what is above it.
+uint group_at(ivec2 cell, int layer) {
+    uvec4 groups;
+    bool first = layer < 4;
+    if (first) groups = texelFetch(cell_groups, cell, 0);
+    else groups = texelFetch(more_groups, cell, 0);
+    int place = layer & 3;
+    return place == 0 ? groups.x : place == 1 ? groups.y : place == 2 ? groups.z : groups.w;
+}
 
 // The group of a shading point; its cell.
 uint group_of(ivec2 at, out ivec2 cell) {
-    int layer = int(at.y >= cells.y) + int(at.y >= 2 * cells.y) + int(at.y >= 3 * cells.y);
+    int layer = int((float(at.y) + 0.5) / float(cells.y));
     cell = ivec2(at.x, at.y - layer * cells.y);
-    uvec4 groups = texelFetch(cell_groups, cell, 0);
-    uint group = layer == 0 ? groups.x : layer == 1 ? groups.y : layer == 2 ? groups.z : groups.w;
-    return group & ((1u << TEXELS) - 1u);
+    return group_at(cell, layer) & ((1u << TEXELS) - 1u);
 }
 
 // Where a group's shading point lies in the window: the mean of its samples' middles.

@@ -3,8 +3,10 @@
 
 uniform usampler2D visibility;
 
-// One for each layer; the upper bits of the first hold the number of samples in the cell.
-out uvec4 groups;
+// One for each layer. The upper bits of the first hold the number of samples in the cell, those of the
+// fifth the number of groups.
+layout(location = 0) out uvec4 groups;
+layout(location = 1) out uvec4 more;
 
 void main() {
     ivec2 cell = ivec2(gl_FragCoord.xy), first = first_texel(cell);
@@ -20,8 +22,9 @@ void main() {
             total += uint(inside);
             left |= uint(inside && seen != 0u) << (STRIDE * j + i);
         }
-    groups = uvec4(0u);
-    for (int layer = 0; layer < LAYERS - 1; ++layer) {
+    uint found[LAYERS], count = 0u;
+    for (int layer = 0; layer < LAYERS; ++layer) {
+        found[layer] = 0u;
         WHEN(left != 0u) {
             uint chosen = 0u, group = 0u;
             for (int k = 0; k < CELL_TEXELS * CELL_TEXELS; ++k) {
@@ -30,11 +33,13 @@ void main() {
                 if (here && chosen == 0u) chosen = surface[k];
                 if (here && surface[k] == chosen) group |= bit;
             }
+            // More surfaces than layers: the rest share the last one.
+            if (layer == LAYERS - 1) group = left;
             left ^= group;
-            groups[layer] = group;
+            found[layer] = group;
+            count += uint(group != 0u);
         }
     }
-    // More surfaces than layers: the rest share the last one.
-    groups[LAYERS - 1] = left;
-    groups.x |= total << TEXELS;
+    groups = uvec4(found[0] | (total << TEXELS), found[1], found[2], found[3]);
+    more = uvec4(found[4] | (count << TEXELS), found[5], found[6], found[7]);
 }

@@ -5,9 +5,9 @@
 // WINDOW: the raster covers small spacecraft alone; a pixel's other samples are known to be empty.
 // DISTORTED: the lens moves samples, so that each has its own way to a pixel.
 #include "block/resolve"
+#define GROUPED
 #include "gbuffer/cells.glsl"
 
-uniform usampler2D cell_groups;
 uniform sampler2D points;
 #ifdef DISTORTED
 // Coordinates in the pinhole's image that the middles of the pixels see.
@@ -49,15 +49,14 @@ vec4 point(ivec2 cell, int layer) {
 
 // All samples of a cell.
 Sum cell_sum(ivec2 cell) {
-    uvec4 groups = texelFetch(cell_groups, cell, 0);
-    Sum sum = Sum(vec4(0.0), float(samples_of(groups.x)), float(groups.x >> TEXELS));
-    if (sum.covered > 0.0) sum.light = sum.covered * point(cell, 0);
-    WHEN((groups.y | groups.w) != 0u) {
-        for (int layer = 1; layer < LAYERS; ++layer) {
-            float samples = float(samples_of(groups[layer]));
-            if (samples > 0.0) sum.light += samples * point(cell, layer);
-            sum.covered += samples;
-        }
+    uint group = group_at(cell, 0);
+    Sum sum = Sum(vec4(0.0), 0.0, float(group >> TEXELS));
+    // The groups come first.
+    for (int layer = 0; layer < LAYERS && samples_of(group) > 0u;) {
+        float samples = float(samples_of(group));
+        sum.light += samples * point(cell, layer);
+        sum.covered += samples;
+        group = group_at(cell, ++layer);
     }
     return sum;
 }
@@ -65,12 +64,13 @@ Sum cell_sum(ivec2 cell) {
 // One sample.
 Sum sample_sum(ivec2 texel) {
     ivec2 cell = clamp(cell_of(texel), ivec2(0), cells - 1), place = texel - first_texel(cell);
-    uvec4 groups = texelFetch(cell_groups, cell, 0);
-    Sum sum = Sum(vec4(0.0), 0.0, 1.0);
     bool inside = all(greaterThanEqual(place, ivec2(0))) && all(lessThan(place, ivec2(STRIDE)));
-    uint bit = inside ? 1u << (STRIDE * place.y + place.x) : 0u;
+    uint bit = inside ? 1u << uint(STRIDE * place.y + place.x) : 0u;
+    Sum sum = Sum(vec4(0.0), 0.0, 1.0);
     for (int layer = 0; layer < LAYERS; ++layer) {
-        WHEN((groups[layer] & bit) != 0u) {
+        uint group = group_at(cell, layer);
+        if (samples_of(group) == 0u) break;
+        WHEN((group & bit) != 0u) {
             sum.light = point(cell, layer);
             sum.covered = 1.0;
         }

@@ -116,8 +116,8 @@ Around casters_around(sampler2D tops, SunMap map, Receiver r, float reach, float
         low = above - 2.0 * lower - map.depth * bounds.y;
     }
     float window = float(16 << level);
-    // Nine finer cells cover little more than the disc reaches.
-    bool open = high > slack && level < CONE;
+    // Where the disc spans texels, nine finer cells cover little more than it reaches.
+    bool open = high > slack && high * reach >= 1.0 && level < CONE;
     WHEN(open) {
         float radius = high * reach + 1.0 + spread;
         int finer = level_for(radius / 3.0);

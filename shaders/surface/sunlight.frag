@@ -70,6 +70,8 @@ void main() {
     here += plain_n * vec3(0.25, 0.25, 0.25 * atlas.map.texel);
     // Where the surface faces away no light is asked for.
     bool away = dot(n, wi) <= 0.0;
+    // All samples of a group see one plane.
+    Receiver whole = receiver_at(atlas.map, here, plane);
     ivec2 cell;
     uint group = group_of(at, cell), left = group;
     vec2 middle = point_of(group);
@@ -79,7 +81,8 @@ void main() {
     lit_fraction = vec4(0.0);
     while (left != 0u) {
         ivec2 texel = next_texel(left);
-        Receiver receiver = receiver_at(atlas.map, here + steps * (vec2(texel) + 0.5 - middle), plane);
+        Receiver receiver = whole;
+        receiver.here += steps * (vec2(texel) + 0.5 - middle);
         Around around = casters_around(sun_tops, atlas.map, receiver, atlas.reach, 0.0);
         vec4 lit = vec4(around.dark ? 0.0 : 1.0);
         WHEN(around.near) lit = vec4(lit_by_neighbours(sun_depths, atlas.map, receiver));
@@ -89,17 +92,16 @@ void main() {
         lit_fraction += share * lit;
     }
 #else
-    Receiver receiver = receiver_at(atlas.map, here, plane);
     // So far the cell's samples lie from its middle [texels of the map].
     vec2 spread = cell_reach * (abs(steps[0].xy) + abs(steps[1].xy));
-    Around around = casters_around(sun_tops, atlas.map, receiver, atlas.reach, max(spread.x, spread.y));
+    Around around = casters_around(sun_tops, atlas.map, whole, atlas.reach, max(spread.x, spread.y));
     lit_fraction = vec4(around.dark || away ? 0.0 : 1.0);
     WHEN(around.near && !away) {
         float lit = 0.0;
         while (left != 0u) {
-            vec2 aside = vec2(next_texel(left)) + 0.5 - middle;
-            lit += lit_by_neighbours(sun_depths, atlas.map,
-                                     receiver_at(atlas.map, here + steps * aside, plane));
+            Receiver receiver = whole;
+            receiver.here += steps * (vec2(next_texel(left)) + 0.5 - middle);
+            lit += lit_by_neighbours(sun_depths, atlas.map, receiver);
         }
         lit_fraction = vec4(share * lit);
     }

@@ -11,10 +11,12 @@ from simgl.gpu.program import load_program
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
 
+
 class Screen:
     """The shader ``NAME.frag``, drawn as one triangle over the current viewport, at a depth.
 
     depth : -1..1
+    vertex : another vertex stage
     blocks, spare : that it reads, bound by whoever owns them; that only other variants read
     samplers, defines : texture units by name; of the variant
     """
@@ -30,11 +32,12 @@ class Screen:
         defines: Mapping[str, int] | None = None,
         *,
         spare: Sequence[Block] = (),
+        vertex: str = "common/fullscreen.vert",
     ) -> None:
         self._program = load_program(
             ctx,
             name,
-            vertex="common/fullscreen.vert",
+            vertex=vertex,
             blocks=blocks,
             spare=spare,
             samplers=samplers,
@@ -42,9 +45,9 @@ class Screen:
         )
         self._array = ctx.vertex_array(self._program, [])
 
-    def draw(self) -> None:
+    def draw(self, vertices: int = 3) -> None:
         """Over the current viewport, with what is bound."""
-        self._array.render(moderngl.TRIANGLES, vertices=3)
+        self._array.render(moderngl.TRIANGLES, vertices=vertices)
 
     def release(self) -> None:
         """Free everything."""

@@ -8,8 +8,8 @@ import moderngl
 import numpy as np
 
 from simgl.arrays import IndexArray, UIntArray
-from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.gpu.mesh_tables import MeshTables
+from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.gpu.vertex_buffers import DETAIL, VertexBuffers
 from simgl.lru_cache import LruCache
 from simgl.motion.joints import Joint

@@ -17,7 +17,7 @@ from scipy.ndimage import uniform_filter
 from simgl.arrays import Array, Array32, IndexArray
 from simgl.environment_map import SkyRadiance, cell_radiance
 from simgl.passes.drawn_spacecraft import DrawnSpacecraft
-from simgl.passes.gbuffer import LAYERS
+from simgl.passes.shading_points import LAYERS
 from simgl.radiosity.final_gather import SKY_ACROSS, LitBody, Points, gathered, sunlight
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.patch_light import PatchLight

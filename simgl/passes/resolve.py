@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import moderngl
@@ -62,7 +63,7 @@ class ResolvePass:
     def draw(
         self,
         tile: RasterTile,
-        groups: moderngl.Texture,
+        groups: Sequence[moderngl.Texture],
         points: moderngl.Texture,
         target: moderngl.Framebuffer,
         lens: DistortedView | None = None,
@@ -76,7 +77,7 @@ class ResolvePass:
     def hide(
         self,
         tile: RasterTile,
-        groups: moderngl.Texture,
+        groups: Sequence[moderngl.Texture],
         points: moderngl.Texture,
         target: moderngl.Framebuffer,
         lens: DistortedView | None = None,
@@ -88,13 +89,15 @@ class ResolvePass:
         self,
         state: State,
         tile: RasterTile,
-        groups: moderngl.Texture,
+        groups: Sequence[moderngl.Texture],
         points: moderngl.Texture,
         target: moderngl.Framebuffer,
         lens: DistortedView | None,
     ) -> None:
         box = tile.x, tile.y, tile.width, tile.height
-        textures = {"cell_groups": groups, "points": points}
+        textures = dict(zip(("cell_groups", "more_groups"), groups, strict=True)) | {
+            "points": points
+        }
         defines = [] if tile.window is None else ["WINDOW"]
         if lens is not None:
             box = _distorted_box(tile, lens.camera)

@@ -6,15 +6,14 @@ from collections.abc import Sequence
 
 import moderngl
 
-from simgl.gpu.fullscreen import Screen
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.render_targets import GrowingTarget, textures_of
 from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.passes.albedo_table import LOBE_UNIT, lobe_texture
 from simgl.passes.drawn_spacecraft import DrawnSpacecraft
-from simgl.passes.gbuffer import GBuffer
 from simgl.passes.mesh_store import MeshStore
+from simgl.passes.shading_points import GROUPS, PointShader, ShadingPoints
 from simgl.passes.shared_blocks import (
     JOINTS,
     LAMPS,
@@ -36,7 +35,6 @@ LIGHTS = ("sun", "earth", "inter_reflected", "lamp", "emitted")
 # Channels of the G-buffer, in the order of the targets of shaders/gbuffer/gbuffer.frag.
 _GBUFFER = ("position", "normal_roughness", "face_normal", "indirect")
 _TEXTURED = ("textured_reflectance", "textured_emission", "textured_normal")
-_GROUPS = {"cell_groups": 7}
 _SUNLIGHT_UNIT = 11
 # In the order of the shadow pass's textures. Sunlight is drawn before what reads the sky.
 _SHADOW_UNITS = {"sun_depths": 12, "sun_behind": 13, "sun_tops": 14}
@@ -55,7 +53,7 @@ def _gbuffer(*channels: str) -> dict[str, int]:
 _MORE_UNITS = {
     "SKY": _gbuffer("face_normal") | _SKY_UNITS | _LOBES,
     "INTERREFLECTION": _gbuffer("indirect") | _LOBES,
-    "LAYERED": _gbuffer("face_normal") | _GROUPS | _LOBES,
+    "LAYERED": _gbuffer("face_normal") | GROUPS | _LOBES,
     "LAMPS": _gbuffer("face_normal") | {"lamp_maps": _LAMP_UNIT},
     "DETAILED": {name: unit for unit, name in enumerate(_TEXTURED, len(_GBUFFER))},
 }
@@ -81,12 +79,12 @@ class SurfacePass:
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
         self._ctx, self._meshes = ctx, meshes
         self._lobes = lobe_texture(ctx)
-        searched = _gbuffer("position", "normal_roughness", "face_normal") | _GROUPS | _SHADOW_UNITS
+        searched = _gbuffer("position", "normal_roughness", "face_normal") | GROUPS | _SHADOW_UNITS
         known = {name: unit for name, unit in searched.items() if name != "sun_behind"}
-        name, blocks = "surface/sunlight", [SPACECRAFT, SHADOW, TILE]
-        self._known = Screen(ctx, name, 0.0, blocks, known)
-        self._searched = Screen(ctx, name, 0.5, blocks, searched, {"SEARCH": 1})
-        self._lit: dict[tuple[str, ...], tuple[Screen, ...]] = {}
+        name, blocks = "surface/sunlight", [SPACECRAFT, SHADOW]
+        self._known = PointShader(ctx, name, 0.0, blocks, known)
+        self._searched = PointShader(ctx, name, 0.5, blocks, searched, {"SEARCH": 1})
+        self._lit: dict[tuple[str, ...], tuple[PointShader, ...]] = {}
         self._tile = UniformBuffer(ctx, TILE)
         self._spacecraft = UniformBuffer(ctx, SPACECRAFT)
         self._shadow = UniformBuffer(ctx, SHADOW)
@@ -97,7 +95,7 @@ class SurfacePass:
     def draw(
         self,
         tile: RasterTile,
-        points: GBuffer,
+        points: ShadingPoints,
         drawn: DrawnSpacecraft,
         lamps: Sequence[LampView] = (),
         lamp_maps: moderngl.Texture | None = None,
@@ -117,12 +115,12 @@ class SurfacePass:
         self._write(tile, drawn, lamps)
         for unit, texture in enumerate(points.textures):
             texture.use(unit)
-        points.groups.use(_GROUPS["cell_groups"])
+        points.bind()
         for unit, texture in zip(_SHADOW_UNITS.values(), drawn.shadow_maps, strict=True):
             texture.use(unit)
         self.state.apply(self._ctx, sunlight, area, area)
-        self._known.draw()
-        self._searched.draw()
+        self._known.draw(points)
+        self._searched.draw(points)
         self._bind_light(drawn, textures_of(sunlight)[0], lamp_maps)
         self.state.apply(self._ctx, target, area, area)
         optional = {
@@ -135,7 +133,7 @@ class SurfacePass:
         variant = [d for d in drawn.view.model.variant if d != "CUT_OUT"]
         variant += [define for define, wanted in optional.items() if wanted]
         for screen in self._lit_for(tuple(variant)):
-            screen.draw()
+            screen.draw(points)
         return textures_of(target)
 
     def _write(self, tile: RasterTile, drawn: DrawnSpacecraft, lamps: Sequence[LampView]) -> None:
@@ -165,7 +163,7 @@ class SurfacePass:
             drawn.probe.lobes.use(_SKY_UNITS["sky_lobes"])
             drawn.probe.irradiance.use(_SKY_UNITS["sky_irradiance"])
 
-    def _lit_for(self, variant: tuple[str, ...]) -> tuple[Screen, ...]:
+    def _lit_for(self, variant: tuple[str, ...]) -> tuple[PointShader, ...]:
         """The shaders for spacecraft of a variant, without what they do not need."""
         if variant not in self._lit:
             plain = tuple(define for define in variant if define not in ("LAYERED", "JOINTED"))
@@ -176,23 +174,18 @@ class SurfacePass:
                 self._lit[variant] = first, self._lit_screen(variant, -0.25)
         return self._lit[variant]
 
-    def _lit_screen(self, variant: tuple[str, ...], depth: float) -> Screen:
+    def _lit_screen(self, variant: tuple[str, ...], depth: float) -> PointShader:
         samplers = _gbuffer("position", "normal_roughness") | {"sunlight": _SUNLIGHT_UNIT}
         blocks = [SPACECRAFT, MATERIALS]
         for define, units in _MORE_UNITS.items():
             if define in variant:
                 samplers |= units
-        if "LAYERED" in variant:
-            blocks.append(TILE)
-            if "JOINTED" in variant:
-                blocks.append(JOINTS)
+        if "LAYERED" in variant and "JOINTED" in variant:
+            blocks.append(JOINTS)
         if "LAMPS" in variant:
             blocks.append(LAMPS)
         defines = dict.fromkeys(variant, 1)
-        spare = [LAMPS, TILE, JOINTS]
-        return Screen(
-            self._ctx, "surface/surface", depth, blocks, samplers, defines, spare=spare
-        )
+        return PointShader(self._ctx, "surface/surface", depth, blocks, samplers, defines)
 
     def release(self) -> None:
         """Free everything."""

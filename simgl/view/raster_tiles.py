@@ -28,8 +28,8 @@ NEAREST = 0.01
 SLICE_RATIO = 64.0
 
 
-# Samples along the edge of a cell of a window.
-_WINDOW_CELL = 2
+# Samples along the edge of a cell of a window: its few samples are shaded one by one.
+_WINDOW_CELL = 1
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

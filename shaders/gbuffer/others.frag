@@ -1,7 +1,6 @@
-// Leaves the shading points of one spacecraft.
+// Leaves out the shading points of one spacecraft.
 #define GROUPED
 #include "block/spacecraft"
-#include "common/when.glsl"
 #include "gbuffer/cells.glsl"
 
 uniform usampler2D visibility;
@@ -14,5 +13,5 @@ void main() {
         ivec2 texel = first_texel(cell) + next_texel(group);
         own = texelFetch(visibility, texel, 0).g >> 22u == instance;
     }
-    gl_FragDepth = own ? 0.96875 : 0.0;
+    if (own) discard;
 }
