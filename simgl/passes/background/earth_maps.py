@@ -9,7 +9,7 @@ from scipy.ndimage import distance_transform_edt
 
 from simgl import assets
 from simgl.arrays import Image8, IndexArray
-from simgl.lru_cache import LruCache
+from simgl.lru_cache import MANY, LruCache
 from simgl.physics.land_reflectance import near_infrared, reflectance_from_display
 from simgl.scene.earth import EarthMaps, MapImage
 
@@ -27,8 +27,8 @@ def _shipped(name: str, mode: str) -> Image8:
 
 
 # For the simulators of a process: two of each kind at the size of the shipped ones.
-_land_maps = LruCache[MapImage | None, Image8](64 << 20)
-_form_maps = LruCache[tuple[MapImage | None, MapImage | None], Image8](64 << 20)
+_land_maps = LruCache[MapImage | None, Image8](MANY, max_bytes=64 << 20)
+_form_maps = LruCache[tuple[MapImage | None, MapImage | None], Image8](MANY, max_bytes=64 << 20)
 
 
 def size_of(values: Image8) -> int:
