@@ -13,7 +13,7 @@ from PIL import Image
 from simgl import assets
 from simgl.arrays import Image8, IndexArray
 from simgl.disk_cache import Arrays, computed_once
-from simgl.lru_cache import LruCache
+from simgl.lru_cache import MANY, LruCache
 from simgl.physics.land_reflectance import near_infrared, reflectance_from_display
 from simgl.scene.earth import EarthMaps, MapImage
 
@@ -32,8 +32,8 @@ MADE_BY = (__name__, "simgl.physics.land_reflectance", "numpy", "scipy", "pillow
 
 
 # For the simulators of a process: two of each kind at the size of the shipped ones.
-_land_maps = LruCache[MapImage | None, Image8](64 << 20)
-_form_maps = LruCache[tuple[MapImage | None, MapImage | None], Image8](64 << 20)
+_land_maps = LruCache[MapImage | None, Image8](MANY, max_bytes=64 << 20)
+_form_maps = LruCache[tuple[MapImage | None, MapImage | None], Image8](MANY, max_bytes=64 << 20)
 
 
 def _path(name: str) -> Path:

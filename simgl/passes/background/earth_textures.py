@@ -9,7 +9,7 @@ import numpy as np
 
 from simgl.arrays import Image8, IndexArray
 from simgl.gpu.fullscreen import Texture
-from simgl.lru_cache import LruCache
+from simgl.lru_cache import MANY, LruCache
 from simgl.passes.background.cloud_map import weather_map
 from simgl.passes.background.earth_maps import ground_textures, map_texture, shores, size_of
 from simgl.scene.earth import Clouds, Earth, EarthMaps
@@ -20,7 +20,7 @@ MAPS = ["land_map", "form_map", "weather_map"]
 SAMPLERS = [*MAPS, "chart"]
 
 # The last weathers of the process, which take seconds on software renderers: two of the usual size.
-_weather = LruCache[tuple[Clouds, EarthMaps], Image8](64 << 20)
+_weather = LruCache[tuple[Clouds, EarthMaps], Image8](MANY, max_bytes=64 << 20)
 
 
 class EarthTextures:
