@@ -32,6 +32,7 @@ from simgl.passes.resolve import DistortedView, ResolvePass
 from simgl.passes.shadow import ShadowPass
 from simgl.passes.surface import LIGHTS, SurfacePass
 from simgl.passes.truth import TruthPass
+from simgl.passes.visibility import VisibilityPass
 from simgl.passes.warp import WarpPass
 from simgl.progress import ProgressCallback, begin_stage
 from simgl.radiosity.final_gather import LitBody
@@ -76,6 +77,7 @@ class Renderer:
         self._interreflection = InterreflectionPass(ctx, self._transports, self._executor)
         self._shadow = ShadowPass(ctx, self._meshes)
         self._lamp_shadow = LampShadowPass(ctx, self._meshes)
+        self._visibility = VisibilityPass(ctx, self._meshes)
         self._geometry = GBufferPass(ctx, self._meshes)
         self._surface = SurfacePass(ctx, self._meshes)
         self._stars = StarPass(ctx)
@@ -136,9 +138,9 @@ class Renderer:
         target = self._target("radiance", view.camera, _BANDS)
         self._background(view, target)
         lens = self._distorted(view)
-        for tile, (samples,) in self._samples(view):
+        for tile, groups, (points,) in self._lit_tiles(view):
             with self.timer.measure("resolve"):
-                self._resolve.draw(tile, samples, target.framebuffer, lens)
+                self._resolve.draw(tile, groups, points, target.framebuffer, lens)
         return target
 
     def layers(self, view: FrameView) -> dict[str, Array32]:
@@ -154,10 +156,11 @@ class Renderer:
             for name in LIGHTS:
                 targets[name].framebuffer.clear()
             lens = self._distorted(view)
-            for tile, lights in self._samples(view, by_light=True):
-                for name, samples in zip(LIGHTS, lights, strict=True):
-                    self._resolve.draw(tile, samples, targets[name].framebuffer, lens)
-                self._resolve.hide(tile, lights[0], targets["background"].framebuffer, lens)
+            background = targets["background"].framebuffer
+            for tile, groups, lights in self._lit_tiles(view, by_light=True):
+                for name, points in zip(LIGHTS, lights, strict=True):
+                    self._resolve.draw(tile, groups, points, targets[name].framebuffer, lens)
+                self._resolve.hide(tile, groups, lights[0], background, lens)
             return {name: target.read() for name, target in targets.items()}
         finally:
             release_all(self._ctx, *targets.values())
@@ -206,27 +209,33 @@ class Renderer:
         if view.moon is not None:
             self._moon.draw(view.moon, target.framebuffer)
 
-    def _samples(
+    def _lit_tiles(
         self, view: FrameView, *, by_light: bool = False
-    ) -> Iterator[tuple[RasterTile, tuple[moderngl.Texture, ...]]]:
-        """Each tile, or its parts, with the samples of its spacecraft, valid until the next one."""
+    ) -> Iterator[tuple[RasterTile, tuple[moderngl.Texture, ...], tuple[moderngl.Texture, ...]]]:
+        """Each tile, or its parts, with the groups of its samples and the radiance of their shading
+        points, valid until the next one."""
         with self.timer.measure("lamp_shadow"):
             lamp_maps = self._lamp_shadow.draw(view.lamps)
         for tile in view.tiles:
             spacecraft = self._spacecraft(tile, view.gather)
             pinhole = view.camera if view.field is None else view.field.pinhole
             for part in parts(tile, pinhole, _SAMPLES_AT_ONCE):
-                with self.timer.measure("geometry"):
-                    gbuffer = self._geometry.draw(part, spacecraft)
-                    self._reference_gather.fill(part, gbuffer, spacecraft)
+                with self.timer.measure("visibility"):
+                    visibility = self._visibility.draw(part, spacecraft)
                 # From here on passes read what is still being drawn, and wait for it.
                 with self.timer.measure("shadow"):
                     self._shadow.complete([drawn.view.shadow for drawn in spacecraft])
-                with self.timer.measure("surface"):
-                    samples = self._surface.draw(
-                        part, gbuffer, spacecraft, view.lamps, lamp_maps, by_light=by_light
-                    )
-                yield part, samples
+                with self.timer.measure("geometry"):
+                    points = self._geometry.group(part, visibility, spacecraft)
+                for drawn in spacecraft:
+                    with self.timer.measure("geometry"):
+                        self._geometry.look_up(part, points, drawn)
+                        self._reference_gather.fill(part, points.textures, drawn)
+                    with self.timer.measure("surface"):
+                        radiance = self._surface.draw(
+                            part, points, drawn, view.lamps, lamp_maps, by_light=by_light
+                        )
+                yield part, points.groups, radiance
 
     def _spacecraft(self, tile: RasterTile, gather: Gather) -> list[DrawnSpacecraft]:
         """All that the passes after this draw of the spacecraft of a tile."""
@@ -288,6 +297,7 @@ class Renderer:
             self._targets,
             self._shadow,
             self._lamp_shadow,
+            self._visibility,
             self._geometry,
             self._surface,
             self._stars,

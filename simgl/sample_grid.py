@@ -51,9 +51,9 @@ class SampleGrid:
         return np.column_stack([self.turn, [0.0, -self.turn[1, 0] * width]])
 
     @property
-    def reach(self) -> int:
-        """Texels from that of a pixel's centre within which all its samples lie."""
-        return int(np.ceil(0.5 * np.abs(self.turn[0]).sum() + 0.5))
+    def cells_per_edge(self) -> int:
+        """Cells along the edge of a pixel: so many that each holds about ``MIN_SAMPLES``."""
+        return max(1, round(self.scale / float(np.sqrt(MIN_SAMPLES))))
 
 
 # One sample at the very centre of each pixel.

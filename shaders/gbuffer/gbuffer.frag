@@ -1,28 +1,40 @@
-// What each sample of a tile sees of a spacecraft. Its light is worked out from that afterwards, so
-// once for each sample: not for surfaces that others hide, nor for the rest of the blocks that a CPU
-// renderer draws around each small triangle.
+// The shading points of a tile: for each group of samples that see the same smooth surface the place,
+// normals, material and light of vertices where the line of sight through the samples' middle meets it.
+#define GROUPED
 #include "block/spacecraft"
+#include "gbuffer/cells.glsl"
+#include "gbuffer/triangles.glsl"
+#ifdef JOINTED
+#include "common/joints.glsl"
+#endif
 #ifdef DETAILED
 #include "gbuffer/detail.glsl"
 #endif
 
-in vec3 normal;
-in vec3 body_position;
-flat in uint label;     // material, and from bit 6 on the rigid group
+uniform usampler2D visibility;
+// Rows of texels: place as stored and label; normal as stored. With DETAILED besides: place in the
+// images; factors of the base colour.
+uniform sampler2D mesh_vertices;
+#ifdef DETAILED
+const uint VERTEX_TEXELS = 4u;
+#else
+const uint VERTEX_TEXELS = 2u;
+#endif
 #ifdef INTERREFLECTION
-in vec4 bounced;        // irradiance from the spacecraft's other surfaces [W m-2]
-in float earth_share;   // what they leave of the Earth's irradiance
+// For each side irradiance from other surfaces [W m-2], and what they leave of the Earth's.
+uniform sampler2D vertex_light;
 #ifdef TWO_SIDED
-in vec4 bounced_back;   // the same behind the surface
-in float earth_share_back;
+const uint SIDES = 2u;
+#else
+const uint SIDES = 1u;
 #endif
 #endif
 
 // Body axes [m]; label plus 16384 times the spacecraft's number.
 layout(location = 0) out vec4 position;
-// Normal, camera axes, unit; its spread in the sample's cell.
+// Normal, camera axes, unit; its spread in the group's part of the cell.
 layout(location = 1) out vec4 normal_roughness;
-// Normal of the triangle, camera axes, unit; fraction of the Earth's light that reaches the sample.
+// Normal of the triangle, camera axes, unit; fraction of the Earth's light that reaches the point.
 layout(location = 2) out vec4 face_normal;
 // Irradiance from other surfaces [W m-2].
 layout(location = 3) out vec4 indirect;
@@ -32,42 +44,142 @@ layout(location = 5) out vec4 textured_emission;   // share of the material's in
 layout(location = 6) out vec4 textured_normal;     // with the images' relief; alpha^2
 #endif
 
-// Roughness of the normals within one sample's cell, alpha^2 of a microfacet lobe. A uniform cell
-// spreads the normal by (|dn/du|^2 + |dn/dv|^2) / 12 per slope, and alpha^2 is twice a slope's
-// variance; a lobe so widened is the mean over the cell (after Tokuyoshi & Kaplanyan 2019, whose cap
-// of 0.18 keeps silhouettes, where the expansion fails, from going dull).
-float cell_roughness(vec3 n) {
-    vec3 du = dFdx(n), dv = dFdy(n);
+// A triangle as a function of the line of sight, camera axes.
+struct Facet {
+    vec3 corner;          // [m]
+    vec3 along, up;       // edges from there [m]
+    vec3 meets_along, meets_up, across;   // weights are ratios of a line's products with these
+};
+
+Facet facet_of(vec3 a, vec3 b, vec3 c) {
+    Facet f;
+    f.corner = a;
+    f.along = b - a;
+    f.up = c - a;
+    f.meets_along = cross(f.up, a);
+    f.meets_up = cross(a, f.along);
+    f.across = cross(f.along, f.up);
+    return f;
+}
+
+// Weights of the corners where a line of sight meets the plane; past the edges not much farther.
+vec3 weights_at(Facet f, vec3 sight) {
+    float down = dot(sight, f.across);
+    down = abs(down) > 1e-30 ? down : 1e-30;
+    vec2 w = clamp(vec2(dot(sight, f.meets_along), dot(sight, f.meets_up)) / down, -0.5, 1.5);
+    return vec3(1.0 - w.x - w.y, w);
+}
+
+// Roughness of the normals within a shading point's part of the cell, alpha^2 of a microfacet lobe.
+// A uniform square spreads the normal by (|dn/du|^2 + |dn/dv|^2) / 12 per slope, and alpha^2 is twice
+// a slope's variance; a lobe so widened is the mean over the cell (after Tokuyoshi & Kaplanyan 2019,
+// whose cap of 0.18 keeps silhouettes, where the expansion fails, from going dull).
+float cell_roughness(vec3 du, vec3 dv) {
     return min((dot(du, du) + dot(dv, dv)) / 6.0, 0.18);
 }
 
-void main() {
-    position = vec4(body_position, float(16384u * instance + label));
-    vec3 dx = mat3(camera_from_body) * dFdx(body_position);
-    vec3 dy = mat3(camera_from_body) * dFdy(body_position);
-    // Both sides of an open sheet are surface: its normal turns to the viewer.
-    vec3 n = normalize(gl_FrontFacing ? normal : -normal);
-    vec3 relief = n;
 #ifdef DETAILED
-    Textured textured = textured_at(label & 63u, n, dx, dy);
-    relief = textured.n;
-    textured_reflectance = textured.reflectance;
-    textured_emission = vec4(textured.emission, textured.metallic);
-    textured_normal = vec4(textured.n, textured.roughness2);
+// The mean of what images and vertex colours say of the group's samples. Returns the roughness of
+// their normals, alpha^2.
+float detail(uint group, vec2 first, Facet facet, mat3 normals, uvec3 corner, uint material, bool back) {
+    mat3x2 uv;
+    mat3x4 tint;
+    for (int k = 0; k < 3; ++k) {
+        uv[k] = texelFetch(mesh_vertices, table_place(VERTEX_TEXELS * corner[k] + 2u), 0).xy;
+        tint[k] = texelFetch(mesh_vertices, table_place(VERTEX_TEXELS * corner[k] + 3u), 0);
+    }
+    float share = 1.0 / float(samples_of(group));
+    textured_reflectance = textured_emission = textured_normal = vec4(0.0);
+    vec3 mean_n = vec3(0.0);
+    uint left = group;
+    while (left != 0u) {
+        vec3 sight = sight_at(first + vec2(next_texel(left)) + 0.5);
+        vec3 w = weights_at(facet, sight);
+        vec3 w_u = weights_at(facet, sight + sample_steps[0].xyz) - w;
+        vec3 w_v = weights_at(facet, sight + sample_steps[1].xyz) - w;
+        mat2x3 edges = mat2x3(facet.along, facet.up);
+        Textured t = textured_at(material, normalize(normals * w), Cell(uv * w, uv * w_u, uv * w_v),
+                                 tint * w, edges * w_u.yz, edges * w_v.yz, back);
+        textured_reflectance += share * t.reflectance;
+        textured_emission += share * vec4(t.emission, t.metallic);
+        textured_normal.w += share * t.roughness2;
+        mean_n += share * t.n;
+    }
+    textured_normal.xyz = normalize(mean_n);
+    // As for an image's relief (Toksvig 2005).
+    float shortened = length(mean_n);
+    return 2.0 * max(1.0 - shortened, 0.0) / shortened;
+}
 #endif
-    normal_roughness = vec4(n, cell_roughness(relief));
-    // Steps below 1e-10 m underflow.
-    vec3 across = cross(dx, dy);
-    face_normal = vec4(dot(across, across) > 0.0 ? normalize(across) : n, 1.0);
+
+void main() {
+    ivec2 cell;
+    uint group = group_of(ivec2(gl_FragCoord.xy), cell);
+    vec2 first = vec2(first_texel(cell)), middle = point_of(group);
+    // The triangle of the sample that is nearest to the middle.
+    ivec2 nearest = ivec2(0);
+    float least = 1e9;
+    uint left = group;
+    while (left != 0u) {
+        ivec2 texel = next_texel(left);
+        vec2 away = vec2(texel) + 0.5 - middle;
+        float distance2 = dot(away, away);
+        if (distance2 < least) nearest = texel;
+        least = min(least, distance2);
+    }
+    uvec2 seen = texelFetch(visibility, ivec2(first) + nearest, 0).rg;
+    uvec3 corner = corners_of(seen.x - 1u).xyz;
+    bool back = (seen.y & 1u) == 1u;
+
+    mat3 places, normals;
+    uint label = 0u;
+    for (int k = 0; k < 3; ++k) {
+        vec4 place = texelFetch(mesh_vertices, table_place(VERTEX_TEXELS * corner[k]), 0);
+        vec3 direction = texelFetch(mesh_vertices, table_place(VERTEX_TEXELS * corner[k] + 1u), 0).xyz;
+        label = uint(place.w);
+#ifdef JOINTED
+        place.xyz = place_from_stored(place.xyz, label);
+        direction = direction_from_stored(direction, label);
+#endif
+        places[k] = place.xyz;
+        normals[k] = back ? -direction : direction;
+    }
+    normals = mat3(camera_from_body) * normals;
+    vec3 a = (camera_from_body * vec4(places[0], 1.0)).xyz;
+    vec3 along = mat3(camera_from_body) * (places[1] - places[0]);
+    vec3 up = mat3(camera_from_body) * (places[2] - places[0]);
+    Facet facet = facet_of(a, a + along, a + up);
+    facet.along = along;
+    facet.up = up;
+
+    vec3 sight = sight_at(first + middle);
+    vec3 weight = weights_at(facet, sight);
+    position = vec4(places[0] + weight.y * (places[1] - places[0]) + weight.z * (places[2] - places[0]),
+                    float(16384u * instance + label));
+    vec3 n = normalize(normals * weight);
+    // The group's part of the cell, as a square.
+    float edge = sqrt(float(samples_of(group)));
+    vec3 du = edge * sample_steps[0].xyz, dv = edge * sample_steps[1].xyz;
+    vec3 n_u = normalize(normals * weights_at(facet, sight + du)) - n;
+    vec3 n_v = normalize(normals * weights_at(facet, sight + dv)) - n;
+    float spread = cell_roughness(n_u, n_v);
+#ifdef DETAILED
+    spread = max(spread, detail(group, first, facet, normals, corner, label & 63u, back));
+#endif
+    normal_roughness = vec4(n, spread);
+    vec3 across = cross(facet.along, facet.up);
+    float area = length(across);
+    face_normal = vec4(area > 0.0 ? across / area : n, 1.0);
     indirect = vec4(0.0);
-#ifdef TWO_SIDED
-    face_normal.w = gl_FrontFacing ? earth_share : earth_share_back;
-    indirect = gl_FrontFacing ? bounced : bounced_back;
-#elif defined(INTERREFLECTION)
-    face_normal.w = earth_share;
-    indirect = bounced;
-#endif
-#ifdef CUT_OUT
-    if (!textured.covered) discard;
+#ifdef INTERREFLECTION
+    // Not past the edges, where light may change within a triangle's width.
+    vec3 inside = max(weight, 0.0);
+    inside /= inside.x + inside.y + inside.z;
+    face_normal.w = 0.0;
+    for (int k = 0; k < 3; ++k) {
+        uint row = 2u * (SIDES * corner[k] + uint(back) % SIDES);
+        indirect += inside[k] * texelFetch(vertex_light, table_place(row), 0);
+        face_normal.w += inside[k] * texelFetch(vertex_light, table_place(row + 1u), 0).r;
+    }
 #endif
 }

@@ -1,11 +1,14 @@
-// Spacecraft samples of a tile averaged over each pixel and laid over what is behind them. The mean
-// over all samples of the pixel goes out as colour, the covered share as the second source, so that
+// The shading points of a tile averaged over each pixel and laid over what is behind them. The mean over
+// all samples of the pixel goes out as colour, the covered share as the second source, so that
 // blending computes mean + (1 - share) * background in float32.
 //
 // WINDOW: the raster covers small spacecraft alone; a pixel's other samples are known to be empty.
+// DISTORTED: the lens moves samples, so that each has its own way to a pixel.
 #include "block/resolve"
+#define GROUPED
+#include "gbuffer/cells.glsl"
 
-uniform sampler2D samples;
+uniform sampler2D points;
 #ifdef DISTORTED
 // Coordinates in the pinhole's image that the middles of the pixels see.
 uniform sampler2D places;
@@ -24,8 +27,56 @@ mat2 pixel_edges(ivec2 pixel) {
 }
 #endif
 
+
 layout(location = 0, index = 0) out vec4 radiance;
 layout(location = 0, index = 1) out vec4 share;
+
+// Sums of the radiance, the covered and all samples.
+struct Sum {
+    vec4 light;
+    float covered, count;
+};
+
+void add(inout Sum sum, Sum more) {
+    sum.light += more.light;
+    sum.covered += more.covered;
+    sum.count += more.count;
+}
+
+vec4 point(ivec2 cell, int layer) {
+    return texelFetch(points, cell + ivec2(0, layer * cells.y), 0);
+}
+
+// All samples of a cell.
+Sum cell_sum(ivec2 cell) {
+    uint group = group_at(cell, 0);
+    Sum sum = Sum(vec4(0.0), 0.0, float(group >> TEXELS));
+    // The groups come first.
+    for (int layer = 0; layer < LAYERS && samples_of(group) > 0u;) {
+        float samples = float(samples_of(group));
+        sum.light += samples * point(cell, layer);
+        sum.covered += samples;
+        group = group_at(cell, ++layer);
+    }
+    return sum;
+}
+
+// One sample.
+Sum sample_sum(ivec2 texel) {
+    ivec2 cell = clamp(cell_of(texel), ivec2(0), cells - 1), place = texel - first_texel(cell);
+    bool inside = all(greaterThanEqual(place, ivec2(0))) && all(lessThan(place, ivec2(STRIDE)));
+    uint bit = inside ? 1u << uint(STRIDE * place.y + place.x) : 0u;
+    Sum sum = Sum(vec4(0.0), 0.0, 1.0);
+    for (int layer = 0; layer < LAYERS; ++layer) {
+        uint group = group_at(cell, layer);
+        if (samples_of(group) == 0u) break;
+        WHEN((group & bit) != 0u) {
+            sum.light = point(cell, layer);
+            sum.covered = 1.0;
+        }
+    }
+    return sum;
+}
 
 #ifdef WINDOW
 void main() {
@@ -38,10 +89,9 @@ void main() {
     vec2 middle = place(pixel) - tile_origin;
     count *= abs(determinant(edges));
 #endif
-    vec4 sum = vec4(0.0);
-    float covered = 0.0;
+    Sum sum = Sum(vec4(0.0), 0.0, 0.0);
     for (int j = 0; j < window_size.y; ++j) {
-        vec4 row = vec4(0.0);
+        Sum row = Sum(vec4(0.0), 0.0, 0.0);
         for (int i = 0; i < window_size.x; ++i) {
             vec2 seen = to_pixel * (vec2(i, j) + 0.5) + window_origin;
 #ifdef DISTORTED
@@ -49,61 +99,47 @@ void main() {
 #else
             if (floor(seen) != corner) continue;
 #endif
-            vec4 L = texelFetch(samples, ivec2(i, j), 0);
-            if (L.r >= 0.0) {
-                row += L;
-                covered += 1.0;
-            }
+            add(row, sample_sum(ivec2(i, j)));
         }
-        sum += row;
+        add(sum, row);
     }
-    radiance = sum / count;
-    share = vec4(covered / count);
+    radiance = sum.light / count;
+    share = vec4(sum.covered / count);
 }
 #else
 void main() {
-    mat2 to_raster = mat2(raster_from_pixel.xy, raster_from_pixel.zw);
-    vec2 corner = floor(gl_FragCoord.xy) - tile_origin;
-#ifdef DISTORTED
     ivec2 pixel = ivec2(gl_FragCoord.xy);
+    Sum sum = Sum(vec4(0.0), 0.0, 0.0);
+    // Row by row: thousands of samples added to one float32 would lose its last digits.
+#ifdef DISTORTED
+    mat2 to_raster = mat2(raster_from_pixel.xy, raster_from_pixel.zw);
     vec2 middle = to_raster * (place(pixel) - tile_origin) + raster_origin;
     // A pixel is small beside the curvature of the distortion: its edges are straight.
     to_raster = to_raster * pixel_edges(pixel);
     mat2 to_pixel = inverse(to_raster);
-    vec2 extent = 0.5 * (abs(to_raster[0]) + abs(to_raster[1]));
-    int reach = int(ceil(max(extent.x, extent.y) + 0.5));
-#else
-    mat2 to_pixel = mat2(pixel_from_raster.xy, pixel_from_raster.zw);
-    vec2 middle = to_raster * (corner + 0.5) + raster_origin;
-    int reach = pinhole_reach;
-#endif
+    float extent = max(abs(to_raster[0].x) + abs(to_raster[1].x),
+                       abs(to_raster[0].y) + abs(to_raster[1].y));
+    int reach = int(ceil(0.5 * extent + 0.5));
     ivec2 centre = ivec2(floor(middle));
-    ivec2 last = textureSize(samples, 0) - 1;
-    vec4 sum = vec4(0.0);
-    float count = 0.0, covered = 0.0;
     for (int j = -reach; j <= reach; ++j) {
-        // Row by row: thousands of samples added to one float32 would lose its last digits.
-        vec4 row = vec4(0.0);
+        Sum row = Sum(vec4(0.0), 0.0, 0.0);
         for (int i = -reach; i <= reach; ++i) {
             ivec2 texel = centre + ivec2(i, j);
-#ifdef DISTORTED
             if (any(greaterThan(abs(to_pixel * (vec2(texel) + 0.5 - middle)), vec2(0.5)))) continue;
-#else
-            // From the texel alone, so that neighbouring pixels agree on whose sample it is.
-            vec2 place = floor(to_pixel * (vec2(texel) + 0.5 - raster_origin));
-            if (place != corner) continue;
-#endif
-            count += 1.0;
-            vec4 L = texelFetch(samples, clamp(texel, ivec2(0), last), 0);
-            if (L.r >= 0.0) {
-                row += L;
-                covered += 1.0;
-            }
+            add(row, sample_sum(texel));
         }
-        sum += row;
+        add(sum, row);
     }
-    radiance = sum / max(count, 1.0);
+#else
+    ivec2 corner = cells_per_pixel * (pixel - ivec2(tile_origin));
+    for (int j = 0; j < cells_per_pixel; ++j) {
+        Sum row = Sum(vec4(0.0), 0.0, 0.0);
+        for (int i = 0; i < cells_per_pixel; ++i) add(row, cell_sum(corner + ivec2(i, j)));
+        add(sum, row);
+    }
+#endif
+    radiance = sum.light / max(sum.count, 1.0);
     // Drivers divide to the last digit but one, through which the Sun's disc would shine.
-    share = vec4(covered < count ? covered / count : min(count, 1.0));
+    share = vec4(sum.covered < sum.count ? sum.covered / sum.count : min(sum.count, 1.0));
 }
 #endif

@@ -1,12 +1,13 @@
 #include "surface/material.glsl"
 #ifdef LAYERED
-#include "block/tile"
+#define GROUPED
+#include "gbuffer/cells.glsl"
 #ifdef JOINTED
 #include "common/joints.glsl"
 #endif
 #endif
 
-// What the samples see: the targets of gbuffer/gbuffer.frag.
+// What the shading points see: the targets of gbuffer/gbuffer.frag.
 uniform sampler2D gbuffer_position;
 uniform sampler2D gbuffer_normal_roughness;
 uniform sampler2D gbuffer_face_normal;
@@ -38,18 +39,7 @@ bool is_layered(uint material) {
         || material_law[material].w > 0.5;
 }
 
-#ifdef LAYERED
-// Step of the place from one sample to the next, on the triangle's plane, camera axes [m].
-//
-// step : of the line of sight at depth 1. A place is its depth times its line of sight, and stays
-// on the plane.
-vec3 place_step(Surface s, vec3 step) {
-    float off_plane = min(dot(s.facet, s.place), -1e-6 * length(s.place));
-    return s.place.z * (step - s.place * (dot(s.facet, step) / off_plane));
-}
-#endif
-
-// The surface that a sample sees.
+// The surface that a shading point sees.
 Surface gbuffer_surface(ivec2 at) {
     vec4 position = texelFetch(gbuffer_position, at, 0);
     vec4 normal_roughness = texelFetch(gbuffer_normal_roughness, at, 0);
@@ -92,14 +82,28 @@ Surface gbuffer_surface(ivec2 at) {
 #ifdef JOINTED
     turn_back(s, uint(position.w) % 16384u);
 #endif
-    vec3 dx = place_step(s, sample_steps[0].xyz), dy = place_step(s, sample_steps[1].xyz);
     vec4 layers = material_layers[material];   // of the coat: strength, roughness; of the crinkle
     s.coat = layers.x;
     s.coat_alpha = sqrt(pow(layers.y, 4.0) + normal_roughness.w);
+#endif
+    return s;
+}
+
+#ifdef LAYERED
+// The surface that one sample of a shading point's group sees, with the patterns of its material.
+//
+// aside : of the sample from the shading point, in the raster
+Surface sample_surface(Surface s, uint material, vec2 aside) {
+    vec3 dx = place_step(s.place, s.facet, sample_steps[0].xyz);
+    vec3 dy = place_step(s.place, s.facet, sample_steps[1].xyz);
+    vec3 step = aside.x * dx + aside.y * dy;
+    s.place += step;
+    s.pattern += s.pattern_from_camera * step;
+    vec4 law = material_law[material], layers = material_layers[material];
     bool cells = material_cells[material].x > 0.0, crinkle = layers.z > 0.0, conserving = law.w > 0.5;
     WHEN(cells) lay_cells(s, material, dx, dy);
     WHEN(crinkle) crumple(s, layers.zw, dx, dy);
     WHEN(conserving) s.gain = scattered_again(normal_reflectance(s), viewer_cosine(s), s.alpha);
-#endif
     return s;
 }
+#endif

@@ -107,24 +107,28 @@ float receiver_plane(Receiver r, vec2 offset) {
 }
 
 // reach : texels per metre of height to the disc's edge
-Around casters_around(sampler2D tops, SunMap map, Receiver r, float reach) {
+// spread : it shall hold for receivers on the same plane up to so many texels away, too
+Around casters_around(sampler2D tops, SunMap map, Receiver r, float reach, float spread) {
     // Around the middle of the line to the Sun lies all of the line, and of those to the disc.
     float aside = 0.5 * length(map.lean);
     // How high the casters reach that can matter: higher ones are farther off on the map.
-    float above = map.top - r.here.z, high = above, low = 0.0;
+    // Receivers aside stand at other heights; the bounds are for the lowest, their planes the same.
+    float lower = spread * (abs(r.slope.x) + abs(r.slope.y));
+    float above = map.top - r.here.z + lower, high = above, low = 0.0;
+    float slack = r.slack + 2.0 * spread * r.tilt;
     float radius = 0.0;
     int level = CONE + 1;
     for (int i = 0; i < 4; ++i) {
-        float less = high * (reach + aside) + 1.0;
+        float less = high * (reach + aside) + 1.0 + spread;
         int finer = level_for(less);
-        if (finer >= level || high <= r.slack) break;
+        if (finer >= level || high <= slack) break;
         level = finer;
         radius = less;
         // The cone's bounds hold for the receiver's own place.
         vec2 place = r.here.xy + (level < CONE ? 0.5 * high : 0.0) * map.lean;
         vec2 bounds = depths_around(tops, map, place, level);
         high = min(high, above - map.depth * bounds.x);
-        low = above - map.depth * bounds.y;
+        low = above - 2.0 * lower - map.depth * bounds.y;
     }
     // Where casters of much the same height stand over all of the neighbourhood, all is dark. They
     // stand over the receiver's own plane where they are higher than it is anywhere there.
@@ -132,8 +136,8 @@ Around casters_around(sampler2D tops, SunMap map, Receiver r, float reach) {
     float plane = (abs(r.slope.x) + abs(r.slope.y)) * window + r.slack + 2.0 * window * r.tilt;
     bool dark = level < CONE && low > plane && (high - low) * (reach + 2.0 * aside) < 4.0;
     // The disc spans less than a texel: only the texels smooth the edge.
-    bool near = !dark && high > r.slack && high * reach < 1.0;
-    return Around(high, dark, near, !dark && !near && high > r.slack);
+    bool near = !dark && high > slack && high * reach < 1.0;
+    return Around(high, dark, near, !dark && !near && high > slack);
 }
 
 // What stands over the receiver at an offset [texels] from it.

@@ -1,8 +1,10 @@
-// Share of the sunlight that reaches what each sample of a spacecraft sees, per band. Drawn twice:
-// first what needs no search through the Sun's disc; then, with SEARCH, the rest, which the first
-// draw has left out.
+// Share of the sunlight that reaches each shading point of a spacecraft, per band. Drawn twice: first
+// where the whole of the point's cell is lit or dark; then, with SEARCH, sample by sample for the rest,
+// which the first draw has left out.
 #include "block/spacecraft"
 #include "block/shadow"
+#define GROUPED
+#include "gbuffer/cells.glsl"
 #include "surface/shadow.glsl"
 
 // The whole map, and right of it the close one where there is one.
@@ -12,7 +14,7 @@ uniform sampler2D sun_tops;
 uniform sampler2D sun_behind;
 #endif
 
-// What the samples see: targets of gbuffer/gbuffer.frag.
+// What the shading points see: targets of gbuffer/gbuffer.frag.
 uniform sampler2D gbuffer_position;
 uniform sampler2D gbuffer_normal_roughness;
 uniform sampler2D gbuffer_face_normal;
@@ -26,43 +28,83 @@ vec2 evenly_spread(vec2 sample_index) {
                             dot(sample_index, vec2(0.8566748838, 0.7338918566))));
 }
 
+// One of the two maps.
+struct Atlas {
+    SunMap map;
+    float reach;        // texels per metre of height to the disc's edge
+    mat4 from_body;     // column, row [texels], height [m]
+};
+
+Atlas atlas_at(int index) {
+    // Edge of a texel, top, depth, inset; size, column, column of the bounds, reach.
+    vec4 frame = shadow_frame[index], atlas = shadow_atlas[index];
+    SunMap map = SunMap(frame.x, frame.y, frame.z, int(atlas.x), int(atlas.y), int(atlas.z),
+                        shadow_lean / frame.x, shadow_solid > 0.5, int(shadow_taps));
+    return Atlas(map, atlas.w, shadow_from_body[index]);
+}
+
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
     vec3 wi = sun_direction.xyz;
     vec3 body = texelFetch(gbuffer_position, at, 0).xyz;
     vec3 n = texelFetch(gbuffer_normal_roughness, at, 0).xyz;
     vec3 facet = texelFetch(gbuffer_face_normal, at, 0).xyz;
-    if (dot(facet, (camera_from_body * vec4(body, 1.0)).xyz) > 0.0) facet = -facet;
-    // Both maps: edge of a texel, top, depth, inset; size, column, column of the bounds.
-    vec4 frame = shadow_frame[0], atlas = shadow_atlas[0];
-    vec3 here = (shadow_from_body[0] * vec4(body, 1.0)).xyz;
-    vec3 closer = (shadow_from_body[1] * vec4(body, 1.0)).xyz;
-    vec2 inside = min(closer.xy, shadow_atlas[1].x - closer.xy);
-    if (min(inside.x, inside.y) > shadow_frame[1].w) {
-        frame = shadow_frame[1];
-        atlas = shadow_atlas[1];
-        here = closer;
-    }
+    vec3 place = (camera_from_body * vec4(body, 1.0)).xyz;
+    if (dot(facet, place) > 0.0) facet = -facet;
+    // Steps of the place from one sample to the next: over the triangle's plane in camera axes, then
+    // in body axes.
+    mat3 body_from_camera = transpose(mat3(camera_from_body));
+    mat2x3 body_steps = mat2x3(
+        body_from_camera * place_step(place, facet, sample_steps[0].xyz),
+        body_from_camera * place_step(place, facet, sample_steps[1].xyz));
+    vec2 inside = (shadow_from_body[1] * vec4(body, 1.0)).xy;
+    inside = min(inside, shadow_atlas[1].x - inside);
+    bool close = min(inside.x, inside.y) > shadow_frame[1].w;
+    Atlas atlas = atlas_at(int(close));
+    vec3 here = (atlas.from_body * vec4(body, 1.0)).xyz;
+    mat2x3 steps = mat2x3(mat3(atlas.from_body) * body_steps[0], mat3(atlas.from_body) * body_steps[1]);
     // The smooth surface that the normals stand for lies above its facets by the sagitta of an edge;
     // a quarter of a texel lifts the receiver there. Facets that already face away use its plane.
     vec3 plain_n = mat3(light_from_camera) * n;
     vec3 plane = dot(facet, wi) > 0.0 ? mat3(light_from_camera) * facet : plain_n;
-    here += plain_n * vec3(0.25, 0.25, 0.25 * frame.x);
-    SunMap map = SunMap(frame.x, frame.y, frame.z, int(atlas.x), int(atlas.y), int(atlas.z),
-                        shadow_lean / frame.x, shadow_solid > 0.5, int(shadow_taps));
-    Receiver receiver = receiver_at(map, here, plane);
-    Around around = casters_around(sun_tops, map, receiver, atlas.w);
+    here += plain_n * vec3(0.25, 0.25, 0.25 * atlas.map.texel);
     // Where the surface faces away no light is asked for.
     bool away = dot(n, wi) <= 0.0;
+    // All samples of a group see one plane.
+    Receiver whole = receiver_at(atlas.map, here, plane);
+    ivec2 cell;
+    uint group = group_of(at, cell), left = group;
+    vec2 middle = point_of(group);
+    float share = 1.0 / float(samples_of(group));
 #ifdef SEARCH
-    vec2 turn = evenly_spread(floor(gl_FragCoord.xy));
-    lit_fraction = disc_past(sun_depths, sun_behind, map, receiver, around, atlas.w, sun_limb_u,
-                             sun_limb_v, turn);
+    ivec2 first = first_texel(cell);
+    lit_fraction = vec4(0.0);
+    while (left != 0u) {
+        ivec2 texel = next_texel(left);
+        Receiver receiver = whole;
+        receiver.here += steps * (vec2(texel) + 0.5 - middle);
+        Around around = casters_around(sun_tops, atlas.map, receiver, atlas.reach, 0.0);
+        vec4 lit = vec4(around.dark ? 0.0 : 1.0);
+        WHEN(around.near) lit = vec4(lit_by_neighbours(sun_depths, atlas.map, receiver, around.high));
+        WHEN(around.search)
+            lit = disc_past(sun_depths, sun_behind, atlas.map, receiver, around, atlas.reach,
+                            sun_limb_u, sun_limb_v, evenly_spread(vec2(first + texel)));
+        lit_fraction += share * lit;
+    }
 #else
-    lit_fraction = vec4(1.0);
-    if (around.dark || away) lit_fraction = vec4(0.0);
-    else WHEN(around.near)
-        lit_fraction = vec4(lit_by_neighbours(sun_depths, map, receiver, around.high));
+    // So far the cell's samples lie from its middle [texels of the map].
+    vec2 spread = cell_reach * (abs(steps[0].xy) + abs(steps[1].xy));
+    Around around = casters_around(sun_tops, atlas.map, whole, atlas.reach, max(spread.x, spread.y));
+    lit_fraction = vec4(around.dark || away ? 0.0 : 1.0);
+    WHEN(around.near && !away) {
+        float lit = 0.0;
+        while (left != 0u) {
+            Receiver receiver = whole;
+            receiver.here += steps * (vec2(next_texel(left)) + 0.5 - middle);
+            lit += lit_by_neighbours(sun_depths, atlas.map, receiver, around.high);
+        }
+        lit_fraction = vec4(share * lit);
+    }
     if (around.search && !away) discard;
 #endif
 }

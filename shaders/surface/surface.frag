@@ -17,40 +17,68 @@ layout(location = 0) out vec4 radiance[5];
 layout(location = 0) out vec4 radiance;
 #endif
 
+// Radiance of each light [W m-2 sr-1].
+struct Lights {
+    vec4 sun, earth, other_surfaces, lamps;
+};
+
+Lights lights_of(Surface s, ivec2 at) {
+    Lights light = Lights(sun_light(s, at), vec4(0.0), vec4(0.0), vec4(0.0));
+#if defined(SKY) || defined(INTERREFLECTION)
+    Albedo albedo = albedo_of(s);
+#endif
+#ifdef SKY
+    light.earth = earth_light(s, albedo) * s.earth_share;
+#endif
+#ifdef INTERREFLECTION
+    light.other_surfaces = bounced_light(s, albedo);
+#endif
+#ifdef LAMPS
+    light.lamps = lamp_light(s);
+#endif
+    return light;
+}
+
 // Of a spacecraft that has layered materials, those are drawn with LAYERED, the others with PLAIN.
 
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
     Surface s = gbuffer_surface(at);
-    vec4 sun = sun_light(s, at), earth = vec4(0.0), other_surfaces = vec4(0.0), lamps = vec4(0.0);
-#if defined(SKY) || defined(INTERREFLECTION)
-    Albedo albedo = albedo_of(s);
-#endif
-#ifdef SKY
-    earth = earth_light(s, albedo) * s.earth_share;
-#endif
-#ifdef INTERREFLECTION
-    other_surfaces = bounced_light(s, albedo);
-#endif
-#ifdef LAMPS
-    lamps = lamp_light(s);
+#ifdef LAYERED
+    // Patterns are finer than a cell: the mean over its samples.
+    uint material = material_of(texelFetch(gbuffer_position, at, 0).w);
+    ivec2 cell;
+    uint group = group_of(at, cell), left = group;
+    vec2 middle = point_of(group);
+    float share = 1.0 / float(samples_of(group));
+    Lights light = Lights(vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0));
+    while (left != 0u) {
+        vec2 aside = vec2(next_texel(left)) + 0.5 - middle;
+        Lights one = lights_of(sample_surface(s, material, aside), at);
+        light.sun += share * one.sun;
+        light.earth += share * one.earth;
+        light.other_surfaces += share * one.other_surfaces;
+        light.lamps += share * one.lamps;
+    }
+#else
+    Lights light = lights_of(s, at);
 #endif
 #ifdef AIR_BEFORE
     // What the air adds counts as the Earth's light.
-    sun *= air_transmittance;
-    earth = earth * air_transmittance + air_light;
-    other_surfaces *= air_transmittance;
-    lamps *= air_transmittance;
+    light.sun *= air_transmittance;
+    light.earth = light.earth * air_transmittance + air_light;
+    light.other_surfaces *= air_transmittance;
+    light.lamps *= air_transmittance;
     s.emission *= air_transmittance;
 #endif
 #ifdef BY_LIGHT
-    radiance[0] = sun;
-    radiance[1] = earth;
-    radiance[2] = other_surfaces;
-    radiance[3] = lamps;
+    radiance[0] = light.sun;
+    radiance[1] = light.earth;
+    radiance[2] = light.other_surfaces;
+    radiance[3] = light.lamps;
     radiance[4] = s.emission;
 #else
-    radiance = sun + s.emission + earth + other_surfaces + lamps;
+    radiance = light.sun + s.emission + light.earth + light.other_surfaces + light.lamps;
 #endif
 #ifdef PLAIN
     if (is_layered(material_of(texelFetch(gbuffer_position, at, 0).w))) discard;

@@ -3,10 +3,7 @@
 
 uniform sampler2DArray base_colour_images;   // red, green, blue reflectance, coverage
 
-in vec2 uv;     // place in the images, v down from the top row
-in vec4 tint;   // factors of red, green, blue reflectance and of coverage
-
-// The cell of a sample in the images.
+// The cell of a sample in the images, v down from the top row.
 struct Cell {
     vec2 uv;
     vec2 dx, dy;   // steps to the neighbouring samples
@@ -27,7 +24,9 @@ vec4 image_at(sampler2DArray images, int worn, Cell cell) {
 }
 
 // Factors of the base colour and of the coverage.
-vec4 base_colour_at(uint material, Cell cell) {
+//
+// tint : of red, green, blue reflectance and of coverage, as the vertices have it
+vec4 base_colour_at(uint material, Cell cell, vec4 tint) {
     int worn = int(material_images[material].x);
     return worn < 0 ? tint : tint * image_at(base_colour_images, worn, cell);
 }

@@ -1,4 +1,4 @@
-"""Full-screen draws: a fragment shader over a viewport, with one uniform block and its textures."""
+"""Full-screen draws: a fragment shader over a viewport."""
 
 from __future__ import annotations
 
@@ -10,6 +10,50 @@ import moderngl
 from simgl.gpu.program import load_program
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
+
+
+class Screen:
+    """The shader ``NAME.frag``, drawn as one triangle over the current viewport, at a depth.
+
+    depth : -1..1
+    vertex : another vertex stage
+    blocks, spare : that it reads, bound by whoever owns them; that only other variants read
+    samplers, defines : texture units by name; of the variant
+    """
+
+    @all_or_nothing
+    def __init__(
+        self,
+        ctx: moderngl.Context,
+        name: str,
+        depth: float,
+        blocks: Sequence[Block],
+        samplers: Mapping[str, int],
+        defines: Mapping[str, int] | None = None,
+        *,
+        spare: Sequence[Block] = (),
+        vertex: str = "common/fullscreen.vert",
+    ) -> None:
+        self._program = load_program(
+            ctx,
+            name,
+            vertex=vertex,
+            blocks=blocks,
+            spare=spare,
+            samplers=samplers,
+            defines={"AT_DEPTH": depth} | dict(defines or {}),
+        )
+        self._array = ctx.vertex_array(self._program, [])
+
+    def draw(self, vertices: int = 3) -> None:
+        """Over the current viewport, with what is bound."""
+        self._array.render(moderngl.TRIANGLES, vertices=vertices)
+
+    def release(self) -> None:
+        """Free everything."""
+        self._array.release()
+        self._program.release()
+
 
 # Of two or three dimensions.
 Texture = moderngl.Texture | moderngl.Texture3D

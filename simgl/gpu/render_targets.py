@@ -13,7 +13,7 @@ import numpy as np
 from simgl.arrays import AnyArray, Array32
 from simgl.gpu.context import is_software
 from simgl.gpu.release import all_or_nothing, release_all
-from simgl.lru_cache import LruCache
+from simgl.lru_cache import MANY, LruCache
 
 
 @dataclass(frozen=True)
@@ -126,8 +126,6 @@ def largest_edge(ctx: moderngl.Context) -> int:
 
 # Of the targets of images of other sizes, such as a window had that is resized.
 _MAX_BYTES = 512 << 20
-# Each counts a little more than its size, so that their number is bounded.
-_MORE_BYTES = 1 << 20
 # The targets of one image, which stay whatever their sizes.
 _OF_AN_IMAGE = 8
 
@@ -147,7 +145,7 @@ class TargetStore:
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._targets = LruCache[tuple[str, tuple[int, int]], ImageTarget](
-            _MAX_BYTES, partial(release_all, ctx)
+            MANY, partial(release_all, ctx), max_bytes=_MAX_BYTES
         )
         self._targets.reserve(_OF_AN_IMAGE)
 
@@ -160,7 +158,7 @@ class TargetStore:
         return self._targets.get(
             (use, size),
             lambda: ImageTarget(self._ctx, size, formats, depth=depth),
-            pixels * (values + 4 * depth) + _MORE_BYTES,
+            pixels * (values + 4 * depth),
         )
 
     def release(self) -> None:
@@ -173,32 +171,49 @@ _SIZE_STEP = 256
 
 
 class GrowingTarget:
-    """Framebuffers over RGBA32F textures that share one depth buffer and grow with what is drawn.
+    """Framebuffers over textures that share one depth buffer and grow with what is drawn.
 
     groups : for each framebuffer its textures, counted from 0
+    kind : of the textures
     """
 
-    def __init__(self, ctx: moderngl.Context, groups: Sequence[Sequence[int]]) -> None:
-        self._ctx = ctx
+    def __init__(
+        self,
+        ctx: moderngl.Context,
+        groups: Sequence[Sequence[int]],
+        kind: Format = Format("f4", 4),
+    ) -> None:
+        self._ctx, self._kind = ctx, kind
         self._groups = tuple(tuple(group) for group in groups)
         self._size = (0, 0)
         self._framebuffers: list[moderngl.Framebuffer] = []
         self._textures: list[moderngl.Texture] = []
         self._depth: moderngl.Renderbuffer | None = None
+        self._own_depth: moderngl.Renderbuffer | None = None
 
-    def covering(self, size: tuple[int, int]) -> list[moderngl.Framebuffer]:
-        """The framebuffer of each group, of a size or larger."""
-        if self._size[0] >= size[0] and self._size[1] >= size[1]:
+    def covering(
+        self, size: tuple[int, int], depth: moderngl.Renderbuffer | None = None
+    ) -> list[moderngl.Framebuffer]:
+        """The framebuffer of each group, of a size or larger.
+
+        depth : a buffer of at least that size instead of its own
+        """
+        large_enough = self._size[0] >= size[0] and self._size[1] >= size[1]
+        if large_enough and (depth is None or depth is self._depth):
             return self._framebuffers
         columns, rows = (
             _SIZE_STEP * -(-max(present, needed) // _SIZE_STEP)
             for present, needed in zip(self._size, size, strict=True)
         )
         self.release()
-        self._depth = self._ctx.depth_renderbuffer((columns, rows))
+        if depth is None:
+            depth = self._own_depth = self._ctx.depth_renderbuffer((columns, rows))
+        self._depth = depth
+        kind = self._kind
         for _ in range(1 + max(index for group in self._groups for index in group)):
-            self._textures.append(self._ctx.texture((columns, rows), 4, dtype="f4"))
-            self._textures[-1].filter = (moderngl.NEAREST, moderngl.NEAREST)
+            texture = self._ctx.texture((columns, rows), kind.channels, dtype=kind.dtype)
+            texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            self._textures.append(texture)
         for group in self._groups:
             textures = [self._textures[index] for index in group]
             self._framebuffers.append(self._ctx.framebuffer(textures, self._depth))
@@ -209,9 +224,10 @@ class GrowingTarget:
     def release(self) -> None:
         """Free everything; the next use makes it again."""
         release_all(self._ctx, *self._framebuffers, *self._textures)
-        if self._depth is not None:
-            self._depth.release()
-        self._framebuffers, self._textures, self._depth = [], [], None
+        if self._own_depth is not None:
+            self._own_depth.release()
+        self._framebuffers, self._textures = [], []
+        self._depth = self._own_depth = None
         self._size = (0, 0)
 
 

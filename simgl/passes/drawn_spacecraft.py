@@ -10,6 +10,7 @@ from simgl.environment_map import SkyRadiance
 from simgl.passes.mesh_store import VertexLighting
 from simgl.passes.shared_blocks import AirBetween
 from simgl.radiosity.final_gather import LitBody
+from simgl.scene.posed_mesh import PosedMesh
 from simgl.view.spacecraft_view import SpacecraftView
 
 SkyTextures = tuple[moderngl.TextureCube, moderngl.Texture3D, moderngl.Texture]
@@ -55,6 +56,12 @@ class DrawnSpacecraft:
     vertex_lighting: VertexLighting | None = None
     lit_bodies: tuple[LitBody, ...] = ()
     air: AirBetween | None = None
+
+    @property
+    def mesh(self) -> PosedMesh:
+        """What is drawn of it."""
+        lighting = self.vertex_lighting
+        return self.view.model.posed_mesh if lighting is None else lighting.mesh
 
     @property
     def interreflects(self) -> bool:

@@ -1,4 +1,4 @@
-"""What each sample of a tile sees of its spacecraft: place, normals, material, vertex light."""
+"""The shading points of a tile: what the samples of each cell see of each smooth surface."""
 
 from __future__ import annotations
 
@@ -6,13 +6,14 @@ from collections.abc import Sequence
 
 import moderngl
 
-from simgl.gpu.pipeline_state import State, clear_depth
-from simgl.gpu.program import load_program
+from simgl.gpu.fullscreen import Screen
+from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import all_or_nothing
-from simgl.gpu.render_targets import GrowingTarget, textures_of
+from simgl.gpu.render_targets import Format, GrowingTarget, textures_of
 from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.passes.drawn_spacecraft import DrawnSpacecraft
 from simgl.passes.mesh_store import MeshStore
+from simgl.passes.shading_points import GROUPS, LAYERS, PointShader, ShadingPoints, blocks_of
 from simgl.passes.shared_blocks import (
     JOINTS,
     MATERIALS,
@@ -24,85 +25,146 @@ from simgl.passes.shared_blocks import (
 from simgl.passes.texture_store import IMAGE_UNITS
 from simgl.view.raster_tiles import RasterTile
 
-# The first target of a sample that sees nothing; the others are left as they are.
-EMPTY = -1.0
 # The targets of shaders/gbuffer/gbuffer.frag; those with images and vertex colours have more.
 _PLAIN, _DETAILED = 4, 7
 
+_VISIBILITY_UNIT, _CORNERS_UNIT, _VERTICES_UNIT, _LIGHT_UNIT = range(4)
+_POINTS = {"visibility": _VISIBILITY_UNIT} | GROUPS
+# Behind all that later passes draw.
+_LOOKED_UP = 0.875
+
 
 class GBufferPass:
-    """Draws the geometry and materials of the spacecraft of a tile at its sample grid."""
+    """Groups the samples of each cell, and looks up what the groups see of a spacecraft.
 
-    # The grid is rotated against the image, so that its raster holds more than the tile: what
-    # lies outside is cut away.
-    closed = State(depth=True, cull="back", clip_planes=4)
-    open_sheets = State(depth=True, clip_planes=4)
+    The depth buffer then says which points are that spacecraft's: 0 for all others.
+    """
+
+    state = State(depth=True)
+    colour_only = State()
+    depth_only = State(depth=True, write_color=False)
 
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
         self._ctx, self._meshes = ctx, meshes
-        self._programs: dict[tuple[str, ...], moderngl.Program] = {}
+        self._grouping: dict[int, Screen] = {}
+        more = {"more_groups": GROUPS["more_groups"]}
+        self._blocks = Screen(ctx, "gbuffer/blocks", 0.0, [TILE], more)
+        self._others = PointShader(ctx, "gbuffer/others", -1.0, [SPACECRAFT], _POINTS)
+        self._lookups: dict[tuple[str, ...], PointShader] = {}
         self._tile = UniformBuffer(ctx, TILE)
         self._spacecraft = UniformBuffer(ctx, SPACECRAFT)
+        self._groups = GrowingTarget(ctx, [[0, 1]], Format("u4", 4))
+        self._layers = GrowingTarget(ctx, [[0]], Format("u4"))
         self._targets = {n: GrowingTarget(ctx, [range(n)]) for n in (_PLAIN, _DETAILED)}
 
-    def draw(
-        self, tile: RasterTile, spacecraft: Sequence[DrawnSpacecraft]
-    ) -> tuple[moderngl.Texture, ...]:
-        """The targets of the shader in their order, RGBA32F, valid until the next draw."""
+    def group(
+        self, tile: RasterTile, visibility: moderngl.Texture, spacecraft: Sequence[DrawnSpacecraft]
+    ) -> ShadingPoints:
+        """Group the samples that see the same. No point is looked up yet.
+
+        visibility : of the visibility pass
+        spacecraft : of the tile
+        """
+        cells, blocks = tile.cells.size, blocks_of(tile.cells.size)
         detailed = any("DETAILED" in drawn.view.model.variant for drawn in spacecraft)
-        size = tile.raster_size
-        (target,) = self._targets[_DETAILED if detailed else _PLAIN].covering(size)
-        viewport = (0, 0, *size)
-        self.closed.apply(self._ctx, target, viewport, viewport)
-        others = ((False,) * 4,) * (len(target.color_attachments) - 1)
-        target.color_mask = ((True,) * 4, *others)  # type: ignore[assignment]
-        target.clear(EMPTY, EMPTY, EMPTY, EMPTY, depth=1.0, viewport=viewport)
+        (groups,) = self._groups.covering(cells)
+        (layers,) = self._layers.covering(blocks)
+        (target,) = self._targets[_DETAILED if detailed else _PLAIN].covering(
+            (cells[0], LAYERS * cells[1])
+        )
+        depth = target.depth_attachment
+        assert isinstance(depth, moderngl.Renderbuffer)
+        points = ShadingPoints(
+            cells=cells,
+            visibility=visibility,
+            groups=textures_of(groups),
+            block_layers=textures_of(layers)[0],
+            textures=textures_of(target),
+            framebuffer=target,
+            depth=depth,
+        )
+        self._tile.write(tile_values(tile, tile.slices[0]))
+        self._tile.bind()
+        visibility.use(_VISIBILITY_UNIT)
+        self.colour_only.apply(self._ctx, groups, (0, 0, *cells), (0, 0, *cells))
+        self._grouping_for(tile.cells.texels).draw()
+        points.bind()
+        self.colour_only.apply(self._ctx, layers, (0, 0, *blocks), (0, 0, *blocks))
+        self._blocks.draw()
+        return points
+
+    def look_up(self, tile: RasterTile, points: ShadingPoints, drawn: DrawnSpacecraft) -> None:
+        """Fill the points that see one spacecraft."""
+        area = (0, 0, *points.size)
+        self.depth_only.apply(self._ctx, points.framebuffer, area, area)
+        points.framebuffer.clear(depth=1.0, viewport=area)
+        self._tile.write(tile_values(tile, tile.slices[0]))
+        self._spacecraft.write(spacecraft_values(drawn.view))
         self._tile.bind()
         self._spacecraft.bind()
-        for index, clip_from_camera in enumerate(tile.slices):
-            if index:
-                clear_depth(self._ctx, target)
-            self._tile.write(tile_values(tile, clip_from_camera))
-            for drawn in spacecraft:
-                model, lighting = drawn.view.model, drawn.vertex_lighting
-                state = self.open_sheets if model.open_sheets else self.closed
-                state.apply(self._ctx, target, viewport, viewport)
-                self._spacecraft.write(spacecraft_values(drawn.view))
-                variant = tuple(d for d in model.variant if d not in ("LAYERED", "JOINTED"))
-                if variant:
-                    self._meshes.bind_surface(model)
-                mesh = model.posed_mesh if lighting is None else lighting.mesh
-                if lighting is not None:
-                    variant += lighting.defines
-                if mesh.motion is not None:
-                    self._meshes.bind_joints(model, mesh)
-                    variant = (*variant, "JOINTED")
-                values = None if lighting is None else lighting.values
-                self._meshes.geometry(mesh).draw(self._program_for(variant), values)
-        return textures_of(target)
+        points.visibility.use(_VISIBILITY_UNIT)
+        points.bind()
+        self._others.draw(points)
+        self.state.apply(self._ctx, points.framebuffer, area, area)
+        model, lighting = drawn.view.model, drawn.vertex_lighting
+        variant = tuple(d for d in model.variant if d == "DETAILED")
+        if variant:
+            self._meshes.bind_surface(model)
+        if drawn.mesh.motion is not None:
+            self._meshes.bind_joints(model, drawn.mesh)
+            variant = (*variant, "JOINTED")
+        if lighting is not None:
+            lighting.light.use(_LIGHT_UNIT)
+            variant += lighting.defines
+        tables = self._meshes.tables(drawn.mesh)
+        tables.corners.use(_CORNERS_UNIT)
+        tables.vertices.use(_VERTICES_UNIT)
+        self._look_up_for(variant).draw(points)
 
-    def _program_for(self, variant: tuple[str, ...]) -> moderngl.Program:
-        """The program for models of a variant; those without images do not pay for them."""
-        if variant not in self._programs:
-            detailed = "DETAILED" in variant
-            blocks = [TILE, SPACECRAFT]
-            blocks += [MATERIALS] * detailed + [JOINTS] * ("JOINTED" in variant)
-            self._programs[variant] = load_program(
+    def _grouping_for(self, texels: int) -> Screen:
+        if texels not in self._grouping:
+            self._grouping[texels] = Screen(
+                self._ctx,
+                "gbuffer/groups",
+                0.0,
+                [TILE],
+                {"visibility": _VISIBILITY_UNIT},
+                {"CELL_TEXELS": texels},
+            )
+        return self._grouping[texels]
+
+    def _look_up_for(self, variant: tuple[str, ...]) -> PointShader:
+        """The shader for models of a variant; those without images do not pay for them."""
+        if variant not in self._lookups:
+            detailed, lit = "DETAILED" in variant, "INTERREFLECTION" in variant
+            samplers = _POINTS | {
+                "triangle_corners": _CORNERS_UNIT,
+                "mesh_vertices": _VERTICES_UNIT,
+            }
+            if detailed:
+                samplers |= IMAGE_UNITS
+            if lit:
+                samplers |= {"vertex_light": _LIGHT_UNIT}
+            self._lookups[variant] = PointShader(
                 self._ctx,
                 "gbuffer/gbuffer",
-                blocks=blocks,
-                spare=[MATERIALS, JOINTS],
-                samplers=IMAGE_UNITS if detailed else {},
-                defines=dict.fromkeys(variant, 1),
+                _LOOKED_UP,
+                [SPACECRAFT] + [MATERIALS] * detailed + [JOINTS] * ("JOINTED" in variant),
+                samplers
+                | (IMAGE_UNITS if detailed else {})
+                | ({"vertex_light": _LIGHT_UNIT} if lit else {}),
+                dict.fromkeys(variant, 1),
             )
-        return self._programs[variant]
+        return self._lookups[variant]
 
     def release(self) -> None:
         """Free everything."""
-        for target in self._targets.values():
+        for target in (self._groups, self._layers, *self._targets.values()):
             target.release()
         for buffer in (self._tile, self._spacecraft):
             buffer.release()
-        for program in self._programs.values():
-            program.release()
+        for grouping in (self._blocks, *self._grouping.values()):
+            grouping.release()
+        for shader in (self._others, *self._lookups.values()):
+            shader.release()

@@ -8,8 +8,9 @@ from concurrent.futures import Executor
 import moderngl
 import numpy as np
 
+from simgl.arrays import Array32
 from simgl.environment_map import SkyRadiance, cell_radiance
-from simgl.gpu.vertex_buffers import Values
+from simgl.gpu.mesh_tables import COLUMNS, table_rows
 from simgl.passes.mesh_store import VertexLighting
 from simgl.radiosity.hemisphere import CELLS_ACROSS
 from simgl.radiosity.patch_light import PatchLight
@@ -17,8 +18,8 @@ from simgl.radiosity.solver import earth_share, vertex_irradiance
 from simgl.radiosity.transport_store import TransportStore, lit_mesh
 from simgl.view.spacecraft_view import SpacecraftView
 
-_FRONT = {"in_bounced": "4f", "in_earth_share": "1f"}
-_BACK = {"in_bounced_back": "4f", "in_earth_share_back": "1f"}
+# Texels of a vertex and side: irradiance; the Earth's share, and what fills it up.
+_VALUES = 8
 
 
 class InterreflectionPass:
@@ -33,7 +34,7 @@ class InterreflectionPass:
         self._ctx, self._transports, self._executor = ctx, transports, executor
         self._light = PatchLight()
         # One for each spacecraft of the largest scene so far.
-        self._buffers: dict[int, moderngl.Buffer] = {}
+        self._tables: dict[int, moderngl.Texture] = {}
 
     def draw(
         self, spacecraft: Sequence[SpacecraftView], skies: Sequence[SkyRadiance | None]
@@ -58,28 +59,30 @@ class InterreflectionPass:
         # In another thread while this one is busy with the bounces.
         share = self._executor.submit(earth_share, gather, cells)
         exitance = self._light.exitance(model, transport, sky, spacecraft.incident_light)
-        values = np.empty((*gather.shape, 5), dtype=np.float32)
+        values = np.zeros((*gather.shape, _VALUES), dtype=np.float32)
         vertex_irradiance(gather, exitance, values, self._executor)
         values[..., 4] = share.result()
-        buffer = self._buffer(spacecraft.instance, values.nbytes)
-        buffer.write(values)
         two_sided = transport.sides == 2
         return VertexLighting(
             mesh=lit_mesh(model, transport),
-            values=Values(buffer=buffer, layout=_FRONT | _BACK if two_sided else _FRONT),
+            light=self._table(spacecraft.instance, values.reshape(-1, 4)),
             defines=("INTERREFLECTION", "TWO_SIDED") if two_sided else ("INTERREFLECTION",),
         )
 
-    def _buffer(self, instance: int, size: int) -> moderngl.Buffer:
-        if instance not in self._buffers:
-            self._buffers[instance] = self._ctx.buffer(reserve=size, dynamic=True)
-        if self._buffers[instance].size != size:
-            # The same object with other storage: vertex arrays that read it stay valid.
-            self._buffers[instance].orphan(size)
-        return self._buffers[instance]
+    def _table(self, instance: int, texels: Array32) -> moderngl.Texture:
+        rows = table_rows(texels)
+        size = COLUMNS, len(rows)
+        present = self._tables.get(instance)
+        if present is None or present.size != size:
+            if present is not None:
+                present.release()
+            self._tables[instance] = self._ctx.texture(size, 4, dtype="f4")
+            self._tables[instance].filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self._tables[instance].write(rows)
+        return self._tables[instance]
 
     def release(self) -> None:
         """Free everything."""
-        for buffer in self._buffers.values():
-            buffer.release()
-        self._buffers.clear()
+        for table in self._tables.values():
+            table.release()
+        self._tables.clear()

@@ -7,10 +7,11 @@ from dataclasses import dataclass, field
 import moderngl
 import numpy as np
 
-from simgl.arrays import IndexArray
+from simgl.arrays import IndexArray, UIntArray
+from simgl.gpu.mesh_tables import MeshTables
 from simgl.gpu.uniform_blocks import UniformBuffer
-from simgl.gpu.vertex_buffers import DETAIL, Values, VertexBuffers
-from simgl.lru_cache import LruCache
+from simgl.gpu.vertex_buffers import DETAIL, VertexBuffers
+from simgl.lru_cache import MANY, LruCache
 from simgl.motion.joints import Joint
 from simgl.passes.shared_blocks import (
     JOINTS,
@@ -23,6 +24,7 @@ from simgl.passes.texture_store import TextureStore
 from simgl.scene.materials import MAX_MATERIALS, Material
 from simgl.scene.mesh import Mesh
 from simgl.scene.posed_mesh import PosedMesh, groups_of_parts
+from simgl.scene.smooth_surfaces import smooth_surfaces
 from simgl.scene.spacecraft import SpacecraftModel
 
 
@@ -30,19 +32,18 @@ from simgl.scene.spacecraft import SpacecraftModel
 class VertexLighting:
     """A mesh that is finer where light varies, with the light of its vertices.
 
+    light : two texels for each vertex and side: irradiance from other surfaces [W m-2]; what they
+        leave of the Earth's
     defines : what a program needs that reads them
     """
 
     mesh: PosedMesh
-    values: Values
+    light: moderngl.Texture
     defines: tuple[str, ...]
 
 
-# Blocks that stay on the GPU, some kilobytes each.
-CAPACITY = 128
-# Of the geometries there; each counts a little more than its size, so that their number is bounded.
+# Of the geometries that stay on the GPU.
 MAX_BYTES = 512 << 20
-_MORE_BYTES = 1 << 20
 
 
 @dataclass(kw_only=True, eq=False)
@@ -63,24 +64,34 @@ class MeshStore:
         self._ctx = ctx
         self._textures = TextureStore(ctx)
         self._materials = LruCache[tuple[tuple[Material, ...], str], UniformBuffer](
-            CAPACITY, UniformBuffer.release
+            MANY, UniformBuffer.release
         )
-        self._joints = LruCache[tuple[Joint, ...], _JointsBlock](CAPACITY, _JointsBlock.release)
+        self._joints = LruCache[tuple[Joint, ...], _JointsBlock](MANY, _JointsBlock.release)
         self._geometries = LruCache[tuple[str, bytes], VertexBuffers](
-            MAX_BYTES, VertexBuffers.release
+            MANY, VertexBuffers.release, max_bytes=MAX_BYTES
+        )
+        self._tables = LruCache[tuple[str, bytes], MeshTables](
+            MANY, MeshTables.release, max_bytes=MAX_BYTES
         )
 
     def geometry(self, posed: PosedMesh) -> VertexBuffers:
         """The uploaded mesh, the same for all poses.
 
-        It stays valid while it is among the last ``MAX_BYTES`` that were asked for.
+        It stays valid while it is among the last ``MANY`` and ``MAX_BYTES`` that were asked for.
         """
-        groups = groups_of_parts(posed.mesh, posed.joints)
-        if len(posed.joints) > MAX_JOINTS:
-            groups = np.zeros_like(groups)  # they cannot move: see `joint_values`
+        groups = _groups(posed)
         key = posed.mesh.digest, groups.tobytes() if posed.joints else b""
-        size = posed.mesh.nbytes + _MORE_BYTES
-        return self._geometries.get(key, lambda: _geometry(self._ctx, posed.mesh, groups), size)
+        return self._geometries.get(
+            key, lambda: _geometry(self._ctx, posed.mesh, groups), posed.mesh.nbytes
+        )
+
+    def tables(self, posed: PosedMesh) -> MeshTables:
+        """The mesh as textures, the same for all poses; valid as long as ``geometry``."""
+        groups = _groups(posed)
+        key = posed.mesh.digest, groups.tobytes() if posed.joints else b""
+        return self._tables.get(
+            key, lambda: _tables(self._ctx, posed.mesh, groups), posed.mesh.nbytes
+        )
 
     def bind_joints(self, model: SpacecraftModel, posed: PosedMesh) -> None:
         """Bind the Joints block for a mesh of a model, some of which joints have moved."""
@@ -112,14 +123,34 @@ class MeshStore:
     def release(self) -> None:
         """Free all of them."""
         self._geometries.clear()
+        self._tables.clear()
         self._materials.clear()
         self._joints.clear()
         self._textures.release()
 
 
-def _geometry(ctx: moderngl.Context, mesh: Mesh, group_of_part: IndexArray) -> VertexBuffers:
+def _groups(posed: PosedMesh) -> IndexArray:
+    """(parts,) rigid group of each part."""
+    groups = groups_of_parts(posed.mesh, posed.joints)
+    # More than the block holds cannot move: see `joint_values`.
+    return np.zeros_like(groups) if len(posed.joints) > MAX_JOINTS else groups
+
+
+def _label(mesh: Mesh, group_of_part: IndexArray) -> UIntArray:
+    """(n,) material, and from bit 6 on the rigid group."""
     group = group_of_part[mesh.part].astype(np.uint32)
-    labels = np.stack([mesh.part, mesh.material + np.uint32(MAX_MATERIALS) * group], axis=1)
+    return mesh.material + np.uint32(MAX_MATERIALS) * group
+
+
+def _tables(ctx: moderngl.Context, mesh: Mesh, group_of_part: IndexArray) -> MeshTables:
+    label, surface = _label(mesh, group_of_part), smooth_surfaces(mesh)
+    return MeshTables(
+        ctx, mesh.positions, mesh.normals, label, mesh.triangles, surface, _details(mesh)
+    )
+
+
+def _geometry(ctx: moderngl.Context, mesh: Mesh, group_of_part: IndexArray) -> VertexBuffers:
+    labels = np.stack([mesh.part, _label(mesh, group_of_part)], axis=1)
     return VertexBuffers(ctx, mesh.positions, mesh.normals, labels, mesh.triangles, _details(mesh))
 
 

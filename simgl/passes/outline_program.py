@@ -1,4 +1,4 @@
-"""Shaders that draw only where spacecraft are: shadow maps and truth."""
+"""Shaders that draw only where spacecraft are: shadow maps, truth and visibility."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from simgl.gpu.uniform_blocks import Block
 from simgl.passes.mesh_store import MeshStore
 from simgl.passes.shared_blocks import JOINTS, MATERIALS
 from simgl.passes.texture_store import BASE_COLOUR_UNIT
+from simgl.scene.posed_mesh import PosedMesh
 from simgl.scene.spacecraft import SpacecraftModel
 
 # What a model's variant means for its outline, with the block that it reads.
@@ -35,14 +36,20 @@ class OutlineProgram:
         self._programs: dict[tuple[str, ...], moderngl.Program] = {}
         self._program_for(())
 
-    def draw(self, model: SpacecraftModel) -> None:
-        """All triangles of a model."""
-        variant = tuple(define for define in model.variant if define in _VARIANTS)
+    def draw(self, model: SpacecraftModel, mesh: PosedMesh | None = None) -> None:
+        """All triangles of a model.
+
+        mesh : to draw instead of the model's own
+        """
+        mesh = mesh or model.posed_mesh
+        variant = tuple(define for define in model.variant if define == "CUT_OUT")
+        if mesh.motion is not None:
+            variant = (*variant, "JOINTED")
         if "CUT_OUT" in variant:
             self._meshes.bind_surface(model)
         if "JOINTED" in variant:
-            self._meshes.bind_joints(model, model.posed_mesh)
-        self._meshes.geometry(model.posed_mesh).draw(self._program_for(variant))
+            self._meshes.bind_joints(model, mesh)
+        self._meshes.geometry(mesh).draw(self._program_for(variant))
 
     def _program_for(self, variant: tuple[str, ...]) -> moderngl.Program:
         if variant not in self._programs:

@@ -17,12 +17,12 @@ from scipy.ndimage import uniform_filter
 from simgl.arrays import Array, Array32, IndexArray
 from simgl.environment_map import SkyRadiance, cell_radiance
 from simgl.passes.drawn_spacecraft import DrawnSpacecraft
+from simgl.passes.shading_points import LAYERS
 from simgl.radiosity.final_gather import SKY_ACROSS, LitBody, Points, gathered, sunlight
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.patch_light import PatchLight
 from simgl.radiosity.solver import material_light
 from simgl.radiosity.transport_store import TransportStore, lit_mesh
-from simgl.sample_grid import SampleGrid
 from simgl.scene.mean_materials import mean_materials
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.view.raster_tiles import RasterTile
@@ -104,35 +104,37 @@ class ReferenceGather:
         self,
         tile: RasterTile,
         gbuffer: Sequence[moderngl.Texture],
-        spacecraft: Sequence[DrawnSpacecraft],
+        drawn: DrawnSpacecraft,
     ) -> None:
-        """Overwrite what the G-buffer pass drew of the spacecraft that have ``lit_bodies``."""
-        if not any(drawn.lit_bodies for drawn in spacecraft):
+        """Overwrite what the G-buffer pass looked up of a spacecraft that has ``lit_bodies``."""
+        if not drawn.lit_bodies:
             return
-        columns, rows = tile.raster_size
+        columns, rows = tile.cells.size
+        rows *= LAYERS
         position, normal, face_normal, indirect = (
             _read(gbuffer[target])[:rows, :columns]
             for target in (_POSITION, _NORMAL, _FACE_NORMAL, _INDIRECT)
         )
         instance = position[..., 3].astype(np.int64) // 16384
-        for drawn in spacecraft:
-            view, lit = drawn.view, drawn.lit_bodies
-            row, column = np.nonzero((instance == view.instance) & (position[..., 3] >= 0.0))
-            if not lit or len(row) == 0:
-                continue
-            points = _points(
-                view,
-                position[row, column],
-                normal[row, column],
-                face_normal[row, column],
-                _spread(row, column),
-            )
-            cells = None if drawn.probe is None else cell_radiance(drawn.probe.sky, SKY_ACROSS)
-            squares = _pixel_cells(tile.sample_grid, row, column)
-            enough = _CERTAIN_OF_SUN * float(view.sun_irradiance.sum())
-            light, share = _certain(points, squares, lit, cells, _rays(tile.sample_grid), enough)
-            indirect[row, column] = light
-            face_normal[row, column, 3] = share
+        view = drawn.view
+        row, column = np.nonzero((instance == view.instance) & (position[..., 3] >= 0.0))
+        if len(row) == 0:
+            return
+        points = _points(
+            view,
+            position[row, column],
+            normal[row, column],
+            face_normal[row, column],
+            _spread(row, column),
+        )
+        cells = None if drawn.probe is None else cell_radiance(drawn.probe.sky, SKY_ACROSS)
+        per_edge = tile.sample_grid.cells_per_edge
+        squares = _pixel_cells(per_edge, row, column)
+        enough = _CERTAIN_OF_SUN * float(view.sun_irradiance.sum())
+        rays = -(-RAYS // per_edge**2)
+        light, share = _certain(points, squares, drawn.lit_bodies, cells, rays, enough)
+        indirect[row, column] = light
+        face_normal[row, column, 3] = share
         for target, values in ((_FACE_NORMAL, face_normal), (_INDIRECT, indirect)):
             gbuffer[target].write(np.ascontiguousarray(values), viewport=(0, 0, columns, rows))
 
@@ -166,10 +168,6 @@ def _read(texture: moderngl.Texture) -> Array32:
     return data.reshape(texture.height, texture.width, 4).copy()
 
 
-def _rays(sample_grid: SampleGrid) -> int:
-    return max(1, int(np.ceil(RAYS / sample_grid.scale**2)))
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Cells:
     """Squares of the raster of about a pixel's size.
@@ -183,8 +181,9 @@ class _Cells:
     group: IndexArray
 
 
-def _pixel_cells(sample_grid: SampleGrid, row: IndexArray, column: IndexArray) -> _Cells:
-    edge = max(1, round(sample_grid.scale))
+def _pixel_cells(per_edge: int, row: IndexArray, column: IndexArray) -> _Cells:
+    """per_edge : shading points along the edge of a pixel"""
+    edge = max(2, per_edge)
     shape = int(row.max()) // edge + 1, int(column.max()) // edge + 1
     return _Cells(
         shape=shape,

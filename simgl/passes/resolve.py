@@ -1,7 +1,8 @@
-"""Resolve: the samples of a tile averaged per pixel and laid over the background."""
+"""Resolve: the shading points of a tile averaged per pixel and laid over the background."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import moderngl
@@ -12,7 +13,8 @@ from simgl.camera.distortion import field
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.pipeline_state import ONE_MINUS_SRC1_COLOR, State
 from simgl.gpu.release import all_or_nothing
-from simgl.gpu.uniform_blocks import Block
+from simgl.gpu.uniform_blocks import Block, UniformBuffer
+from simgl.passes.shared_blocks import TILE, tile_values
 from simgl.view.raster_tiles import RasterTile
 
 _RESOLVE = Block(
@@ -23,15 +25,13 @@ _RESOLVE = Block(
             # Columns of the 2 x 2 matrices from pixel to raster directions and back.
             ("raster_from_pixel", "f4", 4),
             ("pixel_from_raster", "f4", 4),
-            # Raster coordinates of the tile's corner, and the tile's place in the image.
-            ("raster_origin", "f4", 2),
+            # The tile's place in the image.
             ("tile_origin", "f4", 2),
             # Tile coordinates of the corner of a window's raster.
             ("window_origin", "f4", 2),
             ("window_size", "i4", 2),
-            ("pinhole_reach", "i4"),
+            ("cells_per_pixel", "i4"),
             ("window_samples", "f4"),
-            ("resolve_padding", "i4", 2),
         ]
     ),
 )
@@ -57,44 +57,55 @@ class ResolvePass:
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
+        self._tile = UniformBuffer(ctx, TILE)
         self._programs: dict[tuple[str, ...], FullscreenProgram] = {}
 
     def draw(
         self,
         tile: RasterTile,
-        samples: moderngl.Texture,
+        groups: Sequence[moderngl.Texture],
+        points: moderngl.Texture,
         target: moderngl.Framebuffer,
         lens: DistortedView | None = None,
     ) -> None:
-        """Lay the tile over the radiance that the target already holds."""
-        self._draw(self.state, tile, samples, target, lens)
+        """Lay the tile over the radiance that the target already holds.
+
+        groups, points : of its G-buffer, and the radiance of its shading points
+        """
+        self._draw(self.state, tile, groups, points, target, lens)
 
     def hide(
         self,
         tile: RasterTile,
-        samples: moderngl.Texture,
+        groups: Sequence[moderngl.Texture],
+        points: moderngl.Texture,
         target: moderngl.Framebuffer,
         lens: DistortedView | None = None,
     ) -> None:
         """Leave of what the target holds only what is seen past the tile's spacecraft."""
-        self._draw(self.hiding, tile, samples, target, lens)
+        self._draw(self.hiding, tile, groups, points, target, lens)
 
     def _draw(
         self,
         state: State,
         tile: RasterTile,
-        samples: moderngl.Texture,
+        groups: Sequence[moderngl.Texture],
+        points: moderngl.Texture,
         target: moderngl.Framebuffer,
         lens: DistortedView | None,
     ) -> None:
         box = tile.x, tile.y, tile.width, tile.height
-        textures = {"samples": samples}
+        textures = dict(zip(("cell_groups", "more_groups"), groups, strict=True)) | {
+            "points": points
+        }
         defines = [] if tile.window is None else ["WINDOW"]
         if lens is not None:
             box = _distorted_box(tile, lens.camera)
             textures["places"] = lens.places
             defines.append("DISTORTED")
         state.apply(self._ctx, target, (0, 0, *target.size), box)
+        self._tile.write(tile_values(tile, tile.slices[0]))
+        self._tile.bind()
         self._program_for(tuple(defines), list(textures)).draw(
             _values(tile), list(textures.values())
         )
@@ -102,7 +113,7 @@ class ResolvePass:
     def _program_for(self, defines: tuple[str, ...], samplers: list[str]) -> FullscreenProgram:
         if defines not in self._programs:
             self._programs[defines] = FullscreenProgram(
-                self._ctx, "resolve/resolve", _RESOLVE, samplers, defines
+                self._ctx, "resolve/resolve", _RESOLVE, samplers, defines, shared=[TILE]
             )
         return self._programs[defines]
 
@@ -111,6 +122,7 @@ class ResolvePass:
         for program in self._programs.values():
             program.release()
         self._programs.clear()
+        self._tile.release()
 
 
 def _distorted_box(tile: RasterTile, camera: Camera) -> tuple[int, int, int, int]:
@@ -137,10 +149,9 @@ def _values(tile: RasterTile) -> dict[str, object]:
     return {
         "raster_from_pixel": turn.T.ravel(),
         "pixel_from_raster": back.T.ravel(),
-        "raster_origin": tile.sample_grid.raster_from_pixel(tile.width)[:, 2],
         "tile_origin": (tile.x, tile.y),
         "window_origin": origin,
         "window_size": size,
-        "pinhole_reach": tile.sample_grid.reach,
+        "cells_per_pixel": tile.sample_grid.cells_per_edge,
         "window_samples": samples,
     }

@@ -45,8 +45,20 @@ TILE = Block(
             # in camera axes are positive.
             ("tile_edges", "f4", (4, 4)),
             # Steps of the line of sight from one sample to the next along rows and along columns,
-            # camera axes at depth 1.
+            # and the line of sight through the raster's corner, camera axes at depth 1.
             ("sample_steps", "f4", (2, 4)),
+            ("sight_origin", "f4", 4),
+            # Columns of the 2 x 2 matrices from raster directions to those of the cells and back.
+            ("cell_from_raster", "f4", 4),
+            ("raster_from_cell", "f4", 4),
+            # The corner of the first cell in the raster.
+            ("raster_origin", "f4", 2),
+            # Columns and rows of cells.
+            ("cells", "i4", 2),
+            # From a cell's middle to its samples along an axis of the raster [texels].
+            ("cell_reach", "f4"),
+            ("tile_padding", "f4"),
+            ("tile_padding_2", "f4", 2),
         ]
     ),
 )
@@ -150,10 +162,17 @@ MATERIALS = Block(
 
 def tile_values(tile: RasterTile, clip_from_camera: Any) -> dict[str, Any]:
     """The Tile block for one depth slice of a tile."""
+    to_raster = tile.cells.raster_from_cell
     return {
         "clip_from_camera": clip_from_camera,
         "tile_edges": tile.edges,
         "sample_steps": tile.sample_steps,
+        "sight_origin": tile.sight_origin,
+        "cell_from_raster": np.linalg.inv(to_raster[:, :2]).T.ravel(),
+        "raster_from_cell": to_raster[:, :2].T.ravel(),
+        "raster_origin": to_raster[:, 2],
+        "cells": tile.cells.size,
+        "cell_reach": tile.cells.reach,
     }
 
 

@@ -1,19 +1,19 @@
-"""Spacecraft surfaces: radiance of every sample of a tile."""
+"""Spacecraft surfaces: radiance of every shading point of a tile."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import moderngl
 
 from simgl.gpu.pipeline_state import State
-from simgl.gpu.program import load_program
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.render_targets import GrowingTarget, textures_of
-from simgl.gpu.uniform_blocks import Block, UniformBuffer
+from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.passes.albedo_table import LOBE_UNIT, lobe_texture
 from simgl.passes.drawn_spacecraft import DrawnSpacecraft
 from simgl.passes.mesh_store import MeshStore
+from simgl.passes.shading_points import GROUPS, PointShader, ShadingPoints
 from simgl.passes.shared_blocks import (
     JOINTS,
     LAMPS,
@@ -29,17 +29,15 @@ from simgl.passes.shared_blocks import (
 from simgl.view.lamp_views import LampView
 from simgl.view.raster_tiles import RasterTile
 
-EMPTY = -1.0
-
 # The terms of a surface's radiance, in the order of the targets of shaders/surface/surface.frag.
 LIGHTS = ("sun", "earth", "inter_reflected", "lamp", "emitted")
 
 # Channels of the G-buffer, in the order of the targets of shaders/gbuffer/gbuffer.frag.
 _GBUFFER = ("position", "normal_roughness", "face_normal", "indirect")
 _TEXTURED = ("textured_reflectance", "textured_emission", "textured_normal")
-# In the order of the shadow pass's textures.
-_SHADOW_UNITS = {"sun_depths": 7, "sun_behind": 8, "sun_tops": 9}
 _SUNLIGHT_UNIT = 11
+# In the order of the shadow pass's textures. Sunlight is drawn before what reads the sky.
+_SHADOW_UNITS = {"sun_depths": 12, "sun_behind": 13, "sun_tops": 14}
 _SKY_UNITS = {"sky_cube": 12, "sky_lobes": 13, "sky_irradiance": 14}
 _LAMP_UNIT = 15
 
@@ -55,52 +53,20 @@ def _gbuffer(*channels: str) -> dict[str, int]:
 _MORE_UNITS = {
     "SKY": _gbuffer("face_normal") | _SKY_UNITS | _LOBES,
     "INTERREFLECTION": _gbuffer("indirect") | _LOBES,
-    "LAYERED": _gbuffer("face_normal") | _LOBES,
+    "LAYERED": _gbuffer("face_normal") | GROUPS | _LOBES,
     "LAMPS": _gbuffer("face_normal") | {"lamp_maps": _LAMP_UNIT},
     "DETAILED": {name: unit for unit, name in enumerate(_TEXTURED, len(_GBUFFER))},
 }
 
 
-class _Screen:
-    """A shader over the viewport, at a depth."""
-
-    @all_or_nothing
-    def __init__(
-        self,
-        ctx: moderngl.Context,
-        name: str,
-        depth: float,
-        blocks: Sequence[Block],
-        samplers: Mapping[str, int],
-        defines: Sequence[str] = (),
-    ) -> None:
-        self._program = load_program(
-            ctx,
-            name,
-            vertex="common/fullscreen.vert",
-            blocks=blocks,
-            spare=[LAMPS, TILE, JOINTS],
-            samplers=samplers,
-            defines={"AT_DEPTH": depth} | dict.fromkeys(defines, 1),
-        )
-        self._array = ctx.vertex_array(self._program, [])
-
-    def draw(self) -> None:
-        self._array.render(moderngl.TRIANGLES, vertices=3)
-
-    def release(self) -> None:
-        self._array.release()
-        self._program.release()
-
-
 class SurfacePass:
-    """Lights what the samples of a tile see; empty samples hold -1.
+    """Lights the shading points of a spacecraft.
 
-    For each spacecraft the depth buffer says which samples a draw is for, so that even a renderer
-    without real branches spends on a sample only what it needs:
+    The depth buffer says which points a draw is for, so that even a renderer without real branches
+    spends on a point only what it needs:
 
         0      not of this spacecraft
-        1      of it, sunlight unknown
+        0.94   of it, sunlight unknown
         0.5    of it, sunlight known without search
         0.75   of it, sunlight searched through the disc
         0.25   lit, of one reflection law
@@ -108,22 +74,17 @@ class SurfacePass:
     """
 
     state = State(depth=True)
-    depth_only = State(depth=True, write_color=False)
-    empty = State()
 
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
         self._ctx, self._meshes = ctx, meshes
         self._lobes = lobe_texture(ctx)
-        self._others = _Screen(
-            ctx, "surface/other_spacecraft", -1.0, [SPACECRAFT], _gbuffer("position")
-        )
-        searched = _gbuffer("position", "normal_roughness", "face_normal") | _SHADOW_UNITS
+        searched = _gbuffer("position", "normal_roughness", "face_normal") | GROUPS | _SHADOW_UNITS
         known = {name: unit for name, unit in searched.items() if name != "sun_behind"}
         name, blocks = "surface/sunlight", [SPACECRAFT, SHADOW]
-        self._known = _Screen(ctx, name, 0.0, blocks, known)
-        self._searched = _Screen(ctx, name, 0.5, blocks, searched, ["SEARCH"])
-        self._lit: dict[tuple[str, ...], tuple[_Screen, ...]] = {}
+        self._known = PointShader(ctx, name, 0.0, blocks, known)
+        self._searched = PointShader(ctx, name, 0.5, blocks, searched, {"SEARCH": 1})
+        self._lit: dict[tuple[str, ...], tuple[PointShader, ...]] = {}
         self._tile = UniformBuffer(ctx, TILE)
         self._spacecraft = UniformBuffer(ctx, SPACECRAFT)
         self._shadow = UniformBuffer(ctx, SHADOW)
@@ -134,76 +95,75 @@ class SurfacePass:
     def draw(
         self,
         tile: RasterTile,
-        gbuffer: Sequence[moderngl.Texture],
-        spacecraft: Sequence[DrawnSpacecraft],
+        points: ShadingPoints,
+        drawn: DrawnSpacecraft,
         lamps: Sequence[LampView] = (),
         lamp_maps: moderngl.Texture | None = None,
         *,
         by_light: bool = False,
     ) -> tuple[moderngl.Texture, ...]:
-        """RGBA32F samples of the tile [W m-2 sr-1], valid until the next draw.
+        """RGBA32F radiance of the points [W m-2 sr-1], of all spacecraft that were drawn since the
+        last tile; undefined where there is no point.
 
-        gbuffer : in the order of the G-buffer pass's targets
+        points : those of this spacecraft have been looked up last
         lamps : which light every spacecraft, and the texture of their shadow maps
         returns : one texture, or with ``by_light`` one for each of ``LIGHTS``
         """
-        size = tile.raster_size
-        sunlight, target = self._targets[len(LIGHTS) if by_light else 1].covering(size)
-        area = (0, 0, *size)
-        self._write(tile, lamps)
-        for unit, texture in enumerate(gbuffer):
+        targets = self._targets[len(LIGHTS) if by_light else 1]
+        sunlight, target = targets.covering(points.size, points.depth)
+        area = (0, 0, *points.size)
+        self._write(tile, drawn, lamps)
+        for unit, texture in enumerate(points.textures):
             texture.use(unit)
-        textures_of(sunlight)[0].use(_SUNLIGHT_UNIT)
-        self._lobes.use(LOBE_UNIT)
-        if lamp_maps is not None:
-            lamp_maps.use(_LAMP_UNIT)
-        for drawn in spacecraft:
-            self._bind(drawn, tile)
-            self.depth_only.apply(self._ctx, sunlight, area, area)
-            sunlight.clear(depth=1.0, viewport=area)
-            self._others.draw()
-            self.state.apply(self._ctx, sunlight, area, area)
-            self._known.draw()
-            self._searched.draw()
-            if drawn is spacecraft[0]:
-                # Not its depth, which says what to draw.
-                self.empty.apply(self._ctx, target, area, area)
-                target.clear(EMPTY, EMPTY, EMPTY, EMPTY, viewport=area)
-            self.state.apply(self._ctx, target, area, area)
-            optional = {
-                "SKY": drawn.probe is not None,
-                "INTERREFLECTION": drawn.interreflects,
-                "LAMPS": bool(lamps),
-                "BY_LIGHT": by_light,
-                "AIR_BEFORE": drawn.air is not None,
-            }
-            variant = [d for d in drawn.view.model.variant if d != "CUT_OUT"]
-            variant += [define for define, wanted in optional.items() if wanted]
-            for screen in self._lit_for(tuple(variant)):
-                screen.draw()
+        points.bind()
+        for unit, texture in zip(_SHADOW_UNITS.values(), drawn.shadow_maps, strict=True):
+            texture.use(unit)
+        self.state.apply(self._ctx, sunlight, area, area)
+        self._known.draw(points)
+        self._searched.draw(points)
+        self._bind_light(drawn, textures_of(sunlight)[0], lamp_maps)
+        self.state.apply(self._ctx, target, area, area)
+        optional = {
+            "SKY": drawn.probe is not None,
+            "INTERREFLECTION": drawn.interreflects,
+            "LAMPS": bool(lamps),
+            "BY_LIGHT": by_light,
+            "AIR_BEFORE": drawn.air is not None,
+        }
+        variant = [d for d in drawn.view.model.variant if d != "CUT_OUT"]
+        variant += [define for define, wanted in optional.items() if wanted]
+        for screen in self._lit_for(tuple(variant)):
+            screen.draw(points)
         return textures_of(target)
 
-    def _write(self, tile: RasterTile, lamps: Sequence[LampView]) -> None:
+    def _write(self, tile: RasterTile, drawn: DrawnSpacecraft, lamps: Sequence[LampView]) -> None:
         for block in (self._tile, self._spacecraft, self._shadow, self._lamps):
             block.bind()
         self._tile.write(tile_values(tile, tile.slices[0]))
         self._lamps.write(lamp_values(lamps))
-
-    def _bind(self, drawn: DrawnSpacecraft, tile: RasterTile) -> None:
         model = drawn.view.model
         self._spacecraft.write(spacecraft_values(drawn.view, drawn.air))
         self._shadow.write(shadow_values(drawn.view, tile.sample_grid))
         self._meshes.bind_materials(model)
         if "JOINTED" in model.variant:
             self._meshes.bind_joints(model, model.posed_mesh)
-        for unit, texture in zip(_SHADOW_UNITS.values(), drawn.shadow_maps, strict=True):
-            texture.use(unit)
+
+    def _bind_light(
+        self,
+        drawn: DrawnSpacecraft,
+        sunlight: moderngl.Texture,
+        lamp_maps: moderngl.Texture | None,
+    ) -> None:
+        sunlight.use(_SUNLIGHT_UNIT)
+        self._lobes.use(LOBE_UNIT)
+        if lamp_maps is not None:
+            lamp_maps.use(_LAMP_UNIT)
         if drawn.probe is not None:
             drawn.probe.cube.use(_SKY_UNITS["sky_cube"])
             drawn.probe.lobes.use(_SKY_UNITS["sky_lobes"])
             drawn.probe.irradiance.use(_SKY_UNITS["sky_irradiance"])
 
-    def _lit_for(self, variant: tuple[str, ...]) -> tuple[_Screen, ...]:
+    def _lit_for(self, variant: tuple[str, ...]) -> tuple[PointShader, ...]:
         """The shaders for spacecraft of a variant, without what they do not need."""
         if variant not in self._lit:
             plain = tuple(define for define in variant if define not in ("LAYERED", "JOINTED"))
@@ -214,19 +174,18 @@ class SurfacePass:
                 self._lit[variant] = first, self._lit_screen(variant, -0.25)
         return self._lit[variant]
 
-    def _lit_screen(self, variant: tuple[str, ...], depth: float) -> _Screen:
+    def _lit_screen(self, variant: tuple[str, ...], depth: float) -> PointShader:
         samplers = _gbuffer("position", "normal_roughness") | {"sunlight": _SUNLIGHT_UNIT}
         blocks = [SPACECRAFT, MATERIALS]
         for define, units in _MORE_UNITS.items():
             if define in variant:
                 samplers |= units
-        if "LAYERED" in variant:
-            blocks.append(TILE)
-            if "JOINTED" in variant:
-                blocks.append(JOINTS)
+        if "LAYERED" in variant and "JOINTED" in variant:
+            blocks.append(JOINTS)
         if "LAMPS" in variant:
             blocks.append(LAMPS)
-        return _Screen(self._ctx, "surface/surface", depth, blocks, samplers, variant)
+        defines = dict.fromkeys(variant, 1)
+        return PointShader(self._ctx, "surface/surface", depth, blocks, samplers, defines)
 
     def release(self) -> None:
         """Free everything."""
@@ -235,5 +194,5 @@ class SurfacePass:
         for buffer in (self._tile, self._spacecraft, self._shadow, self._lamps):
             buffer.release()
         self._lobes.release()
-        for screen in (self._others, self._known, self._searched, *sum(self._lit.values(), ())):
+        for screen in (self._known, self._searched, *sum(self._lit.values(), ())):
             screen.release()

@@ -28,6 +28,33 @@ NEAREST = 0.01
 SLICE_RATIO = 64.0
 
 
+# Samples along the edge of a cell of a window: its few samples are shaded one by one.
+_WINDOW_CELL = 1
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CellGrid:
+    """Squares of a tile's raster, whole parts of a pixel, whose samples may share their shading.
+
+    size : columns and rows
+    raster_from_cell : (2, 3) affine map to the raster from cell coordinates
+    """
+
+    size: tuple[int, int]
+    raster_from_cell: Array
+
+    @property
+    def reach(self) -> float:
+        """How far from a cell's middle its samples lie along an axis of the raster [texels]."""
+        # With a little more for rounding.
+        return float(0.5 * np.abs(self.raster_from_cell[:, :2]).sum(axis=1).max()) + 0.01
+
+    @property
+    def texels(self) -> int:
+        """Along the edge of the window of the raster that holds a cell's samples."""
+        return int(2.0 * self.reach) + 1
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RasterTile:
     """A rectangle of the image that holds spacecraft, drawn on its own sample grid.
@@ -39,6 +66,8 @@ class RasterTile:
     slices : clip_from_camera (4, 4) float32 of each
     sample_steps : (2, 4) float32, of the line of sight at depth 1 from a sample to the next along
         rows and along columns of the sample grid's raster, camera axes, the last column unused
+    sight_origin : (4,) float32, the line of sight at depth 1 through the raster's corner
+    cells : of the raster
     spacecraft : as they are drawn
     window : of spacecraft too small for a raster of all the pixels; these have no edges
     """
@@ -52,6 +81,8 @@ class RasterTile:
     depths: tuple[tuple[float, float], ...]
     slices: tuple[Array32, ...]
     sample_steps: Array32
+    sight_origin: Array32
+    cells: CellGrid
     spacecraft: tuple[SpacecraftView, ...]
     window: RasterWindow | None = None
 
@@ -253,10 +284,21 @@ def _tile(
     if window is None:
         raster_from_camera = sample_grid.raster_from_pixel(width) @ shift @ camera.intrinsics
         size = np.array(sample_grid.raster_size(width, height))
+        per_pixel = sample_grid.cells_per_edge
+        raster_from_cell = sample_grid.raster_from_pixel(width)
+        raster_from_cell[:, :2] /= per_pixel
+        cells = CellGrid(
+            size=(per_pixel * width, per_pixel * height), raster_from_cell=raster_from_cell
+        )
         edges = _edges(shift @ camera.intrinsics, width, height)
     else:
         raster_from_camera = window.raster_from_image @ camera.intrinsics
         size = np.array(window.size)
+        columns, rows_of_cells = (-(-edge // _WINDOW_CELL) for edge in window.size)
+        cells = CellGrid(
+            size=(columns, rows_of_cells),
+            raster_from_cell=_WINDOW_CELL * np.eye(2, 3),
+        )
         edges = _float32(np.zeros((4, 4)))
     rows = 2.0 * raster_from_camera / size[:, None] - np.array([0.0, 0.0, 1.0])
     slices = []
@@ -269,6 +311,7 @@ def _tile(
     camera_from_raster = np.linalg.inv(np.vstack([raster_from_camera, [0.0, 0.0, 1.0]]))
     steps = np.zeros((2, 4))
     steps[:, :3] = camera_from_raster[:, :2].T
+    origin = np.append(camera_from_raster[:, 2], 0.0)
     return RasterTile(
         x=x0,
         y=y0,
@@ -279,6 +322,8 @@ def _tile(
         depths=depths,
         slices=tuple(slices),
         sample_steps=_float32(steps),
+        sight_origin=_float32(origin),
+        cells=cells,
         spacecraft=spacecraft,
         window=window,
     )

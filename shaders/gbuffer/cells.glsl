@@ -1,0 +1,85 @@
+// Cells of a tile: squares of about a pixel that hold a few samples of its raster. Samples of a cell
+// that see the same smooth surface are a group, and share one shading point.
+//
+// A group is a set of texels of the cell's window: bit 5 * row + column.
+#include "common/when.glsl"
+#include "gbuffer/blocks.glsl"
+
+const int STRIDE = 5;   // texels along the edge of the largest window
+const int TEXELS = STRIDE * STRIDE;   // the bits above tell of the cell
+
+// From the texel alone, so that neighbouring cells agree on whose sample it is.
+ivec2 cell_of(ivec2 texel) {
+    mat2 to_cell = mat2(cell_from_raster.xy, cell_from_raster.zw);
+    return ivec2(floor(to_cell * (vec2(texel) + 0.5 - raster_origin)));
+}
+
+// The texel at the corner of a cell's window.
+ivec2 first_texel(ivec2 cell) {
+    mat2 to_raster = mat2(raster_from_cell.xy, raster_from_cell.zw);
+    vec2 middle = to_raster * (vec2(cell) + 0.5) + raster_origin;
+    return ivec2(ceil(middle - cell_reach - 0.5));
+}
+
+// The line of sight through a place of the raster, at depth 1.
+vec3 sight_at(vec2 place) {
+    return sight_origin.xyz + place.x * sample_steps[0].xyz + place.y * sample_steps[1].xyz;
+}
+
+// Step of the place from one sample to the next, on a triangle's plane, camera axes [m].
+//
+// place : [m]; facet : unit normal of the triangle, on the viewer's side
+// step : of the line of sight at depth 1. A place is its depth times its line of sight, and stays
+// on the plane.
+vec3 place_step(vec3 place, vec3 facet, vec3 step) {
+    float off_plane = min(dot(facet, place), -1e-6 * length(place));
+    return place.z * (step - place * (dot(facet, step) / off_plane));
+}
+
+uint samples_of(uint group) {
+    uint bits = group & ((1u << TEXELS) - 1u);
+    bits -= (bits >> 1u) & 0x55555555u;
+    bits = (bits & 0x33333333u) + ((bits >> 2u) & 0x33333333u);
+    bits = (bits + (bits >> 4u)) & 0x0f0f0f0fu;
+    return (bits * 0x01010101u) >> 24u;
+}
+
+// Takes one texel out of a group; its place in the window.
+ivec2 next_texel(inout uint group) {
+    uint lowest = group & (~group + 1u);
+    group ^= lowest;
+    int bit = (floatBitsToInt(float(lowest)) >> 23) - 127;
+    // A fifth, exact for all bits there are.
+    int row = (bit * 13) >> 6;
+    return ivec2(bit - STRIDE * row, row);
+}
+
+#ifdef GROUPED
+uniform usampler2D cell_groups;   // the first four; above the first's the number of samples
+uniform usampler2D more_groups;   // the rest; above the first's the number of groups
+
+// A group of a cell, with what is above it.
+uint group_at(ivec2 cell, int layer) {
+    uvec4 groups;
+    bool first = layer < 4;
+    if (first) groups = texelFetch(cell_groups, cell, 0);
+    else groups = texelFetch(more_groups, cell, 0);
+    int place = layer & 3;
+    return place == 0 ? groups.x : place == 1 ? groups.y : place == 2 ? groups.z : groups.w;
+}
+
+// The group of a shading point; its cell.
+uint group_of(ivec2 at, out ivec2 cell) {
+    int layer = int((float(at.y) + 0.5) / float(cells.y));
+    cell = ivec2(at.x, at.y - layer * cells.y);
+    return group_at(cell, layer) & ((1u << TEXELS) - 1u);
+}
+
+// Where a group's shading point lies in the window: the mean of its samples' middles.
+vec2 point_of(uint group) {
+    vec2 sum = vec2(0.0);
+    uint left = group;
+    while (left != 0u) sum += vec2(next_texel(left)) + 0.5;
+    return sum / float(samples_of(group));
+}
+#endif

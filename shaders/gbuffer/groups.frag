@@ -1,0 +1,45 @@
+// The groups of each cell.
+#include "gbuffer/cells.glsl"
+
+uniform usampler2D visibility;
+
+// One for each layer. The upper bits of the first hold the number of samples in the cell, those of the
+// fifth the number of groups.
+layout(location = 0) out uvec4 groups;
+layout(location = 1) out uvec4 more;
+
+void main() {
+    ivec2 cell = ivec2(gl_FragCoord.xy), first = first_texel(cell);
+    ivec2 last = textureSize(visibility, 0) - 1;
+    uint surface[CELL_TEXELS * CELL_TEXELS];
+    uint left = 0u, total = 0u;
+    for (int j = 0; j < CELL_TEXELS; ++j)
+        for (int i = 0; i < CELL_TEXELS; ++i) {
+            ivec2 texel = first + ivec2(i, j);
+            bool inside = cell_of(texel) == cell;
+            uint seen = texelFetch(visibility, clamp(texel, ivec2(0), last), 0).g;
+            surface[CELL_TEXELS * j + i] = seen;
+            total += uint(inside);
+            left |= uint(inside && seen != 0u) << (STRIDE * j + i);
+        }
+    uint found[LAYERS], count = 0u;
+    for (int layer = 0; layer < LAYERS; ++layer) {
+        found[layer] = 0u;
+        WHEN(left != 0u) {
+            uint chosen = 0u, group = 0u;
+            for (int k = 0; k < CELL_TEXELS * CELL_TEXELS; ++k) {
+                uint bit = 1u << (STRIDE * (k / CELL_TEXELS) + k % CELL_TEXELS);
+                bool here = (left & bit) != 0u;
+                if (here && chosen == 0u) chosen = surface[k];
+                if (here && surface[k] == chosen) group |= bit;
+            }
+            // More surfaces than layers: the rest share the last one.
+            if (layer == LAYERS - 1) group = left;
+            left ^= group;
+            found[layer] = group;
+            count += uint(group != 0u);
+        }
+    }
+    groups = uvec4(found[0] | (total << TEXELS), found[1], found[2], found[3]);
+    more = uvec4(found[4] | (count << TEXELS), found[5], found[6], found[7]);
+}
