@@ -35,8 +35,8 @@ def table(ctx: moderngl.Context, values: AnyArray) -> moderngl.Texture:
 class MeshTables:
     """The tables of one mesh.
 
-    corners : for each triangle the indices of its corners; the number of its surface, from 1 on, and
-        from bit 21 on the logarithm of its curvature
+    corners : for each triangle the indices of its corners; the number of its surface, from 1 on,
+        and from bit 21 on the logarithm of its curvature
     vertices : for each vertex, a texel each: place and label; normal; with details place in the
         images, and factors of the base colour
     """

@@ -33,7 +33,7 @@ def smooth_surfaces(mesh: Mesh) -> IndexArray:
 
 
 def curvatures(mesh: Mesh) -> Array:
-    """(m,) how fast the normals turn over each triangle [rad/m], along its edge of fastest change."""
+    """(m,) how fast the normals turn over each triangle [rad/m], along the edge where fastest."""
     corners = mesh.positions[mesh.triangles].astype(np.float64)
     normals = mesh.normals[mesh.triangles].astype(np.float64)
     turn = np.linalg.norm(normals - np.roll(normals, 1, axis=1), axis=2)
