@@ -11,6 +11,9 @@ from simgl.gpu.release import all_or_nothing
 # Texels of a row of every table, as in shaders/gbuffer/triangles.glsl.
 COLUMNS = 2048
 
+# Their number shares a word of 32 bits with others; two of more surfaces may have one number.
+_MAX_SURFACES = 2**20 - 1
+
 
 def table_rows(values: AnyArray) -> AnyArray:
     """(rows, COLUMNS, 4) of (n, 4) texels, the last row filled up."""
@@ -32,7 +35,8 @@ def table(ctx: moderngl.Context, values: AnyArray) -> moderngl.Texture:
 class MeshTables:
     """The tables of one mesh.
 
-    corners : for each triangle the indices of its corners, and the number of its surface from 1 on
+    corners : for each triangle the indices of its corners; the number of its surface, from 1 on,
+        and from bit 21 on the logarithm of its curvature
     vertices : for each vertex, a texel each: place and label; normal; with details place in the
         images, and factors of the base colour
     """
@@ -46,6 +50,7 @@ class MeshTables:
         label: AnyArray,
         triangles: AnyArray,
         surface: AnyArray,
+        curvature: AnyArray,
         details: np.ndarray[tuple[int, ...], np.dtype[np.void]] | None,
     ) -> None:
         count = len(positions)
@@ -55,7 +60,10 @@ class MeshTables:
         if details is not None:
             texels[:, 2, :2], texels[:, 3] = details["uv"], details["tint"]
         self.vertices = table(ctx, texels.reshape(-1, 4))
-        corners = np.column_stack([triangles, surface + 1]).astype(np.uint32)
+        # 0 where it is flat; 32 steps to a factor of 2.
+        code = np.clip(np.round(32.0 * (np.log2(np.maximum(curvature, 1e-9)) + 16.0)), 0, 1023)
+        last = (surface % _MAX_SURFACES + 1) | code.astype(np.int64) << 21
+        corners = np.column_stack([triangles, last]).astype(np.uint32)
         self.corners = table(ctx, corners)
 
     def release(self) -> None:

@@ -2,13 +2,13 @@
 
 ``simgl.renderer`` orders them from a view to radiance, ``simgl.camera_pipeline`` from radiance to
 digital numbers. In the order of a frame: ``shadow`` and ``lamp_shadow`` (shadow maps),
-``interreflection`` (light at vertices), ``gbuffer``, ``reference_gather`` (the same light by rays),
-``surface`` (shading), ``resolve`` and ``warp`` (samples to pixels), ``truth``; then ``optics``,
-``spread``, ``exposure``, ``readout``, ``display``. ``background`` draws Earth and sky.
+``interreflection`` (light at vertices), ``visibility``, ``gbuffer``, ``reference_gather`` (the same
+light by rays), ``surface`` (shading), ``resolve`` and ``warp`` (to pixels), ``truth``; then
+``optics``, ``spread``, ``exposure``, ``readout``, ``display``. ``background`` draws Earth and sky.
 
-Shared modules: ``drawn_spacecraft`` (what is handed from pass to pass), ``shared_blocks`` (uniform
-blocks), ``mesh_store``, ``texture_store``, ``outline_program``, ``albedo_table``. A pass imports
-these, ``gpu`` and ``view``, never another pass.
+Shared modules: ``drawn_spacecraft`` and ``shading_points`` (what is handed from pass to pass),
+``shared_blocks`` (uniform blocks), ``mesh_store``, ``texture_store``, ``outline_program``,
+``albedo_table``. A pass imports these, ``gpu`` and ``view``, never another pass.
 
 A new pass: a class with ``draw`` and ``release``, a folder of that name in ``shaders/``, a line in
 the renderer.

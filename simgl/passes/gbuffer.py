@@ -25,6 +25,8 @@ from simgl.passes.shared_blocks import (
 from simgl.passes.texture_store import IMAGE_UNITS
 from simgl.view.raster_tiles import RasterTile
 
+# A point that is not there.
+EMPTY = -1.0
 # The targets of shaders/gbuffer/gbuffer.frag; those with images and vertex colours have more.
 _PLAIN, _DETAILED = 4, 7
 
@@ -92,6 +94,11 @@ class GBufferPass:
         points.bind()
         self.colour_only.apply(self._ctx, layers, (0, 0, *blocks), (0, 0, *blocks))
         self._blocks.draw()
+        if any(drawn.lit_bodies for drawn in spacecraft):
+            # Read on the CPU, which does not know the groups.
+            area = (0, 0, *points.size)
+            self.colour_only.apply(self._ctx, target, area, area)
+            target.clear(EMPTY, EMPTY, EMPTY, EMPTY, viewport=area)
         return points
 
     def look_up(self, tile: RasterTile, points: ShadingPoints, drawn: DrawnSpacecraft) -> None:

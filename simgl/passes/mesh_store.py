@@ -24,7 +24,7 @@ from simgl.passes.texture_store import TextureStore
 from simgl.scene.materials import MAX_MATERIALS, Material
 from simgl.scene.mesh import Mesh
 from simgl.scene.posed_mesh import PosedMesh, groups_of_parts
-from simgl.scene.smooth_surfaces import smooth_surfaces
+from simgl.scene.smooth_surfaces import curvatures, smooth_surfaces
 from simgl.scene.spacecraft import SpacecraftModel
 
 
@@ -143,9 +143,15 @@ def _label(mesh: Mesh, group_of_part: IndexArray) -> UIntArray:
 
 
 def _tables(ctx: moderngl.Context, mesh: Mesh, group_of_part: IndexArray) -> MeshTables:
-    label, surface = _label(mesh, group_of_part), smooth_surfaces(mesh)
     return MeshTables(
-        ctx, mesh.positions, mesh.normals, label, mesh.triangles, surface, _details(mesh)
+        ctx,
+        mesh.positions,
+        mesh.normals,
+        _label(mesh, group_of_part),
+        mesh.triangles,
+        smooth_surfaces(mesh),
+        curvatures(mesh),
+        _details(mesh),
     )
 
 

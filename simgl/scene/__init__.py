@@ -2,6 +2,7 @@
 
 state             SceneState: everything that an image depends on, at one instant
 spacecraft, mesh  SpacecraftModel and its triangles, primitives, moved joints
+smooth_surfaces   pieces of a mesh that a pixel may average
 materials, surface_layers, textures, mean_materials   surfaces
 lamps             spot lights and their irradiance
 earth             the Earth's shape, maps, clouds, atmosphere

@@ -51,6 +51,7 @@ SHARED_PASSES = {
     "simgl.passes.drawn_spacecraft",
     "simgl.passes.mesh_store",
     "simgl.passes.outline_program",
+    "simgl.passes.shading_points",
     "simgl.passes.shared_blocks",
     "simgl.passes.texture_store",
 }
