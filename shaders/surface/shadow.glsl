@@ -110,7 +110,7 @@ float receiver_plane(Receiver r, vec2 offset) {
 // spread : it shall hold for receivers on the same plane up to so many texels away, too
 Around casters_around(sampler2D tops, SunMap map, Receiver r, float reach, float spread) {
     // Around the middle of the line to the Sun lies all of the line, and of those to the disc.
-    float aside = 0.5 * length(map.lean);
+    float half_lean = 0.5 * length(map.lean);
     // How high the casters reach that can matter: higher ones are farther off on the map.
     // Receivers aside stand at other heights; the bounds are for the lowest, their planes the same.
     float lower = spread * (abs(r.slope.x) + abs(r.slope.y));
@@ -119,7 +119,7 @@ Around casters_around(sampler2D tops, SunMap map, Receiver r, float reach, float
     float radius = 0.0;
     int level = CONE + 1;
     for (int i = 0; i < 4; ++i) {
-        float less = high * (reach + aside) + 1.0 + spread;
+        float less = high * (reach + half_lean) + 1.0 + spread;
         int finer = level_for(less);
         if (finer >= level || high <= slack) break;
         level = finer;
@@ -132,9 +132,9 @@ Around casters_around(sampler2D tops, SunMap map, Receiver r, float reach, float
     }
     // Where casters of much the same height stand over all of the neighbourhood, all is dark. They
     // stand over the receiver's own plane where they are higher than it is anywhere there.
-    float window = 1.5 * radius + 16.0 + aside * above;
+    float window = 1.5 * radius + 16.0 + half_lean * above;
     float plane = (abs(r.slope.x) + abs(r.slope.y)) * window + r.slack + 2.0 * window * r.tilt;
-    bool dark = level < CONE && low > plane && (high - low) * (reach + 2.0 * aside) < 4.0;
+    bool dark = level < CONE && low > plane && (high - low) * (reach + 2.0 * half_lean) < 4.0;
     // The disc spans less than a texel: only the texels smooth the edge.
     bool near = !dark && high > slack && high * reach < 1.0;
     return Around(high, dark, near, !dark && !near && high > slack);
