@@ -25,10 +25,10 @@ vec4 noise_at(Spot spot, float level) {
 #endif
 }
 
-// The clouds' noise: cells where they lie in decks, puffs elsewhere.
-float cloud_noise(vec4 noise, float ragged) {
+// What puffs and cells have of the clouds' noise: cells where they lie in decks, puffs elsewhere.
+vec2 cloud_kinds(float ragged) {
     float cells = clamp(2.2 - 4.0 * ragged, 0.0, 1.0);
-    return noise.z * sqrt(1.0 - cells) + noise.w * sqrt(cells);
+    return sqrt(vec2(1.0 - cells, cells));
 }
 
 // Puffs drawn out along the chart's first axis, sheared and bent, are fibres: where on the chart to read

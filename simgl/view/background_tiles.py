@@ -12,6 +12,8 @@ from simgl.view.background import PlanetView
 
 # Edge of a tile [pixels], and into how many along each edge it may be cut.
 TILE, PARTS = 16, 2
+# Tiles along each edge of a larger one, where they change so evenly.
+MERGED = 2
 # What may change along a tile's edge. Between its corners a place lies off by an eighth of the
 # slant's change, in edges: 1/8 pixel; light that falls by e while the Sun's cosine changes by c is
 # off by 1 / 8 of the squared change over c, 0.1 %.
@@ -31,20 +33,25 @@ class BackgroundTiles:
 
     even : on the ground, which they see change evenly
     finer : on the ground, which their ``PARTS`` see change evenly
+    calm : even ones of which ``MERGED`` along each edge may be one tile
     ground : with other ground on them
     air : that miss the ground; what is in none of these masks misses air and clouds, too
     one_face : those of the even and the finer ones on one face of the noise's cube
-    sea : likewise those that have no shore on them
+    sea, land : likewise those that have no shore on them
+    high_clouds : those of the even and the finer ones that may have thin high cloud before them
     low, high : (rows, columns) sines of the Sun's height there, the least and the most
     pixel : (rows, columns) edge of a pixel on the ground of the even and the finer ones [m]
     """
 
     even: Mask
     finer: Mask
+    calm: Mask
     ground: Mask
     air: Mask
     one_face: Mask
     sea: Mask
+    land: Mask
+    high_clouds: Mask
     low: Array
     high: Array
     pixel: Array
@@ -60,18 +67,37 @@ class BackgroundTiles:
             self,
             even=self.even & mask,
             finer=self.finer & mask,
+            calm=self.calm & mask,
             ground=self.ground & mask,
             air=self.air & mask,
             one_face=self.one_face & mask,
             sea=self.sea & mask,
+            land=self.land & mask,
+            high_clouds=self.high_clouds & mask,
         )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MapCells:
+    """What the cells of equirectangular maps hold.
+
+    Each is (rows + 1, columns + 1) of their corners: how many of those above and left of it are
+
+    shores : not all open sea
+    waters : not all inland
+    high_clouds : not free of thin high cloud
+    """
+
+    shores: IndexArray
+    waters: IndexArray
+    high_clouds: IndexArray
 
 
 def tiles_of(
     planet: PlanetView,
     intrinsics: Array32,
     size: tuple[int, int],
-    shores: IndexArray | None = None,
+    cells: MapCells | None = None,
     *,
     noise: bool = True,
 ) -> BackgroundTiles:
@@ -79,13 +105,14 @@ def tiles_of(
 
     intrinsics : (3, 3) [pixels]
     size : width and height [pixels]; the last tiles may reach past it
-    shores : (rows + 1, columns + 1) of the corners of an equirectangular map's cells, how many of
-        those above and left of each hold something else than open sea
+    cells : of the maps; None where nothing is known of them
     noise : whether the image shows any
     """
     corners = corners_on_ground(planet, intrinsics, size)
     even, finer = even_tiles(corners), even_tiles(corners, PARTS)
     finer &= ~even
+    # A quarter of the even tiles' error: 1/32 pixel.
+    calm = even & even_tiles(corners, 1.0 / (2.0 * MERGED))
     one_face = np.ones_like(even)
     if noise:
         one_face = _on_one_face(corners.normal, _CHART_SEAM + _CLOUD_REACH * _cloud_height(planet))
@@ -97,14 +124,25 @@ def tiles_of(
     air = (nearest < np.arcsin(top / distance)) if distance > top else np.ones_like(ground)
     spacing = corners.distance / np.sqrt(np.maximum(corners.slant, 1e-3))
     pixel = 0.25 * _over_corners(np.add, spacing)
-    sea = np.zeros_like(even) if shores is None else _open_sea(corners, shores)
+    sea = land = np.zeros_like(even)
+    high_clouds = even | finer
+    if cells is not None:
+        sea = high_clouds & _nowhere(corners, cells.shores)
+        land = high_clouds & _nowhere(corners, cells.waters)
+        # The clouds that are seen before a place stand beside it.
+        slant = np.clip(_lowest(corners.slant), 0.05, 1.0)
+        beside = _cloud_height(planet) * np.sqrt(1.0 - slant**2) / slant
+        high_clouds = high_clouds & ~_nowhere(corners, cells.high_clouds, beside)
     return BackgroundTiles(
         even=even,
         finer=finer,
+        calm=calm,
         ground=ground & ~(even | finer),
         air=air & ~ground,
         one_face=one_face & (even | finer),
-        sea=sea & (even | finer),
+        sea=sea,
+        land=land,
+        high_clouds=high_clouds,
         low=_lowest(corners.sun),
         high=_highest(corners.sun),
         pixel=pixel / float(intrinsics[0, 0]) * planet.earth.equatorial_radius,
@@ -173,7 +211,7 @@ def corners_on_ground(planet: PlanetView, intrinsics: Array32, size: tuple[int, 
     )
 
 
-def even_tiles(corners: Corners, parts: int = 1) -> Mask:
+def even_tiles(corners: Corners, parts: float = 1.0) -> Mask:
     """(rows, columns) whether a tile lies on the ground and its parts see it change evenly.
 
     What bends across a tile bends by the square of ``parts`` less across one of them.
@@ -186,21 +224,28 @@ def even_tiles(corners: Corners, parts: int = 1) -> Mask:
     return even & (_range(sun) < parts * _SUN_CHANGE * sun_height)
 
 
-def _open_sea(corners: Corners, shores: IndexArray) -> Mask:
-    """Whether no cell of an equirectangular map that a tile may touch has a shore.
+def _nowhere(corners: Corners, sums: IndexArray, beside: Array | float = 0.0) -> Mask:
+    """(rows, columns) whether nothing that the cells of a map count lies where a tile may touch it.
 
-    Of a tile that spans the date line every longitude is asked for.
+    Of a tile that spans the date line every longitude is asked for; by its side, all is.
+
+    sums : as in ``MapCells``
+    beside : how far off the tiles it may lie, too [rad]
     """
-    rows, columns = shores.shape[0] - 1, shores.shape[1] - 1
+    rows, columns = sums.shape[0] - 1, sums.shape[1] - 1
     x, y, z = np.moveaxis(corners.normal, -1, 0)
-    row = (0.5 - np.arctan2(z, np.hypot(x, y)) / np.pi) * rows
+    across = np.hypot(x, y)
+    row = (0.5 - np.arctan2(z, across) / np.pi) * rows
     column = (np.arctan2(y, x) / (2.0 * np.pi) + 0.5) * columns
-    top, left = (np.floor(_lowest(v) - 0.5).astype(int) for v in (row, column))
-    bottom, right = (np.ceil(_highest(v) + 0.5).astype(int) for v in (row, column))
-    top, bottom = np.clip(top, 0, rows), np.clip(bottom, 0, rows)
-    left, right = np.clip(left, 0, columns), np.clip(right, 0, columns)
-    closed = shores[bottom, right] - shores[top, right] - shores[bottom, left] + shores[top, left]
-    return closed == 0
+    down = 0.5 + beside / np.pi * rows
+    right_of = 0.5 + beside / (2.0 * np.pi * np.maximum(_lowest(across), 1e-3)) * columns
+    top, bottom = np.floor(_lowest(row) - down), np.ceil(_highest(row) + down)
+    left, right = np.floor(_lowest(column) - right_of), np.ceil(_highest(column) + right_of)
+    inside = (left >= 0) & (right <= columns)
+    top, bottom = (np.clip(v, 0, rows).astype(int) for v in (top, bottom))
+    left, right = (np.clip(v, 0, columns).astype(int) for v in (left, right))
+    counted = sums[bottom, right] - sums[top, right] - sums[bottom, left] + sums[top, left]
+    return inside & (counted == 0)
 
 
 def _on_one_face(normal: Array, margin: float) -> Mask:
