@@ -124,22 +124,24 @@ def tiles_of(
     air = (nearest < np.arcsin(top / distance)) if distance > top else np.ones_like(ground)
     spacing = corners.distance / np.sqrt(np.maximum(corners.slant, 1e-3))
     pixel = 0.25 * _over_corners(np.add, spacing)
+    seen = even | finer
     sea = land = np.zeros_like(even)
-    high_clouds = even | finer
-    if cells is not None:
-        sea = high_clouds & _nowhere(corners, cells.shores)
-        land = high_clouds & _nowhere(corners, cells.waters)
+    high_clouds = seen
+    if cells is not None and seen.any():
         # The clouds that are seen before a place stand beside it.
         slant = np.clip(_lowest(corners.slant), 0.05, 1.0)
         beside = _cloud_height(planet) * np.sqrt(1.0 - slant**2) / slant
-        high_clouds = high_clouds & ~_nowhere(corners, cells.high_clouds, beside)
+        touched = _Touched.by(corners, cells.shores.shape, beside)
+        sea = seen & touched.none(cells.shores)
+        land = seen & touched.none(cells.waters)
+        high_clouds = seen & ~touched.none(cells.high_clouds)
     return BackgroundTiles(
         even=even,
         finer=finer,
         calm=calm,
-        ground=ground & ~(even | finer),
+        ground=ground & ~seen,
         air=air & ~ground,
-        one_face=one_face & (even | finer),
+        one_face=one_face & seen,
         sea=sea,
         land=land,
         high_clouds=high_clouds,
@@ -224,28 +226,47 @@ def even_tiles(corners: Corners, parts: float = 1.0) -> Mask:
     return even & (_range(sun) < parts * _SUN_CHANGE * sun_height)
 
 
-def _nowhere(corners: Corners, sums: IndexArray, beside: Array | float = 0.0) -> Mask:
-    """(rows, columns) whether nothing that the cells of a map count lies where a tile may touch it.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Touched:
+    """The cells of a map that tiles may touch, (rows, columns) each: the first, and past the last.
 
-    Of a tile that spans the date line every longitude is asked for; by its side, all is.
-
-    sums : as in ``MapCells``
-    beside : how far off the tiles it may lie, too [rad]
+    inside : whether these are all; not of tiles by the date line
     """
-    rows, columns = sums.shape[0] - 1, sums.shape[1] - 1
-    x, y, z = np.moveaxis(corners.normal, -1, 0)
-    across = np.hypot(x, y)
-    row = (0.5 - np.arctan2(z, across) / np.pi) * rows
-    column = (np.arctan2(y, x) / (2.0 * np.pi) + 0.5) * columns
-    down = 0.5 + beside / np.pi * rows
-    right_of = 0.5 + beside / (2.0 * np.pi * np.maximum(_lowest(across), 1e-3)) * columns
-    top, bottom = np.floor(_lowest(row) - down), np.ceil(_highest(row) + down)
-    left, right = np.floor(_lowest(column) - right_of), np.ceil(_highest(column) + right_of)
-    inside = (left >= 0) & (right <= columns)
-    top, bottom = (np.clip(v, 0, rows).astype(int) for v in (top, bottom))
-    left, right = (np.clip(v, 0, columns).astype(int) for v in (left, right))
-    counted = sums[bottom, right] - sums[top, right] - sums[bottom, left] + sums[top, left]
-    return inside & (counted == 0)
+
+    top: IndexArray
+    bottom: IndexArray
+    left: IndexArray
+    right: IndexArray
+    inside: Mask
+
+    @staticmethod
+    def by(corners: Corners, shape: tuple[int, ...], beside: Array) -> _Touched:
+        """Of the tiles with these corners.
+
+        shape : of the sums in ``MapCells``
+        beside : how far off the tiles cells are touched, too [rad]
+        """
+        rows, columns = shape[0] - 1, shape[1] - 1
+        x, y, z = np.moveaxis(corners.normal, -1, 0)
+        across = np.hypot(x, y)
+        row = (0.5 - np.arctan2(z, across) / np.pi) * rows
+        column = (np.arctan2(y, x) / (2.0 * np.pi) + 0.5) * columns
+        down = 0.5 + rows / np.pi * beside
+        aside = 0.5 + 0.5 * columns / np.pi * beside / np.maximum(_lowest(across), 1e-3)
+        top, bottom = np.floor(_lowest(row) - down), np.ceil(_highest(row) + down)
+        left, right = np.floor(_lowest(column) - aside), np.ceil(_highest(column) + aside)
+        return _Touched(
+            top=np.clip(top, 0, rows).astype(np.int64),
+            bottom=np.clip(bottom, 0, rows).astype(np.int64),
+            left=np.clip(left, 0, columns).astype(np.int64),
+            right=np.clip(right, 0, columns).astype(np.int64),
+            inside=(left >= 0) & (right <= columns),
+        )
+
+    def none(self, sums: IndexArray) -> Mask:
+        """Whether none of the cells touched is counted by a map's sums."""
+        within = sums[self.bottom, self.right] - sums[self.top, self.right]
+        return self.inside & (within == sums[self.bottom, self.left] - sums[self.top, self.left])
 
 
 def _on_one_face(normal: Array, margin: float) -> Mask:
