@@ -64,7 +64,14 @@ vec4 chart_at(vec2 place, float level) {
     return (textureLod(chart, place, level) - 0.5) * CHART_RANGE;
 }
 
-// The same anywhere: faces are mixed, and keep the variance.
+// What two faces have of the noise where their axes are so near, as far as no third one has any: they
+// are mixed, and keep the variance.
+vec2 chart_weights(vec2 nearness) {
+    vec2 share = max(nearness - (1.0 - CHART_SEAM) * max(nearness.x, nearness.y), 0.0);
+    return share * inversesqrt(dot(share, share));
+}
+
+// The noise anywhere.
 vec4 chart_about(vec3 n, float level) {
     vec3 share = chart_shares(n);
     return (share.x * chart_at(chart_x(n), level) + share.y * chart_at(chart_y(n), level)

@@ -68,11 +68,7 @@ Spot spot_at(vec3 n, vec2 near) {
     vec2 on_map = place_on_map(n);
     // On the same side of the date line.
     on_map.x = near.x + fract(on_map.x - near.x + 0.5) - 0.5;
-#ifdef ONE_FACE
-    return Spot(on_map, chart_place(n), fibre_place(n));
-#else
-    return Spot(on_map, n);
-#endif
+    return spot_on(on_map, n);
 }
 
 // Of the chart's axes there from east and north: cosine, sine.

@@ -37,6 +37,8 @@ class BackgroundTiles:
     ground : with other ground on them
     air : that miss the ground; what is in none of these masks misses air and clouds, too
     one_face : those of the even and the finer ones on one face of the noise's cube
+    two_faces : (3, rows, columns) likewise those on the faces about all axes but the first, the
+        second, or the third
     sea, land : likewise those that have no shore on them
     high_clouds : those of the even and the finer ones that may have thin high cloud before them
     low, high : (rows, columns) sines of the Sun's height there, the least and the most
@@ -49,6 +51,7 @@ class BackgroundTiles:
     ground: Mask
     air: Mask
     one_face: Mask
+    two_faces: Mask
     sea: Mask
     land: Mask
     high_clouds: Mask
@@ -71,6 +74,7 @@ class BackgroundTiles:
             ground=self.ground & mask,
             air=self.air & mask,
             one_face=self.one_face & mask,
+            two_faces=self.two_faces & mask,
             sea=self.sea & mask,
             land=self.land & mask,
             high_clouds=self.high_clouds & mask,
@@ -113,9 +117,12 @@ def tiles_of(
     finer &= ~even
     # A quarter of the even tiles' error: 1/32 pixel.
     calm = even & even_tiles(corners, 1.0 / (2.0 * MERGED))
-    one_face = np.ones_like(even)
+    one_face, two_faces = np.ones_like(even), np.zeros((3, *even.shape), dtype=bool)
     if noise:
-        one_face = _on_one_face(corners.normal, _CHART_SEAM + _CLOUD_REACH * _cloud_height(planet))
+        margin = _CHART_SEAM + _CLOUD_REACH * _cloud_height(planet)
+        one_face = _on_one_face(corners.normal, margin)
+        if not one_face.all():
+            two_faces = _on_two_faces(corners.normal, margin) & ~one_face
     nearest = _nadir_angles(planet, intrinsics, size)
     distance = float(np.sqrt(1.0 + planet.outside))
     height = 0.0 if planet.earth.air is None else AIR_TOP / planet.earth.equatorial_radius
@@ -142,6 +149,7 @@ def tiles_of(
         ground=ground & ~seen,
         air=air & ~ground,
         one_face=one_face & seen,
+        two_faces=two_faces & seen,
         sea=sea,
         land=land,
         high_clouds=high_clouds,
@@ -275,6 +283,13 @@ def _on_one_face(normal: Array, margin: float) -> Mask:
     two, one = np.partition(size, 1, axis=-1)[..., 1:].transpose(2, 0, 1)
     faces = np.argmax(size, axis=-1) + 3 * (np.max(normal, axis=-1) == one)
     return (_range(faces) == 0) & (_lowest(one * (1.0 - margin) - two) > 0.0)
+
+
+def _on_two_faces(normal: Array, margin: float) -> Mask:
+    """(3, rows, columns) whether a tile lies so far from the faces about each of the axes."""
+    size = np.moveaxis(np.abs(normal), -1, 0)
+    far = size.max(axis=0) * (1.0 - margin) - size
+    return np.stack([_lowest(of_axis) > 0.0 for of_axis in far])
 
 
 def _rays(planet: PlanetView, intrinsics: Array32, count: tuple[int, int], first: float) -> Array:

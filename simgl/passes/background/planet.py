@@ -348,18 +348,24 @@ def _variant(planet: PlanetView, air: AirBefore | None, *, far: bool) -> tuple[s
 def _kinds(tiles: BackgroundTiles, dark: Mask) -> Iterator[tuple[tuple[str, ...], Mask]]:
     """The even and the finer tiles in masks, with what their shader knows of them.
 
-    The rare ones, at night or at the edges of the noise's cube, are left few programs.
+    The rare ones, at night or at the corners of the noise's cube, are left few programs.
     """
     seen = tiles.even | tiles.finer
     # Margins of the maps' cells are enough for pixels smaller than a texel.
     small = tiles.pixel < _TEXEL_M
     level = tiles.pixel * MERGED * TILE < _SPANNED_TEXELS * _TEXEL_M
+    yz, zx, xy = tiles.two_faces
+    plain = (tiles.one_face | yz | zx | xy) & ~dark
     kinds = {
         "ONE_FACE": tiles.one_face,
+        "TWO_FACES": yz | zx | xy,
+        "FACES_YZ": yz,
+        "FACES_ZX": zx & ~yz,
+        "FACES_XY": xy & ~yz & ~zx,
         "NIGHT": dark,
         "SEA": tiles.sea,
-        "LAND": tiles.land & small & tiles.one_face & ~dark,
-        "NO_HIGH_CLOUD": ~tiles.high_clouds & small & tiles.one_face & ~dark,
+        "LAND": tiles.land & small & plain,
+        "NO_HIGH_CLOUD": ~tiles.high_clouds & small & plain,
     }
     kinds["RELIEF_AT_CORNERS"] = kinds["LAND"] & level
     which = np.zeros(seen.shape, dtype=np.int64)
