@@ -1,11 +1,12 @@
 """The air before a camera: which tables its image reads, drawn where they are not there yet.
 
 A view's table holds for one height and one angle of the Sun, and for all directions. Heights are
-taken in steps, fine enough not to show; angles of the Sun lie between two nodes, whose tables are
+taken in steps, fine enough not to show; angles of the Sun lie between four nodes, whose tables are
 marched and then mixed, so that a moving Sun costs a march only when it passes a node. The table's
-rows lie in parts, each with steps and nodes of its own between those of the others: a camera that
-moves evenly has a few rows marched in each frame, and never all of them in one. Images from
-one place share the tables: those of a camera, and the six that a spacecraft near it sees around it.
+rows lie in parts, each with nodes of its own between those of the others: while the Sun moves
+evenly a few rows are marched in each frame, and all of them only where the height passes a step.
+Images from one place share the tables: those of a camera, and the six that a spacecraft near it
+sees around it.
 """
 
 from __future__ import annotations
@@ -81,23 +82,31 @@ _COLUMNS = 96
 # Cells of a ray: single scattering within 0.1 % of twice as many.
 _STEPS = 48
 
-# The steps of a view: of its height, relative, and between the Sun's nodes [rad]: 200 m at 400 km,
-# and 1.8 s on the way round. At the terminator light falls by e in 1.5 degrees, low in the limb's
-# blue within half of one: a step of height, by which neighbouring parts of the table may differ, is
-# 0.3 % there, what bends between nodes as much.
-_HEIGHT_STEP, _NODE_STEP = 2.0**-11, 2.0**-9
+# The steps of a view: of its height, relative, and between the Sun's nodes [rad]: 400 m at 400 km,
+# and 3.6 s on the way round. At the terminator light falls by e in 1.5 degrees, low in the limb's
+# blue within half of one: half a step of height is 0.3 % there.
+_HEIGHT_STEP, _NODE_STEP = 2.0**-10, 2.0**-8
 # Parts of a table's rows.
 _PARTS = 16
-# Tables, marched or mixed, that are cached: a camera's and those of spacecraft near it.
-_CAPACITY = 8
+# Tables that are cached: a camera's and those of spacecraft near it, mixed, and their nodes.
+_CAPACITY, _NODE_CAPACITY = 8, 16
 
 # Atmospheres whose tables are cached, some megabytes each.
 _MAX_KINDS = 4
 
 _MIX = Block(
-    "AirMix", 24, np.dtype([("share", "f4"), ("first_mixed", "i4"), ("mix_padding", "f4", 2)])
+    "AirMix",
+    24,
+    np.dtype(
+        [
+            ("node_weights", "f4", 4),
+            ("first_mixed", "i4"),
+            ("mix_padding", "f4"),
+            ("mix_padding2", "f4", 2),
+        ]
+    ),
 )
-_MIX_SAMPLERS = ["light_0", "transmittance_0", "light_1", "transmittance_1"]
+_MIX_SAMPLERS = [f"{name}_{node}" for node in range(4) for name in ("light", "transmittance")]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -126,7 +135,7 @@ class AtmospherePass:
         self._tables = LruCache[AirKind, AirTables](_MAX_KINDS, AirTables.release)
         self._mix = FullscreenProgram(ctx, "air/mix", _MIX, _MIX_SAMPLERS)
         self._nodes = LruCache[tuple[object, ...], ImageTarget](
-            _CAPACITY * _PARTS, partial(release_all, ctx)
+            _NODE_CAPACITY * _PARTS, partial(release_all, ctx)
         )
         self._views = LruCache[tuple[object, ...], ImageTarget](
             _CAPACITY, partial(release_all, ctx)
@@ -204,13 +213,14 @@ class AtmospherePass:
         for part in range(_PARTS):
             between = angle / _NODE_STEP - part / _PARTS
             below = floor(between)
-            nodes = [self._node(tables, kind, height, part, below + i) for i in (0, 1)]
+            nodes = [self._node(tables, kind, height, part, below + i) for i in (-1, 0, 1, 2)]
             mixed.append((between - below, [t for node in nodes for t in node.textures]))
         target = _new_table(self._ctx, _rows(height))
         for part, (share, textures) in enumerate(mixed):
             area = (0, part * rows, _COLUMNS, rows)
             self.state.apply(self._ctx, target.framebuffer, area, area)
-            self._mix.draw({"share": share, "first_mixed": part * rows}, textures)
+            values = {"node_weights": _node_weights(share), "first_mixed": part * rows}
+            self._mix.draw(values, textures)
         return target
 
     def _node(
@@ -218,9 +228,9 @@ class AtmospherePass:
     ) -> ImageTarget:
         """The rows of a part, marched for one node."""
         # A step on the other side of the air's top has rows of another kind.
-        step = _height_step(height, part)
-        step = min(step, AIR_TOP) if height < AIR_TOP else max(step, AIR_TOP)
         inside = height < AIR_TOP
+        step = _height_step(height)
+        step = min(step, AIR_TOP) if inside else max(step, AIR_TOP)
         key = kind, step, inside, part, index
         angle = (index + part / _PARTS) * _NODE_STEP
         return self._nodes.get(
@@ -296,10 +306,19 @@ def _rows(height: float) -> int:
     return _ROWS if height < AIR_TOP else _ROWS - _SKY_ROWS
 
 
-def _height_step(height: float, part: int) -> float:
-    """Height of the rows of a part that serve a view from a height [m]."""
-    shift = part / _PARTS
-    return exp((round(log(height) / _HEIGHT_STEP - shift) + shift) * _HEIGHT_STEP)
+def _height_step(height: float) -> float:
+    """Height of the tables that serve a view from a height [m]."""
+    return exp(round(log(height) / _HEIGHT_STEP) * _HEIGHT_STEP)
+
+
+def _node_weights(x: float) -> tuple[float, float, float, float]:
+    """Of four nodes at -1, 0, 1 and 2, in the cubic through them."""
+    return (
+        -x * (x - 1.0) * (x - 2.0) / 6.0,
+        (x + 1.0) * (x - 1.0) * (x - 2.0) / 2.0,
+        -(x + 1.0) * x * (x - 2.0) / 2.0,
+        (x + 1.0) * x * (x - 1.0) / 6.0,
+    )
 
 
 def _sun_angle(planet: PlanetView) -> float:
