@@ -84,7 +84,7 @@ def _frames_plot(scenes: Sequence[SceneResult]) -> Figure:
     # From a tenth of the fastest, so that its bar has a length.
     panel.set(xscale="log", xlabel="frame time [ms]", xlim=(0.3 * p50.min(), 1.3 * worst.max()))
     panel.xaxis.set_major_formatter("{x:g}")
-    panel.legend(loc="upper right", fontsize=8)
+    figure.legend(loc="outside lower center", ncols=3, fontsize=8)
     return figure
 
 

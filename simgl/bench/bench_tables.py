@@ -128,7 +128,7 @@ def goals_table(results: Results, goals: Sequence[Goal]) -> Table:
         shown = [goal.value, goal.goal, goal.allowed]
         table.add_row(
             f"{goal.name}{f' [{goal.unit}]' if goal.unit else ''}".replace("[", r"\["),
-            *("" if value is None else f"{value:.3g}" for value in shown),
+            *("" if value is None else f"{value:.4g}" for value in shown),
             "" if goal.ratio is None else f"{goal.ratio:.2f}",
             marks[goal.met],
         )

@@ -239,5 +239,5 @@ def test_page_and_tables_show_what_was_measured(
         assert "b before, a now" in shown
     assert page.count("data:image/png;base64,") == 3
     # Whatever is wider than a phone scrolls by itself.
-    assert page.count('<div class="wide">') == 4
+    assert page.count('<div class="wide">') == 4 + 3
     assert "<script" not in page
