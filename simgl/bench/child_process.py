@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
+import tempfile
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 
 from simgl.errors import SimglError
 
@@ -44,6 +47,15 @@ def seconds_of(
     if done.returncode:
         raise ChildError(f"{_end(done.returncode)}: {_last_lines(done.stderr)}")
     return time.monotonic() - start
+
+
+@contextmanager
+def empty_caches() -> Iterator[dict[str, str]]:
+    """The environment of a process that finds nothing computed before, nor its shaders compiled."""
+    with tempfile.TemporaryDirectory(prefix="simgl-bench-") as folder:
+        environment = {**os.environ, "XDG_CACHE_HOME": folder}
+        environment.pop("MESA_SHADER_CACHE_DIR", None)
+        yield environment
 
 
 def _end(status: int) -> str:

@@ -31,6 +31,7 @@ class Change:
 
     @property
     def ratio(self) -> float:
+        """Of the time now to the time before."""
         return self.now_ms / self.before_ms
 
     @property

@@ -1,9 +1,16 @@
-"""Tables and textures of the Earth: what they take to make, and their size."""
+"""Tables and textures of the Earth: what they take to make, and their size.
+
+python -m simgl.bench.earth_tables FILE.json, with an empty cache folder.
+"""
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Callable
+from pathlib import Path
+
+import msgspec
 
 from simgl.bench.results import TableResult
 from simgl.gpu.context import temporary_context
@@ -16,7 +23,7 @@ from simgl.scene.noise_projection import make_chart
 
 
 def earth_tables() -> list[TableResult]:
-    """Computed without any cache: standard atmosphere, shipped maps, default clouds."""
+    """Standard atmosphere, shipped maps, default clouds."""
     earth = Earth(air=STANDARD, clouds=Clouds())
     results: list[TableResult] = []
 
@@ -45,3 +52,12 @@ def earth_tables() -> list[TableResult]:
             lambda: (make_land_map(None).nbytes + make_form_map(None, None).nbytes) * 4 // 3,
         )
     return results
+
+
+def main() -> None:
+    """Make them and write what they took."""
+    Path(sys.argv[1]).write_bytes(msgspec.json.encode(earth_tables()))
+
+
+if __name__ == "__main__":
+    main()

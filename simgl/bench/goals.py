@@ -59,7 +59,8 @@ def _peer(results: Results, name: str) -> PeerResult | None:
 
 def all_goals(results: Results) -> list[Goal]:
     """Those of the CPU renderer, or those of a GPU, where that drew."""
-    return cpu_goals(results) if is_software_name(results.renderer) else gpu_goals(results)
+    on_gpu = results.renderer and not is_software_name(results.renderer)
+    return gpu_goals(results) if on_gpu else cpu_goals(results)
 
 
 def cpu_goals(results: Results) -> list[Goal]:
@@ -111,6 +112,16 @@ def cpu_goals(results: Results) -> list[Goal]:
         *steady,
         line("Cycles over source_600", "times", times_slower(results, "cycles"), 500.0),
     ]
+
+
+def results_document(results: Results) -> bytes:
+    """Content of ``simgl bench --json``: the results, f and the goals, as indented JSON."""
+    document = {
+        **msgspec.to_builtins(results),
+        "f": machine_factor(results),
+        "goals": msgspec.to_builtins(all_goals(results)),
+    }
+    return msgspec.json.format(msgspec.json.encode(document), indent=2) + b"\n"
 
 
 def gpu_goals(results: Results) -> list[Goal]:

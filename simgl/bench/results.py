@@ -1,4 +1,4 @@
-"""What a benchmark found, as data: content of ``simgl bench --json``."""
+"""What a benchmark found, as data; ``goals.results_document`` writes it, with the goals."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ class ImageDifference(msgspec.Struct, frozen=True, kw_only=True):
 class PeerResult(msgspec.Struct, frozen=True, kw_only=True):
     """Another renderer on the target of source_600 before a black sky.
 
-    seconds : of a frame, median; NaN is not used: a peer that failed is in ``Results.absent_peers``
+    seconds : of a frame, median
     difference : None at a size where simgl's image was not made
     """
 
@@ -136,10 +136,6 @@ class Results(msgspec.Struct, frozen=True, kw_only=True):
             ):
                 return result
         return None
-
-    def to_json(self) -> bytes:
-        """Indented JSON text."""
-        return msgspec.json.format(msgspec.json.encode(self), indent=2) + b"\n"
 
 
 def read_results(path: Path) -> Results:

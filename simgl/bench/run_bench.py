@@ -5,15 +5,17 @@ from __future__ import annotations
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import msgspec
+from msgspec.structs import replace
 
 from simgl import __version__
-from simgl.bench.child_process import ChildError, seconds_of
+from simgl.bench.child_process import ChildError, empty_caches, seconds_of
 from simgl.bench.machine import machine
 from simgl.bench.peers.run_peers import time_peers
-from simgl.bench.results import Results, SceneResult
+from simgl.bench.results import Results, TableResult
 from simgl.bench.scene_request import SceneReply, SceneRequest
 from simgl.bench.scenes import BenchSet, TimedScene
 from simgl.bench.start_up import start_times
@@ -30,44 +32,41 @@ def run(
     limit_s: float,
     peers_python: str = sys.executable,
     progress: ProgressCallback = silent,
-) -> Results:
-    """Measure a set. What fails is named in the results; the rest goes on.
+) -> Iterator[Results]:
+    """Measure a set; yields the results so far after each scene, the complete ones last.
+
+    What fails is named in the results, and the rest goes on.
 
     frames : timed frames of each scene
     limit_s : of each loop over them [s]
     peers_python : the interpreter that has the other renderers
     """
-    renderer = ""
-    scenes: list[SceneResult] = []
-    failed: dict[str, str] = {}
+    results = Results(
+        machine=machine(), renderer="", version=__version__, scenes=[], tables=[], failed={}
+    )
     for timed in chosen.scenes:
         begin_stage(progress, f"{timed.scene}, a frame every {timed.step_s:g} s")
         try:
             reply = _timed(timed, frames, limit_s)
         except ChildError as error:
-            failed[timed.scene] = str(error)
+            results.failed[timed.scene] = str(error)
             continue
-        renderer = reply.renderer
-        scenes += reply.results
+        results.scenes.extend(reply.results)
+        results = replace(results, renderer=reply.renderer)
+        yield results
     start_up, not_started = start_times(chosen.starts, progress)
-    tables = []
+    results.failed.update(not_started)
     if chosen.earth_tables:
         begin_stage(progress, "tables of the Earth")
-        from simgl.bench.earth_tables import earth_tables
-
-        tables = earth_tables()
-    peers, absent = time_peers(peers_python, progress) if chosen.peers else ([], {})
-    return Results(
-        machine=machine(),
-        renderer=renderer,
-        version=__version__,
-        scenes=scenes,
-        tables=tables,
-        start_up=start_up,
-        peers=peers,
-        absent_peers=absent,
-        failed=failed | not_started,
-    )
+        try:
+            results.tables.extend(_earth_tables())
+        except ChildError as error:
+            results.failed["tables of the Earth"] = str(error)
+    results = replace(results, start_up=start_up)
+    yield results
+    if chosen.peers:
+        peers, absent = time_peers(peers_python, progress)
+        yield replace(results, peers=peers, absent_peers=absent)
 
 
 def _timed(timed: TimedScene, frames: int, limit_s: float) -> SceneReply:
@@ -85,3 +84,11 @@ def _timed(timed: TimedScene, frames: int, limit_s: float) -> SceneReply:
         command = [sys.executable, "-m", "simgl.bench.scene_process"]
         seconds_of([*command, msgspec.json.encode(request).decode()], _SCENE_LIMIT_S)
         return msgspec.json.decode(reply.read_bytes(), type=SceneReply)
+
+
+def _earth_tables() -> list[TableResult]:
+    with empty_caches() as environment, tempfile.TemporaryDirectory() as folder:
+        reply = Path(folder, "tables.json")
+        command = [sys.executable, "-m", "simgl.bench.earth_tables", str(reply)]
+        seconds_of(command, _SCENE_LIMIT_S, environment)
+        return msgspec.json.decode(reply.read_bytes(), type=list[TableResult])

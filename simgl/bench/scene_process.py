@@ -91,6 +91,7 @@ def _link_seconds(
 
 
 def main() -> None:
+    """Time the scene of the request and write the reply."""
     request = msgspec.json.decode(sys.argv[1], type=SceneRequest)
     try:
         reply = time_scene(request)

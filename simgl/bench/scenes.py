@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from simgl import assets
@@ -27,10 +27,7 @@ def _in_turn(cameras: Sequence[str], frame: int) -> Sequence[str]:
 
 @dataclass(frozen=True, kw_only=True)
 class BenchScene:
-    """A scenario file, and which of its cameras capture each state.
-
-    linked : whether it is also timed through links, which know one camera
-    """
+    """A scenario file, and which of its cameras capture each state."""
 
     name: str
     path: Path
@@ -38,6 +35,7 @@ class BenchScene:
 
     @property
     def linked(self) -> bool:
+        """Whether links, which know one camera, can time it."""
         return self.cameras is _first
 
 
@@ -65,6 +63,11 @@ class BenchSet:
     starts: tuple[str, ...] = ()
     earth_tables: bool = False
     peers: bool = False
+
+    def with_step(self, step_s: float) -> BenchSet:
+        """The same with so many seconds from frame to frame in every scene."""
+        scenes = tuple(replace(timed, step_s=step_s) for timed in self.scenes)
+        return replace(self, scenes=scenes)
 
 
 def scene_files() -> dict[str, Path]:
@@ -132,11 +135,11 @@ def chosen_set(name: str) -> BenchSet:
     return SETS[name]
 
 
-def set_of_scenes(names: Sequence[str], step_s: float) -> BenchSet:
-    """Only these scenes; raises ConfigError for an unknown one."""
+def set_of_scenes(names: Sequence[str]) -> BenchSet:
+    """Only these scenes, 1 s from frame to frame; raises ConfigError for an unknown one."""
     scenes = bench_scenes()
     for name in names:
         if name not in scenes:
             problem = f'names no scene: "{name}"; {did_you_mean(name, scenes)}'
             raise ConfigError("command line", "--scene", problem)
-    return BenchSet(scenes=_at(step_s, *names))
+    return BenchSet(scenes=_at(1.0, *names))

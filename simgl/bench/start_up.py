@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import os
 import statistics
 import sys
-import tempfile
 
-from simgl.bench.child_process import ChildError, seconds_of
+from simgl.bench.child_process import ChildError, empty_caches, seconds_of
 from simgl.bench.results import StartUp
 from simgl.bench.scenes import scene_files
 from simgl.progress import ProgressCallback, begin_stage
@@ -57,8 +55,5 @@ def _warm() -> float:
 
 
 def _cold() -> float:
-    with tempfile.TemporaryDirectory(prefix="simgl-bench-") as folder:
-        # Also the driver's cache of compiled shaders, unless the user moved it elsewhere.
-        environment = {**os.environ, "XDG_CACHE_HOME": folder}
-        environment.pop("MESA_SHADER_CACHE_DIR", None)
+    with empty_caches() as environment:
         return seconds_of(_first_dn(), _LIMIT_S, environment)

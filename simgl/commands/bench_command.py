@@ -38,7 +38,9 @@ def bench(
     ] = 10.0,
     step: Annotated[
         float | None,
-        typer.Option(min=0.0, help="Seconds from frame to frame with --scene; 1 if not given."),
+        typer.Option(
+            min=0.0, help="Seconds from frame to frame; 1 if not given, or those of the set."
+        ),
     ] = None,
     baseline: Annotated[
         Path | None, typer.Option(help="Compare with the JSON file of an earlier run.")
@@ -62,7 +64,7 @@ def bench(
     from simgl.bench.bench_page import write_bench_page
     from simgl.bench.bench_tables import all_tables
     from simgl.bench.comparison import compare, different_machine, slower_than
-    from simgl.bench.goals import all_goals
+    from simgl.bench.goals import all_goals, results_document
     from simgl.bench.results import read_results
     from simgl.bench.run_bench import run
     from simgl.bench.scenes import DEFAULT_SET, chosen_set, set_of_scenes
@@ -70,30 +72,27 @@ def bench(
 
     if scene and of_set is not None:
         raise ConfigError(COMMAND_LINE, "--scene", "and --set exclude each other")
-    if step is not None and not scene:
-        raise ConfigError(COMMAND_LINE, "--step", "is of --scene; a set has its own steps")
     if fail_slower is not None and baseline is None:
         raise ConfigError(COMMAND_LINE, "--fail-slower", "needs --baseline")
-    chosen = (
-        set_of_scenes(scene, 1.0 if step is None else step)
-        if scene
-        else chosen_set(of_set or DEFAULT_SET)
-    )
+    chosen = set_of_scenes(scene) if scene else chosen_set(of_set or DEFAULT_SET)
+    if step is not None:
+        chosen = chosen.with_step(step)
     before = None if baseline is None else read_results(baseline)
     if report is not None:
         check_writable(report)
-    set_result_so_far(lambda: "no times are kept, the same command begins again")
+    result = "no times are kept" if json is None else f"times so far are in {json}"
+    set_result_so_far(lambda: f"{result}, the same command begins again")
     with activity("bench") as progress:
-        results = run(
+        for results in run(
             chosen, frames=frames, limit_s=seconds, peers_python=peers_python, progress=progress
-        )
+        ):
+            if json is not None:
+                with complete_file(json) as temporary:
+                    temporary.write_bytes(results_document(results))
     changes = [] if before is None else compare(results, before)
     note = "" if before is None else different_machine(results, before)
     goals = all_goals(results)
     say_rich(*all_tables(results, goals, changes, note))
-    if json is not None:
-        with complete_file(json) as temporary:
-            temporary.write_bytes(results.to_json())
     if report is not None:
         say(write_bench_page(report / "index.html", results, goals, changes, note))
     slower = [] if fail_slower is None else slower_than(changes, fail_slower)

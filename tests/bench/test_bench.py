@@ -25,9 +25,11 @@ def test_the_json_report_has_the_promised_form(tmp_path: Path) -> None:
     report = json.loads(out.read_text())
     assert set(report) == {
         "machine", "renderer", "version", "scenes", "tables", "start_up", "peers", "absent_peers",
-        "failed"
+        "failed", "f", "goals"
     }  # fmt: skip
     assert report["failed"] == {}
+    assert report["f"] is None
+    assert [goal["name"] for goal in report["goals"]][:1] == ["start to first DN, warm caches"]
     assert report["tables"] == []
     for scene in report["scenes"]:
         assert scene["name"] == "stars_600"
@@ -117,6 +119,13 @@ def test_sets_hold_shipped_scenes() -> None:
     assert {t.scene for s in SETS.values() for t in s.scenes} <= set(bench_scenes())
 
 
+def test_a_step_holds_for_every_scene_of_a_set() -> None:
+    goals = SETS["goals"]
+    steps = goals.with_step(0.5).scenes
+    assert {timed.step_s for timed in steps} == {0.5}
+    assert {timed.scene for timed in steps} == {timed.scene for timed in goals.scenes}
+
+
 def test_an_unknown_scene_is_refused() -> None:
     with pytest.raises(ConfigError, match=r'names no scene: "source"; did you mean "source_600"'):
-        set_of_scenes(["source"], 1.0)
+        set_of_scenes(["source"])

@@ -83,6 +83,7 @@ def _render(bpy: Any, path: Path, samples: int) -> float:
 
 
 def main() -> None:
+    """Draw frames and write their times and the last image."""
     source, out = sys.argv[1:3]
     width, height, count = (int(word) for word in sys.argv[3:6])
     import bpy

@@ -77,6 +77,7 @@ def scene_of(mi: Any, arrays: Any, width: int, height: int) -> Any:
 
 
 def main() -> None:
+    """Draw frames and write their times and the last image."""
     source, out = sys.argv[1:3]
     width, height, count = (int(word) for word in sys.argv[3:6])
     import mitsuba as mi

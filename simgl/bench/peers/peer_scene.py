@@ -63,6 +63,7 @@ def _geometry(state: SceneState, camera_name: str) -> dict[str, AnyArray]:
 
 
 def main() -> None:
+    """Write the scene."""
     np.savez(Path(sys.argv[1]), **peer_arrays())  # type: ignore[arg-type]
 
 

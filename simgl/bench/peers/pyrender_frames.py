@@ -72,6 +72,7 @@ def _towards(z_axis: Any) -> Any:
 
 
 def main() -> None:
+    """Draw frames and write their times and the last image."""
     source, out = sys.argv[1:3]
     width, height, count = (int(word) for word in sys.argv[3:6])
     import pyrender
