@@ -111,7 +111,8 @@ SETS = {
     ),
     "gpu": BenchSet(
         scenes=(
-            *_at(0.1, "source_600", "earth_1280", "camera_1280", "bay_1280", linked=False),
+            *_at(0.1, "source_600"),
+            *_at(0.1, "earth_1280", "camera_1280", "bay_1280", linked=False),
             *_at(0.1, "square_2048", "reference_1280", "docking_20m", linked=False),
         ),
         starts=("help", "warm", "cold"),
