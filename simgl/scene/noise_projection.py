@@ -9,9 +9,7 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from scipy.ndimage import map_coordinates
-from scipy.spatial import KDTree
-from scipy.special import ndtri
+import scipy
 
 from simgl.arrays import AnyArray, Array32, Image8
 from simgl.disk_cache import computed_once
@@ -121,7 +119,7 @@ def _walled_cells(rng: np.random.Generator) -> Array32:
     # Their walls are bent.
     bend = 8.0 * np.stack([_standard(_octaves(rng, _CLOUDS, 0.5)) for _ in range(2)], axis=-1)
     at = np.mod(np.stack([x, y], axis=-1) + bend, SIZE).reshape(-1, 2)
-    near, _ = KDTree(places, boxsize=SIZE).query(at, k=2)
+    near, _ = scipy.spatial.KDTree(places, boxsize=SIZE).query(at, k=2)
     return _standard(np.log(4.0 + near[:, 1] - near[:, 0]).reshape(SIZE, SIZE).astype(np.float32))
 
 
@@ -133,11 +131,11 @@ def _standard(field: Array32) -> Array32:
 def _read(field: Array32, rng: np.random.Generator) -> Array32:
     """Values at random places, between texels."""
     places = rng.uniform(0.0, field.shape[0], (2, 200_000))
-    return map_coordinates(field, places, order=1, mode="grid-wrap")
+    return scipy.ndimage.map_coordinates(field, places, order=1, mode="grid-wrap")
 
 
 def _normal(field: Array32, rng: np.random.Generator) -> Array32:
     """The field bent so that what is read of it is normally distributed."""
     levels = np.sort(_read(field, rng))
-    wanted = ndtri((np.arange(levels.size) + 0.5) / levels.size)
+    wanted = scipy.special.ndtri((np.arange(levels.size) + 0.5) / levels.size)
     return np.interp(field, levels, wanted).astype(np.float32)

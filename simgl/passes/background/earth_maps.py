@@ -8,6 +8,7 @@ from pathlib import Path
 
 import moderngl
 import numpy as np
+import scipy
 from PIL import Image
 
 from simgl import assets
@@ -121,11 +122,10 @@ def make_form_map(water: MapImage | None, night: MapImage | None) -> Image8:
 
 def _shore(water: Image.Image) -> Image8:
     """Distance to the shore in the shipped map's code, from an image that is white on water."""
-    from scipy.ndimage import distance_transform_edt
-
+    distance_transform = scipy.ndimage.distance_transform_edt
     is_water = np.asarray(water) > 127
     km = 180.0 / is_water.shape[0] * _KM_PER_DEGREE
-    distance = distance_transform_edt(is_water) - distance_transform_edt(~is_water)
+    distance = distance_transform(is_water) - distance_transform(~is_water)
     code = np.clip(np.round(128.0 + _SHORE_STEPS_PER_KM * km * distance), 0, 255)
     return np.asarray(code, dtype=np.uint8)
 
