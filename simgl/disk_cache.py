@@ -104,8 +104,8 @@ def computed_once(
     made_by : names of the modules that compute them, as far as the arrays depend on their source,
         and of packages, as far as they depend on their version: another one computes them again
     inputs : all else that they depend on, for ``content_digest``
-    fits : whether arrays are such as ``compute`` returns; others, and those that lack
-        one that it names, are computed again
+    fits : whether arrays are such as ``compute`` returns; others are computed again, also where it
+        raises KeyError or ValueError
     """
     path = cache_folder(folder) / f"{content_digest((inputs, _versions(made_by)))}.npz"
     arrays = read_arrays(path)
@@ -118,7 +118,7 @@ def computed_once(
 def _fit(arrays: Arrays, fits: Callable[[Arrays], bool]) -> bool:
     try:
         return fits(arrays)
-    except KeyError:
+    except (KeyError, ValueError):
         return False
 
 
