@@ -91,6 +91,11 @@ def _make_room(newest: Path) -> None:
             total -= size
 
 
+def is_computed(folder: str, made_by: Sequence[str], inputs: object) -> bool:
+    """Whether there is a file of ``computed_once``; it is not read."""
+    return _path(folder, made_by, inputs).is_file()
+
+
 def computed_once(
     folder: str,
     made_by: Sequence[str],
@@ -107,12 +112,16 @@ def computed_once(
     fits : whether arrays are such as ``compute`` returns; others are computed again, also where it
         raises KeyError or ValueError
     """
-    path = cache_folder(folder) / f"{content_digest((inputs, _versions(made_by)))}.npz"
+    path = _path(folder, made_by, inputs)
     arrays = read_arrays(path)
     if arrays is None or not _fit(arrays, fits):
         arrays = compute()
         write_arrays(path, arrays, f"tables of {folder} are computed again next time")
     return arrays
+
+
+def _path(folder: str, made_by: Sequence[str], inputs: object) -> Path:
+    return cache_folder(folder) / f"{content_digest((inputs, _versions(made_by)))}.npz"
 
 
 def _fit(arrays: Arrays, fits: Callable[[Arrays], bool]) -> bool:

@@ -12,7 +12,7 @@ import numpy as np
 import scipy
 
 from simgl.arrays import AnyArray, Array32, Image8
-from simgl.disk_cache import computed_once
+from simgl.disk_cache import computed_once, is_computed
 
 SIZE = 1024
 # Of a texel [km], where the chart is not drawn out: by up to 1.4 about the faces' corners.
@@ -37,11 +37,17 @@ _GROUND_SEED = 20260320
 @lru_cache(maxsize=2)
 def chart(seed: int) -> tuple[tuple[Image8, ...], Array32]:
     """What ``make_chart`` returns, made once on a machine."""
-    made_by = (__name__, "numpy", "scipy")
-    arrays = computed_once(
-        "earth", made_by, ("chart", seed), lambda: _packed(*make_chart(seed)), _is_complete
-    )
+    arrays = computed_once(*_source(seed), lambda: _packed(*make_chart(seed)), _is_complete)
     return tuple(arrays[f"codes_{level}"] for level in range(LEVELS)), arrays["left"]
+
+
+def has_chart(seed: int) -> bool:
+    """Whether ``chart`` need not make it."""
+    return is_computed(*_source(seed))
+
+
+def _source(seed: int) -> tuple[str, tuple[str, ...], object]:
+    return "earth", (__name__, "numpy", "scipy"), ("chart", seed)
 
 
 def _packed(codes: tuple[Image8, ...], left: Array32) -> dict[str, AnyArray]:

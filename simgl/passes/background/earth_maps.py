@@ -63,7 +63,7 @@ def form_inputs(water: MapImage | None, night: MapImage | None) -> tuple[object,
     return "form", _digest(None, _RELIEF), _digest(water, _SHORE), _digest(night, _NIGHT)
 
 
-def map_once(inputs: object, made_by: Sequence[str], make: Callable[[], Image8]) -> Image8:
+def map_once(made_by: Sequence[str], inputs: object, make: Callable[[], Image8]) -> Image8:
     """(h, 2 h, 4) codes of a map, computed once on a machine."""
 
     def fits(arrays: Arrays) -> bool:
@@ -82,7 +82,7 @@ def land_map(image: MapImage | None) -> Image8:
     """(h, w, 4) square roots of reflectance R, G, B, N, 255 for 1."""
 
     def made() -> Image8:
-        return map_once(land_inputs(image), MADE_BY, lambda: make_land_map(image))
+        return map_once(MADE_BY, land_inputs(image), lambda: make_land_map(image))
 
     return _land_maps.get(image, made, size_of)
 
@@ -100,7 +100,7 @@ def form_map(water: MapImage | None, night: MapImage | None) -> Image8:
     """(h, w, 4) codes of the slopes to the east and north, of the shore, and of night lights."""
 
     def made() -> Image8:
-        return map_once(form_inputs(water, night), MADE_BY, lambda: make_form_map(water, night))
+        return map_once(MADE_BY, form_inputs(water, night), lambda: make_form_map(water, night))
 
     return _form_maps.get((water, night), made, size_of)
 
