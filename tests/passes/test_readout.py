@@ -177,7 +177,7 @@ def test_particles_are_added_after_shot_noise(gl: moderngl.Context) -> None:
 
 @pytest.mark.parametrize("width", range(25, 33))
 def test_a_row_ends_where_it_may(gl: moderngl.Context, width: int) -> None:
-    """The last pixels of a row get their own light, and the others' noise is that of a wider row."""
+    """The last pixels of a row get their own light; the others' noise is that of a wider row."""
     mean = np.full((SIDE, width), 50.0, dtype=np.float32)
     mean[:, -1] = 1e4
     dn = expose(gl, mean, camera(width=width, read_noise=3.0, pedestal=20.0))
