@@ -6,8 +6,6 @@ pattern that does not repeat in practice.
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
@@ -24,14 +22,16 @@ _GROUND_SEED = 20260320
 SLOPE_RANGE = 4.0
 
 
-# Part of the file's name: to be raised when the volume is made differently.
-_VERSION = 1
-
-
-@lru_cache(maxsize=2)
 def noise_volume(seed: int) -> Image8:
     """What ``make_volume`` returns, made once on a machine."""
-    return computed_once(f"volume-{_VERSION}-{seed}", lambda: {"codes": make_volume(seed)})["codes"]
+    made_by = (__name__, "numpy", "scipy")
+    return computed_once(
+        "earth",
+        made_by,
+        ("volume", seed),
+        lambda: {"codes": make_volume(seed)},
+        lambda arrays: arrays["codes"].shape == (SIZE, SIZE, SIZE, 4),
+    )["codes"]
 
 
 def make_volume(seed: int) -> Image8:

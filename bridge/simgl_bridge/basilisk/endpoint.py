@@ -30,7 +30,7 @@ LARGEST_FRAME = 4 * 1024 * 1024
 # Peers remembered; the ones silent for longest are dropped.
 MAX_PEERS = 64
 # Images cached: a vizInterface that is registered twice asks for every image twice.
-MAX_IMAGE_BYTES = 256 << 20
+MAX_IMAGES, MAX_IMAGE_BYTES = 4096, 256 << 20
 # Messages received between two images.
 _MAX_PER_TURN = 256
 
@@ -73,7 +73,7 @@ class BasiliskEndpoint:
         self._peers: LruCache[bytes, _Peer] = LruCache(
             MAX_PEERS, lambda peer: queue.drop(peer.identity)
         )
-        self._images: LruCache[Key, bytes] = LruCache(MAX_IMAGE_BYTES)
+        self._images: LruCache[Key, bytes] = LruCache(MAX_IMAGES, max_bytes=MAX_IMAGE_BYTES)
         self._context: zmq.Context[Any] = zmq.Context()
         try:
             self.socket = self._context.socket(zmq.ROUTER)

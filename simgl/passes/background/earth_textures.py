@@ -9,8 +9,8 @@ import numpy as np
 
 from simgl.arrays import Image8, IndexArray
 from simgl.gpu.fullscreen import Texture
-from simgl.lru_cache import LruCache
-from simgl.passes.background.cloud_map import noise_texture, weather_codes
+from simgl.lru_cache import MANY, LruCache
+from simgl.passes.background.cloud_map import weather_map
 from simgl.passes.background.earth_maps import ground_textures, map_texture, shores, size_of
 from simgl.scene.earth import Clouds, Earth, EarthMaps
 from simgl.scene.noise_projection import LEVELS, chart
@@ -20,7 +20,7 @@ MAPS = ["land_map", "form_map", "weather_map"]
 SAMPLERS = [*MAPS, "chart"]
 
 # The last weathers of the process, which take seconds on software renderers: two of the usual size.
-_weather = LruCache[tuple[Clouds, EarthMaps], Image8](64 << 20)
+_weather = LruCache[tuple[Clouds, EarthMaps], Image8](MANY, max_bytes=64 << 20)
 
 
 class EarthTextures:
@@ -82,15 +82,11 @@ class EarthTextures:
     def _weather_of(self, clouds: Clouds | None, maps: EarthMaps) -> list[moderngl.Texture]:
         if clouds is None:
             return [self._ctx.texture((1, 1), 4, bytes(4), alignment=1)]
-        codes = _weather.get((clouds, maps), lambda: self._drawn_weather(clouds), size_of)
+        key = clouds, maps
+        codes = _weather.get(
+            key, lambda: weather_map(self._ctx, clouds, maps, self._ground), size_of
+        )
         return [map_texture(self._ctx, codes)]
-
-    def _drawn_weather(self, clouds: Clouds) -> Image8:
-        noise = noise_texture(self._ctx, clouds.seed)
-        try:
-            return weather_codes(self._ctx, clouds, noise, self._ground)
-        finally:
-            noise.release()
 
     def _charts_of(self, seed: int) -> list[moderngl.Texture]:
         """The noise with its halvings as mipmaps, and each halving alone.
