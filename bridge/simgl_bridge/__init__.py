@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from simgl_bridge.async_client import AsyncClient as AsyncClient
     from simgl_bridge.body_pose import BodyPose as BodyPose
     from simgl_bridge.client import Client as Client
+    from simgl_bridge.client import PendingImages as PendingImages
     from simgl_bridge.client_errors import AccessError as AccessError
     from simgl_bridge.client_errors import NoAnswerError as NoAnswerError
     from simgl_bridge.client_errors import RemoteError as RemoteError
@@ -44,7 +45,7 @@ _MODULES = {
     "access": "ClientKeys",
     "async_client": "AsyncClient",
     "body_pose": "BodyPose",
-    "client": "Client",
+    "client": "Client PendingImages",
     "client_errors": "AccessError NoAnswerError RemoteError",
     "client_images": "DelayLine Image ImageSet",
     "launched_server": "launched_server",
