@@ -84,6 +84,7 @@ def _frames_plot(scenes: Sequence[SceneResult]) -> Figure:
     # From a tenth of the fastest, so that its bar has a length.
     panel.set(xscale="log", xlabel="frame time [ms]", xlim=(0.3 * p50.min(), 1.3 * worst.max()))
     panel.xaxis.set_major_formatter("{x:g}")
+    panel.xaxis.set_minor_formatter("")
     figure.legend(loc="outside lower center", ncols=3, fontsize=8)
     return figure
 
@@ -125,4 +126,5 @@ def _peers_plot(results: Results) -> Figure:
     panel.set_yticks(rows, list(bars))
     panel.set(xscale="log", xlabel="frame time [ms]", xlim=(0.3 * values.min(), 2.0 * values.max()))
     panel.xaxis.set_major_formatter("{x:g}")
+    panel.xaxis.set_minor_formatter("")
     return figure
