@@ -26,12 +26,15 @@ class RayTracer:
         used = mesh.triangles if triangles is None else triangles
         TriangleMesh(self._scene, mesh.positions, used.astype(np.int32))
 
-    def hits(self, origins: ArrayLike, directions: ArrayLike) -> tuple[NDArray[np.int32], Array32]:
+    def hits(
+        self, origins: ArrayLike, directions: ArrayLike, reach: Array32 | None = None
+    ) -> tuple[NDArray[np.int32], Array32]:
         """(n,) first triangle that each ray meets, -1 for none, and (n,) distance along it.
 
         origins, directions : (n, 3), in the mesh's axes
+        reach : (n,) distances at which the rays end; None where they go on for ever
         """
-        hits = self._scene.run(_rows(origins), _rows(directions), output=True)
+        hits = self._scene.run(_rows(origins), _rows(directions), dists=reach, output=True)
         return hits["primID"], hits["tfar"]
 
     def occluded(self, origins: ArrayLike, directions: ArrayLike) -> Mask:
@@ -52,7 +55,7 @@ class PosedRayTracer:
     def __init__(self, posed: PosedMesh) -> None:
         assert posed.motion is not None
         self._motion = posed.motion
-        self._groups = _group_tracers(posed.mesh, posed.joints)
+        self._groups = group_tracers(posed.mesh, posed.joints)
 
     def hits(self, origins: ArrayLike, directions: ArrayLike) -> tuple[NDArray[np.int32], Array32]:
         """(n,) first triangle that each ray meets, -1 for none, and (n,) distance along it.
@@ -123,8 +126,9 @@ def _mesh_tracer(mesh: Mesh, _: None) -> RayTracer:
 
 
 @cached_with_mesh
-def _group_tracers(
+def group_tracers(
     mesh: Mesh, joints: tuple[Joint, ...]
 ) -> tuple[tuple[RigidGroup, RayTracer], ...]:
+    """The rigid groups of a mesh, each with a tracer of itself as stored."""
     groups = rigid_groups(mesh, joints)
     return tuple((group, RayTracer(mesh, mesh.triangles[group.triangles])) for group in groups)
