@@ -8,13 +8,12 @@ from concurrent.futures import Executor
 import moderngl
 import numpy as np
 
-from simgl.environment_map import SkyRadiance, cell_radiance
+from simgl.environment_map import SkyRadiance
 from simgl.gpu.vertex_buffers import Values
 from simgl.passes.mesh_store import VertexLighting
-from simgl.radiosity.hemisphere import CELLS_ACROSS
 from simgl.radiosity.patch_light import PatchLight
 from simgl.radiosity.solver import earth_share, vertex_irradiance
-from simgl.radiosity.transport_store import TransportStore, lit_mesh
+from simgl.radiosity.transport_store import JointLight, TransportStore, lit_mesh
 from simgl.view.spacecraft_view import SpacecraftView
 
 _FRONT = {"in_bounced": "4f", "in_earth_share": "1f"}
@@ -36,24 +35,29 @@ class InterreflectionPass:
         self._buffers: dict[int, moderngl.Buffer] = {}
 
     def draw(
-        self, spacecraft: Sequence[SpacecraftView], skies: Sequence[SkyRadiance | None]
+        self,
+        spacecraft: Sequence[SpacecraftView],
+        skies: Sequence[SkyRadiance | None],
+        joint_light: JointLight,
     ) -> list[VertexLighting | None]:
         """The values of each spacecraft; None where nothing sees itself. Valid until the next call.
 
         skies : what each sees around it
         """
-        return [self._lighting(s, sky) for s, sky in zip(spacecraft, skies, strict=True)]
+        return [
+            self._lighting(s, sky, joint_light) for s, sky in zip(spacecraft, skies, strict=True)
+        ]
 
     def _lighting(
-        self, spacecraft: SpacecraftView, sky: SkyRadiance | None
+        self, spacecraft: SpacecraftView, sky: SkyRadiance | None, joint_light: JointLight
     ) -> VertexLighting | None:
         if spacecraft.incident_light is None:
             return None
         model = spacecraft.model
-        transport = self._transports.of(model)
+        transport = self._transports.of(model, joint_light)
         if transport is None:
             return None
-        cells = None if sky is None else cell_radiance(sky, CELLS_ACROSS)
+        cells = None if sky is None else transport.cells_of(sky)
         gather = transport.of_vertices
         # In another thread while this one is busy with the bounces.
         share = self._executor.submit(earth_share, gather, cells)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from simgl.arrays import Array, IndexArray
+from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.motion.joints import Joint
 from simgl.progress import ProgressCallback, silent
 from simgl.radiosity.bake import BakeSettings, lesser_part, patch_directions, refined
@@ -140,7 +140,7 @@ def _exposure(fine: Mesh, sides: int, groups: list[_Group]) -> Array:
 
 def _patch_rays(
     fine: Mesh, joints: tuple[Joint, ...], sides: int, patches: Patches, rays: int
-) -> tuple[Array, IndexArray, Array]:
+) -> tuple[Array32, IndexArray, Mask]:
     """Where the rays of the patches end, what they meet, and which sample points are outside."""
     count = len(patches.areas)
     faces, _ = face_normals(fine)
@@ -148,7 +148,7 @@ def _patch_rays(
     directions = patch_directions(patches.normals, rays)
     each = directions.shape[2]
     reach = np.zeros((count, SAMPLES, each), dtype=np.float32)
-    target = np.zeros(reach.shape, dtype=np.int32)
+    target: IndexArray = np.zeros(reach.shape, dtype=np.int32)
     point_open = np.zeros((count, SAMPLES), dtype=np.bool_)
     for index, (group, tracer) in enumerate(group_tracers(fine, joints)):
         row = np.flatnonzero(group_of_patch == index)
@@ -185,9 +185,7 @@ def _group_of_patch(
     return of_patch
 
 
-def _spread(
-    fine: Mesh, sides: int, groups: list[_Group], patches: Patches
-) -> sparse.csr_matrix:
+def _spread(fine: Mesh, sides: int, groups: list[_Group], patches: Patches) -> sparse.csr_matrix:
     """(v * sides, p) csr, mean of the patches about each vertex by area, for each of its sides."""
     _, areas = face_normals(fine)
     rows, columns, weights = [], [], []
@@ -215,7 +213,7 @@ def _apart(
     sides: int,
     groups: list[_Group],
     patches: Patches,
-    patch_rays: tuple[sparse.csr_matrix, sparse.csr_matrix, Array],
+    patch_rays: tuple[sparse.csr_matrix, sparse.csr_matrix, Mask],
     settings: BakeSettings,
 ) -> LightTransport:
     """How light goes with each group by itself."""

@@ -13,7 +13,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
-from functools import cached_property, partial
+from functools import cached_property
+from itertools import permutations
 
 import numpy as np
 from scipy import sparse
@@ -27,7 +28,15 @@ from simgl.radiosity.hemisphere import SKY_CELLS, sky_cell
 from simgl.radiosity.light_transport import Between, LightTransport
 from simgl.radiosity.patches import SAMPLES
 from simgl.radiosity.posed_transport import PosedTransport
-from simgl.radiosity.rigid_pairs import NOWHERE, Ends, PatchRays, Target, ends, other_from_this
+from simgl.radiosity.rigid_pairs import (
+    NOWHERE,
+    Ends,
+    PatchRays,
+    Target,
+    ends,
+    joints_between,
+    other_from_this,
+)
 from simgl.rays import group_tracers
 from simgl.scene.posed_mesh import PosedMesh
 
@@ -35,6 +44,7 @@ from simgl.scene.posed_mesh import PosedMesh
 _PAIR_BYTES = 128 << 20
 
 _Pair = tuple[int, int, tuple[float, ...]]
+_Sides = tuple[list[int], list[int]]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -69,20 +79,28 @@ class JointedTransport:
     @cached_property
     def _rays(self) -> tuple[PatchRays, ...]:
         """The rays of each group."""
-        apart = self.apart
-        each = self.reach.shape[2]
-        directions = patch_directions(apart.normals.astype(np.float64), SAMPLES * each)
-        rows = [np.flatnonzero(self.group_of_patch == g) for g in range(len(self._targets))]
+        apart, each = self.apart, self.reach.shape[2]
+        spread = patch_directions(apart.normals.astype(np.float64), SAMPLES * each)
+        directions = spread.reshape(-1, each, 3).astype(np.float32)
+        of_point = np.repeat(self.group_of_patch, SAMPLES)
+        points = [np.flatnonzero(of_point == g) for g in range(len(self._targets))]
         return tuple(
             PatchRays(
-                row=row,
-                origins=apart.points[row],
-                normals=apart.normals[row],
-                directions=directions[row].astype(np.float32),
-                reach=self.reach[row],
+                point=point,
+                origins=apart.points.reshape(-1, 3)[point],
+                normals=apart.normals.reshape(-1, 3)[point],
+                directions=directions[point],
+                reach=self.reach.reshape(-1, each)[point],
             )
-            for row in rows
+            for point in points
         )
+
+    @cached_property
+    def _between(self) -> dict[tuple[int, int], _Sides]:
+        """The joints between each two groups."""
+        index = [target.group.index for target in self._targets]
+        pairs = permutations(range(len(index)), 2)
+        return {(i, j): joints_between(self.joints, index[i], index[j]) for i, j in pairs}
 
     @cached_property
     def _targets(self) -> tuple[Target, ...]:
@@ -99,12 +117,13 @@ class JointedTransport:
     def _sky_rays(self) -> sparse.csr_matrix:
         """(p, c) csr, share of the rays of each patch that go to each cell of the sky, were they
         free."""
-        count, each = len(self.apart.areas), self.reach[0].size
-        columns = np.empty((count, each), dtype=np.int64)
+        count, rays_each = len(self.apart.areas), self.reach[0].size
+        columns = np.empty((count * SAMPLES, self.reach.shape[2]), dtype=np.int64)
         for group, rays in enumerate(self._rays):
-            cells = sky_cell(rays.directions).reshape(-1, each)
-            columns[rays.row] = group * SKY_CELLS + cells
-        weight = np.full(count, 1.0 / each, dtype=np.float32)
+            cells = sky_cell(rays.directions.astype(np.float64))
+            columns[rays.point] = group * SKY_CELLS + cells
+        columns = columns.reshape(count, rays_each)
+        weight = np.full(count, 1.0 / rays_each, dtype=np.float32)
         everywhere = np.ones(columns.shape, dtype=np.bool_)
         return _summed(columns, everywhere, weight, self.apart.sky.shape[1])
 
@@ -126,8 +145,10 @@ class JointedTransport:
         points, normals = apart.points.copy(), apart.normals.copy()
         for group, rays in enumerate(self._rays):
             turn = turns[group].T.astype(np.float32)
-            points[rays.row] = rays.origins @ turn + shifts[group].astype(np.float32)
-            normals[rays.row] = rays.normals @ turn
+            points.reshape(-1, 3)[rays.point] = rays.origins @ turn + shifts[group].astype(
+                np.float32
+            )
+            normals.reshape(-1, 3)[rays.point] = rays.normals @ turn
         changed = {
             "points": points,
             "normals": normals,
@@ -152,20 +173,18 @@ class JointedTransport:
     def _met(self, values: Sequence[float]) -> tuple[IndexArray, Mask]:
         """(p, n, k) what the rays meet at a pose, and (p, n) the sample points that are outside."""
         reach, target = self.reach.ravel().copy(), self.target.ravel().copy()
-        for this, rays in enumerate(self._rays):
-            for other, aim in enumerate(self._targets):
-                if this == other:
-                    continue
-                group = self._targets[this].group
-                between, motion = other_from_this(
-                    self.joints, values, group.index, aim.group.index
-                )
-                found = self._ends.get(
-                    (this, other, between), partial(ends, rays, aim, motion), lambda e: e.nbytes
-                )
-                nearer = found.reach < reach[found.ray]
-                ray = found.ray[nearer]
-                reach[ray], target[ray] = found.reach[nearer], found.target[nearer]
+        transforms = [j.transform(v) for j, v in zip(self.joints, values, strict=True)]
+        for (this, other), between in self._between.items():
+            key = this, other, tuple(values[index] for side in between for index in side)
+
+            def traced(this: int = this, other: int = other, between: _Sides = between) -> Ends:
+                motion = other_from_this(transforms, *between)
+                return ends(self._rays[this], self._targets[other], motion)
+
+            found = self._ends.get(key, traced, lambda e: e.nbytes)
+            nearer = found.reach < reach[found.ray]
+            ray = found.ray[nearer]
+            reach[ray], target[ray] = found.reach[nearer], found.target[nearer]
         met = target.reshape(self.target.shape)
         inside = (met == NOWHERE).mean(axis=2) > BURIED
         point_open = self.apart.point_open & ~inside

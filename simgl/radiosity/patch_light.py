@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from simgl.arrays import Array32
-from simgl.environment_map import SkyRadiance, cell_radiance
+from simgl.environment_map import SkyRadiance
 from simgl.lru_cache import LruCache
-from simgl.radiosity.hemisphere import CELLS_ACROSS
 from simgl.radiosity.incident_light import IncidentLight, Neighbour
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.posed_transport import PosedTransport
@@ -64,7 +63,7 @@ class PatchLight:
         else:
             exitance = exitance + response.of_sun(incident.sun_direction, incident.sun_irradiance)
         if sky is not None:
-            exitance = exitance + response.of_sky(cell_radiance(sky, CELLS_ACROSS))
+            exitance = exitance + response.of_sky(transport.cells_of(sky))
         irradiance += self._of_lamps(transport, incident)
         return exitance + response.of_irradiance(irradiance) if np.any(irradiance) else exitance
 

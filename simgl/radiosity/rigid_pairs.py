@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -24,20 +25,24 @@ ENDLESS = np.float32(1e30)
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PatchRays:
-    """Rays from the patches of one group, in the axes as stored.
+    """Rays from the sample points of one group's patches, in the axes as stored.
 
-    row : (p,) the patches, among all
-    origins, normals : (p, n, 3) sample points [m] and normals there
-    directions : (p, n, k, 3) unit
-    reach : (p, n, k) how far they go before the group itself ends them [m]; 0 where they do not
-        count
+    point : (n,) index of the sample points among those of all groups
+    origins, normals : (n, 3) the points [m] and the normals there
+    directions : (n, k, 3) unit
+    reach : (n, k) how far they go before the group itself ends them [m]; 0 where they do not count
     """
 
-    row: IndexArray
+    point: IndexArray
     origins: Array32
     normals: Array32
     directions: Array32
     reach: Array32
+
+    @cached_property
+    def farthest(self) -> Array32:
+        """(n,) the largest reach of each point."""
+        return self.reach.max(axis=1)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -72,6 +77,13 @@ class Target:
     faces: Array32
     patch_of_side: IndexArray
 
+    @cached_property
+    def box(self) -> tuple[Array32, Array32]:
+        """(3,) its lowest and its highest corner, as stored, and a little more [m]."""
+        low, high = self.group.hull.min(axis=0), self.group.hull.max(axis=0)
+        more = 1e-3 * self.group.radius
+        return (low - more).astype(np.float32), (high + more).astype(np.float32)
+
 
 def ends(rays: PatchRays, target: Target, target_from_rays: Array) -> Ends:
     """The rays of one group that end at another.
@@ -79,71 +91,68 @@ def ends(rays: PatchRays, target: Target, target_from_rays: Array) -> Ends:
     target_from_rays : (4, 4) from the axes as stored of the one to those of the other
     """
     group = target.group
-    turn = target_from_rays[:3, :3].astype(np.float32)
-    shift = target_from_rays[:3, 3].astype(np.float32)
-    centre = target_from_rays[:3, :3].T @ (group.centre - target_from_rays[:3, 3])
+    turn = target_from_rays[:3, :3].T.astype(np.float32)
+    starts = rays.origins @ turn + target_from_rays[:3, 3].astype(np.float32)
+    point = _points_near(rays, target, starts, rays.normals @ turn)
+    # The bounding sphere, seen from there in the axes of the rays.
+    offset = (group.centre.astype(np.float32) - starts[point]) @ turn.T
     radius = np.float32(1.001 * group.radius)
-    each = rays.reach.shape[2]
-    point = _points_near(rays, centre.astype(np.float32), radius)
-    offset = centre.astype(np.float32) - rays.origins.reshape(-1, 3)[point]
-    directions = rays.directions.reshape(-1, each, 3)[point]
-    reach = rays.reach.reshape(-1, each)[point]
-    along = np.matmul(directions, offset[:, :, None])[..., 0]
     past = np.einsum("ij,ij->i", offset, offset) - radius * radius
-    inside = past <= 0.0
-    # The line passes the bounding sphere, ahead, before the ray ends.
-    near = (along * along > past[:, None]) & (along > 0.0) & (along - radius < reach)
-    near |= inside[:, None] & (reach > 0.0)
+    along = np.einsum("nkj,nj->nk", rays.directions[point], offset)
+    # The line passes it, ahead, before the ray ends; or starts in it.
+    near = (along * np.abs(along) > past[:, None]) & (along - radius < rays.reach[point])
     chosen, which = np.nonzero(near)
-    ways = directions[chosen, which] @ turn.T
-    starts = (rays.origins.reshape(-1, 3)[point] @ turn.T + shift)[chosen]
-    triangle, distance = target.tracer.hits(starts, ways, reach[chosen, which])
+    number = point[chosen]
+    ways = rays.directions[number, which] @ turn
+    triangle, reach = target.tracer.hits(starts[number], ways, rays.reach[number, which])
     met = np.flatnonzero(triangle >= 0)
+    number, which = number[met], which[met]
     of_mesh = group.triangles[triangle[met]]
     behind = np.einsum("ij,ij->i", target.faces[of_mesh], ways[met]) > 0.0
-    sides = len(target.patch_of_side)
+    sides, each = len(target.patch_of_side), rays.reach.shape[1]
     patch = target.patch_of_side[behind * (sides - 1), of_mesh]
-    number = point[chosen[met]]
-    samples = rays.reach.shape[1]
-    row = rays.row[number // samples]
     return Ends(
-        ray=((row * samples + number % samples) * each + which[met]).astype(np.int32),
-        reach=distance[met],
+        ray=(rays.point[number] * each + which).astype(np.int32),
+        reach=reach[met],
         target=np.where(behind & (sides == 1), NOWHERE, patch).astype(np.int32),
     )
 
 
-def _points_near(rays: PatchRays, centre: Array32, radius: np.float32) -> IndexArray:
-    """Sample points of which a ray may reach a sphere, by its centre in their axes."""
-    offset = centre - rays.origins.reshape(-1, 3)
-    farthest = rays.reach.reshape(len(offset), -1).max(axis=1)
-    distance = np.linalg.norm(offset, axis=1)
-    # Part of the sphere is above the surface, and no ray ends before it.
-    height = np.einsum("ij,ij->i", offset, rays.normals.reshape(-1, 3))
-    return np.flatnonzero((height > -radius) & (farthest > np.maximum(distance - radius, 0.0)))
+def _points_near(rays: PatchRays, target: Target, starts: Array32, normals: Array32) -> IndexArray:
+    """Sample points some of whose rays may reach the box around a group.
+
+    starts, normals : (n, 3) of the points in the axes of the group
+    """
+    low, high = target.box
+    gap = np.maximum(np.maximum(low - starts, starts - high), np.float32(0.0))
+    middle, half = np.float32(0.5) * (low + high), np.float32(0.5) * (high - low)
+    height = np.einsum("ij,ij->i", normals, middle - starts) + np.abs(normals) @ half
+    before_end = np.sqrt(np.einsum("ij,ij->i", gap, gap)) < rays.farthest
+    return np.flatnonzero(before_end & (height > 0.0))
 
 
-def other_from_this(
-    joints: Sequence[Joint], values: Sequence[float], this: int, other: int
-) -> tuple[tuple[float, ...], Array]:
-    """The values on which the motion between two groups depends, and that motion (4, 4).
+def joints_between(joints: Sequence[Joint], this: int, other: int) -> tuple[list[int], list[int]]:
+    """Indices of the joints that carry one of two groups alone, from the body outwards.
 
     this, other : indices of the groups' motions, 0 for what no joint carries
+    """
+    chains = [[] if group == 0 else chain(joints, group - 1)[::-1] for group in (this, other)]
+    first, second = ([j for j in c if j not in chains[1 - i]] for i, c in enumerate(chains))
+    return first, second
+
+
+def other_from_this(transforms: Sequence[Array], this: list[int], other: list[int]) -> Array:
+    """(4, 4) motion from one group to another, from the transforms of ``joints_between``.
 
     Joints that carry both have no part in it: the same values give the same bits wherever those
     stand.
     """
-    chains = [[] if group == 0 else chain(joints, group - 1) for group in (this, other)]
-    between = set(chains[0]) ^ set(chains[1])
-    moved = []
-    for of_group in chains:
-        motion = np.eye(4)
-        for index in reversed(of_group):
-            if index in between and values[index]:
-                motion = motion @ joints[index].transform(values[index])
-        moved.append(motion)
-    first, second = moved
+    first, second = np.eye(4), np.eye(4)
+    for index in this:
+        first = first @ transforms[index]
+    for index in other:
+        second = second @ transforms[index]
     back = np.eye(4)
     back[:3, :3] = second[:3, :3].T
     back[:3, 3] = -second[:3, :3].T @ second[:3, 3]
-    return tuple(values[index] for index in sorted(between)), back @ first
+    return back @ first
