@@ -27,11 +27,14 @@ from simgl.radiosity.jointed_transport import JointedTransport, shares
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.occlusion import moved_into_open
 from simgl.radiosity.patches import SAMPLES, Patches, cluster
+from simgl.radiosity.remesh import subdivided
 from simgl.radiosity.rigid_pairs import ENDLESS, NOWHERE
 from simgl.rays import RayTracer, group_tracers
 from simgl.scene.mesh import Mesh
 from simgl.scene.posed_mesh import RigidGroup, rigid_groups
 
+# Of the body's radius: what is far from all others as stored may come near to them.
+_LONGEST_EDGE = 1.0 / 8.0
 # Rays of a vertex that tell how much of its group and of all others it sees.
 _LOOKS = 32
 
@@ -67,7 +70,7 @@ def bake_jointed(
     """
     report = silent if progress is None else progress
     sides = 2 if open_sheets else 1
-    fine = refined(mesh, sides, settings)
+    fine = subdivided(refined(mesh, sides, settings), _LONGEST_EDGE * mesh.radius)
     total = len(fine.positions) * sides
     groups: list[_Group] = []
     for rigid in rigid_groups(fine, joints):
