@@ -35,6 +35,8 @@ from simgl.scene.posed_mesh import RigidGroup, rigid_groups
 
 # Of the body's radius: what is far from all others as stored may come near to them.
 _LONGEST_EDGE = 1.0 / 8.0
+# Share of its directions that any surface may turn to others in another pose than the stored one.
+_EXPOSURE = 0.02
 # Rays of a vertex that tell how much of its group and of all others it sees.
 _LOOKS = 32
 
@@ -121,9 +123,8 @@ def _by_itself(fine: Mesh, rigid: RigidGroup) -> tuple[Mesh, IndexArray]:
 
 
 def _exposure(fine: Mesh, sides: int, groups: list[_Group]) -> Array:
-    """(m * sides,) share of the directions above each triangle's side that see the body as stored.
-
-    See ``cluster``.
+    """(m * sides,) share of the directions above each triangle's side that see the body as stored,
+    and a little more: see ``cluster``.
     """
     origins = [group.points.origins + group.rigid.centre for group in groups]
     points = GatherPoints(
@@ -138,7 +139,7 @@ def _exposure(fine: Mesh, sides: int, groups: list[_Group]) -> Array:
         row = group.points.of_vertex[:, group.mesh.triangles.astype(np.int64)]
         exposure[:, group.rigid.triangles] = share[start + row].mean(axis=2)
         start += len(places)
-    return exposure.ravel()
+    return exposure.ravel() + _EXPOSURE
 
 
 def _patch_rays(

@@ -159,7 +159,7 @@ class JointedTransport:
         return PosedTransport(
             **{f.name: getattr(apart, f.name) for f in fields(apart)} | changed,
             key=f"{apart.digest} {posed.digest}",
-            body=posed.baked(),
+            body=posed,
             group_turns=turns,
             between=Between(
                 spread=_among(self.spread, used > 0),

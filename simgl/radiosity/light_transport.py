@@ -11,7 +11,7 @@ from scipy import sparse
 from simgl.arrays import Array32, IndexArray, Mask
 from simgl.environment_map import SkyRadiance, cell_radiance
 from simgl.radiosity.hemisphere import CELLS_ACROSS
-from simgl.rays import RayTracer
+from simgl.rays import AnyRayTracer, RayTracer
 from simgl.scene.mesh import Mesh
 
 # Of Embree, for a triangle.
@@ -116,7 +116,7 @@ class LightTransport:
         return total + int(rows * 8 * (self.gather.nnz + self.sky_part.nnz))
 
     @cached_property
-    def tracer(self) -> RayTracer:
+    def tracer(self) -> AnyRayTracer:
         """For the light of the Sun and of lamps."""
         return RayTracer(self.mesh)
 

@@ -17,8 +17,8 @@ from simgl.environment_map import (
 )
 from simgl.radiosity.hemisphere import CELLS_ACROSS, SKY_CELLS, sky_cell
 from simgl.radiosity.light_transport import Between, GatherMatrix, LightTransport
-from simgl.rays import RayTracer
-from simgl.scene.mesh import Mesh
+from simgl.rays import AnyRayTracer, ray_tracer
+from simgl.scene.posed_mesh import PosedMesh
 
 # Directions across a cell of the sky of a group that is turned.
 _LOOKS_ACROSS = 4
@@ -33,14 +33,14 @@ class PosedTransport(LightTransport):
     second ...
 
     key : hash of body and pose
-    body : the unrefined mesh at the pose
+    body : the unrefined mesh, posed
     group_turns : (g, 3, 3) body axes from those of each group
     between : what the groups do to each other's light at the vertices
     apart : the gather matrix of each group by itself
     """
 
     key: str
-    body: Mesh
+    body: PosedMesh
     group_turns: Array
     between: Between
     apart: GatherMatrix
@@ -58,13 +58,12 @@ class PosedTransport(LightTransport):
             arrays += _arrays(getattr(self.between, f.name))
         for matrix in (self.form_factors, self.sky):
             arrays += _arrays(matrix)
-        tracer = 190 * len(self.body.triangles)
-        return self.body.nbytes + tracer + sum(a.nbytes for a in arrays)
+        return sum(a.nbytes for a in arrays)
 
     @cached_property
-    def tracer(self) -> RayTracer:
-        """For the light of the Sun and of lamps."""
-        return RayTracer(self.body)
+    def tracer(self) -> AnyRayTracer:
+        """For the light of the Sun and of lamps; its structures are those of all poses."""
+        return ray_tracer(self.body)
 
     @cached_property
     def of_vertices(self) -> GatherMatrix:
