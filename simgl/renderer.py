@@ -120,7 +120,7 @@ class Renderer:
         self,
         models: Iterable[SpacecraftModel],
         earth: Earth | None = None,
-        joint_light: JointLight = "quick",
+        joint_light: JointLight = "exact",
         progress: ProgressCallback | None = None,
     ) -> None:
         """Trace how the surfaces of models see each other, and make the tables of the Earth's air,

@@ -26,17 +26,18 @@ from simgl.scene.mesh import Mesh
 from simgl.scene.posed_mesh import PosedMesh, groups_of_parts
 from simgl.scene.spacecraft import SpacecraftModel
 
-# Light between surfaces changes little over half of this: a part at the end of 2 m moves by 9 mm.
-JOINT_STEP = np.radians(1.0)
+# How light between parts that joints have moved is found: pair by pair of rigid groups
+# (simgl/radiosity/jointed_transport.py), or by a bake of each pose.
+JointLight = Literal["quick", "exact"]
+
+# Light between surfaces changes little over half of these: over half a degree a part at the end of
+# 2 m moves by 17 mm. A bake of the whole body takes seconds, and takes larger steps.
+STEPS: dict[JointLight, float] = {"quick": np.radians(1.0), "exact": np.radians(5.0)}
 # Of the transports in memory: an arm on the move takes a new one with every step, 12 MB if it is a
 # quick one, up to 50 MB if exact.
 MAX_BYTES = 512 << 20
 # Part of every key: with a change in how bakes are made or stored, old files are not read any more.
 VERSION = 8
-
-# How light between parts that joints have moved is found: pair by pair of rigid groups
-# (simgl/radiosity/jointed_transport.py), or by a bake of each pose.
-JointLight = Literal["quick", "exact"]
 
 _Bake = TypeVar("_Bake")
 _NOT_WRITTEN = "light between surfaces is traced again next time"
@@ -55,15 +56,15 @@ class TransportStore:
     def of(
         self,
         model: SpacecraftModel,
-        joint_light: JointLight = "quick",
+        joint_light: JointLight = "exact",
         progress: ProgressCallback | None = None,
     ) -> LightTransport | None:
         """How a model's surfaces see each other; None where none sees another.
 
-        Traced at the first call, unless a file has it. Joints stand at the nearest multiple of
-        ``JOINT_STEP``. Where any has moved, ``joint_light`` says how.
+        Traced at the first call, unless a file has it. Joints stand at the nearest of their
+        ``STEPS``. Where any has moved, ``joint_light`` says how.
         """
-        coarse = model.coarsely_posed(JOINT_STEP)
+        coarse = model.coarsely_posed(STEPS[joint_light])
         posed, open_sheets = coarse.posed_mesh, model.open_sheets
         if joint_light == "quick" and posed.motion is not None:
             jointed = self._jointed_of(model, progress)
@@ -254,5 +255,5 @@ def lit_mesh(model: SpacecraftModel, transport: LightTransport) -> PosedMesh:
     """The transport's mesh with the joints where they are."""
     if isinstance(transport, PosedTransport):
         return replace(model.posed_mesh, mesh=transport.mesh)
-    coarse = model.coarsely_posed(JOINT_STEP)
+    coarse = model.coarsely_posed(STEPS["exact"])
     return model.posed_mesh.moved_from(coarse.posed_mesh, transport.mesh)

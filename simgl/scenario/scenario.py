@@ -96,7 +96,7 @@ class Scenario:
     samples_per_pixel: int | None = None
     inter_reflection: bool = True
     gather: Literal["vertex", "pixel"] = "vertex"
-    joint_light: Literal["quick", "exact"] = "quick"
+    joint_light: Literal["exact", "quick"] = "exact"
     stars: StarCatalogue | None = None
     # What counts of them is in the fields above.
     inputs: Mapping[Path, str] = field(default_factory=dict, compare=False)

@@ -320,4 +320,4 @@ class RenderTable(Table, frozen=True, kw_only=True):
     samples_per_pixel: Annotated[int, Meta(ge=MIN_SAMPLES, le=256)] | None = None
     inter_reflection: bool = True
     gather: Literal["vertex", "pixel"] = "vertex"
-    joint_light: Literal["quick", "exact"] = "quick"
+    joint_light: Literal["exact", "quick"] = "exact"

@@ -43,7 +43,7 @@ class FrameView:
     tiles: tuple[RasterTile, ...]
     lamps: tuple[LampView, ...]
     gather: Gather = "vertex"
-    joint_light: JointLight = "quick"
+    joint_light: JointLight = "exact"
 
 
 def frame_view(
@@ -54,7 +54,7 @@ def frame_view(
     samples_per_pixel: int | None = None,
     inter_reflection: bool = True,
     gather: Gather = "vertex",
-    joint_light: JointLight = "quick",
+    joint_light: JointLight = "exact",
 ) -> FrameView:
     """What one camera of the scene draws.
 
