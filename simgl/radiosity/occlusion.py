@@ -26,7 +26,7 @@ def moved_into_open(mesh: Mesh, tracer: RayTracer, gather: GatherPoints) -> Gath
     part while most of its surface is seen. What a hidden vertex hands to that surface is the light
     of places around it that are not hidden.
     """
-    hidden = _inside(mesh, tracer, gather.origins[:, 0], gather.normals)
+    hidden = inside_others(mesh, tracer, gather.origins[:, 0], gather.normals)
     corners = gather.of_vertex[0][mesh.triangles.astype(np.int64)]
     chosen = np.flatnonzero(np.any(hidden[corners], axis=1))
     if len(chosen) == 0:
@@ -35,7 +35,7 @@ def moved_into_open(mesh: Mesh, tracer: RayTracer, gather: GatherPoints) -> Gath
     faces, _ = face_normals(mesh)
     at = mesh.positions[mesh.triangles[triangle]].astype(np.float64)
     points = np.einsum("ij,ijk->ik", weights, at) + LIFT * mesh.radius * faces[triangle]
-    free = ~_inside(mesh, tracer, points, faces[triangle])
+    free = ~inside_others(mesh, tracer, points, faces[triangle])
     triangle, weights, points = triangle[free], weights[free], points[free]
     # Every place may serve the three corners of its triangle, best the one that it is nearest to.
     point, weight = corners[triangle].ravel(), weights.ravel()
@@ -53,7 +53,7 @@ def moved_into_open(mesh: Mesh, tracer: RayTracer, gather: GatherPoints) -> Gath
     return replace(gather, origins=origins)
 
 
-def _inside(mesh: Mesh, tracer: RayTracer, points: Array, normals: Array) -> Mask:
+def inside_others(mesh: Mesh, tracer: RayTracer, points: Array, normals: Array) -> Mask:
     """(n,) whether more than ``BURIED`` of the directions above points (n, 3) meet surfaces from
     behind."""
     faces, _ = face_normals(mesh)
