@@ -2,9 +2,9 @@
 
 python -m benchmarks.joint_light [--poses 20]
 
-Each pose is traced again as a whole, with the same triangles and patches: rays of the patches, which
-should meet the same, and rays of the vertices, whose light is interpolated when it is quick. Numbers
-are of the surface that is outside all other parts, sunlit as in the scenario.
+Rays of the vertices are traced against the whole body at each pose, with the same triangles and the
+same light of the patches. Numbers are of the surface that is outside all other parts, sunlit as in
+the scenario.
 """
 
 from __future__ import annotations
@@ -60,7 +60,8 @@ def outside(mesh: Mesh) -> Array:
     middles = mesh.positions[mesh.triangles].astype(np.float64).mean(axis=1)
     inside = inside_others(mesh, RayTracer(mesh), middles + LIFT * mesh.radius * faces, faces)
     weights = np.repeat(areas * ~inside / 3.0, 3)
-    return np.bincount(mesh.triangles.ravel(), weights, minlength=len(mesh.positions))
+    sums = np.bincount(mesh.triangles.ravel(), weights, minlength=len(mesh.positions))
+    return np.asarray(sums, dtype=np.float64)
 
 
 def measure(

@@ -48,13 +48,13 @@ def rail(part: int, axis: tuple[float, float, float], parent: int | None = None)
     )
 
 
-# A floor; 0.5 m above it a ceiling, which a rail lifts; and a shutter that slides in between them.
+# A floor; a shutter that slides in above it; and 0.5 m above the floor a ceiling, which a rail lifts.
 ROOM = joined(
     slab(1.0, (0.0, 0.0, -0.5 * THIN), 0),
-    slab(1.0, (0.0, 0.0, 0.5 + 0.5 * THIN), 1),
-    slab(2.0, (6.0, 0.0, 0.25), 2),
+    slab(2.0, (6.0, 0.0, 0.25), 1),
+    slab(1.0, (0.0, 0.0, 0.5 + 0.5 * THIN), 2),
 )
-ROOM_JOINTS = (rail(1, (0.0, 0.0, 1.0)), rail(2, (-1.0, 0.0, 0.0)))
+ROOM_JOINTS = (rail(1, (-1.0, 0.0, 0.0)), rail(2, (0.0, 0.0, 1.0)))
 # Two parallel unit squares 0.5 m apart (Howell, A Catalog of Radiation Heat Transfer Configuration
 # Factors, C-11).
 FLOOR_TO_CEILING = 0.41525
@@ -102,8 +102,8 @@ def mean_over(mesh: Mesh, chosen: Mask, values: Array) -> float:
 
 def test_two_parts_exchange_what_the_closed_form_says() -> None:
     transport = room()
-    away = posed(transport, ROOM, 0.0, -10.0)
-    floor, ceiling = facing(transport, 0, 1.0), facing(transport, 1, -1.0)
+    away = posed(transport, ROOM, -10.0, 0.0)
+    floor, ceiling = facing(transport, 0, 1.0), facing(transport, 2, -1.0)
     # 200 patches and more of 192 rays each: 40,000 rays, evenly spread, know it to 0.5 %.
     assert exchange(away, floor, ceiling) == pytest.approx(FLOOR_TO_CEILING, rel=0.01)
     assert exchange(away, ceiling, floor) == pytest.approx(FLOOR_TO_CEILING, rel=0.01)
@@ -111,13 +111,13 @@ def test_two_parts_exchange_what_the_closed_form_says() -> None:
 
 def test_a_part_that_slides_between_two_others_takes_all_light_that_they_exchange() -> None:
     transport = room()
-    floor, ceiling = facing(transport, 0, 1.0), facing(transport, 1, -1.0)
-    shut = posed(transport, ROOM, 0.0, 6.0)
+    floor, ceiling = facing(transport, 0, 1.0), facing(transport, 2, -1.0)
+    shut = posed(transport, ROOM, 6.0, 0.0)
     assert exchange(shut, floor, ceiling) == exchange(shut, ceiling, floor) == 0.0
     # Half of the way: the shutter's edge stands above the middle of the floor.
-    half = posed(transport, ROOM, 0.0, 5.0)
+    half = posed(transport, ROOM, 5.0, 0.0)
     baked = bake(PosedMesh(mesh=ROOM, joints=ROOM_JOINTS, motion=body_from_stored(
-        ROOM_JOINTS, (0.0, 5.0))).baked(), open_sheets=False, settings=SETTINGS)  # fmt: skip
+        ROOM_JOINTS, (5.0, 0.0))).baked(), open_sheets=False, settings=SETTINGS)  # fmt: skip
     assert baked is not None
     up, z = baked.normals[:, 0, 2], baked.points[:, 0, 2]
     expected = exchange(baked, (up > 0.99) & (np.abs(z) < 0.01), (up < -0.99) & (z > 0.4))
@@ -130,9 +130,9 @@ def test_vertices_get_what_other_parts_add_and_lose_the_sky_that_these_hide() ->
     mesh = transport.apart.mesh
     normals, _ = face_normals(mesh)
     top = (mesh.part[mesh.triangles[:, 0]] == 0) & (normals[:, 2] > 0.99)
-    open_, shut = posed(transport, ROOM, 0.0, -10.0), posed(transport, ROOM, 0.0, 6.0)
+    open_, shut = posed(transport, ROOM, -10.0, 0.0), posed(transport, ROOM, 6.0, 0.0)
     glowing = np.zeros((len(transport.apart.areas), 4), dtype=np.float32)
-    glowing[facing(transport, 1, -1.0)] = 1.0
+    glowing[facing(transport, 2, -1.0)] = 1.0
     light = mean_over(mesh, top, vertex_light(open_, glowing)[:, 0])
     # Linear between vertices, it is 2 % more than a mean over the floor.
     assert light == pytest.approx(FLOOR_TO_CEILING, rel=0.03)
@@ -143,7 +143,7 @@ def test_vertices_get_what_other_parts_add_and_lose_the_sky_that_these_hide() ->
 
 
 def test_a_pose_gives_the_same_bytes_whatever_poses_came_before() -> None:
-    poses = [(0.0, 5.0), (0.2, 5.0), (0.2, 5.4)]
+    poses = [(5.0, 0.0), (5.0, 0.2), (5.4, 0.2)]
     first, second = replace(room()), replace(room())
     there = [posed(first, ROOM, *pose) for pose in poses]
     back = [posed(second, ROOM, *pose) for pose in reversed(poses)][::-1]
@@ -177,16 +177,16 @@ def test_only_pairs_on_two_sides_of_a_joint_that_moved_are_traced(
 
     monkeypatch.setattr(jointed_transport, "ends", counted)
     # The shutter on a rail of the ceiling.
-    joints = ROOM_JOINTS[0], replace(ROOM_JOINTS[1], parent=0)
+    joints = replace(ROOM_JOINTS[0], parent=1), ROOM_JOINTS[1]
     transport = replace(room(), joints=joints)
-    posed(transport, ROOM, 0.0, 5.0)
+    posed(transport, ROOM, 5.0, 0.0)
     assert len(traced) == 6
     # Ceiling and shutter go together: each with the floor, both ways.
-    posed(transport, ROOM, 0.1, 5.0)
+    posed(transport, ROOM, 5.0, 0.1)
     assert len(traced) == 6 + 4
     # The shutter with each of the others; then nothing is new.
-    posed(transport, ROOM, 0.1, 5.5)
-    posed(transport, ROOM, 0.0, 5.0)
+    posed(transport, ROOM, 5.5, 0.1)
+    posed(transport, ROOM, 5.0, 0.0)
     assert len(traced) == 6 + 4 + 4
 
 
@@ -240,11 +240,11 @@ def test_the_file_of_a_bake_gives_the_same_poses_and_a_damaged_one_is_replaced(
     )
     assert made is not read
     (path,) = cache_folder("transport").iterdir()
-    a, b = (posed(transport, ROOM, 0.1, 5.0) for transport in (made, read))
+    a, b = (posed(transport, ROOM, 5.0, 0.1) for transport in (made, read))
     assert same(a.form_factors, b.form_factors)
     with np.load(path) as data:
         arrays = dict(data)
     arrays["jointed.target"] = np.full_like(arrays["jointed.target"], 60_000)
     np.savez(path, **arrays)
     again = jointed_transport_of(ROOM, ROOM_JOINTS, open_sheets=False, settings=settings)
-    assert same(posed(again, ROOM, 0.1, 5.0).form_factors, a.form_factors)
+    assert same(posed(again, ROOM, 5.0, 0.1).form_factors, a.form_factors)
