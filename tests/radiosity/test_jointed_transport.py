@@ -6,14 +6,15 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import fields, replace
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy import sparse
 
-from simgl.arrays import Array, Array32, Mask
+from simgl.arrays import Array32, Mask
 from simgl.motion.joints import Joint, body_from_stored
-from simgl.radiosity import jointed_transport
+from simgl.radiosity import jointed_transport, rigid_pairs
 from simgl.radiosity.bake import BakeSettings, bake
 from simgl.radiosity.gather_points import face_normals
 from simgl.radiosity.jointed_bake import bake_jointed
@@ -21,7 +22,7 @@ from simgl.radiosity.jointed_transport import JointedTransport
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.posed_transport import PosedTransport
 from simgl.radiosity.solver import earth_share, vertex_irradiance
-from simgl.radiosity.transport_store import cache_folder, jointed_transport_of
+from simgl.radiosity.transport_store import jointed_transport_of
 from simgl.scene.mesh import Mesh, box
 from simgl.scene.posed_mesh import PosedMesh
 from tests.radiosity.shapes import joined, moved
@@ -48,7 +49,7 @@ def rail(part: int, axis: tuple[float, float, float], parent: int | None = None)
     )
 
 
-# A floor; a shutter that slides in above it; and 0.5 m above the floor a ceiling, which a rail lifts.
+# A floor; a shutter that slides in above it; and 0.5 m above the floor a ceiling on a rail.
 ROOM = joined(
     slab(1.0, (0.0, 0.0, -0.5 * THIN), 0),
     slab(2.0, (6.0, 0.0, 0.25), 1),
@@ -94,7 +95,7 @@ def vertex_light(transport: LightTransport, exitance: Array32) -> Array32:
     return values[:, 0, :4]
 
 
-def mean_over(mesh: Mesh, chosen: Mask, values: Array) -> float:
+def mean_over(mesh: Mesh, chosen: Mask, values: Array32) -> float:
     """Mean over the surface of some triangles of what their vertices have."""
     areas = face_normals(mesh)[1] * chosen
     return float(areas @ values[mesh.triangles].mean(axis=1) / areas.sum())
@@ -169,11 +170,10 @@ def test_only_pairs_on_two_sides_of_a_joint_that_moved_are_traced(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     traced: list[object] = []
-    ends = jointed_transport.ends
 
-    def counted(*args: object) -> object:
+    def counted(*args: Any) -> rigid_pairs.Ends:
         traced.append(args)
-        return ends(*args)  # type: ignore[arg-type]
+        return rigid_pairs.ends(*args)
 
     monkeypatch.setattr(jointed_transport, "ends", counted)
     # The shutter on a rail of the ceiling.
