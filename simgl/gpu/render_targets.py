@@ -13,7 +13,7 @@ import numpy as np
 from simgl.arrays import AnyArray, Array32
 from simgl.gpu.context import is_software
 from simgl.gpu.release import all_or_nothing, release_all
-from simgl.lru_cache import LruCache
+from simgl.lru_cache import MANY, LruCache
 
 
 @dataclass(frozen=True)
@@ -126,8 +126,6 @@ def largest_edge(ctx: moderngl.Context) -> int:
 
 # Of the targets of images of other sizes, such as a window had that is resized.
 _MAX_BYTES = 512 << 20
-# Each counts a little more than its size, so that their number is bounded.
-_MORE_BYTES = 1 << 20
 # The targets of one image, which stay whatever their sizes.
 _OF_AN_IMAGE = 8
 
@@ -147,7 +145,7 @@ class TargetStore:
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._targets = LruCache[tuple[str, tuple[int, int]], ImageTarget](
-            _MAX_BYTES, partial(release_all, ctx)
+            MANY, partial(release_all, ctx), max_bytes=_MAX_BYTES
         )
         self._targets.reserve(_OF_AN_IMAGE)
 
@@ -160,7 +158,7 @@ class TargetStore:
         return self._targets.get(
             (use, size),
             lambda: ImageTarget(self._ctx, size, formats, depth=depth),
-            pixels * (values + 4 * depth) + _MORE_BYTES,
+            pixels * (values + 4 * depth),
         )
 
     def release(self) -> None:

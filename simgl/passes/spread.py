@@ -19,7 +19,7 @@ from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import release_all
 from simgl.gpu.render_targets import Format, ImageTarget
 from simgl.gpu.uniform_blocks import Block
-from simgl.lru_cache import LruCache
+from simgl.lru_cache import MANY, LruCache
 
 # The most planes that one draw writes, and pixels of a texel in each.
 _MAX_PLANES = 4
@@ -41,7 +41,7 @@ class SpreadPass:
     def __init__(self, ctx: moderngl.Context, executor: Executor) -> None:
         self._ctx, self._executor = ctx, executor
         self._programs: dict[int, FullscreenProgram] = {}
-        self._spreads = LruCache[object, Spread](_MAX_BYTES)
+        self._spreads = LruCache[object, Spread](MANY, max_bytes=_MAX_BYTES)
         self._target: ImageTarget | None = None
 
     def bands(

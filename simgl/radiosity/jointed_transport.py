@@ -20,7 +20,7 @@ import numpy as np
 from scipy import sparse
 
 from simgl.arrays import Array32, IndexArray, Mask
-from simgl.lru_cache import LruCache
+from simgl.lru_cache import MANY, LruCache
 from simgl.motion.joints import Joint
 from simgl.radiosity.bake import patch_directions
 from simgl.radiosity.gather_points import BURIED, face_normals
@@ -67,7 +67,7 @@ class JointedTransport:
     target: IndexArray
     spread: sparse.csr_matrix
     _ends: LruCache[_Pair, Ends] = field(
-        default_factory=lambda: LruCache[_Pair, Ends](_PAIR_BYTES), init=False
+        default_factory=lambda: LruCache[_Pair, Ends](MANY, max_bytes=_PAIR_BYTES), init=False
     )
 
     @property

@@ -12,7 +12,7 @@ import numpy as np
 from scipy import sparse
 
 from simgl.disk_cache import cache_folder, read_arrays, write_arrays
-from simgl.lru_cache import LruCache
+from simgl.lru_cache import MANY, LruCache
 from simgl.motion.joints import Joint
 from simgl.progress import ProgressCallback
 from simgl.radiosity.bake import BakeSettings, bake, sees_itself
@@ -49,9 +49,13 @@ class TransportStore:
     """The transports of models by their content, the last ``MAX_BYTES`` of them in memory."""
 
     def __init__(self) -> None:
-        self._transports = LruCache[tuple[str, bool], LightTransport | None](MAX_BYTES)
-        self._jointed = LruCache[tuple[str, bytes, bool], JointedTransport](MAX_BYTES)
-        self._posed = LruCache[tuple[str, bool], PosedTransport](MAX_BYTES)
+        self._transports = LruCache[tuple[str, bool], LightTransport | None](
+            MANY, max_bytes=MAX_BYTES
+        )
+        self._jointed = LruCache[tuple[str, bytes, bool], JointedTransport](
+            MANY, max_bytes=MAX_BYTES
+        )
+        self._posed = LruCache[tuple[str, bool], PosedTransport](MANY, max_bytes=MAX_BYTES)
 
     def of(
         self,
@@ -76,8 +80,7 @@ class TransportStore:
         return self._transports.get(
             (posed.digest, open_sheets),
             lambda: transport_of(posed.baked(), open_sheets=open_sheets, progress=progress),
-            # Each counts a little: bodies that see nothing of themselves are many.
-            lambda transport: 1 << 16 if transport is None else transport.nbytes,
+            lambda transport: 0 if transport is None else transport.nbytes,
         )
 
     def _jointed_of(

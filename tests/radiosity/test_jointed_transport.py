@@ -13,6 +13,7 @@ import pytest
 from scipy import sparse
 
 from simgl.arrays import Array32, Mask
+from simgl.disk_cache import cache_folder
 from simgl.motion.joints import Joint, body_from_stored
 from simgl.radiosity import jointed_transport, rigid_pairs
 from simgl.radiosity.bake import BakeSettings, bake
