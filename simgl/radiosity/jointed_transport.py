@@ -20,7 +20,7 @@ import numpy as np
 from scipy import sparse
 
 from simgl.arrays import Array32, IndexArray, Mask
-from simgl.lru_cache import MANY, LruCache
+from simgl.lru_cache import LruCache
 from simgl.motion.joints import Joint
 from simgl.radiosity.bake import patch_directions
 from simgl.radiosity.gather_points import BURIED, face_normals
@@ -40,7 +40,8 @@ from simgl.radiosity.rigid_pairs import (
 from simgl.rays import group_tracers
 from simgl.scene.posed_mesh import PosedMesh
 
-# Of the pairs of groups whose rays stay in memory.
+# Pairs of groups whose rays stay in memory, and their bytes: 50 groups make 2450 at each pose.
+_MAX_PAIRS = 20_000
 _PAIR_BYTES = 128 << 20
 
 _Pair = tuple[int, int, tuple[float, ...]]
@@ -67,7 +68,7 @@ class JointedTransport:
     target: IndexArray
     spread: sparse.csr_matrix
     _ends: LruCache[_Pair, Ends] = field(
-        default_factory=lambda: LruCache[_Pair, Ends](MANY, max_bytes=_PAIR_BYTES), init=False
+        default_factory=lambda: LruCache[_Pair, Ends](_MAX_PAIRS, max_bytes=_PAIR_BYTES), init=False
     )
 
     @property

@@ -7,14 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from simgl.arrays import Array32
-<<<<<<< HEAD
 from simgl.environment_map import SkyRadiance
-from simgl.lru_cache import LruCache
-=======
-from simgl.environment_map import SkyRadiance, cell_radiance
 from simgl.lru_cache import MANY, LruCache
-from simgl.radiosity.hemisphere import CELLS_ACROSS
->>>>>>> main
 from simgl.radiosity.incident_light import IncidentLight, Neighbour
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.posed_transport import PosedTransport
