@@ -97,15 +97,18 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.joint_light")
     parser.add_argument("--poses", type=int, default=20)
     scenario = load_scenario(Path(__file__).parents[1] / "examples" / "servicer.toml")
-    random, store, found = np.random.default_rng(5), TransportStore(), []
+    random, store, differences = np.random.default_rng(5), TransportStore(), []
     for _ in range(parser.parse_args().poses):
         angles = {name: a + float(random.uniform(-40.0, 40.0)) for name, a in ARM.items()}
-        found.append(measure(scenario, angles, store))
-        print(json.dumps(found[-1]), flush=True)
-    sums = np.array([f["sum_percent"] for f in found])
+        differences.append(measure(scenario, angles, store))
+        print(json.dumps(differences[-1]), flush=True)
+    sums = np.array([f["sum_percent"] for f in differences])
     print(
         json.dumps(
-            {"poses": len(found), "sum_percent_rms": round(float(np.sqrt(np.mean(sums**2))), 2)}
+            {
+                "poses": len(differences),
+                "sum_percent_rms": round(float(np.sqrt(np.mean(sums**2))), 2),
+            }
         )
     )
 

@@ -87,7 +87,7 @@ def bake_jointed(
     report(total, total)
     factors, sky, _ = shares(target, len(patches.areas), len(groups) * SKY_CELLS)
     return JointedTransport(
-        apart=_apart(fine, sides, groups, patches, (factors, sky, point_open), settings),
+        separate=_separate(fine, sides, groups, patches, (factors, sky, point_open), settings),
         joints=joints,
         group_of_patch=_group_of_patch(fine, joints, sides, patches),
         reach=reach,
@@ -212,7 +212,7 @@ def _spread(fine: Mesh, sides: int, groups: list[_Group], patches: Patches) -> s
     return mean.tocsr().astype(np.float32)[of_vertex.T.ravel()]
 
 
-def _apart(
+def _separate(
     fine: Mesh,
     sides: int,
     groups: list[_Group],

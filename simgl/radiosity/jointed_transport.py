@@ -52,7 +52,7 @@ _Sides = tuple[list[int], list[int]]
 class JointedTransport:
     """A body whose rigid groups were traced one by one.
 
-    apart : how light goes with each group by itself, all as stored. Its cells of the sky are those
+    separate : how light goes with each group by itself, as stored. Its cells of the sky are those
         in the axes of the first group, then those of the second ...
     joints : of the body
     group_of_patch : (p,) index among the rigid groups of the mesh
@@ -61,7 +61,7 @@ class JointedTransport:
     spread : (r, p) csr, mean of the patches about each vertex, on each of its sides
     """
 
-    apart: LightTransport
+    separate: LightTransport
     joints: tuple[Joint, ...]
     group_of_patch: IndexArray
     reach: Array32
@@ -75,21 +75,21 @@ class JointedTransport:
     def nbytes(self) -> int:
         """Size of its arrays, of what is derived from them at the first use, and of the pairs."""
         directions = 3 * self.reach.nbytes
-        return self.apart.nbytes + 3 * self.reach.nbytes + directions + _PAIR_BYTES
+        return self.separate.nbytes + 3 * self.reach.nbytes + directions + _PAIR_BYTES
 
     @cached_property
     def _rays(self) -> tuple[PatchRays, ...]:
         """The rays of each group."""
-        apart, each = self.apart, self.reach.shape[2]
-        spread = patch_directions(apart.normals.astype(np.float64), SAMPLES * each)
+        separate, each = self.separate, self.reach.shape[2]
+        spread = patch_directions(separate.normals.astype(np.float64), SAMPLES * each)
         directions = spread.reshape(-1, each, 3).astype(np.float32)
         of_point = np.repeat(self.group_of_patch, SAMPLES)
         points = [np.flatnonzero(of_point == g) for g in range(len(self._targets))]
         return tuple(
             PatchRays(
                 point=point,
-                origins=apart.points.reshape(-1, 3)[point],
-                normals=apart.normals.reshape(-1, 3)[point],
+                origins=separate.points.reshape(-1, 3)[point],
+                normals=separate.normals.reshape(-1, 3)[point],
                 directions=directions[point],
                 reach=self.reach.reshape(-1, each)[point],
             )
@@ -106,9 +106,9 @@ class JointedTransport:
     @cached_property
     def _targets(self) -> tuple[Target, ...]:
         """The groups as rays meet them."""
-        mesh = self.apart.mesh
+        mesh = self.separate.mesh
         faces = face_normals(mesh)[0].astype(np.float32)
-        of_side = self.apart.patch_of_side.reshape(self.apart.sides, -1)
+        of_side = self.separate.patch_of_side.reshape(self.separate.sides, -1)
         return tuple(
             Target(group=group, tracer=tracer, faces=faces, patch_of_side=of_side)
             for group, tracer in group_tracers(mesh, self.joints)
@@ -118,7 +118,7 @@ class JointedTransport:
     def _sky_rays(self) -> sparse.csr_matrix:
         """(p, c) csr, share of the rays of each patch that go to each cell of the sky, were they
         free."""
-        count, rays_each = len(self.apart.areas), self.reach[0].size
+        count, rays_each = len(self.separate.areas), self.reach[0].size
         columns = np.empty((count * SAMPLES, self.reach.shape[2]), dtype=np.int64)
         for group, rays in enumerate(self._rays):
             cells = sky_cell(rays.directions.astype(np.float64))
@@ -126,7 +126,7 @@ class JointedTransport:
         columns = columns.reshape(count, rays_each)
         weight = np.full(count, 1.0 / rays_each, dtype=np.float32)
         everywhere = np.ones(columns.shape, dtype=np.bool_)
-        return _summed(columns, everywhere, weight, self.apart.sky.shape[1])
+        return _summed(columns, everywhere, weight, self.separate.sky.shape[1])
 
     def at(self, posed: PosedMesh, values: Sequence[float]) -> PosedTransport:
         """The transport at a pose; it depends on nothing else.
@@ -134,16 +134,16 @@ class JointedTransport:
         posed : the unrefined mesh there; values : of the joints [rad] or [m]
         """
         assert posed.motion is not None
-        apart = self.apart
+        separate = self.separate
         target, point_open = self._met(values)
-        factors, sky, used = shares(target, len(apart.areas), apart.sky.shape[1])
-        light = (factors - apart.form_factors).tocsr()
+        factors, sky, used = shares(target, len(separate.areas), separate.sky.shape[1])
+        light = (factors - separate.form_factors).tocsr()
         light.eliminate_zeros()
-        sky_lost = (apart.sky - sky).tocsr()
+        sky_lost = (separate.sky - sky).tocsr()
         sky_lost.eliminate_zeros()
         groups = [t.group.index for t in self._targets]
         turns, shifts = posed.motion[groups, :3, :3], posed.motion[groups, :3, 3]
-        points, normals = apart.points.copy(), apart.normals.copy()
+        points, normals = separate.points.copy(), separate.normals.copy()
         for group, rays in enumerate(self._rays):
             turn = turns[group].T.astype(np.float32)
             points.reshape(-1, 3)[rays.point] = rays.origins @ turn + shifts[group].astype(
@@ -158,8 +158,8 @@ class JointedTransport:
             "sky": sky,
         }
         return PosedTransport(
-            **{f.name: getattr(apart, f.name) for f in fields(apart)} | changed,
-            key=f"{apart.digest} {posed.digest}",
+            **{f.name: getattr(separate, f.name) for f in fields(separate)} | changed,
+            key=f"{separate.digest} {posed.digest}",
             body=posed,
             group_turns=turns,
             between=Between(
@@ -168,7 +168,7 @@ class JointedTransport:
                 sky_lost=sky_lost,
                 sky_rays=self._sky_rays,
             ),
-            apart=apart.of_vertices,
+            separate=separate.of_vertices,
         )
 
     def _met(self, values: Sequence[float]) -> tuple[IndexArray, Mask]:
@@ -182,13 +182,13 @@ class JointedTransport:
                 motion = other_from_this(transforms, *between)
                 return ends(self._rays[this], self._targets[other], motion)
 
-            found = self._ends.get(key, traced, lambda e: e.nbytes)
-            nearer = found.reach < reach[found.ray]
-            ray = found.ray[nearer]
-            reach[ray], target[ray] = found.reach[nearer], found.target[nearer]
+            shorter = self._ends.get(key, traced, lambda e: e.nbytes)
+            nearer = shorter.reach < reach[shorter.ray]
+            ray = shorter.ray[nearer]
+            reach[ray], target[ray] = shorter.reach[nearer], shorter.target[nearer]
         met = target.reshape(self.target.shape)
         inside = (met == NOWHERE).mean(axis=2) > BURIED
-        point_open = self.apart.point_open & ~inside
+        point_open = self.separate.point_open & ~inside
         met[~point_open] = NOWHERE
         return met, point_open
 
@@ -231,7 +231,7 @@ def _among(spread: sparse.csr_matrix, seen: Mask) -> sparse.csr_matrix:
     """Means over some patches only: those that no other part hides wholly."""
     if seen.all():
         return spread
-    kept = (spread @ sparse.diags_array(seen.astype(np.float32))).tocsr()
-    total = np.asarray(kept.sum(axis=1)).ravel()
+    among = (spread @ sparse.diags_array(seen.astype(np.float32))).tocsr()
+    total = np.asarray(among.sum(axis=1)).ravel()
     scale = np.divide(1.0, total, out=np.zeros_like(total), where=total > 0.0)
-    return (sparse.diags_array(scale) @ kept).tocsr().astype(np.float32)
+    return (sparse.diags_array(scale) @ among).tocsr().astype(np.float32)

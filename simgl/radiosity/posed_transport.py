@@ -36,14 +36,14 @@ class PosedTransport(LightTransport):
     body : the unrefined mesh, posed
     group_turns : (g, 3, 3) body axes from those of each group
     between : what the groups do to each other's light at the vertices
-    apart : the gather matrix of each group by itself
+    separate : the gather matrix of each group by itself
     """
 
     key: str
     body: PosedMesh
     group_turns: Array
     between: Between
-    apart: GatherMatrix
+    separate: GatherMatrix
 
     @property
     def digest(self) -> str:
@@ -68,7 +68,7 @@ class PosedTransport(LightTransport):
     @cached_property
     def of_vertices(self) -> GatherMatrix:
         """The rows of its gather points for each vertex of the mesh."""
-        return replace(self.apart, between=self.between)
+        return replace(self.separate, between=self.between)
 
     def cells_of(self, sky: SkyRadiance) -> Array32:
         """(96 g, 4) mean radiance of the cells of the sky [W m-2 sr-1]."""

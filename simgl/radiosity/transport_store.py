@@ -159,7 +159,7 @@ def _read(path: Path, unpack: Callable[[dict[str, Any]], _Bake]) -> _Bake | None
 
 
 def _packed_jointed(transport: JointedTransport) -> dict[str, Any]:
-    data = _packed(transport.apart)
+    data = _packed(transport.separate)
     for name in _JOINTED_ARRAYS:
         data[f"jointed.{name}"] = getattr(transport, name)
     return data | _packed_matrix("jointed.spread", transport.spread)
@@ -167,18 +167,18 @@ def _packed_jointed(transport: JointedTransport) -> dict[str, Any]:
 
 def _unpacked_jointed(data: dict[str, Any], joints: tuple[Joint, ...]) -> JointedTransport:
     """Raises ValueError where an index points nowhere."""
-    apart = _unpacked(data)
+    separate = _unpacked(data)
     transport = JointedTransport(
-        apart=apart,
+        separate=separate,
         joints=joints,
         spread=_matrix(data, "jointed.spread"),
         **{name: data[f"jointed.{name}"] for name in _JOINTED_ARRAYS},
     )
     transport.spread.check_format(full_check=True)
-    patches, cells, rays = len(apart.areas), apart.sky.shape[1], transport.reach.shape
+    patches, cells, rays = len(separate.areas), separate.sky.shape[1], transport.reach.shape
     target = transport.target[transport.target != NOWHERE]
-    right = transport.spread.shape == (apart.gather_point_of_vertex.size, patches)
-    right &= transport.target.shape == rays and rays[:2] == apart.points.shape[:2]
+    right = transport.spread.shape == (separate.gather_point_of_vertex.size, patches)
+    right &= transport.target.shape == rays and rays[:2] == separate.points.shape[:2]
     right &= bool(np.all((target >= -cells) & (target < patches)))
     groups = transport.group_of_patch
     right &= groups.shape == (patches,) and groups.min() >= 0 and groups.max() < cells // SKY_CELLS

@@ -57,7 +57,7 @@ ROOM = joined(
     slab(1.0, (0.0, 0.0, 0.5 + 0.5 * THIN), 2),
 )
 ROOM_JOINTS = (rail(1, (-1.0, 0.0, 0.0)), rail(2, (0.0, 0.0, 1.0)))
-# Two parallel unit squares 0.5 m apart (Howell, A Catalog of Radiation Heat Transfer Configuration
+# Two parallel unit squares at 0.5 m (Howell, A Catalog of Radiation Heat Transfer Configuration
 # Factors, C-11).
 FLOOR_TO_CEILING = 0.41525
 
@@ -83,7 +83,7 @@ def exchange(transport: LightTransport, source: Mask, target: Mask) -> float:
 
 def facing(transport: JointedTransport, group: int, z: float) -> Mask:
     """Patches of a group that face up (z = 1) or down (-1)."""
-    up = transport.apart.normals[:, 0, 2] * z > 0.99
+    up = transport.separate.normals[:, 0, 2] * z > 0.99
     return (transport.group_of_patch == group) & up
 
 
@@ -129,11 +129,11 @@ def test_a_part_that_slides_between_two_others_takes_all_light_that_they_exchang
 
 def test_vertices_get_what_other_parts_add_and_lose_the_sky_that_these_hide() -> None:
     transport = room()
-    mesh = transport.apart.mesh
+    mesh = transport.separate.mesh
     normals, _ = face_normals(mesh)
     top = (mesh.part[mesh.triangles[:, 0]] == 0) & (normals[:, 2] > 0.99)
     open_, shut = posed(transport, ROOM, -10.0, 0.0), posed(transport, ROOM, 6.0, 0.0)
-    glowing = np.zeros((len(transport.apart.areas), 4), dtype=np.float32)
+    glowing = np.zeros((len(transport.separate.areas), 4), dtype=np.float32)
     glowing[facing(transport, 2, -1.0)] = 1.0
     light = mean_over(mesh, top, vertex_light(open_, glowing)[:, 0])
     # Linear between vertices, it is 2 % more than a mean over the floor.
