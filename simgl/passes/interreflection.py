@@ -9,15 +9,14 @@ from dataclasses import dataclass
 import moderngl
 import numpy as np
 
-from simgl.environment_map import SkyRadiance, cell_radiance
+from simgl.environment_map import SkyRadiance
 from simgl.gpu.vertex_buffers import Values
 from simgl.passes.mesh_store import VertexLighting
-from simgl.radiosity.hemisphere import CELLS_ACROSS
 from simgl.radiosity.incident_light import IncidentLight
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.patch_light import PatchLight
 from simgl.radiosity.solver import earth_share, vertex_irradiance
-from simgl.radiosity.transport_store import TransportStore, lit_mesh
+from simgl.radiosity.transport_store import JointLight, TransportStore, lit_mesh
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.view.spacecraft_view import SpacecraftView
 
@@ -29,9 +28,7 @@ _BACK = {"in_bounced_back": "4f", "in_earth_share_back": "1f"}
 class _Solved:
     """What the vertices of a spacecraft hold, and what that was made of."""
 
-    model: SpacecraftModel
-    sky: SkyRadiance | None
-    lights: tuple[Hashable, ...]
+    made_of: tuple[SpacecraftModel, LightTransport, SkyRadiance | None, tuple[Hashable, ...]]
     lighting: VertexLighting
 
 
@@ -54,28 +51,33 @@ class InterreflectionPass:
         self._solved: dict[int, _Solved] = {}
 
     def draw(
-        self, spacecraft: Sequence[SpacecraftView], skies: Sequence[SkyRadiance | None]
+        self,
+        spacecraft: Sequence[SpacecraftView],
+        skies: Sequence[SkyRadiance | None],
+        joint_light: JointLight,
     ) -> list[VertexLighting | None]:
         """The values of each spacecraft; None where nothing sees itself. Valid until the next call.
 
         skies : what each sees around it
         """
-        return [self._lighting(s, sky) for s, sky in zip(spacecraft, skies, strict=True)]
+        return [
+            self._lighting(s, sky, joint_light) for s, sky in zip(spacecraft, skies, strict=True)
+        ]
 
     def _lighting(
-        self, spacecraft: SpacecraftView, sky: SkyRadiance | None
+        self, spacecraft: SpacecraftView, sky: SkyRadiance | None, joint_light: JointLight
     ) -> VertexLighting | None:
         if spacecraft.incident_light is None:
             return None
         model = spacecraft.model
-        transport = self._transports.of(model)
+        transport = self._transports.of(model, joint_light)
         if transport is None:
             return None
-        lights = spacecraft.incident_light.key
+        made_of = model, transport, sky, spacecraft.incident_light.key
         last = self._solved.pop(spacecraft.instance, None)
-        if last is None or (last.model, last.sky, last.lights) != (model, sky, lights):
+        if last is None or last.made_of != made_of:
             lighting = self._solve(spacecraft, spacecraft.incident_light, transport, sky)
-            last = _Solved(model=model, sky=sky, lights=lights, lighting=lighting)
+            last = _Solved(made_of=made_of, lighting=lighting)
         self._solved[spacecraft.instance] = last
         return last.lighting
 
@@ -87,7 +89,7 @@ class InterreflectionPass:
         sky: SkyRadiance | None,
     ) -> VertexLighting:
         model = spacecraft.model
-        cells = None if sky is None else cell_radiance(sky, CELLS_ACROSS)
+        cells = None if sky is None else transport.cells_of(sky)
         gather = transport.of_vertices
         # In another thread while this one is busy with the bounces.
         share = self._executor.submit(earth_share, gather, cells)

@@ -21,7 +21,7 @@ from simgl.radiosity.final_gather import SKY_ACROSS, LitBody, Points, gathered, 
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.patch_light import PatchLight
 from simgl.radiosity.solver import material_light
-from simgl.radiosity.transport_store import TransportStore, lit_mesh
+from simgl.radiosity.transport_store import JointLight, TransportStore, lit_mesh
 from simgl.sample_grid import SampleGrid
 from simgl.scene.mean_materials import mean_materials
 from simgl.scene.spacecraft import SpacecraftModel
@@ -58,12 +58,16 @@ class ReferenceGather:
         self._light = PatchLight()
 
     def lit_bodies(
-        self, spacecraft: Sequence[SpacecraftView], skies: Sequence[SkyRadiance | None]
+        self,
+        spacecraft: Sequence[SpacecraftView],
+        skies: Sequence[SkyRadiance | None],
+        joint_light: JointLight,
     ) -> list[tuple[LitBody, ...]]:
         """What rays from each spacecraft meet: itself, then what is near; none where
         no other surface is."""
         lit = {
-            s.instance: self._lit_patches(s, sky) for s, sky in zip(spacecraft, skies, strict=True)
+            s.instance: self._lit_patches(s, sky, joint_light)
+            for s, sky in zip(spacecraft, skies, strict=True)
         }
         return [self._bodies_around(s, lit) for s in spacecraft]
 
@@ -85,12 +89,12 @@ class ReferenceGather:
         )
 
     def _lit_patches(
-        self, spacecraft: SpacecraftView, sky: SkyRadiance | None
+        self, spacecraft: SpacecraftView, sky: SkyRadiance | None, joint_light: JointLight
     ) -> _LitPatches | None:
         """The light on a spacecraft; None where nothing sees itself, or that light is left out."""
         if spacecraft.incident_light is None:
             return None
-        transport = self._transports.of(spacecraft.model)
+        transport = self._transports.of(spacecraft.model, joint_light)
         if transport is None:
             return None
         model, incident = spacecraft.model, spacecraft.incident_light
