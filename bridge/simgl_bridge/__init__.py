@@ -10,7 +10,8 @@
 - ``session_recording``, ``session_replay``: what was asked and answered, in a file, and again
 - ``operator_log``, ``public_text``: what the server prints, and what clients may read of an error
 - ``access``, ``bind_address``, ``sockets``, ``router_socket``, ``preview``: sockets and keys
-- ``commands``, ``processes``, ``launched_server``, ``run_with_server``: the server as a process
+- ``commands``, ``serving``, ``processes``, ``launched_server``, ``run_with_server``: the server as
+  a process
 
 It may import all of ``simgl``; ``simgl`` never imports it. A new field of a message is added to
 ``messages`` with its range (``value_ranges``), a check that needs the scene to

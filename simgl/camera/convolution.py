@@ -13,9 +13,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-import scipy.fft
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
 
 from simgl.arrays import AnyArray, Array, Array32
 from simgl.camera.psf_kernel import PsfKernel, core_share
@@ -223,7 +222,7 @@ def add_coarse(image: Array32, coarse: Array) -> None:
 
 
 @lru_cache(maxsize=8)
-def _between(pixels: int) -> csr_array:
+def _between(pixels: int) -> scipy.sparse.csr_array:
     """(pixels, cells) weights of linear interpolation between the cell centres."""
     cells = -(-pixels // CELL)
     at = np.clip((np.arange(pixels) + 0.5) / CELL - 0.5, 0.0, cells - 1.0)
@@ -231,7 +230,7 @@ def _between(pixels: int) -> csr_array:
     right = np.minimum(left + 1, cells - 1)
     places = np.tile(np.arange(pixels), 2), np.concatenate([left, right])
     weights = np.concatenate([1.0 - (at - left), at - left]).astype(np.float32)
-    return csr_array((weights, places), shape=(pixels, cells))
+    return scipy.sparse.csr_array((weights, places), shape=(pixels, cells))
 
 
 def _lit(planes: Sequence[Array32], axis: int) -> tuple[int, int] | None:
