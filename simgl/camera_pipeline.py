@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import moderngl
 import numpy as np
@@ -87,7 +88,8 @@ class CameraPipeline:
                 )
             return target
         target = self._target("electrons", camera, _ELECTRONS)
-        square = square_electrons_per_irradiance(camera, photons_per_joule)
+        one_second = replace(camera, exposure_time=1.0)
+        square = square_electrons_per_irradiance(one_second, photons_per_joule)
         with self._timer.measure("spread"):
             light = self._seen(camera, radiance)
             target.write(self._spread.electrons(camera, square, sun, light))

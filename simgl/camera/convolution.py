@@ -62,9 +62,9 @@ class Convolver:
         """Size of its kernels and their spectra, once it has worked on windows of all sizes."""
         kernels = {id(k): k.core.nbytes for zone in self._kernels for k in zone}
         spectra = self._transfers_of((self._height, self._width)).values()
-        whole = sum(spectrum.nbytes for spectrum in spectra)
+        largest = sum(spectrum.nbytes for spectrum in spectra)
         # Of halves of one edge or both, quarters and so on: (1 + 1/2 + 1/4 + ...)^2.
-        return sum(kernels.values()) + 4 * whole + self._tail_transfer.nbytes
+        return sum(kernels.values()) + 4 * largest + self._tail_transfer.nbytes
 
     def cores(
         self, planes: Sequence[Array32], zones: Sequence[Array32 | None], limits: Array

@@ -84,11 +84,13 @@ class SpreadPass:
     ) -> Array32:
         """(height, width) mean electrons.
 
-        square : (4, 4) electrons per irradiance of the pixels (0, 0), (1, 0), (0, 1), (1, 1) in
-            each band [e- W-1 m2]
+        square : (4, 4) electrons per irradiance and exposure time of the pixels (0, 0), (1, 0),
+            (0, 1), (1, 1) in each band [e- W-1 m2 s-1]
         """
         weights, filters = np.unique(square, axis=0, return_inverse=True)
         results = self._apply(camera, weights, sun, seen)
+        for result in results:
+            result *= np.float32(camera.exposure_time)
         if len(results) == 1:
             return results[0]
         mosaic = np.empty_like(results[0])
@@ -100,7 +102,13 @@ class SpreadPass:
     def _apply(
         self, camera: Camera, weights: Array | None, sun: SunInCamera | None, seen: Seen
     ) -> list[Array32]:
-        key = (camera.lens, camera.detector, None if weights is None else weights.tobytes())
+        # Neither exposure time nor electronics: a control loop may set them for every image.
+        key = (
+            camera.lens,
+            camera.geometry,
+            camera.detector.pixel_pitch,
+            None if weights is None else weights.tobytes(),
+        )
         spread = self._spreads.get(
             key, lambda: Spread(camera, weights, self._executor), lambda spread: spread.nbytes
         )
