@@ -51,8 +51,8 @@ albedo = 0.3
 [spacecraft.rock]
 model = "rock.obj"
 orbit = {{ altitude_km = {altitude:.3f} }}
-[spacecraft.ball]
-model.sphere = {{ radius_m = {radius:.6f}, material = {{ reflectance = {reflectance:.4f} }} }}
+[spacecraft.crate]
+model.box = {{ size_m = [1.0, 2.0, {depth:.6f}], material = {{ reflectance = {reflectance:.4f} }} }}
 relative_to = "rock"
 position_lvlh_m = [0.0, 4.0, 0.0]
 [camera.cam]
@@ -129,7 +129,7 @@ def arm(frames: int) -> Series:
 def write_files(folder: Path, number: int) -> Path:
     """A scenario of its own for each number, with its mesh and its preset; returns its path."""
     rng = np.random.default_rng(number)
-    sphere = trimesh.creation.icosphere(subdivisions=2)
+    sphere = trimesh.creation.icosphere(subdivisions=1)
     sphere.vertices *= rng.uniform(0.5, 2.0, 3)
     (folder / "rock.obj").write_text(sphere.export(file_type="obj"))
     preset = preset_path("mt9m034").read_text()
@@ -137,8 +137,9 @@ def write_files(folder: Path, number: int) -> Path:
     path = folder / "scene.toml"
     path.write_text(
         SCENE.format(
-            altitude=rng.uniform(300.0, 900.0),
-            radius=rng.uniform(0.5, 2.0),
+            # Seldom, since tables of the air are made for each.
+            altitude=300.0 + number // 20,
+            depth=rng.uniform(0.5, 2.0),
             reflectance=rng.uniform(0.1, 0.9),
             width=int(rng.integers(48, 96)),
             exposure=rng.uniform(1e-4, 1e-2),

@@ -18,6 +18,8 @@ from simgl.arrays import AnyArray
 IMAGE_FORMATS = ("PNG", "JPEG", "TIFF", "WEBP", "BMP", "GIF", "PPM", "JPEG2000")
 # Of one file's arrays together.
 _MAX_ARRAY_BYTES = 4 << 30
+# What numpy reads of the text before an array, and more.
+_MAX_HEADER_BYTES = 1 << 16
 
 
 def decoded_image(
@@ -52,9 +54,9 @@ class _TooLargeError(Exception):
     """More pixels than are read."""
 
 
-def array_in(content: bytes) -> AnyArray:
+def array_in(content: bytes | memoryview) -> AnyArray:
     """The array of a .npy file; ValueError for a damaged one, one of objects, or one cut short."""
-    file = io.BytesIO(content)
+    file = io.BytesIO(content[:_MAX_HEADER_BYTES])
     try:
         version = np.lib.format.read_magic(file)  # ValueError for other files
         readers = {
@@ -71,6 +73,19 @@ def array_in(content: bytes) -> AnyArray:
         raise ValueError(f"is no .npy file ({type(error).__name__})") from None
 
 
+def _member(archive: zipfile.ZipFile, info: zipfile.ZipInfo, content: bytes) -> bytes | memoryview:
+    """The checked bytes of a member; of one that is not compressed without copying them."""
+    if info.compress_type != zipfile.ZIP_STORED:
+        return archive.read(info)
+    # The header before the data repeats the name, and has fields of its own.
+    name_bytes, field_bytes = struct.unpack_from("<HH", content, info.header_offset + 26)
+    start = info.header_offset + 30 + name_bytes + field_bytes
+    data = memoryview(content)[start : start + info.file_size]
+    if zlib.crc32(data) != info.CRC:
+        raise zipfile.BadZipFile(f"bad checksum of {info.filename}")
+    return data
+
+
 def arrays_in(content: bytes) -> dict[str, AnyArray]:
     """The arrays of a .npz file by name; ValueError for a damaged one: each has a checksum."""
     try:
@@ -78,7 +93,7 @@ def arrays_in(content: bytes) -> dict[str, AnyArray]:
             if sum(info.file_size for info in archive.infolist()) > _MAX_ARRAY_BYTES:
                 raise ValueError("holds arrays of more than 4 GiB")
             return {
-                info.filename.removesuffix(".npy"): array_in(archive.read(info))
+                info.filename.removesuffix(".npy"): array_in(_member(archive, info, content))
                 for info in archive.infolist()
             }
     except (zipfile.BadZipFile, zlib.error, struct.error, OSError, EOFError, KeyError) as error:

@@ -4,22 +4,26 @@ from __future__ import annotations
 
 import logging
 import os
+import sys
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import scipy
 
 from simgl.arrays import AnyArray
+from simgl.content_digest import content_digest
 from simgl.decoded_files import arrays_in
 from simgl.errors import AssetError
 from simgl.input_files import read_file
 
 # Of each folder: an arm on the move leaves a file with every step.
-MAX_BYTES = 4 << 30
+MAX_BYTES = 1 << 30
+
+Arrays = dict[str, AnyArray]
 
 _LOG = logging.getLogger(__name__)
 
@@ -38,7 +42,7 @@ def cache_folder(name: str) -> Path:
     return folder / "simgl" / name
 
 
-def read_arrays(path: Path) -> dict[str, AnyArray] | None:
+def read_arrays(path: Path) -> Arrays | None:
     """The arrays of a file; None if it is missing, or damaged (each array has a checksum)."""
     try:
         arrays = arrays_in(read_file(path))
@@ -87,14 +91,51 @@ def _make_room(newest: Path) -> None:
             total -= size
 
 
-def computed_once(name: str, compute: Callable[[], dict[str, AnyArray]]) -> dict[str, AnyArray]:
-    """Arrays that numpy and scipy compute from constants, from a file after the first time.
+def is_computed(folder: str, made_by: Sequence[str], inputs: object) -> bool:
+    """Whether there is a file of ``computed_once``; it is not read."""
+    return _path(folder, made_by, inputs).is_file()
 
-    name : of the file; says what the arrays depend on besides the versions of both libraries
+
+def computed_once(
+    folder: str,
+    made_by: Sequence[str],
+    inputs: object,
+    compute: Callable[[], Arrays],
+    fits: Callable[[Arrays], bool] = bool,
+) -> Arrays:
+    """Arrays that are computed once on a machine, from a file after the first time.
+
+    folder : of the file, below the cache folder
+    made_by : names of the modules that compute them, as far as the arrays depend on their source,
+        and of packages, as far as they depend on their version: another one computes them again
+    inputs : all else that they depend on, for ``content_digest``
+    fits : whether arrays are such as ``compute`` returns; others are computed again, also where it
+        raises KeyError or ValueError
     """
-    path = cache_folder("noise") / f"{name}-numpy{np.__version__}-scipy{scipy.__version__}.npz"
+    path = _path(folder, made_by, inputs)
     arrays = read_arrays(path)
-    if arrays is None:
+    if arrays is None or not _fit(arrays, fits):
         arrays = compute()
-        write_arrays(path, arrays, "noise is computed again next time")
+        write_arrays(path, arrays, f"tables of {folder} are computed again next time")
     return arrays
+
+
+def _path(folder: str, made_by: Sequence[str], inputs: object) -> Path:
+    return cache_folder(folder) / f"{content_digest((inputs, _versions(made_by)))}.npz"
+
+
+def _fit(arrays: Arrays, fits: Callable[[Arrays], bool]) -> bool:
+    try:
+        return fits(arrays)
+    except (KeyError, ValueError):
+        return False
+
+
+def _versions(names: Sequence[str]) -> list[bytes | str]:
+    """The source of modules of this package, and the versions of others."""
+    return [
+        Path(str(sys.modules[name].__file__)).read_bytes()
+        if name.startswith("simgl.")
+        else metadata.version(name)
+        for name in names
+    ]

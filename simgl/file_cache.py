@@ -27,13 +27,18 @@ class FileCache(Generic[Key, Value]):
     The files of a cached value are read and hashed at each use: dates and sizes would miss some
     changes. Any thread may use it.
 
-    capacity : largest sum of the sizes of the values, or number of values without ``size_of``; the
-        newest value stays even if it is larger
+    max_values, max_bytes : bounds, as of an ``LruCache``
     size_of : bytes of a value
     """
 
-    def __init__(self, capacity: int, size_of: Callable[[Value], int] = lambda _: 1) -> None:
-        self._entries = LruCache[Key, _Entry[Value]](capacity)
+    def __init__(
+        self,
+        max_values: int,
+        *,
+        max_bytes: int | None = None,
+        size_of: Callable[[Value], int] = lambda _: 0,
+    ) -> None:
+        self._entries = LruCache[Key, _Entry[Value]](max_values, max_bytes=max_bytes)
         self._size_of = size_of
 
     def get(self, key: Key, read: Callable[[], Value]) -> Value:

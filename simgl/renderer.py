@@ -122,11 +122,12 @@ class Renderer:
         earth: Earth | None = None,
         progress: ProgressCallback | None = None,
     ) -> None:
-        """Trace how the surfaces of models see each other, and make the tables of the Earth's air,
-        so that no frame waits for it."""
+        """Trace how the surfaces of models see each other, and make the tables of the Earth's air
+        and the Earth's maps, so that no frame waits for it."""
         if earth is not None:
             begin_stage(progress, "tables of the air")
             self._air.prepare(earth, progress)
+            self._planet.prepare(earth, progress)
         for model in models:
             begin_stage(progress, f"light between surfaces of {model.name}")
             self._transports.of(model, progress)

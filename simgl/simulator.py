@@ -143,7 +143,7 @@ class Simulator:
     scenario : its models, Earth and render settings are what is drawn
     ctx : OpenGL context to use; without it the simulator opens one and closes it at the end
     progress : called with the steps done and their number while interreflection is traced and the
-        atmosphere's tables are computed: some seconds for a new model or atmosphere
+        tables of the atmosphere and the Earth are computed: some seconds for each that is new
 
     Raises ContextError if there is no usable OpenGL, and ConfigError for a camera whose images the
     driver cannot draw. Close it by ``with`` or ``close``.

@@ -21,37 +21,10 @@ from pathlib import Path
 import msgspec
 
 from benchmarks.record import write_record
+from tests.campaign.small import LIT_BY_LAMP
 
 # A body that sees itself, so that traced light is read from the cache, and a lamp.
-_SCENE = """\
-[epoch]
-utc = "2026-03-20T12:00:00"
-[earth]
-shape = "none"
-[spacecraft.target]
-model = "cubesat_12u"
-orbit = { altitude_km = 400.0 }
-[spacecraft.chaser]
-model.box = { size_m = [0.2, 0.2, 0.2], material = { reflectance = 0.5 } }
-relative_to = "target"
-position_lvlh_m = [-10.0, 0.0, 0.0]
-point_at = { target = "target", axis_body = [1.0, 0.0, 0.0] }
-[lamp.spot]
-on = "chaser"
-position_body_m = [0.12, 0.0, 0.0]
-boresight = [1.0, 0.0, 0.0]
-half_angle_deg = 20.0
-power_w = 5.0
-temperature_k = 3000.0
-[camera.nav]
-on = "chaser"
-position_body_m = [0.15, 0.0, 0.0]
-boresight = [1.0, 0.0, 0.0]
-up = [0.0, 0.0, -1.0]
-width_px = 80
-height_px = 60
-focal_length_mm = 1.5
-"""
+_SCENE = LIT_BY_LAMP.replace("wedge", "cubesat_12u")
 _CAMPAIGN = """\
 scenario = "scene.toml"
 frames = 8

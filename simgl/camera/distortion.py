@@ -10,7 +10,7 @@ import numpy as np
 from simgl.arrays import Array, Array32, IndexArray
 from simgl.camera.camera import Camera
 from simgl.errors import ConfigError
-from simgl.lru_cache import LruCache
+from simgl.lru_cache import MANY, LruCache
 
 # Pixels around the field, for interpolation at its edges.
 _MARGIN = 3
@@ -63,7 +63,7 @@ class _FieldArrays:
         return self.places.nbytes + self.stretch.nbytes
 
 
-_field_arrays = LruCache[tuple[Hashable, ...], _FieldArrays](_MAX_BYTES)
+_field_arrays = LruCache[tuple[Hashable, ...], _FieldArrays](MANY, max_bytes=_MAX_BYTES)
 
 
 def field(camera: Camera) -> PinholeField:
@@ -152,7 +152,7 @@ class _WarpSamples:
         return sum(array.nbytes for array in arrays)
 
 
-_cached_samples = LruCache[tuple[Hashable, ...], _WarpSamples](_MAX_BYTES)
+_cached_samples = LruCache[tuple[Hashable, ...], _WarpSamples](MANY, max_bytes=_MAX_BYTES)
 
 
 def _warp_samples(camera: Camera) -> _WarpSamples:

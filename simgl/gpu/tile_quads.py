@@ -11,6 +11,10 @@ from simgl.arrays import Mask
 from simgl.gpu.program import load_program
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.uniform_blocks import Block
+from simgl.lru_cache import LruCache
+
+# Of the masks in use: a view has a few, and images of other sizes have others.
+_MAX_INSTANCES = 16
 
 
 class TileQuads:
@@ -41,7 +45,9 @@ class TileQuads:
             defines=dict.fromkeys(defines, 1),
         )
         self._ctx = ctx
-        self._instances: dict[tuple[int, int], _QuadInstances] = {}
+        self._instances = LruCache[tuple[int, int], _QuadInstances](
+            _MAX_INSTANCES, _QuadInstances.release
+        )
 
     def draw(self, tiles: Mask, edge: int, slot: int = 0) -> None:
         """The tiles of a mask (rows, columns).
@@ -51,15 +57,15 @@ class TileQuads:
         """
         if not tiles.any():
             return
-        key = edge, slot
-        if key not in self._instances:
-            self._instances[key] = _QuadInstances(self._ctx, self._program, edge)
-        self._instances[key].draw(tiles)
+
+        def made() -> _QuadInstances:
+            return _QuadInstances(self._ctx, self._program, edge)
+
+        self._instances.get((edge, slot), made).draw(tiles)
 
     def release(self) -> None:
         """Free everything."""
-        for instances in self._instances.values():
-            instances.release()
+        self._instances.clear()
         self._program.release()
 
 

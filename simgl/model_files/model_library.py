@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-import trimesh
 from msgspec import Meta, field
 
 from simgl import assets
@@ -22,6 +21,7 @@ from simgl.config.value_types import Positive, Table, Vector
 from simgl.errors import AssetError, ConfigError, did_you_mean
 from simgl.file_cache import FileCache
 from simgl.input_files import read_file
+from simgl.lru_cache import MANY
 from simgl.model_files.gltf_model import read_gltf
 from simgl.model_files.joint_tables import JointTable, read_joints
 from simgl.model_files.model_from_mesh import PLAIN, check_size, mesh_of_triangles
@@ -136,6 +136,9 @@ def _read_plain_mesh(path: Path, body_from_file: Array) -> SpacecraftModel:
         # Materials are not read, and trimesh takes minutes for some thousands of them.
         source = io.StringIO(_MATERIAL_LINE.sub("", text) if kind == "obj" else text)
         kind = {"stl": "stl_ascii"}.get(kind, kind)
+    # Here: its import takes longer than all others of simgl, and glTF files need none of it.
+    import trimesh
+
     log = logging.getLogger("trimesh.util")  # of all its modules
     log.disabled, before = True, log.disabled  # what it warns of is in our error, or harmless
     try:
@@ -162,7 +165,9 @@ def _read_plain_mesh(path: Path, body_from_file: Array) -> SpacecraftModel:
 
 
 # More than a scene shows; the files of a model take some ms to read again.
-_models = FileCache[tuple[object, ...], SpacecraftModel](1 << 30, lambda model: model.nbytes)
+_models = FileCache[tuple[object, ...], SpacecraftModel](
+    MANY, max_bytes=1 << 30, size_of=lambda model: model.nbytes
+)
 
 
 def load_model(

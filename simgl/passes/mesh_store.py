@@ -10,7 +10,7 @@ import numpy as np
 from simgl.arrays import IndexArray
 from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.gpu.vertex_buffers import DETAIL, Values, VertexBuffers
-from simgl.lru_cache import LruCache
+from simgl.lru_cache import MANY, LruCache
 from simgl.motion.joints import Joint
 from simgl.passes.shared_blocks import (
     JOINTS,
@@ -38,11 +38,8 @@ class VertexLighting:
     defines: tuple[str, ...]
 
 
-# Blocks that stay on the GPU, some kilobytes each.
-CAPACITY = 128
-# Of the geometries there; each counts a little more than its size, so that their number is bounded.
+# Of the geometries that stay on the GPU.
 MAX_BYTES = 512 << 20
-_MORE_BYTES = 1 << 20
 
 
 @dataclass(kw_only=True, eq=False)
@@ -63,24 +60,25 @@ class MeshStore:
         self._ctx = ctx
         self._textures = TextureStore(ctx)
         self._materials = LruCache[tuple[tuple[Material, ...], str], UniformBuffer](
-            CAPACITY, UniformBuffer.release
+            MANY, UniformBuffer.release
         )
-        self._joints = LruCache[tuple[Joint, ...], _JointsBlock](CAPACITY, _JointsBlock.release)
+        self._joints = LruCache[tuple[Joint, ...], _JointsBlock](MANY, _JointsBlock.release)
         self._geometries = LruCache[tuple[str, bytes], VertexBuffers](
-            MAX_BYTES, VertexBuffers.release
+            MANY, VertexBuffers.release, max_bytes=MAX_BYTES
         )
 
     def geometry(self, posed: PosedMesh) -> VertexBuffers:
         """The uploaded mesh, the same for all poses.
 
-        It stays valid while it is among the last ``MAX_BYTES`` that were asked for.
+        It stays valid while it is among the last ``MANY`` and ``MAX_BYTES`` that were asked for.
         """
         groups = groups_of_parts(posed.mesh, posed.joints)
         if len(posed.joints) > MAX_JOINTS:
             groups = np.zeros_like(groups)  # they cannot move: see `joint_values`
         key = posed.mesh.digest, groups.tobytes() if posed.joints else b""
-        size = posed.mesh.nbytes + _MORE_BYTES
-        return self._geometries.get(key, lambda: _geometry(self._ctx, posed.mesh, groups), size)
+        return self._geometries.get(
+            key, lambda: _geometry(self._ctx, posed.mesh, groups), posed.mesh.nbytes
+        )
 
     def bind_joints(self, model: SpacecraftModel, posed: PosedMesh) -> None:
         """Bind the Joints block for a mesh of a model, some of which joints have moved."""

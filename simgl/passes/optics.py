@@ -14,7 +14,7 @@ from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.render_targets import table_texture
 from simgl.gpu.uniform_blocks import Block
-from simgl.lru_cache import LruCache
+from simgl.lru_cache import MANY, LruCache
 
 _OPTICS = Block(
     "Optics",
@@ -39,7 +39,9 @@ class OpticsPass:
         self._mapped = FullscreenProgram(
             ctx, "optics/optics", _OPTICS, ["radiance", "relative_illumination"], ["MAPPED"]
         )
-        self._maps = LruCache[object, moderngl.Texture](_MAX_BYTES, moderngl.Texture.release)
+        self._maps = LruCache[object, moderngl.Texture](
+            MANY, moderngl.Texture.release, max_bytes=_MAX_BYTES
+        )
 
     def draw(
         self, camera: Camera, radiance: moderngl.Texture, target: moderngl.Framebuffer

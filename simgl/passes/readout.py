@@ -27,10 +27,10 @@ from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import release_all
 from simgl.gpu.render_targets import Format, ImageTarget
 from simgl.gpu.uniform_blocks import Block
-from simgl.lru_cache import LruCache
+from simgl.lru_cache import MANY, LruCache
 
-# What the converter gives, four pixels a texel.
-DN_FORMAT = Format("u2", PIXELS, packed=True)
+# What the converter gives, eight pixels a texel: on the CPU renderer each texel costs by itself.
+DN_FORMAT = Format("u4", 4, packed=True, halves=True)
 _FOUR = Format("f4", PIXELS, packed=True)
 
 _DETECTOR = Block(
@@ -96,7 +96,7 @@ class ReadoutPass:
         self._ctx = ctx
         self._programs: dict[tuple[str, ...], FullscreenProgram] = {}
         self._maps = LruCache[tuple[object, ...], ImageTarget](
-            _MAX_BYTES, partial(release_all, ctx)
+            MANY, partial(release_all, ctx), max_bytes=_MAX_BYTES
         )
         self._maps.reserve(_OF_A_CAMERA)
 

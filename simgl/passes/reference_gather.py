@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import moderngl
 import numpy as np
-from scipy.ndimage import uniform_filter
+import scipy
 
 from simgl.arrays import Array, Array32, IndexArray
 from simgl.environment_map import SkyRadiance, cell_radiance
@@ -248,7 +248,7 @@ def _evened(
         chosen = uncertain[kind[uncertain] == number]
         values = np.column_stack([np.ones(len(alike)), light[alike]]).T
         weight, *bands = (
-            uniform_filter(
+            scipy.ndimage.uniform_filter(
                 np.bincount(cells.of_point[alike], v, minlength=count).reshape(cells.shape), 3
             ).ravel()[cells.of_point[chosen]]
             for v in values
@@ -272,10 +272,11 @@ def _means(values: Array, cells: _Cells) -> tuple[Array, Array]:
     deviation = np.where(counted, sums / np.maximum(number, 1) - mean[:, None], 0.0)
     groups = counted.sum(axis=1)
     square = (deviation**2).sum(axis=1) / np.maximum(groups * (groups - 1), 1)
-    full = uniform_filter((groups > 0).reshape(cells.shape).astype(np.float64), 3)
+    full = scipy.ndimage.uniform_filter((groups > 0).reshape(cells.shape).astype(np.float64), 3)
     around = np.maximum(full, 1e-9)
     mean, square = (
-        (uniform_filter(v.reshape(cells.shape), 3) / around).ravel() for v in (mean, square)
+        (scipy.ndimage.uniform_filter(v.reshape(cells.shape), 3) / around).ravel()
+        for v in (mean, square)
     )
     return mean, np.sqrt(np.maximum(square, 0.0))
 

@@ -12,7 +12,7 @@ from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import all_or_nothing, release_all
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
-from simgl.lru_cache import LruCache
+from simgl.lru_cache import MANY, LruCache
 from simgl.passes.mesh_store import MeshStore
 from simgl.passes.outline_program import OutlineProgram
 from simgl.view.shadow_views import CELL, REACHES, ShadowMap, ShadowView
@@ -103,7 +103,9 @@ class ShadowPass:
         # One for each size of map.
         self._scratch: dict[int, _Scratch] = {}
         self._unused: list[_ShadowAtlas] = []
-        self._atlases = LruCache[bytes, _ShadowAtlas](MAX_BYTES, self._unused.append)
+        self._atlases = LruCache[bytes, _ShadowAtlas](
+            MANY, self._unused.append, max_bytes=MAX_BYTES
+        )
 
     def cast(self, views: Sequence[ShadowView]) -> list[tuple[moderngl.Texture, ...]]:
         """Depths, behind and tops of each view's maps, the close one right of the wide one.

@@ -9,7 +9,7 @@ from PIL import Image as Pillow
 
 from simgl.arrays import IndexArray
 from simgl.gpu.context import is_software
-from simgl.lru_cache import LruCache
+from simgl.lru_cache import MANY, LruCache
 from simgl.scene.textures import MIRROR, REPEAT, Image, SurfaceTextures
 
 # Texture unit of each array of images in the programs that draw surfaces.
@@ -73,7 +73,9 @@ class TextureStore:
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        self._arrays = LruCache[str, tuple[moderngl.TextureArray, ...]](MAX_BYTES, _release)
+        self._arrays = LruCache[str, tuple[moderngl.TextureArray, ...]](
+            MANY, _release, max_bytes=MAX_BYTES
+        )
 
     def bind(self, textures: SurfaceTextures) -> None:
         """Bind all four arrays to their units."""

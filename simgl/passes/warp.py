@@ -14,7 +14,7 @@ from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.render_targets import table_texture
 from simgl.gpu.uniform_blocks import Block
-from simgl.lru_cache import LruCache
+from simgl.lru_cache import MANY, LruCache
 
 _WARP = Block(
     "Warp",
@@ -38,7 +38,9 @@ class WarpPass:
         self._nearest = FullscreenProgram(
             ctx, "warp/nearest", _WARP, ["places", "fine_depth", "fine_part", "fine_normal"]
         )
-        self._places = LruCache[object, moderngl.Texture](_MAX_BYTES, moderngl.Texture.release)
+        self._places = LruCache[object, moderngl.Texture](
+            MANY, moderngl.Texture.release, max_bytes=_MAX_BYTES
+        )
 
     def places(self, camera: Camera) -> moderngl.Texture:
         """RG32F, coordinates in the pinhole's image that the middles of the pixels see."""

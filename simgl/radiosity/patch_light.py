@@ -8,7 +8,7 @@ import numpy as np
 
 from simgl.arrays import Array32
 from simgl.environment_map import SkyRadiance, cell_radiance
-from simgl.lru_cache import LruCache
+from simgl.lru_cache import MANY, LruCache
 from simgl.radiosity.hemisphere import CELLS_ACROSS
 from simgl.radiosity.incident_light import IncidentLight, Neighbour
 from simgl.radiosity.light_transport import LightTransport
@@ -40,7 +40,7 @@ class PatchLight:
     """
 
     def __init__(self) -> None:
-        self._surfaces = LruCache[tuple[object, ...], _Surface](MAX_BYTES)
+        self._surfaces = LruCache[tuple[object, ...], _Surface](MANY, max_bytes=MAX_BYTES)
         self._cosines = LruCache[bytes, Array32](_MAX_COSINES)
 
     def exitance(

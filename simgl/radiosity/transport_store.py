@@ -11,7 +11,7 @@ import numpy as np
 from scipy import sparse
 
 from simgl.disk_cache import cache_folder, read_arrays, write_arrays
-from simgl.lru_cache import LruCache
+from simgl.lru_cache import MANY, LruCache
 from simgl.progress import ProgressCallback
 from simgl.radiosity.bake import BakeSettings, bake, sees_itself
 from simgl.radiosity.light_transport import LightTransport
@@ -33,7 +33,9 @@ class TransportStore:
     """The transports of models by their content, the last ``MAX_BYTES`` of them in memory."""
 
     def __init__(self) -> None:
-        self._transports = LruCache[tuple[str, bool], LightTransport | None](MAX_BYTES)
+        self._transports = LruCache[tuple[str, bool], LightTransport | None](
+            MANY, max_bytes=MAX_BYTES
+        )
 
     def of(
         self, model: SpacecraftModel, progress: ProgressCallback | None = None
@@ -47,8 +49,7 @@ class TransportStore:
         return self._transports.get(
             (posed.digest, open_sheets),
             lambda: transport_of(posed.baked(), open_sheets=open_sheets, progress=progress),
-            # Each counts a little: bodies that see nothing of themselves are many.
-            lambda transport: 1 << 16 if transport is None else transport.nbytes,
+            lambda transport: 0 if transport is None else transport.nbytes,
         )
 
 

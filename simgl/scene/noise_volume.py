@@ -6,11 +6,9 @@ pattern that does not repeat in practice.
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.ndimage import map_coordinates
 
 from simgl.arrays import Array32, Image8
 from simgl.disk_cache import computed_once
@@ -24,14 +22,16 @@ _GROUND_SEED = 20260320
 SLOPE_RANGE = 4.0
 
 
-# Part of the file's name: to be raised when the volume is made differently.
-_VERSION = 1
-
-
-@lru_cache(maxsize=2)
 def noise_volume(seed: int) -> Image8:
     """What ``make_volume`` returns, made once on a machine."""
-    return computed_once(f"volume-{_VERSION}-{seed}", lambda: {"codes": make_volume(seed)})["codes"]
+    made_by = (__name__, "numpy", "scipy")
+    return computed_once(
+        "earth",
+        made_by,
+        ("volume", seed),
+        lambda: {"codes": make_volume(seed)},
+        lambda arrays: arrays["codes"].shape == (SIZE, SIZE, SIZE, 4),
+    )["codes"]
 
 
 def make_volume(seed: int) -> Image8:
@@ -89,6 +89,6 @@ def _folded_octaves(rng: np.random.Generator, weight: float) -> Array32:
 def _evenly_spread(field: Array32, rng: np.random.Generator) -> Array32:
     """The share of space where the field, read between its texels, is lower."""
     places = rng.uniform(0.0, SIZE, (3, 200_000))
-    levels = np.sort(map_coordinates(field, places, order=1, mode="grid-wrap"))
+    levels = np.sort(scipy.ndimage.map_coordinates(field, places, order=1, mode="grid-wrap"))
     share = np.linspace(0.0, 1.0, levels.size)
     return np.interp(field, levels, share).astype(np.float32)

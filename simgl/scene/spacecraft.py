@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from simgl.arrays import Array
-from simgl.lru_cache import LruCache
+from simgl.lru_cache import MANY, LruCache
 from simgl.motion.joints import (
     Joint,
     body_from_stored,
@@ -141,7 +141,9 @@ class SpacecraftModel:
 # A scene with Sun-tracking arrays asks for the same poses several times a frame. Poses share the
 # arrays of the stored model, whose size counts.
 _MAX_POSES = 16
-_poses = LruCache[SpacecraftModel, LruCache[tuple[float, ...], SpacecraftModel]](256 << 20)
+_poses = LruCache[SpacecraftModel, LruCache[tuple[float, ...], SpacecraftModel]](
+    MANY, max_bytes=256 << 20
+)
 
 
 def _posed(stored: SpacecraftModel, values: tuple[float, ...]) -> SpacecraftModel:

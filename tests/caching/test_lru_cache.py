@@ -36,20 +36,28 @@ def test_clearing_evicts_all_values() -> None:
     assert cache.values() == []
 
 
-def test_values_with_sizes_share_a_capacity_and_the_newest_stays() -> None:
+def test_values_with_sizes_share_bytes_and_the_newest_stays() -> None:
     evicted: list[str] = []
-    cache = LruCache[int, str](10, evicted.append)
+    cache = LruCache[int, str](10, evicted.append, max_bytes=10)
     for key, value in enumerate(("aaaa", "bbb", "ccc")):
         cache.get(key, partial(str, value), len)
-    assert (cache.size, evicted) == (10, [])
+    assert (cache.nbytes, evicted) == (10, [])
     cache.get(3, lambda: "d", 1)
-    assert (cache.size, evicted) == (7, ["aaaa"])
+    assert (cache.nbytes, evicted) == (7, ["aaaa"])
     cache.get(4, lambda: "e" * 20, 20)
-    assert (cache.size, evicted) == (20, ["aaaa", "bbb", "ccc", "d"])
+    assert (cache.nbytes, evicted) == (20, ["aaaa", "bbb", "ccc", "d"])
+
+
+def test_small_values_are_bounded_in_number() -> None:
+    cache = LruCache[int, int](3, max_bytes=1000)
+    for key in range(9):
+        cache.get(key, partial(int, key), 1)
+    assert cache.values() == [6, 7, 8]
+    assert cache.nbytes == 3
 
 
 def test_reserved_values_stay_whatever_their_sizes() -> None:
-    cache = LruCache[int, int](10)
+    cache = LruCache[int, int](10, max_bytes=10)
     cache.reserve(3)
     for key in range(4):
         cache.get(key, partial(int, key), 8)
@@ -65,4 +73,4 @@ def test_a_value_that_cannot_be_made_is_not_cached() -> None:
         cache.get(1, lambda: 1 // 0)
     assert 1 not in cache
     assert cache.get(1, lambda: 5) == 5
-    assert cache.size == 1
+    assert cache.values() == [5]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from simgl.campaign.campaign_file import Campaign, load_campaign
 
-SCENE = """\
+LIT_BY_LAMP = """\
 [epoch]
 utc = "2026-03-20T12:00:00"
 [earth]
@@ -34,10 +34,13 @@ up = [0.0, 0.0, -1.0]
 width_px = 80
 height_px = 60
 focal_length_mm = 1.5
+"""
+_RENDER = """\
 [render]
 seed = 3
 inter_reflection = false
 """
+SCENE = LIT_BY_LAMP + _RENDER
 CAMPAIGN = """\
 scenario = "scene.toml"
 frames = 12

@@ -10,9 +10,9 @@ from tests.hygiene.source import imported_modules, imports, modules
 # lower layer, and from itself. "" is the public interface, simgl/__init__.py.
 LAYERS = (
     ("arrays", "content_digest", "errors", "interruption", "lru_cache", "progress"),
-    ("assets", "decoded_files", "environment_map", "input_files", "sample_grid"),
+    ("assets", "decoded_files", "input_files", "sample_grid"),
     ("disk_cache", "file_cache", "gpu", "physics"),
-    ("config", "motion"),
+    ("config", "environment_map", "motion"),
     ("camera",),
     ("images", "scene"),
     ("false_colour", "flash_lidar", "model_files", "rays"),

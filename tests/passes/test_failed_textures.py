@@ -28,7 +28,7 @@ def texture_levels(texture: moderngl.Texture) -> int:
     return 0 if max(texture.size) < 4096 else 4
 
 
-@pytest.mark.parametrize("failing", ["weather_codes", "chart", "map_texture", "shores"])
+@pytest.mark.parametrize("failing", ["weather_map", "chart", "map_texture", "shores"])
 def test_the_textures_of_another_earth_may_fail_and_those_before_come_back(
     gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch, failing: str
 ) -> None:
@@ -39,7 +39,7 @@ def test_the_textures_of_another_earth_may_fail_and_those_before_come_back(
         levels = [np.full((8 >> n, 8 >> n, 4), seed, dtype=np.uint8) for n in range(3)]
         return levels, np.zeros((LEVELS, 2), dtype=np.float32)
 
-    monkeypatch.setattr(earth_textures, "weather_codes", codes)
+    monkeypatch.setattr(earth_textures, "weather_map", codes)
     monkeypatch.setattr(earth_textures, "chart", small_chart)
     earth_textures._weather.clear()
     one, other = (Earth(clouds=Clouds(seed=seed)) for seed in (1, 2))

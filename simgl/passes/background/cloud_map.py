@@ -7,14 +7,18 @@ from collections.abc import Callable, Sequence
 import moderngl
 import numpy as np
 
+from simgl import assets
 from simgl.arrays import Image8
+from simgl.disk_cache import is_computed
 from simgl.gpu.fullscreen import FullscreenProgram
+from simgl.gpu.glsl import assemble
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import release_all
 from simgl.gpu.render_targets import Format, ImageTarget
 from simgl.gpu.uniform_blocks import Block
+from simgl.passes.background.earth_maps import MADE_BY, form_inputs, land_inputs, map_once
 from simgl.scene.cyclones import DECKS, seed_shift, swirls
-from simgl.scene.earth import Clouds, MapImage
+from simgl.scene.earth import Clouds, EarthMaps, MapImage
 from simgl.scene.noise_volume import SIZE, noise_volume
 
 # Optical thickness of code 1; that of code 0 is 1, logarithmic between, as in planet/cloud.glsl.
@@ -22,6 +26,7 @@ THICKEST = 100.0
 # Enough to find the mean cover by.
 _SMALL = (512, 256)
 
+_SHADER = "cloud_map/cloud_map"
 _WEATHER = Block(
     "Weather",
     16,
@@ -45,6 +50,43 @@ def noise_texture(ctx: moderngl.Context, seed: int) -> moderngl.Texture3D:
     return texture
 
 
+def weather_map(
+    ctx: moderngl.Context,
+    clouds: Clouds,
+    maps: EarthMaps,
+    ground: Sequence[moderngl.Texture],
+) -> Image8:
+    """What ``weather_codes`` returns, made once on a machine; ground : of these maps."""
+    if (image := clouds.image) is not None:
+        of_image = ("clouds", image.digest, clouds.thickness)
+        return map_once((__name__, *MADE_BY), of_image, lambda: _from_image(clouds, image))
+
+    def drawn() -> Image8:
+        noise = noise_texture(ctx, clouds.seed)
+        try:
+            return weather_codes(ctx, clouds, noise, ground)
+        finally:
+            noise.release()
+
+    return map_once(*_source(ctx, clouds, maps), drawn)
+
+
+def has_weather(ctx: moderngl.Context, clouds: Clouds, maps: EarthMaps) -> bool:
+    """Whether ``weather_map`` need not draw it; an image is read in no time."""
+    return clouds.image is not None or is_computed("earth", *_source(ctx, clouds, maps))
+
+
+def _source(
+    ctx: moderngl.Context, clouds: Clouds, maps: EarthMaps
+) -> tuple[tuple[str, ...], tuple[object, ...]]:
+    """The modules that draw the weather, and all else that it depends on."""
+    shader = assemble(assets.shaders(), f"{_SHADER}.frag", None, {_WEATHER.include: _WEATHER.glsl})
+    driver = ctx.info["GL_RENDERER"], ctx.info["GL_VERSION"]
+    of_ground = land_inputs(maps.land), form_inputs(maps.water, maps.night)
+    inputs = ("weather", clouds.seed, clouds.cover, shader.text, driver, of_ground)
+    return (__name__, "simgl.scene.cyclones", "simgl.scene.noise_volume", *MADE_BY), inputs
+
+
 def weather_codes(
     ctx: moderngl.Context,
     clouds: Clouds,
@@ -54,13 +96,12 @@ def weather_codes(
 ) -> Image8:
     """(h, w, 4) share of cloud, code of its thickness, thin high cloud, raggedness.
 
+    clouds : without an image
     noise : of the same seed; ground : as ``simgl.passes.background.earth_maps`` gives them
     width : of the map; its height is half of that
     """
-    if clouds.image is not None:
-        return _from_image(clouds, clouds.image)
     samplers = ["noise_volume", "swirls", "land_map", "form_map"]
-    program = FullscreenProgram(ctx, "cloud_map/cloud_map", _WEATHER, samplers)
+    program = FullscreenProgram(ctx, _SHADER, _WEATHER, samplers)
     wind = _wind_texture(ctx, clouds.seed)
     small = ImageTarget(ctx, _SMALL, [Format("f4", 4)])
     full = ImageTarget(ctx, (width, width // 2), [Format("f1", 4)])

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import hashlib
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
 import moderngl
 import numpy as np
+import scipy
 from PIL import Image
-from scipy.ndimage import distance_transform_edt
 
 from simgl import assets
 from simgl.arrays import Image8, IndexArray
-from simgl.lru_cache import LruCache
+from simgl.disk_cache import Arrays, computed_once
+from simgl.lru_cache import MANY, LruCache
 from simgl.physics.land_reflectance import near_infrared, reflectance_from_display
 from simgl.scene.earth import EarthMaps, MapImage
 
@@ -21,14 +26,51 @@ _KM_PER_DEGREE = 111.19
 _CELLS, _OPEN_SEA_KM = 256, 10.0
 
 
-def _shipped(name: str, mode: str) -> Image8:
-    with Image.open(assets.data() / "earth" / name) as image:
-        return np.asarray(image.convert(mode))
+_LAND, _RELIEF, _SHORE = ("land_rgb.jpg", "land_nir.jpg"), "relief.webp", "shore.webp"
+_NIGHT = "night.jpg"
+# What makes the maps, for the files that they are cached in.
+MADE_BY = (__name__, "simgl.physics.land_reflectance", "numpy", "scipy", "pillow")
 
 
 # For the simulators of a process: two of each kind at the size of the shipped ones.
-_land_maps = LruCache[MapImage | None, Image8](64 << 20)
-_form_maps = LruCache[tuple[MapImage | None, MapImage | None], Image8](64 << 20)
+_land_maps = LruCache[MapImage | None, Image8](MANY, max_bytes=64 << 20)
+_form_maps = LruCache[tuple[MapImage | None, MapImage | None], Image8](MANY, max_bytes=64 << 20)
+
+
+def _path(name: str) -> Path:
+    return assets.data() / "earth" / name
+
+
+def _shipped(name: str, mode: str) -> Image8:
+    with Image.open(_path(name)) as image:
+        return np.asarray(image.convert(mode))
+
+
+def _digest(image: MapImage | None, *shipped: str) -> tuple[str, ...]:
+    """Of the content of an image, or of those in its place."""
+    if image is not None:
+        return (image.digest,)
+    return tuple(hashlib.sha256(_path(name).read_bytes()).hexdigest() for name in shipped)
+
+
+def land_inputs(image: MapImage | None) -> tuple[object, ...]:
+    """What ``land_map`` depends on, for hashes."""
+    return "land", _digest(image, *_LAND)
+
+
+def form_inputs(water: MapImage | None, night: MapImage | None) -> tuple[object, ...]:
+    """What ``form_map`` depends on, for hashes."""
+    return "form", _digest(None, _RELIEF), _digest(water, _SHORE), _digest(night, _NIGHT)
+
+
+def map_once(made_by: Sequence[str], inputs: object, make: Callable[[], Image8]) -> Image8:
+    """(h, 2 h, 4) codes of a map, computed once on a machine."""
+
+    def fits(arrays: Arrays) -> bool:
+        codes = arrays["codes"]
+        return codes.dtype == np.uint8 and codes.shape == (len(codes), 2 * len(codes), 4)
+
+    return computed_once("earth", made_by, inputs, lambda: {"codes": make()}, fits)["codes"]
 
 
 def size_of(values: Image8) -> int:
@@ -38,11 +80,15 @@ def size_of(values: Image8) -> int:
 
 def land_map(image: MapImage | None) -> Image8:
     """(h, w, 4) square roots of reflectance R, G, B, N, 255 for 1."""
-    return _land_maps.get(image, lambda: make_land_map(image), size_of)
+
+    def made() -> Image8:
+        return map_once(MADE_BY, land_inputs(image), lambda: make_land_map(image))
+
+    return _land_maps.get(image, made, size_of)
 
 
 def make_land_map(image: MapImage | None) -> Image8:
-    """``land_map``, past the cache."""
+    """``land_map``, past the caches."""
     if image is None:
         return np.dstack([_shipped("land_rgb.jpg", "RGB"), _shipped("land_nir.jpg", "L")])
     rgb = reflectance_from_display(np.asarray(image.read("RGB")))
@@ -52,11 +98,15 @@ def make_land_map(image: MapImage | None) -> Image8:
 
 def form_map(water: MapImage | None, night: MapImage | None) -> Image8:
     """(h, w, 4) codes of the slopes to the east and north, of the shore, and of night lights."""
-    return _form_maps.get((water, night), lambda: make_form_map(water, night), size_of)
+
+    def made() -> Image8:
+        return map_once(MADE_BY, form_inputs(water, night), lambda: make_form_map(water, night))
+
+    return _form_maps.get((water, night), made, size_of)
 
 
 def make_form_map(water: MapImage | None, night: MapImage | None) -> Image8:
-    """``form_map``, past the cache."""
+    """``form_map``, past the caches."""
     slopes = _shipped("relief.webp", "RGB")[..., :2]
     shore = _shipped("shore.webp", "L") if water is None else _shore(water.read("L"))
     lights = Image.fromarray(_shipped("night.jpg", "L")) if night is None else night.read("L")
@@ -72,9 +122,10 @@ def make_form_map(water: MapImage | None, night: MapImage | None) -> Image8:
 
 def _shore(water: Image.Image) -> Image8:
     """Distance to the shore in the shipped map's code, from an image that is white on water."""
+    distance_transform = scipy.ndimage.distance_transform_edt
     is_water = np.asarray(water) > 127
     km = 180.0 / is_water.shape[0] * _KM_PER_DEGREE
-    distance = distance_transform_edt(is_water) - distance_transform_edt(~is_water)
+    distance = distance_transform(is_water) - distance_transform(~is_water)
     code = np.clip(np.round(128.0 + _SHORE_STEPS_PER_KM * km * distance), 0, 255)
     return np.asarray(code, dtype=np.uint8)
 
@@ -86,6 +137,19 @@ def shores(maps: EarthMaps) -> IndexArray:
     Open sea is so far from any shore that noise frays none into it, and no pixel of half a cell's
     width sees one.
     """
+    inputs = ("shores", form_inputs(maps.water, maps.night))
+    shape = (_CELLS + 1, 2 * _CELLS + 1)
+    return computed_once(
+        "earth",
+        MADE_BY,
+        inputs,
+        lambda: {"sums": make_shores(maps)},
+        lambda arrays: arrays["sums"].shape == shape and arrays["sums"].dtype == np.int64,
+    )["sums"]
+
+
+def make_shores(maps: EarthMaps) -> IndexArray:
+    """``shores``, past the cache."""
     shore = form_map(maps.water, maps.night)[..., 2]
     height, width = shore.shape
     rows, columns = (

@@ -9,18 +9,19 @@ import numpy as np
 
 from simgl.arrays import Image8, IndexArray
 from simgl.gpu.fullscreen import Texture
-from simgl.lru_cache import LruCache
-from simgl.passes.background.cloud_map import noise_texture, weather_codes
+from simgl.lru_cache import MANY, LruCache
+from simgl.passes.background.cloud_map import has_weather, weather_map
 from simgl.passes.background.earth_maps import ground_textures, map_texture, shores, size_of
+from simgl.progress import ProgressCallback, begin_stage
 from simgl.scene.earth import Clouds, Earth, EarthMaps
-from simgl.scene.noise_projection import LEVELS, chart
+from simgl.scene.noise_projection import LEVELS, chart, has_chart
 
 # In the order of ``EarthTextures.of``.
 MAPS = ["land_map", "form_map", "weather_map"]
 SAMPLERS = [*MAPS, "chart"]
 
 # The last weathers of the process, which take seconds on software renderers: two of the usual size.
-_weather = LruCache[tuple[Clouds, EarthMaps], Image8](64 << 20)
+_weather = LruCache[tuple[Clouds, EarthMaps], Image8](MANY, max_bytes=64 << 20)
 
 
 class EarthTextures:
@@ -63,6 +64,17 @@ class EarthTextures:
             self._chart_seed = seed
         return [*self._ground, *self._weather, self._chart[0]]
 
+    def prepare(self, earth: Earth, progress: ProgressCallback | None = None) -> None:
+        """Make what no earlier run has made, so that no frame waits for it.
+
+        All else waits for a frame that shows it.
+        """
+        seed = earth.clouds.seed if earth.clouds else 0
+        drawn = earth.clouds is None or has_weather(self._ctx, earth.clouds, earth.maps)
+        if not (drawn and has_chart(seed)):
+            begin_stage(progress, "maps of the Earth")
+            self.of(earth)
+
     def chart_with(self, level: int) -> moderngl.Texture:
         """The chart at a halving alone, for the last sampler in place of all of them."""
         return self._chart[1 + level]
@@ -82,15 +94,11 @@ class EarthTextures:
     def _weather_of(self, clouds: Clouds | None, maps: EarthMaps) -> list[moderngl.Texture]:
         if clouds is None:
             return [self._ctx.texture((1, 1), 4, bytes(4), alignment=1)]
-        codes = _weather.get((clouds, maps), lambda: self._drawn_weather(clouds), size_of)
+        key = clouds, maps
+        codes = _weather.get(
+            key, lambda: weather_map(self._ctx, clouds, maps, self._ground), size_of
+        )
         return [map_texture(self._ctx, codes)]
-
-    def _drawn_weather(self, clouds: Clouds) -> Image8:
-        noise = noise_texture(self._ctx, clouds.seed)
-        try:
-            return weather_codes(self._ctx, clouds, noise, self._ground)
-        finally:
-            noise.release()
 
     def _charts_of(self, seed: int) -> list[moderngl.Texture]:
         """The noise with its halvings as mipmaps, and each halving alone.
