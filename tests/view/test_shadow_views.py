@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from simgl.scenario.scenario import Scenario
-from simgl.scene.state import SceneState, SunAtPosition
+from simgl.scene.state import SceneState, SunAtPosition, SunInDirection
 from simgl.view.shadow_views import ShadowView, shadow_view
 from tests.scenes import lambert, scene
 
@@ -36,6 +36,7 @@ def _scenario() -> Scenario:
 
 def _view(state: SceneState, sun: Array, **moved: Array) -> ShadowView:
     """Of the plate, under a Sun in a direction, with bodies moved [m]."""
+    assert isinstance(state.sun, SunInDirection)
     place = SunAtPosition(
         position=AU * sun / np.linalg.norm(sun),
         light_at_1_au=state.sun.light,
