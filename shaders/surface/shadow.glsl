@@ -109,13 +109,13 @@ float receiver_plane(Receiver r, vec2 offset) {
 // reach : texels per metre of height to the disc's edge
 Around casters_around(sampler2D tops, SunMap map, Receiver r, float reach) {
     // Around the middle of the line to the Sun lies all of the line, and of those to the disc.
-    float aside = 0.5 * length(map.lean);
+    float half_lean = 0.5 * length(map.lean);
     // How high the casters reach that can matter: higher ones are farther off on the map.
     float above = map.top - r.here.z, high = above, low = 0.0;
     float radius = 0.0;
     int level = CONE + 1;
     for (int i = 0; i < 4; ++i) {
-        float less = high * (reach + aside) + 1.0;
+        float less = high * (reach + half_lean) + 1.0;
         int finer = level_for(less);
         if (finer >= level || high <= r.slack) break;
         level = finer;
@@ -128,9 +128,9 @@ Around casters_around(sampler2D tops, SunMap map, Receiver r, float reach) {
     }
     // Where casters of much the same height stand over all of the neighbourhood, all is dark. They
     // stand over the receiver's own plane where they are higher than it is anywhere there.
-    float window = 1.5 * radius + 16.0 + aside * above;
+    float window = 1.5 * radius + 16.0 + half_lean * above;
     float plane = (abs(r.slope.x) + abs(r.slope.y)) * window + r.slack + 2.0 * window * r.tilt;
-    bool dark = level < CONE && low > plane && (high - low) * (reach + 2.0 * aside) < 4.0;
+    bool dark = level < CONE && low > plane && (high - low) * (reach + 2.0 * half_lean) < 4.0;
     // The disc spans less than a texel: only the texels smooth the edge.
     bool near = !dark && high > r.slack && high * reach < 1.0;
     return Around(high, dark, near, !dark && !near && high > r.slack);

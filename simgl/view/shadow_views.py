@@ -4,7 +4,7 @@ Light axes: z towards the Sun, x and y across, turned against the body's axes so
 edges of the spacecraft cross the map's texels evenly. Heights are metres towards the Sun, from the
 receiver's origin.
 
-A map is drawn along a direction of a fixed lattice in the body's axes, and serves all directions
+A map is drawn along a direction of a fixed grid in the body's axes, and serves all directions
 of the Sun that are nearest to it: sunlight then leans against the map, and whoever reads it follows
 the light aside as it rises. What a map holds depends on nothing that changes a little from frame to
 frame.
@@ -39,8 +39,8 @@ _ENOUGH = 2.0
 _HIGHEST = 2000.0
 # A caster that covers less of the Sun's disc than this casts nothing.
 _MIN_FRACTION = 1e-3
-# Step of the lattice of directions, in radii of the Sun. Sunlight leans by at most 0.42 of them.
-_LATTICE_STEP = 0.6
+# Step of the grid of directions, in radii of the Sun. Sunlight leans by at most 0.42 of them.
+_DIRECTION_STEP = 0.6
 # Places of bodies relative to each other are good to this [m]: rounding in an orbit is 1e-9 m.
 _PLACE_STEP = 2.0**-20
 # And turns [rad].
@@ -148,8 +148,8 @@ def shadow_view(
     sun = state.sun.seen_from(body.pose.position)
     sun_body = body.pose.R_icrf_from_body.T @ sun.direction_icrf
     radius = _coarse(sun.angular_radius)
-    step = _LATTICE_STEP * radius
-    R_light = _light_axes(_nearest_on_lattice(sun_body, step))
+    step = _DIRECTION_STEP * radius
+    R_light = _light_axes(_nearest_grid_direction(sun_body, step))
     # Light reaches a receiver through a cone: casters lie as far outside as the cone is wide.
     cone = float(np.tan(radius + step / np.sqrt(2.0)))
     casters = _casters(state, body, R_light, cone, float(np.tan(radius)))
@@ -185,8 +185,8 @@ def _coarse(angular_radius: float) -> float:
     return float(2.0 ** (np.ceil(16.0 * np.log2(angular_radius)) / 16.0))
 
 
-def _nearest_on_lattice(direction: Array, step: float) -> Array:
-    """The nearest of the lattice's directions (3,): angles in steps on each face of a cube."""
+def _nearest_grid_direction(direction: Array, step: float) -> Array:
+    """The nearest of the directions of the grid (3,): angles in steps on each face of a cube."""
     axis = int(np.argmax(np.abs(direction)))
     angles = np.arctan(direction / abs(direction[axis]))
     tangents = np.tan(step * np.round(angles / step))

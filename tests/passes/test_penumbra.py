@@ -32,7 +32,7 @@ def lit_share(
     """Ground coordinate x and lit share along it, on the middle row of a view from far above.
 
     span : width of the view on the plane z = 0 [m]
-    lean : of the sunlight along x and y for each metre of height; 0 is a direction of the lattice
+    lean : of the sunlight along x and y for each metre of height; 0 is a direction of the grid
         along which shadow maps are drawn
     """
     # Seen obliquely from the side, so that no blocker hides the plate.
@@ -112,7 +112,7 @@ def test_a_solids_shadow_has_one_edge_from_each_of_its_ends(gl: moderngl.Context
         np.testing.assert_allclose(found, truth, atol=0.5e-3)
 
 
-# From the middle of a cell of the lattice to its corners and edges: 0.6 / 2 of the disc's radius.
+# From the middle of a cell of the grid to its corners and edges: 0.6 / 2 of the disc's radius.
 @pytest.mark.parametrize("lean", [(0.0013, 0.0013), (-0.0013, 0.0007), (0.0013, 0.0)])
 def test_shadow_edges_follow_a_sun_between_the_directions_of_the_maps(
     gl: moderngl.Context, lean: tuple[float, float]
@@ -124,7 +124,7 @@ def test_shadow_edges_follow_a_sun_between_the_directions_of_the_maps(
     blind = {"model": plate(8.0 * wide, 16.0 * wide), "position_icrf_m": [-4.0 * wide, 0, distance]}
     ground = {"model": plate(2.0 * wide, 2.0 * wide), "position_icrf_m": [0, 0, 0]}
     x, share = lit_share(gl, {"plate": ground, "blind": blind}, span=4.0 * blur, lean=lean)
-    # As with the Sun on the lattice: the scatter of the disc's directions.
+    # As with the Sun on the grid: the scatter of the disc's directions.
     np.testing.assert_allclose(share, disc_share((x + lean[0] * distance) / blur), atol=0.02)
     box = {"box": {"size_m": [0.29, 0.20, 0.30], "material": lambert(0.0)}}
     x, share = lit_share(

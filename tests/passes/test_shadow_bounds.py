@@ -9,6 +9,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter, minimum_filter
 
 from simgl import assets
+from simgl.gpu.release import release_all
 from simgl.passes.mesh_store import MeshStore
 from simgl.passes.shadow import ShadowPass
 from simgl.view.shadow_views import CELL, REACHES, shadow_view
@@ -35,16 +36,14 @@ def test_bounds_hold_the_nearest_and_farthest_depth_within_each_reach(
     body_from_camera[:3, :3] = camera.R_camera_from_icrf.T
     body_from_camera[:3, 3] = camera.position
     view = shadow_view(state, state.bodies["ball"], camera.camera, body_from_camera)
-    with gl:
-        meshes = MeshStore(gl)
-        shadows = ShadowPass(gl, meshes)
-        ((depths, _, tops),) = shadows.cast([view])
-        shadows.complete([view])
-        size = view.wide.size
-        drawn = np.frombuffer(depths.read(), "<f4").reshape(depths.height, depths.width)[:size]
-        bounds = np.frombuffer(tops.read(), "<f4").reshape(tops.height, tops.width, 2)
-        shadows.release()
-        meshes.release()
+    meshes = MeshStore(gl)
+    shadows = ShadowPass(gl, meshes)
+    ((depths, _, tops),) = shadows.cast([view])
+    shadows.complete([view])
+    size = view.wide.size
+    drawn = np.frombuffer(depths.read(), "<f4").reshape(depths.height, depths.width)[:size]
+    bounds = np.frombuffer(tops.read(), "<f4").reshape(tops.height, tops.width, 2)
+    release_all(gl, shadows, meshes)
     edge = size // CELL
     cells = drawn.reshape(edge, CELL, edge, CELL)
     low, high = cells.min(axis=(1, 3)), cells.max(axis=(1, 3))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from simgl.scenario.scenario import Scenario
-from simgl.scene.state import SceneState, SunAtPosition
+from simgl.scene.state import SceneState, SunAtPosition, SunInDirection
 from simgl.view.shadow_views import ShadowView, shadow_view
 from tests.scenes import lambert, scene
 
@@ -36,6 +36,7 @@ def _scenario() -> Scenario:
 
 def _view(state: SceneState, sun: Array, **moved: Array) -> ShadowView:
     """Of the plate, under a Sun in a direction, with bodies moved [m]."""
+    assert isinstance(state.sun, SunInDirection)
     place = SunAtPosition(
         position=AU * sun / np.linalg.norm(sun),
         light_at_1_au=state.sun.light,
@@ -60,7 +61,7 @@ def _state() -> SceneState:
     return scenario.at(scenario.epoch_tai_ns)
 
 
-def test_a_suns_direction_leans_little_against_its_maps_and_no_other_lattice_is_nearer() -> None:
+def test_a_suns_direction_leans_little_against_its_maps_and_both_give_it_back() -> None:
     """Half a diagonal of a cell 0.6 Sun's radii wide; its coarse radius is 4.4 % larger at most."""
     state = _state()
     rng = np.random.default_rng(5)
@@ -76,7 +77,7 @@ def test_a_suns_direction_leans_little_against_its_maps_and_no_other_lattice_is_
             assert np.linalg.norm(off) / np.linalg.norm(direction) < 5e-7
 
 
-def test_maps_stay_while_the_sun_moves_within_a_cell_of_the_lattice() -> None:
+def test_maps_stay_while_the_sun_moves_within_a_cell_of_the_grid() -> None:
     state = _state()
     first = _view(state, np.array([0.001, -0.001, 1.0]))
     second = _view(state, np.array([-0.0005, 0.001, 1.0]))
