@@ -47,12 +47,12 @@ float cloud_softness(float ragged) {
 // `share` whatever is resolved: no pixel is too large, and none shows grains that are finer than itself.
 //
 // level, steepness : the cover is that share of a normal variable which lies below level + steepness * seen
-// most : of the cover
+// largest : of the cover
 // mean : of the noise that is seen within the cloud, weighted by the cover
 struct Broken {
     float level;
     float steepness;
-    float most;
+    float largest;
     float mean;
 };
 
@@ -63,14 +63,14 @@ Broken broken_up(float share, float resolved, float softness) {
     cloud.steepness = inversesqrt(1.0 - resolved + soft2);
     cloud.level = quantile * sqrt(1.0 + soft2) * cloud.steepness;
     // No cloud of the clamped quantile where there is none: a share is at least a code of the map.
-    cloud.most = min(255.0 * share, 1.0);
+    cloud.largest = min(255.0 * share, 1.0);
     cloud.mean = resolved * 0.39894 * exp(-0.5 * quantile * quantile) * inversesqrt(1.0 + soft2) / x;
     return cloud;
 }
 
 // Part of a pixel that cloud covers.
 float cloud_cover(Broken cloud, float seen) {
-    return normal_share(cloud.level + cloud.steepness * seen) * cloud.most;
+    return normal_share(cloud.level + cloud.steepness * seen) * cloud.largest;
 }
 
 float cloud_thickness(float code) {

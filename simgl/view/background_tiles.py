@@ -137,8 +137,8 @@ def tiles_of(
     if cells is not None and seen.any():
         # The clouds that are seen before a place stand beside it.
         slant = np.clip(_lowest(corners.slant), 0.05, 1.0)
-        beside = _cloud_height(planet) * np.sqrt(1.0 - slant**2) / slant
-        touched = _Touched.by(corners, cells.shores.shape, beside)
+        parallax = _cloud_height(planet) * np.sqrt(1.0 - slant**2) / slant
+        touched = _Touched.by(corners, cells.shores.shape, parallax)
         sea = seen & touched.none(cells.shores)
         land = seen & touched.none(cells.waters)
         high_clouds = seen & ~touched.none(cells.high_clouds)
@@ -248,21 +248,24 @@ class _Touched:
     inside: Mask
 
     @staticmethod
-    def by(corners: Corners, shape: tuple[int, ...], beside: Array) -> _Touched:
+    def by(corners: Corners, shape: tuple[int, ...], margin: Array) -> _Touched:
         """Of the tiles with these corners.
 
         shape : of the sums in ``MapCells``
-        beside : how far off the tiles cells are touched, too [rad]
+        margin : how far off the tiles cells are touched, too [rad]
         """
         rows, columns = shape[0] - 1, shape[1] - 1
         x, y, z = np.moveaxis(corners.normal, -1, 0)
         across = np.hypot(x, y)
         row = (0.5 - np.arctan2(z, across) / np.pi) * rows
         column = (np.arctan2(y, x) / (2.0 * np.pi) + 0.5) * columns
-        down = 0.5 + rows / np.pi * beside
-        aside = 0.5 + 0.5 * columns / np.pi * beside / np.maximum(_lowest(across), 1e-3)
-        top, bottom = np.floor(_lowest(row) - down), np.ceil(_highest(row) + down)
-        left, right = np.floor(_lowest(column) - aside), np.ceil(_highest(column) + aside)
+        high = 0.5 + rows / np.pi * margin
+        wide = 0.5 + 0.5 * columns / np.pi * margin / np.maximum(_lowest(across), 1e-3)
+        top, bottom = np.floor(_lowest(row) - high), np.ceil(_highest(row) + high)
+        left, right = (
+            np.floor(_lowest(column) - wide),
+            np.ceil(_highest(column) + wide),
+        )
         return _Touched(
             top=np.clip(top, 0, rows).astype(np.int64),
             bottom=np.clip(bottom, 0, rows).astype(np.int64),

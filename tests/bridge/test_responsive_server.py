@@ -280,6 +280,6 @@ def test_a_renderer_ends_with_its_server_however_that_ends(scenario_path: Path, 
 def test_a_server_imports_nothing_that_only_its_renderer_needs() -> None:
     """Its first answer comes within a second of its start."""
     slow = ("scipy", "trimesh", "moderngl", "simgl.simulator", "simgl.scenario")
-    program = "import sys, simgl_bridge.commands\nprint(*sys.modules)"
+    program = "import sys, simgl_bridge.serving\nprint(*sys.modules)"
     loaded = run_to_end([sys.executable, "-c", program]).stdout.split()
     assert not [name for name in loaded if name.startswith(slow)]

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import moderngl
 import numpy as np
+import scipy
 from PIL import Image
 
 from simgl import assets
@@ -62,7 +63,7 @@ def form_inputs(water: MapImage | None, night: MapImage | None) -> tuple[object,
     return "form", _digest(None, _RELIEF), _digest(water, _SHORE), _digest(night, _NIGHT)
 
 
-def map_once(inputs: object, made_by: Sequence[str], make: Callable[[], Image8]) -> Image8:
+def map_once(made_by: Sequence[str], inputs: object, make: Callable[[], Image8]) -> Image8:
     """(h, 2 h, 4) codes of a map, computed once on a machine."""
 
     def fits(arrays: Arrays) -> bool:
@@ -81,7 +82,7 @@ def land_map(image: MapImage | None) -> Image8:
     """(h, w, 4) square roots of reflectance R, G, B, N, 255 for 1."""
 
     def made() -> Image8:
-        return map_once(land_inputs(image), MADE_BY, lambda: make_land_map(image))
+        return map_once(MADE_BY, land_inputs(image), lambda: make_land_map(image))
 
     return _land_maps.get(image, made, size_of)
 
@@ -99,7 +100,7 @@ def form_map(water: MapImage | None, night: MapImage | None) -> Image8:
     """(h, w, 4) codes of the slopes to the east and north, of the shore, and of night lights."""
 
     def made() -> Image8:
-        return map_once(form_inputs(water, night), MADE_BY, lambda: make_form_map(water, night))
+        return map_once(MADE_BY, form_inputs(water, night), lambda: make_form_map(water, night))
 
     return _form_maps.get((water, night), made, size_of)
 
@@ -121,11 +122,10 @@ def make_form_map(water: MapImage | None, night: MapImage | None) -> Image8:
 
 def _shore(water: Image.Image) -> Image8:
     """Distance to the shore in the shipped map's code, from an image that is white on water."""
-    from scipy.ndimage import distance_transform_edt
-
+    distance_transform = scipy.ndimage.distance_transform_edt
     is_water = np.asarray(water) > 127
     km = 180.0 / is_water.shape[0] * _KM_PER_DEGREE
-    distance = distance_transform_edt(is_water) - distance_transform_edt(~is_water)
+    distance = distance_transform(is_water) - distance_transform(~is_water)
     code = np.clip(np.round(128.0 + _SHORE_STEPS_PER_KM * km * distance), 0, 255)
     return np.asarray(code, dtype=np.uint8)
 

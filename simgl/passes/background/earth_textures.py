@@ -10,7 +10,7 @@ import numpy as np
 from simgl.arrays import Image8, IndexArray
 from simgl.gpu.fullscreen import Texture
 from simgl.lru_cache import MANY, LruCache
-from simgl.passes.background.cloud_map import weather_map
+from simgl.passes.background.cloud_map import has_weather, weather_map
 from simgl.passes.background.earth_maps import (
     cell_sums,
     ground_textures,
@@ -19,8 +19,9 @@ from simgl.passes.background.earth_maps import (
     shores,
     size_of,
 )
+from simgl.progress import ProgressCallback, begin_stage
 from simgl.scene.earth import Clouds, Earth, EarthMaps
-from simgl.scene.noise_projection import LEVELS, chart
+from simgl.scene.noise_projection import LEVELS, chart, has_chart
 from simgl.view.background_tiles import MapCells
 
 # In the order of ``EarthTextures.of``.
@@ -75,6 +76,17 @@ class EarthTextures:
             self._chart = self._charts_of(seed)
             self._chart_seed = seed
         return [*self._ground, *self._weather, self._chart[0]]
+
+    def prepare(self, earth: Earth, progress: ProgressCallback | None = None) -> None:
+        """Make what no earlier run has made, so that no frame waits for it.
+
+        All else waits for a frame that shows it.
+        """
+        seed = earth.clouds.seed if earth.clouds else 0
+        drawn = earth.clouds is None or has_weather(self._ctx, earth.clouds, earth.maps)
+        if not (drawn and has_chart(seed)):
+            begin_stage(progress, "maps of the Earth")
+            self.of(earth)
 
     def chart_with(self, level: int) -> moderngl.Texture:
         """The chart at a halving alone, for the last sampler in place of all of them."""

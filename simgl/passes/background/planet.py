@@ -27,6 +27,8 @@ from simgl.passes.background.planet_blocks import (
 )
 from simgl.physics.atmosphere import AIR_TOP
 from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS
+from simgl.progress import ProgressCallback
+from simgl.scene.earth import Earth
 from simgl.scene.noise_projection import LEVELS, TEXEL_KM
 from simgl.view.background import Background, Moonlight, PlanetView
 from simgl.view.background_tiles import MERGED, PARTS, TILE, BackgroundTiles, tiles_of
@@ -96,6 +98,11 @@ class PlanetPass:
         self._regolith = UniformBuffer(ctx, REGOLITH)
         self._textures = EarthTextures(ctx)
         self._hardware = not is_software(ctx)
+
+    def prepare(self, earth: Earth, progress: ProgressCallback | None = None) -> None:
+        """Make what does not depend on a view, unless an earlier run has made it."""
+        if earth.albedo is None:
+            self._textures.prepare(earth, progress)
 
     def draw(
         self, background: Background, target: moderngl.Framebuffer, area: tuple[int, int, int, int]
@@ -379,8 +386,8 @@ def _kinds(tiles: BackgroundTiles, dark: Mask) -> Iterator[tuple[tuple[str, ...]
 def _merged(tiles: Mask) -> Mask:
     """Larger tiles: those all of whose parts are in a mask."""
     rows, columns = (length // MERGED for length in tiles.shape)
-    whole = tiles[: rows * MERGED, : columns * MERGED]
-    return np.asarray(whole.reshape(rows, MERGED, columns, MERGED).all(axis=(1, 3)))
+    full = tiles[: rows * MERGED, : columns * MERGED]
+    return np.asarray(full.reshape(rows, MERGED, columns, MERGED).all(axis=(1, 3)))
 
 
 def _split(tiles: Mask, parts: int) -> Mask:
