@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 
 from benchmarks.record import write_record
 from simgl.arrays import Array, Array32
-from simgl.bench import scene_files
+from simgl.bench.scenes import scene_files
 from simgl.environment_map import SkyRadiance, cell_radiance, cube_directions
 from simgl.gpu.context import temporary_context
 from simgl.passes.interreflection import InterreflectionPass

@@ -1,6 +1,6 @@
 // Bounds on the depth of casters, so that a receiver need not look where none can matter: nearest
-// and farthest in each cell and those next to it; or, with CONE, wherever a caster can stand between
-// a receiver in the cell and the Sun's disc.
+// and farthest of four squares of cells, which together make a larger one; or, with CONE, wherever a
+// caster can stand between a receiver in the cell and the Sun's disc.
 #include "block/tops"
 
 uniform sampler2D cells;   // nearest and farthest depth; with CONE in cells of 64 texels
@@ -13,22 +13,23 @@ vec2 joined(vec2 a, vec2 b) {
 
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy) - ivec2(int(first_column), 0);
-    int last = textureSize(cells, 0).x - 1;
-    bounds = vec2(1.0, 0.0);
+    ivec2 last = textureSize(cells, 0) - 1;
 #ifdef CONE
     // Light reaches a receiver through a cone, so that a caster matters out to a distance that grows
     // with its height; the map's bottom is the lowest that a receiver can be.
-    int reach = min(int(full_reach / 64.0) + 2, last);
-#else
-    int reach = 1;
-#endif
-    for (int j = max(at.y - reach, 0); j <= min(at.y + reach, last); ++j)
-        for (int i = max(at.x - reach, 0); i <= min(at.x + reach, last); ++i) {
+    bounds = vec2(1.0, 0.0);
+    int reach = min(int(full_reach / 64.0) + 2, last.x);
+    for (int j = max(at.y - reach, 0); j <= min(at.y + reach, last.y); ++j)
+        for (int i = max(at.x - reach, 0); i <= min(at.x + reach, last.x); ++i) {
             vec2 cell = texelFetch(cells, ivec2(i, j), 0).rg;
-#ifdef CONE
             float gap = 64.0 * float(max(max(abs(i - at.x), abs(j - at.y)) - 1, 0));
             if (gap > full_reach * (1.0 - cell.x) + 1.0) continue;
-#endif
             bounds = joined(bounds, cell);
         }
+#else
+    ivec2 low = max(at + int(square_low), ivec2(0)), high = min(at + int(square_high), last);
+    bounds = joined(joined(texelFetch(cells, low, 0).rg, texelFetch(cells, high, 0).rg),
+                    joined(texelFetch(cells, ivec2(low.x, high.y), 0).rg,
+                           texelFetch(cells, ivec2(high.x, low.y), 0).rg));
+#endif
 }

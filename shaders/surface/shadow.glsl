@@ -6,6 +6,9 @@
 // directions within the Sun's disc are straight lines over the map, so many texels for each metre of
 // height; a direction is blocked where its line runs through a slab. The edge that a shadow gets from
 // the caster's lower end and the one from its upper end both come out.
+//
+// The map is drawn along a direction near the Sun's, so that it serves many frames: the lines to the
+// Sun lean against it.
 
 #include "common/when.glsl"
 
@@ -21,6 +24,7 @@ struct SunMap {
     int size;      // texels along an edge
     int column;    // of its first texel in the textures
     int bounds;    // column of its first cell in the texture of bounds
+    vec2 lean;     // of the line to the Sun's middle: texels per metre of height
     bool solid;    // all casters are closed
     int taps;      // directions that stand for the disc, at most 28
 };
@@ -41,21 +45,25 @@ struct Slab {
     bool ends;   // above the receiver
 };
 
-// Bounds on the casters' depths, from left to right (shadow/tops.frag): around cells of 8, 16, 32 and
-// 64 texels, and for cells of 64 in the cone to the Sun's disc.
-const int CONE = 4;
+// Bounds on the casters' depths, from left to right (view/shadow_views.py): in each cell of 8 texels
+// and 8, 16, 24, 32, 48 ... 256 texels around it, and for cells of 64 texels in the cone to the Sun's
+// disc.
+const int CONE = 10;
 
-// Nearest and farthest depth in a cell of a level and around it, so at least within the cell's edge.
+// Nearest and farthest depth within a level's reach of a place, or in the cone over it.
 vec2 depths_around(sampler2D tops, SunMap map, vec2 place, int level) {
-    int shift = min(3 + level, 6);
+    int shift = level < CONE ? 3 : 6;
     ivec2 at = clamp(ivec2(place) >> shift, ivec2(0), ivec2((map.size >> shift) - 1));
-    at.x += map.bounds + (map.size >> 2) - (map.size >> (2 + level));
+    at.x += map.bounds + level * (map.size >> 3);
     return texelFetch(tops, at, 0).rg;
 }
 
-// The finest level that tells of all within `reach` texels.
+// The first level that tells of all within `reach` texels. What it tells of is less than
+// 1.5 reach + 16 texels away.
 int level_for(float reach) {
-    return int(reach > 8.0) + int(reach > 16.0) + int(reach > 32.0) + int(reach > 64.0);
+    vec4 all = vec4(reach);
+    vec4 shorter = step(vec4(8.0, 16.0, 24.0, 32.0), all) + step(vec4(48.0, 64.0, 96.0, 128.0), all);
+    return int(dot(shorter, vec4(1.0)) + dot(step(vec2(192.0, 256.0), all.xy), vec2(1.0)));
 }
 
 // What the bounds tell of the casters around a receiver.
@@ -100,22 +108,29 @@ float receiver_plane(Receiver r, vec2 offset) {
 
 // reach : texels per metre of height to the disc's edge
 Around casters_around(sampler2D tops, SunMap map, Receiver r, float reach) {
+    // Around the middle of the line to the Sun lies all of the line, and of those to the disc.
+    float half_lean = 0.5 * length(map.lean);
     // How high the casters reach that can matter: higher ones are farther off on the map.
     float above = map.top - r.here.z, high = above, low = 0.0;
+    float radius = 0.0;
     int level = CONE + 1;
     for (int i = 0; i < 4; ++i) {
-        int finer = level_for(high * reach + 1.0);
+        float less = high * (reach + half_lean) + 1.0;
+        int finer = level_for(less);
         if (finer >= level || high <= r.slack) break;
         level = finer;
-        vec2 bounds = depths_around(tops, map, r.here.xy, level);
+        radius = less;
+        // The cone's bounds hold for the receiver's own place.
+        vec2 place = r.here.xy + (level < CONE ? 0.5 * high : 0.0) * map.lean;
+        vec2 bounds = depths_around(tops, map, place, level);
         high = min(high, above - map.depth * bounds.x);
         low = above - map.depth * bounds.y;
     }
     // Where casters of much the same height stand over all of the neighbourhood, all is dark. They
     // stand over the receiver's own plane where they are higher than it is anywhere there.
-    float window = float(16 << level);
+    float window = 1.5 * radius + 16.0 + half_lean * above;
     float plane = (abs(r.slope.x) + abs(r.slope.y)) * window + r.slack + 2.0 * window * r.tilt;
-    bool dark = level < CONE && low > plane && (high - low) * reach < 4.0;
+    bool dark = level < CONE && low > plane && (high - low) * (reach + 2.0 * half_lean) < 4.0;
     // The disc spans less than a texel: only the texels smooth the edge.
     bool near = !dark && high > r.slack && high * reach < 1.0;
     return Around(high, dark, near, !dark && !near && high > r.slack);
@@ -162,7 +177,7 @@ bool meets_caster(sampler2D depths, sampler2D behind, SunMap map, Receiver r, ve
     for (int look = 0; look < 3; ++look) {
         // Near contact the disc shrinks below a texel; then the texel's own width smooths.
         float wider = sqrt(1.0 + 0.6 / max(height * height * reach * reach, 1e-6));
-        vec2 offset = wider * height * ray;
+        vec2 offset = height * (map.lean + wider * ray);
         Slab slab = slab_at(depths, map, r, offset);
         bool over = slab.casts && slab.low > 1.05 * height;
         WHEN(over) {
@@ -178,20 +193,44 @@ bool meets_caster(sampler2D depths, sampler2D behind, SunMap map, Receiver r, ve
     return false;
 }
 
-// Lit share of the receiver's four nearest texels, for casters so near that the Sun is a point.
-float lit_by_neighbours(sampler2D depths, SunMap map, Receiver r) {
-    ivec2 first = clamp(ivec2(floor(r.here.xy - 0.5)), ivec2(0), ivec2(map.size - 2));
+// The first of the four texels whose middles are nearest to an offset [texels] from the receiver.
+ivec2 nearest_texels(SunMap map, Receiver r, vec2 offset) {
+    return clamp(ivec2(floor(r.here.xy + offset - 0.5)), ivec2(0), ivec2(map.size - 2));
+}
+
+// Heights over the receiver [m] at four texels, and which of them cast a shadow.
+vec4 heights_at(sampler2D depths, SunMap map, Receiver r, ivec2 first, out bvec4 casting) {
     vec2 offset = vec2(first) + 0.5 - r.here.xy;
-    vec2 weight = clamp(-offset, 0.0, 1.0);
-    // As depths of the receiver's own surface, a little above it.
-    vec4 heights = vec4(receiver_plane(r, offset), receiver_plane(r, offset + vec2(1.0, 0.0)),
-                        receiver_plane(r, offset + vec2(0.0, 1.0)), receiver_plane(r, offset + 1.0));
-    vec4 plane = (map.top - r.here.z - heights - r.slack) / map.depth;
+    vec4 plane = vec4(receiver_plane(r, offset), receiver_plane(r, offset + vec2(1.0, 0.0)),
+                      receiver_plane(r, offset + vec2(0.0, 1.0)), receiver_plane(r, offset + 1.0));
     first.x += map.column;
-    vec4 caster = vec4(texelFetch(depths, first, 0).r, texelFetch(depths, first + ivec2(1, 0), 0).r,
-                       texelFetch(depths, first + ivec2(0, 1), 0).r,
-                       texelFetch(depths, first + ivec2(1, 1), 0).r);
-    vec4 lit = vec4(lessThanEqual(plane, caster));
+    vec4 depth = vec4(texelFetch(depths, first, 0).r, texelFetch(depths, first + ivec2(1, 0), 0).r,
+                      texelFetch(depths, first + ivec2(0, 1), 0).r,
+                      texelFetch(depths, first + ivec2(1, 1), 0).r);
+    vec4 high = map.top - r.here.z - map.depth * depth;
+    // A little above the receiver's own surface.
+    casting = greaterThan(high, plane + r.slack);
+    return high;
+}
+
+// Lit share of the four texels nearest to the line to the Sun, for casters so near that it is a point.
+//
+// highest : that a caster may stand [m]
+float lit_by_neighbours(sampler2D depths, SunMap map, Receiver r, float highest) {
+    // The line leans by less than a texel; how far, the casters' own height tells.
+    bvec4 at_foot, at_top, casting;
+    vec2 offset = 0.5 * highest * map.lean;
+    bool leans = length(offset) > 0.05;
+    WHEN(leans) {
+        vec4 foot = heights_at(depths, map, r, nearest_texels(map, r, vec2(0.0)), at_foot);
+        vec4 top = heights_at(depths, map, r, nearest_texels(map, r, 2.0 * offset), at_top);
+        vec4 high = max(mix(vec4(0.0), foot, at_foot), mix(vec4(0.0), top, at_top));
+        offset = max(max(high.x, high.y), max(high.z, high.w)) * map.lean;
+    }
+    ivec2 first = nearest_texels(map, r, offset);
+    heights_at(depths, map, r, first, casting);
+    vec4 lit = vec4(not(casting));
+    vec2 weight = clamp(r.here.xy + offset - vec2(first) - 0.5, 0.0, 1.0);
     return mix(mix(lit.x, lit.y, weight.x), mix(lit.z, lit.w, weight.x), weight.y);
 }
 
@@ -214,7 +253,7 @@ vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, Receiver r, Aroun
     for (int k = 0; k < map.taps + NEAR_TAPS; ++k) {
         if (k >= map.taps) near *= 0.35;
         float part = k < map.taps ? sqrt((float(k) + turn.y) * share) : near;
-        vec2 offset = part * spread * direction;
+        vec2 offset = part * spread * direction + (k < map.taps ? high : near * high) * map.lean;
         Slab slab = slab_at(depths, map, r, offset);
         direction = GOLDEN_TURN * direction;
         if (!slab.casts) continue;
@@ -238,7 +277,7 @@ vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, Receiver r, Aroun
         direction = GOLDEN_TURN * direction;
         float fall = 1.0 - sqrt(1.0 - r2);
         // Below the surface's own horizon: the disc's cosine leaves it out.
-        vec3 light = dot(r.slope, ray) < 1.0 ? vec3(1.0, fall, fall * fall) : vec3(0.0);
+        vec3 light = dot(r.slope, map.lean + ray) < 1.0 ? vec3(1.0, fall, fall * fall) : vec3(0.0);
         bool shaded = ((blocked >> k) & 1) == 1;
         if (!shaded && !settled)
             shaded = meets_caster(depths, behind, map, r, ray, reach, top, bottom);

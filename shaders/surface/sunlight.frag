@@ -49,7 +49,7 @@ void main() {
     vec3 plane = dot(facet, wi) > 0.0 ? mat3(light_from_camera) * facet : plain_n;
     here += plain_n * vec3(0.25, 0.25, 0.25 * frame.x);
     SunMap map = SunMap(frame.x, frame.y, frame.z, int(atlas.x), int(atlas.y), int(atlas.z),
-                        shadow_solid > 0.5, int(shadow_taps));
+                        shadow_lean / frame.x, shadow_solid > 0.5, int(shadow_taps));
     Receiver receiver = receiver_at(map, here, plane);
     Around around = casters_around(sun_tops, map, receiver, atlas.w);
     // Where the surface faces away no light is asked for.
@@ -61,7 +61,8 @@ void main() {
 #else
     lit_fraction = vec4(1.0);
     if (around.dark || away) lit_fraction = vec4(0.0);
-    else if (around.near) lit_fraction = vec4(lit_by_neighbours(sun_depths, map, receiver));
+    else WHEN(around.near)
+        lit_fraction = vec4(lit_by_neighbours(sun_depths, map, receiver, around.high));
     if (around.search && !away) discard;
 #endif
 }

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from concurrent.futures import Executor
+from dataclasses import dataclass
 
 import moderngl
 import numpy as np
@@ -11,17 +12,31 @@ import numpy as np
 from simgl.environment_map import SkyRadiance
 from simgl.gpu.vertex_buffers import Values
 from simgl.passes.mesh_store import VertexLighting
+from simgl.radiosity.incident_light import IncidentLight
+from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.patch_light import PatchLight
 from simgl.radiosity.solver import earth_share, vertex_irradiance
 from simgl.radiosity.transport_store import JointLight, TransportStore, lit_mesh
+from simgl.scene.spacecraft import SpacecraftModel
 from simgl.view.spacecraft_view import SpacecraftView
 
 _FRONT = {"in_bounced": "4f", "in_earth_share": "1f"}
 _BACK = {"in_bounced_back": "4f", "in_earth_share_back": "1f"}
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Solved:
+    """What the vertices of a spacecraft hold, and what that was made of."""
+
+    made_of: tuple[SpacecraftModel, LightTransport, SkyRadiance | None, tuple[Hashable, ...]]
+    lighting: VertexLighting
+
+
 class InterreflectionPass:
     """Solves for the light that surfaces of one spacecraft send to each other.
+
+    It does not depend on who looks: further cameras of one state, and further rasters of one image,
+    read what the first one got.
 
     executor : takes a part of the work on the CPU
     """
@@ -33,6 +48,7 @@ class InterreflectionPass:
         self._light = PatchLight()
         # One for each spacecraft of the largest scene so far.
         self._buffers: dict[int, moderngl.Buffer] = {}
+        self._solved: dict[int, _Solved] = {}
 
     def draw(
         self,
@@ -57,11 +73,27 @@ class InterreflectionPass:
         transport = self._transports.of(model, joint_light)
         if transport is None:
             return None
+        made_of = model, transport, sky, spacecraft.incident_light.key
+        last = self._solved.pop(spacecraft.instance, None)
+        if last is None or last.made_of != made_of:
+            lighting = self._solve(spacecraft, spacecraft.incident_light, transport, sky)
+            last = _Solved(made_of=made_of, lighting=lighting)
+        self._solved[spacecraft.instance] = last
+        return last.lighting
+
+    def _solve(
+        self,
+        spacecraft: SpacecraftView,
+        light: IncidentLight,
+        transport: LightTransport,
+        sky: SkyRadiance | None,
+    ) -> VertexLighting:
+        model = spacecraft.model
         cells = None if sky is None else transport.cells_of(sky)
         gather = transport.of_vertices
         # In another thread while this one is busy with the bounces.
         share = self._executor.submit(earth_share, gather, cells)
-        exitance = self._light.exitance(model, transport, sky, spacecraft.incident_light)
+        exitance = self._light.exitance(model, transport, sky, light)
         values = np.empty((*gather.shape, 5), dtype=np.float32)
         vertex_irradiance(gather, exitance, values, self._executor)
         values[..., 4] = share.result()
@@ -87,3 +119,4 @@ class InterreflectionPass:
         for buffer in self._buffers.values():
             buffer.release()
         self._buffers.clear()
+        self._solved.clear()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import moderngl
 import numpy as np
@@ -14,7 +15,7 @@ from simgl.gpu.uniform_blocks import Block, UniformBuffer
 from simgl.lru_cache import MANY, LruCache
 from simgl.passes.mesh_store import MeshStore
 from simgl.passes.outline_program import OutlineProgram
-from simgl.view.shadow_views import ShadowMap, ShadowView
+from simgl.view.shadow_views import CELL, REACHES, ShadowMap, ShadowView
 
 # Of the maps that are cached; an image of more spacecraft caches as many as it needs.
 MAX_BYTES = 256 << 20
@@ -31,9 +32,6 @@ _CASTER = Block(
         ]
     ),
 )
-# Edges of the cells that bounds are kept for [texels].
-_CELLS = (8, 16, 32, 64)
-
 _TOPS = Block(
     "Tops",
     10,
@@ -43,12 +41,40 @@ _TOPS = Block(
             ("full_reach", "f4"),
             # Of the map in the source, or of its bounds in the target.
             ("first_column", "f4"),
-            # 1 where the source is a map, 0 where it holds cells.
-            ("from_map", "f4"),
-            # What a cell spans of the source.
-            ("cell_across", "f4"),
+            # Of the squares that make a larger one: cells to the lower and the higher ones.
+            ("square_low", "f4"),
+            ("square_high", "f4"),
         ]
     ),
+)
+
+
+class _Square(NamedTuple):
+    """Bounds on a square of cells around each cell, each made of four smaller squares.
+
+    reach : of the square around its cell, in cells; 0.5 for two by two cells
+    source : reach of the smaller ones, 0 for the cells themselves
+    low, high : how far they lie from the cell
+    """
+
+    reach: float
+    source: float
+    low: int
+    high: int
+
+
+_SQUARES = (
+    _Square(0.5, 0, 0, 1),
+    _Square(1, 0.5, -1, 0),
+    _Square(2, 1, -1, 1),
+    _Square(3, 2, -1, 1),
+    _Square(4, 2, -2, 2),
+    _Square(6, 4, -2, 2),
+    _Square(8, 4, -4, 4),
+    _Square(12, 8, -4, 4),
+    _Square(16, 8, -8, 8),
+    _Square(24, 16, -8, 8),
+    _Square(32, 16, -16, 16),
 )
 
 
@@ -71,9 +97,11 @@ class ShadowPass:
             ctx, meshes, "shadow/shadow", [_CASTER], {"before": 0}, {"BEHIND": 1}
         )
         self._cells = FullscreenProgram(ctx, "shadow/cells", _TOPS, ["source"])
-        self._tops = FullscreenProgram(ctx, "shadow/tops", _TOPS, ["cells"])
+        self._squares = FullscreenProgram(ctx, "shadow/tops", _TOPS, ["cells"])
         self._cone = FullscreenProgram(ctx, "shadow/tops", _TOPS, ["cells"], ["CONE"])
         self._caster = UniformBuffer(ctx, _CASTER)
+        # One for each size of map.
+        self._scratch: dict[int, _Scratch] = {}
         self._unused: list[_ShadowAtlas] = []
         self._atlases = LruCache[bytes, _ShadowAtlas](
             MANY, self._unused.append, max_bytes=MAX_BYTES
@@ -135,22 +163,68 @@ class ShadowPass:
             self._layer(one, atlas.behind, (column, 0), self.towards_sun, self._behind)
             column += one.size
         column = columns = 0
-        programs = (self._tops,) * len(_CELLS) + (self._cone,)
-        for one, cells in zip(view.maps, atlas.cells, strict=True):
-            source, where = atlas.textures[0], _where(column=column, from_map=True, across=8)
-            for size, level in zip(_CELLS, cells, strict=True):
-                if level is not cells[0]:
-                    source, where = _colour(cells[0]), _where(column=0, across=size // _CELLS[0])
-                self.bounds.apply(self._ctx, level, (0, 0, *level.size))
-                self._cells.draw(where, [source])
-            for level, program in zip((*cells, cells[-1]), programs, strict=True):
-                area = (columns, 0, *level.size)
-                self.bounds.apply(self._ctx, atlas.tops, area)
-                where = _where(column=columns, full_reach=one.inset - 2.0)
-                program.draw(where, [_colour(level)])
-                columns += level.size[0]
+        for one in view.maps:
+            self._bound(one, column, columns, atlas)
             column += one.size
+            columns += one.bounds_width
         atlas.complete = True
+
+    def _bound(self, one: ShadowMap, column: int, columns: int, atlas: _ShadowAtlas) -> None:
+        """Fill the bounds of a map.
+
+        column, columns : where the map and its bounds begin
+        """
+        edge = one.size // CELL
+        if edge not in self._scratch:
+            self._scratch[edge] = _Scratch(self._ctx, edge)
+        scratch = self._scratch[edge]
+        cells, coarse = scratch.squares[0], scratch.coarse
+        self._draw(self._cells, cells, (0, edge), atlas.textures[0], first_column=column)
+        self._draw(self._cells, coarse, (0, edge // 8), _colour(cells))
+        for square in _SQUARES:
+            source = _colour(scratch.squares[square.source])
+            low, high = square.low, square.high
+            if square.reach in scratch.squares:
+                target = scratch.squares[square.reach]
+                self._draw(self._squares, target, (0, edge), source, low=low, high=high)
+            if square.reach in REACHES:
+                span = columns + REACHES.index(square.reach) * edge, edge
+                self._draw(
+                    self._squares,
+                    atlas.tops,
+                    span,
+                    source,
+                    first_column=span[0],
+                    low=low,
+                    high=high,
+                )
+        span = columns + len(REACHES) * edge, edge // 8
+        reach = one.inset - 2.0
+        self._draw(
+            self._cone, atlas.tops, span, _colour(coarse), first_column=span[0], full_reach=reach
+        )
+
+    def _draw(
+        self,
+        program: FullscreenProgram,
+        target: moderngl.Framebuffer,
+        span: tuple[int, int],
+        source: moderngl.Texture,
+        *,
+        first_column: int = 0,
+        low: int = 0,
+        high: int = 0,
+        full_reach: float = 0.0,
+    ) -> None:
+        """Bounds onto a square of a target; span: its first column and its edge."""
+        self.bounds.apply(self._ctx, target, (span[0], 0, span[1], span[1]))
+        where = {
+            "first_column": first_column,
+            "square_low": low,
+            "square_high": high,
+            "full_reach": full_reach,
+        }
+        program.draw(where, [source])
 
     def _clear(self, target: moderngl.Framebuffer) -> None:
         self.open_sheets.apply(self._ctx, target, (0, 0, *target.size))
@@ -179,9 +253,11 @@ class ShadowPass:
         for atlas in self._unused:
             atlas.release()
         self._unused.clear()
+        for scratch in self._scratch.values():
+            scratch.release()
         self._caster.release()
         self._cells.release()
-        self._tops.release()
+        self._squares.release()
         self._cone.release()
         self._program.release()
         self._behind.release()
@@ -202,46 +278,56 @@ class _ShadowAtlas:
         depths.compare_func = behind.compare_func = ""
         self.depths = ctx.framebuffer(depth_attachment=depths)
         self.behind = ctx.framebuffer(depth_attachment=behind)
-        edges = [[size // cell for cell in _CELLS] for size in sizes]
-        cells = [[ctx.texture((e, e), 2, dtype="f4") for e in levels] for levels in edges]
-        tops = ctx.texture((sum(one.bounds_width for one in maps), max(sizes) // 8), 2, dtype="f4")
-        self.cells = [[ctx.framebuffer([level]) for level in levels] for levels in cells]
+        columns = sum(one.bounds_width for one in maps)
+        tops = ctx.texture((columns, max(sizes) // CELL), 2, dtype="f4")
         self.tops = ctx.framebuffer([tops])
         self.textures = (depths, behind, tops)
-        self._owned = (depths, behind, tops, *(level for levels in cells for level in levels))
-        for texture in self._owned:
+        for texture in self.textures:
             texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
 
     def release(self) -> None:
         """Free everything."""
-        levels = (level for levels in self.cells for level in levels)
-        for framebuffer in (self.depths, self.behind, self.tops, *levels):
+        for framebuffer in (self.depths, self.behind, self.tops):
             framebuffer.release()
-        for texture in self._owned:
+        for texture in self.textures:
             texture.release()
+
+
+class _Scratch:
+    """What the bounds of a map are made of.
+
+    squares : bounds by their reach, those that others are made of
+    coarse : of cells 8 times as large
+    """
+
+    @all_or_nothing
+    def __init__(self, ctx: moderngl.Context, edge: int) -> None:
+        sources = {square.source for square in _SQUARES}
+        self.squares = {reach: _bounds_target(ctx, edge) for reach in sorted(sources)}
+        self.coarse = _bounds_target(ctx, edge // 8)
+
+    def release(self) -> None:
+        """Free everything."""
+        for target in (*self.squares.values(), self.coarse):
+            _colour(target).release()
+            target.release()
+
+
+def _bounds_target(ctx: moderngl.Context, edge: int) -> moderngl.Framebuffer:
+    texture = ctx.texture((edge, edge), 2, dtype="f4")
+    texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    return ctx.framebuffer([texture])
 
 
 def _atlas_bytes(maps: Sequence[ShadowMap]) -> int:
     """Of the textures of an atlas."""
     sizes = [one.size for one in maps]
-    cells = sum((size // cell) ** 2 for size in sizes for cell in _CELLS)
-    tops = sum(one.bounds_width for one in maps) * max(sizes) // 8
-    return 4 * sum(sizes) * 3 * max(sizes) + 8 * (cells + tops)
+    tops = sum(one.bounds_width for one in maps) * max(sizes) // CELL
+    return 4 * sum(sizes) * 3 * max(sizes) + 8 * tops
 
 
 def _key(view: ShadowView) -> bytes:
     return b"".join(one.key for one in view.maps)
-
-
-def _where(
-    *, column: int, full_reach: float = 0.0, from_map: bool = False, across: int = 0
-) -> dict[str, float]:
-    return {
-        "first_column": column,
-        "full_reach": full_reach,
-        "from_map": from_map,
-        "cell_across": across,
-    }
 
 
 def _colour(target: moderngl.Framebuffer) -> moderngl.Texture:

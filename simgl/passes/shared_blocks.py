@@ -90,7 +90,8 @@ SHADOW = Block(
             ("shadow_solid", "f4"),
             # Directions within the Sun's disc that a sample tries.
             ("shadow_taps", "f4"),
-            ("shadow_padding", "f4", 2),
+            # How far the Sun's light moves across the maps for each metre of height [m].
+            ("shadow_lean", "f4", 2),
         ]
     ),
 )
@@ -218,6 +219,7 @@ def shadow_values(view: SpacecraftView, sample_grid: SampleGrid) -> dict[str, An
         "shadow_frame": frame,
         "shadow_atlas": atlas,
         "shadow_taps": np.clip(taps, _MIN_DIRECTIONS, _MAX_DIRECTIONS),
+        "shadow_lean": view.shadow.lean,
         "shadow_solid": not any(c.model.open_sheets for c in maps[0].casters),
     }
 

@@ -1,8 +1,13 @@
 """What the Sun's shadow maps hold: one map around each spacecraft, and one of what the camera sees.
 
-Light axes: z away from the Sun, x and y across, turned against the body's axes so that straight
+Light axes: z towards the Sun, x and y across, turned against the body's axes so that straight
 edges of the spacecraft cross the map's texels evenly. Heights are metres towards the Sun, from the
 receiver's origin.
+
+A map is drawn along a direction of a fixed grid in the body's axes, and serves all directions
+of the Sun that are nearest to it: sunlight then leans against the map, and whoever reads it follows
+the light aside as it rises. What a map holds depends on nothing that changes a little from frame to
+frame.
 """
 
 from __future__ import annotations
@@ -13,7 +18,7 @@ import numpy as np
 
 from simgl.arrays import Array, Array32
 from simgl.camera.camera import Camera
-from simgl.physics.frames import cross
+from simgl.physics.frames import cross, unit
 from simgl.rays import ray_tracer
 from simgl.sample_grid import ANGLE
 from simgl.scene.spacecraft import SpacecraftModel
@@ -23,6 +28,10 @@ from simgl.scene.state import BodyState, SceneState
 SIZES = (512, 768, 1024, 1536, 2048)
 # Of these, so many fall on the width of a pixel.
 _TEXELS_PER_PIXEL = 3.0
+# Casters' heights are bounded in cells of so many texels along an edge, and so many cells around
+# each (level_for of shaders/surface/shadow.glsl, there in texels).
+CELL = 8
+REACHES = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)
 # A close map is drawn where the wide one has fewer texels per pixel than this.
 _ENOUGH = 2.0
 # Heights in a map reach so many radii of the receiver, which keeps them good to 2e-3 of the radius.
@@ -30,6 +39,12 @@ _ENOUGH = 2.0
 _HIGHEST = 2000.0
 # A caster that covers less of the Sun's disc than this casts nothing.
 _MIN_FRACTION = 1e-3
+# Step of the grid of directions, in radii of the Sun. Sunlight leans by at most 0.42 of them.
+_DIRECTION_STEP = 0.6
+# Places of bodies relative to each other are good to this [m]: rounding in an orbit is 1e-9 m.
+_PLACE_STEP = 2.0**-20
+# And turns [rad].
+_TURN_STEP = 2.0**-24
 # Rays along the edges of the image that find what it shows of a spacecraft.
 _PROBES = (32, 24)
 
@@ -73,8 +88,9 @@ class ShadowMap:
 
     @property
     def bounds_width(self) -> int:
-        """Cells beside each other: of 8, 16, 32, 64 texels along an edge, and again of 64."""
-        return self.size // 4
+        """Cells beside each other: for each reach, and 8 times as large ones."""
+        edge = self.size // CELL
+        return len(REACHES) * edge + edge // 8
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -82,11 +98,13 @@ class ShadowView:
     """The shadow maps of one spacecraft.
 
     R_light_from_body : (3, 3) float32, rows: x, y across the light, height
+    lean : (2,) float32, the Sun's light moves so far along x and y for each metre of height
     wide : around the spacecraft; receivers anywhere on it find their casters there
     close : of what the camera sees of it, where the wide map is too coarse for the image
     """
 
     R_light_from_body: Array32
+    lean: Array32
     wide: ShadowMap
     close: ShadowMap | None
 
@@ -104,6 +122,21 @@ class _Near:
     R_light_from_other: Array
     offset: Array
 
+    @property
+    def centre(self) -> Array:
+        """(3,) of its bounding sphere, the receiver's light axes [m]."""
+        return self.R_light_from_other @ self.model.posed_mesh.centre + self.offset
+
+    @property
+    def radius(self) -> float:
+        """Of its bounding sphere [m]."""
+        return self.model.posed_mesh.radius
+
+    @property
+    def top(self) -> float:
+        """No part of it is higher [m]."""
+        return float(self.centre[2]) + 1.01 * self.radius
+
 
 def shadow_view(
     state: SceneState, body: BodyState, camera: Camera, body_from_camera: Array
@@ -113,24 +146,20 @@ def shadow_view(
     body_from_camera : (4, 4)
     """
     sun = state.sun.seen_from(body.pose.position)
-    R_light = _light_axes(body.pose.R_icrf_from_body.T @ sun.direction_icrf)
-    tangent = float(np.tan(sun.angular_radius))
-    casters = _casters(state, body, R_light, tangent)
+    sun_body = body.pose.R_icrf_from_body.T @ sun.direction_icrf
+    radius = _coarse(sun.angular_radius)
+    step = _DIRECTION_STEP * radius
+    R_light = _light_axes(_nearest_grid_direction(sun_body, step))
+    # Light reaches a receiver through a cone: casters lie as far outside as the cone is wide.
+    cone = float(np.tan(radius + step / np.sqrt(2.0)))
+    casters = _casters(state, body, R_light, cone, float(np.tan(radius)))
     mesh = body.model.posed_mesh
     centre = R_light @ mesh.centre
-    bottom = float(centre[2] - 1.01 * mesh.radius)
-    top = max(
-        float((c.R_light_from_other @ c.model.posed_mesh.centre + c.offset)[2])
-        + 1.01 * c.model.posed_mesh.radius
-        for c in casters
-    )
-    top = min(top, centre[2] + _HIGHEST * mesh.radius)
-    # Light reaches a receiver through a cone: casters lie as far outside as the cone is wide.
-    margin = (top - bottom) * tangent
+    heights = float(centre[2] - 1.01 * mesh.radius), float(centre[2] + _HIGHEST * mesh.radius)
     footprint = _nearest(mesh.centre, mesh.radius, body_from_camera) / camera.focal_length_px
 
     def fitted(middle: Array, half: float, footprint: float) -> ShadowMap:
-        return _map(casters, R_light, middle, half, margin, (bottom, top), footprint)
+        return _map(casters, R_light, middle, half, cone, heights, footprint)
 
     wide = fitted(centre[:2], 1.01 * mesh.radius, footprint)
     close = None
@@ -142,9 +171,27 @@ def shadow_view(
             if wide.texel * _ENOUGH > footprint:
                 middle, half = _square(points @ R_light[:2].T, 1.01 * mesh.radius)
                 close = fitted(middle, half, footprint)
+    x, y, z = R_light @ sun_body
     return ShadowView(
-        R_light_from_body=np.asarray(R_light, dtype=np.float32), wide=wide, close=close
+        R_light_from_body=np.asarray(R_light, dtype=np.float32),
+        lean=np.array([x / z, y / z], dtype=np.float32),
+        wide=wide,
+        close=close,
     )
+
+
+def _coarse(angular_radius: float) -> float:
+    """At most 4.4 % above; the same all along an orbit, on which the Sun's distance varies."""
+    return float(2.0 ** (np.ceil(16.0 * np.log2(angular_radius)) / 16.0))
+
+
+def _nearest_grid_direction(direction: Array, step: float) -> Array:
+    """The nearest of the directions of the grid (3,): angles in steps on each face of a cube."""
+    axis = int(np.argmax(np.abs(direction)))
+    angles = np.arctan(direction / abs(direction[axis]))
+    tangents = np.tan(step * np.round(angles / step))
+    tangents[axis] = np.sign(direction[axis])
+    return unit(tangents)
 
 
 def _light_axes(sun_body: Array) -> Array:
@@ -158,27 +205,41 @@ def _light_axes(sun_body: Array) -> Array:
 
 
 def _casters(
-    state: SceneState, receiver: BodyState, R_light: Array, tangent: float
+    state: SceneState, receiver: BodyState, R_light: Array, cone: float, disc: float
 ) -> tuple[_Near, ...]:
-    """All bodies whose shadow may touch the receiver."""
+    """All bodies whose shadow may touch the receiver.
+
+    cone, disc : tangents of the half angles within which light comes, and of the Sun's disc
+    """
     pose, mesh = receiver.pose, receiver.model.posed_mesh
-    R_light_from_icrf = R_light @ pose.R_icrf_from_body.T
+    R_body_from_icrf = pose.R_icrf_from_body.T
     near = []
     for other in state.bodies.values():
-        R = R_light_from_icrf @ other.pose.R_icrf_from_body
-        offset = R_light_from_icrf @ (other.pose.position - pose.position)
-        place = R @ other.model.posed_mesh.centre + offset - R_light @ mesh.centre
-        reach = other.model.posed_mesh.radius + mesh.radius
-        if np.hypot(place[0], place[1]) > reach + max(place[2], 0.0) * tangent:
+        # In steps, for bodies that stand still to each other do so but for rounding.
+        R_body_from_other = _in_steps(R_body_from_icrf @ other.pose.R_icrf_from_body, _TURN_STEP)
+        offset = _in_steps(R_body_from_icrf @ (other.pose.position - pose.position), _PLACE_STEP)
+        one = _Near(
+            model=other.model,
+            R_light_from_other=R_light @ R_body_from_other,
+            offset=R_light @ offset,
+        )
+        place = one.centre - R_light @ mesh.centre
+        reach = one.radius + mesh.radius
+        if np.hypot(place[0], place[1]) > reach + max(place[2], 0.0) * cone:
             continue
         if place[2] < -reach:
             continue
         if other is not receiver:
-            blur = (place[2] - mesh.radius) * tangent
-            if blur > 0.0 and (other.model.posed_mesh.radius / blur) ** 2 < _MIN_FRACTION:
+            blur = (place[2] - mesh.radius) * disc
+            if blur > 0.0 and (one.radius / blur) ** 2 < _MIN_FRACTION:
                 continue
-        near.append(_Near(model=other.model, R_light_from_other=R, offset=offset))
+        near.append(one)
     return tuple(near)
+
+
+def _in_steps(values: Array, step: float) -> Array:
+    # Zero has no sign, for maps are found by their bytes.
+    return step * np.round(values / step) + 0.0
 
 
 def _map(
@@ -186,24 +247,35 @@ def _map(
     R_light: Array,
     middle: Array,
     half: float,
-    margin: float,
+    cone: float,
     heights: tuple[float, float],
     footprint: float,
 ) -> ShadowMap:
-    """A map of a square about ``middle`` (2,) [m] with receivers within ``half`` of it [m]."""
+    """A map of a square about ``middle`` (2,) [m] with receivers within ``half`` of it [m].
+
+    cone : tangent of the half angle within which light comes
+    heights : lowest receiver, and highest that the map may reach [m]
+    """
+    bottom, highest = heights
+    above = [
+        c
+        for c in casters
+        if np.abs(c.centre[:2] - middle).max() < half + c.radius + max(c.top - bottom, 0.0) * cone
+    ]
+    top = min(max(c.top for c in above), highest)
+    margin = (top - bottom) * cone
     reach = half + margin
     wanted = 2.0 * reach * _TEXELS_PER_PIXEL / footprint
     size = next((s for s in SIZES if s >= wanted), SIZES[-1])
     # The filter reaches two texels beyond.
     reach *= size / (size - 4.0)
-    bottom, top = heights
     clip_from_light = np.eye(4)
     clip_from_light[0, [0, 3]] = 1.0 / reach, -middle[0] / reach
     clip_from_light[1, [1, 3]] = 1.0 / reach, -middle[1] / reach
     # Depth grows downwards: -1 at the top, 1 at the bottom.
     clip_from_light[2, 2:] = -2.0 / (top - bottom), (top + bottom) / (top - bottom)
     drawn = []
-    for caster in casters:
+    for caster in above:
         matrix = np.eye(4)
         matrix[:3, :3], matrix[:3, 3] = caster.R_light_from_other, caster.offset
         clip = np.asarray(clip_from_light @ matrix, dtype=np.float32)

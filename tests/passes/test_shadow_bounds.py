@@ -1,0 +1,67 @@
+"""Bounds on the casters of a shadow map: never less than what stands within their reach."""
+
+from __future__ import annotations
+
+import re
+
+import moderngl
+import numpy as np
+from scipy.ndimage import maximum_filter, minimum_filter
+
+from simgl import assets
+from simgl.gpu.release import release_all
+from simgl.passes.mesh_store import MeshStore
+from simgl.passes.shadow import ShadowPass
+from simgl.view.shadow_views import CELL, REACHES, shadow_view
+from tests.scenes import lambert, scene
+
+
+def test_bounds_hold_the_nearest_and_farthest_depth_within_each_reach(
+    gl: moderngl.Context,
+) -> None:
+    box = {"box": {"size_m": [0.5, 0.3, 0.2], "material": lambert(0.5)}}
+    scenario = scene(
+        {
+            "ball": {
+                "model": {"sphere": {"radius_m": 1.0, "material": lambert(0.5)}},
+                "position_icrf_m": [0.0, 0.0, 0.0],
+            },
+            "box": {"model": box, "position_icrf_m": [0.4, -0.2, 1.5]},
+        },
+        {"position_icrf_m": [0.0, 0.0, 500.0], "boresight": [0, 0, -1], "up": [0, 1, 0]},
+    )
+    state = scenario.at(scenario.epoch_tai_ns)
+    camera = state.cameras["cam"]
+    body_from_camera = np.eye(4)
+    body_from_camera[:3, :3] = camera.R_camera_from_icrf.T
+    body_from_camera[:3, 3] = camera.position
+    view = shadow_view(state, state.bodies["ball"], camera.camera, body_from_camera)
+    meshes = MeshStore(gl)
+    shadows = ShadowPass(gl, meshes)
+    ((depths, _, tops),) = shadows.cast([view])
+    shadows.complete([view])
+    size = view.wide.size
+    drawn = np.frombuffer(depths.read(), "<f4").reshape(depths.height, depths.width)[:size]
+    bounds = np.frombuffer(tops.read(), "<f4").reshape(tops.height, tops.width, 2)
+    release_all(gl, shadows, meshes)
+    edge = size // CELL
+    cells = drawn.reshape(edge, CELL, edge, CELL)
+    low, high = cells.min(axis=(1, 3)), cells.max(axis=(1, 3))
+    assert low.min() < high.max()
+    for level, reach in enumerate(REACHES):
+        found = bounds[:edge, level * edge : (level + 1) * edge]
+        width = 2 * reach + 1
+        # All within the reach, and nothing beyond it; a step of 24-bit depth by the read-back.
+        nearest = minimum_filter(low, width, mode="nearest")
+        farthest = maximum_filter(high, width, mode="nearest")
+        np.testing.assert_allclose(found[..., 0], nearest, rtol=0.0, atol=6e-8)
+        np.testing.assert_allclose(found[..., 1], farthest, rtol=0.0, atol=6e-8)
+
+
+def test_the_shader_knows_the_reaches_of_the_bounds() -> None:
+    text = (assets.shaders() / "surface" / "shadow.glsl").read_text()
+    (body,) = re.findall(r"int level_for\(float reach\) \{(.*?)\n\}", text, flags=re.DOTALL)
+    steps = re.findall(r"step\(vec\d\(([\d., ]+)\)", body)
+    reaches = [float(reach) for step in steps for reach in step.split(",")]
+    assert reaches == [CELL * reach for reach in REACHES]
+    assert f"const int CONE = {len(REACHES)};" in text
