@@ -103,14 +103,8 @@ def main() -> None:
         differences.append(measure(scenario, angles, store))
         print(json.dumps(differences[-1]), flush=True)
     sums = np.array([f["sum_percent"] for f in differences])
-    print(
-        json.dumps(
-            {
-                "poses": len(differences),
-                "sum_percent_rms": round(float(np.sqrt(np.mean(sums**2))), 2),
-            }
-        )
-    )
+    rms = round(float(np.sqrt(np.mean(sums**2))), 2)
+    print(json.dumps({"poses": len(differences), "sum_percent_rms": rms}))
 
 
 if __name__ == "__main__":

@@ -39,9 +39,8 @@ def check_stages(compiler: str, stages: Mapping[str, str]) -> None:
             path = Path(folder, f"shader.{suffix}")
             path.write_text(text, encoding="utf-8")
             paths.append(str(path))
-        done = subprocess.run(
-            [compiler, "-l", *paths], capture_output=True, text=True, timeout=60.0, check=False
-        )
+        command = [compiler, "-DONLY_GLSL_330", "-l", *paths]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=60.0, check=False)
     if done.returncode:
         errors = [line for line in done.stdout.splitlines() if line.startswith("ERROR")]
         listing = "\n".join(errors)

@@ -1,8 +1,9 @@
 #extension GL_ARB_gpu_shader5 : enable
 
-// Upper 32 bits of each product; from 16-bit halves on a driver that knows only GLSL 3.30.
+// Upper 32 bits of each product; from 16-bit halves on a driver that knows only GLSL 3.30, or where
+// the reference compiler, which lacks this function of the extension, checks that path.
 uvec2 high_product(uvec2 a, uvec2 b) {
-#ifdef GL_ARB_gpu_shader5
+#if defined(GL_ARB_gpu_shader5) && !defined(ONLY_GLSL_330)
     uvec2 high, low;
     umulExtended(a, b, high, low);
     return high;

@@ -36,5 +36,6 @@ def test_programs_of_a_pass_reach_the_compiler(
     monkeypatch.setattr(checks, "check_stages", lambda _, stages: seen.append(dict(stages)))
     checks.check_programs(monkeypatch, "")
     StarPass(gl).release()
-    # Once by this test, and once by the session beneath it.
-    assert [set(stages) for stages in seen] == 2 * [{"vert", "frag"}]
+    # Also by the session beneath, if no earlier test had this pass.
+    assert seen
+    assert all(set(stages) == {"vert", "frag"} for stages in seen)
