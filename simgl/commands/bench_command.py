@@ -57,9 +57,7 @@ def bench(
 ) -> None:
     """Time frames and passes, start-up and memory, and compare them.
 
-    Examples: simgl bench --json bench.json
-    simgl bench --scene source_600 --step 0.1 --baseline bench.json --fail-slower 10
-    simgl bench --set goals --report out/bench
+    Example: simgl bench --json bench.json
     """
     from simgl.bench.bench_page import write_bench_page
     from simgl.bench.bench_tables import all_tables
