@@ -198,4 +198,4 @@ def test_what_files_have_waits_for_a_frame_that_shows_the_earth(
     textures = EarthTextures(gl)
     textures.prepare(earth, shown)
     assert shown.names == []
-    assert textures.shores is None
+    assert textures.cells is None
