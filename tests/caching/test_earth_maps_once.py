@@ -43,7 +43,7 @@ def start(gl: moderngl.Context, tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
 
     stand_in(earth_maps, "make_land_map", code)
     stand_in(earth_maps, "make_form_map", code + 1)
-    stand_in(earth_maps, "make_shores", np.zeros((257, 513), dtype=np.int64))
+    stand_in(earth_maps, "make_shores", (np.zeros((257, 513), dtype=np.int64),) * 2)
     stand_in(cloud_map, "noise_volume", np.zeros((128, 128, 128, 4), dtype=np.uint8))
     stand_in(cloud_map, "weather_codes", code + 2)
     stand_in(cloud_map, "_from_image", code + 3)
