@@ -81,6 +81,7 @@ def test_an_interrupted_sequence_says_what_there_is_and_how_to_go_on(
     scene.write_text(scene.read_text().replace("position_icrf_m = [7.0e6, 0.0, 20.0]", PLACED))
     out = tmp_path / "out"
     arguments = ["sequence", scene, "--out", out, "--duration", "60", "--count", "400"]
+    arguments.append("--quiet")
     # The start takes 2.6 million calls, a frame 6,000.
     line = signalled(4_000_000, signal.SIGINT, *arguments).stderr
     match = re.fullmatch(
