@@ -10,7 +10,7 @@ from typing import Any
 
 import msgspec
 
-from simgl.bench import machine
+from simgl.bench.machine import machine
 from simgl.output import complete_file
 
 

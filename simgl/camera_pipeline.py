@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import moderngl
+import numpy as np
 
 from simgl.arrays import Array
 from simgl.camera.camera import Camera
@@ -16,7 +18,7 @@ from simgl.gpu.timers import PassTimer
 from simgl.passes.exposure import ELECTRONS_FORMAT, ExposurePass
 from simgl.passes.optics import OpticsPass
 from simgl.passes.readout import DN_FORMAT, ReadoutPass
-from simgl.passes.spread import SpreadPass
+from simgl.passes.spread import Seen, SpreadPass
 
 # Planes that a lens spreads at a time.
 _WORKERS = 2
@@ -51,19 +53,18 @@ class CameraPipeline:
 
         sun : gives ghosts
         """
-        target = self._sharp(camera, radiance)
-        if not has_spread(camera):
-            return target
-        spread = self._target("spread", camera, _BANDS)
-        with self._timer.measure("spread"):
-            self._spread.bands(camera, sun, target.textures[0], spread.textures[0])
-        return spread
-
-    def _sharp(self, camera: Camera, radiance: ImageTarget) -> ImageTarget:
         target = self._target("irradiance", camera, _BANDS)
-        with self._timer.measure("optics"):
-            self._optics.draw(camera, radiance.textures[0], target.framebuffer)
+        if has_spread(camera):
+            with self._timer.measure("spread"):
+                bands = self._spread.bands(camera, sun, self._seen(camera, radiance))
+                target.textures[0].write(np.stack(bands, axis=-1).data)
+        else:
+            with self._timer.measure("optics"):
+                self._optics.draw(camera, radiance.textures[0], target.framebuffer)
         return target
+
+    def _seen(self, camera: Camera, radiance: ImageTarget) -> Seen:
+        return Seen(radiance.textures[0], self._optics.relative_illumination(camera))
 
     def electrons_through(
         self,
@@ -86,11 +87,12 @@ class CameraPipeline:
                     camera, photons_per_joule, seen, relative, target.framebuffer
                 )
             return target
-        sharp = self._sharp(camera, radiance)
         target = self._target("electrons", camera, _ELECTRONS)
-        square = square_electrons_per_irradiance(camera, photons_per_joule)
+        one_second = replace(camera, exposure_time=1.0)
+        square = square_electrons_per_irradiance(one_second, photons_per_joule)
         with self._timer.measure("spread"):
-            target.write(self._spread.electrons(camera, square, sun, sharp.textures[0]))
+            light = self._seen(camera, radiance)
+            target.write(self._spread.electrons(camera, square, sun, light))
         return target
 
     def electrons(

@@ -91,6 +91,11 @@ def _make_room(newest: Path) -> None:
             total -= size
 
 
+def is_computed(folder: str, made_by: Sequence[str], inputs: object) -> bool:
+    """Whether there is a file of ``computed_once``; it is not read."""
+    return _path(folder, made_by, inputs).is_file()
+
+
 def computed_once(
     folder: str,
     made_by: Sequence[str],
@@ -104,10 +109,10 @@ def computed_once(
     made_by : names of the modules that compute them, as far as the arrays depend on their source,
         and of packages, as far as they depend on their version: another one computes them again
     inputs : all else that they depend on, for ``content_digest``
-    fits : whether arrays are such as ``compute`` returns; others, and those that lack
-        one that it names, are computed again
+    fits : whether arrays are such as ``compute`` returns; others are computed again, also where it
+        raises KeyError or ValueError
     """
-    path = cache_folder(folder) / f"{content_digest((inputs, _versions(made_by)))}.npz"
+    path = _path(folder, made_by, inputs)
     arrays = read_arrays(path)
     if arrays is None or not _fit(arrays, fits):
         arrays = compute()
@@ -115,10 +120,14 @@ def computed_once(
     return arrays
 
 
+def _path(folder: str, made_by: Sequence[str], inputs: object) -> Path:
+    return cache_folder(folder) / f"{content_digest((inputs, _versions(made_by)))}.npz"
+
+
 def _fit(arrays: Arrays, fits: Callable[[Arrays], bool]) -> bool:
     try:
         return fits(arrays)
-    except KeyError:
+    except (KeyError, ValueError):
         return False
 
 

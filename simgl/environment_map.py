@@ -26,6 +26,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from simgl.arrays import Array, Array32, IndexArray
+from simgl.disk_cache import Arrays, computed_once
 
 FORWARD = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1.0]])
 RIGHT = np.array([[0, 0, -1], [0, 0, 1], [1, 0, 0], [1, 0, 0], [1, 0, 0], [-1, 0, 0.0]])
@@ -187,8 +188,39 @@ class _IrradianceOperator:
     cut: csr_array
 
 
+_MATRICES = ("vectors", "above", "cut")
+
+
 @lru_cache(maxsize=2)
 def _irradiance_operator(n: int) -> _IrradianceOperator:
+    """For a sky of n texels along an edge; made once on a machine."""
+
+    def packed() -> Arrays:
+        made = _made_irradiance_operator(n)
+        matrices = (_packed(name, getattr(made, name)) for name in _MATRICES)
+        dense: Arrays = {"normals": made.normals, "block_flux": made.block_flux}
+        return dense | {key: value for matrix in matrices for key, value in matrix.items()}
+
+    def unpacked(arrays: Arrays) -> _IrradianceOperator:
+        vectors, above, cut = (_unpacked(name, arrays) for name in _MATRICES)
+        normals, block_flux = arrays["normals"], arrays["block_flux"]
+        return _IrradianceOperator(
+            normals=normals, vectors=vectors, above=above, block_flux=block_flux, cut=cut
+        )
+
+    def fits(arrays: Arrays) -> bool:
+        operator = unpacked(arrays)
+        blocks, points = len(operator.block_flux), len(operator.normals)
+        return (
+            (points, blocks) == (COARSE**2, 6 * _BLOCKS**2)
+            and operator.vectors.shape == (3 * blocks, 6 * n * n)
+            and operator.above.shape[0] == operator.cut.shape[0] == points
+        )
+
+    return unpacked(computed_once("tables", (__name__, "numpy"), ("irradiance", n), packed, fits))
+
+
+def _made_irradiance_operator(n: int) -> _IrradianceOperator:
     size = n // _BLOCKS
     normals = octahedron(COARSE).reshape(-1, 3)
     weighted = (cube_directions(n) * cube_solid_angles(n)[:, :, None]).reshape(-1, 3)
@@ -259,8 +291,45 @@ def _matrix(
     return csr_array(entries, shape=shape)
 
 
+def _packed(name: str, matrix: csr_array) -> Arrays:
+    """A sparse matrix as arrays for a file."""
+    return {
+        f"{name}_data": matrix.data,
+        f"{name}_indices": matrix.indices,
+        f"{name}_indptr": matrix.indptr,
+        f"{name}_shape": np.array(matrix.shape),
+    }
+
+
+def _unpacked(name: str, arrays: Arrays) -> csr_array:
+    """Of ``_packed``; ValueError where an index points nowhere: compiled code would follow it."""
+    data, indices, indptr, shape = (
+        arrays[f"{name}_{part}"] for part in ("data", "indices", "indptr", "shape")
+    )
+    matrix = csr_array((data, indices, indptr), shape=tuple(shape))
+    matrix.check_format(full_check=True)
+    return matrix
+
+
 @lru_cache(maxsize=len(ROUGHNESS))
 def _lobe_operator(level: int) -> csr_array:
+    """``_made_lobe_operator``, made once on a machine."""
+
+    def fits(arrays: Arrays) -> bool:
+        shape = (_POINTS[level] ** 2, sum(6 * n * n for n in _PYRAMID))
+        return bool(_unpacked("lobes", arrays).shape == shape)
+
+    arrays = computed_once(
+        "tables",
+        (__name__, "numpy"),
+        ("lobes", level),
+        lambda: _packed("lobes", _made_lobe_operator(level)),
+        fits,
+    )
+    return _unpacked("lobes", arrays)
+
+
+def _made_lobe_operator(level: int) -> csr_array:
     """(points^2, pyramid) weights of block fluxes [sr-1] in the lobes about a map's directions.
 
     Each lobe takes large blocks far from its axis and small ones near it.

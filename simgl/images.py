@@ -6,6 +6,7 @@ import io
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
@@ -39,6 +40,8 @@ class FrameInfo:
     seed : of the noise
     draw : which of the images of this epoch, 0 to 2^32 - 1: another number has other noise
     renderer : name of the OpenGL renderer
+    interreflection : "off"; "exact"; or "quick", where joints have moved parts of a spacecraft and
+        light between them is worked out pair by pair
     """
 
     scenario: str
@@ -51,6 +54,7 @@ class FrameInfo:
     seed: int
     renderer: str
     draw: int = 0
+    interreflection: Literal["off", "quick", "exact"] = "exact"
 
     def __post_init__(self) -> None:
         if not 0 <= self.draw <= LARGEST_DRAW:

@@ -106,6 +106,7 @@ def _header(info: FrameInfo) -> dict[str, Any]:
         "sunDirectionIcrf": _text(info.sun_direction_icrf),
         "sunIrradianceRGBNWM2": _text(info.sun_irradiance),
         "seed": str(info.seed),
+        "interreflection": info.interreflection,
     }
 
 

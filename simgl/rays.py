@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
+
 import numpy as np
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
@@ -11,6 +16,9 @@ from simgl.arrays import Array32, IndexArray, Mask, UIntArray
 from simgl.motion.joints import Joint
 from simgl.scene.mesh import Mesh, cached_with_mesh
 from simgl.scene.posed_mesh import PosedMesh, RigidGroup, rigid_groups
+
+# Fewer rays than this, some 10 ms, are not worth a thread.
+_MIN_PART = 20_000
 
 
 class RayTracer:
@@ -25,22 +33,53 @@ class RayTracer:
         self._scene = EmbreeScene()
         used = mesh.triangles if triangles is None else triangles
         TriangleMesh(self._scene, mesh.positions, used.astype(np.int32))
+        # The first ray builds the structure: before any two threads trace.
+        self._scene.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))
 
-    def hits(self, origins: ArrayLike, directions: ArrayLike) -> tuple[NDArray[np.int32], Array32]:
+    def hits(
+        self, origins: ArrayLike, directions: ArrayLike, reach: Array32 | None = None
+    ) -> tuple[NDArray[np.int32], Array32]:
         """(n,) first triangle that each ray meets, -1 for none, and (n,) distance along it.
 
         origins, directions : (n, 3), in the mesh's axes
+        reach : (n,) distances at which the rays end; None where they go on for ever
         """
-        hits = self._scene.run(_rows(origins), _rows(directions), output=True)
-        return hits["primID"], hits["tfar"]
+        starts, ways = _rows(origins), _rows(directions)
+        triangle = np.empty(len(starts), dtype=np.int32)
+        distance = np.empty(len(starts), dtype=np.float32)
+
+        def trace(part: slice) -> None:
+            ends = None if reach is None else reach[part]
+            hits = self._scene.run(starts[part], ways[part], dists=ends, output=True)
+            triangle[part], distance[part] = hits["primID"], hits["tfar"]
+
+        _on_all_cores(trace, len(starts))
+        return triangle, distance
 
     def occluded(self, origins: ArrayLike, directions: ArrayLike) -> Mask:
         """(n,) whether a ray meets anything.
 
         origins, directions : (n, 3), in the mesh's axes
         """
-        hits = self._scene.run(_rows(origins), _rows(directions), query="OCCLUDED")
-        return hits >= 0
+        starts, ways = _rows(origins), _rows(directions)
+        met = np.empty(len(starts), dtype=np.int32)
+
+        def trace(part: slice) -> None:
+            met[part] = self._scene.run(starts[part], ways[part], query="OCCLUDED")
+
+        _on_all_cores(trace, len(starts))
+        return met >= 0
+
+
+def _on_all_cores(trace: Callable[[slice], None], count: int) -> None:
+    """Trace so many rays in parts, one for each core; Embree releases Python's lock."""
+    parts = min(len(os.sched_getaffinity(0)), count // _MIN_PART)
+    if parts <= 1:
+        trace(slice(0, count))
+        return
+    edges = [count * i // parts for i in range(parts + 1)]
+    with ThreadPoolExecutor(max_workers=parts) as threads:
+        list(threads.map(trace, (slice(a, b) for a, b in pairwise(edges))))
 
 
 class PosedRayTracer:
@@ -52,7 +91,7 @@ class PosedRayTracer:
     def __init__(self, posed: PosedMesh) -> None:
         assert posed.motion is not None
         self._motion = posed.motion
-        self._groups = _group_tracers(posed.mesh, posed.joints)
+        self._groups = group_tracers(posed.mesh, posed.joints)
 
     def hits(self, origins: ArrayLike, directions: ArrayLike) -> tuple[NDArray[np.int32], Array32]:
         """(n,) first triangle that each ray meets, -1 for none, and (n,) distance along it.
@@ -123,8 +162,9 @@ def _mesh_tracer(mesh: Mesh, _: None) -> RayTracer:
 
 
 @cached_with_mesh
-def _group_tracers(
+def group_tracers(
     mesh: Mesh, joints: tuple[Joint, ...]
 ) -> tuple[tuple[RigidGroup, RayTracer], ...]:
+    """The rigid groups of a mesh, each with a tracer of itself as stored."""
     groups = rigid_groups(mesh, joints)
     return tuple((group, RayTracer(mesh, mesh.triangles[group.triangles])) for group in groups)

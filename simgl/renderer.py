@@ -36,7 +36,7 @@ from simgl.passes.visibility import VisibilityPass
 from simgl.passes.warp import WarpPass
 from simgl.progress import ProgressCallback, begin_stage
 from simgl.radiosity.final_gather import LitBody
-from simgl.radiosity.transport_store import TransportStore
+from simgl.radiosity.transport_store import JointLight, TransportStore
 from simgl.scene.earth import Earth
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.view.background import SkyView
@@ -122,16 +122,18 @@ class Renderer:
         self,
         models: Iterable[SpacecraftModel],
         earth: Earth | None = None,
+        joint_light: JointLight = "exact",
         progress: ProgressCallback | None = None,
     ) -> None:
-        """Trace how the surfaces of models see each other, and make the tables of the Earth's air,
-        so that no frame waits for it."""
+        """Trace how the surfaces of models see each other, and make the tables of the Earth's air
+        and the Earth's maps, so that no frame waits for it."""
         if earth is not None:
             begin_stage(progress, "tables of the air")
             self._air.prepare(earth, progress)
+            self._planet.prepare(earth, progress)
         for model in models:
             begin_stage(progress, f"light between surfaces of {model.name}")
-            self._transports.of(model, progress)
+            self._transports.of(model, joint_light, progress)
 
     def radiance(self, view: FrameView) -> ImageTarget:
         """Radiance per band [W m-2 sr-1], RGBA32F; valid until the next call at this size."""
@@ -217,7 +219,7 @@ class Renderer:
         with self.timer.measure("lamp_shadow"):
             lamp_maps = self._lamp_shadow.draw(view.lamps)
         for tile in view.tiles:
-            spacecraft = self._spacecraft(tile, view.gather)
+            spacecraft = self._spacecraft(tile, view.gather, view.joint_light)
             pinhole = view.camera if view.field is None else view.field.pinhole
             for part in parts(tile, pinhole, _SAMPLES_AT_ONCE):
                 with self.timer.measure("visibility"):
@@ -237,7 +239,9 @@ class Renderer:
                         )
                 yield part, points.groups, radiance
 
-    def _spacecraft(self, tile: RasterTile, gather: Gather) -> list[DrawnSpacecraft]:
+    def _spacecraft(
+        self, tile: RasterTile, gather: Gather, joint_light: JointLight
+    ) -> list[DrawnSpacecraft]:
         """All that the passes after this draw of the spacecraft of a tile."""
         views = tile.spacecraft
         with self.timer.measure("probe"):
@@ -251,9 +255,9 @@ class Renderer:
             vertex_lightings: Sequence[VertexLighting | None] = [None] * len(views)
             bodies: Sequence[tuple[LitBody, ...]] = [()] * len(views)
             if gather == "pixel":
-                bodies = self._reference_gather.lit_bodies(views, skies)
+                bodies = self._reference_gather.lit_bodies(views, skies, joint_light)
             else:
-                vertex_lightings = self._interreflection.draw(views, skies)
+                vertex_lightings = self._interreflection.draw(views, skies, joint_light)
         return [
             DrawnSpacecraft(
                 view=view,

@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
-from typing import TypeVar
+from typing import Literal, TypeVar
 
 import moderngl
 import numpy as np
@@ -143,7 +143,7 @@ class Simulator:
     scenario : its models, Earth and render settings are what is drawn
     ctx : OpenGL context to use; without it the simulator opens one and closes it at the end
     progress : called with the steps done and their number while interreflection is traced and the
-        atmosphere's tables are computed: some seconds for a new model or atmosphere
+        tables of the atmosphere and the Earth are computed: some seconds for each that is new
 
     Raises ContextError if there is no usable OpenGL, and ConfigError for a camera whose images the
     driver cannot draw. Close it by ``with`` or ``close``.
@@ -183,7 +183,7 @@ class Simulator:
                 self._camera_pipeline = CameraPipeline(self._ctx, self._renderer.timer)
                 release.callback(self._camera_pipeline.release)
                 models = scenario.models_at_epoch() if scenario.inter_reflection else ()
-                self._renderer.prepare(models, scenario.earth, progress)
+                self._renderer.prepare(models, scenario.earth, scenario.joint_light, progress)
                 release.pop_all()
             undo.pop_all()
         self.renderer_name = f"{self._ctx.info['GL_RENDERER']}, {self._ctx.info['GL_VERSION']}"
@@ -283,6 +283,7 @@ class Simulator:
                 samples_per_pixel=self.scenario.samples_per_pixel,
                 inter_reflection=self.scenario.inter_reflection,
                 gather=self.scenario.gather,
+                joint_light=self.scenario.joint_light,
             )
         except ConfigError as error:
             where = f"{self.scenario.source or self.scenario.name} {error.where}"
@@ -300,8 +301,16 @@ class Simulator:
             seed=self.scenario.seed if seed is None else seed,
             renderer=self.renderer_name,
             draw=draw,
+            interreflection=self._interreflection(state),
         )
         return _Still(self._renderer, state, view, info)
+
+    def _interreflection(self, state: SceneState) -> Literal["off", "quick", "exact"]:
+        """See ``FrameInfo``."""
+        if not self.scenario.inter_reflection:
+            return "off"
+        moved = any(body.model.angles for body in state.bodies.values())
+        return self.scenario.joint_light if moved else "exact"
 
     def _states(
         self, state: SceneState, name: str, during: Callable[[int], SceneState]

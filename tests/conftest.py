@@ -16,6 +16,7 @@ from simgl.radiosity.bake import sees_itself
 from simgl.scene.mesh import Mesh
 from tests.orphans import Guard
 from tests.patience import limit
+from tests.reference_compiler import check_programs, reference_compiler
 from tests.watched_context import WatchedContext
 
 # Of one test, with the fixtures that it is the first to need [s].
@@ -64,6 +65,18 @@ def _one_hull_of_a_mesh() -> Iterator[None]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("simgl.radiosity.transport_store.sees_itself", remembered)
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _programs_pass_the_reference_compiler() -> Iterator[None]:
+    """A test fails that compiles a program of which only this driver approves."""
+    compiler = reference_compiler()
+    if compiler is None:
+        yield
+        return
+    with pytest.MonkeyPatch.context() as patch:
+        check_programs(patch, compiler)
         yield
 
 

@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 
 from benchmarks.record import write_record
 from simgl.arrays import Array, Array32
-from simgl.bench import scene_files
+from simgl.bench.scenes import scene_files
 from simgl.environment_map import SkyRadiance, cell_radiance, cube_directions
 from simgl.gpu.context import temporary_context
 from simgl.passes.interreflection import InterreflectionPass
@@ -72,7 +72,7 @@ def frame_times(ctx: moderngl.Context, spacecraft: SpacecraftView, step: float) 
             spacecraft, incident_light=replace(spacecraft.incident_light, sun_direction=sun)
         )
         start, before = time.perf_counter(), time.process_time()
-        interreflection.draw([moved], [sky])
+        interreflection.draw([moved], [sky], "exact")
         clock.append(1e3 * (time.perf_counter() - start))
         work.append(1e3 * (time.process_time() - before))
     interreflection.release()

@@ -19,7 +19,6 @@ from rich.table import Table
 
 from benchmarks.path_tracer import difference_images
 from benchmarks.path_tracer.compare import Agreement, Difference, difference
-from benchmarks.path_tracer.lambertian import lambertian_scenario
 from benchmarks.path_tracer.tracer import (
     NEAR_INFRARED,
     PARTS,
@@ -31,6 +30,7 @@ from benchmarks.path_tracer.tracer import (
 )
 from benchmarks.record import write_record
 from simgl import Capture, Product, Scenario, Simulator
+from simgl.bench.peers.lambertian import lambertian_scenario
 from simgl.output import check_writable, write_exr
 from simgl.scene.state import SceneState, SunInDirection
 from simgl.view.frame_view import Gather

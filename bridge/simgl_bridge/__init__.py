@@ -10,7 +10,8 @@
 - ``session_recording``, ``session_replay``: what was asked and answered, in a file, and again
 - ``operator_log``, ``public_text``: what the server prints, and what clients may read of an error
 - ``access``, ``bind_address``, ``sockets``, ``router_socket``, ``preview``: sockets and keys
-- ``commands``, ``processes``, ``launched_server``, ``run_with_server``: the server as a process
+- ``commands``, ``serving``, ``processes``, ``launched_server``, ``run_with_server``: the server as
+  a process
 
 It may import all of ``simgl``; ``simgl`` never imports it. A new field of a message is added to
 ``messages`` with its range (``value_ranges``), a check that needs the scene to
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from simgl_bridge.async_client import AsyncClient as AsyncClient
     from simgl_bridge.body_pose import BodyPose as BodyPose
     from simgl_bridge.client import Client as Client
+    from simgl_bridge.client import PendingImages as PendingImages
     from simgl_bridge.client_errors import AccessError as AccessError
     from simgl_bridge.client_errors import NoAnswerError as NoAnswerError
     from simgl_bridge.client_errors import RemoteError as RemoteError
@@ -43,7 +45,7 @@ _MODULES = {
     "access": "ClientKeys",
     "async_client": "AsyncClient",
     "body_pose": "BodyPose",
-    "client": "Client",
+    "client": "Client PendingImages",
     "client_errors": "AccessError NoAnswerError RemoteError",
     "client_images": "DelayLine Image ImageSet",
     "launched_server": "launched_server",

@@ -10,6 +10,8 @@ from pathlib import Path
 from simgl.errors import ConfigError
 
 DEFAULT_ADDRESS = "tcp://127.0.0.1:5563"
+# Where programs that use Basilisk look for their image source.
+DEFAULT_BASILISK_ADDRESS = "tcp://127.0.0.1:5556"
 
 _TCP = re.compile(r"tcp://([A-Za-z0-9.-]+|\*|\[[0-9A-Fa-f:.]+\]):(\d{1,5}|\*)")
 _LOOPBACK = re.compile(r"127\.\d{1,3}\.\d{1,3}\.\d{1,3}|localhost|\[::1\]")

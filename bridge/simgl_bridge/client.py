@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from typing import TypeVar, Unpack
+from functools import partial
+from typing import Any, TypeVar, Unpack
 
 import zmq
 from zmq.utils.monitor import recv_monitor_message
@@ -17,6 +18,7 @@ from simgl_bridge.client_images import Image, ImageSet
 from simgl_bridge.client_protocol import (
     READY_TIMEOUT,
     SILENCE,
+    Call,
     ClientProtocol,
     Payload,
     RenderOptions,
@@ -45,6 +47,29 @@ from simgl_bridge.messages import (
 from simgl_bridge.sockets import connect, receive, send
 
 _Reply = TypeVar("_Reply", bound=Message)
+
+
+class PendingImages:
+    """The images of a request under way, from ``Client.submit``.
+
+    is_done : receives what has arrived; whether there is a result
+    finish : waits for the images
+    """
+
+    def __init__(self, is_done: Callable[[], bool], finish: Callable[[], ImageSet]) -> None:
+        self._is_done, self._finish = is_done, finish
+        self._images: ImageSet | None = None
+
+    @property
+    def done(self) -> bool:
+        """Whether ``result`` answers, or raises, at once."""
+        return self._is_done()
+
+    def result(self) -> ImageSet:
+        """The images, once they are there; raises as ``Client.render_all`` does."""
+        if self._images is None:
+            self._images = self._finish()
+        return self._images
 
 
 class Client:
@@ -86,6 +111,7 @@ class Client:
             self._poller.register(self._socket, zmq.POLLIN)
             self._poller.register(self._monitor, zmq.POLLIN)
             self._ready_timeout_s = ready_timeout_s
+            self._under_way: list[Call[Images]] = []
             self._call(Hello(client=name, versions=(VERSION,)), Welcome)
         except BaseException:
             self._context.destroy(linger=0)
@@ -161,10 +187,52 @@ class Client:
         draw : which of several images of this time; another number has other noise
         seek : allow a time before that of the last request
         """
+        self._make_room()
         attempts = 2 if retry else 1
         deadline_ms = server_deadline_ms(self.timeout_s, attempts)
         request = self._protocol.render(tai_ns, cameras, bodies, deadline_ms, **options)
         return self._protocol.images(request, *self._call(request, Images, attempts))
+
+    def submit(
+        self,
+        tai_ns: int,
+        cameras: Sequence[Shot],
+        bodies: Mapping[str, BodyPose] | None = None,
+        **options: Unpack[RenderOptions],
+    ) -> PendingImages:
+        """Send a request without waiting: the next one may follow while its images are drawn.
+
+        Parameters are those of ``render_all``, without ``retry``. The server works in the order of
+        the requests, and one that it refuses does not touch the others. ``timeout_s`` counts from
+        here, so it covers the requests before. At most ``welcome.window`` are under way: a further
+        one waits for the first of them.
+        """
+        self._make_room()
+        deadline_ms = server_deadline_ms(self.timeout_s)
+        request = self._protocol.render(tai_ns, cameras, bodies, deadline_ms, **options)
+        call = self._begin(request, Images)
+        self._under_way.append(call)
+        self._move(call)
+        return PendingImages(
+            partial(self._is_done, call),
+            lambda: self._protocol.images(request, *self._finish(call)),
+        )
+
+    def _make_room(self) -> None:
+        """Wait until one more request fits into the server's window."""
+        under_way, self._under_way = self._under_way, []
+        for call in under_way:
+            if self._is_done(call):
+                self._protocol.close(call)
+            else:
+                self._under_way.append(call)
+        while len(self._under_way) >= self.welcome.window:
+            self._wait(self._under_way.pop(0))
+
+    def _is_done(self, call: Call[Any]) -> bool:
+        if not call.done and not self._context.closed:
+            self._receive(0.0)
+        return call.done
 
     def send_state(
         self,
@@ -199,19 +267,36 @@ class Client:
         self, request: Message, reply_type: type[_Reply], attempts: int = 1
     ) -> tuple[_Reply, Payload]:
         """The reply to a request, with its payload frames."""
+        return self._finish(self._begin(request, reply_type, attempts))
+
+    def _begin(self, request: Message, reply_type: type[_Reply], attempts: int = 1) -> Call[_Reply]:
         self._check_open()
         call = open_call(request, reply_type, self.timeout_s, self._ready_timeout_s, attempts)
+        # Late replies and events since the last call.
+        self._receive(0.0)
         self._protocol.open(call)
+        return call
+
+    def _finish(self, call: Call[_Reply]) -> tuple[_Reply, Payload]:
         try:
-            # Late replies and events since the last call.
-            self._receive(0.0)
-            while not call.done:
-                if frames := self._protocol.due(call):
-                    self._send(frames, time.monotonic() + call.timeout_s)
-                self._receive(call.wake_at - time.monotonic())
+            # What came while nobody waited counts, however late it is now.
+            if not self._is_done(call):
+                self._check_open()
+            self._wait(call)
         finally:
             self._protocol.close(call)
         return call.result()
+
+    def _wait(self, call: Call[Any]) -> None:
+        """Until a call has its reply or its error."""
+        while not call.done:
+            self._move(call)
+            self._receive(call.wake_at - time.monotonic())
+
+    def _move(self, call: Call[Any]) -> None:
+        """Send what is due of a call."""
+        if frames := self._protocol.due(call):
+            self._send(frames, time.monotonic() + call.timeout_s)
 
     def _check_open(self) -> None:
         if self._context.closed:

@@ -39,6 +39,8 @@ class Image:
     saturated_pixels : None where no digital numbers were asked for
     render_time_s : that the server needed
     part_names : part id to "spacecraft/part", where part ids were asked for
+    interreflection : "off"; "exact"; or "quick": with joints moved and ``joint_light = "quick"``;
+        empty from servers that do not tell
     """
 
     planes: Mapping[str, AnyArray]
@@ -63,6 +65,7 @@ class Image:
     saturated_pixels: int | None
     render_time_s: float
     part_names: Mapping[int, str]
+    interreflection: str
 
     @property
     def dn(self) -> Image16:

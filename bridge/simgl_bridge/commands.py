@@ -3,39 +3,20 @@
 from __future__ import annotations
 
 import os
-import signal
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, closing, contextmanager
 from functools import partial
 from pathlib import Path
-from threading import Event
-from types import FrameType
 from typing import Annotated
 
 import typer
 
 from simgl.commands.completion import scenario_files
-from simgl.errors import ConfigError, SimglError
-from simgl.interruption import end_by_signals, exit_if_signalled, report_faults
-from simgl_bridge.access import Access, make_keys
-from simgl_bridge.basilisk.endpoint import DEFAULT_ADDRESS as DEFAULT_BASILISK_ADDRESS
-from simgl_bridge.basilisk.endpoint import BasiliskEndpoint
-from simgl_bridge.bind_address import DEFAULT_ADDRESS, check_bindable
-from simgl_bridge.processes import (
-    PARENT_VARIABLE,
-    RendererOptions,
-    StopWithParent,
-    run_restarting,
-    start_renderer,
+from simgl.errors import ConfigError
+from simgl.interruption import end_by_signals, exit_if_signalled
+from simgl_bridge.bind_address import (
+    DEFAULT_ADDRESS,
+    DEFAULT_BASILISK_ADDRESS,
+    check_bindable,
 )
-from simgl_bridge.render_queue import RenderQueue
-from simgl_bridge.renderer_link import RendererLink
-from simgl_bridge.run_with_server import run_with_server
-from simgl_bridge.server import Stop
-from simgl_bridge.server import serve as serve_until
-from simgl_bridge.simgl1_endpoint import Simgl1Endpoint
-from simgl_bridge.value_ranges import LARGEST_SEED
 
 _BASILISK, _FREE_RUN, _ACCESS = "Basilisk", "Free-run and previews", "Access"
 _RECORDING = "Recording"
@@ -55,25 +36,6 @@ BaseScenario = Annotated[
 ]
 
 
-@contextmanager
-def _stop_on_signals() -> Iterator[Event]:
-    """An event that SIGINT and SIGTERM set; a second signal has its usual effect."""
-    stop = Event()
-    numbers = (signal.SIGINT, signal.SIGTERM)
-
-    def on_signal(number: int, frame: FrameType | None) -> None:
-        del frame
-        stop.set()
-        signal.signal(number, previous[signal.Signals(number)])
-
-    previous = {number: signal.signal(number, on_signal) for number in numbers}
-    try:
-        yield stop
-    finally:
-        for number, handler in previous.items():
-            signal.signal(number, handler)
-
-
 def serve(
     scenario: Annotated[
         Path | None,
@@ -90,7 +52,7 @@ def serve(
         ),
     ] = None,
     seed: Annotated[
-        int | None, typer.Option(min=0, max=LARGEST_SEED, help="Instead of the scenario's seed.")
+        int | None, typer.Option(min=0, max=2**32 - 1, help="Instead of the scenario's seed.")
     ] = None,
     root: Annotated[
         Path | None,
@@ -168,6 +130,15 @@ def serve(
 
     Example: simgl serve --basilisk tcp://127.0.0.1:5556 --camera 1=navcam.toml
     """
+    from simgl_bridge.access import Access
+    from simgl_bridge.processes import (
+        PARENT_VARIABLE,
+        RendererOptions,
+        StopWithParent,
+        run_restarting,
+    )
+    from simgl_bridge.serving import serve_restarted, serve_until_stopped, stop_on_signals
+
     if basilisk is None:
         address = address or DEFAULT_ADDRESS
     elif address is None:
@@ -198,7 +169,7 @@ def serve(
         problem = "needs ports that stay the same, not :*"
         raise ConfigError("simgl serve", "--restart", problem)
     service = partial(
-        _serve,
+        serve_until_stopped,
         RendererOptions(
             scenario=None if scenario is None else str(scenario),
             seed=seed,
@@ -215,59 +186,13 @@ def serve(
         root=root,
         access=access,
     )
-    with _stop_on_signals() as stop:
+    with stop_on_signals() as stop:
         parent = os.environ.pop(PARENT_VARIABLE, None)
         end = stop if parent is None else StopWithParent(stop, int(parent))
         if not restart:
             service(end)
-        elif code := run_restarting(_serve_restarted, (service, os.getpid()), end):
+        elif code := run_restarting(serve_restarted, (service, os.getpid()), end):
             raise typer.Exit(code)
-
-
-def _serve(
-    options: RendererOptions,
-    stop: Stop,
-    *,
-    address: str | None,
-    basilisk: str | None,
-    monitor: str | None,
-    rate_hz: float | None,
-    root: Path | None,
-    access: Access,
-) -> None:
-    """Serve until ``stop`` is set."""
-    endpoints: list[Simgl1Endpoint | BasiliskEndpoint] = []
-    with ExitStack() as stack:
-        link = stack.enter_context(closing(RendererLink(partial(start_renderer, options))))
-        queue = RenderQueue(link)
-        if address is not None:
-            simgl1 = Simgl1Endpoint(
-                queue, address, root=root, access=access, monitor=monitor, rate_hz=rate_hz
-            )
-            endpoints.append(stack.enter_context(simgl1))
-        if basilisk is not None:
-            endpoints.append(stack.enter_context(BasiliskEndpoint(queue, basilisk)))
-
-        def print_summaries() -> None:
-            for endpoint in endpoints:
-                _print_summary(endpoint.summary)
-
-        serve_until(endpoints, queue, stop, on_ready=print_summaries)
-
-
-def _serve_restarted(service: Callable[[Stop], None], parent: int) -> None:
-    """Serve in a process that another one restarts, and that ends with it."""
-    report_faults()
-    with _stop_on_signals() as stop, _one_line_errors():
-        service(StopWithParent(stop, parent))
-
-
-def _print_summary(line: str) -> None:
-    """Print a line; the server runs on where the disk behind stdout is full."""
-    try:
-        print(line, flush=True)
-    except OSError:
-        sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - for the rest of the process
 
 
 def run(
@@ -292,6 +217,9 @@ def run(
 
     Example: simgl run --camera 1=navcam.toml -- python scenario.py
     """
+    from simgl_bridge.run_with_server import run_with_server
+    from simgl_bridge.serving import stop_on_signals
+
     check_bindable(basilisk, option="--basilisk")
     if basilisk.endswith(":*"):
         raise ConfigError("simgl run", "--basilisk", "needs a port that the program knows, not :*")
@@ -299,7 +227,7 @@ def run(
     arguments += ["--basilisk", basilisk]
     for entry in camera or []:
         arguments += ["--camera", entry]
-    with _stop_on_signals() as stop:
+    with stop_on_signals() as stop:
         code = run_with_server(arguments, basilisk, program, patience=patience_s, stop=stop)
     if code:
         raise typer.Exit(code)
@@ -398,25 +326,19 @@ def keys(
 
     Example: simgl keys server --out keys
     """
+    from simgl_bridge.access import make_keys
+
     public, secret = make_keys(name, out)
     print(f"{public} (public) and {secret} (secret: do not hand it out)")
-
-
-@contextmanager
-def _one_line_errors() -> Iterator[None]:
-    """Print bad input as one line and exit with code 2."""
-    try:
-        yield
-    except SimglError as error:
-        print(f"simgl: {error}", file=sys.stderr)
-        sys.exit(2)
 
 
 def main() -> None:
     """``serve`` alone, as ``python -m simgl_bridge.commands SCENARIO``."""
     end_by_signals()
     try:
-        with _one_line_errors():
+        from simgl_bridge.serving import one_line_errors
+
+        with one_line_errors():
             typer.run(serve)
     finally:
         exit_if_signalled()

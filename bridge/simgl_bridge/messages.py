@@ -333,6 +333,8 @@ class CameraImage(Struct, frozen=True, kw_only=True):
     render_us : rendering time, read-back included
     planes : one payload frame each, in this order, after those of the cameras before
     part_names : part id to "spacecraft/part", where part ids were asked for
+    interreflection : "off"; "exact"; or "quick": with joints moved and ``joint_light = "quick"``;
+        empty from servers that do not tell
     """
 
     camera: str
@@ -351,6 +353,7 @@ class CameraImage(Struct, frozen=True, kw_only=True):
     render_us: int
     planes: tuple[Plane, ...]
     part_names: dict[int, str] = {}
+    interreflection: str = ""
 
 
 class Images(Message, frozen=True, kw_only=True):

@@ -231,6 +231,7 @@ def _camera_image(
             for name, array in frames.items()
         ),
         part_names=truth.part_names if truth and "part_id" in shot.products else {},
+        interreflection=info.interreflection,
     )
 
 

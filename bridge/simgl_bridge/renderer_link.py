@@ -39,8 +39,8 @@ from simgl_bridge.sockets import receive, send
 LONGEST_DRAW = 600.0
 # A renderer that dies this many times in a row while it starts is given up.
 MAX_EARLY_DEATHS = 5
-# What a renderer sent before it died is read for this long [s].
-_LAST_WORDS = 1.0
+# What a renderer sent before it died is here once nothing has come for this long [s].
+_LAST_WORDS = 0.3
 # A renderer that was asked to end is killed after this [s].
 _PATIENCE = 5.0
 
@@ -137,6 +137,7 @@ class RendererLink:
         Raises BridgeError where it cannot start.
         """
         while frames := receive(self.socket):
+            self._died_at = None
             report = REPORT_DECODER.decode(frames[0].buffer)
             if isinstance(report, Failure):
                 raise BridgeError(report.detail)
@@ -197,11 +198,11 @@ class RendererLink:
         task, self._task, self._died_at = self._task, None, None
         self._set_state("lost", f"the renderer {reason}")
         self._disconnect()
-        self.start()
         if task is not None:
             problem = f"the renderer {reason} and is started again"
             code = ErrorCode.RENDERER_LOST
             yield Error(id=None, code=code, field="", detail=problem, retryable=True), []
+        self.start()
 
     def _disconnect(self) -> None:
         self.socket.close(linger=0)

@@ -9,7 +9,7 @@ layout(location = 1) out vec4 transmittance;
 void main() {
     float across = table_value(gl_FragCoord.x, view_columns);
     float cos_azimuth = 1.0 - 2.0 * across * across;
-    float row = gl_FragCoord.y - 0.5;
+    float row = gl_FragCoord.y - 0.5 + first_row;
     float R2 = ground_radius * ground_radius;
     float c = outside_air * R2, r = sqrt(R2 + c), reach = horizon_reach * R2;
     float b, d, lift = 0.0;

@@ -1,9 +1,18 @@
-// Upper 32 bits of each product, from 16-bit halves (umulExtended needs GLSL 4.00).
+#extension GL_ARB_gpu_shader5 : enable
+
+// Upper 32 bits of each product; from 16-bit halves on a driver that knows only GLSL 3.30, or where
+// the reference compiler, which lacks this function of the extension, checks that path.
 uvec2 high_product(uvec2 a, uvec2 b) {
+#if defined(GL_ARB_gpu_shader5) && !defined(ONLY_GLSL_330)
+    uvec2 high, low;
+    umulExtended(a, b, high, low);
+    return high;
+#else
     uvec2 a_low = a & 0xFFFFu, a_high = a >> 16u, b_low = b & 0xFFFFu, b_high = b >> 16u;
     uvec2 middle = a_high * b_low + ((a_low * b_low) >> 16u);
     uvec2 cross_sum = a_low * b_high + (middle & 0xFFFFu);
     return a_high * b_high + (middle >> 16u) + (cross_sum >> 16u);
+#endif
 }
 
 // Counter-based random bits: Philox4x32-10 (Salmon et al., SC 2011). No state and no order: the same

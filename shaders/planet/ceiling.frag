@@ -54,10 +54,10 @@ void main() {
     float resolved = chart_variance[int(levels.y)].x;
     Spot spot = spot_at(n, place_on_map(n));
     vec4 weather = textureLod(weather_map, spot.on_map, levels.x);
-    float noise = cloud_noise(noise_at(spot, levels.y), weather.w);
-    float softness = cloud_softness(weather.w);
-    float cover = cloud_cover(weather.x, noise, resolved, softness);
-    float thick = max(1.0 + 0.5 * thicker(weather.x, noise, resolved, softness), 0.2);
+    float noise = dot(noise_at(spot, levels.y).zw, cloud_kinds(weather.w));
+    Broken cloud = broken_up(weather.x, resolved, cloud_softness(weather.w));
+    float cover = cloud_cover(cloud, noise);
+    float thick = max(1.0 + 0.5 * (noise - cloud.mean), 0.2);
     float high_tau = high_cloud_thickness * weather.z * fibres(spot, levels.y, resolved);
 
     Daylight above = air_daylight_at(cloud_km, mu_sun);

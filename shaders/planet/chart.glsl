@@ -13,7 +13,8 @@ const float CHART_SEAM = 0.02;
 //
 // Gnomonic, but for a stretch that leaves the scale between 1 and 1.4 of that at the middle.
 vec2 place_on_face(vec3 n, float face) {
-    vec2 across = vec2(n.x * sign(n.z), n.y) / abs(n.z);
+    // What lies beyond a face's corners, where it has no share, is no number without a bound.
+    vec2 across = vec2(n.x * sign(n.z), n.y) / max(abs(n.z), 0.5);
     vec2 place = across * (1.25 - 0.25 * across * across) * chart_repeats;
     // Waves bend the image's repetitions, and no two faces begin alike.
     return place + 0.08 * sin(place.yx * vec2(1.1, 1.3)) + face * vec2(0.37, 0.71);
@@ -64,7 +65,14 @@ vec4 chart_at(vec2 place, float level) {
     return (textureLod(chart, place, level) - 0.5) * CHART_RANGE;
 }
 
-// The same anywhere: faces are mixed, and keep the variance.
+// What two faces have of the noise where their axes are so near, as far as no third one has any: they
+// are mixed, and keep the variance.
+vec2 chart_weights(vec2 nearness) {
+    vec2 share = max(nearness - (1.0 - CHART_SEAM) * max(nearness.x, nearness.y), 0.0);
+    return share * inversesqrt(dot(share, share));
+}
+
+// The noise anywhere.
 vec4 chart_about(vec3 n, float level) {
     vec3 share = chart_shares(n);
     return (share.x * chart_at(chart_x(n), level) + share.y * chart_at(chart_y(n), level)

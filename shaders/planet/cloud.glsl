@@ -40,23 +40,37 @@ float cloud_softness(float ragged) {
     return 0.65 - 0.5 * ragged;
 }
 
-// Part of a pixel that cloud covers where `share` of the surroundings is covered.
+// How noise breaks up cloud of which `share` of the surroundings is full.
 //
 // Cloud stands where noise exceeds a level. Of the noise, spread like a standard normal variable, a
 // pixel resolves `seen`, whose variance is `resolved`; the rest is a chance. So the mean over the noise is
 // `share` whatever is resolved: no pixel is too large, and none shows grains that are finer than itself.
-float cloud_cover(float share, float seen, float resolved, float softness) {
+//
+// level, steepness : the cover is that share of a normal variable which lies below level + steepness * seen
+// largest : of the cover
+// mean : of the noise that is seen within the cloud, weighted by the cover
+struct Broken {
+    float level;
+    float steepness;
+    float largest;
+    float mean;
+};
+
+Broken broken_up(float share, float resolved, float softness) {
+    float x = clamp(share, 0.002, 0.998), quantile = normal_quantile(x);
     float soft2 = softness * softness;
-    float level = normal_quantile(share) * sqrt(1.0 + soft2);
+    Broken cloud;
+    cloud.steepness = inversesqrt(1.0 - resolved + soft2);
+    cloud.level = quantile * sqrt(1.0 + soft2) * cloud.steepness;
     // No cloud of the clamped quantile where there is none: a share is at least a code of the map.
-    return normal_share((level + seen) * inversesqrt(1.0 - resolved + soft2)) * min(255.0 * share, 1.0);
+    cloud.largest = min(255.0 * share, 1.0);
+    cloud.mean = resolved * 0.39894 * exp(-0.5 * quantile * quantile) * inversesqrt(1.0 + soft2) / x;
+    return cloud;
 }
 
-// How much the noise exceeds what it is within clouds on the average: weighted by the cover, its mean
-// is 0.
-float thicker(float share, float seen, float resolved, float softness) {
-    float x = clamp(share, 0.002, 0.998), level = normal_quantile(x);
-    return seen - resolved * 0.39894 * exp(-0.5 * level * level) * inversesqrt(1.0 + softness * softness) / x;
+// Part of a pixel that cloud covers.
+float cloud_cover(Broken cloud, float seen) {
+    return normal_share(cloud.level + cloud.steepness * seen) * cloud.largest;
 }
 
 float cloud_thickness(float code) {

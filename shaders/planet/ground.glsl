@@ -30,32 +30,87 @@ struct Sight {
 
 #ifdef EARTH_MAPS
 // The clouds about a place.
+//
+// seen, shading        : how noise breaks up those that the camera sees, and those before the Sun
+// kinds, shading_kinds : of puffs and cells in that noise
+// overhang             : what towers of closed cloud gain where they look towards the Sun
+// reflected, back      : reflectance for the Sun's light, and for light from all sides
+// high_tau             : optical thickness of thin high cloud
 struct Clouds {
-    vec4 weather;        // of the map, where the camera sees the clouds
-    float shade;         // fraction of the Sun's light on the ground that they cover
-    float shade_noise;   // of the clouds between the Sun and the ground
-    float thickness;     // optical
-    float mu_light;      // cosine of the light on them
-    float reflected;     // reflectance for it
-    float through;       // fraction of the light that reaches the ground
+    Broken seen;
+    Broken shading;
+    vec2 kinds;
+    vec2 shading_kinds;
+    float overhang;
+    float reflected;
+    float back;
+    float high_tau;
 };
 
-// The clouds between the Sun and the ground, where its light comes through their layer.
-Clouds clouds_over(Place here, float mu_sun) {
-    float level = here.levels.x, halvings = here.levels.y, resolved = here.resolved.x;
+float cosine_on_clouds(Place here) {
+    return max(here.mu_sun, 0.05);
+}
+
+Clouds clouds_at(Place here) {
+    float level = here.levels.x, resolved = here.resolved.x;
     vec4 shading = textureLod(weather_map, here.shade.on_map, level);
+    vec4 weather = textureLod(weather_map, here.cloud.on_map, level);
+    float thickness = cloud_thickness(weather.y);
     Clouds clouds;
-    clouds.shade_noise = cloud_noise(noise_at(here.shade, halvings), shading.w);
-    clouds.shade = cloud_cover(shading.x, clouds.shade_noise, resolved, cloud_softness(shading.w));
-    clouds.weather = textureLod(weather_map, here.cloud.on_map, level);
-    clouds.mu_light = max(mu_sun, 0.05);
-    clouds.thickness = cloud_thickness(clouds.weather.y);
-    clouds.reflected = cloud_reflectance(clouds.thickness, clouds.mu_light);
-    clouds.through = 1.0 - clouds.shade * clouds.reflected;
+    clouds.seen = broken_up(weather.x, resolved, cloud_softness(weather.w));
+    clouds.shading = broken_up(shading.x, resolved, cloud_softness(shading.w));
+    clouds.kinds = cloud_kinds(weather.w);
+    clouds.shading_kinds = cloud_kinds(shading.w);
+    clouds.overhang = 0.2 * max(2.0 * weather.x - 1.0, 0.0);
+    clouds.reflected = cloud_reflectance(thickness, cosine_on_clouds(here));
+    clouds.back = cloud_diffuse_reflectance(thickness);
+    clouds.high_tau = clouds_below * high_cloud_thickness * weather.z;
     return clouds;
 }
 
+// The clouds before the Sun as a pixel sees them.
+//
+// cover   : fraction of the Sun's light on the ground that they cover
+// noise   : theirs
+// through : fraction of the light that reaches the ground
+struct Shade {
+    float cover;
+    float noise;
+    float through;
+};
+
+Shade shade_at(Place here, Clouds clouds) {
+    float noise = dot(noise_at(here.shade, here.levels.y).zw, clouds.shading_kinds);
+    float cover = cloud_cover(clouds.shading, noise);
+    return Shade(cover, noise, 1.0 - cover * clouds.reflected);
+}
+
+// Light that the sea sends up: all that clouds dim, and the waves' glint, which takes only light that no
+// cloud has scattered.
+struct Sea {
+    vec4 light;
+    vec4 glint;
+};
+
+Sea sea_at(Place here) {
+    float mu_view = max(dot(here.normal, here.view), 0.0);
+#ifdef AIR_INSIDE
+    vec4 sky = here.sky;
+#else
+    vec4 sky = here.diffuse / PI;
+#endif
+    return Sea(water_body / PI * (here.direct * here.lit + here.diffuse) + sky * sky_in_waves(mu_view),
+               here.direct
+               * glint(here.normal, sun_direction_itrf.xyz, here.view, wave_slope_variance));
+}
+
 #ifndef SEA
+// Slopes of the map to the east and north; codes are their roots.
+vec2 mapped_slope(vec4 form) {
+    vec2 root = (form.xy - ZERO_CODE.xy) * ROOT_SLOPE_STEP;
+    return root * abs(root);
+}
+
 // The land at a place.
 struct Land {
     vec4 reflectance;
@@ -64,33 +119,27 @@ struct Land {
     float lamps;      // radiance of cities over that of the brightest
 };
 
-Land land_at(Place here, float mu_sun) {
-    vec3 normal = here.normal, sun = sun_direction_itrf.xyz;
-    float level = here.levels.x, halvings = here.levels.y;
+Land land_at(Place here) {
+    float level = here.levels.x;
     // Noise below the maps' resolution, as far as the pixel resolves it: slopes to east and north.
-    vec2 along = noise_at(here.ground, halvings).xy;
-#if defined(EVEN) && !defined(ONE_FACE)
-    vec2 turn = turn_at(normal);
-#else
-    vec2 turn = here.turn;
-#endif
-    vec2 hills = mat2(turn, -turn.y, turn.x) * along;
+    vec2 along = noise_at(here.ground, here.levels.y).xy;
+    vec2 hills = mat2(here.turn, -here.turn.y, here.turn.x) * along;
     float resolved_hills = here.resolved.y, grain = 0.7071 * (along.x + along.y);
     // It frays what lies between two texels of the maps.
-    float across = max(length(normal.xy), 1e-4);
-    vec2 fray = vec2(0.5 / across, 1.0) / (planet_km * PI) * hills.yx;
-    vec4 form = textureLod(form_map, here.ground.on_map + fray, level);
-    vec4 land = textureLod(land_map, here.ground.on_map + fray, level);
+    vec2 frayed = here.ground.on_map + here.fray * hills.yx;
+#ifdef RELIEF_AT_CORNERS
+    vec2 slope = here.slope;
+#else
+    vec4 form = textureLod(form_map, frayed, level);
+    vec2 slope = mapped_slope(form);
+#endif
+    vec4 land = textureLod(land_map, frayed, level);
 
     // Relief: slopes of the map, and hills that are the steeper the more rugged the map.
-    vec2 root = (form.xy - ZERO_CODE.xy) * ROOT_SLOPE_STEP;
-    vec2 slope = root * abs(root);
     slope += min(0.01 + 4.0 * length(slope), 0.35) * hills;
-    vec2 level_sun = vec2(normal.x * sun.y - normal.y * sun.x,
-                          sun.z - mu_sun * normal.z) / across;
     Land seen;
     // No finer at the terminator than hills are rough.
-    seen.lit = max((mu_sun - dot(slope, level_sun)) * inversesqrt(1.0 + dot(slope, slope)), 0.0);
+    seen.lit = max((here.mu_sun - dot(slope, here.level_sun)) * inversesqrt(1.0 + dot(slope, slope)), 0.0);
     // Ground and growth change from hill to hill, growth most where there is some; the gains are
     // chosen by eye.
     land *= land;
@@ -100,42 +149,30 @@ Land land_at(Place here, float mu_sun) {
     land *= 1.0 - 0.22 * resolved_hills * bed + grain * (0.07 + growth * vec4(0.11, 0.07, 0.09, 0.0))
                 + hills.x * growth * vec4(0.08, 0.0, 0.05, -0.06);
     seen.reflectance = land;
+#ifndef RELIEF_AT_CORNERS
     seen.shore_km = (form.z - ZERO_CODE.z) * SHORE_KM + 0.4 * grain;
     // Lamps shine most where the ground is level. For slopes of variance v along both axes the mean
     // of exp(-1.5 slope^2) is 1 / (1 + 3 v).
     seen.lamps = form.w * form.w * exp(-1.5 * dot(along, along)) * (1.0 + 3.0 * resolved_hills);
+#endif
     return seen;
 }
 #endif
 
-// What the sea sends up; the waves' glint takes only light that no cloud has scattered.
-vec4 sea_light(Place here, Clouds clouds) {
-    float mu_view = max(dot(here.normal, here.view), 0.0);
-    float sky_mirror = sky_in_waves(mu_view);
-#ifdef AIR_INSIDE
-    vec4 sky = here.sky;
-#else
-    vec4 sky = here.diffuse / PI;
-#endif
-    return water_body / PI * (here.direct * here.lit + here.diffuse) * clouds.through
-         + sky * clouds.through * sky_mirror
-         + here.direct * glint(here.normal, sun_direction_itrf.xyz, here.view, wave_slope_variance)
-           * (1.0 - clouds.shade);
-}
-
 // What the ground below the clouds sends up.
-vec4 surface_light(Place here, Clouds clouds, float mu_sun) {
-    vec4 water = sea_light(here, clouds);
+vec4 surface_light(Place here, Sea sea, Shade shade) {
+    vec4 water = sea.light * shade.through + sea.glint * (1.0 - shade.cover);
 #ifdef SEA
     return water;
 #else
-    Land land = land_at(here, mu_sun);
-    float sea = clamp(0.5 + land.shore_km / max(here.footprint, 0.4), 0.0, 1.0);
-    vec4 light = mix(land.reflectance / PI * (here.direct * land.lit + here.diffuse) * clouds.through,
-                     water, sea);
+    Land land = land_at(here);
+    vec4 light = land.reflectance / PI * (here.direct * land.lit + here.diffuse) * shade.through;
+#ifndef LAND
+    light = mix(light, water, clamp(0.5 + land.shore_km / max(here.footprint, 0.4), 0.0, 1.0));
+#endif
 #ifdef NIGHT
     // Lamps are on from sunset.
-    light += here.to_ground * night_radiance * (land.lamps * dusk(mu_sun));
+    light += here.to_ground * night_radiance * (land.lamps * dusk(here.mu_sun));
 #endif
     return light;
 #endif
@@ -143,26 +180,31 @@ vec4 surface_light(Place here, Clouds clouds, float mu_sun) {
 
 // The clouds between the ground and the camera, over the light from below them. Where the noise is
 // high they are thick; what looks towards the Sun is bright.
-Sight through_clouds(Place here, Clouds clouds, vec4 below, float on_earth, float on_clouds) {
-    float halvings = here.levels.y, resolved = here.resolved.x, reflected = clouds.reflected;
-    vec4 weather = clouds.weather;
-    float noise = cloud_noise(noise_at(here.cloud, halvings), weather.w);
-    float softness = cloud_softness(weather.w);
-    float cover = clouds_below * cloud_cover(weather.x, noise, resolved, softness);
-    float relief = 0.35 * thicker(weather.x, noise, resolved, softness)
-                 + 0.2 * max(2.0 * weather.x - 1.0, 0.0) * (noise - clouds.shade_noise);
-    float bright = cover * reflected * max(1.0 + (1.0 - reflected) * relief, 0.0);
-    float back = cover * cloud_diffuse_reflectance(clouds.thickness);
-    float high_tau = clouds_below * high_cloud_thickness * weather.z
-                   * fibres(here.cloud, halvings, resolved);
+Sight through_clouds(Place here, Clouds clouds, Shade shade, vec4 below, float on_earth, float on_clouds) {
+    float reflected = clouds.reflected, halvings = here.levels.y;
+    float noise = dot(noise_at(here.cloud, halvings).zw, clouds.kinds);
+    float cover = clouds_below * cloud_cover(clouds.seen, noise);
+    float relief = 0.35 * (noise - clouds.seen.mean) + clouds.overhang * (noise - shade.noise);
+    vec4 layer = here.white * (cover * reflected * max(1.0 + (1.0 - reflected) * relief, 0.0));
+    float past = 1.0 - cover * clouds.back;
+#ifndef NO_HIGH_CLOUD
+    float high_tau = clouds.high_tau * fibres(here.cloud, halvings, here.resolved.x);
     // Thin ice clouds reflect tau / (tau + 7.7 mu): the two-stream limit (1 - g) tau / 2 for an
     // asymmetry g of 0.74.
-    float high = high_tau / (high_tau + 7.7 * clouds.mu_light);
-    float high_back = high_tau / (high_tau + 7.7);
-    float past_high = (1.0 - high) * (1.0 - high_back);
-    float past = past_high * (1.0 - back);
-    vec4 layer = here.white * (high + bright * past_high) - here.beneath * (1.0 - past);
+    float high = high_tau / (high_tau + 7.7 * cosine_on_clouds(here));
+    float past_high = (1.0 - high) * (1.0 - high_tau / (high_tau + 7.7));
+    layer = here.white * high + layer * past_high;
+    past *= past_high;
+#endif
+    layer -= here.beneath * (1.0 - past);
     return Sight(on_clouds * layer + on_earth * past * below, 1.0 - on_clouds * (1.0 - past));
+}
+
+// Of a place, and what the sea there would send up.
+Sight mapped_sight(Place here, Sea sea, float on_earth, float on_clouds) {
+    Clouds clouds = clouds_at(here);
+    Shade shade = shade_at(here, clouds);
+    return through_clouds(here, clouds, shade, surface_light(here, sea, shade), on_earth, on_clouds);
 }
 #endif
 
@@ -171,7 +213,6 @@ Sight through_clouds(Place here, Clouds clouds, vec4 below, float on_earth, floa
 //
 // on_earth, on_clouds : fractions of the pixel that lie on the ground, and on the clouds' sphere
 Sight ground_sight(Place here, float on_earth, float on_clouds) {
-    float mu_sun = dot(here.normal, sun_direction_itrf.xyz);
 #ifdef REGOLITH
     // Its geometric albedo is that of a Lambertian globe of `earth_albedo`.
     if (here.lit <= 0.0) return Sight(vec4(0.0), 1.0);
@@ -181,8 +222,6 @@ Sight ground_sight(Place here, float on_earth, float on_clouds) {
 #elif !defined(EARTH_MAPS)
     return Sight(on_earth * earth_albedo / PI * (here.direct * here.lit + here.diffuse), 1.0);
 #else
-    Clouds clouds = clouds_over(here, mu_sun);
-    vec4 below = surface_light(here, clouds, mu_sun);
-    return through_clouds(here, clouds, below, on_earth, on_clouds);
+    return mapped_sight(here, sea_at(here), on_earth, on_clouds);
 #endif
 }

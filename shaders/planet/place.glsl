@@ -26,6 +26,9 @@ const float SHADOW_SINE = 0.15;
 // sky       : radiance of the sky that level waves mirror (AIR_INSIDE; elsewhere the sky's mean)
 // ground, cloud, shade : the spot seen, where the ray meets the clouds, where the Sun's light does
 // turn      : of the chart's axes from east and north: cosine, sine
+// mu_sun    : sine of the Sun's height
+// level_sun : horizontal part of its direction, to east and north
+// fray      : on the maps, of a way across and along a meridian by which hills fray them
 // levels    : halvings of the maps and of the chart that a pixel spans
 // resolved  : variance of clouds' puffs and of hills' slopes that it resolves
 struct Place {
@@ -46,6 +49,12 @@ struct Place {
     Spot cloud;
     Spot shade;
     vec2 turn;
+    float mu_sun;
+    vec2 level_sun;
+#ifdef RELIEF_AT_CORNERS
+    vec2 slope;
+#endif
+    vec2 fray;
     vec2 levels;
     vec2 resolved;
 #endif
@@ -59,11 +68,7 @@ Spot spot_at(vec3 n, vec2 near) {
     vec2 on_map = place_on_map(n);
     // On the same side of the date line.
     on_map.x = near.x + fract(on_map.x - near.x + 0.5) - 0.5;
-#ifdef ONE_FACE
-    return Spot(on_map, chart_place(n), fibre_place(n));
-#else
-    return Spot(on_map, n);
-#endif
+    return spot_on(on_map, n);
 }
 
 // Of the chart's axes there from east and north: cosine, sine.
@@ -96,6 +101,11 @@ Place place_at(vec3 d, float t, float cloud_t, float slant) {
     place.cloud = spot_at(normalize(cloud), on_map);
     place.shade = spot_at(normalize(shade), on_map);
     place.turn = turn_at(n);
+    place.mu_sun = mu_sun;
+    float across = max(length(n.xy), 1e-4);
+    vec3 sun = sun_direction_itrf.xyz;
+    place.level_sun = vec2(n.x * sun.y - n.y * sun.x, sun.z - mu_sun * n.z) / across;
+    place.fray = vec2(0.5 / across, 1.0) / (planet_km * PI);
     vec2 texels = place.footprint / vec2(map_texel_km, chart_texel_km);
     place.levels = max(log2(texels), 0.0);
     place.levels.y = chart_level(place.levels.y);

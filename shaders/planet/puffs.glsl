@@ -2,34 +2,21 @@
 #include "planet/chart.glsl"
 
 // A place of the clouds' noise and of the maps: on the maps, longitude and latitude, 0..1 eastwards
-// and southwards; on the chart, for puffs and for fibres, where one face is enough for all of a tile,
-// and the vertical where not.
+// and southwards; on the chart, for puffs and for fibres, where one face is enough for all of a tile, or
+// two (TWO_FACES), with how near their axes are; and the vertical where not.
 struct Spot {
     vec2 on_map;
 #ifdef ONE_FACE
     vec2 on_chart;
     vec2 along_fibres;
+#elif defined(TWO_FACES)
+    vec4 on_charts;
+    vec4 along_fibres;
+    vec2 nearness;
 #else
     vec3 up;
 #endif
 };
-
-// The noise at a spot; none where pixels are too large for it.
-vec4 noise_at(Spot spot, float level) {
-#ifdef FAR
-    return vec4(0.0);
-#elif defined(ONE_FACE)
-    return chart_at(spot.on_chart, level);
-#else
-    return chart_about(spot.up, level);
-#endif
-}
-
-// The clouds' noise: cells where they lie in decks, puffs elsewhere.
-float cloud_noise(vec4 noise, float ragged) {
-    float cells = clamp(2.2 - 4.0 * ragged, 0.0, 1.0);
-    return noise.z * sqrt(1.0 - cells) + noise.w * sqrt(cells);
-}
 
 // Puffs drawn out along the chart's first axis, sheared and bent, are fibres: where on the chart to read
 // them for a place on it.
@@ -45,6 +32,44 @@ vec2 fibre_place(vec3 n) {
     return along_fibres(a.x > max(a.y, a.z) ? chart_x(n) : a.y > a.z ? chart_y(n).yx : chart_z(n));
 }
 
+// The spot at a vertical, where that is on the maps.
+Spot spot_on(vec2 on_map, vec3 n) {
+#ifdef ONE_FACE
+    return Spot(on_map, chart_place(n), fibre_place(n));
+#elif defined(FACES_XY)
+    return Spot(on_map, vec4(chart_x(n), chart_y(n)),
+                vec4(along_fibres(chart_x(n)), along_fibres(chart_y(n).yx)), abs(n.xy));
+#elif defined(FACES_YZ)
+    return Spot(on_map, vec4(chart_y(n), chart_z(n)),
+                vec4(along_fibres(chart_y(n).yx), along_fibres(chart_z(n))), abs(n.yz));
+#elif defined(FACES_ZX)
+    return Spot(on_map, vec4(chart_z(n), chart_x(n)),
+                vec4(along_fibres(chart_z(n)), along_fibres(chart_x(n))), abs(n.zx));
+#else
+    return Spot(on_map, n);
+#endif
+}
+
+// The noise at a spot; none where pixels are too large for it.
+vec4 noise_at(Spot spot, float level) {
+#ifdef FAR
+    return vec4(0.0);
+#elif defined(ONE_FACE)
+    return chart_at(spot.on_chart, level);
+#elif defined(TWO_FACES)
+    vec2 weight = chart_weights(spot.nearness);
+    return weight.x * chart_at(spot.on_charts.xy, level) + weight.y * chart_at(spot.on_charts.zw, level);
+#else
+    return chart_about(spot.up, level);
+#endif
+}
+
+// What puffs and cells have of the clouds' noise: cells where they lie in decks, puffs elsewhere.
+vec2 cloud_kinds(float ragged) {
+    float cells = clamp(2.2 - 4.0 * ragged, 0.0, 1.0);
+    return sqrt(vec2(1.0 - cells, cells));
+}
+
 // Thickness of high cloud at a spot over its mean, which is 1.
 //
 // resolved : variance of the noise that a pixel resolves
@@ -54,6 +79,9 @@ float fibres(Spot spot, float level, float resolved) {
 #else
 #ifdef ONE_FACE
     float noise = chart_at(spot.along_fibres, level).z;
+#elif defined(TWO_FACES)
+    float noise = dot(chart_weights(spot.nearness), vec2(chart_at(spot.along_fibres.xy, level).z,
+                                                         chart_at(spot.along_fibres.zw, level).z));
 #else
     vec3 n = spot.up, share = chart_shares(n);
     float noise = share.x * chart_at(along_fibres(chart_x(n)), level).z

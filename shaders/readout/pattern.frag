@@ -2,8 +2,8 @@
 //
 // GAIN_MAP: response, 1 on average. DARK_MAP: dark current beyond that of every pixel [e- s-1].
 // OFFSET_MAP: offset [e-].
-#include "block/pattern"
 #include "common/philox.glsl"
+#include "block/pattern"
 
 out vec4 value;
 

@@ -1,12 +1,12 @@
-// From mean electrons to digital numbers, four neighbouring pixels of a row at a time.
+// From mean electrons to digital numbers of eight neighbouring pixels of a row, two in each word.
 //
 //     light * gain + dark -> Poisson -> + hits -> [ spilt charge ] -> min(full well)
 //         -> + offset + read noise -> floor(* DN per electron + pedestal)
 //
 // Each map is compiled in where the camera has what it holds. COLLECT stops before the full well, for
 // charge that spills into other pixels; SPILT takes up from there.
-#include "block/detector"
 #include "common/philox.glsl"
+#include "block/detector"
 #include "readout/poisson.glsl"
 
 #ifdef SPILT
@@ -34,24 +34,29 @@ uniform sampler2D hits;
 out vec4 electrons;
 #else
 out uvec4 dn;
+
+#ifdef SPILT
+#define ELECTRONS spilt_electrons
+#else
+#define ELECTRONS mean_electrons
+#endif
 #endif
 
 // Every noise source has its own stream, so that leaving one out changes no other.
 const uint SHOT = 1u, READ = 2u;
 
-// A random number in (0, 1) for each of the four pixels in this frame.
-vec4 random(uint stream) {
-    uint group = uint(gl_FragCoord.x) + (uint(gl_FragCoord.y) << 16u);
-    return uniform_01(philox(uvec4(group, image_draw, frame), uvec2(seed, stream ^ camera_salt)));
+// A random number in (0, 1) for each of the four pixels of a group in this frame.
+vec4 random(ivec2 group, uint stream) {
+    uint place = uint(group.x) + (uint(group.y) << 16u);
+    return uniform_01(philox(uvec4(place, image_draw, frame), uvec2(seed, stream ^ camera_salt)));
 }
 
 #ifdef SPILT
-vec4 collected() {
-    return texelFetch(spilt_electrons, ivec2(gl_FragCoord.xy), 0);
+vec4 collected(ivec2 group) {
+    return texelFetch(spilt_electrons, group, 0);
 }
 #else
-vec4 collected() {
-    ivec2 group = ivec2(gl_FragCoord.xy);
+vec4 collected(ivec2 group) {
     vec4 mean = texelFetch(mean_electrons, group, 0);
 #ifdef GAIN_MAP
     mean *= texelFetch(gain_map, group, 0);
@@ -61,7 +66,7 @@ vec4 collected() {
     mean += exposure_time * texelFetch(dark_map, group, 0);
 #endif
     // Far beyond the full well the count no longer matters, and stays an exact float.
-    vec4 count = poisson(clamp(mean, 0.0, 1e7), random(SHOT));
+    vec4 count = poisson(clamp(mean, 0.0, 1e7), random(group, SHOT));
 #ifdef HITS
     count += texelFetch(hits, group, 0);
 #endif
@@ -69,18 +74,28 @@ vec4 collected() {
 }
 #endif
 
-void main() {
 #ifdef COLLECT
-    electrons = collected();
+void main() {
+    electrons = collected(ivec2(gl_FragCoord.xy));
+}
 #else
-    vec4 signal = min(collected(), full_well);
+uvec4 digital(ivec2 group) {
+    vec4 signal = min(collected(group), full_well);
 #ifdef OFFSET_MAP
-    signal += texelFetch(offset_map, ivec2(gl_FragCoord.xy), 0);
+    signal += texelFetch(offset_map, group, 0);
 #endif
 #ifdef ROW_OFFSETS
-    signal += texelFetch(row_offsets, ivec2(0, int(gl_FragCoord.y)), 0).r;
+    signal += texelFetch(row_offsets, ivec2(0, group.y), 0).r;
 #endif
-    signal += read_noise * normal(random(READ));
-    dn = uvec4(clamp(floor(signal * gain_dn_per_e + pedestal), 0.0, largest_dn));
-#endif
+    signal += read_noise * normal(random(group, READ));
+    return uvec4(clamp(floor(signal * gain_dn_per_e + pedestal), 0.0, largest_dn));
 }
+
+void main() {
+    ivec2 left = ivec2(2 * int(gl_FragCoord.x), int(gl_FragCoord.y));
+    // The last eight pixels may reach past the end of the row.
+    ivec2 right = ivec2(min(left.x + 1, textureSize(ELECTRONS, 0).x - 1), left.y);
+    uvec4 a = digital(left), b = digital(right);
+    dn = uvec4(a.xz | (a.yw << 16u), b.xz | (b.yw << 16u));
+}
+#endif

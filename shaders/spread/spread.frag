@@ -1,8 +1,11 @@
-// Weighted sums of the bands of an image, each in a target of its own, of four neighbouring pixels of a
-// row at a time. PLANES is how many there are, 1 to 4.
+// Irradiance of the image plane [W m-2 per band] from the radiance that each pixel sees, and weighted sums of
+// its bands, each in a target of its own, of four neighbouring pixels of a row at a time.
+//
+// PLANES is how many sums there are, 1 to 4.
 #include "block/spread"
+#include "optics/off_axis.glsl"
 
-uniform sampler2D bands;
+uniform sampler2D radiance;
 
 layout(location = 0) out vec4 first;
 #if PLANES > 1
@@ -15,13 +18,16 @@ layout(location = 2) out vec4 third;
 layout(location = 3) out vec4 fourth;
 #endif
 
+// Irradiance behind a pixel; the last group may reach past the end of the row.
+vec4 irradiance(ivec2 pixel) {
+    pixel.x = min(pixel.x, textureSize(radiance, 0).x - 1);
+    return texelFetch(radiance, pixel, 0) * irradiance_per_radiance * off_axis(pixel, intrinsics);
+}
+
 void main() {
     ivec2 left = ivec2(4 * int(gl_FragCoord.x), int(gl_FragCoord.y));
-    // The last group may reach past the end of the row.
-    int last = textureSize(bands, 0).x - 1;
-    mat4 pixels = mat4(texelFetch(bands, left, 0), texelFetch(bands, ivec2(min(left.x + 1, last), left.y), 0),
-                       texelFetch(bands, ivec2(min(left.x + 2, last), left.y), 0),
-                       texelFetch(bands, ivec2(min(left.x + 3, last), left.y), 0));
+    mat4 pixels = mat4(irradiance(left), irradiance(left + ivec2(1, 0)), irradiance(left + ivec2(2, 0)),
+                       irradiance(left + ivec2(3, 0)));
     mat4 sums = transpose(mixture * pixels);
     first = sums[0];
 #if PLANES > 1

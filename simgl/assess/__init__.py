@@ -4,7 +4,7 @@
 ``exposure_advice``                                   the exposure time for a target
 ``trajectory_assessment``, ``timeline``, ``report``   a trajectory: table, summary, HTML page
 ``sweep_axes``, ``sweep``, ``sweep_report``           Sun angles and camera settings at one epoch
-``html_page``                                         pages from ``simgl/data/templates``
+``assessment_page``                                   what the pages of all of them show
 ``photon_transfer``, ``emva1288``, ``camera_plots``   a camera tested by EMVA 1288
 ``visible_stars``                                     catalogue stars in an image, as truth
 

@@ -9,11 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from simgl.arrays import Array
-from simgl.assess.html_page import COLOURS, base64_png, write_page
+from simgl.assess.assessment_page import COLOURS, write_page
 from simgl.assess.target_background import TargetBackground
 from simgl.assess.timeline import Timeline
 from simgl.assess.trajectory_assessment import PRODUCTS, Assignment
 from simgl.assess.verdict import Verdict
+from simgl.html_page import base64_png
 from simgl.images import display_from_radiance, display_gain, png_bytes
 from simgl.maps import electron_map
 from simgl.sequence.journal import Row

@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from simgl.arrays import Array, Mask
-from simgl.assess.html_page import COLOURS, base64_png, write_page
+from simgl.assess.assessment_page import COLOURS, write_page
 from simgl.assess.sweep import Sweep, swept
 from simgl.assess.sweep_axes import CAMERA_AXES, SUN_AXES, Axis
 from simgl.assess.verdict import Verdict
+from simgl.html_page import base64_png
 from simgl.sequence.journal import Row
 
 if TYPE_CHECKING:

@@ -13,9 +13,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-import scipy.fft
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
 
 from simgl.arrays import AnyArray, Array, Array32
 from simgl.camera.psf_kernel import PsfKernel, core_share
@@ -35,6 +34,9 @@ class Convolver:
     mixing : (results, planes) weight of each convolved plane in a result
     width, height : of the planes [px]
     executor : processes planes in parallel; None for one after the other
+
+    Black surroundings cost nothing: what is transformed is a window around all light, of the
+    image's size or its halves, quarters and so on.
     """
 
     def __init__(
@@ -48,23 +50,21 @@ class Convolver:
         self._kernels, self._mixing = kernels, mixing
         self._width, self._height = width, height
         self._map = map if executor is None else executor.map
-        reach = kernels[0][0].reach
-        # A core may be larger than a small image.
-        self._padded = _fast_size((max(height, reach + 1), max(width, reach + 1)), reach)
-        distinct = {id(k): k for zone in kernels for k in zone}
-        self._transfers = {
-            key: _transfer(k.core, self._padded, np.float32) for key, k in distinct.items()
-        }
+        self._reach = kernels[0][0].reach
+        self._transfers: dict[tuple[int, int], dict[int, AnyArray]] = {}
+        self._transfers_of((height, width))
         self._tails = mixing * np.array([kernel.tail for kernel in kernels[0]])
         self._coarse_padded = _fast_size((2 * -(-height // CELL), 2 * -(-width // CELL)), 0)
-        self._tail_transfer = _tail_transfer(self._coarse_padded, reach)
+        self._tail_transfer = _tail_transfer(self._coarse_padded, self._reach)
 
     @property
     def nbytes(self) -> int:
-        """Size of its kernels and their spectra."""
+        """Size of its kernels and their spectra, once it has worked on windows of all sizes."""
         kernels = {id(k): k.core.nbytes for zone in self._kernels for k in zone}
-        spectra = [*self._transfers.values(), self._tail_transfer]
-        return sum(kernels.values()) + sum(spectrum.nbytes for spectrum in spectra)
+        spectra = self._transfers_of((self._height, self._width)).values()
+        largest = sum(spectrum.nbytes for spectrum in spectra)
+        # Of halves of one edge or both, quarters and so on: (1 + 1/2 + 1/4 + ...)^2.
+        return sum(kernels.values()) + 4 * largest + self._tail_transfer.nbytes
 
     def cores(
         self, planes: Sequence[Array32], zones: Sequence[Array32 | None], limits: Array
@@ -75,26 +75,70 @@ class Convolver:
         zones : (height, width) weight of each zone; None for 1 everywhere
         limits : of each plane; light beyond is convolved in double precision
         """
-        rows, columns = self._padded
-        spectra = np.empty((len(planes), rows, columns // 2 + 1), dtype=np.complex64)
+        results = [np.zeros_like(planes[0]) for _ in self._mixing]
+        window = self._window(planes)
+        if window is None:
+            return results
+        shares = [None if share is None else share[window] for share in zones]
         # Threads of one transform: those that the planes leave idle.
         workers = max(_WORKERS // len(planes), 1)
-        bright = list(
+        convolved = list(
             self._map(
-                lambda p, plane, limit: self._convolve(p, plane, zones, limit, spectra[p], workers),
+                lambda p, plane, limit: self._convolve(p, plane[window], shares, limit, workers),
                 range(len(planes)),
                 planes,
                 limits.tolist(),
             )
         )
+        shape = planes[0][window].shape
+        spectra = [spectrum for spectrum, _ in convolved]
         workers = max(_WORKERS // len(self._mixing), 1)
-        results = list(self._map(lambda mix: self._image(mix, spectra, workers), self._mixing))
-        for p, patches in enumerate(bright):
+        images = self._map(lambda mix: self._image(mix, spectra, shape, workers), self._mixing)
+        for result, image in zip(results, images, strict=True):
+            result[window] = image
+        for p, (_, patches) in enumerate(convolved):
             for patch in patches:
-                for image, mix in zip(results, self._mixing, strict=True):
+                for result, mix in zip(results, self._mixing, strict=True):
                     if mix[p] > 0.0:
-                        patch.add_to(image, mix[p])
+                        patch.add_to(result[window], mix[p])
         return results
+
+    def _window(self, planes: Sequence[Array32]) -> tuple[slice, slice] | None:
+        """Rows and columns that the cores bring light to; None where there is none."""
+        rows = _lit(planes, 1)
+        if rows is None:
+            return None
+        columns = _lit([plane[rows[0] : rows[1]] for plane in planes], 0)
+        assert columns is not None
+        return self._within(rows, self._height), self._within(columns, self._width)
+
+    def _within(self, lit: tuple[int, int], size: int) -> slice:
+        """A range of an edge of ``size``, a half of it, a quarter and so on, around light."""
+        needed = lit[1] - lit[0] + 2 * self._reach
+        length = size
+        while -(-length // 2) >= needed:
+            length = -(-length // 2)
+        first = min(max(lit[0] - self._reach, 0), size - length)
+        return slice(first, first + length)
+
+    def _padded(self, shape: tuple[int, ...]) -> tuple[int, int]:
+        """Size of the transforms of a window."""
+        # A core may be larger than a small image.
+        rows, columns = (max(n, self._reach + 1) for n in shape)
+        return _fast_size((rows, columns), self._reach)
+
+    def _transfers_of(self, shape: tuple[int, ...]) -> dict[int, AnyArray]:
+        """Spectra of all cores for a window, by the identities of the kernels."""
+        padded = self._padded(shape)
+        if padded not in self._transfers:
+            distinct = {id(k): k for zone in self._kernels for k in zone}
+            # There and back, transforms multiply by the number of pixels.
+            scale = 1.0 / (padded[0] * padded[1])
+            self._transfers[padded] = {
+                key: _transfer(scale * kernel.core, padded, np.float32)
+                for key, kernel in distinct.items()
+            }
+        return self._transfers[padded]
 
     def _convolve(
         self,
@@ -102,41 +146,48 @@ class Convolver:
         plane: Array32,
         zones: Sequence[Array32 | None],
         limit: float,
-        spectrum: Spectrum,
         workers: int,
-    ) -> list[_Patch]:
-        """Write the spectrum of a convolved plane.
-
-        returns : the light beyond the limit, already convolved
-        """
+    ) -> tuple[Spectrum, list[_Patch]]:
+        """Spectrum of a convolved window of a plane, and the light beyond the limit, convolved."""
         patches = []
-        for z, (kernels, share) in enumerate(zip(self._kernels, zones, strict=True)):
+        rows, columns = self._padded(plane.shape)
+        transfers = self._transfers_of(plane.shape)
+        total: Spectrum | None = None
+        for kernels, share in zip(self._kernels, zones, strict=True):
             usual, excess = _split(plane if share is None else plane * share, limit)
-            sharp = scipy.fft.rfft2(usual, s=self._padded, workers=workers)
-            transfer = self._transfers[id(kernels[p])]
-            if z == 0:
-                np.multiply(sharp, transfer, out=spectrum)
-            else:
-                spectrum += np.multiply(sharp, transfer, out=sharp)
+            # One edge after the other: rows of padding need no transform.
+            spectrum = np.zeros((rows, columns // 2 + 1), dtype=np.complex64)
+            lines = scipy.fft.rfft(usual, n=columns, axis=1, workers=workers)
+            spectrum[: len(lines)] = lines
+            spectrum = scipy.fft.fft(spectrum, axis=0, workers=workers, overwrite_x=True)
+            spectrum *= transfers[id(kernels[p])]
+            total = spectrum if total is None else np.add(total, spectrum, out=total)
             if excess is not None:
                 patches.append(_convolved_patch(excess, kernels[p]))
-        return patches
+        assert total is not None
+        return total, patches
 
-    def _image(self, mix: Array, spectra: Spectrum, workers: int) -> Array32:
-        """(height, width) image of a weighted sum of spectra.
+    def _image(
+        self, mix: Array, spectra: Sequence[Spectrum], shape: tuple[int, ...], workers: int
+    ) -> Array32:
+        """Window of a weighted sum of spectra.
 
         Not a matrix product: the idle threads of BLAS would busy-wait on the cores that the
         transforms need.
         """
-        total = np.zeros_like(spectra[0])
-        for share, spectrum in zip(mix, spectra, strict=True):
-            if share == 1.0:
-                total += spectrum
-            elif share > 0.0:
-                total += spectrum * np.float32(share)
-        image = scipy.fft.irfft2(total, s=self._padded, workers=workers, overwrite_x=True)
+        total: Spectrum | None = None
+        for share, spectrum in zip(mix.tolist(), spectra, strict=True):
+            if share > 0.0:
+                part = spectrum if share == 1.0 else spectrum * np.float32(share)
+                total = part if total is None else total + part
+        height, width = shape
+        if total is None:
+            return np.zeros((height, width), dtype=np.float32)
+        total = scipy.fft.ifft(total, axis=0, norm="forward", workers=workers)
+        _, columns = self._padded(shape)
+        image = scipy.fft.irfft(total[:height], n=columns, axis=1, norm="forward", workers=workers)
         # Negative values are rounding errors.
-        return np.maximum(image[: self._height, : self._width], np.float32(0.0))
+        return np.maximum(image[:, :width], np.float32(0.0))
 
     def tails(self, coarse: Array) -> Array:
         """(results, rows, columns) results of the convolution with the tails, on the coarse grid.
@@ -146,7 +197,9 @@ class Convolver:
         rows, columns = coarse.shape[1:]
         if not self._tails.any():
             return np.zeros((len(self._tails), rows, columns))
-        spectra = scipy.fft.rfft2(np.tensordot(self._tails, coarse, 1), s=self._coarse_padded)
+        spectra = scipy.fft.rfft2(
+            np.einsum("rp,pij->rij", self._tails, coarse), s=self._coarse_padded
+        )
         spread = scipy.fft.irfft2(spectra * self._tail_transfer, s=self._coarse_padded)
         return np.maximum(spread[:, :rows, :columns], 0.0)
 
@@ -169,7 +222,7 @@ def add_coarse(image: Array32, coarse: Array) -> None:
 
 
 @lru_cache(maxsize=8)
-def _between(pixels: int) -> csr_array:
+def _between(pixels: int) -> scipy.sparse.csr_array:
     """(pixels, cells) weights of linear interpolation between the cell centres."""
     cells = -(-pixels // CELL)
     at = np.clip((np.arange(pixels) + 0.5) / CELL - 0.5, 0.0, cells - 1.0)
@@ -177,7 +230,13 @@ def _between(pixels: int) -> csr_array:
     right = np.minimum(left + 1, cells - 1)
     places = np.tile(np.arange(pixels), 2), np.concatenate([left, right])
     weights = np.concatenate([1.0 - (at - left), at - left]).astype(np.float32)
-    return csr_array((weights, places), shape=(pixels, cells))
+    return scipy.sparse.csr_array((weights, places), shape=(pixels, cells))
+
+
+def _lit(planes: Sequence[Array32], axis: int) -> tuple[int, int] | None:
+    """First and past the last row (axis 1) or column (axis 0) with light in any plane."""
+    lit = np.flatnonzero(np.any([plane.max(axis=axis) > 0.0 for plane in planes], axis=0))
+    return (int(lit[0]), int(lit[-1]) + 1) if lit.size else None
 
 
 def _fast_size(shape: tuple[int, int], margin: int) -> tuple[int, int]:

@@ -6,7 +6,7 @@ DN -> (DN - pedestal) / span -> white balance -> demosaic -> colour matrix -> li
 from __future__ import annotations
 
 import numpy as np
-from scipy.ndimage import convolve
+import scipy
 
 from simgl.arrays import Array, Array32, Image16, Mask
 from simgl.camera.detector import Detector, Mosaic
@@ -64,7 +64,7 @@ def demosaic(raw: Array32, order: str) -> Array32:
 
     def filtered(kernel: Array) -> Array32:
         # "mirror" does not repeat the edge pixel, so the colours beyond the edge alternate too.
-        return convolve(raw, (kernel / 8.0).astype(np.float32), mode="mirror")
+        return scipy.ndimage.convolve(raw, (kernel / 8.0).astype(np.float32), mode="mirror")
 
     masks = mosaic_masks(order, *raw.shape)
     green, in_row, in_column, diagonal = map(filtered, (_GREEN, _IN_ROW, _IN_ROW.T, _DIAGONAL))

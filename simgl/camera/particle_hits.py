@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+import scipy
 
 from simgl.arrays import Array, IndexArray
 from simgl.camera.camera import Camera
@@ -52,7 +52,7 @@ def tracks(camera: Camera, tai_ns: int, seed: int, draw: int = 0) -> Tracks:
     if particles is not None:
         key = frame_key(seed, camera.name, Stream.HITS)
         u = uniform_01(list_words(1, key, epoch, draw))[0, 0]
-        count = int(stats.poisson.ppf(u, expected_hits(camera)))
+        count = _poisson_quantile(u, expected_hits(camera))
     if particles is None or count == 0:
         return Tracks(start=np.zeros((0, 2)), end=np.zeros((0, 2)), electrons=np.zeros(0))
     key = frame_key(seed, camera.name, Stream.TRACKS)
@@ -66,6 +66,16 @@ def tracks(camera: Camera, tai_ns: int, seed: int, draw: int = 0) -> Tracks:
         end=start + length[:, None] * along,
         electrons=particles.charge * particles.depth / np.sqrt(mu2),
     )
+
+
+def _poisson_quantile(probability: float, mean: float) -> int:
+    """The smallest number that a Poisson variable does not exceed with this probability."""
+    # Not scipy.stats, whose import takes as long as many frames.
+    if mean == 0.0:
+        return 0
+    number = max(np.ceil(scipy.special.pdtrik(probability, mean)), 0.0)
+    fewer = max(number - 1.0, 0.0)
+    return int(fewer if scipy.special.pdtr(fewer, mean) >= probability else number)
 
 
 def _deposit(start: Array, end: Array, electrons: float) -> tuple[IndexArray, IndexArray]:

@@ -11,8 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.fft
-from scipy.optimize import nnls
+import scipy
 
 from simgl.arrays import Array
 from simgl.camera.camera import Camera
@@ -156,7 +155,7 @@ def _mixed(camera: Camera, blur: Blur, band: int, size: int) -> Array:
     wanted = np.interp(np.hypot(line[:, None], line), frequency, table, right=0.0)
     # Fitted along an axis and along the diagonal.
     axis, diagonal = (np.arange(len(line)), np.zeros(len(line), int)), (np.arange(len(line)),) * 2
-    weights, _ = nnls(
+    weights, _ = scipy.optimize.nnls(
         np.concatenate([spectra[:, *axis], spectra[:, *diagonal]], axis=1).T,
         np.concatenate([wanted[axis], wanted[diagonal]]),
     )

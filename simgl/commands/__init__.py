@@ -3,7 +3,8 @@
 ``command_line``          option groups as dataclasses, and how commands print
 ``render_commands``       render, sequence, campaign, exposure
 ``assess_command``        assess: one epoch, a trajectory, a sweep
-``inspection_commands``   doctor, bench, view, camera test, model check, model turntable
+``bench_command``         bench: a set of scenes, a baseline, a page
+``inspection_commands``   doctor, view, camera test, model check, model turntable
 
 ``simgl.cli`` registers them. Whatever is slow to import is imported inside the command, so that
 ``simgl --help`` starts at once. Of the rest of simgl, only ``errors``, ``progress`` and

@@ -13,6 +13,7 @@ import typer
 
 from simgl.commands import inspection_commands, render_commands
 from simgl.commands.assess_command import assess
+from simgl.commands.bench_command import bench
 from simgl.commands.command_line import say, with_quiet
 from simgl.errors import SimglError
 
@@ -31,7 +32,7 @@ COMMANDS = (
     render_commands.sequence,
     render_commands.exposure,
     assess,
-    inspection_commands.bench,
+    bench,
     inspection_commands.view,
     render_commands.campaign,
 )

@@ -28,8 +28,16 @@ def model_names(incomplete: str) -> list[str]:
 
 def bench_scenes(incomplete: str) -> list[str]:
     """Shipped benchmark scenes."""
-    names = sorted(path.stem for path in (assets.data() / "bench").glob("*.toml"))
-    return _beginning(incomplete, names)
+    from simgl.bench.scenes import bench_scenes as scenes
+
+    return _beginning(incomplete, sorted(scenes()))
+
+
+def bench_sets(incomplete: str) -> list[str]:
+    """Sets of benchmark scenes."""
+    from simgl.bench.scenes import SETS
+
+    return _beginning(incomplete, sorted(SETS))
 
 
 def _beginning(incomplete: str, names: list[str]) -> list[str]:

@@ -1,4 +1,4 @@
-"""Commands that look at one thing: OpenGL, cameras, models, frame times, a scenario in a window."""
+"""Commands that look at one thing: OpenGL, cameras, models, a scenario in a window."""
 
 from __future__ import annotations
 
@@ -16,8 +16,7 @@ from simgl.commands.command_line import (
     say_rich,
     with_option_groups,
 )
-from simgl.commands.completion import bench_scenes, camera_presets, model_names, scenario_files
-from simgl.interruption import set_result_so_far
+from simgl.commands.completion import camera_presets, model_names, scenario_files
 
 ModelFile = Annotated[
     str,
@@ -130,32 +129,6 @@ def model_turntable(
     with activity("drawing eight views"):
         sheet = write_turntable(file, out, *metres_and_axes)
     say(sheet)
-
-
-def bench(
-    json: Annotated[Path | None, typer.Option(help="Write the results to this file too.")] = None,
-    scene: Annotated[
-        list[str] | None, typer.Option(help="Only these scenes.", autocompletion=bench_scenes)
-    ] = None,
-    frames: Annotated[int, typer.Option(min=5, help="Timed frames of each scene.")] = 60,
-    step: Annotated[
-        float, typer.Option(min=0.0, help="Seconds from frame to frame; 0.1 as in a loop of 10 Hz.")
-    ] = 1.0,
-) -> None:
-    """Time each pass and the whole frame, in process and through the bridge.
-
-    Example: simgl bench --json bench.json
-    """
-    from simgl.bench import run, tables
-    from simgl.output import complete_file
-
-    set_result_so_far(lambda: "no times are kept, the same command begins again")
-    with activity("bench") as progress:
-        results = run(scenes=scene, frames=frames, progress=progress, step_s=step)
-    say_rich(tables(results))
-    if json is not None:
-        with complete_file(json) as temporary:
-            temporary.write_bytes(results.to_json())
 
 
 def view(

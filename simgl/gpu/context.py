@@ -261,8 +261,12 @@ def temporary_context(backend: str = "auto", device_index: int = 0) -> Iterator[
 
 def is_software(ctx: moderngl.Context) -> bool:
     """Whether the renderer runs on the CPU."""
-    name = ctx.info["GL_RENDERER"].lower()
-    return any(word in name for word in ("llvmpipe", "softpipe", "swrast", "software"))
+    return is_software_name(ctx.info["GL_RENDERER"])
+
+
+def is_software_name(renderer: str) -> bool:
+    """The same, by the renderer's name."""
+    return any(word in renderer.lower() for word in ("llvmpipe", "softpipe", "swrast", "software"))
 
 
 def report(ctx: moderngl.Context, backend: str) -> GlReport:

@@ -49,6 +49,8 @@ def freed_on_error(ctx: moderngl.Context) -> Iterator[None]:
         while cause is not None:
             traceback.clear_frames(cause.__traceback__)
             cause = cause.__context__
+        # moderngl refers to the framebuffer that is bound, which may be one of those.
+        ctx.detect_framebuffer(0).use()
         gc.collect()
         raise
     finally:

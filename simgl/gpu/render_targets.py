@@ -21,11 +21,28 @@ class Format:
     """Channels and moderngl type of an attachment: ("f4", 4) is RGBA32F.
 
     packed : the channels of a texel hold neighbouring pixels of a row, one value each
+    halves : each channel, "u4", holds two of 16 bits, the left one in its low half
     """
 
     dtype: str
     channels: int = 1
     packed: bool = False
+    halves: bool = False
+
+    @property
+    def pixels(self) -> int:
+        """Neighbouring pixels of a row in a texel."""
+        return self.channels * (2 if self.halves else 1) if self.packed else 1
+
+    @property
+    def values(self) -> str:
+        """numpy type of a pixel's values in memory."""
+        return "<u2" if self.halves else f"<{self.dtype}"
+
+    @property
+    def nbytes(self) -> int:
+        """Of a pixel."""
+        return (1 if self.packed else self.channels) * int(self.values[2:])
 
 
 class ImageTarget:
@@ -42,9 +59,8 @@ class ImageTarget:
     ) -> None:
         self.size = size
         self.formats = tuple(formats)
-        packed = {f.channels for f in formats if f.packed} or {1}
         # Attachments of one framebuffer have one size.
-        (pixels,) = packed
+        (pixels,) = {f.pixels for f in formats}
         texels = (-(-size[0] // pixels), size[1])
         self.textures = [
             ctx.texture(texels, f.channels, dtype=f.dtype, alignment=1) for f in formats
@@ -61,7 +77,7 @@ class ImageTarget:
     def read(self, attachment: int = 0) -> AnyArray:
         """(height, width) or (height, width, channels) values; row 0 is the top of the image."""
         kind = self.formats[attachment]
-        data = np.frombuffer(self.textures[attachment].read(alignment=1), dtype=f"<{kind.dtype}")
+        data = np.frombuffer(self.textures[attachment].read(alignment=1), dtype=kind.values)
         width, height = self.size
         if kind.packed:
             return np.ascontiguousarray(data.reshape(height, -1)[:, :width])
@@ -72,9 +88,9 @@ class ImageTarget:
         """Fill an attachment of one value a pixel with (height, width) values."""
         kind = self.formats[attachment]
         texels = self.textures[attachment].width
-        spare = texels * kind.channels - values.shape[1]
+        spare = texels * kind.pixels - values.shape[1]
         rows = np.pad(values, ((0, 0), (0, spare))) if spare else values
-        self.textures[attachment].write(np.ascontiguousarray(rows, dtype=f"<{kind.dtype}").data)
+        self.textures[attachment].write(np.ascontiguousarray(rows, dtype=kind.values).data)
 
     def release(self) -> None:
         """Free the framebuffer and its attachments."""
@@ -154,7 +170,7 @@ class TargetStore:
     ) -> ImageTarget:
         """The target for a use; each has one set of formats."""
         pixels = size[0] * size[1]
-        values = sum((1 if f.packed else f.channels) * int(f.dtype[1:]) for f in formats)
+        values = sum(f.nbytes for f in formats)
         return self._targets.get(
             (use, size),
             lambda: ImageTarget(self._ctx, size, formats, depth=depth),

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-import trimesh
 from msgspec import Meta, field
 
 from simgl import assets
@@ -137,6 +136,9 @@ def _read_plain_mesh(path: Path, body_from_file: Array) -> SpacecraftModel:
         # Materials are not read, and trimesh takes minutes for some thousands of them.
         source = io.StringIO(_MATERIAL_LINE.sub("", text) if kind == "obj" else text)
         kind = {"stl": "stl_ascii"}.get(kind, kind)
+    # Here: its import takes longer than all others of simgl, and glTF files need none of it.
+    import trimesh
+
     log = logging.getLogger("trimesh.util")  # of all its modules
     log.disabled, before = True, log.disabled  # what it warns of is in our error, or harmless
     try:

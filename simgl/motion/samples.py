@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from scipy.interpolate import KroghInterpolator
+import scipy
 from scipy.spatial.transform import Rotation, Slerp
 
 from simgl.arrays import Array, IndexArray
@@ -103,11 +103,13 @@ class SampledStates:
         scale = max(float(np.ptp(seconds)), 1e-9)
         values = self.positions[nodes]
         if self.velocities is None:
-            curve = KroghInterpolator(seconds / scale, values)
+            curve = scipy.interpolate.KroghInterpolator(seconds / scale, values)
         else:
             # The second value of a repeated node is the derivative.
             both = np.stack([values, self.velocities[nodes] * scale], axis=1)
-            curve = KroghInterpolator(np.repeat(seconds / scale, 2), both.reshape(-1, 3))
+            curve = scipy.interpolate.KroghInterpolator(
+                np.repeat(seconds / scale, 2), both.reshape(-1, 3)
+            )
         value, slope = curve.derivatives(0.0, 2) if len(curve.xi) > 1 else (values[0], np.zeros(3))
         return value, slope / scale
 

@@ -2,28 +2,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from concurrent.futures import Executor
+from dataclasses import dataclass
 
 import moderngl
 import numpy as np
 
 from simgl.arrays import Array32
-from simgl.environment_map import SkyRadiance, cell_radiance
+from simgl.environment_map import SkyRadiance
 from simgl.gpu.mesh_tables import COLUMNS, table_rows
 from simgl.passes.mesh_store import VertexLighting
-from simgl.radiosity.hemisphere import CELLS_ACROSS
+from simgl.radiosity.incident_light import IncidentLight
+from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.patch_light import PatchLight
 from simgl.radiosity.solver import earth_share, vertex_irradiance
-from simgl.radiosity.transport_store import TransportStore, lit_mesh
+from simgl.radiosity.transport_store import JointLight, TransportStore, lit_mesh
+from simgl.scene.spacecraft import SpacecraftModel
 from simgl.view.spacecraft_view import SpacecraftView
 
 # Texels of a vertex and side: irradiance; the Earth's share, and what fills it up.
 _VALUES = 8
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Solved:
+    """What the vertices of a spacecraft hold, and what that was made of."""
+
+    made_of: tuple[SpacecraftModel, LightTransport, SkyRadiance | None, tuple[Hashable, ...]]
+    lighting: VertexLighting
+
+
 class InterreflectionPass:
     """Solves for the light that surfaces of one spacecraft send to each other.
+
+    It does not depend on who looks: further cameras of one state, and further rasters of one image,
+    read what the first one got.
 
     executor : takes a part of the work on the CPU
     """
@@ -35,30 +49,52 @@ class InterreflectionPass:
         self._light = PatchLight()
         # One for each spacecraft of the largest scene so far.
         self._tables: dict[int, moderngl.Texture] = {}
+        self._solved: dict[int, _Solved] = {}
 
     def draw(
-        self, spacecraft: Sequence[SpacecraftView], skies: Sequence[SkyRadiance | None]
+        self,
+        spacecraft: Sequence[SpacecraftView],
+        skies: Sequence[SkyRadiance | None],
+        joint_light: JointLight,
     ) -> list[VertexLighting | None]:
         """The values of each spacecraft; None where nothing sees itself. Valid until the next call.
 
         skies : what each sees around it
         """
-        return [self._lighting(s, sky) for s, sky in zip(spacecraft, skies, strict=True)]
+        return [
+            self._lighting(s, sky, joint_light) for s, sky in zip(spacecraft, skies, strict=True)
+        ]
 
     def _lighting(
-        self, spacecraft: SpacecraftView, sky: SkyRadiance | None
+        self, spacecraft: SpacecraftView, sky: SkyRadiance | None, joint_light: JointLight
     ) -> VertexLighting | None:
         if spacecraft.incident_light is None:
             return None
         model = spacecraft.model
-        transport = self._transports.of(model)
+        transport = self._transports.of(model, joint_light)
         if transport is None:
             return None
-        cells = None if sky is None else cell_radiance(sky, CELLS_ACROSS)
+        made_of = model, transport, sky, spacecraft.incident_light.key
+        last = self._solved.pop(spacecraft.instance, None)
+        if last is None or last.made_of != made_of:
+            lighting = self._solve(spacecraft, spacecraft.incident_light, transport, sky)
+            last = _Solved(made_of=made_of, lighting=lighting)
+        self._solved[spacecraft.instance] = last
+        return last.lighting
+
+    def _solve(
+        self,
+        spacecraft: SpacecraftView,
+        light: IncidentLight,
+        transport: LightTransport,
+        sky: SkyRadiance | None,
+    ) -> VertexLighting:
+        model = spacecraft.model
+        cells = None if sky is None else transport.cells_of(sky)
         gather = transport.of_vertices
         # In another thread while this one is busy with the bounces.
         share = self._executor.submit(earth_share, gather, cells)
-        exitance = self._light.exitance(model, transport, sky, spacecraft.incident_light)
+        exitance = self._light.exitance(model, transport, sky, light)
         values = np.zeros((*gather.shape, _VALUES), dtype=np.float32)
         vertex_irradiance(gather, exitance, values, self._executor)
         values[..., 4] = share.result()
@@ -86,3 +122,4 @@ class InterreflectionPass:
         for table in self._tables.values():
             table.release()
         self._tables.clear()
+        self._solved.clear()

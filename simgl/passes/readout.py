@@ -29,8 +29,8 @@ from simgl.gpu.render_targets import Format, ImageTarget
 from simgl.gpu.uniform_blocks import Block
 from simgl.lru_cache import MANY, LruCache
 
-# What the converter gives, four pixels a texel.
-DN_FORMAT = Format("u2", PIXELS, packed=True)
+# What the converter gives, eight pixels a texel: on the CPU renderer each texel costs by itself.
+DN_FORMAT = Format("u4", 4, packed=True, halves=True)
 _FOUR = Format("f4", PIXELS, packed=True)
 
 _DETECTOR = Block(

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import moderngl
 import numpy as np
-from scipy.ndimage import uniform_filter
+import scipy
 
 from simgl.arrays import Array, Array32, IndexArray
 from simgl.environment_map import SkyRadiance, cell_radiance
@@ -22,7 +22,7 @@ from simgl.radiosity.final_gather import SKY_ACROSS, LitBody, Points, gathered, 
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.patch_light import PatchLight
 from simgl.radiosity.solver import material_light
-from simgl.radiosity.transport_store import TransportStore, lit_mesh
+from simgl.radiosity.transport_store import JointLight, TransportStore, lit_mesh
 from simgl.scene.mean_materials import mean_materials
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.view.raster_tiles import RasterTile
@@ -58,12 +58,16 @@ class ReferenceGather:
         self._light = PatchLight()
 
     def lit_bodies(
-        self, spacecraft: Sequence[SpacecraftView], skies: Sequence[SkyRadiance | None]
+        self,
+        spacecraft: Sequence[SpacecraftView],
+        skies: Sequence[SkyRadiance | None],
+        joint_light: JointLight,
     ) -> list[tuple[LitBody, ...]]:
         """What rays from each spacecraft meet: itself, then what is near; none where
         no other surface is."""
         lit = {
-            s.instance: self._lit_patches(s, sky) for s, sky in zip(spacecraft, skies, strict=True)
+            s.instance: self._lit_patches(s, sky, joint_light)
+            for s, sky in zip(spacecraft, skies, strict=True)
         }
         return [self._bodies_around(s, lit) for s in spacecraft]
 
@@ -85,12 +89,12 @@ class ReferenceGather:
         )
 
     def _lit_patches(
-        self, spacecraft: SpacecraftView, sky: SkyRadiance | None
+        self, spacecraft: SpacecraftView, sky: SkyRadiance | None, joint_light: JointLight
     ) -> _LitPatches | None:
         """The light on a spacecraft; None where nothing sees itself, or that light is left out."""
         if spacecraft.incident_light is None:
             return None
-        transport = self._transports.of(spacecraft.model)
+        transport = self._transports.of(spacecraft.model, joint_light)
         if transport is None:
             return None
         model, incident = spacecraft.model, spacecraft.incident_light
@@ -247,7 +251,7 @@ def _evened(
         chosen = uncertain[kind[uncertain] == number]
         values = np.column_stack([np.ones(len(alike)), light[alike]]).T
         weight, *bands = (
-            uniform_filter(
+            scipy.ndimage.uniform_filter(
                 np.bincount(cells.of_point[alike], v, minlength=count).reshape(cells.shape), 3
             ).ravel()[cells.of_point[chosen]]
             for v in values
@@ -271,10 +275,11 @@ def _means(values: Array, cells: _Cells) -> tuple[Array, Array]:
     deviation = np.where(counted, sums / np.maximum(number, 1) - mean[:, None], 0.0)
     groups = counted.sum(axis=1)
     square = (deviation**2).sum(axis=1) / np.maximum(groups * (groups - 1), 1)
-    full = uniform_filter((groups > 0).reshape(cells.shape).astype(np.float64), 3)
+    full = scipy.ndimage.uniform_filter((groups > 0).reshape(cells.shape).astype(np.float64), 3)
     around = np.maximum(full, 1e-9)
     mean, square = (
-        (uniform_filter(v.reshape(cells.shape), 3) / around).ravel() for v in (mean, square)
+        (scipy.ndimage.uniform_filter(v.reshape(cells.shape), 3) / around).ravel()
+        for v in (mean, square)
     )
     return mean, np.sqrt(np.maximum(square, 0.0))
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import k1e
+import scipy
 
 from simgl.arrays import Array
 from simgl.physics.spectrum import PerBand
@@ -81,7 +81,7 @@ def _exponential_chord(radius: float, height: Array, scale_height: float) -> Arr
     2 r0 exp(radius / H) K1(r0 / H), K1 being the modified Bessel function.
     """
     lowest = radius + height
-    return 2.0 * lowest * np.exp(-height / scale_height) * k1e(lowest / scale_height)
+    return 2.0 * lowest * np.exp(-height / scale_height) * scipy.special.k1e(lowest / scale_height)
 
 
 def _tent_chord(radius: float, height: Array) -> Array:

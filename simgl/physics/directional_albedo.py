@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
 from simgl.arrays import Array, Array32
@@ -62,7 +60,6 @@ def lobe_albedo(cosine: Array, alpha: Array, *, order: int = 32) -> tuple[Array,
     )
 
 
-@lru_cache(maxsize=1)
 def lobe_table() -> Array32:
     """(TABLE_SIZE, TABLE_SIZE, 2) table of ``lobe_albedo``.
 

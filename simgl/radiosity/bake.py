@@ -91,7 +91,7 @@ def bake(
     if not sees_itself(mesh, sides):
         return None
     report = silent if progress is None else progress
-    fine = _refined(mesh, sides, settings)
+    fine = refined(mesh, sides, settings)
     tracer = RayTracer(fine)
     points = gather_points_of(fine, sides)
     if sides == 1:
@@ -113,7 +113,7 @@ def bake(
     return _assembled(fine, sides, points, seen, patches, (factors, sky, point_open), settings)
 
 
-def _refined(mesh: Mesh, sides: int, settings: BakeSettings) -> Mesh:
+def refined(mesh: Mesh, sides: int, settings: BakeSettings) -> Mesh:
     """Smaller triangles where other surfaces are near.
 
     Irradiance from surfaces changes over their harmonic mean distance (Ward et al. 1988): edges are
@@ -176,18 +176,27 @@ _SPREAD = np.array(
 )
 
 
+def patch_directions(normals: Array, rays: int) -> Array:
+    """(p, SAMPLES, rays / SAMPLES, 3) unit directions of the rays from patches' sample points.
+
+    normals : (p, SAMPLES, 3) there; rays : of each patch
+    """
+    count = len(normals)
+    # Ray i starts at sample i modulo their number: each sample has its own part of the sunflower.
+    pattern = cosine_directions(rays).reshape(-1, SAMPLES, 3).swapaxes(0, 1)
+    turn = frames(normals.reshape(-1, 3)).reshape(count, SAMPLES, 3, 3)
+    # Another turn about the normal for each patch: what few rays miss evens out over a wall.
+    turn = turn @ spins(count)[:, None]
+    return np.asarray(np.einsum("psij,skj->pski", turn, pattern, optimize=True))
+
+
 def _form_factors(
     mesh: Mesh, tracer: RayTracer, sides: int, patches: Patches, rays: int
 ) -> tuple[sparse.csr_matrix, sparse.csr_matrix, Mask]:
     """Form factors of patches, their view of the sky, and which sample points are outside."""
     count = len(patches.areas)
     faces, _ = face_normals(mesh)
-    # Ray i starts at sample i modulo their number: each sample has its own part of the sunflower.
-    pattern = cosine_directions(rays).reshape(-1, SAMPLES, 3).swapaxes(0, 1)
-    turn = frames(patches.normals.reshape(-1, 3)).reshape(count, SAMPLES, 3, 3)
-    # Another turn about the normal for each patch: what few rays miss evens out over a wall.
-    turn = turn @ spins(count)[:, None]
-    directions = np.einsum("psij,skj->pski", turn, pattern, optimize=True)
+    directions = patch_directions(patches.normals, rays)
     each = directions.shape[2]
     origins = np.repeat(patches.points.reshape(-1, 3), each, axis=0)
     flat = directions.reshape(-1, 3)
@@ -233,7 +242,7 @@ def _assembled(
     gather = (seen.hits[used] @ to_patch).tocsr()
     gather.data /= settings.gather_rays
     rows, sky_rays_row = np.unique(seen.sky_rays_row[used], return_inverse=True)
-    sky_part, sky_part_seen = _lesser_part(
+    sky_part, sky_part_seen = lesser_part(
         seen.occluded[used].tocsr(), sparse.csr_matrix(seen.sky_rays)[seen.sky_rays_row[used]]
     )
     return LightTransport(
@@ -256,7 +265,7 @@ def _assembled(
     )
 
 
-def _lesser_part(
+def lesser_part(
     occluded: sparse.csr_matrix, rays: sparse.csr_matrix
 ) -> tuple[sparse.csr_matrix, Mask]:
     """Of each row what is occluded or what is left of all rays, and whether it is the latter."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import dataclass
 
 import numpy as np
@@ -57,6 +58,29 @@ class IncidentLight:
     before_sun: tuple[Neighbour, ...]
     lamps: tuple[SpotLight, ...]
     around: tuple[Neighbour, ...]
+
+    @property
+    def key(self) -> tuple[Hashable, ...]:
+        """Equal for equal lights, whoever looks."""
+        return (
+            self.sun_direction.tobytes(),
+            self.sun_irradiance.tobytes(),
+            *(
+                (shades, other.instance, other.model, other.other_from_body.tobytes())
+                for shades, others in ((True, self.before_sun), (False, self.around))
+                for other in others
+            ),
+            *(
+                (
+                    lamp.place.tobytes(),
+                    lamp.axis.tobytes(),
+                    lamp.half_angle,
+                    lamp.edge,
+                    lamp.intensity.tobytes(),
+                )
+                for lamp in self.lamps
+            ),
+        )
 
 
 def incident_light(state: SceneState, body: BodyState) -> IncidentLight:

@@ -9,11 +9,30 @@ import numpy as np
 from scipy import sparse
 
 from simgl.arrays import Array32, IndexArray, Mask
-from simgl.rays import RayTracer
+from simgl.environment_map import SkyRadiance, cell_radiance
+from simgl.radiosity.hemisphere import CELLS_ACROSS
+from simgl.rays import AnyRayTracer, RayTracer
 from simgl.scene.mesh import Mesh
 
 # Of Embree, for a triangle.
 _TRACER_BYTES = 190
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Between:
+    """What the rigid groups of a body do to each other's light at the vertices.
+
+    spread : (r, p) csr, mean of the patches about each vertex, on each of its sides
+    light : (p, p) csr, the share of a patch's hemisphere that each patch covers with the other
+        groups there, less that with its own group alone
+    sky_lost : (p, c) csr, the share of it that other groups take from each cell of the sky
+    sky_rays : (p, c) csr, the share of it that each cell of the sky covers, were it free
+    """
+
+    spread: sparse.csr_matrix
+    light: sparse.csr_matrix
+    sky_lost: sparse.csr_matrix
+    sky_rays: sparse.csr_matrix
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -22,8 +41,9 @@ class GatherMatrix:
 
     shape : (vertices, sides), whose product is r
     gather : two csr (r, p), about as many entries in each
-    sky_part : (r, 96) csr, and whether it is what is seen, ``sky_part_seen`` (r,)
+    sky_part : (r, c) csr, and whether it is what is seen, ``sky_part_seen`` (r,)
     sky_rays, sky_rays_row : all of the sky, and its row for each
+    between : where all this is of each rigid group by itself, what the others do to it
     """
 
     shape: tuple[int, int]
@@ -32,6 +52,7 @@ class GatherMatrix:
     sky_part_seen: Mask
     sky_rays: sparse.csr_matrix
     sky_rays_row: IndexArray
+    between: Between | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -72,6 +93,15 @@ class LightTransport:
     gather_point_of_vertex: IndexArray
 
     @property
+    def digest(self) -> str:
+        """Hash of what was traced, the key of anything worked out from it."""
+        return self.mesh.digest
+
+    def cells_of(self, sky: SkyRadiance) -> Array32:
+        """(96, 4) mean radiance of the cells of the sky [W m-2 sr-1]."""
+        return cell_radiance(sky, CELLS_ACROSS)
+
+    @property
     def nbytes(self) -> int:
         """Size of its arrays, and of what is derived from them at the first use."""
         total = self.mesh.nbytes + _TRACER_BYTES * len(self.mesh.triangles)
@@ -86,7 +116,7 @@ class LightTransport:
         return total + int(rows * 8 * (self.gather.nnz + self.sky_part.nnz))
 
     @cached_property
-    def tracer(self) -> RayTracer:
+    def tracer(self) -> AnyRayTracer:
         """For the light of the Sun and of lamps."""
         return RayTracer(self.mesh)
 

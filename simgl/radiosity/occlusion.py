@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from simgl.arrays import Array, IndexArray
+from simgl.arrays import Array, IndexArray, Mask
 from simgl.radiosity.gather_points import BURIED, LIFT, PLACES, GatherPoints, face_normals
 from simgl.radiosity.hemisphere import cosine_directions, frames
 from simgl.rays import RayTracer
@@ -26,7 +26,7 @@ def moved_into_open(mesh: Mesh, tracer: RayTracer, gather: GatherPoints) -> Gath
     part while most of its surface is seen. What a hidden vertex hands to that surface is the light
     of places around it that are not hidden.
     """
-    hidden = behind_share(mesh, tracer, gather.origins[:, 0], gather.normals) > BURIED
+    hidden = inside_others(mesh, tracer, gather.origins[:, 0], gather.normals)
     corners = gather.of_vertex[0][mesh.triangles.astype(np.int64)]
     chosen = np.flatnonzero(np.any(hidden[corners], axis=1))
     if len(chosen) == 0:
@@ -35,7 +35,7 @@ def moved_into_open(mesh: Mesh, tracer: RayTracer, gather: GatherPoints) -> Gath
     faces, _ = face_normals(mesh)
     at = mesh.positions[mesh.triangles[triangle]].astype(np.float64)
     points = np.einsum("ij,ijk->ik", weights, at) + LIFT * mesh.radius * faces[triangle]
-    free = behind_share(mesh, tracer, points, faces[triangle]) <= BURIED
+    free = ~inside_others(mesh, tracer, points, faces[triangle])
     triangle, weights, points = triangle[free], weights[free], points[free]
     # Every place may serve the three corners of its triangle, best the one that it is nearest to.
     point, weight = corners[triangle].ravel(), weights.ravel()
@@ -53,14 +53,26 @@ def moved_into_open(mesh: Mesh, tracer: RayTracer, gather: GatherPoints) -> Gath
     return replace(gather, origins=origins)
 
 
-def behind_share(mesh: Mesh, tracer: RayTracer, points: Array, normals: Array) -> Array:
-    """(n,) of the directions above points (n, 3), the share that meets surfaces from behind."""
+def inside_others(mesh: Mesh, tracer: RayTracer, points: Array, normals: Array) -> Mask:
+    """(n,) whether more than ``BURIED`` of the directions above points (n, 3) meet surfaces from
+    behind."""
     faces, _ = face_normals(mesh)
     pattern = cosine_directions(_LOOKS)
-    rays = np.matmul(pattern[None], np.swapaxes(frames(normals), 1, 2)).reshape(-1, 3)
-    triangle, _ = tracer.hits(np.repeat(points, _LOOKS, axis=0), rays)
-    behind = (triangle >= 0) & (np.einsum("ij,ij->i", faces[triangle], rays) > 0.0)
-    return behind.reshape(-1, _LOOKS).mean(axis=1)
+    behind = np.zeros(len(points), dtype=np.int64)
+    open_ = np.arange(len(points))
+    # Most are decided before all rays are traced: so many behind, or too few left to be so many.
+    enough = int(BURIED * _LOOKS) + 1
+    start = 0
+    for stop in (enough, _LOOKS - enough + 1, _LOOKS):
+        some = pattern[start:stop]
+        rays = np.matmul(some[None], np.swapaxes(frames(normals[open_]), 1, 2)).reshape(-1, 3)
+        triangle, _ = tracer.hits(np.repeat(points[open_], len(some), axis=0), rays)
+        met = (triangle >= 0) & (np.einsum("ij,ij->i", faces[triangle], rays) > 0.0)
+        behind[open_] += met.reshape(-1, len(some)).sum(axis=1)
+        left, so_far = _LOOKS - stop, behind[open_]
+        open_ = open_[(so_far < enough) & (so_far + left >= enough)]
+        start = stop
+    return behind >= enough
 
 
 def _places(mesh: Mesh, chosen: IndexArray) -> tuple[IndexArray, Array]:

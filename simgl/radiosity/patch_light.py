@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from simgl.arrays import Array32
-from simgl.environment_map import SkyRadiance, cell_radiance
+from simgl.environment_map import SkyRadiance
 from simgl.lru_cache import MANY, LruCache
-from simgl.radiosity.hemisphere import CELLS_ACROSS
 from simgl.radiosity.incident_light import IncidentLight, Neighbour
 from simgl.radiosity.light_transport import LightTransport
+from simgl.radiosity.posed_transport import PosedTransport
 from simgl.radiosity.precomputed_response import BYTES_OF_PATCH, PrecomputedResponse
-from simgl.radiosity.solver import Reflectors, lamp_irradiance, reflectors
+from simgl.radiosity.solver import Reflectors, lamp_irradiance, radiosity, reflectors
 from simgl.radiosity.sunlit_patches import SunlitPatches
 from simgl.radiosity.transport_store import MAX_BYTES
 from simgl.scene.mean_materials import mean_materials
@@ -51,6 +51,8 @@ class PatchLight:
         incident: IncidentLight,
     ) -> Array32:
         """(p, 4) of the patches after all bounces [W m-2]."""
+        if isinstance(transport, PosedTransport):
+            return self._solved(model, transport, sky, incident)
         surface = self._surface(model, transport)
         response = surface.response
         exitance = response.glow
@@ -61,12 +63,27 @@ class PatchLight:
         else:
             exitance = exitance + response.of_sun(incident.sun_direction, incident.sun_irradiance)
         if sky is not None:
-            exitance = exitance + response.of_sky(cell_radiance(sky, CELLS_ACROSS))
-        if incident.lamps:
-            blockers = [neighbour.blocker() for neighbour in incident.around]
-            for lamp in incident.lamps:
-                irradiance += lamp_irradiance(transport, lamp, blockers)
+            exitance = exitance + response.of_sky(transport.cells_of(sky))
+        irradiance += self._of_lamps(transport, incident)
         return exitance + response.of_irradiance(irradiance) if np.any(irradiance) else exitance
+
+    def _solved(
+        self,
+        model: SpacecraftModel,
+        transport: PosedTransport,
+        sky: SkyRadiance | None,
+        incident: IncidentLight,
+    ) -> Array32:
+        """The same of a pose that does not last: all light together, solved now."""
+        surface = self._surface(model, transport)
+        cosines = self._sun_cosines(surface.sunlit, transport, incident)
+        irradiance = cosines[:, None] * incident.sun_irradiance.astype(np.float32)
+        if sky is not None:
+            # Rays follow the cosine: each stands for pi over their number.
+            irradiance += np.float32(np.pi) * (transport.sky @ transport.cells_of(sky))
+        irradiance += self._of_lamps(transport, incident)
+        emitted = surface.reflectors.exitance + surface.reflectors.albedo * irradiance
+        return radiosity(transport, surface.reflectors, emitted)
 
     def of_direct_sun(
         self, model: SpacecraftModel, transport: LightTransport, incident: IncidentLight
@@ -76,8 +93,18 @@ class PatchLight:
         cosines = self._sun_cosines(surface.sunlit, transport, incident)
         return surface.reflectors.albedo * cosines[:, None]
 
+    @staticmethod
+    def _of_lamps(transport: LightTransport, incident: IncidentLight) -> Array32:
+        """(p, 4) irradiance of the patches by all lamps [W m-2]."""
+        irradiance = np.zeros((len(transport.areas), 4), dtype=np.float32)
+        if incident.lamps:
+            blockers = [neighbour.blocker() for neighbour in incident.around]
+            for lamp in incident.lamps:
+                irradiance += lamp_irradiance(transport, lamp, blockers)
+        return irradiance
+
     def _surface(self, model: SpacecraftModel, transport: LightTransport) -> _Surface:
-        key = transport.mesh.digest, model.open_sheets, model.materials, model.textures.digest
+        key = transport.digest, model.open_sheets, model.materials, model.textures.digest
 
         def precomputed() -> _Surface:
             surface, sunlit = reflectors(transport, mean_materials(model)), SunlitPatches(transport)
@@ -104,5 +131,5 @@ def _sun_key(transport: LightTransport, incident: IncidentLight) -> bytes:
     def place(neighbour: Neighbour) -> bytes:
         return neighbour.model.posed_mesh.digest.encode() + neighbour.other_from_body.tobytes()
 
-    parts = [transport.mesh.digest.encode(), incident.sun_direction.tobytes()]
+    parts = [transport.digest.encode(), incident.sun_direction.tobytes()]
     return b"".join(parts + [place(n) for n in incident.before_sun])

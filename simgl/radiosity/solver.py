@@ -224,7 +224,7 @@ def _blocked_before(
 def earth_share(matrix: GatherMatrix, cell_radiance: Array32 | None) -> Array32:
     """(k, sides) of the Earth's irradiance on a free surface, the share that arrives at vertices.
 
-    cell_radiance : (96, 4) of the sky; None for a dark sky
+    cell_radiance : (c, 4) of the sky; None for a dark sky
     """
     if cell_radiance is None:
         return np.ones(matrix.shape, dtype=np.float32)
@@ -232,6 +232,10 @@ def earth_share(matrix: GatherMatrix, cell_radiance: Array32 | None) -> Array32:
     free = np.maximum(matrix.sky_rays @ bands, np.float32(1e-30))[matrix.sky_rays_row]
     share = (matrix.sky_part @ bands) / free
     np.subtract(np.float32(1.0), share, out=share, where=~matrix.sky_part_seen)
+    if matrix.between is not None:
+        between = matrix.between
+        lost = (between.sky_lost @ bands) / np.maximum(between.sky_rays @ bands, np.float32(1e-30))
+        share -= between.spread @ lost
     return np.clip(share, 0.0, 1.0, out=share).reshape(matrix.shape)
 
 
@@ -254,3 +258,6 @@ def vertex_irradiance(
     rest = executor.submit(fill, flat[middle:], second)
     fill(flat[:middle], first)
     rest.result()
+    if matrix.between is not None:
+        flat[:, :4] += matrix.between.spread @ (matrix.between.light @ exitance)
+        np.maximum(flat[:, :4], 0.0, out=flat[:, :4])

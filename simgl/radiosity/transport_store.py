@@ -3,29 +3,45 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import astuple, fields
+from collections.abc import Callable
+from dataclasses import astuple, fields, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 from scipy import sparse
 
 from simgl.disk_cache import cache_folder, read_arrays, write_arrays
 from simgl.lru_cache import MANY, LruCache
+from simgl.motion.joints import Joint
 from simgl.progress import ProgressCallback
 from simgl.radiosity.bake import BakeSettings, bake, sees_itself
+from simgl.radiosity.hemisphere import SKY_CELLS
+from simgl.radiosity.jointed_bake import bake_jointed
+from simgl.radiosity.jointed_transport import JointedTransport
 from simgl.radiosity.light_transport import LightTransport
+from simgl.radiosity.posed_transport import PosedTransport
+from simgl.radiosity.rigid_pairs import NOWHERE
 from simgl.scene.mesh import Mesh
-from simgl.scene.posed_mesh import PosedMesh
+from simgl.scene.posed_mesh import PosedMesh, groups_of_parts
 from simgl.scene.spacecraft import SpacecraftModel
 
-# Light between surfaces changes little over a few degrees of a joint, and tracing it takes seconds.
-JOINT_STEP = np.radians(5.0)
-# Of the transports in memory: an arm on the move takes a new one, up to 50 MB, with every step.
+# How light between parts that joints have moved is found: pair by pair of rigid groups
+# (simgl/radiosity/jointed_transport.py), or by a bake of each pose.
+JointLight = Literal["quick", "exact"]
+
+# Light between surfaces changes little over half of these: over half a degree a part at the end of
+# 2 m moves by 17 mm. A bake of the whole body takes seconds, and takes larger steps.
+STEPS: dict[JointLight, float] = {"quick": np.radians(1.0), "exact": np.radians(5.0)}
+# Of the transports in memory: an arm on the move takes a new one with every step, 12 MB if it is a
+# quick one, up to 50 MB if exact.
 MAX_BYTES = 512 << 20
 # Part of every key: with a change in how bakes are made or stored, old files are not read any more.
 VERSION = 8
 
+_Bake = TypeVar("_Bake")
+_NOT_WRITTEN = "light between surfaces is traced again next time"
+_JOINTED_ARRAYS = ("group_of_patch", "reach", "target")
 _MATRICES = ("form_factors", "sky", "gather", "sky_part", "sky_rays")
 
 
@@ -36,21 +52,71 @@ class TransportStore:
         self._transports = LruCache[tuple[str, bool], LightTransport | None](
             MANY, max_bytes=MAX_BYTES
         )
+        self._jointed = LruCache[tuple[str, bytes, bool], JointedTransport](
+            MANY, max_bytes=MAX_BYTES
+        )
+        self._posed = LruCache[tuple[str, bool], PosedTransport](MANY, max_bytes=MAX_BYTES)
 
     def of(
-        self, model: SpacecraftModel, progress: ProgressCallback | None = None
+        self,
+        model: SpacecraftModel,
+        joint_light: JointLight = "exact",
+        progress: ProgressCallback | None = None,
     ) -> LightTransport | None:
         """How a model's surfaces see each other; None where none sees another.
 
-        Traced at the first call, unless a file has it. Joints stand at the nearest multiple of
-        ``JOINT_STEP``.
+        Traced at the first call, unless a file has it. Joints stand at the nearest of their
+        ``STEPS``. Where any has moved, ``joint_light`` says how.
         """
-        posed, open_sheets = model.coarsely_posed(JOINT_STEP).posed_mesh, model.open_sheets
+        coarse = model.coarsely_posed(STEPS[joint_light])
+        posed, open_sheets = coarse.posed_mesh, model.open_sheets
+        if joint_light == "quick" and posed.motion is not None:
+            jointed = self._jointed_of(model, progress)
+            return self._posed.get(
+                (posed.digest, open_sheets),
+                lambda: jointed.at(posed, coarse.angles),
+                lambda transport: transport.nbytes,
+            )
         return self._transports.get(
             (posed.digest, open_sheets),
             lambda: transport_of(posed.baked(), open_sheets=open_sheets, progress=progress),
             lambda transport: 0 if transport is None else transport.nbytes,
         )
+
+    def _jointed_of(
+        self, model: SpacecraftModel, progress: ProgressCallback | None
+    ) -> JointedTransport:
+        mesh, joints, open_sheets = model.mesh, model.joints, model.open_sheets
+        key = mesh.digest, groups_of_parts(mesh, joints).tobytes(), open_sheets
+        return self._jointed.get(
+            key,
+            lambda: jointed_transport_of(mesh, joints, open_sheets=open_sheets, progress=progress),
+            lambda transport: transport.nbytes,
+        )
+
+
+def jointed_transport_of(
+    mesh: Mesh,
+    joints: tuple[Joint, ...],
+    *,
+    open_sheets: bool,
+    settings: BakeSettings = BakeSettings(),
+    progress: ProgressCallback | None = None,
+) -> JointedTransport:
+    """The transport of a body with joints, from the file of an earlier bake if there is one.
+
+    mesh : as stored
+    """
+    groups = hashlib.sha256(groups_of_parts(mesh, joints).tobytes()).hexdigest()
+    key = _key(mesh, open_sheets, settings, groups)
+    path = cache_folder("transport") / f"{key}.npz"
+    transport = _read(path, lambda data: _unpacked_jointed(data, joints))
+    if transport is None:
+        transport = bake_jointed(
+            mesh, joints, open_sheets=open_sheets, settings=settings, progress=progress
+        )
+        write_arrays(path, _packed_jointed(transport), _NOT_WRITTEN)
+    return transport
 
 
 def transport_of(
@@ -68,29 +134,56 @@ def transport_of(
     if not sees_itself(mesh, 2 if open_sheets else 1):
         return None
     path = cache_folder("transport") / f"{_key(mesh, open_sheets, settings)}.npz"
-    transport = _read(path)
+    transport = _read(path, _unpacked)
     if transport is None:
         transport = bake(mesh, open_sheets=open_sheets, settings=settings, progress=progress)
         assert transport is not None
-        write_arrays(path, _packed(transport), "light between surfaces is traced again next time")
+        write_arrays(path, _packed(transport), _NOT_WRITTEN)
     return transport
 
 
-def _key(mesh: Mesh, open_sheets: bool, settings: BakeSettings) -> str:
-    content = f"{VERSION} {mesh.digest} {open_sheets} {astuple(settings)}"
+def _key(mesh: Mesh, open_sheets: bool, settings: BakeSettings, groups: str = "") -> str:
+    content = f"{VERSION} {mesh.digest} {open_sheets} {astuple(settings)}{groups}"
     return hashlib.sha256(content.encode()).hexdigest()
 
 
-def _read(path: Path) -> LightTransport | None:
+def _read(path: Path, unpack: Callable[[dict[str, Any]], _Bake]) -> _Bake | None:
     """The bake in a file; None without a file, or where it is damaged or holds something else."""
     data = read_arrays(path)
     if data is None:
         return None
     try:
-        transport = _unpacked(data)
-        _check(transport)
+        return unpack(data)
     except (ValueError, KeyError, TypeError, IndexError):
         return None
+
+
+def _packed_jointed(transport: JointedTransport) -> dict[str, Any]:
+    data = _packed(transport.separate)
+    for name in _JOINTED_ARRAYS:
+        data[f"jointed.{name}"] = getattr(transport, name)
+    return data | _packed_matrix("jointed.spread", transport.spread)
+
+
+def _unpacked_jointed(data: dict[str, Any], joints: tuple[Joint, ...]) -> JointedTransport:
+    """Raises ValueError where an index points nowhere."""
+    separate = _unpacked(data)
+    transport = JointedTransport(
+        separate=separate,
+        joints=joints,
+        spread=_matrix(data, "jointed.spread"),
+        **{name: data[f"jointed.{name}"] for name in _JOINTED_ARRAYS},
+    )
+    transport.spread.check_format(full_check=True)
+    patches, cells, rays = len(separate.areas), separate.sky.shape[1], transport.reach.shape
+    target = transport.target[transport.target != NOWHERE]
+    right = transport.spread.shape == (separate.gather_point_of_vertex.size, patches)
+    right &= transport.target.shape == rays and rays[:2] == separate.points.shape[:2]
+    right &= bool(np.all((target >= -cells) & (target < patches)))
+    groups = transport.group_of_patch
+    right &= groups.shape == (patches,) and groups.min() >= 0 and groups.max() < cells // SKY_CELLS
+    if not right:
+        raise ValueError("an index of a light transport points nowhere")
     return transport
 
 
@@ -99,12 +192,7 @@ def _packed(transport: LightTransport) -> dict[str, Any]:
     for field in fields(transport):
         value = getattr(transport, field.name)
         if field.name in _MATRICES:
-            data |= {
-                f"{field.name}.data": value.data,
-                f"{field.name}.indices": value.indices,
-                f"{field.name}.indptr": value.indptr,
-                f"{field.name}.shape": np.array(value.shape),
-            }
+            data |= _packed_matrix(field.name, value)
         elif field.name == "mesh":
             arrays = {f.name: getattr(value, f.name) for f in fields(value)}
             data |= {f"mesh.{name}": array for name, array in arrays.items() if array is not None}
@@ -113,18 +201,31 @@ def _packed(transport: LightTransport) -> dict[str, Any]:
     return data
 
 
-def _unpacked(data: dict[str, Any]) -> LightTransport:
-    mesh = {name[5:]: array for name, array in data.items() if name.startswith("mesh.")}
-    matrices = {
-        name: sparse.csr_matrix(
-            (data[f"{name}.data"], data[f"{name}.indices"], data[f"{name}.indptr"]),
-            shape=tuple(data[f"{name}.shape"]),
-        )
-        for name in _MATRICES
+def _packed_matrix(name: str, matrix: sparse.csr_matrix) -> dict[str, Any]:
+    return {
+        f"{name}.data": matrix.data,
+        f"{name}.indices": matrix.indices,
+        f"{name}.indptr": matrix.indptr,
+        f"{name}.shape": np.array(matrix.shape),
     }
+
+
+def _matrix(data: dict[str, Any], name: str) -> sparse.csr_matrix:
+    return sparse.csr_matrix(
+        (data[f"{name}.data"], data[f"{name}.indices"], data[f"{name}.indptr"]),
+        shape=tuple(data[f"{name}.shape"]),
+    )
+
+
+def _unpacked(data: dict[str, Any]) -> LightTransport:
+    """Raises ValueError where an index points nowhere."""
+    mesh = {name[5:]: array for name, array in data.items() if name.startswith("mesh.")}
+    matrices = {name: _matrix(data, name) for name in _MATRICES}
     plain = {name: array for name, array in data.items() if "." not in name}
     plain["sides"] = int(plain["sides"])
-    return LightTransport(mesh=Mesh(**mesh), **matrices, **plain)
+    transport = LightTransport(mesh=Mesh(**mesh), **matrices, **plain)
+    _check(transport)
+    return transport
 
 
 def _check(transport: LightTransport) -> None:
@@ -155,5 +256,7 @@ def _check(transport: LightTransport) -> None:
 
 def lit_mesh(model: SpacecraftModel, transport: LightTransport) -> PosedMesh:
     """The transport's mesh with the joints where they are."""
-    coarse = model.coarsely_posed(JOINT_STEP)
+    if isinstance(transport, PosedTransport):
+        return replace(model.posed_mesh, mesh=transport.mesh)
+    coarse = model.coarsely_posed(STEPS["exact"])
     return model.posed_mesh.moved_from(coarse.posed_mesh, transport.mesh)

@@ -169,6 +169,7 @@ def _read_tables(
         samples_per_pixel=render.samples_per_pixel,
         inter_reflection=render.inter_reflection,
         gather=render.gather,
+        joint_light=render.joint_light,
         stars=read_sky(single("sky", SkyTable), f"{where} [sky]", sun),
     )
 

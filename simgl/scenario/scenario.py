@@ -74,6 +74,8 @@ class Scenario:
     samples_per_pixel : of geometry; None lets the renderer choose by cost
     inter_reflection : interreflection within a spacecraft, and its occlusion of the Earth
     gather : interreflection at vertices, or by rays from every sample of every pixel
+    joint_light : interreflection where joints have moved parts: from what rigid parts do to each
+        other in pairs, or by a bake of each pose
     stars : None for a sky without them
     inputs : the files that it was read from, with the SHA-256 of each
     """
@@ -94,6 +96,7 @@ class Scenario:
     samples_per_pixel: int | None = None
     inter_reflection: bool = True
     gather: Literal["vertex", "pixel"] = "vertex"
+    joint_light: Literal["exact", "quick"] = "exact"
     stars: StarCatalogue | None = None
     # What counts of them is in the fields above.
     inputs: Mapping[Path, str] = field(default_factory=dict, compare=False)

@@ -11,8 +11,8 @@ from typing import TypeVar
 from weakref import WeakKeyDictionary
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.spatial import ConvexHull, QhullError
 
 from simgl.arrays import Array, Array32, IndexArray, UIntArray
 
@@ -130,8 +130,8 @@ def hull_corners(points: Array) -> Array:
     Points in a plane have none; the corners of their bounding box serve.
     """
     try:
-        return points[ConvexHull(points).vertices]
-    except QhullError:
+        return points[scipy.spatial.ConvexHull(points).vertices]
+    except scipy.spatial.QhullError:
         low, high = points.min(axis=0), points.max(axis=0)
         choice = np.indices((2, 2, 2)).reshape(3, -1).T
         return np.where(choice, high, low)

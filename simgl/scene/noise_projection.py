@@ -9,12 +9,10 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from scipy.ndimage import map_coordinates
-from scipy.spatial import KDTree
-from scipy.special import ndtri
+import scipy
 
 from simgl.arrays import AnyArray, Array32, Image8
-from simgl.disk_cache import computed_once
+from simgl.disk_cache import computed_once, is_computed
 
 SIZE = 1024
 # Of a texel [km], where the chart is not drawn out: by up to 1.4 about the faces' corners.
@@ -39,11 +37,17 @@ _GROUND_SEED = 20260320
 @lru_cache(maxsize=2)
 def chart(seed: int) -> tuple[tuple[Image8, ...], Array32]:
     """What ``make_chart`` returns, made once on a machine."""
-    made_by = (__name__, "numpy", "scipy")
-    arrays = computed_once(
-        "earth", made_by, ("chart", seed), lambda: _packed(*make_chart(seed)), _is_complete
-    )
+    arrays = computed_once(*_source(seed), lambda: _packed(*make_chart(seed)), _is_complete)
     return tuple(arrays[f"codes_{level}"] for level in range(LEVELS)), arrays["left"]
+
+
+def has_chart(seed: int) -> bool:
+    """Whether ``chart`` need not make it."""
+    return is_computed(*_source(seed))
+
+
+def _source(seed: int) -> tuple[str, tuple[str, ...], object]:
+    return "earth", (__name__, "numpy", "scipy"), ("chart", seed)
 
 
 def _packed(codes: tuple[Image8, ...], left: Array32) -> dict[str, AnyArray]:
@@ -121,7 +125,7 @@ def _walled_cells(rng: np.random.Generator) -> Array32:
     # Their walls are bent.
     bend = 8.0 * np.stack([_standard(_octaves(rng, _CLOUDS, 0.5)) for _ in range(2)], axis=-1)
     at = np.mod(np.stack([x, y], axis=-1) + bend, SIZE).reshape(-1, 2)
-    near, _ = KDTree(places, boxsize=SIZE).query(at, k=2)
+    near, _ = scipy.spatial.KDTree(places, boxsize=SIZE).query(at, k=2)
     return _standard(np.log(4.0 + near[:, 1] - near[:, 0]).reshape(SIZE, SIZE).astype(np.float32))
 
 
@@ -133,11 +137,11 @@ def _standard(field: Array32) -> Array32:
 def _read(field: Array32, rng: np.random.Generator) -> Array32:
     """Values at random places, between texels."""
     places = rng.uniform(0.0, field.shape[0], (2, 200_000))
-    return map_coordinates(field, places, order=1, mode="grid-wrap")
+    return scipy.ndimage.map_coordinates(field, places, order=1, mode="grid-wrap")
 
 
 def _normal(field: Array32, rng: np.random.Generator) -> Array32:
     """The field bent so that what is read of it is normally distributed."""
     levels = np.sort(_read(field, rng))
-    wanted = ndtri((np.arange(levels.size) + 0.5) / levels.size)
+    wanted = scipy.special.ndtri((np.arange(levels.size) + 0.5) / levels.size)
     return np.interp(field, levels, wanted).astype(np.float32)

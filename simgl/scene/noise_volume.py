@@ -7,8 +7,8 @@ pattern that does not repeat in practice.
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.ndimage import map_coordinates
 
 from simgl.arrays import Array32, Image8
 from simgl.disk_cache import computed_once
@@ -89,6 +89,6 @@ def _folded_octaves(rng: np.random.Generator, weight: float) -> Array32:
 def _evenly_spread(field: Array32, rng: np.random.Generator) -> Array32:
     """The share of space where the field, read between its texels, is lower."""
     places = rng.uniform(0.0, SIZE, (3, 200_000))
-    levels = np.sort(map_coordinates(field, places, order=1, mode="grid-wrap"))
+    levels = np.sort(scipy.ndimage.map_coordinates(field, places, order=1, mode="grid-wrap"))
     share = np.linspace(0.0, 1.0, levels.size)
     return np.interp(field, levels, share).astype(np.float32)

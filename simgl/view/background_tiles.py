@@ -12,6 +12,8 @@ from simgl.view.background import PlanetView
 
 # Edge of a tile [pixels], and into how many along each edge it may be cut.
 TILE, PARTS = 16, 2
+# Tiles along each edge of a larger one, where they change so evenly.
+MERGED = 2
 # What may change along a tile's edge. Between its corners a place lies off by an eighth of the
 # slant's change, in edges: 1/8 pixel; light that falls by e while the Sun's cosine changes by c is
 # off by 1 / 8 of the squared change over c, 0.1 %.
@@ -31,20 +33,28 @@ class BackgroundTiles:
 
     even : on the ground, which they see change evenly
     finer : on the ground, which their ``PARTS`` see change evenly
+    calm : even ones of which ``MERGED`` along each edge may be one tile
     ground : with other ground on them
     air : that miss the ground; what is in none of these masks misses air and clouds, too
     one_face : those of the even and the finer ones on one face of the noise's cube
-    sea : likewise those that have no shore on them
+    two_faces : (3, rows, columns) likewise those on the faces about all axes but the first, the
+        second, or the third
+    sea, land : likewise those that have no shore on them
+    high_clouds : those of the even and the finer ones that may have thin high cloud before them
     low, high : (rows, columns) sines of the Sun's height there, the least and the most
     pixel : (rows, columns) edge of a pixel on the ground of the even and the finer ones [m]
     """
 
     even: Mask
     finer: Mask
+    calm: Mask
     ground: Mask
     air: Mask
     one_face: Mask
+    two_faces: Mask
     sea: Mask
+    land: Mask
+    high_clouds: Mask
     low: Array
     high: Array
     pixel: Array
@@ -60,18 +70,38 @@ class BackgroundTiles:
             self,
             even=self.even & mask,
             finer=self.finer & mask,
+            calm=self.calm & mask,
             ground=self.ground & mask,
             air=self.air & mask,
             one_face=self.one_face & mask,
+            two_faces=self.two_faces & mask,
             sea=self.sea & mask,
+            land=self.land & mask,
+            high_clouds=self.high_clouds & mask,
         )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MapCells:
+    """What the cells of equirectangular maps hold.
+
+    Each is (rows + 1, columns + 1) of their corners: how many of those above and left of it are
+
+    shores : not all open sea
+    waters : not all inland
+    high_clouds : not free of thin high cloud
+    """
+
+    shores: IndexArray
+    waters: IndexArray
+    high_clouds: IndexArray
 
 
 def tiles_of(
     planet: PlanetView,
     intrinsics: Array32,
     size: tuple[int, int],
-    shores: IndexArray | None = None,
+    cells: MapCells | None = None,
     *,
     noise: bool = True,
 ) -> BackgroundTiles:
@@ -79,16 +109,20 @@ def tiles_of(
 
     intrinsics : (3, 3) [pixels]
     size : width and height [pixels]; the last tiles may reach past it
-    shores : (rows + 1, columns + 1) of the corners of an equirectangular map's cells, how many of
-        those above and left of each hold something else than open sea
+    cells : of the maps; None where nothing is known of them
     noise : whether the image shows any
     """
     corners = corners_on_ground(planet, intrinsics, size)
     even, finer = even_tiles(corners), even_tiles(corners, PARTS)
     finer &= ~even
-    one_face = np.ones_like(even)
+    # A quarter of the even tiles' error: 1/32 pixel.
+    calm = even & even_tiles(corners, 1.0 / (2.0 * MERGED))
+    one_face, two_faces = np.ones_like(even), np.zeros((3, *even.shape), dtype=bool)
     if noise:
-        one_face = _on_one_face(corners.normal, _CHART_SEAM + _CLOUD_REACH * _cloud_height(planet))
+        margin = _CHART_SEAM + _CLOUD_REACH * _cloud_height(planet)
+        one_face = _on_one_face(corners.normal, margin)
+        if not one_face.all():
+            two_faces = _on_two_faces(corners.normal, margin) & ~one_face
     nearest = _nadir_angles(planet, intrinsics, size)
     distance = float(np.sqrt(1.0 + planet.outside))
     height = 0.0 if planet.earth.air is None else AIR_TOP / planet.earth.equatorial_radius
@@ -97,14 +131,28 @@ def tiles_of(
     air = (nearest < np.arcsin(top / distance)) if distance > top else np.ones_like(ground)
     spacing = corners.distance / np.sqrt(np.maximum(corners.slant, 1e-3))
     pixel = 0.25 * _over_corners(np.add, spacing)
-    sea = np.zeros_like(even) if shores is None else _open_sea(corners, shores)
+    seen = even | finer
+    sea = land = np.zeros_like(even)
+    high_clouds = seen
+    if cells is not None and seen.any():
+        # The clouds that are seen before a place stand beside it.
+        slant = np.clip(_lowest(corners.slant), 0.05, 1.0)
+        parallax = _cloud_height(planet) * np.sqrt(1.0 - slant**2) / slant
+        touched = _Touched.by(corners, cells.shores.shape, parallax)
+        sea = seen & touched.none(cells.shores)
+        land = seen & touched.none(cells.waters)
+        high_clouds = seen & ~touched.none(cells.high_clouds)
     return BackgroundTiles(
         even=even,
         finer=finer,
-        ground=ground & ~(even | finer),
+        calm=calm,
+        ground=ground & ~seen,
         air=air & ~ground,
-        one_face=one_face & (even | finer),
-        sea=sea & (even | finer),
+        one_face=one_face & seen,
+        two_faces=two_faces & seen,
+        sea=sea,
+        land=land,
+        high_clouds=high_clouds,
         low=_lowest(corners.sun),
         high=_highest(corners.sun),
         pixel=pixel / float(intrinsics[0, 0]) * planet.earth.equatorial_radius,
@@ -173,7 +221,7 @@ def corners_on_ground(planet: PlanetView, intrinsics: Array32, size: tuple[int, 
     )
 
 
-def even_tiles(corners: Corners, parts: int = 1) -> Mask:
+def even_tiles(corners: Corners, parts: float = 1.0) -> Mask:
     """(rows, columns) whether a tile lies on the ground and its parts see it change evenly.
 
     What bends across a tile bends by the square of ``parts`` less across one of them.
@@ -186,21 +234,50 @@ def even_tiles(corners: Corners, parts: int = 1) -> Mask:
     return even & (_range(sun) < parts * _SUN_CHANGE * sun_height)
 
 
-def _open_sea(corners: Corners, shores: IndexArray) -> Mask:
-    """Whether no cell of an equirectangular map that a tile may touch has a shore.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Touched:
+    """The cells of a map that tiles may touch, (rows, columns) each: the first, and past the last.
 
-    Of a tile that spans the date line every longitude is asked for.
+    inside : whether these are all; not of tiles by the date line
     """
-    rows, columns = shores.shape[0] - 1, shores.shape[1] - 1
-    x, y, z = np.moveaxis(corners.normal, -1, 0)
-    row = (0.5 - np.arctan2(z, np.hypot(x, y)) / np.pi) * rows
-    column = (np.arctan2(y, x) / (2.0 * np.pi) + 0.5) * columns
-    top, left = (np.floor(_lowest(v) - 0.5).astype(int) for v in (row, column))
-    bottom, right = (np.ceil(_highest(v) + 0.5).astype(int) for v in (row, column))
-    top, bottom = np.clip(top, 0, rows), np.clip(bottom, 0, rows)
-    left, right = np.clip(left, 0, columns), np.clip(right, 0, columns)
-    closed = shores[bottom, right] - shores[top, right] - shores[bottom, left] + shores[top, left]
-    return closed == 0
+
+    top: IndexArray
+    bottom: IndexArray
+    left: IndexArray
+    right: IndexArray
+    inside: Mask
+
+    @staticmethod
+    def by(corners: Corners, shape: tuple[int, ...], margin: Array) -> _Touched:
+        """Of the tiles with these corners.
+
+        shape : of the sums in ``MapCells``
+        margin : how far off the tiles cells are touched, too [rad]
+        """
+        rows, columns = shape[0] - 1, shape[1] - 1
+        x, y, z = np.moveaxis(corners.normal, -1, 0)
+        across = np.hypot(x, y)
+        row = (0.5 - np.arctan2(z, across) / np.pi) * rows
+        column = (np.arctan2(y, x) / (2.0 * np.pi) + 0.5) * columns
+        high = 0.5 + rows / np.pi * margin
+        wide = 0.5 + 0.5 * columns / np.pi * margin / np.maximum(_lowest(across), 1e-3)
+        top, bottom = np.floor(_lowest(row) - high), np.ceil(_highest(row) + high)
+        left, right = (
+            np.floor(_lowest(column) - wide),
+            np.ceil(_highest(column) + wide),
+        )
+        return _Touched(
+            top=np.clip(top, 0, rows).astype(np.int64),
+            bottom=np.clip(bottom, 0, rows).astype(np.int64),
+            left=np.clip(left, 0, columns).astype(np.int64),
+            right=np.clip(right, 0, columns).astype(np.int64),
+            inside=(left >= 0) & (right <= columns),
+        )
+
+    def none(self, sums: IndexArray) -> Mask:
+        """Whether none of the cells touched is counted by a map's sums."""
+        within = sums[self.bottom, self.right] - sums[self.top, self.right]
+        return self.inside & (within == sums[self.bottom, self.left] - sums[self.top, self.left])
 
 
 def _on_one_face(normal: Array, margin: float) -> Mask:
@@ -209,6 +286,13 @@ def _on_one_face(normal: Array, margin: float) -> Mask:
     two, one = np.partition(size, 1, axis=-1)[..., 1:].transpose(2, 0, 1)
     faces = np.argmax(size, axis=-1) + 3 * (np.max(normal, axis=-1) == one)
     return (_range(faces) == 0) & (_lowest(one * (1.0 - margin) - two) > 0.0)
+
+
+def _on_two_faces(normal: Array, margin: float) -> Mask:
+    """(3, rows, columns) whether a tile lies so far from the faces about each of the axes."""
+    size = np.moveaxis(np.abs(normal), -1, 0)
+    far = size.max(axis=0) * (1.0 - margin) - size
+    return np.stack([_lowest(of_axis) > 0.0 for of_axis in far])
 
 
 def _rays(planet: PlanetView, intrinsics: Array32, count: tuple[int, int], first: float) -> Array:

@@ -14,6 +14,7 @@ import numpy as np
 
 from simgl.camera.camera import Camera
 from simgl.camera.distortion import PinholeField, field, warped_point_share
+from simgl.radiosity.transport_store import JointLight
 from simgl.scene.state import SceneState
 from simgl.view.background import Background, background
 from simgl.view.lamp_views import LampView, lamp_views
@@ -32,6 +33,7 @@ class FrameView:
     spacecraft : all that the camera does not see behind the Earth
     tiles : of the other pinhole image, the farthest first
     gather : where light from other surfaces is worked out
+    joint_light : how it is worked out between parts that joints have moved
     """
 
     camera: Camera
@@ -41,6 +43,7 @@ class FrameView:
     tiles: tuple[RasterTile, ...]
     lamps: tuple[LampView, ...]
     gather: Gather = "vertex"
+    joint_light: JointLight = "exact"
 
 
 def frame_view(
@@ -51,6 +54,7 @@ def frame_view(
     samples_per_pixel: int | None = None,
     inter_reflection: bool = True,
     gather: Gather = "vertex",
+    joint_light: JointLight = "exact",
 ) -> FrameView:
     """What one camera of the scene draws.
 
@@ -58,6 +62,8 @@ def frame_view(
     samples_per_pixel : of geometry; more where spacecraft are small
     inter_reflection : light between the surfaces of a spacecraft, and the Earth hidden by them
     gather : that light at vertices, or by rays from every sample
+    joint_light : that light where joints have moved parts: pair by pair of rigid groups, or by a
+        bake of each pose
 
     Raises ConfigError where the camera is inside a body or the Earth.
     """
@@ -82,6 +88,7 @@ def frame_view(
         ),
         lamps=lamps,
         gather=gather,
+        joint_light=joint_light,
     )
 
 

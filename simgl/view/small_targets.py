@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
+import scipy
 
 from simgl.arrays import Array
 from simgl.camera.camera import Camera
@@ -52,8 +52,10 @@ def outline_area(outline: Array) -> float:
         return 0.0
     try:
         # Scaled, since points far from the origin and close together look flat.
-        return float(ConvexHull((outline - outline[0]) / extent).volume * np.prod(extent))
-    except QhullError:
+        return float(
+            scipy.spatial.ConvexHull((outline - outline[0]) / extent).volume * np.prod(extent)
+        )
+    except scipy.spatial.QhullError:
         return 0.0
 
 

@@ -91,7 +91,7 @@ class Viewport:
         self.scenario = scenario
         self._renderer = Renderer(ctx)
         models = scenario.models_at_epoch() if scenario.inter_reflection else ()
-        self._renderer.prepare(models, scenario.earth, progress)
+        self._renderer.prepare(models, scenario.earth, scenario.joint_light, progress)
         self._display = DisplayPass(ctx)
         self._image: ImageTarget | None = None
 
@@ -104,6 +104,7 @@ class Viewport:
             samples_per_pixel=self.scenario.samples_per_pixel,
             inter_reflection=self.scenario.inter_reflection,
             gather=self.scenario.gather,
+            joint_light=self.scenario.joint_light,
         )
         self._image = self._renderer.radiance(view)
 

@@ -102,13 +102,22 @@ def _render_at_worker(job_name: str, frame: int) -> object:
     return plugin.render(frame)
 
 
+def _renderer_threads(workers: int) -> int:
+    """Threads that a CPU renderer starts in each of so many processes; 0: it draws on its caller's.
+
+    Its own default is one per core in each process. A single one would gain nothing where all
+    cores have a process, and llvmpipe with threads may free a lock that one of them still holds
+    (``benchmarks/driver_threads``).
+    """
+    threads = (os.cpu_count() or 1) // workers
+    return threads if threads > 1 else 0
+
+
 @contextmanager
 def run_on_this_machine(job: Job[T], workers: int) -> Iterator[Execute[T]]:
     """Worker processes on this machine, reached by its loopback address only."""
-    # A CPU renderer uses a thread per core in each process, unless its environment says otherwise.
-    threads = max((os.cpu_count() or 1) // workers, 1)
     environment = {
-        "LP_NUM_THREADS": os.environ.get("LP_NUM_THREADS", str(threads)),
+        "LP_NUM_THREADS": os.environ.get("LP_NUM_THREADS", str(_renderer_threads(workers))),
         "DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": f"{_LOCAL_CONNECT_S}s",
     }
     logging.getLogger("distributed").setLevel(logging.ERROR)

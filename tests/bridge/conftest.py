@@ -42,11 +42,16 @@ def client(running: Running) -> Iterator[Client]:
         yield link
 
 
+@pytest.fixture(autouse=True)
+def no_link_stays_open() -> Iterator[None]:
+    yield
+    while RawLink.made:
+        RawLink.made.pop().close()
+
+
 @pytest.fixture
-def raw(running: Running) -> Iterator[RawLink]:
-    link = RawLink(running.address)
-    yield link
-    link.close()
+def raw(running: Running) -> RawLink:
+    return RawLink(running.address)
 
 
 @pytest.fixture
@@ -64,17 +69,9 @@ def start_server() -> Iterator[Callable[..., Running]]:
 
 
 @pytest.fixture
-def connect() -> Iterator[Callable[[Running], RawLink]]:
+def connect() -> Callable[[Running], RawLink]:
     """Makes further raw links, which end with the test."""
-    made: list[RawLink] = []
-
-    def link(running: Running) -> RawLink:
-        made.append(RawLink(running.address))
-        return made[-1]
-
-    yield link
-    for one in made:
-        one.close()
+    return lambda running: RawLink(running.address)
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ from concurrent.futures import Future
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import msgspec
 import zmq
@@ -266,9 +266,15 @@ def free_address() -> str:
 
 
 class RawLink:
-    """A DEALER socket that sends any frames at all, and never waits beyond five seconds."""
+    """A DEALER socket that sends any frames at all, and never waits beyond five seconds.
+
+    made : every one since the test began; a test that fails leaves none open (see conftest)
+    """
+
+    made: ClassVar[list[RawLink]] = []
 
     def __init__(self, address: str, identity: bytes = b"") -> None:
+        self.made.append(self)
         self._context = zmq.Context()
         self._socket = self._context.socket(zmq.DEALER)
         self._socket.linger = 0

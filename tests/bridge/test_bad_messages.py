@@ -216,7 +216,6 @@ def test_a_frame_beyond_the_limit_costs_its_sender_the_link_and_nobody_else(
     greedy = RawLink(running.address)
     greedy.send([b"simgl/1", bytes(2 * 1024 * 1024)])
     assert_alive(raw)
-    greedy.close()
 
 
 def test_a_client_that_asks_much_and_takes_late_does_not_hold_up_the_others(
@@ -226,7 +225,6 @@ def test_a_client_that_asks_much_and_takes_late_does_not_hold_up_the_others(
     for id in range(200):
         lazy.send([b"simgl/1", msgspec.msgpack.encode({**RENDER, "id": id % 3})])
     assert_alive(raw)
-    lazy.close()
 
 
 # Any bytes; any MessagePack; a good request with one byte changed; a good request with one field

@@ -116,7 +116,6 @@ def test_while_a_scenario_is_loaded_a_greeting_is_answered_at_once(scenario_path
         assert header_of(link.receive())["type"] == "welcome"
         _, kind, status = asked(link, HELLO)
         assert (kind, status.state) == ("welcome", "ready")
-        link.close()
 
 
 def test_a_client_waits_for_a_server_that_starts_and_sees_how_far_it_is(
@@ -181,8 +180,6 @@ def test_a_draw_that_never_pauses_keeps_nobody_waiting(
         link.send([b"simgl/1", msgspec.msgpack.encode({**request, "deadline_ms": 1000})])
         images = header_of(link.receive())
         assert (images["type"], images["tai_ns"]) == ("images", now)
-        link.close()
-        other.close()
 
 
 def test_a_frozen_renderer_is_drawing_for_so_long_and_goes_on_when_it_thaws(
@@ -207,7 +204,6 @@ def test_a_frozen_renderer_is_drawing_for_so_long_and_goes_on_when_it_thaws(
         assert 0.3 < status.since_s < limit(2.0)
         os.kill(renderer, signal.SIGCONT)
         assert link.receive()[2] == wanted.dn.tobytes()
-        link.close()
 
 
 def test_a_renderer_that_is_killed_is_started_again_and_its_request_is_told(
@@ -280,6 +276,6 @@ def test_a_renderer_ends_with_its_server_however_that_ends(scenario_path: Path, 
 def test_a_server_imports_nothing_that_only_its_renderer_needs() -> None:
     """Its first answer comes within a second of its start."""
     slow = ("scipy", "trimesh", "moderngl", "simgl.simulator", "simgl.scenario")
-    program = "import sys, simgl_bridge.commands\nprint(*sys.modules)"
+    program = "import sys, simgl_bridge.serving\nprint(*sys.modules)"
     loaded = run_to_end([sys.executable, "-c", program]).stdout.split()
     assert not [name for name in loaded if name.startswith(slow)]

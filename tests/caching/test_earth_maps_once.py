@@ -43,7 +43,7 @@ def start(gl: moderngl.Context, tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
 
     stand_in(earth_maps, "make_land_map", code)
     stand_in(earth_maps, "make_form_map", code + 1)
-    stand_in(earth_maps, "make_shores", np.zeros((257, 513), dtype=np.int64))
+    stand_in(earth_maps, "make_shores", (np.zeros((257, 513), dtype=np.int64),) * 2)
     stand_in(cloud_map, "noise_volume", np.zeros((128, 128, 128, 4), dtype=np.uint8))
     stand_in(cloud_map, "weather_codes", code + 2)
     stand_in(cloud_map, "_from_image", code + 3)
@@ -162,3 +162,40 @@ def test_without_a_cache_all_is_computed_each_time(
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
     for _ in range(2):
         assert start(CLOUDY) == [*ALL, "weather_codes"]
+
+
+class Stages:
+    """Records what it is told of."""
+
+    def __init__(self) -> None:
+        self.names: list[str] = []
+
+    def begin_stage(self, name: str) -> None:
+        self.names.append(name)
+
+    def __call__(self, done: int, total: int) -> None:
+        del done, total
+
+
+@pytest.mark.parametrize("earth", [CLOUDY, Earth()], ids=["cloudy", "clear"])
+def test_what_no_earlier_run_has_computed_is_so_before_the_first_frame(
+    start: Start, gl: moderngl.Context, earth: Earth
+) -> None:
+    shown = Stages()
+    textures = EarthTextures(gl)
+    textures.prepare(earth, shown)
+    assert shown.names == ["maps of the Earth"]
+    textures.release()
+    assert start(earth) == []
+
+
+@pytest.mark.parametrize("earth", [CLOUDY, Earth()], ids=["cloudy", "clear"])
+def test_what_files_have_waits_for_a_frame_that_shows_the_earth(
+    start: Start, gl: moderngl.Context, earth: Earth
+) -> None:
+    start(earth)
+    shown = Stages()
+    textures = EarthTextures(gl)
+    textures.prepare(earth, shown)
+    assert shown.names == []
+    assert textures.cells is None

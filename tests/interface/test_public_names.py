@@ -16,6 +16,7 @@ import pytest
 import simgl_bridge
 
 import simgl
+from tests.patience import run_to_end
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "python.md"
@@ -156,3 +157,24 @@ def test_importing_simgl_loads_neither_numpy_nor_opengl() -> None:
 def test_a_renamed_name_says_what_it_is_called_now() -> None:
     with pytest.raises(AttributeError, match=r"simgl\.Exposure is now simgl\.Capture"):
         simgl.Exposure  # noqa: B018
+
+
+def test_help_imports_nothing_that_computes() -> None:
+    """It is there at once: completion in a shell starts the same way."""
+    slow = ("numpy", "scipy", "trimesh", "moderngl", "matplotlib", "PIL", "erfa", "zmq", "msgspec")
+    program = (
+        "import atexit, sys; from simgl.cli import main\n"
+        "atexit.register(lambda: print(*sys.modules, file=sys.stderr))\n"
+        "sys.argv = ['simgl', '--help']; main()"
+    )
+    ended = run_to_end([sys.executable, "-c", program])
+    assert "serve" in ended.stdout
+    assert not [name for name in ended.stderr.split() if name.startswith(slow)]
+
+
+def test_a_simulator_imports_only_what_its_scenario_needs() -> None:
+    slow = ("scipy.stats", "scipy.optimize", "scipy.interpolate", "scipy.ndimage", "scipy.fft")
+    others = ("trimesh", "matplotlib", "OpenEXR", "typer", "rich", "dask", "glfw", "zmq")
+    program = "import sys; from simgl import Simulator, load_scenario; print(*sys.modules)"
+    loaded = run_to_end([sys.executable, "-c", program]).stdout.split()
+    assert not [name for name in loaded if name.startswith((*slow, *others))]

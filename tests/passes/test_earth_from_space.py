@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from simgl.view.background_tiles import even_tiles
+from simgl.view.background_tiles import even_tiles, tiles_of
 from tests.passes.test_ground import RADIUS, SUN, icrf_from_itrf, looking_down, tilted_sun, up_at
 from tests.scenes import radiance, scene
 
@@ -89,6 +89,26 @@ def test_tiles_found_at_their_corners_show_what_pixels_show(
     assert np.sqrt((off**2).mean()) < 0.01
     assert abs(off.mean()) < 2e-4
     assert abs(off).max() < 0.25
+
+
+# Inland, on open sea, across shores, across the date line, at an edge of the noise's cube.
+@pytest.mark.parametrize(
+    "place", [(18.0, 10.0), (-30.0, -20.0), (5.0, 0.0), (-40.0, 179.9), (10.0, 45.0)]
+)
+def test_tiles_leave_out_only_what_none_of_their_pixels_shows(
+    gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch, place: tuple[float, float]
+) -> None:
+    """Sea on land, land on the sea, and thin high cloud where the weather has none."""
+    sun = tilted_sun(place, 40.0, 240.0)
+    known = oblique(gl, place, 30.0, sun, {})
+
+    def of_nothing_known(planet: Any, k: Any, size: Any, cells: Any, *, noise: bool) -> Any:
+        assert cells is not None
+        return tiles_of(planet, k, size, noise=noise)
+
+    monkeypatch.setattr("simgl.passes.background.planet.tiles_of", of_nothing_known)
+    unknown = oblique(gl, place, 30.0, sun, {})
+    np.testing.assert_allclose(known, unknown, rtol=1e-5)
 
 
 @pytest.mark.parametrize(("place", "cover"), [((5.0, 45.0), 0.0), ((35.26, 45.0), 0.4)])

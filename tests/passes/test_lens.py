@@ -14,6 +14,7 @@ from simgl.camera.camera_equation import square_electrons_per_irradiance
 from simgl.camera.detector import Mosaic
 from simgl.camera.distortion import field, relative_illumination
 from simgl.camera.lens import Distortion, Vignetting
+from simgl.camera.point_spread import Spread
 from simgl.camera_pipeline import CameraPipeline
 from simgl.gpu.render_targets import Format, ImageTarget
 from simgl.images import ElectronFrame, RadianceFrame, TruthFrame
@@ -84,6 +85,39 @@ def test_behind_colour_filters_a_spread_image_makes_the_electrons_of_its_bands(
     for place, weights in enumerate(square):
         of = np.s_[place // 2 :: 2, place % 2 :: 2]
         np.testing.assert_allclose(found[of], bands[of] @ weights, rtol=1e-4, atol=1e-3)
+
+
+def test_exposure_and_gain_change_without_new_kernels(
+    gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A loop that sets them for every image must not wait for the point spread each time."""
+    made: list[Camera] = []
+
+    def watched(cam: Camera, *others: Any) -> Spread:
+        made.append(cam)
+        return Spread(cam, *others)
+
+    monkeypatch.setattr("simgl.passes.spread.Spread", watched)
+    cam = camera(256, spread=DIFFRACTION)
+    target = ImageTarget(gl, (256, 192), [Format("f4", 4)])
+    radiance = np.random.default_rng(8).random((192, 256, 4))
+    target.textures[0].write(radiance.astype("<f4").tobytes())
+    photons = np.array([3.3e18, 2.8e18, 2.3e18, 4.2e18])
+    with CameraPipeline(gl) as pipeline:
+        once = pipeline.electrons_through(cam, photons, target).read().copy()
+        longer = replace(
+            cam,
+            exposure_time=2.5 * cam.exposure_time,
+            detector=replace(cam.detector, gain_dn_per_e=0.5, read_noise=1.0),
+        )
+        found = pipeline.electrons_through(longer, photons, target).read()
+        other = replace(cam, lens=replace(cam.lens, f_number=2.0 * cam.lens.f_number))
+        pipeline.electrons_through(other, photons, target)
+    gl.detect_framebuffer(0).use()
+    target.release()
+    # Two float32 products.
+    np.testing.assert_allclose(found, 2.5 * once, rtol=3e-7)
+    assert made == [cam, other]
 
 
 @pytest.mark.parametrize("width", [256, 254])

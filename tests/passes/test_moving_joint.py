@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, Literal
 
 import moderngl
 import numpy as np
@@ -18,9 +18,11 @@ YOKE_ANGLES = np.radians(35.0 + np.linspace(-1.0, 1.0, 20))
 PRODUCTS = frozenset({Product.RADIANCE, Product.TRUTH})
 
 
-@pytest.mark.parametrize("inter_reflection", [False, True], ids=["direct", "interreflecting"])
+@pytest.mark.parametrize("joint_light", [None, "exact", "quick"])
 def test_a_turning_joint_makes_no_buffer_and_no_ray_structure(
-    gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch, inter_reflection: bool
+    gl: moderngl.Context,
+    monkeypatch: pytest.MonkeyPatch,
+    joint_light: Literal["exact", "quick"] | None,
 ) -> None:
     """The first frame uploads meshes and compiles programs; 20 more poses make nothing.
 
@@ -40,15 +42,16 @@ def test_a_turning_joint_makes_no_buffer_and_no_ray_structure(
     monkeypatch.setattr(moderngl.Context, "vertex_array", arrays)
     structures = counted("ray structures", vars(simgl.rays)["EmbreeScene"])
     monkeypatch.setattr(simgl.rays, "EmbreeScene", structures)
-    scenario, jointed, _ = bench(inter_reflection, focal_length_mm=8.0)
-    scenario = replace(scenario, models={"craft": jointed})
+    scenario, jointed, _ = bench(joint_light is not None, focal_length_mm=8.0)
+    scenario = replace(scenario, models={"craft": jointed}, joint_light=joint_light or "exact")
     epoch = scenario.epoch_tai_ns
     poses = scenario.poses(epoch)
     with Simulator(scenario, gl) as simulator:
         for number, angle in enumerate([YOKE_ANGLES[0], *YOKE_ANGLES]):
             angles = {"craft": {"yoke": float(angle), "wing": np.radians(-50.0)}}
             state = scenario.with_poses(epoch, poses, joint_angles=angles)
-            simulator.capture(state, "cam", PRODUCTS)
+            frame = simulator.capture(state, "cam", PRODUCTS)
+            assert frame.info.interreflection == (joint_light or "off")
             if number == 0:
                 assert min(made.values()) > 0
                 made = dict.fromkeys(made, 0)

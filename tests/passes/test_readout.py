@@ -175,14 +175,16 @@ def test_particles_are_added_after_shot_noise(gl: moderngl.Context) -> None:
     assert np.count_nonzero(with_hits - without) == np.count_nonzero(electrons)
 
 
-def test_width_that_is_no_multiple_of_four(gl: moderngl.Context) -> None:
-    """The last pixels of a row get their own light."""
-    mean = np.zeros((SIDE, 30), dtype=np.float32)
-    mean[:, 29] = 1e4
-    dn = expose(gl, mean, camera(width=30))
-    assert dn.shape == (SIDE, 30)
-    assert np.all(dn[:, :29] == 0)
-    assert np.all(dn[:, 29] > 9000)
+@pytest.mark.parametrize("width", range(25, 33))
+def test_a_row_ends_where_it_may(gl: moderngl.Context, width: int) -> None:
+    """The last pixels of a row get their own light; the others' noise is that of a wider row."""
+    mean = np.full((SIDE, width), 50.0, dtype=np.float32)
+    mean[:, -1] = 1e4
+    dn = expose(gl, mean, camera(width=width, read_noise=3.0, pedestal=20.0))
+    assert dn.shape == (SIDE, width)
+    assert np.all(dn[:, -1] > 9000)
+    wider = expose(gl, 50.0, camera(width=40, read_noise=3.0, pedestal=20.0))
+    np.testing.assert_array_equal(dn[:, :-1], wider[:, : width - 1])
 
 
 _BITS = """

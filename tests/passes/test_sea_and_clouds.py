@@ -159,13 +159,13 @@ def test_the_noise_breaks_a_cover_up_and_keeps_its_mean_at_any_pixel(
     seen = np.sqrt(kept) * ndtri((np.arange(4000) + 0.5) / 4000)
     for share in (0.02, 0.2, 0.5, 0.93, 0.99):
         cases = np.stack([np.full(4000, share), seen], axis=1)
-        given = f"(in_value[0], in_value[1], {kept}, {softness})"
-        cover = clouds(gl, f"cloud_cover{given}", cases)
+        cloud = f"broken_up(in_value[0], {kept}, {softness})"
+        cover = clouds(gl, f"cloud_cover({cloud}, in_value[1])", cases)
         # The quantile is good to 0.012, 0.005 of a share.
         assert cover.mean() == pytest.approx(share, abs=0.005)
         assert cover.min() >= 0.0
         assert cover.max() <= 1.0
-        thicker = clouds(gl, f"thicker{given}", cases)
+        thicker = clouds(gl, f"in_value[1] - {cloud}.mean", cases)
         assert (cover * thicker).mean() == pytest.approx(0.0, abs=0.008)
 
 
@@ -177,9 +177,9 @@ def test_a_pixel_that_resolves_less_of_the_noise_shows_less_of_its_contrast(
     seen = np.sqrt(0.5) * rng.standard_normal(20)
     unseen = np.sqrt(0.5) * ndtri((np.arange(500) + 0.5) / 500)
     fine = np.stack([np.full(10_000, 0.4), (seen[:, None] + unseen).ravel()], axis=1)
-    sharp = clouds(gl, "cloud_cover(in_value[0], in_value[1], 1.0, 0.2)", fine)
+    sharp = clouds(gl, "cloud_cover(broken_up(in_value[0], 1.0, 0.2), in_value[1])", fine)
     coarse = np.stack([np.full(20, 0.4), seen], axis=1)
-    blurred = clouds(gl, "cloud_cover(in_value[0], in_value[1], 0.5, 0.2)", coarse)
+    blurred = clouds(gl, "cloud_cover(broken_up(in_value[0], 0.5, 0.2), in_value[1])", coarse)
     np.testing.assert_allclose(blurred, sharp.reshape(20, 500).mean(axis=1), atol=0.005)
 
 

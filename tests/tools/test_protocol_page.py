@@ -84,6 +84,7 @@ _IMAGE = CameraImage(
     render_us=12345,
     planes=(Plane(product="part_id", dtype="<u4", shape=(48, 64), unit=""),),
     part_names={65537: "target/body"},
+    interreflection="quick",
 )
 _BOOT, _HASH = "b" * 32, "5" * 32
 _WELCOME = Welcome(

@@ -97,3 +97,23 @@ def test_a_worker_refuses_a_job_that_it_does_not_hold(scheduler: str) -> None:
         assert failure.problem == "workers: frame 3 is of a job that this worker does not hold"
         with pytest.raises(SimglError, match="does not hold"):
             list(dask_executor._results(client, "simgl-other", [3]))
+
+
+@pytest.mark.parametrize(
+    ("cores", "workers", "threads"), [(2, 2, 0), (3, 2, 0), (4, 2, 2), (1, 2, 0)]
+)
+def test_a_worker_with_one_core_has_a_cpu_renderer_without_threads(
+    monkeypatch: pytest.MonkeyPatch, cores: int, workers: int, threads: int
+) -> None:
+    started: list[tuple[int, dict[str, str]]] = []
+
+    def no_cluster(workers: int, environment: dict[str, str]) -> None:
+        started.append((workers, environment))
+        raise TimeoutError
+
+    monkeypatch.setattr(dask_executor, "_local_cluster", no_cluster)
+    monkeypatch.setattr("os.cpu_count", lambda: cores)
+    monkeypatch.delenv("LP_NUM_THREADS", raising=False)
+    with pytest.raises(SimglError, match="not reached"):
+        dask_executor.run_on_this_machine(NamedJob("target"), workers).__enter__()
+    assert [(count, told["LP_NUM_THREADS"]) for count, told in started] == [(workers, str(threads))]

@@ -17,6 +17,7 @@ import zmq
 from simgl.lru_cache import LruCache
 from simgl_bridge.access import ANY_LOCAL, bind
 from simgl_bridge.basilisk.viz_messages import UnreadableError, Update, read_update
+from simgl_bridge.bind_address import DEFAULT_BASILISK_ADDRESS
 from simgl_bridge.messages import Error
 from simgl_bridge.operator_log import OperatorLog
 from simgl_bridge.render_queue import RenderQueue
@@ -24,7 +25,6 @@ from simgl_bridge.renderer_link import Payload
 from simgl_bridge.renderer_messages import Answer, DrawForBasilisk, Task
 from simgl_bridge.server import Work
 
-DEFAULT_ADDRESS = "tcp://127.0.0.1:5556"
 # A state has some kilobytes; ZeroMQ drops who sends a longer frame.
 LARGEST_FRAME = 4 * 1024 * 1024
 # Peers remembered; the ones silent for longest are dropped.
@@ -67,7 +67,7 @@ class BasiliskEndpoint:
     Raises ConfigError for an address open to strangers, and BridgeError where it cannot be bound.
     """
 
-    def __init__(self, queue: RenderQueue, address: str = DEFAULT_ADDRESS) -> None:
+    def __init__(self, queue: RenderQueue, address: str = DEFAULT_BASILISK_ADDRESS) -> None:
         self._queue = queue
         self._warn = OperatorLog("simgl: basilisk")
         self._peers: LruCache[bytes, _Peer] = LruCache(

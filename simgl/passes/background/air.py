@@ -1,9 +1,12 @@
 """The air before a camera: which tables its image reads, drawn where they are not there yet.
 
 A view's table holds for one height and one angle of the Sun, and for all directions. Heights are
-taken in steps, fine enough not to show; angles of the Sun lie between two nodes, whose tables are
-marched and then mixed, so that a moving Sun costs a march only when it passes a node. Images from
-one place share the tables: those of a camera, and the six that a spacecraft near it sees around it.
+taken in steps, fine enough not to show; angles of the Sun lie between four nodes, whose tables are
+marched and then mixed, so that a moving Sun costs a march only when it passes a node. The table's
+rows lie in parts, each with nodes of its own between those of the others: while the Sun moves
+evenly a few rows are marched in each frame, and all of them only where the height passes a step.
+Images from one place share the tables: those of a camera, and the six that a spacecraft near it
+sees around it.
 """
 
 from __future__ import annotations
@@ -47,7 +50,8 @@ AIR_VIEW = Block(
             ("camera_nearness", "f4"),
             ("camera_height", "f4"),
             ("view_columns", "f4"),
-            ("view_padding", "f4"),
+            # Of the part of the table that is marched.
+            ("first_row", "f4"),
         ]
     ),
 )
@@ -79,17 +83,30 @@ _COLUMNS = 96
 _STEPS = 48
 
 # The steps of a view: of its height, relative, and between the Sun's nodes [rad]: 400 m at 400 km,
-# and 1.8 s on the way round. At the terminator light falls by e in 1.5 degrees, low in the limb's
-# blue within half of one: half a step of height is 0.3 % there, what bends between nodes as much.
-_HEIGHT_STEP, _NODE_STEP = 2.0**-10, 2.0**-9
-# Marched tables and mixed ones that are cached: a camera's and those of spacecraft near it.
-_CAPACITY = 8
+# and 3.6 s on the way round. At the terminator light falls by e in 1.5 degrees, low in the limb's
+# blue within half of one: half a step of height is 0.3 % there.
+_HEIGHT_STEP, _NODE_STEP = 2.0**-10, 2.0**-8
+# Parts of a table's rows.
+_PARTS = 16
+# Tables that are cached: a camera's and those of spacecraft near it, mixed, and their nodes.
+_CAPACITY, _NODE_CAPACITY = 8, 16
 
 # Atmospheres whose tables are cached, some megabytes each.
 _MAX_KINDS = 4
 
-_MIX = Block("AirMix", 24, np.dtype([("share", "f4", 4)]))
-_MIX_SAMPLERS = ["light_0", "transmittance_0", "light_1", "transmittance_1"]
+_MIX = Block(
+    "AirMix",
+    24,
+    np.dtype(
+        [
+            ("node_weights", "f4", 4),
+            ("first_mixed", "i4"),
+            ("mix_padding", "f4"),
+            ("mix_padding2", "f4", 2),
+        ]
+    ),
+)
+_MIX_SAMPLERS = [f"{name}_{node}" for node in range(4) for name in ("light", "transmittance")]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -118,7 +135,7 @@ class AtmospherePass:
         self._tables = LruCache[AirKind, AirTables](_MAX_KINDS, AirTables.release)
         self._mix = FullscreenProgram(ctx, "air/mix", _MIX, _MIX_SAMPLERS)
         self._nodes = LruCache[tuple[object, ...], ImageTarget](
-            _CAPACITY, partial(release_all, ctx)
+            _NODE_CAPACITY * _PARTS, partial(release_all, ctx)
         )
         self._views = LruCache[tuple[object, ...], ImageTarget](
             _CAPACITY, partial(release_all, ctx)
@@ -150,7 +167,7 @@ class AtmospherePass:
         place = planet.earth.radii, planet.camera_in_sphere.tobytes(), planet.outside
         key = kind, *place, planet.sun_direction_itrf.tobytes()
         if self._last is None or self._last[0] != key:
-            height, angle = _height_step(planet), _sun_angle(planet)
+            height, angle = planet.height, _sun_angle(planet)
             mixed = self._mixed(tables, kind, height, angle)
             self._last = None
             self._view.write(_view_values(planet, kind.radius, height, angle))
@@ -191,24 +208,45 @@ class AtmospherePass:
     def _draw_mixed(
         self, tables: AirTables, kind: AirKind, height: float, angle: float
     ) -> ImageTarget:
-        below = floor(angle / _NODE_STEP)
-        nodes = [self._node(tables, kind, height, below + i) for i in (0, 1)]
-        target = self._new_table()
-        area = (0, 0, _COLUMNS, _rows(height))
-        self.state.apply(self._ctx, target.framebuffer, area, area)
-        self._mix.draw(
-            {"share": (angle / _NODE_STEP - below,) * 4},
-            [t for node in nodes for t in node.textures],
-        )
+        rows = _rows(height) // _PARTS
+        mixed: list[tuple[float, list[moderngl.Texture]]] = []
+        for part in range(_PARTS):
+            between = angle / _NODE_STEP - part / _PARTS
+            below = floor(between)
+            nodes = [self._node(tables, kind, height, part, below + i) for i in (-1, 0, 1, 2)]
+            mixed.append((between - below, [t for node in nodes for t in node.textures]))
+        target = _new_table(self._ctx, _rows(height))
+        for part, (share, textures) in enumerate(mixed):
+            area = (0, part * rows, _COLUMNS, rows)
+            self.state.apply(self._ctx, target.framebuffer, area, area)
+            values = {"node_weights": _node_weights(share), "first_mixed": part * rows}
+            self._mix.draw(values, textures)
         return target
 
-    def _node(self, tables: AirTables, kind: AirKind, height: float, index: int) -> ImageTarget:
-        """The marched table of one node."""
-        key = kind, height, index
-        return self._nodes.get(key, lambda: self._march(tables, kind, height, index))
-
-    def _march(self, tables: AirTables, kind: AirKind, height: float, index: int) -> ImageTarget:
+    def _node(
+        self, tables: AirTables, kind: AirKind, height: float, part: int, index: int
+    ) -> ImageTarget:
+        """The rows of a part, marched for one node."""
+        # A step on the other side of the air's top has rows of another kind.
         inside = height < AIR_TOP
+        step = _height_step(height)
+        step = min(step, AIR_TOP) if inside else max(step, AIR_TOP)
+        key = kind, step, inside, part, index
+        angle = (index + part / _PARTS) * _NODE_STEP
+        return self._nodes.get(
+            key, lambda: self._march(tables, kind, step, angle, part, inside=inside)
+        )
+
+    def _march(
+        self,
+        tables: AirTables,
+        kind: AirKind,
+        height: float,
+        angle: float,
+        part: int,
+        *,
+        inside: bool,
+    ) -> ImageTarget:
         if inside not in self._programs:
             self._programs[inside] = FullscreenProgram(
                 self._ctx,
@@ -218,18 +256,12 @@ class AtmospherePass:
                 shared=[AIR],
                 defines={"STEPS": _STEPS} | ({"AIR_INSIDE": 1} if inside else {}),
             )
-        target = self._new_table()
-        area = (0, 0, _COLUMNS, _rows(height))
+        rows = (_ROWS if inside else _ROWS - _SKY_ROWS) // _PARTS
+        target = _new_table(self._ctx, rows)
+        area = (0, 0, _COLUMNS, rows)
         self.state.apply(self._ctx, target.framebuffer, area, area)
-        sources = [tables.textures[name] for name in _MARCH_SAMPLERS]
-        self._programs[inside].draw(_values(kind.radius, height, index * _NODE_STEP), sources)
-        return target
-
-    def _new_table(self) -> ImageTarget:
-        target = ImageTarget(self._ctx, (_COLUMNS, _ROWS), (Format("f4", 4),) * 2)
-        for texture in target.textures:
-            texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
-            texture.repeat_x = texture.repeat_y = False
+        values = _values(kind.radius, height, angle) | {"first_row": part * rows}
+        self._programs[inside].draw(values, [tables.textures[name] for name in _MARCH_SAMPLERS])
         return target
 
     def release(self) -> None:
@@ -261,14 +293,32 @@ def _sun_in_sphere(planet: PlanetView) -> np.ndarray[tuple[int], np.dtype[np.flo
     return stretched / np.linalg.norm(stretched)
 
 
+def _new_table(ctx: moderngl.Context, rows: int) -> ImageTarget:
+    target = ImageTarget(ctx, (_COLUMNS, rows), (Format("f4", 4),) * 2)
+    for texture in target.textures:
+        texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+        texture.repeat_x = texture.repeat_y = False
+    return target
+
+
 def _rows(height: float) -> int:
     """Of the table of a height [m]: a camera in space looks at no sky."""
     return _ROWS if height < AIR_TOP else _ROWS - _SKY_ROWS
 
 
-def _height_step(planet: PlanetView) -> float:
-    """Height of the table that serves a view [m]."""
-    return exp(round(log(planet.height) / _HEIGHT_STEP) * _HEIGHT_STEP)
+def _height_step(height: float) -> float:
+    """Height of the tables that serve a view from a height [m]."""
+    return exp(round(log(height) / _HEIGHT_STEP) * _HEIGHT_STEP)
+
+
+def _node_weights(x: float) -> tuple[float, float, float, float]:
+    """Of four nodes at -1, 0, 1 and 2, in the cubic through them."""
+    return (
+        -x * (x - 1.0) * (x - 2.0) / 6.0,
+        (x + 1.0) * (x - 1.0) * (x - 2.0) / 2.0,
+        -(x + 1.0) * x * (x - 2.0) / 2.0,
+        (x + 1.0) * x * (x - 1.0) / 6.0,
+    )
 
 
 def _sun_angle(planet: PlanetView) -> float:
@@ -289,6 +339,7 @@ def _values(radius: float, height: float, angle: float) -> dict[str, object]:
         "camera_nearness": 1.0 / np.sqrt(1.0 + outside),
         "camera_height": height / 1e3,
         "view_columns": _COLUMNS,
+        "first_row": 0.0,
     }
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from simgl import assets
 from simgl.arrays import Image8
+from simgl.disk_cache import is_computed
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.glsl import assemble
 from simgl.gpu.pipeline_state import State
@@ -58,7 +59,7 @@ def weather_map(
     """What ``weather_codes`` returns, made once on a machine; ground : of these maps."""
     if (image := clouds.image) is not None:
         of_image = ("clouds", image.digest, clouds.thickness)
-        return map_once(of_image, (__name__, *MADE_BY), lambda: _from_image(clouds, image))
+        return map_once((__name__, *MADE_BY), of_image, lambda: _from_image(clouds, image))
 
     def drawn() -> Image8:
         noise = noise_texture(ctx, clouds.seed)
@@ -67,12 +68,23 @@ def weather_map(
         finally:
             noise.release()
 
+    return map_once(*_source(ctx, clouds, maps), drawn)
+
+
+def has_weather(ctx: moderngl.Context, clouds: Clouds, maps: EarthMaps) -> bool:
+    """Whether ``weather_map`` need not draw it; an image is read in no time."""
+    return clouds.image is not None or is_computed("earth", *_source(ctx, clouds, maps))
+
+
+def _source(
+    ctx: moderngl.Context, clouds: Clouds, maps: EarthMaps
+) -> tuple[tuple[str, ...], tuple[object, ...]]:
+    """The modules that draw the weather, and all else that it depends on."""
     shader = assemble(assets.shaders(), f"{_SHADER}.frag", None, {_WEATHER.include: _WEATHER.glsl})
     driver = ctx.info["GL_RENDERER"], ctx.info["GL_VERSION"]
     of_ground = land_inputs(maps.land), form_inputs(maps.water, maps.night)
     inputs = ("weather", clouds.seed, clouds.cover, shader.text, driver, of_ground)
-    made_by = (__name__, "simgl.scene.cyclones", "simgl.scene.noise_volume", *MADE_BY)
-    return map_once(inputs, made_by, drawn)
+    return (__name__, "simgl.scene.cyclones", "simgl.scene.noise_volume", *MADE_BY), inputs
 
 
 def weather_codes(

@@ -8,10 +8,11 @@ from pathlib import Path
 
 import moderngl
 import numpy as np
+import scipy
 from PIL import Image
 
 from simgl import assets
-from simgl.arrays import Image8, IndexArray
+from simgl.arrays import Image8, IndexArray, Mask
 from simgl.disk_cache import Arrays, computed_once
 from simgl.lru_cache import MANY, LruCache
 from simgl.physics.land_reflectance import near_infrared, reflectance_from_display
@@ -21,8 +22,8 @@ from simgl.scene.earth import EarthMaps, MapImage
 WIDTH, HEIGHT = 4096, 2048
 _SHORE_STEPS_PER_KM = 6.0
 _KM_PER_DEGREE = 111.19
-# Cells by which open sea is told, from pole to pole, and the distance to a shore.
-_CELLS, _OPEN_SEA_KM = 256, 10.0
+# Cells by which open sea and land are told, from pole to pole, and the distance to a shore.
+_CELLS, _FAR_FROM_SHORES_KM = 256, 10.0
 
 
 _LAND, _RELIEF, _SHORE = ("land_rgb.jpg", "land_nir.jpg"), "relief.webp", "shore.webp"
@@ -62,7 +63,7 @@ def form_inputs(water: MapImage | None, night: MapImage | None) -> tuple[object,
     return "form", _digest(None, _RELIEF), _digest(water, _SHORE), _digest(night, _NIGHT)
 
 
-def map_once(inputs: object, made_by: Sequence[str], make: Callable[[], Image8]) -> Image8:
+def map_once(made_by: Sequence[str], inputs: object, make: Callable[[], Image8]) -> Image8:
     """(h, 2 h, 4) codes of a map, computed once on a machine."""
 
     def fits(arrays: Arrays) -> bool:
@@ -81,7 +82,7 @@ def land_map(image: MapImage | None) -> Image8:
     """(h, w, 4) square roots of reflectance R, G, B, N, 255 for 1."""
 
     def made() -> Image8:
-        return map_once(land_inputs(image), MADE_BY, lambda: make_land_map(image))
+        return map_once(MADE_BY, land_inputs(image), lambda: make_land_map(image))
 
     return _land_maps.get(image, made, size_of)
 
@@ -99,7 +100,7 @@ def form_map(water: MapImage | None, night: MapImage | None) -> Image8:
     """(h, w, 4) codes of the slopes to the east and north, of the shore, and of night lights."""
 
     def made() -> Image8:
-        return map_once(form_inputs(water, night), MADE_BY, lambda: make_form_map(water, night))
+        return map_once(MADE_BY, form_inputs(water, night), lambda: make_form_map(water, night))
 
     return _form_maps.get((water, night), made, size_of)
 
@@ -121,45 +122,58 @@ def make_form_map(water: MapImage | None, night: MapImage | None) -> Image8:
 
 def _shore(water: Image.Image) -> Image8:
     """Distance to the shore in the shipped map's code, from an image that is white on water."""
-    from scipy.ndimage import distance_transform_edt
-
+    distance_transform = scipy.ndimage.distance_transform_edt
     is_water = np.asarray(water) > 127
     km = 180.0 / is_water.shape[0] * _KM_PER_DEGREE
-    distance = distance_transform_edt(is_water) - distance_transform_edt(~is_water)
+    distance = distance_transform(is_water) - distance_transform(~is_water)
     code = np.clip(np.round(128.0 + _SHORE_STEPS_PER_KM * km * distance), 0, 255)
     return np.asarray(code, dtype=np.uint8)
 
 
-def shores(maps: EarthMaps) -> IndexArray:
-    """(rows + 1, columns + 1) of the corners of cells of 0.7 deg: how many of those above and left
-    of each are not all open sea.
+def shores(maps: EarthMaps) -> tuple[IndexArray, IndexArray]:
+    """``cell_sums`` of the cells that are not all open sea, and of those that are not all inland.
 
-    Open sea is so far from any shore that noise frays none into it, and no pixel of half a cell's
+    Both are so far from any shore that noise frays none into them, and no pixel of half a cell's
     width sees one.
     """
-    inputs = ("shores", form_inputs(maps.water, maps.night))
+    inputs = ("open sea and inland", form_inputs(maps.water, maps.night))
     shape = (_CELLS + 1, 2 * _CELLS + 1)
-    return computed_once(
+    names = "shores", "waters"
+    sums = computed_once(
         "earth",
         MADE_BY,
         inputs,
-        lambda: {"sums": make_shores(maps)},
-        lambda arrays: arrays["sums"].shape == shape and arrays["sums"].dtype == np.int64,
-    )["sums"]
+        lambda: dict(zip(names, make_shores(maps), strict=True)),
+        lambda arrays: all(
+            arrays[name].shape == shape and arrays[name].dtype == np.int64 for name in names
+        ),
+    )
+    return sums["shores"], sums["waters"]
 
 
-def make_shores(maps: EarthMaps) -> IndexArray:
+def make_shores(maps: EarthMaps) -> tuple[IndexArray, IndexArray]:
     """``shores``, past the cache."""
     shore = form_map(maps.water, maps.night)[..., 2]
-    height, width = shore.shape
+    far = _SHORE_STEPS_PER_KM * _FAR_FROM_SHORES_KM
+    lowest, highest = over_cells(np.minimum, shore), over_cells(np.maximum, shore)
+    return cell_sums(lowest <= 128 + far), cell_sums(highest >= 128 - far)
+
+
+def over_cells(of_two: np.ufunc, codes: Image8) -> Image8:
+    """(256, 512) what a function of two makes of a map's codes (h, w) in each cell of 0.7 deg."""
+    height, width = codes.shape
     rows, columns = (
         np.arange(_CELLS) * height // _CELLS,
         np.arange(2 * _CELLS) * width // (2 * _CELLS),
     )
-    lowest = np.minimum.reduceat(np.minimum.reduceat(shore, rows, axis=0), columns, axis=1)
-    sums = np.zeros((_CELLS + 1, 2 * _CELLS + 1), dtype=np.int64)
-    closed = lowest <= 128 + _SHORE_STEPS_PER_KM * _OPEN_SEA_KM
-    sums[1:, 1:] = np.cumsum(np.cumsum(closed, axis=0), axis=1)
+    return np.asarray(of_two.reduceat(of_two.reduceat(codes, rows, axis=0), columns, axis=1))
+
+
+def cell_sums(cells: Mask) -> IndexArray:
+    """(rows + 1, columns + 1) of the corners of cells: how many of those above and left of each are
+    in a mask."""
+    sums = np.zeros((cells.shape[0] + 1, cells.shape[1] + 1), dtype=np.int64)
+    sums[1:, 1:] = np.cumsum(np.cumsum(cells, axis=0), axis=1)
     return sums
 
 

@@ -10,10 +10,19 @@ import numpy as np
 from simgl.arrays import Image8, IndexArray
 from simgl.gpu.fullscreen import Texture
 from simgl.lru_cache import MANY, LruCache
-from simgl.passes.background.cloud_map import weather_map
-from simgl.passes.background.earth_maps import ground_textures, map_texture, shores, size_of
+from simgl.passes.background.cloud_map import has_weather, weather_map
+from simgl.passes.background.earth_maps import (
+    cell_sums,
+    ground_textures,
+    map_texture,
+    over_cells,
+    shores,
+    size_of,
+)
+from simgl.progress import ProgressCallback, begin_stage
 from simgl.scene.earth import Clouds, Earth, EarthMaps
-from simgl.scene.noise_projection import LEVELS, chart
+from simgl.scene.noise_projection import LEVELS, chart, has_chart
+from simgl.view.background_tiles import MapCells
 
 # In the order of ``EarthTextures.of``.
 MAPS = ["land_map", "form_map", "weather_map"]
@@ -27,7 +36,7 @@ class EarthTextures:
     """Keeps those of the last Earth that had maps.
 
     chart_variance : (LEVELS, 4) variance of the noise of clouds and hills by halvings
-    shores : how many cells of the map are not far from any, as ``earth_maps.shores`` counts
+    cells : what the cells of the maps hold
     """
 
     def __init__(self, ctx: moderngl.Context) -> None:
@@ -40,7 +49,8 @@ class EarthTextures:
         self._chart_seed: int | None = None
         self._chart: list[moderngl.Texture] = []
         self.chart_variance = np.zeros((LEVELS, 4), dtype=np.float32)
-        self.shores: IndexArray | None = None
+        self.cells: MapCells | None = None
+        self._shores: tuple[IndexArray, IndexArray]
 
     def of(self, earth: Earth) -> list[Texture]:
         """Land, form, weather and the noise's chart.
@@ -49,12 +59,16 @@ class EarthTextures:
         """
         if not self._ground or earth.maps != self._maps:
             self.release()
-            self.shores = shores(earth.maps)
+            self._shores = shores(earth.maps)
             self._ground = ground_textures(self._ctx, earth.maps)
             self._maps = earth.maps
         if not self._weather or earth.clouds != self._clouds:
             self._forget_weather()
-            self._weather = self._weather_of(earth.clouds, earth.maps)
+            codes = self._weather_of(earth.clouds, earth.maps)
+            self._weather = [map_texture(self._ctx, codes)]
+            not_sea, not_land = self._shores
+            high = cell_sums(over_cells(np.maximum, codes[..., 2]) > 0)
+            self.cells = MapCells(shores=not_sea, waters=not_land, high_clouds=high)
             self._clouds = earth.clouds
         seed = earth.clouds.seed if earth.clouds else 0
         if not self._chart or seed != self._chart_seed:
@@ -62,6 +76,17 @@ class EarthTextures:
             self._chart = self._charts_of(seed)
             self._chart_seed = seed
         return [*self._ground, *self._weather, self._chart[0]]
+
+    def prepare(self, earth: Earth, progress: ProgressCallback | None = None) -> None:
+        """Make what no earlier run has made, so that no frame waits for it.
+
+        All else waits for a frame that shows it.
+        """
+        seed = earth.clouds.seed if earth.clouds else 0
+        drawn = earth.clouds is None or has_weather(self._ctx, earth.clouds, earth.maps)
+        if not (drawn and has_chart(seed)):
+            begin_stage(progress, "maps of the Earth")
+            self.of(earth)
 
     def chart_with(self, level: int) -> moderngl.Texture:
         """The chart at a halving alone, for the last sampler in place of all of them."""
@@ -79,14 +104,13 @@ class EarthTextures:
             self._halved[level] = [_level_copy(self._ctx, complete, level) for complete in maps]
         return self._halved[level] if level else maps
 
-    def _weather_of(self, clouds: Clouds | None, maps: EarthMaps) -> list[moderngl.Texture]:
+    def _weather_of(self, clouds: Clouds | None, maps: EarthMaps) -> Image8:
         if clouds is None:
-            return [self._ctx.texture((1, 1), 4, bytes(4), alignment=1)]
+            return np.zeros((1, 1, 4), dtype=np.uint8)
         key = clouds, maps
-        codes = _weather.get(
+        return _weather.get(
             key, lambda: weather_map(self._ctx, clouds, maps, self._ground), size_of
         )
-        return [map_texture(self._ctx, codes)]
 
     def _charts_of(self, seed: int) -> list[moderngl.Texture]:
         """The noise with its halvings as mipmaps, and each halving alone.

@@ -49,11 +49,7 @@ class MoonPass:
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._program = FullscreenProgram(ctx, "moon/moon", _MOON_DISC, ["seas"])
-        with Image.open(assets.data() / "sky" / "moon.png") as image:
-            self._seas = ctx.texture(image.size, 1, image.convert("L").tobytes(), alignment=1)
-        self._seas.build_mipmaps()
-        self._seas.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
-        self._seas.repeat_x, self._seas.repeat_y = True, False
+        self._seas: moderngl.Texture | None = None
 
     def draw(self, moon: MoonDisc, target: moderngl.Framebuffer) -> None:
         """Lay the Moon over what an RGBA32F target holds [W m-2 sr-1]."""
@@ -72,9 +68,22 @@ class MoonPass:
             "points": int(np.clip(points, 1, _MAX_POINTS)),
             **disc_values(moon.ellipse),
         }
+        if self._seas is None:
+            self._seas = _seas_texture(self._ctx)
         self._program.draw(values, [self._seas])
 
     def release(self) -> None:
         """Free everything."""
         self._program.release()
-        self._seas.release()
+        if self._seas is not None:
+            self._seas.release()
+
+
+def _seas_texture(ctx: moderngl.Context) -> moderngl.Texture:
+    """The map of the Moon's seas; most scenes show no Moon."""
+    with Image.open(assets.data() / "sky" / "moon.png") as image:
+        seas = ctx.texture(image.size, 1, image.convert("L").tobytes(), alignment=1)
+    seas.build_mipmaps()
+    seas.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
+    seas.repeat_x, seas.repeat_y = True, False
+    return seas

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import product
 
 import moderngl
 import numpy as np
@@ -28,9 +27,11 @@ from simgl.passes.background.planet_blocks import (
 )
 from simgl.physics.atmosphere import AIR_TOP
 from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS
+from simgl.progress import ProgressCallback
+from simgl.scene.earth import Earth
 from simgl.scene.noise_projection import LEVELS, TEXEL_KM
 from simgl.view.background import Background, Moonlight, PlanetView
-from simgl.view.background_tiles import PARTS, TILE, BackgroundTiles, tiles_of
+from simgl.view.background_tiles import MERGED, PARTS, TILE, BackgroundTiles, tiles_of
 
 # An image whose pixels are shorter than the maps' texels by this factor where it looks straight
 # down needs no mipmaps, which cost software renderers more than all the rest.
@@ -48,6 +49,9 @@ _FULL_MOON, _FADES = 2.5e-6, 0.023
 _EVEN = ("EARTH_MAPS", "AIR"), ("EARTH_MAPS", "FAR", "AIR")
 # Pixels larger than this [m] resolve nothing of the chart.
 _FAR = 6e3
+# Where a large tile spans less of a map's texel, it reads the map's slopes at its corners: 0.1 % of
+# the light. Where it spans less of an angle, glint: a glint is 0.2 rad wide.
+_SPANNED_TEXELS, _SPANNED_ANGLE = 0.4, 0.03
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -94,6 +98,11 @@ class PlanetPass:
         self._regolith = UniformBuffer(ctx, REGOLITH)
         self._textures = EarthTextures(ctx)
         self._hardware = not is_software(ctx)
+
+    def prepare(self, earth: Earth, progress: ProgressCallback | None = None) -> None:
+        """Make what does not depend on a view, unless an earlier run has made it."""
+        if earth.albedo is None:
+            self._textures.prepare(earth, progress)
 
     def draw(
         self, background: Background, target: moderngl.Framebuffer, area: tuple[int, int, int, int]
@@ -145,9 +154,9 @@ class PlanetPass:
         """
         textures: Sequence[Texture] = self._textures.of(lit.planet.earth) if lit.mapped else ()
         far = lit.mapped and lit.nadir_pixel > _FAR
-        shores = self._textures.shores if lit.mapped else None
+        cells = self._textures.cells if lit.mapped else None
         intrinsics = lit.background.intrinsics
-        tiles = tiles_of(lit.planet, intrinsics, lit.area[2:], shores, noise=not far)
+        tiles = tiles_of(lit.planet, intrinsics, lit.area[2:], cells, noise=not far)
         if night is not None:
             tiles = tiles.within(night & (tiles.high > _DARK))
             if not tiles.any.any():
@@ -162,8 +171,11 @@ class PlanetPass:
         # On a CPU maps whose texels are larger than pixels, where they are not seen at a slant, are
         # read without mipmaps.
         magnified = lit.mapped and not self._hardware and lit.nadir_pixel < _MAGNIFIED * _TEXEL_M
+        narrow = _SPANNED_ANGLE * float(intrinsics[0, 0]) > MERGED * TILE
         variant, full_edge = _variant(lit.planet, air, far=far), max(lit.area[2:])
-        self._draw_tiles(tiles, dark, variant, textures, full_edge, magnified=magnified)
+        self._draw_tiles(
+            tiles, dark, variant, textures, full_edge, magnified=magnified, narrow=narrow
+        )
         return tiles
 
     def _bind(
@@ -189,16 +201,19 @@ class PlanetPass:
         full_edge: int,
         *,
         magnified: bool,
+        narrow: bool,
     ) -> None:
         """Every tile with the cheapest program that serves it.
 
         dark : tiles with lamps and the airglow's light
         full_edge : of a square that covers all tiles [pixels]
         magnified : the maps' texels are larger than pixels
+        narrow : tiles span small angles
         """
         ground = tiles.ground
         if variant in _EVEN:
-            self._draw_even(tiles, dark, variant, textures, magnified)
+            at_corners = ("SEA_AT_CORNERS",) if narrow else ()
+            self._draw_even(tiles, dark, (*at_corners, *variant), textures, magnified)
         else:
             ground = ground | tiles.even | tiles.finer
         if "EARTH_MAPS" in variant:
@@ -264,16 +279,14 @@ class PlanetPass:
             for unit, halved in enumerate(self._textures.maps_with(of_maps)):
                 halved.use(unit)
             at_step = (maps == of_maps) & (noise == of_noise)
-            for one_face, sea, night in product((False, True), repeat=3):
-                mask = at_step & (tiles.one_face == one_face) & (tiles.sea == sea) & (dark == night)
-                if not (mask & seen).any():
-                    continue
-                optional = {"ONE_FACE": one_face, "SEA": sea, "NIGHT": night}
-                kind = tuple(define for define, wanted in optional.items() if wanted)
+            for kind, mask in _kinds(tiles.within(at_step), dark):
                 program = self._program_for("planet/tiles", ("EVEN", *kind, *variant))
-                program.draw(mask & tiles.even, TILE, slot=step)
-                finer = (mask & tiles.finer).repeat(PARTS, axis=0).repeat(PARTS, axis=1)
-                program.draw(finer, TILE // PARTS, slot=step)
+                merged, even = _merged(mask & tiles.calm), mask & tiles.even
+                rows, columns = (MERGED * length for length in merged.shape)
+                even[:rows, :columns] &= ~_split(merged, MERGED)
+                program.draw(merged, MERGED * TILE, slot=step)
+                program.draw(even, TILE, slot=step)
+                program.draw(_split(mask & tiles.finer, PARTS), TILE // PARTS, slot=step)
         for unit, texture in enumerate(textures):
             texture.use(unit)
 
@@ -337,6 +350,49 @@ def _variant(planet: PlanetView, air: AirBefore | None, *, far: bool) -> tuple[s
         "AIR_INSIDE": air is not None and air.inside,
     }
     return tuple(define for define, wanted in optional.items() if wanted)
+
+
+def _kinds(tiles: BackgroundTiles, dark: Mask) -> Iterator[tuple[tuple[str, ...], Mask]]:
+    """The even and the finer tiles in masks, with what their shader knows of them.
+
+    The rare ones, at night or at the corners of the noise's cube, are left few programs.
+    """
+    seen = tiles.even | tiles.finer
+    # Margins of the maps' cells are enough for pixels smaller than a texel.
+    small = tiles.pixel < _TEXEL_M
+    level = tiles.pixel * MERGED * TILE < _SPANNED_TEXELS * _TEXEL_M
+    yz, zx, xy = tiles.two_faces
+    plain = (tiles.one_face | yz | zx | xy) & ~dark
+    kinds = {
+        "ONE_FACE": tiles.one_face,
+        "TWO_FACES": yz | zx | xy,
+        "FACES_YZ": yz,
+        "FACES_ZX": zx & ~yz,
+        "FACES_XY": xy & ~yz & ~zx,
+        "NIGHT": dark,
+        "SEA": tiles.sea,
+        "LAND": tiles.land & small & plain,
+        "NO_HIGH_CLOUD": ~tiles.high_clouds & small & plain,
+    }
+    kinds["RELIEF_AT_CORNERS"] = kinds["LAND"] & level
+    which = np.zeros(seen.shape, dtype=np.int64)
+    for bit, known_of in enumerate(kinds.values()):
+        which += known_of.astype(np.int64) << bit
+    for value in np.unique(which[seen]).tolist():
+        known = tuple(kind for bit, kind in enumerate(kinds) if value >> bit & 1)
+        yield known, seen & (which == value)
+
+
+def _merged(tiles: Mask) -> Mask:
+    """Larger tiles: those all of whose parts are in a mask."""
+    rows, columns = (length // MERGED for length in tiles.shape)
+    full = tiles[: rows * MERGED, : columns * MERGED]
+    return np.asarray(full.reshape(rows, MERGED, columns, MERGED).all(axis=(1, 3)))
+
+
+def _split(tiles: Mask, parts: int) -> Mask:
+    """Smaller tiles: the parts of those in a mask."""
+    return tiles.repeat(parts, axis=0).repeat(parts, axis=1)
 
 
 def _in_moonlight(planet: PlanetView, moon: Moonlight) -> PlanetView:

@@ -24,14 +24,14 @@ DAMAGES = (
         SEED,
         "sead = 1",
         ' [render]: sead is not a key here; did you mean "seed"? (allowed: '
-        "gather, inter_reflection, samples_per_pixel, seed)",
+        "gather, inter_reflection, joint_light, samples_per_pixel, seed)",
     ),
     Damage(
         "unknown key on two lines",
         SEED,
         '"a\\nb" = 1',
         ' [render]: "a\\nb" is not a key here; (allowed: gather, '
-        "inter_reflection, samples_per_pixel, seed)",
+        "inter_reflection, joint_light, samples_per_pixel, seed)",
     ),
     Damage(
         "unknown gather",

@@ -1,0 +1,32 @@
+"""The page of an assessment: what every template of ``assess`` shows."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from simgl.assess.trajectory_assessment import Assignment
+from simgl.assess.verdict import Verdict
+from simgl.html_page import write_html_page
+from simgl.physics.ephemeris import utc_from_tai_ns
+
+COLOURS = {
+    Verdict.GOOD: "#2e8b57",
+    Verdict.TOO_BRIGHT: "#e0a800",
+    Verdict.TOO_DARK: "#3b4252",
+    Verdict.CONFUSED: "#8e5ea2",
+    Verdict.NOT_IN_VIEW: "#c8ccd4",
+}
+
+
+def write_page(path: Path, template: str, work: Assignment, **content: object) -> None:
+    """One HTML file that needs no other, from a template's name and what it shows."""
+    camera = work.scenario.cameras[work.camera]
+    d, lens = camera.detector, camera.lens
+    content |= {
+        "work": work,
+        "camera": camera,
+        "camera_text": f"{work.camera}: {d.width} x {d.height}, {1e3 * lens.focal_length:g} mm, "
+        f"f/{lens.f_number:g}",
+        "colours": COLOURS,
+    }
+    write_html_page(path, template, content, {"utc": utc_from_tai_ns})

@@ -1,0 +1,50 @@
+"""HTML pages from templates, each one file that needs no other."""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from simgl import assets
+from simgl.output import complete_file
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def write_html_page(
+    path: Path,
+    template: str,
+    content: Mapping[str, object],
+    filters: Mapping[str, Callable[..., object]] | None = None,
+) -> None:
+    """Fill a template of ``data/templates``.
+
+    content : the template's names; one that it uses and that is missing is an error
+    filters : further filters of the template by name
+    """
+    environment = Environment(
+        loader=FileSystemLoader(assets.data() / "templates"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= filters or {}
+    page = environment.get_template(template).render(content)
+    with complete_file(path) as temporary:
+        temporary.write_text(page + "\n", encoding="utf-8")
+
+
+def base64_png(image: Figure | bytes) -> str:
+    """A plot, or the bytes of a PNG, for the ``src`` of an image."""
+    if isinstance(image, bytes):
+        return base64.b64encode(image).decode()
+    buffer = io.BytesIO()
+    image.savefig(buffer, dpi=100)
+    return base64.b64encode(buffer.getvalue()).decode()

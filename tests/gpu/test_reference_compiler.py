@@ -1,0 +1,41 @@
+"""Programs pass the Khronos reference compiler: ``tests/conftest.py`` checks each as it is made."""
+
+from __future__ import annotations
+
+import moderngl
+import pytest
+
+from simgl.passes.background.stars import StarPass
+from tests import reference_compiler as checks
+
+COMPILER = checks.reference_compiler()
+pytestmark = pytest.mark.skipif(
+    COMPILER is None, reason="no glslangValidator (apt-get install glslang-tools)"
+)
+
+VERTEX = "#version 330 core\nvoid main() { gl_Position = vec4(0.0); }\n"
+FRAGMENT = "#version 330 core\nout vec4 colour;\nvoid main() { colour = vec4(1.0); }\n"
+
+
+def test_correct_stages_pass() -> None:
+    assert COMPILER is not None
+    checks.check_stages(COMPILER, {"vert": VERTEX, "frag": FRAGMENT})
+
+
+def test_what_only_a_lenient_driver_takes_is_refused(gl: moderngl.Context) -> None:
+    """A semicolon between functions: Mesa takes it, GLSL 3.30 has no such thing."""
+    lenient = FRAGMENT.replace("void main()", "float one() { return 1.0; };\nvoid main()")
+    with pytest.raises(AssertionError, match="extraneous semicolon"):
+        gl.program(vertex_shader=VERTEX, fragment_shader=lenient)
+
+
+def test_programs_of_a_pass_reach_the_compiler(
+    gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: list[dict[str, str]] = []
+    monkeypatch.setattr(checks, "check_stages", lambda _, stages: seen.append(dict(stages)))
+    checks.check_programs(monkeypatch, "")
+    StarPass(gl).release()
+    # Also by the session beneath, if no earlier test had this pass.
+    assert seen
+    assert all(set(stages) == {"vert", "frag"} for stages in seen)

@@ -1,0 +1,76 @@
+"""Every program that a test compiles passes the Khronos reference compiler too.
+
+Which variants of a shader there are is known only where they are compiled: at
+``moderngl.Context``, by whatever drew in the tests of this process. The driver accepts some GLSL
+that the language does not have; another driver need not.
+"""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import moderngl
+import pytest
+
+_SUFFIXES = {
+    "vertex_shader": "vert",
+    "fragment_shader": "frag",
+    "geometry_shader": "geom",
+    "tess_control_shader": "tesc",
+    "tess_evaluation_shader": "tese",
+}
+
+
+def reference_compiler() -> str | None:
+    """Its path; None where it is not installed (apt-get install glslang-tools)."""
+    return shutil.which("glslangValidator")
+
+
+def check_stages(compiler: str, stages: Mapping[str, str]) -> None:
+    """Compile stages (file suffix to text) and link them; fails with the compiler's log."""
+    with tempfile.TemporaryDirectory() as folder:
+        paths = []
+        for suffix, text in stages.items():
+            path = Path(folder, f"shader.{suffix}")
+            path.write_text(text, encoding="utf-8")
+            paths.append(str(path))
+        command = [compiler, "-DONLY_GLSL_330", "-l", *paths]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=60.0, check=False)
+    if done.returncode:
+        errors = [line for line in done.stdout.splitlines() if line.startswith("ERROR")]
+        listing = "\n".join(errors)
+        raise AssertionError(f"the reference compiler refuses what the driver took:\n{listing}")
+
+
+def check_programs(patch: pytest.MonkeyPatch, compiler: str) -> None:
+    """From here on each new program is checked once, after the driver has accepted it."""
+    program, compute = moderngl.Context.program, moderngl.Context.compute_shader
+    checked: set[tuple[tuple[str, str], ...]] = set()
+
+    def check(stages: Mapping[str, str], made: Any) -> Any:
+        key = tuple(sorted(stages.items()))
+        if key not in checked:
+            try:
+                check_stages(compiler, stages)
+            except AssertionError:
+                made.release()
+                raise
+            checked.add(key)
+        return made
+
+    def checked_program(ctx: moderngl.Context, *texts: Any, **named: Any) -> Any:
+        made = program(ctx, *texts, **named)
+        given = dict(zip(_SUFFIXES, texts, strict=False)) | named
+        return check({_SUFFIXES[name]: given[name] for name in _SUFFIXES if given.get(name)}, made)
+
+    def checked_compute(ctx: moderngl.Context, source: str) -> Any:
+        made = compute(ctx, source)
+        return check({"comp": source}, made)
+
+    patch.setattr(moderngl.Context, "program", checked_program)
+    patch.setattr(moderngl.Context, "compute_shader", checked_compute)
