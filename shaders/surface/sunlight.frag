@@ -35,12 +35,16 @@ struct Atlas {
     mat4 from_body;     // column, row [texels], height [m]
 };
 
-Atlas atlas_at(int index) {
+// Chosen rather than indexed: each sample of an indexed block is a load of its own.
+Atlas atlas_of(bool close) {
     // Edge of a texel, top, depth, inset; size, column, column of the bounds, reach.
-    vec4 frame = shadow_frame[index], atlas = shadow_atlas[index];
+    vec4 frame = close ? shadow_frame[1] : shadow_frame[0];
+    vec4 atlas = close ? shadow_atlas[1] : shadow_atlas[0];
+    mat4 whole = shadow_from_body[0], closer = shadow_from_body[1], from_body;
+    for (int k = 0; k < 4; ++k) from_body[k] = close ? closer[k] : whole[k];
     SunMap map = SunMap(frame.x, frame.y, frame.z, int(atlas.x), int(atlas.y), int(atlas.z),
                         shadow_lean / frame.x, shadow_solid > 0.5, int(shadow_taps));
-    return Atlas(map, atlas.w, shadow_from_body[index]);
+    return Atlas(map, atlas.w, from_body);
 }
 
 void main() {
@@ -60,7 +64,7 @@ void main() {
     vec2 inside = (shadow_from_body[1] * vec4(body, 1.0)).xy;
     inside = min(inside, shadow_atlas[1].x - inside);
     bool close = min(inside.x, inside.y) > shadow_frame[1].w;
-    Atlas atlas = atlas_at(int(close));
+    Atlas atlas = atlas_of(close);
     vec3 here = (atlas.from_body * vec4(body, 1.0)).xyz;
     mat2x3 steps = mat2x3(mat3(atlas.from_body) * body_steps[0], mat3(atlas.from_body) * body_steps[1]);
     // The smooth surface that the normals stand for lies above its facets by the sagitta of an edge;
