@@ -14,8 +14,8 @@
 
 // Besides the directions that stand for the disc, so many near its middle look for casters.
 const int NEAR_TAPS = 3;
-// Cosine and sine of the golden angle, 2.39996323 rad, between successive directions.
-const mat2 GOLDEN_TURN = mat2(-0.73736888, 0.67549029, -0.67549029, -0.73736888);
+// Between successive directions [rad].
+const float GOLDEN_ANGLE = 2.39996323;
 
 struct SunMap {
     float texel;   // edge [m]
@@ -26,7 +26,7 @@ struct SunMap {
     int bounds;    // column of its first cell in the texture of bounds
     vec2 lean;     // of the line to the Sun's middle: texels per metre of height
     bool solid;    // all casters are closed
-    int taps;      // directions that stand for the disc, at most 28
+    int taps;      // directions that stand for the disc, at most 20
 };
 
 // A place that light may reach, and its own surface: what lies in that casts nothing on it.
@@ -170,13 +170,17 @@ Slab slab_behind(sampler2D behind, SunMap map, Receiver r, vec2 offset) {
     return Slab(high, map.solid ? min(plane, high) : high, high > plane, false);
 }
 
+// Between which heights over a receiver the casters lie that its Sun meets [m].
+struct Casters {
+    float top, bottom;
+};
+
 // Whether a line from the receiver meets a slab: down the line from the highest caster.
 //
 // ray, reach : texels per metre of height, of this line and at the disc's edge
-// top, bottom : between which heights the slabs around lie
 bool meets_caster(sampler2D depths, sampler2D behind, SunMap map, Receiver r, vec2 ray, float reach,
-                  float top, float bottom) {
-    float height = top;
+                  Casters casters) {
+    float height = casters.top;
     bool lowest = false;
     for (int look = 0; look < 3; ++look) {
         // Near contact the disc shrinks below a texel; then the texel's own width smooths.
@@ -192,7 +196,7 @@ bool meets_caster(sampler2D depths, sampler2D behind, SunMap map, Receiver r, ve
         if (slab.casts && abs(meets - height) <= 0.05 * height) return true;
         if (lowest && !slab.casts) return false;
         lowest = lowest || !slab.casts;
-        height = slab.casts ? meets : bottom;
+        height = slab.casts ? meets : casters.bottom;
     }
     return false;
 }
@@ -217,12 +221,12 @@ vec4 heights_at(sampler2D depths, SunMap map, Receiver r, ivec2 first, out bvec4
     return high;
 }
 
-// Lit share of the four texels nearest to the line to the Sun, for casters so near that it is a point.
+// How far a line to the Sun leans on its way past casters so near that the Sun is a point [texels]:
+// by less than one; how far, the casters' own height tells.
 //
 // highest : that a caster may stand [m]
-float lit_by_neighbours(sampler2D depths, SunMap map, Receiver r, float highest) {
-    // The line leans by less than a texel; how far, the casters' own height tells.
-    bvec4 at_foot, at_top, casting;
+vec2 lean_past(sampler2D depths, SunMap map, Receiver r, float highest) {
+    bvec4 at_foot, at_top;
     vec2 offset = 0.5 * highest * map.lean;
     bool leans = length(offset) > 0.05;
     WHEN(leans) {
@@ -231,7 +235,13 @@ float lit_by_neighbours(sampler2D depths, SunMap map, Receiver r, float highest)
         vec4 high = max(mix(vec4(0.0), foot, at_foot), mix(vec4(0.0), top, at_top));
         offset = max(max(high.x, high.y), max(high.z, high.w)) * map.lean;
     }
+    return offset;
+}
+
+// Lit share of the four texels nearest to an offset [texels] from a receiver.
+float lit_by_neighbours(sampler2D depths, SunMap map, Receiver r, vec2 offset) {
     ivec2 first = nearest_texels(map, r, offset);
+    bvec4 casting;
     heights_at(depths, map, r, first, casting);
     vec4 lit = vec4(not(casting));
     vec2 weight = clamp(r.here.xy + offset - vec2(first) - 0.5, 0.0, 1.0);
@@ -242,49 +252,53 @@ float lit_by_neighbours(sampler2D depths, SunMap map, Receiver r, float highest)
 //
 // reach : texels per metre of height to the disc's edge
 // limb_u, limb_v : darkening of the disc towards its limb, per band
-// turn : two numbers 0..1 that vary from sample to sample
+// turn : two numbers 0..1 that vary from group to group
+// number, count : of the receiver in its group, and of the group; each takes its share of the directions
+// that fill the disc together
 vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, Receiver r, Around around, float reach,
-               vec4 limb_u, vec4 limb_v, vec2 turn) {
-    float high = around.high;
-    // Directions are tried first at that height. What they meet tells between which heights the slabs
-    // around lie; lower casters near the receiver are looked for on rings towards the disc's middle.
-    vec2 first = vec2(cos(6.28318531 * turn.x), sin(6.28318531 * turn.x));
-    vec2 direction = first;
-    float spread = sqrt(high * high * reach * reach + 0.6);
-    float top = 0.0, bottom = high, deepest = high;
+               vec4 limb_u, vec4 limb_v, vec2 turn, int number, int count) {
+    float angle = 6.28318531 * turn.x + GOLDEN_ANGLE * float(number);
+    vec2 first = vec2(cos(angle), sin(angle)), direction = first;
+    angle = GOLDEN_ANGLE * float(count);
+    mat2 on = mat2(cos(angle), sin(angle), -sin(angle), cos(angle));
+    float share = 1.0 / float(map.taps), within = (float(number) + turn.y) / float(count);
+    // Directions are tried first at the bound's height. What they meet tells between which heights the
+    // slabs around lie; lower casters near the receiver are looked for on rings towards the disc's middle.
+    float high = around.high, spread = sqrt(high * high * reach * reach + 0.6);
+    float deepest = high, near = 1.0 - 0.6 * turn.y;
+    Casters casters = Casters(0.0, high);
     int blocked = 0;
-    float share = 1.0 / float(map.taps), near = 1.0 - 0.6 * turn.y;
     for (int k = 0; k < map.taps + NEAR_TAPS; ++k) {
-        if (k >= map.taps) near *= 0.35;
-        float part = k < map.taps ? sqrt((float(k) + turn.y) * share) : near;
-        vec2 offset = part * spread * direction + (k < map.taps ? high : near * high) * map.lean;
+        bool ring = k >= map.taps;
+        if (ring) near *= 0.35;
+        float part = ring ? near : sqrt((float(k) + within) * share);
+        vec2 offset = part * spread * direction + (ring ? near * high : high) * map.lean;
         Slab slab = slab_at(depths, map, r, offset);
-        direction = GOLDEN_TURN * direction;
+        direction = on * direction;
         if (!slab.casts) continue;
-        top = max(top, slab.high);
+        casters.top = max(casters.top, slab.high);
         if (slab.high >= 0.95 * high) blocked |= 1 << k;
-        if (slab.ends) bottom = min(bottom, slab.low);
+        if (slab.ends) casters.bottom = min(casters.bottom, slab.low);
         deepest = min(deepest, slab.low);
     }
-    if (top <= 0.0) return vec4(1.0);
+    if (casters.top <= 0.0) return vec4(1.0);
     // All that stands around is as high as that: nothing is left to try.
     bool settled = deepest >= 0.95 * high;
     // Where no slab ends above the receiver, they all run down to it.
-    if (bottom == high) bottom = max(deepest, 0.05 * top);
+    if (casters.bottom == high) casters.bottom = max(deepest, 0.05 * casters.top);
 
     // Sums of 1, fall and fall^2, where 1 - fall is the cosine of emergence from the Sun's surface.
-    vec3 lit = vec3(0.0), all = vec3(0.0);
     direction = first;
+    vec3 lit = vec3(0.0), all = vec3(0.0);
     for (int k = 0; k < map.taps; ++k) {
-        float r2 = (float(k) + turn.y) * share;
+        float r2 = (float(k) + within) * share;
         vec2 ray = sqrt(r2) * reach * direction;   // texels per metre of height
-        direction = GOLDEN_TURN * direction;
+        direction = on * direction;
         float fall = 1.0 - sqrt(1.0 - r2);
         // Below the surface's own horizon: the disc's cosine leaves it out.
         vec3 light = dot(r.slope, map.lean + ray) < 1.0 ? vec3(1.0, fall, fall * fall) : vec3(0.0);
         bool shaded = ((blocked >> k) & 1) == 1;
-        if (!shaded && !settled)
-            shaded = meets_caster(depths, behind, map, r, ray, reach, top, bottom);
+        if (!shaded && !settled) shaded = meets_caster(depths, behind, map, r, ray, reach, casters);
         all += light;
         lit += shaded ? vec3(0.0) : light;
     }

@@ -211,7 +211,7 @@ def spacecraft_values(view: SpacecraftView, air: AirBetween | None = None) -> di
 
 # Directions that stand for the Sun's disc in a pixel, and in a sample.
 _DIRECTIONS_PER_PIXEL = 300.0
-_MIN_DIRECTIONS, _MAX_DIRECTIONS = 4, 28
+_MIN_DIRECTIONS, _MAX_DIRECTIONS = 4, 20
 
 
 def shadow_values(view: SpacecraftView, sample_grid: SampleGrid) -> dict[str, Any]:
