@@ -128,7 +128,7 @@ void main() {
         least = min(least, distance2);
     }
     uvec2 seen = texelFetch(visibility, ivec2(first) + nearest, 0).rg;
-    uvec3 corner = corners_of(seen.x - 1u).xyz;
+    uvec3 corner = corners_of(seen.x - 1u);
     bool back = (seen.y & 1u) == 1u;
 
     mat3 places, normals;

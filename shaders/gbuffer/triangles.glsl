@@ -1,8 +1,8 @@
 // The triangles of a mesh.
 
-// Indices of the corners; the number of the smooth surface, from 1 on, and from bit 21 on the logarithm
-// of the curvature.
-uniform usampler2D triangle_corners;
+uniform usampler2D triangle_corners;    // indices of the corners
+// The number of the smooth surface, from 1 on, and from bit 21 on the logarithm of the curvature.
+uniform usampler2D triangle_surfaces;
 
 const uint TABLE_COLUMNS = 2048u;   // of simgl/gpu/mesh_tables.py
 
@@ -10,11 +10,15 @@ ivec2 table_place(uint row) {
     return ivec2(row % TABLE_COLUMNS, row / TABLE_COLUMNS);
 }
 
-uvec4 corners_of(uint triangle) {
-    return texelFetch(triangle_corners, table_place(triangle), 0);
+uvec3 corners_of(uint triangle) {
+    return texelFetch(triangle_corners, table_place(triangle), 0).xyz;
 }
 
-// How fast the normals turn over a triangle [rad/m].
-float curvature_of(uvec4 corners) {
-    return exp2(float(corners.w >> 21u) / 32.0 - 16.0);
+// The number of a triangle's smooth surface.
+//
+// curvature : how fast the normals turn over it [rad/m]
+uint surface_of(uint triangle, out float curvature) {
+    uint word = texelFetch(triangle_surfaces, table_place(triangle), 0).r;
+    curvature = exp2(float(word >> 21u) / 32.0 - 16.0);
+    return word & 0x1fffffu;
 }

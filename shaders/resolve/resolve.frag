@@ -49,14 +49,16 @@ vec4 point(ivec2 cell, int layer) {
 
 // All samples of a cell.
 Sum cell_sum(ivec2 cell) {
-    uint group = group_at(cell, 0);
-    Sum sum = Sum(vec4(0.0), 0.0, float(group >> TEXELS));
-    // The groups come first.
-    for (int layer = 0; layer < LAYERS && samples_of(group) > 0u;) {
-        float samples = float(samples_of(group));
+    uvec4 groups = texelFetch(cell_groups, cell, 0);
+    Sum sum = Sum(vec4(0.0), 0.0, float(groups.x >> TEXELS));
+    // The groups come first, most of them within the first four.
+    for (int layer = 0; layer < LAYERS && samples_of(groups.x) > 0u;) {
+        float samples = float(samples_of(groups.x));
         sum.light += samples * point(cell, layer);
         sum.covered += samples;
-        group = group_at(cell, ++layer);
+        groups = uvec4(groups.yzw, 0u);
+        ++layer;
+        WHEN(layer == 4) groups = texelFetch(more_groups, cell, 0);
     }
     return sum;
 }

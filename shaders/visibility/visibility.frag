@@ -16,10 +16,10 @@ const float LARGEST_TURN = 0.035;   // [rad]
 
 void main() {
     uint triangle = uint(gl_PrimitiveID);
-    uvec4 corners = corners_of(triangle);
     float sample_edge = length(sample_steps[0].xyz) / gl_FragCoord.w;   // [m]
-    uint surface = corners.w & 0x1fffffu;
-    if (2.2 * sample_edge * curvature_of(corners) > LARGEST_TURN) {
+    float curvature;
+    uint surface = surface_of(triangle, curvature);
+    if (2.2 * sample_edge * curvature > LARGEST_TURN) {
         // A surface of its own, different from those of all samples around.
         uvec2 texel = uvec2(gl_FragCoord.xy) & 31u;
         surface = 0x100000u | (texel.y << 5u) | texel.x;

@@ -16,18 +16,18 @@ _MAX_SURFACES = 2**20 - 1
 
 
 def table_rows(values: AnyArray) -> AnyArray:
-    """(rows, COLUMNS, 4) of (n, 4) texels, the last row filled up."""
-    rows = max(1, -(-len(values) // COLUMNS))
-    table = np.zeros((rows * COLUMNS, 4), dtype=values.dtype)
+    """(rows, COLUMNS, c) of (n, c) texels, the last row filled up."""
+    rows, channels = max(1, -(-len(values) // COLUMNS)), values.shape[1]
+    table = np.zeros((rows * COLUMNS, channels), dtype=values.dtype)
     table[: len(values)] = values
-    return table.reshape(rows, COLUMNS, 4)
+    return table.reshape(rows, COLUMNS, channels)
 
 
 def table(ctx: moderngl.Context, values: AnyArray) -> moderngl.Texture:
-    """A texture of (n, 4) texels, float32 or uint32, read texel by texel."""
+    """A texture of (n, c) texels, float32 or uint32, read texel by texel."""
     rows = table_rows(values)
     kind = "f4" if rows.dtype == np.float32 else "u4"
-    texture = ctx.texture((COLUMNS, len(rows)), 4, rows.tobytes(), dtype=kind)
+    texture = ctx.texture((COLUMNS, len(rows)), rows.shape[2], rows.tobytes(), dtype=kind)
     texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
     return texture
 
@@ -35,8 +35,9 @@ def table(ctx: moderngl.Context, values: AnyArray) -> moderngl.Texture:
 class MeshTables:
     """The tables of one mesh.
 
-    corners : for each triangle the indices of its corners; the number of its surface, from 1 on,
-        and from bit 21 on the logarithm of its curvature
+    corners : for each triangle the indices of its corners
+    surfaces : for each the number of its smooth surface, from 1 on, and from bit 21 on the logarithm
+        of its curvature; apart, since more samples ask for these
     vertices : for each vertex, a texel each: place and label; normal; with details place in the
         images, and factors of the base colour
     """
@@ -62,11 +63,12 @@ class MeshTables:
         self.vertices = table(ctx, texels.reshape(-1, 4))
         # 0 where it is flat; 32 steps to a factor of 2.
         code = np.clip(np.round(32.0 * (np.log2(np.maximum(curvature, 1e-9)) + 16.0)), 0, 1023)
-        last = (surface % _MAX_SURFACES + 1) | code.astype(np.int64) << 21
-        corners = np.column_stack([triangles, last]).astype(np.uint32)
-        self.corners = table(ctx, corners)
+        word = (surface % _MAX_SURFACES + 1) | code.astype(np.int64) << 21
+        self.surfaces = table(ctx, word.astype(np.uint32)[:, None])
+        # Four channels: rows of three need not be aligned as drivers expect.
+        self.corners = table(ctx, np.pad(triangles, ((0, 0), (0, 1))).astype(np.uint32))
 
     def release(self) -> None:
         """Free everything."""
-        self.vertices.release()
-        self.corners.release()
+        for texture in (self.vertices, self.surfaces, self.corners):
+            texture.release()

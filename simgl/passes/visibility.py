@@ -16,7 +16,7 @@ from simgl.passes.outline_program import OutlineProgram
 from simgl.passes.shared_blocks import SPACECRAFT, TILE, spacecraft_values, tile_values
 from simgl.view.raster_tiles import RasterTile
 
-_CORNERS_UNIT = 0
+_SURFACES_UNIT = 0
 
 
 class VisibilityPass:
@@ -35,7 +35,7 @@ class VisibilityPass:
             meshes,
             "visibility/visibility",
             [TILE, SPACECRAFT],
-            {"triangle_corners": _CORNERS_UNIT},
+            {"triangle_surfaces": _SURFACES_UNIT},
         )
         self._tile = UniformBuffer(ctx, TILE)
         self._spacecraft = UniformBuffer(ctx, SPACECRAFT)
@@ -59,7 +59,7 @@ class VisibilityPass:
                 state = self.open_sheets if model.open_sheets else self.closed
                 state.apply(self._ctx, target, viewport, viewport)
                 self._spacecraft.write(spacecraft_values(drawn.view))
-                self._meshes.tables(drawn.mesh).corners.use(_CORNERS_UNIT)
+                self._meshes.tables(drawn.mesh).surfaces.use(_SURFACES_UNIT)
                 self._program.draw(model, drawn.mesh)
         return textures_of(target)[0]
 
