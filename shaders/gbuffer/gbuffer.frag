@@ -62,12 +62,25 @@ Facet facet_of(vec3 a, vec3 b, vec3 c) {
     return f;
 }
 
-// Weights of the corners where a line of sight meets the plane; past the edges not much farther.
-vec3 weights_at(Facet f, vec3 sight) {
+// Where a line of sight meets the plane: parts of the edges from the corner.
+vec2 parts_at(Facet f, vec3 sight) {
     float down = dot(sight, f.across);
     down = abs(down) > 1e-30 ? down : 1e-30;
-    vec2 w = clamp(vec2(dot(sight, f.meets_along), dot(sight, f.meets_up)) / down, -0.5, 1.5);
+    return vec2(dot(sight, f.meets_along), dot(sight, f.meets_up)) / down;
+}
+
+// Weights of the corners there; past the edges not much farther.
+vec3 weights_at(Facet f, vec3 sight) {
+    vec2 w = clamp(parts_at(f, sight), -0.5, 1.5);
     return vec3(1.0 - w.x - w.y, w);
+}
+
+// From the place that one line of sight meets to that of another close by, as parts of the edges. A
+// sliver is left by many of its widths; a plane seen edge-on is not followed out of the cell.
+vec2 parts_between(Facet f, vec3 from, vec3 to) {
+    vec2 parts = parts_at(f, to) - parts_at(f, from);
+    float reach = 64.0 * length(to - from) * abs(f.corner.z);
+    return parts * min(1.0, reach / max(length(mat2x3(f.along, f.up) * parts), 1e-30));
 }
 
 // Roughness of the normals within a shading point's part of the cell, alpha^2 of a microfacet lobe.
@@ -152,9 +165,10 @@ void main() {
     facet.along = along;
     facet.up = up;
 
-    vec3 sight = sight_at(first + middle);
+    vec3 sight = sight_at(first + middle), seen_sight = sight_at(first + vec2(nearest) + 0.5);
     vec3 weight = weights_at(facet, sight);
-    position = vec4(places[0] + weight.y * (places[1] - places[0]) + weight.z * (places[2] - places[0]),
+    vec2 parts = weights_at(facet, seen_sight).yz + parts_between(facet, seen_sight, sight);
+    position = vec4(places[0] + parts.x * (places[1] - places[0]) + parts.y * (places[2] - places[0]),
                     float(16384u * instance + label));
     vec3 n = normalize(normals * weight);
     // The group's part of the cell, as a square.
