@@ -36,8 +36,8 @@ class MeshTables:
     """The tables of one mesh.
 
     corners : for each triangle the indices of its corners
-    surfaces : for each the number of its smooth surface, from 1 on, and from bit 21 on the logarithm
-        of its curvature; apart, since more samples ask for these
+    surfaces : for each the number of its smooth surface, from 1 on, and from bit 21 on the
+        logarithm of its curvature; apart, since every sample asks for these
     vertices : for each vertex, a texel each: place and label; normal; with details place in the
         images, and factors of the base colour
     """
