@@ -241,7 +241,7 @@ class ShadowPass:
         """Nearest depth of the casters' surfaces into a square of the target."""
         area = (*corner, one.size, one.size)
         for caster in one.casters:
-            chosen = self.open_sheets if caster.model.open_sheets else state
+            chosen = self.open_sheets if caster.both_sides else state
             chosen.apply(self._ctx, target, area, area)
             clip = caster.clip_from_body
             self._caster.write({"caster_clip_from_body": clip, "caster_map_size": one.size})

@@ -54,10 +54,12 @@ class Caster:
     """A spacecraft in a shadow map, of the Sun or of a lamp.
 
     clip_from_body : (4, 4) float32
+    both_sides : whether surfaces that face away from the light may be the first that it meets
     """
 
     model: SpacecraftModel
     clip_from_body: Array32
+    both_sides: bool
 
     @property
     def key(self) -> bytes:
@@ -139,11 +141,12 @@ class _Near:
 
 
 def shadow_view(
-    state: SceneState, body: BodyState, camera: Camera, body_from_camera: Array
+    state: SceneState, body: BodyState, camera: Camera, body_from_camera: Array, *, sunlit: bool
 ) -> ShadowView:
     """The maps that one spacecraft needs in an image.
 
     body_from_camera : (4, 4)
+    sunlit : False where no sunlight reaches it, as in the Earth's shadow: its map is empty
     """
     sun = state.sun.seen_from(body.pose.position)
     sun_body = body.pose.R_icrf_from_body.T @ sun.direction_icrf
@@ -152,11 +155,13 @@ def shadow_view(
     R_light = _light_axes(_nearest_grid_direction(sun_body, step))
     # Light reaches a receiver through a cone: casters lie as far outside as the cone is wide.
     cone = float(np.tan(radius + step / np.sqrt(2.0)))
-    casters = _casters(state, body, R_light, cone, float(np.tan(radius)))
+    casters = _casters(state, body, R_light, cone, float(np.tan(radius))) if sunlit else ()
     mesh = body.model.posed_mesh
     centre = R_light @ mesh.centre
     heights = float(centre[2] - 1.01 * mesh.radius), float(centre[2] + _HIGHEST * mesh.radius)
     footprint = _nearest(mesh.centre, mesh.radius, body_from_camera) / camera.focal_length_px
+    if not casters:
+        footprint = np.inf
 
     def fitted(middle: Array, half: float, footprint: float) -> ShadowMap:
         return _map(casters, R_light, middle, half, cone, heights, footprint)
@@ -262,7 +267,7 @@ def _map(
         for c in casters
         if np.abs(c.centre[:2] - middle).max() < half + c.radius + max(c.top - bottom, 0.0) * cone
     ]
-    top = min(max(c.top for c in above), highest)
+    top = min(max((c.top for c in above), default=bottom + 2.0 * half), highest)
     margin = (top - bottom) * cone
     reach = half + margin
     wanted = 2.0 * reach * _TEXELS_PER_PIXEL / footprint
@@ -279,7 +284,8 @@ def _map(
         matrix = np.eye(4)
         matrix[:3, :3], matrix[:3, 3] = caster.R_light_from_other, caster.offset
         clip = np.asarray(clip_from_light @ matrix, dtype=np.float32)
-        drawn.append(Caster(model=caster.model, clip_from_body=clip))
+        sheets = caster.model.open_sheets
+        drawn.append(Caster(model=caster.model, clip_from_body=clip, both_sides=sheets))
     texel = 2.0 * reach / size
     texel_from_body = np.eye(4)
     texel_from_body[:3, :3] = R_light
