@@ -212,7 +212,8 @@ def lamp_irradiance(
     power = cosine * (1.0 - beyond * beyond * (3.0 - 2.0 * beyond)) / distance**2
     power[(cosine <= 0.0) | ~valid] = 0.0
     lit = power > 0.0
-    power[lit] *= ~_blocked_before(transport, lamp, points[lit], offset[lit], blockers)
+    blocked = _blocked_before(transport, lamp, points[lit], offset[lit], blockers)
+    power[lit] = np.where(blocked, 0.0, power[lit])
     mean[patches] = power.sum(axis=1) / np.maximum(valid.sum(axis=1), 1)
     return (mean[:, None] * lamp.intensity).astype(np.float32)
 
