@@ -131,7 +131,7 @@ class ReferenceGather:
             face_normal[row, column],
             _spread(row, column),
         )
-        cells = None if drawn.probe is None else cell_radiance(drawn.probe.sky, SKY_ACROSS)
+        cells = None if drawn.sky is None else cell_radiance(drawn.sky, SKY_ACROSS)
         per_edge = tile.sample_grid.cells_per_edge
         squares = _pixel_cells(per_edge, row, column)
         enough = _CERTAIN_OF_SUN * float(view.sun_irradiance.sum())
