@@ -16,6 +16,7 @@ from simgl.sample_grid import (
     choose_sample_grid,
     rotated_sample_grid,
 )
+from simgl.view.raster_tiles import CellGrid
 
 quick = settings(deadline=None, database=None, max_examples=60)
 lattices = pytest.mark.parametrize("samples", [MIN_SAMPLES, 7.3, 16, 37, 101, MAX_SAMPLES])
@@ -89,15 +90,21 @@ def test_the_raster_holds_every_sample_of_its_tile(samples: float, width: int, h
 
 @quick
 @given(st.floats(MIN_SAMPLES, MAX_SAMPLES), st.integers(0, 30), st.integers(0, 30))
-def test_every_sample_of_a_pixel_lies_within_reach_of_its_centres_texel(
-    samples: float, column: int, row: int
-) -> None:
+def test_the_window_of_a_cell_holds_all_its_samples(samples: float, column: int, row: int) -> None:
     sample_grid = rotated_sample_grid(samples)
-    raster_from_pixel = sample_grid.raster_from_pixel(31)
-    corners = np.array([[column + i, row + j, 1.0] for i in (0, 0.5, 1) for j in (0, 0.5, 1)])
-    texels = np.floor(corners @ raster_from_pixel.T)
-    centre = np.floor(raster_from_pixel @ np.array([column + 0.5, row + 0.5, 1.0]))
-    assert np.abs(texels - centre).max() <= sample_grid.reach
+    raster_from_cell = sample_grid.raster_from_pixel(31)
+    raster_from_cell[:, :2] /= sample_grid.cells_per_edge
+    cells = CellGrid(size=(31, 31), raster_from_cell=raster_from_cell)
+    middle = raster_from_cell @ np.array([column + 0.5, row + 0.5, 1.0])
+    first = np.ceil(middle - cells.reach - 0.5)
+    steps = np.stack(np.meshgrid(*2 * [np.arange(-2, cells.texels + 2)]), axis=-1).reshape(-1, 2)
+    from_raster = np.linalg.inv(raster_from_cell[:, :2])
+    place = (first + steps + 0.5 - raster_from_cell[:, 2]) @ from_raster.T
+    inside = np.all(np.floor(place) == (column, row), axis=1)
+    assert steps[inside].min() >= 0
+    assert steps[inside].max() < cells.texels
+    # Neither are the windows larger than the shader's bits allow.
+    assert cells.texels <= 5
 
 
 def test_the_grid_is_square_and_keeps_its_handedness() -> None:
