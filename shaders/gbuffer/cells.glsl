@@ -60,10 +60,8 @@ uniform usampler2D more_groups;   // the rest; above the first's the number of g
 
 // A group of a cell, with what is above it.
 uint group_at(ivec2 cell, int layer) {
-    uvec4 groups;
-    bool first = layer < 4;
-    if (first) groups = texelFetch(cell_groups, cell, 0);
-    else groups = texelFetch(more_groups, cell, 0);
+    uvec4 groups = texelFetch(cell_groups, cell, 0);
+    WHEN(layer >= 4) groups = texelFetch(more_groups, cell, 0);
     int place = layer & 3;
     return place == 0 ? groups.x : place == 1 ? groups.y : place == 2 ? groups.z : groups.w;
 }

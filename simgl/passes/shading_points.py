@@ -14,7 +14,7 @@ from simgl.passes.shared_blocks import JOINTS, LAMPS, MATERIALS, TILE
 
 # Groups of a cell that have a shading point each, and cells along the edge of a block
 # (shaders/gbuffer/blocks.glsl).
-LAYERS, BLOCK = 8, 64
+LAYERS, BLOCK = 8, 32
 # Texture units: of the groups, and of the layers of each block.
 GROUPS = {"cell_groups": 16, "more_groups": 17}
 _BLOCKS = {"block_layers": 18}
