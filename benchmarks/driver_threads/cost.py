@@ -68,18 +68,20 @@ def _draw(name: str, link: Connection) -> None:
 @contextmanager
 def _drawing(name: str, threads: str | None) -> Iterator[Connection]:
     """A process that draws, with so many threads of the driver; None for its default."""
-    here, there = multiprocessing.Pipe()
+    link, link_of_process = multiprocessing.Pipe()
     os.environ.pop(_VARIABLE, None)
     if threads is not None:
         os.environ[_VARIABLE] = threads
-    process = multiprocessing.get_context("spawn").Process(target=_draw, args=(name, there))
+    process = multiprocessing.get_context("spawn").Process(
+        target=_draw, args=(name, link_of_process)
+    )
     process.start()
-    there.close()
+    link_of_process.close()
     try:
-        here.recv()
-        yield here
+        link.recv()
+        yield link
     finally:
-        here.send(None)
+        link.send(None)
         process.join()
 
 
