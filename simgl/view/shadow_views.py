@@ -206,9 +206,9 @@ def _grid_directions(direction: Array, step: float) -> tuple[Array, Array]:
     places = np.arctan(direction / abs(direction[axis])) / step
     places[axis] = 0.0
     nearest = np.round(places)
-    aside = int(np.argmax(np.abs(places - nearest)))
+    component = int(np.argmax(np.abs(places - nearest)))
     other = nearest.copy()
-    other[aside] += np.copysign(1.0, places[aside] - nearest[aside])
+    other[component] += np.copysign(1.0, places[component] - nearest[component])
 
     def towards(place: Array) -> Array:
         tangents = np.tan(step * place)
