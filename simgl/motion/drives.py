@@ -6,11 +6,11 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from simgl.arrays import Array
 from simgl.motion.joints import Joint, body_from_stored, chain, outward
 from simgl.motion.samples import SampledAngles
+from simgl.physics.frames import rotation_about
 
 TAU = 2.0 * np.pi
 
@@ -158,7 +158,7 @@ def _pair(carrier: Joint, carried: Joint, between: Array, sun: Array) -> tuple[f
 
 
 def _turned(vector: Array, axis: Array, angle: float) -> Array:
-    return Rotation.from_rotvec(angle * axis).apply(vector)
+    return rotation_about(axis, angle) @ vector
 
 
 def _angle_between(a: Array, b: Array) -> float:
