@@ -124,10 +124,20 @@ class CameraPipeline:
         return target
 
     def digital(
-        self, camera: Camera, tai_ns: int, seed: int, electrons: ImageTarget, draw: int = 0
+        self,
+        camera: Camera,
+        tai_ns: int,
+        seed: int,
+        electrons: ImageTarget,
+        draw: int = 0,
+        place: int = 0,
     ) -> ImageTarget:
-        """Digital numbers, in ``DN_FORMAT``; draw : of the images of one epoch."""
-        target = self._target("dn", camera, _DN)
+        """Digital numbers, in ``DN_FORMAT``.
+
+        draw : of the images of one epoch
+        place : images in different places are valid at the same time
+        """
+        target = self._target(f"dn {place}", camera, _DN)
         with self._timer.measure("detector"):
             source = electrons.textures[0]
             self._detector.draw(camera, tai_ns, seed, source, target.framebuffer, draw)
