@@ -95,6 +95,30 @@ def cube_solid_angles(n: int) -> Array:
     return np.diff(np.diff(corner, axis=0), axis=1)
 
 
+def cube_cell(directions: Array, n: int) -> IndexArray:
+    """(...) which of n x n cells on each face directions (..., 3) point to: 0..6 n^2 - 1."""
+    size = np.abs(directions)
+    axis = np.argmax(size, axis=-1)
+    along = np.take_along_axis(directions, axis[..., None], axis=-1)[..., 0]
+    face = 2 * axis + (along < 0.0)
+    across = np.sum(RIGHT[face] * directions, axis=-1) / np.abs(along)
+    down = np.sum(DOWN[face] * directions, axis=-1) / np.abs(along)
+    column, row = (
+        np.clip((0.5 * (place + 1.0) * n).astype(np.int64), 0, n - 1) for place in (across, down)
+    )
+    return (face * n + row) * n + column
+
+
+def turned(sky: SkyRadiance, R_sky_from_body: Array) -> SkyRadiance:
+    """A sky on a cube of other axes, 64 texels along an edge; the light moves by half of one.
+
+    R_sky_from_body : (3, 3) to the axes of the sky
+    """
+    n = _PYRAMID[0]
+    directions = cube_directions(n) @ R_sky_from_body.T
+    return SkyRadiance(radiance=cell_radiance(sky, n)[cube_cell(directions, n)])
+
+
 def cell_radiance(sky: SkyRadiance, cells: int = 4) -> Array32:
     """(6 cells^2, 4) means over ``cells`` x ``cells`` blocks of each face [W m-2 sr-1].
 

@@ -56,16 +56,19 @@ class RayTracer:
         _on_all_cores(trace, len(starts))
         return triangle, distance
 
-    def occluded(self, origins: ArrayLike, directions: ArrayLike) -> Mask:
+    def occluded(
+        self, origins: ArrayLike, directions: ArrayLike, reach: Array32 | None = None
+    ) -> Mask:
         """(n,) whether a ray meets anything.
 
-        origins, directions : (n, 3), in the mesh's axes
+        origins, directions, reach : as of ``hits``
         """
         starts, ways = _rows(origins), _rows(directions)
         met = np.empty(len(starts), dtype=np.int32)
 
         def trace(part: slice) -> None:
-            met[part] = self._scene.run(starts[part], ways[part], query="OCCLUDED")
+            ends = None if reach is None else reach[part]
+            met[part] = self._scene.run(starts[part], ways[part], dists=ends, query="OCCLUDED")
 
         _on_all_cores(trace, len(starts))
         return met >= 0
@@ -111,17 +114,21 @@ class PosedRayTracer:
             distance[near[first]] = reach[first]
         return triangle, distance
 
-    def occluded(self, origins: ArrayLike, directions: ArrayLike) -> Mask:
+    def occluded(
+        self, origins: ArrayLike, directions: ArrayLike, reach: Array32 | None = None
+    ) -> Mask:
         """(n,) whether a ray meets anything.
 
         origins, directions : (n, 3), body axes
+        reach : (n,) distances at which the rays end; None where they go on for ever
         """
         starts, ways = _rows(origins), _rows(directions)
         occluded = np.zeros(len(starts), dtype=np.bool_)
         for group, tracer in self._groups:
             near, o, d = self._near(group, starts, ways)
             if len(near):
-                occluded[near] |= tracer.occluded(o, d)
+                ends = None if reach is None else reach[near]
+                occluded[near] |= tracer.occluded(o, d, ends)
         return occluded
 
     def _near(

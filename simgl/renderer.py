@@ -242,7 +242,10 @@ class Renderer:
             shadow_maps = self._shadow.cast([view.shadow for view in views])
         # On the CPU, while the renderer draws the shadow maps.
         with self.timer.measure("interreflection"):
-            skies = [None if probe is None else probe.sky for probe in probes]
+            skies = [
+                None if probe is None or view.sky is None else probe.sky_around(view.sky)
+                for probe, view in zip(probes, views, strict=True)
+            ]
             vertex_lightings: Sequence[VertexLighting | None] = [None] * len(views)
             bodies: Sequence[tuple[LitBody, ...]] = [()] * len(views)
             if gather == "pixel":

@@ -1,7 +1,7 @@
 #include "block/spacecraft"
 #include "surface/material.glsl"
 
-// What the spacecraft sees around it (simgl/environment_map.py), body axes [W m-2 sr-1].
+// What the spacecraft sees around it (simgl/environment_map.py), in axes of its own [W m-2 sr-1].
 uniform samplerCube sky_cube;
 // What glossy lobes of roughness 0.2, 0.4 ... 1 see of it: slices of octahedral maps by the lobe's
 // axis.
@@ -45,8 +45,8 @@ vec3 lobe_axis(Surface s, float alpha) {
 
 // Radiance of the Earth's light that a surface turns to the viewer [W m-2 sr-1].
 vec4 earth_light(Surface s, Albedo albedo) {
-    mat3 body_from_camera = transpose(mat3(camera_from_body));
-    vec2 place = octahedral_place(body_from_camera * s.n, float(textureSize(sky_irradiance, 0).x));
+    mat3 to_sky = mat3(sky_from_camera);
+    vec2 place = octahedral_place(to_sky * s.n, float(textureSize(sky_irradiance, 0).x));
     vec4 light = albedo.diffuse / PI * textureLod(sky_irradiance, place, 0.0);
     // The base's lobe and the coat's, in a loop: a CPU renderer skips what no sample needs of a
     // loop, but runs both sides of every branch.
@@ -54,7 +54,7 @@ vec4 earth_light(Surface s, Albedo albedo) {
     for (int k = 0; k < lobes; ++k) {
         float alpha = k == 0 ? s.alpha : s.coat_alpha;
         vec4 share = k == 0 ? albedo.glossy : vec4(albedo.coat);
-        light += share * glossy_sky(body_from_camera * lobe_axis(s, alpha), alpha);
+        light += share * glossy_sky(to_sky * lobe_axis(s, alpha), alpha);
     }
     return light;
 }

@@ -38,7 +38,11 @@ def round_medians_ms(seconds: Sequence[float]) -> list[float]:
 
 
 class FrameLoop:
-    """Captures the frames of a scene one after another."""
+    """Captures the frames of a scene one after another; each of its epochs once.
+
+    A frame that was captured before would find much of its work done, which is no measure of a
+    scene that moves on.
+    """
 
     def __init__(
         self, simulator: Simulator, cameras: CaptureCameras, epochs: Sequence[int], limit_s: float
@@ -46,54 +50,54 @@ class FrameLoop:
         """limit_s : after which each loop ends, with at least MIN_FRAMES timed frames [s]"""
         self._simulator = simulator
         self._cameras = cameras
-        self._epochs = epochs
+        self._epochs = iter(epochs)
+        self._captured = 0
         self._limit_s = limit_s
 
-    def capture(self, frame: int) -> int:
-        """Capture one frame; the number of its captures."""
+    def capture_next(self) -> int:
+        """Capture the next frame; the number of its captures."""
         scenario = self._simulator.scenario
-        state = scenario.at(self._epochs[frame])
-        names = self._cameras(list(scenario.cameras), frame)
+        state = scenario.at(next(self._epochs))
+        names = self._cameras(list(scenario.cameras), self._captured)
         self._simulator.captures(state, dict.fromkeys(names, (Product.DN,)))
+        self._captured += 1
         return len(names)
 
-    def frame_seconds(self) -> list[float]:
-        """Times of the frames after the warm-up [s]."""
-        seconds: list[float] = []
-        self._warm_up()
+    def warm_up(self) -> None:
+        """Programs, caches and clocks of the processor; one frame of a slow scene is enough."""
         begin = time.perf_counter()
-        for frame in range(WARM_UP, len(self._epochs)):
+        while self._captured < WARM_UP:
+            self.capture_next()
+            if time.perf_counter() - begin > 0.25 * self._limit_s:
+                break
+
+    def frame_seconds(self, frames: int) -> list[float]:
+        """Times of so many frames [s]."""
+        seconds: list[float] = []
+        begin = time.perf_counter()
+        for _ in range(frames):
             start = time.perf_counter()
             if len(seconds) >= MIN_FRAMES and start - begin > self._limit_s:
                 break
-            self.capture(frame)
+            self.capture_next()
             seconds.append(time.perf_counter() - start)
         return seconds
 
     def pass_seconds(self, frames: int) -> dict[str, list[float]]:
-        """Times of each pass in so many frames after the warm-up [s], by its name.
+        """Times of each pass in so many frames [s], by its name.
 
         Only of frames that have the pass: tables of the air are made in one of many.
         """
         timer = self._simulator.timer
         seconds: dict[str, list[float]] = {}
-        self._warm_up()
         timer.enabled = True
         begin = time.perf_counter()
-        for frame in range(WARM_UP, min(WARM_UP + frames, len(self._epochs))):
-            if frame >= WARM_UP + MIN_FRAMES and time.perf_counter() - begin > self._limit_s:
+        for frame in range(frames):
+            if frame >= MIN_FRAMES and time.perf_counter() - begin > self._limit_s:
                 break
             timer.seconds.clear()
-            self.capture(frame)
+            self.capture_next()
             for name, elapsed in timer.seconds.items():
                 seconds.setdefault(name, []).append(elapsed)
         timer.enabled = False
         return seconds
-
-    def _warm_up(self) -> None:
-        """Programs, caches and clocks of the processor; one frame of a slow scene is enough."""
-        begin = time.perf_counter()
-        for frame in range(WARM_UP):
-            self.capture(frame)
-            if time.perf_counter() - begin > 0.25 * self._limit_s:
-                break

@@ -41,7 +41,8 @@ def time_scene(request: SceneRequest) -> SceneReply:
     scenario = load_scenario(scene.path)
     camera = next(iter(scenario.cameras))
     detector = scenario.cameras[camera].detector
-    epochs = epochs_of(scenario, request.frames, request.step_s)
+    timed_passes = max(request.frames // 3, 1)
+    epochs = epochs_of(scenario, request.frames + timed_passes, request.step_s)
 
     def result(seconds: Sequence[float], *, bridge: bool) -> SceneResult:
         return SceneResult(
@@ -60,11 +61,12 @@ def time_scene(request: SceneRequest) -> SceneReply:
     with Simulator(scenario) as simulator:
         renderer = simulator.renderer_name
         loop = FrameLoop(simulator, scene.cameras, epochs, request.limit_s)
-        captures = loop.capture(0)
+        captures = loop.capture_next()
         first_frame_s = time.monotonic() - request.started
-        seconds = loop.frame_seconds()
+        loop.warm_up()
+        seconds = loop.frame_seconds(request.frames)
         memory = resident_mb()
-        passes = loop.pass_seconds(max(request.frames // 3, 1))
+        passes = loop.pass_seconds(timed_passes)
     in_process = msgspec.structs.replace(
         result(seconds, bridge=False),
         captures=captures,

@@ -2,25 +2,31 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import moderngl
+import numpy as np
 
-from simgl.environment_map import SkyRadiance
+from simgl.environment_map import SkyRadiance, turned
+from simgl.lru_cache import LruCache
 from simgl.passes.mesh_store import VertexLighting
 from simgl.passes.shared_blocks import AirBetween
 from simgl.radiosity.final_gather import LitBody
+from simgl.view.background import SkyView
 from simgl.view.spacecraft_view import SpacecraftView
+
+# Attitudes in which a sky is cached, of half a megabyte each.
+_MAX_TURNED = 8
 
 SkyTextures = tuple[moderngl.TextureCube, moderngl.Texture3D, moderngl.Texture]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class EnvironmentProbe:
-    """The sky of one spacecraft.
+    """The sky of spacecraft at one place, in the axes of the first of them.
 
     sky : on the CPU
-    cube : its radiance as a cube map, body axes
+    cube : its radiance as a cube map
     lobes : the sky as glossy lobes see it, an octahedral map for each of
         ``simgl.environment_map.ROUGHNESS``
     irradiance : an octahedral map by normal
@@ -30,6 +36,14 @@ class EnvironmentProbe:
     cube: moderngl.TextureCube
     lobes: moderngl.Texture3D
     irradiance: moderngl.Texture
+    _turned: LruCache[bytes, SkyRadiance] = field(default_factory=lambda: LruCache(_MAX_TURNED))
+
+    def sky_around(self, view: SkyView) -> SkyRadiance:
+        """The sky in the body axes of a spacecraft that sees it."""
+        R = view.R_sky_from_body
+        if np.array_equal(R, np.eye(3)):
+            return self.sky
+        return self._turned.get(R.tobytes(), lambda: turned(self.sky, R))
 
     @property
     def textures(self) -> SkyTextures:
@@ -55,6 +69,13 @@ class DrawnSpacecraft:
     vertex_lighting: VertexLighting | None = None
     lit_bodies: tuple[LitBody, ...] = ()
     air: AirBetween | None = None
+
+    @property
+    def sky(self) -> SkyRadiance | None:
+        """Around it, body axes; None where there is no Earth."""
+        if self.probe is None or self.view.sky is None:
+            return None
+        return self.probe.sky_around(self.view.sky)
 
     @property
     def interreflects(self) -> bool:

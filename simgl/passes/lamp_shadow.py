@@ -21,8 +21,9 @@ _CASTER = Block("LampCaster", 13, np.dtype([("lamp_clip_from_body", "f4", (4, 4)
 class LampShadowPass:
     """Draws the casters of each lamp, or finds them already drawn."""
 
-    # Both sides cast, so that an open sheet does. Depth only sorts; what is looked up is 1 / z.
-    state = State(depth=True)
+    # Depth only sorts; what is looked up is 1 / z.
+    facing = State(depth=True, cull="back")
+    both_sides = State(depth=True)
 
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
@@ -49,10 +50,12 @@ class LampShadowPass:
 
     def _draw(self, index: int, lamp: LampView, target: moderngl.Framebuffer) -> None:
         area = (*lamp_corner(index), MAP_SIZE, MAP_SIZE)
-        self.state.apply(self._ctx, target, area, area)
+        self.both_sides.apply(self._ctx, target, area, area)
         target.clear(0.0, 0.0, 0.0, 0.0, depth=1.0, viewport=area)
         self._caster.bind()
         for caster in lamp.casters:
+            state = self.both_sides if caster.both_sides else self.facing
+            state.apply(self._ctx, target, area, area)
             self._caster.write({"lamp_clip_from_body": caster.clip_from_body})
             self._program.draw(caster.model)
 

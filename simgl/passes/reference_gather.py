@@ -131,7 +131,8 @@ class ReferenceGather:
                 face_normal[row, column],
                 _spread(row, column),
             )
-            cells = None if drawn.probe is None else cell_radiance(drawn.probe.sky, SKY_ACROSS)
+            sky = drawn.sky
+            cells = None if sky is None else cell_radiance(sky, SKY_ACROSS)
             squares = _pixel_cells(tile.sample_grid, row, column)
             enough = _CERTAIN_OF_SUN * float(view.sun_irradiance.sum())
             light, share = _certain(points, squares, lit, cells, _rays(tile.sample_grid), enough)

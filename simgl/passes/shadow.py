@@ -19,6 +19,10 @@ from simgl.view.shadow_views import CELL, REACHES, ShadowMap, ShadowView
 
 # Of the maps that are cached; an image of more spacecraft caches as many as it needs.
 MAX_BYTES = 256 << 20
+# More cameras than this seldom share a state: maps that were asked for more often outlast it.
+_LASTING = 4
+# Of the parts that a map is drawn in.
+_READING_NO_OTHER = 2
 
 _CASTER = Block(
     "Caster",
@@ -106,6 +110,12 @@ class ShadowPass:
         self._atlases = LruCache[bytes, _ShadowAtlas](
             MANY, self._unused.append, max_bytes=MAX_BYTES
         )
+        self._parts = (
+            self._draw_towards_sun,
+            self._draw_from_sun,
+            self._draw_behind,
+            self._draw_bounds,
+        )
 
     def cast(self, views: Sequence[ShadowView]) -> list[tuple[moderngl.Texture, ...]]:
         """Depths, behind and tops of each view's maps, the close one right of the wide one.
@@ -119,17 +129,45 @@ class ShadowPass:
         on whatever waits for nothing. The textures stay as they are until the next call.
         """
         self._atlases.reserve(len(views))
-        return [self._atlas(view).textures for view in views]
+        return [self._cast(view).textures for view in views]
 
     def complete(self, views: Sequence[ShadowView]) -> None:
         """Draw the rest of the maps of ``cast``."""
         for view in views:
-            atlas = self._atlas(view)
-            if not atlas.complete:
-                self._complete(view, atlas)
+            atlas = self._atlas(view.maps)
+            while atlas.drawn < len(self._parts):
+                self._draw_part(view.maps, atlas)
+        self._draw_ahead(views)
 
-    def _atlas(self, view: ShadowView) -> _ShadowAtlas:
-        return self._atlases.get(_key(view), lambda: self._cast(view), _atlas_bytes(view.maps))
+    def _cast(self, view: ShadowView) -> _ShadowAtlas:
+        atlas = self._atlas(view.maps)
+        while atlas.drawn < _READING_NO_OTHER:
+            self._draw_part(view.maps, atlas)
+        atlas.uses += 1
+        return atlas
+
+    def _draw_ahead(self, views: Sequence[ShadowView]) -> None:
+        """Draw a part of what the Sun's next direction needs, so that no frame draws all of it.
+
+        Only where maps have lasted for a while, and where those ahead leave room for them.
+        """
+        if 2 * sum(_atlas_bytes(view.maps) for view in views) > MAX_BYTES:
+            return
+        for view in views:
+            if self._atlas(view.maps).uses > _LASTING:
+                maps = view.ahead()
+                atlas = self._atlas(maps)
+                if atlas.drawn < len(self._parts):
+                    self._draw_part(maps, atlas)
+                    return
+
+    def _draw_part(self, maps: Sequence[ShadowMap], atlas: _ShadowAtlas) -> None:
+        self._parts[atlas.drawn](maps, atlas)
+        atlas.drawn += 1
+
+    def _atlas(self, maps: Sequence[ShadowMap]) -> _ShadowAtlas:
+        key = b"".join(one.key for one in maps)
+        return self._atlases.get(key, lambda: self._free_atlas(maps), _atlas_bytes(maps))
 
     def _free_atlas(self, maps: Sequence[ShadowMap]) -> _ShadowAtlas:
         """A new one, or an unused one of these sizes."""
@@ -137,37 +175,42 @@ class ShadowPass:
         for atlas in self._unused:
             if atlas.sizes == sizes:
                 self._unused.remove(atlas)
+                atlas.drawn = atlas.uses = 0
                 return atlas
         release_all(self._ctx, *self._unused)
         self._unused.clear()
         return _ShadowAtlas(self._ctx, maps)
 
-    def _cast(self, view: ShadowView) -> _ShadowAtlas:
-        atlas = self._free_atlas(view.maps)
+    def _draw_towards_sun(self, maps: Sequence[ShadowMap], atlas: _ShadowAtlas) -> None:
         self._caster.bind()
         self._clear(atlas.depths)
         column = 0
-        for one in view.maps:
+        for one in maps:
             self._layer(one, atlas.depths, (column, 0), self.towards_sun, self._program)
+            column += one.size
+
+    def _draw_from_sun(self, maps: Sequence[ShadowMap], atlas: _ShadowAtlas) -> None:
+        self._caster.bind()
+        column = 0
+        for one in maps:
             self._layer(one, atlas.depths, (column, one.size), self.from_sun, self._program)
             column += one.size
-        atlas.complete = False
-        return atlas
 
-    def _complete(self, view: ShadowView, atlas: _ShadowAtlas) -> None:
+    def _draw_behind(self, maps: Sequence[ShadowMap], atlas: _ShadowAtlas) -> None:
         self._caster.bind()
         self._clear(atlas.behind)
         atlas.textures[0].use(0)
         column = 0
-        for one in view.maps:
+        for one in maps:
             self._layer(one, atlas.behind, (column, 0), self.towards_sun, self._behind)
             column += one.size
+
+    def _draw_bounds(self, maps: Sequence[ShadowMap], atlas: _ShadowAtlas) -> None:
         column = columns = 0
-        for one in view.maps:
+        for one in maps:
             self._bound(one, column, columns, atlas)
             column += one.size
             columns += one.bounds_width
-        atlas.complete = True
 
     def _bound(self, one: ShadowMap, column: int, columns: int, atlas: _ShadowAtlas) -> None:
         """Fill the bounds of a map.
@@ -241,7 +284,7 @@ class ShadowPass:
         """Nearest depth of the casters' surfaces into a square of the target."""
         area = (*corner, one.size, one.size)
         for caster in one.casters:
-            chosen = self.open_sheets if caster.model.open_sheets else state
+            chosen = self.open_sheets if caster.both_sides else state
             chosen.apply(self._ctx, target, area, area)
             clip = caster.clip_from_body
             self._caster.write({"caster_clip_from_body": clip, "caster_map_size": one.size})
@@ -266,12 +309,13 @@ class ShadowPass:
 class _ShadowAtlas:
     """The textures of a view's maps side by side, and what draws into them.
 
-    complete : whether all are drawn, not only those that read no other
+    drawn : parts that are drawn
+    uses : frames, or tiles of them, that have asked for it
     """
 
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context, maps: Sequence[ShadowMap]) -> None:
-        self.complete = False
+        self.drawn = self.uses = 0
         self.sizes = sizes = tuple(one.size for one in maps)
         depths = ctx.depth_texture((sum(sizes), 2 * max(sizes)))
         behind = ctx.depth_texture((sum(sizes), max(sizes)))
@@ -324,10 +368,6 @@ def _atlas_bytes(maps: Sequence[ShadowMap]) -> int:
     sizes = [one.size for one in maps]
     tops = sum(one.bounds_width for one in maps) * max(sizes) // CELL
     return 4 * sum(sizes) * 3 * max(sizes) + 8 * tops
-
-
-def _key(view: ShadowView) -> bytes:
-    return b"".join(one.key for one in view.maps)
 
 
 def _colour(target: moderngl.Framebuffer) -> moderngl.Texture:

@@ -57,6 +57,8 @@ SPACECRAFT = Block(
     np.dtype(
         [
             ("camera_from_body", "f4", (4, 4)),
+            # Turns directions to the axes of the environment probe.
+            ("sky_from_camera", "f4", (4, 4)),
             ("sun_direction", "f4", 4),
             ("sun_irradiance", "f4", 4),
             # Darkening of the Sun's disc towards its limb, u and v per band (physics/sun.py).
@@ -177,8 +179,13 @@ def spacecraft_values(view: SpacecraftView, air: AirBetween | None = None) -> di
 
     air : before it
     """
+    sky_from_camera = np.eye(4)
+    if view.sky is not None:
+        R_body_from_camera = view.camera_from_body[:3, :3].T
+        sky_from_camera[:3, :3] = view.sky.R_sky_from_body @ R_body_from_camera
     return {
         "camera_from_body": view.camera_from_body,
+        "sky_from_camera": sky_from_camera,
         "sun_direction": (*view.sun_direction, 0.0),
         "sun_irradiance": view.sun_irradiance,
         "sun_limb_u": view.sun_limb[0],

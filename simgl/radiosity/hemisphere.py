@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from simgl.arrays import Array, IndexArray
-from simgl.environment_map import DOWN, RIGHT
+from simgl.environment_map import cube_cell
 
 # Cells of a body's sky: 4 x 4 on each face of the cube of simgl/environment_map.py, in its order.
 CELLS_ACROSS = 4
@@ -61,14 +61,4 @@ def sky_cell(directions: Array, cells_across: int = CELLS_ACROSS) -> IndexArray:
 
     One of 0..95, or of 0..6 n^2 - 1 with n x n cells on each face.
     """
-    size = np.abs(directions)
-    axis = np.argmax(size, axis=-1)
-    along = np.take_along_axis(directions, axis[..., None], axis=-1)[..., 0]
-    face = 2 * axis + (along < 0.0)
-    across = np.sum(RIGHT[face] * directions, axis=-1) / np.abs(along)
-    down = np.sum(DOWN[face] * directions, axis=-1) / np.abs(along)
-    column, row = (
-        np.clip((0.5 * (place + 1.0) * cells_across).astype(np.int64), 0, cells_across - 1)
-        for place in (across, down)
-    )
-    return (face * cells_across + row) * cells_across + column
+    return cube_cell(directions, cells_across)

@@ -39,6 +39,7 @@ class Neighbour:
             other_from_body=self.other_from_body,
             centre=mesh.centre,
             radius=mesh.radius,
+            hull=mesh.hull,
         )
 
 

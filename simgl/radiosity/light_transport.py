@@ -116,6 +116,13 @@ class LightTransport:
         return total + int(rows * 8 * (self.gather.nnz + self.sky_part.nnz))
 
     @cached_property
+    def patch_spheres(self) -> tuple[Array32, Array32]:
+        """(p, 3) and (p,): spheres that hold the sample points of each patch [m]."""
+        low, high = self.points.min(axis=1), self.points.max(axis=1)
+        # What float32 may leave outside is far below a millimetre.
+        return 0.5 * (low + high), 0.5 * np.linalg.norm(high - low, axis=1) + np.float32(1e-3)
+
+    @cached_property
     def tracer(self) -> AnyRayTracer:
         """For the light of the Sun and of lamps."""
         return RayTracer(self.mesh)

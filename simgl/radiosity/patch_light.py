@@ -57,10 +57,11 @@ class PatchLight:
         response = surface.response
         exitance = response.glow
         irradiance = np.zeros_like(exitance)
-        if incident.before_sun:
+        sunlit = bool(incident.sun_irradiance.any())
+        if sunlit and incident.before_sun:
             cosines = self._sun_cosines(surface.sunlit, transport, incident)
             irradiance += cosines[:, None] * incident.sun_irradiance.astype(np.float32)
-        else:
+        elif sunlit:
             exitance = exitance + response.of_sun(incident.sun_direction, incident.sun_irradiance)
         if sky is not None:
             exitance = exitance + response.of_sky(transport.cells_of(sky))
@@ -76,8 +77,10 @@ class PatchLight:
     ) -> Array32:
         """The same of a pose that does not last: all light together, solved now."""
         surface = self._surface(model, transport)
-        cosines = self._sun_cosines(surface.sunlit, transport, incident)
-        irradiance = cosines[:, None] * incident.sun_irradiance.astype(np.float32)
+        irradiance = np.zeros_like(surface.reflectors.albedo)
+        if incident.sun_irradiance.any():
+            cosines = self._sun_cosines(surface.sunlit, transport, incident)
+            irradiance += cosines[:, None] * incident.sun_irradiance.astype(np.float32)
         if sky is not None:
             # Rays follow the cosine: each stands for pi over their number.
             irradiance += np.float32(np.pi) * (transport.sky @ transport.cells_of(sky))

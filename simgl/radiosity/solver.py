@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from simgl.arrays import Array, Array32, Mask
+from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.radiosity.light_transport import GatherMatrix, LightTransport
 from simgl.rays import AnyRayTracer
 from simgl.scene.materials import Material
@@ -40,12 +40,14 @@ class Blocker:
 
     other_from_body : (4, 4) between their axes
     centre, radius : (3,) of its bounding sphere, in its own axes [m]
+    hull : (k, 3) corners of its convex hull, there too
     """
 
     tracer: AnyRayTracer
     other_from_body: Array
     centre: Array
     radius: float
+    hull: Array
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -166,59 +168,97 @@ def lit_normals(transport: LightTransport, direction: Array, half: int) -> Array
     return lit.reshape(*valid.shape, 3).sum(axis=1) / count[:, None]
 
 
-def blocked_by(transport: LightTransport, direction: Array, blockers: Sequence[Blocker]) -> Array32:
-    """(p,) share of each patch's sample points that other bodies hide from the Sun."""
-    points = transport.points.reshape(-1, 3)
-    hidden = np.zeros(len(points), dtype=np.bool_)
+def blocked_by(
+    transport: LightTransport, direction: Array, blockers: Sequence[Blocker], asked: Mask
+) -> Array32:
+    """(p,) share of each patch's sample points that other bodies hide from the Sun.
+
+    asked : (p,) patches that need it; the others get 0
+    """
+    centres, radii = transport.patch_spheres
+    hidden = np.zeros(transport.point_open.shape, dtype=np.bool_)
     for blocker in blockers:
-        matrix = blocker.other_from_body.astype(np.float32)
-        rest = np.flatnonzero(~hidden)
-        origins = points[rest] @ matrix[:3, :3].T + matrix[:3, 3]
-        towards = matrix[:3, :3] @ direction.astype(np.float32)
-        offset = origins - blocker.centre.astype(np.float32)
-        # Only lines of sight through its bounding sphere.
-        past = offset - (offset @ towards)[:, None] * towards
-        near = np.flatnonzero(np.einsum("ij,ij->i", past, past) < np.float32(blocker.radius**2))
-        rays = np.broadcast_to(towards, (len(near), 3))
-        hidden[rest[near]] = blocker.tracer.occluded(origins[near], rays)
-    return hidden.reshape(transport.point_open.shape).mean(axis=1, dtype=np.float32)
+        turn, shift = blocker.other_from_body[:3, :3], blocker.other_from_body[:3, 3]
+        towards = turn @ direction
+        # Only patches whose lines of sight pass through its bounding sphere.
+        offset = centres @ turn.T + (shift - blocker.centre)
+        along = offset @ towards
+        past = offset - along[:, None] * towards
+        reach = blocker.radius + radii
+        near = (np.einsum("ij,ij->i", past, past) < reach * reach) & (along < reach)
+        patches = np.flatnonzero(asked & near)
+        points = transport.points[patches].reshape(-1, 3)
+        origins = points @ turn.T.astype(np.float32) + shift.astype(np.float32)
+        rays = np.broadcast_to(towards.astype(np.float32), origins.shape)
+        met = blocker.tracer.occluded(origins, rays)
+        hidden[patches] |= met.reshape(len(patches), -1)
+    return hidden.mean(axis=1, dtype=np.float32)
 
 
 def lamp_irradiance(
     transport: LightTransport, lamp: SpotLight, blockers: Sequence[Blocker] = ()
 ) -> Array32:
     """(p, 4) mean irradiance of each patch by a lamp [W m-2]."""
-    points = transport.points[:, ::2].reshape(-1, 3)
+    mean = np.zeros(len(transport.areas))
+    patches = _patches_in_beam(transport, lamp)
+    points, normals, valid = (
+        a[patches, ::2] for a in (transport.points, transport.normals, transport.point_open)
+    )
     offset = lamp.place - points
-    distance = np.linalg.norm(offset, axis=1)
-    wi = offset / distance[:, None]
-    cosine = np.einsum("ij,ij->i", transport.normals[:, ::2].reshape(-1, 3), wi)
-    off_axis = np.arctan2(np.linalg.norm(np.cross(wi, lamp.axis), axis=1), -wi @ lamp.axis)
+    distance = np.linalg.norm(offset, axis=2)
+    cosine = np.einsum("pni,pni->pn", normals, offset) / distance
+    off_axis = np.arccos(np.clip(-(offset @ lamp.axis) / distance, -1.0, 1.0))
     beyond = np.clip((off_axis - lamp.half_angle) / lamp.edge, 0.0, 1.0)
-    valid = transport.point_open[:, ::2]
     power = cosine * (1.0 - beyond * beyond * (3.0 - 2.0 * beyond)) / distance**2
-    lit = np.flatnonzero((power > 0.0) & valid.ravel())
-    # A ray to the lamp ends there: from it to the point, everything short of the point blocks.
-    blocked = _blocked_before(transport, points[lit], offset[lit], blockers)
-    power[(cosine <= 0.0) | ~valid.ravel()] = 0.0
-    power[lit[blocked]] = 0.0
-    mean = power.reshape(valid.shape).sum(axis=1) / np.maximum(valid.sum(axis=1), 1)
+    power[(cosine <= 0.0) | ~valid] = 0.0
+    lit = power > 0.0
+    blocked = _blocked_before(transport, lamp, points[lit], offset[lit], blockers)
+    power[lit] = np.where(blocked, 0.0, power[lit])
+    mean[patches] = power.sum(axis=1) / np.maximum(valid.sum(axis=1), 1)
     return (mean[:, None] * lamp.intensity).astype(np.float32)
 
 
+def _patches_in_beam(transport: LightTransport, lamp: SpotLight) -> IndexArray:
+    """Patches of which a part may lie in the beam, by their bounding spheres."""
+    centres, radii = transport.patch_spheres
+    offset = centres - lamp.place
+    distance = np.maximum(np.linalg.norm(offset, axis=1), 1e-9)
+    off_axis = np.arccos(np.clip(offset @ lamp.axis / distance, -1.0, 1.0))
+    spanned = np.arcsin(np.minimum(radii / distance, 1.0))
+    around = radii >= distance
+    return np.flatnonzero(around | (off_axis - spanned < lamp.half_angle + lamp.edge))
+
+
 def _blocked_before(
-    transport: LightTransport, points: Array32, offsets: Array, blockers: Sequence[Blocker]
+    transport: LightTransport,
+    lamp: SpotLight,
+    points: Array32,
+    offsets: Array,
+    blockers: Sequence[Blocker],
 ) -> Mask:
-    """Whether anything lies between points and the ends of offsets."""
-    _, share = transport.tracer.hits(points, offsets)
-    blocked = share < 1.0 - 1e-3
+    """Whether anything lies between points in a beam and its lamp, at the ends of offsets."""
+    ends = np.full(len(points), 1.0 - 1e-3, dtype=np.float32)
+    blocked = transport.tracer.occluded(points, offsets, ends)
+    # The lamp sits on its own craft: its housing, within 1 cm, does not count.
+    ends = (1.0 - 0.01 / np.linalg.norm(offsets, axis=1)).astype(np.float32)
     for blocker in blockers:
+        if not _reaches_into(blocker, lamp):
+            continue
         matrix = blocker.other_from_body
-        origins = points @ matrix[:3, :3].T + matrix[:3, 3]
-        _, share = blocker.tracer.hits(origins, offsets @ matrix[:3, :3].T)
-        # The lamp sits on its own craft: its housing, within 1 cm, does not count.
-        blocked |= share < 1.0 - 0.01 / np.linalg.norm(offsets, axis=1)
+        rest = np.flatnonzero(~blocked)
+        origins = points[rest] @ matrix[:3, :3].T + matrix[:3, 3]
+        rays = offsets[rest] @ matrix[:3, :3].T
+        blocked[rest] = blocker.tracer.occluded(origins, rays, ends[rest])
     return blocked
+
+
+def _reaches_into(blocker: Blocker, lamp: SpotLight) -> bool:
+    """Whether any of a body lies before a lamp: none of what carries it does, as a rule."""
+    if lamp.half_angle + lamp.edge >= 0.5 * np.pi:
+        return True
+    turn, shift = blocker.other_from_body[:3, :3], blocker.other_from_body[:3, 3]
+    place, axis = turn @ lamp.place + shift, turn @ lamp.axis
+    return bool(((blocker.hull - place) @ axis).max() > 0.0)
 
 
 def earth_share(matrix: GatherMatrix, cell_radiance: Array32 | None) -> Array32:

@@ -42,7 +42,7 @@ class SunlitPatches:
         for node, weight in grid_corners(direction):
             cosines += np.float32(weight) * self.at(node)
         if blockers:
-            cosines *= 1.0 - blocked_by(self._transport, direction, blockers)
+            cosines *= 1.0 - blocked_by(self._transport, direction, blockers, cosines > 0.0)
         return cosines
 
     def at(self, node: Node) -> Array32:

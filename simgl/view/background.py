@@ -24,6 +24,8 @@ from simgl.view.celestial import CelestialView, EarthCone, ImageCone, celestial
 SKY_TEXELS, TERMINATOR_TEXELS = 64, 128
 # From the horizontal, of a Sun that is high, and of one that leaves even high air dark [rad].
 _HIGH_SUN, _TWILIGHT = np.radians(5.0), np.radians(10.0)
+# Spacecraft see the same sky where the ground lies in directions this close [rad].
+_SAME_SKY = 1e-4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -83,16 +85,18 @@ class Background:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SkyView:
-    """What a spacecraft sees around it.
+    """What a spacecraft sees around it; one that is close to another shares its sky.
 
-    faces : six pinholes at the spacecraft, in its body axes; in the order of
+    faces : six pinholes at the spacecraft whose sky it is, in its body axes; in the order of
         ``simgl.environment_map``
     texels : along an edge of each
-    key : equal keys mean equal skies
+    R_sky_from_body : (3, 3) to those axes from the body axes of the spacecraft that sees it
+    key : equal keys mean equal faces
     """
 
     faces: tuple[Background, ...]
     texels: int
+    R_sky_from_body: Array
     key: tuple[object, ...]
 
 
@@ -122,19 +126,34 @@ def sky_view(state: SceneState, name: str, body: BodyState) -> SkyView | None:
     """
     if state.earth is None:
         return None
-    seen = state.sun.seen_from(body.pose.position)
     earth = _earth_from(state, state.earth, body.pose.position, f"[spacecraft.{name}]")
+    owner = _first_within(state, body, _SAME_SKY * earth.view.height)
+    R_body_from_icrf = owner.pose.R_icrf_from_body.T
+    R_sky_from_body = np.eye(3)
+    if owner is not body:
+        earth = _earth_from(state, state.earth, owner.pose.position, f"[spacecraft.{name}]")
+        R_sky_from_body = R_body_from_icrf @ body.pose.R_icrf_from_body
+    seen = state.sun.seen_from(owner.pose.position)
     texels = _sky_texels(earth.view)
     half = 0.5 * texels
     intrinsics = np.array([[half, 0.0, half], [0.0, half, half], [0.0, 0.0, 1.0]])
     cone = ImageCone(float(np.arctan(np.sqrt(2.0))), 1.0 / half)
-    R_body_from_icrf = body.pose.R_icrf_from_body.T
     faces = tuple(
         _background(intrinsics, axes @ R_body_from_icrf, cone, seen, earth, None)
         for axes in np.stack([RIGHT, DOWN, FORWARD], axis=1)
     )
     key = tuple(part for face in faces for part in _key(face))
-    return SkyView(faces=faces, texels=texels, key=key)
+    return SkyView(faces=faces, texels=texels, R_sky_from_body=R_sky_from_body, key=key)
+
+
+def _first_within(state: SceneState, body: BodyState, reach: float) -> BodyState:
+    """The first body of the scene that is no farther from another one [m], or that one."""
+    place = body.pose.position
+    return next(
+        other
+        for other in state.bodies.values()
+        if other is body or np.linalg.norm(other.pose.position - place) < reach
+    )
 
 
 def _sky_texels(planet: PlanetView) -> int:

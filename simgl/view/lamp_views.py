@@ -49,7 +49,10 @@ class LampView:
 
 @dataclass(frozen=True, kw_only=True)
 class _Seen:
-    """A body in the beam: its box in tangents of angles off the axis, and its farthest depth."""
+    """A body in the beam: its box in tangents of angles off the axis, and its farthest depth.
+
+    cut : whether a part of it is too close to the lamp to cast
+    """
 
     body: BodyState
     R_lamp_from_body: Array
@@ -57,6 +60,7 @@ class _Seen:
     low: Array
     high: Array
     far: float
+    cut: bool
 
 
 def lamp_views(state: SceneState, camera: CameraState) -> tuple[LampView, ...]:
@@ -146,6 +150,7 @@ def _in_beam(
         low=low,
         high=high,
         far=far,
+        cut=len(back) > 0,
     )
 
 
@@ -153,4 +158,6 @@ def _caster(seen: _Seen, clip_from_lamp: Array) -> Caster:
     lamp_from_body = np.eye(4)
     lamp_from_body[:3, :3], lamp_from_body[:3, 3] = seen.R_lamp_from_body, seen.offset
     clip = _float32(clip_from_lamp @ lamp_from_body)
-    return Caster(model=seen.body.model, clip_from_body=clip)
+    model = seen.body.model
+    # Light that comes from within a solid, or from where it is cut, meets its walls from behind.
+    return Caster(model=model, clip_from_body=clip, both_sides=model.open_sheets or seen.cut)

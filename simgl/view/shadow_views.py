@@ -12,6 +12,7 @@ frame.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,10 +55,12 @@ class Caster:
     """A spacecraft in a shadow map, of the Sun or of a lamp.
 
     clip_from_body : (4, 4) float32
+    both_sides : whether surfaces that face away from the light may be the first that it meets
     """
 
     model: SpacecraftModel
     clip_from_body: Array32
+    both_sides: bool
 
     @property
     def key(self) -> bytes:
@@ -101,12 +104,15 @@ class ShadowView:
     lean : (2,) float32, the Sun's light moves so far along x and y for each metre of height
     wide : around the spacecraft; receivers anywhere on it find their casters there
     close : of what the camera sees of it, where the wide map is too coarse for the image
+    ahead : makes the maps of the nearest other direction of the grid, in the order of ``maps``: a
+        Sun that goes on as it came needs them next
     """
 
     R_light_from_body: Array32
     lean: Array32
     wide: ShadowMap
     close: ShadowMap | None
+    ahead: Callable[[], tuple[ShadowMap, ...]]
 
     @property
     def maps(self) -> tuple[ShadowMap, ...]:
@@ -139,44 +145,53 @@ class _Near:
 
 
 def shadow_view(
-    state: SceneState, body: BodyState, camera: Camera, body_from_camera: Array
+    state: SceneState, body: BodyState, camera: Camera, body_from_camera: Array, *, sunlit: bool
 ) -> ShadowView:
     """The maps that one spacecraft needs in an image.
 
     body_from_camera : (4, 4)
+    sunlit : False where no sunlight reaches it, as in the Earth's shadow: its map is empty
     """
     sun = state.sun.seen_from(body.pose.position)
     sun_body = body.pose.R_icrf_from_body.T @ sun.direction_icrf
     radius = _coarse(sun.angular_radius)
     step = _DIRECTION_STEP * radius
-    R_light = _light_axes(_nearest_grid_direction(sun_body, step))
+    nearest, next_nearest = _grid_directions(sun_body, step)
     # Light reaches a receiver through a cone: casters lie as far outside as the cone is wide.
     cone = float(np.tan(radius + step / np.sqrt(2.0)))
-    casters = _casters(state, body, R_light, cone, float(np.tan(radius)))
+    R_light = _light_axes(nearest)
     mesh = body.model.posed_mesh
-    centre = R_light @ mesh.centre
-    heights = float(centre[2] - 1.01 * mesh.radius), float(centre[2] + _HIGHEST * mesh.radius)
-    footprint = _nearest(mesh.centre, mesh.radius, body_from_camera) / camera.focal_length_px
 
-    def fitted(middle: Array, half: float, footprint: float) -> ShadowMap:
-        return _map(casters, R_light, middle, half, cone, heights, footprint)
+    def maps_along(R_light: Array) -> tuple[ShadowMap, ...]:
+        casters = _casters(state, body, R_light, cone, float(np.tan(radius))) if sunlit else ()
+        centre = R_light @ mesh.centre
+        heights = float(centre[2] - 1.01 * mesh.radius), float(centre[2] + _HIGHEST * mesh.radius)
+        footprint = _nearest(mesh.centre, mesh.radius, body_from_camera) / camera.focal_length_px
+        if not casters:
+            footprint = np.inf
 
-    wide = fitted(centre[:2], 1.01 * mesh.radius, footprint)
-    close = None
-    if wide.texel * _ENOUGH > footprint:
-        seen = _seen(body, camera, body_from_camera)
-        if seen is not None:
-            points, distance = seen
-            footprint = distance / camera.focal_length_px
-            if wide.texel * _ENOUGH > footprint:
-                middle, half = _square(points @ R_light[:2].T, 1.01 * mesh.radius)
-                close = fitted(middle, half, footprint)
+        def fitted(middle: Array, half: float, footprint: float) -> ShadowMap:
+            return _map(casters, R_light, middle, half, cone, heights, footprint)
+
+        wide = fitted(centre[:2], 1.01 * mesh.radius, footprint)
+        if wide.texel * _ENOUGH > footprint:
+            seen = _seen(body, camera, body_from_camera)
+            if seen is not None:
+                points, distance = seen
+                footprint = distance / camera.focal_length_px
+                if wide.texel * _ENOUGH > footprint:
+                    middle, half = _square(points @ R_light[:2].T, 1.01 * mesh.radius)
+                    return wide, fitted(middle, half, footprint)
+        return (wide,)
+
+    wide, *close = maps_along(R_light)
     x, y, z = R_light @ sun_body
     return ShadowView(
         R_light_from_body=np.asarray(R_light, dtype=np.float32),
         lean=np.array([x / z, y / z], dtype=np.float32),
         wide=wide,
-        close=close,
+        close=close[0] if close else None,
+        ahead=lambda: maps_along(_light_axes(next_nearest)),
     )
 
 
@@ -185,13 +200,22 @@ def _coarse(angular_radius: float) -> float:
     return float(2.0 ** (np.ceil(16.0 * np.log2(angular_radius)) / 16.0))
 
 
-def _nearest_grid_direction(direction: Array, step: float) -> Array:
-    """The nearest of the directions of the grid (3,): angles in steps on each face of a cube."""
+def _grid_directions(direction: Array, step: float) -> tuple[Array, Array]:
+    """The two nearest directions of the grid (3,): angles in steps on each face of a cube."""
     axis = int(np.argmax(np.abs(direction)))
-    angles = np.arctan(direction / abs(direction[axis]))
-    tangents = np.tan(step * np.round(angles / step))
-    tangents[axis] = np.sign(direction[axis])
-    return unit(tangents)
+    places = np.arctan(direction / abs(direction[axis])) / step
+    places[axis] = 0.0
+    nearest = np.round(places)
+    aside = int(np.argmax(np.abs(places - nearest)))
+    other = nearest.copy()
+    other[aside] += np.copysign(1.0, places[aside] - nearest[aside])
+
+    def towards(place: Array) -> Array:
+        tangents = np.tan(step * place)
+        tangents[axis] = np.sign(direction[axis])
+        return unit(tangents)
+
+    return towards(nearest), towards(other)
 
 
 def _light_axes(sun_body: Array) -> Array:
@@ -262,7 +286,7 @@ def _map(
         for c in casters
         if np.abs(c.centre[:2] - middle).max() < half + c.radius + max(c.top - bottom, 0.0) * cone
     ]
-    top = min(max(c.top for c in above), highest)
+    top = min(max((c.top for c in above), default=bottom + 2.0 * half), highest)
     margin = (top - bottom) * cone
     reach = half + margin
     wanted = 2.0 * reach * _TEXELS_PER_PIXEL / footprint
@@ -279,7 +303,8 @@ def _map(
         matrix = np.eye(4)
         matrix[:3, :3], matrix[:3, 3] = caster.R_light_from_other, caster.offset
         clip = np.asarray(clip_from_light @ matrix, dtype=np.float32)
-        drawn.append(Caster(model=caster.model, clip_from_body=clip))
+        sheets = caster.model.open_sheets
+        drawn.append(Caster(model=caster.model, clip_from_body=clip, both_sides=sheets))
     texel = 2.0 * reach / size
     texel_from_body = np.eye(4)
     texel_from_body[:3, :3] = R_light

@@ -93,6 +93,8 @@ def spacecraft_views(
         sun = state.sun.seen_from(body.pose.position)
         matrix = _camera_from_body(camera, body)
         body_from_camera: Array = np.linalg.inv(matrix).astype(np.float64)
+        irradiance = sun.irradiance * state.sunlight(body.pose.position)
+        sunlit = bool(irradiance.any())
         views.append(
             SpacecraftView(
                 name=name,
@@ -100,12 +102,12 @@ def spacecraft_views(
                 model=body.model,
                 camera_from_body=_float32(matrix),
                 sun_direction=_float32(camera.R_camera_from_icrf @ sun.direction_icrf),
-                sun_irradiance=_float32(sun.irradiance * state.sunlight(body.pose.position)),
+                sun_irradiance=_float32(irradiance),
                 sun_limb=_float32(sun.limb),
                 sun_angular_radius=sun.angular_radius,
                 sky=sky_view(state, name, body),
                 incident_light=incident_light(state, body) if inter_reflection else None,
-                shadow=shadow_view(state, body, camera.camera, body_from_camera),
+                shadow=shadow_view(state, body, camera.camera, body_from_camera, sunlit=sunlit),
                 air=air_between(state, camera.position, body.pose.position),
             )
         )

@@ -5,14 +5,19 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
 
 from simgl.bench.earth_tables import earth_tables
+from simgl.bench.frame_times import WARM_UP, FrameLoop, epochs_of
 from simgl.bench.scenes import SETS, bench_scenes, scene_files, set_of_scenes
 from simgl.errors import ConfigError
 from simgl.scenario.loader import load_scenario
+from simgl.scene.state import SceneState
+from simgl.simulator import Simulator
 from tests.patience import run_to_end
 
 
@@ -129,3 +134,23 @@ def test_a_step_holds_for_every_scene_of_a_set() -> None:
 def test_an_unknown_scene_is_refused() -> None:
     with pytest.raises(ConfigError, match=r'names no scene: "source"; did you mean "source_600"'):
         set_of_scenes(["source"])
+
+
+def test_no_epoch_is_captured_twice_for_a_second_capture_would_find_its_work_done() -> None:
+    scenario = load_scenario(bench_scenes()["stars_600"].path)
+    captured: list[int] = []
+    timer = SimpleNamespace(enabled=False, seconds={})
+
+    def capture(state: SceneState, _: str) -> None:
+        captured.append(state.tai_ns)
+        timer.seconds["stars"] = 0.5
+
+    epochs = epochs_of(scenario, 7, 0.1)
+    simulator = cast(Simulator, SimpleNamespace(scenario=scenario, timer=timer, capture=capture))
+    loop = FrameLoop(simulator, lambda names, _: names, epochs, limit_s=100.0)
+    assert loop.capture_next() == 1
+    loop.warm_up()
+    assert len(captured) == WARM_UP
+    assert len(loop.frame_seconds(4)) == 4
+    assert loop.pass_seconds(3) == {"stars": [0.5] * 3}
+    assert captured == epochs

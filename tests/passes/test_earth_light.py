@@ -62,12 +62,17 @@ def before(
     *,
     earth: Table,
     turned: Rotation | None = None,
+    beside: Table | None = None,
 ) -> Scenario:
-    """A body at 400 km and a camera 20 m from it; the whole scene may be turned."""
+    """A body at 400 km and a camera 20 m from it; the whole scene may be turned.
+
+    beside : another spacecraft, listed first
+    """
     turn = turned or Rotation.identity()
     sun = turn.apply(sun_at(zenith_deg))
     return scene(
-        {
+        ({} if beside is None else {"beside": beside})
+        | {
             "body": {
                 "model": model,
                 "position_icrf_m": turn.apply(PLACE).tolist(),
@@ -142,6 +147,29 @@ def test_a_turned_sphere_has_the_earths_irradiance_between_the_maps_points(
         got = as_irradiance(earthshine(gl, ball, R_icrf_from_body, normal, zenith))
         # Linear between normals 7.5 deg apart: 7.5^2 / 8 of the second derivative, which is up to
         # some 5 times the value on the faint sides.
+        np.testing.assert_allclose(got, expected, rtol=0.01)
+
+
+@pytest.mark.parametrize("zenith", [0.0, 60.0])
+def test_a_plate_beside_another_spacecraft_has_the_same_irradiance(
+    gl: moderngl.Context, zenith: float
+) -> None:
+    """Two spacecraft 15 m apart share a sky, in the axes of the first."""
+    turn = Rotation.from_rotvec([0.7, -1.1, 0.4])
+    beside = {
+        "model": plate(lambert(1.0)),
+        "position_icrf_m": np.add(PLACE, [-9.0, 12.0, 0.0]).tolist(),
+        "quaternion_icrf_from_body_xyzw": turn.as_quat().tolist(),
+    }
+    for expected, (tilt, azimuth) in zip(IRRADIANCE[zenith], TILT_AZIMUTH, strict=True):
+        normal = facing(tilt, azimuth)
+        arguments = plate(lambert(1.0)), attitude(normal, 0.4), normal, zenith
+        scenario = before(*arguments, earth=EARTH, beside=beside)
+        state = scenario.at(scenario.epoch_tai_ns)
+        skies = [sky_view(state, name, body) for name, body in state.bodies.items()]
+        assert len({None if sky is None else sky.key for sky in skies}) == 1
+        # Between the map's points, as on the sphere above.
+        got = as_irradiance(earthshine(gl, *arguments, beside=beside))
         np.testing.assert_allclose(got, expected, rtol=0.01)
 
 

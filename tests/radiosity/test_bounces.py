@@ -5,15 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from simgl.arrays import Array32
 from simgl.radiosity.hemisphere import SKY_CELLS
 from simgl.radiosity.precomputed_response import PrecomputedResponse
 from simgl.radiosity.solver import (
+    Blocker,
     SpotLight,
     lamp_irradiance,
     radiosity,
     reflectors,
 )
 from simgl.radiosity.sunlit_patches import SunlitPatches
+from simgl.rays import RayTracer
+from simgl.scene.mesh import plate
 from tests.radiosity.boxes import C6, box_faces, closed_box, inside, open_box, sunlight, white
 
 
@@ -67,6 +71,37 @@ def test_a_lamp_lights_patches_by_the_inverse_square_within_its_cone() -> None:
     np.testing.assert_allclose(found[lit, 0], expected[lit], rtol=1e-5)
     distance = offset.min(axis=1)
     assert found[floor & (distance > 0.30)].max() == 0.0
+
+
+def test_a_body_hides_a_lamp_from_before_it_and_not_from_behind() -> None:
+    transport = open_box()
+    lamp = SpotLight(
+        place=np.array([1.0, 0.5, 0.9]),
+        axis=np.array([0.0, 0.0, -1.0]),
+        half_angle=0.2,
+        edge=0.01,
+        intensity=np.full(4, 10.0),
+    )
+    square = plate(1.0, 1.0)
+
+    def lit_past_a_square_at(height: float) -> Array32:
+        other_from_body = np.eye(4)
+        other_from_body[:3, 3] = (-1.0, -0.5, -height)  # over the lamp
+        blocker = Blocker(
+            tracer=RayTracer(square),
+            other_from_body=other_from_body,
+            centre=square.centre,
+            radius=square.radius,
+            hull=square.hull,
+        )
+        return lamp_irradiance(transport, lamp, [blocker])
+
+    free = lamp_irradiance(transport, lamp)
+    assert free.max() > 0.0
+    np.testing.assert_array_equal(lit_past_a_square_at(0.95), free)
+    # The lamp's own housing, within 1 cm.
+    np.testing.assert_array_equal(lit_past_a_square_at(0.895), free)
+    assert lit_past_a_square_at(0.5).max() == 0.0
 
 
 def test_a_free_surface_under_a_uniform_sky_gets_pi_times_its_radiance() -> None:

@@ -90,6 +90,7 @@ def test_another_body_hides_the_patches_in_its_shadow() -> None:
         other_from_body=moved,
         centre=square.centre,
         radius=square.radius,
+        hull=square.hull,
     )
     free = SunlitPatches(transport).cosines(zenith)
     shaded = SunlitPatches(transport).cosines(zenith, [blocker])

@@ -9,7 +9,7 @@ import numpy as np
 
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState, SunAtPosition, SunInDirection
-from simgl.view.shadow_views import ShadowView, shadow_view
+from simgl.view.shadow_views import SIZES, ShadowView, shadow_view
 from tests.scenes import lambert, scene
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -34,7 +34,7 @@ def _scenario() -> Scenario:
     )
 
 
-def _view(state: SceneState, sun: Array, **moved: Array) -> ShadowView:
+def _view(state: SceneState, sun: Array, sunlit: bool = True, **moved: Array) -> ShadowView:
     """Of the plate, under a Sun in a direction, with bodies moved [m]."""
     assert isinstance(state.sun, SunInDirection)
     place = SunAtPosition(
@@ -53,7 +53,7 @@ def _view(state: SceneState, sun: Array, **moved: Array) -> ShadowView:
     matrix[:3, :3] = camera.R_camera_from_icrf.T
     matrix[:3, 3] = camera.position - bodies["plate"].pose.position
     state = replace(state, sun=place, bodies=bodies)
-    return shadow_view(state, bodies["plate"], camera.camera, matrix)
+    return shadow_view(state, bodies["plate"], camera.camera, matrix, sunlit=sunlit)
 
 
 def _state() -> SceneState:
@@ -110,3 +110,12 @@ def test_only_what_casts_into_a_map_is_drawn_there() -> None:
     assert moved.close is not None
     assert moved.close.key == view.close.key
     assert moved.wide.key != view.wide.key
+
+
+def test_what_no_sunlight_reaches_has_one_small_map_without_casters() -> None:
+    up = np.array([0.0, 0.0, 1.0])
+    assert _view(_state(), up).wide.casters
+    dark = [_view(_state(), up, sunlit=False, box=np.array([x, 0.0, 0.0])) for x in (0.0, 0.1)]
+    assert [(v.wide.casters, v.wide.size, v.close) for v in dark] == [((), SIZES[0], None)] * 2
+    # Whatever moves, nothing is drawn anew.
+    assert dark[0].wide.key == dark[1].wide.key

@@ -1,0 +1,104 @@
+"""Shadow maps of the Sun's next direction are drawn, a part in a frame, before it gets there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import moderngl
+import numpy as np
+import pytest
+
+from simgl.passes.mesh_store import MeshStore
+from simgl.passes.outline_program import OutlineProgram
+from simgl.passes.shadow import ShadowPass
+from simgl.view.shadow_views import ShadowView, shadow_view
+from tests.scenes import lambert, scene
+
+# Steps of the grid of directions: 0.6 of the Sun's radius, rounded up by less than 4.4 %.
+STEP = 0.6 * np.radians(0.263)
+BOX = {"box": {"size_m": [1.0, 0.6, 0.4], "material": lambert(0.5)}}
+
+
+def view_under(tilt: float, aside_m: float = 0.0) -> ShadowView:
+    """Of a plate with a box above it, under a Sun tilted from the zenith [rad]."""
+    scenario = scene(
+        {
+            "plate": {
+                "model": {"plate": {"width_m": 2.0, "height_m": 2.0, "material": lambert(0.5)}},
+                "position_icrf_m": [0.0, 0.0, 0.0],
+            },
+            "box": {"model": BOX, "position_icrf_m": [aside_m, 0.0, 1.0]},
+        },
+        {"position_icrf_m": [0.0, 0.0, 50.0], "boresight": [0, 0, -1], "up": [0, 1, 0]},
+        sun_direction=(float(np.sin(tilt)), 0.0, float(np.cos(tilt))),
+    )
+    state = scenario.at(scenario.epoch_tai_ns)
+    camera, body = state.cameras["cam"], state.bodies["plate"]
+    body_from_camera = np.eye(4)
+    body_from_camera[:3, :3] = camera.R_camera_from_icrf.T
+    body_from_camera[:3, 3] = camera.position
+    return shadow_view(state, body, camera.camera, body_from_camera, sunlit=True)
+
+
+@contextmanager
+def shadows(gl: moderngl.Context) -> Iterator[ShadowPass]:
+    meshes = MeshStore(gl)
+    drawn = ShadowPass(gl, meshes)
+    yield drawn
+    drawn.release()
+    meshes.release()
+
+
+@pytest.fixture
+def draws(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The casters that were drawn."""
+    drawn: list[str] = []
+    draw = OutlineProgram.draw
+
+    def counted(self: OutlineProgram, model: Any) -> None:
+        drawn.append(model.name)
+        draw(self, model)
+
+    monkeypatch.setattr(OutlineProgram, "draw", counted)
+    return drawn
+
+
+def frame(shadows: ShadowPass, view: ShadowView) -> list[bytes]:
+    """Bytes of the maps."""
+    (textures,) = shadows.cast([view])
+    shadows.complete([view])
+    return [texture.read() for texture in textures]
+
+
+def test_the_next_direction_is_drawn_before_the_sun_gets_there_and_holds_the_same(
+    gl: moderngl.Context, draws: list[str]
+) -> None:
+    near_edge, beyond = view_under(0.47 * STEP), view_under(0.6 * STEP)
+    assert near_edge.wide.key != beyond.wide.key
+    assert [one.key for one in near_edge.ahead()] == [beyond.wide.key]
+    with shadows(gl) as one:
+        each = []
+        for _ in range(12):
+            before = len(draws)
+            frame(one, near_edge)
+            each.append(len(draws) - before)
+        # Two casters on three layers; the same again, a layer in a frame, and no more.
+        assert each[0] == 6
+        assert max(each[1:]) == 2
+        assert sum(each[1:]) == 6
+        drawn = len(draws)
+        ahead = frame(one, beyond)
+        assert len(draws) == drawn
+    with shadows(gl) as other:
+        assert frame(other, beyond) == ahead
+
+
+def test_nothing_is_drawn_ahead_for_casters_that_move(
+    gl: moderngl.Context, draws: list[str]
+) -> None:
+    with shadows(gl) as one:
+        for index in range(10):
+            frame(one, view_under(0.47 * STEP, aside_m=0.001 * index))
+    assert len(draws) == 10 * 6
