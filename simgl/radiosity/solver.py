@@ -201,9 +201,8 @@ def lamp_irradiance(
     """(p, 4) mean irradiance of each patch by a lamp [W m-2]."""
     mean = np.zeros(len(transport.areas))
     patches = _patches_in_beam(transport, lamp)
-    points, normals, valid = (
-        a[patches, ::2] for a in (transport.points, transport.normals, transport.point_open)
-    )
+    points, normals = (a[patches, ::2] for a in (transport.points, transport.normals))
+    valid = transport.point_open[patches, ::2]
     offset = lamp.place - points
     distance = np.linalg.norm(offset, axis=2)
     cosine = np.einsum("pni,pni->pn", normals, offset) / distance

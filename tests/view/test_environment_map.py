@@ -136,7 +136,7 @@ def test_cells_are_means_of_their_blocks() -> None:
 def test_a_turned_sky_has_its_light_where_it_was() -> None:
     a, b = (np.array(v) / np.linalg.norm(v) for v in ([0.3, -0.5, 0.8], [-0.6, 0.7, 0.2]))
     bands = np.stack([a, b, a + b, a - b])
-    sky = SkyRadiance(radiance=np.float32(2.0 + cube_directions(N) @ bands.T))
+    sky = SkyRadiance(radiance=(2.0 + cube_directions(N) @ bands.T).astype(np.float32))
     # A quarter about two axes each, so that neither the sense nor the order can be mistaken.
     R_sky_from_body = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
     angle = 0.4
@@ -147,7 +147,7 @@ def test_a_turned_sky_has_its_light_where_it_was() -> None:
     # Half a diagonal of a texel, 1 / 64 wide on each side of its middle; |a - b| is below 2.
     assert np.abs(found - expected).max() < 2.0 * np.sqrt(2.0) / 64.0
     # Cells are means of 256 texels, each off by up to 0.044: 3.5 standard errors of 1.6e-3.
-    there = cell_radiance(SkyRadiance(radiance=np.float32(expected)))
+    there = cell_radiance(SkyRadiance(radiance=expected.astype(np.float32)))
     cells = cell_radiance(turned(sky, R_sky_from_body))
     assert np.abs(cells - there).max() < 6e-3
 
