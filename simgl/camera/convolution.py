@@ -39,7 +39,7 @@ class Window:
     size: tuple[int, int]
 
     @staticmethod
-    def whole(size: tuple[int, ...]) -> Window:
+    def full(size: tuple[int, ...]) -> Window:
         """All of an image."""
         height, width = size
         return Window(rows=slice(0, height), columns=slice(0, width), size=(height, width))
@@ -254,7 +254,7 @@ def coarse_light(plane: Array32, window: Window | None = None) -> Array:
 
     plane : in a window of the image; without one, all of it
     """
-    window = Window.whole(plane.shape) if window is None else window
+    window = Window.full(plane.shape) if window is None else window
     down, across = window.between_cells()
     lines = (down.T @ plane).astype(np.float64)
     return (across.T @ lines.T).T / CELL**2
@@ -268,7 +268,7 @@ def between_cells(coarse: Array, window: Window) -> Array32:
 
 def add_coarse(image: Array32, coarse: Array) -> None:
     """Add values of the coarse grid to an image, linear between the cell centres."""
-    image += between_cells(coarse, Window.whole(image.shape))
+    image += between_cells(coarse, Window.full(image.shape))
 
 
 @lru_cache(maxsize=8)

@@ -67,7 +67,7 @@ class SpreadLight:
 
     def image(self, result: int) -> Array32:
         """(height, width) one of the results."""
-        image = between_cells(self.far[result], Window.whole(self.window.size))
+        image = between_cells(self.far[result], Window.full(self.window.size))
         image[self.window.pixels] += self.near[result]
         self._add_sharp(image, result)
         return image
@@ -93,9 +93,9 @@ class SpreadLight:
             ]
             within[near] += self.near[result][near]
             if self.sharp:
-                ghosts_alone = np.zeros(size, dtype=np.float32)
-                self._add_sharp(ghosts_alone, result)
-                mosaic[every] += ghosts_alone[every]
+                ghosts_only = np.zeros(size, dtype=np.float32)
+                self._add_sharp(ghosts_only, result)
+                mosaic[every] += ghosts_only[every]
         return mosaic
 
     def _add_sharp(self, image: Array32, result: int) -> None:
