@@ -270,9 +270,8 @@ class Simulator:
         another field of view.
         """
         still = self._still(state, camera, draw=first_draw)
-        here = still.view.camera
-        fields = {(c.name, c.detector.pixel_pitch, c.geometry) for c in settings}
-        if fields - {(here.name, here.detector.pixel_pitch, here.geometry)}:
+        every = [still.view.camera, *settings]
+        if len({(c.name, c.detector.pixel_pitch, c.geometry) for c in every}) > 1:
             raise ValueError("a setting changes the size or the field of the picture")
         captures = []
         with current(self._ctx), freed_on_error(self._ctx):
