@@ -162,9 +162,14 @@ class SurfacePass:
             self.depth_only.apply(self._ctx, sunlight, area, area)
             sunlight.clear(depth=1.0, viewport=area)
             self._others.draw()
-            self.state.apply(self._ctx, sunlight, area, area)
-            self._known.draw()
-            self._searched.draw()
+            if drawn.view.sun_irradiance.any():
+                self.state.apply(self._ctx, sunlight, area, area)
+                self._known.draw()
+                self._searched.draw()
+            else:
+                # In the Earth's shadow nothing asks which part of the Sun is hidden.
+                self.empty.apply(self._ctx, sunlight, area, area)
+                sunlight.clear(viewport=area)
             if drawn is spacecraft[0]:
                 # Not its depth, which says what to draw.
                 self.empty.apply(self._ctx, target, area, area)
