@@ -176,7 +176,7 @@ def arm(frames: int, _: Path) -> Series:
     with watched() as (ctx, living), Simulator(scenario, ctx) as simulator:
 
         def draw(frame: int) -> None:
-            # By less than a degree a frame: each pose of the quick joint light is met on the way there.
+            # By less than a degree a frame: the way there meets each pose of the quick light.
             angle = low + (0.5 - 0.5 * np.cos(0.008 * frame)) * (high - low)
             exposure = 1e-3 * (1.1 + np.sin(0.1 * frame))
             state = scenario.with_poses(
