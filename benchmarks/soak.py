@@ -1,22 +1,30 @@
 """Memory over long runs: a moving arm, changing scenarios, simulators opened and closed.
 
-python -m benchmarks.soak [--arm 3000] [--scenes 10000] [--sessions 300] [--out FILE]
+LP_NUM_THREADS=0 python -m benchmarks.soak [--arm 600] [--scenes 10000] [--sessions 300]
 
-Three parts, each with one process' memory and its OpenGL objects at equal steps:
+Three parts, each in a process of its own, with its memory and OpenGL objects at equal steps:
 
     arm        one simulator: a joint of ``examples/servicer.toml`` and the exposure move
     scenes     one simulator: each frame is of another scenario, read from files written for it
     sessions   each frame has a scenario and a simulator of its own, half of which fail to open
+
+Memory grows while caches fill; the slopes are of the last two thirds, with their standard errors.
+What is resident holds what the C library keeps for later beside what is in use.
 """
 
 from __future__ import annotations
 
 import argparse
+import ctypes
 import json
+import re
 import tempfile
+import time
 import tomllib
 from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager, suppress
+from multiprocessing import get_context
 from pathlib import Path
 from unittest.mock import patch
 
@@ -41,7 +49,7 @@ SERVICER = ROOT / "examples" / "servicer.toml"
 CAMERA = "beside"
 PRODUCTS = frozenset({Product.DN, Product.RADIANCE})
 # Values are noted so many times in a part.
-NOTES = 10
+NOTES = 100
 
 SCENE = """\
 [epoch]
@@ -65,15 +73,63 @@ about = {{ target = "rock", azimuth_deg = {azimuth:.2f}, range_m = 9.0 }}
 optics.distortion.k1 = {k1:.5f}
 [render]
 inter_reflection = false
+samples_per_pixel = 5
 """
 
 
+class Slope(msgspec.Struct, frozen=True, kw_only=True):
+    """Growth of memory [kB a frame] and its standard error."""
+
+    kb_a_frame: float
+    error: float
+
+
 class Series(msgspec.Struct):
-    """What a part found: memory [MB] and OpenGL objects at equal steps from the first frame on."""
+    """What a part found: memory and OpenGL objects after each of ``noted`` frames.
+
+    resident_mb : of the process [MB]
+    in_use_mb : what the C library gave out and was not given back [MB]; the driver and NumPy ask
+        it for all they have, Python for what is larger than 512 bytes
+    slopes : of both, after the first third
+    cpu_s : of all frames
+    """
 
     frames: int
+    noted: list[int] = []
     resident_mb: list[float] = []
+    in_use_mb: list[float] = []
     opengl_objects: list[int] = []
+    slopes: dict[str, Slope] = {}
+    cpu_s: float = 0.0
+
+
+_libc = ctypes.CDLL(None)
+_libc.open_memstream.restype = ctypes.c_void_p
+
+
+def in_use_mb() -> float:
+    """What glibc's malloc gave out, in all of its arenas [MB]."""
+    text, size = ctypes.c_char_p(), ctypes.c_size_t()
+    stream = ctypes.c_void_p(_libc.open_memstream(ctypes.byref(text), ctypes.byref(size)))
+    _libc.malloc_info(0, stream)
+    _libc.fclose(stream)
+    # After the heaps come the sums over them.
+    sums = (text.value or b"").decode().rpartition("</heap>")[2]
+    _libc.free(text)
+    free = sum(map(int, re.findall(r'type="(?:fast|rest)" count="\d+" size="(\d+)"', sums)))
+    mapped = sum(map(int, re.findall(r'type="mmap" count="\d+" size="(\d+)"', sums)))
+    (system,) = re.findall(r'<system type="current" size="(\d+)"', sums)
+    return (int(system) + mapped - free) / 1e6
+
+
+def slope(frames: list[int], values_mb: list[float]) -> Slope:
+    """By least squares over the last two thirds."""
+    first = len(frames) // 3
+    (steepness, _), covariance = np.polyfit(frames[first:], values_mb[first:], 1, cov=True)
+    return Slope(
+        kb_a_frame=round(1e3 * float(steepness), 2),
+        error=round(1e3 * float(np.sqrt(covariance[0, 0])), 2),
+    )
 
 
 @contextmanager
@@ -91,18 +147,25 @@ def run(frames: int, draw: Callable[[int], None], living: Callable[[], int]) -> 
     """Draw frames by their number, and note memory."""
     series = Series(frames)
     notes = set(np.linspace(0, frames - 1, NOTES + 1).round().astype(int).tolist())
+    begin = time.process_time()
     for frame in range(frames):
         draw(frame)
         if frame in notes:
+            series.noted.append(frame)
             series.resident_mb.append(round(resident_mb(), 1))
+            series.in_use_mb.append(round(in_use_mb(), 1))
             series.opengl_objects.append(living())
-            print(
-                json.dumps([frame, series.resident_mb[-1], series.opengl_objects[-1]]), flush=True
-            )
+            last = series.resident_mb[-1], series.in_use_mb[-1], series.opengl_objects[-1]
+            print(json.dumps([frame, *last]), flush=True)
+    series.cpu_s = round(time.process_time() - begin, 1)
+    series.slopes = {
+        "resident": slope(series.noted, series.resident_mb),
+        "in_use": slope(series.noted, series.in_use_mb),
+    }
     return series
 
 
-def arm(frames: int) -> Series:
+def arm(frames: int, _: Path) -> Series:
     """A joint goes to and fro over its range; the exposure changes with every frame."""
     data = tomllib.loads(SERVICER.read_text())
     data["camera"][CAMERA] |= {"width_px": 160, "height_px": 116}
@@ -113,7 +176,8 @@ def arm(frames: int) -> Series:
     with watched() as (ctx, living), Simulator(scenario, ctx) as simulator:
 
         def draw(frame: int) -> None:
-            angle = low + (0.5 - 0.5 * np.cos(0.02 * frame)) * (high - low)
+            # By less than a degree a frame: the way there meets each pose of the quick light.
+            angle = low + (0.5 - 0.5 * np.cos(0.008 * frame)) * (high - low)
             exposure = 1e-3 * (1.1 + np.sin(0.1 * frame))
             state = scenario.with_poses(
                 scenario.epoch_tai_ns + 10**9 * frame,
@@ -190,25 +254,23 @@ def sessions(frames: int, folder: Path) -> Series:
 def main() -> None:
     """Measure, print and record."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.soak")
-    parser.add_argument("--arm", type=int, default=3000)
+    parser.add_argument("--arm", type=int, default=600)
     parser.add_argument("--scenes", type=int, default=10_000)
     parser.add_argument("--sessions", type=int, default=300)
     parser.add_argument("--out", type=Path)
     options = parser.parse_args()
     results: dict[str, Series] = {}
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        parts: dict[str, Callable[[int], Series]] = {
-            "arm": arm,
-            "scenes": lambda frames: scenes(frames, folder),
-            "sessions": lambda frames: sessions(frames, folder),
-        }
-        for part, measure in parts.items():
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        ProcessPoolExecutor(1, get_context("spawn"), max_tasks_per_child=1) as processes,
+    ):
+        for measure in (arm, scenes, sessions):
+            part = measure.__name__
             if frames := getattr(options, part):
                 print(part, flush=True)
-                results[part] = measure(frames)
-    if options.out is not None:
-        write_record(options.out, {part: msgspec.to_builtins(s) for part, s in results.items()})
+                results[part] = processes.submit(measure, frames, Path(folder)).result()
+                if options.out is not None:
+                    write_record(options.out, {"parts": results})
 
 
 if __name__ == "__main__":

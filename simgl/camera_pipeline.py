@@ -6,7 +6,6 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import moderngl
-import numpy as np
 
 from simgl.arrays import Array
 from simgl.camera.camera import Camera
@@ -18,7 +17,7 @@ from simgl.gpu.timers import PassTimer
 from simgl.passes.exposure import ELECTRONS_FORMAT, ExposurePass
 from simgl.passes.optics import OpticsPass
 from simgl.passes.readout import DN_FORMAT, ReadoutPass
-from simgl.passes.spread import Seen, SpreadPass
+from simgl.passes.spread import SpreadPass
 
 # Planes that a lens spreads at a time.
 _WORKERS = 2
@@ -41,7 +40,7 @@ class CameraPipeline:
         self._timer = PassTimer(ctx) if timer is None else timer
         self._optics = OpticsPass(ctx)
         self._executor = ThreadPoolExecutor(_WORKERS, thread_name_prefix="simgl-convolution")
-        self._spread = SpreadPass(ctx, self._executor)
+        self._spread = SpreadPass(self._executor)
         self._exposure = ExposurePass(ctx)
         self._detector = ReadoutPass(ctx)
         self._targets = TargetStore(ctx)
@@ -56,15 +55,11 @@ class CameraPipeline:
         target = self._target("irradiance", camera, _BANDS)
         if has_spread(camera):
             with self._timer.measure("spread"):
-                bands = self._spread.bands(camera, sun, self._seen(camera, radiance))
-                target.textures[0].write(np.stack(bands, axis=-1).data)
+                target.textures[0].write(self._spread.bands(camera, sun, radiance).data)
         else:
             with self._timer.measure("optics"):
                 self._optics.draw(camera, radiance.textures[0], target.framebuffer)
         return target
-
-    def _seen(self, camera: Camera, radiance: ImageTarget) -> Seen:
-        return Seen(radiance.textures[0], self._optics.relative_illumination(camera))
 
     def electrons_through(
         self,
@@ -91,8 +86,7 @@ class CameraPipeline:
         one_second = replace(camera, exposure_time=1.0)
         square = square_electrons_per_irradiance(one_second, photons_per_joule)
         with self._timer.measure("spread"):
-            light = self._seen(camera, radiance)
-            target.write(self._spread.electrons(camera, square, sun, light))
+            target.write(self._spread.electrons(camera, square, sun, radiance))
         return target
 
     def electrons(
@@ -130,10 +124,20 @@ class CameraPipeline:
         return target
 
     def digital(
-        self, camera: Camera, tai_ns: int, seed: int, electrons: ImageTarget, draw: int = 0
+        self,
+        camera: Camera,
+        tai_ns: int,
+        seed: int,
+        electrons: ImageTarget,
+        draw: int = 0,
+        place: int = 0,
     ) -> ImageTarget:
-        """Digital numbers, in ``DN_FORMAT``; draw : of the images of one epoch."""
-        target = self._target("dn", camera, _DN)
+        """Digital numbers, in ``DN_FORMAT``.
+
+        draw : of the images of one epoch
+        place : images in different places are valid at the same time
+        """
+        target = self._target(f"dn {place}", camera, _DN)
         with self._timer.measure("detector"):
             source = electrons.textures[0]
             self._detector.draw(camera, tai_ns, seed, source, target.framebuffer, draw)
@@ -145,7 +149,7 @@ class CameraPipeline:
     def release(self) -> None:
         """Free everything that this imager made."""
         self._executor.shutdown()
-        owners = self._targets, self._optics, self._spread, self._exposure, self._detector
+        owners = self._targets, self._optics, self._exposure, self._detector
         release_all(self._ctx, *owners)
 
     def __enter__(self) -> CameraPipeline:

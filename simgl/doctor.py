@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -18,6 +19,18 @@ class Finding:
     device_index: int
     report: GlReport | None
     error: ContextError | None
+
+
+def advice(used: GlReport) -> str | None:
+    """What to know before long runs with this OpenGL, in one line; None if there is nothing."""
+    if "llvmpipe" not in used.renderer or os.cpu_count() == 1:
+        return None
+    if os.environ.get("LP_NUM_THREADS") == "0":
+        return None
+    return (
+        "Threads of llvmpipe crash a process in rare cases. LP_NUM_THREADS=0 excludes it; "
+        "frames take a little longer."
+    )
 
 
 def findings_document(findings: Sequence[Finding]) -> dict[str, object]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -14,7 +14,7 @@ import numpy as np
 
 from simgl.camera.camera import Camera
 from simgl.camera.point_spread import SunInCamera
-from simgl.camera.rolling_shutter import duration, instants, parts, row_shares
+from simgl.camera.rolling_shutter import row_shares
 from simgl.camera_pipeline import CameraPipeline
 from simgl.errors import ConfigError, did_you_mean
 from simgl.flash_lidar import lidar_frame
@@ -38,7 +38,7 @@ from simgl.renderer import Renderer
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState
 from simgl.view.frame_view import FrameView, frame_view
-from simgl.view.image_motion import image_motion
+from simgl.view.image_motion import states_over_exposure
 from simgl.view.lidar_pulse import pulse_view
 
 
@@ -94,12 +94,6 @@ class Capture:
         return b""
 
 
-def _geometry(camera: Camera) -> tuple[object, ...]:
-    """The settings that determine where a camera's pixels look."""
-    d, lens = camera.detector, camera.lens
-    return camera.name, d.width, d.height, d.pixel_pitch, lens.focal_length, lens.distortion
-
-
 @dataclass(eq=False)
 class _Still:
     """The scene as one camera sees it at one instant."""
@@ -135,6 +129,14 @@ class _Still:
         )
         still.radiance = self.radiance
         return still
+
+
+@dataclass(frozen=True, eq=False)
+class _Drawn:
+    """A capture whose DN are still to be read, if there are any."""
+
+    frames: Capture
+    dn: ImageTarget | None = None
 
 
 class Simulator:
@@ -220,15 +222,34 @@ class Simulator:
         Raises ConfigError for an unknown camera and for one inside a body, ValueError for a draw
         out of range.
         """
-        still = self._still(state, camera, seed, draw)
-        states = [] if during is None else self._states(state, camera, during)
-        counts = Product.DN in products or Product.ELECTRONS in products
+        (capture,) = self.captures(state, {camera: products}, during, seed, draw)
+        return capture
+
+    def captures(
+        self,
+        state: SceneState,
+        cameras: Mapping[str, Collection[Product]],
+        during: Callable[[int], SceneState] | None = None,
+        seed: int | None = None,
+        draw: int = 0,
+    ) -> tuple[Capture, ...]:
+        """The images of several cameras of one scene, each as ``capture`` makes it.
+
+        Takes less time than one after the other: DN are read back when all images are under way.
+
+        cameras : their names, and what is wanted of each
+        """
+        unread = []
         # Another simulator of this process may have made its own context current.
         with current(self._ctx), freed_on_error(self._ctx):
-            frames = self._scene_frames(still, frozenset(products))
-            if not counts:
-                return frames
-            return self._with_counts(frames, still, self._electrons(still, states), products)
+            for place, (camera, products) in enumerate(cameras.items()):
+                still = self._still(state, camera, seed, draw)
+                states = [] if during is None else states_over_exposure(state, camera, during)
+                frames = self._scene_frames(still, frozenset(products))
+                counts = Product.DN in products or Product.ELECTRONS in products
+                electrons = self._electrons(still, states) if counts else None
+                unread.append(self._with_counts(frames, still, electrons, products, place))
+            return tuple(self._read(drawn) for drawn in unread)
 
     def bracket(
         self,
@@ -249,7 +270,8 @@ class Simulator:
         another field of view.
         """
         still = self._still(state, camera, draw=first_draw)
-        if any(_geometry(setting) != _geometry(still.view.camera) for setting in settings):
+        every = [still.view.camera, *settings]
+        if len({(c.name, c.detector.pixel_pitch, c.geometry) for c in every}) > 1:
             raise ValueError("a setting changes the size or the field of the picture")
         captures = []
         with current(self._ctx), freed_on_error(self._ctx):
@@ -258,7 +280,8 @@ class Simulator:
                 still_with = still.with_camera(setting, draw)
                 frames = replace(shared, info=still_with.info)
                 electrons = self._electrons(still_with, ())
-                captures.append(self._with_counts(frames, still_with, electrons, products))
+                drawn = self._with_counts(frames, still_with, electrons, products)
+                captures.append(self._read(drawn))
         return tuple(captures)
 
     def _check_size(self, camera: Camera) -> None:
@@ -312,41 +335,16 @@ class Simulator:
         moved = any(body.model.angles for body in state.bodies.values())
         return self.scenario.joint_light if moved else "exact"
 
-    def _states(
-        self, state: SceneState, name: str, during: Callable[[int], SceneState]
-    ) -> list[SceneState]:
-        """The scene at instants over the exposure; empty where nothing moves visibly."""
-        camera = state.cameras[name].camera
-
-        def at(offset: float) -> SceneState:
-            moved = during(state.tai_ns + round(offset * 1e9))
-            # The exposure time may have been chosen for this image alone.
-            placed = replace(moved.cameras[name], camera=camera)
-            return replace(moved, cameras={**moved.cameras, name: placed})
-
-        half = 0.5 * duration(camera)
-        # On either side of the middle: a motion that turns back shows none from end to end.
-        motion = sum(image_motion(state, at(offset), name) for offset in (-half, half))
-        count = parts(motion)
-        return [at(offset) for offset in instants(camera, count).tolist()] if count > 1 else []
-
     def _scene_frames(self, still: _Still, products: frozenset[Product]) -> Capture:
         """The products of the scene at the epoch: all but electrons and DN."""
-        info = still.info
 
         def made(product: Product, make: Callable[[], Frame]) -> Frame | None:
             return make() if product in products else None
 
         return Capture(
-            info=info,
-            radiance=made(
-                Product.RADIANCE,
-                lambda: RadianceFrame(info=info, radiance=still.radiance.read()),
-            ),
-            layers=made(
-                Product.LAYERS,
-                lambda: LayersFrame(info=info, layers=self._renderer.layers(still.view)),
-            ),
+            info=still.info,
+            radiance=made(Product.RADIANCE, lambda: self._radiance(still)),
+            layers=made(Product.LAYERS, lambda: self._layers(still)),
             truth=made(Product.TRUTH, lambda: self._truth(still)),
             normals=made(Product.NORMALS, lambda: self._normals(still)),
             irradiance=made(Product.IRRADIANCE, lambda: self._irradiance(still)),
@@ -358,8 +356,8 @@ class Simulator:
         camera = still.view.camera
         pipeline = self._camera_pipeline
         if not states:
-            photons_per_joule = still.state.sun.photons_per_joule
-            return pipeline.electrons_through(camera, photons_per_joule, still.radiance, still.sun)
+            photons = still.state.sun.photons_per_joule
+            return pipeline.electrons_through(camera, photons, still.radiance, still.sun)
         for index, share in enumerate(row_shares(camera, len(states))):
             moved = self._still(states[index], camera.name)
             electrons = pipeline.add_electrons(
@@ -372,30 +370,49 @@ class Simulator:
         return electrons
 
     def _with_counts(
-        self, frames: Capture, still: _Still, electrons: ImageTarget, products: Collection[Product]
-    ) -> Capture:
-        """The capture with electrons and DN, as far as they are asked for."""
+        self,
+        frames: Capture,
+        still: _Still,
+        electrons: ImageTarget | None,
+        products: Collection[Product],
+        place: int = 0,
+    ) -> _Drawn:
+        """The capture with electrons and DN, as far as they are asked for.
+
+        electrons : None where neither is
+        place : of the image among those that are under way
+        """
         info = still.info
-        if Product.ELECTRONS in products:
+        if electrons is not None and Product.ELECTRONS in products:
             frames = replace(frames, electrons=ElectronFrame(info=info, electrons=electrons.read()))
-        if Product.DN in products:
-            target = self._camera_pipeline.digital(
-                still.view.camera, info.epoch_tai_ns, info.seed, electrons, info.draw
-            )
-            with self._renderer.timer.measure("read"):
-                frames = replace(frames, digital=DigitalFrame(info=info, dn=target.read()))
-        return frames
+        if electrons is None or Product.DN not in products:
+            return _Drawn(frames)
+        dn = self._camera_pipeline.digital(
+            still.view.camera, info.epoch_tai_ns, info.seed, electrons, info.draw, place
+        )
+        return _Drawn(frames, dn)
+
+    def _read(self, drawn: _Drawn) -> Capture:
+        frames, target = drawn.frames, drawn.dn
+        if target is None:
+            return frames
+        with self._renderer.timer.measure("read"):
+            return replace(frames, digital=DigitalFrame(info=frames.info, dn=target.read()))
+
+    def _radiance(self, still: _Still) -> RadianceFrame:
+        return RadianceFrame(info=still.info, radiance=still.radiance.read())
+
+    def _layers(self, still: _Still) -> LayersFrame:
+        return LayersFrame(info=still.info, layers=self._renderer.layers(still.view))
 
     def _irradiance(self, still: _Still) -> IrradianceFrame:
         target = self._camera_pipeline.irradiance(still.view.camera, still.radiance, still.sun)
-        photons_per_joule = still.state.sun.photons_per_joule
-        return IrradianceFrame(
-            info=still.info, irradiance=target.read(), photons_per_joule=photons_per_joule
-        )
+        photons = still.state.sun.photons_per_joule
+        return IrradianceFrame(info=still.info, irradiance=target.read(), photons_per_joule=photons)
 
     def _normals(self, still: _Still) -> NormalsFrame:
-        normals = self._renderer.truth(still.view, normals=True).read(2)[..., :3]
-        return NormalsFrame(info=still.info, normals=normals)
+        target = self._renderer.truth(still.view, normals=True)
+        return NormalsFrame(info=still.info, normals=target.read(2)[..., :3])
 
     def _lidar(self, still: _Still) -> LidarFrame | None:
         view, state = still.view, still.state

@@ -1,10 +1,16 @@
 // The air before one camera, for every direction: columns by azimuth from the Sun's vertical plane,
 // rows by the place on the ground, the lowest height of the ray, or the elevation.
+//
+// TRANSMITTANCE: what it lets pass, and not its light.
+#ifdef TRANSMITTANCE
+#define WITHOUT_SUN
+#define WITHOUT_DIFFUSE
+#endif
 #include "air/march.glsl"
 #include "air/view.glsl"
 
-layout(location = 0) out vec4 light;
-layout(location = 1) out vec4 transmittance;
+// The fourth root of the light, or the eighth of the transmittance.
+out vec4 root;
 
 void main() {
     float across = table_value(gl_FragCoord.x, view_columns);
@@ -16,8 +22,8 @@ void main() {
     bool ground = row < GROUND_ROWS - 0.5;
     if (ground) {
         float x = 1.0 - row / (GROUND_ROWS - 1.0);
-        float root = cosine_of_row(x) * ground_radius;
-        d = root * root;
+        float half_chord = cosine_of_row(x) * ground_radius;
+        d = half_chord * half_chord;
         b = -sqrt(c + d);
     } else if (row < GROUND_ROWS + LIMB_ROWS - 0.5) {
         float x = (row - GROUND_ROWS) / (LIMB_ROWS - 1.0);
@@ -36,6 +42,9 @@ void main() {
     Passage air = march(way, STEPS);
     // As roots, which bend less between rows: deep in the limb both fall by e within a kilometre.
     // Deep in the night the moments of the diffuse light may undershoot zero.
-    light = sqrt(sqrt(max(air.light, 0.0)));
-    transmittance = sqrt(sqrt(sqrt(air.transmittance)));
+#ifdef TRANSMITTANCE
+    root = sqrt(sqrt(sqrt(air.transmittance)));
+#else
+    root = sqrt(sqrt(max(air.light, 0.0)));
+#endif
 }

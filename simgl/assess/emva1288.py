@@ -123,7 +123,9 @@ class _TestBench:
         camera = replace(self.camera, exposure_time=exposure_time)
         area = camera.detector.pixel_pitch**2
         irradiance = photons / (self._photons * area * exposure_time)
-        self._light.framebuffer.clear(*irradiance.tolist())
+        red, green, blue, infrared = irradiance.tolist()
+        area_px = (0, 0, *self._light.size)
+        self._light.framebuffer.clear(red, green, blue, infrared, viewport=area_px)
         self._frames += 1
         electrons = self._camera_pipeline.electrons(camera, self._photons, self._light)
         frame: Image16 = self._camera_pipeline.digital(

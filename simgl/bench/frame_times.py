@@ -10,7 +10,7 @@ import numpy as np
 from simgl.bench.results import FrameTimes
 from simgl.bench.scenes import CaptureCameras
 from simgl.scenario.scenario import Scenario
-from simgl.simulator import Simulator
+from simgl.simulator import Product, Simulator
 
 WARM_UP = 5
 # Consecutive parts of a run; the spread of their medians is the noise of the machine.
@@ -59,8 +59,7 @@ class FrameLoop:
         scenario = self._simulator.scenario
         state = scenario.at(next(self._epochs))
         names = self._cameras(list(scenario.cameras), self._captured)
-        for name in names:
-            self._simulator.capture(state, name)
+        self._simulator.captures(state, dict.fromkeys(names, (Product.DN,)))
         self._captured += 1
         return len(names)
 

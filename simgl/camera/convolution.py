@@ -16,7 +16,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from simgl.arrays import AnyArray, Array, Array32
+from simgl.arrays import AnyArray, Array, Array32, Mask
 from simgl.camera.psf_kernel import PsfKernel, core_share
 
 Spectrum = NDArray[np.complex64]
@@ -27,6 +27,34 @@ CELL = 8
 _WORKERS = 2
 
 
+@dataclass(frozen=True, kw_only=True)
+class Window:
+    """Pixels of an image: some of its rows and columns, perhaps every second of them.
+
+    size : of the image, height and width [px]
+    """
+
+    rows: slice
+    columns: slice
+    size: tuple[int, int]
+
+    @staticmethod
+    def full(size: tuple[int, ...]) -> Window:
+        """All of an image."""
+        height, width = size
+        return Window(rows=slice(0, height), columns=slice(0, width), size=(height, width))
+
+    @property
+    def pixels(self) -> tuple[slice, slice]:
+        """Index of an array of the image."""
+        return self.rows, self.columns
+
+    def between_cells(self) -> tuple[scipy.sparse.csr_array, scipy.sparse.csr_array]:
+        """(rows, cells) and (columns, cells) weights of linear interpolation between cells."""
+        height, width = self.size
+        return _between(height)[self.rows], _between(width)[self.columns]
+
+
 class Convolver:
     """Weighted sums of planes, each plane convolved with its kernel.
 
@@ -35,7 +63,7 @@ class Convolver:
     width, height : of the planes [px]
     executor : processes planes in parallel; None for one after the other
 
-    Black surroundings cost nothing: what is transformed is a window around all light, of the
+    Black surroundings cost nothing: what is transformed is a ``window`` around all light, of the
     image's size or its halves, quarters and so on.
     """
 
@@ -66,60 +94,54 @@ class Convolver:
         # Of halves of one edge or both, quarters and so on: (1 + 1/2 + 1/4 + ...)^2.
         return sum(kernels.values()) + 4 * largest + self._tail_transfer.nbytes
 
+    def window(self, lit: Window) -> Window:
+        """Of an image whose light is all in a window: what the cores bring light to."""
+        return Window(
+            rows=self._within(lit.rows, self._height),
+            columns=self._within(lit.columns, self._width),
+            size=(self._height, self._width),
+        )
+
+    def _within(self, lit: slice, size: int) -> slice:
+        """A range of an edge of ``size``, a half of it, a quarter and so on, around light."""
+        needed = lit.stop - lit.start + 2 * self._reach
+        length = size
+        while -(-length // 2) >= needed:
+            length = -(-length // 2)
+        first = min(max(lit.start - self._reach, 0), size - length)
+        return slice(first, first + length)
+
     def cores(
         self, planes: Sequence[Array32], zones: Sequence[Array32 | None], limits: Array
     ) -> list[Array32]:
-        """(height, width) results of the convolution with the kernels' cores.
+        """(rows, columns) results of the convolution with the kernels' cores.
 
-        planes : (height, width) each, non-negative
-        zones : (height, width) weight of each zone; None for 1 everywhere
+        planes : (rows, columns) each, a ``window`` of them or all, non-negative
+        zones : (rows, columns) weight of each zone there; None for 1 everywhere
         limits : of each plane; light beyond is convolved in double precision
         """
-        results = [np.zeros_like(planes[0]) for _ in self._mixing]
-        window = self._window(planes)
-        if window is None:
-            return results
-        shares = [None if share is None else share[window] for share in zones]
         # Threads of one transform: those that the planes leave idle.
         workers = max(_WORKERS // len(planes), 1)
         convolved = list(
             self._map(
-                lambda p, plane, limit: self._convolve(p, plane[window], shares, limit, workers),
+                lambda p, plane, limit: self._convolve(p, plane, zones, limit, workers),
                 range(len(planes)),
                 planes,
                 limits.tolist(),
             )
         )
-        shape = planes[0][window].shape
+        shape = planes[0].shape
         spectra = [spectrum for spectrum, _ in convolved]
         workers = max(_WORKERS // len(self._mixing), 1)
-        images = self._map(lambda mix: self._image(mix, spectra, shape, workers), self._mixing)
-        for result, image in zip(results, images, strict=True):
-            result[window] = image
+        results = list(
+            self._map(lambda mix: self._image(mix, spectra, shape, workers), self._mixing)
+        )
         for p, (_, patches) in enumerate(convolved):
             for patch in patches:
                 for result, mix in zip(results, self._mixing, strict=True):
                     if mix[p] > 0.0:
-                        patch.add_to(result[window], mix[p])
+                        patch.add_to(result, mix[p])
         return results
-
-    def _window(self, planes: Sequence[Array32]) -> tuple[slice, slice] | None:
-        """Rows and columns that the cores bring light to; None where there is none."""
-        rows = _lit(planes, 1)
-        if rows is None:
-            return None
-        columns = _lit([plane[rows[0] : rows[1]] for plane in planes], 0)
-        assert columns is not None
-        return self._within(rows, self._height), self._within(columns, self._width)
-
-    def _within(self, lit: tuple[int, int], size: int) -> slice:
-        """A range of an edge of ``size``, a half of it, a quarter and so on, around light."""
-        needed = lit[1] - lit[0] + 2 * self._reach
-        length = size
-        while -(-length // 2) >= needed:
-            length = -(-length // 2)
-        first = min(max(lit[0] - self._reach, 0), size - length)
-        return slice(first, first + length)
 
     def _padded(self, shape: tuple[int, ...]) -> tuple[int, int]:
         """Size of the transforms of a window."""
@@ -197,28 +219,56 @@ class Convolver:
         rows, columns = coarse.shape[1:]
         if not self._tails.any():
             return np.zeros((len(self._tails), rows, columns))
-        spectra = scipy.fft.rfft2(
-            np.einsum("rp,pij->rij", self._tails, coarse), s=self._coarse_padded
-        )
-        spread = scipy.fft.irfft2(spectra * self._tail_transfer, s=self._coarse_padded)
-        return np.maximum(spread[:, :rows, :columns], 0.0)
+        total = np.einsum("rp,pij->rij", self._tails, coarse)
+        down, across = self._coarse_padded
+        # One edge after the other: rows of padding need no transform.
+        spectra = np.zeros((len(total), down, across // 2 + 1), dtype=np.complex128)
+        spectra[:, :rows] = scipy.fft.rfft(total, n=across, axis=2)
+        spectra = scipy.fft.fft(spectra, axis=1, overwrite_x=True)
+        spectra *= self._tail_transfer
+        spread = scipy.fft.ifft(spectra, axis=1, overwrite_x=True)[:, :rows]
+        spread = scipy.fft.irfft(spread, n=across, axis=2)
+        return np.maximum(spread[:, :, :columns], 0.0)
 
 
-def coarse_light(plane: Array32) -> Array:
-    """(rows, columns) light of a plane on the coarse grid [mean over a cell].
+def lit_window(light: Array32) -> Window:
+    """The rows and columns of (height, width) or (height, width, n) values that are not all 0."""
+    height, width = light.shape[:2]
+    lines = light.reshape(height, -1)
+    rows = _span(lines.max(axis=1) > 0.0)
+    columns = _span(lines[rows].max(axis=0, initial=0.0).reshape(width, -1).max(axis=1) > 0.0)
+    return Window(rows=rows, columns=columns, size=(height, width))
+
+
+def _span(lit: Mask) -> slice:
+    """From the first to past the last of a mask; empty where there is none."""
+    places = np.flatnonzero(lit)
+    return slice(int(places[0]), int(places[-1]) + 1) if places.size else slice(0, 0)
+
+
+def coarse_light(plane: Array32, window: Window | None = None) -> Array:
+    """(rows, columns) light of a plane on the coarse grid of an image [mean over a cell].
 
     Each pixel is distributed to the cells around it by the weights of linear interpolation, which
     keeps the centroid of light.
+
+    plane : in a window of the image; without one, all of it
     """
-    down, across = (_between(n) for n in plane.shape)
+    window = Window.full(plane.shape) if window is None else window
+    down, across = window.between_cells()
     lines = (down.T @ plane).astype(np.float64)
     return (across.T @ lines.T).T / CELL**2
 
 
+def between_cells(coarse: Array, window: Window) -> Array32:
+    """Values of the coarse grid of an image in a window, linear between the cell centres."""
+    down, across = window.between_cells()
+    return np.asarray(down @ (across @ coarse.T).T.astype(np.float32))
+
+
 def add_coarse(image: Array32, coarse: Array) -> None:
     """Add values of the coarse grid to an image, linear between the cell centres."""
-    down, across = (_between(n) for n in image.shape)
-    image += down @ (across @ coarse.T).T.astype(np.float32)
+    image += between_cells(coarse, Window.full(image.shape))
 
 
 @lru_cache(maxsize=8)
@@ -231,12 +281,6 @@ def _between(pixels: int) -> scipy.sparse.csr_array:
     places = np.tile(np.arange(pixels), 2), np.concatenate([left, right])
     weights = np.concatenate([1.0 - (at - left), at - left]).astype(np.float32)
     return scipy.sparse.csr_array((weights, places), shape=(pixels, cells))
-
-
-def _lit(planes: Sequence[Array32], axis: int) -> tuple[int, int] | None:
-    """First and past the last row (axis 1) or column (axis 0) with light in any plane."""
-    lit = np.flatnonzero(np.any([plane.max(axis=axis) > 0.0 for plane in planes], axis=0))
-    return (int(lit[0]), int(lit[-1]) + 1) if lit.size else None
 
 
 def _fast_size(shape: tuple[int, int], margin: int) -> tuple[int, int]:

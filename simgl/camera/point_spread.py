@@ -10,14 +10,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from simgl.arrays import Array, Array32
+from simgl.arrays import Array, Array32, IndexArray
 from simgl.camera.camera import Camera
 from simgl.camera.camera_equation import irradiance_per_radiance
-from simgl.camera.convolution import CELL, Convolver, add_coarse, coarse_light
+from simgl.camera.convolution import (
+    CELL,
+    Convolver,
+    Window,
+    between_cells,
+    coarse_light,
+    lit_window,
+)
 from simgl.camera.ghosts import GhostDisc, add_discs, ghosts
 from simgl.camera.psf_kernel import PsfKernel, image_kernel, lens_kernel, lens_reach
 from simgl.physics.constants import SOLAR_CONSTANT, SOLAR_TEMPERATURE
@@ -42,6 +49,58 @@ class SunInCamera:
     direction: Array
     irradiance: Array
     angular_radius: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SpreadLight:
+    """Results of a spread: what is near to its source, and what has come far.
+
+    near : (rows, columns) of each result in a window of the image
+    far : (results, rows, columns) on the coarse grid of all of it
+    sharp : ghosts besides
+    """
+
+    window: Window
+    near: tuple[Array32, ...]
+    far: Array
+    sharp: tuple[GhostDisc, ...]
+
+    def image(self, result: int) -> Array32:
+        """(height, width) one of the results."""
+        image = between_cells(self.far[result], Window.full(self.window.size))
+        image[self.window.pixels] += self.near[result]
+        self._add_sharp(image, result)
+        return image
+
+    def mosaic(self, results: IndexArray) -> Array32:
+        """(height, width) of each pixel one of the results.
+
+        results : of the pixels (0, 0), (1, 0), (0, 1), (1, 1) and all others like them
+        """
+        if len(self.near) == 1:
+            return self.image(0)
+        size, window = self.window.size, self.window
+        mosaic = np.empty(size, dtype=np.float32)
+        within = mosaic[window.pixels]
+        for place, result in enumerate(results.tolist()):
+            row, column = divmod(place, 2)
+            every = slice(row, size[0], 2), slice(column, size[1], 2)
+            mosaic[every] = between_cells(
+                self.far[result], Window(rows=every[0], columns=every[1], size=size)
+            )
+            near = np.s_[
+                (row - window.rows.start) % 2 :: 2, (column - window.columns.start) % 2 :: 2
+            ]
+            within[near] += self.near[result][near]
+            if self.sharp:
+                ghosts_only = np.zeros(size, dtype=np.float32)
+                self._add_sharp(ghosts_only, result)
+                mosaic[every] += ghosts_only[every]
+        return mosaic
+
+    def _add_sharp(self, image: Array32, result: int) -> None:
+        of_result = [replace(disc, power=disc.power[[result]]) for disc in self.sharp]
+        add_discs([image], of_result, 1)
 
 
 class Spread:
@@ -93,29 +152,47 @@ class Spread:
         planes : (height, width) each, non-negative, weighted by ``mixture``
         sun : for ghosts
         """
-        coarse = np.stack(list(self._map(coarse_light, planes)))
+        window = self.window(lit_window(np.stack(planes, axis=-1)))
+        spread = self.within(window, [plane[window.pixels] for plane in planes], sun)
+        return [spread.image(index) for index in range(len(self._outcome))]
+
+    def window(self, lit: Window) -> Window:
+        """Of an image whose light is all in a window: what ``within`` has to know of it."""
+        return lit if self._convolver is None else self._convolver.window(lit)
+
+    def within(
+        self, window: Window, planes: Sequence[Array32], sun: SunInCamera | None = None
+    ) -> SpreadLight:
+        """Of an image that is black outside a window.
+
+        planes : (rows, columns) each in the window, non-negative, weighted by ``mixture``
+        sun : for ghosts
+        """
+        coarse = np.stack(list(self._map(lambda plane: coarse_light(plane, window), planes)))
         if self._convolver is None:
-            results = [plane.copy() for plane in planes]
-            added = np.zeros_like(coarse)
+            near = [plane.copy() for plane in planes]
+            far = np.zeros_like(coarse)
         else:
             assert self._zones is not None
-            results = self._convolver.cores(planes, self._zones, self._limits)
-            added = self._convolver.tails(coarse)
+            zones = [None if zone is None else zone[window.pixels] for zone in self._zones]
+            near = self._convolver.cores(planes, zones, self._limits)
+            far = self._convolver.tails(coarse)
         glare = self._camera.lens.veiling_glare
         if glare > 0.0:
-            means = coarse.sum(axis=(1, 2)) * CELL**2 / planes[0].size
-            added = (1.0 - glare) * added + glare * (self._mixing @ means)[:, None, None]
-            for result in results:
-                result *= np.float32(1.0 - glare)
-        discs = [] if sun is None else self._discs(planes, sun)
+            height, width = window.size
+            means = coarse.sum(axis=(1, 2)) * CELL**2 / (height * width)
+            far = (1.0 - glare) * far + glare * (self._mixing @ means)[:, None, None]
+            for plane in near:
+                plane *= np.float32(1.0 - glare)
+        discs = [] if sun is None else self._discs(window, planes, sun)
         soft = [disc for disc in discs if disc.edge >= _SOFT_GHOST * CELL]
-        add_discs(list(added), soft, CELL)
-        for result, values in zip(results, added, strict=True):
-            add_coarse(result, values)
-        add_discs(results, [disc for disc in discs if disc not in soft], 1)
-        return results
+        add_discs(list(far), soft, CELL)
+        sharp = tuple(disc for disc in discs if disc not in soft)
+        return SpreadLight(window=window, near=tuple(near), far=far, sharp=sharp)
 
-    def _discs(self, planes: Sequence[Array32], sun: SunInCamera) -> list[GhostDisc]:
+    def _discs(
+        self, window: Window, planes: Sequence[Array32], sun: SunInCamera
+    ) -> list[GhostDisc]:
         """Ghosts of the Sun, if its image touches the circle around the camera's image.
 
         Beyond that circle a lens hood is assumed to block the Sun.
@@ -133,7 +210,7 @@ class Spread:
             sun.irradiance * sun.direction[2] * np.pi * pupil**2 * np.array(lens.transmission)
         )
         direct = self._outcome @ collected / d.pixel_pitch**2
-        direct *= self._visible_share(planes, tangent, radius)
+        direct *= self._visible_share(window, planes, tangent, radius)
         middle = camera.intrinsics[:2, 2]
         discs = []
         for ghost in self._ghosts:
@@ -150,7 +227,9 @@ class Spread:
             )
         return discs
 
-    def _visible_share(self, planes: Sequence[Array32], tangent: Array, radius: float) -> float:
+    def _visible_share(
+        self, window: Window, planes: Sequence[Array32], tangent: Array, radius: float
+    ) -> float:
         """Fraction of the Sun's pixels that no spacecraft covers; 1 if it has none in the image."""
         d = self._camera.detector
         x, y = self._camera.project(np.array([*tangent, 1.0]))
@@ -160,11 +239,15 @@ class Spread:
         inside = np.hypot((row + 0.5 - y)[:, None], column + 0.5 - x) <= reach
         if not inside.any():
             return 1.0
-        part = np.ix_(row, column)
-        bright = [
-            plane[part][inside] > lim for plane, lim in zip(planes, self._limits, strict=True)
-        ]
-        return float(np.mean(np.any(bright, axis=0)))
+        # Outside the window all is black.
+        lit_row, lit_column = (
+            (places >= lit.start) & (places < lit.stop)
+            for places, lit in ((row, window.rows), (column, window.columns))
+        )
+        part = np.ix_(row[lit_row] - window.rows.start, column[lit_column] - window.columns.start)
+        seen = inside[np.ix_(lit_row, lit_column)]
+        bright = [plane[part][seen] > lim for plane, lim in zip(planes, self._limits, strict=True)]
+        return float(np.any(bright, axis=0).sum() / inside.sum())
 
 
 def has_spread(camera: Camera) -> bool:

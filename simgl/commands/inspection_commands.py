@@ -33,11 +33,11 @@ def doctor(
     Example: simgl doctor --device 0
     """
     from simgl import __version__
-    from simgl.doctor import examine, findings_document
+    from simgl.doctor import advice, examine, findings_document
 
     with activity("opening OpenGL"):
         findings = examine(device)
-    usable = [finding for finding in findings if finding.report is not None]
+    usable = [finding.report for finding in findings if finding.report is not None]
     if json:
         say_json(findings_document(findings))
         raise typer.Exit(0 if usable else 2)
@@ -55,6 +55,8 @@ def doctor(
         say_rich("[red]No usable OpenGL.[/]")
         raise typer.Exit(2)
     say(f"simgl {__version__} will render with {usable[0].backend}.")
+    if before_long_runs := advice(usable[0]):
+        say(before_long_runs)
 
 
 def camera_test(

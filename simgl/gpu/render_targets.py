@@ -84,6 +84,13 @@ class ImageTarget:
         shape = (height, width, kind.channels)
         return data.reshape(shape if kind.channels > 1 else shape[:2])
 
+    def read_into(self, values: AnyArray, attachment: int = 0) -> None:
+        """Fill a contiguous array of the shape and type that ``read`` returns.
+
+        The attachment is not packed.
+        """
+        self.textures[attachment].read_into(values.data, alignment=1)
+
     def write(self, values: AnyArray, attachment: int = 0) -> None:
         """Fill an attachment of one value a pixel with (height, width) values."""
         kind = self.formats[attachment]

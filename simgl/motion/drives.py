@@ -6,11 +6,11 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from simgl.arrays import Array
 from simgl.motion.joints import Joint, body_from_stored, chain, outward
 from simgl.motion.samples import SampledAngles
+from simgl.physics.frames import rotation_about
 
 TAU = 2.0 * np.pi
 
@@ -145,7 +145,9 @@ def _pair(carrier: Joint, carried: Joint, between: Array, sun: Array) -> tuple[f
     wanted = float(np.clip(np.dot(axis, face) - constant, -reach, reach))
     middle = float(np.arctan2(sine, cosine))
     offset = float(np.arctan2(np.sqrt((reach - wanted) * (reach + wanted)), wanted))
-    angles = [0.0, *base_limits, *(_within(middle + a, base_limits) for a in (-offset, offset))]
+    cone = _angle_between(axis, face)
+    onto_cone = [_polished(middle + a, base, axis, cone, sun) for a in (-offset, offset)]
+    angles = [0.0, *base_limits, *(_within(a, base_limits) for a in onto_cone)]
     pairs = [(a, sun_angle(axis, face, carried.limits, _turned(sun, base, -a))) for a in angles]
     for end in carried.limits:
         pairs.append((sun_angle(base, _turned(face, axis, end), base_limits, sun), end))
@@ -157,8 +159,22 @@ def _pair(carrier: Joint, carried: Joint, between: Array, sun: Array) -> tuple[f
     return min(best, key=lambda pair: (round(abs(pair[1]), 9), abs(pair[0])))
 
 
+def _polished(angle: float, base: Array, axis: Array, cone: float, sun: Array) -> float:
+    """One step of Newton for the angle that turns the Sun onto the cone about an axis.
+
+    The cosines of narrow cones keep few digits of their angles; cross products keep all.
+    """
+    turned = _turned(sun, base, -angle)
+    across = float(np.linalg.norm(np.cross(axis, turned)))
+    rate = float(np.dot(axis, np.cross(base, turned)))
+    # Where the Sun only just comes to the cone, or to its axis, there is nothing to gain.
+    if across == 0.0 or abs(rate) < 1e-6 * across:
+        return angle
+    return angle + (cone - _angle_between(axis, turned)) * across / rate
+
+
 def _turned(vector: Array, axis: Array, angle: float) -> Array:
-    return Rotation.from_rotvec(angle * axis).apply(vector)
+    return rotation_about(axis, angle) @ vector
 
 
 def _angle_between(a: Array, b: Array) -> float:

@@ -10,10 +10,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from simgl.arrays import Array
 from simgl.errors import did_you_mean
+from simgl.physics.frames import rotation_about
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -57,7 +57,7 @@ class Joint:
         if self.slides:
             motion[:3, 3] = value * self.axis_body
         else:
-            turn = Rotation.from_rotvec(value * self.axis_body).as_matrix()
+            turn = rotation_about(self.axis_body, value)
             motion[:3, :3] = turn
             motion[:3, 3] = self.origin_body - turn @ self.origin_body
         return motion

@@ -10,13 +10,13 @@ computed on the CPU.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from dataclasses import dataclass
 from functools import partial
 
 import moderngl
 import numpy as np
 
-from simgl.arrays import Array32
+from simgl.arrays import Array32, IndexArray
 from simgl.camera.blooming import with_blooming
 from simgl.camera.camera import Camera
 from simgl.camera.detector import Detector
@@ -71,9 +71,9 @@ _PATTERN = Block(
     ),
 )
 
-# Of the maps in the cache, four bytes a pixel; the three of one camera stay whatever their sizes.
+# Of the maps in the cache, four bytes a pixel; those of one camera stay whatever their sizes.
 _MAX_BYTES = 256 << 20
-_OF_A_CAMERA = 3
+_OF_A_CAMERA = 4
 
 
 def pattern_maps(detector: Detector) -> tuple[str, ...]:
@@ -85,6 +85,18 @@ def pattern_maps(detector: Detector) -> tuple[str, ...]:
         "OFFSET_MAP": p.dsnu > 0.0 or p.rows > 0.0 or p.columns > 0.0,
     }
     return tuple(name for name, wanted in needed.items() if wanted)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Hit:
+    """What particles have left.
+
+    rows : all that they have come to, the first and past the last
+    electrons : a texture of the image, right in these rows
+    """
+
+    rows: tuple[int, int]
+    electrons: moderngl.Texture
 
 
 class ReadoutPass:
@@ -118,55 +130,54 @@ class ReadoutPass:
         """
         detector = camera.detector
         block = self._values(camera, tai_ns, seed, image_draw)
-        before = self._before_the_well(camera, tai_ns, seed, image_draw, mean_electrons)
+        charge = {"": mean_electrons}
         after: dict[str, moderngl.Texture] = {}
-        passing: list[moderngl.Texture] = [t for name, t in before.items() if name == "HITS"]
-        if "OFFSET_MAP" in pattern_maps(detector):
-            after["OFFSET_MAP"] = self._map("OFFSET_MAP", detector)
+        passing: list[moderngl.Texture] = []
+        for name in pattern_maps(detector):
+            (after if name == "OFFSET_MAP" else charge)[name] = self._map(name, detector)
         if detector.row_noise > 0.0:
             offsets = row_offsets(camera, tai_ns, seed, image_draw).astype("<f4")
             size = (1, detector.height)
             after["ROW_OFFSETS"] = self._ctx.texture(size, 1, offsets.tobytes(), dtype="f4")
             passing.append(after["ROW_OFFSETS"])
+        hit = self._hit(detector, *hits(camera, tai_ns, seed, image_draw))
         if detector.blooming > 0.0:
-            spilt_electrons = self._spilt(detector, block, before)
-            passing.append(spilt_electrons)
-            before = {"SPILT": spilt_electrons}
-        self.state.apply(self._ctx, target, (0, 0, *target.size))
-        self._draw(block, before | after, ())
+            charge = {"SPILT": self._spilt(detector, block, charge, hit)}
+            passing.append(charge["SPILT"])
+            hit = None
+        self._draw(target, block, charge, after, hit)
         for texture in passing:
             texture.release()
 
-    def _before_the_well(
-        self,
-        camera: Camera,
-        tai_ns: int,
-        seed: int,
-        image_draw: int,
-        mean_electrons: moderngl.Texture,
-    ) -> dict[str, moderngl.Texture]:
-        """Textures that make up the charge of a pixel, by what they switch on."""
-        detector = camera.detector
-        textures = {"": mean_electrons}
-        for name in pattern_maps(detector):
-            if name != "OFFSET_MAP":
-                textures[name] = self._map(name, detector)
-        pixels, electrons = hits(camera, tai_ns, seed, image_draw)
-        if pixels.size:
-            image = np.zeros((detector.height, detector.width), dtype=np.float32)
-            image.ravel()[pixels] = electrons
-            textures["HITS"] = self._four(image)
-        return textures
+    def _hit(self, detector: Detector, pixels: IndexArray, electrons: IndexArray) -> _Hit | None:
+        """What particles have left, uploaded; None where none has come.
+
+        pixels : as row * width + column, in increasing order
+        """
+        if not pixels.size:
+            return None
+        width, height = detector.width, detector.height
+        first, past = int(pixels[0]) // width, int(pixels[-1]) // width + 1
+        rows = np.zeros((past - first, -(-width // PIXELS) * PIXELS), dtype="<f4")
+        rows[pixels // width - first, pixels % width] = electrons
+        target = self._maps.get(
+            ("HITS", width, height),
+            lambda: ImageTarget(self._ctx, (width, height), [_FOUR]),
+            4 * width * height,
+        )
+        (texture,) = target.textures
+        texture.write(rows.data, viewport=(0, first, texture.width, past - first))
+        return _Hit(rows=(first, past), electrons=texture)
 
     def _spilt(
         self,
         detector: Detector,
         block: dict[str, object],
-        before: dict[str, moderngl.Texture],
+        charge: dict[str, moderngl.Texture],
+        hit: _Hit | None,
     ) -> moderngl.Texture:
         collected = ImageTarget(self._ctx, (detector.width, detector.height), [_FOUR])
-        self.state.apply(self._ctx, collected.framebuffer, (0, 0, *collected.framebuffer.size))
-        self._draw(block, before, ("COLLECT",))
+        self._draw(collected.framebuffer, block, charge, {}, hit, ("COLLECT",))
         electrons = collected.read()
         release_all(self._ctx, collected)
         return self._four(with_blooming(electrons, detector.full_well, detector.blooming))
@@ -199,17 +210,38 @@ class ReadoutPass:
 
     def _draw(
         self,
+        target: moderngl.Framebuffer,
         block: dict[str, object],
-        textures: dict[str, moderngl.Texture],
-        further: Iterable[str],
+        charge: dict[str, moderngl.Texture],
+        after: dict[str, moderngl.Texture],
+        hit: _Hit | None,
+        further: tuple[str, ...] = (),
     ) -> None:
+        """Each row with the program that it needs.
+
+        charge, after : textures of what makes up the charge of a pixel, and of what comes after the
+            well, by what they switch on
+        """
+        first, past = (0, 0) if hit is None else hit.rows
+        for start, end in ((0, first), (first, past), (past, target.height)):
+            if start == end:
+                continue
+            struck = {} if hit is None or start != first else {"HITS": hit.electrons}
+            textures = charge | struck | after
+            rows = 0, start, target.width, end - start
+            self.state.apply(self._ctx, target, (0, 0, *target.size), rows)
+            self._program(textures, further).draw(block, list(textures.values()))
+
+    def _program(
+        self, textures: dict[str, moderngl.Texture], further: tuple[str, ...]
+    ) -> FullscreenProgram:
         variant = (*(name for name in textures if name), *further)
         if variant not in self._programs:
             samplers = [_SAMPLERS[name] for name in textures]
             self._programs[variant] = FullscreenProgram(
                 self._ctx, "readout/readout", _DETECTOR, samplers, variant
             )
-        self._programs[variant].draw(block, list(textures.values()))
+        return self._programs[variant]
 
     def _map(self, name: str, detector: Detector) -> moderngl.Texture:
         """One map of a detector's pattern, drawn at the first call."""

@@ -21,7 +21,7 @@ from simgl.view.shadow_views import CELL, REACHES, ShadowMap, ShadowView
 MAX_BYTES = 256 << 20
 # More cameras than this seldom share a state: maps that were asked for more often outlast it.
 _LASTING = 4
-# Of the parts that a map is drawn in.
+# Of the parts that a map is drawn in, those that read no other.
 _READING_NO_OTHER = 2
 
 _CASTER = Block(
@@ -110,12 +110,6 @@ class ShadowPass:
         self._atlases = LruCache[bytes, _ShadowAtlas](
             MANY, self._unused.append, max_bytes=MAX_BYTES
         )
-        self._parts = (
-            self._draw_towards_sun,
-            self._draw_from_sun,
-            self._draw_behind,
-            self._draw_bounds,
-        )
 
     def cast(self, views: Sequence[ShadowView]) -> list[tuple[moderngl.Texture, ...]]:
         """Depths, behind and tops of each view's maps, the close one right of the wide one.
@@ -135,7 +129,7 @@ class ShadowPass:
         """Draw the rest of the maps of ``cast``."""
         for view in views:
             atlas = self._atlas(view.maps)
-            while atlas.drawn < len(self._parts):
+            while atlas.drawn < len(_PARTS):
                 self._draw_part(view.maps, atlas)
         self._draw_ahead(views)
 
@@ -157,12 +151,12 @@ class ShadowPass:
             if self._atlas(view.maps).uses > _LASTING:
                 maps = view.ahead()
                 atlas = self._atlas(maps)
-                if atlas.drawn < len(self._parts):
+                if atlas.drawn < len(_PARTS):
                     self._draw_part(maps, atlas)
                     return
 
     def _draw_part(self, maps: Sequence[ShadowMap], atlas: _ShadowAtlas) -> None:
-        self._parts[atlas.drawn](maps, atlas)
+        _PARTS[atlas.drawn](self, maps, atlas)
         atlas.drawn += 1
 
     def _atlas(self, maps: Sequence[ShadowMap]) -> _ShadowAtlas:
@@ -304,6 +298,15 @@ class ShadowPass:
         self._cone.release()
         self._program.release()
         self._behind.release()
+
+
+# What a map is drawn in, one after the other.
+_PARTS = (
+    ShadowPass._draw_towards_sun,
+    ShadowPass._draw_from_sun,
+    ShadowPass._draw_behind,
+    ShadowPass._draw_bounds,
+)
 
 
 class _ShadowAtlas:

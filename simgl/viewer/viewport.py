@@ -111,7 +111,7 @@ class Viewport:
     def show(self, settings: ViewSettings, window: Size, target: moderngl.Framebuffer) -> None:
         """Display the last image in the centre of a window, black around it."""
         assert self._image is not None
-        target.clear(0.0, 0.0, 0.0, 1.0)
+        target.clear(0.0, 0.0, 0.0, 1.0, viewport=(0, 0, *target.size))
         rectangle = fitted(self._image.size, window)
         self._display.draw(self._image.textures[0], target, rectangle, settings.exposure_value)
 

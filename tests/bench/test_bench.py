@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from types import SimpleNamespace
 from typing import cast
@@ -17,7 +18,7 @@ from simgl.bench.scenes import SETS, bench_scenes, scene_files, set_of_scenes
 from simgl.errors import ConfigError
 from simgl.scenario.loader import load_scenario
 from simgl.scene.state import SceneState
-from simgl.simulator import Simulator
+from simgl.simulator import Product, Simulator
 from tests.patience import run_to_end
 
 
@@ -141,12 +142,12 @@ def test_no_epoch_is_captured_twice_for_a_second_capture_would_find_its_work_don
     captured: list[int] = []
     timer = SimpleNamespace(enabled=False, seconds={})
 
-    def capture(state: SceneState, _: str) -> None:
+    def captures(state: SceneState, _: Mapping[str, Collection[Product]]) -> None:
         captured.append(state.tai_ns)
         timer.seconds["stars"] = 0.5
 
     epochs = epochs_of(scenario, 7, 0.1)
-    simulator = cast(Simulator, SimpleNamespace(scenario=scenario, timer=timer, capture=capture))
+    simulator = cast(Simulator, SimpleNamespace(scenario=scenario, timer=timer, captures=captures))
     loop = FrameLoop(simulator, lambda names, _: names, epochs, limit_s=100.0)
     assert loop.capture_next() == 1
     loop.warm_up()

@@ -65,7 +65,7 @@ TURNING = BodyPose(
 class WatchedSimulator(Simulator):
     """A simulator that counts its captures, and runs a hook before each one."""
 
-    captures = 0
+    captured = 0
     hook: Callable[[], None] | None = None
 
     def capture(
@@ -77,7 +77,7 @@ class WatchedSimulator(Simulator):
         seed: int | None = None,
         draw: int = 0,
     ) -> Capture:
-        self.captures += 1
+        self.captured += 1
         if self.hook is not None:
             self.hook()
         return super().capture(state, camera, products, during, seed, draw)

@@ -202,7 +202,7 @@ def test_a_state_is_drawn_once_however_often_it_is_asked_for(
     source: Source, peer: wire.Peer
 ) -> None:
     other = wire.Peer(source.front.address)
-    before = source.simulator.captures
+    before = source.simulator.captured
     peer.update(scene(seconds=11.0, frame=5))
     first = peer.image()
     assert peer.image() == first
@@ -210,10 +210,10 @@ def test_a_state_is_drawn_once_however_often_it_is_asked_for(
     other.update(scene(seconds=11.0, frame=6))
     assert other.image() == first
     other.close()
-    assert source.simulator.captures == before + 1
+    assert source.simulator.captured == before + 1
     peer.update(scene(seconds=12.0))
     assert peer.image() != first
-    assert source.simulator.captures == before + 2
+    assert source.simulator.captured == before + 2
 
 
 def test_every_request_gets_the_reply_that_it_expects(peer: wire.Peer) -> None:
@@ -286,11 +286,11 @@ def test_the_epoch_is_utc_and_ambient_light_is_refused_aloud(
 
 def test_the_epoch_of_the_first_message_holds(source: Source, peer: wire.Peer) -> None:
     peer.update(scene(seconds=41.0))
-    first, before = peer.image(), source.simulator.captures
+    first, before = peer.image(), source.simulator.captured
     peer.update(scene(seconds=41.0, at=b""))
     # The very same state, so nothing is drawn.
     assert peer.image() == first
-    assert source.simulator.captures == before
+    assert source.simulator.captured == before
 
 
 def test_mutated_messages_are_read_or_refused(base: Scenario, overrides: CameraOverrides) -> None:

@@ -432,7 +432,7 @@ def test_the_c_interface_moves_bodies_dims_lamps_and_places_the_sun(
 def test_the_c_interface_names_what_a_caller_got_wrong(
     build: Callable[..., Path], tmp_path: Path, running: Running
 ) -> None:
-    before = running.simulator.captures
+    before = running.simulator.captured
     program = c_program(build, tmp_path, C_MISTAKES)
     run = run_to_end([str(program), running.address])
     refused = f"1 {running.address}: BAD_VALUE: "
@@ -453,7 +453,7 @@ def test_the_c_interface_names_what_a_caller_got_wrong(
         assert line == f"{refused}{wanted}{given}"
     assert lines[11].startswith(refused + "cameras[0].gain_dn_per_e must lie above 0")
     assert lines[12:] == ["0 ", "address is NULL", "4 4 4"]
-    assert running.simulator.captures == before + 1
+    assert running.simulator.captured == before + 1
 
 
 def test_the_cpp_client_knows_a_server_killed_in_the_middle_of_a_frame_at_once(

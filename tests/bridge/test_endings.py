@@ -186,7 +186,7 @@ def test_a_retry_gets_the_picture_that_was_late_without_a_second_one(
         image = client.render(scenario.epoch_tai_ns + 1, "nav", retry=True)
         assert image.sequence == 2
         assert client.ping() < limit(0.8)
-    assert running.simulator.captures == 2
+    assert running.simulator.captured == 2
 
 
 def test_a_stop_in_the_middle_of_a_frame_sends_the_frame_first(

@@ -169,7 +169,7 @@ def test_sigterm_finishes_the_frame_in_hand_and_says_bye(
     # The request that only waited gets no picture: the goodbye says that none will come.
     for link in (busy, idle):
         assert header_of(link.receive()) == {"type": "bye", "boot": boot}
-    assert running.simulator.captures == 1
+    assert running.simulator.captured == 1
 
 
 def test_a_goodbye_ends_the_wait_at_once(
@@ -293,7 +293,7 @@ def test_a_reader_whose_replies_pile_up_loses_those_and_holds_up_nobody(
     assert counts.repeated + counts.lost > 500
     assert counts.lost > 200
     assert max(times) < limit(3.0)
-    assert running.simulator.captures == 21
+    assert running.simulator.captured == 21
     stuck.close()
 
 

@@ -69,7 +69,7 @@ def test_without_a_newer_state_there_is_no_newer_picture(
             client.next_images(after=tick.sequence)
         assert caught.value.code == "DEADLINE"
         assert caught.value.retryable
-        assert running.simulator.captures == 1
+        assert running.simulator.captured == 1
 
 
 def test_a_second_owner_of_the_stream_is_refused_until_the_first_has_left(

@@ -223,14 +223,14 @@ def test_a_request_sent_twice_is_answered_twice_with_the_same_bytes_and_rendered
         "cameras": [{"camera": "nav"}],
     }
     raw.ask_map({"type": "hello", "client": "raw", "versions": ["simgl/1"]})
-    before = running.simulator.captures
+    before = running.simulator.captured
     frames = [b"simgl/1", msgpack.encode(request)]
     raw.send(frames)
     first = raw.receive()
     raw.send(frames)
     assert raw.receive() == first
     assert len(first) == 3
-    assert running.simulator.captures == before + 1
+    assert running.simulator.captured == before + 1
 
 
 def test_an_id_used_again_for_another_state_is_refused(raw: RawLink, scenario: Scenario) -> None:

@@ -250,7 +250,7 @@ def test_a_request_sent_again_while_it_waits_is_rendered_and_answered_once(
     assert [header_of(raw.receive())["id"] for _ in range(2)] == [1, 2]
     # What comes next is the answer to the ping, not another picture.
     assert raw.ask_map({"type": "ping", "id": 9})["type"] == "pong"
-    assert running.simulator.captures == 2
+    assert running.simulator.captured == 2
 
 
 def test_an_id_used_again_while_the_first_waits_is_refused_not_ignored(
@@ -267,7 +267,7 @@ def test_an_id_used_again_while_the_first_waits_is_refused_not_ignored(
     assert [header_of(raw.receive())["type"] for _ in range(2)] == ["images", "images"]
     reply = header_of(raw.receive())
     assert (reply["code"], reply["field"], reply["id"]) == ("BAD_VALUE", "id", 2)
-    assert running.simulator.captures == 2
+    assert running.simulator.captured == 2
 
 
 def test_a_request_whose_deadline_is_over_is_not_rendered(
@@ -287,7 +287,7 @@ def test_a_request_whose_deadline_is_over_is_not_rendered(
     running.simulator.hook = None
     gate.open()
     assert [header_of(raw.receive())["id"] for _ in range(2)] == [1, 2]
-    assert running.simulator.captures == 2
+    assert running.simulator.captured == 2
 
 
 POSE = {

@@ -69,6 +69,14 @@ def test_two_square_axes_point_a_wing_at_any_sun(sun: Array) -> None:
 
 @settings(deadline=None, database=None, max_examples=300)
 @given(directions, directions, directions, directions, st.floats(-3.0, 3.0))
+# A cone of 1e-5 rad, whose cosine has five digits of it.
+@example(
+    np.array([0.0, 1.0, 0.0]),
+    unit(np.array([1.0, 1e-5, 0.0])),
+    np.array([1.0, 0.0, 0.0]),
+    unit(np.array([0.625, 1e-5, 0.0])),
+    0.0,
+)
 def test_any_two_axes_point_a_face_at_every_sun_that_they_can_reach(
     first: Array, second: Array, face: Array, sun: Array, mid: float
 ) -> None:

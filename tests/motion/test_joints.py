@@ -11,9 +11,10 @@ from simgl.arrays import Array
 from simgl.model_files.model_library import load_model
 from simgl.motion.drives import sun_angle
 from simgl.motion.joints import Joint
-from simgl.physics.frames import unit
+from simgl.physics.frames import Pose, matrix_from_quaternion, unit
 from simgl.rays import RayTracer, ray_tracer
 from simgl.scene.spacecraft import SpacecraftModel
+from simgl.scene.state import BodyState
 
 
 @pytest.fixture(scope="module")
@@ -115,6 +116,16 @@ def test_a_posed_body_encloses_what_its_baked_mesh_encloses(rider: SpacecraftMod
         # Float32 places 1e-7 apart, seen from some centimetres at the nearest.
         expected = baked.winding_number(point)
         assert posed.winding_number(point) == pytest.approx(expected, abs=1e-4)
+
+
+def test_a_body_encloses_the_points_that_its_surface_winds_around(rider: SpacecraftModel) -> None:
+    turn = matrix_from_quaternion(unit([0.3, -0.2, 0.5, 0.8]))
+    pose = Pose(position=np.array([7e6, 1.0, 2.0]), velocity=np.zeros(3), R_icrf_from_body=turn)
+    body = BodyState(model=rider, pose=pose)
+    points = np.random.default_rng(4).uniform(-1.5, 1.5, (60, 3)) * [3.0, 1.0, 1.0]
+    inside = [rider.posed_mesh.winding_number(point) > 0.5 for point in points]
+    assert 10 < sum(inside) < 50
+    assert [body.encloses(pose.position + turn @ point) for point in points] == inside
 
 
 def test_rays_meet_a_posed_mesh_where_they_meet_its_baked_one(rider: SpacecraftModel) -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from simgl.disk_cache import cache_folder
 from simgl.passes.background import air_tables
-from simgl.passes.background.air import _PARTS, _rows
+from simgl.passes.background.air import _HEIGHTS, _PARTS, _SLOTS
 from simgl.passes.background.air_tables import AIR, TABLES, AirKind, make_tables, tables_of
 from simgl.physics.atmosphere import SOURCE
 from simgl.physics.skylight import Rings, table_heights, table_suns
@@ -118,7 +118,7 @@ def at_sun(look: Any, height: float, sun_deg: float, view: np.ndarray) -> int:
     up, north = np.eye(3)[:2]
     z = np.radians(sun_deg)
     look.ray(sphere(0.3), (RADIUS + height) * up, view, np.cos(z) * up + np.sin(z) * north)
-    return len(look.air._nodes.values())
+    return sum(len(nodes.cached) for nodes in look.air._nodes.values())
 
 
 def test_pictures_from_one_place_share_tables_and_others_do_not(gl: moderngl.Context) -> None:
@@ -129,35 +129,56 @@ def test_pictures_from_one_place_share_tables_and_others_do_not(gl: moderngl.Con
         assert at_sun(look, 400e3, 30.0, north - 0.5 * up) == 4 * _PARTS
         # A spacecraft 20 m away sees the same air.
         assert at_sun(look, 400.02e3, 30.0, north - 0.5 * up) == 4 * _PARTS
-        # The Sun passes a node of every part: 2^-8 rad.
-        assert at_sun(look, 400e3, 30.0 + 0.2239, -up) == 5 * _PARTS
+        # The Sun passes a node of every part: 8 x 2^-8 rad where it is high.
+        assert at_sun(look, 400e3, 30.0 + 1.7905, -up) == 5 * _PARTS
         assert at_sun(look, 402e3, 30.0, -up) == 9 * _PARTS
         for index in range(12):
-            at_sun(look, 400e3, 40.0 + index, -up)
-        assert len(look.air._nodes.values()) == 16 * _PARTS
+            at_sun(look, 400e3, 70.0 + index, -up)
+        assert at_sun(look, 402e3, 30.0, -up) == (_SLOTS + 4) * _PARTS
+        for index in range(_HEIGHTS + 2):
+            at_sun(look, (404 + 2 * index) * 1e3, 30.0, -up)
+        assert at_sun(look, 450e3, 30.0, -up) == 4 * _HEIGHTS * _PARTS
 
 
+# 2^-8 rad are 34 frames, and where the Sun is high over all that is seen eight times as many.
+@pytest.mark.parametrize(("sun_deg", "frames_a_node"), [(70.0, 34.0), (30.0, 8 * 34.0)])
 def test_no_frame_of_an_even_motion_marches_more_than_an_eighth_of_a_table(
-    gl: moderngl.Context,
+    gl: moderngl.Context, sun_deg: float, frames_a_node: float
 ) -> None:
     """0.1 s apart on the way round at 400 km; and the table is a picture's alone, whatever was
     drawn before."""
     up = np.eye(3)[0]
     with window(gl) as look:
-        counts = [at_sun(look, 400e3, 30.0 + 0.0066 * frame, -up) for frame in range(24)]
+        counts = [at_sun(look, 400e3, sun_deg + 0.0066 * frame, -up) for frame in range(24)]
         moved = look.air._views.values()[-1].read()
     marched = np.diff(counts)
-    # 2^-8 rad are 34 frames.
     assert marched.max() <= _PARTS // 8
-    assert marched.sum() == pytest.approx(23 * _PARTS / 34, abs=2)
+    assert marched.sum() == pytest.approx(23 * _PARTS / frames_a_node, abs=2)
     with window(gl) as look:
-        at_sun(look, 400e3, 30.0 + 0.0066 * 23, -up)
+        at_sun(look, 400e3, sun_deg + 0.0066 * 23, -up)
         (alone,) = look.air._views.values()
         np.testing.assert_array_equal(alone.read(), moved)
 
 
-@pytest.mark.parametrize("height", [2.0, 400e3])
-@pytest.mark.parametrize("sun_deg", [60.1, 92.1])
+def test_a_way_back_finds_the_same_tables(gl: moderngl.Context) -> None:
+    """Nodes that were overwritten by those of a Sun far off are marched again."""
+    up = np.eye(3)[0]
+
+    def light(look: Any) -> np.ndarray:
+        look.air._views.clear()
+        look.air._last = None
+        at_sun(look, 400e3, 75.05, -up)
+        return look.air._views.values()[-1].read()
+
+    with window(gl) as look:
+        first = light(look)
+        for index in range(3 * _SLOTS):
+            at_sun(look, 400e3, 60.0 + 0.3 * index, -up)
+        np.testing.assert_array_equal(light(look), first)
+
+
+@pytest.mark.parametrize("height", [2.0, 400e3, 36e6])
+@pytest.mark.parametrize("sun_deg", [10.3, 47.7, 60.1, 92.1])
 def test_between_two_nodes_the_light_is_that_of_the_sun_there(
     gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch, height: float, sun_deg: float
 ) -> None:
@@ -178,7 +199,7 @@ def _view_light(gl: moderngl.Context, height: float, sun_deg: float) -> np.ndarr
     with window(gl) as look:
         look.ray(sphere(0.3), (RADIUS + height) * up, -up, np.cos(z) * up + np.sin(z) * north)
         (target,) = look.air._views.values()
-        return target.read()[: _rows(height)].astype(np.float64) ** 4
+        return target.read().astype(np.float64) ** 4
 
 
 def test_light_deep_in_the_night_is_a_number(gl: moderngl.Context) -> None:

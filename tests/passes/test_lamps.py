@@ -8,6 +8,8 @@ import moderngl
 import numpy as np
 import pytest
 
+from simgl.bench.scenes import bench_scenes
+from simgl.scenario.loader import load_scenario
 from simgl.scenario.scenario import Scenario
 from simgl.scene.lamps import beam_solid_angle, lamp_irradiance
 from simgl.simulator import Product, Simulator
@@ -265,3 +267,14 @@ def test_a_lamp_that_meets_nothing_lights_nothing(gl: moderngl.Context) -> None:
     state = scenario.at(scenario.epoch_tai_ns)
     assert lamp_views(state, state.cameras["cam"]) == ()
     assert radiance(gl, scenario).max() == 0.0
+
+
+def test_a_lamp_keeps_its_map_while_it_stands_still_to_what_it_lights() -> None:
+    """In orbit: rounding of places of 7,000 km, and the axes' turn, change no byte."""
+    scenario = load_scenario(bench_scenes()["docking_20m"].path)
+    keys = set()
+    for seconds in (0, 1, 60):
+        state = scenario.at(scenario.epoch_tai_ns + seconds * 10**9)
+        (lamp,) = lamp_views(state, state.cameras["navcam"])
+        keys.add(lamp.key)
+    assert len(keys) == 1

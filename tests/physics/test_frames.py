@@ -17,6 +17,7 @@ from simgl.physics.frames import (
     lvlh_from_icrf,
     matrix_from_quaternion,
     quaternion_from_matrix,
+    rotation_about,
     rotation_between,
     unit,
 )
@@ -234,3 +235,22 @@ def test_rotation_between_opposite_vectors_is_a_half_turn() -> None:
 def test_a_direction_without_length_is_refused(vector: list[float], message: str) -> None:
     with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
         unit(vector)
+
+
+@quick
+@given(vectors, st.floats(-10.0, 10.0))
+def test_a_rotation_about_an_axis_keeps_it_and_turns_what_is_across_right_handed(
+    axis: Array, angle: float
+) -> None:
+    a = unit(axis)
+    R = rotation_about(a, angle)
+    across = unit(np.cross(a, np.eye(3)[int(np.argmin(np.abs(a)))]))
+    np.testing.assert_allclose(R @ a, a, atol=ROUNDING)
+    turned = np.cos(angle) * across + np.sin(angle) * np.cross(a, across)
+    np.testing.assert_allclose(R @ across, turned, atol=ROUNDING)
+    np.testing.assert_allclose(R @ R.T, np.eye(3), atol=ROUNDING)
+
+
+def test_a_small_rotation_keeps_its_digits() -> None:
+    np.testing.assert_allclose(rotation_about(Z, 1e-9) @ X, [1.0, 1e-9, 0.0], rtol=1e-15)
+    np.testing.assert_array_equal(rotation_about(Z, 0.0), np.eye(3))

@@ -49,16 +49,19 @@ def test_the_open_box_has_the_radiance_of_every_bounce(bounces: int) -> None:
         np.testing.assert_allclose(found, C6[bounces][name], rtol=0.02, atol=0.3, err_msg=name)
 
 
+# Over the floor of the open box, towards it.
+LAMP = SpotLight(
+    place=np.array([1.0, 0.5, 0.9]),
+    axis=np.array([0.0, 0.0, -1.0]),
+    half_angle=0.2,
+    edge=0.01,
+    intensity=np.full(4, 10.0),
+)
+
+
 def test_a_lamp_lights_patches_by_the_inverse_square_within_its_cone() -> None:
     transport = open_box()
-    lamp = SpotLight(
-        place=np.array([1.0, 0.5, 0.9]),
-        axis=np.array([0.0, 0.0, -1.0]),
-        half_angle=0.2,
-        edge=0.01,
-        intensity=np.full(4, 10.0),
-    )
-    found = lamp_irradiance(transport, lamp)
+    found = lamp_irradiance(transport, LAMP)
     # Every second sample point of a patch stands for it.
     points = transport.points[:, ::2]
     offset = np.linalg.norm(points[..., :2] - [1.0, 0.5], axis=2)
@@ -75,13 +78,6 @@ def test_a_lamp_lights_patches_by_the_inverse_square_within_its_cone() -> None:
 
 def test_a_body_hides_a_lamp_from_before_it_and_not_from_behind() -> None:
     transport = open_box()
-    lamp = SpotLight(
-        place=np.array([1.0, 0.5, 0.9]),
-        axis=np.array([0.0, 0.0, -1.0]),
-        half_angle=0.2,
-        edge=0.01,
-        intensity=np.full(4, 10.0),
-    )
     square = plate(1.0, 1.0)
 
     def lit_past_a_square_at(height: float) -> Array32:
@@ -94,9 +90,9 @@ def test_a_body_hides_a_lamp_from_before_it_and_not_from_behind() -> None:
             radius=square.radius,
             hull=square.hull,
         )
-        return lamp_irradiance(transport, lamp, [blocker])
+        return lamp_irradiance(transport, LAMP, [blocker])
 
-    free = lamp_irradiance(transport, lamp)
+    free = lamp_irradiance(transport, LAMP)
     assert free.max() > 0.0
     np.testing.assert_array_equal(lit_past_a_square_at(0.95), free)
     # The lamp's own housing, within 1 cm.

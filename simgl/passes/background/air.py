@@ -2,18 +2,19 @@
 
 A view's table holds for one height and one angle of the Sun, and for all directions. Heights are
 taken in steps, fine enough not to show; angles of the Sun lie between four nodes, whose tables are
-marched and then mixed, so that a moving Sun costs a march only when it passes a node. The table's
-rows lie in parts, each with nodes of its own between those of the others: while the Sun moves
-evenly a few rows are marched in each frame, and all of them only where the height passes a step.
-Images from one place share the tables: those of a camera, and the six that a spacecraft near it
-sees around it.
+marched and then mixed, so that a moving Sun costs a march only when it passes a node. Nodes lie
+close where the Sun is low over some of what is seen, and eight times as far apart where it is high
+over all of it. The table's rows lie in parts, each with nodes of its own between those of the
+others: while the Sun moves evenly a few rows are marched in each frame, and all of them only where
+the height passes a step. What the air lets through does not depend on the Sun. Images from one
+place share the tables: those of a camera, and the six that a spacecraft near it sees around it.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from math import exp, floor, log
+from math import acos, exp, floor, log, log1p, pi
 
 import moderngl
 import numpy as np
@@ -27,6 +28,7 @@ from simgl.lru_cache import LruCache
 from simgl.passes.background.air_tables import AIR, SCATTERING, AirKind, AirTables, tables_of
 from simgl.passes.shared_blocks import AirBetween
 from simgl.physics.atmosphere import AIR_TOP
+from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS
 from simgl.physics.frames import angle_between
 from simgl.progress import ProgressCallback
 from simgl.scene.earth import Earth
@@ -50,7 +52,7 @@ AIR_VIEW = Block(
             ("camera_nearness", "f4"),
             ("camera_height", "f4"),
             ("view_columns", "f4"),
-            # Of the part of the table that is marched.
+            # Of the table that is marched, from the target's.
             ("first_row", "f4"),
         ]
     ),
@@ -86,10 +88,14 @@ _STEPS = 48
 # and 3.6 s on the way round. At the terminator light falls by e in 1.5 degrees, low in the limb's
 # blue within half of one: half a step of height is 0.3 % there.
 _HEIGHT_STEP, _NODE_STEP = 2.0**-10, 2.0**-8
-# Parts of a table's rows.
-_PARTS = 16
-# Tables that are cached: a camera's and those of spacecraft near it, mixed, and their nodes.
-_CAPACITY, _NODE_CAPACITY = 8, 16
+# Where the Sun stands high over all that is seen nodes may be so many times as far apart: what the
+# air lets pass of its light, exp(-t / cos) with t = 0.35, is then interpolated within 5e-5 up to 70
+# degrees from the zenith. From 82 degrees on they are close. [rad]
+_WIDER, _LOW_SUN, _BLEND = 8.0, np.radians(75.0), np.radians(3.0)
+# Parts of a table's rows, and the nodes of each that are cached, in turns.
+_PARTS, _SLOTS = 16, 8
+# Tables that are cached: a camera's and those of spacecraft near it, mixed, and heights of nodes.
+_CAPACITY, _HEIGHTS = 8, 8
 
 # Atmospheres whose tables are cached, some megabytes each.
 _MAX_KINDS = 4
@@ -99,14 +105,16 @@ _MIX = Block(
     24,
     np.dtype(
         [
-            ("node_weights", "f4", 4),
-            ("first_mixed", "i4"),
-            ("mix_padding", "f4"),
-            ("mix_padding2", "f4", 2),
+            # Of the four nodes of each part, and their slots.
+            ("node_weights", "f4", (_PARTS, 4)),
+            ("node_slots", "i4", (_PARTS, 4)),
+            # Rows of a slot, and of a part.
+            ("slot_rows", "i4"),
+            ("part_rows", "i4"),
+            ("mix_padding", "i4", 2),
         ]
     ),
 )
-_MIX_SAMPLERS = [f"{name}_{node}" for node in range(4) for name in ("light", "transmittance")]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -121,6 +129,32 @@ class AirBefore:
     textures: tuple[moderngl.Texture | moderngl.Texture3D, ...]
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Nodes:
+    """Tables of one height: of light at the nodes that the Sun has passed last.
+
+    light : ``_SLOTS`` tables, one under the other
+    cached : index of the node whose rows a part has in a slot
+    """
+
+    kind: AirKind
+    height: float
+    inside: bool
+    transmittance: ImageTarget
+    light: ImageTarget
+    cached: dict[tuple[int, int], int]
+
+    @property
+    def rows(self) -> int:
+        """Of a table."""
+        return self.transmittance.size[1]
+
+    @property
+    def part_rows(self) -> int:
+        """Of a part of a table."""
+        return self.rows // _PARTS
+
+
 class AtmospherePass:
     """Owns the tables of every air in use, and of the views last drawn."""
 
@@ -129,13 +163,13 @@ class AtmospherePass:
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        self._programs: dict[bool, FullscreenProgram] = {}
+        self._programs: dict[tuple[bool, bool], FullscreenProgram] = {}
         self._between: FullscreenProgram | None = None
         self._view = UniformBuffer(ctx, AIR_VIEW)
         self._tables = LruCache[AirKind, AirTables](_MAX_KINDS, AirTables.release)
-        self._mix = FullscreenProgram(ctx, "air/mix", _MIX, _MIX_SAMPLERS)
-        self._nodes = LruCache[tuple[object, ...], ImageTarget](
-            _NODE_CAPACITY * _PARTS, partial(release_all, ctx)
+        self._mix = FullscreenProgram(ctx, "air/mix", _MIX, ["node_light"])
+        self._nodes = LruCache[tuple[object, ...], _Nodes](
+            _HEIGHTS, lambda nodes: release_all(ctx, nodes.transmittance, nodes.light)
         )
         self._views = LruCache[tuple[object, ...], ImageTarget](
             _CAPACITY, partial(release_all, ctx)
@@ -168,11 +202,13 @@ class AtmospherePass:
         key = kind, *place, planet.sun_direction_itrf.tobytes()
         if self._last is None or self._last[0] != key:
             height, angle = planet.height, _sun_angle(planet)
-            mixed = self._mixed(tables, kind, height, angle)
+            nodes = self._nodes_of(tables, kind, height)
+            light = self._light(tables, nodes, height, angle)
             self._last = None
             self._view.write(_view_values(planet, kind.radius, height, angle))
             shared = (tables.textures[name] for name in AIR_SAMPLERS[:2])
-            air = AirBefore(inside=height < AIR_TOP, textures=(*shared, *mixed.textures))
+            of_view = *light.textures, *nodes.transmittance.textures
+            air = AirBefore(inside=nodes.inside, textures=(*shared, *of_view))
             self._last = key, air
         self._view.bind()
         return self._last[1]
@@ -200,69 +236,92 @@ class AtmospherePass:
         release_all(self._ctx, target)
         return AirBetween(light=light * segment.sun_irradiance, transmittance=transmittance)
 
-    def _mixed(self, tables: AirTables, kind: AirKind, height: float, angle: float) -> ImageTarget:
-        """The table of a view: between those of the nodes on both sides of the Sun's angle."""
-        key = kind, height, angle
-        return self._views.get(key, lambda: self._draw_mixed(tables, kind, height, angle))
+    def _light(self, tables: AirTables, nodes: _Nodes, height: float, angle: float) -> ImageTarget:
+        """The light of a view: between that of the nodes on both sides of the Sun's angle."""
+        key = nodes.kind, height, angle
+        return self._views.get(key, lambda: self._draw_mixed(tables, nodes, angle))
 
-    def _draw_mixed(
-        self, tables: AirTables, kind: AirKind, height: float, angle: float
-    ) -> ImageTarget:
-        rows = _rows(height) // _PARTS
-        mixed: list[tuple[float, list[moderngl.Texture]]] = []
+    def _draw_mixed(self, tables: AirTables, nodes: _Nodes, angle: float) -> ImageTarget:
+        weights, slots = np.zeros((_PARTS, 4)), np.zeros((_PARTS, 4), dtype=np.int32)
         for part in range(_PARTS):
-            between = angle / _NODE_STEP - part / _PARTS
+            between = _node_place(angle, nodes.height) - part / _PARTS
             below = floor(between)
-            nodes = [self._node(tables, kind, height, part, below + i) for i in (-1, 0, 1, 2)]
-            mixed.append((between - below, [t for node in nodes for t in node.textures]))
-        target = _new_table(self._ctx, _rows(height))
-        for part, (share, textures) in enumerate(mixed):
-            area = (0, part * rows, _COLUMNS, rows)
-            self.state.apply(self._ctx, target.framebuffer, area, area)
-            values = {"node_weights": _node_weights(share), "first_mixed": part * rows}
-            self._mix.draw(values, textures)
+            weights[part] = _node_weights(between - below)
+            for i in range(4):
+                index = below + i - 1
+                slots[part, i] = slot = index % _SLOTS
+                if nodes.cached.get((part, slot)) != index:
+                    self._march_node(tables, nodes, part, index)
+        target = _new_table(self._ctx, nodes.rows)
+        self.state.apply(self._ctx, target.framebuffer, (0, 0, *target.size))
+        values = {
+            "node_weights": weights,
+            "node_slots": slots,
+            "slot_rows": nodes.rows,
+            "part_rows": nodes.part_rows,
+        }
+        self._mix.draw(values, nodes.light.textures)
         return target
 
-    def _node(
-        self, tables: AirTables, kind: AirKind, height: float, part: int, index: int
-    ) -> ImageTarget:
-        """The rows of a part, marched for one node."""
+    def _nodes_of(self, tables: AirTables, kind: AirKind, height: float) -> _Nodes:
         # A step on the other side of the air's top has rows of another kind.
         inside = height < AIR_TOP
         step = _height_step(height)
         step = min(step, AIR_TOP) if inside else max(step, AIR_TOP)
-        key = kind, step, inside, part, index
-        angle = (index + part / _PARTS) * _NODE_STEP
-        return self._nodes.get(
-            key, lambda: self._march(tables, kind, step, angle, part, inside=inside)
-        )
+
+        def made() -> _Nodes:
+            # A camera in space looks at no sky.
+            rows = _ROWS if inside else _ROWS - _SKY_ROWS
+            nodes = _Nodes(
+                kind=kind,
+                height=step,
+                inside=inside,
+                transmittance=_new_table(self._ctx, rows),
+                light=_new_table(self._ctx, _SLOTS * rows),
+                cached={},
+            )
+            values = _values(kind.radius, step, 0.0)
+            self._march(tables, nodes.transmittance, (0, rows), values, inside=inside, light=False)
+            return nodes
+
+        return self._nodes.get((kind, step, inside), made)
+
+    def _march_node(self, tables: AirTables, nodes: _Nodes, part: int, index: int) -> None:
+        """Fill the rows of a part for one node."""
+        slot = index % _SLOTS
+        nodes.cached.pop((part, slot), None)
+        angle = _node_angle(index + part / _PARTS, nodes.height)
+        values = _values(nodes.kind.radius, nodes.height, angle) | {"first_row": -slot * nodes.rows}
+        rows = slot * nodes.rows + part * nodes.part_rows, nodes.part_rows
+        self._march(tables, nodes.light, rows, values, inside=nodes.inside, light=True)
+        nodes.cached[part, slot] = index
 
     def _march(
         self,
         tables: AirTables,
-        kind: AirKind,
-        height: float,
-        angle: float,
-        part: int,
+        target: ImageTarget,
+        rows: tuple[int, int],
+        values: dict[str, object],
         *,
         inside: bool,
-    ) -> ImageTarget:
-        if inside not in self._programs:
-            self._programs[inside] = FullscreenProgram(
+        light: bool,
+    ) -> None:
+        """Fill rows of a target, from one on so many, with light or with transmittance."""
+        variant = inside, light
+        if variant not in self._programs:
+            defines = {"AIR_INSIDE": inside, "TRANSMITTANCE": not light}
+            self._programs[variant] = FullscreenProgram(
                 self._ctx,
                 "air/view",
                 AIR_VIEW,
-                _MARCH_SAMPLERS,
+                _MARCH_SAMPLERS if light else [],
                 shared=[AIR],
-                defines={"STEPS": _STEPS} | ({"AIR_INSIDE": 1} if inside else {}),
+                defines={"STEPS": _STEPS} | {name: 1 for name, wanted in defines.items() if wanted},
             )
-        rows = (_ROWS if inside else _ROWS - _SKY_ROWS) // _PARTS
-        target = _new_table(self._ctx, rows)
-        area = (0, 0, _COLUMNS, rows)
+        area = 0, rows[0], _COLUMNS, rows[1]
         self.state.apply(self._ctx, target.framebuffer, area, area)
-        values = _values(kind.radius, height, angle) | {"first_row": part * rows}
-        self._programs[inside].draw(values, [tables.textures[name] for name in _MARCH_SAMPLERS])
-        return target
+        textures = [tables.textures[name] for name in _MARCH_SAMPLERS] if light else []
+        self._programs[variant].draw(values, textures)
 
     def release(self) -> None:
         """Free everything."""
@@ -294,21 +353,37 @@ def _sun_in_sphere(planet: PlanetView) -> np.ndarray[tuple[int], np.dtype[np.flo
 
 
 def _new_table(ctx: moderngl.Context, rows: int) -> ImageTarget:
-    target = ImageTarget(ctx, (_COLUMNS, rows), (Format("f4", 4),) * 2)
+    target = ImageTarget(ctx, (_COLUMNS, rows), (Format("f4", 4),))
     for texture in target.textures:
         texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
         texture.repeat_x = texture.repeat_y = False
     return target
 
 
-def _rows(height: float) -> int:
-    """Of the table of a height [m]: a camera in space looks at no sky."""
-    return _ROWS if height < AIR_TOP else _ROWS - _SKY_ROWS
-
-
 def _height_step(height: float) -> float:
     """Height of the tables that serve a view from a height [m]."""
     return exp(round(log(height) / _HEIGHT_STEP) * _HEIGHT_STEP)
+
+
+def _node_place(angle: float, height: float) -> float:
+    """Number of nodes up to an angle of the Sun from the zenith of a height [rad, m]."""
+    # On the horizon the Sun stands lower by the angle between both zeniths.
+    dip = acos(WGS84_EQUATORIAL_RADIUS / (WGS84_EQUATORIAL_RADIUS + height))
+    past = (angle - (_LOW_SUN - dip)) / _BLEND
+    # Of the steps from wide to close, the integral of a logistic function.
+    close = _BLEND * (max(past, 0.0) + log1p(exp(-abs(past))))
+    return (angle / _WIDER + (1.0 - 1.0 / _WIDER) * close) / _NODE_STEP
+
+
+def _node_angle(place: float, height: float) -> float:
+    """Angle of the Sun up to which there are so many nodes: the inverse of ``_node_place``."""
+    low, high = -pi, 2.0 * pi
+    while (middle := 0.5 * (low + high)) not in (low, high):
+        if _node_place(middle, height) < place:
+            low = middle
+        else:
+            high = middle
+    return low
 
 
 def _node_weights(x: float) -> tuple[float, float, float, float]:
