@@ -29,6 +29,7 @@ from simgl.passes.lamp_shadow import LampShadowPass
 from simgl.passes.mesh_store import MeshStore, VertexLighting
 from simgl.passes.reference_gather import ReferenceGather
 from simgl.passes.resolve import DistortedView, ResolvePass
+from simgl.passes.shading_points import ShadingPoints
 from simgl.passes.shadow import ShadowPass
 from simgl.passes.surface import LIGHTS, SurfacePass
 from simgl.passes.truth import TruthPass
@@ -140,9 +141,9 @@ class Renderer:
         target = self._target("radiance", view.camera, _BANDS)
         self._background(view, target)
         lens = self._distorted(view)
-        for tile, groups, (points,) in self._lit_tiles(view):
+        for tile, points, (radiance,) in self._lit_tiles(view):
             with self.timer.measure("resolve"):
-                self._resolve.draw(tile, groups, points, target.framebuffer, lens)
+                self._resolve.draw(tile, points, radiance, target.framebuffer, lens)
         return target
 
     def layers(self, view: FrameView) -> dict[str, Array32]:
@@ -159,10 +160,10 @@ class Renderer:
                 targets[name].framebuffer.clear()
             lens = self._distorted(view)
             background = targets["background"].framebuffer
-            for tile, groups, lights in self._lit_tiles(view, by_light=True):
-                for name, points in zip(LIGHTS, lights, strict=True):
-                    self._resolve.draw(tile, groups, points, targets[name].framebuffer, lens)
-                self._resolve.hide(tile, groups, lights[0], background, lens)
+            for tile, points, lights in self._lit_tiles(view, by_light=True):
+                for name, radiance in zip(LIGHTS, lights, strict=True):
+                    self._resolve.draw(tile, points, radiance, targets[name].framebuffer, lens)
+                self._resolve.hide(tile, points, lights[0], background, lens)
             return {name: target.read() for name, target in targets.items()}
         finally:
             release_all(self._ctx, *targets.values())
@@ -213,9 +214,9 @@ class Renderer:
 
     def _lit_tiles(
         self, view: FrameView, *, by_light: bool = False
-    ) -> Iterator[tuple[RasterTile, tuple[moderngl.Texture, ...], tuple[moderngl.Texture, ...]]]:
-        """Each tile, or its parts, with the groups of its samples and the radiance of their shading
-        points, valid until the next one."""
+    ) -> Iterator[tuple[RasterTile, ShadingPoints, tuple[moderngl.Texture, ...]]]:
+        """Each tile, or its parts, with its shading points and their radiance, valid until the next
+        one."""
         with self.timer.measure("lamp_shadow"):
             lamp_maps = self._lamp_shadow.draw(view.lamps)
         for tile in view.tiles:
@@ -232,12 +233,12 @@ class Renderer:
                 for drawn in spacecraft:
                     with self.timer.measure("geometry"):
                         self._geometry.look_up(part, points, drawn)
-                        self._reference_gather.fill(part, points.textures, drawn)
+                        self._reference_gather.fill(part, points, drawn)
                     with self.timer.measure("surface"):
                         radiance = self._surface.draw(
                             part, points, drawn, view.lamps, lamp_maps, by_light=by_light
                         )
-                yield part, points.groups, radiance
+                yield part, points, radiance
 
     def _spacecraft(
         self, tile: RasterTile, gather: Gather, joint_light: JointLight

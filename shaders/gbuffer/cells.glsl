@@ -3,7 +3,8 @@
 //
 // A group is a set of texels of the cell's window: bit 5 * row + column.
 #include "common/when.glsl"
-#include "gbuffer/blocks.glsl"
+#include "block/tile"
+#include "gbuffer/paging.glsl"
 
 const int STRIDE = 5;   // texels along the edge of the largest window
 const int TEXELS = STRIDE * STRIDE;   // the bits above tell of the cell
@@ -66,11 +67,12 @@ uint group_at(ivec2 cell, int layer) {
     return place == 0 ? groups.x : place == 1 ? groups.y : place == 2 ? groups.z : groups.w;
 }
 
-// The group of a shading point; its cell.
+// The group of a shading point, 0 where there is none; its cell.
 uint group_of(ivec2 at, out ivec2 cell) {
-    int layer = int((float(at.y) + 0.5) / float(cells.y));
-    cell = ivec2(at.x, at.y - layer * cells.y);
-    return group_at(cell, layer) & ((1u << TEXELS) - 1u);
+    int layer;
+    bool there = cell_of_point(at, cell, layer);
+    uint group = group_at(clamp(cell, ivec2(0), cells - 1), layer) & ((1u << TEXELS) - 1u);
+    return there ? group : 0u;
 }
 
 // Where a group's shading point lies in the window: the mean of its samples' middles.

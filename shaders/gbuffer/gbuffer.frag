@@ -125,9 +125,7 @@ float detail(uint group, vec2 first, Facet facet, mat3 normals, uvec3 corner, ui
 }
 #endif
 
-void main() {
-    ivec2 cell;
-    uint group = group_of(ivec2(gl_FragCoord.xy), cell);
+void look_up(ivec2 cell, uint group) {
     vec2 first = vec2(first_texel(cell)), middle = point_of(group);
     // The triangle of the sample that is nearest to the middle.
     ivec2 nearest = ivec2(0);
@@ -141,7 +139,7 @@ void main() {
         least = min(least, distance2);
     }
     uvec2 seen = texelFetch(visibility, ivec2(first) + nearest, 0).rg;
-    uvec3 corner = corners_of(seen.x - 1u);
+    uvec3 corner = corners_of(max(seen.x, 1u) - 1u);
     bool back = (seen.y & 1u) == 1u;
 
     mat3 places, normals;
@@ -196,4 +194,18 @@ void main() {
         face_normal.w += inside[k] * texelFetch(vertex_light, table_place(row + 1u), 0).r;
     }
 #endif
+}
+
+// The points that are not this spacecraft's are left out, so that the depth buffer tells them.
+void main() {
+    ivec2 cell;
+    uint group = group_of(ivec2(gl_FragCoord.xy), cell);
+    bool own = false;
+    WHEN(group != 0u) {
+        uint left = group;
+        ivec2 texel = first_texel(cell) + next_texel(left);
+        own = texelFetch(visibility, texel, 0).g >> 22u == instance;
+    }
+    if (!own) discard;
+    look_up(cell, group);
 }

@@ -9,6 +9,7 @@
 #include "gbuffer/cells.glsl"
 
 uniform sampler2D points;
+uniform usampler2D block_pages;   // the first page of each block
 #ifdef DISTORTED
 // Coordinates in the pinhole's image that the middles of the pixels see.
 uniform sampler2D places;
@@ -43,18 +44,20 @@ void add(inout Sum sum, Sum more) {
     sum.count += more.count;
 }
 
-vec4 point(ivec2 cell, int layer) {
-    return texelFetch(points, cell + ivec2(0, layer * cells.y), 0);
+// The radiance of a group, by the first page of its cell's block.
+vec4 point(uint first_page, ivec2 cell, int layer) {
+    return texelFetch(points, texel_of_page(int(first_page) + layer) + (cell & 1), 0);
 }
 
 // All samples of a cell.
 Sum cell_sum(ivec2 cell) {
     uvec4 groups = texelFetch(cell_groups, cell, 0);
+    uint first_page = texelFetch(block_pages, cell / BLOCK, 0).r;
     Sum sum = Sum(vec4(0.0), 0.0, float(groups.x >> TEXELS));
     // The groups come first, most of them within the first four.
     for (int layer = 0; layer < LAYERS && samples_of(groups.x) > 0u;) {
         float samples = float(samples_of(groups.x));
-        sum.light += samples * point(cell, layer);
+        sum.light += samples * point(first_page, cell, layer);
         sum.covered += samples;
         groups = uvec4(groups.yzw, 0u);
         ++layer;
@@ -68,12 +71,13 @@ Sum sample_sum(ivec2 texel) {
     ivec2 cell = clamp(cell_of(texel), ivec2(0), cells - 1), place = texel - first_texel(cell);
     bool inside = all(greaterThanEqual(place, ivec2(0))) && all(lessThan(place, ivec2(STRIDE)));
     uint bit = inside ? 1u << uint(STRIDE * place.y + place.x) : 0u;
+    uint first_page = texelFetch(block_pages, cell / BLOCK, 0).r;
     Sum sum = Sum(vec4(0.0), 0.0, 1.0);
     for (int layer = 0; layer < LAYERS; ++layer) {
         uint group = group_at(cell, layer);
         if (samples_of(group) == 0u) break;
         WHEN((group & bit) != 0u) {
-            sum.light = point(cell, layer);
+            sum.light = point(first_page, cell, layer);
             sum.covered = 1.0;
         }
     }

@@ -22,7 +22,8 @@ TEXTURE_CUBE_MAP_SEAMLESS = 0x884F
 class State:
     """What a draw depends on besides its program and textures.
 
-    depth : test (less) and write depth
+    depth : test and write depth
+    depth_func : of the test: "<", or "1" which always passes
     depth_clamp : what lies outside the depth range is drawn at its end, not cut off
     cull : "back", "front" or None
     blend : (source, destination) factors, or None
@@ -31,6 +32,7 @@ class State:
     """
 
     depth: bool = False
+    depth_func: str = "<"
     depth_clamp: bool = False
     cull: str | None = None
     blend: tuple[int, int] | None = None
@@ -70,7 +72,7 @@ class State:
         for plane in range(_CLIP_PLANES):
             switch = ctx.enable_direct if plane < self.clip_planes else ctx.disable_direct
             switch(CLIP_DISTANCE0 + plane)
-        ctx.depth_func = "<"
+        ctx.depth_func = self.depth_func
         ctx.cull_face = self.cull or "back"
         # Row 0 of every target is the top of the image, which mirrors the winding.
         ctx.front_face = "cw"
@@ -80,7 +82,14 @@ class State:
         ctx.wireframe = False
 
 
-def clear_depth(ctx: moderngl.Context, target: Target) -> None:
-    """Reset the depth of a target to the far plane, keeping its colours."""
-    State(depth=True, write_color=False).apply(ctx, target, (0, 0, *target.size))
-    target.clear(depth=1.0)
+def clear_depth(
+    ctx: moderngl.Context,
+    target: Target,
+    depth: float = 1.0,
+    area: tuple[int, int, int, int] | None = None,
+) -> None:
+    """Reset the depth of a target, to the far plane and everywhere if not told, keeping its
+    colours."""
+    area = (0, 0, *target.size) if area is None else area
+    State(depth=True, write_color=False).apply(ctx, target, area, area)
+    target.clear(depth=depth, viewport=area)

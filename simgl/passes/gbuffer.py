@@ -5,15 +5,25 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import moderngl
+import numpy as np
 
+from simgl.arrays import AnyArray
 from simgl.gpu.fullscreen import Screen
-from simgl.gpu.pipeline_state import State
+from simgl.gpu.pipeline_state import State, clear_depth
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.render_targets import Format, GrowingTarget, textures_of
 from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.passes.drawn_spacecraft import DrawnSpacecraft
 from simgl.passes.mesh_store import MeshStore
-from simgl.passes.shading_points import GROUPS, LAYERS, PointShader, ShadingPoints, blocks_of
+from simgl.passes.shading_points import (
+    COLUMNS,
+    ENTRIES,
+    GROUPS,
+    PointShader,
+    ShadingPoints,
+    blocks_of,
+    page_table,
+)
 from simgl.passes.shared_blocks import (
     JOINTS,
     MATERIALS,
@@ -36,28 +46,36 @@ _POINTS = {"visibility": _VISIBILITY_UNIT} | GROUPS
 _LOOKED_UP = 0.875
 
 
+def _written(target: GrowingTarget, size: tuple[int, int], values: AnyArray) -> moderngl.Texture:
+    """The texture of a target with values in its first columns and rows."""
+    (framebuffer,) = target.covering(size)
+    (texture,) = textures_of(framebuffer)
+    texture.write(np.ascontiguousarray(values).data, viewport=(0, 0, *size))
+    return texture
+
+
 class GBufferPass:
     """Groups the samples of each cell, and looks up what the groups see of a spacecraft.
 
     The depth buffer then says which points are that spacecraft's: 0 for all others.
     """
 
-    state = State(depth=True)
+    state = State(depth=True, depth_func="1")
     colour_only = State()
-    depth_only = State(depth=True, write_color=False)
 
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
         self._ctx, self._meshes = ctx, meshes
         self._grouping: dict[int, Screen] = {}
         more = {"more_groups": GROUPS["more_groups"]}
-        self._blocks = Screen(ctx, "gbuffer/blocks", 0.0, [TILE], more)
-        self._others = PointShader(ctx, "gbuffer/others", -1.0, [SPACECRAFT], _POINTS)
+        self._counting = Screen(ctx, "gbuffer/pages", 0.0, [TILE], more)
         self._lookups: dict[tuple[str, ...], PointShader] = {}
         self._tile = UniformBuffer(ctx, TILE)
         self._spacecraft = UniformBuffer(ctx, SPACECRAFT)
         self._groups = GrowingTarget(ctx, [[0, 1]], Format("u4", 4))
-        self._layers = GrowingTarget(ctx, [[0]], Format("u4"))
+        self._counts = GrowingTarget(ctx, [[0]], Format("u1"))
+        self._page_entries = GrowingTarget(ctx, [[0]], Format("u4"))
+        self._block_pages = GrowingTarget(ctx, [[0]], Format("u4"))
         self._targets = {n: GrowingTarget(ctx, [range(n)]) for n in (_PLAIN, _DETAILED)}
 
     def group(
@@ -69,50 +87,54 @@ class GBufferPass:
         spacecraft : of the tile
         """
         cells, blocks = tile.cells.size, blocks_of(tile.cells.size)
-        detailed = any("DETAILED" in drawn.view.model.variant for drawn in spacecraft)
         (groups,) = self._groups.covering(cells)
-        (layers,) = self._layers.covering(blocks)
-        (target,) = self._targets[_DETAILED if detailed else _PLAIN].covering(
-            (cells[0], LAYERS * cells[1])
-        )
-        depth = target.depth_attachment
-        assert isinstance(depth, moderngl.Renderbuffer)
-        points = ShadingPoints(
-            cells=cells,
-            visibility=visibility,
-            groups=textures_of(groups),
-            block_layers=textures_of(layers)[0],
-            textures=textures_of(target),
-            framebuffer=target,
-            depth=depth,
-        )
         self._tile.write(tile_values(tile, tile.slices[0]))
         self._tile.bind()
         visibility.use(_VISIBILITY_UNIT)
         self.colour_only.apply(self._ctx, groups, (0, 0, *cells), (0, 0, *cells))
         self._grouping_for(tile.cells.texels).draw()
-        points.bind()
-        self.colour_only.apply(self._ctx, layers, (0, 0, *blocks), (0, 0, *blocks))
-        self._blocks.draw()
+        entries, first = page_table(self._page_counts(textures_of(groups)[1], blocks))
+        detailed = any("DETAILED" in drawn.view.model.variant for drawn in spacecraft)
+        size = COLUMNS, 4 * len(entries)
+        (target,) = self._targets[_DETAILED if detailed else _PLAIN].covering(size)
+        depth = target.depth_attachment
+        assert isinstance(depth, moderngl.Renderbuffer)
         if any(drawn.lit_bodies for drawn in spacecraft):
-            # Read on the CPU, which does not know the groups.
-            area = (0, 0, *points.size)
-            self.colour_only.apply(self._ctx, target, area, area)
-            target.clear(EMPTY, EMPTY, EMPTY, EMPTY, viewport=area)
-        return points
+            # Read on the CPU.
+            self.colour_only.apply(self._ctx, target, (0, 0, *size), (0, 0, *size))
+            target.clear(EMPTY, EMPTY, EMPTY, EMPTY, viewport=(0, 0, *size))
+        return ShadingPoints(
+            cells=cells,
+            visibility=visibility,
+            groups=textures_of(groups),
+            entries=entries,
+            page_entries=_written(self._page_entries, (ENTRIES, len(entries)), entries),
+            block_pages=_written(self._block_pages, blocks, first),
+            textures=textures_of(target),
+            framebuffer=target,
+            depth=depth,
+        )
+
+    def _page_counts(self, more_groups: moderngl.Texture, blocks: tuple[int, int]) -> AnyArray:
+        """(rows, columns) uint8, of each block of cells."""
+        (counts,) = self._counts.covering(blocks)
+        more_groups.use(GROUPS["more_groups"])
+        area = (0, 0, *blocks)
+        self.colour_only.apply(self._ctx, counts, area, area)
+        self._counting.draw()
+        data = counts.read(viewport=area, components=1, alignment=1, dtype="u1")
+        return np.frombuffer(data, dtype=np.uint8).reshape(blocks[::-1])
 
     def look_up(self, tile: RasterTile, points: ShadingPoints, drawn: DrawnSpacecraft) -> None:
         """Fill the points that see one spacecraft."""
         area = (0, 0, *points.size)
-        self.depth_only.apply(self._ctx, points.framebuffer, area, area)
-        points.framebuffer.clear(depth=1.0, viewport=area)
+        clear_depth(self._ctx, points.framebuffer, 0.0, area)
         self._tile.write(tile_values(tile, tile.slices[0]))
         self._spacecraft.write(spacecraft_values(drawn.view))
         self._tile.bind()
         self._spacecraft.bind()
         points.visibility.use(_VISIBILITY_UNIT)
         points.bind()
-        self._others.draw(points)
         self.state.apply(self._ctx, points.framebuffer, area, area)
         model, lighting = drawn.view.model, drawn.vertex_lighting
         variant = tuple(d for d in model.variant if d == "DETAILED")
@@ -127,7 +149,7 @@ class GBufferPass:
         tables = self._meshes.tables(drawn.mesh)
         tables.corners.use(_CORNERS_UNIT)
         tables.vertices.use(_VERTICES_UNIT)
-        self._look_up_for(variant).draw(points)
+        self._look_up_for(variant).draw()
 
     def _grouping_for(self, texels: int) -> Screen:
         if texels not in self._grouping:
@@ -157,7 +179,7 @@ class GBufferPass:
                 self._ctx,
                 "gbuffer/gbuffer",
                 _LOOKED_UP,
-                [SPACECRAFT] + [MATERIALS] * detailed + [JOINTS] * ("JOINTED" in variant),
+                [TILE, SPACECRAFT] + [MATERIALS] * detailed + [JOINTS] * ("JOINTED" in variant),
                 samplers
                 | (IMAGE_UNITS if detailed else {})
                 | ({"vertex_light": _LIGHT_UNIT} if lit else {}),
@@ -167,11 +189,12 @@ class GBufferPass:
 
     def release(self) -> None:
         """Free everything."""
-        for target in (self._groups, self._layers, *self._targets.values()):
+        growing = (self._groups, self._counts, self._page_entries, self._block_pages)
+        for target in (*growing, *self._targets.values()):
             target.release()
         for buffer in (self._tile, self._spacecraft):
             buffer.release()
-        for grouping in (self._blocks, *self._grouping.values()):
+        for grouping in (self._counting, *self._grouping.values()):
             grouping.release()
-        for shader in (self._others, *self._lookups.values()):
+        for shader in self._lookups.values():
             shader.release()

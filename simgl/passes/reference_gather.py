@@ -17,7 +17,7 @@ import scipy
 from simgl.arrays import Array, Array32, IndexArray
 from simgl.environment_map import SkyRadiance, cell_radiance
 from simgl.passes.drawn_spacecraft import DrawnSpacecraft
-from simgl.passes.shading_points import LAYERS
+from simgl.passes.shading_points import ShadingPoints
 from simgl.radiosity.final_gather import SKY_ACROSS, LitBody, Points, gathered, sunlight
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.patch_light import PatchLight
@@ -107,40 +107,35 @@ class ReferenceGather:
     def fill(
         self,
         tile: RasterTile,
-        gbuffer: Sequence[moderngl.Texture],
+        points: ShadingPoints,
         drawn: DrawnSpacecraft,
     ) -> None:
         """Overwrite what the G-buffer pass looked up of a spacecraft that has ``lit_bodies``."""
         if not drawn.lit_bodies:
             return
-        columns, rows = tile.cells.size
-        rows *= LAYERS
+        textures = points.textures
         position, normal, face_normal, indirect = (
-            _read(gbuffer[target])[:rows, :columns]
-            for target in (_POSITION, _NORMAL, _FACE_NORMAL, _INDIRECT)
+            _read(textures[target]) for target in (_POSITION, _NORMAL, _FACE_NORMAL, _INDIRECT)
         )
+        columns, rows = points.size
         instance = position[..., 3].astype(np.int64) // 16384
         view = drawn.view
-        row, column = np.nonzero((instance == view.instance) & (position[..., 3] >= 0.0))
-        if len(row) == 0:
+        own = (instance == view.instance) & (position[..., 3] >= 0.0)
+        at = np.nonzero(own[:rows, :columns])
+        if len(at[0]) == 0:
             return
-        points = _points(
-            view,
-            position[row, column],
-            normal[row, column],
-            face_normal[row, column],
-            _spread(row, column),
-        )
+        row, column = points.cells_of(at[0], at[1])
+        seen = _points(view, position[at], normal[at], face_normal[at], _spread(row, column))
         cells = None if drawn.sky is None else cell_radiance(drawn.sky, SKY_ACROSS)
         per_edge = tile.sample_grid.cells_per_edge
         squares = _pixel_cells(per_edge, row, column)
         enough = _CERTAIN_OF_SUN * float(view.sun_irradiance.sum())
         rays = -(-RAYS // per_edge**2)
-        light, share = _certain(points, squares, drawn.lit_bodies, cells, rays, enough)
-        indirect[row, column] = light
-        face_normal[row, column, 3] = share
+        light, share = _certain(seen, squares, drawn.lit_bodies, cells, rays, enough)
+        indirect[at] = light
+        face_normal[at[0], at[1], 3] = share
         for target, values in ((_FACE_NORMAL, face_normal), (_INDIRECT, indirect)):
-            gbuffer[target].write(np.ascontiguousarray(values), viewport=(0, 0, columns, rows))
+            textures[target].write(np.ascontiguousarray(values))
 
 
 def _lit_body(

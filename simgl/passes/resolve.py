@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import moderngl
@@ -14,6 +13,7 @@ from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.pipeline_state import ONE_MINUS_SRC1_COLOR, State
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
+from simgl.passes.shading_points import ShadingPoints
 from simgl.passes.shared_blocks import TILE, tile_values
 from simgl.view.raster_tiles import RasterTile
 
@@ -63,41 +63,40 @@ class ResolvePass:
     def draw(
         self,
         tile: RasterTile,
-        groups: Sequence[moderngl.Texture],
-        points: moderngl.Texture,
+        points: ShadingPoints,
+        radiance: moderngl.Texture,
         target: moderngl.Framebuffer,
         lens: DistortedView | None = None,
     ) -> None:
         """Lay the tile over the radiance that the target already holds.
 
-        groups, points : of its G-buffer, and the radiance of its shading points
+        points, radiance : its shading points, and their radiance
         """
-        self._draw(self.state, tile, groups, points, target, lens)
+        self._draw(self.state, tile, points, radiance, target, lens)
 
     def hide(
         self,
         tile: RasterTile,
-        groups: Sequence[moderngl.Texture],
-        points: moderngl.Texture,
+        points: ShadingPoints,
+        radiance: moderngl.Texture,
         target: moderngl.Framebuffer,
         lens: DistortedView | None = None,
     ) -> None:
         """Leave of what the target holds only what is seen past the tile's spacecraft."""
-        self._draw(self.hiding, tile, groups, points, target, lens)
+        self._draw(self.hiding, tile, points, radiance, target, lens)
 
     def _draw(
         self,
         state: State,
         tile: RasterTile,
-        groups: Sequence[moderngl.Texture],
-        points: moderngl.Texture,
+        points: ShadingPoints,
+        radiance: moderngl.Texture,
         target: moderngl.Framebuffer,
         lens: DistortedView | None,
     ) -> None:
         box = tile.x, tile.y, tile.width, tile.height
-        textures = dict(zip(("cell_groups", "more_groups"), groups, strict=True)) | {
-            "points": points
-        }
+        textures = dict(zip(("cell_groups", "more_groups"), points.groups, strict=True))
+        textures |= {"block_pages": points.block_pages, "points": radiance}
         defines = [] if tile.window is None else ["WINDOW"]
         if lens is not None:
             box = _distorted_box(tile, lens.camera)

@@ -6,28 +6,53 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import moderngl
+import numpy as np
 
+from simgl.arrays import AnyArray, IndexArray
 from simgl.gpu.fullscreen import Screen
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.uniform_blocks import Block
 from simgl.passes.shared_blocks import JOINTS, LAMPS, MATERIALS, TILE
 
-# Groups of a cell that have a shading point each, and cells along the edge of a block
-# (shaders/gbuffer/blocks.glsl).
-LAYERS, BLOCK = 8, 32
-# Texture units: of the groups, and of the layers of each block.
-GROUPS = {"cell_groups": 16, "more_groups": 17}
-_BLOCKS = {"block_layers": 18}
+# As in shaders/gbuffer/paging.glsl: groups of a cell that have a shading point each, cells along
+# the edge of a block, and squares of four pages in a row of the textures.
+LAYERS, BLOCK, _SQUARES = 8, 2, 256
+# Pages in a row of squares, and texels along the rows of the textures.
+ENTRIES, COLUMNS = 4 * _SQUARES, 4 * _SQUARES
+_THERE, _LAYER_BIT, _ROW_BIT = 1 << 31, 28, 14
+# Texture units of what tells a point's group.
+GROUPS = {"cell_groups": 16, "more_groups": 17, "page_entries": 18}
+
+
+def page_table(counts: AnyArray) -> tuple[AnyArray, AnyArray]:
+    """Which pages there are, by how many each block of cells takes.
+
+    counts : (rows, columns) of the blocks
+    returns : (rows of squares, ENTRIES) uint32, the entry of each page, 0 behind the last; (rows,
+        columns) uint32, the first page of each block
+    """
+    flat = counts.ravel().astype(np.int64)
+    ends = np.cumsum(flat)
+    first = ends - flat
+    total = int(ends[-1])
+    entries = np.zeros((max(1, -(-total // ENTRIES)), ENTRIES), dtype=np.uint32)
+    row, column = np.divmod(np.arange(len(flat)), counts.shape[1])
+    # What is the same for all pages of a block: the layer counts on from there.
+    of_block = (_THERE | row << _ROW_BIT | column) - (first << _LAYER_BIT)
+    pages = np.repeat(of_block, flat) + (np.arange(total) << _LAYER_BIT)
+    entries.reshape(-1)[:total] = pages
+    return entries, first.reshape(counts.shape).astype(np.uint32)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ShadingPoints:
-    """Shading points of a tile, one layer of cells above the other; valid until the next tile.
+    """Shading points of a tile, valid until the next tile.
 
-    cells : columns and rows of a layer
+    cells : columns and rows
     visibility : of the visibility pass
     groups : two RGBA32UI, of each cell the samples of each of its groups
-    block_layers : R32UI, how many layers each block of cells has
+    entries : (rows of squares, ENTRIES) of ``page_table``
+    page_entries, block_pages : R32UI, the same, and the first page of each block
     textures : in the order of the targets of shaders/gbuffer/gbuffer.frag, RGBA32F
     framebuffer : of the textures
     depth : of the same size: what passes are to draw of a spacecraft
@@ -36,27 +61,36 @@ class ShadingPoints:
     cells: tuple[int, int]
     visibility: moderngl.Texture
     groups: tuple[moderngl.Texture, ...]
-    block_layers: moderngl.Texture
+    entries: AnyArray
+    page_entries: moderngl.Texture
+    block_pages: moderngl.Texture
     textures: tuple[moderngl.Texture, ...]
     framebuffer: moderngl.Framebuffer
     depth: moderngl.Renderbuffer
 
     @property
     def size(self) -> tuple[int, int]:
-        """Columns and rows of all layers."""
-        return self.cells[0], LAYERS * self.cells[1]
+        """Columns and rows of the part of the textures that holds points."""
+        return COLUMNS, 4 * len(self.entries)
 
-    @property
-    def vertices(self) -> int:
-        """Of the blocks of all layers."""
-        columns, rows = blocks_of(self.cells)
-        return 6 * LAYERS * columns * rows
+    def cells_of(self, row: IndexArray, column: IndexArray) -> tuple[IndexArray, IndexArray]:
+        """Row, all layers one above the other, and column of the cells of points.
+
+        row, column : (n,) of the points in the textures
+        """
+        entry = self.entries[row // 4, column // 4 * 4 + row // 2 % 2 * 2 + column // 2 % 2].astype(
+            np.int64
+        )
+        layer, block_row = entry >> _LAYER_BIT & 7, entry >> _ROW_BIT & 16383
+        return (
+            layer * self.cells[1] + BLOCK * block_row + row % 2,
+            BLOCK * (entry & 16383) + column % 2,
+        )
 
     def bind(self) -> None:
         """Bind what every shader of points reads."""
-        for unit, texture in zip(GROUPS.values(), self.groups, strict=True):
+        for unit, texture in zip(GROUPS.values(), (*self.groups, self.page_entries), strict=True):
             texture.use(unit)
-        self.block_layers.use(_BLOCKS["block_layers"])
 
 
 def blocks_of(cells: tuple[int, int]) -> tuple[int, int]:
@@ -65,7 +99,7 @@ def blocks_of(cells: tuple[int, int]) -> tuple[int, int]:
 
 
 class PointShader:
-    """A shader over the shading points of a tile, at a depth; TILE is bound."""
+    """A shader over the shading points of a tile, at a depth."""
 
     @all_or_nothing
     def __init__(
@@ -81,16 +115,15 @@ class PointShader:
             ctx,
             name,
             depth,
-            [TILE, *blocks],
-            dict(samplers) | _BLOCKS,
+            blocks,
+            samplers,
             defines,
-            spare=[LAMPS, MATERIALS, JOINTS],
-            vertex="gbuffer/blocks.vert",
+            spare=[TILE, LAMPS, MATERIALS, JOINTS],
         )
 
-    def draw(self, points: ShadingPoints) -> None:
-        """Over all layers that there are."""
-        self._screen.draw(points.vertices)
+    def draw(self) -> None:
+        """Over the viewport, which holds all points."""
+        self._screen.draw()
 
     def release(self) -> None:
         """Free everything."""

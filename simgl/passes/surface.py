@@ -83,7 +83,7 @@ class SurfacePass:
         self._lobes = lobe_texture(ctx)
         searched = _gbuffer("position", "normal_roughness", "face_normal") | GROUPS | _SHADOW_UNITS
         known = {name: unit for name, unit in searched.items() if name != "sun_behind"}
-        name, blocks = "surface/sunlight", [SPACECRAFT, SHADOW]
+        name, blocks = "surface/sunlight", [TILE, SPACECRAFT, SHADOW]
         self._known = PointShader(ctx, name, 0.0, blocks, known)
         self._searched = PointShader(ctx, name, 0.5, blocks, searched, {"SEARCH": 1})
         self._lit: dict[tuple[str, ...], tuple[PointShader, ...]] = {}
@@ -122,8 +122,8 @@ class SurfacePass:
             texture.use(unit)
         if drawn.view.sun_irradiance.any():
             self.state.apply(self._ctx, sunlight, area, area)
-            self._known.draw(points)
-            self._searched.draw(points)
+            self._known.draw()
+            self._searched.draw()
         else:
             # In the Earth's shadow nothing asks which part of the Sun is hidden.
             self.colour_only.apply(self._ctx, sunlight, area, area)
@@ -140,7 +140,7 @@ class SurfacePass:
         variant = [d for d in drawn.view.model.variant if d != "CUT_OUT"]
         variant += [define for define, wanted in optional.items() if wanted]
         for screen in self._lit_for(tuple(variant)):
-            screen.draw(points)
+            screen.draw()
         return textures_of(target)
 
     def _write(self, tile: RasterTile, drawn: DrawnSpacecraft, lamps: Sequence[LampView]) -> None:
@@ -187,8 +187,8 @@ class SurfacePass:
         for define, units in _MORE_UNITS.items():
             if define in variant:
                 samplers |= units
-        if "LAYERED" in variant and "JOINTED" in variant:
-            blocks.append(JOINTS)
+        if "LAYERED" in variant:
+            blocks += [TILE] + [JOINTS] * ("JOINTED" in variant)
         if "LAMPS" in variant:
             blocks.append(LAMPS)
         defines = dict.fromkeys(variant, 1)

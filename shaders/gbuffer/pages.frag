@@ -1,14 +1,14 @@
-// How many layers each block of cells has.
+// How many pages each block of 2 x 2 cells takes: as many as its fullest cell has groups.
 #include "gbuffer/cells.glsl"
 
 uniform usampler2D more_groups;
 
-out uint layers;
+out uint pages;
 
 void main() {
     ivec2 first = BLOCK * ivec2(gl_FragCoord.xy), last = min(first + BLOCK, cells);
-    layers = 0u;
+    pages = 0u;
     for (int y = first.y; y < last.y; ++y)
         for (int x = first.x; x < last.x; ++x)
-            layers = max(layers, texelFetch(more_groups, ivec2(x, y), 0).x >> TEXELS);
+            pages = max(pages, texelFetch(more_groups, ivec2(x, y), 0).x >> TEXELS);
 }
