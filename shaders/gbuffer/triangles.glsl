@@ -1,7 +1,8 @@
 // The triangles of a mesh.
 
 uniform usampler2D triangle_corners;    // indices of the corners
-// The number of the smooth surface, from 1 on, and from bit 21 on the logarithm of the curvature.
+// The number of the smooth surface, from 1 on; from bit 21 on the curvature, the upper bits of a float
+// from 2^-16 on.
 uniform usampler2D triangle_surfaces;
 
 const uint TABLE_COLUMNS = 2048u;   // of simgl/gpu/mesh_tables.py
@@ -19,6 +20,6 @@ uvec3 corners_of(uint triangle) {
 // curvature : how fast the normals turn over it [rad/m]
 uint surface_of(uint triangle, out float curvature) {
     uint word = texelFetch(triangle_surfaces, table_place(triangle), 0).r;
-    curvature = exp2(float(word >> 21u) / 32.0 - 16.0);
+    curvature = uintBitsToFloat(((word >> 21u) << 17u) + (111u << 23u));
     return word & 0x1fffffu;
 }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import moderngl
 import numpy as np
 
-from simgl.arrays import AnyArray
+from simgl.arrays import AnyArray, IndexArray
 from simgl.gpu.release import all_or_nothing
 
 # Texels of a row of every table, as in shaders/gbuffer/triangles.glsl.
@@ -32,12 +32,19 @@ def table(ctx: moderngl.Context, values: AnyArray) -> moderngl.Texture:
     return texture
 
 
+def _short_float(values: AnyArray) -> IndexArray:
+    """Numbers from 2^-16 to 2^16 in 11 bits: the upper bits of float32, counted from 2^-16 on."""
+    clipped = np.clip(values, 2.0**-16, 2.0**15.98).astype(np.float32)
+    # Rounded up.
+    return (clipped.view(np.uint32).astype(np.int64) + (1 << 17) - 1 >> 17) - (111 << 6)
+
+
 class MeshTables:
     """The tables of one mesh.
 
     corners : for each triangle the indices of its corners
-    surfaces : for each the number of its smooth surface, from 1 on, and from bit 21 on the
-        logarithm of its curvature; apart, since every sample asks for these
+    surfaces : for each the number of its smooth surface, from 1 on, and from bit 21 on its
+        curvature; apart, since every sample asks for these
     vertices : for each vertex, a texel each: place and label; normal; with details place in the
         images, and factors of the base colour
     """
@@ -61,9 +68,7 @@ class MeshTables:
         if details is not None:
             texels[:, 2, :2], texels[:, 3] = details["uv"], details["tint"]
         self.vertices = table(ctx, texels.reshape(-1, 4))
-        # 0 where it is flat; 32 steps to a factor of 2.
-        code = np.clip(np.round(32.0 * (np.log2(np.maximum(curvature, 1e-9)) + 16.0)), 0, 1023)
-        word = (surface % _MAX_SURFACES + 1) | code.astype(np.int64) << 21
+        word = (surface % _MAX_SURFACES + 1) | _short_float(curvature) << 21
         self.surfaces = table(ctx, word.astype(np.uint32)[:, None])
         # Four channels: rows of three need not be aligned as drivers expect.
         self.corners = table(ctx, np.pad(triangles, ((0, 0), (0, 1))).astype(np.uint32))

@@ -57,8 +57,9 @@ TILE = Block(
             ("cells", "i4", 2),
             # From a cell's middle to its samples along an axis of the raster [texels].
             ("cell_reach", "f4"),
-            ("tile_padding", "f4"),
-            ("tile_padding_2", "f4", 2),
+            # Of surfaces at a depth of 1 m whose samples may share a cell's shading [rad m-1].
+            ("largest_curvature", "f4"),
+            ("tile_padding", "f4", 2),
         ]
     ),
 )
@@ -162,9 +163,15 @@ MATERIALS = Block(
 )
 
 
+# Over a cell, some 2.2 samples across, normals that turn by less [rad] are as good as their mean: the
+# mean cosine is right to 5e-5, and a highlight is widened by no more than that.
+_LARGEST_TURN, _CELL_WIDTH = 0.035, 2.2
+
+
 def tile_values(tile: RasterTile, clip_from_camera: Any) -> dict[str, Any]:
     """The Tile block for one depth slice of a tile."""
     to_raster = tile.cells.raster_from_cell
+    sample_edge = float(np.linalg.norm(tile.sample_steps[0, :3]))
     return {
         "clip_from_camera": clip_from_camera,
         "tile_edges": tile.edges,
@@ -175,6 +182,7 @@ def tile_values(tile: RasterTile, clip_from_camera: Any) -> dict[str, Any]:
         "raster_origin": to_raster[:, 2],
         "cells": tile.cells.size,
         "cell_reach": tile.cells.reach,
+        "largest_curvature": _LARGEST_TURN / (_CELL_WIDTH * sample_edge),
     }
 
 
