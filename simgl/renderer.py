@@ -59,7 +59,7 @@ _SAMPLE_BUDGET_CPU = 125_000
 _SAMPLE_BUDGET_GPU = 500_000
 
 # Larger tiles are lit in parts: a sample takes some 100 bytes while it is worked on.
-_SAMPLES_AT_ONCE = 2_500_000
+_SAMPLES_AT_ONCE = 10_000_000
 
 
 class Renderer:

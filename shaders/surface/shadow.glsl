@@ -13,7 +13,9 @@
 #include "common/when.glsl"
 
 // Besides the directions that stand for the disc, so many near its middle look for casters.
-const int NEAR_TAPS = 3;
+const int NEAR_TAPS = 6;
+// Directions that a sample tries at most.
+const int TAPS_OF_SAMPLE = 12;
 // Between successive directions [rad].
 const float GOLDEN_ANGLE = 2.39996323;
 
@@ -26,7 +28,7 @@ struct SunMap {
     int bounds;    // column of its first cell in the texture of bounds
     vec2 lean;     // of the line to the Sun's middle: texels per metre of height
     bool solid;    // all casters are closed
-    int taps;      // directions that stand for the disc, at most 20
+    int taps;      // directions that stand for the disc, at most 64
 };
 
 // A place that light may reach, and its own surface: what lies in that casts nothing on it.
@@ -248,57 +250,79 @@ float lit_by_neighbours(sampler2D depths, SunMap map, Receiver r, vec2 offset) {
     return mix(mix(lit.x, lit.y, weight.x), mix(lit.z, lit.w, weight.x), weight.y);
 }
 
-// Share of the disc's light that passes the casters around a receiver, per band.
+// The samples of a group, all on the plane of the group's own receiver.
+struct Samples {
+    Receiver of_group;
+    mat2x3 steps;   // of the place from one texel of the raster to the next
+    vec2 middle;    // where the group's own receiver lies in the cell's window
+    uint group;
+    int count;
+};
+
+// Each sample of a group in turn, again and again.
+Receiver next_receiver(Samples samples, inout uint left) {
+    left = left == 0u ? samples.group : left;
+    Receiver r = samples.of_group;
+    r.here += samples.steps * (vec2(next_texel(left)) + 0.5 - samples.middle);
+    return r;
+}
+
+// Share of the disc's light that passes the casters around a group of samples, per band: their mean.
+// Each sample takes its share of the directions that fill the disc together.
 //
 // reach : texels per metre of height to the disc's edge
 // limb_u, limb_v : darkening of the disc towards its limb, per band
 // turn : two numbers 0..1 that vary from group to group
-// number, count : of the receiver in its group, and of the group; each takes its share of the directions
-// that fill the disc together
-vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, Receiver r, Around around, float reach,
-               vec4 limb_u, vec4 limb_v, vec2 turn, int number, int count) {
-    float angle = 6.28318531 * turn.x + GOLDEN_ANGLE * float(number);
+vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, Samples samples, Around around, float reach,
+               vec4 limb_u, vec4 limb_v, vec2 turn) {
+    float angle = 6.28318531 * turn.x;
     vec2 first = vec2(cos(angle), sin(angle)), direction = first;
-    angle = GOLDEN_ANGLE * float(count);
-    mat2 on = mat2(cos(angle), sin(angle), -sin(angle), cos(angle));
-    float share = 1.0 / float(map.taps), within = (float(number) + turn.y) / float(count);
+    mat2 on = mat2(cos(GOLDEN_ANGLE), sin(GOLDEN_ANGLE), -sin(GOLDEN_ANGLE), cos(GOLDEN_ANGLE));
+    int taps = samples.count * clamp(map.taps / samples.count, 1, TAPS_OF_SAMPLE);
+    float share = 1.0 / float(taps);
     // Directions are tried first at the bound's height. What they meet tells between which heights the
-    // slabs around lie; lower casters near the receiver are looked for on rings towards the disc's middle.
+    // slabs around lie; lower casters near the receivers are looked for on rings towards the disc's middle.
     float high = around.high, spread = sqrt(high * high * reach * reach + 0.6);
-    float deepest = high, near = 1.0 - 0.6 * turn.y;
+    float deepest = high, near = 1.0 - 0.4 * turn.y;
     Casters casters = Casters(0.0, high);
-    int blocked = 0;
-    for (int k = 0; k < map.taps + NEAR_TAPS; ++k) {
-        bool ring = k >= map.taps;
-        if (ring) near *= 0.35;
-        float part = ring ? near : sqrt((float(k) + within) * share);
+    uvec2 blocked = uvec2(0u);
+    uint left = samples.group;
+    for (int k = 0; k < taps + NEAR_TAPS; ++k) {
+        bool ring = k >= taps;
+        if (ring) near *= 0.55;
+        float part = ring ? near : sqrt((float(k) + turn.y) * share);
         vec2 offset = part * spread * direction + (ring ? near * high : high) * map.lean;
-        Slab slab = slab_at(depths, map, r, offset);
+        Slab slab = slab_at(depths, map, next_receiver(samples, left), offset);
         direction = on * direction;
         if (!slab.casts) continue;
         casters.top = max(casters.top, slab.high);
-        if (slab.high >= 0.95 * high) blocked |= 1 << k;
+        uint bit = slab.high >= 0.95 * high ? 1u << uint(k & 31) : 0u;
+        if (k < 32) blocked.x |= bit;
+        else blocked.y |= bit;
         if (slab.ends) casters.bottom = min(casters.bottom, slab.low);
         deepest = min(deepest, slab.low);
     }
     if (casters.top <= 0.0) return vec4(1.0);
     // All that stands around is as high as that: nothing is left to try.
     bool settled = deepest >= 0.95 * high;
-    // Where no slab ends above the receiver, they all run down to it.
+    // Where no slab ends above the receivers, they all run down to them.
     if (casters.bottom == high) casters.bottom = max(deepest, 0.05 * casters.top);
 
     // Sums of 1, fall and fall^2, where 1 - fall is the cosine of emergence from the Sun's surface.
     direction = first;
+    left = samples.group;
     vec3 lit = vec3(0.0), all = vec3(0.0);
-    for (int k = 0; k < map.taps; ++k) {
-        float r2 = (float(k) + within) * share;
+    for (int k = 0; k < taps; ++k) {
+        float r2 = (float(k) + turn.y) * share;
         vec2 ray = sqrt(r2) * reach * direction;   // texels per metre of height
         direction = on * direction;
         float fall = 1.0 - sqrt(1.0 - r2);
+        Receiver r = next_receiver(samples, left);
         // Below the surface's own horizon: the disc's cosine leaves it out.
         vec3 light = dot(r.slope, map.lean + ray) < 1.0 ? vec3(1.0, fall, fall * fall) : vec3(0.0);
-        bool shaded = ((blocked >> k) & 1) == 1;
-        if (!shaded && !settled) shaded = meets_caster(depths, behind, map, r, ray, reach, casters);
+        bool shaded = (((k < 32 ? blocked.x : blocked.y) >> uint(k & 31)) & 1u) == 1u;
+        bool open = !shaded && !settled;
+        WHEN(open) shaded = meets_caster(depths, behind, map, r, ray, reach, casters);
         all += light;
         lit += shaded ? vec3(0.0) : light;
     }

@@ -103,7 +103,7 @@ SHADOW = Block(
             ("shadow_atlas", "f4", (2, 4)),
             # 1 where all casters are closed.
             ("shadow_solid", "f4"),
-            # Directions within the Sun's disc that a sample tries.
+            # Directions within the Sun's disc that a cell of samples tries.
             ("shadow_taps", "f4"),
             # How far the Sun's light moves across the maps for each metre of height [m].
             ("shadow_lean", "f4", 2),
@@ -224,14 +224,14 @@ def spacecraft_values(view: SpacecraftView, air: AirBetween | None = None) -> di
     }
 
 
-# Directions that stand for the Sun's disc in a pixel, and in a sample.
-_DIRECTIONS_PER_PIXEL = 300.0
-_MIN_DIRECTIONS, _MAX_DIRECTIONS = 4, 20
+# Directions that stand for the Sun's disc in a pixel, and in a cell of samples.
+_DIRECTIONS_PER_PIXEL = 200
+_MIN_DIRECTIONS, _MAX_DIRECTIONS = 16, 50
 
 
 def shadow_values(view: SpacecraftView, sample_grid: SampleGrid) -> dict[str, Any]:
     """The Shadow block of a spacecraft drawn on a sample grid."""
-    taps = np.ceil(_DIRECTIONS_PER_PIXEL / sample_grid.scale**2)
+    taps = _DIRECTIONS_PER_PIXEL // sample_grid.cells_per_edge**2
     maps = view.shadow.maps
     from_body = np.zeros((2, 4, 4), dtype=np.float32)
     frame = np.zeros((2, 4), dtype=np.float32)
