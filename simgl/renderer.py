@@ -58,7 +58,7 @@ _SURE_PIXELS = 1 << 22
 _SAMPLE_BUDGET_CPU = 125_000
 _SAMPLE_BUDGET_GPU = 500_000
 
-# Larger tiles are lit in parts: a sample takes some 100 bytes while it is worked on.
+# Larger tiles are lit in parts: a sample takes some 30 bytes while it is worked on.
 _SAMPLES_AT_ONCE = 10_000_000
 
 

@@ -163,8 +163,8 @@ MATERIALS = Block(
 )
 
 
-# Over a cell, some 2.2 samples across, normals that turn by less [rad] are as good as their mean: the
-# mean cosine is right to 5e-5, and a highlight is widened by no more than that.
+# Over a cell, some 2.2 samples across, normals that turn by less [rad] are as good as their mean:
+# the mean cosine is right to 5e-5, and a highlight is widened by no more than that.
 _LARGEST_TURN, _CELL_WIDTH = 0.035, 2.2
 
 
