@@ -70,9 +70,9 @@ uint group_at(ivec2 cell, int layer) {
 // The group of a shading point, 0 where there is none; its cell.
 uint group_of(ivec2 at, out ivec2 cell) {
     int layer;
-    bool there = cell_of_point(at, cell, layer);
+    bool present = cell_of_point(at, cell, layer);
     uint group = group_at(clamp(cell, ivec2(0), cells - 1), layer) & ((1u << TEXELS) - 1u);
-    return there ? group : 0u;
+    return present ? group : 0u;
 }
 
 // Where a group's shading point lies in the window: the mean of its samples' middles.

@@ -129,14 +129,14 @@ void look_up(ivec2 cell, uint group) {
     vec2 first = vec2(first_texel(cell)), middle = point_of(group);
     // The triangle of the sample that is nearest to the middle.
     ivec2 nearest = ivec2(0);
-    float least = 1e9;
+    float nearest2 = 1e9;
     uint left = group;
     while (left != 0u) {
         ivec2 texel = next_texel(left);
         vec2 away = vec2(texel) + 0.5 - middle;
         float distance2 = dot(away, away);
-        if (distance2 < least) nearest = texel;
-        least = min(least, distance2);
+        if (distance2 < nearest2) nearest = texel;
+        nearest2 = min(nearest2, distance2);
     }
     uvec2 seen = texelFetch(visibility, ivec2(first) + nearest, 0).rg;
     uvec3 corner = corners_of(max(seen.x, 1u) - 1u);
@@ -200,12 +200,12 @@ void look_up(ivec2 cell, uint group) {
 void main() {
     ivec2 cell;
     uint group = group_of(ivec2(gl_FragCoord.xy), cell);
-    bool own = false;
+    bool in_view = false;
     WHEN(group != 0u) {
         uint left = group;
         ivec2 texel = first_texel(cell) + next_texel(left);
-        own = texelFetch(visibility, texel, 0).g >> 22u == instance;
+        in_view = texelFetch(visibility, texel, 0).g >> 22u == instance;
     }
-    if (!own) discard;
+    if (!in_view) discard;
     look_up(cell, group);
 }

@@ -22,9 +22,9 @@ void main() {
             total += uint(inside);
             left |= uint(inside && seen != 0u) << (STRIDE * j + i);
         }
-    uint found[LAYERS], count = 0u;
+    uint chosen_groups[LAYERS], count = 0u;
     for (int layer = 0; layer < LAYERS; ++layer) {
-        found[layer] = 0u;
+        chosen_groups[layer] = 0u;
         WHEN(left != 0u) {
             uint chosen = 0u, group = 0u;
             for (int k = 0; k < CELL_TEXELS * CELL_TEXELS; ++k) {
@@ -36,10 +36,12 @@ void main() {
             // More surfaces than layers: the rest share the last one.
             if (layer == LAYERS - 1) group = left;
             left ^= group;
-            found[layer] = group;
+            chosen_groups[layer] = group;
             count += uint(group != 0u);
         }
     }
-    groups = uvec4(found[0] | (total << TEXELS), found[1], found[2], found[3]);
-    more = uvec4(found[4] | (count << TEXELS), found[5], found[6], found[7]);
+    groups = uvec4(chosen_groups[0] | (total << TEXELS), chosen_groups[1], chosen_groups[2],
+                   chosen_groups[3]);
+    more = uvec4(chosen_groups[4] | (count << TEXELS), chosen_groups[5], chosen_groups[6],
+                 chosen_groups[7]);
 }

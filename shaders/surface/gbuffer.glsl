@@ -92,11 +92,11 @@ Surface gbuffer_surface(ivec2 at) {
 #ifdef LAYERED
 // The surface that one sample of a shading point's group sees, with the patterns of its material.
 //
-// aside : of the sample from the shading point, in the raster
-Surface sample_surface(Surface s, uint material, vec2 aside) {
+// offset : of the sample from the shading point, in the raster
+Surface sample_surface(Surface s, uint material, vec2 offset) {
     vec3 dx = place_step(s.place, s.facet, sample_steps[0].xyz);
     vec3 dy = place_step(s.place, s.facet, sample_steps[1].xyz);
-    vec3 step = aside.x * dx + aside.y * dy;
+    vec3 step = offset.x * dx + offset.y * dy;
     s.place += step;
     s.pattern += s.pattern_from_camera * step;
     vec4 law = material_law[material], layers = material_layers[material];

@@ -40,8 +40,8 @@ Atlas atlas_of(bool close) {
     // Edge of a texel, top, depth, inset; size, column, column of the bounds, reach.
     vec4 frame = close ? shadow_frame[1] : shadow_frame[0];
     vec4 atlas = close ? shadow_atlas[1] : shadow_atlas[0];
-    mat4 whole = shadow_from_body[0], closer = shadow_from_body[1], from_body;
-    for (int k = 0; k < 4; ++k) from_body[k] = close ? closer[k] : whole[k];
+    mat4 all_of_it = shadow_from_body[0], closer = shadow_from_body[1], from_body;
+    for (int k = 0; k < 4; ++k) from_body[k] = close ? closer[k] : all_of_it[k];
     SunMap map = SunMap(frame.x, frame.y, frame.z, int(atlas.x), int(atlas.y), int(atlas.z),
                         shadow_lean / frame.x, shadow_solid > 0.5, int(shadow_taps));
     return Atlas(map, atlas.w, from_body);

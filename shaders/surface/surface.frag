@@ -53,8 +53,8 @@ void main() {
     float share = 1.0 / float(samples_of(group));
     Lights light = Lights(vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0));
     while (left != 0u) {
-        vec2 aside = vec2(next_texel(left)) + 0.5 - middle;
-        Lights one = lights_of(sample_surface(s, material, aside), at);
+        vec2 offset = vec2(next_texel(left)) + 0.5 - middle;
+        Lights one = lights_of(sample_surface(s, material, offset), at);
         light.sun += share * one.sun;
         light.earth += share * one.earth;
         light.other_surfaces += share * one.other_surfaces;

@@ -212,7 +212,7 @@ class GrowingTarget:
         self._framebuffers: list[moderngl.Framebuffer] = []
         self._textures: list[moderngl.Texture] = []
         self._depth: moderngl.Renderbuffer | None = None
-        self._own_depth: moderngl.Renderbuffer | None = None
+        self._made_depth: moderngl.Renderbuffer | None = None
 
     def covering(
         self, size: tuple[int, int], depth: moderngl.Renderbuffer | None = None
@@ -230,7 +230,7 @@ class GrowingTarget:
         )
         self.release()
         if depth is None:
-            depth = self._own_depth = self._ctx.depth_renderbuffer((columns, rows))
+            depth = self._made_depth = self._ctx.depth_renderbuffer((columns, rows))
         self._depth = depth
         kind = self._kind
         for _ in range(1 + max(index for group in self._groups for index in group)):
@@ -247,10 +247,10 @@ class GrowingTarget:
     def release(self) -> None:
         """Free everything; the next use makes it again."""
         release_all(self._ctx, *self._framebuffers, *self._textures)
-        if self._own_depth is not None:
-            self._own_depth.release()
+        if self._made_depth is not None:
+            self._made_depth.release()
         self._framebuffers, self._textures = [], []
-        self._depth = self._own_depth = None
+        self._depth = self._made_depth = None
         self._size = (0, 0)
 
 

@@ -120,8 +120,8 @@ class ReferenceGather:
         columns, rows = points.size
         instance = position[..., 3].astype(np.int64) // 16384
         view = drawn.view
-        own = (instance == view.instance) & (position[..., 3] >= 0.0)
-        at = np.nonzero(own[:rows, :columns])
+        of_this = (instance == view.instance) & (position[..., 3] >= 0.0)
+        at = np.nonzero(of_this[:rows, :columns])
         if len(at[0]) == 0:
             return
         row, column = points.cells_of(at[0], at[1])

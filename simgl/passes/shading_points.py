@@ -19,7 +19,7 @@ from simgl.passes.shared_blocks import JOINTS, LAMPS, MATERIALS, TILE
 LAYERS, BLOCK, _SQUARES = 8, 2, 256
 # Pages in a row of squares, and texels along the rows of the textures.
 ENTRIES, COLUMNS = 4 * _SQUARES, 4 * _SQUARES
-_THERE, _LAYER_BIT, _ROW_BIT = 1 << 31, 28, 14
+_PRESENT, _LAYER_BIT, _ROW_BIT = 1 << 31, 28, 14
 # Texture units of what tells a point's group.
 GROUPS = {"cell_groups": 16, "more_groups": 17, "page_entries": 18}
 
@@ -38,7 +38,7 @@ def page_table(counts: AnyArray) -> tuple[AnyArray, AnyArray]:
     entries = np.zeros((max(1, -(-total // ENTRIES)), ENTRIES), dtype=np.uint32)
     row, column = np.divmod(np.arange(len(flat)), counts.shape[1])
     # What is the same for all pages of a block: the layer counts on from there.
-    of_block = (_THERE | row << _ROW_BIT | column) - (first << _LAYER_BIT)
+    of_block = (_PRESENT | row << _ROW_BIT | column) - (first << _LAYER_BIT)
     pages = np.repeat(of_block, flat) + (np.arange(total) << _LAYER_BIT)
     entries.reshape(-1)[:total] = pages
     return entries, first.reshape(counts.shape).astype(np.uint32)

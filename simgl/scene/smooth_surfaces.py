@@ -46,8 +46,8 @@ def _welded(mesh: Mesh) -> IndexArray:
     labels = np.stack([mesh.part, mesh.material], axis=1).astype(np.float32)
     # 0.0 makes -0.0 the same.
     rows = np.ascontiguousarray(np.hstack([mesh.positions, mesh.normals, labels]) + np.float32(0.0))
-    whole = rows.view(np.dtype((np.void, rows.dtype.itemsize * rows.shape[1]))).ravel()
-    return np.unique(whole, return_inverse=True)[1].ravel()
+    records = rows.view(np.dtype((np.void, rows.dtype.itemsize * rows.shape[1]))).ravel()
+    return np.unique(records, return_inverse=True)[1].ravel()
 
 
 def _directions(mesh: Mesh) -> IndexArray:

@@ -1,0 +1,32 @@
+"""The table of pages: each block of cells has as many pages as it asks for, one after the other."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from simgl.passes.shading_points import ENTRIES, page_table
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (3, 500), (41, 67), (8192, 1), (1, 8192)])
+def test_each_page_tells_its_block_and_layer(shape: tuple[int, int]) -> None:
+    """Blocks of an image of 16384 pixels, up to eight layers each, some without any."""
+    counts = np.random.default_rng(1).integers(0, 9, shape).astype(np.uint8)
+    counts[-1, -1] = 8
+    entries, first = page_table(counts)
+    pages = entries.ravel()
+    total = int(counts.sum())
+    assert entries.shape == (-(-total // ENTRIES), ENTRIES)
+    assert np.all(pages[:total] >> 31 == 1) and not pages[total:].any()
+    row, column, layer = (pages[:total] >> shift & mask for shift, mask in _FIELDS)
+    np.testing.assert_array_equal(first[row, column] + layer, np.arange(total))
+    np.testing.assert_array_less(layer, counts[row, column])
+
+
+_FIELDS = ((14, 0x3FFF), (0, 0x3FFF), (28, 7))
+
+
+def test_no_block_asks_for_a_page() -> None:
+    entries, first = page_table(np.zeros((4, 6), dtype=np.uint8))
+    assert not entries.any() and not first.any()
+    assert entries.shape == (1, ENTRIES)
