@@ -17,7 +17,8 @@ def test_each_page_tells_its_block_and_layer(shape: tuple[int, int]) -> None:
     pages = entries.ravel()
     total = int(counts.sum())
     assert entries.shape == (-(-total // ENTRIES), ENTRIES)
-    assert np.all(pages[:total] >> 31 == 1) and not pages[total:].any()
+    assert np.all(pages[:total] >> 31 == 1)
+    assert not pages[total:].any()
     row, column, layer = (pages[:total] >> shift & mask for shift, mask in _FIELDS)
     np.testing.assert_array_equal(first[row, column] + layer, np.arange(total))
     np.testing.assert_array_less(layer, counts[row, column])
@@ -28,5 +29,6 @@ _FIELDS = ((14, 0x3FFF), (0, 0x3FFF), (28, 7))
 
 def test_no_block_asks_for_a_page() -> None:
     entries, first = page_table(np.zeros((4, 6), dtype=np.uint8))
-    assert not entries.any() and not first.any()
+    assert not entries.any()
+    assert not first.any()
     assert entries.shape == (1, ENTRIES)
