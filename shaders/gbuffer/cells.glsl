@@ -56,13 +56,23 @@ ivec2 next_texel(inout uint group) {
 }
 
 #ifdef GROUPED
-uniform usampler2D cell_groups;   // the first four; above the first's the number of samples
-uniform usampler2D more_groups;   // the rest; above the first's the number of groups
+// Four layers each. Above the first group stands the number of samples, above the fifth that of groups.
+uniform usampler2D cell_groups, second_groups, third_groups, fourth_groups;
+
+// The groups of four layers of a cell, from a multiple of four on.
+uvec4 groups_from(ivec2 cell, int layer) {
+    uvec4 groups = texelFetch(cell_groups, cell, 0);
+    WHEN(layer >= 4) groups = texelFetch(second_groups, cell, 0);
+    WHEN(layer >= 8) {
+        groups = texelFetch(third_groups, cell, 0);
+        if (layer >= 12) groups = texelFetch(fourth_groups, cell, 0);
+    }
+    return groups;
+}
 
 // A group of a cell, with what is above it.
 uint group_at(ivec2 cell, int layer) {
-    uvec4 groups = texelFetch(cell_groups, cell, 0);
-    WHEN(layer >= 4) groups = texelFetch(more_groups, cell, 0);
+    uvec4 groups = groups_from(cell, layer);
     int place = layer & 3;
     return place == 0 ? groups.x : place == 1 ? groups.y : place == 2 ? groups.z : groups.w;
 }

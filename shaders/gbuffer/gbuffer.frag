@@ -44,29 +44,20 @@ layout(location = 5) out vec4 textured_emission;   // share of the material's in
 layout(location = 6) out vec4 textured_normal;     // with the images' relief; alpha^2
 #endif
 
-// A triangle as a function of the line of sight, camera axes.
+// A triangle in camera axes.
 struct Facet {
-    vec3 corner;          // [m]
-    vec3 along, up;       // edges from there [m]
-    vec3 meets_along, meets_up, across;   // weights are ratios of a line's products with these
+    vec3 corner;      // [m]
+    vec3 along, up;   // edges from there [m]
+    vec3 across;      // their cross product
 };
 
-Facet facet_of(vec3 a, vec3 b, vec3 c) {
-    Facet f;
-    f.corner = a;
-    f.along = b - a;
-    f.up = c - a;
-    f.meets_along = cross(f.up, a);
-    f.meets_up = cross(a, f.along);
-    f.across = cross(f.along, f.up);
-    return f;
-}
-
-// Where a line of sight meets the plane: parts of the edges from the corner.
+// Where a line of sight, at depth 1, meets the plane: parts of the edges from the corner.
 vec2 parts_at(Facet f, vec3 sight) {
     float down = dot(sight, f.across);
     down = abs(down) > 1e-30 ? down : 1e-30;
-    return vec2(dot(sight, f.meets_along), dot(sight, f.meets_up)) / down;
+    // The product of corner and line of sight, from the small step between them: that keeps its digits.
+    vec3 product = cross(sight, sight * f.corner.z - f.corner);
+    return vec2(dot(f.up, product), -dot(f.along, product)) / down;
 }
 
 // Weights of the corners there; past the edges not much farther.
@@ -159,9 +150,7 @@ void look_up(ivec2 cell, uint group) {
     vec3 a = (camera_from_body * vec4(places[0], 1.0)).xyz;
     vec3 along = mat3(camera_from_body) * (places[1] - places[0]);
     vec3 up = mat3(camera_from_body) * (places[2] - places[0]);
-    Facet facet = facet_of(a, a + along, a + up);
-    facet.along = along;
-    facet.up = up;
+    Facet facet = Facet(a, along, up, cross(along, up));
 
     vec3 sight = sight_at(first + middle), seen_sight = sight_at(first + vec2(nearest) + 0.5);
     vec3 weight = weights_at(facet, sight);
@@ -179,9 +168,8 @@ void look_up(ivec2 cell, uint group) {
     spread = max(spread, detail(group, first, facet, normals, corner, label & 63u, back));
 #endif
     normal_roughness = vec4(n, spread);
-    vec3 across = cross(facet.along, facet.up);
-    float area = length(across);
-    face_normal = vec4(area > 0.0 ? across / area : n, 1.0);
+    float area = length(facet.across);
+    face_normal = vec4(area > 0.0 ? facet.across / area : n, 1.0);
     indirect = vec4(0.0);
 #ifdef INTERREFLECTION
     // Not past the edges, where light may change within a triangle's width.

@@ -5,8 +5,7 @@ uniform usampler2D visibility;
 
 // One for each layer. The upper bits of the first hold the number of samples in the cell, those of the
 // fifth the number of groups.
-layout(location = 0) out uvec4 groups;
-layout(location = 1) out uvec4 more;
+layout(location = 0) out uvec4 groups[LAYERS / 4];
 
 void main() {
     ivec2 cell = ivec2(gl_FragCoord.xy), first = first_texel(cell);
@@ -33,15 +32,14 @@ void main() {
                 if (here && chosen == 0u) chosen = surface[k];
                 if (here && surface[k] == chosen) group |= bit;
             }
-            // More surfaces than layers: the rest share the last one.
-            if (layer == LAYERS - 1) group = left;
             left ^= group;
             chosen_groups[layer] = group;
             count += uint(group != 0u);
         }
     }
-    groups = uvec4(chosen_groups[0] | (total << TEXELS), chosen_groups[1], chosen_groups[2],
-                   chosen_groups[3]);
-    more = uvec4(chosen_groups[4] | (count << TEXELS), chosen_groups[5], chosen_groups[6],
-                 chosen_groups[7]);
+    chosen_groups[0] |= total << TEXELS;
+    chosen_groups[4] |= count << TEXELS;
+    for (int k = 0; k < LAYERS / 4; ++k)
+        groups[k] = uvec4(chosen_groups[4 * k], chosen_groups[4 * k + 1], chosen_groups[4 * k + 2],
+                          chosen_groups[4 * k + 3]);
 }

@@ -1,7 +1,7 @@
 // How many pages each block of 2 x 2 cells takes: as many as its fullest cell has groups.
 #include "gbuffer/cells.glsl"
 
-uniform usampler2D more_groups;
+uniform usampler2D second_groups;
 
 out uint pages;
 
@@ -10,5 +10,5 @@ void main() {
     pages = 0u;
     for (int y = first.y; y < last.y; ++y)
         for (int x = first.x; x < last.x; ++x)
-            pages = max(pages, texelFetch(more_groups, ivec2(x, y), 0).x >> TEXELS);
+            pages = max(pages, texelFetch(second_groups, ivec2(x, y), 0).x >> TEXELS);
 }

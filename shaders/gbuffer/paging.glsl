@@ -3,7 +3,7 @@
 //
 // Four pages fill a square of 4 x 4 texels, so that neighbours stay together.
 
-const int LAYERS = 8;    // groups that a cell may have
+const int LAYERS = 16;   // groups that a cell may have: no cell has more samples
 const int BLOCK = 2;     // cells along an edge
 const int SQUARES = 256; // along a row of the textures
 
@@ -15,7 +15,7 @@ ivec2 texel_of_page(int page) {
 }
 
 #ifdef GROUPED
-// 0 where there is no page; else bit 31, from bit 28 on the layer, from bit 14 on the row and below it
+// 0 where there is no page; else bit 31, from bit 26 on the layer, from bit 13 on the row and below it
 // the column of the block.
 uniform usampler2D page_entries;
 
@@ -23,8 +23,8 @@ uniform usampler2D page_entries;
 bool cell_of_point(ivec2 at, out ivec2 cell, out int layer) {
     ivec2 square = at >> 2, quarter = (at >> 1) & 1;
     uint entry = texelFetch(page_entries, ivec2(4 * square.x + 2 * quarter.y + quarter.x, square.y), 0).r;
-    layer = int(entry >> 28u) & 7;
-    cell = BLOCK * ivec2(entry & 16383u, (entry >> 14u) & 16383u) + (at & 1);
+    layer = int(entry >> 26u) & 15;
+    cell = BLOCK * ivec2(entry & 8191u, (entry >> 13u) & 8191u) + (at & 1);
     return entry != 0u && all(lessThan(cell, cells));
 }
 #endif

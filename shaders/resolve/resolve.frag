@@ -61,7 +61,7 @@ Sum cell_sum(ivec2 cell) {
         sum.covered += samples;
         groups = uvec4(groups.yzw, 0u);
         ++layer;
-        WHEN(layer == 4) groups = texelFetch(more_groups, cell, 0);
+        WHEN((layer & 3) == 0) groups = groups_from(cell, layer);
     }
     return sum;
 }

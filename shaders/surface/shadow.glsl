@@ -15,7 +15,7 @@
 // Besides the directions that stand for the disc, so many near its middle look for casters.
 const int NEAR_TAPS = 6;
 // Directions that a sample tries at most.
-const int TAPS_OF_SAMPLE = 12;
+const int TAPS_OF_SAMPLE = 20;
 // Between successive directions [rad].
 const float GOLDEN_ANGLE = 2.39996323;
 
@@ -28,7 +28,7 @@ struct SunMap {
     int bounds;    // column of its first cell in the texture of bounds
     vec2 lean;     // of the line to the Sun's middle: texels per metre of height
     bool solid;    // all casters are closed
-    int taps;      // directions that stand for the disc, at most 64
+    int taps;      // directions that stand for the disc, at most 128
 };
 
 // A place that light may reach, and its own surface: what lies in that casts nothing on it.
@@ -285,7 +285,7 @@ vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, Samples samples, 
     float high = around.high, spread = sqrt(high * high * reach * reach + 0.6);
     float deepest = high, near = 1.0 - 0.4 * turn.y;
     Casters casters = Casters(0.0, high);
-    uvec2 blocked = uvec2(0u);
+    uvec4 blocked = uvec4(0u);   // a bit for each direction
     uint left = samples.group;
     for (int k = 0; k < taps + NEAR_TAPS; ++k) {
         bool ring = k >= taps;
@@ -297,8 +297,7 @@ vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, Samples samples, 
         if (!slab.casts) continue;
         casters.top = max(casters.top, slab.high);
         uint bit = slab.high >= 0.95 * high ? 1u << uint(k & 31) : 0u;
-        if (k < 32) blocked.x |= bit;
-        else blocked.y |= bit;
+        blocked |= bit * uvec4(equal(ivec4(k >> 5), ivec4(0, 1, 2, 3)));
         if (slab.ends) casters.bottom = min(casters.bottom, slab.low);
         deepest = min(deepest, slab.low);
     }
@@ -320,7 +319,8 @@ vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, Samples samples, 
         Receiver r = next_receiver(samples, left);
         // Below the surface's own horizon: the disc's cosine leaves it out.
         vec3 light = dot(r.slope, map.lean + ray) < 1.0 ? vec3(1.0, fall, fall * fall) : vec3(0.0);
-        bool shaded = (((k < 32 ? blocked.x : blocked.y) >> uint(k & 31)) & 1u) == 1u;
+        uvec4 words = blocked * uvec4(equal(ivec4(k >> 5), ivec4(0, 1, 2, 3)));
+        bool shaded = (((words.x | words.y | words.z | words.w) >> uint(k & 31)) & 1u) == 1u;
         bool open = !shaded && !settled;
         WHEN(open) shaded = meets_caster(depths, behind, map, r, ray, reach, casters);
         all += light;

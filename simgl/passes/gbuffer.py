@@ -16,6 +16,7 @@ from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.passes.drawn_spacecraft import DrawnSpacecraft
 from simgl.passes.mesh_store import MeshStore
 from simgl.passes.shading_points import (
+    CELL_GROUPS,
     COLUMNS,
     ENTRIES,
     GROUPS,
@@ -67,12 +68,12 @@ class GBufferPass:
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
         self._ctx, self._meshes = ctx, meshes
         self._grouping: dict[int, Screen] = {}
-        more = {"more_groups": GROUPS["more_groups"]}
-        self._counting = Screen(ctx, "gbuffer/pages", 0.0, [TILE], more)
+        second = {"second_groups": GROUPS["second_groups"]}
+        self._counting = Screen(ctx, "gbuffer/pages", 0.0, [TILE], second)
         self._lookups: dict[tuple[str, ...], PointShader] = {}
         self._tile = UniformBuffer(ctx, TILE)
         self._spacecraft = UniformBuffer(ctx, SPACECRAFT)
-        self._groups = GrowingTarget(ctx, [[0, 1]], Format("u4", 4))
+        self._groups = GrowingTarget(ctx, [range(len(CELL_GROUPS))], Format("u4", 4))
         self._counts = GrowingTarget(ctx, [[0]], Format("u1"))
         self._page_entries = GrowingTarget(ctx, [[0]], Format("u4"))
         self._block_pages = GrowingTarget(ctx, [[0]], Format("u4"))
@@ -115,10 +116,10 @@ class GBufferPass:
             depth=depth,
         )
 
-    def _page_counts(self, more_groups: moderngl.Texture, blocks: tuple[int, int]) -> AnyArray:
+    def _page_counts(self, second_groups: moderngl.Texture, blocks: tuple[int, int]) -> AnyArray:
         """(rows, columns) uint8, of each block of cells."""
         (counts,) = self._counts.covering(blocks)
-        more_groups.use(GROUPS["more_groups"])
+        second_groups.use(GROUPS["second_groups"])
         area = (0, 0, *blocks)
         self.colour_only.apply(self._ctx, counts, area, area)
         self._counting.draw()

@@ -13,7 +13,7 @@ from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.pipeline_state import ONE_MINUS_SRC1_COLOR, State
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
-from simgl.passes.shading_points import ShadingPoints
+from simgl.passes.shading_points import CELL_GROUPS, ShadingPoints
 from simgl.passes.shared_blocks import TILE, tile_values
 from simgl.view.raster_tiles import RasterTile
 
@@ -95,7 +95,7 @@ class ResolvePass:
         lens: DistortedView | None,
     ) -> None:
         box = tile.x, tile.y, tile.width, tile.height
-        textures = dict(zip(("cell_groups", "more_groups"), points.groups, strict=True))
+        textures = dict(zip(CELL_GROUPS, points.groups, strict=True))
         textures |= {"block_pages": points.block_pages, "points": radiance}
         defines = [] if tile.window is None else ["WINDOW"]
         if lens is not None:

@@ -16,12 +16,13 @@ from simgl.passes.shared_blocks import JOINTS, LAMPS, MATERIALS, TILE
 
 # As in shaders/gbuffer/paging.glsl: groups of a cell that have a shading point each, cells along
 # the edge of a block, and squares of four pages in a row of the textures.
-LAYERS, BLOCK, _SQUARES = 8, 2, 256
+LAYERS, BLOCK, _SQUARES = 16, 2, 256
 # Pages in a row of squares, and texels along the rows of the textures.
 ENTRIES, COLUMNS = 4 * _SQUARES, 4 * _SQUARES
-_PRESENT, _LAYER_BIT, _ROW_BIT = 1 << 31, 28, 14
-# Texture units of what tells a point's group.
-GROUPS = {"cell_groups": 16, "more_groups": 17, "page_entries": 18}
+_PRESENT, _LAYER_BIT, _ROW_BIT = 1 << 31, 26, 13
+# Texture units of the groups, and of what tells a point's group.
+CELL_GROUPS = {"cell_groups": 16, "second_groups": 17, "third_groups": 18, "fourth_groups": 19}
+GROUPS = CELL_GROUPS | {"page_entries": 20}
 
 
 def page_table(counts: AnyArray) -> tuple[AnyArray, AnyArray]:
@@ -50,7 +51,7 @@ class ShadingPoints:
 
     cells : columns and rows
     visibility : of the visibility pass
-    groups : two RGBA32UI, of each cell the samples of each of its groups
+    groups : in the order of ``CELL_GROUPS``, RGBA32UI: of each cell the samples of its groups
     entries : (rows of squares, ENTRIES) of ``page_table``
     page_entries, block_pages : R32UI, the same, and the first page of each block
     textures : in the order of the targets of shaders/gbuffer/gbuffer.frag, RGBA32F
@@ -81,10 +82,10 @@ class ShadingPoints:
         entry = self.entries[row // 4, column // 4 * 4 + row // 2 % 2 * 2 + column // 2 % 2].astype(
             np.int64
         )
-        layer, block_row = entry >> _LAYER_BIT & 7, entry >> _ROW_BIT & 16383
+        layer, block_row = entry >> _LAYER_BIT & 15, entry >> _ROW_BIT & 8191
         return (
             layer * self.cells[1] + BLOCK * block_row + row % 2,
-            BLOCK * (entry & 16383) + column % 2,
+            BLOCK * (entry & 8191) + column % 2,
         )
 
     def bind(self) -> None:

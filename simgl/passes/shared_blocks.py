@@ -225,8 +225,8 @@ def spacecraft_values(view: SpacecraftView, air: AirBetween | None = None) -> di
 
 
 # Directions that stand for the Sun's disc in a pixel, and in a cell of samples.
-_DIRECTIONS_PER_PIXEL = 200
-_MIN_DIRECTIONS, _MAX_DIRECTIONS = 16, 50
+_DIRECTIONS_PER_PIXEL = 400
+_MIN_DIRECTIONS, _MAX_DIRECTIONS = 16, 100
 
 
 def shadow_values(view: SpacecraftView, sample_grid: SampleGrid) -> dict[str, Any]:

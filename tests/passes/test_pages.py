@@ -10,9 +10,9 @@ from simgl.passes.shading_points import ENTRIES, page_table
 
 @pytest.mark.parametrize("shape", [(1, 1), (3, 500), (41, 67), (8192, 1), (1, 8192)])
 def test_each_page_tells_its_block_and_layer(shape: tuple[int, int]) -> None:
-    """Blocks of an image of 16384 pixels, up to eight layers each, some without any."""
-    counts = np.random.default_rng(1).integers(0, 9, shape).astype(np.uint8)
-    counts[-1, -1] = 8
+    """Blocks of an image of 16384 pixels, up to 16 layers each, some without any."""
+    counts = np.random.default_rng(1).integers(0, 17, shape).astype(np.uint8)
+    counts[-1, -1] = 16
     entries, first = page_table(counts)
     pages = entries.ravel()
     total = int(counts.sum())
@@ -24,7 +24,7 @@ def test_each_page_tells_its_block_and_layer(shape: tuple[int, int]) -> None:
     np.testing.assert_array_less(layer, counts[row, column])
 
 
-_FIELDS = ((14, 0x3FFF), (0, 0x3FFF), (28, 7))
+_FIELDS = ((13, 0x1FFF), (0, 0x1FFF), (26, 15))
 
 
 def test_no_block_asks_for_a_page() -> None:

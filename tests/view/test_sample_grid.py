@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from simgl.arrays import Array, IndexArray
+from simgl.passes.shading_points import LAYERS
 from simgl.sample_grid import (
     MAX_SAMPLES,
     MIN_SAMPLES,
@@ -148,3 +149,18 @@ def test_a_wish_is_no_less_than_what_the_smallest_target_needs(
     wanted: int, outline: float, samples: int
 ) -> None:
     assert choose_sample_grid(100, 100_000, wanted, outline) == rotated_sample_grid(samples)
+
+
+@pytest.mark.parametrize("samples_per_pixel", [*np.arange(5.0, 46.0, 0.5), 96.0, 480.0])
+def test_no_cell_holds_more_samples_than_there_are_layers(samples_per_pixel: float) -> None:
+    """So that each may see a surface of its own; whatever the place of the grid."""
+    sample_grid = rotated_sample_grid(samples_per_pixel)
+    edge = 6.0 * sample_grid.scale
+    for phase in (0.0, 0.3, 0.7):
+        columns = np.arange(-edge, edge) + phase
+        samples = np.stack(np.meshgrid(columns, columns)).reshape(2, -1)
+        cells = np.floor(
+            sample_grid.cells_per_edge * np.linalg.solve(sample_grid.turn, samples)
+        ).astype(int)
+        _, counts = np.unique(cells, axis=1, return_counts=True)
+        assert counts.max() <= LAYERS
