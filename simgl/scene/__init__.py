@@ -4,6 +4,7 @@ state             SceneState: everything that an image depends on, at one instan
 spacecraft, mesh  SpacecraftModel and its triangles, primitives, moved joints
 materials, surface_layers, textures, mean_materials   surfaces
 lamps             spot lights and their irradiance
+lamp_response     the lamps as the pixels of a detector respond to their spectra
 earth             the Earth's shape, maps, clouds, atmosphere
 star_catalogue    the shipped Hipparcos stars
 noise_volume, noise_projection, cyclones   procedural detail of ground and clouds
