@@ -89,7 +89,7 @@ def test_a_lambertian_surface_keeps_its_image_and_drops_that_of_the_law(tmp_path
     pbr = {"baseColorTexture": texture, "metallicRoughnessTexture": texture}
     extras = {"simgl_lambertian": True}
     document.json["materials"] = [{"pbrMetallicRoughness": pbr, "extras": extras}]
-    (material,) = loaded(document, tmp_path).materials
+    material = loaded(document, tmp_path).materials[0]
     assert material.maps.base_colour == 0
     assert material.maps.law is None
     assert material.roughness is None
