@@ -4,11 +4,10 @@ float coverage(float value) {
     return clamp(0.5 + value / max(gradient, 1e-30), 0.0, 1.0);
 }
 
-// Mean root of a value over the part of the pixel where it is positive. Near the line, where the root
-// bends, that is not the root at the pixel's middle.
-float mean_root(float value) {
-    float gradient = max(length(vec2(dFdx(value), dFdy(value))), 1e-30);
-    if (value > 8.0 * gradient) return sqrt(value);
-    float high = max(value + 0.5 * gradient, 0.0), low = max(value - 0.5 * gradient, 0.0);
-    return 2.0 / 3.0 * (high * sqrt(high) - low * sqrt(low)) / max(high - low, 1e-30);
+// Root of a value at a pixel's middle; in a pixel across the level line its mean over the part where
+// the value is positive.
+float covered_root(float value) {
+    float gradient = length(vec2(dFdx(value), dFdy(value)));
+    if (value >= 0.5 * gradient) return sqrt(value);
+    return 2.0 / 3.0 * sqrt(max(value + 0.5 * gradient, 0.0));
 }

@@ -25,7 +25,7 @@ from simgl.view.celestial import CelestialView, EarthCone, ImageCone, celestial
 SKY_TEXELS, TERMINATOR_TEXELS, LIMB_TEXELS = 64, 128, 256
 # From the horizontal, of a Sun that is high, of one that lights little but the limb, and, past the
 # limb, of one that leaves even high air dark [rad].
-_HIGH_SUN, _LIMB_SUN, _TWILIGHT = np.radians(5.0), np.radians(-10.5), np.radians(10.0)
+_HIGH_SUN, _LIMB_SUN, _TWILIGHT = np.radians(5.0), np.radians(-9.0), np.radians(10.0)
 # Spacecraft see the same sky where the ground lies in directions this close [rad].
 _SAME_SKY = 1e-4
 
