@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
 from typing import Literal, TypeVar
@@ -36,6 +36,7 @@ from simgl.images import (
 from simgl.progress import ProgressCallback, begin_stage
 from simgl.renderer import Renderer
 from simgl.scenario.scenario import Scenario
+from simgl.scene.lamp_response import DetectorLight, lit_for_detector
 from simgl.scene.state import SceneState
 from simgl.view.frame_view import FrameView, frame_view
 from simgl.view.image_motion import states_over_exposure
@@ -102,6 +103,8 @@ class _Still:
     state: SceneState
     view: FrameView
     info: FrameInfo
+    # With the lamps as a detector responds to them: the last, whose radiance is still valid.
+    lit: dict[bytes, _Still] = field(default_factory=dict)
 
     @cached_property
     def radiance(self) -> ImageTarget:
@@ -126,6 +129,7 @@ class _Still:
             state=replace(self.state, cameras={**self.state.cameras, camera.name: placed}),
             view=replace(self.view, camera=camera),
             info=replace(self.info, camera=camera, draw=draw),
+            lit=self.lit,
         )
         still.radiance = self.radiance
         return still
@@ -355,19 +359,39 @@ class Simulator:
         """Electrons of the still scene, or the sum over the states of an exposure."""
         camera = still.view.camera
         pipeline = self._camera_pipeline
-        if not states:
+        colours = lit_for_detector(still.state, camera.detector)
+        if not states and len(colours) == 1:
             photons = still.state.sun.photons_per_joule
-            return pipeline.electrons_through(camera, photons, still.radiance, still.sun)
-        for index, share in enumerate(row_shares(camera, len(states))):
-            moved = self._still(states[index], camera.name)
-            electrons = pipeline.add_electrons(
-                camera,
-                moved.state.sun.photons_per_joule,
-                pipeline.irradiance(camera, moved.radiance, moved.sun),
-                share,
-                first=index == 0,
-            )
+            seen = self._lit_for(still, colours[0])
+            return pipeline.electrons_through(camera, photons, seen.radiance, seen.sun)
+        electrons: ImageTarget | None = None
+        for state, share in zip(
+            states or [still.state], row_shares(camera, max(len(states), 1)), strict=True
+        ):
+            moved = self._still(state, camera.name) if states else still
+            for colour in lit_for_detector(moved.state, camera.detector):
+                seen = self._lit_for(moved, colour)
+                electrons = pipeline.add_electrons(
+                    replace(camera, detector=colour.detector),
+                    moved.state.sun.photons_per_joule,
+                    pipeline.irradiance(camera, seen.radiance, seen.sun),
+                    share,
+                    first=electrons is None,
+                )
+        assert electrons is not None
         return electrons
+
+    def _lit_for(self, still: _Still, colour: DetectorLight) -> _Still:
+        """The scene with its lamps as the pixels of a colour respond to them; the last one found
+        again, for the settings of a bracket."""
+        if colour.key == b"":
+            return still
+        if still.lit.get(colour.key) is None:
+            still.lit.clear()
+            still.lit[colour.key] = self._still(
+                replace(still.state, lamps=colour.lamps), still.view.camera.name
+            )
+        return still.lit[colour.key]
 
     def _with_counts(
         self,

@@ -31,7 +31,7 @@ void main() {
     float to_clouds = discriminant;
 #endif
     if (on_clouds <= 0.0) return;
-    float root = sqrt(max(discriminant, 0.0));
+    float root = covered_root(discriminant);
     float t = outside / (root - od);
     Place here = place_at(d, t, clouds_t(ray, to_clouds), max(root / sqrt(dd), 1e-3));
 #ifdef AIR

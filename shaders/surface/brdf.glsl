@@ -1,46 +1,100 @@
 #include "common/constants.glsl"
+#include "common/when.glsl"
 
 // Metallic-roughness reflection, the model of glTF 2.0 (Appendix B): a GGX microfacet lobe (Walter et
 // al. 2007) with height-correlated Smith masking (Heitz 2014) and Schlick's Fresnel (1994), over a
 // Lambertian base that gets what the Fresnel term leaves.
 
-// Normal distribution for a light that is a small uniform disc: the mean of the GGX distribution over
-// the half vectors that the disc spans [sr-1].
+// A small disc of light.
+struct Disc {
+    vec3 wi;        // unit, towards its centre
+    float radius;   // angular [rad]
+    vec4 limb_u;    // darkening towards its limb per band, the law of limb_profile (common/sun.glsl);
+    vec4 limb_v;    // zeros where it is uniform
+};
+
+// The image of a disc of light among a surface's microfacets, in slopes (tangents of angles from the
+// normal): an ellipse around the half vector of the disc's centre.
+struct DiscImage {
+    float slope2;        // of its centre, squared
+    float tangential;    // its matrix, in the direction of the slope and square to it: semi-axes
+    float mixed2;        // squared in the principal axes; the mixed element squared
+    float trace, det;
+    float u;             // confocal coordinate
+};
+
+// Half vectors turn half as much as the light in the plane of light and viewer, and 1 / VoH times that
+// across it. Slopes stretch by 1 / NoH^2 along themselves and by 1 / NoH across.
 //
-// n, h : unit normal and half vector of the disc's centre; VoH between viewer and half vector
-// alpha : roughness^2; radius : angular, of the disc [rad]
-//
-// In slopes (s = tan of the angle between n and h) GGX is (1 + s^2)^2 alpha^2 / (pi (s^2 + alpha^2)^2),
-// and the disc covers a slope area pi rho^2 with rho^2 = radius^2 / (4 VoH NoH^3): half vectors turn
-// half as much as the light, and slopes stretch. The integral of alpha^2 / (pi (|s - t|^2 + alpha^2)^2)
-// over a disc of radius rho is (1 + (rho^2 - s^2 - alpha^2) / S) / 2 with
-// S^2 = (s^2 + rho^2 + alpha^2)^2 - 4 s^2 rho^2, as the potential of such a disc. A smooth surface gets
-// the mirror image of the disc out of it, a rough one the plain distribution.
-//
-// Across the plane of light and viewer, half vectors turn 1 / VoH as much again: the disc's image is
-// an ellipse. Near it both components of s are scaled to a circle by the widths that lobe and ellipse
-// have together, exact where one of them dominates; far from it its shape no longer matters.
-float D_ggx_disc(vec3 n, vec3 h, vec3 wo, float VoH, float alpha, float radius) {
+// The ellipsoid confocal with the ellipse, through the point a height alpha above the lobe's centre:
+// with M the ellipse's matrix and c its centre, u solves c (M + u)^-1 c + alpha^2 / u = 1. The root
+// for a circle that reaches as far towards the lobe is exact far outside of the ellipse and deep
+// within; two Newton steps on u (1 - sum), nearly a line, leave 1e-4.
+DiscImage disc_image(vec3 n, vec3 h, vec3 wo, float VoH, float alpha, float radius) {
     float NoH = max(dot(n, h), 1e-4);
     // The slope as a vector square to h, from a sine: that keeps its digits where the cosine loses
     // them.
     vec3 slope = cross(cross(h, n), h) / NoH;
     vec3 side = cross(wo, h);
-    float across = dot(slope, side) / max(length(side), 1e-6);
-    float total = dot(slope, slope);
-    float a2 = alpha * alpha;
-    float rho2 = radius * radius / (4.0 * VoH * NoH * NoH * NoH);
-    float w2 = a2 + rho2;
-    float round_s2 = across * across * w2 / (a2 + rho2 / VoH)
-                   + max(total - across * across, 0.0) * w2 / (a2 + rho2 * VoH);
-    float distance2 = total / (4.0 * w2);
-    float s2 = mix(total, round_s2, 1.0 / (1.0 + distance2 * distance2));
-    float u = s2 + a2;
-    float S = sqrt((u + rho2) * (u + rho2) - 4.0 * s2 * rho2);
-    // Two forms of one expression, each without cancellation on its side.
-    float mean = u > rho2 ? 2.0 * a2 / (PI * S * (S + u - rho2))
-                          : (S + rho2 - u) / (2.0 * PI * rho2 * S);
-    return (1.0 + total) * (1.0 + total) * mean;
+    float across = dot(slope, side);
+    DiscImage image;
+    image.slope2 = dot(slope, slope);
+    float y2 = min(across * across / max(dot(side, side) * image.slope2, 1e-30), 1.0), x2 = 1.0 - y2;
+    float narrow = 0.25 * radius * radius, wide = narrow / (VoH * VoH), stretch2 = 1.0 / (NoH * NoH);
+    image.tangential = (narrow * y2 + wide * x2) * stretch2;
+    image.mixed2 = x2 * y2 * (wide - narrow) * (wide - narrow) * stretch2 * stretch2 * stretch2;
+    image.trace = (narrow * x2 + wide * y2) * stretch2 * stretch2 + image.tangential;
+    image.det = narrow * wide * stretch2 * stretch2 * stretch2;
+    float a2 = alpha * alpha, reach2 = image.det / image.tangential;
+    float inside = reach2 - image.slope2 - a2;
+    float S = sqrt(inside * inside + 4.0 * a2 * reach2);
+    float u = inside > 0.0 ? 2.0 * a2 * reach2 / (S + inside) : 0.5 * (S - inside);
+    for (int i = 0; i < 2; ++i) {
+        float det = u * (u + image.trace) + image.det, t = image.tangential + u;
+        float left = 1.0 - image.slope2 * t / det - a2 / u;
+        float fall = image.slope2 * u * (t * t + image.mixed2) / (det * det) + a2 / u;
+        u -= u * left / (left + fall);
+    }
+    image.u = u;
+    return image;
+}
+
+// Normal distribution for a light that is a small uniform disc: the mean of the GGX distribution over
+// the half vectors that the disc spans [sr-1].
+//
+// In slopes s, GGX is (1 + s^2)^2 alpha^2 / (pi (s^2 + alpha^2)^2). As a function of its centre and
+// alpha the last factor is the Poisson kernel of hyperbolic space, or a clamped cosine about a point
+// alpha above the plane (Heitz & Hill 2017): its integral over an ellipse is a form factor, closed in
+// the confocal coordinate. A smooth surface gets the mirror image of the disc out of it, a rough one
+// the plain distribution.
+float D_ggx_disc(DiscImage image, float alpha) {
+    float a2 = alpha * alpha, u = image.u, t = image.tangential + u;
+    float det = u * (u + image.trace) + image.det;
+    float mean = a2 / (PI * sqrt(det)
+                       * (a2 + image.slope2 * u * u * (t * t + image.mixed2) / (det * det)));
+    return (1.0 + image.slope2) * (1.0 + image.slope2) * mean;
+}
+
+// Radiance of a disc with a darkened limb over that of a uniform one, as a lobe sees it, per band.
+//
+// The lobe's means of mu = sqrt(1 - r^2) and of mu^2 over the disc are, as the potentials of Ferrers'
+// ellipsoids, integrals over x = 1 / s from 0 to 1 / u of x / sqrt(det(1 + M x)), for mu divided by
+// 2 sqrt(1 - c (M + s)^-1 c - alpha^2 / s), times alpha^2 / pi. Three points of Gauss's rule, spaced
+// by the logarithm and by the root at 1 / u, leave 0.1 % of the darkened radiance.
+vec4 limb_seen(DiscImage image, float alpha, vec4 limb_u, vec4 limb_v) {
+    const vec3 at = vec3(0.112701665, 0.5, 0.887298335), weight = vec3(5.0, 8.0, 5.0) / 18.0;
+    float a2 = alpha * alpha, X = 1.0 / image.u, k = 0.3 * sqrt(image.det);
+    float span = log(1.0 + k * X);
+    vec3 grown = exp(span * (1.0 - at * at));
+    vec3 x = (grown - 1.0) / k;
+    vec3 det = 1.0 + x * (image.trace + x * image.det);
+    vec3 outside = 1.0 - x * (a2 + image.slope2 * (1.0 + image.tangential * x) / det);
+    vec3 element = 2.0 * span * weight * at * grown * x * inversesqrt(det) / k;
+    float whole = D_ggx_disc(image, alpha) / ((1.0 + image.slope2) * (1.0 + image.slope2));
+    float mu = 0.5 * a2 / PI * dot(element, inversesqrt(max(outside, 1e-6))) / whole;
+    float mu2 = a2 / PI * (element.x + element.y + element.z) / whole;
+    return (1.0 - limb_u * (1.0 - mu) - limb_v * (1.0 - 2.0 * mu + mu2))
+         / (1.0 - limb_u / 3.0 - limb_v / 6.0);
 }
 
 // Masking and shadowing over 4 NoL NoV. With Lambda(c) = (-1 + sqrt(1 + alpha^2 (1-c^2)/c^2)) / 2,
@@ -56,40 +110,47 @@ vec4 F_schlick(vec4 f0, float VoH) {
     return f0 + (1.0 - f0) * pow(1.0 - VoH, 5.0);
 }
 
-// The microfacet lobe without its Fresnel term [sr-1], its mean over a small disc of light.
+// The microfacet lobe without its Fresnel term [sr-1], its mean over a small disc of light, per band.
 //
-// n : unit normal; wi (the disc's centre), wo : unit, away from the surface, above it
-// h : unit, half way between them; VoH : cosine between wo and h
-// alpha : the lobe's width, roughness^2; radius : angular, of the disc [rad]
-float lobe(float alpha, vec3 n, vec3 wi, vec3 wo, vec3 h, float VoH, float radius) {
-    float NoL = max(dot(n, wi), 1e-6);
+// n : unit normal; wo : unit, away from the surface, above it
+// h : unit, half way between wo and the disc's centre; VoH : cosine between wo and h
+// alpha : the lobe's width, roughness^2
+vec4 lobe(float alpha, vec3 n, Disc light, vec3 wo, vec3 h, float VoH) {
+    float NoL = max(dot(n, light.wi), 1e-6);
     // An interpolated normal can lean away from the viewer by a facet's angle.
     float NoV = max(dot(n, wo), 1e-4);
-    float reflected = D_ggx_disc(n, h, wo, VoH, alpha, radius) * V_smith(NoL, NoV, alpha);
+    DiscImage image = disc_image(n, h, wo, VoH, alpha, light.radius);
+    float reflected = D_ggx_disc(image, alpha) * V_smith(NoL, NoV, alpha);
     // No mirror shows the disc brighter than it is. Where an interpolated normal has the surface
     // edge-on to the viewer and the triangle is not, the lobe alone would, without limit.
     // A disc half below the horizon lights a surface as much as under a cosine of 4 / (3 pi) radius.
-    return min(reflected, 1.0 / (PI * radius * radius * length(vec2(NoL, 0.424 * radius))));
+    float r = light.radius;
+    vec4 result = vec4(min(reflected, 1.0 / (PI * r * r * length(vec2(NoL, 0.424 * r)))));
+    // Seven widths of the disc's image away its darkening is less than 1e-3 of what is left.
+    WHEN(light.limb_u.g + light.limb_v.g > 0.0 && image.trace > 0.02 * image.u)
+        result *= limb_seen(image, alpha, light.limb_u, light.limb_v);
+    return result;
 }
 
 // Bidirectional reflectance [sr-1] per band, its mean over a small disc of light; arguments as for
 // the lobe. `gain` makes up for light that meets several microfacets; 1 is the model of glTF.
-vec4 brdf(vec4 reflectance, float metallic, float alpha, vec4 gain, vec3 n, vec3 wi, vec3 wo,
-          float radius) {
-    vec3 h = normalize(wi + wo);
+vec4 brdf(vec4 reflectance, float metallic, float alpha, vec4 gain, vec3 n, Disc light, vec3 wo) {
+    vec3 h = normalize(light.wi + wo);
     float VoH = clamp(dot(wo, h), 1e-4, 1.0);
     vec4 F = F_schlick(mix(vec4(0.04), reflectance, metallic), VoH);
     vec4 base = (1.0 - metallic) * reflectance / PI;
-    return (1.0 - F) * base + F * gain * lobe(alpha, n, wi, wo, h, VoH, radius);
+    return (1.0 - F) * base + F * gain * lobe(alpha, n, light, wo, h, VoH);
 }
 
+// The same without gain, for a uniform disc towards wi.
 vec4 brdf(vec4 reflectance, float metallic, float alpha, vec3 n, vec3 wi, vec3 wo, float radius) {
-    return brdf(reflectance, metallic, alpha, vec4(1.0), n, wi, wo, radius);
+    Disc light = Disc(wi, radius, vec4(0.0), vec4(0.0));
+    return brdf(reflectance, metallic, alpha, vec4(1.0), n, light, wo);
 }
 
 // Reflectance of a clear dielectric layer alone [sr-1], `f0` its reflectance at normal incidence.
-float coat_brdf(float f0, float alpha, vec3 n, vec3 wi, vec3 wo, float radius) {
-    vec3 h = normalize(wi + wo);
+vec4 coat_brdf(float f0, float alpha, vec3 n, Disc light, vec3 wo) {
+    vec3 h = normalize(light.wi + wo);
     float VoH = clamp(dot(wo, h), 1e-4, 1.0);
-    return F_schlick(vec4(f0), VoH).r * lobe(alpha, n, wi, wo, h, VoH, radius);
+    return F_schlick(vec4(f0), VoH).r * lobe(alpha, n, light, wo, h, VoH);
 }

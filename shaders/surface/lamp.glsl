@@ -92,7 +92,8 @@ vec4 lamp_light(Surface s) {
         float lit = dot(s.n, wi) > 0.0 ? lamp_lit(s, lamp, v) : 1.0;
         if (lit <= 0.0) continue;
         float reached = beam * facing * lit / (r * r);
-        radiance += reflection(s, wi, angular_radius) * lamp.intensity * reached;
+        Disc disc = Disc(wi, angular_radius, vec4(0.0), vec4(0.0));
+        radiance += reflection(s, disc) * lamp.intensity * reached;
     }
     return radiance;
 }

@@ -95,16 +95,14 @@ float coat_sky_transmission(Surface s) {
     return 1.0 - s.coat * (COAT_F0 + (1.0 - COAT_F0) / 21.0);
 }
 
-// Bidirectional reflectance [sr-1] per band, its mean over a small uniform disc of light.
-//
-// wi : unit, towards the disc's centre; radius : angular, of the disc [rad]
-vec4 reflection(Surface s, vec3 wi, float radius) {
+// Bidirectional reflectance [sr-1] per band, its mean over a small disc of light.
+vec4 reflection(Surface s, Disc light) {
     vec4 f = s.reflectance / PI;
     if (!s.lambertian)
-        f = brdf(s.reflectance, s.metallic, s.alpha, s.gain, s.n, wi, s.wo, radius);
+        f = brdf(s.reflectance, s.metallic, s.alpha, s.gain, s.n, light, s.wo);
     WHEN(s.coat > 0.0) {
-        f *= coat_transmission(s, dot(s.n, wi)) * coat_transmission(s, viewer_cosine(s));
-        f += s.coat * coat_brdf(COAT_F0, s.coat_alpha, s.n, wi, s.wo, radius);
+        f *= coat_transmission(s, dot(s.n, light.wi)) * coat_transmission(s, viewer_cosine(s));
+        f += s.coat * coat_brdf(COAT_F0, s.coat_alpha, s.n, light, s.wo);
     }
     return f;
 }

@@ -15,7 +15,8 @@ vec4 sun_light(Surface s, ivec2 at) {
         // already, and no map along the centre's rays can tell more. At most 0.1 % of the full
         // sunlight is left there.
         vec4 lit = dot(s.n, wi) > 0.0 ? texelFetch(sunlight, at, 0) : vec4(1.0);
-        light = reflection(s, wi, sun_angular_radius) * sun_irradiance * facing * lit;
+        Disc disc = Disc(wi, sun_angular_radius, sun_limb_u, sun_limb_v);
+        light = reflection(s, disc) * sun_irradiance * facing * lit;
     }
     return light;
 }

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from simgl.arrays import Array
+from simgl.camera.spectral_response import ResponseCurve
 from simgl.physics.spectrum import PerBand
 
 ORDERS = ("RGGB", "BGGR", "GRBG", "GBRG")
@@ -43,12 +44,16 @@ class Mosaic:
 
     order : colours of the square row by row from the top left, one of ``ORDERS``
     red, green, blue : electrons per photon in each band R, G, B, N of a pixel under that filter
+    curves : the same of red, green and blue over wavelength; None where it is constant in each band
     """
 
     order: str
     red: PerBand
     green: PerBand
     blue: PerBand
+    curves: tuple[ResponseCurve, ResponseCurve, ResponseCurve] | None = field(
+        default=None, repr=False
+    )
 
     @property
     def square(self) -> tuple[PerBand, PerBand, PerBand, PerBand]:
@@ -108,6 +113,7 @@ class Detector:
     gain_dn_per_e : of pixel, amplifier and converter together [DN / e-]
     fill_factor : fraction of a pixel's light that reaches its photodiode
     mosaic : None for a monochrome detector
+    curve : quantum efficiency over wavelength; None where it is constant in each band
     dark_current_300k : of every pixel at 300 K [e- s-1]
     temperature : [K]
     pattern : fixed-pattern noise
@@ -129,6 +135,7 @@ class Detector:
     gain_dn_per_e: float
     fill_factor: float = 1.0
     mosaic: Mosaic | None = None
+    curve: ResponseCurve | None = field(default=None, repr=False)
     dark_current_300k: float = 0.0
     temperature: float = REFERENCE_TEMPERATURE
     pattern: FixedPattern = FixedPattern()
@@ -176,3 +183,32 @@ class Detector:
         """Electrons per photon of the pixels (0, 0), (1, 0), (0, 1), (1, 1), column first."""
         qe = self.quantum_efficiency
         return (qe, qe, qe, qe) if self.mosaic is None else self.mosaic.square
+
+    def by_colour(self) -> tuple[ColourPixels, ...]:
+        """Its pixels by the filter before them; all of them for a monochrome detector."""
+        mosaic = self.mosaic
+        if mosaic is None:
+            curve = self.curve or ResponseCurve(bands=self.quantum_efficiency)
+            return (ColourPixels(self, self.quantum_efficiency, curve),)
+        blind = (0.0, 0.0, 0.0, 0.0)
+        pixels = []
+        for index, colour in enumerate(("red", "green", "blue")):
+            qe = getattr(mosaic, colour)
+            curve = ResponseCurve(bands=qe) if mosaic.curves is None else mosaic.curves[index]
+            alone = replace(mosaic, **{"red": blind, "green": blind, "blue": blind, colour: qe})
+            pixels.append(ColourPixels(replace(self, mosaic=alone), qe, curve))
+        return tuple(pixels)
+
+
+@dataclass(frozen=True)
+class ColourPixels:
+    """The pixels of one colour of a detector.
+
+    detector : with all other pixels blind
+    quantum_efficiency : electrons per photon in each band, for sunlight
+    curve : the same over wavelength
+    """
+
+    detector: Detector
+    quantum_efficiency: PerBand
+    curve: ResponseCurve

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import csv
 import zlib
-from collections.abc import Callable
-from itertools import pairwise
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -26,8 +24,9 @@ from simgl.camera.detector import (
     Mosaic,
     Particles,
 )
+from simgl.camera.spectral_response import Curve, ResponseCurve
+from simgl.config.curve_files import check_increasing, read_curve_file
 from simgl.config.path_sandbox import Base
-from simgl.config.validation import read_text
 from simgl.config.value_types import fractions
 from simgl.errors import AssetError, ConfigError
 from simgl.physics.spectrum import PerBand, photon_mean
@@ -46,32 +45,8 @@ _PATTERN_KEYS = {
 _WAVELENGTHS: Array = np.linspace(400.0, 1000.0, 601)
 
 
-# Characters of a line with two numbers, and more blanks than anybody leaves.
-_LONGEST_LINE = 1000
-
-
-def _csv_columns(path: Path) -> tuple[list[float], list[float]]:
-    """Wavelengths [nm] and values of a CSV file; a first line of words is a heading."""
-    wavelength, value = [], []
-    for number, line in enumerate(read_text(path).splitlines(), 1):
-        if len(line) > _LONGEST_LINE:
-            problem = f"must be a wavelength in nm and a value, got {len(line)} characters"
-            raise ConfigError(str(path), f"line {number}", problem)
-        row = next(csv.reader([line]), [])
-        try:
-            nm, share = (float(cell) for cell in row)
-        except ValueError:
-            if number == 1 or not row:
-                continue
-            problem = f'must be a wavelength in nm and a value, got "{",".join(row)}"'
-            raise ConfigError(str(path), f"line {number}", problem) from None
-        wavelength.append(nm)
-        value.append(share)
-    return wavelength, value
-
-
-def _curve(table: CurveTable, path: Path, key: str, folder: Base) -> Array:
-    """(601,) a preset's curve at ``_WAVELENGTHS``."""
+def _curve(table: CurveTable, path: Path, key: str, folder: Base) -> Curve:
+    """A preset's curve."""
     if (table.csv is None) == (table.value is None):
         raise ConfigError(str(path), f"{key}.value", "or csv is needed, and not both")
     where = str(path)
@@ -82,15 +57,22 @@ def _curve(table: CurveTable, path: Path, key: str, folder: Base) -> Array:
             file = folder / table.csv
         except AssetError as error:
             raise AssetError(f"{path}: {key}.csv: {error}") from None
-        wavelength, value = _csv_columns(file)
+        wavelength, value = read_curve_file(file)
         where = str(file)
     if wavelength is None or len(wavelength) != len(value):
         raise ConfigError(where, f"{key}.value", f"needs one number for each {key}.wavelength_nm")
-    if len(value) < 2 or any(not b > a for a, b in pairwise(wavelength)):
-        raise ConfigError(where, f"{key}.wavelength_nm", "must increase, over two points or more")
+    check_increasing(where, f"{key}.wavelength_nm", wavelength)
     if not all(0.0 <= one <= 1.0 for one in value):
         raise ConfigError(where, f"{key}.value", "must lie in 0..1")
-    return np.interp(_WAVELENGTHS, wavelength, value, left=0.0, right=0.0)
+    return tuple(wavelength), tuple(value)
+
+
+def _sampled(curves: Sequence[Curve]) -> Array:
+    """(601,) product of curves at ``_WAVELENGTHS``."""
+    product = np.ones(len(_WAVELENGTHS))
+    for wavelength, value in curves:
+        product = product * np.interp(_WAVELENGTHS, wavelength, value, left=0.0, right=0.0)
+    return product
 
 
 def _over_bands(curve: Array, sun_temperature: float) -> PerBand:
@@ -119,11 +101,11 @@ class SpectralResponse:
         folder = path.parent if folder is None else folder
         self._temperature = sun_temperature
         self._qe = qe
-        self._common = _curve(preset.qe, path, "qe", folder)
+        self._common = [_curve(preset.qe, path, "qe", folder)]
         for key in ("window", "micro_lens"):
             table = getattr(preset, key)
             if table is not None:
-                self._common = self._common * _curve(table, path, key, folder)
+                self._common.append(_curve(table, path, key, folder))
         filters = {} if preset.filters is None else msgspec.structs.asdict(preset.filters)
         self._filters = {
             colour: _curve(table, path, f"filters.{colour}", folder)
@@ -137,15 +119,25 @@ class SpectralResponse:
 
     def plain(self) -> PerBand:
         """Quantum efficiency of a pixel without filter, R, G, B, N."""
-        return _over_bands(self._common, self._temperature) if self._qe is None else self._qe
+        if self._qe is not None:
+            return self._qe
+        return _over_bands(_sampled(self._common), self._temperature)
 
     def under(self, colour: str) -> PerBand:
         """Quantum efficiency of a pixel under a filter, "red", "green" or "blue"."""
         if self._qe is None:
-            return _over_bands(self._common * self._filters[colour], self._temperature)
-        share = _over_bands(self._filters[colour], self._temperature)
+            curves = [*self._common, self._filters[colour]]
+            return _over_bands(_sampled(curves), self._temperature)
+        share = _over_bands(_sampled([self._filters[colour]]), self._temperature)
         r, g, b, n = (a * f for a, f in zip(self._qe, share, strict=True))
         return r, g, b, n
+
+    def curve(self, colour: str | None = None) -> ResponseCurve:
+        """The same over wavelength, of a pixel without filter or under one."""
+        filters = () if colour is None else (self._filters[colour],)
+        if self._qe is not None:
+            return ResponseCurve(bands=self._qe, factors=filters)
+        return ResponseCurve(factors=(*self._common, *filters))
 
 
 def read_detector(
@@ -184,6 +176,7 @@ def read_detector(
         quantum_efficiency=response.plain(),
         fill_factor=chosen("fill_factor", 1.0),
         mosaic=_mosaic(where, chosen("mosaic", "mono"), response, table.preset),
+        curve=response.curve(),
         full_well=chosen("full_well_e"),
         read_noise=chosen("read_noise_e"),
         bits=chosen("bits"),
@@ -229,6 +222,7 @@ def _mosaic(where: str, order: str, response: SpectralResponse, preset: str) -> 
         red=response.under("red"),
         green=response.under("green"),
         blue=response.under("blue"),
+        curves=(response.curve("red"), response.curve("green"), response.curve("blue")),
     )
 
 

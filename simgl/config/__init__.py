@@ -2,6 +2,7 @@
 
 validation     TOML text to msgspec tables; errors that name file, table, key and value
 value_types    base class of all tables, value types with limits, band values and directions
+curve_files    curves over wavelength in CSV files
 path_sandbox   base folders of relative paths, restricted for scenarios that clients send
 
 Imports ``physics`` and lower layers. The tables themselves are next to what they describe

@@ -122,10 +122,12 @@ class _MaterialReader:
     def maps(self, layers: _Layers) -> tuple[Maps, UvFrame | None]:
         """Its images; those that do not share the frame of the first are left out with a note."""
         pbr = self.surface.pbr_metallic_roughness
-        finished = self._extras().simgl_finish is not None
+        extras = self._extras()
+        finished = extras.simgl_finish is not None
+        one_law = finished or extras.simgl_lambertian
         uses = {
             "base_colour": None if finished else pbr.base_color_texture,
-            "law": None if finished else pbr.metallic_roughness_texture,
+            "law": None if one_law else pbr.metallic_roughness_texture,
             "normal": self.surface.normal_texture,
             # A texture on zero emission has no effect.
             "emission": self.surface.emissive_texture if any(self._emission()) else None,
@@ -200,7 +202,8 @@ class _MaterialReader:
         nir = extras.nir_reflectance
         if self.surface.alpha_mode == "BLEND":
             self.notes.append("transparency is not drawn")
-        self._note_smooth("roughness", pbr.roughness_factor)
+        if not extras.simgl_lambertian:
+            self._note_smooth("roughness", pbr.roughness_factor)
         self.notes += [
             f"{extension} is not drawn"
             for extension in self.surface.extensions
@@ -211,8 +214,8 @@ class _MaterialReader:
                 name=self.name,
                 # Without a near-infrared reflectance the red one stands in.
                 reflectance=(red, green, blue, red if nir is None else nir),
-                metallic=pbr.metallic_factor,
-                roughness=max(pbr.roughness_factor, SMOOTHEST),
+                metallic=0.0 if extras.simgl_lambertian else pbr.metallic_factor,
+                roughness=None if extras.simgl_lambertian else max(pbr.roughness_factor, SMOOTHEST),
                 coat=self._coat(),
                 emission=self._emission(),
                 coverage=alpha,

@@ -138,6 +138,7 @@ class MaterialExtras(Object, frozen=True, rename=None):
     nir_reflectance: float | None = None
     nir_emission: float = 0.0
     simgl_finish: str | None = None
+    simgl_lambertian: bool = False
 
 
 class Material(Object, frozen=True):

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simgl.arrays import Array
+from simgl.arrays import Array, IndexArray
 from simgl.physics.constants import BOLTZMANN, LIGHT_SPEED, PLANCK, STEFAN_BOLTZMANN
 
 # One number per band, R, G, B, N.
@@ -14,6 +14,11 @@ PerBand = tuple[float, float, float, float]
 
 # Gauss-Legendre of this order integrates Planck's law over a 300 nm band to better than 1e-12.
 _ORDER = 48
+
+# Lines that stand for a continuous spectrum [m], 0.1 nm apart: 0.5 % of a filter of 20 nm with
+# vertical edges.
+_LINE_EDGES: Array = np.linspace(400e-9, 1000e-9, 6001)
+_LINE_MIDDLES: Array = 0.5 * (_LINE_EDGES[1:] + _LINE_EDGES[:-1])
 
 
 @dataclass(frozen=True)
@@ -51,6 +56,55 @@ class BandLight:
     def photon_irradiance(self) -> Array:
         """(4,) [photons s-1 m-2]."""
         return self.irradiance * self.photons_per_joule
+
+
+@dataclass(frozen=True, eq=False)
+class LineSpectrum:
+    """Light as lines; a continuous spectrum is many of them.
+
+    wavelength : (n,) [m]
+    share : (n,) of the light's full power in each; what lies in no band is left out
+    """
+
+    wavelength: Array
+    share: Array
+
+    @property
+    def band_shares(self) -> Array:
+        """(4,) share of the full power in each band."""
+        band = band_of(self.wavelength)
+        return np.array([self.share[band == index].sum() for index in range(4)])
+
+
+def band_of(wavelength: Array, bands: Bands = BANDS) -> IndexArray:
+    """(n,) index of the band of each wavelength [m], -1 for none; an edge belongs to the band
+    above it, and the last one to the band below."""
+    result = np.full(np.shape(wavelength), -1)
+    last = max(high for _, high in bands.edges)
+    for index, (low, high) in enumerate(bands.edges):
+        within = (wavelength >= low) & (wavelength < high)
+        result[within | ((wavelength == high) & (high == last))] = index
+    return result
+
+
+def lines_of(wavelength: Array, power: Array) -> LineSpectrum:
+    """A spectrum that is linear between points.
+
+    wavelength : (n,) increasing [m]
+    power : (n,) per wavelength interval, in any unit
+    """
+    points = np.unique(np.concatenate([_LINE_EDGES, wavelength]))
+    values = np.interp(points, wavelength, power, left=0.0, right=0.0)
+    summed = np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(points))])
+    share = np.diff(np.interp(_LINE_EDGES, points, summed)) / summed[-1]
+    return LineSpectrum(_LINE_MIDDLES, share)
+
+
+def black_body_lines(temperature: float) -> LineSpectrum:
+    """A black body of a temperature [K]."""
+    total = STEFAN_BOLTZMANN * temperature**4 / np.pi
+    power = planck_radiance(_LINE_MIDDLES, temperature) * np.diff(_LINE_EDGES)
+    return LineSpectrum(_LINE_MIDDLES, power / total)
 
 
 def planck_radiance(wavelength: Array, temperature: float) -> Array:

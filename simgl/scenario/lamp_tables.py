@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from simgl.arrays import Array
+from simgl.config.curve_files import check_increasing, read_curve_file
+from simgl.config.path_sandbox import Base
 from simgl.config.value_types import direction
-from simgl.errors import ConfigError
-from simgl.physics.spectrum import black_body_light
+from simgl.errors import AssetError, ConfigError
+from simgl.physics.spectrum import LineSpectrum, black_body_light, black_body_lines, lines_of
 from simgl.scenario.schema import LampTable
 from simgl.scenario.table_checks import named_spacecraft, place_on
 from simgl.scene.lamps import Lamp
@@ -20,16 +22,22 @@ WIDEST_DEG = 75.0
 
 
 def read_lamps(
-    where: str, tables: dict[str, LampTable], models: dict[str, SpacecraftModel]
+    where: str, tables: dict[str, LampTable], models: dict[str, SpacecraftModel], base: Base
 ) -> dict[str, Lamp]:
-    """The lamps of a scenario by name; models by spacecraft name."""
+    """The lamps of a scenario by name.
+
+    models : by spacecraft name
+    base : folder of relative paths
+    """
     if len(tables) > MAX_LAMPS:
         problem = f"holds {len(tables)} lamps, at most {MAX_LAMPS} are possible"
         raise ConfigError(where, "lamp", problem)
-    return {n: _lamp(f"{where} [lamp.{n}]", n, t, models) for n, t in tables.items()}
+    return {n: _lamp(f"{where} [lamp.{n}]", n, t, models, base) for n, t in tables.items()}
 
 
-def _lamp(where: str, name: str, table: LampTable, models: dict[str, SpacecraftModel]) -> Lamp:
+def _lamp(
+    where: str, name: str, table: LampTable, models: dict[str, SpacecraftModel], base: Base
+) -> Lamp:
     model = models[named_spacecraft(table.on, models, where, "on")]
     if table.look_at is not None:
         named_spacecraft(table.look_at, models, where, "look_at")
@@ -41,6 +49,7 @@ def _lamp(where: str, name: str, table: LampTable, models: dict[str, SpacecraftM
     if outer > WIDEST_DEG:
         problem = f"and edge_deg must together stay within {WIDEST_DEG:g}, got {outer:g}"
         raise ConfigError(where, "half_angle_deg", problem)
+    power, spectrum = _light(where, table, base)
     return Lamp(
         name=name,
         spacecraft=table.on,
@@ -49,34 +58,75 @@ def _lamp(where: str, name: str, table: LampTable, models: dict[str, SpacecraftM
         look_at=None
         if table.look_at is None
         else named_spacecraft(table.look_at, models, where, "look_at"),
-        power=_power(where, table),
+        power=power,
+        spectrum=spectrum,
         half_angle=np.radians(table.half_angle_deg),
         edge=np.radians(table.edge_deg),
         radius=table.radius_m,
     )
 
 
-def _power(where: str, table: LampTable) -> Array:
-    """(4,) [W] in each band."""
-    spectra = [k for k in ("temperature_k", "band_shares") if getattr(table, k) is not None]
+def _light(where: str, table: LampTable, base: Base) -> tuple[Array, LineSpectrum | None]:
+    """(4,) power in each band [W], and the spectrum where it is known within the bands."""
+    keys = ("wavelength_nm", "temperature_k", "band_shares")
+    spectra = [k for k in keys if getattr(table, k) is not None]
+    if table.line_weights is not None and not isinstance(table.wavelength_nm, list):
+        raise ConfigError(where, "line_weights", "goes with a list of lines in wavelength_nm")
     if isinstance(table.power_w, tuple):
         if spectra:
             problem = "contradicts power_w for each band; give power_w as one number"
             raise ConfigError(where, spectra[0], problem)
         _refuse_negative(where, "power_w", table.power_w)
-        return np.array(table.power_w)
+        return np.array(table.power_w), None
     _refuse_negative(where, "power_w", (table.power_w,))
     if len(spectra) != 1:
-        given = " and ".join(spectra) if spectra else "neither of them"
-        problem = f"as one number needs temperature_k or band_shares; got {given}"
+        given = " and ".join(spectra) if spectra else "none of them"
+        problem = f"as one number needs wavelength_nm, temperature_k or band_shares; got {given}"
         raise ConfigError(where, "power_w", problem)
+    if table.wavelength_nm is not None:
+        spectrum = _own_spectrum(where, table.wavelength_nm, table.line_weights, base)
+        return table.power_w * spectrum.band_shares, spectrum
     if table.temperature_k is not None:
-        return black_body_light(table.power_w, table.temperature_k).irradiance
+        power = black_body_light(table.power_w, table.temperature_k).irradiance
+        return power, black_body_lines(table.temperature_k)
     assert table.band_shares is not None
     if sum(table.band_shares) > 1.0 + 1e-9:
         problem = f"must add up to at most 1, got {sum(table.band_shares):g}"
         raise ConfigError(where, "band_shares", problem)
-    return table.power_w * np.array(table.band_shares)
+    return table.power_w * np.array(table.band_shares), None
+
+
+def _own_spectrum(
+    where: str, given: float | list[float] | str, weights: list[float] | None, base: Base
+) -> LineSpectrum:
+    """Of a line [nm], of several, or of a file."""
+    if isinstance(given, str):
+        return _curve_spectrum(where, given, base)
+    lines = given if isinstance(given, list) else [given]
+    weights = [1.0] * len(lines) if weights is None else weights
+    if len(weights) != len(lines) or not lines:
+        problem = f"needs one number for each of {len(lines)} lines, got {len(weights)}"
+        raise ConfigError(where, "line_weights", problem)
+    for line in lines:
+        if not 400.0 <= line <= 1000.0:
+            raise ConfigError(where, "wavelength_nm", f"must lie in 400..1000, got {line:g}")
+    share = np.array(weights) / sum(weights)
+    return LineSpectrum(wavelength=np.array(lines) * 1e-9, share=share)
+
+
+def _curve_spectrum(where: str, name: str, base: Base) -> LineSpectrum:
+    try:
+        file = base / name
+    except AssetError as error:
+        raise AssetError(f"{where}: wavelength_nm: {error}") from None
+    wavelength, power = read_curve_file(file)
+    check_increasing(str(file), "wavelength_nm", wavelength)
+    if not all(0.0 <= value < np.inf for value in power) or not any(power):
+        raise ConfigError(str(file), "power", "must be 0 or more, and more somewhere")
+    spectrum = lines_of(np.array(wavelength) * 1e-9, np.array(power))
+    if not spectrum.band_shares.any():
+        raise ConfigError(str(file), "power", "must not be 0 all over 400..1000 nm")
+    return spectrum
 
 
 def _refuse_negative(where: str, key: str, values: tuple[float, ...]) -> None:

@@ -163,7 +163,7 @@ def _read_tables(
         joints=joints,
         cameras=cameras,
         mounts=mounts,
-        lamps=read_lamps(where, lamp_tables, placed_models),
+        lamps=read_lamps(where, lamp_tables, placed_models, base),
         criteria=criteria,
         seed=render.seed,
         samples_per_pixel=render.samples_per_pixel,

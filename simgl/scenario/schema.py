@@ -256,8 +256,11 @@ class LampTable(Table, frozen=True, kw_only=True):
     look_at : the spacecraft that the beam follows; else ``boresight`` in body axes
     half_angle_deg : of the cone within which the intensity is uniform
     edge_deg : width of the smooth fall to zero around the cone
-    power_w : optical, radiated in the whole beam: one number over all wavelengths, split over the
-        bands by ``temperature_k`` (of a black body) or ``band_shares``; or four, one for each band
+    power_w : optical, radiated in the whole beam: one number over all wavelengths with a spectrum,
+        ``wavelength_nm``, ``temperature_k`` (of a black body) or ``band_shares``; or four, one for
+        each band
+    wavelength_nm : of a line, or of several with ``line_weights``; or a CSV file with a curve
+    line_weights : power in each line, in any unit; equal by default
     radius_m : of the aperture. Nothing closer along the beam, and nothing within 1 cm, casts
     """
 
@@ -272,6 +275,8 @@ class LampTable(Table, frozen=True, kw_only=True):
     power_w: float | tuple[float, float, float, float]
     temperature_k: Annotated[float, Meta(ge=1000.0, le=50000.0)] | None = None
     band_shares: tuple[Fraction, Fraction, Fraction, Fraction] | None = None
+    wavelength_nm: float | list[float] | str | None = None
+    line_weights: list[Annotated[float, Meta(gt=0.0)]] | None = None
     radius_m: Annotated[float, Meta(ge=0.001, le=1.0)] = 0.02
 
 

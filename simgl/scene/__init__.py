@@ -5,6 +5,7 @@ spacecraft, mesh  SpacecraftModel and its triangles, primitives, moved joints
 smooth_surfaces   pieces of a mesh that a pixel may average
 materials, surface_layers, textures, mean_materials   surfaces
 lamps             spot lights and their irradiance
+lamp_response     the lamps as the pixels of a detector respond to their spectra
 earth             the Earth's shape, maps, clouds, atmosphere
 star_catalogue    the shipped Hipparcos stars
 noise_volume, noise_projection, cyclones   procedural detail of ground and clouds

@@ -10,6 +10,7 @@ import numpy as np
 from simgl.arrays import Array
 from simgl.errors import ConfigError
 from simgl.physics.frames import Pose, unit
+from simgl.physics.spectrum import LineSpectrum
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -24,6 +25,7 @@ class Lamp:
     half_angle : of the cone within which the intensity is uniform [rad]
     edge : width of the smooth fall to zero around it [rad]
     radius : of the aperture [m]
+    spectrum : within the bands; None for that of sunlight
     """
 
     name: str
@@ -35,6 +37,7 @@ class Lamp:
     half_angle: float
     edge: float
     radius: float
+    spectrum: LineSpectrum | None = None
 
     @property
     def intensity(self) -> Array:

@@ -18,12 +18,14 @@ from simgl.scene.earth import Earth
 from simgl.scene.state import BodyState, CameraState, EarthState, SceneState, SunSeen
 from simgl.view.celestial import CelestialView, EarthCone, ImageCone, celestial
 
-# Texels along an edge of a sky's faces: under a high Sun, and where the terminator may be all that
-# is lit. There, what the Sun's disc sends past it onto a plate that looks away, 3e-7 of full
-# daylight, comes out within 5 %.
-SKY_TEXELS, TERMINATOR_TEXELS = 64, 128
-# From the horizontal, of a Sun that is high, and of one that leaves even high air dark [rad].
-_HIGH_SUN, _TWILIGHT = np.radians(5.0), np.radians(10.0)
+# Texels along an edge of a sky's faces: under a high Sun; where the terminator may be all that is
+# lit; where that lies along the limb, in texels that a part of the Earth fills. At the terminator,
+# what the Sun's disc sends past it onto a plate that looks away, 3e-7 of full daylight, comes out
+# within 5 %; the light of a Lambertian Earth along the limb within 1 % or 0.0015 W m-2.
+SKY_TEXELS, TERMINATOR_TEXELS, LIMB_TEXELS = 64, 128, 256
+# From the horizontal, of a Sun that is high, of one that lights little but the limb, and, past the
+# limb, of one that leaves even high air dark [rad].
+_HIGH_SUN, _LIMB_SUN, _TWILIGHT = np.radians(5.0), np.radians(-9.0), np.radians(10.0)
 # Spacecraft see the same sky where the ground lies in directions this close [rad].
 _SAME_SKY = 1e-4
 
@@ -163,7 +165,9 @@ def _sky_texels(planet: PlanetView) -> int:
     sine = float(np.dot(place, planet.sun_direction_itrf)) / distance
     height = float(np.arcsin(np.clip(sine, -1.0, 1.0)))
     seen = float(np.arccos(min(1.0 / distance, 1.0)))
-    return TERMINATOR_TEXELS if -seen - _TWILIGHT < height < _HIGH_SUN else SKY_TEXELS
+    if not -seen - _TWILIGHT < height < _HIGH_SUN:
+        return SKY_TEXELS
+    return TERMINATOR_TEXELS if height > _LIMB_SUN else LIMB_TEXELS
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

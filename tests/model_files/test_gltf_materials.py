@@ -69,6 +69,32 @@ def test_a_clear_coat_comes_with_its_strength_and_roughness(tmp_path: Path) -> N
     assert material.coat == Coat(strength=0.7, roughness=0.2)
 
 
+def test_extras_make_a_surface_lambertian_with_the_files_own_albedo(tmp_path: Path) -> None:
+    """Any albedo per band; the factor defaults of glTF, a rough metal, do not matter."""
+    pbr = {"baseColorFactor": [0.31, 0.22, 0.13, 1.0]}
+    extras = {"simgl_lambertian": True, "nir_reflectance": 0.44}
+    coat = {"KHR_materials_clearcoat": {"clearcoatFactor": 0.5, "clearcoatRoughnessFactor": 0.1}}
+    surface = {"pbrMetallicRoughness": pbr, "extras": extras, "extensions": coat}
+    material = one(surface, tmp_path)
+    assert material.reflectance == (0.31, 0.22, 0.13, 0.44)
+    assert (material.metallic, material.roughness) == (0.0, None)
+    assert material.coat == Coat(strength=0.5, roughness=0.1)
+    with pytest.raises(AssetError, match="simgl_lambertian must be true or false"):
+        one({"extras": {"simgl_lambertian": "yes"}}, tmp_path)
+
+
+def test_a_lambertian_surface_keeps_its_image_and_drops_that_of_the_law(tmp_path: Path) -> None:
+    document = square()
+    texture = {"index": document.texture(np.full((2, 2, 3), 128))}
+    pbr = {"baseColorTexture": texture, "metallicRoughnessTexture": texture}
+    extras = {"simgl_lambertian": True}
+    document.json["materials"] = [{"pbrMetallicRoughness": pbr, "extras": extras}]
+    material = loaded(document, tmp_path).materials[0]
+    assert material.maps.base_colour == 0
+    assert material.maps.law is None
+    assert material.roughness is None
+
+
 def test_a_finish_named_in_the_extras_stands_for_the_whole_surface(tmp_path: Path) -> None:
     own = {"metallicFactor": 0.3}
     extras = {"simgl_finish": "white_paint"}

@@ -46,33 +46,38 @@ def disc_mean_brdf(
     wi: Array,
     wo: Array,
     radius: float,
+    limb: tuple[float, float] = (0.0, 0.0),
 ) -> Array:
-    """(k,) mean of ``brdf`` [sr-1] over a uniform disc of light, weighted by its cosines.
+    """(k,) mean of ``brdf`` [sr-1] over a disc of light, weighted by its radiance and its cosines.
 
-    wi : (k, 3) towards the disc's centre
+    n, wi, wo : (k, 3); wi towards the disc's centre
     radius : angular, of the disc [rad]
+    limb : u, v of the disc's radiance 1 - u (1 - mu) - v (1 - mu)^2
 
-    Direct quadrature on rings of equal width.
+    Gauss-Legendre quadrature over chords in the plane of wi and wo and, by the angle whose sine is
+    their height, across it. Across, the half vectors of grazing light spread widest: most nodes.
     """
-    rings, points = 100, 96
-    distance = radius * (np.arange(rings) + 0.5) / rings
-    turn = 2.0 * np.pi * (np.arange(points) + 0.5) / points
-    offset = np.stack(
-        [np.outer(distance, np.cos(turn)).ravel(), np.outer(distance, np.sin(turn)).ravel()], axis=1
-    )
-    share = np.repeat(distance, points)
-    helper = np.where(np.abs(wi[:, :1]) < 0.9, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
-    x = np.cross(wi, helper)
-    x /= np.linalg.norm(x, axis=1, keepdims=True)
-    y = np.cross(wi, x)
-    total, weight = np.zeros(len(wi)), np.zeros(len(wi))
-    for (along_x, along_y), area in zip(offset, share, strict=True):
-        light = wi + along_x * x + along_y * y
-        light /= np.linalg.norm(light, axis=1, keepdims=True)
-        cosine = area * np.sum(n * light, axis=1)
-        total += brdf(reflectance, metallic, roughness, n, light, wo) * cosine
-        weight += cosine
-    return total / weight
+    across, across_weight = np.polynomial.legendre.leggauss(140)
+    along, along_weight = np.polynomial.legendre.leggauss(50)
+    height = np.sin(0.5 * np.pi * across)
+    chord = np.cos(0.5 * np.pi * across)[:, None]
+    y, x = np.broadcast_to(height[:, None], (140, 50)), chord * along
+    weight = across_weight[:, None] * chord**2 * along_weight
+    fall = 1.0 - chord * np.sqrt(1.0 - along**2)
+    weight = (weight * (1.0 - limb[0] * fall - limb[1] * fall**2)).ravel()
+    result = np.empty(len(wo))
+    for index, (normal, light, eye) in enumerate(zip(n, wi, wo, strict=True)):
+        side = np.cross(eye, light)
+        if not side.any():
+            side = np.cross(light, np.eye(3)[np.argmin(np.abs(light))])
+        side /= np.linalg.norm(side)
+        offset = np.stack([x.ravel(), y.ravel()], axis=1) @ [np.cross(side, light), side]
+        lights = light + radius * offset
+        lights /= np.linalg.norm(lights, axis=1, keepdims=True)
+        share = weight * (lights @ normal)
+        values = brdf(reflectance, metallic, roughness, normal, lights, eye)
+        result[index] = np.sum(share * values) / np.sum(share)
+    return result
 
 
 def disc_cosine(cosine: Array, radius: float) -> Array:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from simgl.arrays import Array
 from simgl.camera.noise_streams import normal, philox, uniform_01
 from tests.gpu.glsl_functions import evaluate
 from tests.reference import brdf as reference
@@ -98,37 +99,65 @@ def test_brdf_agrees(gl: moderngl.Context, metallic: float, roughness: float) ->
 SUN = np.radians(0.263)
 
 
-@pytest.mark.parametrize("roughness", [0.02, 0.05, 0.1, 0.3])
-@pytest.mark.parametrize("incidence", [10.0, 30.0, 60.0])
+LIMB = (0.47, 0.23)  # green (simgl.physics.solar_disc)
+
+
+def _highlight(
+    gl: moderngl.Context, roughness: float, phase: float, limb: tuple[float, float]
+) -> tuple[Array, Array, Array]:
+    """Profiles of the Sun's highlight on a sphere, in the plane of light and viewer and across it.
+
+    returns : (41,) angles from the half vector in units of the highlight's width; (2, 41) f times
+        the cosine by the shader, and by quadrature
+    """
+    half = np.radians(0.5 * phase)
+    # The Sun's image among normals is as wide in the plane, and 1 / cos(half) times across.
+    steps = np.linspace(-2.0, 2.0, 41)
+    wi = np.array([-np.sin(half), 0.0, np.cos(half)])
+    wo = np.array([np.sin(half), 0.0, np.cos(half)])
+    got, expected = [], []
+    for stretch, axis in ((1.0, 0), (1.0 / np.cos(half), 1)):
+        width = np.hypot(roughness**2, 0.5 * SUN * stretch)
+        # Not past grazing light.
+        angle = steps * min(width, 0.4 * (0.5 * np.pi - half))
+        n = np.zeros((len(angle), 3))
+        n[:, axis], n[:, 2] = np.sin(angle), np.cos(angle)
+        wis, wos = np.tile(wi, (len(n), 1)), np.tile(wo, (len(n), 1))
+        cosine = np.sum(n * wi, axis=1)
+        normal, light, eye = (
+            f"vec3(in_value[{k}], in_value[{k + 1}], in_value[{k + 2}])" for k in (0, 3, 6)
+        )
+        disc = f"Disc({light}, {SUN:.9g}, vec4({limb[0]}), vec4({limb[1]}))"
+        law = f"vec4(0.9), 1.0, {roughness**2:.9g}, vec4(1.0)"
+        call = f"brdf({law}, {normal}, {disc}, {eye})"
+        inputs = np.concatenate([n, wis, wos], axis=1).astype(np.float32)
+        got.append(evaluate(gl, ["surface/brdf.glsl"], call, inputs)[:, 0] * cosine)
+        truth = reference.disc_mean_brdf(0.9, 1.0, roughness, n, wis, wos, SUN, limb)
+        expected.append(truth * cosine)
+    return steps, np.array(got), np.array(expected)
+
+
+def _width(x: Array, y: Array) -> float:
+    """Of what is at least half as high as the peak, linear between points."""
+    level, peak = 0.5 * y.max(), int(np.argmax(y))
+    left = np.interp(level, y[: peak + 1], x[: peak + 1])
+    right = np.interp(-level, -y[peak:], x[peak:])
+    return float(right - left)
+
+
+@pytest.mark.parametrize("limb", [(0.0, 0.0), LIMB])
+@pytest.mark.parametrize("phase", [0.01, 60.0, 120.0, 150.0])
+@pytest.mark.parametrize("roughness", [0.02, 0.05, 0.1, 0.2, 0.8])
 def test_a_highlight_of_the_suns_disc_agrees_with_quadrature_over_the_disc(
-    gl: moderngl.Context, roughness: float, incidence: float
+    gl: moderngl.Context, roughness: float, phase: float, limb: tuple[float, float]
 ) -> None:
-    """Viewers around the mirror direction, in and out of the plane of incidence."""
-    t = np.radians(incidence)
-    steps = np.radians(np.array([0.0, 0.1, 0.2, 0.4, 0.8, 1.5, 3.0, 6.0]))
-    around = np.radians(np.array([0.0, 50.0, 90.0, 180.0]))
-    wi = np.array([-np.sin(t), 0.0, np.cos(t)])
-    wo = np.array(
-        [
-            [np.sin(t + s * np.cos(p)), np.sin(s * np.sin(p)), np.cos(t + s * np.cos(p))]
-            for s in steps
-            for p in around
-        ]
-    )
-    wo /= np.linalg.norm(wo, axis=1, keepdims=True)
-    wis = np.tile(wi, (len(wo), 1))
-    inputs = np.concatenate([wis, wo], axis=1).astype(np.float32)
-    vectors = "vec3(0, 0, 1), vec3(in_value[0], in_value[1], in_value[2])"
-    vectors += ", vec3(in_value[3], in_value[4], in_value[5])"
-    call = f"brdf(vec4(0.9), 1.0, {roughness**2}, {vectors}, {SUN:.9g})"
-    got = evaluate(gl, ["surface/brdf.glsl"], call, inputs)[:, 0]
-    n = np.array([[0.0, 0.0, 1.0]])
-    expected = reference.disc_mean_brdf(0.9, 1.0, roughness, n, wis, wo, SUN)
-    # The closed form takes the disc's image among the half vectors as round; it is an ellipse with
-    # axes 1 : cos(incidence), here up to 1 : 0.5. Measured: 0.9 % of the peak up to 30 deg, 7.4 %
-    # at 60 deg (roughness 0.05), 0.04 % at roughness 0.3.
-    rim = 0.01 if incidence < 45.0 else 0.08
-    np.testing.assert_allclose(got, expected, rtol=0.0, atol=rim * expected.max())
+    steps, got, expected = _highlight(gl, roughness, phase, limb)
+    for shown, truth in zip(got, expected, strict=True):
+        np.testing.assert_allclose(shown, truth, rtol=0.0, atol=0.01 * truth.max())
+        assert abs(shown.max() / truth.max() - 1.0) < 0.01
+        # A lobe wider than what is in view has no width.
+        if max(truth[0], truth[-1]) < 0.5 * truth.max():
+            assert abs(_width(steps, shown) / _width(steps, truth) - 1.0) < 0.01
 
 
 def test_a_mirror_shows_the_suns_own_radiance(gl: moderngl.Context) -> None:

@@ -194,15 +194,35 @@ DAMAGES = (
         "lamp without spectrum",
         RENDER,
         LAMP.replace("temperature_k = 3000.0", ""),
-        " [lamp.spot]: power_w as one number needs temperature_k or band_shares; got neither of "
-        "them",
+        " [lamp.spot]: power_w as one number needs wavelength_nm, temperature_k or band_shares; "
+        "got none of them",
     ),
     Damage(
         "lamp of two spectra",
         RENDER,
         LAMP.replace("temperature", "band_shares = [0.2, 0.3, 0.2, 0.0]\ntemperature"),
-        " [lamp.spot]: power_w as one number needs temperature_k or band_shares; got temperature_k "
-        "and band_shares",
+        " [lamp.spot]: power_w as one number needs wavelength_nm, temperature_k or band_shares; "
+        "got temperature_k and band_shares",
+    ),
+    Damage(
+        "lamp with a line in no band",
+        RENDER,
+        LAMP.replace("temperature_k = 3000.0", "wavelength_nm = [850.0, 1064.0]"),
+        " [lamp.spot]: wavelength_nm must lie in 400..1000, got 1064",
+    ),
+    Damage(
+        "lamp with weights of other lines",
+        RENDER,
+        LAMP.replace(
+            "temperature_k = 3000.0", "wavelength_nm = [850.0, 640.0]\nline_weights = [1.0]"
+        ),
+        " [lamp.spot]: line_weights needs one number for each of 2 lines, got 1",
+    ),
+    Damage(
+        "lamp with weights of a single line",
+        RENDER,
+        LAMP.replace("temperature_k = 3000.0", "wavelength_nm = 850.0\nline_weights = [1.0]"),
+        " [lamp.spot]: line_weights goes with a list of lines in wavelength_nm",
     ),
     Damage(
         "lamp with power per band and a spectrum",

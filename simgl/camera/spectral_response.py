@@ -1,0 +1,65 @@
+"""Electrons per photon of a pixel over wavelength, and what light of other spectra than sunlight
+makes of it.
+
+A camera sees all light in four bands, whose quantum efficiencies are means for sunlight. Light of
+another spectrum gives the electrons of sunlight times a ratio for each band (``sunlight_ratio``):
+such a camera is shown that light multiplied by the ratio.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from simgl.arrays import Array
+from simgl.physics.constants import LIGHT_SPEED, PLANCK
+from simgl.physics.spectrum import LineSpectrum, PerBand, band_of
+
+# Wavelengths [nm], increasing, and values.
+Curve = tuple[tuple[float, ...], tuple[float, ...]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ResponseCurve:
+    """Quantum efficiency of a pixel over wavelength.
+
+    bands : electrons per photon, the same all over each band
+    factors : curves that multiply it: quantum efficiency, window, filter; each is linear between
+        its points and 0 outside
+    """
+
+    bands: PerBand = (1.0, 1.0, 1.0, 1.0)
+    factors: tuple[Curve, ...] = ()
+
+    def at(self, wavelength: Array) -> Array:
+        """(n,) electrons per photon at wavelengths (n,) [m]; 0 outside of all bands."""
+        band = band_of(wavelength)
+        result = np.where(band < 0, 0.0, np.array(self.bands)[band])
+        for nm, value in self.factors:
+            result = result * np.interp(wavelength * 1e9, nm, value, left=0.0, right=0.0)
+        return result
+
+
+def sunlight_ratio(
+    spectrum: LineSpectrum, response: ResponseCurve, electrons_per_joule: Array
+) -> Array:
+    """(4,) electrons of light of a spectrum over those of as many watts of sunlight, per band.
+
+    response : of a pixel
+    electrons_per_joule : (4,) of the pixel for sunlight: photons per joule times its quantum
+        efficiency in the band [J-1]
+
+    1 in bands without light, and 0 where the pixel is blind.
+    """
+    photons = spectrum.share * spectrum.wavelength / (PLANCK * LIGHT_SPEED)
+    electrons = photons * response.at(spectrum.wavelength)
+    band = band_of(spectrum.wavelength)
+    ratio = np.ones(4)
+    for index in range(4):
+        light = band == index
+        watts = float(np.sum(spectrum.share[light]))
+        if watts > 0.0:
+            own = float(np.sum(electrons[light])) / watts
+            ratio[index] = 0.0 if own == 0.0 else own / electrons_per_joule[index]
+    return ratio

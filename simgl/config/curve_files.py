@@ -1,0 +1,42 @@
+"""Curves over wavelength in CSV files."""
+
+from __future__ import annotations
+
+import csv
+from itertools import pairwise
+from pathlib import Path
+
+from simgl.config.validation import read_text
+from simgl.errors import ConfigError
+
+# Characters of a line with two numbers, and more blanks than anybody leaves.
+_LONGEST_LINE = 1000
+
+
+def read_curve_file(path: Path) -> tuple[list[float], list[float]]:
+    """Wavelengths [nm] and values of a CSV file; a first line of words is a heading.
+
+    Raises ConfigError for lines that are not two numbers.
+    """
+    wavelength, value = [], []
+    for number, line in enumerate(read_text(path).splitlines(), 1):
+        if len(line) > _LONGEST_LINE:
+            problem = f"must be a wavelength in nm and a value, got {len(line)} characters"
+            raise ConfigError(str(path), f"line {number}", problem)
+        row = next(csv.reader([line]), [])
+        try:
+            nm, share = (float(cell) for cell in row)
+        except ValueError:
+            if number == 1 or not row:
+                continue
+            problem = f'must be a wavelength in nm and a value, got "{",".join(row)}"'
+            raise ConfigError(str(path), f"line {number}", problem) from None
+        wavelength.append(nm)
+        value.append(share)
+    return wavelength, value
+
+
+def check_increasing(where: str, key: str, wavelength: list[float]) -> None:
+    """Raise ConfigError unless these are two wavelengths or more that increase."""
+    if len(wavelength) < 2 or any(not b > a for a, b in pairwise(wavelength)):
+        raise ConfigError(where, key, "must increase, over two points or more")
