@@ -358,7 +358,7 @@ class Simulator:
         if not states:
             photons = still.state.sun.photons_per_joule
             return pipeline.electrons_through(camera, photons, still.radiance, still.sun)
-        for index, share in enumerate(row_shares(camera, len(states))):
+        for index, share in enumerate(row_shares(camera, len(states) - 1)):
             moved = self._still(states[index], camera.name)
             electrons = pipeline.add_electrons(
                 camera,
