@@ -62,10 +62,8 @@ def row_shares(camera: Camera, count: int) -> Array:
     # Of the first and the last instant only the half inside the exposure matters.
     knots = duration(camera) * (np.arange(-1, count + 2) / count - 0.5)
 
-    def twice_integrated(time: Array) -> Array:
-        """Second integral of the impulses whose second differences are the weights."""
-        return 0.5 * np.maximum(time - knots[:, None], 0.0) ** 2
-
-    exposed = (twice_integrated(opens + t) - twice_integrated(opens)) / (length * t)
+    # The weight of an instant is the second difference of ramps; this is their integral.
+    integrals = [0.5 * np.maximum(time - knots[:, None], 0.0) ** 2 for time in (opens, opens + t)]
+    exposed = (integrals[1] - integrals[0]) / (length * t)
     shares = np.maximum(np.diff(exposed, n=2, axis=0), 0.0)
     return shares / shares.sum(axis=0)
