@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -15,7 +15,7 @@ import numpy as np
 from simgl.camera.camera import Camera
 from simgl.camera.point_spread import SunInCamera
 from simgl.camera.rolling_shutter import row_shares
-from simgl.camera_pipeline import CameraPipeline
+from simgl.camera_pipeline import CameraPipeline, ExposurePart
 from simgl.errors import ConfigError, did_you_mean
 from simgl.flash_lidar import lidar_frame
 from simgl.gpu.context import close_context, current, open_context, preserve_current
@@ -358,16 +358,19 @@ class Simulator:
         if not states:
             photons = still.state.sun.photons_per_joule
             return pipeline.electrons_through(camera, photons, still.radiance, still.sun)
-        for index, share in enumerate(row_shares(camera, len(states) - 1)):
-            moved = self._still(states[index], camera.name)
-            electrons = pipeline.add_electrons(
-                camera,
-                moved.state.sun.photons_per_joule,
-                pipeline.irradiance(camera, moved.radiance, moved.sun),
-                share,
-                first=index == 0,
+        return pipeline.electrons_during(camera, self._exposure_parts(camera, states))
+
+    def _exposure_parts(
+        self, camera: Camera, states: Sequence[SceneState]
+    ) -> Iterator[ExposurePart]:
+        for state, shares in zip(states, row_shares(camera, len(states) - 1), strict=True):
+            moved = self._still(state, camera.name)
+            yield ExposurePart(
+                photons_per_joule=state.sun.photons_per_joule,
+                radiance=moved.radiance,
+                sun=moved.sun,
+                shares=shares,
             )
-        return electrons
 
     def _with_counts(
         self,
