@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -12,6 +12,7 @@ from typing import Literal, TypeVar
 import moderngl
 import numpy as np
 
+from simgl.arrays import Array
 from simgl.camera.camera import Camera
 from simgl.camera.point_spread import SunInCamera
 from simgl.camera.rolling_shutter import row_shares
@@ -116,6 +117,13 @@ class _Still:
             direction=info.R_camera_from_icrf @ info.sun_direction_icrf,
             irradiance=info.sun_irradiance * self.state.sunlight(info.position),
             angular_radius=self.state.sun.seen_from(info.position).angular_radius,
+        )
+
+    def exposed(self, shares: Array) -> ExposurePart:
+        """As an instant of an exposure; shares: (height,) its weight in each row."""
+        photons = self.state.sun.photons_per_joule
+        return ExposurePart(
+            photons_per_joule=photons, radiance=self.radiance, sun=self.sun, shares=shares
         )
 
     def with_camera(self, camera: Camera, draw: int) -> _Still:
@@ -353,24 +361,13 @@ class Simulator:
 
     def _electrons(self, still: _Still, states: Sequence[SceneState]) -> ImageTarget:
         """Electrons of the still scene, or the sum over the states of an exposure."""
-        camera = still.view.camera
-        pipeline = self._camera_pipeline
+        camera, pipeline = still.view.camera, self._camera_pipeline
         if not states:
             photons = still.state.sun.photons_per_joule
             return pipeline.electrons_through(camera, photons, still.radiance, still.sun)
-        return pipeline.electrons_during(camera, self._exposure_parts(camera, states))
-
-    def _exposure_parts(
-        self, camera: Camera, states: Sequence[SceneState]
-    ) -> Iterator[ExposurePart]:
-        for state, shares in zip(states, row_shares(camera, len(states) - 1), strict=True):
-            moved = self._still(state, camera.name)
-            yield ExposurePart(
-                photons_per_joule=state.sun.photons_per_joule,
-                radiance=moved.radiance,
-                sun=moved.sun,
-                shares=shares,
-            )
+        stills = (self._still(moved, camera.name) for moved in states)
+        parts = map(_Still.exposed, stills, row_shares(camera, len(states) - 1))
+        return pipeline.electrons_during(camera, parts)
 
     def _with_counts(
         self,
