@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import moderngl
+import numpy as np
 
-from simgl.arrays import Array
+from simgl.arrays import Array, Array32
 from simgl.camera.camera import Camera
 from simgl.camera.camera_equation import square_electrons_per_irradiance
 from simgl.camera.point_spread import SunInCamera, has_spread
@@ -25,6 +27,23 @@ _WORKERS = 2
 _BANDS = (Format("f4", 4),)
 _ELECTRONS = (ELECTRONS_FORMAT,)
 _DN = (DN_FORMAT,)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ExposurePart:
+    """What pixels of a camera see at one instant of an exposure.
+
+    camera : in which all other pixels are blind
+    photons_per_joule : (4,) of the light in each band
+    sun : gives ghosts
+    shares : (height,) weight of the instant in each row
+    """
+
+    camera: Camera
+    photons_per_joule: Array
+    radiance: ImageTarget
+    sun: SunInCamera | None
+    shares: Array
 
 
 class CameraPipeline:
@@ -73,21 +92,60 @@ class CameraPipeline:
         A lens that spreads light works on what the detector's filters make of the bands, not on
         the bands: one sum for a monochrome detector, three for one of colour.
         """
-        if not has_spread(camera):
-            target = self._target("electrons", camera, _ELECTRONS)
-            relative = self._optics.relative_illumination(camera)
-            seen = radiance.textures[0]
-            with self._timer.measure("exposure"):
-                self._exposure.draw_through_lens(
-                    camera, photons_per_joule, seen, relative, target.framebuffer
-                )
-            return target
         target = self._target("electrons", camera, _ELECTRONS)
+        if has_spread(camera):
+            target.write(self._spread_electrons(camera, photons_per_joule, radiance, sun))
+            return target
+        relative = self._optics.relative_illumination(camera)
+        seen = radiance.textures[0]
+        with self._timer.measure("exposure"):
+            self._exposure.draw_through_lens(
+                camera, photons_per_joule, seen, relative, target.framebuffer
+            )
+        return target
+
+    def electrons_during(self, camera: Camera, parts: Iterable[ExposurePart]) -> ImageTarget:
+        """Mean electrons [e-] of an exposure while the scene moves, in ``ELECTRONS_FORMAT``.
+
+        parts : at least one, each asked for when the one before has been used
+        """
+        target = self._target("electrons", camera, _ELECTRONS)
+        if has_spread(camera):
+            d = camera.detector
+            total = np.zeros((d.height, d.width), dtype=np.float32)
+            for part in parts:
+                light = self._spread_electrons(
+                    part.camera, part.photons_per_joule, part.radiance, part.sun
+                )
+                total += part.shares.astype(np.float32)[:, None] * light
+            target.write(total)
+            return target
+        relative = self._optics.relative_illumination(camera)
+        target.framebuffer.clear(viewport=(0, 0, *target.framebuffer.size))
+        for part in parts:
+            seen = part.radiance.textures[0]
+            with self._timer.measure("exposure"):
+                self._exposure.add_through_lens(
+                    part.camera,
+                    part.photons_per_joule,
+                    seen,
+                    relative,
+                    target.framebuffer,
+                    part.shares,
+                )
+        return target
+
+    def _spread_electrons(
+        self,
+        camera: Camera,
+        photons_per_joule: Array,
+        radiance: ImageTarget,
+        sun: SunInCamera | None,
+    ) -> Array32:
         one_second = replace(camera, exposure_time=1.0)
         square = square_electrons_per_irradiance(one_second, photons_per_joule)
         with self._timer.measure("spread"):
-            target.write(self._spread.electrons(camera, square, sun, radiance))
-        return target
+            return self._spread.electrons(camera, square, sun, radiance)
 
     def electrons(
         self, camera: Camera, photons_per_joule: Array, irradiance: ImageTarget
@@ -97,30 +155,6 @@ class CameraPipeline:
         with self._timer.measure("exposure"):
             source = irradiance.textures[0]
             self._exposure.draw(camera, photons_per_joule, source, target.framebuffer)
-        return target
-
-    def add_electrons(
-        self,
-        camera: Camera,
-        photons_per_joule: Array,
-        irradiance: ImageTarget,
-        shares: Array,
-        *,
-        first: bool,
-    ) -> ImageTarget:
-        """Mean electrons [e-], summed over parts of the exposure.
-
-        shares : (height,) part of each row's exposure time
-        first : forget what was summed before
-        """
-        target = self._target("electrons", camera, _ELECTRONS)
-        with self._timer.measure("exposure"):
-            if first:
-                target.framebuffer.scissor = None  # type: ignore[assignment]
-                target.framebuffer.viewport = (0, 0, *target.framebuffer.size)
-                target.framebuffer.clear()
-            source = irradiance.textures[0]
-            self._exposure.add(camera, photons_per_joule, source, target.framebuffer, shares)
         return target
 
     def digital(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
@@ -12,10 +12,11 @@ from typing import Literal, TypeVar
 import moderngl
 import numpy as np
 
+from simgl.arrays import Array
 from simgl.camera.camera import Camera
 from simgl.camera.point_spread import SunInCamera
 from simgl.camera.rolling_shutter import row_shares
-from simgl.camera_pipeline import CameraPipeline
+from simgl.camera_pipeline import CameraPipeline, ExposurePart
 from simgl.errors import ConfigError, did_you_mean
 from simgl.flash_lidar import lidar_frame
 from simgl.gpu.context import close_context, current, open_context, preserve_current
@@ -119,6 +120,16 @@ class _Still:
             direction=info.R_camera_from_icrf @ info.sun_direction_icrf,
             irradiance=info.sun_irradiance * self.state.sunlight(info.position),
             angular_radius=self.state.sun.seen_from(info.position).angular_radius,
+        )
+
+    def exposed(self, camera: Camera, shares: Array) -> ExposurePart:
+        """As an instant of an exposure of a camera; shares: (height,) its weight in each row."""
+        return ExposurePart(
+            camera=camera,
+            photons_per_joule=self.state.sun.photons_per_joule,
+            radiance=self.radiance,
+            sun=self.sun,
+            shares=shares,
         )
 
     def with_camera(self, camera: Camera, draw: int) -> _Still:
@@ -357,29 +368,27 @@ class Simulator:
 
     def _electrons(self, still: _Still, states: Sequence[SceneState]) -> ImageTarget:
         """Electrons of the still scene, or the sum over the states of an exposure."""
-        camera = still.view.camera
-        pipeline = self._camera_pipeline
+        camera, pipeline = still.view.camera, self._camera_pipeline
         colours = lit_for_detector(still.state, camera.detector)
         if not states and len(colours) == 1:
             photons = still.state.sun.photons_per_joule
             seen = self._lit_for(still, colours[0])
             return pipeline.electrons_through(camera, photons, seen.radiance, seen.sun)
-        electrons: ImageTarget | None = None
-        for state, share in zip(
-            states or [still.state], row_shares(camera, max(len(states), 1)), strict=True
-        ):
+        return pipeline.electrons_during(camera, self._exposure_parts(still, states))
+
+    def _exposure_parts(
+        self, still: _Still, states: Sequence[SceneState]
+    ) -> Iterator[ExposurePart]:
+        """What the pixels of each colour see at each instant, each drawn when it is asked for."""
+        camera = still.view.camera
+        shares = np.ones((1, camera.detector.height))
+        if states:
+            shares = row_shares(camera, len(states) - 1)
+        for state, share in zip(states or [still.state], shares, strict=True):
             moved = self._still(state, camera.name) if states else still
             for colour in lit_for_detector(moved.state, camera.detector):
-                seen = self._lit_for(moved, colour)
-                electrons = pipeline.add_electrons(
-                    replace(camera, detector=colour.detector),
-                    moved.state.sun.photons_per_joule,
-                    pipeline.irradiance(camera, seen.radiance, seen.sun),
-                    share,
-                    first=electrons is None,
-                )
-        assert electrons is not None
-        return electrons
+                pixels = replace(camera, detector=colour.detector)
+                yield self._lit_for(moved, colour).exposed(pixels, share)
 
     def _lit_for(self, still: _Still, colour: DetectorLight) -> _Still:
         """The scene with its lamps as the pixels of a colour respond to them; the last one found

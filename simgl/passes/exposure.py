@@ -64,18 +64,15 @@ class ExposurePass:
         relative_illumination : map of what is left off the axis; None for cos^4
         """
         self.fills.apply(self._ctx, target, (0, 0, *target.size))
-        folded = square_electrons_per_irradiance(camera, photons_per_joule)
-        textures, defines = {"light": radiance}, ["LENS"]
-        if relative_illumination is not None:
-            textures["relative_illumination"] = relative_illumination
-            defines.append("MAPPED")
-        self._draw(camera, folded * irradiance_per_radiance(camera), textures, defines)
+        light = {"light": radiance}
+        self._draw_seen(camera, photons_per_joule, light, relative_illumination)
 
-    def add(
+    def add_through_lens(
         self,
         camera: Camera,
         photons_per_joule: Array,
-        irradiance: moderngl.Texture,
+        radiance: moderngl.Texture,
+        relative_illumination: moderngl.Texture | None,
         target: moderngl.Framebuffer,
         shares: Array,
     ) -> None:
@@ -90,9 +87,24 @@ class ExposurePass:
         texture = self._ctx.texture((1, len(shares)), 1, shares.astype("<f4").tobytes(), dtype="f4")
         texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
         self.adds.apply(self._ctx, target, (0, first, target.width, count))
-        folded = square_electrons_per_irradiance(camera, photons_per_joule)
-        self._draw(camera, folded, {"light": irradiance, "row_shares": texture}, ["ROW_SHARES"])
+        light = {"light": radiance, "row_shares": texture}
+        self._draw_seen(camera, photons_per_joule, light, relative_illumination, ["ROW_SHARES"])
         texture.release()
+
+    def _draw_seen(
+        self,
+        camera: Camera,
+        photons_per_joule: Array,
+        textures: Mapping[str, moderngl.Texture],
+        relative_illumination: moderngl.Texture | None,
+        defines: Sequence[str] = (),
+    ) -> None:
+        folded = square_electrons_per_irradiance(camera, photons_per_joule)
+        defines = [*defines, "LENS"]
+        if relative_illumination is not None:
+            textures = {**textures, "relative_illumination": relative_illumination}
+            defines.append("MAPPED")
+        self._draw(camera, folded * irradiance_per_radiance(camera), textures, defines)
 
     def _draw(
         self,

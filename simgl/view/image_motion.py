@@ -105,5 +105,5 @@ def states_over_exposure(
     half = 0.5 * duration(camera)
     # On either side of the middle: a motion that turns back shows none from end to end.
     motion = sum(image_motion(state, at(offset), name) for offset in (-half, half))
-    count = parts(motion)
-    return [at(offset) for offset in instants(camera, count).tolist()] if count > 1 else []
+    count = parts(camera, motion)
+    return [at(offset) for offset in instants(camera, count).tolist()] if count else []
