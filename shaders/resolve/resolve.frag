@@ -40,9 +40,9 @@ void main() {
 #endif
     vec4 sum = vec4(0.0);
     float covered = 0.0;
-    for (int j = 0; j < window_size.y; ++j) {
+    for (int j = 0; j < raster_size.y; ++j) {
         vec4 row = vec4(0.0);
-        for (int i = 0; i < window_size.x; ++i) {
+        for (int i = 0; i < raster_size.x; ++i) {
             vec2 seen = to_pixel * (vec2(i, j) + 0.5) + window_origin;
 #ifdef DISTORTED
             if (any(greaterThan(abs(to_edges * (seen - middle)), vec2(0.5)))) continue;
@@ -66,7 +66,10 @@ void main() {
     vec2 corner = floor(gl_FragCoord.xy) - tile_origin;
 #ifdef DISTORTED
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    vec2 middle = to_raster * (place(pixel) - tile_origin) + raster_origin;
+    vec2 seen = place(pixel);
+    // A pixel across a cut is averaged from one of the parts alone, or its coverage would count twice.
+    if (any(lessThan(seen, core.xy)) || any(greaterThanEqual(seen, core.zw))) discard;
+    vec2 middle = to_raster * (seen - tile_origin) + raster_origin;
     // A pixel is small beside the curvature of the distortion: its edges are straight.
     to_raster = to_raster * pixel_edges(pixel);
     mat2 to_pixel = inverse(to_raster);
@@ -78,7 +81,7 @@ void main() {
     int reach = pinhole_reach;
 #endif
     ivec2 centre = ivec2(floor(middle));
-    ivec2 last = textureSize(samples, 0) - 1;
+    ivec2 last = raster_size - 1;
     vec4 sum = vec4(0.0);
     float count = 0.0, covered = 0.0;
     for (int j = -reach; j <= reach; ++j) {
@@ -94,6 +97,10 @@ void main() {
             if (place != corner) continue;
 #endif
             count += 1.0;
+#ifdef DISTORTED
+            // A pixel across the tile's edge has empty samples beyond the raster.
+            if (any(lessThan(texel, ivec2(0))) || any(greaterThan(texel, last))) continue;
+#endif
             vec4 L = texelFetch(samples, clamp(texel, ivec2(0), last), 0);
             if (L.r >= 0.0) {
                 row += L;

@@ -28,10 +28,13 @@ _RESOLVE = Block(
             ("tile_origin", "f4", 2),
             # Tile coordinates of the corner of a window's raster.
             ("window_origin", "f4", 2),
-            ("window_size", "i4", 2),
+            # Of the texture of samples, which may be larger; the rest of it is of other images.
+            ("raster_size", "i4", 2),
             ("pinhole_reach", "i4"),
             ("window_samples", "f4"),
             ("resolve_padding", "i4", 2),
+            # x0, y0, x1, y1 of the image's pixels that are averaged from this tile.
+            ("core", "f4", 4),
         ]
     ),
 )
@@ -129,18 +132,19 @@ def _distorted_box(tile: RasterTile, camera: Camera) -> tuple[int, int, int, int
 
 def _values(tile: RasterTile) -> dict[str, object]:
     turn, window = tile.sample_grid.turn, tile.window
-    back, origin, size, samples = np.linalg.inv(turn), np.zeros(2), (0, 0), 0.0
+    back, origin, samples = np.linalg.inv(turn), np.zeros(2), 0.0
     if window is not None:
         back = window.image_from_raster[:, :2]
         origin = window.image_from_raster[:, 2] - (tile.x, tile.y)
-        size, samples = window.size, window.samples_per_pixel
+        samples = window.samples_per_pixel
     return {
         "raster_from_pixel": turn.T.ravel(),
         "pixel_from_raster": back.T.ravel(),
         "raster_origin": tile.sample_grid.raster_from_pixel(tile.width)[:, 2],
         "tile_origin": (tile.x, tile.y),
         "window_origin": origin,
-        "window_size": size,
+        "raster_size": tile.raster_size,
         "pinhole_reach": tile.sample_grid.reach,
         "window_samples": samples,
+        "core": tile.core,
     }
