@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
@@ -221,8 +222,7 @@ class Renderer:
             lamp_maps = self._lamp_shadow.draw(view.lamps)
         for tile in view.tiles:
             spacecraft = self._spacecraft(tile, view.gather, view.joint_light)
-            pinhole = view.camera if view.field is None else view.field.pinhole
-            for part in parts(tile, pinhole, _SAMPLES_AT_ONCE):
+            for part in _parts(tile, view):
                 with self.timer.measure("visibility"):
                     visibility = self._visibility.draw(part, spacecraft)
                 # From here on passes read what is still being drawn, and wait for it.
@@ -326,3 +326,15 @@ class Renderer:
 
     def __exit__(self, *_: object) -> None:
         self.release()
+
+
+def _parts(tile: RasterTile, view: FrameView) -> list[RasterTile]:
+    """A tile in parts that can be lit at once."""
+    columns, rows = tile.raster_size
+    if columns * rows <= _SAMPLES_AT_ONCE:
+        return [tile]
+    if view.field is None:
+        return parts(tile, view.camera, _SAMPLES_AT_ONCE)
+    # A pixel reaches across a cut by half of its diagonal.
+    margin = math.ceil(max(view.field.largest_pixel))
+    return parts(tile, view.field.pinhole, _SAMPLES_AT_ONCE, margin)

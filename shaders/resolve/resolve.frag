@@ -119,7 +119,10 @@ void main() {
     // Row by row: thousands of samples added to one float32 would lose its last digits.
 #ifdef DISTORTED
     mat2 to_raster = mat2(raster_from_pixel.xy, raster_from_pixel.zw);
-    vec2 middle = to_raster * (place(pixel) - tile_origin) + raster_origin;
+    vec2 seen = place(pixel);
+    // A pixel across a cut is averaged from one of the parts alone, or its coverage would count twice.
+    if (any(lessThan(seen, core.xy)) || any(greaterThanEqual(seen, core.zw))) discard;
+    vec2 middle = to_raster * (seen - tile_origin) + raster_origin;
     // A pixel is small beside the curvature of the distortion: its edges are straight.
     to_raster = to_raster * pixel_edges(pixel);
     mat2 to_pixel = inverse(to_raster);

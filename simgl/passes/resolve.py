@@ -32,6 +32,8 @@ _RESOLVE = Block(
             ("window_size", "i4", 2),
             ("cells_per_pixel", "i4"),
             ("window_samples", "f4"),
+            # x0, y0, x1, y1 of the image's pixels that are averaged from this tile.
+            ("core", "f4", 4),
         ]
     ),
 )
@@ -153,4 +155,5 @@ def _values(tile: RasterTile) -> dict[str, object]:
         "window_size": size,
         "cells_per_pixel": tile.sample_grid.cells_per_edge,
         "window_samples": samples,
+        "core": tile.core,
     }

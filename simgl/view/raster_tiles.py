@@ -26,6 +26,10 @@ from simgl.view.spacecraft_view import SpacecraftView, hull_in_camera
 NEAREST = 0.01
 # One 24-bit depth buffer covers distances up to this ratio: steps of 4e-6 of the distance.
 SLICE_RATIO = 64.0
+# Beyond every image, on either side.
+_BEYOND = (-1e9, 1e9)
+
+Box = tuple[int, int, int, int]
 
 
 # Samples along the edge of a cell of a window: its few samples are shaded one by one.
@@ -70,6 +74,7 @@ class RasterTile:
     cells : of the raster
     spacecraft : as they are drawn
     window : of spacecraft too small for a raster of all the pixels; these have no edges
+    core : x0, y0, x1, y1 of what is averaged from it: a distorting lens's pixels by their middles
     """
 
     x: int
@@ -85,6 +90,7 @@ class RasterTile:
     cells: CellGrid
     spacecraft: tuple[SpacecraftView, ...]
     window: RasterWindow | None = None
+    core: tuple[float, ...] = (*_BEYOND[:1] * 2, *_BEYOND[1:] * 2)
 
     @property
     def raster_size(self) -> tuple[int, int]:
@@ -94,18 +100,39 @@ class RasterTile:
         return self.sample_grid.raster_size(self.width, self.height)
 
 
-def parts(tile: RasterTile, camera: Camera, max_samples: int) -> list[RasterTile]:
-    """A tile cut into tiles whose rasters hold no more samples than that each, a pixel at least."""
-    columns, rows = tile.raster_size
-    if columns * rows <= max_samples or max(tile.width, tile.height) == 1:
-        return [tile]
-    x, y, w, h = tile.x, tile.y, tile.width, tile.height
+def parts(tile: RasterTile, camera: Camera, max_samples: int, margin: int = 0) -> list[RasterTile]:
+    """A tile cut into tiles of no more samples than that each, without margins; a pixel at least.
+
+    margin : pixels that they hold beyond the cuts; no more than ``core`` is averaged from each
+    """
+    box = tile.x, tile.y, tile.x + tile.width, tile.y + tile.height
+    return [_part(tile, core, margin, camera) for core in _cut(box, tile.sample_grid, max_samples)]
+
+
+def _cut(box: Box, sample_grid: SampleGrid, max_samples: int) -> list[Box]:
+    """A box cut into halves, quarters and so on of no more samples than that each."""
+    x0, y0, x1, y1 = box
+    w, h = x1 - x0, y1 - y0
+    columns, rows = sample_grid.raster_size(w, h)
+    if columns * rows <= max_samples or max(w, h) == 1:
+        return [box]
     if w >= h:
-        boxes = (x, y, x + w // 2, y + h), (x + w // 2, y, x + w, y + h)
+        halves = (x0, y0, x0 + w // 2, y1), (x0 + w // 2, y0, x1, y1)
     else:
-        boxes = (x, y, x + w, y + h // 2), (x, y + h // 2, x + w, y + h)
-    halves = [_tile(box, tile.spacecraft, tile.depths, camera, tile.sample_grid) for box in boxes]
-    return [part for half in halves for part in parts(half, camera, max_samples)]
+        halves = (x0, y0, x1, y0 + h // 2), (x0, y0 + h // 2, x1, y1)
+    return [part for half in halves for part in _cut(half, sample_grid, max_samples)]
+
+
+def _part(tile: RasterTile, core: Box, margin: int, camera: Camera) -> RasterTile:
+    x0, y0 = tile.x, tile.y
+    x1, y1 = x0 + tile.width, y0 + tile.height
+    a, b, c, d = core
+    box = max(a - margin, x0), max(b - margin, y0), min(c + margin, x1), min(d + margin, y1)
+    part = _tile(box, tile.spacecraft, tile.depths, camera, tile.sample_grid)
+    # Pixels across the tile's own edges belong to the parts there.
+    low = tuple(_BEYOND[0] if at == edge else at for at, edge in ((a, x0), (b, y0)))
+    high = tuple(_BEYOND[1] if at == edge else at for at, edge in ((c, x1), (d, y1)))
+    return replace(part, core=(*low, *high))
 
 
 def pixel_centre_tile(spacecraft: tuple[SpacecraftView, ...], camera: Camera) -> RasterTile:
