@@ -92,8 +92,7 @@ class Renderer:
 
     def check_size(self, camera: Camera) -> None:
         """Raise ConfigError for a camera whose images this driver cannot draw."""
-        distorted = camera.lens.distortion is not None
-        drawn = field_of(camera).centred if distorted else camera
+        drawn = camera if camera.is_pinhole else field_of(camera).centred
         size = drawn.detector.width, drawn.detector.height
         if size[0] * size[1] <= _SURE_PIXELS and max(size) <= largest_edge(self._ctx):
             return
@@ -103,7 +102,7 @@ class Renderer:
         possible = self._drawable[size]
         if possible != size:
             given = f"{camera.detector.width} x {camera.detector.height}"
-            if distorted:
+            if not camera.is_pinhole:
                 given += f", for whose distortion {size[0]} x {size[1]} are drawn"
             renderer = self._ctx.info["GL_RENDERER"]
             other = f"{possible[0]} x {possible[1]}"
