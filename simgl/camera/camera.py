@@ -50,7 +50,7 @@ class Camera:
         """What determines where its pixels look, whatever their exposure and electronics."""
         d, lens = self.detector, self.lens
         plane = self.focal_length_px, self.principal_point, lens.aspect, lens.skew
-        return *plane, d.width, d.height, lens.distortion
+        return (*plane, d.width, d.height, lens.distortion)
 
     @property
     def is_pinhole(self) -> bool:

@@ -127,7 +127,7 @@ def _undistorted(camera: Camera) -> _FieldArrays:
 
 
 def _on_pixels(camera: Camera) -> tuple[Array, Array, Array]:
-    """Tangents x / z and y / z of the pixels' lines of sight, and the stretch, (height, width) each.
+    """Tangents x / z and y / z of the pixels' lines of sight and the stretch, (height, width).
 
     Smooth functions of the pixel: polynomials on a few nodes give them to the last digits of
     float64, a hundred times faster than the lens's own inverse at each pixel.
@@ -171,7 +171,7 @@ def _at_pixels(camera: Camera, column: Array, row: Array) -> Array:
 
 
 def _interpolation(count: int, places: Array) -> Array:
-    """(n, count) from values at Chebyshev's nodes to those of their polynomial at places in 0..1."""
+    """(n, count) from values at Chebyshev's nodes to their polynomial's at places in 0..1."""
     chebyshev = np.polynomial.chebyshev.chebvander
     nodes = -np.cos(np.linspace(0.0, np.pi, count))
     to_coefficients = np.linalg.inv(chebyshev(nodes, count - 1))
@@ -304,7 +304,8 @@ def _sight_tangents(camera: Camera) -> tuple[Array, Array]:
     """x / z and y / z of the pixels' lines of sight, (height, width) each or broadcast to it."""
     d = camera.detector
     if camera.is_pinhole:
-        return _tangents(np.arange(d.width) + 0.5, np.arange(d.height)[:, None] + 0.5, camera)
+        column, row = np.arange(float(d.width)), np.arange(float(d.height))
+        return _tangents(column + 0.5, row[:, None] + 0.5, camera)
     seen = field(camera)
     column, row = (seen.places[..., k].astype(np.float64) for k in (0, 1))
     return _tangents(column, row, seen.pinhole)

@@ -9,7 +9,8 @@ from msgspec import Meta
 from simgl.config.value_types import Fraction, NonNegative, Positive, Table
 
 # Of a detector against the lens [rad]; a Scheimpflug camera has a tenth.
-Tilt = Annotated[float, Meta(ge=-0.8, le=0.8)]
+MAX_TILT = 0.8
+Tilt = Annotated[float, Meta(ge=-MAX_TILT, le=MAX_TILT)]
 
 
 class DistortionTable(Table, frozen=True, kw_only=True):

@@ -10,12 +10,11 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 import scipy.interpolate
 
-from simgl.arrays import Array
+from simgl.arrays import AnyArray, Array
 
 # Newton's method doubles the correct digits in each step; invertible distortions need far fewer.
 _NEWTON_STEPS = 12
@@ -26,30 +25,35 @@ _ANGLES = 1 << 13
 _MIN_SLOPE = 0.01
 
 
-class Projection(Protocol):
+class Projection(ABC):
     """How a lens maps rays to points of its normalised image plane."""
 
+    @abstractmethod
     def projected(self, rays: Array) -> Array:
         """Points (..., 2) of rays (..., 3) of any length; NaN where the lens does not see."""
 
+    @abstractmethod
     def rays(self, points: Array) -> Array:
         """Rays (..., 3) of some length to points (..., 2); NaN where there is none."""
 
+    @abstractmethod
     def area_per_steradian(self, rays: Array) -> Array:
         """(...,) area of the plane that a small solid angle about rays (..., 3) takes, per it."""
 
     @property
+    @abstractmethod
     def scale(self) -> float:
         """Length in the plane per tangent of the angle off the boresight, next to it."""
 
     @property
+    @abstractmethod
     def pupil_turns(self) -> bool:
         """Whether the entrance pupil faces every ray, as wide-angle lenses are built, or the
         boresight alone."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Distortion:
+class Distortion(Projection):
     """A pinhole with the distortion of OpenCV, for tangents x / z and y / z.
 
     x' = x s + 2 p1 x y + p2 (r^2 + 2 x^2) + s1 r^2 + s2 r^4,
@@ -187,7 +191,7 @@ class Distortion:
         return onto @ R
 
 
-class _Radial(ABC):
+class _Radial(Projection):
     """A lens symmetric about its boresight: the radius in the plane is a function of the angle."""
 
     def projected(self, rays: Array) -> Array:
@@ -229,11 +233,6 @@ class _Radial(ABC):
     @abstractmethod
     def radius_and_slope(self, angle: Array) -> tuple[Array, Array]:
         """Radius in the plane at an angle off the boresight [rad], and its derivative."""
-
-    @property
-    @abstractmethod
-    def scale(self) -> float:
-        """As of every ``Projection``."""
 
     @property
     def pupil_turns(self) -> bool:
@@ -304,7 +303,7 @@ class DoubleSphere(_Radial):
         return 1.0 / (1.0 + self.xi)
 
 
-def _mapped(homography: Array, points: Array) -> Array:
+def _mapped(homography: AnyArray, points: Array) -> Array:
     """Points (..., 2) under a homography (3, 3)."""
     x, y = points[..., 0], points[..., 1]
     a, b, c = (row[0] * x + row[1] * y + row[2] for row in homography)
