@@ -78,7 +78,7 @@ void main() {
     int reach = pinhole_reach;
 #endif
     ivec2 centre = ivec2(floor(middle));
-    ivec2 last = textureSize(samples, 0) - 1;
+    ivec2 last = raster_size - 1;
     vec4 sum = vec4(0.0);
     float count = 0.0, covered = 0.0;
     for (int j = -reach; j <= reach; ++j) {

@@ -31,7 +31,8 @@ _RESOLVE = Block(
             ("window_size", "i4", 2),
             ("pinhole_reach", "i4"),
             ("window_samples", "f4"),
-            ("resolve_padding", "i4", 2),
+            # Of the tile; the texture of its samples may be larger, with those of others.
+            ("raster_size", "i4", 2),
         ]
     ),
 )
@@ -143,4 +144,5 @@ def _values(tile: RasterTile) -> dict[str, object]:
         "window_size": size,
         "pinhole_reach": tile.sample_grid.reach,
         "window_samples": samples,
+        "raster_size": tile.raster_size,
     }
