@@ -95,12 +95,12 @@ class _Entries:
 
     def named(self, names: Sequence[str]) -> str:
         """Which of some names the table has; ConfigError for none and for several."""
-        found = [name for name in names if name in self.table]
-        if not found:
+        given = [name for name in names if name in self.table]
+        if not given:
             self.fail(names[0], "is missing")
-        if len(found) > 1:
-            self.fail(found[1], f"contradicts {found[0]}; give one of them")
-        return found[0]
+        if len(given) > 1:
+            self.fail(given[1], f"contradicts {given[0]}; give one of them")
+        return given[0]
 
     def text(self, name: str) -> str:
         value = self.table.get(name)
@@ -379,6 +379,17 @@ FORMATS: dict[str, Callable[[str, Calibration], str]] = {
     "kalibr": _kalibr_text,
     "ros": _ros_text,
 }
+
+
+def opencv_coefficients(name: str, its: Calibration, tool: str) -> tuple[float, ...]:
+    """A pinhole's 5 coefficients in OpenCV's order if they are 0, else 8, 12 or 14.
+
+    Raises ConfigError, which names the camera and the tool, for another lens.
+    """
+    if isinstance(its.distortion, Fisheye):
+        _cannot(name, tool, "fisheye")
+    counts = _OPENCV_COUNTS[1 if its.distortion is None else 2 :]
+    return _opencv_values(name, its, tool, counts)[1]
 
 
 def _opencv_values(

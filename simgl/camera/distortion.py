@@ -9,6 +9,7 @@ import numpy as np
 
 from simgl.arrays import Array, Array32, IndexArray
 from simgl.camera.camera import Camera
+from simgl.camera.projections import Distortion
 from simgl.errors import ConfigError
 from simgl.lru_cache import MANY, LruCache
 
@@ -16,6 +17,8 @@ from simgl.lru_cache import MANY, LruCache
 _MARGIN = 3
 # Fields larger than this many times the image come from coefficients that do not fit the lens.
 _LARGEST_FIELD = 3.0
+# A pinhole sees no farther than 90 deg off its boresight, and needs too many pixels before that.
+_WIDEST_DEG = 85.0
 # Pixels of an image with distortion: 2 GB for the lines of sight while they are computed.
 _MAX_PIXELS = 1 << 25
 # The background and the truth are drawn on pixels smaller than the detector's by this factor.
@@ -110,8 +113,7 @@ def _undistorted(camera: Camera) -> _FieldArrays:
         raise ConfigError(where, "optics.distortion", problem)
     x, y, stretch = _on_pixels(camera)
     if not (stretch.min() > 0.0):  # also where it is no number
-        problem = "folds the picture: two rays meet in one place"
-        raise ConfigError(where, "optics.distortion", problem)
+        raise ConfigError(where, "optics.distortion", _unseen(camera))
     middle = 0.5 * np.array([d.width, d.height])
     f = camera.focal_length_px * _scale(camera)
     reach = np.array([max(-tangent.min(), tangent.max()) for tangent in (x, y)]) * f
@@ -124,6 +126,19 @@ def _undistorted(camera: Camera) -> _FieldArrays:
     for k, (tangent, size) in enumerate(((x, width), (y, height))):
         places[..., k] = tangent * f + 0.5 * size
     return _FieldArrays(width=width, height=height, places=places, stretch=stretch)
+
+
+def _unseen(camera: Camera) -> str:
+    """What keeps a pinhole from drawing the field of a camera."""
+    d = camera.detector
+    across, down = (np.linspace(0.5, n - 0.5, 99) for n in (d.width, d.height))
+    x, y, z = np.moveaxis(camera.rays(np.stack(np.meshgrid(across, down), axis=-1)), -1, 0)
+    angle = float(np.nanmax(np.degrees(np.arctan2(np.hypot(x, y), z)), initial=0.0))
+    if angle >= _WIDEST_DEG:
+        return f"sees {angle:.0f} deg off the boresight; fields below {_WIDEST_DEG:g} deg are drawn"
+    if isinstance(camera.lens.distortion, Distortion):
+        return "folds the picture: two rays meet in one place"
+    return "images nothing in the corners of the image; crop it to the field of the lens"
 
 
 def _on_pixels(camera: Camera) -> tuple[Array, Array, Array]:

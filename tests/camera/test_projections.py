@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -174,13 +175,20 @@ def test_lines_of_sight_are_those_of_the_inverse_at_each_pixel(name: str) -> Non
 
 
 @pytest.mark.parametrize(
-    ("lens", "problem"),
+    ("lens", "focal_length", "problem"),
     [
-        (Distortion(k1=-0.9), "folds the picture"),
-        (Distortion(k1=1e18), "folds the picture"),
-        (Fisheye(k1=-0.5), "folds the picture"),
+        (Distortion(k1=-0.9), 420.0, "folds the picture"),
+        (Distortion(k1=1e18), 420.0, "folds the picture"),
+        (Fisheye(k1=-0.5), 420.0, "images nothing in the corners of the image"),
+        (Fisheye(), 240.0, "sees 98 deg off the boresight; fields below 85 deg are drawn"),
+        (Fisheye(), 290.0, "sees 4.6 times the field of a pinhole, at most 3"),
+        (SPHERES, 150.0, "sees 125 deg off the boresight"),
     ],
 )
-def test_a_lens_that_images_no_ray_to_a_pixel_is_refused(lens: Projection, problem: str) -> None:
+def test_a_field_that_no_pinhole_sees_is_refused(
+    lens: Projection, focal_length: float, problem: str
+) -> None:
+    cam = lens_camera(lens)
+    cam = replace(cam, lens=replace(cam.lens, focal_length=focal_length * 3.75e-6))
     with pytest.raises(ConfigError, match=problem):
-        field(lens_camera(lens))
+        field(cam)
