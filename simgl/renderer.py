@@ -216,7 +216,8 @@ class Renderer:
         for tile in view.tiles:
             spacecraft = self._spacecraft(tile, view.gather, view.joint_light)
             pinhole = view.camera if view.field is None else view.field.pinhole
-            for part in parts(tile, pinhole, _SAMPLES_AT_ONCE):
+            reach = 0 if view.field is None else view.field.reach
+            for part in parts(tile, pinhole, _SAMPLES_AT_ONCE, reach):
                 with self.timer.measure("geometry"):
                     gbuffer = self._geometry.draw(part, spacecraft)
                     self._reference_gather.fill(part, gbuffer, spacecraft)

@@ -66,7 +66,10 @@ void main() {
     vec2 corner = floor(gl_FragCoord.xy) - tile_origin;
 #ifdef DISTORTED
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    vec2 middle = to_raster * (place(pixel) - tile_origin) + raster_origin;
+    vec2 seen = place(pixel);
+    // Neighbouring parts of a tile overlap; each pixel belongs to one of them.
+    if (any(lessThan(seen, owned.xy)) || any(greaterThanEqual(seen, owned.zw))) discard;
+    vec2 middle = to_raster * (seen - tile_origin) + raster_origin;
     // A pixel is small beside the curvature of the distortion: its edges are straight.
     to_raster = to_raster * pixel_edges(pixel);
     mat2 to_pixel = inverse(to_raster);
@@ -94,7 +97,13 @@ void main() {
             if (place != corner) continue;
 #endif
             count += 1.0;
+#ifdef DISTORTED
+            // Past the raster the spacecraft of the tile have nothing.
+            if (any(lessThan(texel, ivec2(0))) || any(greaterThan(texel, last))) continue;
+            vec4 L = texelFetch(samples, texel, 0);
+#else
             vec4 L = texelFetch(samples, clamp(texel, ivec2(0), last), 0);
+#endif
             if (L.r >= 0.0) {
                 row += L;
                 covered += 1.0;

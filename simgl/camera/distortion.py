@@ -43,6 +43,7 @@ class PinholeField:
     centred : ``fine`` with an odd number of pixels, so that one lies at the centre of each pixel
     places : (height, width, 2) centres of the camera's pixels in the pinhole's image [px]
     stretch : (height, width) area in the camera's image over area in the pinhole's
+    reach : to which a pixel sees around its middle, at most [px of the pinhole]
     """
 
     pinhole: Camera
@@ -50,23 +51,18 @@ class PinholeField:
     centred: Camera
     places: Array32
     stretch: Array
-
-    @property
-    def largest_pixel(self) -> tuple[float, float]:
-        """Largest width and height of the camera's pixels in the pinhole's image [px]."""
-        steps = (np.abs(np.diff(self.places, axis=axis)).sum(axis=-1) for axis in (1, 0))
-        across, down = (float(step.max(initial=1.0)) for step in steps)
-        return across, down
+    reach: int
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _FieldArrays:
-    """The size of the pinhole's image, and the arrays of a ``PinholeField``."""
+    """The size of the pinhole's image, and what a ``PinholeField`` has of its pixels."""
 
     width: int
     height: int
     places: Array32
     stretch: Array
+    reach: int
 
     @property
     def nbytes(self) -> int:
@@ -98,6 +94,7 @@ def field(camera: Camera) -> PinholeField:
         centred=_finer(pinhole, 1),
         places=arrays.places,
         stretch=arrays.stretch,
+        reach=arrays.reach,
     )
 
 
@@ -125,7 +122,17 @@ def _undistorted(camera: Camera) -> _FieldArrays:
     places = np.empty((d.height, d.width, 2), dtype=np.float32)
     for k, (tangent, size) in enumerate(((x, width), (y, height))):
         places[..., k] = tangent * f + 0.5 * size
-    return _FieldArrays(width=width, height=height, places=places, stretch=stretch)
+    return _FieldArrays(
+        width=width, height=height, places=places, stretch=stretch, reach=_reach(places)
+    )
+
+
+def _reach(places: Array32) -> int:
+    """Largest extent of a pixel in the pinhole's image: twice what it sees on either side."""
+    across, down = (
+        np.abs(np.diff(places, axis=axis)).max(axis=(0, 1), initial=1.0) for axis in (1, 0)
+    )
+    return int(np.ceil((across + down).max()))
 
 
 def _unseen(camera: Camera) -> str:

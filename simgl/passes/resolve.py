@@ -33,6 +33,8 @@ _RESOLVE = Block(
             ("window_samples", "f4"),
             # Of the tile; the texture of its samples may be larger, with those of others.
             ("raster_size", "i4", 2),
+            # Low x and y, high x and y in the pinhole's image: whose middles' pixels are drawn.
+            ("owned", "f4", 4),
         ]
     ),
 )
@@ -115,12 +117,9 @@ class ResolvePass:
 
 
 def _distorted_box(tile: RasterTile, camera: Camera) -> tuple[int, int, int, int]:
-    """x, y, width, height of the pixels that may see a tile of the pinhole's image."""
-    low, high = np.array([tile.x, tile.y]), np.array([tile.x + tile.width, tile.y + tile.height])
-    places = field(camera).places
-    # A pixel reaches about one pixel of the pinhole's image around its middle.
-    margin = np.array(field(camera).largest_pixel)
-    inside = np.all((places > low - margin) & (places < high + margin), axis=-1)
+    """x, y, width, height of the pixels that are drawn from a tile of the pinhole's image."""
+    places, (x0, y0, x1, y1) = field(camera).places, tile.owned
+    inside = np.all((places >= (x0, y0)) & (places < (x1, y1)), axis=-1)
     rows, columns = np.flatnonzero(inside.any(axis=1)), np.flatnonzero(inside.any(axis=0))
     if not rows.size:
         return 0, 0, 0, 0
@@ -145,4 +144,5 @@ def _values(tile: RasterTile) -> dict[str, object]:
         "pinhole_reach": tile.sample_grid.reach,
         "window_samples": samples,
         "raster_size": tile.raster_size,
+        "owned": tile.owned,
     }

@@ -28,6 +28,10 @@ NEAREST = 0.01
 SLICE_RATIO = 64.0
 
 
+# Low x and y, high x and y [px].
+Box = tuple[int, int, int, int]
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RasterTile:
     """A rectangle of the image that holds spacecraft, drawn on its own sample grid.
@@ -41,6 +45,8 @@ class RasterTile:
         rows and along columns of the sample grid's raster, camera axes, the last column unused
     spacecraft : as they are drawn
     window : of spacecraft too small for a raster of all the pixels; these have no edges
+    owned : low x and y, high x and y; a lens that distorts draws from this tile the pixels whose
+        middles lie in there
     """
 
     x: int
@@ -53,6 +59,7 @@ class RasterTile:
     slices: tuple[Array32, ...]
     sample_steps: Array32
     spacecraft: tuple[SpacecraftView, ...]
+    owned: Box
     window: RasterWindow | None = None
 
     @property
@@ -63,18 +70,44 @@ class RasterTile:
         return self.sample_grid.raster_size(self.width, self.height)
 
 
-def parts(tile: RasterTile, camera: Camera, max_samples: int) -> list[RasterTile]:
-    """A tile cut into tiles whose rasters hold no more samples than that each, a pixel at least."""
+def parts(tile: RasterTile, camera: Camera, max_samples: int, reach: int = 0) -> list[RasterTile]:
+    """A tile cut into tiles whose rasters hold no more samples than that each, a pixel at least.
+
+    reach : to which a pixel of a lens that distorts sees around its middle [px of ``camera``]; the
+        tiles then overlap by it, but own different pixels
+    """
+    box = tile.x, tile.y, tile.x + tile.width, tile.y + tile.height
+    return _parts(replace(tile, owned=_grown(box, reach)), box, camera, max_samples, reach)
+
+
+def _parts(
+    tile: RasterTile, whole: Box, camera: Camera, max_samples: int, reach: int
+) -> list[RasterTile]:
     columns, rows = tile.raster_size
-    if columns * rows <= max_samples or max(tile.width, tile.height) == 1:
+    x0, y0, x1, y1 = tile.owned
+    width, height = x1 - x0, y1 - y0
+    if columns * rows <= max_samples or max(width, height) == 1:
         return [tile]
-    x, y, w, h = tile.x, tile.y, tile.width, tile.height
-    if w >= h:
-        boxes = (x, y, x + w // 2, y + h), (x + w // 2, y, x + w, y + h)
-    else:
-        boxes = (x, y, x + w, y + h // 2), (x, y + h // 2, x + w, y + h)
-    halves = [_tile(box, tile.spacecraft, tile.depths, camera, tile.sample_grid) for box in boxes]
-    return [part for half in halves for part in parts(half, camera, max_samples)]
+    x, y = x0 + width // 2, y0 + height // 2
+    halves = ((x0, y0, x, y1), (x, y0, x1, y1))
+    if width < height:
+        halves = ((x0, y0, x1, y), (x0, y, x1, y1))
+    found = []
+    for half in halves:
+        seen = _grown(half, reach)
+        box = (
+            max(seen[0], whole[0]),
+            max(seen[1], whole[1]),
+            min(seen[2], whole[2]),
+            min(seen[3], whole[3]),
+        )
+        part = _tile(box, tile.spacecraft, tile.depths, camera, tile.sample_grid)
+        found += _parts(replace(part, owned=half), whole, camera, max_samples, reach)
+    return found
+
+
+def _grown(box: Box, by: int) -> Box:
+    return box[0] - by, box[1] - by, box[2] + by, box[3] + by
 
 
 def pixel_centre_tile(spacecraft: tuple[SpacecraftView, ...], camera: Camera) -> RasterTile:
@@ -113,7 +146,7 @@ class _Target:
 
     view: SpacecraftView
     hull: Array
-    box: tuple[int, int, int, int]
+    box: Box
     outline: Array
     area: float
 
@@ -135,7 +168,7 @@ class _Group:
     """Spacecraft that share a tile, since they may hide each other."""
 
     targets: tuple[_Target, ...]
-    box: tuple[int, int, int, int]
+    box: Box
 
     @cached_property
     def hull(self) -> Array:
@@ -231,16 +264,16 @@ def _window_tile(group: _Group, camera: Camera, *, with_lamps: bool) -> RasterTi
     return _tile(group.box, views, slices, camera, window.sample_grid, window)
 
 
-def _overlap(a: tuple[int, int, int, int], b: tuple[int, int, int, int]) -> bool:
+def _overlap(a: Box, b: Box) -> bool:
     return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
 
 
-def _union(a: tuple[int, int, int, int], b: tuple[int, int, int, int]) -> tuple[int, int, int, int]:
+def _union(a: Box, b: Box) -> Box:
     return min(a[0], b[0]), min(a[1], b[1]), max(a[2], b[2]), max(a[3], b[3])
 
 
 def _tile(
-    box: tuple[int, int, int, int],
+    box: Box,
     spacecraft: tuple[SpacecraftView, ...],
     depths: tuple[tuple[float, float], ...],
     camera: Camera,
@@ -280,6 +313,7 @@ def _tile(
         slices=tuple(slices),
         sample_steps=_float32(steps),
         spacecraft=spacecraft,
+        owned=box,
         window=window,
     )
 
