@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
@@ -96,8 +95,7 @@ class Renderer:
 
     def check_size(self, camera: Camera) -> None:
         """Raise ConfigError for a camera whose images this driver cannot draw."""
-        distorted = camera.lens.distortion is not None
-        drawn = field_of(camera).centred if distorted else camera
+        drawn = camera if camera.is_pinhole else field_of(camera).centred
         size = drawn.detector.width, drawn.detector.height
         if size[0] * size[1] <= _SURE_PIXELS and max(size) <= largest_edge(self._ctx):
             return
@@ -107,7 +105,7 @@ class Renderer:
         possible = self._drawable[size]
         if possible != size:
             given = f"{camera.detector.width} x {camera.detector.height}"
-            if distorted:
+            if not camera.is_pinhole:
                 given += f", for whose distortion {size[0]} x {size[1]} are drawn"
             renderer = self._ctx.info["GL_RENDERER"]
             other = f"{possible[0]} x {possible[1]}"
@@ -335,6 +333,4 @@ def _parts(tile: RasterTile, view: FrameView) -> list[RasterTile]:
         return [tile]
     if view.field is None:
         return parts(tile, view.camera, _SAMPLES_AT_ONCE)
-    # A pixel reaches across a cut by half of its diagonal.
-    margin = math.ceil(max(view.field.largest_pixel))
-    return parts(tile, view.field.pinhole, _SAMPLES_AT_ONCE, margin)
+    return parts(tile, view.field.pinhole, _SAMPLES_AT_ONCE, view.field.reach)

@@ -61,6 +61,7 @@ position_body_m = [0.3, 0.0, 0.0]
 look_at = "target"
 up = [0.0, 0.0, -1.0]
 exposure_time_s = 0.0001
+calibration = {{ file = "lens.yaml", camera = "cam1" }}
 [camera.nav.optics]
 psf_image = "psf.png"
 psf_samples_per_px = 2
@@ -98,6 +99,20 @@ csv = "qe.csv"
 [window]
 wavelength_nm = [400, 700, 1000]
 value = [0.9, 1.0, 0.8]
+"""
+CALIBRATION = """\
+cam0:
+  camera_model: pinhole
+  distortion_coeffs: [-0.2, 0.05, 0.001, -0.0005]
+  distortion_model: radtan
+  intrinsics: [58.5, 58.25, 23.75, 15.5]
+  resolution: [48, 32]
+cam1:
+  camera_model: pinhole
+  distortion_coeffs: []
+  distortion_model: none
+  intrinsics: [2600.5, 2600.5, 23.75, 15.5]
+  resolution: [48, 32]
 """
 CARD = """\
 name = "target"
@@ -203,6 +218,7 @@ def _in_memory_root(folder: Path) -> Scenario:
 READERS: dict[str, Reader] = {
     "scene.toml": _scene,
     "camera.toml": _in_memory_root,
+    "lens.yaml": _in_memory_root,
     "qe.csv": _in_memory_root,
     "psf.png": _scene,
     "land.png": _scene,
@@ -327,6 +343,7 @@ def write_all(folder: Path) -> None:
         "campaign.toml": CAMPAIGN,
         "camera.toml": PRESET,
         "card.toml": CARD,
+        "lens.yaml": CALIBRATION,
         "qe.csv": CURVE,
         "orbit.oem": OEM,
         "attitude.aem": AEM,

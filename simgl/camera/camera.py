@@ -11,6 +11,7 @@ from simgl.arrays import Array
 from simgl.camera.detector import Detector
 from simgl.camera.lens import Lens
 from simgl.camera.lidar import Lidar
+from simgl.physics.frames import angle_between
 
 __all__ = ["Camera", "Detector", "Lens"]
 
@@ -35,42 +36,95 @@ class Camera:
 
     @property
     def focal_length_px(self) -> float:
-        """Focal length in pixels."""
+        """Focal length along the image's rows in pixels."""
         return self.lens.focal_length / self.detector.pixel_pitch
+
+    @property
+    def principal_point(self) -> tuple[float, float]:
+        """Where the boresight meets the image; column and row [px]."""
+        d, (right, down) = self.detector, self.lens.principal_offset
+        return 0.5 * d.width + right / d.pixel_pitch, 0.5 * d.height + down / d.pixel_pitch
 
     @property
     def geometry(self) -> tuple[Hashable, ...]:
         """What determines where its pixels look, whatever their exposure and electronics."""
-        d = self.detector
-        return self.focal_length_px, d.width, d.height, self.lens.distortion
+        d, lens = self.detector, self.lens
+        plane = self.focal_length_px, self.principal_point, lens.aspect, lens.skew
+        return (*plane, d.width, d.height, lens.distortion)
+
+    @property
+    def is_pinhole(self) -> bool:
+        """Whether it images directions as a pinhole before square pixels does."""
+        lens = self.lens
+        return lens.distortion is None and lens.aspect == 1.0 and lens.skew == 0.0
 
     @property
     def intrinsics(self) -> Array:
-        """(3, 3) matrix from camera axes to homogeneous pixel coordinates.
+        """(3, 3) matrix from the normalised image plane to homogeneous pixel coordinates.
 
-        The centre of the pixel in column i, row j lies at (i + 0.5, j + 0.5); the principal point
-        is the image centre.
+        The centre of the pixel in column i, row j lies at (i + 0.5, j + 0.5). For a camera without
+        distortion this is the projection of camera axes.
         """
-        f, d = self.focal_length_px, self.detector
-        return np.array([[f, 0.0, 0.5 * d.width], [0.0, f, 0.5 * d.height], [0.0, 0.0, 1.0]])
+        f, (x, y), lens = self.focal_length_px, self.principal_point, self.lens
+        return np.array([[f, f * lens.skew, x], [0.0, f * lens.aspect, y], [0.0, 0.0, 1.0]])
 
     def project(self, points: Array) -> Array:
         """Pixel coordinates (..., 2) of points (..., 3) in camera axes, with lens distortion.
 
-        NaN for points behind the camera.
+        NaN for points that the lens does not see, such as those behind a pinhole.
         """
-        with np.errstate(all="ignore"):
-            tangents = points[..., :2] / points[..., 2:]
-            if self.lens.distortion is not None:
-                tangents = self.lens.distortion.distorted(tangents)
-            tangents = np.where(points[..., 2:] > 0.0, tangents, np.nan)
-        d = self.detector
-        return tangents * self.focal_length_px + 0.5 * np.array([d.width, d.height])
+        if self.lens.distortion is not None:
+            plane = self.lens.distortion.projected(points)
+        else:
+            with np.errstate(all="ignore"):
+                tangents = points[..., :2] / points[..., 2:]
+                plane = np.where(points[..., 2:] > 0.0, tangents, np.nan)
+        return self.in_pixels(plane)
+
+    def in_pixels(self, plane: Array) -> Array:
+        """Pixel coordinates (..., 2) of points (..., 2) of the normalised image plane."""
+        x, y = plane[..., 0], plane[..., 1]
+        sheared = np.stack([x + self.lens.skew * y, self.lens.aspect * y], axis=-1)
+        return sheared * self.focal_length_px + np.array(self.principal_point)
+
+    def on_plane(self, pixels: Array) -> Array:
+        """Points (..., 2) of the normalised image plane at pixel coordinates (..., 2)."""
+        x, y = np.moveaxis((pixels - np.array(self.principal_point)) / self.focal_length_px, -1, 0)
+        y = y / self.lens.aspect
+        return np.stack([x - self.lens.skew * y, y], axis=-1)
+
+    def rays(self, pixels: Array) -> Array:
+        """Lines of sight (..., 3) in camera axes, of some length, at pixel coordinates (..., 2).
+
+        NaN where the lens sees nothing.
+        """
+        plane = self.on_plane(pixels)
+        if self.lens.distortion is not None:
+            return self.lens.distortion.rays(plane)
+        return np.concatenate([plane, np.ones_like(plane[..., :1])], axis=-1)
+
+    @property
+    def half_diagonal_angle(self) -> float:
+        """From the boresight to the farthest corner of the image [rad]."""
+        d, (x, y) = self.detector, self.principal_point
+        if self.is_pinhole:
+            corner = np.hypot(max(x, d.width - x), max(y, d.height - y))
+            return float(np.arctan(corner / self.focal_length_px))
+        corners = np.array([[i, j] for i in (0.0, d.width) for j in (0.0, d.height)])
+        rays = self.rays(corners)
+        return max(angle_between(ray, np.array([0.0, 0.0, 1.0])) for ray in rays)
 
     @property
     def fields_of_view(self) -> tuple[float, float]:
-        """Full horizontal and vertical field of view [rad]."""
+        """Full horizontal and vertical field of view [rad], through the centre of the image."""
         d = self.detector
-        half = np.array([d.width, d.height]) / (2.0 * self.focal_length_px)
-        horizontal, vertical = 2.0 * np.arctan(half)
-        return float(horizontal), float(vertical)
+        if self.is_pinhole and self.lens.principal_offset == (0.0, 0.0):
+            half = np.array([d.width, d.height]) / (2.0 * self.focal_length_px)
+            horizontal, vertical = 2.0 * np.arctan(half)
+            return float(horizontal), float(vertical)
+        x, y = 0.5 * d.width, 0.5 * d.height
+        ends = self.rays(np.array([[0.0, y], [d.width, y], [x, 0.0], [x, d.height]]))
+        # Each side by itself: a field may exceed 180 deg.
+        middle = self.rays(np.array([x, y]))
+        left, right, top, bottom = (angle_between(end, middle) for end in ends)
+        return left + right, top + bottom

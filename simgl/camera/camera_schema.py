@@ -44,7 +44,8 @@ class ParticlesTable(Table, frozen=True, kw_only=True):
 
 
 Bits = Annotated[int, Meta(ge=8, le=16)]
-Pixels = Annotated[int, Meta(ge=1, le=16384)]
+MAX_EDGE = 16384
+Pixels = Annotated[int, Meta(ge=1, le=MAX_EDGE)]
 
 
 class DetectorTable(Table, frozen=True, kw_only=True):
@@ -114,15 +115,31 @@ class CameraPresetTable(DetectorTable, frozen=True, kw_only=True):
     optics: OpticsTable | None = None
 
 
+class CalibrationTable(Table, frozen=True, kw_only=True):
+    """A calibration file; ``camera`` is one of several in it."""
+
+    file: str
+    camera: str | None = None
+
+
 class CameraSettingsTable(DetectorTable, frozen=True, kw_only=True):
     """``[camera.NAME]``: a preset, and keys that override it.
 
+    focal_length_mm : 13 unless given here, in pixels or by a calibration
+    focal_length_px : one number, or along the image's rows and columns
+    principal_point_px : column and row; the centre of the first pixel is (0.5, 0.5)
+    skew_px : shift to the right of what lies 45 deg below the boresight
+    calibration : file of OpenCV, ROS or Kalibr with all of these, image size and distortion
     quantum_efficiency : electrons per photon without filters, one number or four bands
     serial : seed of the camera's fixed pattern; by default from its name
     """
 
     preset: str = "mt9m034"
-    focal_length_mm: Positive = 13.0
+    focal_length_mm: Positive | None = None
+    focal_length_px: float | tuple[float, float] | None = None
+    principal_point_px: tuple[float, float] | None = None
+    skew_px: float | None = None
+    calibration: str | CalibrationTable | None = None
     # No lens in air is faster than f/0.5 (Abbe's sine condition).
     f_number: Annotated[float, Meta(ge=0.5)] = 4.0
     exposure_time_s: Annotated[float, Meta(gt=0.0, le=3600.0)] = 0.0005

@@ -8,10 +8,21 @@ from msgspec import Meta
 
 from simgl.config.value_types import Fraction, NonNegative, Positive, Table
 
+# Of a detector against the lens [rad]; a Scheimpflug camera has a tenth.
+MAX_TILT = 0.8
+Tilt = Annotated[float, Meta(ge=-MAX_TILT, le=MAX_TILT)]
+
 
 class DistortionTable(Table, frozen=True, kw_only=True):
-    """Brown-Conrady coefficients in OpenCV's convention."""
+    """How a lens images directions; coefficients as in OpenCV.
 
+    model : "pinhole" with Brown-Conrady's distortion; "fisheye", Kannala-Brandt; "double_sphere"
+    k1 to k6, p1, p2, s1 to s4, tau_x, tau_y : of a pinhole; tau_x and tau_y in radians
+    k1 to k4 : of a fisheye
+    xi, alpha : of a double sphere
+    """
+
+    model: Literal["pinhole", "fisheye", "double_sphere"] = "pinhole"
     k1: float = 0.0
     k2: float = 0.0
     k3: float = 0.0
@@ -20,6 +31,14 @@ class DistortionTable(Table, frozen=True, kw_only=True):
     k6: float = 0.0
     p1: float = 0.0
     p2: float = 0.0
+    s1: float = 0.0
+    s2: float = 0.0
+    s3: float = 0.0
+    s4: float = 0.0
+    tau_x: Tilt = 0.0
+    tau_y: Tilt = 0.0
+    xi: Annotated[float, Meta(gt=-1.0, le=10.0)] | None = None
+    alpha: Fraction | None = None
 
 
 class FieldZoneTable(Table, frozen=True, kw_only=True):

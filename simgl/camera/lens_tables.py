@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,11 +12,12 @@ import msgspec
 import numpy as np
 
 from simgl.camera.camera import Camera
-from simgl.camera.distortion import field
+from simgl.camera.distortion import field as field_of
 from simgl.camera.ghosts import ghosts
-from simgl.camera.lens import Blur, Distortion, LensSurface, PointSpread, Vignetting, Zone
+from simgl.camera.lens import Blur, LensSurface, PointSpread, Vignetting, Zone
 from simgl.camera.lens_schema import FieldZoneTable, LensSurfaceTable, LidarTable, OpticsTable
 from simgl.camera.lidar import Lidar
+from simgl.camera.projections import Distortion, DoubleSphere, Fisheye, Projection
 from simgl.camera.psf_kernel import lens_reach
 from simgl.config.path_sandbox import Base
 from simgl.decoded_files import array_in, decoded_image
@@ -52,7 +54,7 @@ def read_optics(table: OpticsTable, where: str, base: Base) -> dict[str, Any]:
     return {
         "camera_equation": table.camera_equation,
         "vignetting": _vignetting(table, where),
-        "distortion": _distortion(table),
+        "distortion": _distortion(table, where),
         "spread": _spread(table, where, base),
         "veiling_glare": table.veiling_glare,
         "surfaces": _surfaces(table, where),
@@ -81,8 +83,8 @@ def check_optics(camera: Camera, where: str) -> None:
     """Raise ConfigError, with the table's place, for a lens that cannot be built."""
     try:
         ghosts(camera.lens.surfaces, camera.lens.focal_length)
-        if camera.lens.distortion is not None:
-            field(camera)
+        if not camera.is_pinhole:
+            field_of(camera)
         if camera.lens.spread is not None and camera.lens.spread.image is None:
             for zone in camera.lens.spread.zones:
                 lens_reach(camera, zone.blur)
@@ -111,10 +113,33 @@ def _vignetting(table: OpticsTable, where: str) -> Vignetting:
     return Vignetting(angles=tuple(np.radians(angles).tolist()), relative=relative)
 
 
-def _distortion(table: OpticsTable) -> Distortion | None:
+# Keys of ``DistortionTable`` by model; of a double sphere all are needed.
+_COEFFICIENTS = {
+    "pinhole": tuple(field.name for field in dataclasses.fields(Distortion)),
+    "fisheye": tuple(field.name for field in dataclasses.fields(Fisheye)),
+    "double_sphere": tuple(field.name for field in dataclasses.fields(DoubleSphere)),
+}
+
+
+def _distortion(table: OpticsTable, where: str) -> Projection | None:
     if table.distortion is None:
         return None
-    distortion = Distortion(**msgspec.structs.asdict(table.distortion))
+    given = msgspec.structs.asdict(table.distortion)
+    model = given.pop("model")
+    names = _COEFFICIENTS[model]
+    for key, value in given.items():
+        if key not in names and value not in (None, 0.0):
+            models = [f'"{other}"' for other, its in _COEFFICIENTS.items() if key in its]
+            problem = f'goes with model = {" or ".join(models)}, not with "{model}"'
+            _fail(where, f"distortion.{key}", problem)
+        if key in names and value is None:
+            _fail(where, f"distortion.{key}", f'is missing; model = "{model}" needs it')
+    values = {name: given[name] for name in names}
+    if model == "fisheye":
+        return Fisheye(**values)
+    if model == "double_sphere":
+        return DoubleSphere(**values)
+    distortion = Distortion(**values)
     return None if distortion == Distortion() else distortion
 
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from simgl.camera.calibration import calibration_of, opencv_coefficients
 from simgl.camera.camera import Camera
 from simgl.campaign.frame_task import label_name
 from simgl.output import complete_file
@@ -99,23 +100,21 @@ def write_speed(path: Path, rows: Iterable[Mapping[str, Value]]) -> None:
 def write_camera(path: Path, camera: Camera) -> None:
     """The camera with the names of SPEED+'s ``camera.json``, in pixels and metres.
 
-    Distortion is OpenCV's (k1, k2, p1, p2, k3, k4, k5, k6).
+    Distortion is OpenCV's, in its order. Raises ConfigError for another model.
     """
-    d, lens = camera.detector, camera.lens
-    coefficients: Sequence[float] = [0.0] * 5
-    if (k := lens.distortion) is not None:
-        coefficients = [k.k1, k.k2, k.p1, k.p2, k.k3, k.k4, k.k5, k.k6]
+    d, its = camera.detector, calibration_of(camera)
+    ccx, ccy = its.principal_point
     content = {
         "Nu": d.width,
         "Nv": d.height,
         "ppx": d.pixel_pitch,
         "ppy": d.pixel_pitch,
-        "fx": lens.focal_length,
-        "fy": lens.focal_length,
-        "ccx": 0.5 * d.width,
-        "ccy": 0.5 * d.height,
+        "fx": camera.lens.focal_length,
+        "fy": camera.lens.focal_length * camera.lens.aspect,
+        "ccx": ccx,
+        "ccy": ccy,
         "cameraMatrix": camera.intrinsics.tolist(),
-        "distCoeffs": list(coefficients),
+        "distCoeffs": list(opencv_coefficients(camera.name, its, "SPEED+")),
     }
     _write(path, content)
 

@@ -24,7 +24,8 @@ def run(
 
     progress : receives the frames done, including those of an earlier run, and their number
     returns : number of frames rendered now, and the OpenGL renderers of all frames
-    Raises ConfigError for a folder that holds another campaign.
+    Raises ConfigError for a folder that holds another campaign, and for a camera whose lens its
+    labels cannot hold.
     """
     check_writable(folder)
     plan: Identity = {
@@ -34,6 +35,8 @@ def run(
         "campaign": campaign.identity,
     }
     with Journal(folder, plan, COLUMNS, keys=1) as journal:
+        # First, since its format does not hold every lens.
+        write_camera(folder / "camera.json", campaign.scenario.cameras[campaign.camera])
         done = {key for (key,) in journal.done()}
         missing = [frame for frame in range(campaign.frames) if frame not in done]
 
@@ -50,5 +53,4 @@ def run(
     labels = stored_labels(folder, campaign.frames)
     write_coco(folder / "coco.json", labels, campaign.scenario.models, campaign.source.stem)
     write_speed(folder / "speed.json", rows)
-    write_camera(folder / "camera.json", campaign.scenario.cameras[campaign.camera])
     return len(missing), tuple(sorted({str(row["renderer"]) for row in rows}))

@@ -42,6 +42,7 @@ for command in COMMANDS:
 app.add_typer(camera_app, name="camera")
 app.add_typer(model_app, name="model")
 camera_app.command("test")(with_quiet(inspection_commands.camera_test))
+camera_app.command("export")(with_quiet(inspection_commands.camera_export))
 model_app.command("check")(with_quiet(inspection_commands.model_check))
 model_app.command("turntable")(with_quiet(inspection_commands.model_turntable))
 

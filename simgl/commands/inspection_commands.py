@@ -9,6 +9,7 @@ import typer
 
 from simgl.cli_progress import activity
 from simgl.commands.command_line import (
+    COMMAND_LINE,
     FileFrameOptions,
     Json,
     say,
@@ -95,6 +96,34 @@ def camera_test(
             say(path)
     if not report.passed:
         raise typer.Exit(1)
+
+
+def camera_export(
+    scenario: Annotated[Path, typer.Argument(help="Scenario file.", autocompletion=scenario_files)],
+    camera: Annotated[str, typer.Option(help="Camera name.")],
+    out: Annotated[Path, typer.Option(help="File to write.")],
+    format: Annotated[str, typer.Option(help="opencv, kalibr or ros.")] = "opencv",
+) -> None:
+    """Write a camera's calibration for OpenCV, Kalibr or ROS.
+
+    Example: simgl camera export examples/approach.toml --camera navcam --out navcam.yaml
+    """
+    from simgl.camera.calibration import FORMATS, calibration_text
+    from simgl.errors import ConfigError, did_you_mean
+    from simgl.output import complete_file
+    from simgl.scenario.loader import load_scenario
+
+    if format not in FORMATS:
+        problem = f'must be one of {", ".join(FORMATS)}, got "{format}"'
+        raise ConfigError(COMMAND_LINE, "--format", problem)
+    loaded = load_scenario(scenario)
+    if camera not in loaded.cameras:
+        problem = f'"{camera}" is not in {scenario}; {did_you_mean(camera, loaded.cameras)}'
+        raise ConfigError(COMMAND_LINE, "--camera", problem)
+    text = calibration_text(loaded.cameras[camera], format)
+    with complete_file(out) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    say(out)
 
 
 @with_option_groups

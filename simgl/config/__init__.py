@@ -1,6 +1,7 @@
-"""Strict reading of TOML files, whatever they describe.
+"""Strict reading of TOML and YAML files, whatever they describe.
 
 validation     TOML text to msgspec tables; errors that name file, table, key and value
+yaml_files     YAML text to tables, lists and texts
 value_types    base class of all tables, value types with limits, band values and directions
 curve_files    curves over wavelength in CSV files
 path_sandbox   base folders of relative paths, restricted for scenarios that clients send

@@ -61,7 +61,7 @@ class OpticsPass:
 
     def relative_illumination(self, camera: Camera) -> moderngl.Texture | None:
         """The map of what a lens leaves off its axis; None where that is cos^4."""
-        if camera.lens.vignetting == Vignetting() and camera.lens.distortion is None:
+        if camera.lens.vignetting == Vignetting() and camera.is_pinhole:
             return None
         return self._maps.get(
             (camera.geometry, camera.lens.vignetting),

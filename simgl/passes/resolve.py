@@ -130,8 +130,7 @@ def _distorted_box(tile: RasterTile, camera: Camera) -> tuple[int, int, int, int
     """x, y, width, height of the pixels that may see a tile of the pinhole's image."""
     low, high = np.array([tile.x, tile.y]), np.array([tile.x + tile.width, tile.y + tile.height])
     places = field(camera).places
-    # A pixel reaches about one pixel of the pinhole's image around its middle.
-    margin = np.array(field(camera).largest_pixel)
+    margin = field(camera).reach
     inside = np.all((places > low - margin) & (places < high + margin), axis=-1)
     rows, columns = np.flatnonzero(inside.any(axis=1)), np.flatnonzero(inside.any(axis=0))
     if not rows.size:

@@ -108,9 +108,7 @@ def background(state: SceneState, camera: CameraState) -> Background:
     Raises ConfigError where the camera is inside the Earth.
     """
     optics, R = camera.camera, camera.R_camera_from_icrf
-    d = optics.detector
-    half_diagonal = float(np.arctan(0.5 * np.hypot(d.width, d.height) / optics.focal_length_px))
-    cone = ImageCone(half_diagonal, 1.0 / optics.focal_length_px)
+    cone = ImageCone(optics.half_diagonal_angle, 1.0 / optics.focal_length_px)
     seen = state.sun.seen_from(camera.position)
     earth = hidden = None
     if state.earth is not None:

@@ -162,8 +162,7 @@ def star_places(state: SceneState, camera: CameraState) -> StarPlaces | None:
     sky, catalogue = state.stars, state.stars.catalogue
     optics, R = camera.camera, camera.R_camera_from_icrf
     d = optics.detector
-    half = np.arctan(0.5 * np.hypot(d.width, d.height) / optics.focal_length_px)
-    reach = half + _STARS_MOVE + 2.0 * STAR_REACH / optics.focal_length_px
+    reach = optics.half_diagonal_angle + _STARS_MOVE + 2.0 * STAR_REACH / optics.focal_length_px
     rows = np.flatnonzero(catalogue.direction @ R[2] > np.cos(min(reach, np.pi)))
     centre = np.zeros(3) if state.earth is None else state.earth.position
     seen = aberrated(

@@ -69,7 +69,7 @@ def frame_view(
     """
     camera = fine = state.cameras[camera_name]
     real = camera.camera
-    seen = None if real.lens.distortion is None else field(real)
+    seen = None if real.is_pinhole else field(real)
     if seen is not None:
         camera, fine = replace(camera, camera=seen.pinhole), replace(camera, camera=seen.fine)
     views = spacecraft_views(state, camera, inter_reflection)
@@ -95,7 +95,7 @@ def frame_view(
 def _with_all_their_light(behind: Background, camera: Camera) -> Background:
     """A background whose stars make up for what a distorting lens's warp loses or adds of them."""
     beyond = behind.celestial
-    if camera.lens.distortion is None or beyond is None or beyond.stars is None:
+    if camera.is_pinhole or beyond is None or beyond.stars is None:
         return behind
     share = warped_point_share(camera, beyond.stars.pixels)
     irradiance = np.asarray(beyond.stars.irradiance / share[:, None], dtype=np.float32)

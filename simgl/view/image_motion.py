@@ -79,10 +79,8 @@ def _ground_motion(state: SceneState, a: CameraState, b: CameraState) -> float:
     distance = float(np.linalg.norm(down))
     height = max(distance - radius, 1.0)
     disc = np.arcsin(min(radius / distance, 1.0))
-    horizontal, vertical = a.camera.fields_of_view
-    corner = np.arctan(np.hypot(np.tan(0.5 * horizontal), np.tan(0.5 * vertical)))
     off_axis = np.arccos(np.clip(a.R_camera_from_icrf[2] @ down / distance, -1.0, 1.0))
-    if off_axis > disc + corner:
+    if off_axis > disc + a.camera.half_diagonal_angle:
         return 0.0
     return float(np.linalg.norm(b.position - a.position)) / height
 

@@ -41,8 +41,8 @@ class RasterWindow:
 
 def in_pixels(points: Array, camera: Camera) -> Array:
     """(n, 2) pixel coordinates of points (n, 3) before the camera [m]."""
-    half = 0.5 * np.array([camera.detector.width, camera.detector.height])
-    return points[:, :2] / points[:, 2:] * camera.focal_length_px + half
+    middle = np.array(camera.principal_point)
+    return points[:, :2] / points[:, 2:] * camera.focal_length_px + middle
 
 
 def outline_area(outline: Array) -> float:

@@ -13,8 +13,9 @@ from simgl.camera.camera import Camera
 from simgl.camera.camera_equation import square_electrons_per_irradiance
 from simgl.camera.detector import Mosaic
 from simgl.camera.distortion import field, relative_illumination
-from simgl.camera.lens import Distortion, Vignetting
+from simgl.camera.lens import Vignetting
 from simgl.camera.point_spread import Spread
+from simgl.camera.projections import Distortion
 from simgl.camera_pipeline import CameraPipeline
 from simgl.gpu.render_targets import Format, ImageTarget
 from simgl.images import ElectronFrame, RadianceFrame, TruthFrame

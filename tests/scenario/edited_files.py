@@ -35,6 +35,16 @@ preset = "mine.toml"
 position_icrf_m = [7.0e6, 0, 0]
 boresight = [-1, 0, 0]
 optics.psf_image = "psf.npy"
+calibration = "lens.yaml"
+"""
+CALIBRATION = """\
+%YAML:1.0
+---
+camera_matrix: !!opencv-matrix
+   rows: 3
+   cols: 3
+   dt: d
+   data: [ 3500., 0., 640.5, 0., 3500., 480.5, 0., 0., 1. ]
 """
 CARD = """\
 name = "ship"
@@ -49,6 +59,7 @@ def write_scene(folder: Path) -> Path:
     """The scenario with all its files; returns its path."""
     head, _, _ = preset_path("mt9m034").read_text().partition("[qe]")
     (folder / "mine.toml").write_text(f'{head}[qe]\ncsv = "qe.csv"\n')
+    (folder / "lens.yaml").write_text(CALIBRATION)
     (folder / "qe.csv").write_text("400, 0.5\n1000, 0.2\n")
     np.save(folder / "psf.npy", np.array([[1.0, 2.0, 1.0]]))
     for name in ("land", "water", "night", "clouds"):
@@ -94,6 +105,7 @@ def _painted(size: tuple[int, int]) -> Callable[[Path], None]:
 EDITS: dict[str, Callable[[Path], object]] = {
     "scene.toml": _replaced(b"7.0e6", b"7.1e6"),
     "mine.toml": _replaced(b"bits = 12", b"bits = 10"),
+    "lens.yaml": _replaced(b"640.5", b"640.6"),
     "qe.csv": _replaced(b"0.5", b"0.6"),
     "psf.npy": lambda path: np.save(path, np.array([[1.0, 3.0, 1.0]])),
     "land.png": _painted((16, 8)),

@@ -35,6 +35,8 @@ REFERENCES = {
     "trajectory": ({"craft": f'{CUBE}\ntrajectory = "@.csv"'}, "trajectory"),
     "attitude": ({"craft": f'{CUBE}\n{PLACE}\nattitude_file = "@.csv"'}, "attitude_file"),
     "preset": ({"camera": 'preset = "@.toml"'}, "preset"),
+    "calibration": ({"camera": 'calibration = "@.yaml"'}, "calibration"),
+    "calibrations": ({"camera": 'calibration = { file = "@.yaml" }'}, "calibration"),
     "psf": ({"camera": 'optics = { psf_image = "@.npy" }'}, "optics.psf_image"),
     "land": ({"extra": '[earth]\nland_picture = "@.png"'}, "land_picture"),
     "clouds": ({"extra": '[earth.clouds]\npicture = "@.png"'}, "picture"),
@@ -56,6 +58,7 @@ def folders(tmp_path: Path) -> tuple[Path, Path]:
     root.mkdir()
     outside.mkdir()
     (outside / "file.obj").write_text(TRIANGLE)
+    (outside / "file.yaml").write_text("camera_matrix: [9, 0, 8, 0, 9, 8, 0, 0, 1]\n")
     np.save(outside / "file.npy", np.ones((3, 3)))
     Image.fromarray(np.zeros((2, 4, 3), dtype=np.uint8)).save(outside / "file.png")
     (outside / "file.toml").write_text("width_px = 16\n")

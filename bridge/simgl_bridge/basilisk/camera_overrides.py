@@ -24,7 +24,8 @@ from simgl.scene.state import EarthState, Sun
 _ID = re.compile(r"-?[0-9]{1,18}")
 # Basilisk sends these.
 _SENT = (
-    *("width_px", "height_px", "focal_length_mm"),
+    *("width_px", "height_px", "focal_length_mm", "focal_length_px", "principal_point_px"),
+    *("skew_px", "calibration"),
     *("on", "position_body_m", "keypoint", "about", "position_icrf_m"),
     *("look_at", "boresight", "up"),
 )
