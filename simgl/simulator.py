@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from enum import StrEnum
-from functools import cached_property
 from typing import Literal, TypeVar
 
 import moderngl
 import numpy as np
 
-from simgl.arrays import Array
 from simgl.camera.camera import Camera
-from simgl.camera.point_spread import SunInCamera
 from simgl.camera.rolling_shutter import row_shares
 from simgl.camera_pipeline import CameraPipeline, ExposurePart
 from simgl.errors import ConfigError, did_you_mean
@@ -39,7 +36,8 @@ from simgl.renderer import Renderer
 from simgl.scenario.scenario import Scenario
 from simgl.scene.lamp_response import DetectorLight, lit_for_detector
 from simgl.scene.state import SceneState
-from simgl.view.frame_view import FrameView, frame_view
+from simgl.still_scene import StillScene
+from simgl.view.frame_view import frame_view
 from simgl.view.image_motion import states_over_exposure
 from simgl.view.lidar_pulse import pulse_view
 
@@ -94,56 +92,6 @@ class Capture:
             if frame is not None:
                 return frame._repr_png_()
         return b""
-
-
-@dataclass(eq=False)
-class _Still:
-    """The scene as one camera sees it at one instant."""
-
-    renderer: Renderer
-    state: SceneState
-    view: FrameView
-    info: FrameInfo
-    # With the lamps as a detector responds to them: the last, whose radiance is still valid.
-    lit: dict[bytes, _Still] = field(default_factory=dict)
-
-    @cached_property
-    def radiance(self) -> ImageTarget:
-        """Rendered at the first use; valid until the renderer draws another scene of this size."""
-        return self.renderer.radiance(self.view)
-
-    @property
-    def sun(self) -> SunInCamera:
-        """The Sun in camera axes, dimmed by the Earth and the Moon."""
-        info = self.info
-        return SunInCamera(
-            direction=info.R_camera_from_icrf @ info.sun_direction_icrf,
-            irradiance=info.sun_irradiance * self.state.sunlight(info.position),
-            angular_radius=self.state.sun.seen_from(info.position).angular_radius,
-        )
-
-    def exposed(self, camera: Camera, shares: Array) -> ExposurePart:
-        """As an instant of an exposure of a camera; shares: (height,) its weight in each row."""
-        return ExposurePart(
-            camera=camera,
-            photons_per_joule=self.state.sun.photons_per_joule,
-            radiance=self.radiance,
-            sun=self.sun,
-            shares=shares,
-        )
-
-    def with_camera(self, camera: Camera, draw: int) -> _Still:
-        """The same scene and radiance with other settings of the camera and another draw."""
-        placed = replace(self.state.cameras[camera.name], camera=camera)
-        still = _Still(
-            renderer=self.renderer,
-            state=replace(self.state, cameras={**self.state.cameras, camera.name: placed}),
-            view=replace(self.view, camera=camera),
-            info=replace(self.info, camera=camera, draw=draw),
-            lit=self.lit,
-        )
-        still.radiance = self.radiance
-        return still
 
 
 @dataclass(frozen=True, eq=False)
@@ -308,7 +256,7 @@ class Simulator:
 
     def _still(
         self, state: SceneState, camera: str, seed: int | None = None, draw: int = 0
-    ) -> _Still:
+    ) -> StillScene:
         if camera not in state.cameras:
             problem = f"is not in the scenario; {did_you_mean(camera, state.cameras)}"
             raise ConfigError(self.scenario.name, f'camera "{camera}"', problem)
@@ -341,7 +289,7 @@ class Simulator:
             draw=draw,
             interreflection=self._interreflection(state),
         )
-        return _Still(self._renderer, state, view, info)
+        return StillScene(self._renderer, state, view, info)
 
     def _interreflection(self, state: SceneState) -> Literal["off", "quick", "exact"]:
         """See ``FrameInfo``."""
@@ -350,7 +298,7 @@ class Simulator:
         moved = any(body.model.angles for body in state.bodies.values())
         return self.scenario.joint_light if moved else "exact"
 
-    def _scene_frames(self, still: _Still, products: frozenset[Product]) -> Capture:
+    def _scene_frames(self, still: StillScene, products: frozenset[Product]) -> Capture:
         """The products of the scene at the epoch: all but electrons and DN."""
 
         def made(product: Product, make: Callable[[], Frame]) -> Frame | None:
@@ -366,7 +314,7 @@ class Simulator:
             lidar=made(Product.LIDAR, lambda: self._lidar(still)),
         )
 
-    def _electrons(self, still: _Still, states: Sequence[SceneState]) -> ImageTarget:
+    def _electrons(self, still: StillScene, states: Sequence[SceneState]) -> ImageTarget:
         """Electrons of the still scene, or the sum over the states of an exposure."""
         camera, pipeline = still.view.camera, self._camera_pipeline
         colours = lit_for_detector(still.state, camera.detector)
@@ -377,7 +325,7 @@ class Simulator:
         return pipeline.electrons_during(camera, self._exposure_parts(still, states))
 
     def _exposure_parts(
-        self, still: _Still, states: Sequence[SceneState]
+        self, still: StillScene, states: Sequence[SceneState]
     ) -> Iterator[ExposurePart]:
         """What the pixels of each colour see at each instant, each drawn when it is asked for."""
         camera = still.view.camera
@@ -390,7 +338,7 @@ class Simulator:
                 pixels = replace(camera, detector=colour.detector)
                 yield self._lit_for(moved, colour).exposed(pixels, share)
 
-    def _lit_for(self, still: _Still, colour: DetectorLight) -> _Still:
+    def _lit_for(self, still: StillScene, colour: DetectorLight) -> StillScene:
         """The scene with its lamps as the pixels of a colour respond to them; the last one found
         again, for the settings of a bracket."""
         if colour.key == b"":
@@ -405,7 +353,7 @@ class Simulator:
     def _with_counts(
         self,
         frames: Capture,
-        still: _Still,
+        still: StillScene,
         electrons: ImageTarget | None,
         products: Collection[Product],
         place: int = 0,
@@ -432,22 +380,22 @@ class Simulator:
         with self._renderer.timer.measure("read"):
             return replace(frames, digital=DigitalFrame(info=frames.info, dn=target.read()))
 
-    def _radiance(self, still: _Still) -> RadianceFrame:
+    def _radiance(self, still: StillScene) -> RadianceFrame:
         return RadianceFrame(info=still.info, radiance=still.radiance.read())
 
-    def _layers(self, still: _Still) -> LayersFrame:
+    def _layers(self, still: StillScene) -> LayersFrame:
         return LayersFrame(info=still.info, layers=self._renderer.layers(still.view))
 
-    def _irradiance(self, still: _Still) -> IrradianceFrame:
+    def _irradiance(self, still: StillScene) -> IrradianceFrame:
         target = self._camera_pipeline.irradiance(still.view.camera, still.radiance, still.sun)
         photons = still.state.sun.photons_per_joule
         return IrradianceFrame(info=still.info, irradiance=target.read(), photons_per_joule=photons)
 
-    def _normals(self, still: _Still) -> NormalsFrame:
+    def _normals(self, still: StillScene) -> NormalsFrame:
         target = self._renderer.truth(still.view, normals=True)
         return NormalsFrame(info=still.info, normals=target.read(2)[..., :3])
 
-    def _lidar(self, still: _Still) -> LidarFrame | None:
+    def _lidar(self, still: StillScene) -> LidarFrame | None:
         view, state = still.view, still.state
         if view.camera.lidar is None:
             return None
@@ -457,7 +405,7 @@ class Simulator:
         depth = self._renderer.truth(view).read(0)
         return lidar_frame(still.info, still.info.seed, depth, lit, sunlit)
 
-    def _truth(self, still: _Still) -> TruthFrame:
+    def _truth(self, still: StillScene) -> TruthFrame:
         target = self._renderer.truth(still.view)
         names = {
             (instance + 1) * 65536 + part + 1: f"{name}/{part_name}"

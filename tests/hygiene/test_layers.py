@@ -20,6 +20,7 @@ LAYERS = (
     ("view",),
     ("passes",),
     ("camera_pipeline", "renderer"),
+    ("still_scene",),
     ("simulator",),
     ("cli_progress", "output", "workers"),
     ("doctor", "html_page", "inspection", "maps", "sequence", "viewer"),
