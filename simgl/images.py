@@ -328,3 +328,31 @@ def unpack_mono12p(data: bytes, height: int, width: int) -> Image16:
     low, middle, high = padded.reshape(-1, 3).T
     pairs = np.stack([low | ((middle & 0xF) << 8), (middle >> 4) | (high << 4)], axis=1)
     return pairs.ravel()[:count].reshape(height, width)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Capture:
+    """One image in the forms that were asked for; the other fields are None.
+
+    In a notebook it shows the first of its frames as PNG.
+
+    lidar : None also if the camera has no LIDAR
+    """
+
+    info: FrameInfo
+    digital: DigitalFrame | None = None
+    electrons: ElectronFrame | None = None
+    radiance: RadianceFrame | None = None
+    layers: LayersFrame | None = None
+    irradiance: IrradianceFrame | None = None
+    truth: TruthFrame | None = None
+    normals: NormalsFrame | None = None
+    lidar: LidarFrame | None = None
+
+    def _repr_png_(self) -> bytes:
+        frames = (self.digital, self.radiance, self.electrons, self.truth, self.layers)
+        others = (self.irradiance, self.normals, self.lidar)
+        for frame in (*frames, *others):
+            if frame is not None:
+                return frame._repr_png_()
+        return b""

@@ -20,6 +20,7 @@ from simgl.gpu.context import close_context, current, open_context, preserve_cur
 from simgl.gpu.release import freed_on_error
 from simgl.gpu.render_targets import ImageTarget
 from simgl.gpu.timers import PassTimer
+from simgl.images import Capture as Capture
 from simgl.images import (
     DigitalFrame,
     ElectronFrame,
@@ -64,34 +65,6 @@ ALL_PRODUCTS = frozenset(Product)
 _OF_THE_SCENE = frozenset({Product.RADIANCE, Product.LAYERS, Product.TRUTH, Product.NORMALS})
 
 Frame = TypeVar("Frame")
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Capture:
-    """One image in the forms that were asked for; the other fields are None.
-
-    In a notebook it shows the first of its frames as PNG.
-
-    lidar : None also if the camera has no LIDAR
-    """
-
-    info: FrameInfo
-    digital: DigitalFrame | None = None
-    electrons: ElectronFrame | None = None
-    radiance: RadianceFrame | None = None
-    layers: LayersFrame | None = None
-    irradiance: IrradianceFrame | None = None
-    truth: TruthFrame | None = None
-    normals: NormalsFrame | None = None
-    lidar: LidarFrame | None = None
-
-    def _repr_png_(self) -> bytes:
-        frames = (self.digital, self.radiance, self.electrons, self.truth, self.layers)
-        others = (self.irradiance, self.normals, self.lidar)
-        for frame in (*frames, *others):
-            if frame is not None:
-                return frame._repr_png_()
-        return b""
 
 
 @dataclass(frozen=True, eq=False)

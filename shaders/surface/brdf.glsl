@@ -90,9 +90,9 @@ vec4 limb_seen(DiscImage image, float alpha, vec4 limb_u, vec4 limb_v) {
     vec3 det = 1.0 + x * (image.trace + x * image.det);
     vec3 outside = 1.0 - x * (a2 + image.slope2 * (1.0 + image.tangential * x) / det);
     vec3 element = 2.0 * span * weight * at * grown * x * inversesqrt(det) / k;
-    float whole = D_ggx_disc(image, alpha) / ((1.0 + image.slope2) * (1.0 + image.slope2));
-    float mu = 0.5 * a2 / PI * dot(element, inversesqrt(max(outside, 1e-6))) / whole;
-    float mu2 = a2 / PI * (element.x + element.y + element.z) / whole;
+    float uniform_disc = D_ggx_disc(image, alpha) / ((1.0 + image.slope2) * (1.0 + image.slope2));
+    float mu = 0.5 * a2 / PI * dot(element, inversesqrt(max(outside, 1e-6))) / uniform_disc;
+    float mu2 = a2 / PI * (element.x + element.y + element.z) / uniform_disc;
     return (1.0 - limb_u * (1.0 - mu) - limb_v * (1.0 - 2.0 * mu + mu2))
          / (1.0 - limb_u / 3.0 - limb_v / 6.0);
 }

@@ -2,7 +2,15 @@
 #include "common/sun.glsl"
 #include "surface/material.glsl"
 
-uniform sampler2D lamp_maps;   // 1 / z of the nearest caster [m-1]; 0 where there is none
+// 1 / z of the nearest caster [m-1], 0 where there is none, and in the lower half of the texture where
+// light first leaves a solid again. Its levels hold the nearest of 2 x 2, 4 x 4 ... texels.
+uniform sampler2D lamp_maps;
+
+// Levels of a map, of 2 x 2 texels to half of it; directions that stand for the aperture, and besides
+// them some near its middle that look for casters.
+const int LAMP_LEVELS = 9, LAMP_TAPS = 28, NEAR_LAMP_TAPS = 4;
+// Cosine and sine of the golden angle, 2.39996323 rad, between successive directions.
+const mat2 GOLDEN_TURN = mat2(-0.73736888, 0.67549029, -0.67549029, -0.73736888);
 
 // A spot light, camera axes.
 struct Lamp {
@@ -15,13 +23,16 @@ struct Lamp {
     vec4 row;
     float edge;         // of the smooth fall around the cone [rad]
     ivec2 corner;       // of the lamp's map
+    float hard_near;    // casters nearer than this 1 / z cast hard shadows, as do all where it is 0 [m-1]
+    bool solid;         // all casters are closed
 };
 
 Lamp lamp_at(int index) {
     int i = 6 * index;
     vec4 place = lamp_rows[i], axis = lamp_rows[i + 1], last = lamp_rows[i + 5];
     return Lamp(place.xyz, place.w, axis.xyz, axis.w, lamp_rows[i + 2], lamp_rows[i + 3],
-                lamp_rows[i + 4], last.x, ivec2(last.yz));
+                lamp_rows[i + 4], last.x, ivec2(last.yz), abs(last.w),
+                last.w < 0.0);
 }
 
 // Intensity at an angle [rad] from the beam's axis over that within the cone.
@@ -29,15 +40,19 @@ float beam_profile(Lamp lamp, float angle) {
     return 0.5 + 0.5 * cos(PI * clamp((angle - lamp.half_angle) / lamp.edge, 0.0, 1.0));
 }
 
-// Share of a neighbourhood of the surface that a lamp reaches: 3 x 3 texel tests, weighted by a
-// quadratic B-spline. Each test compares with the receiver's own plane at that texel, so that a
-// plane does not shadow itself at any incidence.
-//
+// A place that a lamp may light, on the lamp's map.
+struct LampReceiver {
+    vec2 place;     // [texels], the middle of the first at 0
+    float near;     // 1 / z [m-1]
+    vec2 plane;     // of its own surface: change of 1 / z from texel to texel
+    float slack;    // by so much rounding moves it
+};
+
 // v : the surface from the lamp [m]
 //
 // With v = z (X, Y, 1) in lamp axes, the plane n.v = h has 1 / z = n.(X, Y, 1) / h: linear over the
 // map.
-float lamp_lit(Surface s, Lamp lamp, vec3 v) {
+LampReceiver lamp_receiver(Surface s, Lamp lamp, vec3 v) {
     vec3 n = dot(s.facet, v) < 0.0 ? s.facet : s.plain_n;
     vec2 per_tangent2 = vec2(dot(lamp.column.xyz, lamp.column.xyz),
                              dot(lamp.row.xyz, lamp.row.xyz));
@@ -45,19 +60,29 @@ float lamp_lit(Surface s, Lamp lamp, vec3 v) {
     // The smooth surface that the normals stand for lies above its facets by the sagitta of an edge;
     // a quarter of a texel lifts the receiver there.
     v += s.plain_n * (0.25 * texel * dot(v, lamp.axis));
-    float near = 1.0 / dot(v, lamp.axis);
-    vec2 place = vec2(dot(lamp.column.xyz, v), dot(lamp.row.xyz, v)) * near
-               + vec2(lamp.column.w, lamp.row.w) - 0.5;
-    vec2 plane = vec2(dot(n, lamp.column.xyz), dot(n, lamp.row.xyz)) / per_tangent2
-               / min(dot(n, v), -1e-9);
+    LampReceiver r;
+    r.near = 1.0 / dot(v, lamp.axis);
+    r.place = vec2(dot(lamp.column.xyz, v), dot(lamp.row.xyz, v)) * r.near
+            + vec2(lamp.column.w, lamp.row.w) - 0.5;
+    r.plane = vec2(dot(n, lamp.column.xyz), dot(n, lamp.row.xyz)) / per_tangent2
+            / min(dot(n, v), -1e-9);
     // Rounding: positions in camera axes are good to 1e-7 of their size. The plane's normal, from
     // differences of neighbouring positions, is good to about 1e-3 rad, which at incidence t tilts
     // the plane by 1e-3 / cos^2 t over up to 3 texels.
-    float slope2 = dot(plane, plane) / (near * near * texel * texel);
-    float slack = near * (4e-6 + 4e-7 * length(s.place) * near + 0.004 * texel * (1.0 + slope2));
-    ivec2 middle = clamp(ivec2(floor(place + 0.5)), ivec2(1), ivec2(lamp_map_size - 2));
-    vec2 offset = clamp(place - vec2(middle), -0.5, 0.5);
-    float expected = near + slack + dot(plane, vec2(middle) - place);
+    float slope2 = dot(r.plane, r.plane) / (r.near * r.near * texel * texel);
+    r.slack = r.near * (4e-6 + 4e-7 * length(s.place) * r.near + 0.004 * texel * (1.0 + slope2));
+    return r;
+}
+
+// Share of a neighbourhood of the surface that a lamp of no size reaches: 3 x 3 texel tests, weighted
+// by a quadratic B-spline. Each test compares with the receiver's own plane at that texel, so that a
+// plane does not shadow itself at any incidence.
+//
+// nearer : only casters nearer than this [m-1] cast
+float lit_by_point(Lamp lamp, LampReceiver r, float nearer) {
+    ivec2 middle = clamp(ivec2(floor(r.place + 0.5)), ivec2(1), ivec2(lamp_map_size - 2));
+    vec2 offset = clamp(r.place - vec2(middle), -0.5, 0.5);
+    float expected = r.near + r.slack + dot(r.plane, vec2(middle) - r.place);
     vec2 low = 0.5 * (0.5 - offset) * (0.5 - offset), high = 0.5 * (0.5 + offset) * (0.5 + offset);
     vec3 wx = vec3(low.x, 1.0 - low.x - high.x, high.x);
     vec3 wy = vec3(low.y, 1.0 - low.y - high.y, high.y);
@@ -67,9 +92,109 @@ float lamp_lit(Surface s, Lamp lamp, vec3 v) {
         vec3 caster = vec3(texelFetch(lamp_maps, at - ivec2(1, 0), 0).r,
                            texelFetch(lamp_maps, at, 0).r,
                            texelFetch(lamp_maps, at + ivec2(1, 0), 0).r);
-        vec3 here = expected + float(j) * plane.y + plane.x * vec3(-1.0, 0.0, 1.0);
-        lit += wy[j + 1] * dot(wx, vec3(lessThanEqual(caster, here)));
+        vec3 here = expected + float(j) * r.plane.y + r.plane.x * vec3(-1.0, 0.0, 1.0);
+        lit += wy[j + 1] * dot(wx, vec3(lessThanEqual(caster, max(here, vec3(nearer)))));
     }
+    return lit;
+}
+
+// Nearest caster within so many texels of a place [m-1].
+float nearest_around(Lamp lamp, vec2 place, float radius) {
+    int level = clamp(int(ceil(log2(2.0 * radius))), 1, LAMP_LEVELS);
+    int cells = lamp_map_size >> level;
+    ivec2 first = clamp(ivec2(floor((place + 0.5) / exp2(float(level)) - 0.5)), ivec2(0),
+                        ivec2(cells - 2));
+    first += lamp.corner >> level;
+    vec4 near = vec4(texelFetch(lamp_maps, first, level).r,
+                     texelFetch(lamp_maps, first + ivec2(1, 0), level).r,
+                     texelFetch(lamp_maps, first + ivec2(0, 1), level).r,
+                     texelFetch(lamp_maps, first + ivec2(1, 1), level).r);
+    return max(max(near.x, near.y), max(near.z, near.w));
+}
+
+// What stands before a receiver at an offset [texels], between which 1 / z above its own [m-1];
+// casts: whether it does, ends: whether it ends before the receiver.
+struct LampSlab {
+    float high, low;
+    bool casts, ends;
+};
+
+LampSlab lamp_slab(Lamp lamp, LampReceiver r, vec2 offset) {
+    ivec2 at = clamp(ivec2(floor(r.place + offset + 0.5)), ivec2(0), ivec2(lamp_map_size - 1));
+    vec2 away = vec2(at) - r.place;
+    float plane = dot(r.plane, away) + r.slack * (1.0 + abs(away.x) + abs(away.y));
+    at += lamp.corner;
+    LampSlab slab;
+    slab.high = texelFetch(lamp_maps, at, 0).r - r.near;
+    slab.casts = slab.high > plane && slab.high + r.near <= lamp.hard_near;
+    float low = texelFetch(lamp_maps, at + ivec2(0, 2 * lamp_map_size), 0).r - r.near;
+    slab.ends = low >= plane;
+    slab.low = min(slab.ends ? low : lamp.solid ? plane : slab.high, slab.high);
+    return slab;
+}
+
+// Share of the aperture that a surface sees past the casters of a lamp's map.
+//
+// In X, Y and 1 / z the line from a place to a point p of the aperture is straight, X grows by p for
+// each 1 / z: the aperture is to the map what the Sun's disc is to its own. A line is blocked where it
+// runs through a slab; as in surface/shadow.glsl, what lines to all of the disc meet at the height of
+// the highest caster tells between which heights the slabs lie.
+float lit_by_aperture(Lamp lamp, LampReceiver r) {
+    vec2 reach = lamp.radius * vec2(length(lamp.column.xyz), length(lamp.row.xyz));
+    float widest = max(reach.x, reach.y);
+    float high = min(nearest_around(lamp, r.place, float(lamp_map_size)), lamp.hard_near) - r.near;
+    for (int i = 0; i < 4; ++i)
+        high = min(high, nearest_around(lamp, r.place, max(high, 0.0) * widest + 2.0) - r.near);
+    if (high <= r.slack) return 1.0;
+    if (high * widest < 1.0) return lit_by_point(lamp, r, 0.0);
+    vec2 turn = fract(0.5 + vec2(dot(gl_FragCoord.xy, vec2(0.7548776662, 0.5698402910)),
+                                 dot(gl_FragCoord.xy, vec2(0.8566748838, 0.7338918566))));
+    vec2 first = vec2(cos(6.28318531 * turn.x), sin(6.28318531 * turn.x)), direction = first;
+    float top = 0.0, bottom = high, deepest = high, near = 1.0 - 0.5 * turn.y;
+    uint blocked = 0u;
+    for (int k = 0; k < LAMP_TAPS + NEAR_LAMP_TAPS; ++k) {
+        bool ring = k >= LAMP_TAPS;
+        if (ring) near *= 0.5;
+        float part = ring ? near : sqrt((float(k) + turn.y) / float(LAMP_TAPS));
+        LampSlab slab = lamp_slab(lamp, r, part * high * reach * direction);
+        direction = GOLDEN_TURN * direction;
+        if (!slab.casts) continue;
+        top = max(top, slab.high);
+        if (slab.high >= 0.95 * high && !ring) blocked |= 1u << uint(k);
+        if (slab.ends) bottom = min(bottom, slab.low);
+        deepest = min(deepest, slab.low);
+    }
+    if (top <= 0.0) return 1.0;
+    if (bottom == high) bottom = max(deepest, 0.05 * top);
+    direction = first;
+    float lit = 0.0;
+    for (int k = 0; k < LAMP_TAPS; ++k) {
+        vec2 ray = sqrt((float(k) + turn.y) / float(LAMP_TAPS)) * reach * direction;
+        direction = GOLDEN_TURN * direction;
+        bool shaded = ((blocked >> uint(k)) & 1u) == 1u, lowest = false;
+        float height = top;
+        for (int look = 0; look < 3 && !shaded; ++look) {
+            // Near contact the disc shrinks below a texel; then the texel's own width smooths.
+            float wider = sqrt(1.0 + 0.6 / max(height * height * widest * widest, 1e-6));
+            LampSlab slab = lamp_slab(lamp, r, height * wider * ray);
+            float meets = clamp(height, slab.low, slab.high);
+            shaded = slab.casts && abs(meets - height) <= 0.05 * height;
+            if (lowest && !slab.casts) break;
+            lowest = lowest || !slab.casts;
+            height = slab.casts ? meets : bottom;
+        }
+        lit += shaded ? 0.0 : 1.0;
+    }
+    return lit / float(LAMP_TAPS);
+}
+
+// Share of the lamp's light that reaches a surface past all casters.
+//
+// v : the surface from the lamp [m]
+float lamp_lit(Surface s, Lamp lamp, vec3 v) {
+    LampReceiver r = lamp_receiver(s, lamp, v);
+    float lit = lit_by_point(lamp, r, lamp.hard_near);
+    WHEN(lamp.hard_near > 0.0 && lit > 0.0) lit *= lit_by_aperture(lamp, r);
     return lit;
 }
 

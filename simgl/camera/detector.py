@@ -195,8 +195,8 @@ class Detector:
         for index, colour in enumerate(("red", "green", "blue")):
             qe = getattr(mosaic, colour)
             curve = ResponseCurve(bands=qe) if mosaic.curves is None else mosaic.curves[index]
-            alone = replace(mosaic, **{"red": blind, "green": blind, "blue": blind, colour: qe})
-            pixels.append(ColourPixels(replace(self, mosaic=alone), qe, curve))
+            one = replace(mosaic, **{"red": blind, "green": blind, "blue": blind, colour: qe})
+            pixels.append(ColourPixels(replace(self, mosaic=one), qe, curve))
         return tuple(pixels)
 
 

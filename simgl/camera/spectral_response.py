@@ -1,5 +1,4 @@
-"""Electrons per photon of a pixel over wavelength, and what light of other spectra than sunlight
-makes of it.
+"""Electrons per photon over wavelength, and of light with another spectrum than sunlight.
 
 A camera sees all light in four bands, whose quantum efficiencies are means for sunlight. Light of
 another spectrum gives the electrons of sunlight times a ratio for each band (``sunlight_ratio``):
@@ -60,6 +59,7 @@ def sunlight_ratio(
         light = band == index
         watts = float(np.sum(spectrum.share[light]))
         if watts > 0.0:
-            own = float(np.sum(electrons[light])) / watts
-            ratio[index] = 0.0 if own == 0.0 else own / electrons_per_joule[index]
+            per_joule = float(np.sum(electrons[light])) / watts
+            blind = per_joule == 0.0
+            ratio[index] = 0.0 if blind else per_joule / electrons_per_joule[index]
     return ratio

@@ -125,8 +125,8 @@ LAMPS = Block(
     np.dtype(
         [
             # Six rows a lamp: place and radius of the aperture [m]; axis and half angle of the cone
-            # [rad]; intensity [W sr-1]; column and row of its map (simgl.view.lamp_views); edge and
-            # corner of the map.
+            # [rad]; intensity [W sr-1]; column and row of its map (simgl.view.lamp_views); edge,
+            # corner of the map, hard_near, negative where all casters are closed.
             ("lamp_rows", "f4", (6 * MAX_LAMPS, 4)),
             ("lamp_count", "i4"),
             ("lamp_map_size", "i4"),
@@ -275,13 +275,14 @@ def lamp_values(lamps: Sequence[LampView]) -> dict[str, Any]:
     """The Lamps block."""
     rows = np.zeros((6 * MAX_LAMPS, 4), dtype=np.float32)
     for index, view in enumerate(lamps):
+        solid = not any(caster.both_sides for caster in view.casters)
         rows[6 * index : 6 * index + 6] = (
             (*view.place, view.lamp.radius),
             (*view.axis, view.lamp.half_angle),
             view.intensity,
             view.column,
             view.row,
-            (view.lamp.edge, *lamp_corner(index), 0.0),
+            (view.lamp.edge, *lamp_corner(index), -view.hard_near if solid else view.hard_near),
         )
     return {"lamp_rows": rows, "lamp_count": len(lamps), "lamp_map_size": MAP_SIZE}
 

@@ -84,7 +84,7 @@ def _light(where: str, table: LampTable, base: Base) -> tuple[Array, LineSpectru
         problem = f"as one number needs wavelength_nm, temperature_k or band_shares; got {given}"
         raise ConfigError(where, "power_w", problem)
     if table.wavelength_nm is not None:
-        spectrum = _own_spectrum(where, table.wavelength_nm, table.line_weights, base)
+        spectrum = _line_spectrum(where, table.wavelength_nm, table.line_weights, base)
         return table.power_w * spectrum.band_shares, spectrum
     if table.temperature_k is not None:
         power = black_body_light(table.power_w, table.temperature_k).irradiance
@@ -96,7 +96,7 @@ def _light(where: str, table: LampTable, base: Base) -> tuple[Array, LineSpectru
     return table.power_w * np.array(table.band_shares), None
 
 
-def _own_spectrum(
+def _line_spectrum(
     where: str, given: float | list[float] | str, weights: list[float] | None, base: Base
 ) -> LineSpectrum:
     """Of a line [nm], of several, or of a file."""

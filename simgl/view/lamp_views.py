@@ -21,6 +21,9 @@ from simgl.view.shadow_views import Caster, steady_pose
 MAP_SIZE = 1024
 # Nothing closer to a lamp than this casts: it would be the lamp's own housing [m].
 _NEAREST = 0.01
+# Parts of the carrier closer than so many radii of the aperture cast hard shadows.
+_HARD_RADII = 12.5
+_NO_LIMIT = 1e30
 # The filter looks two texels beyond a receiver.
 _MARGIN = 1.0 + 8.0 / MAP_SIZE
 
@@ -35,6 +38,8 @@ class LampView:
     column, row : (4,) float32 x, y, z, w of the map's texel at v from the lamp:
         v @ (x, y, z) / (v @ axis) + w
     intensity : (4,) float32 [W sr-1]
+    hard_near : casters of a larger 1 / z cast hard shadows [m-1]; 0 where all do, for the aperture
+        blurs none by a texel
     """
 
     lamp: Lamp
@@ -45,11 +50,12 @@ class LampView:
     column: Array32
     row: Array32
     intensity: Array32
+    hard_near: float
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Seen:
-    """A body in the beam: its box in tangents of angles off the axis, and its farthest depth.
+    """A body in the beam: its box in tangents of angles off the axis, and its depths.
 
     cut : whether a part of it is too close to the lamp to cast
     """
@@ -59,6 +65,7 @@ class _Seen:
     offset: Array
     low: Array
     high: Array
+    nearest: float
     far: float
     cut: bool
 
@@ -104,9 +111,17 @@ def lamp_view(
     R_camera_from_lamp = camera.R_camera_from_icrf @ R_lamp_from_icrf.T
     texels = 0.5 * MAP_SIZE / half
     first = 0.5 * MAP_SIZE * (1.0 - middle / half)
+    # The aperture of a lamp that looks along its carrier would lie half within it.
+    carried = any(s.body is state.bodies.get(lamp.lamp.spacecraft) for s in seen)
+    hard_near = 1.0 / (_HARD_RADII * lamp.lamp.radius) if carried else _NO_LIMIT
+    # Between the nearest and the farthest body, as seen from the two ends of the aperture.
+    depths = min(1.0 / min(s.nearest for s in seen), hard_near) - 1.0 / far
+    if lamp.lamp.radius * depths * texels.max() < 1.0:
+        hard_near = 0.0
     return LampView(
         lamp=lamp.lamp,
-        key=b"".join(c.key for c in casters),
+        hard_near=hard_near,
+        key=b"".join((*(c.key for c in casters), np.float32(hard_near).tobytes())),
         casters=casters,
         place=_float32(camera.R_camera_from_icrf @ (lamp.position - camera.position)),
         axis=_float32(R_camera_from_lamp[:, 2]),
@@ -149,6 +164,7 @@ def _in_beam(
         offset=offset,
         low=low,
         high=high,
+        nearest=float(points[:, 2].min()),
         far=far,
         cut=len(back) > 0,
     )
