@@ -81,7 +81,7 @@ def parts(tile: RasterTile, camera: Camera, max_samples: int, reach: int = 0) ->
 
 
 def _parts(
-    tile: RasterTile, whole: Box, camera: Camera, max_samples: int, reach: int
+    tile: RasterTile, full: Box, camera: Camera, max_samples: int, reach: int
 ) -> list[RasterTile]:
     columns, rows = tile.raster_size
     x0, y0, x1, y1 = tile.owned
@@ -92,18 +92,18 @@ def _parts(
     halves = ((x0, y0, x, y1), (x, y0, x1, y1))
     if width < height:
         halves = ((x0, y0, x1, y), (x0, y, x1, y1))
-    found = []
+    cut = []
     for half in halves:
         seen = _grown(half, reach)
         box = (
-            max(seen[0], whole[0]),
-            max(seen[1], whole[1]),
-            min(seen[2], whole[2]),
-            min(seen[3], whole[3]),
+            max(seen[0], full[0]),
+            max(seen[1], full[1]),
+            min(seen[2], full[2]),
+            min(seen[3], full[3]),
         )
         part = _tile(box, tile.spacecraft, tile.depths, camera, tile.sample_grid)
-        found += _parts(replace(part, owned=half), whole, camera, max_samples, reach)
-    return found
+        cut += _parts(replace(part, owned=half), full, camera, max_samples, reach)
+    return cut
 
 
 def _grown(box: Box, by: int) -> Box:
