@@ -128,10 +128,12 @@ def _undistorted(camera: Camera) -> _FieldArrays:
 
 
 def _reach(places: Array32) -> int:
-    """Largest extent of a pixel in the pinhole's image: twice what it sees on either side."""
-    across, down = (
-        np.abs(np.diff(places, axis=axis)).max(axis=(0, 1), initial=1.0) for axis in (1, 0)
-    )
+    """Largest extent of a pixel in the pinhole's image: twice what it sees on either side.
+
+    Every 16th row and column tells it well enough.
+    """
+    steps = np.diff(places[::16], axis=1), np.diff(places[:, ::16], axis=0)
+    across, down = (np.abs(step).max(axis=(0, 1), initial=1.0) for step in steps)
     return int(np.ceil((across + down).max()))
 
 
