@@ -287,17 +287,9 @@ class ShadowPass:
     def release(self) -> None:
         """Free everything."""
         self._atlases.clear()
-        for atlas in self._unused:
-            atlas.release()
+        shaders = self._caster, self._cells, self._squares, self._cone, self._program, self._behind
+        release_all(self._ctx, *self._unused, *self._scratch.values(), *shaders)
         self._unused.clear()
-        for scratch in self._scratch.values():
-            scratch.release()
-        self._caster.release()
-        self._cells.release()
-        self._squares.release()
-        self._cone.release()
-        self._program.release()
-        self._behind.release()
 
 
 # What a map is drawn in, one after the other.
