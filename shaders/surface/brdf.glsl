@@ -29,7 +29,7 @@ struct DiscImage {
 // The ellipsoid confocal with the ellipse, through the point a height alpha above the lobe's centre:
 // with M the ellipse's matrix and c its centre, u solves c (M + u)^-1 c + alpha^2 / u = 1. The root
 // for a circle that reaches as far towards the lobe is exact far outside of the ellipse and deep
-// within; two Newton steps on u (1 - sum), nearly a line, leave 1e-4.
+// within; three Newton steps on u (1 - sum), nearly a line, leave 1e-6 and 1e-3 at the rim of a mirror image.
 DiscImage disc_image(vec3 n, vec3 h, vec3 wo, float VoH, float alpha, float radius) {
     float NoH = max(dot(n, h), 1e-4);
     // The slope as a vector square to h, from a sine: that keeps its digits where the cosine loses
@@ -49,11 +49,12 @@ DiscImage disc_image(vec3 n, vec3 h, vec3 wo, float VoH, float alpha, float radi
     float inside = reach2 - image.slope2 - a2;
     float S = sqrt(inside * inside + 4.0 * a2 * reach2);
     float u = inside > 0.0 ? 2.0 * a2 * reach2 / (S + inside) : 0.5 * (S - inside);
-    for (int i = 0; i < 2; ++i) {
+    for (int i = 0; i < 3; ++i) {
         float det = u * (u + image.trace) + image.det, t = image.tangential + u;
         float left = 1.0 - image.slope2 * t / det - a2 / u;
         float fall = image.slope2 * u * (t * t + image.mixed2) / (det * det) + a2 / u;
-        u -= u * left / (left + fall);
+        // Neither term of the sum is more than 1.
+        u = clamp(u - u * left / (left + fall), a2, image.slope2 + a2);
     }
     image.u = u;
     return image;
@@ -93,6 +94,9 @@ vec4 limb_seen(DiscImage image, float alpha, vec4 limb_u, vec4 limb_v) {
     float uniform_disc = D_ggx_disc(image, alpha) / ((1.0 + image.slope2) * (1.0 + image.slope2));
     float mu = 0.5 * a2 / PI * dot(element, inversesqrt(max(outside, 1e-6))) / uniform_disc;
     float mu2 = a2 / PI * (element.x + element.y + element.z) / uniform_disc;
+    // Far from the lobe's centre float32 loses what is left of both.
+    mu = clamp(mu, 0.0, 1.0);
+    mu2 = clamp(mu2, mu * mu, mu);
     return (1.0 - limb_u * (1.0 - mu) - limb_v * (1.0 - 2.0 * mu + mu2))
          / (1.0 - limb_u / 3.0 - limb_v / 6.0);
 }
