@@ -21,7 +21,7 @@ ANGLE = float(np.arctan(np.sqrt(5.0) - 2.0))
 
 # A unit square holds at least one sample if the grid's covering radius, 1 / sqrt(2 n), is below
 # one half: n > 2. Fewer than five leave edges coarse.
-MIN_SAMPLES, MAX_SAMPLES = 5, 16384
+MIN_SAMPLES, MAX_SAMPLES = 5, 4096
 # On the outline of a spacecraft: its flux then comes out right to some parts in a thousand, however
 # few pixels it covers.
 MIN_TARGET_SAMPLES = 4096

@@ -66,22 +66,32 @@ Sum cell_sum(ivec2 cell) {
     return sum;
 }
 
-// One sample.
+// Which of four groups hold a sample; the place of that among them.
+int place_in(uvec4 groups, uint bit, out bool held) {
+    bvec4 holds = notEqual(groups & bit, uvec4(0u));
+    held = any(holds);
+    return holds.y ? 1 : holds.z ? 2 : holds.w ? 3 : 0;
+}
+
+// One sample. Without loops but for the rare cell of many groups: llvmpipe ends all loops of a shader
+// after 65,535 turns together.
 Sum sample_sum(ivec2 texel) {
     ivec2 cell = clamp(cell_of(texel), ivec2(0), cells - 1), place = texel - first_texel(cell);
     bool inside = all(greaterThanEqual(place, ivec2(0))) && all(lessThan(place, ivec2(STRIDE)));
     uint bit = inside ? 1u << uint(STRIDE * place.y + place.x) : 0u;
-    uint first_page = texelFetch(block_pages, cell / BLOCK, 0).r;
-    Sum sum = Sum(vec4(0.0), 0.0, 1.0);
-    for (int layer = 0; layer < LAYERS; ++layer) {
-        uint group = group_at(cell, layer);
-        if (samples_of(group) == 0u) break;
-        WHEN((group & bit) != 0u) {
-            sum.light = point(first_page, cell, layer);
-            sum.covered = 1.0;
-        }
+    uvec4 groups = texelFetch(cell_groups, cell, 0);
+    bool held;
+    int layer = place_in(groups, bit, held);
+#ifndef WINDOW
+    bool more = !held && samples_of(groups.w) > 0u;
+    WHEN(more) {
+        for (int from = 4; from < LAYERS && !held; from += 4)
+            layer = from + place_in(groups_from(cell, from), bit, held);
     }
-    return sum;
+#endif
+    uint first_page = texelFetch(block_pages, cell / BLOCK, 0).r;
+    vec4 light = point(first_page, cell, layer);
+    return Sum(held ? light : vec4(0.0), held ? 1.0 : 0.0, 1.0);
 }
 
 #ifdef WINDOW

@@ -97,8 +97,11 @@ class ResolvePass:
         lens: DistortedView | None,
     ) -> None:
         box = tile.x, tile.y, tile.width, tile.height
-        textures = dict(zip(CELL_GROUPS, points.groups, strict=True))
-        textures |= {"block_pages": points.block_pages, "points": radiance}
+        groups = dict(zip(CELL_GROUPS, points.groups, strict=True))
+        if tile.window is not None:
+            # A cell there is one sample.
+            groups = {"cell_groups": groups["cell_groups"]}
+        textures = groups | {"block_pages": points.block_pages, "points": radiance}
         defines = [] if tile.window is None else ["WINDOW"]
         if lens is not None:
             box = _distorted_box(tile, lens.camera)

@@ -8,6 +8,7 @@ import pytest
 
 from simgl.assess.visible_stars import stars_in_view
 from simgl.camera.distortion import field, sight_lines
+from simgl.camera.projections import Distortion
 from simgl.simulator import Simulator
 from simgl.view.background import background, sky_view
 from tests.passes.skies import (
@@ -248,7 +249,7 @@ def test_a_star_keeps_its_light_wherever_a_distorting_lens_shows_it(
     state = scenario.at(scenario.epoch_tai_ns)
     seat = state.cameras["cam"]
     lens, f = seat.camera, seat.camera.focal_length_px
-    assert lens.lens.distortion is not None
+    assert isinstance(lens.lens.distortion, Distortion)
     slope = sight_lines(lens)[..., :2]
     solid_angle = (1.0 + (slope**2).sum(axis=-1)) ** -1.5 / (f * f * field(lens).stretch)
     columns, rows = np.meshgrid([10, 45, 80, 115, 149], [10, 60, 109])

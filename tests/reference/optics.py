@@ -9,6 +9,7 @@ from simgl.arrays import Array
 from simgl.camera.camera import Camera
 from simgl.camera.diffraction import band_wavelengths, defocus_otf
 from simgl.camera.lens import Blur
+from simgl.camera.projections import Distortion
 from simgl.physics.constants import SOLAR_TEMPERATURE
 
 
@@ -28,7 +29,7 @@ def _off_axis(camera: Camera, width: int, height: int) -> Array:
     y, x = np.mgrid[0:height, 0:width] + 0.5
     tangents = np.stack([x - 0.5 * width, y - 0.5 * height], axis=-1) / f
     stretch = np.ones((height, width))
-    if lens.distortion is not None:
+    if isinstance(lens.distortion, Distortion):
         tangents = lens.distortion.undistorted(tangents)
         stretch = np.linalg.det(lens.distortion.jacobian(tangents))
     angle = np.arctan(np.linalg.norm(tangents, axis=-1))
