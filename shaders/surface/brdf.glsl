@@ -35,12 +35,16 @@ DiscImage disc_image(vec3 n, vec3 h, vec3 wo, float VoH, float alpha, float radi
     // The slope as a vector square to h, from a sine: that keeps its digits where the cosine loses
     // them.
     vec3 slope = cross(cross(h, n), h) / NoH;
+    // A normal that leans past the half vectors' horizon is as far from them as one upon it.
+    if (dot(n, h) < NoH) slope = normalize(slope + vec3(1e-6)) / NoH;
     vec3 side = cross(wo, h);
     float across = dot(slope, side);
     DiscImage image;
     image.slope2 = dot(slope, slope);
     float y2 = min(across * across / max(dot(side, side) * image.slope2, 1e-30), 1.0), x2 = 1.0 - y2;
-    float narrow = 0.25 * radius * radius, wide = narrow / (VoH * VoH), stretch2 = 1.0 / (NoH * NoH);
+    // Towards the horizon of the half vectors the slopes of a disc would have no end: where the lobe is
+    // flat, a smaller disc does.
+    float narrow = 0.25 * pow(min(radius, 0.3 * NoH * VoH), 2.0), wide = narrow / (VoH * VoH), stretch2 = 1.0 / (NoH * NoH);
     image.tangential = (narrow * y2 + wide * x2) * stretch2;
     image.mixed2 = x2 * y2 * (wide - narrow) * (wide - narrow) * stretch2 * stretch2 * stretch2;
     image.trace = (narrow * x2 + wide * y2) * stretch2 * stretch2 + image.tangential;

@@ -243,3 +243,55 @@ def test_disc_cosine_agrees_with_quadrature_over_the_disc(gl: moderngl.Context) 
     # The closed form takes the disc as flat (1e-5 of its radius); strips resolve it to 1e-6 of it.
     expected = reference.disc_cosine(cosine, radius)
     np.testing.assert_allclose(got[:, 0], expected, rtol=2e-5, atol=radius * 5e-5)
+
+
+@pytest.mark.parametrize("roughness", [0.05, 0.3, 0.55, 0.8])
+def test_light_from_behind_makes_no_highlight_where_quadrature_has_none(
+    gl: moderngl.Context, roughness: float
+) -> None:
+    """Phases of 140 to 178 deg, surfaces in any position that both sides see, grazing ones too."""
+    rng = np.random.default_rng(8)
+    half = 0.5 * np.radians(rng.uniform(140.0, 178.0, 2000))
+    zero = np.zeros(len(half))
+    wi = np.stack([-np.sin(half), zero, np.cos(half)], axis=1)
+    wo = np.stack([np.sin(half), zero, np.cos(half)], axis=1)
+    n = rng.normal(size=(len(half), 3))
+    n /= np.linalg.norm(n, axis=1, keepdims=True)
+    seen = (np.sum(n * wi, axis=1) > 0.02) & (np.sum(n * wo, axis=1) > 0.02)
+    n, wi, wo = n[seen][:100], wi[seen][:100], wo[seen][:100]
+    normal, light, eye = (
+        f"vec3(in_value[{k}], in_value[{k + 1}], in_value[{k + 2}])" for k in (0, 3, 6)
+    )
+    call = f"brdf(vec4(0.9), 1.0, {roughness**2:.9g}, {normal}, {light}, {eye}, {SUN:.9g})"
+    inputs = np.concatenate([n, wi, wo], axis=1).astype(np.float32)
+    got = evaluate(gl, ["surface/brdf.glsl"], call, inputs)[:, 0]
+    expected = reference.disc_mean_brdf(0.9, 1.0, roughness, n, wi, wo, SUN)
+    # Masking and Fresnel are those of the disc's middle; 0.02 of a white surface does not show.
+    np.testing.assert_allclose(got, expected, rtol=0.05, atol=0.02 / np.pi)
+
+
+@pytest.mark.parametrize("roughness", [0.05, 0.3, 0.55, 0.8])
+def test_a_normal_that_leans_from_the_viewer_makes_no_glint(
+    gl: moderngl.Context, roughness: float
+) -> None:
+    """Interpolated normals at backlit edges: the lobe is no higher than anywhere on the disc."""
+    rng = np.random.default_rng(9)
+    n, wi, wo = (rng.normal(size=(20000, 3)) for _ in range(3))
+    n, wi, wo = (v / np.linalg.norm(v, axis=1, keepdims=True) for v in (n, wi, wo))
+    h = (wi + wo) / np.linalg.norm(wi + wo, axis=1, keepdims=True)
+    NoL, NoV, NoH, VoH = (np.sum(a * b, axis=1) for a, b in ((n, wi), (n, wo), (n, h), (wo, h)))
+    leaning = (NoL > 0.01) & (NoV < 0.0) & (NoV > -0.3) & (VoH > 0.05)
+    normal, light, eye = (
+        f"vec3(in_value[{k}], in_value[{k + 1}], in_value[{k + 2}])" for k in (0, 3, 6)
+    )
+    call = f"brdf(vec4(1.0), 1.0, {roughness**2:.9g}, {normal}, {light}, {eye}, {SUN:.9g})"
+    inputs = np.concatenate([n, wi, wo], axis=1)[leaning].astype(np.float32)
+    got = evaluate(gl, ["surface/brdf.glsl"], call, inputs)[:, 0]
+    # Half vectors turn by half of the disc's radius, and across the plane by 1 / VoH of that.
+    reach = 0.5 * SUN / VoH
+    nearest = np.cos(np.maximum(np.arccos(np.clip(NoH, 0.0, 1.0)) - reach, 0.0))
+    a2 = roughness**4
+    # Masking with the viewer at the horizon.
+    masking = 0.5 / (NoL * np.sqrt(1e-8 * (1.0 - a2) + a2) + 1e-4 * np.sqrt(NoL**2 * (1 - a2) + a2))
+    highest = (reference.ggx(nearest, roughness**2) * masking)[leaning]
+    assert np.all(got <= 1.1 * highest)
