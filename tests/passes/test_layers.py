@@ -72,7 +72,7 @@ def furnace(
     values = evaluate(
         gl,
         ["surface/material.glsl"],
-        f"vec4(reflection({surface}, {light}, 1e-5).g, {albedos}, 0, 0)",
+        f"vec4(reflection({surface}, Disc({light}, 1e-5, vec4(0), vec4(0))).g, {albedos}, 0, 0)",
         lights[above].astype(np.float32),
         textures={"lobe_table": table},
         blocks=[SPACECRAFT, MATERIALS],
