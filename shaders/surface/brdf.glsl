@@ -29,7 +29,8 @@ struct DiscImage {
 // The ellipsoid confocal with the ellipse, through the point a height alpha above the lobe's centre:
 // with M the ellipse's matrix and c its centre, u solves c (M + u)^-1 c + alpha^2 / u = 1. The root
 // for a circle that reaches as far towards the lobe is exact far outside of the ellipse and deep
-// within; three Newton steps on u (1 - sum), nearly a line, leave 1e-6 and 1e-3 at the rim of a mirror image.
+// within; three Newton steps on u (1 - sum), nearly a line, leave 1e-6, and 1e-3 at the rim of a mirror
+// image.
 DiscImage disc_image(vec3 n, vec3 h, vec3 wo, float VoH, float alpha, float radius) {
     float NoH = max(dot(n, h), 1e-4);
     // The slope as a vector square to h, from a sine: that keeps its digits where the cosine loses
@@ -44,7 +45,8 @@ DiscImage disc_image(vec3 n, vec3 h, vec3 wo, float VoH, float alpha, float radi
     float y2 = min(across * across / max(dot(side, side) * image.slope2, 1e-30), 1.0), x2 = 1.0 - y2;
     // Towards the horizon of the half vectors the slopes of a disc would have no end: where the lobe is
     // flat, a smaller disc does.
-    float narrow = 0.25 * pow(min(radius, 0.3 * NoH * VoH), 2.0), wide = narrow / (VoH * VoH), stretch2 = 1.0 / (NoH * NoH);
+    radius = min(radius, 0.3 * NoH * VoH);
+    float narrow = 0.25 * radius * radius, wide = narrow / (VoH * VoH), stretch2 = 1.0 / (NoH * NoH);
     image.tangential = (narrow * y2 + wide * x2) * stretch2;
     image.mixed2 = x2 * y2 * (wide - narrow) * (wide - narrow) * stretch2 * stretch2 * stretch2;
     image.trace = (narrow * x2 + wide * y2) * stretch2 * stretch2 + image.tangential;

@@ -198,27 +198,49 @@ float lamp_lit(Surface s, Lamp lamp, vec3 v) {
     return lit;
 }
 
+// How the light of a lamp comes to a surface.
+struct LampLight {
+    Disc disc;
+    float beam;   // intensity over that within the cone
+    float r;      // distance [m]
+};
+
+LampLight light_of(Surface s, Lamp lamp) {
+    vec3 v = s.place - lamp.place;
+    LampLight light;
+    light.beam = beam_profile(lamp, atan(length(cross(v, lamp.axis)), dot(v, lamp.axis)));
+    // Closer than its own radius a lamp is no point any more: the law stops there.
+    light.r = max(length(v), lamp.radius);
+    light.disc = Disc(-normalize(v), atan(lamp.radius, light.r), vec4(0.0), vec4(0.0));
+    return light;
+}
+
+// Share of each lamp's light that reaches a surface past all casters.
+vec4 lamps_lit(Surface s) {
+    vec4 lit = vec4(1.0);
+    for (int i = 0; i < lamp_count; ++i) {
+        Lamp lamp = lamp_at(i);
+        LampLight light = light_of(s, lamp);
+        if (light.beam <= 0.0) continue;
+        lit[i] = lamp_lit(s, lamp, s.place - lamp.place);
+    }
+    return lit;
+}
+
 // Radiance of the lamps' light that a surface turns to the viewer [W m-2 sr-1].
-vec4 lamp_light(Surface s) {
+//
+// lit : share of each lamp's light that reaches it
+vec4 lamp_light(Surface s, vec4 lit) {
     vec4 radiance = vec4(0.0);
     for (int i = 0; i < lamp_count; ++i) {
         Lamp lamp = lamp_at(i);
-        vec3 v = s.place - lamp.place;
-        float angle = atan(length(cross(v, lamp.axis)), dot(v, lamp.axis));
-        float beam = beam_profile(lamp, angle);
-        if (beam <= 0.0) continue;
-        // Closer than its own radius a lamp is no point any more: the law stops there.
-        float r = max(length(v), lamp.radius);
-        vec3 wi = -normalize(v);
-        float angular_radius = atan(lamp.radius, r);
-        float facing = disc_cosine(dot(s.n, wi), angular_radius) * past_relief(s, wi);
-        if (facing <= 0.0) continue;
+        LampLight light = light_of(s, lamp);
+        vec3 wi = light.disc.wi;
+        float facing = disc_cosine(dot(s.n, wi), light.disc.radius) * past_relief(s, wi);
         // With its centre below the surface's own horizon the disc is cut already.
-        float lit = dot(s.n, wi) > 0.0 ? lamp_lit(s, lamp, v) : 1.0;
-        if (lit <= 0.0) continue;
-        float reached = beam * facing * lit / (r * r);
-        Disc disc = Disc(wi, angular_radius, vec4(0.0), vec4(0.0));
-        radiance += reflection(s, disc) * lamp.intensity * reached;
+        float reached = light.beam * facing * (dot(s.n, wi) > 0.0 ? lit[i] : 1.0);
+        if (reached <= 0.0) continue;
+        radiance += reflection(s, light.disc) * lamp.intensity * (reached / (light.r * light.r));
     }
     return radiance;
 }

@@ -22,7 +22,8 @@ struct Lights {
     vec4 sun, earth, other_surfaces, lamps;
 };
 
-Lights lights_of(Surface s, ivec2 at) {
+// lit : share of each lamp's light that reaches the surface
+Lights lights_of(Surface s, ivec2 at, vec4 lit) {
     Lights light = Lights(sun_light(s, at), vec4(0.0), vec4(0.0), vec4(0.0));
 #if defined(SKY) || defined(INTERREFLECTION)
     Albedo albedo = albedo_of(s);
@@ -34,7 +35,7 @@ Lights lights_of(Surface s, ivec2 at) {
     light.other_surfaces = bounced_light(s, albedo);
 #endif
 #ifdef LAMPS
-    light.lamps = lamp_light(s);
+    light.lamps = lamp_light(s, lit);
 #endif
     return light;
 }
@@ -44,6 +45,10 @@ Lights lights_of(Surface s, ivec2 at) {
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
     Surface s = gbuffer_surface(at);
+    vec4 lit = vec4(1.0);
+#ifdef LAMPS
+    lit = lamps_lit(s);
+#endif
 #ifdef LAYERED
     // Patterns are finer than a cell: the mean over its samples.
     uint material = material_of(texelFetch(gbuffer_position, at, 0).w);
@@ -54,14 +59,14 @@ void main() {
     Lights light = Lights(vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0));
     while (left != 0u) {
         vec2 offset = vec2(next_texel(left)) + 0.5 - middle;
-        Lights one = lights_of(sample_surface(s, material, offset), at);
+        Lights one = lights_of(sample_surface(s, material, offset), at, lit);
         light.sun += share * one.sun;
         light.earth += share * one.earth;
         light.other_surfaces += share * one.other_surfaces;
         light.lamps += share * one.lamps;
     }
 #else
-    Lights light = lights_of(s, at);
+    Lights light = lights_of(s, at, lit);
 #endif
 #ifdef AIR_BEFORE
     // What the air adds counts as the Earth's light.
