@@ -20,10 +20,10 @@ from simgl.passes.shading_points import (
     COLUMNS,
     ENTRIES,
     GROUPS,
-    PointShader,
     ShadingPoints,
     blocks_of,
     page_table,
+    point_shader,
 )
 from simgl.passes.shared_blocks import (
     JOINTS,
@@ -70,7 +70,7 @@ class GBufferPass:
         self._grouping: dict[int, Screen] = {}
         second = {"second_groups": GROUPS["second_groups"]}
         self._counting = Screen(ctx, "gbuffer/pages", 0.0, [TILE], second)
-        self._lookups: dict[tuple[str, ...], PointShader] = {}
+        self._lookups: dict[tuple[str, ...], Screen] = {}
         self._tile = UniformBuffer(ctx, TILE)
         self._spacecraft = UniformBuffer(ctx, SPACECRAFT)
         self._groups = GrowingTarget(ctx, [range(len(CELL_GROUPS))], Format("u4", 4))
@@ -164,7 +164,7 @@ class GBufferPass:
             )
         return self._grouping[texels]
 
-    def _look_up_for(self, variant: tuple[str, ...]) -> PointShader:
+    def _look_up_for(self, variant: tuple[str, ...]) -> Screen:
         """The shader for models of a variant; those without images do not pay for them."""
         if variant not in self._lookups:
             detailed, lit = "DETAILED" in variant, "INTERREFLECTION" in variant
@@ -176,7 +176,7 @@ class GBufferPass:
                 samplers |= IMAGE_UNITS
             if lit:
                 samplers |= {"vertex_light": _LIGHT_UNIT}
-            self._lookups[variant] = PointShader(
+            self._lookups[variant] = point_shader(
                 self._ctx,
                 "gbuffer/gbuffer",
                 _LOOKED_UP,

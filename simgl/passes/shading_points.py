@@ -10,7 +10,6 @@ import numpy as np
 
 from simgl.arrays import AnyArray, IndexArray
 from simgl.gpu.fullscreen import Screen
-from simgl.gpu.release import all_or_nothing
 from simgl.gpu.uniform_blocks import Block
 from simgl.passes.shared_blocks import JOINTS, LAMPS, MATERIALS, TILE
 
@@ -99,33 +98,14 @@ def blocks_of(cells: tuple[int, int]) -> tuple[int, int]:
     return -(-cells[0] // BLOCK), -(-cells[1] // BLOCK)
 
 
-class PointShader:
-    """A shader over the shading points of a tile, at a depth."""
-
-    @all_or_nothing
-    def __init__(
-        self,
-        ctx: moderngl.Context,
-        name: str,
-        depth: float,
-        blocks: Sequence[Block],
-        samplers: Mapping[str, int],
-        defines: Mapping[str, int] | None = None,
-    ) -> None:
-        self._screen = Screen(
-            ctx,
-            name,
-            depth,
-            blocks,
-            samplers,
-            defines,
-            spare=[TILE, LAMPS, MATERIALS, JOINTS],
-        )
-
-    def draw(self) -> None:
-        """Over the viewport, which holds all points."""
-        self._screen.draw()
-
-    def release(self) -> None:
-        """Free everything."""
-        self._screen.release()
+def point_shader(
+    ctx: moderngl.Context,
+    name: str,
+    depth: float,
+    blocks: Sequence[Block],
+    samplers: Mapping[str, int],
+    defines: Mapping[str, int] | None = None,
+) -> Screen:
+    """A shader over the shading points of a tile, which the viewport holds, at a depth."""
+    spare = [TILE, LAMPS, MATERIALS, JOINTS]
+    return Screen(ctx, name, depth, blocks, samplers, defines, spare=spare)

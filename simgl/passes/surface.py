@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import moderngl
 
+from simgl.gpu.fullscreen import Screen
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.render_targets import GrowingTarget, textures_of
@@ -13,7 +14,7 @@ from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.passes.albedo_table import LOBE_UNIT, lobe_texture
 from simgl.passes.drawn_spacecraft import DrawnSpacecraft
 from simgl.passes.mesh_store import MeshStore
-from simgl.passes.shading_points import GROUPS, PointShader, ShadingPoints
+from simgl.passes.shading_points import GROUPS, ShadingPoints, point_shader
 from simgl.passes.shared_blocks import (
     JOINTS,
     LAMPS,
@@ -84,9 +85,9 @@ class SurfacePass:
         searched = _gbuffer("position", "normal_roughness", "face_normal") | GROUPS | _SHADOW_UNITS
         known = {name: unit for name, unit in searched.items() if name != "sun_behind"}
         name, blocks = "surface/sunlight", [TILE, SPACECRAFT, SHADOW]
-        self._known = PointShader(ctx, name, 0.0, blocks, known)
-        self._searched = PointShader(ctx, name, 0.5, blocks, searched, {"SEARCH": 1})
-        self._lit: dict[tuple[str, ...], tuple[PointShader, ...]] = {}
+        self._known = point_shader(ctx, name, 0.0, blocks, known)
+        self._searched = point_shader(ctx, name, 0.5, blocks, searched, {"SEARCH": 1})
+        self._lit: dict[tuple[str, ...], tuple[Screen, ...]] = {}
         self._tile = UniformBuffer(ctx, TILE)
         self._spacecraft = UniformBuffer(ctx, SPACECRAFT)
         self._shadow = UniformBuffer(ctx, SHADOW)
@@ -170,7 +171,7 @@ class SurfacePass:
             drawn.probe.lobes.use(_SKY_UNITS["sky_lobes"])
             drawn.probe.irradiance.use(_SKY_UNITS["sky_irradiance"])
 
-    def _lit_for(self, variant: tuple[str, ...]) -> tuple[PointShader, ...]:
+    def _lit_for(self, variant: tuple[str, ...]) -> tuple[Screen, ...]:
         """The shaders for spacecraft of a variant, without what they do not need."""
         if variant not in self._lit:
             plain = tuple(define for define in variant if define not in ("LAYERED", "JOINTED"))
@@ -181,7 +182,7 @@ class SurfacePass:
                 self._lit[variant] = first, self._lit_screen(variant, -0.25)
         return self._lit[variant]
 
-    def _lit_screen(self, variant: tuple[str, ...], depth: float) -> PointShader:
+    def _lit_screen(self, variant: tuple[str, ...], depth: float) -> Screen:
         samplers = _gbuffer("position", "normal_roughness") | {"sunlight": _SUNLIGHT_UNIT}
         blocks = [SPACECRAFT, MATERIALS]
         for define, units in _MORE_UNITS.items():
@@ -192,7 +193,7 @@ class SurfacePass:
         if "LAMPS" in variant:
             blocks.append(LAMPS)
         defines = dict.fromkeys(variant, 1)
-        return PointShader(self._ctx, "surface/surface", depth, blocks, samplers, defines)
+        return point_shader(self._ctx, "surface/surface", depth, blocks, samplers, defines)
 
     def release(self) -> None:
         """Free everything."""
