@@ -45,9 +45,13 @@ uint samples_of(uint group) {
     return (bits * 0x01010101u) >> 24u;
 }
 
+uint lowest_of(uint group) {
+    return group & (~group + 1u);
+}
+
 // Takes one texel out of a group; its place in the window.
 ivec2 next_texel(inout uint group) {
-    uint lowest = group & (~group + 1u);
+    uint lowest = lowest_of(group);
     group ^= lowest;
     int bit = (floatBitsToInt(float(lowest)) >> 23) - 127;
     // A fifth, exact for all bits there are.

@@ -63,34 +63,38 @@ float widened(float a2, float b2) {
     return pow(pow(a2, HALF_POWER) + pow(b2, HALF_POWER), 1.0 / HALF_POWER);
 }
 
+// What a sample's footprint leaves of a crumpled foil's facets, the large and the small ones.
+struct Crinkle {
+    vec2 shares;   // of their slopes in the normal
+    float hidden;  // alpha^2 of a lobe for the slopes that vary within the footprint
+};
+
+// footprint : edge of the sample's footprint on the surface [m]
+// size, slope : mean spacing of the large facets [m], and the width of all slopes
+Crinkle crinkle_of(float footprint, float size, float slope) {
+    vec2 facets = footprint / (size * vec2(1.0, SMALL_FACETS));
+    Crinkle c;
+    vec2 shares = FACET_SHARES * (1.0 - smoothstep(vec2(0.5), vec2(2.0), facets));
+    // Of the bow, only what differs from sample to sample.
+    vec2 within = min(facets / (sqrt(12.0) * FACET_SPREAD), vec2(1.0));
+    vec2 bow2 = FACET_BOW * FACET_BOW * (1.0 - within * within);
+    float resolved2 = dot(shares * shares, 1.0 + bow2);
+    // What the samples' normals do not show, the lobe has to.
+    c.shares = slope * shares;
+    c.hidden = 2.0 * slope * slope
+             * pow(max(1.0 - pow(resolved2, HALF_POWER), 0.0), 1.0 / HALF_POWER);
+    return c;
+}
+
 // Normal of a crumpled foil at a place.
 //
-// place, n : body axes [m], unit; footprint : edge of the sample's footprint on the surface [m]
-// size, slope : mean spacing of the large facets [m], and the width of all slopes
-// spread : gets alpha^2 of a lobe for the slopes that vary within the footprint
-vec3 crinkled_normal(vec3 place, vec3 n, float footprint, float size, float slope,
-                     out float spread) {
-    vec3 tilt = vec3(0.0);
-    float resolved2 = 0.0, stretch = 1.0;
-    for (int level = 0; level < 2; ++level) {
-        float facet = level == 0 ? size : SMALL_FACETS * size;
-        float share = FACET_SHARES[level];
-        float relief = 1.0 - smoothstep(0.5, 2.0, footprint / facet);
-        if (relief > 0.0) {
-            vec3 random;
-            vec3 slopes = facet_slopes(place / facet, n, 7919 * level, random);
-            // Normal slopes over the root of an exponential variable, one for a large facet and
-            // what lies in it, are GGX's; the 3 % that would be steepest are brought down.
-            if (level == 0) stretch = inversesqrt(max(-log(fract(random.x + random.y)), 0.03));
-            tilt += share * relief * stretch * slopes;
-        }
-        // Of the bow, only what differs from sample to sample.
-        float within = min(1.0, footprint / facet / (sqrt(12.0) * FACET_SPREAD));
-        float bow2 = FACET_BOW * FACET_BOW * (1.0 - within * within);
-        resolved2 += share * share * relief * relief * (1.0 + bow2);
-    }
-    // What the samples' normals do not show, the lobe has to.
-    float hidden = pow(max(1.0 - pow(resolved2, HALF_POWER), 0.0), 1.0 / HALF_POWER);
-    spread = 2.0 * slope * slope * hidden;
-    return normalize(n + slope * tilt);
+// place, n : body axes [m], unit; size : mean spacing of the large facets [m]
+vec3 crinkled_normal(vec3 place, vec3 n, float size, Crinkle c) {
+    vec3 random;
+    vec3 tilt = c.shares.x * facet_slopes(place / size, n, 0, random);
+    // Normal slopes over the root of an exponential variable, one for a large facet and what lies in
+    // it, are GGX's; the 3 % that would be steepest are brought down.
+    float stretch = inversesqrt(max(-log(fract(random.x + random.y)), 0.03));
+    tilt += c.shares.y * facet_slopes(place / (SMALL_FACETS * size), n, 7919, random);
+    return normalize(n + stretch * tilt);
 }

@@ -32,11 +32,15 @@ void turn_back(inout Surface s, uint label) {
 }
 #endif
 
+// Whether a material varies from sample to sample.
+bool is_patterned(uint material) {
+    return max(material_layers[material].z, material_cells[material].x) > 0.0;
+}
+
 // Whether a material is more than one reflection law, the same all over.
 bool is_layered(uint material) {
-    vec4 layers = material_layers[material];
-    return max(max(layers.x, layers.z), material_cells[material].x) > 0.0
-        || material_law[material].w > 0.5;
+    return material_layers[material].x > 0.0 || material_law[material].w > 0.5
+        || is_patterned(material);
 }
 
 // The surface that a shading point sees.
@@ -90,20 +94,46 @@ Surface gbuffer_surface(ivec2 at) {
 }
 
 #ifdef LAYERED
+// What all samples of a group have of their material's patterns.
+struct Pattern {
+    vec3 dx, dy;   // steps of the place to the neighbouring samples, camera axes [m]
+    vec3 box;      // of a sample's footprint, along the pattern's axes [m]
+    bool cells, facetted, conserving;
+    float facet;   // mean spacing of the large ones of a crinkle [m]
+    Crinkle facets;
+};
+
+// The same; the surface gets what it makes of the lobes.
+Pattern pattern_of(inout Surface s, uint material) {
+    vec4 layers = material_layers[material];
+    Pattern p;
+    p.cells = material_cells[material].x > 0.0;
+    p.conserving = material_law[material].w > 0.5;
+    p.dx = place_step(s.place, s.facet, sample_steps[0].xyz);
+    p.dy = place_step(s.place, s.facet, sample_steps[1].xyz);
+    p.box = abs(s.pattern_from_camera * p.dx) + abs(s.pattern_from_camera * p.dy);
+    p.facet = layers.z;
+    p.facets = Crinkle(vec2(0.0), 0.0);
+    WHEN(p.facet > 0.0) {
+        float footprint = sqrt(max(dot(p.dx, p.dx), dot(p.dy, p.dy)));
+        p.facets = crinkle_of(footprint, p.facet, layers.w);
+        s.alpha = sqrt(widened(s.alpha * s.alpha, p.facets.hidden));
+        s.coat_alpha = sqrt(widened(s.coat_alpha * s.coat_alpha, p.facets.hidden));
+    }
+    p.facetted = p.facets.shares.x > 0.0;
+    return p;
+}
+
 // The surface that one sample of a shading point's group sees, with the patterns of its material.
 //
 // offset : of the sample from the shading point, in the raster
-Surface sample_surface(Surface s, uint material, vec2 offset) {
-    vec3 dx = place_step(s.place, s.facet, sample_steps[0].xyz);
-    vec3 dy = place_step(s.place, s.facet, sample_steps[1].xyz);
-    vec3 step = offset.x * dx + offset.y * dy;
+Surface sample_surface(Surface s, uint material, Pattern p, vec2 offset) {
+    vec3 step = offset.x * p.dx + offset.y * p.dy;
     s.place += step;
     s.pattern += s.pattern_from_camera * step;
-    vec4 law = material_law[material], layers = material_layers[material];
-    bool cells = material_cells[material].x > 0.0, crinkle = layers.z > 0.0, conserving = law.w > 0.5;
-    WHEN(cells) lay_cells(s, material, dx, dy);
-    WHEN(crinkle) crumple(s, layers.zw, dx, dy);
-    WHEN(conserving) s.gain = scattered_again(normal_reflectance(s), viewer_cosine(s), s.alpha);
+    WHEN(p.cells) lay_cells(s, material, p.box);
+    WHEN(p.facetted) crumple(s, p.facet, p.facets);
+    WHEN(p.conserving) s.gain = scattered_again(normal_reflectance(s), viewer_cosine(s), s.alpha);
     return s;
 }
 #endif

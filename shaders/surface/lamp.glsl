@@ -1,14 +1,16 @@
 #include "block/lamps"
 #include "common/sun.glsl"
+#include "surface/caster_bounds.glsl"
 #include "surface/material.glsl"
 
 // 1 / z of the nearest caster [m-1], 0 where there is none, and in the lower half of the texture where
-// light first leaves a solid again. Its levels hold the nearest of 2 x 2, 4 x 4 ... texels.
+// light first leaves a solid again.
 uniform sampler2D lamp_maps;
+// In green, bounds on it.
+uniform sampler2D lamp_bounds;
 
-// Levels of a map, of 2 x 2 texels to half of it; directions that stand for the aperture, and besides
-// them some near its middle that look for casters.
-const int LAMP_LEVELS = 9, LAMP_TAPS = 28, NEAR_LAMP_TAPS = 4;
+// Directions that stand for the aperture, and besides them some near its middle that look for casters.
+const int LAMP_TAPS = 28, NEAR_LAMP_TAPS = 4;
 // Cosine and sine of the golden angle, 2.39996323 rad, between successive directions.
 const mat2 GOLDEN_TURN = mat2(-0.73736888, 0.67549029, -0.67549029, -0.73736888);
 
@@ -22,7 +24,8 @@ struct Lamp {
     vec4 column;        // at v from the lamp, the map's texel is dot(v, xyz) / dot(v, axis) + w
     vec4 row;
     float edge;         // of the smooth fall around the cone [rad]
-    ivec2 corner;       // of the lamp's map
+    int first;          // column of the lamp's map
+    int first_bounds;   // and of the bounds on it
     float hard_near;    // casters nearer than this 1 / z cast hard shadows, as do all where it is 0 [m-1]
     bool solid;         // all casters are closed
 };
@@ -31,8 +34,8 @@ Lamp lamp_at(int index) {
     int i = 6 * index;
     vec4 place = lamp_rows[i], axis = lamp_rows[i + 1], last = lamp_rows[i + 5];
     return Lamp(place.xyz, place.w, axis.xyz, axis.w, lamp_rows[i + 2], lamp_rows[i + 3],
-                lamp_rows[i + 4], last.x, ivec2(last.yz), abs(last.w),
-                last.w < 0.0);
+                lamp_rows[i + 4], last.x, int(last.y), int(last.z),
+                abs(last.w), last.w < 0.0);
 }
 
 // Intensity at an angle [rad] from the beam's axis over that within the cone.
@@ -88,7 +91,7 @@ float lit_by_point(Lamp lamp, LampReceiver r, float nearer) {
     vec3 wy = vec3(low.y, 1.0 - low.y - high.y, high.y);
     float lit = 0.0;
     for (int j = -1; j <= 1; ++j) {
-        ivec2 at = lamp.corner + middle + ivec2(0, j);
+        ivec2 at = middle + ivec2(lamp.first, j);
         vec3 caster = vec3(texelFetch(lamp_maps, at - ivec2(1, 0), 0).r,
                            texelFetch(lamp_maps, at, 0).r,
                            texelFetch(lamp_maps, at + ivec2(1, 0), 0).r);
@@ -98,18 +101,26 @@ float lit_by_point(Lamp lamp, LampReceiver r, float nearer) {
     return lit;
 }
 
-// Nearest caster within so many texels of a place [m-1].
-float nearest_around(Lamp lamp, vec2 place, float radius) {
-    int level = clamp(int(ceil(log2(2.0 * radius))), 1, LAMP_LEVELS);
-    int cells = lamp_map_size >> level;
-    ivec2 first = clamp(ivec2(floor((place + 0.5) / exp2(float(level)) - 0.5)), ivec2(0),
-                        ivec2(cells - 2));
-    first += lamp.corner >> level;
-    vec4 near = vec4(texelFetch(lamp_maps, first, level).r,
-                     texelFetch(lamp_maps, first + ivec2(1, 0), level).r,
-                     texelFetch(lamp_maps, first + ivec2(0, 1), level).r,
-                     texelFetch(lamp_maps, first + ivec2(1, 1), level).r);
-    return max(max(near.x, near.y), max(near.z, near.w));
+// Texels by which the edge of the aperture moves a caster's shadow for each 1 / z above the receiver.
+vec2 aperture_reach(Lamp lamp) {
+    return lamp.radius * vec2(length(lamp.column.xyz), length(lamp.row.xyz));
+}
+
+// No caster that can matter stands higher above the receiver's own 1 / z [m-1].
+//
+// widest : of the aperture's reach
+float casters_above(Lamp lamp, LampReceiver r, float widest) {
+    float high = lamp.hard_near - r.near;
+    ivec2 cell = clamp(ivec2(r.place + 0.5), ivec2(0), ivec2(lamp_map_size - 1)) >> 3;
+    int level = CASTER_LEVELS;
+    for (int i = 0; i < 3; ++i) {
+        int finer = caster_level(max(high, 0.0) * widest + 2.0);
+        if (finer >= level) break;
+        level = finer;
+        ivec2 at = cell + ivec2(lamp.first_bounds + level * (lamp_map_size >> 3), 0);
+        high = min(high, texelFetch(lamp_bounds, at, 0).g - r.near);
+    }
+    return high;
 }
 
 // What stands before a receiver at an offset [texels], between which 1 / z above its own [m-1];
@@ -123,11 +134,11 @@ LampSlab lamp_slab(Lamp lamp, LampReceiver r, vec2 offset) {
     ivec2 at = clamp(ivec2(floor(r.place + offset + 0.5)), ivec2(0), ivec2(lamp_map_size - 1));
     vec2 away = vec2(at) - r.place;
     float plane = dot(r.plane, away) + r.slack * (1.0 + abs(away.x) + abs(away.y));
-    at += lamp.corner;
+    at.x += lamp.first;
     LampSlab slab;
     slab.high = texelFetch(lamp_maps, at, 0).r - r.near;
     slab.casts = slab.high > plane && slab.high + r.near <= lamp.hard_near;
-    float low = texelFetch(lamp_maps, at + ivec2(0, 2 * lamp_map_size), 0).r - r.near;
+    float low = texelFetch(lamp_maps, at + ivec2(0, lamp_map_size), 0).r - r.near;
     slab.ends = low >= plane;
     slab.low = min(slab.ends ? low : lamp.solid ? plane : slab.high, slab.high);
     return slab;
@@ -139,14 +150,11 @@ LampSlab lamp_slab(Lamp lamp, LampReceiver r, vec2 offset) {
 // each 1 / z: the aperture is to the map what the Sun's disc is to its own. A line is blocked where it
 // runs through a slab; as in surface/shadow.glsl, what lines to all of the disc meet at the height of
 // the highest caster tells between which heights the slabs lie.
-float lit_by_aperture(Lamp lamp, LampReceiver r) {
-    vec2 reach = lamp.radius * vec2(length(lamp.column.xyz), length(lamp.row.xyz));
+//
+// high : of casters_above
+float lit_by_aperture(Lamp lamp, LampReceiver r, float high) {
+    vec2 reach = aperture_reach(lamp);
     float widest = max(reach.x, reach.y);
-    float high = min(nearest_around(lamp, r.place, float(lamp_map_size)), lamp.hard_near) - r.near;
-    for (int i = 0; i < 4; ++i)
-        high = min(high, nearest_around(lamp, r.place, max(high, 0.0) * widest + 2.0) - r.near);
-    if (high <= r.slack) return 1.0;
-    if (high * widest < 1.0) return lit_by_point(lamp, r, 0.0);
     vec2 turn = fract(0.5 + vec2(dot(gl_FragCoord.xy, vec2(0.7548776662, 0.5698402910)),
                                  dot(gl_FragCoord.xy, vec2(0.8566748838, 0.7338918566))));
     vec2 first = vec2(cos(6.28318531 * turn.x), sin(6.28318531 * turn.x)), direction = first;
@@ -193,8 +201,12 @@ float lit_by_aperture(Lamp lamp, LampReceiver r) {
 // v : the surface from the lamp [m]
 float lamp_lit(Surface s, Lamp lamp, vec3 v) {
     LampReceiver r = lamp_receiver(s, lamp, v);
-    float lit = lit_by_point(lamp, r, lamp.hard_near);
-    WHEN(lamp.hard_near > 0.0 && lit > 0.0) lit *= lit_by_aperture(lamp, r);
+    vec2 reach = aperture_reach(lamp);
+    float widest = max(reach.x, reach.y), high = casters_above(lamp, r, widest);
+    // Where the aperture spans less than a texel, only the texels smooth the edge.
+    bool soft = high > r.slack && high * widest >= 1.0;
+    float lit = lit_by_point(lamp, r, soft ? lamp.hard_near : 0.0);
+    WHEN(soft && lit > 0.0) lit *= lit_by_aperture(lamp, r, high);
     return lit;
 }
 
@@ -221,8 +233,7 @@ vec4 lamps_lit(Surface s) {
     for (int i = 0; i < lamp_count; ++i) {
         Lamp lamp = lamp_at(i);
         LampLight light = light_of(s, lamp);
-        if (light.beam <= 0.0) continue;
-        lit[i] = lamp_lit(s, lamp, s.place - lamp.place);
+        WHEN(light.beam > 0.0) lit[i] = lamp_lit(s, lamp, s.place - lamp.place);
     }
     return lit;
 }
@@ -239,8 +250,8 @@ vec4 lamp_light(Surface s, vec4 lit) {
         float facing = disc_cosine(dot(s.n, wi), light.disc.radius) * past_relief(s, wi);
         // With its centre below the surface's own horizon the disc is cut already.
         float reached = light.beam * facing * (dot(s.n, wi) > 0.0 ? lit[i] : 1.0);
-        if (reached <= 0.0) continue;
-        radiance += reflection(s, light.disc) * lamp.intensity * (reached / (light.r * light.r));
+        WHEN(reached > 0.0)
+            radiance += reflection(s, light.disc) * lamp.intensity * (reached / (light.r * light.r));
     }
     return radiance;
 }

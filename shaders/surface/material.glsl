@@ -49,9 +49,8 @@ vec4 scattered_again(vec4 f0, float NoV, float alpha) {
 
 // Solar cells: where there is a gap or a metal line, another reflectance, and no glass in gaps.
 //
-// dx, dy : steps of the place to the neighbouring samples, camera axes [m]
-void lay_cells(inout Surface s, uint material, vec3 dx, vec3 dy) {
-    vec3 box = abs(s.pattern_from_camera * dx) + abs(s.pattern_from_camera * dy);
+// box : of the sample's footprint, along the pattern's axes [m]
+void lay_cells(inout Surface s, uint material, vec3 box) {
     vec3 n = s.pattern_from_camera * s.n;
     vec3 sizes = material_cells[material].xyz;
     vec2 share = cell_shares(s.pattern, box, n, sizes, material_lines[material]);
@@ -60,20 +59,14 @@ void lay_cells(inout Surface s, uint material, vec3 dx, vec3 dy) {
     s.coat *= share.x + share.y;
 }
 
-// A crumpled foil: the facets' own normals where they are larger than the sample's footprint, a
-// lobe widened by their slopes where they are smaller. Arguments as for lay_cells.
+// A crumpled foil: the facets' own normals where they are larger than the sample's footprint.
 //
-// facets : mean spacing [m], slope
-void crumple(inout Surface s, vec2 facets, vec3 dx, vec3 dy) {
-    float footprint = sqrt(max(dot(dx, dx), dot(dy, dy)));
-    float spread;
-    vec3 n = s.pattern_from_camera * s.n;
-    n = crinkled_normal(s.pattern, n, footprint, facets.x, facets.y, spread);
-    n = transpose(s.pattern_from_camera) * n;
+// size : mean spacing of the large facets [m]
+void crumple(inout Surface s, float size, Crinkle c) {
+    vec3 n = transpose(s.pattern_from_camera)
+           * crinkled_normal(s.pattern, s.pattern_from_camera * s.n, size, c);
     // A facet that faces away is seen edge-on.
     s.n = normalize(n + max(0.05 - dot(n, s.wo), 0.0) * s.wo);
-    s.alpha = sqrt(widened(s.alpha * s.alpha, spread));
-    s.coat_alpha = sqrt(widened(s.coat_alpha * s.coat_alpha, spread));
 }
 
 // Share of the light from a direction that the relief around a point lets through. Slopes as steep

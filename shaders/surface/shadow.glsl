@@ -11,6 +11,7 @@
 // Sun lean against it.
 
 #include "common/when.glsl"
+#include "surface/caster_bounds.glsl"
 
 // Besides the directions that stand for the disc, so many near its middle look for casters.
 const int NEAR_TAPS = 6;
@@ -47,10 +48,9 @@ struct Slab {
     bool ends;   // above the receiver
 };
 
-// Bounds on the casters' depths, from left to right (view/shadow_views.py): in each cell of 8 texels
-// and 8, 16, 24, 32, 48 ... 256 texels around it, and for cells of 64 texels in the cone to the Sun's
-// disc.
-const int CONE = 10;
+// Bounds on the casters' depths: those of caster_level, and for cells of 64 texels in the cone to the
+// Sun's disc.
+const int CONE = CASTER_LEVELS;
 
 // Nearest and farthest depth within a level's reach of a place, or in the cone over it.
 vec2 depths_around(sampler2D tops, SunMap map, vec2 place, int level) {
@@ -58,14 +58,6 @@ vec2 depths_around(sampler2D tops, SunMap map, vec2 place, int level) {
     ivec2 at = clamp(ivec2(place) >> shift, ivec2(0), ivec2((map.size >> shift) - 1));
     at.x += map.bounds + level * (map.size >> 3);
     return texelFetch(tops, at, 0).rg;
-}
-
-// The first level that tells of all within `reach` texels. What it tells of is less than
-// 1.5 reach + 16 texels away.
-int level_for(float reach) {
-    vec4 all = vec4(reach);
-    vec4 shorter = step(vec4(8.0, 16.0, 24.0, 32.0), all) + step(vec4(48.0, 64.0, 96.0, 128.0), all);
-    return int(dot(shorter, vec4(1.0)) + dot(step(vec2(192.0, 256.0), all.xy), vec2(1.0)));
 }
 
 // What the bounds tell of the casters around a receiver.
@@ -122,7 +114,7 @@ Around casters_around(sampler2D tops, SunMap map, Receiver r, float reach, float
     int level = CONE + 1;
     for (int i = 0; i < 4; ++i) {
         float less = high * (reach + half_lean) + 1.0 + spread;
-        int finer = level_for(less);
+        int finer = caster_level(less);
         if (finer >= level || high <= slack) break;
         level = finer;
         radius = less;

@@ -50,16 +50,20 @@ void main() {
     lit = lamps_lit(s);
 #endif
 #ifdef LAYERED
-    // Patterns are finer than a cell: the mean over its samples.
+    // Patterns are finer than a cell: the mean over its samples. What has none is shaded once.
     uint material = material_of(texelFetch(gbuffer_position, at, 0).w);
     ivec2 cell;
-    uint group = group_of(at, cell), left = group;
+    uint group = group_of(at, cell);
     vec2 middle = point_of(group);
-    float share = 1.0 / float(samples_of(group));
+    bool patterned = is_patterned(material);
+    uint left = patterned ? group : lowest_of(group);
+    float share = 1.0 / float(samples_of(left));
+    Pattern pattern = pattern_of(s, material);
     Lights light = Lights(vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0));
     while (left != 0u) {
         vec2 offset = vec2(next_texel(left)) + 0.5 - middle;
-        Lights one = lights_of(sample_surface(s, material, offset), at, lit);
+        if (!patterned) offset = vec2(0.0);
+        Lights one = lights_of(sample_surface(s, material, pattern, offset), at, lit);
         light.sun += share * one.sun;
         light.earth += share * one.earth;
         light.other_surfaces += share * one.other_surfaces;

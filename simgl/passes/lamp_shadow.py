@@ -9,14 +9,14 @@ import numpy as np
 
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import all_or_nothing
+from simgl.gpu.render_targets import textures_of
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
+from simgl.passes.caster_bounds import CasterBounds
 from simgl.passes.mesh_store import MeshStore
 from simgl.passes.outline_program import OutlineProgram
-from simgl.passes.shared_blocks import MAX_LAMPS, lamp_corner
+from simgl.passes.shared_blocks import LAMP_BOUNDS, MAX_LAMPS
 from simgl.view.lamp_views import MAP_SIZE, LampView
-
-# Of a map, besides itself (LAMP_LEVELS of shaders/surface/lamp.glsl).
-_LEVELS = 9
+from simgl.view.shadow_views import CELL
 
 _CASTER = Block("LampCaster", 13, np.dtype([("lamp_clip_from_body", "f4", (4, 4))]))
 
@@ -34,31 +34,39 @@ class LampShadowPass:
         self._ctx = ctx
         self._program = OutlineProgram(ctx, meshes, "lamp_shadow/lamp_shadow", [_CASTER])
         self._caster = UniformBuffer(ctx, _CASTER)
-        self._target: moderngl.Framebuffer | None = None
+        self._bounds = CasterBounds(ctx)
+        self._maps: moderngl.Framebuffer | None = None
+        self._tops: moderngl.Framebuffer | None = None
         self._drawn: list[bytes | None] = [None] * MAX_LAMPS
 
-    def draw(self, lamps: Sequence[LampView]) -> moderngl.Texture | None:
-        """The maps, 1 / z [m-1] of the nearest caster and 0 where there is none; None: no lamps."""
+    def draw(self, lamps: Sequence[LampView]) -> tuple[moderngl.Texture, ...]:
+        """The lamps' maps and bounds on them; none where there are no lamps.
+
+        maps : side by side, 1 / z [m-1] of the nearest caster and 0 where there is none; below
+            them where light first leaves a solid again
+        bounds : of each map's 1 / z, ``CasterBounds``
+        """
         if not lamps:
-            return None
-        target = self._made_target()
+            return ()
+        maps, tops = self._made_targets()
         for index, lamp in enumerate(lamps):
             if self._drawn[index] != lamp.key:
                 # Until it is drawn: what was there before goes with the first draw.
                 self._drawn[index] = None
-                self._draw(index, lamp, target)
+                self._draw(index, lamp, maps, tops)
                 self._drawn[index] = lamp.key
-        maps = target.color_attachments[0]
-        assert isinstance(maps, moderngl.Texture)
-        return maps
+        return (*textures_of(maps), *textures_of(tops))
 
-    def _draw(self, index: int, lamp: LampView, target: moderngl.Framebuffer) -> None:
-        column, row = lamp_corner(index)
+    def _draw(
+        self, index: int, lamp: LampView, maps: moderngl.Framebuffer, tops: moderngl.Framebuffer
+    ) -> None:
+        column = index * MAP_SIZE
         self._caster.bind()
-        self._layer(lamp, target, (column, row), self.facing)
+        self._layer(lamp, maps, (column, 0), self.facing)
         if lamp.hard_near > 0.0:
-            self._layer(lamp, target, (column, row + 2 * MAP_SIZE), self.leaving)
-            self._fill_levels(target, (column, row))
+            self._layer(lamp, maps, (column, MAP_SIZE), self.leaving)
+            (nearest,) = textures_of(maps)
+            self._bounds.draw(nearest, column, MAP_SIZE, tops, index * LAMP_BOUNDS)
 
     def _layer(
         self, lamp: LampView, target: moderngl.Framebuffer, corner: tuple[int, int], closed: State
@@ -73,35 +81,27 @@ class LampShadowPass:
             self._caster.write({"lamp_clip_from_body": caster.clip_from_body})
             self._program.draw(caster.model)
 
-    def _fill_levels(self, target: moderngl.Framebuffer, corner: tuple[int, int]) -> None:
-        """The nearest of 2 x 2, 4 x 4 ... texels of a map, down to 2 x 2 of them."""
-        maps = target.color_attachments[0]
-        assert isinstance(maps, moderngl.Texture)
-        raw = target.read((*corner, MAP_SIZE, MAP_SIZE), components=1, dtype="f4")
-        nearest = np.frombuffer(raw, dtype="<f4").reshape(MAP_SIZE, MAP_SIZE)
-        for level in range(1, _LEVELS + 1):
-            nearest = np.maximum(nearest[::2], nearest[1::2])
-            nearest = np.maximum(nearest[:, ::2], nearest[:, 1::2])
-            size, x, y = len(nearest), corner[0] >> level, corner[1] >> level
-            maps.write(np.ascontiguousarray(nearest), viewport=(x, y, size, size), level=level)
-
-    def _made_target(self) -> moderngl.Framebuffer:
-        if self._target is None:
-            columns, rows = (c + MAP_SIZE for c in lamp_corner(MAX_LAMPS - 1))
-            # Below the maps, where light leaves the casters.
-            maps = self._ctx.texture((columns, 2 * rows), 1, dtype="f4")
-            maps.build_mipmaps(0, _LEVELS)
-            maps.filter = (moderngl.NEAREST_MIPMAP_NEAREST, moderngl.NEAREST)
-            depth = self._ctx.depth_renderbuffer((columns, 2 * rows))
-            self._target = self._ctx.framebuffer([maps], depth)
-        return self._target
+    def _made_targets(self) -> tuple[moderngl.Framebuffer, moderngl.Framebuffer]:
+        if self._maps is None:
+            size = MAX_LAMPS * MAP_SIZE, 2 * MAP_SIZE
+            nearest = self._ctx.texture(size, 1, dtype="f4")
+            nearest.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            self._maps = self._ctx.framebuffer([nearest], self._ctx.depth_renderbuffer(size))
+        if self._tops is None:
+            tops = self._ctx.texture((MAX_LAMPS * LAMP_BOUNDS, MAP_SIZE // CELL), 2, dtype="f4")
+            tops.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            self._tops = self._ctx.framebuffer([tops])
+        return self._maps, self._tops
 
     def release(self) -> None:
         """Free everything."""
-        if self._target is not None:
-            self._target.color_attachments[0].release()
-            assert self._target.depth_attachment is not None
-            self._target.depth_attachment.release()
-            self._target.release()
+        for target in (self._maps, self._tops):
+            if target is not None:
+                for texture in textures_of(target):
+                    texture.release()
+                if target.depth_attachment is not None:
+                    target.depth_attachment.release()
+                target.release()
         self._caster.release()
+        self._bounds.release()
         self._program.release()

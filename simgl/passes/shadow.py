@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import moderngl
 import numpy as np
 
-from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import all_or_nothing, release_all
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
 from simgl.lru_cache import MANY, LruCache
+from simgl.passes.caster_bounds import CasterBounds
 from simgl.passes.mesh_store import MeshStore
 from simgl.passes.outline_program import OutlineProgram
 from simgl.view.shadow_views import CELL, REACHES, ShadowMap, ShadowView
@@ -36,50 +35,6 @@ _CASTER = Block(
         ]
     ),
 )
-_TOPS = Block(
-    "Tops",
-    10,
-    np.dtype(
-        [
-            # Texels across which the highest caster's penumbra reaches at the map's bottom.
-            ("full_reach", "f4"),
-            # Of the map in the source, or of its bounds in the target.
-            ("first_column", "f4"),
-            # Of the squares that make a larger one: cells to the lower and the higher ones.
-            ("square_low", "f4"),
-            ("square_high", "f4"),
-        ]
-    ),
-)
-
-
-class _Square(NamedTuple):
-    """Bounds on a square of cells around each cell, each made of four smaller squares.
-
-    reach : of the square around its cell, in cells; 0.5 for two by two cells
-    source : reach of the smaller ones, 0 for the cells themselves
-    low, high : how far they lie from the cell
-    """
-
-    reach: float
-    source: float
-    low: int
-    high: int
-
-
-_SQUARES = (
-    _Square(0.5, 0, 0, 1),
-    _Square(1, 0.5, -1, 0),
-    _Square(2, 1, -1, 1),
-    _Square(3, 2, -1, 1),
-    _Square(4, 2, -2, 2),
-    _Square(6, 4, -2, 2),
-    _Square(8, 4, -4, 4),
-    _Square(12, 8, -4, 4),
-    _Square(16, 8, -8, 8),
-    _Square(24, 16, -8, 8),
-    _Square(32, 16, -16, 16),
-)
 
 
 class ShadowPass:
@@ -91,7 +46,6 @@ class ShadowPass:
     from_sun = State(depth=True, depth_clamp=True, write_color=False, cull="front")
     # Both sides of an open atlas meet the light, and leave it.
     open_sheets = State(depth=True, depth_clamp=True, write_color=False)
-    bounds = State()
 
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
@@ -100,12 +54,8 @@ class ShadowPass:
         self._behind = OutlineProgram(
             ctx, meshes, "shadow/shadow", [_CASTER], {"before": 0}, {"BEHIND": 1}
         )
-        self._cells = FullscreenProgram(ctx, "shadow/cells", _TOPS, ["source"])
-        self._squares = FullscreenProgram(ctx, "shadow/tops", _TOPS, ["cells"])
-        self._cone = FullscreenProgram(ctx, "shadow/tops", _TOPS, ["cells"], ["CONE"])
+        self._bounds = CasterBounds(ctx)
         self._caster = UniformBuffer(ctx, _CASTER)
-        # One for each size of map.
-        self._scratch: dict[int, _Scratch] = {}
         self._unused: list[_ShadowAtlas] = []
         self._atlases = LruCache[bytes, _ShadowAtlas](
             MANY, self._unused.append, max_bytes=MAX_BYTES
@@ -202,66 +152,11 @@ class ShadowPass:
     def _draw_bounds(self, maps: Sequence[ShadowMap], atlas: _ShadowAtlas) -> None:
         column = columns = 0
         for one in maps:
-            self._bound(one, column, columns, atlas)
+            self._bounds.draw(atlas.textures[0], column, one.size, atlas.tops, columns)
+            cone = columns + len(REACHES) * (one.size // CELL)
+            self._bounds.draw_cone(one.size, atlas.tops, cone, one.inset - 2.0)
             column += one.size
             columns += one.bounds_width
-
-    def _bound(self, one: ShadowMap, column: int, columns: int, atlas: _ShadowAtlas) -> None:
-        """Fill the bounds of a map.
-
-        column, columns : where the map and its bounds begin
-        """
-        edge = one.size // CELL
-        if edge not in self._scratch:
-            self._scratch[edge] = _Scratch(self._ctx, edge)
-        scratch = self._scratch[edge]
-        cells, coarse = scratch.squares[0], scratch.coarse
-        self._draw(self._cells, cells, (0, edge), atlas.textures[0], first_column=column)
-        self._draw(self._cells, coarse, (0, edge // 8), _colour(cells))
-        for square in _SQUARES:
-            source = _colour(scratch.squares[square.source])
-            low, high = square.low, square.high
-            if square.reach in scratch.squares:
-                target = scratch.squares[square.reach]
-                self._draw(self._squares, target, (0, edge), source, low=low, high=high)
-            if square.reach in REACHES:
-                span = columns + REACHES.index(square.reach) * edge, edge
-                self._draw(
-                    self._squares,
-                    atlas.tops,
-                    span,
-                    source,
-                    first_column=span[0],
-                    low=low,
-                    high=high,
-                )
-        span = columns + len(REACHES) * edge, edge // 8
-        reach = one.inset - 2.0
-        self._draw(
-            self._cone, atlas.tops, span, _colour(coarse), first_column=span[0], full_reach=reach
-        )
-
-    def _draw(
-        self,
-        program: FullscreenProgram,
-        target: moderngl.Framebuffer,
-        span: tuple[int, int],
-        source: moderngl.Texture,
-        *,
-        first_column: int = 0,
-        low: int = 0,
-        high: int = 0,
-        full_reach: float = 0.0,
-    ) -> None:
-        """Bounds onto a square of a target; span: its first column and its edge."""
-        self.bounds.apply(self._ctx, target, (span[0], 0, span[1], span[1]))
-        where = {
-            "first_column": first_column,
-            "square_low": low,
-            "square_high": high,
-            "full_reach": full_reach,
-        }
-        program.draw(where, [source])
 
     def _clear(self, target: moderngl.Framebuffer) -> None:
         self.open_sheets.apply(self._ctx, target, (0, 0, *target.size))
@@ -287,8 +182,8 @@ class ShadowPass:
     def release(self) -> None:
         """Free everything."""
         self._atlases.clear()
-        shaders = self._caster, self._cells, self._squares, self._cone, self._program, self._behind
-        release_all(self._ctx, *self._unused, *self._scratch.values(), *shaders)
+        shaders = self._caster, self._bounds, self._program, self._behind
+        release_all(self._ctx, *self._unused, *shaders)
         self._unused.clear()
 
 
@@ -332,40 +227,8 @@ class _ShadowAtlas:
             texture.release()
 
 
-class _Scratch:
-    """What the bounds of a map are made of.
-
-    squares : bounds by their reach, those that others are made of
-    coarse : of cells 8 times as large
-    """
-
-    @all_or_nothing
-    def __init__(self, ctx: moderngl.Context, edge: int) -> None:
-        sources = {square.source for square in _SQUARES}
-        self.squares = {reach: _bounds_target(ctx, edge) for reach in sorted(sources)}
-        self.coarse = _bounds_target(ctx, edge // 8)
-
-    def release(self) -> None:
-        """Free everything."""
-        for target in (*self.squares.values(), self.coarse):
-            _colour(target).release()
-            target.release()
-
-
-def _bounds_target(ctx: moderngl.Context, edge: int) -> moderngl.Framebuffer:
-    texture = ctx.texture((edge, edge), 2, dtype="f4")
-    texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-    return ctx.framebuffer([texture])
-
-
 def _atlas_bytes(maps: Sequence[ShadowMap]) -> int:
     """Of the textures of an atlas."""
     sizes = [one.size for one in maps]
     tops = sum(one.bounds_width for one in maps) * max(sizes) // CELL
     return 4 * sum(sizes) * 3 * max(sizes) + 8 * tops
-
-
-def _colour(target: moderngl.Framebuffer) -> moderngl.Texture:
-    texture = target.color_attachments[0]
-    assert isinstance(texture, moderngl.Texture)
-    return texture

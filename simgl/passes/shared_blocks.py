@@ -17,9 +17,12 @@ from simgl.scene.posed_mesh import PosedMesh
 from simgl.scene.textures import Image, SurfaceTextures
 from simgl.view.lamp_views import MAP_SIZE, LampView
 from simgl.view.raster_tiles import RasterTile
+from simgl.view.shadow_views import CELL, REACHES
 from simgl.view.spacecraft_view import SpacecraftView
 
 MAX_LAMPS = 4
+# Columns of the bounds on a lamp's map.
+LAMP_BOUNDS = len(REACHES) * MAP_SIZE // CELL
 MAX_JOINTS = 255
 
 
@@ -126,7 +129,8 @@ LAMPS = Block(
         [
             # Six rows a lamp: place and radius of the aperture [m]; axis and half angle of the cone
             # [rad]; intensity [W sr-1]; column and row of its map (simgl.view.lamp_views); edge,
-            # corner of the map, hard_near, negative where all casters are closed.
+            # first columns of the map and of its bounds, hard_near, negative where all casters are
+            # closed.
             ("lamp_rows", "f4", (6 * MAX_LAMPS, 4)),
             ("lamp_count", "i4"),
             ("lamp_map_size", "i4"),
@@ -266,11 +270,6 @@ def _image_code(layer: int | None, images: tuple[Image, ...]) -> float:
     return 16.0 * layer + u + 4.0 * v
 
 
-def lamp_corner(index: int) -> tuple[int, int]:
-    """First column and row of a lamp's map in the texture that holds them all."""
-    return MAP_SIZE * (index % 2), MAP_SIZE * (index // 2)
-
-
 def lamp_values(lamps: Sequence[LampView]) -> dict[str, Any]:
     """The Lamps block."""
     rows = np.zeros((6 * MAX_LAMPS, 4), dtype=np.float32)
@@ -282,7 +281,12 @@ def lamp_values(lamps: Sequence[LampView]) -> dict[str, Any]:
             view.intensity,
             view.column,
             view.row,
-            (view.lamp.edge, *lamp_corner(index), -view.hard_near if solid else view.hard_near),
+            (
+                view.lamp.edge,
+                index * MAP_SIZE,
+                index * LAMP_BOUNDS,
+                -view.hard_near if solid else view.hard_near,
+            ),
         )
     return {"lamp_rows": rows, "lamp_count": len(lamps), "lamp_map_size": MAP_SIZE}
 

@@ -40,7 +40,7 @@ _SUNLIGHT_UNIT = 11
 # In the order of the shadow pass's textures. Sunlight is drawn before what reads the sky.
 _SHADOW_UNITS = {"sun_depths": 12, "sun_behind": 13, "sun_tops": 14}
 _SKY_UNITS = {"sky_cube": 12, "sky_lobes": 13, "sky_irradiance": 14}
-_LAMP_UNIT = 15
+_LAMP_UNITS = {"lamp_maps": 15, "lamp_bounds": 21}
 
 _LOBES = {"lobe_table": LOBE_UNIT}
 
@@ -55,7 +55,7 @@ _MORE_UNITS = {
     "SKY": _gbuffer("face_normal") | _SKY_UNITS | _LOBES,
     "INTERREFLECTION": _gbuffer("indirect") | _LOBES,
     "LAYERED": _gbuffer("face_normal") | GROUPS | _LOBES,
-    "LAMPS": _gbuffer("face_normal") | {"lamp_maps": _LAMP_UNIT},
+    "LAMPS": _gbuffer("face_normal") | _LAMP_UNITS,
     "DETAILED": {name: unit for unit, name in enumerate(_TEXTURED, len(_GBUFFER))},
 }
 
@@ -101,7 +101,7 @@ class SurfacePass:
         points: ShadingPoints,
         drawn: DrawnSpacecraft,
         lamps: Sequence[LampView] = (),
-        lamp_maps: moderngl.Texture | None = None,
+        lamp_maps: Sequence[moderngl.Texture] = (),
         *,
         by_light: bool = False,
     ) -> tuple[moderngl.Texture, ...]:
@@ -109,7 +109,7 @@ class SurfacePass:
         last tile; undefined where there is no point.
 
         points : those of this spacecraft have been looked up last
-        lamps : which light every spacecraft, and the texture of their shadow maps
+        lamps : which light every spacecraft, and the textures of their shadow maps
         returns : one texture, or with ``by_light`` one for each of ``LIGHTS``
         """
         targets = self._targets[len(LIGHTS) if by_light else 1]
@@ -160,12 +160,12 @@ class SurfacePass:
         self,
         drawn: DrawnSpacecraft,
         sunlight: moderngl.Texture,
-        lamp_maps: moderngl.Texture | None,
+        lamp_maps: Sequence[moderngl.Texture],
     ) -> None:
         sunlight.use(_SUNLIGHT_UNIT)
         self._lobes.use(LOBE_UNIT)
-        if lamp_maps is not None:
-            lamp_maps.use(_LAMP_UNIT)
+        for unit, texture in zip(_LAMP_UNITS.values(), lamp_maps, strict=False):
+            texture.use(unit)
         if drawn.probe is not None:
             drawn.probe.cube.use(_SKY_UNITS["sky_cube"])
             drawn.probe.lobes.use(_SKY_UNITS["sky_lobes"])

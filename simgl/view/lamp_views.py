@@ -23,7 +23,6 @@ MAP_SIZE = 1024
 _NEAREST = 0.01
 # Parts of the carrier closer than so many radii of the aperture cast hard shadows.
 _HARD_RADII = 12.5
-_NO_LIMIT = 1e30
 # The filter looks two texels beyond a receiver.
 _MARGIN = 1.0 + 8.0 / MAP_SIZE
 
@@ -39,7 +38,7 @@ class LampView:
         v @ (x, y, z) / (v @ axis) + w
     intensity : (4,) float32 [W sr-1]
     hard_near : casters of a larger 1 / z cast hard shadows [m-1]; 0 where all do, for the aperture
-        blurs none by a texel
+        blurs none by a texel; no larger than the nearest caster needs
     """
 
     lamp: Lamp
@@ -113,9 +112,11 @@ def lamp_view(
     first = 0.5 * MAP_SIZE * (1.0 - middle / half)
     # The aperture of a lamp that looks along its carrier would lie half within it.
     carried = any(s.body is state.bodies.get(lamp.lamp.spacecraft) for s in seen)
-    hard_near = 1.0 / (_HARD_RADII * lamp.lamp.radius) if carried else _NO_LIMIT
+    hard_near = 1.001 / min(s.nearest for s in seen)
+    if carried:
+        hard_near = min(hard_near, 1.0 / (_HARD_RADII * lamp.lamp.radius))
     # Between the nearest and the farthest body, as seen from the two ends of the aperture.
-    depths = min(1.0 / min(s.nearest for s in seen), hard_near) - 1.0 / far
+    depths = hard_near - 1.0 / far
     if lamp.lamp.radius * depths * texels.max() < 1.0:
         hard_near = 0.0
     return LampView(
