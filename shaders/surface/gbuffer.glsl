@@ -1,3 +1,4 @@
+#include "gbuffer/page_places.glsl"
 #include "surface/material.glsl"
 #ifdef LAYERED
 #define GROUPED

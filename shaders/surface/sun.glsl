@@ -1,17 +1,38 @@
 #include "block/spacecraft"
 #include "common/sun.glsl"
+#include "gbuffer/page_places.glsl"
 #include "surface/material.glsl"
 
-// Share of the sunlight that passes the casters, per band (surface/sunlight.frag).
+// Share of the sunlight that passes the casters, per band; negative where it was searched for: then
+// points fill one square of 4 x 4 texels after the other (surface/sunlight.frag).
 uniform sampler2D sunlight;
+uniform sampler2D found_sunlight;
+// Of each page: from bit 4 on how many points come before its own, below it which of its points.
+uniform usampler2D found_pages;
+
+// The share at a shading point.
+vec4 sunlight_at(ivec2 at) {
+    vec4 lit = texelFetch(sunlight, at, 0);
+    WHEN(lit.x < 0.0) {
+        uint page = texelFetch(found_pages, entry_of_point(at), 0).r;
+        uint before = page & ((1u << uint(2 * (at.y & 1) + (at.x & 1))) - 1u);
+        int index = int((page >> 4u) + (before & 1u) + (before >> 1u & 1u) + (before >> 2u & 1u));
+        int square = index >> 4;
+        ivec2 place = 4 * ivec2(square & (SQUARES - 1), square / SQUARES);
+        lit = texelFetch(found_sunlight, place + ivec2(index & 3, (index >> 2) & 3), 0);
+    }
+    return lit;
+}
 
 // Radiance of the sunlight that a surface turns to the viewer [W m-2 sr-1].
-vec4 sun_light(Surface s, ivec2 at) {
+//
+// lit : the share of it that passes the casters, per band
+vec4 sun_light(Surface s, vec4 lit) {
     vec3 wi = sun_direction.xyz;
     float facing = disc_cosine(dot(s.n, wi), sun_angular_radius) * past_relief(s, wi);
     // With the Sun's centre below the surface's own horizon disc_cosine has cut the disc already, and
     // no map along the centre's rays can tell more. At most 0.1 % of the full sunlight is left there.
-    vec4 lit = dot(s.n, wi) > 0.0 ? texelFetch(sunlight, at, 0) : vec4(1.0);
+    if (dot(s.n, wi) <= 0.0) lit = vec4(1.0);
     vec4 irradiance = sun_irradiance * facing * lit, light = vec4(0.0);
     WHEN(any(greaterThan(irradiance, vec4(0.0)))) {
         Disc disc = Disc(wi, sun_angular_radius, sun_limb_u, sun_limb_v);

@@ -1,6 +1,6 @@
 // Share of the sunlight that reaches each shading point of a spacecraft, per band. Drawn twice: first
-// where the whole of the point's cell is lit or dark; then, with SEARCH, sample by sample for the rest,
-// which the first draw has left out.
+// for all, where the whole of the point's cell is lit or dark, and -1 elsewhere; then, with SEARCH,
+// sample by sample for the rest, one beside the other.
 #include "block/spacecraft"
 #include "block/shadow"
 #define GROUPED
@@ -12,6 +12,8 @@ uniform sampler2D sun_depths;
 uniform sampler2D sun_tops;
 #ifdef SEARCH
 uniform sampler2D sun_behind;
+// Columns of the points, and from bit 16 on rows; behind the last all bits are set.
+uniform usampler2D searched_points;
 #endif
 
 // What the shading points see: targets of gbuffer/gbuffer.frag.
@@ -49,6 +51,11 @@ Atlas atlas_of(bool close) {
 
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
+#ifdef SEARCH
+    uint point = texelFetch(searched_points, at, 0).r;
+    if (point == ~0u) discard;
+    at = ivec2(point & 65535u, point >> 16u);
+#endif
     vec3 wi = sun_direction.xyz;
     vec3 body = texelFetch(gbuffer_position, at, 0).xyz;
     vec3 n = texelFetch(gbuffer_normal_roughness, at, 0).xyz;
@@ -99,6 +106,6 @@ void main() {
         }
         lit_fraction = vec4(lit / float(samples_of(group)));
     }
-    if (around.search && !away) discard;
+    if (around.search && !away) lit_fraction = vec4(-1.0);
 #endif
 }

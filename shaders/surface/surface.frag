@@ -22,9 +22,9 @@ struct Lights {
     vec4 sun, earth, other_surfaces, lamps;
 };
 
-// lit : share of each lamp's light that reaches the surface
-Lights lights_of(Surface s, ivec2 at, vec4 lit) {
-    Lights light = Lights(sun_light(s, at), vec4(0.0), vec4(0.0), vec4(0.0));
+// sunlit : share of the sunlight that reaches the surface, per band; lit : of each lamp's light
+Lights lights_of(Surface s, vec4 sunlit, vec4 lit) {
+    Lights light = Lights(sun_light(s, sunlit), vec4(0.0), vec4(0.0), vec4(0.0));
 #if defined(SKY) || defined(INTERREFLECTION)
     Albedo albedo = albedo_of(s);
 #endif
@@ -45,7 +45,7 @@ Lights lights_of(Surface s, ivec2 at, vec4 lit) {
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
     Surface s = gbuffer_surface(at);
-    vec4 lit = vec4(1.0);
+    vec4 sunlit = sunlight_at(at), lit = vec4(1.0);
 #ifdef LAMPS
     lit = lamps_lit(s);
 #endif
@@ -63,14 +63,14 @@ void main() {
     while (left != 0u) {
         vec2 offset = vec2(next_texel(left)) + 0.5 - middle;
         if (!patterned) offset = vec2(0.0);
-        Lights one = lights_of(sample_surface(s, material, pattern, offset), at, lit);
+        Lights one = lights_of(sample_surface(s, material, pattern, offset), sunlit, lit);
         light.sun += share * one.sun;
         light.earth += share * one.earth;
         light.other_surfaces += share * one.other_surfaces;
         light.lamps += share * one.lamps;
     }
 #else
-    Lights light = lights_of(s, at, lit);
+    Lights light = lights_of(s, sunlit, lit);
 #endif
 #ifdef AIR_BEFORE
     // What the air adds counts as the Earth's light.

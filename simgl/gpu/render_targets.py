@@ -244,6 +244,14 @@ class GrowingTarget:
         self._size = columns, rows
         return self._framebuffers
 
+    def written(self, values: AnyArray) -> moderngl.Texture:
+        """The only texture, with (rows, columns) values in its first rows and columns."""
+        size = values.shape[1], values.shape[0]
+        (framebuffer,) = self.covering(size)
+        (texture,) = textures_of(framebuffer)
+        texture.write(np.ascontiguousarray(values).data, viewport=(0, 0, *size))
+        return texture
+
     def release(self) -> None:
         """Free everything; the next use makes it again."""
         release_all(self._ctx, *self._framebuffers, *self._textures)

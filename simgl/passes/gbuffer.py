@@ -18,7 +18,6 @@ from simgl.passes.mesh_store import MeshStore
 from simgl.passes.shading_points import (
     CELL_GROUPS,
     COLUMNS,
-    ENTRIES,
     GROUPS,
     ShadingPoints,
     blocks_of,
@@ -45,14 +44,6 @@ _VISIBILITY_UNIT, _CORNERS_UNIT, _VERTICES_UNIT, _LIGHT_UNIT = range(4)
 _POINTS = {"visibility": _VISIBILITY_UNIT} | GROUPS
 # Behind all that later passes draw.
 _LOOKED_UP = 0.875
-
-
-def _written(target: GrowingTarget, size: tuple[int, int], values: AnyArray) -> moderngl.Texture:
-    """The texture of a target with values in its first columns and rows."""
-    (framebuffer,) = target.covering(size)
-    (texture,) = textures_of(framebuffer)
-    texture.write(np.ascontiguousarray(values).data, viewport=(0, 0, *size))
-    return texture
 
 
 class GBufferPass:
@@ -109,8 +100,8 @@ class GBufferPass:
             visibility=visibility,
             groups=textures_of(groups),
             entries=entries,
-            page_entries=_written(self._page_entries, (ENTRIES, len(entries)), entries),
-            block_pages=_written(self._block_pages, blocks, first),
+            page_entries=self._page_entries.written(entries),
+            block_pages=self._block_pages.written(first),
             textures=textures_of(target),
             framebuffer=target,
             depth=depth,

@@ -22,6 +22,8 @@ _PRESENT, _LAYER_BIT, _ROW_BIT = 1 << 31, 26, 13
 # Texture units of the groups, and of what tells a point's group.
 CELL_GROUPS = {"cell_groups": 16, "second_groups": 17, "third_groups": 18, "fourth_groups": 19}
 GROUPS = CELL_GROUPS | {"page_entries": 20}
+# Texture units of what every point sees, the first targets of shaders/gbuffer/gbuffer.frag.
+GBUFFER = {"gbuffer_position": 0, "gbuffer_normal_roughness": 1, "gbuffer_face_normal": 2}
 
 
 def page_table(counts: AnyArray) -> tuple[AnyArray, AnyArray]:
@@ -42,6 +44,12 @@ def page_table(counts: AnyArray) -> tuple[AnyArray, AnyArray]:
     pages = np.repeat(of_block, flat) + (np.arange(total) << _LAYER_BIT)
     entries.reshape(-1)[:total] = pages
     return entries, first.reshape(counts.shape).astype(np.uint32)
+
+
+def texels_of_pages(pages: IndexArray) -> tuple[IndexArray, IndexArray]:
+    """(n,) row and column of the first points of pages in the textures of points."""
+    row, column = np.divmod(pages >> 2, _SQUARES)
+    return 4 * row + 2 * (pages >> 1 & 1), 4 * column + 2 * (pages & 1)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

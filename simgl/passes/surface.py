@@ -19,14 +19,13 @@ from simgl.passes.shared_blocks import (
     JOINTS,
     LAMPS,
     MATERIALS,
-    SHADOW,
     SPACECRAFT,
     TILE,
     lamp_values,
-    shadow_values,
     spacecraft_values,
     tile_values,
 )
+from simgl.passes.sunlight import SUNLIGHT_UNITS, SunlightPass
 from simgl.view.lamp_views import LampView
 from simgl.view.raster_tiles import RasterTile
 
@@ -36,9 +35,6 @@ LIGHTS = ("sun", "earth", "inter_reflected", "lamp", "emitted")
 # Channels of the G-buffer, in the order of the targets of shaders/gbuffer/gbuffer.frag.
 _GBUFFER = ("position", "normal_roughness", "face_normal", "indirect")
 _TEXTURED = ("textured_reflectance", "textured_emission", "textured_normal")
-_SUNLIGHT_UNIT = 11
-# In the order of the shadow pass's textures. Sunlight is drawn before what reads the sky.
-_SHADOW_UNITS = {"sun_depths": 12, "sun_behind": 13, "sun_tops": 14}
 _SKY_UNITS = {"sky_cube": 12, "sky_lobes": 13, "sky_irradiance": 14}
 _LAMP_UNITS = {"lamp_maps": 15, "lamp_bounds": 21}
 
@@ -68,8 +64,7 @@ class SurfacePass:
 
         0      not of this spacecraft
         0.94   of it, sunlight unknown
-        0.5    of it, sunlight known without search
-        0.75   of it, sunlight searched through the disc
+        0.5    of it, sunlight known
         0.25   lit, of one reflection law
         0.375  lit, of several
     """
@@ -82,18 +77,13 @@ class SurfacePass:
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
         self._ctx, self._meshes = ctx, meshes
         self._lobes = lobe_texture(ctx)
-        searched = _gbuffer("position", "normal_roughness", "face_normal") | GROUPS | _SHADOW_UNITS
-        known = {name: unit for name, unit in searched.items() if name != "sun_behind"}
-        name, blocks = "surface/sunlight", [TILE, SPACECRAFT, SHADOW]
-        self._known = point_shader(ctx, name, 0.0, blocks, known)
-        self._searched = point_shader(ctx, name, 0.5, blocks, searched, {"SEARCH": 1})
+        self._sunlight = SunlightPass(ctx)
         self._lit: dict[tuple[str, ...], tuple[Screen, ...]] = {}
         self._tile = UniformBuffer(ctx, TILE)
         self._spacecraft = UniformBuffer(ctx, SPACECRAFT)
-        self._shadow = UniformBuffer(ctx, SHADOW)
         self._lamps = UniformBuffer(ctx, LAMPS)
-        # By the number of radiances, whole or by light; before them the sunlight's share.
-        self._targets = {n: GrowingTarget(ctx, [[0], range(1, 1 + n)]) for n in (1, len(LIGHTS))}
+        # By the number of radiances, whole or by light.
+        self._targets = {n: GrowingTarget(ctx, [range(n)]) for n in (1, len(LIGHTS))}
 
     def draw(
         self,
@@ -113,23 +103,14 @@ class SurfacePass:
         returns : one texture, or with ``by_light`` one for each of ``LIGHTS``
         """
         targets = self._targets[len(LIGHTS) if by_light else 1]
-        sunlight, target = targets.covering(points.size, points.depth)
+        (target,) = targets.covering(points.size, points.depth)
         area = (0, 0, *points.size)
         self._write(tile, drawn, lamps)
         for unit, texture in enumerate(points.textures):
             texture.use(unit)
         points.bind()
-        for unit, texture in zip(_SHADOW_UNITS.values(), drawn.shadow_maps, strict=True):
-            texture.use(unit)
-        if drawn.view.sun_irradiance.any():
-            self.state.apply(self._ctx, sunlight, area, area)
-            self._known.draw()
-            self._searched.draw()
-        else:
-            # In the Earth's shadow nothing asks which part of the Sun is hidden.
-            self.colour_only.apply(self._ctx, sunlight, area, area)
-            sunlight.clear(viewport=area)
-        self._bind_light(drawn, textures_of(sunlight)[0], lamp_maps)
+        self._sunlight.draw(tile, points, drawn)
+        self._bind_light(drawn, lamp_maps)
         self.state.apply(self._ctx, target, area, area)
         optional = {
             "SKY": drawn.probe is not None,
@@ -145,24 +126,17 @@ class SurfacePass:
         return textures_of(target)
 
     def _write(self, tile: RasterTile, drawn: DrawnSpacecraft, lamps: Sequence[LampView]) -> None:
-        for block in (self._tile, self._spacecraft, self._shadow, self._lamps):
+        for block in (self._tile, self._spacecraft, self._lamps):
             block.bind()
         self._tile.write(tile_values(tile, tile.slices[0]))
         self._lamps.write(lamp_values(lamps))
         model = drawn.view.model
         self._spacecraft.write(spacecraft_values(drawn.view, drawn.air))
-        self._shadow.write(shadow_values(drawn.view, tile.sample_grid))
         self._meshes.bind_materials(model)
         if "JOINTED" in model.variant:
             self._meshes.bind_joints(model, model.posed_mesh)
 
-    def _bind_light(
-        self,
-        drawn: DrawnSpacecraft,
-        sunlight: moderngl.Texture,
-        lamp_maps: Sequence[moderngl.Texture],
-    ) -> None:
-        sunlight.use(_SUNLIGHT_UNIT)
+    def _bind_light(self, drawn: DrawnSpacecraft, lamp_maps: Sequence[moderngl.Texture]) -> None:
         self._lobes.use(LOBE_UNIT)
         for unit, texture in zip(_LAMP_UNITS.values(), lamp_maps, strict=False):
             texture.use(unit)
@@ -183,7 +157,7 @@ class SurfacePass:
         return self._lit[variant]
 
     def _lit_screen(self, variant: tuple[str, ...], depth: float) -> Screen:
-        samplers = _gbuffer("position", "normal_roughness") | {"sunlight": _SUNLIGHT_UNIT}
+        samplers = _gbuffer("position", "normal_roughness") | SUNLIGHT_UNITS
         blocks = [SPACECRAFT, MATERIALS]
         for define, units in _MORE_UNITS.items():
             if define in variant:
@@ -199,8 +173,9 @@ class SurfacePass:
         """Free everything."""
         for target in self._targets.values():
             target.release()
-        for buffer in (self._tile, self._spacecraft, self._shadow, self._lamps):
+        for buffer in (self._tile, self._spacecraft, self._lamps):
             buffer.release()
         self._lobes.release()
-        for screen in (self._known, self._searched, *sum(self._lit.values(), ())):
+        self._sunlight.release()
+        for screen in sum(self._lit.values(), ()):
             screen.release()

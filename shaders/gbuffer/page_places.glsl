@@ -1,0 +1,20 @@
+// Where shading points lie in the textures that hold them: page by page. A page holds the points of one
+// layer of a block of 2 x 2 cells; only pages that are needed are there (simgl/passes/shading_points.py).
+//
+// Four pages fill a square of 4 x 4 texels, so that neighbours stay together.
+
+const int LAYERS = 16;   // groups that a cell may have: no cell has more samples
+const int BLOCK = 2;     // cells along an edge
+const int SQUARES = 256; // along a row of the textures
+
+// The texel of a page's first point.
+ivec2 texel_of_page(int page) {
+    int square = page >> 2;
+    return 4 * ivec2(square & (SQUARES - 1), square / SQUARES) + 2 * ivec2(page & 1, (page >> 1) & 1);
+}
+
+// Where the entry of a point's page stands in tables of pages.
+ivec2 entry_of_point(ivec2 at) {
+    ivec2 square = at >> 2, quarter = (at >> 1) & 1;
+    return ivec2(4 * square.x + 2 * quarter.y + quarter.x, square.y);
+}

@@ -1,0 +1,142 @@
+"""Which share of the sunlight reaches the shading points of a spacecraft."""
+
+from __future__ import annotations
+
+import moderngl
+import numpy as np
+
+from simgl.arrays import AnyArray
+from simgl.gpu.fullscreen import Screen
+from simgl.gpu.pipeline_state import State
+from simgl.gpu.release import all_or_nothing
+from simgl.gpu.render_targets import Format, GrowingTarget, textures_of
+from simgl.gpu.uniform_blocks import UniformBuffer
+from simgl.passes.drawn_spacecraft import DrawnSpacecraft
+from simgl.passes.shading_points import (
+    COLUMNS,
+    ENTRIES,
+    GBUFFER,
+    GROUPS,
+    ShadingPoints,
+    point_shader,
+    texels_of_pages,
+)
+from simgl.passes.shared_blocks import SHADOW, SPACECRAFT, TILE, shadow_values
+from simgl.view.raster_tiles import RasterTile
+
+# In the order of the shadow pass's textures. Sunlight is drawn before what reads the sky.
+_SHADOW_UNITS = {"sun_depths": 12, "sun_behind": 13, "sun_tops": 14}
+_POINTS_UNIT, _SUNLIGHT_UNIT = 22, 11
+# What holds the sunlight for later passes: of every point, and of those that were searched.
+SUNLIGHT_UNITS = {"sunlight": _SUNLIGHT_UNIT, "found_sunlight": 8, "found_pages": 9}
+# In the texture of points to search: none.
+_NONE = 0xFFFFFFFF
+# They fill squares of so many texels one after the other, so that neighbours stay together.
+_EDGE = 4
+
+
+def searched_points(masks: AnyArray) -> tuple[AnyArray, AnyArray]:
+    """The points to search, square by square, and where to find what came out.
+
+    masks : (rows of squares, ENTRIES) uint8, of each page a bit for each of its points that is to
+        be searched
+    returns : (rows, COLUMNS) uint32, columns of points, and from bit 16 on rows, in the textures;
+        (rows of squares, ENTRIES) uint32, from bit 4 on how many come before the page's, below it
+        the mask
+    """
+    flat = masks.ravel()
+    pages = np.flatnonzero(flat)
+    bits = (flat[pages, None] >> np.arange(4, dtype=np.uint8)) & 1
+    ends = np.cumsum(bits.sum(axis=1, dtype=np.uint32), dtype=np.uint32)
+    before = np.zeros_like(ends)
+    before[1:] = ends[:-1]
+    found = np.zeros(flat.shape, dtype=np.uint32)
+    found[pages] = before << 4 | flat[pages]
+    of, corner = np.nonzero(bits)
+    row, column = texels_of_pages(pages[of])
+    points = (row + corner // 2) << 16 | column + corner % 2
+    rows = -(-len(points) // (_EDGE * COLUMNS))
+    padded = np.full((rows, COLUMNS // _EDGE, _EDGE, _EDGE), _NONE, dtype=np.uint32)
+    padded.reshape(-1)[: len(points)] = points
+    return padded.swapaxes(1, 2).reshape(-1, COLUMNS), found.reshape(masks.shape)
+
+
+class SunlightPass:
+    """Looks up what bounds on the casters tell, and searches through the Sun's disc for the rest.
+
+    The points to search are few, and scattered: they are searched one beside the other, for a
+    renderer spends on a point alone what it spends on a whole block.
+    """
+
+    state = State(depth=True)
+    # Keeps the depth buffer as it is.
+    colour_only = State()
+
+    @all_or_nothing
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        known = GBUFFER | GROUPS | _SHADOW_UNITS
+        searched = known | {"searched_points": _POINTS_UNIT}
+        del known["sun_behind"]
+        name, blocks = "surface/sunlight", [TILE, SPACECRAFT, SHADOW]
+        self._known = point_shader(ctx, name, 0.0, blocks, known)
+        self._unknown = Screen(ctx, "surface/unknown", 0.0, [], {"sunlight": _SUNLIGHT_UNIT})
+        self._searched = point_shader(ctx, name, 0.0, blocks, searched, {"SEARCH": 1})
+        self._shadow = UniformBuffer(ctx, SHADOW)
+        self._sunlight = GrowingTarget(ctx, [[0]])
+        self._found = GrowingTarget(ctx, [[0]])
+        self._masks = GrowingTarget(ctx, [[0]], Format("u1"))
+        self._points = GrowingTarget(ctx, [[0]], Format("u4"))
+        self._pages = GrowingTarget(ctx, [[0]], Format("u4"))
+
+    def draw(self, tile: RasterTile, points: ShadingPoints, drawn: DrawnSpacecraft) -> None:
+        """Bind the textures of ``SUNLIGHT_UNITS``: shares of the sunlight per band.
+
+        points : bound, those of this spacecraft looked up last; so are its blocks
+        """
+        area = (0, 0, *points.size)
+        (sunlight,) = self._sunlight.covering(points.size, points.depth)
+        (shares,) = textures_of(sunlight)
+        self.colour_only.apply(self._ctx, sunlight, area, area)
+        sunlight.clear(viewport=area)
+        if drawn.view.sun_irradiance.any():
+            self._shadow.bind()
+            self._shadow.write(shadow_values(drawn.view, tile.sample_grid))
+            for unit, texture in zip(_SHADOW_UNITS.values(), drawn.shadow_maps, strict=True):
+                texture.use(unit)
+            self.state.apply(self._ctx, sunlight, area, area)
+            self._known.draw()
+            shares.use(_SUNLIGHT_UNIT)
+            self._search(points)
+        shares.use(_SUNLIGHT_UNIT)
+        for name, target in (("found_sunlight", self._found), ("found_pages", self._pages)):
+            (framebuffer,) = target.covering((1, 1))
+            textures_of(framebuffer)[0].use(SUNLIGHT_UNITS[name])
+
+    def _search(self, points: ShadingPoints) -> None:
+        masks = self._unknown_points(points)
+        if not masks.any():
+            return
+        to_search, pages = searched_points(masks)
+        self._points.written(to_search).use(_POINTS_UNIT)
+        area = (0, 0, COLUMNS, len(to_search))
+        (found,) = self._found.covering(area[2:])
+        self.colour_only.apply(self._ctx, found, area, area)
+        self._searched.draw()
+        self._pages.written(pages)
+
+    def _unknown_points(self, points: ShadingPoints) -> AnyArray:
+        """(rows of squares, ENTRIES) uint8, as ``searched_points`` takes them."""
+        area = (0, 0, ENTRIES, len(points.entries))
+        (masks,) = self._masks.covering(area[2:])
+        self.colour_only.apply(self._ctx, masks, area, area)
+        self._unknown.draw()
+        data = masks.read(viewport=area, components=1, alignment=1, dtype="u1")
+        return np.frombuffer(data, dtype=np.uint8).reshape(-1, ENTRIES)
+
+    def release(self) -> None:
+        """Free everything."""
+        for target in (self._sunlight, self._found, self._masks, self._points, self._pages):
+            target.release()
+        for part in (self._shadow, self._known, self._unknown, self._searched):
+            part.release()
