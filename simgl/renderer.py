@@ -31,6 +31,7 @@ from simgl.passes.reference_gather import ReferenceGather
 from simgl.passes.resolve import DistortedView, ResolvePass
 from simgl.passes.shading_points import ShadingPoints
 from simgl.passes.shadow import ShadowPass
+from simgl.passes.sunlight import SunlightPass
 from simgl.passes.surface import LIGHTS, SurfacePass
 from simgl.passes.truth import TruthPass
 from simgl.passes.visibility import VisibilityPass
@@ -80,6 +81,7 @@ class Renderer:
         self._lamp_shadow = LampShadowPass(ctx, self._meshes)
         self._visibility = VisibilityPass(ctx, self._meshes)
         self._geometry = GBufferPass(ctx, self._meshes)
+        self._sunlight = SunlightPass(ctx)
         self._surface = SurfacePass(ctx, self._meshes)
         self._stars = StarPass(ctx)
         self._sun = SunPass(ctx)
@@ -233,8 +235,9 @@ class Renderer:
                         self._geometry.look_up(part, points, drawn)
                         self._reference_gather.fill(part, points, drawn)
                     with self.timer.measure("surface"):
+                        sunlight = self._sunlight.draw(part, points, drawn)
                         radiance = self._surface.draw(
-                            part, points, drawn, view.lamps, lamp_maps, by_light=by_light
+                            part, points, drawn, sunlight, view.lamps, lamp_maps, by_light=by_light
                         )
                 yield part, points, radiance
 
@@ -305,6 +308,7 @@ class Renderer:
             self._lamp_shadow,
             self._visibility,
             self._geometry,
+            self._sunlight,
             self._surface,
             self._stars,
             self._sun,

@@ -6,20 +6,20 @@
 // Share of the sunlight that passes the casters, per band; negative where it was searched for: then
 // points fill one square of 4 x 4 texels after the other (surface/sunlight.frag).
 uniform sampler2D sunlight;
-uniform sampler2D found_sunlight;
+uniform sampler2D searched_sunlight;
 // Of each page: from bit 4 on how many points come before its own, below it which of its points.
-uniform usampler2D found_pages;
+uniform usampler2D searched_pages;
 
 // The share at a shading point.
 vec4 sunlight_at(ivec2 at) {
     vec4 lit = texelFetch(sunlight, at, 0);
     WHEN(lit.x < 0.0) {
-        uint page = texelFetch(found_pages, entry_of_point(at), 0).r;
+        uint page = texelFetch(searched_pages, entry_of_point(at), 0).r;
         uint before = page & ((1u << uint(2 * (at.y & 1) + (at.x & 1))) - 1u);
         int index = int((page >> 4u) + (before & 1u) + (before >> 1u & 1u) + (before >> 2u & 1u));
         int square = index >> 4;
         ivec2 place = 4 * ivec2(square & (SQUARES - 1), square / SQUARES);
-        lit = texelFetch(found_sunlight, place + ivec2(index & 3, (index >> 2) & 3), 0);
+        lit = texelFetch(searched_sunlight, place + ivec2(index & 3, (index >> 2) & 3), 0);
     }
     return lit;
 }

@@ -21,14 +21,19 @@ from simgl.passes.shading_points import (
     point_shader,
     texels_of_pages,
 )
-from simgl.passes.shared_blocks import SHADOW, SPACECRAFT, TILE, shadow_values
+from simgl.passes.shared_blocks import (
+    SHADOW,
+    SPACECRAFT,
+    TILE,
+    shadow_values,
+    spacecraft_values,
+    tile_values,
+)
 from simgl.view.raster_tiles import RasterTile
 
 # In the order of the shadow pass's textures. Sunlight is drawn before what reads the sky.
 _SHADOW_UNITS = {"sun_depths": 12, "sun_behind": 13, "sun_tops": 14}
 _POINTS_UNIT, _SUNLIGHT_UNIT = 22, 11
-# What holds the sunlight for later passes: of every point, and of those that were searched.
-SUNLIGHT_UNITS = {"sunlight": _SUNLIGHT_UNIT, "found_sunlight": 8, "found_pages": 9}
 # In the texture of points to search: none.
 _NONE = 0xFFFFFFFF
 # They fill squares of so many texels one after the other, so that neighbours stay together.
@@ -50,15 +55,15 @@ def searched_points(masks: AnyArray) -> tuple[AnyArray, AnyArray]:
     ends = np.cumsum(bits.sum(axis=1, dtype=np.uint32), dtype=np.uint32)
     before = np.zeros_like(ends)
     before[1:] = ends[:-1]
-    found = np.zeros(flat.shape, dtype=np.uint32)
-    found[pages] = before << 4 | flat[pages]
+    results = np.zeros(flat.shape, dtype=np.uint32)
+    results[pages] = before << 4 | flat[pages]
     of, corner = np.nonzero(bits)
     row, column = texels_of_pages(pages[of])
     points = (row + corner // 2) << 16 | column + corner % 2
     rows = -(-len(points) // (_EDGE * COLUMNS))
     padded = np.full((rows, COLUMNS // _EDGE, _EDGE, _EDGE), _NONE, dtype=np.uint32)
     padded.reshape(-1)[: len(points)] = points
-    return padded.swapaxes(1, 2).reshape(-1, COLUMNS), found.reshape(masks.shape)
+    return padded.swapaxes(1, 2).reshape(-1, COLUMNS), results.reshape(masks.shape)
 
 
 class SunlightPass:
@@ -82,17 +87,23 @@ class SunlightPass:
         self._known = point_shader(ctx, name, 0.0, blocks, known)
         self._unknown = Screen(ctx, "surface/unknown", 0.0, [], {"sunlight": _SUNLIGHT_UNIT})
         self._searched = point_shader(ctx, name, 0.0, blocks, searched, {"SEARCH": 1})
+        self._tile = UniformBuffer(ctx, TILE)
+        self._spacecraft = UniformBuffer(ctx, SPACECRAFT)
         self._shadow = UniformBuffer(ctx, SHADOW)
         self._sunlight = GrowingTarget(ctx, [[0]])
-        self._found = GrowingTarget(ctx, [[0]])
+        self._results = GrowingTarget(ctx, [[0]])
         self._masks = GrowingTarget(ctx, [[0]], Format("u1"))
         self._points = GrowingTarget(ctx, [[0]], Format("u4"))
         self._pages = GrowingTarget(ctx, [[0]], Format("u4"))
 
-    def draw(self, tile: RasterTile, points: ShadingPoints, drawn: DrawnSpacecraft) -> None:
-        """Bind the textures of ``SUNLIGHT_UNITS``: shares of the sunlight per band.
+    def draw(
+        self, tile: RasterTile, points: ShadingPoints, drawn: DrawnSpacecraft
+    ) -> tuple[moderngl.Texture, ...]:
+        """Shares of the sunlight per band, valid until the next draw.
 
-        points : bound, those of this spacecraft looked up last; so are its blocks
+        points : those of this spacecraft have been looked up last
+        returns : of every point, negative where it was searched; of those that were, and where
+            they are (``searched_points``)
         """
         area = (0, 0, *points.size)
         (sunlight,) = self._sunlight.covering(points.size, points.depth)
@@ -100,18 +111,25 @@ class SunlightPass:
         self.colour_only.apply(self._ctx, sunlight, area, area)
         sunlight.clear(viewport=area)
         if drawn.view.sun_irradiance.any():
-            self._shadow.bind()
-            self._shadow.write(shadow_values(drawn.view, tile.sample_grid))
-            for unit, texture in zip(_SHADOW_UNITS.values(), drawn.shadow_maps, strict=True):
-                texture.use(unit)
+            self._bind(tile, points, drawn)
             self.state.apply(self._ctx, sunlight, area, area)
             self._known.draw()
             shares.use(_SUNLIGHT_UNIT)
             self._search(points)
-        shares.use(_SUNLIGHT_UNIT)
-        for name, target in (("found_sunlight", self._found), ("found_pages", self._pages)):
-            (framebuffer,) = target.covering((1, 1))
-            textures_of(framebuffer)[0].use(SUNLIGHT_UNITS[name])
+        (results,), (pages,) = self._results.covering((1, 1)), self._pages.covering((1, 1))
+        return shares, *textures_of(results), *textures_of(pages)
+
+    def _bind(self, tile: RasterTile, points: ShadingPoints, drawn: DrawnSpacecraft) -> None:
+        for block in (self._tile, self._spacecraft, self._shadow):
+            block.bind()
+        self._tile.write(tile_values(tile, tile.slices[0]))
+        self._spacecraft.write(spacecraft_values(drawn.view))
+        self._shadow.write(shadow_values(drawn.view, tile.sample_grid))
+        for unit, texture in zip(GBUFFER.values(), points.textures, strict=False):
+            texture.use(unit)
+        points.bind()
+        for unit, texture in zip(_SHADOW_UNITS.values(), drawn.shadow_maps, strict=True):
+            texture.use(unit)
 
     def _search(self, points: ShadingPoints) -> None:
         masks = self._unknown_points(points)
@@ -120,8 +138,8 @@ class SunlightPass:
         to_search, pages = searched_points(masks)
         self._points.written(to_search).use(_POINTS_UNIT)
         area = (0, 0, COLUMNS, len(to_search))
-        (found,) = self._found.covering(area[2:])
-        self.colour_only.apply(self._ctx, found, area, area)
+        (results,) = self._results.covering(area[2:])
+        self.colour_only.apply(self._ctx, results, area, area)
         self._searched.draw()
         self._pages.written(pages)
 
@@ -136,7 +154,9 @@ class SunlightPass:
 
     def release(self) -> None:
         """Free everything."""
-        for target in (self._sunlight, self._found, self._masks, self._points, self._pages):
+        for target in (self._sunlight, self._results, self._masks, self._points, self._pages):
             target.release()
-        for part in (self._shadow, self._known, self._unknown, self._searched):
-            part.release()
+        for buffer in (self._tile, self._spacecraft, self._shadow):
+            buffer.release()
+        for screen in (self._known, self._unknown, self._searched):
+            screen.release()

@@ -25,7 +25,6 @@ from simgl.passes.shared_blocks import (
     spacecraft_values,
     tile_values,
 )
-from simgl.passes.sunlight import SUNLIGHT_UNITS, SunlightPass
 from simgl.view.lamp_views import LampView
 from simgl.view.raster_tiles import RasterTile
 
@@ -35,6 +34,8 @@ LIGHTS = ("sun", "earth", "inter_reflected", "lamp", "emitted")
 # Channels of the G-buffer, in the order of the targets of shaders/gbuffer/gbuffer.frag.
 _GBUFFER = ("position", "normal_roughness", "face_normal", "indirect")
 _TEXTURED = ("textured_reflectance", "textured_emission", "textured_normal")
+# In the order of the sunlight pass's textures.
+_SUNLIGHT_UNITS = {"sunlight": 11, "searched_sunlight": 8, "searched_pages": 9}
 _SKY_UNITS = {"sky_cube": 12, "sky_lobes": 13, "sky_irradiance": 14}
 _LAMP_UNITS = {"lamp_maps": 15, "lamp_bounds": 21}
 
@@ -77,7 +78,6 @@ class SurfacePass:
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
         self._ctx, self._meshes = ctx, meshes
         self._lobes = lobe_texture(ctx)
-        self._sunlight = SunlightPass(ctx)
         self._lit: dict[tuple[str, ...], tuple[Screen, ...]] = {}
         self._tile = UniformBuffer(ctx, TILE)
         self._spacecraft = UniformBuffer(ctx, SPACECRAFT)
@@ -90,6 +90,7 @@ class SurfacePass:
         tile: RasterTile,
         points: ShadingPoints,
         drawn: DrawnSpacecraft,
+        sunlight: Sequence[moderngl.Texture],
         lamps: Sequence[LampView] = (),
         lamp_maps: Sequence[moderngl.Texture] = (),
         *,
@@ -99,6 +100,7 @@ class SurfacePass:
         last tile; undefined where there is no point.
 
         points : those of this spacecraft have been looked up last
+        sunlight : of the sunlight pass
         lamps : which light every spacecraft, and the textures of their shadow maps
         returns : one texture, or with ``by_light`` one for each of ``LIGHTS``
         """
@@ -109,7 +111,8 @@ class SurfacePass:
         for unit, texture in enumerate(points.textures):
             texture.use(unit)
         points.bind()
-        self._sunlight.draw(tile, points, drawn)
+        for unit, texture in zip(_SUNLIGHT_UNITS.values(), sunlight, strict=True):
+            texture.use(unit)
         self._bind_light(drawn, lamp_maps)
         self.state.apply(self._ctx, target, area, area)
         optional = {
@@ -157,7 +160,7 @@ class SurfacePass:
         return self._lit[variant]
 
     def _lit_screen(self, variant: tuple[str, ...], depth: float) -> Screen:
-        samplers = _gbuffer("position", "normal_roughness") | SUNLIGHT_UNITS
+        samplers = _gbuffer("position", "normal_roughness") | _SUNLIGHT_UNITS
         blocks = [SPACECRAFT, MATERIALS]
         for define, units in _MORE_UNITS.items():
             if define in variant:
@@ -176,6 +179,5 @@ class SurfacePass:
         for buffer in (self._tile, self._spacecraft, self._lamps):
             buffer.release()
         self._lobes.release()
-        self._sunlight.release()
         for screen in sum(self._lit.values(), ()):
             screen.release()
