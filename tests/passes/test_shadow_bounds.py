@@ -59,8 +59,8 @@ def test_bounds_hold_the_nearest_and_farthest_depth_within_each_reach(
 
 
 def test_the_shader_knows_the_reaches_of_the_bounds() -> None:
-    text = (assets.shaders() / "surface" / "shadow.glsl").read_text()
-    (body,) = re.findall(r"int level_for\(float reach\) \{(.*?)\n\}", text, flags=re.DOTALL)
+    text = (assets.shaders() / "surface" / "caster_bounds.glsl").read_text()
+    (body,) = re.findall(r"int caster_level\(float reach\) \{(.*?)\n\}", text, flags=re.DOTALL)
     steps = re.findall(r"step\(vec\d\(([\d., ]+)\)", body)
     reaches = [float(reach) for step in steps for reach in step.split(",")]
     assert reaches == [CELL * reach for reach in REACHES]
