@@ -64,4 +64,4 @@ def test_the_shader_knows_the_reaches_of_the_bounds() -> None:
     steps = re.findall(r"step\(vec\d\(([\d., ]+)\)", body)
     reaches = [float(reach) for step in steps for reach in step.split(",")]
     assert reaches == [CELL * reach for reach in REACHES]
-    assert f"const int CONE = {len(REACHES)};" in text
+    assert f"const int CASTER_LEVELS = {len(REACHES)};" in text
