@@ -22,8 +22,13 @@ _PRESENT, _LAYER_BIT, _ROW_BIT = 1 << 31, 26, 13
 # Texture units of the groups, and of what tells a point's group.
 CELL_GROUPS = {"cell_groups": 16, "second_groups": 17, "third_groups": 18, "fourth_groups": 19}
 GROUPS = CELL_GROUPS | {"page_entries": 20}
-# Texture units of what every point sees, the first targets of shaders/gbuffer/gbuffer.frag.
-GBUFFER = {"gbuffer_position": 0, "gbuffer_normal_roughness": 1, "gbuffer_face_normal": 2}
+# Channels of the G-buffer, in the order of the targets of shaders/gbuffer/gbuffer.frag.
+GBUFFER = ("position", "normal_roughness", "face_normal", "indirect")
+
+
+def gbuffer_units(*channels: str) -> dict[str, int]:
+    """Texture units of the samplers of channels."""
+    return {f"gbuffer_{name}": GBUFFER.index(name) for name in channels}
 
 
 def page_table(counts: AnyArray) -> tuple[AnyArray, AnyArray]:

@@ -15,9 +15,9 @@ from simgl.passes.drawn_spacecraft import DrawnSpacecraft
 from simgl.passes.shading_points import (
     COLUMNS,
     ENTRIES,
-    GBUFFER,
     GROUPS,
     ShadingPoints,
+    gbuffer_units,
     point_shader,
     texels_of_pages,
 )
@@ -31,6 +31,7 @@ from simgl.passes.shared_blocks import (
 )
 from simgl.view.raster_tiles import RasterTile
 
+_GBUFFER_UNITS = gbuffer_units("position", "normal_roughness", "face_normal")
 # In the order of the shadow pass's textures. Sunlight is drawn before what reads the sky.
 _SHADOW_UNITS = {"sun_depths": 12, "sun_behind": 13, "sun_tops": 14}
 _POINTS_UNIT, _SUNLIGHT_UNIT = 22, 11
@@ -80,7 +81,7 @@ class SunlightPass:
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        known = GBUFFER | GROUPS | _SHADOW_UNITS
+        known = _GBUFFER_UNITS | GROUPS | _SHADOW_UNITS
         searched = known | {"searched_points": _POINTS_UNIT}
         del known["sun_behind"]
         name, blocks = "surface/sunlight", [TILE, SPACECRAFT, SHADOW]
@@ -125,7 +126,7 @@ class SunlightPass:
         self._tile.write(tile_values(tile, tile.slices[0]))
         self._spacecraft.write(spacecraft_values(drawn.view))
         self._shadow.write(shadow_values(drawn.view, tile.sample_grid))
-        for unit, texture in zip(GBUFFER.values(), points.textures, strict=False):
+        for unit, texture in zip(_GBUFFER_UNITS.values(), points.textures, strict=False):
             texture.use(unit)
         points.bind()
         for unit, texture in zip(_SHADOW_UNITS.values(), drawn.shadow_maps, strict=True):

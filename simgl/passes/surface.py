@@ -14,7 +14,7 @@ from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.passes.albedo_table import LOBE_UNIT, lobe_texture
 from simgl.passes.drawn_spacecraft import DrawnSpacecraft
 from simgl.passes.mesh_store import MeshStore
-from simgl.passes.shading_points import GROUPS, ShadingPoints, point_shader
+from simgl.passes.shading_points import GBUFFER, GROUPS, ShadingPoints, gbuffer_units, point_shader
 from simgl.passes.shared_blocks import (
     JOINTS,
     LAMPS,
@@ -31,8 +31,7 @@ from simgl.view.raster_tiles import RasterTile
 # The terms of a surface's radiance, in the order of the targets of shaders/surface/surface.frag.
 LIGHTS = ("sun", "earth", "inter_reflected", "lamp", "emitted")
 
-# Channels of the G-buffer, in the order of the targets of shaders/gbuffer/gbuffer.frag.
-_GBUFFER = ("position", "normal_roughness", "face_normal", "indirect")
+# Behind the G-buffer's channels, in the order of the same targets.
 _TEXTURED = ("textured_reflectance", "textured_emission", "textured_normal")
 # In the order of the sunlight pass's textures.
 _SUNLIGHT_UNITS = {"sunlight": 11, "searched_sunlight": 8, "searched_pages": 9}
@@ -42,18 +41,13 @@ _LAMP_UNITS = {"lamp_maps": 15, "lamp_bounds": 21}
 _LOBES = {"lobe_table": LOBE_UNIT}
 
 
-def _gbuffer(*channels: str) -> dict[str, int]:
-    """Texture units of the samplers of channels."""
-    return {f"gbuffer_{name}": _GBUFFER.index(name) for name in channels}
-
-
 # What each variant of the shader reads besides.
 _MORE_UNITS = {
-    "SKY": _gbuffer("face_normal") | _SKY_UNITS | _LOBES,
-    "INTERREFLECTION": _gbuffer("indirect") | _LOBES,
-    "LAYERED": _gbuffer("face_normal") | GROUPS | _LOBES,
-    "LAMPS": _gbuffer("face_normal") | _LAMP_UNITS,
-    "DETAILED": {name: unit for unit, name in enumerate(_TEXTURED, len(_GBUFFER))},
+    "SKY": gbuffer_units("face_normal") | _SKY_UNITS | _LOBES,
+    "INTERREFLECTION": gbuffer_units("indirect") | _LOBES,
+    "LAYERED": gbuffer_units("face_normal") | GROUPS | _LOBES,
+    "LAMPS": gbuffer_units("face_normal") | _LAMP_UNITS,
+    "DETAILED": {name: unit for unit, name in enumerate(_TEXTURED, len(GBUFFER))},
 }
 
 
@@ -160,7 +154,7 @@ class SurfacePass:
         return self._lit[variant]
 
     def _lit_screen(self, variant: tuple[str, ...], depth: float) -> Screen:
-        samplers = _gbuffer("position", "normal_roughness") | _SUNLIGHT_UNITS
+        samplers = gbuffer_units("position", "normal_roughness") | _SUNLIGHT_UNITS
         blocks = [SPACECRAFT, MATERIALS]
         for define, units in _MORE_UNITS.items():
             if define in variant:
