@@ -2,7 +2,8 @@
 // all samples of the pixel goes out as colour, the covered share as the second source, so that
 // blending computes mean + (1 - share) * background in float32.
 //
-// WINDOW: the raster covers small spacecraft alone; a pixel's other samples are known to be empty.
+// WINDOW: the raster covers small spacecraft alone, in cells of four samples; a pixel's other samples are
+// known to be empty.
 // DISTORTED: the lens moves samples, so that each has its own way to a pixel.
 #include "block/resolve"
 #define GROUPED
@@ -66,6 +67,65 @@ Sum cell_sum(ivec2 cell) {
     return sum;
 }
 
+#ifdef WINDOW
+// What a group of a cell gives a pixel, which sees some of its samples.
+void add_group(inout Sum sum, ivec2 cell, uint first_page, uint group, uint seen, int layer) {
+    float samples = float(samples_of(group & seen));
+    vec4 light = point(first_page, cell, layer);
+    sum.light += samples > 0.0 ? samples * light : vec4(0.0);
+    sum.covered += samples;
+}
+
+// Whether a place lies within the unit square about the origin. Of two neighbours one has their edge.
+uint within(vec2 place) {
+    return uint(all(greaterThanEqual(place, vec2(-0.5))) && all(lessThan(place, vec2(0.5))));
+}
+
+void main() {
+    mat2 to_pixel = mat2(pixel_from_raster.xy, pixel_from_raster.zw);
+    float count = window_samples;
+#ifdef DISTORTED
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    mat2 edges = pixel_edges(pixel);
+    vec2 middle = place(pixel) - tile_origin;
+    count *= abs(determinant(edges));
+#else
+    mat2 edges = mat2(1.0);
+    vec2 middle = floor(gl_FragCoord.xy) + 0.5 - tile_origin;
+#endif
+    // From a texel to where the pixel is a unit square about the origin.
+    mat2 to_square = inverse(edges) * to_pixel;
+    vec2 origin = inverse(edges) * (window_origin - middle);
+    // The cells within the pixel's bounds on the raster.
+    mat2 back = inverse(to_square);
+    vec2 at = -(back * origin), reach = 0.5 * (abs(back[0]) + abs(back[1])) + 1.0;
+    ivec2 first = clamp(ivec2(floor(max(0.5 * (at - reach), 0.0))), ivec2(0), cells);
+    ivec2 last = ivec2(ceil(min(0.5 * (at + reach), vec2(cells))));
+    Sum sum = Sum(vec4(0.0), 0.0, 0.0);
+    for (int j = first.y; j < last.y; ++j) {
+        Sum row = Sum(vec4(0.0), 0.0, 0.0);
+        for (int i = first.x; i < last.x; ++i) {
+            uvec4 groups = texelFetch(cell_groups, ivec2(i, j), 0);
+            uint first_page = texelFetch(block_pages, ivec2(i, j) / BLOCK, 0).r;
+            // Its four samples, without a loop, since llvmpipe ends all loops of a shader after
+            // 65,535 turns together; WHEN is one of them.
+            vec2 corner = to_square * (2.0 * vec2(i, j) + 0.5) + origin;
+            uint seen = within(corner) | within(corner + to_square[0]) << 1u
+                      | within(corner + to_square[1]) << uint(STRIDE)
+                      | within(corner + to_square[0] + to_square[1]) << uint(STRIDE + 1);
+            add_group(row, ivec2(i, j), first_page, groups.x, seen, 0);
+            WHEN(samples_of(groups.y) > 0u) {
+                add_group(row, ivec2(i, j), first_page, groups.y, seen, 1);
+                add_group(row, ivec2(i, j), first_page, groups.z, seen, 2);
+                add_group(row, ivec2(i, j), first_page, groups.w, seen, 3);
+            }
+        }
+        add(sum, row);
+    }
+    radiance = sum.light / count;
+    share = vec4(sum.covered / count);
+}
+#else
 // Which of four groups hold a sample; the place of that among them.
 int place_in(uvec4 groups, uint bit, out bool held) {
     bvec4 holds = notEqual(groups & bit, uvec4(0u));
@@ -82,47 +142,16 @@ Sum sample_sum(ivec2 texel) {
     uvec4 groups = texelFetch(cell_groups, cell, 0);
     bool held;
     int layer = place_in(groups, bit, held);
-#ifndef WINDOW
     bool more = !held && samples_of(groups.w) > 0u;
     WHEN(more) {
         for (int from = 4; from < LAYERS && !held; from += 4)
             layer = from + place_in(groups_from(cell, from), bit, held);
     }
-#endif
     uint first_page = texelFetch(block_pages, cell / BLOCK, 0).r;
     vec4 light = point(first_page, cell, layer);
     return Sum(held ? light : vec4(0.0), held ? 1.0 : 0.0, 1.0);
 }
 
-#ifdef WINDOW
-void main() {
-    vec2 corner = floor(gl_FragCoord.xy) - tile_origin;
-    mat2 to_pixel = mat2(pixel_from_raster.xy, pixel_from_raster.zw);
-    float count = window_samples;
-#ifdef DISTORTED
-    ivec2 pixel = ivec2(gl_FragCoord.xy);
-    mat2 edges = pixel_edges(pixel), to_edges = inverse(edges);
-    vec2 middle = place(pixel) - tile_origin;
-    count *= abs(determinant(edges));
-#endif
-    Sum sum = Sum(vec4(0.0), 0.0, 0.0);
-    for (int j = 0; j < window_size.y; ++j) {
-        Sum row = Sum(vec4(0.0), 0.0, 0.0);
-        for (int i = 0; i < window_size.x; ++i) {
-            vec2 seen = to_pixel * (vec2(i, j) + 0.5) + window_origin;
-#ifdef DISTORTED
-            if (any(greaterThan(abs(to_edges * (seen - middle)), vec2(0.5)))) continue;
-#else
-            if (floor(seen) != corner) continue;
-#endif
-            add(row, sample_sum(ivec2(i, j)));
-        }
-        add(sum, row);
-    }
-    radiance = sum.light / count;
-    share = vec4(sum.covered / count);
-}
-#else
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     Sum sum = Sum(vec4(0.0), 0.0, 0.0);

@@ -29,9 +29,9 @@ _RESOLVE = Block(
             ("tile_origin", "f4", 2),
             # Tile coordinates of the corner of a window's raster.
             ("window_origin", "f4", 2),
-            ("window_size", "i4", 2),
             ("cells_per_pixel", "i4"),
             ("window_samples", "f4"),
+            ("resolve_padding", "f4", 2),
             # x0, y0, x1, y1 of the image's pixels that are averaged from this tile.
             ("core", "f4", 4),
         ]
@@ -99,7 +99,7 @@ class ResolvePass:
         box = tile.x, tile.y, tile.width, tile.height
         groups = dict(zip(CELL_GROUPS, points.groups, strict=True))
         if tile.window is not None:
-            # A cell there is one sample.
+            # A cell there has no more than four samples.
             groups = {"cell_groups": groups["cell_groups"]}
         textures = groups | {"block_pages": points.block_pages, "points": radiance}
         defines = [] if tile.window is None else ["WINDOW"]
@@ -144,17 +144,16 @@ def _distorted_box(tile: RasterTile, camera: Camera) -> tuple[int, int, int, int
 
 def _values(tile: RasterTile) -> dict[str, object]:
     turn, window = tile.sample_grid.turn, tile.window
-    back, origin, size, samples = np.linalg.inv(turn), np.zeros(2), (0, 0), 0.0
+    back, origin, samples = np.linalg.inv(turn), np.zeros(2), 0.0
     if window is not None:
         back = window.image_from_raster[:, :2]
         origin = window.image_from_raster[:, 2] - (tile.x, tile.y)
-        size, samples = window.size, window.samples_per_pixel
+        samples = window.samples_per_pixel
     return {
         "raster_from_pixel": turn.T.ravel(),
         "pixel_from_raster": back.T.ravel(),
         "tile_origin": (tile.x, tile.y),
         "window_origin": origin,
-        "window_size": size,
         "cells_per_pixel": tile.sample_grid.cells_per_edge,
         "window_samples": samples,
         "core": tile.core,

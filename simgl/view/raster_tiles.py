@@ -11,7 +11,8 @@ import numpy as np
 
 from simgl.arrays import Array, Array32
 from simgl.camera.camera import Camera
-from simgl.sample_grid import PIXEL_CENTRES, SampleGrid, choose_sample_grid
+from simgl.sample_grid import PIXEL_CENTRES, SampleGrid, choose_sample_grid, target_samples
+from simgl.view.small_targets import CELL as WINDOW_CELL
 from simgl.view.small_targets import (
     RasterWindow,
     in_pixels,
@@ -29,11 +30,10 @@ SLICE_RATIO = 64.0
 # Beyond every image, on either side.
 _BEYOND = (-1e9, 1e9)
 
+# Of an outline seen edge on [px^2].
+_LEAST_AREA = 1e-9
+
 Box = tuple[int, int, int, int]
-
-
-# Samples along the edge of a cell of a window: its few samples are shaded one by one.
-_WINDOW_CELL = 1
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -171,9 +171,22 @@ class _Target:
 
     view: SpacecraftView
     hull: Array
-    box: tuple[int, int, int, int]
+    box: Box
     outline: Array
     area: float
+
+    @cached_property
+    def samples(self) -> float:
+        """That its outline needs."""
+        middle = self.hull.mean(axis=0)
+        cosine = -float(middle @ self.view.sun_direction) / float(np.linalg.norm(middle))
+        return target_samples(cosine)
+
+    def is_small(self, sample_budget: int) -> bool:
+        """Whether that is more than a raster of pixels can hold."""
+        x0, y0, x1, y1 = self.box
+        pixels = (x1 - x0) * (y1 - y0)
+        return is_small(self.outline, self.area, pixels, self.samples, sample_budget)
 
 
 def _target(view: SpacecraftView, camera: Camera) -> _Target | None:
@@ -253,7 +266,7 @@ def raster_tiles(
     groups: list[_Group] = []
     windows: list[_Group] = []
     targets = [target for view in views if (target := _target(view, camera)) is not None]
-    small = {id(one) for one in targets if is_small(one.outline, one.area)}
+    small = {id(one) for one in targets if one.is_small(sample_budget)}
     for one in sorted(targets, key=lambda one: id(one) in small):
         group = _Group(targets=(one,), box=one.box)
         if id(one) not in small or any(_share_pixels_and_depth(other, group) for other in groups):
@@ -266,8 +279,8 @@ def raster_tiles(
             tiles.append(_window_tile(group, camera, with_lamps=with_lamps))
             continue
         pixels = (group.box[2] - group.box[0]) * (group.box[3] - group.box[1])
-        smallest = min(one.area for one in group.targets)
-        sample_grid = choose_sample_grid(pixels, sample_budget, samples_per_pixel, smallest)
+        needed = max(one.samples / max(one.area, _LEAST_AREA) for one in group.targets)
+        sample_grid = choose_sample_grid(pixels, sample_budget, samples_per_pixel, needed)
         together = tuple(one.view for one in group.targets)
         slices = _depth_slices(group.hull[:, 2])
         tiles.append(_tile(group.box, together, slices, camera, sample_grid))
@@ -284,7 +297,8 @@ def _window_tile(group: _Group, camera: Camera, *, with_lamps: bool) -> RasterTi
         matrix = views[0].camera_from_body.astype(np.float64)
         matrix[:3, 3] += step
         views, hull = (replace(views[0], camera_from_body=_float32(matrix)),), hull + step
-    window = raster_window(hull, factor, camera)
+    samples = max(one.samples for one in group.targets)
+    window = raster_window(hull, factor, camera, samples)
     slices = _depth_slices(hull[:, 2])
     return _tile(group.box, views, slices, camera, window.sample_grid, window)
 
@@ -321,10 +335,10 @@ def _tile(
     else:
         raster_from_camera = window.raster_from_image @ camera.intrinsics
         size = np.array(window.size)
-        columns, rows_of_cells = (-(-edge // _WINDOW_CELL) for edge in window.size)
+        columns, rows_of_cells = (edge // WINDOW_CELL for edge in window.size)
         cells = CellGrid(
             size=(columns, rows_of_cells),
-            raster_from_cell=_WINDOW_CELL * np.eye(2, 3),
+            raster_from_cell=WINDOW_CELL * np.eye(2, 3),
         )
         edges = _float32(np.zeros((4, 4)))
     rows = 2.0 * raster_from_camera / size[:, None] - np.array([0.0, 0.0, 1.0])

@@ -14,10 +14,17 @@ import scipy
 
 from simgl.arrays import Array
 from simgl.camera.camera import Camera
-from simgl.sample_grid import MAX_SAMPLES, MIN_TARGET_SAMPLES, SampleGrid, rotated_sample_grid
+from simgl.sample_grid import MAX_SAMPLES, SampleGrid, rotated_sample_grid
 
-# Of thin spacecraft, which fill little of their raster.
-_MAX_TEXELS = 2**18
+# Samples along the edge of a cell: no more samples in it than a texel holds groups.
+CELL = 2
+# Of the loops over rows of cells, over cells, and a branch in each (shaders/resolve/resolve.frag):
+# llvmpipe ends those of a pixel and its neighbours after 65,535.
+_MAX_TURNS = 50_000
+# Of an outline seen edge on, over the square of its extent.
+_LEAST_AREA = 1e-6
+# Larger spacecraft fill most of the pixels that they touch.
+_LARGEST = 4.0
 # At so many times its radius, float32 places a spacecraft to 1 % of its radius in depth.
 _FARTHEST_RADII = 1e5
 
@@ -26,7 +33,7 @@ _FARTHEST_RADII = 1e5
 class RasterWindow:
     """The raster of small spacecraft.
 
-    size : columns and rows
+    size : columns and rows, of whole cells
     raster_from_image : (2, 3) affine map from pixel coordinates of what is drawn
     image_from_raster : (2, 3) affine map to the pixel coordinates where it is seen
     samples_per_pixel : where it is seen
@@ -59,10 +66,15 @@ def outline_area(outline: Array) -> float:
         return 0.0
 
 
-def is_small(outline: Array, area: float) -> bool:
-    """Whether the finest sample grid of pixels is too coarse for an outline (n, 2) [px]."""
+def is_small(outline: Array, area: float, pixels: int, samples: float, sample_budget: int) -> bool:
+    """Whether the finest sample grid of pixels is too coarse for an outline (n, 2) [px].
+
+    pixels, sample_budget : that the outline touches, and samples that may be spent on them
+    samples : that the outline needs
+    """
     extent = np.ptp(outline, axis=0)
-    return bool(np.all(extent < 1.0)) and area * MAX_SAMPLES < MIN_TARGET_SAMPLES
+    finest = min(sample_budget / pixels, MAX_SAMPLES)
+    return bool(np.all(extent < _LARGEST)) and area * finest < samples
 
 
 def nearer(hull: Array) -> float:
@@ -72,24 +84,29 @@ def nearer(hull: Array) -> float:
     return max(1.0, float(np.linalg.norm(middle)) / (_FARTHEST_RADII * radius))
 
 
-def raster_window(drawn: Array, factor: float, camera: Camera) -> RasterWindow:
+def raster_window(drawn: Array, factor: float, camera: Camera, samples: float) -> RasterWindow:
     """The raster around a hull.
 
     drawn : (n, 3) where it is drawn, camera axes [m]
     factor : by which that is nearer than where it is seen
+    samples : that its outline needs
     """
     outline = in_pixels(drawn, camera)
     middle = in_pixels(drawn.mean(axis=0, keepdims=True), camera)[0]
-    turned = rotated_sample_grid(1.0).turn
-    box = float(np.prod(np.ptp(outline @ turned.T, axis=0)))
-    area = max(outline_area(outline), box * MIN_TARGET_SAMPLES / _MAX_TEXELS)
-    grid = rotated_sample_grid(MIN_TARGET_SAMPLES / area)
-    places = outline @ grid.turn.T
-    low = places.min(axis=0) - 1.0
-    columns, rows = np.ceil(places.max(axis=0) + 1.0 - low).astype(int).tolist()
+    density = samples / max(outline_area(outline), _LEAST_AREA * np.ptp(outline, axis=0).max() ** 2)
+    while True:
+        grid = rotated_sample_grid(density)
+        places = outline @ grid.turn.T
+        low = places.min(axis=0) - 1.0
+        cells = np.ceil((places.max(axis=0) + 1.0 - low) / CELL).astype(int)
+        # Thin spacecraft fill little of their raster.
+        turns = cells[1] * (1 + 2 * cells[0])
+        if turns <= _MAX_TURNS:
+            break
+        density *= 0.99 * _MAX_TURNS / turns
     back = np.linalg.inv(grid.turn)
     return RasterWindow(
-        size=(columns, rows),
+        size=(CELL * int(cells[0]), CELL * int(cells[1])),
         sample_grid=grid,
         raster_from_image=np.column_stack([grid.turn, -low]),
         image_from_raster=np.column_stack([back / factor, middle + (back @ low - middle) / factor]),

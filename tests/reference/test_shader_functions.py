@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from simgl.arrays import Array
 from simgl.camera.noise_streams import normal, philox, uniform_01
 from tests.gpu.glsl_functions import evaluate
 from tests.reference import brdf as reference
+from tests.reference.highlights import LIMB, SUN, highlight, width_at_half
 
 # Known answers of Philox4x32-10; the first three are those of its authors' test file.
 PHILOX = [
@@ -96,68 +96,19 @@ def test_brdf_agrees(gl: moderngl.Context, metallic: float, roughness: float) ->
         np.testing.assert_allclose(got[:, band], expected, rtol=1e-4, atol=1e-7)
 
 
-SUN = np.radians(0.263)
-
-
-LIMB = (0.47, 0.23)  # green (simgl.physics.solar_disc)
-
-
-def _highlight(
-    gl: moderngl.Context, roughness: float, phase: float, limb: tuple[float, float]
-) -> tuple[Array, Array, Array]:
-    """Profiles of the Sun's highlight on a sphere, in the plane of light and viewer and across it.
-
-    returns : (41,) angles from the half vector in units of the highlight's width; (2, 41) f times
-        the cosine by the shader, and by quadrature
-    """
-    half = np.radians(0.5 * phase)
-    # The Sun's image among normals is as wide in the plane, and 1 / cos(half) times across.
-    steps = np.linspace(-2.0, 2.0, 41)
-    wi = np.array([-np.sin(half), 0.0, np.cos(half)])
-    wo = np.array([np.sin(half), 0.0, np.cos(half)])
-    got, expected = [], []
-    for stretch, axis in ((1.0, 0), (1.0 / np.cos(half), 1)):
-        width = np.hypot(roughness**2, 0.5 * SUN * stretch)
-        # Not past grazing light.
-        angle = steps * min(width, 0.4 * (0.5 * np.pi - half))
-        n = np.zeros((len(angle), 3))
-        n[:, axis], n[:, 2] = np.sin(angle), np.cos(angle)
-        wis, wos = np.tile(wi, (len(n), 1)), np.tile(wo, (len(n), 1))
-        cosine = np.sum(n * wi, axis=1)
-        normal, light, eye = (
-            f"vec3(in_value[{k}], in_value[{k + 1}], in_value[{k + 2}])" for k in (0, 3, 6)
-        )
-        disc = f"Disc({light}, {SUN:.9g}, vec4({limb[0]}), vec4({limb[1]}))"
-        law = f"vec4(0.9), 1.0, {roughness**2:.9g}, vec4(1.0)"
-        call = f"brdf({law}, {normal}, {disc}, {eye})"
-        inputs = np.concatenate([n, wis, wos], axis=1).astype(np.float32)
-        got.append(evaluate(gl, ["surface/brdf.glsl"], call, inputs)[:, 0] * cosine)
-        truth = reference.disc_mean_brdf(0.9, 1.0, roughness, n, wis, wos, SUN, limb)
-        expected.append(truth * cosine)
-    return steps, np.array(got), np.array(expected)
-
-
-def _width(x: Array, y: Array) -> float:
-    """Of what is at least half as high as the peak, linear between points."""
-    level, peak = 0.5 * y.max(), int(np.argmax(y))
-    left = np.interp(level, y[: peak + 1], x[: peak + 1])
-    right = np.interp(-level, -y[peak:], x[peak:])
-    return float(right - left)
-
-
 @pytest.mark.parametrize("limb", [(0.0, 0.0), LIMB])
 @pytest.mark.parametrize("phase", [0.01, 60.0, 120.0, 150.0])
 @pytest.mark.parametrize("roughness", [0.02, 0.05, 0.1, 0.2, 0.8])
 def test_a_highlight_of_the_suns_disc_agrees_with_quadrature_over_the_disc(
     gl: moderngl.Context, roughness: float, phase: float, limb: tuple[float, float]
 ) -> None:
-    steps, got, expected = _highlight(gl, roughness, phase, limb)
+    steps, got, expected = highlight(gl, roughness, phase, limb)
     for shown, truth in zip(got, expected, strict=True):
         np.testing.assert_allclose(shown, truth, rtol=0.0, atol=0.01 * truth.max())
         assert abs(shown.max() / truth.max() - 1.0) < 0.01
         # A lobe wider than what is in view has no width.
         if max(truth[0], truth[-1]) < 0.5 * truth.max():
-            assert abs(_width(steps, shown) / _width(steps, truth) - 1.0) < 0.01
+            assert abs(width_at_half(steps, shown) / width_at_half(steps, truth) - 1.0) < 0.01
 
 
 def test_a_mirror_shows_the_suns_own_radiance(gl: moderngl.Context) -> None:

@@ -136,19 +136,18 @@ def test_the_budget_chooses_the_finest_grid_it_can_pay(
 
 
 @pytest.mark.parametrize(
-    ("wanted", "outline", "samples"),
+    ("wanted", "needed", "samples"),
     [
-        (16, 1000.0, 16),  # large enough: as wanted
-        (16, 64.0, 64),  # 4096 over the outline
+        (16, 4.0, 16),
+        (16, 64.0, 64),
         (256, 64.0, 256),
-        (16, 1.0, 1000),  # as many as the budget pays
-        (16, 0.0, 1000),
+        (16, 4096.0, 1000),  # as many as the budget pays
     ],
 )
 def test_a_wish_is_no_less_than_what_the_smallest_target_needs(
-    wanted: int, outline: float, samples: int
+    wanted: int, needed: float, samples: int
 ) -> None:
-    assert choose_sample_grid(100, 100_000, wanted, outline) == rotated_sample_grid(samples)
+    assert choose_sample_grid(100, 100_000, wanted, needed) == rotated_sample_grid(samples)
 
 
 @pytest.mark.parametrize("samples_per_pixel", [*np.arange(5.0, 46.0, 0.5), 96.0, 480.0])

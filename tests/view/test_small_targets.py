@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from simgl.arrays import Array
-from simgl.sample_grid import MAX_SAMPLES, MIN_TARGET_SAMPLES
+from simgl.sample_grid import MIN_TARGET_SAMPLES as SAMPLES
 from simgl.view.small_targets import in_pixels, is_small, nearer, outline_area, raster_window
 from tests.passes.exposures import camera
 
@@ -33,11 +33,12 @@ def test_a_line_has_no_area() -> None:
 
 def test_a_thin_outline_across_the_image_is_not_small() -> None:
     rod = np.array([[0.0, 0.0], [100.0, 0.0], [100.0, 1e-4], [0.0, 1e-4]])
-    assert not is_small(rod, outline_area(rod))
+    assert not is_small(rod, outline_area(rod), 200, SAMPLES, 1000)
     square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
-    edge = np.sqrt(MIN_TARGET_SAMPLES / MAX_SAMPLES)
-    assert is_small(0.99 * edge * square, (0.99 * edge) ** 2)
-    assert not is_small(1.01 * edge * square, (1.01 * edge) ** 2)
+    edge = np.sqrt(SAMPLES / 2000.0)
+    for step, small in ((0.99, True), (1.01, False)):
+        outline, area = step * edge * square, (step * edge) ** 2
+        assert is_small(outline, area, 36, SAMPLES, 72_000) == small
 
 
 @quick
@@ -53,12 +54,12 @@ def test_a_window_holds_enough_samples_where_the_target_is_seen(
     hull = octahedron(radius, radii * radius * np.array([x, y, 1.0]))
     factor = nearer(hull)
     drawn = hull + (1.0 / factor - 1.0) * hull.mean(axis=0)
-    window = raster_window(drawn, factor, CAMERA)
+    window = raster_window(drawn, factor, CAMERA, SAMPLES)
     seen, outline = in_pixels(hull, CAMERA), in_pixels(drawn, CAMERA)
     on_raster = outline @ window.raster_from_image[:, :2].T + window.raster_from_image[:, 2]
     assert on_raster.min() >= 0.9
     assert np.all(on_raster.max(axis=0) <= np.array(window.size) - 0.9)
-    assert outline_area(on_raster) == pytest.approx(MIN_TARGET_SAMPLES, rel=0.02)
+    assert outline_area(on_raster) == pytest.approx(SAMPLES, rel=0.02)
     back = on_raster @ window.image_from_raster[:, :2].T + window.image_from_raster[:, 2]
     # Drawn nearer, its depth shows in perspective: by its radius over 1e4 or more of its radii.
     # Pixel coordinates of some hundred are good to 1e-13.
@@ -66,9 +67,23 @@ def test_a_window_holds_enough_samples_where_the_target_is_seen(
     np.testing.assert_allclose(back, seen, rtol=0.0, atol=2e-4 * extent + 1e-11)
     density = outline_area(on_raster) / outline_area(seen)
     assert window.samples_per_pixel == pytest.approx(density, rel=0.01)
-    assert int(np.prod(window.size)) < 4 * MIN_TARGET_SAMPLES
+    assert int(np.prod(window.size)) < 4 * SAMPLES
 
 
 def test_a_near_target_is_drawn_where_it_is() -> None:
     assert nearer(octahedron(0.5, np.array([0.0, 0.0, 1e4]))) == 1.0
     assert nearer(octahedron(0.5, np.array([0.0, 0.0, 1e6]))) == pytest.approx(20.0)
+
+
+@pytest.mark.parametrize("turn_deg", [0.0, 13.28, 45.0, 103.28])
+@pytest.mark.parametrize("thinness", [10.0, 1e3, 1e6])
+def test_a_thin_target_takes_no_more_cells_than_a_driver_loops_over(
+    turn_deg: float, thinness: float
+) -> None:
+    """A turn of each row of cells and two of each cell, 65,535 on llvmpipe."""
+    c, s = np.cos(np.radians(turn_deg)), np.sin(np.radians(turn_deg))
+    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * [1.0, 1.0 / thinness]
+    hull = np.column_stack([corners @ np.array([[c, s], [-s, c]]), np.full(4, 1e5)])
+    columns, rows = (-(-edge // 2) for edge in raster_window(hull, 1.0, CAMERA, 4 * SAMPLES).size)
+    assert rows * (2 * columns + 1) < 65_535
+    assert rows * columns > 3_000
