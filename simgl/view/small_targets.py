@@ -21,6 +21,8 @@ CELL = 2
 # Of the loops over rows of cells, over cells, and a branch in each (shaders/resolve/resolve.frag):
 # llvmpipe ends those of a pixel and its neighbours after 65,535.
 _MAX_TURNS = 50_000
+# Length over width up to which samples are as many along as across.
+_THINNEST = 1e3
 # Of an outline seen edge on, over the square of its extent.
 _LEAST_AREA = 1e-6
 # Larger spacecraft fill most of the pixels that they touch.
@@ -84,6 +86,13 @@ def nearer(hull: Array) -> float:
     return max(1.0, float(np.linalg.norm(middle)) / (_FARTHEST_RADII * radius))
 
 
+def _squared(outline: Array) -> Array:
+    """(2, 2) matrix of determinant 1 that makes an outline (n, 2) about as wide as long."""
+    _, extents, axes = np.linalg.svd(outline - outline.mean(axis=0))
+    stretch = float(np.sqrt(min(extents[0] / max(extents[1], 1e-300), _THINNEST)))
+    return np.array([[1.0 / stretch], [stretch]]) * axes
+
+
 def raster_window(drawn: Array, factor: float, camera: Camera, samples: float) -> RasterWindow:
     """The raster around a hull.
 
@@ -93,6 +102,9 @@ def raster_window(drawn: Array, factor: float, camera: Camera, samples: float) -
     """
     outline = in_pixels(drawn, camera)
     middle = in_pixels(drawn.mean(axis=0, keepdims=True), camera)[0]
+    # Along and across a thin one, as many samples: an even lattice along its edges would miss them.
+    squared = _squared(outline)
+    outline = outline @ squared.T
     density = samples / max(outline_area(outline), _LEAST_AREA * np.ptp(outline, axis=0).max() ** 2)
     while True:
         grid = rotated_sample_grid(density)
@@ -104,11 +116,12 @@ def raster_window(drawn: Array, factor: float, camera: Camera, samples: float) -
         if turns <= _MAX_TURNS:
             break
         density *= 0.99 * _MAX_TURNS / turns
-    back = np.linalg.inv(grid.turn)
+    raster_from_image = grid.turn @ squared
+    back = np.linalg.inv(raster_from_image)
     return RasterWindow(
         size=(CELL * int(cells[0]), CELL * int(cells[1])),
         sample_grid=grid,
-        raster_from_image=np.column_stack([grid.turn, -low]),
+        raster_from_image=np.column_stack([raster_from_image, -low]),
         image_from_raster=np.column_stack([back / factor, middle + (back @ low - middle) / factor]),
         samples_per_pixel=grid.scale**2 * factor**2,
     )

@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from simgl.arrays import Array
 from simgl.simulator import Product, Simulator
 from tests.radiometry.far_bodies import (
+    ALBEDO,
     BOX,
     FOCAL_PX,
     PLATE,
@@ -23,7 +25,7 @@ from tests.radiometry.far_bodies import (
     sphere_light,
     view,
 )
-from tests.scenes import lambert
+from tests.scenes import IN_BANDS, Table, lambert
 
 # Places between the pixels, in pixels from the corner in the middle of the image.
 PLACES = ((0.5, 0.5), (0.29, -0.27))
@@ -51,7 +53,9 @@ def test_light_and_its_centre_are_right_at_any_size_phase_and_sampling(
             distance = FOCAL_PX / size_px
             for x, y in PLACES:
                 centre = place(x, y, distance)
-                cases = [(SPHERE, sphere_light(centre, phase), {})]
+                cases: list[tuple[Table, tuple[float, Array], Table]] = [
+                    (SPHERE, sphere_light(centre, phase), {})
+                ]
                 quaternion = {"quaternion_icrf_from_body_xyzw": turn.as_quat().tolist()}
                 if phase_deg < 90.0:
                     cases.append((BOX, box_light(centre, turn, phase), quaternion))
@@ -63,6 +67,21 @@ def test_light_and_its_centre_are_right_at_any_size_phase_and_sampling(
                         rows, columns = np.mgrid[:64, :64] - 31.5
                         found = np.array([(columns * image).sum(), (rows * image).sum()])
                         assert np.hypot(*(found / image.sum() - middle)) < 0.02
+
+
+@pytest.mark.parametrize("turn_deg", [0.0, 13.2825, 103.2825, 45.0])
+def test_a_thin_target_keeps_its_light_however_it_lies(
+    gl: moderngl.Context, turn_deg: float
+) -> None:
+    """A boom of 1 m and 2 mm, also along the rows of the turned sample grid."""
+    boom = {"box": {"size_m": [1.0, 0.002, 0.002], "material": lambert(ALBEDO)}}
+    turn = Rotation.from_euler("z", turn_deg, degrees=True).as_quat().tolist()
+    with Simulator(view({"body": at(boom, 0.0, 0.0, 100.0)}), gl) as simulator:
+        for size_px in (1e-3, 0.3, 0.9, 3.0):
+            distance = FOCAL_PX / size_px
+            body = at(boom, 0.29, -0.27, distance) | {"quaternion_icrf_from_body_xyzw": turn}
+            expected = IN_BANDS * ALBEDO / np.pi * 0.002 * (FOCAL_PX / (distance - 0.001)) ** 2
+            assert light(simulator, view({"body": body})).sum() == pytest.approx(expected, rel=0.01)
 
 
 def test_a_small_target_lies_in_its_pixels(gl: moderngl.Context) -> None:
