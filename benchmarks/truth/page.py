@@ -1,0 +1,64 @@
+"""The page of truth tables, from the record of a run."""
+
+from __future__ import annotations
+
+import msgspec
+
+from benchmarks.truth.rows import Row, Table
+
+HEAD = """# Truth tables
+
+Cases with a truth of their own, what simgl shows, the error and its goal. What misses its goal
+stays listed. Made by `python -m benchmarks.truth --out DIR`. All else that was measured:
+[verification](verification.md).
+"""
+
+
+class Record(msgspec.Struct, frozen=True, kw_only=True):
+    """A run: when and where, and its tables.
+
+    minutes : that it took
+    """
+
+    date: str
+    machine: str
+    minutes: float
+    tables: list[Table]
+
+
+def _number(value: float) -> str:
+    return f"{value:.4g}"
+
+
+def _line(row: Row) -> str:
+    met = "yes" if row.met else f"no, {abs(row.error) / row.goal:.2f} times"
+    cells = (
+        row.case,
+        _number(row.truth),
+        _number(row.simgl),
+        f"{row.error:+.2g}",
+        _number(row.goal),
+        met,
+    )
+    return "| " + " | ".join(cells) + " |"
+
+
+def page(record: Record) -> str:
+    """As Markdown."""
+    rows = [row for table in record.tables for row in table.rows]
+    met = sum(row.met for row in rows)
+    parts = [
+        HEAD,
+        f"Run of {record.date}, {record.minutes:.0f} minutes on {record.machine}: "
+        f"{met} of {len(rows)} rows meet their goal.\n",
+    ]
+    for table in record.tables:
+        lines = [_line(row) for row in table.rows]
+        parts.append(
+            f"## {table.title}\n\nTruth: {table.reference}. Quantity: {table.quantity}. "
+            f"Error: {table.error}.\n\n"
+            "| case | truth | simgl | error | goal | met |\n|---|---|---|---|---|---|\n"
+            + "\n".join(lines)
+            + "\n"
+        )
+    return "\n".join(parts)
