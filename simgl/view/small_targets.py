@@ -90,7 +90,9 @@ def _squared(outline: Array) -> Array:
     """(2, 2) matrix of determinant 1 that makes an outline (n, 2) about as wide as long."""
     _, extents, axes = np.linalg.svd(outline - outline.mean(axis=0))
     stretch = float(np.sqrt(min(extents[0] / max(extents[1], 1e-300), _THINNEST)))
-    return np.array([[1.0 / stretch], [stretch]]) * axes
+    # Turned, not mirrored: front faces stay so.
+    across = stretch * float(np.sign(np.linalg.det(axes)))
+    return np.array([[1.0 / stretch], [across]]) * axes
 
 
 def raster_window(drawn: Array, factor: float, camera: Camera, samples: float) -> RasterWindow:

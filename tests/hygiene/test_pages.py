@@ -14,9 +14,12 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 import typer
 
+from benchmarks.truth.page import Record
+from benchmarks.truth.page import page as truth_page
 from simgl.commands.application import app
 from tests.hygiene.test_layers import LAYERS
 
@@ -167,6 +170,11 @@ def test_the_ways_of_a_pose_and_a_pixel_name_what_exists() -> None:
 def test_the_tutorial_begins_with_the_first_example_of_the_readme() -> None:
     first, *_ = (text for _, text in blocks(ROOT / "docs" / "tutorial.md"))
     assert ("python", first) in list(blocks(ROOT / "README.md"))
+
+
+def test_the_page_of_truth_tables_is_that_of_the_record() -> None:
+    record = msgspec.json.decode((RECORDS / "truth" / "truth.json").read_bytes(), type=Record)
+    assert (ROOT / "docs" / "truth.md").read_text() == truth_page(record)
 
 
 def test_the_frame_times_of_the_readme_are_those_of_the_record() -> None:
