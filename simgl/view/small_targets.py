@@ -88,7 +88,7 @@ def nearer(hull: Array) -> float:
 
 def _squared(outline: Array) -> Array:
     """(2, 2) matrix of determinant 1 that makes an outline (n, 2) about as wide as long."""
-    _, extents, axes = np.linalg.svd(outline - outline.mean(axis=0))
+    _, extents, axes = np.linalg.svd(outline - outline.mean(axis=0), full_matrices=False)
     stretch = float(np.sqrt(min(extents[0] / max(extents[1], 1e-300), _THINNEST)))
     # Turned, not mirrored: front faces stay so.
     across = stretch * float(np.sign(np.linalg.det(axes)))
