@@ -2,143 +2,19 @@
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Callable
-from typing import Any
-
 import moderngl
 import numpy as np
 import pytest
 
-from simgl.camera.camera import Camera
-from simgl.camera.projections import Distortion, Fisheye
-from simgl.scenario.scenario import Scenario
-from tests.camera.test_projections import BROWN, FISHEYE, PRISM, TILTED
+from tests.camera.test_projections import FISHEYE
+from tests.passes.calibrated_targets import CAMERAS, place_errors
 from tests.scenes import lambert, radiance, scene
-
-Array = np.ndarray[Any, np.dtype[Any]]
-
-DISTANCE = 10.0
-OFF_CENTRE = {"principal_point_px": [331.3, 230.7]}
-OPENCV_ORDER = "k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4 tau_x tau_y".split()  # noqa: SIM905
-CAMERAS: dict[str, dict[str, Any]] = {
-    "skew": {"focal_length_px": [600.0, 630.0], "skew_px": 20.0, **OFF_CENTRE},
-    "tilted": {
-        "focal_length_px": [500.0, 510.0],
-        **OFF_CENTRE,
-        "optics": {"distortion": BROWN | PRISM | TILTED},
-    },
-    # These see up to 61 and 65 deg off the axis.
-    "fisheye": {
-        "focal_length_px": [350.0, 352.0],
-        **OFF_CENTRE,
-        "optics": {"distortion": {"model": "fisheye", **FISHEYE}},
-    },
-    "double sphere": {
-        "focal_length_px": [270.0, 271.0],
-        **OFF_CENTRE,
-        "optics": {"distortion": {"model": "double_sphere", "xi": -0.2, "alpha": 0.55}},
-    },
-}
-
-
-def spheres(keys: dict[str, Any], places: Array) -> tuple[Scenario, Array]:
-    """Spheres 7 pixels wide around given pixels, and (n, 4) their centres and radii [m].
-
-    The Sun is behind the camera at the origin.
-    """
-    camera = {
-        "position_icrf_m": [0, 0, 0],
-        "boresight": [0, 0, 1],
-        "up": [0, -1, 0],
-        "width_px": 640,
-        "height_px": 480,
-        **keys,
-    }
-    optics = scene({}, camera).cameras["cam"]
-    rays = _unit(optics.rays(places))
-    aside = _unit(np.cross(rays, [0.3, 0.9, 0.1]))
-    step = optics.project(rays + 1e-4 * aside) - optics.project(rays)
-    # One size for all: one mesh.
-    radius = float(np.mean(DISTANCE * 3.5 * 1e-4 / np.linalg.norm(step, axis=1)))
-    made = {
-        f"ball{i}": {
-            "model": {"sphere": {"radius_m": radius, "material": lambert(0.8)}},
-            "position_icrf_m": (DISTANCE * ray).tolist(),
-        }
-        for i, ray in enumerate(rays)
-    }
-    scenario = scene(
-        made, camera, sun_direction=(0.0, 0.0, -1.0), render={"inter_reflection": False}
-    )
-    return scenario, np.column_stack([DISTANCE * rays, np.full(len(rays), radius)])
-
-
-def _unit(vectors: Array) -> Array:
-    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
-
-
-def projection(camera: Camera, name: str) -> Callable[[Array], Array]:
-    """Rays (..., 3) to pixels, by OpenCV where it has the model."""
-    lens, zero = camera.lens.distortion, np.zeros(3)
-    if not isinstance(lens, Distortion | Fisheye):
-        return camera.project
-    cv2 = pytest.importorskip("cv2")
-    matrix = camera.intrinsics
-    matrix[:2, 2] -= 0.5
-    its = dataclasses.asdict(lens)
-    order = [f"k{i}" for i in range(1, 5)] if name == "fisheye" else OPENCV_ORDER
-    values = np.array([its[key] for key in order])
-    of = cv2.fisheye if name == "fisheye" else cv2
-
-    def project(rays: Array) -> Array:
-        points = np.ascontiguousarray(rays.reshape(-1, 1, 3))
-        found, _ = of.projectPoints(points, zero, zero, matrix, values)
-        return found.reshape(*rays.shape[:-1], 2) + 0.5
-
-    return project
-
-
-def centre_of_light(camera: Camera, project: Callable[[Array], Array], sphere: Array) -> Array:
-    """Of a Lambertian sphere that the Sun lights from behind the camera, in pixels, by quadrature.
-
-    Each line of sight within its cone weighs as the radiance it meets and the image area it takes.
-    """
-    middle, radius = sphere[:3], sphere[3]
-    view = _unit(middle)
-    right = _unit(np.cross(view, [0.2, 0.7, 0.4]))
-    down = np.cross(view, right)
-    n = 120
-    share = (np.arange(n) + 0.5) / n
-    angle, turn = np.meshgrid(np.arcsin(radius / DISTANCE) * np.sqrt(share), 2.0 * np.pi * share)
-    across = np.cos(turn)[..., None] * right + np.sin(turn)[..., None] * down
-    rays = np.cos(angle)[..., None] * view + np.sin(angle)[..., None] * across
-    along = rays @ middle
-    depth = along - np.sqrt(along**2 - middle @ middle + radius**2)
-    normal = (rays * depth[..., None] - middle) / radius
-    weight = np.maximum(-normal[..., 2], 0.0)
-    if camera.lens.distortion is None:
-        weight = weight / rays[..., 2] ** 3
-    else:
-        weight = weight * camera.lens.distortion.area_per_steradian(rays)
-    return np.tensordot(weight, project(rays), 2) / weight.sum()
 
 
 @pytest.mark.parametrize("name", CAMERAS)
 def test_targets_are_where_the_calibration_puts_them(gl: moderngl.Context, name: str) -> None:
     """Several of them share the buffers of their samples, and none shows in another's."""
-    columns, rows = np.linspace(0.06, 0.94, 4) * 640, np.linspace(0.07, 0.93, 3) * 480
-    places = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2) + 0.37
-    scenario, targets = spheres(CAMERAS[name], places)
-    camera = scenario.cameras["cam"]
-    project = projection(camera, name)
-    light = radiance(gl, scenario)[..., 1].astype(np.float64)
-    y, x = np.mgrid[0:480, 0:640] + 0.5
-    errors = []
-    for place, target in zip(places, targets, strict=True):
-        near = np.where(np.hypot(x - place[0], y - place[1]) < 12.0, light, 0.0)
-        found = np.array([np.sum(near * x), np.sum(near * y)]) / near.sum()
-        errors.append(found - centre_of_light(camera, project, target))
+    errors = place_errors(gl, name)
     # 4096 samples each, a tenth of a pixel apart: each of the 220 on the limb may miss 0.3 of
     # that. Their mean over 38 pixels: 0.1 x 0.3 x sqrt(220) x 0.1 x 3.5 / 38 = 0.004.
     assert np.sqrt(np.mean(np.sum(np.square(errors), axis=1))) < 0.004
