@@ -26,7 +26,7 @@ MIN_SAMPLES, MAX_SAMPLES = 5, 4096
 # parts in a thousand, however few pixels it covers.
 MIN_TARGET_SAMPLES = 16384
 # Less of a spacecraft than this is lit on average at a phase angle of 151 deg.
-_LEAST_LIT = 1.0 / 16.0
+_MIN_LIT = 1.0 / 16.0
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ def target_samples(cos_phase_angle: float) -> float:
     The error of a mean over a lattice falls with the power 3/4 of the samples that are lit, and of
     its centre likewise. A sphere shows (1 + cos) / 2 of its outline lit.
     """
-    lit = max(0.5 * (1.0 + cos_phase_angle), _LEAST_LIT)
+    lit = max(0.5 * (1.0 + cos_phase_angle), _MIN_LIT)
     return MIN_TARGET_SAMPLES / float(lit**0.75)
 
 

@@ -31,7 +31,7 @@ def _number(value: float) -> str:
 
 
 def _line(row: Row) -> str:
-    met = "yes" if row.met else f"no, {abs(row.error) / row.goal:.2f} times"
+    met = "yes" if row.met else f"no, {row.share:.2f} times"
     cells = (
         row.case,
         _number(row.truth),

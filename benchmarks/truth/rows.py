@@ -25,6 +25,11 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
         """Whether the error is as small as it has to be."""
         return abs(self.error) <= self.goal
 
+    @property
+    def share(self) -> float:
+        """The error over its goal."""
+        return abs(self.error) / self.goal if self.goal else abs(self.error)
+
 
 class Table(msgspec.Struct, frozen=True, kw_only=True):
     """Cases of one subject.
@@ -53,4 +58,4 @@ def difference(case: str, truth: float, simgl: float, goal: float) -> Row:
 
 def worst(rows: Iterable[Row]) -> Row:
     """The row that is farthest off for its goal."""
-    return max(rows, key=lambda row: abs(row.error) / row.goal)
+    return max(rows, key=lambda row: row.share)

@@ -28,10 +28,11 @@ _GOAL, _CENTRE_GOAL = 0.01, 0.02
 _PLACES = ((0.5, 0.5), (0.29, -0.27))
 _TURN = Rotation.from_euler("yx", [25.0, -20.0], degrees=True)
 _SMALL, _LARGE = (0.01, 0.036, 0.36, 0.9, 1.6, 3.6, 10.0, 36.0), (100.0, 300.0, 1000.0)
+_IMAGE = 1792
 
 
 def _image_size(size_px: float) -> int:
-    return 64 if size_px <= _SMALL[-1] else 1152
+    return 64 if size_px <= _SMALL[-1] else _IMAGE
 
 
 def _of_size(simulator: Simulator, size_px: float, phase_deg: float, kind: str) -> list[Row]:
@@ -52,8 +53,8 @@ def _of_size(simulator: Simulator, size_px: float, phase_deg: float, kind: str) 
             case += "samples by cost" if samples is None else f"{samples} samples per pixel"
             rows.append(relative(f"light, {case}", flux, float(image.sum()), _GOAL))
             steps = np.arange(pixels) + 0.5 - 0.5 * pixels
-            found = np.array([(image.sum(axis=0) @ steps), (image.sum(axis=1) @ steps)])
-            off = cast(Array, found / image.sum() - middle)
+            shown = np.array([(image.sum(axis=0) @ steps), (image.sum(axis=1) @ steps)])
+            off = cast(Array, shown / image.sum() - middle)
             rows.append(
                 Row(
                     case=f"centre, {case}",
@@ -75,8 +76,8 @@ def table(gl: moderngl.Context) -> Table:
             for kind, phases in (("sphere", (0.0, 60.0, 120.0, 150.0)), ("box", (0.0, 60.0))):
                 for phase in phases:
                     for size_px in sizes:
-                        found = _of_size(simulator, size_px, phase, kind)
-                        rows += [worst(found[::2]), worst(found[1::2])]
+                        shown = _of_size(simulator, size_px, phase, kind)
+                        rows += [worst(shown[::2]), worst(shown[1::2])]
     return Table(
         title="Bodies of 0.01 to 1000 pixels",
         reference="closed form of the Lambertian sphere and box at their distance; the worst of "

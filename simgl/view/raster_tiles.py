@@ -31,7 +31,7 @@ SLICE_RATIO = 64.0
 _BEYOND = (-1e9, 1e9)
 
 # Of an outline seen edge on [px^2].
-_LEAST_AREA = 1e-9
+_MIN_AREA = 1e-9
 
 Box = tuple[int, int, int, int]
 
@@ -279,7 +279,7 @@ def raster_tiles(
             tiles.append(_window_tile(group, camera, with_lamps=with_lamps))
             continue
         pixels = (group.box[2] - group.box[0]) * (group.box[3] - group.box[1])
-        needed = max(one.samples / max(one.area, _LEAST_AREA) for one in group.targets)
+        needed = max(one.samples / max(one.area, _MIN_AREA) for one in group.targets)
         sample_grid = choose_sample_grid(pixels, sample_budget, samples_per_pixel, needed)
         together = tuple(one.view for one in group.targets)
         slices = _depth_slices(group.hull[:, 2])

@@ -24,7 +24,7 @@ _MAX_TURNS = 50_000
 # Length over width up to which samples are as many along as across.
 _THINNEST = 1e3
 # Of an outline seen edge on, over the square of its extent.
-_LEAST_AREA = 1e-6
+_MIN_AREA = 1e-6
 # Larger spacecraft fill most of the pixels that they touch.
 _LARGEST = 4.0
 # At so many times its radius, float32 places a spacecraft to 1 % of its radius in depth.
@@ -107,7 +107,7 @@ def raster_window(drawn: Array, factor: float, camera: Camera, samples: float) -
     # Along and across a thin one, as many samples: an even lattice along its edges would miss them.
     squared = _squared(outline)
     outline = outline @ squared.T
-    density = samples / max(outline_area(outline), _LEAST_AREA * np.ptp(outline, axis=0).max() ** 2)
+    density = samples / max(outline_area(outline), _MIN_AREA * np.ptp(outline, axis=0).max() ** 2)
     while True:
         grid = rotated_sample_grid(density)
         places = outline @ grid.turn.T
