@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import cast
-
 import moderngl
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from benchmarks.truth.rows import Row, Table, relative, worst
-from simgl.arrays import Array
-from simgl.scenario.scenario import Scenario
 from simgl.simulator import Simulator
 from tests.radiometry.far_bodies import (
     BOX,
@@ -18,6 +14,7 @@ from tests.radiometry.far_bodies import (
     SPHERE,
     at,
     box_light,
+    centre_of_light,
     light,
     place,
     sphere_light,
@@ -46,21 +43,19 @@ def _of_size(simulator: Simulator, size_px: float, phase_deg: float, kind: str) 
         else:
             (flux, middle), body = box_light(centre, _TURN, phase), at(BOX, x, y, distance)
             body |= {"quaternion_icrf_from_body_xyzw": _TURN.as_quat().tolist()}
-        scenario: Scenario = view({"body": body}, phase, size=pixels)
+        scenario = view({"body": body}, phase, size=pixels)
         for samples in (5, 64, None) if pixels == 64 else (5, None):
             image = light(simulator, scenario, samples)
             case = f"{kind} of {size_px:g} px, phase angle {phase_deg:g} deg, "
             case += "samples by cost" if samples is None else f"{samples} samples per pixel"
             rows.append(relative(f"light, {case}", flux, float(image.sum()), _GOAL))
-            steps = np.arange(pixels) + 0.5 - 0.5 * pixels
-            shown = np.array([(image.sum(axis=0) @ steps), (image.sum(axis=1) @ steps)])
-            off = cast(Array, shown / image.sum() - middle)
+            off = float(np.hypot(*(centre_of_light(image) - middle)))
             rows.append(
                 Row(
                     case=f"centre, {case}",
                     truth=0.0,
-                    simgl=float(np.hypot(*off)),
-                    error=float(np.hypot(*off)),
+                    simgl=off,
+                    error=off,
                     goal=_CENTRE_GOAL,
                 )
             )

@@ -23,6 +23,8 @@ CELL = 2
 _MAX_TURNS = 50_000
 # Length over width up to which samples are as many along as across.
 _THINNEST = 1e3
+# Where all of an outline is one point, its extent [px]; float64 still tells samples in it apart.
+_POINT = 1e-6
 # Of an outline seen edge on, over the square of its extent.
 _MIN_AREA = 1e-6
 # Larger spacecraft fill most of the pixels that they touch.
@@ -89,7 +91,9 @@ def nearer(hull: Array) -> float:
 def _squared(outline: Array) -> Array:
     """(2, 2) matrix of determinant 1 that makes an outline (n, 2) about as wide as long."""
     _, extents, axes = np.linalg.svd(outline - outline.mean(axis=0), full_matrices=False)
-    stretch = float(np.sqrt(min(extents[0] / max(extents[1], 1e-300), _THINNEST)))
+    # Far enough away float64 leaves one point of it.
+    longest = max(float(extents[0]), _POINT)
+    stretch = float(np.sqrt(longest / max(float(extents[1]), longest / _THINNEST)))
     # Turned, not mirrored: front faces stay so.
     across = stretch * float(np.sign(np.linalg.det(axes)))
     return np.array([[1.0 / stretch], [across]]) * axes
@@ -107,7 +111,8 @@ def raster_window(drawn: Array, factor: float, camera: Camera, samples: float) -
     # Along and across a thin one, as many samples: an even lattice along its edges would miss them.
     squared = _squared(outline)
     outline = outline @ squared.T
-    density = samples / max(outline_area(outline), _MIN_AREA * np.ptp(outline, axis=0).max() ** 2)
+    longest = max(float(np.ptp(outline, axis=0).max()), _POINT)
+    density = samples / max(outline_area(outline), _MIN_AREA * longest**2)
     while True:
         grid = rotated_sample_grid(density)
         places = outline @ grid.turn.T

@@ -57,6 +57,12 @@ def light(simulator: Simulator, scenario: Scenario, samples: int | None = None) 
     return frame.radiance.sum(axis=-1, dtype=np.float64)
 
 
+def centre_of_light(image: Array) -> Array:
+    """(2,) mean middle of a square image's pixels by their radiance, from the image's middle."""
+    steps = np.arange(len(image)) + 0.5 - 0.5 * len(image)
+    return np.array([image.sum(axis=0) @ steps, image.sum(axis=1) @ steps]) / image.sum()
+
+
 def sun(phase: float) -> Array:
     """Unit vector to the Sun at a phase angle [rad], ICRF; the camera's -z."""
     return np.array([np.sin(phase), 0.0, np.cos(phase)])

@@ -87,3 +87,10 @@ def test_a_thin_target_takes_no_more_cells_than_a_driver_loops_over(
     columns, rows = (-(-edge // 2) for edge in raster_window(hull, 1.0, CAMERA, 4 * SAMPLES).size)
     assert rows * (2 * columns + 1) < 65_535
     assert rows * columns > 3_000
+
+
+def test_an_outline_that_is_one_point_has_a_window() -> None:
+    """So far away that float64 no longer tells its corners apart."""
+    window = raster_window(np.tile([1.0, 2.0, 1e5], (8, 1)), 1.0, CAMERA, SAMPLES)
+    assert min(window.size) >= 2
+    assert np.isfinite(window.image_from_raster).all()
