@@ -31,9 +31,12 @@ def lidar_frame(
     collected = area * relative_illumination(camera).astype(np.float64)
     energy = pulse[..., band] * collected
     sunlight = sunlit[..., band] * collected * lidar.filter_share * lidar.gate
-    places = sight_lines(camera) * depth[..., None].astype(np.float64)
+    lines = np.nan_to_num(sight_lines(camera))
+    seen = depth != 0.0
+    along = np.divide(depth, lines[..., 2], out=np.zeros(depth.shape), where=seen)
+    places = lines * along[..., None]
     out = np.linalg.norm(places - np.array(lidar.offset), axis=-1)
-    distance = np.where(depth > 0.0, 0.5 * (out + np.linalg.norm(places, axis=-1)), 0.0)
+    distance = np.where(seen, 0.5 * (out + along), 0.0)
     # 128 bits of key, unique for each epoch; the draw is the counter's highest word.
     key = np.array(
         [(seed << 32) | zlib.crc32(camera.name.encode()), info.epoch_tai_ns], dtype=np.uint64

@@ -144,7 +144,8 @@ class DigitalFrame:
 class TruthFrame:
     """Depth and identity at the centre of each pixel.
 
-    depth : (height, width) float32 along the boresight [m]; 0 for no spacecraft
+    depth : (height, width) float32 along the boresight [m], negative where a fisheye sees behind the
+        camera; 0 for no spacecraft
     part_id : (height, width) uint32, instance * 65536 + part + 1; 0 for no spacecraft
     part_names : id to "spacecraft/part"
     """
@@ -157,7 +158,9 @@ class TruthFrame:
     @property
     def range(self) -> Array:
         """(height, width) distance from the pinhole [m]; 0 for no spacecraft."""
-        return self.depth * np.linalg.norm(sight_lines(self.info.camera), axis=-1)
+        with np.errstate(invalid="ignore"):
+            distance = self.depth / sight_lines(self.info.camera)[..., 2]
+        return np.where(self.depth != 0.0, distance, 0.0)
 
     @property
     def instance(self) -> UIntArray:

@@ -9,7 +9,7 @@ import moderngl
 
 from simgl.arrays import Array32
 from simgl.camera.camera import Camera
-from simgl.camera.distortion import field as field_of
+from simgl.camera.pinhole_fields import pinhole_fields
 from simgl.environment_map import SkyRadiance
 from simgl.errors import ConfigError
 from simgl.gpu.context import current, is_software
@@ -97,8 +97,9 @@ class Renderer:
 
     def check_size(self, camera: Camera) -> None:
         """Raise ConfigError for a camera whose images this driver cannot draw."""
-        drawn = camera if camera.is_pinhole else field_of(camera).centred
-        size = drawn.detector.width, drawn.detector.height
+        drawn = [camera] if camera.is_pinhole else [one.centred for one in pinhole_fields(camera)]
+        detector = max((one.detector for one in drawn), key=lambda d: d.width * d.height)
+        size = detector.width, detector.height
         if size[0] * size[1] <= _SURE_PIXELS and max(size) <= largest_edge(self._ctx):
             return
         if size not in self._drawable:
@@ -140,11 +141,14 @@ class Renderer:
     def radiance(self, view: FrameView) -> ImageTarget:
         """Radiance per band [W m-2 sr-1], RGBA32F; valid until the next call at this size."""
         target = self._target("radiance", view.camera, _BANDS)
-        self._background(view, target)
-        lens = self._distorted(view)
-        for tile, points, (radiance,) in self._lit_tiles(view):
-            with self.timer.measure("resolve"):
-                self._resolve.draw(tile, points, radiance, target.framebuffer, lens)
+        if view.field is not None:
+            _blacken(target)
+        for seen in view.pinholes:
+            self._background(seen, target)
+            lens = self._distorted(seen)
+            for tile, points, (radiance,) in self._lit_tiles(seen):
+                with self.timer.measure("resolve"):
+                    self._resolve.draw(tile, points, radiance, target.framebuffer, lens)
         return target
 
     def layers(self, view: FrameView) -> dict[str, Array32]:
@@ -156,15 +160,16 @@ class Renderer:
         names = (*LIGHTS, "background")
         targets = {name: ImageTarget(self._ctx, size, _BANDS) for name in names}
         try:
-            self._background(view, targets["background"])
-            for name in LIGHTS:
-                targets[name].framebuffer.clear()
-            lens = self._distorted(view)
-            background = targets["background"].framebuffer
-            for tile, points, lights in self._lit_tiles(view, by_light=True):
-                for name, radiance in zip(LIGHTS, lights, strict=True):
-                    self._resolve.draw(tile, points, radiance, targets[name].framebuffer, lens)
-                self._resolve.hide(tile, points, lights[0], background, lens)
+            for one in targets.values():
+                _blacken(one)
+            background = targets["background"]
+            for seen in view.pinholes:
+                self._background(seen, background)
+                lens = self._distorted(seen)
+                for tile, points, lights in self._lit_tiles(seen, by_light=True):
+                    for name, radiance in zip(LIGHTS, lights, strict=True):
+                        self._resolve.draw(tile, points, radiance, targets[name].framebuffer, lens)
+                    self._resolve.hide(tile, points, lights[0], background.framebuffer, lens)
             return {name: target.read() for name, target in targets.items()}
         finally:
             release_all(self._ctx, *targets.values())
@@ -183,9 +188,9 @@ class Renderer:
                 self._celestial(view.background.celestial, fine)
         with self.timer.measure("planet"):
             self._planet.draw(view.background, fine.framebuffer, (0, 0, *fine.size))
-        if fine is not target:
+        if view.field is not None:
             with self.timer.measure("warp"):
-                self._warp.mean(view.camera, fine.textures[0], target.framebuffer)
+                self._warp.mean(view.field, fine.textures[0], target.framebuffer)
 
     def _draw_skies(self, views: Iterable[SkyView | None]) -> None:
         """Draw and read back the skies that the probes lack; these integrate them meanwhile."""
@@ -200,12 +205,11 @@ class Renderer:
     def _distorted(self, view: FrameView) -> DistortedView | None:
         if view.field is None:
             return None
-        return DistortedView(camera=view.camera, places=self._warp.places(view.camera))
+        return DistortedView(field=view.field, places=self._warp.places(view.field))
 
     def _celestial(self, view: CelestialView, target: ImageTarget) -> None:
         """What lies beyond the Earth, the farthest first."""
-        # The area, for a clear without one keeps to the scissor of the last draw.
-        target.framebuffer.clear(viewport=(0, 0, *target.size))
+        _blacken(target)
         if view.stars is not None:
             self._stars.draw(view, view.stars, target.framebuffer)
         if view.sun is not None:
@@ -281,16 +285,21 @@ class Renderer:
         """Depth [m], part ids and, if wanted, normals at pixel centres, R32F, R32UI, RGBA32F."""
         formats = _TRUTH_NORMALS if normals or view.field is not None else _TRUTH
         use = "truth_normals" if len(formats) > len(_TRUTH) else "truth"
-        camera = view.camera if view.field is None else view.field.centred
-        target = self._target(use, camera, formats, depth=True)
-        with self.timer.measure("truth"):
-            self._truth.draw(truth_tile(view), target.framebuffer)
         if view.field is None:
+            target = self._target(use, view.camera, formats, depth=True)
+            with self.timer.measure("truth"):
+                self._truth.draw(truth_tile(view), target.framebuffer)
             return target
-        seen = self._target("truth_seen", view.camera, formats)
-        with self.timer.measure("warp"):
-            self._warp.nearest(view.camera, target.textures, seen.framebuffer)
-        return seen
+        whole = self._target("truth_seen", view.camera, formats)
+        _blacken(whole)
+        for seen in view.pinholes:
+            assert seen.field is not None
+            target = self._target(use, seen.field.centred, formats, depth=True)
+            with self.timer.measure("truth"):
+                self._truth.draw(truth_tile(seen), target.framebuffer)
+            with self.timer.measure("warp"):
+                self._warp.nearest(seen.field, target.textures, whole.framebuffer)
+        return whole
 
     def _target(
         self, use: str, camera: Camera, formats: tuple[Format, ...], *, depth: bool = False
@@ -328,6 +337,11 @@ class Renderer:
 
     def __exit__(self, *_: object) -> None:
         self.release()
+
+
+def _blacken(target: ImageTarget) -> None:
+    # With the area, for a clear without one keeps to the scissor of the last draw.
+    target.framebuffer.clear(viewport=(0, 0, *target.size))
 
 
 def _parts(tile: RasterTile, view: FrameView) -> list[RasterTile]:

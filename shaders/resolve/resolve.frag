@@ -12,7 +12,8 @@
 uniform sampler2D points;
 uniform usampler2D block_pages;   // the first page of each block
 #ifdef DISTORTED
-// Coordinates in the pinhole's image that the middles of the pixels see.
+// Coordinates in the pinhole's image that the middles of the pixels see, and whether a pixel is drawn
+// through this pinhole.
 uniform sampler2D places;
 
 vec2 place(ivec2 pixel) {
@@ -86,6 +87,7 @@ void main() {
     float count = window_samples;
 #ifdef DISTORTED
     ivec2 pixel = ivec2(gl_FragCoord.xy);
+    if (texelFetch(places, pixel, 0).z == 0.0) discard;
     mat2 edges = pixel_edges(pixel);
     vec2 middle = place(pixel) - tile_origin;
     count *= abs(determinant(edges));
@@ -159,6 +161,7 @@ void main() {
 #ifdef DISTORTED
     mat2 to_raster = mat2(raster_from_pixel.xy, raster_from_pixel.zw);
     vec2 seen = place(pixel);
+    if (texelFetch(places, pixel, 0).z == 0.0) discard;
     // A pixel across a cut is averaged from one of the parts alone, or its coverage would count twice.
     if (any(lessThan(seen, core.xy)) || any(greaterThanEqual(seen, core.zw))) discard;
     vec2 middle = to_raster * (seen - tile_origin) + raster_origin;

@@ -34,6 +34,7 @@ vec4 fine_at(vec2 at) {
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
+    if (texelFetch(places, pixel, 0).z == 0.0) discard;   // drawn through another pinhole, or not at all
     vec2 middle = place(pixel);
     // At the edges the difference is one-sided.
     ivec2 last = textureSize(places, 0) - 1;

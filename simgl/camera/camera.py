@@ -111,8 +111,16 @@ class Camera:
             corner = np.hypot(max(x, d.width - x), max(y, d.height - y))
             return float(np.arctan(corner / self.focal_length_px))
         corners = np.array([[i, j] for i in (0.0, d.width) for j in (0.0, d.height)])
-        rays = self.rays(corners)
-        return max(angle_between(ray, np.array([0.0, 0.0, 1.0])) for ray in rays)
+        return max(self._angle(np.array([0.0, 0.0, 1.0]), corner) for corner in corners)
+
+    def _angle(self, ray: Array, pixel: Array) -> float:
+        """Between a ray and the line of sight at a pixel [rad]; the lens's widest where it sees
+        nothing there."""
+        seen = self.rays(pixel)
+        if np.isnan(seen).any():
+            lens = self.lens.distortion
+            return 0.5 * np.pi if lens is None else lens.widest_angle
+        return angle_between(seen, ray)
 
     @property
     def fields_of_view(self) -> tuple[float, float]:
@@ -123,8 +131,8 @@ class Camera:
             horizontal, vertical = 2.0 * np.arctan(half)
             return float(horizontal), float(vertical)
         x, y = 0.5 * d.width, 0.5 * d.height
-        ends = self.rays(np.array([[0.0, y], [d.width, y], [x, 0.0], [x, d.height]]))
+        ends = np.array([[0.0, y], [d.width, y], [x, 0.0], [x, d.height]])
         # Each side by itself: a field may exceed 180 deg.
         middle = self.rays(np.array([x, y]))
-        left, right, top, bottom = (angle_between(end, middle) for end in ends)
+        left, right, top, bottom = (self._angle(middle, end) for end in ends)
         return left + right, top + bottom

@@ -12,11 +12,11 @@ import msgspec
 import numpy as np
 
 from simgl.camera.camera import Camera
-from simgl.camera.distortion import field as field_of
 from simgl.camera.ghosts import ghosts
 from simgl.camera.lens import Blur, LensSurface, PointSpread, Vignetting, Zone
 from simgl.camera.lens_schema import FieldZoneTable, LensSurfaceTable, LidarTable, OpticsTable
 from simgl.camera.lidar import Lidar
+from simgl.camera.pinhole_fields import pinhole_fields
 from simgl.camera.projections import Distortion, DoubleSphere, Fisheye, Projection
 from simgl.camera.psf_kernel import lens_reach
 from simgl.config.path_sandbox import Base
@@ -84,7 +84,7 @@ def check_optics(camera: Camera, where: str) -> None:
     try:
         ghosts(camera.lens.surfaces, camera.lens.focal_length)
         if not camera.is_pinhole:
-            field_of(camera)
+            pinhole_fields(camera)
         if camera.lens.spread is not None and camera.lens.spread.image is None:
             for zone in camera.lens.spread.zones:
                 lens_reach(camera, zone.blur)

@@ -47,6 +47,11 @@ class Projection(ABC):
 
     @property
     @abstractmethod
+    def widest_angle(self) -> float:
+        """Off the boresight, at which it still sees [rad]."""
+
+    @property
+    @abstractmethod
     def pupil_turns(self) -> bool:
         """Whether the entrance pupil faces every ray, as wide-angle lenses are built, or the
         boresight alone."""
@@ -98,6 +103,11 @@ class Distortion(Projection):
     def scale(self) -> float:
         """As of every ``Projection``."""
         return 1.0
+
+    @property
+    def widest_angle(self) -> float:
+        """As of every ``Projection``."""
+        return 0.5 * np.pi
 
     @property
     def pupil_turns(self) -> bool:
@@ -241,7 +251,8 @@ class _Radial(Projection):
 
     @property
     def widest_angle(self) -> float:
-        """Up to which the radius grows, by at least a hundredth of what it does at first [rad]."""
+        """As of every ``Projection``: up to which the radius grows, by at least a hundredth of what
+        it does at first."""
         angles = np.linspace(0.0, np.pi, _ANGLES)
         with np.errstate(all="ignore"):
             grows = self.radius_and_slope(angles)[1] > _MIN_SLOPE * self.scale

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import moderngl
 import numpy as np
 
-from simgl.camera.camera import Camera
-from simgl.camera.distortion import field
+from simgl.camera.pinhole_fields import PinholeField
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.pipeline_state import ONE_MINUS_SRC1_COLOR, State
 from simgl.gpu.release import all_or_nothing
@@ -41,9 +40,9 @@ _RESOLVE = Block(
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class DistortedView:
-    """A camera whose lens distorts, and the table of ``WarpPass.places``."""
+    """A part of the field of a lens that distorts, and the table of ``WarpPass.places``."""
 
-    camera: Camera
+    field: PinholeField
     places: moderngl.Texture
 
 
@@ -104,7 +103,7 @@ class ResolvePass:
         textures = groups | {"block_pages": points.block_pages, "points": radiance}
         defines = [] if tile.window is None else ["WINDOW"]
         if lens is not None:
-            box = _distorted_box(tile, lens.camera)
+            box = _distorted_box(tile, lens.field)
             textures["places"] = lens.places
             defines.append("DISTORTED")
         state.apply(self._ctx, target, (0, 0, *target.size), box)
@@ -129,12 +128,11 @@ class ResolvePass:
         self._tile.release()
 
 
-def _distorted_box(tile: RasterTile, camera: Camera) -> tuple[int, int, int, int]:
+def _distorted_box(tile: RasterTile, field: PinholeField) -> tuple[int, int, int, int]:
     """x, y, width, height of the pixels that may see a tile of the pinhole's image."""
     low, high = np.array([tile.x, tile.y]), np.array([tile.x + tile.width, tile.y + tile.height])
-    places = field(camera).places
-    margin = field(camera).reach
-    inside = np.all((places > low - margin) & (places < high + margin), axis=-1)
+    places, margin = field.places, field.reach
+    inside = field.drawn & np.all((places > low - margin) & (places < high + margin), axis=-1)
     rows, columns = np.flatnonzero(inside.any(axis=1)), np.flatnonzero(inside.any(axis=0))
     if not rows.size:
         return 0, 0, 0, 0

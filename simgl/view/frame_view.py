@@ -13,7 +13,8 @@ from typing import Literal
 import numpy as np
 
 from simgl.camera.camera import Camera
-from simgl.camera.distortion import PinholeField, field, warped_point_share
+from simgl.camera.distortion import warped_point_share
+from simgl.camera.pinhole_fields import PinholeField, pinhole_fields
 from simgl.radiosity.transport_store import JointLight
 from simgl.scene.state import SceneState
 from simgl.view.background import Background, background
@@ -28,7 +29,8 @@ Gather = Literal["vertex", "pixel"]
 class FrameView:
     """Everything that the passes need for one image.
 
-    field : pinhole images that hold the view of a lens that distorts; None where it does not
+    field : the pinhole images that are drawn for a lens that distorts; None where it does not
+    beside : for a lens too wide for one pinhole, the views through the others
     background : Earth and Sun, of the finer one of them
     spacecraft : all that the camera does not see behind the Earth
     tiles : of the other pinhole image, the farthest first
@@ -44,6 +46,12 @@ class FrameView:
     lamps: tuple[LampView, ...]
     gather: Gather = "vertex"
     joint_light: JointLight = "exact"
+    beside: tuple[FrameView, ...] = ()
+
+    @property
+    def pinholes(self) -> tuple[FrameView, ...]:
+        """The view through each pinhole; all pixels are drawn through one of them."""
+        return self, *self.beside
 
 
 def frame_view(
@@ -67,37 +75,46 @@ def frame_view(
 
     Raises ConfigError where the camera is inside a body or the Earth.
     """
-    camera = fine = state.cameras[camera_name]
-    real = camera.camera
-    seen = None if real.is_pinhole else field(real)
-    if seen is not None:
-        camera, fine = replace(camera, camera=seen.pinhole), replace(camera, camera=seen.fine)
-    views = spacecraft_views(state, camera, inter_reflection)
-    lamps = lamp_views(state, camera)
-    return FrameView(
-        camera=real,
-        field=seen,
-        background=_with_all_their_light(background(state, fine), real),
-        spacecraft=tuple(views),
-        tiles=raster_tiles(
-            views,
-            camera.camera,
-            sample_budget,
-            samples_per_pixel,
-            with_lamps=bool(lamps) or real.lidar is not None,
-        ),
-        lamps=lamps,
-        gather=gather,
-        joint_light=joint_light,
-    )
+    placed = state.cameras[camera_name]
+    real = placed.camera
+
+    def through(seen: PinholeField | None) -> FrameView:
+        camera = fine = placed
+        if seen is not None:
+            R = seen.R_pinhole_from_camera @ placed.R_camera_from_icrf
+            camera = replace(placed, camera=seen.pinhole, R_camera_from_icrf=R)
+            fine = replace(camera, camera=seen.fine)
+        views = spacecraft_views(state, camera, inter_reflection)
+        lamps = lamp_views(state, camera)
+        return FrameView(
+            camera=real,
+            field=seen,
+            background=_with_all_their_light(background(state, fine), real, seen),
+            spacecraft=tuple(views),
+            tiles=raster_tiles(
+                views,
+                camera.camera,
+                sample_budget,
+                samples_per_pixel,
+                with_lamps=bool(lamps) or real.lidar is not None,
+            ),
+            lamps=lamps,
+            gather=gather,
+            joint_light=joint_light,
+        )
+
+    first, *others = map(through, [None] if real.is_pinhole else pinhole_fields(real))
+    return replace(first, beside=tuple(others))
 
 
-def _with_all_their_light(behind: Background, camera: Camera) -> Background:
+def _with_all_their_light(
+    behind: Background, camera: Camera, seen: PinholeField | None
+) -> Background:
     """A background whose stars make up for what a distorting lens's warp loses or adds of them."""
     beyond = behind.celestial
-    if camera.is_pinhole or beyond is None or beyond.stars is None:
+    if seen is None or beyond is None or beyond.stars is None:
         return behind
-    share = warped_point_share(camera, beyond.stars.pixels)
+    share = warped_point_share(camera, seen, beyond.stars.pixels)
     irradiance = np.asarray(beyond.stars.irradiance / share[:, None], dtype=np.float32)
     stars = replace(beyond.stars, irradiance=irradiance)
     return replace(behind, celestial=replace(beyond, stars=stars))

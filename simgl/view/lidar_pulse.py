@@ -12,6 +12,7 @@ from simgl.scene.lamps import Lamp, LampState
 from simgl.scene.state import CameraState, SceneState
 from simgl.view.frame_view import FrameView
 from simgl.view.lamp_views import lamp_view
+from simgl.view.raster_tiles import RasterTile
 from simgl.view.spacecraft_view import SpacecraftView
 
 # A beam falls to nothing over this angle around its cone [rad].
@@ -43,12 +44,24 @@ def pulse_view(
         position=camera.position + R_icrf_from_camera @ np.array(lidar.offset),
         direction=unit(R_icrf_from_camera[:, 2]),
     )
-    lamp = lamp_view(place, R_icrf_from_camera, state, camera)
-    if lamp is None or not view.tiles:
+
+    def lit(seen: FrameView) -> FrameView:
+        R = np.eye(3) if seen.field is None else seen.field.R_pinhole_from_camera
+        turned = replace(camera, R_camera_from_icrf=R @ camera.R_camera_from_icrf)
+        lamp = lamp_view(place, R_icrf_from_camera, state, turned)
+        black = replace(seen.background, celestial=None, planet=None)
+        tiles = () if lamp is None else tuple(map(_in_the_dark, seen.tiles))
+        lamps = () if lamp is None else (lamp,)
+        return replace(seen, background=black, tiles=tiles, lamps=lamps)
+
+    first, *others = map(lit, view.pinholes)
+    if not any(seen.tiles for seen in (first, *others)):
         return None
-    black = replace(view.background, celestial=None, planet=None)
-    tiles = tuple(replace(t, spacecraft=tuple(_unlit(s) for s in t.spacecraft)) for t in view.tiles)
-    return replace(view, background=black, tiles=tiles, lamps=(lamp,))
+    return replace(first, beside=tuple(others))
+
+
+def _in_the_dark(tile: RasterTile) -> RasterTile:
+    return replace(tile, spacecraft=tuple(_unlit(one) for one in tile.spacecraft))
 
 
 def _unlit(view: SpacecraftView) -> SpacecraftView:
