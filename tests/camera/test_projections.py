@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from simgl.camera.camera import Camera
-from simgl.camera.distortion import field, sight_lines
+from simgl.camera.distortion import sight_lines
+from simgl.camera.pinhole_fields import pinhole_fields
 from simgl.camera.projections import Distortion, DoubleSphere, Fisheye, Projection
 from simgl.errors import ConfigError
 from tests.camera.cameras import camera
@@ -157,21 +158,73 @@ def test_a_lens_that_sees_nothing_somewhere_says_so() -> None:
 def test_lines_of_sight_are_those_of_the_inverse_at_each_pixel(name: str) -> None:
     """They are interpolated from a few of them."""
     cam = lens_camera(LENSES[name])
-    found = field(cam)
+    (found,) = pinhole_fields(cam)
     pixels = np.stack(np.meshgrid(np.arange(640.0), np.arange(480.0)), -1) + 0.5
     places = found.pinhole.project(cam.rays(pixels))
     # Half an ulp of float32 in images of up to 2048 pixels.
     np.testing.assert_allclose(found.places, places, atol=6.2e-5)
-    # Area in the image over area in the pinhole's, by the corners of each pixel.
+    # Solid angle by the corners of each pixel, beside that of one in the middle, 1 / f^2.
     corners = np.stack(np.meshgrid(np.arange(641.0), np.arange(481.0)), -1)
-    at = found.pinhole.project(cam.rays(corners))
-    diagonals = at[1:, 1:] - at[:-1, :-1], at[1:, :-1] - at[:-1, 1:]
-    area = 0.5 * np.abs(
-        diagonals[0][..., 0] * diagonals[1][..., 1] - diagonals[0][..., 1] * diagonals[1][..., 0]
-    )
+    at = cam.rays(corners)
+    at /= np.linalg.norm(at, axis=-1, keepdims=True)
+    turned = np.cross(at[1:, 1:] - at[:-1, :-1], at[1:, :-1] - at[:-1, 1:])
+    f = found.pinhole.focal_length_px
+    solid_angle = 0.5 * np.linalg.norm(turned, axis=-1) * f * f
     # A quadrilateral beside the derivative at its centre: the square of a pixel over the focal
     # length, 420 px, times derivatives of some tens near the edge of a wide field.
-    np.testing.assert_allclose(found.stretch, 1.0 / area, rtol=2e-4)
+    np.testing.assert_allclose(found.solid_angle, solid_angle, rtol=2e-4)
+
+
+WIDE = {
+    "within one pinhole": (Fisheye(k1=-0.02), 420.0),
+    "98 deg off the boresight": (Fisheye(), 240.0),
+    "circle of 100 deg in the image": (Fisheye(k3=-2e-3), 130.0),
+    "double sphere to 125 deg": (SPHERES, 150.0),
+}
+
+
+@pytest.mark.parametrize("name", WIDE)
+def test_each_pixel_that_a_wide_lens_fills_is_drawn_through_one_pinhole(name: str) -> None:
+    lens, f = WIDE[name]
+    cam = lens_camera(lens)
+    cam = replace(cam, lens=replace(cam.lens, focal_length=f * 3.75e-6))
+    pixels = np.stack(np.meshgrid(np.arange(640.0), np.arange(480.0)), -1) + 0.5
+    rays = cam.rays(pixels)
+    rays /= np.linalg.norm(rays, axis=-1, keepdims=True)
+    fields = pinhole_fields(cam)
+    drawn = np.sum([one.drawn for one in fields], axis=0)
+    assert drawn.max() == 1
+    # All but those at the rim, whose neighbour sees nothing.
+    seen = np.isfinite(rays[..., 0])
+    rim = seen & (drawn == 0)
+    assert rim.sum() < 4 * np.pi * 240.0 * (not seen.all()) + 1
+    assert not drawn[~seen].any()
+    lines = sight_lines(cam)
+    np.testing.assert_array_equal(np.isnan(lines[..., 0]), drawn == 0)
+    # float32 pixels of pinhole images of up to a thousand pixels, of the focal length f.
+    inside = drawn == 1
+    assert np.abs(lines - rays)[inside].max() < 6.2e-5 / f
+    for one in fields:
+        assert one.places[one.drawn].min() >= one.reach
+        size = one.pinhole.detector.width, one.pinhole.detector.height
+        assert np.all(one.places[one.drawn] <= np.array(size) - one.reach)
+
+
+def test_solid_angles_of_a_circular_fisheye_sum_to_its_cone() -> None:
+    """100 deg to each side: 2 pi (1 - cos 100 deg), but for the rim."""
+    f = 600.0 / (2.0 * np.pi)
+    cam = lens_camera(Fisheye(), 620, 620)
+    cam = replace(
+        cam,
+        lens=replace(
+            cam.lens, focal_length=f * 3.75e-6, aspect=1.0, skew=0.0, principal_offset=(0.0, 0.0)
+        ),
+    )
+    widest = np.radians(100.0)
+    seen = pinhole_fields(cam)[0].solid_angle / (f * cam.lens.distortion.scale) ** 2
+    angle = np.arccos(sight_lines(cam)[..., 2])
+    # The circle's edge cuts pixels at random: some 2000, each by half of itself, 1e-4 of all.
+    assert seen[angle < widest].sum() == pytest.approx(2 * np.pi * (1 - np.cos(widest)), rel=3e-4)
 
 
 @pytest.mark.parametrize(
@@ -179,16 +232,13 @@ def test_lines_of_sight_are_those_of_the_inverse_at_each_pixel(name: str) -> Non
     [
         (Distortion(k1=-0.9), 420.0, "folds the picture"),
         (Distortion(k1=1e18), 420.0, "folds the picture"),
-        (Fisheye(k1=-0.5), 420.0, "images nothing in the corners of the image"),
-        (Fisheye(), 240.0, "sees 98 deg off the boresight; fields below 85 deg are drawn"),
-        (Fisheye(), 290.0, "sees 4.6 times the field of a pinhole, at most 3"),
-        (SPHERES, 150.0, "sees 125 deg off the boresight"),
+        (Distortion(k1=-0.01), 30.0, "deg off the boresight, a pinhole below 85 deg; wider lenses are fisheye"),
     ],
 )
-def test_a_field_that_no_pinhole_sees_is_refused(
+def test_a_distortion_that_no_pinhole_sees_is_refused(
     lens: Projection, focal_length: float, problem: str
 ) -> None:
     cam = lens_camera(lens)
     cam = replace(cam, lens=replace(cam.lens, focal_length=focal_length * 3.75e-6))
     with pytest.raises(ConfigError, match=problem):
-        field(cam)
+        pinhole_fields(cam)

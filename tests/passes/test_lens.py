@@ -12,7 +12,7 @@ import pytest
 from simgl.camera.camera import Camera
 from simgl.camera.camera_equation import square_electrons_per_irradiance
 from simgl.camera.detector import Mosaic
-from simgl.camera.distortion import field, relative_illumination
+from simgl.camera.distortion import relative_illumination, sight_lines
 from simgl.camera.lens import Vignetting
 from simgl.camera.point_spread import Spread
 from simgl.camera.projections import Distortion
@@ -334,12 +334,7 @@ def test_the_sun_appears_where_the_lens_puts_it(gl: moderngl.Context) -> None:
     # Its solid angle as well: pi (0.263 deg)^2.
     cam = scenario.cameras["cam"]
     relative = relative_illumination(cam) / np.float32(1.0)
-    seen = field(cam)
-    y, x = np.mgrid[0:480, 0:640]
-    offset = seen.places[y, x].astype(np.float64) - 0.5 * np.array(
-        [seen.pinhole.detector.width, seen.pinhole.detector.height]
-    )
-    cos = 1.0 / np.sqrt(1.0 + (offset**2).sum(axis=-1) / cam.focal_length_px**2)
+    cos = sight_lines(cam)[..., 2]
     # relative = cos^4 / stretch, and a pixel's solid angle is cos^3 / stretch / f^2.
     angle = np.sum(image * (relative / cos)) / cam.focal_length_px**2
     # The disc's edge is drawn over a pixel of width; 3.2 pixels across: 1 %.

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from simgl.assess.visible_stars import stars_in_view
-from simgl.camera.distortion import field, sight_lines
+from simgl.camera.pinhole_fields import pinhole_fields
 from simgl.camera.projections import Distortion
 from simgl.simulator import Simulator
 from simgl.view.background import background, sky_view
@@ -250,8 +250,8 @@ def test_a_star_keeps_its_light_wherever_a_distorting_lens_shows_it(
     seat = state.cameras["cam"]
     lens, f = seat.camera, seat.camera.focal_length_px
     assert isinstance(lens.lens.distortion, Distortion)
-    slope = sight_lines(lens)[..., :2]
-    solid_angle = (1.0 + (slope**2).sum(axis=-1)) ** -1.5 / (f * f * field(lens).stretch)
+    (seen,) = pinhole_fields(lens)
+    solid_angle = seen.solid_angle / (f * f)
     columns, rows = np.meshgrid([10, 45, 80, 115, 149], [10, 60, 109])
     corners = np.stack([columns.ravel(), rows.ravel()], axis=-1)
     shifts = np.random.default_rng(3).uniform(0.0, 1.0, (8, len(corners), 2))
