@@ -144,8 +144,8 @@ class DigitalFrame:
 class TruthFrame:
     """Depth and identity at the centre of each pixel.
 
-    depth : (height, width) float32 along the boresight [m], negative where a fisheye sees behind the
-        camera; 0 for no spacecraft
+    depth : (height, width) float32 along the boresight [m], negative where a fisheye sees behind
+        the camera; 0 for no spacecraft
     part_id : (height, width) uint32, instance * 65536 + part + 1; 0 for no spacecraft
     part_names : id to "spacecraft/part"
     """

@@ -290,16 +290,16 @@ class Renderer:
             with self.timer.measure("truth"):
                 self._truth.draw(truth_tile(view), target.framebuffer)
             return target
-        whole = self._target("truth_seen", view.camera, formats)
-        _blacken(whole)
+        image = self._target("truth_seen", view.camera, formats)
+        _blacken(image)
         for seen in view.pinholes:
             assert seen.field is not None
             target = self._target(use, seen.field.centred, formats, depth=True)
             with self.timer.measure("truth"):
                 self._truth.draw(truth_tile(seen), target.framebuffer)
             with self.timer.measure("warp"):
-                self._warp.nearest(seen.field, target.textures, whole.framebuffer)
-        return whole
+                self._warp.nearest(seen.field, target.textures, image.framebuffer)
+        return image
 
     def _target(
         self, use: str, camera: Camera, formats: tuple[Format, ...], *, depth: bool = False

@@ -6,8 +6,9 @@ from collections.abc import Hashable
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 
-from simgl.arrays import Array, Array32, IndexArray
+from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.camera.camera import Camera
 from simgl.camera.pinhole_fields import FINER, PinholeField, pinhole_fields
 from simgl.lru_cache import MANY, LruCache
@@ -18,6 +19,14 @@ _MAX_BYTES = 256 << 20
 # Of the warp, as in shaders/warp/warp.frag: spacing of its sample points in fine pixels, and the
 # smallest and largest number of their rows and columns in a pixel.
 _SPACING, _MIN_ROWS, _MAX_ROWS = 1.15, 2, 8
+# A disc of such a radius [px] averages over how the warp weights fine pixels.
+_LARGE_DISC = 10.0
+# How much wider than on the boresight a fisheye shows it, at most.
+_WIDENED = 3.0
+# Places across the square about a smaller one at which its coverage of fine pixels is sampled.
+# Cosine of the angle off a pinhole's boresight beyond which no pixel near is drawn through it.
+_NEAR_A_PART = 0.08
+_DISC_POINTS = 200
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -74,37 +83,116 @@ def _samples_of_warp(seen: PinholeField) -> _WarpSamples:
     )
 
 
-def warped_point_share(camera: Camera, seen: PinholeField, pixels: Array32) -> Array:
+def warped_point_share(camera: Camera, rays: Array) -> Array:
     """(n,) factor by which the warp changes the light of point sources; 1 near the image's edges.
 
-    seen : a part of the camera's field
-    pixels : (n, 2) positions in the fine image, where each point covers 3 x 3 pixels with the
+    rays : (n, 3) towards them, camera axes. In a fine image each covers 3 x 3 pixels with the
         weights of shaders/stars/stars.frag
 
     The sample points of the warp weight the fine pixels unequally, by some per cent. For extended
     sources this averages out, for a star it does not.
     """
-    d, samples = camera.detector, _warp_samples(seen)
-    star = pixels.astype(np.float64)
-    rays = seen.pinhole.rays(star / FINER) @ seen.R_pinhole_from_camera
+    complete, share = np.ones(len(rays), dtype=np.bool_), np.zeros(len(rays))
+    for seen in pinhole_fields(camera):
+        samples, (star, x, y) = _warp_samples(seen), _windows(camera, seen, rays)
+        inside = _on_seen_pixels(seen, x, y)
+        complete &= inside
+        x, y, star = x[inside], y[inside], star[inside]
+        part = np.where(seen.drawn[y, x], samples.part[y, x], 0.0)
+        # Most are drawn through one pinhole alone.
+        drawn = np.flatnonzero(part.any(axis=1))
+        x, y, star, part = x[drawn], y[drawn], star[drawn], part[drawn]
+        rows, columns = samples.rows[y, x], samples.columns[y, x]
+        middle, across, down = seen.places[y, x], samples.across[y, x], samples.down[y, x]
+        total = np.zeros(len(star))
+        for j, i in np.ndindex(int(rows.max(initial=0)), int(columns.max(initial=0))):
+            v, u = (j + 0.5) / rows - 0.5, (i + 0.5) / columns - 0.5
+            at = FINER * (middle + u[..., None] * across + v[..., None] * down)
+            # Each fine pixel has the star's radiance by its own solid angle.
+            light = _interpolated(at, star[:, None]).prod(axis=-1)
+            light /= _cosine_cubed(at / FINER, seen.pinhole)
+            total += np.sum(np.where((j < rows) & (i < columns), part * light, 0.0), axis=1)
+        share[np.flatnonzero(inside)[drawn]] += total
+    return np.where(complete, share, 1.0)
+
+
+def _windows(
+    camera: Camera, seen: PinholeField, rays: Array
+) -> tuple[Array, IndexArray, IndexArray]:
+    """Of sources: (n, 2) where the fine image has them, and (n, k) columns and rows of the camera's
+    pixels around them."""
+    with np.errstate(all="ignore"):
+        tangents = rays @ seen.R_pinhole_from_camera.T
+        tangents = tangents[:, :2] / np.where(tangents[:, 2:] > 0.0, tangents[:, 2:], np.nan)
+    pinhole, reach = seen.pinhole, _warp_samples(seen).reach
+    star = FINER * (tangents * pinhole.focal_length_px + np.array(pinhole.principal_point))
     # Far away where the lens sees nothing.
-    star_pixel = np.floor(np.nan_to_num(camera.project(rays), nan=-1e6)).astype(np.intp)
-    window = np.mgrid[-samples.reach : samples.reach + 1, -samples.reach : samples.reach + 1]
-    x, y = (star_pixel[:, k, None] + window[1 - k].ravel() for k in (0, 1))
-    inside = np.all((x >= 0) & (x < d.width) & (y >= 0) & (y < d.height), axis=1)
+    pixel = np.floor(np.nan_to_num(camera.project(rays), nan=-1e6)).astype(np.intp)
+    window = np.mgrid[-reach : reach + 1, -reach : reach + 1]
+    x, y = (pixel[:, k, None] + window[1 - k].ravel() for k in (0, 1))
+    return star, x, y
+
+
+def _on_seen_pixels(seen: PinholeField, x: IndexArray, y: IndexArray) -> Mask:
+    """(n,) whether all pixels (n, k) lie in the image, where the lens images something."""
+    height, width = seen.drawn.shape
+    inside = np.all((x >= 0) & (x < width) & (y >= 0) & (y < height), axis=1)
     inside[inside] = np.all(seen.solid_angle[y[inside], x[inside]] > 0.0, axis=1)
-    x, y, star = x[inside], y[inside], star[inside]
-    rows, columns, part = samples.rows[y, x], samples.columns[y, x], samples.part[y, x]
-    middle, across, down = seen.places[y, x], samples.across[y, x], samples.down[y, x]
-    total = np.zeros(len(star))
-    for j, i in np.ndindex(int(rows.max(initial=0)), int(columns.max(initial=0))):
-        v, u = (j + 0.5) / rows - 0.5, (i + 0.5) / columns - 0.5
-        at = FINER * (middle + u[..., None] * across + v[..., None] * down)
-        light = _interpolated(at, star[:, None]).prod(axis=-1)
-        total += np.sum(np.where((j < rows) & (i < columns), part * light, 0.0), axis=1)
-    share = np.ones(len(pixels))
-    share[inside] = total / _cosine_cubed(star / FINER, seen.pinhole)
-    return share
+    return inside
+
+
+def warped_disc_share(camera: Camera, ray: Array, angular_radius: float) -> float:
+    """Factor by which the warp changes the light of a small disc; 1 for one of many pixels.
+
+    ray : (3,) unit, towards its centre in camera axes; angular_radius [rad]
+    """
+    in_image = angular_radius * camera.focal_length_px
+    if in_image > _LARGE_DISC:
+        return 1.0
+    share = 0.0
+    for seen in pinhole_fields(camera):
+        centre = seen.R_pinhole_from_camera @ ray
+        if centre[2] < _NEAR_A_PART:
+            continue
+        samples, (star, x, y) = _warp_samples(seen), _windows(camera, seen, ray[None])
+        reach = int(np.ceil(_WIDENED * in_image)) + samples.reach
+        rows, columns = (
+            np.arange(middle - reach, middle + reach + 1)
+            for middle in (int(y[0, y.shape[1] // 2]), int(x[0, x.shape[1] // 2]))
+        )
+        y, x = np.meshgrid(rows, columns, indexing="ij")
+        if not _on_seen_pixels(seen, x.reshape(1, -1), y.reshape(1, -1)).all():
+            return 1.0
+        part = np.where(seen.drawn[y, x], samples.part[y, x], 0.0)
+        if not part.any():
+            continue
+        half = FINER * seen.pinhole.focal_length_px * np.tan(angular_radius) / centre[2] ** 2
+        corner = np.floor(star[0] - half) - 1.0
+        size = int(2.0 * half) + 4
+        coverage = _disc_coverage(seen, centre, angular_radius, corner, size)
+        total, along, across = 0.0, samples.rows[y, x], samples.columns[y, x]
+        for j, i in np.ndindex(int(along.max()), int(across.max())):
+            v, u = (j + 0.5) / along - 0.5, (i + 0.5) / across - 0.5
+            at = seen.places[y, x] + u[..., None] * samples.across[y, x]
+            at = FINER * (at + v[..., None] * samples.down[y, x]) - corner - 0.5
+            light = scipy.ndimage.map_coordinates(
+                coverage, np.moveaxis(at[..., ::-1], -1, 0), order=1, mode="constant"
+            )
+            total += float(np.sum(np.where((j < along) & (i < across), part * light, 0.0)))
+        places = _grid(corner, size, 1)
+        share += total / float((coverage * _cosine_cubed(places, seen.pinhole)).sum())
+    return share or 1.0
+
+
+def _disc_coverage(
+    seen: PinholeField, centre: Array, angular_radius: float, corner: Array, size: int
+) -> Array:
+    """(size, size) shares of fine pixels that a disc covers, from a corner's (column, row) on."""
+    points = max(_DISC_POINTS // size, 4)
+    rays = seen.pinhole.rays(_grid(corner, size, points))
+    off = np.linalg.norm(np.cross(rays, centre), axis=-1) / np.linalg.norm(rays, axis=-1)
+    covered = off < np.sin(angular_radius)
+    return covered.reshape(size, points, size, points).mean(axis=(1, 3))
 
 
 def _interpolated(at: Array, star: Array) -> Array:
@@ -128,12 +216,20 @@ def _tangents(column: Array, row: Array, pinhole: Camera) -> tuple[Array, Array]
     return (column - x) / f, (row - y) / f
 
 
+def _grid(corner: Array, size: int, points: int) -> Array:
+    """Pixel coordinates (size x points, size x points, 2) in the pinhole's image of places in fine
+    pixels, so many along an edge of each."""
+    steps = (np.arange(size * points) + 0.5) / points
+    return np.stack(np.meshgrid(corner[0] + steps, corner[1] + steps), axis=-1) / FINER
+
+
 def sight_lines(camera: Camera) -> Array:
-    """(height, width, 3) unit lines of sight of the pixel centres in camera axes; NaN where the lens
-    sees nothing."""
+    """(height, width, 3) unit lines of sight of the pixel centres in camera axes; NaN where the
+    lens sees nothing."""
     d = camera.detector
     if camera.is_pinhole:
-        x, y = _tangents(np.arange(d.width) + 0.5, np.arange(d.height)[:, None] + 0.5, camera)
+        column, row = np.arange(float(d.width)), np.arange(float(d.height))
+        x, y = _tangents(column + 0.5, row[:, None] + 0.5, camera)
         lines = np.stack(np.broadcast_arrays(x, y, 1.0), axis=-1)
         return lines / np.linalg.norm(lines, axis=-1, keepdims=True)
     lines = np.full((d.height, d.width, 3), np.nan)

@@ -112,9 +112,9 @@ def pinhole_fields(camera: Camera) -> tuple[PinholeField, ...]:
 
     Raises ConfigError if the distortion is not invertible, or a pinhole's field far too large.
     """
-    found = _cached_parts.get(camera.geometry, lambda: _divided(camera), lambda a: a.nbytes)
+    divided = _cached_parts.get(camera.geometry, lambda: _divided(camera), lambda a: a.nbytes)
     return tuple(
-        _field(camera, index, part, found.solid_angle) for index, part in enumerate(found.parts)
+        _field(camera, index, part, divided.solid_angle) for index, part in enumerate(divided.parts)
     )
 
 
@@ -196,9 +196,9 @@ def _inside(seen: Mask) -> Mask:
     result = seen.copy()
     for axis in (0, 1):
         for step in (-1, 1):
-            beside = np.roll(seen, step, axis=axis)
-            np.moveaxis(beside, axis, 0)[0 if step > 0 else -1] = True
-            result &= beside
+            neighbour = np.roll(seen, step, axis=axis)
+            np.moveaxis(neighbour, axis, 0)[0 if step > 0 else -1] = True
+            result &= neighbour
     return result
 
 
@@ -211,9 +211,7 @@ def _part(camera: Camera, face: int, rays: Array, drawn: Mask) -> _Part:
         depth = np.where(depth > _NARROWEST, depth, np.nan)
         seen = np.stack([rays @ R[0] / depth * f, rays @ R[1] / depth * f], axis=-1)
     margin = _reach(seen, drawn) + _MARGIN
-    low, high = (
-        np.array([end(seen[..., k][drawn]) for k in (0, 1)]) for end in (np.min, np.max)
-    )
+    low, high = (np.array([end(seen[..., k][drawn]) for k in (0, 1)]) for end in (np.min, np.max))
     low, high = np.floor(low) - margin, np.ceil(high) + margin
     width, height = (high - low).astype(int).tolist()
     return _Part(

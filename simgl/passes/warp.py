@@ -23,7 +23,7 @@ _WARP = Block(
             ("fine_per_pixel", "f4"),
             ("pinhole_focal_px", "f4"),
             ("pinhole_boresight_px", "f4", 2),
-            # Columns of the turn from the pinhole's axes to the camera's.
+            # Turns from the pinhole's axes to the camera's.
             ("camera_from_pinhole", "f4", (4, 4)),
         ]
     ),
@@ -34,7 +34,7 @@ _MAX_BYTES = 128 << 20
 
 
 class WarpPass:
-    """Fills a camera's image from the finer ones of its pinholes, each where it is drawn through it."""
+    """Fills a camera's image from the finer images of its pinholes."""
 
     state = State()
 
@@ -50,8 +50,8 @@ class WarpPass:
         )
 
     def places(self, field: PinholeField) -> moderngl.Texture:
-        """RGB32F, coordinates in the pinhole's image that the middles of the pixels see, and whether
-        a pixel is drawn through it."""
+        """RGB32F, coordinates in the pinhole's image that the middles of the pixels see, and
+        whether a pixel is drawn through it."""
 
         def upload() -> moderngl.Texture:
             drawn = field.drawn[..., None].astype(np.float32)
@@ -86,7 +86,7 @@ class WarpPass:
 
 def _values(field: PinholeField) -> dict[str, object]:
     turn = np.zeros((4, 4))
-    turn[:3, :3] = field.R_pinhole_from_camera
+    turn[:3, :3] = field.R_pinhole_from_camera.T
     return {
         "fine_per_pixel": FINER,
         "pinhole_focal_px": field.pinhole.focal_length_px,

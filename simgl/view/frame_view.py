@@ -13,10 +13,10 @@ from typing import Literal
 import numpy as np
 
 from simgl.camera.camera import Camera
-from simgl.camera.distortion import warped_point_share
-from simgl.camera.pinhole_fields import PinholeField, pinhole_fields
+from simgl.camera.distortion import warped_disc_share, warped_point_share
+from simgl.camera.pinhole_fields import FINER, PinholeField, pinhole_fields
 from simgl.radiosity.transport_store import JointLight
-from simgl.scene.state import SceneState
+from simgl.scene.state import CameraState, SceneState, SunSeen
 from simgl.view.background import Background, background
 from simgl.view.lamp_views import LampView, lamp_views
 from simgl.view.raster_tiles import RasterTile, pixel_centre_tile, raster_tiles
@@ -30,7 +30,7 @@ class FrameView:
     """Everything that the passes need for one image.
 
     field : the pinhole images that are drawn for a lens that distorts; None where it does not
-    beside : for a lens too wide for one pinhole, the views through the others
+    other_pinholes : for a lens too wide for one pinhole, the views through the others
     background : Earth and Sun, of the finer one of them
     spacecraft : all that the camera does not see behind the Earth
     tiles : of the other pinhole image, the farthest first
@@ -46,12 +46,12 @@ class FrameView:
     lamps: tuple[LampView, ...]
     gather: Gather = "vertex"
     joint_light: JointLight = "exact"
-    beside: tuple[FrameView, ...] = ()
+    other_pinholes: tuple[FrameView, ...] = ()
 
     @property
     def pinholes(self) -> tuple[FrameView, ...]:
         """The view through each pinhole; all pixels are drawn through one of them."""
-        return self, *self.beside
+        return self, *self.other_pinholes
 
 
 def frame_view(
@@ -86,10 +86,14 @@ def frame_view(
             fine = replace(camera, camera=seen.fine)
         views = spacecraft_views(state, camera, inter_reflection)
         lamps = lamp_views(state, camera)
+        behind = background(state, fine)
+        if seen is not None:
+            sun = state.sun.seen_from(placed.position)
+            behind = _with_all_their_light(behind, sun, placed, seen)
         return FrameView(
             camera=real,
             field=seen,
-            background=_with_all_their_light(background(state, fine), real, seen),
+            background=behind,
             spacecraft=tuple(views),
             tiles=raster_tiles(
                 views,
@@ -104,20 +108,26 @@ def frame_view(
         )
 
     first, *others = map(through, [None] if real.is_pinhole else pinhole_fields(real))
-    return replace(first, beside=tuple(others))
+    return replace(first, other_pinholes=tuple(others))
 
 
 def _with_all_their_light(
-    behind: Background, camera: Camera, seen: PinholeField | None
+    behind: Background, sun: SunSeen, placed: CameraState, seen: PinholeField
 ) -> Background:
-    """A background whose stars make up for what a distorting lens's warp loses or adds of them."""
+    """A background whose stars and Sun make up for what a distorting lens's warp loses or adds."""
     beyond = behind.celestial
-    if seen is None or beyond is None or beyond.stars is None:
+    if beyond is None:
         return behind
-    share = warped_point_share(camera, seen, beyond.stars.pixels)
-    irradiance = np.asarray(beyond.stars.irradiance / share[:, None], dtype=np.float32)
-    stars = replace(beyond.stars, irradiance=irradiance)
-    return replace(behind, celestial=replace(beyond, stars=stars))
+    stars, disc = beyond.stars, beyond.sun
+    if stars is not None:
+        rays = seen.pinhole.rays(stars.pixels.astype(np.float64) / FINER)
+        share = warped_point_share(placed.camera, rays @ seen.R_pinhole_from_camera)
+        stars = replace(stars, irradiance=(stars.irradiance / share[:, None]).astype(np.float32))
+    if disc is not None:
+        ray = placed.R_camera_from_icrf @ sun.direction_icrf
+        of_sun = warped_disc_share(placed.camera, ray, sun.angular_radius)
+        disc = replace(disc, radiance=(disc.radiance / of_sun).astype(np.float32))
+    return replace(behind, celestial=replace(beyond, stars=stars, sun=disc))
 
 
 def truth_tile(view: FrameView) -> RasterTile | None:

@@ -57,7 +57,7 @@ def pulse_view(
     first, *others = map(lit, view.pinholes)
     if not any(seen.tiles for seen in (first, *others)):
         return None
-    return replace(first, beside=tuple(others))
+    return replace(first, other_pinholes=tuple(others))
 
 
 def _in_the_dark(tile: RasterTile) -> RasterTile:

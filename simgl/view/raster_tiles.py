@@ -8,8 +8,9 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
+import scipy
 
-from simgl.arrays import Array, Array32
+from simgl.arrays import Array, Array32, IndexArray
 from simgl.camera.camera import Camera
 from simgl.sample_grid import PIXEL_CENTRES, SampleGrid, choose_sample_grid, target_samples
 from simgl.view.small_targets import CELL as WINDOW_CELL
@@ -152,11 +153,26 @@ def _before_the_camera(hull: Array) -> Array:
     near = hull[:, 2] < NEAREST
     if not np.any(near):
         return hull
-    back, front = hull[near][:, None], hull[~near][None, :]
-    # Where each line from a point in front to one behind crosses the nearest plane.
-    share = (NEAREST - back[..., 2]) / (front[..., 2] - back[..., 2])
-    crossing = back + share[..., None] * (front - back)
-    return np.concatenate([hull[~near], crossing.reshape(-1, 3)])
+    ends = _edges_of(hull)
+    a, b = hull[ends[near[ends[:, 0]] != near[ends[:, 1]]].T]
+    share = (NEAREST - a[:, 2]) / (b[:, 2] - a[:, 2])
+    return np.concatenate([hull[~near], a + share[:, None] * (b - a)])
+
+
+def _edges_of(hull: Array) -> IndexArray:
+    """(n, 2) corners of a convex hull that edges join, or more pairs of them."""
+    try:
+        triangles = scipy.spatial.ConvexHull(hull).simplices
+    except scipy.spatial.QhullError:  # flat
+        return np.stack(np.triu_indices(len(hull), 1), axis=-1)
+    return np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+
+
+def _in_view(hull: Array, camera: Camera) -> bool:
+    """Whether no edge of the image has all of a hull beyond it."""
+    d, (x, y, depth) = camera.detector, camera.intrinsics @ hull.T
+    sides = x, d.width * depth - x, y, d.height * depth - y, depth - NEAREST
+    return all(bool(np.any(side >= 0.0)) for side in sides)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -192,7 +208,7 @@ class _Target:
 def _target(view: SpacecraftView, camera: Camera) -> _Target | None:
     """None where it is out of view."""
     hull = hull_in_camera(view)
-    if np.all(hull[:, 2] < NEAREST):
+    if not _in_view(hull, camera):
         return None
     outline = in_pixels(_before_the_camera(hull), camera)
     box = camera.detector.pixels_within(outline.min(axis=0), outline.max(axis=0))

@@ -34,6 +34,12 @@ CAMERAS: dict[str, dict[str, Any]] = {
         **OFF_CENTRE,
         "optics": {"distortion": {"model": "fisheye", **FISHEYE}},
     },
+    # To 117 deg off the axis; OpenCV's own formula ends at 90.
+    "wide fisheye": {
+        "focal_length_px": [190.0, 191.0],
+        **OFF_CENTRE,
+        "optics": {"distortion": {"model": "fisheye", "k1": 0.01, "k2": -0.002}},
+    },
     "double sphere": {
         "focal_length_px": [270.0, 271.0],
         **OFF_CENTRE,
@@ -87,14 +93,24 @@ def projection(camera: Camera, name: str) -> Callable[[Array], Array]:
     matrix = camera.intrinsics
     matrix[:2, 2] -= 0.5
     its = dataclasses.asdict(lens)
-    order = [f"k{i}" for i in range(1, 5)] if name == "fisheye" else OPENCV_ORDER
+    fisheye = isinstance(lens, Fisheye)
+    order = [f"k{i}" for i in range(1, 5)] if fisheye else OPENCV_ORDER
     values = np.array([its[key] for key in order])
-    of = cv2.fisheye if name == "fisheye" else cv2
+    of = cv2.fisheye if fisheye else cv2
 
     def project(rays: Array) -> Array:
         points = np.ascontiguousarray(rays.reshape(-1, 1, 3))
         found, _ = of.projectPoints(points, zero, zero, matrix, values)
-        return found.reshape(*rays.shape[:-1], 2) + 0.5
+        pixels = found.reshape(*rays.shape[:-1], 2) + 0.5
+        return np.where(rays[..., 2:] > 0.0, pixels, behind(rays)) if fisheye else pixels
+
+    def behind(rays: Array) -> Array:
+        """OpenCV's formula with the angle itself in place of the arc of its tangent."""
+        across = np.hypot(rays[..., 0], rays[..., 1])
+        angle = np.arctan2(across, rays[..., 2])
+        radius = angle * (1.0 + sum(k * angle ** (2 * i) for i, k in enumerate(values, 1)))
+        plane = rays[..., :2] * (radius / across)[..., None]
+        return plane @ matrix[:2, :2].T + matrix[:2, 2] + 0.5
 
     return project
 
