@@ -17,8 +17,10 @@ def test_targets_are_where_the_calibration_puts_them(gl: moderngl.Context, name:
     errors = place_errors(gl, name)
     # 4096 samples each, a tenth of a pixel apart: each of the 220 on the limb may miss 0.3 of
     # that. Their mean over 38 pixels: 0.1 x 0.3 x sqrt(220) x 0.1 x 3.5 / 38 = 0.004.
-    assert np.sqrt(np.mean(np.sum(np.square(errors), axis=1))) < 0.004
-    assert np.abs(errors).max() < 0.01
+    # Behind the camera they are crescents, half as much light at the same limb.
+    limit = 0.008 if name == "wide fisheye" else 0.004
+    assert np.sqrt(np.mean(np.sum(np.square(errors), axis=1))) < limit
+    assert np.abs(errors).max() < 2.5 * limit
 
 
 def test_a_large_body_shows_no_seams_of_its_parts(
