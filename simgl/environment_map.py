@@ -109,6 +109,32 @@ def cube_cell(directions: Array, n: int) -> IndexArray:
     return (face * n + row) * n + column
 
 
+def with_small_light(radiance: Array32, direction: Array32, irradiance: Array32) -> Array32:
+    """(6, n, n, 4) radiance with a light smaller than a texel [W m-2 sr-1].
+
+    It is spread over the four texels around it, at a face's edge over those of that face.
+
+    direction : (3,) unit, body axes; irradiance : (4,) facing it [W m-2]
+    """
+    n = radiance.shape[1]
+    face = int(cube_cell(direction.astype(np.float64), 1))
+    along = FORWARD[face] @ direction
+    across, down = float(RIGHT[face] @ direction / along), float(DOWN[face] @ direction / along)
+    result = radiance.copy()
+    for j, of_row in _two_texels(down, n):
+        for i, of_column in _two_texels(across, n):
+            share = of_row * of_column / cube_solid_angles(n)[j, i]
+            result[face, j, i] += np.float32(share) * irradiance
+    return result
+
+
+def _two_texels(place: float, n: int) -> list[tuple[int, float]]:
+    """The two of n texels along an edge whose centres are about a place in -1..1, and shares."""
+    at = float(np.clip(0.5 * (place + 1.0) * n - 0.5, 0.0, n - 1.0))
+    first = min(int(at), n - 2)
+    return [(first, first + 1.0 - at), (first + 1, at - first)]
+
+
 def turned(sky: SkyRadiance, R_sky_from_body: Array) -> SkyRadiance:
     """A sky on a cube of other axes, 64 texels along an edge; the light moves by half of one.
 

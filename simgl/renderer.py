@@ -10,7 +10,7 @@ import moderngl
 from simgl.arrays import Array32
 from simgl.camera.camera import Camera
 from simgl.camera.pinhole_fields import pinhole_fields
-from simgl.environment_map import SkyRadiance
+from simgl.environment_map import SkyRadiance, with_small_light
 from simgl.errors import ConfigError
 from simgl.gpu.context import current, is_software
 from simgl.gpu.release import all_or_nothing, release_all
@@ -198,8 +198,13 @@ class Renderer:
             texels = view.texels
             target = self._targets.of("sky", (texels, 6 * texels), _BANDS)
             for row, face in enumerate(view.faces):
-                self._planet.draw(face, target.framebuffer, (0, row * texels, texels, texels))
+                area = 0, row * texels, texels, texels
+                if face.celestial is not None:
+                    target.framebuffer.clear(*face.celestial.radiance, viewport=area)
+                self._planet.draw(face, target.framebuffer, area)
             radiance = target.read().reshape(6, texels, texels, 4)
+            if view.moon is not None:
+                radiance = with_small_light(radiance, view.moon.direction, view.moon.irradiance)
             self._probes.add(view, SkyRadiance(radiance=radiance))
 
     def _distorted(self, view: FrameView) -> DistortedView | None:

@@ -125,6 +125,9 @@ def visible_light_fraction(
     """
     if not limb.any():
         return np.full(4, visible_disc_fraction(disc_radius, body_radius, separation))
+    if body_radius >= separation + disc_radius:
+        # The rings' sum would leave its rounding.
+        return np.zeros(4)
     # Rings between these two radii are partly occulted.
     first = min(abs(separation - body_radius), disc_radius)
     last = min(separation + body_radius, disc_radius)

@@ -5,6 +5,8 @@ Catalogue directions are unit vectors in ICRS axes at the epoch J1991.25 (TT).
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import erfa
 import numpy as np
 
@@ -50,6 +52,22 @@ def band_irradiance(v: Array, b_v: Array, v_i: Array, bands: Bands = BANDS) -> A
         curve = np.exp(logarithm[:, 1:2] + slope * (1.0 / points - at[1])) / points**5
         result[:, band] = _MEASURED[band] * (high - low) * curve.mean(axis=1)
     return result
+
+
+# Stars of tenth magnitude in a square degree that are as bright as the sky between the planets
+# (S10): zodiacal light, 60 at the ecliptic's pole to 200 on it at 90 deg from the Sun (Leinert et
+# al. 1998, A&AS 127, 1), 110 on the mean; stars, 90 on the mean, of which the catalogue's to
+# magnitude 7.5 are 30. Any one direction differs by a factor of two.
+_SKY_S10 = 200.0
+
+
+@lru_cache(maxsize=1)
+def sky_radiance() -> Array:
+    """(4,) mean of stars and zodiacal light over the sky, in the Sun's colours [W m-2 sr-1]."""
+    star = band_irradiance(np.array([10.0]), np.array([0.653]), np.array([0.702]))[0]
+    radiance = _SKY_S10 * star * np.degrees(1.0) ** 2
+    radiance.flags.writeable = False
+    return radiance
 
 
 def years_since_catalogue(tai_ns: int) -> float:

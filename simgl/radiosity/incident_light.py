@@ -47,7 +47,7 @@ class Neighbour:
 class IncidentLight:
     """What lights a spacecraft whose surfaces see each other.
 
-    sun_direction : (3,) unit, body axes
+    sun_direction : (3,) unit, body axes; of the Moon where that gives more light
     sun_irradiance : (4,) past Earth and Moon [W m-2]
     before_sun : spacecraft that may shade it from the Sun
     lamps : that may light it
@@ -87,7 +87,7 @@ class IncidentLight:
 def incident_light(state: SceneState, body: BodyState) -> IncidentLight:
     """The lights of a body of the scene."""
     pose, mesh = body.pose, body.model.posed_mesh
-    sun = state.sun.seen_from(pose.position)
+    sun = state.direct_light(pose.position).main
     direction = pose.R_icrf_from_body.T @ sun.direction_icrf
     around, before_sun = [], []
     for index, other in enumerate(state.bodies.values()):
@@ -125,7 +125,7 @@ def incident_light(state: SceneState, body: BodyState) -> IncidentLight:
         )
     return IncidentLight(
         sun_direction=direction,
-        sun_irradiance=sun.irradiance * state.sunlight(pose.position),
+        sun_irradiance=sun.irradiance,
         before_sun=tuple(before_sun),
         lamps=tuple(lamps),
         around=tuple(around),

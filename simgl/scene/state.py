@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from simgl.arrays import Array
 from simgl.camera.camera import Camera
-from simgl.physics.constants import ASTRONOMICAL_UNIT
+from simgl.physics.constants import ASTRONOMICAL_UNIT, MOON_RADIUS
 from simgl.physics.eclipse import past_the_moon, sunlit_shares, sunlit_transmission
-from simgl.physics.frames import Pose, unit
+from simgl.physics.frames import Pose, angle_between, unit
+from simgl.physics.lunar_model import moonlight
 from simgl.physics.solar_disc import UNIFORM
 from simgl.physics.spectrum import BandLight
 from simgl.scene.earth import Earth
@@ -169,6 +170,18 @@ class CameraState:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class DirectLight:
+    """Sun and Moon at one place, their irradiance past Earth and air.
+
+    main : the one that gives more light, and casts the shadows
+    lesser : the Moon where the Sun is the main light; None where there is none
+    """
+
+    main: SunSeen
+    lesser: SunSeen | None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class SceneState:
     """Everything that an image depends on, at one instant.
 
@@ -197,17 +210,46 @@ class SceneState:
     def sunlight(self, point: Array) -> Array:
         """(4,) share of the Sun's light that reaches a point (3,) [m] past Earth, air and Moon."""
         sun = self.sun.seen_from(point)
-        share = np.ones(4)
-        if self.earth is not None:
-            position = self.earth.R_itrf_from_icrf @ (point - self.earth.position)
-            direction = self.earth.R_itrf_from_icrf @ sun.direction_icrf
-            radii, air = np.array(self.earth.earth.radii), self.earth.earth.air
-            disc = (sun.angular_radius, radii)
-            if air is None:
-                share *= sunlit_shares(position, direction, *disc, sun.limb)
-            else:
-                share *= sunlit_transmission(position, direction, *disc, air, sun.limb)
+        share = self._past_earth(point, sun)
         if self.moon is not None:
             towards = sun.direction_icrf
             share *= past_the_moon(point, self.moon, towards, sun.angular_radius, sun.limb)
         return share
+
+    def moonlight(self, point: Array) -> SunSeen | None:
+        """The Moon's light at a point (3,) [m] past Earth and air; None where the scene has none.
+
+        As of a disc that is bright all over, at any phase.
+        """
+        if self.moon is None or self.earth is None or not self.earth.earth.moonlight:
+            return None
+        offset = self.moon - point
+        distance = float(np.linalg.norm(offset))
+        sun = self.sun.seen_from(self.moon)
+        phase = angle_between(sun.direction_icrf, -offset)
+        seen = SunSeen(
+            direction_icrf=offset / distance,
+            irradiance=moonlight(sun.irradiance, distance, phase),
+            angular_radius=float(np.arcsin(MOON_RADIUS / distance)),
+        )
+        return replace(seen, irradiance=seen.irradiance * self._past_earth(point, seen))
+
+    def direct_light(self, point: Array) -> DirectLight:
+        """What lights a spacecraft at a point (3,) [m]: the Sun as far as Earth, air and Moon let
+        it, or the Moon where that gives more light, as in the Earth's shadow."""
+        sun, moon = self.sun.seen_from(point), self.moonlight(point)
+        sun = replace(sun, irradiance=sun.irradiance * self.sunlight(point))
+        if moon is not None and moon.irradiance.sum() > sun.irradiance.sum():
+            return DirectLight(main=moon, lesser=None)
+        return DirectLight(main=sun, lesser=moon)
+
+    def _past_earth(self, point: Array, disc: SunSeen) -> Array:
+        """(4,) share of a disc's light that reaches a point (3,) [m] past Earth and air."""
+        if self.earth is None:
+            return np.ones(4)
+        position = self.earth.R_itrf_from_icrf @ (point - self.earth.position)
+        direction = self.earth.R_itrf_from_icrf @ disc.direction_icrf
+        radii, air = np.array(self.earth.earth.radii), self.earth.earth.air
+        if air is None:
+            return sunlit_shares(position, direction, disc.angular_radius, radii, disc.limb)
+        return sunlit_transmission(position, direction, disc.angular_radius, radii, air, disc.limb)

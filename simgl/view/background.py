@@ -6,6 +6,7 @@ A pinhole's axes: z boresight, x along columns, y along rows.
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from simgl.environment_map import DOWN, FORWARD, RIGHT
 from simgl.errors import ConfigError
 from simgl.physics.atmosphere import AIR_TOP
 from simgl.physics.lunar_model import moonlight
+from simgl.physics.starlight import sky_radiance
 from simgl.scene.earth import Earth
 from simgl.scene.state import BodyState, CameraState, EarthState, SceneState, SunSeen
 from simgl.view.celestial import CelestialView, EarthCone, ImageCone, celestial
@@ -52,6 +54,7 @@ class PlanetView:
     sun_direction_itrf : (3,) float32
     sun_irradiance : (4,) float32 at the Earth [W m-2]
     moonlight : None where the Moon lights nothing
+    moonlit : whether the Moon is in the Sun's place
     """
 
     earth: Earth
@@ -61,6 +64,7 @@ class PlanetView:
     sun_direction_itrf: Array32
     sun_irradiance: Array32
     moonlight: Moonlight | None = None
+    moonlit: bool = False
 
     @property
     def height(self) -> float:
@@ -86,6 +90,18 @@ class Background:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class MoonInSky:
+    """The Moon as a point of a sky.
+
+    direction : (3,) float32 unit, in the sky's axes
+    irradiance : (4,) float32 past the Earth [W m-2]
+    """
+
+    direction: Array32
+    irradiance: Array32
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class SkyView:
     """What a spacecraft sees around it; one that is close to another shares its sky.
 
@@ -93,12 +109,14 @@ class SkyView:
         ``simgl.environment_map``
     texels : along an edge of each
     R_sky_from_body : (3, 3) to those axes from the body axes of the spacecraft that sees it
-    key : equal keys mean equal faces
+    moon : None where the Moon gives no light, or is the main light and so no part of the sky
+    key : equal keys mean equal faces and Moons
     """
 
     faces: tuple[Background, ...]
     texels: int
     R_sky_from_body: Array
+    moon: MoonInSky | None
     key: tuple[object, ...]
 
 
@@ -120,7 +138,8 @@ def background(state: SceneState, camera: CameraState) -> Background:
 
 
 def sky_view(state: SceneState, name: str, body: BodyState) -> SkyView | None:
-    """What a spacecraft sees around it of the Earth; None where there is none.
+    """What a spacecraft sees around it: the Earth, stars, and the Moon unless it is the main
+    light; None where there is no Earth.
 
     Raises ConfigError where the spacecraft is inside the Earth.
     """
@@ -138,12 +157,45 @@ def sky_view(state: SceneState, name: str, body: BodyState) -> SkyView | None:
     half = 0.5 * texels
     intrinsics = np.array([[half, 0.0, half], [0.0, half, half], [0.0, 0.0, 1.0]])
     cone = ImageCone(float(np.arctan(np.sqrt(2.0))), 1.0 / half)
+    moonlit = replace(earth.view, moonlight=_moonlight(state, state.earth))
+    earth = replace(earth, view=moonlit)
+    stars = None if state.stars is None else _even_sky(half)
     faces = tuple(
-        _background(intrinsics, axes @ R_body_from_icrf, cone, seen, earth, None)
+        _background(intrinsics, axes @ R_body_from_icrf, cone, seen, earth, stars)
         for axes in np.stack([RIGHT, DOWN, FORWARD], axis=1)
     )
-    key = tuple(part for face in faces for part in _key(face))
-    return SkyView(faces=faces, texels=texels, R_sky_from_body=R_sky_from_body, key=key)
+    moon = _moon_in_sky(state, owner)
+    parts = (*faces,) if moon is None else (*faces, moon)
+    return SkyView(
+        faces=faces,
+        texels=texels,
+        R_sky_from_body=R_sky_from_body,
+        moon=moon,
+        key=tuple(value for part in parts for value in _key(part)),
+    )
+
+
+def _even_sky(half: float) -> CelestialView:
+    """Stars and zodiacal light before a face of a sky that is twice ``half`` texels wide."""
+    red, green, blue, near_infrared = sky_radiance().tolist()
+    return CelestialView(
+        focal_length=half,
+        principal_point=(half, half),
+        stars=None,
+        sun=None,
+        moon=None,
+        radiance=(red, green, blue, near_infrared),
+    )
+
+
+def _moon_in_sky(state: SceneState, body: BodyState) -> MoonInSky | None:
+    moon = state.direct_light(body.pose.position).lesser
+    if moon is None or not moon.irradiance.any():
+        return None
+    return MoonInSky(
+        direction=_float32(body.pose.R_icrf_from_body.T @ moon.direction_icrf),
+        irradiance=_float32(moon.irradiance),
+    )
 
 
 def _first_within(state: SceneState, body: BodyState, reach: float) -> BodyState:
@@ -253,14 +305,14 @@ def _background(
     )
 
 
-def _key(part: Background | PlanetView) -> tuple[object, ...]:
+def _key(part: Any) -> tuple[object, ...]:
     """Every value of a view, in a form that can be compared."""
     key: list[object] = []
     for field in fields(part):
         value = getattr(part, field.name)
         if isinstance(value, np.ndarray):
             key.append(value.tobytes())
-        elif isinstance(value, PlanetView):
+        elif isinstance(value, PlanetView | CelestialView | Moonlight):
             key.extend(_key(value))
         else:
             key.append(value)

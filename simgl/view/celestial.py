@@ -14,6 +14,7 @@ from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.physics.constants import MOON_RADIUS
 from simgl.physics.frames import angle_between
 from simgl.physics.lunar_model import GEOMETRIC_ALBEDO, surface_factor
+from simgl.physics.spectrum import PerBand
 from simgl.physics.starlight import aberrated, directions
 from simgl.scene.state import CameraState, SceneState, SunSeen
 
@@ -104,6 +105,7 @@ class CelestialView:
     """Everything beyond the Earth that an image may show; None where it shows none of a kind.
 
     focal_length, principal_point : of the pinhole [pixels]
+    radiance : (4,) of all directions, for a sky whose stars are not drawn one by one [W m-2 sr-1]
     """
 
     focal_length: float
@@ -111,6 +113,7 @@ class CelestialView:
     stars: StarPoints | None
     sun: SunDisc | None
     moon: MoonDisc | None
+    radiance: PerBand = (0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -23,7 +23,7 @@ from simgl.physics.frames import Pose, cross, unit
 from simgl.rays import ray_tracer
 from simgl.sample_grid import ANGLE
 from simgl.scene.spacecraft import SpacecraftModel
-from simgl.scene.state import BodyState, SceneState
+from simgl.scene.state import BodyState, SceneState, SunSeen
 
 # Texels along a map's edge.
 SIZES = (512, 768, 1024, 1536, 2048)
@@ -145,14 +145,14 @@ class _Near:
 
 
 def shadow_view(
-    state: SceneState, body: BodyState, camera: Camera, body_from_camera: Array, *, sunlit: bool
+    state: SceneState, body: BodyState, camera: Camera, sun: SunSeen, body_from_camera: Array
 ) -> ShadowView:
     """The maps that one spacecraft needs in an image.
 
+    sun : its main light, Sun or Moon; the map is empty where that gives no light
     body_from_camera : (4, 4)
-    sunlit : False where no sunlight reaches it, as in the Earth's shadow: its map is empty
     """
-    sun = state.sun.seen_from(body.pose.position)
+    sunlit = bool(sun.irradiance.any())
     sun_body = body.pose.R_icrf_from_body.T @ sun.direction_icrf
     radius = _coarse(sun.angular_radius)
     step = _DIRECTION_STEP * radius

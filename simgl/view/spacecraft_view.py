@@ -22,7 +22,8 @@ class SpacecraftView:
 
     instance : index in the scene, counted from 1 (0 is no spacecraft)
     camera_from_body : (4, 4) float32
-    sun_direction : (3,) float32 unit, camera axes
+    sun_direction : (3,) float32 unit, camera axes; of the Moon where that gives more light, and so
+        are the other values of the Sun
     sun_irradiance : (4,) float32 [W m-2], the eclipse by the Earth included
     sun_limb : (2, 4) limb darkening u and v per band: 1 - u (1 - mu) - v (1 - mu)^2
     sun_angular_radius : [rad]
@@ -90,11 +91,9 @@ def spacecraft_views(
         _refuse_inside(camera, name, body)
         if _hidden_by_earth(state.earth, camera.position, body.pose.position):
             continue
-        sun = state.sun.seen_from(body.pose.position)
+        sun = state.direct_light(body.pose.position).main
         matrix = _camera_from_body(camera, body)
         body_from_camera: Array = np.linalg.inv(matrix).astype(np.float64)
-        irradiance = sun.irradiance * state.sunlight(body.pose.position)
-        sunlit = bool(irradiance.any())
         views.append(
             SpacecraftView(
                 name=name,
@@ -102,12 +101,12 @@ def spacecraft_views(
                 model=body.model,
                 camera_from_body=_float32(matrix),
                 sun_direction=_float32(camera.R_camera_from_icrf @ sun.direction_icrf),
-                sun_irradiance=_float32(irradiance),
+                sun_irradiance=_float32(sun.irradiance),
                 sun_limb=_float32(sun.limb),
                 sun_angular_radius=sun.angular_radius,
                 sky=sky_view(state, name, body),
                 incident_light=incident_light(state, body) if inter_reflection else None,
-                shadow=shadow_view(state, body, camera.camera, body_from_camera, sunlit=sunlit),
+                shadow=shadow_view(state, body, camera.camera, sun, body_from_camera),
                 air=air_between(state, camera.position, body.pose.position),
             )
         )

@@ -39,7 +39,8 @@ def view_under(tilt: float, aside_m: float = 0.0) -> ShadowView:
     body_from_camera = np.eye(4)
     body_from_camera[:3, :3] = camera.R_camera_from_icrf.T
     body_from_camera[:3, 3] = camera.position
-    return shadow_view(state, body, camera.camera, body_from_camera, sunlit=True)
+    sun = state.direct_light(body.pose.position).main
+    return shadow_view(state, body, camera.camera, sun, body_from_camera)
 
 
 @contextmanager

@@ -35,7 +35,9 @@ def test_bounds_hold_the_nearest_and_farthest_depth_within_each_reach(
     body_from_camera = np.eye(4)
     body_from_camera[:3, :3] = camera.R_camera_from_icrf.T
     body_from_camera[:3, 3] = camera.position
-    view = shadow_view(state, state.bodies["ball"], camera.camera, body_from_camera, sunlit=True)
+    ball = state.bodies["ball"]
+    sun = state.direct_light(ball.pose.position).main
+    view = shadow_view(state, ball, camera.camera, sun, body_from_camera)
     meshes = MeshStore(gl)
     shadows = ShadowPass(gl, meshes)
     ((depths, _, tops),) = shadows.cast([view])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import moderngl
 import numpy as np
 import pytest
@@ -9,6 +11,7 @@ import pytest
 from simgl.assess.visible_stars import stars_in_view
 from simgl.camera.pinhole_fields import pinhole_fields
 from simgl.camera.projections import Distortion
+from simgl.physics.starlight import sky_radiance
 from simgl.simulator import Simulator
 from simgl.view.background import background, sky_view
 from tests.passes.skies import (
@@ -209,7 +212,7 @@ def test_the_sun_and_the_moon_hide_stars(gl: moderngl.Context) -> None:
         np.testing.assert_array_equal(picture(gl, scenario, starry), bare)
 
 
-def test_the_sky_that_lights_a_spacecraft_holds_no_stars() -> None:
+def test_the_sky_that_lights_a_spacecraft_holds_the_mean_of_its_stars() -> None:
     ball = {"sphere": {"radius_m": 1.0, "material": {"reflectance": 0.5}}}
     scenario = sky_scene(
         {"position_icrf_m": [7.1e6, 0, 0], "boresight": [0, 1, 0]},
@@ -220,7 +223,13 @@ def test_the_sky_that_lights_a_spacecraft_holds_no_stars() -> None:
     assert background(state, state.cameras["cam"]).celestial is not None
     sky = sky_view(state, "ball", state.bodies["ball"])
     assert sky is not None
-    assert all(face.celestial is None for face in sky.faces)
+    for face in sky.faces:
+        assert face.celestial is not None
+        assert face.celestial.stars is None
+        np.testing.assert_array_equal(face.celestial.radiance, sky_radiance())
+    dark = sky_view(replace(state, stars=None), "ball", state.bodies["ball"])
+    assert dark is not None
+    assert all(face.celestial is None for face in dark.faces)
 
 
 def test_a_camera_that_sees_nothing_but_the_earth_draws_no_heavens() -> None:

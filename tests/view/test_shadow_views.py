@@ -53,7 +53,10 @@ def _view(state: SceneState, sun: Array, sunlit: bool = True, **moved: Array) ->
     matrix[:3, :3] = camera.R_camera_from_icrf.T
     matrix[:3, 3] = camera.position - bodies["plate"].pose.position
     state = replace(state, sun=place, bodies=bodies)
-    return shadow_view(state, bodies["plate"], camera.camera, matrix, sunlit=sunlit)
+    seen = state.direct_light(bodies["plate"].pose.position).main
+    if not sunlit:
+        seen = replace(seen, irradiance=np.zeros(4))
+    return shadow_view(state, bodies["plate"], camera.camera, seen, matrix)
 
 
 def _state() -> SceneState:

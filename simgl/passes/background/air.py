@@ -202,7 +202,7 @@ class AtmospherePass:
         key = kind, *place, planet.sun_direction_itrf.tobytes()
         if self._last is None or self._last[0] != key:
             height, angle = planet.height, _sun_angle(planet)
-            nodes = self._nodes_of(tables, kind, height)
+            nodes = self._nodes_of(tables, kind, height, moonlit=planet.moonlit)
             light = self._light(tables, nodes, height, angle)
             self._last = None
             self._view.write(_view_values(planet, kind.radius, height, angle))
@@ -263,7 +263,10 @@ class AtmospherePass:
         self._mix.draw(values, nodes.light.textures)
         return target
 
-    def _nodes_of(self, tables: AirTables, kind: AirKind, height: float) -> _Nodes:
+    def _nodes_of(
+        self, tables: AirTables, kind: AirKind, height: float, *, moonlit: bool
+    ) -> _Nodes:
+        """Of the Sun or of the Moon: each keeps its own angles while the other's are read."""
         # A step on the other side of the air's top has rows of another kind.
         inside = height < AIR_TOP
         step = _height_step(height)
@@ -284,7 +287,7 @@ class AtmospherePass:
             self._march(tables, nodes.transmittance, (0, rows), values, inside=inside, light=False)
             return nodes
 
-        return self._nodes.get((kind, step, inside), made)
+        return self._nodes.get((kind, step, inside, moonlit), made)
 
     def _march_node(self, tables: AirTables, nodes: _Nodes, part: int, index: int) -> None:
         """Fill the rows of a part for one node."""

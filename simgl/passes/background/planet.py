@@ -401,6 +401,7 @@ def _in_moonlight(planet: PlanetView, moon: Moonlight) -> PlanetView:
         planet,
         sun_direction_itrf=moon.direction_itrf,
         sun_irradiance=moon.irradiance,
+        moonlit=True,
         earth=replace(planet.earth, airglow=False),
     )
 
