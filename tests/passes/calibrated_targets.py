@@ -84,7 +84,7 @@ def _unit(vectors: Array) -> Array:
     return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
 
 
-def projection(camera: Camera, name: str) -> Callable[[Array], Array]:
+def projection(camera: Camera) -> Callable[[Array], Array]:
     """Rays (..., 3) to pixels, by OpenCV where it has the model."""
     lens, zero = camera.lens.distortion, np.zeros(3)
     if not isinstance(lens, Distortion | Fisheye):
@@ -146,7 +146,7 @@ def place_errors(gl: moderngl.Context, name: str) -> Array:
     places = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2) + 0.37
     scenario, targets = spheres(CAMERAS[name], places)
     camera = scenario.cameras["cam"]
-    project = projection(camera, name)
+    project = projection(camera)
     light = radiance(gl, scenario)[..., 1].astype(np.float64)
     y, x = np.mgrid[0:480, 0:640] + 0.5
     errors = []
