@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from itertools import chain
 
 import moderngl
+import numpy as np
 
-from simgl.arrays import Array32
+from simgl.arrays import Array, Array32
 from simgl.camera.camera import Camera
 from simgl.camera.distortion import field as field_of
 from simgl.environment_map import SkyRadiance
@@ -29,6 +31,7 @@ from simgl.passes.lamp_shadow import LampShadowPass
 from simgl.passes.mesh_store import MeshStore, VertexLighting
 from simgl.passes.reference_gather import ReferenceGather
 from simgl.passes.resolve import DistortedView, ResolvePass
+from simgl.passes.rows import RowsPass
 from simgl.passes.shading_points import ShadingPoints
 from simgl.passes.shadow import ShadowPass
 from simgl.passes.sunlight import SunlightPass
@@ -92,6 +95,7 @@ class Renderer:
         self._reference_gather = ReferenceGather(self._transports)
         self._resolve = ResolvePass(ctx)
         self._warp = WarpPass(ctx)
+        self._rows = RowsPass(ctx)
         self._truth = TruthPass(ctx, self._meshes)
         self._targets = TargetStore(ctx)
 
@@ -141,11 +145,65 @@ class Renderer:
         """Radiance per band [W m-2 sr-1], RGBA32F; valid until the next call at this size."""
         target = self._target("radiance", view.camera, _BANDS)
         self._background(view, target)
+        self._lay_spacecraft(view, target)
+        return target
+
+    def radiance_during(
+        self,
+        behind: Iterable[tuple[FrameView, Array]],
+        parts: Iterable[tuple[FrameView, Array]],
+    ) -> ImageTarget:
+        """The mean radiance that each row sees over its exposure, as ``radiance`` gives it.
+
+        behind : what is behind the spacecraft; parts : these; each with its share of each row's
+            exposure (height,), and drawn when it is asked for
+        """
+        parts = iter(parts)
+        first = next(parts)
+        camera, everything = first[0].camera, np.ones(len(first[1]))
+        target = self._target("radiance", camera, _BANDS)
+        background = self._target("background", camera, _BANDS)
+        one = self._target("one moment", camera, _BANDS)
+        self._mean_background(behind, one, background)
+        with self.timer.measure("rows"):
+            self._rows.copy(background.textures[0], everything, target.framebuffer)
+        for view, share in chain([first], parts):
+            if not view.tiles:
+                continue
+            if np.all(share == 1.0):
+                self._lay_spacecraft(view, target)
+                continue
+            with self.timer.measure("rows"):
+                seen = np.where(share != 0.0, everything, 0.0)
+                self._rows.copy(background.textures[0], seen, one.framebuffer)
+            self._lay_spacecraft(view, one)
+            with self.timer.measure("rows"):
+                self._rows.add_beyond(
+                    one.textures[0], background.textures[0], share, target.framebuffer
+                )
+        return target
+
+    def _mean_background(
+        self, behind: Iterable[tuple[FrameView, Array]], one: ImageTarget, mean: ImageTarget
+    ) -> None:
+        """Fill a target with the mean over the rows' exposures of what is behind spacecraft."""
+        filled = False
+        for view, share in behind:
+            if np.all(share == 1.0):
+                self._background(view, mean)
+                return
+            if not filled:
+                mean.framebuffer.clear(viewport=(0, 0, *mean.size))
+                filled = True
+            self._background(view, one)
+            with self.timer.measure("rows"):
+                self._rows.add(one.textures[0], share, mean.framebuffer)
+
+    def _lay_spacecraft(self, view: FrameView, target: ImageTarget) -> None:
         lens = self._distorted(view)
         for tile, points, (radiance,) in self._lit_tiles(view):
             with self.timer.measure("resolve"):
                 self._resolve.draw(tile, points, radiance, target.framebuffer, lens)
-        return target
 
     def layers(self, view: FrameView) -> dict[str, Array32]:
         """The radiance in parts: what each of ``LIGHTS`` gives the spacecraft, and "background".
@@ -319,6 +377,7 @@ class Renderer:
             self._interreflection,
             self._resolve,
             self._warp,
+            self._rows,
             self._truth,
             self._meshes,
         )

@@ -84,10 +84,11 @@ class SunlightPass:
         known = _GBUFFER_UNITS | GROUPS | _SHADOW_UNITS
         searched = known | {"searched_points": _POINTS_UNIT}
         del known["sun_behind"]
-        name, blocks = "surface/sunlight", [TILE, SPACECRAFT, SHADOW]
-        self._known = point_shader(ctx, name, 0.0, blocks, known)
+        self._samplers = known, searched
+        # Of spacecraft that stand still, and of those that move.
+        self._screens: dict[bool, tuple[Screen, Screen]] = {}
+        self._screens_for(moving=False)
         self._unknown = Screen(ctx, "surface/unknown", 0.0, [], {"sunlight": _SUNLIGHT_UNIT})
-        self._searched = point_shader(ctx, name, 0.0, blocks, searched, {"SEARCH": 1})
         self._tile = UniformBuffer(ctx, TILE)
         self._spacecraft = UniformBuffer(ctx, SPACECRAFT)
         self._shadow = UniformBuffer(ctx, SHADOW)
@@ -96,6 +97,18 @@ class SunlightPass:
         self._masks = GrowingTarget(ctx, [[0]], Format("u1"))
         self._points = GrowingTarget(ctx, [[0]], Format("u4"))
         self._pages = GrowingTarget(ctx, [[0]], Format("u4"))
+
+    def _screens_for(self, *, moving: bool) -> tuple[Screen, Screen]:
+        """For all points, and for those that are searched."""
+        if moving not in self._screens:
+            name, blocks = "surface/sunlight", [TILE, SPACECRAFT, SHADOW]
+            variant = {"MOVING": 1} if moving else {}
+            known, searched = self._samplers
+            self._screens[moving] = (
+                point_shader(self._ctx, name, 0.0, blocks, known, variant),
+                point_shader(self._ctx, name, 0.0, blocks, searched, {"SEARCH": 1, **variant}),
+            )
+        return self._screens[moving]
 
     def draw(
         self, tile: RasterTile, points: ShadingPoints, drawn: DrawnSpacecraft
@@ -114,9 +127,10 @@ class SunlightPass:
         if drawn.view.sun_irradiance.any():
             self._bind(tile, points, drawn)
             self.state.apply(self._ctx, sunlight, area, area)
-            self._known.draw()
+            known, searched = self._screens_for(moving=drawn.view.motion is not None)
+            known.draw()
             shares.use(_SUNLIGHT_UNIT)
-            self._search(points)
+            self._search(points, searched)
         (results,), (pages,) = self._results.covering((1, 1)), self._pages.covering((1, 1))
         return shares, *textures_of(results), *textures_of(pages)
 
@@ -132,7 +146,7 @@ class SunlightPass:
         for unit, texture in zip(_SHADOW_UNITS.values(), drawn.shadow_maps, strict=True):
             texture.use(unit)
 
-    def _search(self, points: ShadingPoints) -> None:
+    def _search(self, points: ShadingPoints, searched: Screen) -> None:
         masks = self._unknown_points(points)
         if not masks.any():
             return
@@ -141,7 +155,7 @@ class SunlightPass:
         area = (0, 0, COLUMNS, len(to_search))
         (results,) = self._results.covering(area[2:])
         self.colour_only.apply(self._ctx, results, area, area)
-        self._searched.draw()
+        searched.draw()
         self._pages.written(pages)
 
     def _unknown_points(self, points: ShadingPoints) -> AnyArray:
@@ -159,5 +173,5 @@ class SunlightPass:
             target.release()
         for buffer in (self._tile, self._spacecraft, self._shadow):
             buffer.release()
-        for screen in (self._known, self._unknown, self._searched):
+        for screen in (self._unknown, *sum(self._screens.values(), ())):
             screen.release()

@@ -115,6 +115,7 @@ class SurfacePass:
             "LAMPS": bool(lamps),
             "BY_LIGHT": by_light,
             "AIR_BEFORE": drawn.air is not None,
+            "MOVING": drawn.view.motion is not None,
         }
         variant = [d for d in drawn.view.model.variant if d != "CUT_OUT"]
         variant += [define for define, wanted in optional.items() if wanted]

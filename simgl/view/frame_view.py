@@ -17,8 +17,10 @@ from simgl.camera.distortion import PinholeField, field, warped_point_share
 from simgl.radiosity.transport_store import JointLight
 from simgl.scene.state import SceneState
 from simgl.view.background import Background, background
+from simgl.view.exposure_parts import ExposurePart
 from simgl.view.lamp_views import LampView, lamp_views
 from simgl.view.raster_tiles import RasterTile, pixel_centre_tile, raster_tiles
+from simgl.view.row_clock import RowClock, pose_motion
 from simgl.view.spacecraft_view import SpacecraftView, spacecraft_views
 
 Gather = Literal["vertex", "pixel"]
@@ -55,6 +57,7 @@ def frame_view(
     inter_reflection: bool = True,
     gather: Gather = "vertex",
     joint_light: JointLight = "exact",
+    part: ExposurePart | None = None,
 ) -> FrameView:
     """What one camera of the scene draws.
 
@@ -64,6 +67,7 @@ def frame_view(
     gather : that light at vertices, or by rays from every sample
     joint_light : that light where joints have moved parts: pair by pair of rigid groups, or by a
         bake of each pose
+    part : of an exposure, of which this state is the middle; None for the state itself
 
     Raises ConfigError where the camera is inside a body or the Earth.
     """
@@ -73,6 +77,9 @@ def frame_view(
     if seen is not None:
         camera, fine = replace(camera, camera=seen.pinhole), replace(camera, camera=seen.fine)
     views = spacecraft_views(state, camera, inter_reflection)
+    rows = None if part is None else part.rows
+    if part is not None and rows is not None:
+        views = [_moving(view, part, rows, camera.camera) for view in views]
     lamps = lamp_views(state, camera)
     return FrameView(
         camera=real,
@@ -85,10 +92,35 @@ def frame_view(
             sample_budget,
             samples_per_pixel,
             with_lamps=bool(lamps) or real.lidar is not None,
+            rows=None if rows is None or seen is not None else (rows.first, rows.end),
         ),
         lamps=lamps,
         gather=gather,
         joint_light=joint_light,
+    )
+
+
+def _moving(
+    view: SpacecraftView, part: ExposurePart, rows: RowClock, camera: Camera
+) -> SpacecraftView:
+    """A spacecraft as the rows of a part of an exposure see it one after the other."""
+    states = (part.before, part.state, part.after)
+    seen = [
+        (state.cameras[camera.name], state.bodies[view.name])
+        for state in states
+        if state is not None
+    ]
+    motion = pose_motion(rows, camera, seen)
+    return replace(view, motion=motion) if motion.moves else view
+
+
+def behind_spacecraft(view: FrameView, state: SceneState) -> FrameView:
+    """A view without spacecraft, before the background of another state."""
+    camera = state.cameras[view.camera.name]
+    fine = view.camera if view.field is None else view.field.fine
+    behind = background(state, replace(camera, camera=fine))
+    return replace(
+        view, background=_with_all_their_light(behind, view.camera), spacecraft=(), tiles=()
     )
 
 

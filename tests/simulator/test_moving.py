@@ -14,7 +14,7 @@ from simgl.motion.joints import Joint
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState
 from simgl.simulator import Product, Simulator
-from simgl.view.image_motion import image_motion
+from simgl.view.image_motion import spacecraft_motion
 from tests.scenes import lambert, scene
 
 BALL = {"sphere": {"radius_m": 1.0, "material": lambert(0.5)}}
@@ -138,13 +138,13 @@ def test_the_motion_of_the_picture_is_bounded_from_above() -> None:
     first = drifting(one, 100.0)(one.epoch_tai_ns)
     second = drifting(one, 100.0)(one.epoch_tai_ns + 10**9)
     # 100 px of the centre, a little more where the ball's front is nearer.
-    assert 100.0 <= image_motion(first, second, "cam") < 105.0
+    assert 100.0 <= spacecraft_motion(first, second, "cam") < 105.0
     # A camera that turns by 1 deg moves everything by f times the angle.
     c, s = np.cos(np.radians(1.0)), np.sin(np.radians(1.0))
     turn = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
     camera = first.cameras["cam"]
     turned = replace(camera, R_camera_from_icrf=turn @ camera.R_camera_from_icrf)
-    moved = image_motion(first, replace(first, cameras={"cam": turned}), "cam")
+    moved = spacecraft_motion(first, replace(first, cameras={"cam": turned}), "cam")
     assert 60.5 < moved < 64.0
 
 
@@ -189,6 +189,6 @@ def test_the_motion_of_a_part_far_out_on_a_chain_is_bounded_from_above() -> None
         one.with_poses(one.epoch_tai_ns, poses, joint_angles={"ball": angles})
         for angles in ({"hinge": 1.0, "rail": 2.0}, {"hinge": 1.1, "rail": 2.0})
     )
-    moved = image_motion(first, second, "cam")
+    moved = spacecraft_motion(first, second, "cam")
     # The farthest place of the ball goes along an arc of 0.1 rad with 3 m of radius.
     assert 0.3 * SCALE <= moved < 0.31 * SCALE / (1.0 - 3.0 / RANGE)

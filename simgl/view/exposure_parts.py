@@ -1,0 +1,137 @@
+"""What is drawn of a scene that moves while the shutter is open."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from simgl.arrays import Array
+from simgl.camera.camera import Camera
+from simgl.camera.rolling_shutter import (
+    LEAN,
+    MAX_PARTS,
+    PARTS_PER_PIXEL,
+    duration,
+    instants,
+    lean_and_blur,
+    moments,
+    parts,
+    read_out,
+    row_shares,
+)
+from simgl.scene.state import SceneState
+from simgl.view.image_motion import background_motion, spacecraft_motion, turn
+from simgl.view.row_clock import RowClock
+
+# Turn of a body, a joint or the camera against the Sun that is lit as at its middle [rad]. The
+# light then comes from within half a degree of where it should, as from the Sun's own disc.
+LARGEST_TURN = float(np.radians(1.0))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ExposurePart:
+    """Spacecraft in some rows of the image at one moment of each row's exposure.
+
+    state : at the middle row's time
+    share : of the exposure
+    rows : None where all rows see the state itself
+    before, after : states at the times of the first and the last row's outer edges
+    """
+
+    state: SceneState
+    share: float
+    rows: RowClock | None = None
+    before: SceneState | None = None
+    after: SceneState | None = None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MovingScene:
+    """A scene over the exposure of one camera's image.
+
+    at : the scene at a time from the epoch [s], with the camera as it is used
+    instants : at which what is behind the spacecraft is drawn [s]; none where the epoch is enough
+    moments : of each row's exposure at which spacecraft are drawn [s]
+    rows : of the parts of the image that are drawn apart; none where rows need not be told apart
+    """
+
+    camera: Camera
+    at: Callable[[float], SceneState]
+    instants: Array
+    moments: Array
+    rows: tuple[RowClock, ...]
+
+    def parts(self) -> Iterator[ExposurePart]:
+        """What is drawn of the spacecraft, one after the other."""
+        share = 1.0 / len(self.moments)
+        d = self.camera.detector
+        for moment in self.moments.tolist():
+            if not self.rows:
+                yield ExposurePart(state=self.at(moment), share=share)
+            for clock in self.rows:
+                middle = (clock.middle - 0.5 * d.height) * d.row_time + moment
+                half = 0.5 * (clock.end - clock.first) * d.row_time
+                yield ExposurePart(
+                    state=self.at(middle),
+                    share=share,
+                    rows=clock,
+                    before=self.at(middle - half),
+                    after=self.at(middle + half),
+                )
+
+    def behind(self) -> Iterator[tuple[SceneState, Array]]:
+        """What is drawn behind them: states, and the weight of each in each row (height,)."""
+        if not len(self.instants):
+            yield self.at(0.0), np.ones(self.camera.detector.height)
+            return
+        shares = row_shares(self.camera, len(self.instants) - 1)
+        for offset, share in zip(self.instants.tolist(), shares, strict=True):
+            yield self.at(offset), share
+
+
+def moving_scene(
+    state: SceneState, name: str, during: Callable[[int], SceneState]
+) -> MovingScene | None:
+    """The scene over the exposure of a camera; None where nothing moves visibly.
+
+    during : the scene at other epochs [TAI ns]
+    """
+    camera = state.cameras[name].camera
+
+    def at(offset: float) -> SceneState:
+        moved = during(state.tai_ns + round(offset * 1e9))
+        # The exposure time may have been chosen for this image alone.
+        placed = replace(moved.cameras[name], camera=camera)
+        return replace(moved, cameras={**moved.cameras, name: placed})
+
+    half = 0.5 * duration(camera)
+    # On either side of the middle: a motion that turns back shows none from end to end.
+    ends = at(-half), at(half)
+    behind = parts(camera, sum(background_motion(state, end, name) for end in ends))
+    lean, blur = lean_and_blur(camera, sum(spacecraft_motion(state, end, name) for end in ends))
+    within = moments(camera, blur)
+    if not behind and len(within) == 1 and lean <= LEAN:
+        return None
+    turned = sum(turn(state, end, name) for end in ends) * read_out(camera) / duration(camera)
+    return MovingScene(
+        camera=camera,
+        at=at,
+        instants=instants(camera, behind) if behind else np.zeros(0),
+        moments=within,
+        rows=_rows(camera, turned, lean) if lean > LEAN else (),
+    )
+
+
+def _rows(camera: Camera, turned: float, lean: float) -> tuple[RowClock, ...]:
+    """The rows in parts, in each of which nothing turns by more than ``LARGEST_TURN``.
+
+    Not more of them than half pixels of motion.
+    """
+    height = camera.detector.height
+    most = min(np.ceil(PARTS_PER_PIXEL * lean), MAX_PARTS, height)
+    count = int(np.clip(np.ceil(turned / LARGEST_TURN), 1, most))
+    edges = np.round(np.linspace(0, height, count + 1)).astype(int)
+    return tuple(RowClock(first, end) for first, end in pairwise(edges.tolist()))
