@@ -160,26 +160,28 @@ class Renderer:
         """
         parts = iter(parts)
         first = next(parts)
-        camera, everything = first[0].camera, np.ones(len(first[1]))
-        target = self._target("radiance", camera, _BANDS)
-        background = self._target("background", camera, _BANDS)
-        one = self._target("one moment", camera, _BANDS)
+        target = self._target("radiance", first[0].camera, _BANDS)
+        one = self._target("one moment", first[0].camera, _BANDS)
+        if _drawn_apart(*first):
+            self._mean_background(behind, one, target)
+            for view, _ in chain([first], parts):
+                self._lay_spacecraft(view, target)
+            return target
+        background = self._target("background", first[0].camera, _BANDS)
         self._mean_background(behind, one, background)
         with self.timer.measure("rows"):
-            self._rows.copy(background.textures[0], everything, target.framebuffer)
+            whole = (0, 0, *target.size)
+            self._rows.copy(background.textures[0], target.framebuffer, whole)
         for view, share in chain([first], parts):
             if not view.tiles:
                 continue
-            if np.all(share == 1.0):
-                self._lay_spacecraft(view, target)
-                continue
+            area = _touched(view)
             with self.timer.measure("rows"):
-                seen = np.where(share != 0.0, everything, 0.0)
-                self._rows.copy(background.textures[0], seen, one.framebuffer)
+                self._rows.copy(background.textures[0], one.framebuffer, area)
             self._lay_spacecraft(view, one)
             with self.timer.measure("rows"):
                 self._rows.add_beyond(
-                    one.textures[0], background.textures[0], share, target.framebuffer
+                    one.textures[0], background.textures[0], share, target.framebuffer, area
                 )
         return target
 
@@ -397,3 +399,20 @@ def _parts(tile: RasterTile, view: FrameView) -> list[RasterTile]:
     if view.field is None:
         return parts(tile, view.camera, _SAMPLES_AT_ONCE)
     return parts(tile, view.field.pinhole, _SAMPLES_AT_ONCE, view.field.reach)
+
+
+def _drawn_apart(view: FrameView, share: Array) -> bool:
+    """Whether each row belongs to one part of an exposure, which draws in no other."""
+    return bool(np.all(share == 1.0) or (view.field is None and np.all(share[share != 0.0] == 1.0)))
+
+
+def _touched(view: FrameView) -> tuple[int, int, int, int]:
+    """x, y, width, height of the pixels that a view's spacecraft may touch."""
+    d = view.camera.detector
+    if view.field is not None:
+        return 0, 0, d.width, d.height
+    x0 = min((tile.x for tile in view.tiles), default=0)
+    y0 = min((tile.y for tile in view.tiles), default=0)
+    x1 = max((tile.x + tile.width for tile in view.tiles), default=0)
+    y1 = max((tile.y + tile.height for tile in view.tiles), default=0)
+    return x0, y0, x1 - x0, y1 - y0

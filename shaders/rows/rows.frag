@@ -1,8 +1,11 @@
-// What the rows of an image see during shares of their exposures; with LESS beyond what is behind it.
+// What the rows of an image see; with ROW_SHARES during shares of their exposures, with LESS beyond what
+// is behind it.
 
 uniform sampler2D seen;
+#ifdef ROW_SHARES
 // Of each row's exposure time.
 uniform sampler2D row_shares;
+#endif
 #ifdef LESS
 uniform sampler2D behind;
 #endif
@@ -15,5 +18,7 @@ void main() {
 #ifdef LESS
     radiance -= texelFetch(behind, pixel, 0);
 #endif
+#ifdef ROW_SHARES
     radiance *= texelFetch(row_shares, ivec2(0, pixel.y), 0).r;
+#endif
 }

@@ -11,6 +11,8 @@ from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.render_targets import table_texture
 
+Area = tuple[int, int, int, int]
+
 _UNITS = {"seen": 0, "row_shares": 1, "behind": 2}
 
 
@@ -23,17 +25,25 @@ class RowsPass:
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        seen = {name: unit for name, unit in _UNITS.items() if name != "behind"}
-        self._whole = Screen(ctx, "rows/rows", 0.0, [], seen)
-        self._beyond = Screen(ctx, "rows/rows", 0.0, [], _UNITS, {"LESS": 1})
+        seen, shares, behind = ({name: unit} for name, unit in _UNITS.items())
+        self._copying = Screen(ctx, "rows/rows", 0.0, [], seen)
+        self._whole = Screen(ctx, "rows/rows", 0.0, [], seen | shares, {"ROW_SHARES": 1})
+        defines = {"ROW_SHARES": 1, "LESS": 1}
+        self._beyond = Screen(ctx, "rows/rows", 0.0, [], seen | shares | behind, defines)
 
-    def copy(self, seen: moderngl.Texture, shares: Array, target: moderngl.Framebuffer) -> None:
-        """Fill the rows that have a share, (height,), with that share of a radiance."""
-        self._draw(self._whole, self.fills, [seen], shares, target)
+    def copy(self, seen: moderngl.Texture, target: moderngl.Framebuffer, area: Area) -> None:
+        """Fill an area of a target with a radiance.
+
+        area : x, y, width, height [pixels]
+        """
+        seen.use(_UNITS["seen"])
+        self.fills.apply(self._ctx, target, area, area)
+        self._copying.draw()
 
     def add(self, seen: moderngl.Texture, shares: Array, target: moderngl.Framebuffer) -> None:
         """Add shares, (height,), of a radiance to a target."""
-        self._draw(self._whole, self.adds, [seen], shares, target)
+        area = 0, 0, *target.size
+        self._add(self._whole, [seen], shares, target, area)
 
     def add_beyond(
         self,
@@ -41,32 +51,33 @@ class RowsPass:
         behind: moderngl.Texture,
         shares: Array,
         target: moderngl.Framebuffer,
+        area: Area,
     ) -> None:
-        """Add shares of what a radiance is more than another."""
-        self._draw(self._beyond, self.adds, [seen, behind], shares, target)
+        """Add shares of what a radiance is more than another in an area."""
+        self._add(self._beyond, [seen, behind], shares, target, area)
 
-    def _draw(
+    def _add(
         self,
         screen: Screen,
-        state: State,
         textures: list[moderngl.Texture],
         shares: Array,
         target: moderngl.Framebuffer,
+        area: Area,
     ) -> None:
-        rows = np.flatnonzero(shares)
+        x, y, width, height = area
+        rows = np.flatnonzero(shares[y : y + height])
         if not rows.size:
             return
-        first, count = int(rows[0]), int(rows[-1] - rows[0] + 1)
         weights = table_texture(self._ctx, shares.astype(np.float32)[:, None])
-        for unit, texture in zip((0, 2), textures, strict=False):
+        for unit, texture in zip((_UNITS["seen"], _UNITS["behind"]), textures, strict=False):
             texture.use(unit)
         weights.use(_UNITS["row_shares"])
-        area = (0, first, target.width, count)
-        state.apply(self._ctx, target, area, area)
+        used = x, y + int(rows[0]), width, int(rows[-1] - rows[0] + 1)
+        self.adds.apply(self._ctx, target, used, used)
         screen.draw()
         weights.release()
 
     def release(self) -> None:
         """Free everything."""
-        self._whole.release()
-        self._beyond.release()
+        for screen in (self._copying, self._whole, self._beyond):
+            screen.release()

@@ -24,7 +24,8 @@ from simgl.camera.rolling_shutter import (
 )
 from simgl.scene.state import SceneState
 from simgl.view.image_motion import background_motion, spacecraft_motion, turn
-from simgl.view.row_clock import RowClock
+from simgl.view.raster_tiles import rows_of
+from simgl.view.row_clock import RowClock, camera_from_body
 
 # Turn of a body, a joint or the camera against the Sun that is lit as at its middle [rad]. The
 # light then comes from within half a degree of where it should, as from the Sun's own disc.
@@ -115,23 +116,52 @@ def moving_scene(
     within = moments(camera, blur)
     if not behind and len(within) == 1 and lean <= LEAN:
         return None
-    turned = sum(turn(state, end, name) for end in ends) * read_out(camera) / duration(camera)
+    rows: tuple[RowClock, ...] = ()
+    if lean > LEAN:
+        turned = sum(turn(state, end, name) for end in ends) * read_out(camera) / duration(camera)
+        rows = _rows(camera, _rows_used((state, *ends), name), turned, lean)
     return MovingScene(
         camera=camera,
         at=at,
         instants=instants(camera, behind) if behind else np.zeros(0),
         moments=within,
-        rows=_rows(camera, turned, lean) if lean > LEAN else (),
+        rows=rows,
     )
 
 
-def _rows(camera: Camera, turned: float, lean: float) -> tuple[RowClock, ...]:
+def _rows_used(states: tuple[SceneState, ...], name: str) -> tuple[int, int]:
+    """First and end of the rows that spacecraft may touch."""
+    camera = states[0].cameras[name].camera
+    height = camera.detector.height
+    if not camera.is_pinhole:
+        return 0, height
+    low, high = [], []
+    for state in states:
+        for body in state.bodies.values():
+            matrix = camera_from_body(state.cameras[name], body)
+            hull = body.model.posed_mesh.hull @ matrix[:3, :3].T + matrix[:3, 3]
+            if (between := rows_of(hull, camera)) is not None:
+                low.append(between[0])
+                high.append(between[1])
+    # With a little more for what turns between the states.
+    margin = 2.0 + 0.1 * (max(high, default=0.0) - min(low, default=0.0))
+    first = int(np.clip(np.floor(min(low, default=0.0) - margin), 0, height - 1))
+    end = int(np.clip(np.ceil(max(high, default=0.0) + margin), first + 1, height))
+    return first, end
+
+
+def _rows(
+    camera: Camera, used: tuple[int, int], turned: float, lean: float
+) -> tuple[RowClock, ...]:
     """The rows in parts, in each of which nothing turns by more than ``LARGEST_TURN``.
 
-    Not more of them than half pixels of motion.
+    used : rows that spacecraft may touch
+    turned, lean : over all rows of the image [rad, px]; there are no more parts than half pixels of
+        motion
     """
-    height = camera.detector.height
-    most = min(np.ceil(PARTS_PER_PIXEL * lean), MAX_PARTS, height)
-    count = int(np.clip(np.ceil(turned / LARGEST_TURN), 1, most))
-    edges = np.round(np.linspace(0, height, count + 1)).astype(int)
-    return tuple(RowClock(first, end) for first, end in pairwise(edges.tolist()))
+    first, end = used
+    share = (end - first) / camera.detector.height
+    most = min(np.ceil(PARTS_PER_PIXEL * lean), MAX_PARTS, end - first)
+    count = int(np.clip(np.ceil(turned * share / LARGEST_TURN), 1, most))
+    edges = np.round(np.linspace(first, end, count + 1)).astype(int)
+    return tuple(RowClock(low, high) for low, high in pairwise(edges.tolist()))

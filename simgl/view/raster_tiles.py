@@ -164,6 +164,14 @@ def _before_the_camera(hull: Array) -> Array:
     return np.concatenate([hull[~near], crossing.reshape(-1, 3)])
 
 
+def rows_of(hull: Array, camera: Camera) -> tuple[float, float] | None:
+    """Between which rows of the image a convex hull lies, camera axes [m]; None behind it."""
+    if np.all(hull[:, 2] < NEAREST):
+        return None
+    rows = in_pixels(_before_the_camera(hull), camera)[:, 1]
+    return float(rows.min()), float(rows.max())
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Target:
     """A spacecraft in view and its place in the image.
