@@ -197,7 +197,10 @@ class Renderer:
             if not filled:
                 mean.framebuffer.clear(viewport=(0, 0, *mean.size))
                 filled = True
-            self._background(view, one)
+            seen = np.flatnonzero(share)
+            if not seen.size:
+                continue
+            self._background(view, one, (int(seen[0]), int(seen[-1]) + 1))
             with self.timer.measure("rows"):
                 self._rows.add(one.textures[0], share, mean.framebuffer)
 
@@ -229,7 +232,13 @@ class Renderer:
         finally:
             release_all(self._ctx, *targets.values())
 
-    def _background(self, view: FrameView, target: ImageTarget) -> None:
+    def _background(
+        self, view: FrameView, target: ImageTarget, rows: tuple[int, int] | None = None
+    ) -> None:
+        """What is behind the spacecraft.
+
+        rows : first and end of those where the Earth is needed; None for all
+        """
         if view.background.planet is not None:
             with self.timer.measure("air"):
                 self._air.before(view.background.planet)
@@ -242,7 +251,9 @@ class Renderer:
             with self.timer.measure("celestial"):
                 self._celestial(view.background.celestial, fine)
         with self.timer.measure("planet"):
-            self._planet.draw(view.background, fine.framebuffer, (0, 0, *fine.size))
+            first, end = (0, fine.size[1]) if rows is None or view.field is not None else rows
+            area = 0, first, fine.size[0], end - first
+            self._planet.draw(view.background.from_row(first), fine.framebuffer, area)
         if fine is not target:
             with self.timer.measure("warp"):
                 self._warp.mean(view.camera, fine.textures[0], target.framebuffer)

@@ -6,8 +6,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
-import numpy as np
-
 from simgl.arrays import Array
 from simgl.camera.camera import Camera
 from simgl.camera.point_spread import SunInCamera
@@ -68,12 +66,8 @@ class StillScene:
 
     def _parts(self) -> Iterator[tuple[FrameView, Array]]:
         assert self.moving is not None
-        height = self.view.camera.detector.height
         for part in self.moving.scene.parts():
-            share = np.full(height, part.share)
-            if part.rows is not None:
-                share[: part.rows.first] = share[part.rows.end :] = 0.0
-            yield self.moving.view_of(part), share
+            yield self.moving.view_of(part), part.shares
 
     @property
     def sun(self) -> SunInCamera:

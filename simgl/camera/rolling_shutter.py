@@ -16,8 +16,9 @@ import numpy as np
 from simgl.arrays import Array
 from simgl.camera.camera import Camera
 
-# Drawings per pixel of image motion, and their largest number.
-PARTS_PER_PIXEL = 2.0
+# Drawings per pixel of image motion: where pixels change linearly between them, and where they are
+# added up; their largest number.
+PARTS_PER_PIXEL, MOMENTS_PER_PIXEL = 2.0, 1.0
 MAX_PARTS = 64
 # Displacements of a row that one instant for all may leave [px]: 0.02 rms over the image.
 LEAN = 0.07
@@ -57,11 +58,15 @@ def moments(camera: Camera, blur: float) -> Array:
     """(n,) times within a row's exposure, from its middle on [s], each for an equal part of it.
 
     blur : how far anything moves within the exposure [px]
+
+    Pixels are as wide as the steps, so that copies of an edge side by side make an even ramp. The
+    times reach out so far that their variance is that of the exposure.
     """
-    count = 1
-    if blur > BLUR:
-        count = int(np.clip(np.ceil(PARTS_PER_PIXEL * blur), 2, MAX_PARTS))
-    return camera.exposure_time * ((np.arange(count) + 0.5) / count - 0.5)
+    if blur <= BLUR:
+        return np.zeros(1)
+    count = int(np.clip(np.ceil(MOMENTS_PER_PIXEL * blur), 2, MAX_PARTS))
+    middles = (np.arange(count) + 0.5) / count - 0.5
+    return camera.exposure_time * middles / np.sqrt(1.0 - count**-2.0)
 
 
 def instants(camera: Camera, count: int) -> Array:

@@ -37,13 +37,13 @@ class ExposurePart:
     """Spacecraft in some rows of the image at one moment of each row's exposure.
 
     state : at the middle row's time
-    share : of the exposure
+    shares : (height,) of each row's exposure
     rows : None where all rows see the state itself
     before, after : states at the times of the first and the last row's outer edges
     """
 
     state: SceneState
-    share: float
+    shares: Array
     rows: RowClock | None = None
     before: SceneState | None = None
     after: SceneState | None = None
@@ -55,7 +55,8 @@ class MovingScene:
 
     at : the scene at a time from the epoch [s], with the camera as it is used
     instants : at which what is behind the spacecraft is drawn [s]; none where the epoch is enough
-    moments : of each row's exposure at which spacecraft are drawn [s]
+    moments : of each row's exposure at which spacecraft are drawn [s], by a camera that images as
+        a pinhole; others draw them at the instants
     rows : of the parts of the image that are drawn apart; none where rows need not be told apart
     """
 
@@ -67,17 +68,26 @@ class MovingScene:
 
     def parts(self) -> Iterator[ExposurePart]:
         """What is drawn of the spacecraft, one after the other."""
-        share = 1.0 / len(self.moments)
-        d = self.camera.detector
+        if self.camera.is_pinhole:
+            yield from self._at_rows_times()
+            return
+        # A distorting lens bends the rows.
+        for state, shares in self.behind():
+            yield ExposurePart(state=state, shares=shares)
+
+    def _at_rows_times(self) -> Iterator[ExposurePart]:
+        d, share = self.camera.detector, 1.0 / len(self.moments)
         for moment in self.moments.tolist():
             if not self.rows:
-                yield ExposurePart(state=self.at(moment), share=share)
+                yield ExposurePart(state=self.at(moment), shares=np.full(d.height, share))
             for clock in self.rows:
                 middle = (clock.middle - 0.5 * d.height) * d.row_time + moment
                 half = 0.5 * (clock.end - clock.first) * d.row_time
+                shares = np.zeros(d.height)
+                shares[clock.first : clock.end] = share
                 yield ExposurePart(
                     state=self.at(middle),
-                    share=share,
+                    shares=shares,
                     rows=clock,
                     before=self.at(middle - half),
                     after=self.at(middle + half),
@@ -111,13 +121,15 @@ def moving_scene(
     half = 0.5 * duration(camera)
     # On either side of the middle: a motion that turns back shows none from end to end.
     ends = at(-half), at(half)
-    behind = parts(camera, sum(background_motion(state, end, name) for end in ends))
-    lean, blur = lean_and_blur(camera, sum(spacecraft_motion(state, end, name) for end in ends))
+    motion_behind = sum(background_motion(state, end, name) for end in ends)
+    motion = sum(spacecraft_motion(state, end, name) for end in ends)
+    behind = parts(camera, motion_behind if camera.is_pinhole else max(motion, motion_behind))
+    lean, blur = lean_and_blur(camera, motion)
     within = moments(camera, blur)
     if not behind and len(within) == 1 and lean <= LEAN:
         return None
     rows: tuple[RowClock, ...] = ()
-    if lean > LEAN:
+    if lean > LEAN and camera.is_pinhole:
         turned = sum(turn(state, end, name) for end in ends) * read_out(camera) / duration(camera)
         rows = _rows(camera, _rows_used((state, *ends), name), turned, lean)
     return MovingScene(
@@ -133,8 +145,6 @@ def _rows_used(states: tuple[SceneState, ...], name: str) -> tuple[int, int]:
     """First and end of the rows that spacecraft may touch."""
     camera = states[0].cameras[name].camera
     height = camera.detector.height
-    if not camera.is_pinhole:
-        return 0, height
     low, high = [], []
     for state in states:
         for body in state.bodies.values():

@@ -92,7 +92,7 @@ def frame_view(
             sample_budget,
             samples_per_pixel,
             with_lamps=bool(lamps) or real.lidar is not None,
-            rows=None if rows is None or seen is not None else (rows.first, rows.end),
+            rows=None if rows is None else (rows.first, rows.end),
         ),
         lamps=lamps,
         gather=gather,
