@@ -1,0 +1,157 @@
+"""Rolling shutters: what turns, what joints move, how often it is drawn, and that nothing stays."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import moderngl
+import numpy as np
+import pytest
+
+from simgl.arrays import Array
+from simgl.passes.visibility import VisibilityPass
+from simgl.physics.frames import rotation_about
+from simgl.scenario.scenario import Scenario
+from simgl.scene.state import SceneState
+from simgl.simulator import Product, Simulator
+from tests.scenes import lambert, scene
+
+RANGE, ROWS, ROW_TIME = 100.0, 128, 100e-6
+# 13 mm and 3.75 um.
+FOCAL = 0.013 / 3.75e-6
+READ_OUT = (ROWS - 1) * ROW_TIME
+CAMERA = {
+    "position_icrf_m": [0, 0, RANGE],
+    "look_at": "craft",
+    "up": [0.0, 1.0, 0.0],
+    "shutter": "rolling",
+    "row_time_us": 1e6 * ROW_TIME,
+    "exposure_time_s": 1e-5,
+}
+BOX = {"box": {"size_m": [2.2, 2.6, 0.6], "material": lambert(0.5)}}
+Motion = Callable[[int], SceneState]
+
+
+def craft(samples: int = 60, **camera: object) -> Scenario:
+    return scene(
+        {"craft": {"model": BOX, "position_icrf_m": [0, 0, 0]}},
+        CAMERA | camera,
+        render={"samples_per_pixel": samples},
+        sun_direction=(0.3, 0.2, 1.0),
+    )
+
+
+def turning(one: Scenario, angle: float, *, camera: bool = False) -> Motion:
+    """The craft, or the camera, turns by an angle [rad] while the rows are read out."""
+    rest = one.at(one.epoch_tai_ns)
+    look, body = rest.cameras["cam"], rest.bodies["craft"]
+    axis = np.array([0.2, 0.3, 0.9]) / np.linalg.norm([0.2, 0.3, 0.9])
+
+    def at(tai_ns: int) -> SceneState:
+        R = rotation_about(axis, angle * (tai_ns - one.epoch_tai_ns) * 1e-9 / READ_OUT)
+        if camera:
+            turned = replace(look, R_camera_from_icrf=look.R_camera_from_icrf @ R)
+            return replace(rest, tai_ns=tai_ns, cameras={"cam": turned})
+        pose = replace(body.pose, R_icrf_from_body=R @ body.pose.R_icrf_from_body)
+        return replace(rest, tai_ns=tai_ns, bodies={"craft": replace(body, pose=pose)})
+
+    return at
+
+
+def drifting(one: Scenario, pixels: float) -> Motion:
+    """The craft crosses the picture along the camera's x while the rows are read out."""
+    rest = one.at(one.epoch_tai_ns)
+    right, body = rest.cameras["cam"].R_camera_from_icrf[0], rest.bodies["craft"]
+
+    def at(tai_ns: int) -> SceneState:
+        way = pixels * RANGE / FOCAL * (tai_ns - one.epoch_tai_ns) * 1e-9 / READ_OUT
+        pose = replace(body.pose, position=way * right)
+        return replace(rest, tai_ns=tai_ns, bodies={"craft": replace(body, pose=pose)})
+
+    return at
+
+
+def electrons(simulator: Simulator, state: SceneState, during: Motion | None) -> Array:
+    frame = simulator.capture(state, "cam", {Product.ELECTRONS}, during).electrons
+    assert frame is not None
+    return frame.electrons.astype(np.float64)
+
+
+def row_errors(gl: moderngl.Context, one: Scenario, during: Motion) -> Array:
+    """Of the middles of rows' light, against images of the scene at the rows' times [px]."""
+    x = np.arange(ROWS) + 0.5
+    errors = []
+    with Simulator(one, gl) as simulator:
+        picture = electrons(simulator, during(one.epoch_tai_ns), during)
+        for row in range(27, 104, 11):
+            time = one.epoch_tai_ns + round(1e9 * (row - 63.5) * ROW_TIME)
+            still = electrons(simulator, during(time), None)[row]
+            seen = picture[row]
+            errors.append(seen @ x / seen.sum() - still @ x / still.sum())
+    return np.array(errors)
+
+
+@pytest.mark.parametrize(("angle_deg", "camera"), [(10.0, False), (45.0, False), (1.0, True)])
+def test_each_row_sees_what_turns_at_its_own_time(
+    gl: moderngl.Context, angle_deg: float, camera: bool
+) -> None:
+    """The edges of the box, straight in the scene, are bent: by 3 px for 45 deg; a turn of the
+    camera by 1 deg moves the picture by 60 px."""
+    one = craft()
+    errors = row_errors(gl, one, turning(one, np.radians(angle_deg), camera=camera))
+    # 60 samples in a pixel place either image's edges to 0.01 px.
+    assert np.sqrt(np.mean(np.square(errors))) < 0.02
+
+
+def count_drawings(
+    gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch, one: Scenario, during: Motion
+) -> int:
+    drawn: list[object] = []
+    draw = VisibilityPass.draw
+
+    def counted(self: VisibilityPass, *given: object) -> moderngl.Texture:
+        drawn.append(given)
+        return draw(self, *given)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(VisibilityPass, "draw", counted)
+    with Simulator(one, gl) as simulator:
+        electrons(simulator, during(one.epoch_tai_ns), during)
+    return len(drawn)
+
+
+def test_what_moves_across_the_rows_is_drawn_once(
+    gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    one = craft(5)
+    assert count_drawings(gl, monkeypatch, one, drifting(one, 100.0)) == 1
+    assert count_drawings(gl, monkeypatch, one, turning(one, np.radians(0.9))) == 1
+    # Lit anew for each degree of 6 deg over the rows that it fills, 90 of 128 and some around.
+    assert 4 <= count_drawings(gl, monkeypatch, one, turning(one, np.radians(6.0))) <= 6
+
+
+def test_a_blur_is_drawn_once_for_each_pixel_of_it(
+    gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    one = craft(5, exposure_time_s=READ_OUT)
+    # The box is 0.3 % nearer than its middle; the way of the nearest place counts.
+    assert 20 <= count_drawings(gl, monkeypatch, one, drifting(one, 20.0)) <= 22
+
+
+def test_a_moving_image_depends_on_no_earlier_one(gl: moderngl.Context) -> None:
+    """Larger and smaller images, blurred and still ones, of turning and of distorted views."""
+    one = craft(5, exposure_time_s=2e-3)
+    larger = craft(5, exposure_time_s=2e-3, width_px=200, height_px=170)
+    smaller = craft(9, width_px=50, height_px=60, optics={"distortion": {"k1": -0.2}})
+    during = turning(one, np.radians(6.0))
+    with Simulator(one, gl) as fresh:
+        wanted = electrons(fresh, during(one.epoch_tai_ns), during)
+    rest = one.at(one.epoch_tai_ns)
+    with Simulator(one, gl) as simulator:
+        for other in (larger, smaller):
+            look = other.at(other.epoch_tai_ns).cameras
+            for motion in (turning(other, np.radians(9.0)), drifting(other, 40.0)):
+                electrons(simulator, motion(other.epoch_tai_ns), motion)
+            electrons(simulator, replace(rest, cameras=look), None)
+        seen = electrons(simulator, during(one.epoch_tai_ns), during)
+    np.testing.assert_array_equal(seen, wanted)
