@@ -162,7 +162,7 @@ class Renderer:
         first = next(parts)
         target = self._target("radiance", first[0].camera, _BANDS)
         one = self._target("one moment", first[0].camera, _BANDS)
-        if _drawn_apart(*first):
+        if _is_separate(*first):
             self._mean_background(behind, one, target)
             for view, _ in chain([first], parts):
                 self._lay_spacecraft(view, target)
@@ -170,8 +170,8 @@ class Renderer:
         background = self._target("background", first[0].camera, _BANDS)
         self._mean_background(behind, one, background)
         with self.timer.measure("rows"):
-            whole = (0, 0, *target.size)
-            self._rows.copy(background.textures[0], target.framebuffer, whole)
+            area = (0, 0, *target.size)
+            self._rows.copy(background.textures[0], target.framebuffer, area)
         for view, share in chain([first], parts):
             if not view.tiles:
                 continue
@@ -412,7 +412,7 @@ def _parts(tile: RasterTile, view: FrameView) -> list[RasterTile]:
     return parts(tile, view.field.pinhole, _SAMPLES_AT_ONCE, view.field.reach)
 
 
-def _drawn_apart(view: FrameView, share: Array) -> bool:
+def _is_separate(view: FrameView, share: Array) -> bool:
     """Whether each row belongs to one part of an exposure, which draws in no other."""
     return bool(np.all(share == 1.0) or (view.field is None and np.all(share[share != 0.0] == 1.0)))
 

@@ -19,13 +19,13 @@ mat4 pose_at(float time) {
 // When the row is exposed that a place is seen in then.
 //
 // place : at time 0; rate : of what joints move, both in body axes [m]
-float own_time(vec3 place, vec3 rate) {
+float seen_time(vec3 place, vec3 rate) {
     float time = 0.0;
     for (int k = 0; k < 4; ++k) {
         mat4 pose = pose_at(time);
-        vec4 there = vec4(place + time * rate, 1.0);
-        vec3 p = (pose * there).xyz;
-        vec3 v = ((pose_rate + 2.0 * time * pose_change) * there).xyz + mat3(pose) * rate;
+        vec4 point = vec4(place + time * rate, 1.0);
+        vec3 p = (pose * point).xyz;
+        vec3 v = ((pose_rate + 2.0 * time * pose_change) * point).xyz + mat3(pose) * rate;
         p.z = max(p.z, 1e-3);
         float runs = 1.0 - row_clock.x * (v.y * p.z - p.y * v.z) / (p.z * p.z);
         time += (time_of(p) - time) / max(runs, SLOWEST_ROWS);

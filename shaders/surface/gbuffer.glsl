@@ -57,7 +57,7 @@ Surface gbuffer_surface(ivec2 at) {
     s.body = position.xyz;
     mat4 pose = camera_from_body;
 #ifdef MOVING
-    pose = pose_at(own_time(s.body, vec3(0.0)));
+    pose = pose_at(seen_time(s.body, vec3(0.0)));
 #endif
     s.place = (pose * vec4(s.body, 1.0)).xyz;
     s.wo = normalize(-s.place);

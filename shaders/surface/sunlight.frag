@@ -66,7 +66,7 @@ void main() {
     vec3 place = (camera_from_body * vec4(body, 1.0)).xyz;
     mat3 body_from_camera = transpose(mat3(camera_from_body));
 #ifdef MOVING
-    mat4 pose = pose_at(own_time(body, vec3(0.0)));
+    mat4 pose = pose_at(seen_time(body, vec3(0.0)));
     place = (pose * vec4(body, 1.0)).xyz;
     body_from_camera = transpose(mat3(pose));
 #endif

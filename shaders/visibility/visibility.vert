@@ -35,7 +35,7 @@ void main() {
     rate = rate_of_place(place, in_labels.y);
 #endif
     // Each at its row's own time.
-    float time = own_time(place, rate);
+    float time = seen_time(place, rate);
     vec4 p = pose_at(time) * vec4(place + time * rate, 1.0);
 #else
     vec4 p = camera_from_body * vec4(place, 1.0);

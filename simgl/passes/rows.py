@@ -27,7 +27,7 @@ class RowsPass:
         self._ctx = ctx
         seen, shares, behind = ({name: unit} for name, unit in _UNITS.items())
         self._copying = Screen(ctx, "rows/rows", 0.0, [], seen)
-        self._whole = Screen(ctx, "rows/rows", 0.0, [], seen | shares, {"ROW_SHARES": 1})
+        self._shared = Screen(ctx, "rows/rows", 0.0, [], seen | shares, {"ROW_SHARES": 1})
         defines = {"ROW_SHARES": 1, "LESS": 1}
         self._beyond = Screen(ctx, "rows/rows", 0.0, [], seen | shares | behind, defines)
 
@@ -43,7 +43,7 @@ class RowsPass:
     def add(self, seen: moderngl.Texture, shares: Array, target: moderngl.Framebuffer) -> None:
         """Add shares, (height,), of a radiance to a target."""
         area = 0, 0, *target.size
-        self._add(self._whole, [seen], shares, target, area)
+        self._add(self._shared, [seen], shares, target, area)
 
     def add_beyond(
         self,
@@ -79,5 +79,5 @@ class RowsPass:
 
     def release(self) -> None:
         """Free everything."""
-        for screen in (self._copying, self._whole, self._beyond):
+        for screen in (self._copying, self._shared, self._beyond):
             screen.release()

@@ -171,7 +171,7 @@ def _rows(
     """
     first, end = used
     share = (end - first) / camera.detector.height
-    most = min(np.ceil(PARTS_PER_PIXEL * lean), MAX_PARTS, end - first)
-    count = int(np.clip(np.ceil(turned * share / LARGEST_TURN), 1, most))
+    largest = min(np.ceil(PARTS_PER_PIXEL * lean), MAX_PARTS, end - first)
+    count = int(np.clip(np.ceil(turned * share / LARGEST_TURN), 1, largest))
     edges = np.round(np.linspace(first, end, count + 1)).astype(int)
     return tuple(RowClock(low, high) for low, high in pairwise(edges.tolist()))

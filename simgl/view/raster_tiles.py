@@ -309,8 +309,8 @@ def raster_tiles(
             groups = _join(groups, group, _share_pixels)
         else:
             # The rows of a few pixels see it at one time.
-            alone = one.settled or one
-            group = _Group(targets=(alone,), box=alone.box)
+            standing = one.settled or one
+            group = _Group(targets=(standing,), box=standing.box)
             windows = _join(windows, group, _outlines_overlap)
     tiles = []
     for group in sorted([*groups, *windows], key=lambda group: -group.depths[0]):

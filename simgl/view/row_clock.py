@@ -88,7 +88,7 @@ class PoseMotion:
         """
         return 1.0 + 0.25 * self.turn * min(extent, camera.detector.height) ** 2
 
-    def own_times(self, places: Array) -> Array:
+    def row_times(self, places: Array) -> Array:
         """(n,) when the rows are exposed that places (n, 3), body axes [m], are seen in then."""
         body = np.column_stack([places, np.ones(len(places))])
         still, rate, change = (body @ m[:3].T for m in (self.pose, self.rate, self.change))
@@ -106,7 +106,7 @@ class PoseMotion:
 
     def moved(self, places: Array) -> Array:
         """(n, 3) places, body axes [m], each at its row's own time, camera axes [m]."""
-        t = self.own_times(places)[:, None]
+        t = self.row_times(places)[:, None]
         body = np.column_stack([places, np.ones(len(places))])
         still, rate, change = (body @ m[:3].T for m in (self.pose, self.rate, self.change))
         return np.asarray(still + t * (rate + t * change))

@@ -132,5 +132,5 @@ def settled_view(view: SpacecraftView) -> SpacecraftView:
     """A spacecraft that moves, as it stands when its middle's row is exposed."""
     assert view.motion is not None
     middle = view.model.posed_mesh.centre[None]
-    pose = view.motion.at(float(view.motion.own_times(middle)[0]))
+    pose = view.motion.at(float(view.motion.row_times(middle)[0]))
     return replace(view, motion=None, camera_from_body=_float32(pose))
