@@ -4,11 +4,28 @@
 // Times are counted from the middle of a part of the exposure, in halves of its length.
 #include "block/spacecraft"
 
+const int ROW_DEGREE = 7;   // of simgl/camera/row_curve.py
 const float FARTHEST_TIME = 2.0, SLOWEST_ROWS = 0.25;   // as there
 
 // When the row is exposed that a line of sight, or the place at its end, is seen in; camera axes.
 float time_of(vec3 sight) {
+#ifdef BENT_ROWS
+    vec2 place = sight.xy / (length(sight) + sight.z);
+    float time = 0.0, y = 1.0;
+    int term = 0;
+    for (int j = 0; j <= ROW_DEGREE; ++j) {
+        float x = y;
+        for (int i = 0; i <= ROW_DEGREE - j; ++i) {
+            time += row_curve[term >> 2][term & 3] * x;
+            x *= place.x;
+            ++term;
+        }
+        y *= place.y;
+    }
+    return time;
+#else
     return row_clock.x * sight.y / sight.z + row_clock.y;
+#endif
 }
 
 // camera_from_body at a time.

@@ -141,7 +141,7 @@ class GBufferPass:
             variant += lighting.defines
         motion = drawn.view.motion
         if motion is not None:
-            variant += ("MOVING",)
+            variant += motion.variant
             if motion.joint_rates is not None:
                 self._meshes.bind_joint_rates(motion)
                 variant += ("JOINTS_MOVE",)

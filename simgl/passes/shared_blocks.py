@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from simgl.arrays import Array, Array32
+from simgl.camera.row_curve import TERMS
 from simgl.errors import AssetError
 from simgl.gpu.uniform_blocks import Block
 from simgl.sample_grid import SampleGrid
@@ -91,6 +92,8 @@ SPACECRAFT = Block(
             ("instance", "u4"),
             # Slope and offset of a row's time over y / z of its lines of sight.
             ("row_clock", "f4", 2),
+            # The time where the rows are bent (simgl/camera/row_curve.py), four terms each.
+            ("row_curve", "f4", (TERMS // 4, 4)),
         ]
     ),
 )
@@ -227,6 +230,9 @@ def _joint_rows(matrices: Array) -> Array32:
     return rows
 
 
+_no_curve = np.zeros((TERMS // 4, 4))
+
+
 def spacecraft_values(view: SpacecraftView, air: AirBetween | None = None) -> dict[str, Any]:
     """The Spacecraft block of a spacecraft.
 
@@ -242,6 +248,9 @@ def spacecraft_values(view: SpacecraftView, air: AirBetween | None = None) -> di
         "pose_rate": np.zeros((4, 4)) if motion is None else motion.rate,
         "pose_change": np.zeros((4, 4)) if motion is None else motion.change,
         "row_clock": (0.0, 0.0) if motion is None else motion.line,
+        "row_curve": _no_curve
+        if motion is None or motion.curve is None
+        else motion.curve.reshape(-1, 4),
         "sky_from_camera": sky_from_camera,
         "sun_direction": (*view.sun_direction, 0.0),
         "sun_irradiance": view.sun_irradiance,

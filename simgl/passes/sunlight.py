@@ -86,8 +86,8 @@ class SunlightPass:
         del known["sun_behind"]
         self._samplers = known, searched
         # Of spacecraft that stand still, and of those that move.
-        self._screens: dict[bool, tuple[Screen, Screen]] = {}
-        self._screens_for(moving=False)
+        self._screens: dict[tuple[str, ...], tuple[Screen, Screen]] = {}
+        self._screens_for(())
         self._unknown = Screen(ctx, "surface/unknown", 0.0, [], {"sunlight": _SUNLIGHT_UNIT})
         self._tile = UniformBuffer(ctx, TILE)
         self._spacecraft = UniformBuffer(ctx, SPACECRAFT)
@@ -98,17 +98,17 @@ class SunlightPass:
         self._points = GrowingTarget(ctx, [[0]], Format("u4"))
         self._pages = GrowingTarget(ctx, [[0]], Format("u4"))
 
-    def _screens_for(self, *, moving: bool) -> tuple[Screen, Screen]:
+    def _screens_for(self, variant: tuple[str, ...]) -> tuple[Screen, Screen]:
         """For all points, and for those that are searched."""
-        if moving not in self._screens:
+        if variant not in self._screens:
             name, blocks = "surface/sunlight", [TILE, SPACECRAFT, SHADOW]
-            variant = {"MOVING": 1} if moving else {}
+            defines = dict.fromkeys(variant, 1)
             known, searched = self._samplers
-            self._screens[moving] = (
-                point_shader(self._ctx, name, 0.0, blocks, known, variant),
-                point_shader(self._ctx, name, 0.0, blocks, searched, {"SEARCH": 1, **variant}),
+            self._screens[variant] = (
+                point_shader(self._ctx, name, 0.0, blocks, known, defines),
+                point_shader(self._ctx, name, 0.0, blocks, searched, {"SEARCH": 1, **defines}),
             )
-        return self._screens[moving]
+        return self._screens[variant]
 
     def draw(
         self, tile: RasterTile, points: ShadingPoints, drawn: DrawnSpacecraft
@@ -127,7 +127,8 @@ class SunlightPass:
         if drawn.view.sun_irradiance.any():
             self._bind(tile, points, drawn)
             self.state.apply(self._ctx, sunlight, area, area)
-            known, searched = self._screens_for(moving=drawn.view.motion is not None)
+            motion = drawn.view.motion
+            known, searched = self._screens_for(() if motion is None else motion.variant)
             known.draw()
             shares.use(_SUNLIGHT_UNIT)
             self._search(points, searched)

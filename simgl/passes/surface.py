@@ -115,10 +115,11 @@ class SurfacePass:
             "LAMPS": bool(lamps),
             "BY_LIGHT": by_light,
             "AIR_BEFORE": drawn.air is not None,
-            "MOVING": drawn.view.motion is not None,
         }
         variant = [d for d in drawn.view.model.variant if d != "CUT_OUT"]
         variant += [define for define, wanted in optional.items() if wanted]
+        motion = drawn.view.motion
+        variant += [] if motion is None else motion.variant
         for screen in self._lit_for(tuple(variant)):
             screen.draw()
         return textures_of(target)

@@ -69,7 +69,7 @@ class VisibilityPass:
         if motion is None:
             self._program_for(()).draw(model, drawn.mesh)
             return
-        variant: tuple[str, ...] = ("MOVING",)
+        variant = motion.variant
         if motion.joint_rates is not None:
             self._meshes.bind_joint_rates(motion)
             variant += ("JOINTS_MOVE",)

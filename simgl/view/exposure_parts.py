@@ -55,8 +55,7 @@ class MovingScene:
 
     at : the scene at a time from the epoch [s], with the camera as it is used
     instants : at which what is behind the spacecraft is drawn [s]; none where the epoch is enough
-    moments : of each row's exposure at which spacecraft are drawn [s], by a camera that images as
-        a pinhole; others draw them at the instants
+    moments : of each row's exposure at which spacecraft are drawn [s]
     rows : of the parts of the image that are drawn apart; none where rows need not be told apart
     """
 
@@ -68,14 +67,6 @@ class MovingScene:
 
     def parts(self) -> Iterator[ExposurePart]:
         """What is drawn of the spacecraft, one after the other."""
-        if self.camera.is_pinhole:
-            yield from self._at_rows_times()
-            return
-        # A distorting lens bends the rows.
-        for state, shares in self.behind():
-            yield ExposurePart(state=state, shares=shares)
-
-    def _at_rows_times(self) -> Iterator[ExposurePart]:
         d, share = self.camera.detector, 1.0 / len(self.moments)
         for moment in self.moments.tolist():
             if not self.rows:
@@ -123,13 +114,13 @@ def moving_scene(
     ends = at(-half), at(half)
     motion_behind = sum(background_motion(state, end, name) for end in ends)
     motion = sum(spacecraft_motion(state, end, name) for end in ends)
-    behind = parts(camera, motion_behind if camera.is_pinhole else max(motion, motion_behind))
+    behind = parts(camera, motion_behind)
     lean, blur = lean_and_blur(camera, motion)
     within = moments(camera, blur)
     if not behind and len(within) == 1 and lean <= LEAN:
         return None
     rows: tuple[RowClock, ...] = ()
-    if lean > LEAN and camera.is_pinhole:
+    if lean > LEAN:
         turned = sum(turn(state, end, name) for end in ends) * read_out(camera) / duration(camera)
         rows = _rows(camera, _rows_used((state, *ends), name), turned, lean)
     return MovingScene(
@@ -145,6 +136,8 @@ def _rows_used(states: tuple[SceneState, ...], name: str) -> tuple[int, int]:
     """First and end of the rows that spacecraft may touch."""
     camera = states[0].cameras[name].camera
     height = camera.detector.height
+    if not camera.is_pinhole:
+        return 0, height
     low, high = [], []
     for state in states:
         for body in state.bodies.values():

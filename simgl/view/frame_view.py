@@ -79,7 +79,7 @@ def frame_view(
     views = spacecraft_views(state, camera, inter_reflection)
     rows = None if part is None else part.rows
     if part is not None and rows is not None:
-        views = [_moving(view, part, rows, camera.camera) for view in views]
+        views = [_moving(view, part, rows, real, camera.camera) for view in views]
     lamps = lamp_views(state, camera)
     return FrameView(
         camera=real,
@@ -92,7 +92,7 @@ def frame_view(
             sample_budget,
             samples_per_pixel,
             with_lamps=bool(lamps) or real.lidar is not None,
-            rows=None if rows is None else (rows.first, rows.end),
+            rows=None if rows is None or seen is not None else (rows.first, rows.end),
         ),
         lamps=lamps,
         gather=gather,
@@ -101,7 +101,7 @@ def frame_view(
 
 
 def _moving(
-    view: SpacecraftView, part: ExposurePart, rows: RowClock, camera: Camera
+    view: SpacecraftView, part: ExposurePart, rows: RowClock, camera: Camera, pinhole: Camera
 ) -> SpacecraftView:
     """A spacecraft as the rows of a part of an exposure see it one after the other."""
     states = (part.before, part.state, part.after)
@@ -110,7 +110,7 @@ def _moving(
         for state in states
         if state is not None
     ]
-    motion = pose_motion(rows, camera, seen)
+    motion = pose_motion(rows, camera, pinhole, seen)
     return replace(view, motion=motion) if motion.moves else view
 
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from simgl.arrays import Array
 from simgl.camera.camera import Camera
+from simgl.camera.row_curve import row_curve, rows_on
 from simgl.motion.joints import relative_motion
 from simgl.scene.posed_mesh import PosedMesh
 from simgl.scene.state import BodyState, CameraState
@@ -44,6 +45,12 @@ class RowClock:
         """Row coordinate of the part's middle."""
         return 0.5 * (self.first + self.end)
 
+    def curve(self, camera: Camera) -> Array:
+        """The time as a polynomial of the line of sight, as ``row_curve`` has the row."""
+        curve = row_curve(camera).copy()
+        curve[0] -= self.middle
+        return np.asarray(curve * (2.0 / (self.end - self.first)))
+
     def line(self, camera: Camera) -> tuple[float, float]:
         """Slope and offset of the time over y / z of a line of sight, camera axes."""
         per_row = 2.0 / (self.end - self.first)
@@ -56,7 +63,8 @@ class PoseMotion:
     """How a spacecraft moves before the camera during a part of an exposure.
 
     pose, rate, change : (4, 4), camera_from_body is pose + time (rate + time change)
-    line : slope and offset of a row's time over y / z of its lines of sight
+    line : slope and offset of a row's time over y / z of its lines of sight, by a pinhole
+    curve : coefficients of the time as ``row_curve`` has those of the row; None for a pinhole
     joint_rates : (groups, 4, 4) rate of places of the rigid groups, body axes; None where no joint
         moves
     turn : between the images of two rows, of edges against each other [rad]
@@ -67,6 +75,7 @@ class PoseMotion:
     rate: Array
     change: Array
     line: tuple[float, float]
+    curve: Array | None
     joint_rates: Array | None
     turn: float
     bend: float
@@ -76,6 +85,11 @@ class PoseMotion:
         """Whether it does."""
         largest = max(float(np.abs(self.rate).max()), float(np.abs(self.change).max()))
         return self.joint_rates is not None or largest > _STILL
+
+    @property
+    def variant(self) -> tuple[str, ...]:
+        """What shaders of this motion are defined by."""
+        return ("MOVING",) if self.curve is None else ("MOVING", "BENT_ROWS")
 
     def at(self, time: float) -> Array:
         """(4, 4) camera_from_body at a time."""
@@ -96,11 +110,15 @@ class PoseMotion:
         times = np.zeros(len(places))
         for _ in range(_STEPS):
             t = times[:, None]
-            _, y, z = (still + t * (rate + t * change)).T
+            places_seen = still + t * (rate + t * change)
+            _, y, z = places_seen.T
             _, v, w = (rate + 2.0 * t * change).T
             z = np.maximum(z, 1e-3)
             runs = 1.0 - slope * (v * z - y * w) / (z * z)
-            step = (slope * y / z + offset - times) / np.maximum(runs, _SLOWEST)
+            seen = slope * y / z + offset
+            if self.curve is not None:
+                seen = rows_on(self.curve, places_seen)
+            step = (seen - times) / np.maximum(runs, _SLOWEST)
             times = np.clip(times + step, -_FARTHEST, _FARTHEST)
         return times
 
@@ -123,11 +141,12 @@ def camera_from_body(camera: CameraState, body: BodyState) -> Array:
 def pose_motion(
     clock: RowClock,
     camera: Camera,
+    pinhole: Camera,
     seen: Sequence[tuple[CameraState, BodyState]],
 ) -> PoseMotion:
     """The motion of a body through its states at the times -1, 0 and 1.
 
-    camera : that draws the image
+    camera, pinhole : whose rows they are, and that draws the image
     """
     before, pose, after = (camera_from_body(*one) for one in seen)
     rate, change = 0.5 * (after - before), 0.5 * (after + before) - pose
@@ -142,7 +161,8 @@ def pose_motion(
         pose=pose,
         rate=rate,
         change=change,
-        line=clock.line(camera),
+        line=clock.line(pinhole),
+        curve=None if camera.is_pinhole else clock.curve(camera),
         joint_rates=joint_rates,
         turn=per_row,
         # Over n rows the middle of an edge stays behind by a quarter of the turn times n^2.
