@@ -13,7 +13,7 @@ import typer
 from rich.console import Console
 
 from benchmarks.record import write_record
-from benchmarks.truth import earth_light, geometry, highlights, lamps, small_targets
+from benchmarks.truth import earth_light, geometry, highlights, lamps, moving, small_targets
 from benchmarks.truth.page import Record, page
 from benchmarks.truth.rows import Table
 from simgl.gpu.context import temporary_context
@@ -25,6 +25,7 @@ _SUBJECTS: dict[str, Callable[[moderngl.Context], Table]] = {
     "earth_light": earth_light.table,
     "lamps": lamps.table,
     "geometry": geometry.table,
+    "moving": moving.table,
 }
 
 
