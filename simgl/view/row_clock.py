@@ -180,7 +180,7 @@ def _joint_rates(before: PosedMesh, mesh: PosedMesh, after: PosedMesh) -> Array 
 
 
 def _nearest(pose: Array, mesh: PosedMesh) -> float:
-    """Distance of a body's surface from the camera, at least [m]."""
-    reach = float(np.linalg.norm(mesh.centre)) + mesh.radius
-    # From inside a body's sphere, a tenth of it stands for how near its surface may be.
-    return max(float(np.linalg.norm(pose[:3, 3])) - reach, 0.1 * reach)
+    """Depth of a body's surface before the camera, at least [m]."""
+    depths = mesh.hull @ pose[2, :3] + pose[2, 3]
+    # Where the camera is within its hull, a tenth of its radius stands for how near it may be.
+    return max(float(depths.min()), 0.1 * mesh.radius)
