@@ -30,20 +30,18 @@ _DN = (DN_FORMAT,)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ExposurePart:
-    """What pixels of a camera see at one instant of an exposure.
+class ColourLight:
+    """What pixels of one colour see, whose share of some light is not that of the Sun's.
 
     camera : in which all other pixels are blind
     photons_per_joule : (4,) of the light in each band
     sun : gives ghosts
-    shares : (height,) weight of the instant in each row
     """
 
     camera: Camera
     photons_per_joule: Array
     radiance: ImageTarget
     sun: SunInCamera | None
-    shares: Array
 
 
 class CameraPipeline:
@@ -104,8 +102,8 @@ class CameraPipeline:
             )
         return target
 
-    def electrons_during(self, camera: Camera, parts: Iterable[ExposurePart]) -> ImageTarget:
-        """Mean electrons [e-] of an exposure while the scene moves, in ``ELECTRONS_FORMAT``.
+    def electrons_by_colour(self, camera: Camera, parts: Iterable[ColourLight]) -> ImageTarget:
+        """Mean electrons [e-] where pixels of each colour see their own light.
 
         parts : at least one, each asked for when the one before has been used
         """
@@ -117,7 +115,7 @@ class CameraPipeline:
                 light = self._spread_electrons(
                     part.camera, part.photons_per_joule, part.radiance, part.sun
                 )
-                total += part.shares.astype(np.float32)[:, None] * light
+                total += light
             target.write(total)
             return target
         relative = self._optics.relative_illumination(camera)
@@ -131,7 +129,6 @@ class CameraPipeline:
                     seen,
                     relative,
                     target.framebuffer,
-                    part.shares,
                 )
         return target
 

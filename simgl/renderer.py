@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from itertools import chain
 
 import moderngl
+import numpy as np
 
-from simgl.arrays import Array32
+from simgl.arrays import Array, Array32
 from simgl.camera.camera import Camera
 from simgl.camera.pinhole_fields import pinhole_fields
 from simgl.environment_map import SkyRadiance, with_small_light
@@ -29,6 +31,7 @@ from simgl.passes.lamp_shadow import LampShadowPass
 from simgl.passes.mesh_store import MeshStore, VertexLighting
 from simgl.passes.reference_gather import ReferenceGather
 from simgl.passes.resolve import DistortedView, ResolvePass
+from simgl.passes.rows import RowsPass
 from simgl.passes.shading_points import ShadingPoints
 from simgl.passes.shadow import ShadowPass
 from simgl.passes.sunlight import SunlightPass
@@ -92,6 +95,7 @@ class Renderer:
         self._reference_gather = ReferenceGather(self._transports)
         self._resolve = ResolvePass(ctx)
         self._warp = WarpPass(ctx)
+        self._rows = RowsPass(ctx)
         self._truth = TruthPass(ctx, self._meshes)
         self._targets = TargetStore(ctx)
 
@@ -141,15 +145,81 @@ class Renderer:
     def radiance(self, view: FrameView) -> ImageTarget:
         """Radiance per band [W m-2 sr-1], RGBA32F; valid until the next call at this size."""
         target = self._target("radiance", view.camera, _BANDS)
-        if view.field is not None:
-            _blacken(target)
+        self._all_background(view, target)
+        self._lay_spacecraft(view, target)
+        return target
+
+    def radiance_during(
+        self,
+        behind: Iterable[tuple[FrameView, Array]],
+        parts: Iterable[tuple[FrameView, Array]],
+    ) -> ImageTarget:
+        """The mean radiance that each row sees over its exposure, as ``radiance`` gives it.
+
+        behind : what is behind the spacecraft; parts : these; each with its share of each row's
+            exposure (height,), and drawn when it is asked for
+        """
+        parts = iter(parts)
+        first = next(parts)
+        target = self._target("radiance", first[0].camera, _BANDS)
+        one = self._target("one moment", first[0].camera, _BANDS)
+        if _is_separate(*first):
+            self._mean_background(behind, one, target)
+            for view, _ in chain([first], parts):
+                self._lay_spacecraft(view, target)
+            return target
+        background = self._target("background", first[0].camera, _BANDS)
+        self._mean_background(behind, one, background)
+        with self.timer.measure("rows"):
+            area = (0, 0, *target.size)
+            self._rows.copy(background.textures[0], target.framebuffer, area)
+        for view, share in chain([first], parts):
+            if not any(seen.tiles for seen in view.pinholes):
+                continue
+            area = _touched(view)
+            with self.timer.measure("rows"):
+                self._rows.copy(background.textures[0], one.framebuffer, area)
+            self._lay_spacecraft(view, one)
+            with self.timer.measure("rows"):
+                self._rows.add_beyond(
+                    one.textures[0], background.textures[0], share, target.framebuffer, area
+                )
+        return target
+
+    def _mean_background(
+        self, behind: Iterable[tuple[FrameView, Array]], one: ImageTarget, mean: ImageTarget
+    ) -> None:
+        """Fill a target with the mean over the rows' exposures of what is behind spacecraft."""
+        filled = False
+        for view, share in behind:
+            if np.all(share == 1.0):
+                self._all_background(view, mean)
+                return
+            if not filled:
+                _blacken(mean)
+                filled = True
+            seen = np.flatnonzero(share)
+            if not seen.size:
+                continue
+            self._all_background(view, one, (int(seen[0]), int(seen[-1]) + 1))
+            with self.timer.measure("rows"):
+                self._rows.add(one.textures[0], share, mean.framebuffer)
+
+    def _lay_spacecraft(self, view: FrameView, target: ImageTarget) -> None:
         for seen in view.pinholes:
-            self._background(seen, target)
             lens = self._distorted(seen)
             for tile, points, (radiance,) in self._lit_tiles(seen):
                 with self.timer.measure("resolve"):
                     self._resolve.draw(tile, points, radiance, target.framebuffer, lens)
-        return target
+
+    def _all_background(
+        self, view: FrameView, target: ImageTarget, rows: tuple[int, int] | None = None
+    ) -> None:
+        """Through every pinhole; black where the lens sees nothing."""
+        if view.field is not None:
+            _blacken(target)
+        for seen in view.pinholes:
+            self._background(seen, target, rows)
 
     def layers(self, view: FrameView) -> dict[str, Array32]:
         """The radiance in parts: what each of ``LIGHTS`` gives the spacecraft, and "background".
@@ -174,7 +244,13 @@ class Renderer:
         finally:
             release_all(self._ctx, *targets.values())
 
-    def _background(self, view: FrameView, target: ImageTarget) -> None:
+    def _background(
+        self, view: FrameView, target: ImageTarget, rows: tuple[int, int] | None = None
+    ) -> None:
+        """What is behind the spacecraft.
+
+        rows : first and end of those where the Earth is needed; None for all
+        """
         if view.background.planet is not None:
             with self.timer.measure("air"):
                 self._air.before(view.background.planet)
@@ -187,7 +263,9 @@ class Renderer:
             with self.timer.measure("celestial"):
                 self._celestial(view.background.celestial, fine)
         with self.timer.measure("planet"):
-            self._planet.draw(view.background, fine.framebuffer, (0, 0, *fine.size))
+            first, end = (0, fine.size[1]) if rows is None or view.field is not None else rows
+            area = 0, first, fine.size[0], end - first
+            self._planet.draw(view.background.from_row(first), fine.framebuffer, area)
         if view.field is not None:
             with self.timer.measure("warp"):
                 self._warp.mean(view.field, fine.textures[0], target.framebuffer)
@@ -333,6 +411,7 @@ class Renderer:
             self._interreflection,
             self._resolve,
             self._warp,
+            self._rows,
             self._truth,
             self._meshes,
         )
@@ -357,3 +436,20 @@ def _parts(tile: RasterTile, view: FrameView) -> list[RasterTile]:
     if view.field is None:
         return parts(tile, view.camera, _SAMPLES_AT_ONCE)
     return parts(tile, view.field.pinhole, _SAMPLES_AT_ONCE, view.field.reach)
+
+
+def _is_separate(view: FrameView, share: Array) -> bool:
+    """Whether each row belongs to one part of an exposure, which draws in no other."""
+    return bool(np.all(share == 1.0) or (view.field is None and np.all(share[share != 0.0] == 1.0)))
+
+
+def _touched(view: FrameView) -> tuple[int, int, int, int]:
+    """x, y, width, height of the pixels that a view's spacecraft may touch."""
+    d = view.camera.detector
+    if view.field is not None:
+        return 0, 0, d.width, d.height
+    x0 = min((tile.x for tile in view.tiles), default=0)
+    y0 = min((tile.y for tile in view.tiles), default=0)
+    x1 = max((tile.x + tile.width for tile in view.tiles), default=0)
+    y1 = max((tile.y + tile.height for tile in view.tiles), default=0)
+    return x0, y0, x1 - x0, y1 - y0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -12,8 +12,7 @@ import moderngl
 import numpy as np
 
 from simgl.camera.camera import Camera
-from simgl.camera.rolling_shutter import row_shares
-from simgl.camera_pipeline import CameraPipeline, ExposurePart
+from simgl.camera_pipeline import CameraPipeline
 from simgl.errors import ConfigError, did_you_mean
 from simgl.flash_lidar import lidar_frame
 from simgl.gpu.context import close_context, current, open_context, preserve_current
@@ -37,9 +36,9 @@ from simgl.renderer import Renderer
 from simgl.scenario.scenario import Scenario
 from simgl.scene.lamp_response import DetectorLight, lit_for_detector
 from simgl.scene.state import SceneState
-from simgl.still_scene import StillScene
-from simgl.view.frame_view import frame_view
-from simgl.view.image_motion import states_over_exposure
+from simgl.still_scene import MovingViews, StillScene
+from simgl.view.exposure_parts import ExposurePart, moving_scene
+from simgl.view.frame_view import FrameView, frame_view
 from simgl.view.lidar_pulse import pulse_view
 
 
@@ -180,10 +179,9 @@ class Simulator:
         with current(self._ctx), freed_on_error(self._ctx):
             for place, (camera, products) in enumerate(cameras.items()):
                 still = self._still(state, camera, seed, draw)
-                states = [] if during is None else states_over_exposure(state, camera, during)
                 frames = self._scene_frames(still, frozenset(products))
                 counts = Product.DN in products or Product.ELECTRONS in products
-                electrons = self._electrons(still, states) if counts else None
+                electrons = self._electrons(self._over_exposure(still, during)) if counts else None
                 unread.append(self._with_counts(frames, still, electrons, products, place))
             return tuple(self._read(drawn) for drawn in unread)
 
@@ -215,7 +213,7 @@ class Simulator:
             for draw, setting in enumerate(settings, first_draw):
                 still_with = still.with_camera(setting, draw)
                 frames = replace(shared, info=still_with.info)
-                electrons = self._electrons(still_with, ())
+                electrons = self._electrons(still_with)
                 drawn = self._with_counts(frames, still_with, electrons, products)
                 captures.append(self._read(drawn))
         return tuple(captures)
@@ -234,19 +232,7 @@ class Simulator:
             problem = f"is not in the scenario; {did_you_mean(camera, state.cameras)}"
             raise ConfigError(self.scenario.name, f'camera "{camera}"', problem)
         self._check_size(state.cameras[camera].camera)
-        try:
-            view = frame_view(
-                state,
-                camera,
-                sample_budget=self._renderer.sample_budget,
-                samples_per_pixel=self.scenario.samples_per_pixel,
-                inter_reflection=self.scenario.inter_reflection,
-                gather=self.scenario.gather,
-                joint_light=self.scenario.joint_light,
-            )
-        except ConfigError as error:
-            where = f"{self.scenario.source or self.scenario.name} {error.where}"
-            raise ConfigError(where, error.key, error.problem) from None
+        view = self._view(state, camera)
         placed = state.cameras[camera]
         sun = state.sun.seen_from(placed.position)
         info = FrameInfo(
@@ -263,6 +249,35 @@ class Simulator:
             interreflection=self._interreflection(state),
         )
         return StillScene(self._renderer, state, view, info)
+
+    def _view(self, state: SceneState, camera: str, part: ExposurePart | None = None) -> FrameView:
+        """What a camera draws of a state, or of the part of an exposure of which that is the
+        middle."""
+        try:
+            return frame_view(
+                state,
+                camera,
+                sample_budget=self._renderer.sample_budget,
+                samples_per_pixel=self.scenario.samples_per_pixel,
+                inter_reflection=self.scenario.inter_reflection,
+                gather=self.scenario.gather,
+                joint_light=self.scenario.joint_light,
+                part=part,
+            )
+        except ConfigError as error:
+            where = f"{self.scenario.source or self.scenario.name} {error.where}"
+            raise ConfigError(where, error.key, error.problem) from None
+
+    def _over_exposure(
+        self, still: StillScene, during: Callable[[int], SceneState] | None
+    ) -> StillScene:
+        """The scene while the shutter is open; the still one where nothing moves visibly."""
+        camera = still.view.camera.name
+        scene = None if during is None else moving_scene(still.state, camera, during)
+        if scene is None:
+            return still
+        moving = MovingViews(scene=scene, view_of=lambda part: self._view(part.state, camera, part))
+        return replace(still, moving=moving, lit={})
 
     def _interreflection(self, state: SceneState) -> Literal["off", "quick", "exact"]:
         """See ``FrameInfo``."""
@@ -287,41 +302,38 @@ class Simulator:
             lidar=made(Product.LIDAR, lambda: self._lidar(still)),
         )
 
-    def _electrons(self, still: StillScene, states: Sequence[SceneState]) -> ImageTarget:
-        """Electrons of the still scene, or the sum over the states of an exposure."""
+    def _electrons(self, still: StillScene) -> ImageTarget:
+        """Mean electrons of the scene."""
         camera, pipeline = still.view.camera, self._camera_pipeline
         colours = lit_for_detector(still.state, camera.detector)
-        if not states and len(colours) == 1:
+        if len(colours) == 1:
             photons = still.state.sun.photons_per_joule
-            seen = self._lit_for(still, colours[0])
+            seen = self._lit_for(still, 0)
             return pipeline.electrons_through(camera, photons, seen.radiance, seen.sun)
-        return pipeline.electrons_during(camera, self._exposure_parts(still, states))
+        lights = (
+            self._lit_for(still, index).lit_for(replace(camera, detector=colour.detector))
+            for index, colour in enumerate(colours)
+        )
+        return pipeline.electrons_by_colour(camera, lights)
 
-    def _exposure_parts(
-        self, still: StillScene, states: Sequence[SceneState]
-    ) -> Iterator[ExposurePart]:
-        """What the pixels of each colour see at each instant, each drawn when it is asked for."""
-        camera = still.view.camera
-        shares = np.ones((1, camera.detector.height))
-        if states:
-            shares = row_shares(camera, len(states) - 1)
-        for state, share in zip(states or [still.state], shares, strict=True):
-            moved = self._still(state, camera.name) if states else still
-            for colour in lit_for_detector(moved.state, camera.detector):
-                pixels = replace(camera, detector=colour.detector)
-                yield self._lit_for(moved, colour).exposed(pixels, share)
-
-    def _lit_for(self, still: StillScene, colour: DetectorLight) -> StillScene:
+    def _lit_for(self, still: StillScene, index: int) -> StillScene:
         """The scene with its lamps as the pixels of a colour respond to them; the last one found
         again, for the settings of a bracket."""
-        if colour.key == b"":
+        camera = still.view.camera
+
+        def colour(state: SceneState) -> DetectorLight:
+            return lit_for_detector(state, camera.detector)[index]
+
+        light = colour(still.state)
+        if light.key == b"":
             return still
-        if still.lit.get(colour.key) is None:
+        if still.lit.get(light.key) is None:
             still.lit.clear()
-            still.lit[colour.key] = self._still(
-                replace(still.state, lamps=colour.lamps), still.view.camera.name
-            )
-        return still.lit[colour.key]
+            lit = self._still(replace(still.state, lamps=light.lamps), camera.name)
+            if still.moving is not None:
+                lit.moving = still.moving.lit_by(lambda state: colour(state).lamps)
+            still.lit[light.key] = lit
+        return still.lit[light.key]
 
     def _with_counts(
         self,

@@ -1,36 +1,73 @@
-"""The scene as one camera sees it at one instant, drawn when it is first needed."""
+"""The scene as one camera sees it, at one instant or while it moves, drawn when first needed."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from simgl.arrays import Array
 from simgl.camera.camera import Camera
 from simgl.camera.point_spread import SunInCamera
-from simgl.camera_pipeline import ExposurePart
+from simgl.camera_pipeline import ColourLight
 from simgl.gpu.render_targets import ImageTarget
 from simgl.images import FrameInfo
 from simgl.renderer import Renderer
+from simgl.scene.lamps import LampState
 from simgl.scene.state import SceneState
-from simgl.view.frame_view import FrameView
+from simgl.view.exposure_parts import ExposurePart, MovingScene
+from simgl.view.frame_view import FrameView, behind_spacecraft
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MovingViews:
+    """A scene over an exposure, and what is drawn of its parts."""
+
+    scene: MovingScene
+    view_of: Callable[[ExposurePart], FrameView]
+
+    def lit_by(self, lamps_of: Callable[[SceneState], tuple[LampState, ...]]) -> MovingViews:
+        """The same with other lamps."""
+        at = self.scene.at
+
+        def lit(offset: float) -> SceneState:
+            state = at(offset)
+            return replace(state, lamps=lamps_of(state))
+
+        return replace(self, scene=replace(self.scene, at=lit))
 
 
 @dataclass(eq=False)
 class StillScene:
-    """The scene as one camera sees it at one instant."""
+    """The scene as one camera sees it at one instant.
+
+    moving : over its exposure instead; None for the instant
+    """
 
     renderer: Renderer
     state: SceneState
     view: FrameView
     info: FrameInfo
+    moving: MovingViews | None = None
     # With the lamps as a detector responds to them: the last, whose radiance is still valid.
     lit: dict[bytes, StillScene] = field(default_factory=dict)
 
     @cached_property
     def radiance(self) -> ImageTarget:
         """Rendered at the first use; valid until the renderer draws another scene of this size."""
-        return self.renderer.radiance(self.view)
+        if self.moving is None:
+            return self.renderer.radiance(self.view)
+        return self.renderer.radiance_during(self._behind(), self._parts())
+
+    def _behind(self) -> Iterator[tuple[FrameView, Array]]:
+        assert self.moving is not None
+        for state, share in self.moving.scene.behind():
+            yield behind_spacecraft(self.view, state), share
+
+    def _parts(self) -> Iterator[tuple[FrameView, Array]]:
+        assert self.moving is not None
+        for part in self.moving.scene.parts():
+            yield self.moving.view_of(part), part.shares
 
     @property
     def sun(self) -> SunInCamera:
@@ -42,14 +79,13 @@ class StillScene:
             angular_radius=self.state.sun.seen_from(info.position).angular_radius,
         )
 
-    def exposed(self, camera: Camera, shares: Array) -> ExposurePart:
-        """As an instant of an exposure of a camera; shares: (height,) its weight in each row."""
-        return ExposurePart(
+    def lit_for(self, camera: Camera) -> ColourLight:
+        """As the pixels of one colour of a camera see it."""
+        return ColourLight(
             camera=camera,
             photons_per_joule=self.state.sun.photons_per_joule,
             radiance=self.radiance,
             sun=self.sun,
-            shares=shares,
         )
 
     def with_camera(self, camera: Camera, draw: int) -> StillScene:

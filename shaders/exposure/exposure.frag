@@ -8,10 +8,6 @@
 #include "optics/off_axis.glsl"
 
 uniform sampler2D light;
-#ifdef ROW_SHARES
-// Of each row's exposure time, the share during which the scene looked like this.
-uniform sampler2D row_shares;
-#endif
 
 out vec4 electrons;
 
@@ -35,7 +31,4 @@ void main() {
     int first = 4 * int(gl_FragCoord.x);
     electrons = vec4(even_and_odd(first).x, even_and_odd(first + 1).y, even_and_odd(first + 2).x,
         even_and_odd(first + 3).y);
-#ifdef ROW_SHARES
-    electrons *= texelFetch(row_shares, ivec2(0, int(gl_FragCoord.y)), 0).r;
-#endif
 }

@@ -7,6 +7,12 @@
 #ifdef JOINTED
 #include "common/joints.glsl"
 #endif
+#ifdef MOVING
+#include "common/moving.glsl"
+#endif
+#ifdef JOINTS_MOVE
+#include "common/joint_rates.glsl"
+#endif
 #ifdef DETAILED
 #include "gbuffer/detail.glsl"
 #endif
@@ -133,7 +139,14 @@ void look_up(ivec2 cell, uint group) {
     uvec3 corner = corners_of(max(seen.x, 1u) - 1u);
     bool back = (seen.y & 1u) == 1u;
 
-    mat3 places, normals;
+    vec3 sight = sight_at(first + middle), seen_sight = sight_at(first + vec2(nearest) + 0.5);
+    mat4 pose = camera_from_body;
+#ifdef MOVING
+    float time = time_of(sight);
+    pose = pose_at(time);
+#endif
+    // Where the corners are in the middle of the exposure's part, and now.
+    mat3 places, present, normals;
     uint label = 0u;
     for (int k = 0; k < 3; ++k) {
         vec4 place = texelFetch(mesh_vertices, table_place(VERTEX_TEXELS * corner[k]), 0);
@@ -143,16 +156,18 @@ void look_up(ivec2 cell, uint group) {
         place.xyz = place_from_stored(place.xyz, label);
         direction = direction_from_stored(direction, label);
 #endif
-        places[k] = place.xyz;
+        places[k] = present[k] = place.xyz;
+#ifdef JOINTS_MOVE
+        present[k] += time * rate_of_place(place.xyz, label);
+#endif
         normals[k] = back ? -direction : direction;
     }
-    normals = mat3(camera_from_body) * normals;
-    vec3 a = (camera_from_body * vec4(places[0], 1.0)).xyz;
-    vec3 along = mat3(camera_from_body) * (places[1] - places[0]);
-    vec3 up = mat3(camera_from_body) * (places[2] - places[0]);
+    normals = mat3(pose) * normals;
+    vec3 a = (pose * vec4(present[0], 1.0)).xyz;
+    vec3 along = mat3(pose) * (present[1] - present[0]);
+    vec3 up = mat3(pose) * (present[2] - present[0]);
     Facet facet = Facet(a, along, up, cross(along, up));
 
-    vec3 sight = sight_at(first + middle), seen_sight = sight_at(first + vec2(nearest) + 0.5);
     vec3 weight = weights_at(facet, sight);
     vec2 parts = weights_at(facet, seen_sight).yz + parts_between(facet, seen_sight, sight);
     position = vec4(places[0] + parts.x * (places[1] - places[0]) + parts.y * (places[2] - places[0]),

@@ -1,5 +1,8 @@
 #include "gbuffer/page_places.glsl"
 #include "surface/material.glsl"
+#ifdef MOVING
+#include "common/moving.glsl"
+#endif
 #ifdef LAYERED
 #define GROUPED
 #include "gbuffer/cells.glsl"
@@ -52,7 +55,11 @@ Surface gbuffer_surface(ivec2 at) {
     uint material = material_of(position.w);
     Surface s;
     s.body = position.xyz;
-    s.place = (camera_from_body * vec4(s.body, 1.0)).xyz;
+    mat4 pose = camera_from_body;
+#ifdef MOVING
+    pose = pose_at(seen_time(s.body, vec3(0.0)));
+#endif
+    s.place = (pose * vec4(s.body, 1.0)).xyz;
     s.wo = normalize(-s.place);
     s.facet = dot(face_normal.xyz, s.wo) < 0.0 ? -face_normal.xyz : face_normal.xyz;
     s.n = normal_roughness.xyz;
@@ -83,7 +90,7 @@ Surface gbuffer_surface(ivec2 at) {
 #endif
 #ifdef LAYERED
     s.pattern = s.body;
-    s.pattern_from_camera = transpose(mat3(camera_from_body));
+    s.pattern_from_camera = transpose(mat3(pose));
 #ifdef JOINTED
     turn_back(s, uint(position.w) % 16384u);
 #endif

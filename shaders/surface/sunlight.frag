@@ -6,6 +6,9 @@
 #define GROUPED
 #include "gbuffer/cells.glsl"
 #include "surface/shadow.glsl"
+#ifdef MOVING
+#include "common/moving.glsl"
+#endif
 
 // The whole map, and right of it the close one where there is one.
 uniform sampler2D sun_depths;
@@ -61,13 +64,23 @@ void main() {
     vec3 n = texelFetch(gbuffer_normal_roughness, at, 0).xyz;
     vec3 facet = texelFetch(gbuffer_face_normal, at, 0).xyz;
     vec3 place = (camera_from_body * vec4(body, 1.0)).xyz;
+    mat3 body_from_camera = transpose(mat3(camera_from_body));
+#ifdef MOVING
+    mat4 pose = pose_at(seen_time(body, vec3(0.0)));
+    place = (pose * vec4(body, 1.0)).xyz;
+    body_from_camera = transpose(mat3(pose));
+#endif
     if (dot(facet, place) > 0.0) facet = -facet;
     // Steps of the place from one sample to the next: over the triangle's plane in camera axes, then
     // in body axes.
-    mat3 body_from_camera = transpose(mat3(camera_from_body));
     mat2x3 body_steps = mat2x3(
         body_from_camera * place_step(place, facet, sample_steps[0].xyz),
         body_from_camera * place_step(place, facet, sample_steps[1].xyz));
+#ifdef MOVING
+    // The maps have the Sun where the body saw it in the middle of the exposure's part.
+    n = mat3(camera_from_body) * (body_from_camera * n);
+    facet = mat3(camera_from_body) * (body_from_camera * facet);
+#endif
     vec2 inside = (shadow_from_body[1] * vec4(body, 1.0)).xy;
     inside = min(inside, shadow_atlas[1].x - inside);
     bool close = min(inside.x, inside.y) > shadow_frame[1].w;

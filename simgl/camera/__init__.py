@@ -9,6 +9,7 @@ camera_equation                 radiance to irradiance and electrons; exposure v
 distortion                      pinhole field of view behind a distorting lens; fall-off
 diffraction, psf_kernel, convolution, ghosts, point_spread
                                 point spread function, stray light and ghosts of a lens
+row_curve                       row on which a line of sight ends behind such a lens
 rolling_shutter, noise_streams, blooming, particle_hits, demosaic
                                 row timing, random numbers, charge effects, colour images from DN
 

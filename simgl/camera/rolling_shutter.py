@@ -1,10 +1,12 @@
-"""Exposure time of each row, and the instants at which the scene is drawn for it.
+"""Exposure time of each row, and the instants at which what it sees is drawn.
 
 Row r of a rolling shutter starts r * row_time after the first; all rows of a global shutter start
-together. The epoch of the image is the middle of the middle row's exposure. The time from the start
-of the first row to the end of the last is divided into equal parts, and the scene is drawn at their
-ends. Between two instants each pixel changes linearly, so that what moves is at its right place in
-each row, not at that of the nearest instant.
+together. The epoch of the image is the middle of the middle row's exposure.
+
+Spacecraft are drawn at their rows' own times, again for each of several moments of the rows'
+exposures where they move within these. For what is behind them the time from the start of the
+first row to the end of the last is divided into equal parts, and it is drawn at their ends. Between
+two instants each pixel of it changes linearly.
 """
 
 from __future__ import annotations
@@ -14,8 +16,9 @@ import numpy as np
 from simgl.arrays import Array
 from simgl.camera.camera import Camera
 
-# Parts per pixel of image motion, and their largest number.
-PARTS_PER_PIXEL = 2.0
+# Drawings per pixel of image motion: where pixels change linearly between them, and where they are
+# added up; their largest number.
+PARTS_PER_PIXEL, MOMENTS_PER_PIXEL = 2.0, 1.0
 MAX_PARTS = 64
 # Displacements of a row that one instant for all may leave [px]: 0.02 rms over the image.
 LEAN = 0.07
@@ -26,23 +29,44 @@ BLUR = 0.5
 
 def duration(camera: Camera) -> float:
     """From the start of the first row's exposure to the end of the last row's [s]."""
-    return _read_out(camera) + camera.exposure_time
+    return read_out(camera) + camera.exposure_time
 
 
-def _read_out(camera: Camera) -> float:
+def read_out(camera: Camera) -> float:
     """From the first row's exposure to the last row's [s]."""
     return (camera.detector.height - 1) * camera.detector.row_time
 
 
+def lean_and_blur(camera: Camera, motion: float) -> tuple[float, float]:
+    """The part of a motion over the ``duration`` that the rows see of each other, and each row."""
+    lean = motion * read_out(camera) / duration(camera)
+    return lean, motion - lean
+
+
 def parts(camera: Camera, motion: float) -> int:
-    """Number of parts for an image that moves by ``motion`` pixels; 0 where one instant is enough.
+    """Number of parts for what moves by ``motion`` pixels; 0 where one instant is enough.
 
     motion : over the ``duration``
     """
-    lean = motion * _read_out(camera) / duration(camera)
-    if lean <= LEAN and motion - lean <= BLUR:
+    lean, blur = lean_and_blur(camera, motion)
+    if lean <= LEAN and blur <= BLUR:
         return 0
     return int(np.clip(np.ceil(PARTS_PER_PIXEL * motion), 1, MAX_PARTS))
+
+
+def moments(camera: Camera, blur: float) -> Array:
+    """(n,) times within a row's exposure, from its middle on [s], each for an equal part of it.
+
+    blur : how far anything moves within the exposure [px]
+
+    Pixels are as wide as the steps, so that copies of an edge side by side make an even ramp. The
+    times reach out so far that their variance is that of the exposure.
+    """
+    if blur <= BLUR:
+        return np.zeros(1)
+    count = int(np.clip(np.ceil(MOMENTS_PER_PIXEL * blur), 2, MAX_PARTS))
+    middles = (np.arange(count) + 0.5) / count - 0.5
+    return camera.exposure_time * middles / np.sqrt(1.0 - count**-2.0)
 
 
 def instants(camera: Camera, count: int) -> Array:

@@ -74,22 +74,11 @@ class ExposurePass:
         radiance: moderngl.Texture,
         relative_illumination: moderngl.Texture | None,
         target: moderngl.Framebuffer,
-        shares: Array,
     ) -> None:
-        """Add the electrons of a part of the exposure to a target.
-
-        shares : (height,) part of each row's exposure time
-        """
-        rows = np.flatnonzero(shares)
-        if not rows.size:
-            return
-        first, count = int(rows[0]), int(rows[-1] - rows[0] + 1)
-        texture = self._ctx.texture((1, len(shares)), 1, shares.astype("<f4").tobytes(), dtype="f4")
-        texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        self.adds.apply(self._ctx, target, (0, first, target.width, count))
-        light = {"light": radiance, "row_shares": texture}
-        self._draw_seen(camera, photons_per_joule, light, relative_illumination, ["ROW_SHARES"])
-        texture.release()
+        """Add electrons to those of a target."""
+        self.adds.apply(self._ctx, target, (0, 0, *target.size))
+        light = {"light": radiance}
+        self._draw_seen(camera, photons_per_joule, light, relative_illumination)
 
     def _draw_seen(
         self,
@@ -97,10 +86,9 @@ class ExposurePass:
         photons_per_joule: Array,
         textures: Mapping[str, moderngl.Texture],
         relative_illumination: moderngl.Texture | None,
-        defines: Sequence[str] = (),
     ) -> None:
         folded = square_electrons_per_irradiance(camera, photons_per_joule)
-        defines = [*defines, "LENS"]
+        defines = ["LENS"]
         if relative_illumination is not None:
             textures = {**textures, "relative_illumination": relative_illumination}
             defines.append("MAPPED")

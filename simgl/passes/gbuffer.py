@@ -25,6 +25,7 @@ from simgl.passes.shading_points import (
     point_shader,
 )
 from simgl.passes.shared_blocks import (
+    JOINT_RATES,
     JOINTS,
     MATERIALS,
     SPACECRAFT,
@@ -138,6 +139,12 @@ class GBufferPass:
         if lighting is not None:
             lighting.light.use(_LIGHT_UNIT)
             variant += lighting.defines
+        motion = drawn.view.motion
+        if motion is not None:
+            variant += motion.variant
+            if motion.joint_rates is not None:
+                self._meshes.bind_joint_rates(motion)
+                variant += ("JOINTS_MOVE",)
         tables = self._meshes.tables(drawn.mesh)
         tables.corners.use(_CORNERS_UNIT)
         tables.vertices.use(_VERTICES_UNIT)
@@ -171,7 +178,10 @@ class GBufferPass:
                 self._ctx,
                 "gbuffer/gbuffer",
                 _LOOKED_UP,
-                [TILE, SPACECRAFT] + [MATERIALS] * detailed + [JOINTS] * ("JOINTED" in variant),
+                [TILE, SPACECRAFT]
+                + [MATERIALS] * detailed
+                + [JOINTS] * ("JOINTED" in variant)
+                + [JOINT_RATES] * ("JOINTS_MOVE" in variant),
                 samplers
                 | (IMAGE_UNITS if detailed else {})
                 | ({"vertex_light": _LIGHT_UNIT} if lit else {}),

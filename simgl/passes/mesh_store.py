@@ -8,15 +8,17 @@ import moderngl
 import numpy as np
 
 from simgl.arrays import IndexArray, UIntArray
-from simgl.gpu.mesh_tables import MeshTables
+from simgl.gpu.mesh_tables import MeshTables, table
 from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.gpu.vertex_buffers import DETAIL, VertexBuffers
 from simgl.lru_cache import MANY, LruCache
 from simgl.motion.joints import Joint
 from simgl.passes.shared_blocks import (
+    JOINT_RATES,
     JOINTS,
     MATERIALS,
     MAX_JOINTS,
+    joint_rate_values,
     joint_values,
     material_values,
 )
@@ -26,6 +28,8 @@ from simgl.scene.mesh import Mesh
 from simgl.scene.posed_mesh import PosedMesh, groups_of_parts
 from simgl.scene.smooth_surfaces import curvatures, smooth_surfaces
 from simgl.scene.spacecraft import SpacecraftModel
+from simgl.scene.split_mesh import SplitMesh, longest_edge, split_mesh
+from simgl.view.row_clock import PoseMotion
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -40,6 +44,19 @@ class VertexLighting:
     mesh: PosedMesh
     light: moderngl.Texture
     defines: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SplitGeometry:
+    """An uploaded mesh whose long edges are cut, and the triangle that each of its is a part of."""
+
+    buffers: VertexBuffers
+    triangles: moderngl.Texture
+
+    def release(self) -> None:
+        """Free both."""
+        self.buffers.release()
+        self.triangles.release()
 
 
 # Of the geometries that stay on the GPU.
@@ -73,6 +90,10 @@ class MeshStore:
         self._tables = LruCache[tuple[str, bytes], MeshTables](
             MANY, MeshTables.release, max_bytes=MAX_BYTES
         )
+        self._split = LruCache[tuple[str, bytes, float], SplitGeometry](
+            MANY, SplitGeometry.release, max_bytes=MAX_BYTES
+        )
+        self._joint_rates = UniformBuffer(ctx, JOINT_RATES)
 
     def geometry(self, posed: PosedMesh) -> VertexBuffers:
         """The uploaded mesh, the same for all poses.
@@ -92,6 +113,27 @@ class MeshStore:
         return self._tables.get(
             key, lambda: _tables(self._ctx, posed.mesh, groups), posed.mesh.nbytes
         )
+
+    def split(self, posed: PosedMesh, longest: float) -> SplitGeometry | None:
+        """The uploaded mesh, its edges cut where they are longer than that [m].
+
+        Lengths are rounded down to a power of two. None where no edge is as long.
+        """
+        longest = 2.0 ** float(np.floor(np.log2(longest)))
+        if longest_edge(posed.mesh) <= longest:
+            return None
+        groups = _groups(posed)
+        key = posed.mesh.digest, groups.tobytes() if posed.joints else b"", longest
+        return self._split.get(
+            key,
+            lambda: _split_geometry(self._ctx, split_mesh(posed.mesh, longest), groups),
+            posed.mesh.nbytes,
+        )
+
+    def bind_joint_rates(self, motion: PoseMotion) -> None:
+        """Bind the JointRates block of a spacecraft whose joints move."""
+        self._joint_rates.write(joint_rate_values(motion))
+        self._joint_rates.bind()
 
     def bind_joints(self, model: SpacecraftModel, posed: PosedMesh) -> None:
         """Bind the Joints block for a mesh of a model, some of which joints have moved."""
@@ -124,6 +166,8 @@ class MeshStore:
         """Free all of them."""
         self._geometries.clear()
         self._tables.clear()
+        self._split.clear()
+        self._joint_rates.release()
         self._materials.clear()
         self._joints.clear()
         self._textures.release()
@@ -158,6 +202,15 @@ def _tables(ctx: moderngl.Context, mesh: Mesh, group_of_part: IndexArray) -> Mes
 def _geometry(ctx: moderngl.Context, mesh: Mesh, group_of_part: IndexArray) -> VertexBuffers:
     labels = np.stack([mesh.part, _label(mesh, group_of_part)], axis=1)
     return VertexBuffers(ctx, mesh.positions, mesh.normals, labels, mesh.triangles, _details(mesh))
+
+
+def _split_geometry(
+    ctx: moderngl.Context, split: SplitMesh, group_of_part: IndexArray
+) -> SplitGeometry:
+    return SplitGeometry(
+        buffers=_geometry(ctx, split.mesh, group_of_part),
+        triangles=table(ctx, split.triangle[:, None]),
+    )
 
 
 def _details(mesh: Mesh) -> np.ndarray[tuple[int, ...], np.dtype[np.void]] | None:

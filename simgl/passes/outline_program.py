@@ -8,8 +8,9 @@ import moderngl
 
 from simgl.gpu.program import load_program
 from simgl.gpu.uniform_blocks import Block
+from simgl.gpu.vertex_buffers import VertexBuffers
 from simgl.passes.mesh_store import MeshStore
-from simgl.passes.shared_blocks import JOINTS, MATERIALS
+from simgl.passes.shared_blocks import JOINT_RATES, JOINTS, MATERIALS
 from simgl.passes.texture_store import BASE_COLOUR_UNIT
 from simgl.scene.posed_mesh import PosedMesh
 from simgl.scene.spacecraft import SpacecraftModel
@@ -36,10 +37,16 @@ class OutlineProgram:
         self._programs: dict[tuple[str, ...], moderngl.Program] = {}
         self._program_for(())
 
-    def draw(self, model: SpacecraftModel, mesh: PosedMesh | None = None) -> None:
+    def draw(
+        self,
+        model: SpacecraftModel,
+        mesh: PosedMesh | None = None,
+        geometry: VertexBuffers | None = None,
+    ) -> None:
         """All triangles of a model.
 
         mesh : to draw instead of the model's own
+        geometry : that stands for the mesh
         """
         mesh = mesh or model.posed_mesh
         variant = tuple(define for define in model.variant if define == "CUT_OUT")
@@ -49,7 +56,7 @@ class OutlineProgram:
             self._meshes.bind_surface(model)
         if "JOINTED" in variant:
             self._meshes.bind_joints(model, mesh)
-        self._meshes.geometry(mesh).draw(self._program_for(variant))
+        (geometry or self._meshes.geometry(mesh)).draw(self._program_for(variant))
 
     def _program_for(self, variant: tuple[str, ...]) -> moderngl.Program:
         if variant not in self._programs:
@@ -58,7 +65,7 @@ class OutlineProgram:
                 self._ctx,
                 self._name,
                 blocks=(*self._blocks, *(_VARIANTS[define] for define in variant)),
-                spare=list(_VARIANTS.values()),
+                spare=[*_VARIANTS.values(), JOINT_RATES],
                 samplers=self._samplers
                 | ({"base_colour_images": BASE_COLOUR_UNIT} if cut_out else {}),
                 defines=self._defines | dict.fromkeys(variant, 1),

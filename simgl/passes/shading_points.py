@@ -11,7 +11,7 @@ import numpy as np
 from simgl.arrays import AnyArray, IndexArray
 from simgl.gpu.fullscreen import Screen
 from simgl.gpu.uniform_blocks import Block
-from simgl.passes.shared_blocks import JOINTS, LAMPS, MATERIALS, TILE
+from simgl.passes.shared_blocks import JOINT_RATES, JOINTS, LAMPS, MATERIALS, TILE
 
 # As in shaders/gbuffer/paging.glsl: groups of a cell that have a shading point each, cells along
 # the edge of a block, and squares of four pages in a row of the textures.
@@ -120,5 +120,5 @@ def point_shader(
     defines: Mapping[str, int] | None = None,
 ) -> Screen:
     """A shader over the shading points of a tile, which the viewport holds, at a depth."""
-    spare = [TILE, LAMPS, MATERIALS, JOINTS]
+    spare = [TILE, LAMPS, MATERIALS, JOINTS, JOINT_RATES]
     return Screen(ctx, name, depth, blocks, samplers, defines, spare=spare)

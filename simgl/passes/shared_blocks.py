@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from simgl.arrays import Array
+from simgl.arrays import Array, Array32
+from simgl.camera.row_curve import TERMS
 from simgl.errors import AssetError
 from simgl.gpu.uniform_blocks import Block
 from simgl.sample_grid import SampleGrid
@@ -17,6 +18,7 @@ from simgl.scene.posed_mesh import PosedMesh
 from simgl.scene.textures import Image, SurfaceTextures
 from simgl.view.lamp_views import MAP_SIZE, LampView
 from simgl.view.raster_tiles import RasterTile
+from simgl.view.row_clock import PoseMotion
 from simgl.view.shadow_views import CELL, REACHES
 from simgl.view.spacecraft_view import SpacecraftView
 
@@ -73,6 +75,9 @@ SPACECRAFT = Block(
     np.dtype(
         [
             ("camera_from_body", "f4", (4, 4)),
+            # Where it moves: what a time adds to that, and its square (shaders/common/moving.glsl).
+            ("pose_rate", "f4", (4, 4)),
+            ("pose_change", "f4", (4, 4)),
             # Turns directions to the axes of the environment probe.
             ("sky_from_camera", "f4", (4, 4)),
             ("sun_direction", "f4", 4),
@@ -85,7 +90,10 @@ SPACECRAFT = Block(
             ("air_transmittance", "f4", 4),
             ("sun_angular_radius", "f4"),
             ("instance", "u4"),
-            ("spacecraft_padding", "f4", 2),
+            # Slope and offset of a row's time over y / z of its lines of sight.
+            ("row_clock", "f4", 2),
+            # The time where the rows are bent (simgl/camera/row_curve.py), four terms each.
+            ("row_curve", "f4", (TERMS // 4, 4)),
         ]
     ),
 )
@@ -120,6 +128,13 @@ JOINTS = Block(
     # Three rows a rigid group, from where a place is stored to where the joints put it, body axes;
     # the first three for what no joint carries.
     np.dtype([("joint_rows", "f4", (3 * (1 + MAX_JOINTS), 4))]),
+)
+
+JOINT_RATES = Block(
+    "JointRates",
+    13,
+    # The same rows: what a time adds to a place where the joints have put it.
+    np.dtype([("joint_rate_rows", "f4", (3 * (1 + MAX_JOINTS), 4))]),
 )
 
 LAMPS = Block(
@@ -199,10 +214,23 @@ def joint_values(model_name: str, posed: PosedMesh) -> dict[str, Any]:
         problem = f"has {len(posed.joints)} joints, at most {MAX_JOINTS} can move"
         raise AssetError(f'model "{model_name}" {problem}')
     assert posed.motion is not None
+    return {"joint_rows": _joint_rows(posed.motion)}
+
+
+def joint_rate_values(motion: PoseMotion) -> dict[str, Any]:
+    """The JointRates block of a spacecraft whose joints move."""
+    assert motion.joint_rates is not None
+    return {"joint_rate_rows": _joint_rows(motion.joint_rates)}
+
+
+def _joint_rows(matrices: Array) -> Array32:
     rows = np.zeros((3 * (1 + MAX_JOINTS), 4), dtype=np.float32)
-    motion = posed.motion[:, :3].reshape(-1, 4)
-    rows[: len(motion)] = motion
-    return {"joint_rows": rows}
+    filled = matrices[:, :3].reshape(-1, 4)
+    rows[: len(filled)] = filled
+    return rows
+
+
+_no_curve = np.zeros((TERMS // 4, 4))
 
 
 def spacecraft_values(view: SpacecraftView, air: AirBetween | None = None) -> dict[str, Any]:
@@ -214,8 +242,15 @@ def spacecraft_values(view: SpacecraftView, air: AirBetween | None = None) -> di
     if view.sky is not None:
         R_body_from_camera = view.camera_from_body[:3, :3].T
         sky_from_camera[:3, :3] = view.sky.R_sky_from_body @ R_body_from_camera
+    motion = view.motion
     return {
         "camera_from_body": view.camera_from_body,
+        "pose_rate": np.zeros((4, 4)) if motion is None else motion.rate,
+        "pose_change": np.zeros((4, 4)) if motion is None else motion.change,
+        "row_clock": (0.0, 0.0) if motion is None else motion.line,
+        "row_curve": _no_curve
+        if motion is None or motion.curve is None
+        else motion.curve.reshape(-1, 4),
         "sky_from_camera": sky_from_camera,
         "sun_direction": (*view.sun_direction, 0.0),
         "sun_irradiance": view.sun_irradiance,

@@ -84,10 +84,11 @@ class SunlightPass:
         known = _GBUFFER_UNITS | GROUPS | _SHADOW_UNITS
         searched = known | {"searched_points": _POINTS_UNIT}
         del known["sun_behind"]
-        name, blocks = "surface/sunlight", [TILE, SPACECRAFT, SHADOW]
-        self._known = point_shader(ctx, name, 0.0, blocks, known)
+        self._samplers = known, searched
+        # Of spacecraft that stand still, and of those that move.
+        self._screens: dict[tuple[str, ...], tuple[Screen, Screen]] = {}
+        self._screens_for(())
         self._unknown = Screen(ctx, "surface/unknown", 0.0, [], {"sunlight": _SUNLIGHT_UNIT})
-        self._searched = point_shader(ctx, name, 0.0, blocks, searched, {"SEARCH": 1})
         self._tile = UniformBuffer(ctx, TILE)
         self._spacecraft = UniformBuffer(ctx, SPACECRAFT)
         self._shadow = UniformBuffer(ctx, SHADOW)
@@ -96,6 +97,18 @@ class SunlightPass:
         self._masks = GrowingTarget(ctx, [[0]], Format("u1"))
         self._points = GrowingTarget(ctx, [[0]], Format("u4"))
         self._pages = GrowingTarget(ctx, [[0]], Format("u4"))
+
+    def _screens_for(self, variant: tuple[str, ...]) -> tuple[Screen, Screen]:
+        """For all points, and for those that are searched."""
+        if variant not in self._screens:
+            name, blocks = "surface/sunlight", [TILE, SPACECRAFT, SHADOW]
+            defines = dict.fromkeys(variant, 1)
+            known, searched = self._samplers
+            self._screens[variant] = (
+                point_shader(self._ctx, name, 0.0, blocks, known, defines),
+                point_shader(self._ctx, name, 0.0, blocks, searched, {"SEARCH": 1, **defines}),
+            )
+        return self._screens[variant]
 
     def draw(
         self, tile: RasterTile, points: ShadingPoints, drawn: DrawnSpacecraft
@@ -114,9 +127,11 @@ class SunlightPass:
         if drawn.view.sun_irradiance.any():
             self._bind(tile, points, drawn)
             self.state.apply(self._ctx, sunlight, area, area)
-            self._known.draw()
+            motion = drawn.view.motion
+            known, searched = self._screens_for(() if motion is None else motion.variant)
+            known.draw()
             shares.use(_SUNLIGHT_UNIT)
-            self._search(points)
+            self._search(points, searched)
         (results,), (pages,) = self._results.covering((1, 1)), self._pages.covering((1, 1))
         return shares, *textures_of(results), *textures_of(pages)
 
@@ -132,7 +147,7 @@ class SunlightPass:
         for unit, texture in zip(_SHADOW_UNITS.values(), drawn.shadow_maps, strict=True):
             texture.use(unit)
 
-    def _search(self, points: ShadingPoints) -> None:
+    def _search(self, points: ShadingPoints, searched: Screen) -> None:
         masks = self._unknown_points(points)
         if not masks.any():
             return
@@ -141,7 +156,7 @@ class SunlightPass:
         area = (0, 0, COLUMNS, len(to_search))
         (results,) = self._results.covering(area[2:])
         self.colour_only.apply(self._ctx, results, area, area)
-        self._searched.draw()
+        searched.draw()
         self._pages.written(pages)
 
     def _unknown_points(self, points: ShadingPoints) -> AnyArray:
@@ -159,5 +174,5 @@ class SunlightPass:
             target.release()
         for buffer in (self._tile, self._spacecraft, self._shadow):
             buffer.release()
-        for screen in (self._known, self._unknown, self._searched):
+        for screen in (self._unknown, *sum(self._screens.values(), ())):
             screen.release()

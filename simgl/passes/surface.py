@@ -118,6 +118,8 @@ class SurfacePass:
         }
         variant = [d for d in drawn.view.model.variant if d != "CUT_OUT"]
         variant += [define for define, wanted in optional.items() if wanted]
+        motion = drawn.view.motion
+        variant += [] if motion is None else motion.variant
         for screen in self._lit_for(tuple(variant)):
             screen.draw()
         return textures_of(target)

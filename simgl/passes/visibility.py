@@ -13,10 +13,16 @@ from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.passes.drawn_spacecraft import DrawnSpacecraft
 from simgl.passes.mesh_store import MeshStore
 from simgl.passes.outline_program import OutlineProgram
-from simgl.passes.shared_blocks import SPACECRAFT, TILE, spacecraft_values, tile_values
+from simgl.passes.shared_blocks import (
+    JOINT_RATES,
+    SPACECRAFT,
+    TILE,
+    spacecraft_values,
+    tile_values,
+)
 from simgl.view.raster_tiles import RasterTile
 
-_SURFACES_UNIT = 0
+_SURFACES_UNIT, _SPLIT_UNIT = 0, 1
 
 
 class VisibilityPass:
@@ -30,13 +36,8 @@ class VisibilityPass:
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
         self._ctx, self._meshes = ctx, meshes
-        self._program = OutlineProgram(
-            ctx,
-            meshes,
-            "visibility/visibility",
-            [TILE, SPACECRAFT],
-            {"triangle_surfaces": _SURFACES_UNIT},
-        )
+        self._programs: dict[tuple[str, ...], OutlineProgram] = {}
+        self._program_for(())
         self._tile = UniformBuffer(ctx, TILE)
         self._spacecraft = UniformBuffer(ctx, SPACECRAFT)
         self._target = GrowingTarget(ctx, [[0]], Format("u4", 2))
@@ -60,10 +61,44 @@ class VisibilityPass:
                 state.apply(self._ctx, target, viewport, viewport)
                 self._spacecraft.write(spacecraft_values(drawn.view))
                 self._meshes.tables(drawn.mesh).surfaces.use(_SURFACES_UNIT)
-                self._program.draw(model, drawn.mesh)
+                self._draw(drawn)
         return textures_of(target)[0]
+
+    def _draw(self, drawn: DrawnSpacecraft) -> None:
+        motion, model = drawn.view.motion, drawn.view.model
+        if motion is None:
+            self._program_for(()).draw(model, drawn.mesh)
+            return
+        variant = motion.variant
+        if motion.joint_rates is not None:
+            self._meshes.bind_joint_rates(motion)
+            variant += ("JOINTS_MOVE",)
+        split = self._meshes.split(drawn.mesh, motion.bend)
+        if split is None:
+            self._program_for(variant).draw(model, drawn.mesh)
+            return
+        split.triangles.use(_SPLIT_UNIT)
+        self._program_for((*variant, "SPLIT")).draw(model, drawn.mesh, split.buffers)
+
+    def _program_for(self, variant: tuple[str, ...]) -> OutlineProgram:
+        """For spacecraft that stand still, that move, and those cut finely for it."""
+        if variant not in self._programs:
+            samplers = {"triangle_surfaces": _SURFACES_UNIT}
+            if "SPLIT" in variant:
+                samplers["split_triangles"] = _SPLIT_UNIT
+            self._programs[variant] = OutlineProgram(
+                self._ctx,
+                self._meshes,
+                "visibility/visibility",
+                [TILE, SPACECRAFT] + [JOINT_RATES] * ("JOINTS_MOVE" in variant),
+                samplers,
+                dict.fromkeys(variant, 1),
+            )
+        return self._programs[variant]
 
     def release(self) -> None:
         """Free everything."""
-        for resource in (self._target, self._tile, self._spacecraft, self._program):
+        for program in self._programs.values():
+            program.release()
+        for resource in (self._target, self._tile, self._spacecraft):
             resource.release()

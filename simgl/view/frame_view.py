@@ -18,8 +18,10 @@ from simgl.camera.pinhole_fields import FINER, PinholeField, pinhole_fields
 from simgl.radiosity.transport_store import JointLight
 from simgl.scene.state import CameraState, SceneState, SunSeen
 from simgl.view.background import Background, background
+from simgl.view.exposure_parts import ExposurePart
 from simgl.view.lamp_views import LampView, lamp_views
 from simgl.view.raster_tiles import RasterTile, pixel_centre_tile, raster_tiles
+from simgl.view.row_clock import RowClock, pose_motion
 from simgl.view.spacecraft_view import SpacecraftView, spacecraft_views
 
 Gather = Literal["vertex", "pixel"]
@@ -63,6 +65,7 @@ def frame_view(
     inter_reflection: bool = True,
     gather: Gather = "vertex",
     joint_light: JointLight = "exact",
+    part: ExposurePart | None = None,
 ) -> FrameView:
     """What one camera of the scene draws.
 
@@ -72,28 +75,24 @@ def frame_view(
     gather : that light at vertices, or by rays from every sample
     joint_light : that light where joints have moved parts: pair by pair of rigid groups, or by a
         bake of each pose
+    part : of an exposure, of which this state is the middle; None for the state itself
 
     Raises ConfigError where the camera is inside a body or the Earth.
     """
     placed = state.cameras[camera_name]
     real = placed.camera
+    rows = None if part is None else part.rows
 
     def through(seen: PinholeField | None) -> FrameView:
-        camera = fine = placed
-        if seen is not None:
-            R = seen.R_pinhole_from_camera @ placed.R_camera_from_icrf
-            camera = replace(placed, camera=seen.pinhole, R_camera_from_icrf=R)
-            fine = replace(camera, camera=seen.fine)
+        camera = _through(placed, seen)
         views = spacecraft_views(state, camera, inter_reflection)
+        if part is not None and rows is not None:
+            views = [_moving(view, part, rows, real, seen) for view in views]
         lamps = lamp_views(state, camera)
-        behind = background(state, fine)
-        if seen is not None:
-            sun = state.sun.seen_from(placed.position)
-            behind = _with_all_their_light(behind, sun, placed, seen)
         return FrameView(
             camera=real,
             field=seen,
-            background=behind,
+            background=_background_through(state, placed, seen),
             spacecraft=tuple(views),
             tiles=raster_tiles(
                 views,
@@ -101,6 +100,7 @@ def frame_view(
                 sample_budget,
                 samples_per_pixel,
                 with_lamps=bool(lamps) or real.lidar is not None,
+                rows=None if rows is None or seen is not None else (rows.first, rows.end),
             ),
             lamps=lamps,
             gather=gather,
@@ -109,6 +109,54 @@ def frame_view(
 
     first, *others = map(through, [None] if real.is_pinhole else pinhole_fields(real))
     return replace(first, other_pinholes=tuple(others))
+
+
+def _through(placed: CameraState, seen: PinholeField | None) -> CameraState:
+    """The pinhole through which a part of a camera's field is drawn; the camera itself for None."""
+    if seen is None:
+        return placed
+    R = seen.R_pinhole_from_camera @ placed.R_camera_from_icrf
+    return replace(placed, camera=seen.pinhole, R_camera_from_icrf=R)
+
+
+def _moving(
+    view: SpacecraftView,
+    part: ExposurePart,
+    rows: RowClock,
+    camera: Camera,
+    field: PinholeField | None,
+) -> SpacecraftView:
+    """A spacecraft as the rows of a part of an exposure see it one after the other."""
+    states = (part.before, part.state, part.after)
+    seen = [
+        (_through(state.cameras[camera.name], field), state.bodies[view.name])
+        for state in states
+        if state is not None
+    ]
+    motion = pose_motion(rows, camera, field, seen)
+    return replace(view, motion=motion) if motion.moves else view
+
+
+def behind_spacecraft(view: FrameView, state: SceneState) -> FrameView:
+    """A view without spacecraft, before the background of another state."""
+    placed = replace(state.cameras[view.camera.name], camera=view.camera)
+
+    def through(one: FrameView) -> FrameView:
+        behind = _background_through(state, placed, one.field)
+        return replace(one, background=behind, spacecraft=(), tiles=())
+
+    first, *others = map(through, view.pinholes)
+    return replace(first, other_pinholes=tuple(others))
+
+
+def _background_through(
+    state: SceneState, placed: CameraState, seen: PinholeField | None
+) -> Background:
+    if seen is None:
+        return background(state, placed)
+    behind = background(state, replace(_through(placed, seen), camera=seen.fine))
+    sun = state.sun.seen_from(placed.position)
+    return _with_all_their_light(behind, sun, placed, seen)
 
 
 def _with_all_their_light(

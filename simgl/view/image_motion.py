@@ -2,30 +2,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
-
 import numpy as np
 
 from simgl.arrays import Array
-from simgl.camera.rolling_shutter import duration, instants, parts
-from simgl.motion.joints import body_from_stored
+from simgl.motion.joints import body_from_stored, relative_motion
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import BodyState, CameraState, SceneState
 
 
-def image_motion(first: SceneState, second: SceneState, camera: str) -> float:
-    """Upper bound on how far anything in view moves across the image [px].
+def spacecraft_motion(first: SceneState, second: SceneState, camera: str) -> float:
+    """Upper bound on how far anything of a spacecraft moves across the image [px].
 
-    Bodies that are not in view count too; the ground only where the Earth may be in view.
+    Bodies that are not in view count too.
     """
     a, b = first.cameras[camera], second.cameras[camera]
-    turned = _angle(b.R_camera_from_icrf @ a.R_camera_from_icrf.T)
-    moved = [turned]
-    moved += [_body_motion(a, b, first.bodies[n], second.bodies[n]) for n in first.bodies]
+    moved = [_body_motion(a, b, first.bodies[n], second.bodies[n]) for n in first.bodies]
+    return a.camera.focal_length_px * max(moved, default=0.0)
+
+
+def background_motion(first: SceneState, second: SceneState, camera: str) -> float:
+    """The same of what is behind them; the ground counts only where the Earth may be in view."""
+    a, b = first.cameras[camera], second.cameras[camera]
+    moved = _angle(b.R_camera_from_icrf @ a.R_camera_from_icrf.T)
     if first.earth is not None:
-        moved.append(turned + _ground_motion(first, a, b))
-    return a.camera.focal_length_px * max(moved)
+        moved += _ground_motion(first, a, b)
+    return a.camera.focal_length_px * moved
+
+
+def turn(first: SceneState, second: SceneState, camera: str) -> float:
+    """Largest angle by which a body, a joint or the camera turns against the stars [rad]."""
+    a, b = first.cameras[camera], second.cameras[camera]
+    turned = [_angle(b.R_camera_from_icrf @ a.R_camera_from_icrf.T)]
+    for name, before in first.bodies.items():
+        after = second.bodies[name]
+        turned.append(_angle(after.pose.R_icrf_from_body @ before.pose.R_icrf_from_body.T))
+        turned += [_angle(m[:3, :3]) for m in joints_moved(before.model, after.model)]
+    return max(turned)
 
 
 def _angle(rotation: Array) -> float:
@@ -55,6 +67,18 @@ def _body_motion(a: CameraState, b: CameraState, before: BodyState, after: BodyS
     return travel / nearest
 
 
+def joints_moved(before: SpacecraftModel, after: SpacecraftModel) -> Array:
+    """(n, 4, 4) how each rigid group of a model moves from one pose to another, body axes.
+
+    Of none where no joint moves.
+    """
+    first, second = before.posed_mesh.motion, after.posed_mesh.motion
+    if before is after or not before.joints or (first is None and second is None):
+        return np.zeros((0, 4, 4))
+    rest = np.tile(np.eye(4), (len(before.joints) + 1, 1, 1))
+    return relative_motion(rest if first is None else first, rest if second is None else second)
+
+
 def _joint_motion(before: SpacecraftModel, after: SpacecraftModel) -> float:
     """How far joints move anything in body axes, at most [m]."""
     if before is after or not before.joints:
@@ -66,8 +90,8 @@ def _joint_motion(before: SpacecraftModel, after: SpacecraftModel) -> float:
     for joint, a, b in zip(before.joints, first[1:], second[1:], strict=True):
         for middle, radius in ((spheres[p, :3], spheres[p, 3]) for p in joint.parts):
             shift = (b - a)[:3, :3] @ middle + (b - a)[:3, 3]
-            turn = _angle(b[:3, :3] @ a[:3, :3].T)
-            moved.append(float(np.linalg.norm(shift)) + turn * float(radius))
+            turned = _angle(b[:3, :3] @ a[:3, :3].T)
+            moved.append(float(np.linalg.norm(shift)) + turned * float(radius))
     return max(moved)
 
 
@@ -83,25 +107,3 @@ def _ground_motion(state: SceneState, a: CameraState, b: CameraState) -> float:
     if off_axis > disc + a.camera.half_diagonal_angle:
         return 0.0
     return float(np.linalg.norm(b.position - a.position)) / height
-
-
-def states_over_exposure(
-    state: SceneState, name: str, during: Callable[[int], SceneState]
-) -> list[SceneState]:
-    """The scene at instants over a camera's exposure; empty where nothing moves visibly.
-
-    during : the scene at other epochs [TAI ns]
-    """
-    camera = state.cameras[name].camera
-
-    def at(offset: float) -> SceneState:
-        moved = during(state.tai_ns + round(offset * 1e9))
-        # The exposure time may have been chosen for this image alone.
-        placed = replace(moved.cameras[name], camera=camera)
-        return replace(moved, cameras={**moved.cameras, name: placed})
-
-    half = 0.5 * duration(camera)
-    # On either side of the middle: a motion that turns back shows none from end to end.
-    motion = sum(image_motion(state, at(offset), name) for offset in (-half, half))
-    count = parts(camera, motion)
-    return [at(offset) for offset in instants(camera, count).tolist()] if count else []

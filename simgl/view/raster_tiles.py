@@ -22,7 +22,12 @@ from simgl.view.small_targets import (
     outline_area,
     raster_window,
 )
-from simgl.view.spacecraft_view import SpacecraftView, hull_in_camera
+from simgl.view.spacecraft_view import (
+    SpacecraftView,
+    hull_in_camera,
+    hulls_at_the_ends,
+    settled_view,
+)
 
 # Nothing closer to the pinhole than this is drawn [m].
 NEAREST = 0.01
@@ -168,11 +173,20 @@ def _edges_of(hull: Array) -> IndexArray:
     return np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
 
 
-def _in_view(hull: Array, camera: Camera) -> bool:
-    """Whether no edge of the image has all of a hull beyond it."""
+def _in_view(hull: Array, camera: Camera, margin: float) -> bool:
+    """Whether no edge of the image, a margin around it [px], has all of a hull beyond it."""
     d, (x, y, depth) = camera.detector, camera.intrinsics @ hull.T
-    sides = x, d.width * depth - x, y, d.height * depth - y, depth - NEAREST
+    right, down = d.width * depth - x, d.height * depth - y
+    sides = depth - NEAREST, *(side + margin * depth for side in (x, right, y, down))
     return all(bool(np.any(side >= 0.0)) for side in sides)
+
+
+def rows_of(hull: Array, camera: Camera) -> tuple[float, float] | None:
+    """Between which rows of the image a convex hull lies, camera axes [m]; None behind it."""
+    if np.all(hull[:, 2] < NEAREST):
+        return None
+    rows = in_pixels(_before_the_camera(hull), camera)[:, 1]
+    return float(rows.min()), float(rows.max())
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -183,6 +197,7 @@ class _Target:
     box : x0, y0, x1, y1 of the pixels that the hull can touch
     outline : (n, 2) of the hull [px]
     area : of the outline [px^2]
+    settled : where it moves, the same as it stands at its own middle's time
     """
 
     view: SpacecraftView
@@ -190,6 +205,7 @@ class _Target:
     box: Box
     outline: Array
     area: float
+    settled: _Target | None = None
 
     @cached_property
     def samples(self) -> float:
@@ -205,16 +221,36 @@ class _Target:
         return is_small(self.outline, self.area, pixels, self.samples, sample_budget)
 
 
-def _target(view: SpacecraftView, camera: Camera) -> _Target | None:
-    """None where it is out of view."""
+def _target(
+    view: SpacecraftView, camera: Camera, rows: tuple[int, int] | None = None
+) -> _Target | None:
+    """None where it is out of view.
+
+    rows : of the image in which it is drawn; None for all
+    """
     hull = hull_in_camera(view)
-    if not _in_view(hull, camera):
+    bulge = 0.0 if view.motion is None else view.motion.sag(camera, float(camera.detector.height))
+    if not _in_view(hull, camera, bulge):
         return None
     outline = in_pixels(_before_the_camera(hull), camera)
-    box = camera.detector.pixels_within(outline.min(axis=0), outline.max(axis=0))
-    if box is None:
+    margin, settled, low, high = 0.0, None, outline.min(axis=0), outline.max(axis=0)
+    if view.motion is not None:
+        settled = _target(settled_view(view), camera, rows)
+        margin = view.motion.sag(camera, float(np.linalg.norm(high - low)))
+        hull = np.concatenate([hull, *hulls_at_the_ends(view)])
+    box = camera.detector.pixels_within(low - margin, high + margin)
+    if box is not None and rows is not None:
+        box = box[0], max(box[1], rows[0]), box[2], min(box[3], rows[1])
+    if box is None or box[1] >= box[3]:
         return None
-    return _Target(view=view, hull=hull, box=box, outline=outline, area=outline_area(outline))
+    return _Target(
+        view=view,
+        hull=hull,
+        box=box,
+        outline=outline,
+        area=outline_area(outline),
+        settled=settled,
+    )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -272,22 +308,27 @@ def raster_tiles(
     samples_per_pixel: int | None,
     *,
     with_lamps: bool,
+    rows: tuple[int, int] | None = None,
 ) -> tuple[RasterTile, ...]:
     """The tiles in the order in which they are laid over the image, the farthest first.
 
     sample_budget : geometry samples that a tile may take where ``samples_per_pixel`` is None
     samples_per_pixel : of geometry; more where spacecraft are small
     with_lamps : distances between spacecraft and lamps matter
+    rows : first and end of those that are drawn; None for all
     """
     groups: list[_Group] = []
     windows: list[_Group] = []
-    targets = [target for view in views if (target := _target(view, camera)) is not None]
-    small = {id(one) for one in targets if one.is_small(sample_budget)}
+    targets = [target for view in views if (target := _target(view, camera, rows)) is not None]
+    small = {id(one) for one in targets if (one.settled or one).is_small(sample_budget)}
     for one in sorted(targets, key=lambda one: id(one) in small):
         group = _Group(targets=(one,), box=one.box)
         if id(one) not in small or any(_share_pixels_and_depth(other, group) for other in groups):
             groups = _join(groups, group, _share_pixels)
         else:
+            # The rows of a few pixels see it at one time.
+            standing = one.settled or one
+            group = _Group(targets=(standing,), box=standing.box)
             windows = _join(windows, group, _outlines_overlap)
     tiles = []
     for group in sorted([*groups, *windows], key=lambda group: -group.depths[0]):

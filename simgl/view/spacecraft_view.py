@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import BodyState, CameraState, EarthState, SceneState
 from simgl.view.aerial_perspective import AirSegment, air_between
 from simgl.view.background import SkyView, sky_view
+from simgl.view.row_clock import PoseMotion, camera_from_body
 from simgl.view.shadow_views import ShadowView, shadow_view
 
 
@@ -30,6 +31,7 @@ class SpacecraftView:
     sky : None where there is no Earth
     incident_light : None where light between its surfaces is left out
     air : on the way to the camera; None where there is none
+    motion : while rows are exposed one after the other; None where it stands still for all of them
     """
 
     name: str
@@ -44,6 +46,7 @@ class SpacecraftView:
     sky: SkyView | None
     incident_light: IncidentLight | None
     air: AirSegment | None = None
+    motion: PoseMotion | None = None
 
 
 def _float32(values: Array) -> Array32:
@@ -71,14 +74,6 @@ def _refuse_inside(camera: CameraState, name: str, body: BodyState) -> None:
         )
 
 
-def _camera_from_body(camera: CameraState, body: BodyState) -> Array:
-    """(4, 4) from body axes to camera axes [m]."""
-    matrix = np.eye(4)
-    matrix[:3, :3] = camera.R_camera_from_icrf @ body.pose.R_icrf_from_body
-    matrix[:3, 3] = camera.R_camera_from_icrf @ (body.pose.position - camera.position)
-    return matrix
-
-
 def spacecraft_views(
     state: SceneState, camera: CameraState, inter_reflection: bool
 ) -> list[SpacecraftView]:
@@ -92,7 +87,7 @@ def spacecraft_views(
         if _hidden_by_earth(state.earth, camera.position, body.pose.position):
             continue
         sun = state.direct_light(body.pose.position).main
-        matrix = _camera_from_body(camera, body)
+        matrix = camera_from_body(camera, body)
         body_from_camera: Array = np.linalg.inv(matrix).astype(np.float64)
         views.append(
             SpacecraftView(
@@ -114,6 +109,27 @@ def spacecraft_views(
 
 
 def hull_in_camera(view: SpacecraftView) -> Array:
-    """(n, 3) corners of its hull, camera axes [m]."""
+    """(n, 3) corners of its hull, each at its row's own time, camera axes [m]."""
+    hull = view.model.posed_mesh.hull
+    if view.motion is not None:
+        return view.motion.moved(hull)
     m = view.camera_from_body.astype(np.float64)
-    return view.model.posed_mesh.hull @ m[:3, :3].T + m[:3, 3]
+    return hull @ m[:3, :3].T + m[:3, 3]
+
+
+def hulls_at_the_ends(view: SpacecraftView) -> tuple[Array, Array]:
+    """The same at the times of the first and of the last row."""
+    assert view.motion is not None
+    first, last = (
+        replace(view, motion=None, camera_from_body=_float32(view.motion.at(time)))
+        for time in (-1.0, 1.0)
+    )
+    return hull_in_camera(first), hull_in_camera(last)
+
+
+def settled_view(view: SpacecraftView) -> SpacecraftView:
+    """A spacecraft that moves, as it stands when its middle's row is exposed."""
+    assert view.motion is not None
+    middle = view.model.posed_mesh.centre[None]
+    pose = view.motion.at(float(view.motion.row_times(middle)[0]))
+    return replace(view, motion=None, camera_from_body=_float32(pose))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from simgl.camera.camera import Camera
-from simgl.camera.rolling_shutter import MAX_PARTS, duration, instants, parts, row_shares
+from simgl.camera.rolling_shutter import MAX_PARTS, duration, instants, moments, parts, row_shares
 from tests.passes.exposures import camera
 
 
@@ -65,6 +65,18 @@ def test_a_short_exposure_is_mixed_of_the_instants_around_it(exposure_time: floa
 def test_moving_pixels_get_two_parts_each() -> None:
     still = camera(0.01)
     assert [parts(still, m) for m in (0.0, 0.4, 0.5, 0.6, 3.0, 1e9)] == [0, 0, 0, 2, 6, MAX_PARTS]
+
+
+@pytest.mark.parametrize("blur", [0.6, 1.0, 2.5, 25.0, 1e9])
+def test_moments_have_the_mean_and_the_variance_of_the_exposure(blur: float) -> None:
+    times = moments(camera(0.01), blur)
+    assert times.mean() == pytest.approx(0.0, abs=1e-12)
+    assert times.var() == pytest.approx(0.01**2 / 12.0, rel=1e-9)
+    assert len(times) == max(2, min(np.ceil(blur), MAX_PARTS))
+
+
+def test_what_moves_less_than_half_a_pixel_has_one_moment() -> None:
+    np.testing.assert_array_equal(moments(camera(0.01), 0.5), [0.0])
 
 
 def test_rows_that_see_another_time_get_parts_for_less_motion() -> None:

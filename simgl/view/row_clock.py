@@ -1,0 +1,189 @@
+"""When the rows of an image are exposed, and where what moves meanwhile is at its row's own time.
+
+Times are counted from the middle of a part of the exposure, in halves of its length: rows from the
+part's first to its last see times from -1 to 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from simgl.arrays import Array
+from simgl.camera.camera import Camera
+from simgl.camera.pinhole_fields import PinholeField
+from simgl.camera.row_curve import row_curve, rows_on
+from simgl.motion.joints import relative_motion
+from simgl.scene.posed_mesh import PosedMesh
+from simgl.scene.state import BodyState, CameraState
+
+# Steps of Newton's method, from an error of half the motion within the rows.
+_STEPS = 4
+# Rows far from the part's own are not followed farther than this.
+_FARTHEST = 2.0
+# Least rate at which a row's time runs ahead of what moves along with the rows.
+_SLOWEST = 0.25
+# Rates, per metre and radian, below which places of bodies are no more than rounded.
+_STILL = 1e-7
+# Deviation of the image of an edge, whose ends are right, from a straight line [px].
+_BENT = 0.02
+
+
+@dataclass(frozen=True)
+class RowClock:
+    """The rows of a part of the image, exposed one after the other.
+
+    first, end : of the rows
+    """
+
+    first: int
+    end: int
+
+    @property
+    def middle(self) -> float:
+        """Row coordinate of the part's middle."""
+        return 0.5 * (self.first + self.end)
+
+    def curve(self, camera: Camera, field: PinholeField) -> Array:
+        """The time as a polynomial of the line of sight, as ``row_curve`` has the row."""
+        curve = row_curve(camera, field).copy()
+        curve[0] -= self.middle
+        return np.asarray(curve * (2.0 / (self.end - self.first)))
+
+    def line(self, camera: Camera) -> tuple[float, float]:
+        """Slope and offset of the time over y / z of a line of sight, camera axes."""
+        per_row = 2.0 / (self.end - self.first)
+        _, focal, middle = camera.intrinsics[1]
+        return per_row * focal, per_row * (middle - self.middle)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PoseMotion:
+    """How a spacecraft moves before the camera during a part of an exposure.
+
+    pose, rate, change : (4, 4), camera_from_body is pose + time (rate + time change)
+    line : slope and offset of a row's time over y / z of its lines of sight, by a pinhole
+    curve : coefficients of the time as ``row_curve`` has those of the row; None for a pinhole
+    joint_rates : (groups, 4, 4) rate of places of the rigid groups, body axes; None where no joint
+        moves
+    turn : between the images of two rows, of edges against each other [rad]
+    bend : largest length of an edge whose image stays straight [m]
+    """
+
+    pose: Array
+    rate: Array
+    change: Array
+    line: tuple[float, float]
+    curve: Array | None
+    joint_rates: Array | None
+    turn: float
+    bend: float
+
+    @property
+    def moves(self) -> bool:
+        """Whether it does."""
+        largest = max(float(np.abs(self.rate).max()), float(np.abs(self.change).max()))
+        return self.joint_rates is not None or largest > _STILL
+
+    @property
+    def variant(self) -> tuple[str, ...]:
+        """What shaders of this motion are defined by."""
+        return ("MOVING",) if self.curve is None else ("MOVING", "BENT_ROWS")
+
+    def at(self, time: float) -> Array:
+        """(4, 4) camera_from_body at a time."""
+        return self.pose + time * (self.rate + time * self.change)
+
+    def sag(self, camera: Camera, extent: float) -> float:
+        """How far an outline may bulge between points of it that are far apart [px].
+
+        extent : of the outline [px]
+        """
+        return 1.0 + 0.25 * self.turn * min(extent, camera.detector.height) ** 2
+
+    def row_times(self, places: Array) -> Array:
+        """(n,) when the rows are exposed that places (n, 3), body axes [m], are seen in then."""
+        body = np.column_stack([places, np.ones(len(places))])
+        still, rate, change = (body @ m[:3].T for m in (self.pose, self.rate, self.change))
+        slope, offset = self.line
+        times = np.zeros(len(places))
+        for _ in range(_STEPS):
+            t = times[:, None]
+            places_seen = still + t * (rate + t * change)
+            _, y, z = places_seen.T
+            _, v, w = (rate + 2.0 * t * change).T
+            z = np.maximum(z, 1e-3)
+            runs = 1.0 - slope * (v * z - y * w) / (z * z)
+            seen = slope * y / z + offset
+            if self.curve is not None:
+                seen = rows_on(self.curve, places_seen)
+            step = (seen - times) / np.maximum(runs, _SLOWEST)
+            times = np.clip(times + step, -_FARTHEST, _FARTHEST)
+        return times
+
+    def moved(self, places: Array) -> Array:
+        """(n, 3) places, body axes [m], each at its row's own time, camera axes [m]."""
+        t = self.row_times(places)[:, None]
+        body = np.column_stack([places, np.ones(len(places))])
+        still, rate, change = (body @ m[:3].T for m in (self.pose, self.rate, self.change))
+        return np.asarray(still + t * (rate + t * change))
+
+
+def camera_from_body(camera: CameraState, body: BodyState) -> Array:
+    """(4, 4) from body axes to camera axes [m]."""
+    matrix = np.eye(4)
+    matrix[:3, :3] = camera.R_camera_from_icrf @ body.pose.R_icrf_from_body
+    matrix[:3, 3] = camera.R_camera_from_icrf @ (body.pose.position - camera.position)
+    return matrix
+
+
+def pose_motion(
+    clock: RowClock,
+    camera: Camera,
+    field: PinholeField | None,
+    seen: Sequence[tuple[CameraState, BodyState]],
+) -> PoseMotion:
+    """The motion of a body through its states at the times -1, 0 and 1.
+
+    camera, field : whose rows they are, and the part of its field that is drawn; None for all of a
+        pinhole's
+    seen : through that part's pinhole
+    """
+    before, pose, after = (camera_from_body(*one) for one in seen)
+    rate, change = 0.5 * (after - before), 0.5 * (after + before) - pose
+    meshes = [body.model.posed_mesh for _, body in seen]
+    joint_rates = _joint_rates(*meshes)
+    nearest = _nearest(pose, meshes[1])
+    turn = float(np.linalg.norm(rate[:3, :3], 2)) + float(np.linalg.norm(rate[:3, 3])) / nearest
+    if joint_rates is not None:
+        turn += float(np.linalg.norm(joint_rates[:, :3, :3], 2, axis=(1, 2)).max())
+    per_row = max(2.0 * turn / (clock.end - clock.first), 1e-12)
+    return PoseMotion(
+        pose=pose,
+        rate=rate,
+        change=change,
+        line=clock.line(camera if field is None else field.pinhole),
+        curve=None if field is None else clock.curve(camera, field),
+        joint_rates=joint_rates,
+        turn=per_row,
+        # Over n rows the middle of an edge stays behind by a quarter of the turn times n^2.
+        bend=float(np.sqrt(4.0 * _BENT / per_row)) * nearest / camera.focal_length_px,
+    )
+
+
+def _joint_rates(before: PosedMesh, mesh: PosedMesh, after: PosedMesh) -> Array | None:
+    if before.motion is None and mesh.motion is None and after.motion is None:
+        return None
+    rest = np.tile(np.eye(4), (len(mesh.joints) + 1, 1, 1))
+    first, middle, last = (rest if m.motion is None else m.motion for m in (before, mesh, after))
+    rates = 0.5 * (relative_motion(middle, last) - relative_motion(middle, first))
+    return rates if rates.any() else None
+
+
+def _nearest(pose: Array, mesh: PosedMesh) -> float:
+    """Depth of a body's surface before the camera, at least [m]."""
+    depths = mesh.hull @ pose[2, :3] + pose[2, 3]
+    # Where the camera is within its hull, a tenth of its radius stands for how near it may be.
+    return max(float(depths.min()), 0.1 * mesh.radius)
