@@ -20,6 +20,7 @@ from benchmarks.truth import (
     lamps,
     moonlight,
     moving,
+    mtf,
     small_targets,
 )
 from benchmarks.truth.page import Record, page
@@ -31,9 +32,10 @@ _SUBJECTS: dict[str, Callable[[moderngl.Context], Table]] = {
     "highlights": highlights.table,
     "small_targets": small_targets.table,
     "earth_light": earth_light.table,
-    "lamps": lamps.table,
-    "geometry": geometry.table,
     "moonlight": moonlight.table,
+    "lamps": lamps.table,
+    "mtf": mtf.table,
+    "geometry": geometry.table,
     "moving": moving.table,
 }
 

@@ -118,7 +118,7 @@ class Convolver:
 
         planes : (rows, columns) each, a ``window`` of them or all, non-negative
         zones : (rows, columns) weight of each zone there; None for 1 everywhere
-        limits : of each plane; light beyond is convolved in double precision
+        limits : of each plane; pixels beyond are convolved in double precision
         """
         # Threads of one transform: those that the planes leave idle.
         workers = max(_WORKERS // len(planes), 1)
@@ -170,7 +170,7 @@ class Convolver:
         limit: float,
         workers: int,
     ) -> tuple[Spectrum, list[_Patch]]:
-        """Spectrum of a convolved window of a plane, and the light beyond the limit, convolved."""
+        """Spectrum of a convolved window of a plane, and the pixels beyond the limit, convolved."""
         patches = []
         rows, columns = self._padded(plane.shape)
         transfers = self._transfers_of(plane.shape)
@@ -341,14 +341,14 @@ class _Patch:
 
 
 def _split(plane: Array32, limit: float) -> tuple[Array32, _Patch | None]:
-    """A plane limited to a value, and the light beyond it."""
+    """A plane without the pixels beyond a value, and these."""
     rows = np.flatnonzero(plane.max(axis=1) > limit)
     if not rows.size:
         return plane, None
     top, bottom = int(rows[0]), int(rows[-1]) + 1
     columns = np.flatnonzero(plane[top:bottom].max(axis=0) > limit)
     left, right = int(columns[0]), int(columns[-1]) + 1
-    usual = np.minimum(plane, np.float32(limit))
+    usual = np.where(plane > limit, np.float32(0.0), plane)
     box = (slice(top, bottom), slice(left, right))
     return usual, _Patch(top, left, np.subtract(plane[box], usual[box], dtype=np.float64))
 

@@ -49,7 +49,9 @@ def defocus_otf(share: Array, waves: float) -> Array:
 
 
 def band_wavelengths(temperature: float) -> tuple[Array, Array]:
-    """Quadrature nodes: wavelengths (4, n) [m] and their fractions (4, n) of a band's power.
+    """Quadrature nodes: wavelengths (4, n) [m] and their fractions (4, n) of a band's photons.
+
+    Photons, not power, make electrons.
 
     temperature : of the black body that emits the light [K]
     """
@@ -57,8 +59,8 @@ def band_wavelengths(temperature: float) -> tuple[Array, Array]:
     edges = np.array(BANDS.edges)
     middle, half = edges.mean(axis=1, keepdims=True), 0.5 * np.diff(edges, axis=1)
     wavelengths = middle + half * node
-    power = weight * planck_radiance(wavelengths, temperature)
-    return wavelengths, power / power.sum(axis=1, keepdims=True)
+    photons = weight * wavelengths * planck_radiance(wavelengths, temperature)
+    return wavelengths, photons / photons.sum(axis=1, keepdims=True)
 
 
 def airy_tail(wavelength: float, f_number: float, pitch: float) -> float:

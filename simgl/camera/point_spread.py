@@ -2,8 +2,8 @@
 
 Results are weighted sums of the four bands: the bands themselves, or the electrons behind each of a
 detector's filters. For a single sum, the kernels of the bands are approximated by mixtures of two
-kernels. Light and tail of each band stay exact, as both are linear in its wavelength; the core is a
-least-squares fit.
+kernels. Light and tail of each band stay exact, as both are linear in its wavelength, and so does
+the kernel of white; the cores of the bands are a least-squares fit.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from simgl.camera.psf_kernel import PsfKernel, image_kernel, lens_kernel, lens_r
 from simgl.physics.constants import SOLAR_CONSTANT, SOLAR_TEMPERATURE
 from simgl.physics.spectrum import black_body_light
 
-# Light beyond this many sunlit white plates is convolved in double precision: the error of single
+# Pixels beyond this many sunlit white plates are convolved in double precision: the error of single
 # precision is then below 3e-5 of a plate.
 BRIGHT_PLATES = 300.0
 # Ghosts with a narrower edge, in cells of the coarse grid, are drawn at full resolution.
@@ -290,10 +290,18 @@ def _shares(kernels: Sequence[PsfKernel]) -> Array:
 def _pair(
     kernels: Sequence[PsfKernel], shares: Array, weights: Array
 ) -> tuple[PsfKernel, PsfKernel]:
-    """Two kernels whose mixtures approximate the kernels of all bands (least squares)."""
+    """Two kernels whose mixtures approximate the kernels of all bands (least squares).
+
+    The kernel of white in sunlight, the sum of all, counts a hundredfold, which makes it exact.
+    """
     light = weights * black_body_light(SOLAR_CONSTANT, SOLAR_TEMPERATURE).irradiance
-    cores = np.stack([kernel.core.ravel() for kernel in kernels])
-    fitted, *_ = np.linalg.lstsq((shares * light).T, light[:, None] * cores, rcond=None)
+    cores = light[:, None] * np.stack([kernel.core.ravel() for kernel in kernels])
+    of_light = (shares * light).T
+    fitted, *_ = np.linalg.lstsq(
+        np.concatenate([of_light, 100.0 * of_light.sum(axis=0, keepdims=True)]),
+        np.concatenate([cores, 100.0 * cores.sum(axis=0, keepdims=True)]),
+        rcond=None,
+    )
     tails = [kernel.tail for kernel in kernels]
     short, long = fitted.reshape(2, *kernels[0].core.shape)
     return (

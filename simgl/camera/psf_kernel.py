@@ -54,7 +54,7 @@ def lens_transfer(camera: Camera, blur: Blur, band: int, frequency: Array) -> Ar
 
     frequency : [cycles per pixel]
 
-    Diffraction with defocus, averaged over sunlight in the band, times a Gaussian.
+    Diffraction with defocus, averaged over the photons of sunlight in the band, times a Gaussian.
     """
     lens, pitch = camera.lens, camera.detector.pixel_pitch
     transfer = np.exp(-2.0 * (np.pi * blur.aberration / pitch * frequency) ** 2)

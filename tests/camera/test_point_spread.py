@@ -60,6 +60,21 @@ def test_one_sum_of_the_bands_is_the_sum_of_the_spread_bands() -> None:
     np.testing.assert_allclose(actual[dark], wanted[dark], rtol=5e-3)
 
 
+@pytest.mark.parametrize("f_number", [2.8, 4.0, 8.0])
+def test_one_sum_of_the_bands_is_exact_for_a_white_point(f_number: float) -> None:
+    cam = camera(f_number=f_number, spread=DIFFRACTION)
+    planes = np.zeros((4, 192, 256), dtype=np.float32)
+    planes[:, 96, 128] = LIGHT / LIGHT.sum()
+    four = Spread(cam).apply(list(planes))
+    wanted = np.einsum("b,bhw->hw", WEIGHTS, np.stack(four).astype(np.float64))
+    one = Spread(cam, WEIGHTS[None])
+    (actual,) = one.apply(
+        [np.einsum("b,bhw->hw", row, planes).astype(np.float32) for row in one.mixture]
+    )
+    # The sum counts 1e4 times a band's square, whose own fit is good to 1e-3: some 1e-6 are left.
+    np.testing.assert_allclose(actual, wanted, rtol=0.0, atol=1e-5 * wanted.sum())
+
+
 def test_a_panel_and_its_veil_are_those_of_the_reference() -> None:
     """Against the lens's transfer function sampled as the textbook does, in float64."""
     cam, planes = camera(spread=DIFFRACTION), panel()

@@ -44,7 +44,7 @@ def test_each_pixels_line_of_sight_ends_on_its_row(
 def test_the_rows_of_a_lens_that_sees_behind_itself_are_those_of_each_of_its_parts() -> None:
     """To 130 deg off the boresight."""
     plain = camera(0.01, width=400, height=400)
-    lens = replace(plain.lens, distortion=Fisheye(k1=0.01), focal_length=120 * 5e-6)
+    lens = replace(plain.lens, distortion=Fisheye(k1=0.01), focal_length=130 * 5e-6)
     seen = replace(plain, lens=lens)
     fields = pinhole_fields(seen)
     assert len(fields) == 5
