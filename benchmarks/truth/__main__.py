@@ -22,6 +22,7 @@ from benchmarks.truth import (
     moving,
     mtf,
     small_targets,
+    thin_shadows,
 )
 from benchmarks.truth.page import Record, page
 from benchmarks.truth.rows import Table
@@ -34,6 +35,7 @@ _SUBJECTS: dict[str, Callable[[moderngl.Context], Table]] = {
     "earth_light": earth_light.table,
     "moonlight": moonlight.table,
     "lamps": lamps.table,
+    "thin_shadows": thin_shadows.table,
     "mtf": mtf.table,
     "geometry": geometry.table,
     "moving": moving.table,

@@ -39,13 +39,15 @@ struct Receiver {
     float drop;    // so far the surface lies below `here` [m]
     float slack;   // by so much rounding moves a height [m]
     float tilt;    // and by so much for each texel of distance
+    float lift;    // and the triangle itself so far below that surface [m]
 };
 
 // The casters over a receiver at one texel: heights [m] above the receiver.
 struct Slab {
     float high, low;
     bool casts;
-    bool ends;   // above the receiver
+    bool ends;     // above the receiver
+    bool beyond;   // it shows neither a caster nor the receiver's own surface
 };
 
 // Bounds on the casters' depths: those of caster_level, and for cells of 64 texels in the cone to the
@@ -67,6 +69,9 @@ struct Around {
     bool near;     // the Sun is a point to them
     bool search;   // neither, nor is all of it free
 };
+
+// A receiver stands so far over its triangle [texels].
+const float LIFT = 0.25;
 
 // A receiver in a surface.
 //
@@ -92,12 +97,25 @@ Receiver receiver_at(SunMap map, vec3 here, vec3 n) {
     float bounded = min(grade, 60.0);
     r.tilt = 0.002 * map.texel * (1.0 + bounded * bounded);
     r.slack = 1e-6 * map.depth + r.tilt * (1.0 + 8.0 * offset_texels);
+    r.lift = LIFT * map.texel * sqrt(1.0 + grade * grade);
     return r;
 }
 
 // How high above the receiver its own surface may stand at an offset [texels] from it.
 float receiver_plane(Receiver r, vec2 offset) {
     return dot(r.slope, offset) - r.drop + r.slack + r.tilt * (abs(offset.x) + abs(offset.y));
+}
+
+// Whether a texel shows neither a caster nor the receiver's own surface: that ends before the texel's
+// middle, or is met there by a sheet that still lies below `here`. Beside a crease such a texel lies on
+// the other side of it, and tells nothing of the receiver. A curved surface falls off by less than 1.5
+// texels.
+//
+// high : of what it shows, no caster; plane : receiver_plane there
+bool beyond_receiver(Receiver r, float high, float plane, vec2 offset) {
+    float slack = r.slack + r.tilt * (abs(offset.x) + abs(offset.y));
+    float over = high + r.lift + slack - plane;
+    return over > 2.0 * slack || over < -2.0 * slack - 1.5 / LIFT * r.lift;
 }
 
 // reach : texels per metre of height to the disc's edge
@@ -141,16 +159,17 @@ Slab slab_at(sampler2D depths, SunMap map, Receiver r, vec2 offset) {
     Slab slab;
     slab.high = above - map.depth * texelFetch(depths, at + ivec2(map.column, 0), 0).r;
     // The texel tells of its middle.
-    float plane = receiver_plane(r, vec2(at) + 0.5 - r.here.xy);
+    vec2 middle = vec2(at) + 0.5 - r.here.xy;
+    float plane = receiver_plane(r, middle);
     slab.casts = slab.high > plane;
+    slab.beyond = !slab.casts && beyond_receiver(r, slab.high, plane, middle);
     slab.low = slab.high;
     slab.ends = true;
     if (slab.casts) {
         float low = above - map.depth * texelFetch(depths, at + ivec2(map.column, map.size), 0).r;
         // No end above the receiver: a sheet, or a solid that the receiver's own body runs into.
         slab.ends = low >= plane;
-        if (!slab.ends) low = map.solid ? plane : slab.high;
-        slab.low = min(low, slab.high);
+        slab.low = min(slab.ends ? low : plane, slab.high);
     }
     return slab;
 }
@@ -161,7 +180,33 @@ Slab slab_behind(sampler2D behind, SunMap map, Receiver r, vec2 offset) {
     float plane = receiver_plane(r, vec2(at) + 0.5 - r.here.xy);
     float depth = texelFetch(behind, at + ivec2(map.column, 0), 0).r;
     float high = map.top - r.here.z - map.depth * depth;
-    return Slab(high, map.solid ? min(plane, high) : high, high > plane, false);
+    return Slab(high, map.solid ? min(plane, high) : high, high > plane, false, false);
+}
+
+const Slab NO_SLAB = Slab(0.0, 0.0, false, false, true);
+
+// What stands over the receiver at the nearest of the four texels around it that its surface reaches.
+Slab overhead_slab(sampler2D depths, SunMap map, Receiver r) {
+    vec2 first = floor(r.here.xy - 0.5) + 0.5 - r.here.xy;
+    Slab overhead = NO_SLAB;
+    float nearest2 = 2.0;
+    for (int k = 0; k < 4; ++k) {
+        vec2 offset = first + vec2(k & 1, k >> 1);
+        Slab slab = slab_at(depths, map, r, offset);
+        float away2 = dot(offset, offset);
+        bool nearer = !slab.beyond && away2 < nearest2;
+        if (nearer) overhead = slab;
+        nearest2 = nearer ? away2 : nearest2;
+    }
+    return overhead;
+}
+
+// What stands over the receiver at an offset [texels]; near the receiver, where the texel lies beyond
+// its surface, what stands over the receiver itself.
+Slab slab_near(sampler2D depths, SunMap map, Receiver r, Slab overhead, vec2 offset) {
+    Slab slab = slab_at(depths, map, r, offset);
+    if (slab.beyond && dot(offset, offset) < 4.0) slab = overhead;
+    return slab;
 }
 
 // Between which heights over a receiver the casters lie that its Sun meets [m].
@@ -172,15 +217,16 @@ struct Casters {
 // Whether a line from the receiver meets a slab: down the line from the highest caster.
 //
 // ray, reach : texels per metre of height, of this line and at the disc's edge
-bool meets_caster(sampler2D depths, sampler2D behind, SunMap map, Receiver r, vec2 ray, float reach,
-                  Casters casters) {
-    float height = casters.top;
+bool meets_caster(sampler2D depths, sampler2D behind, SunMap map, Receiver r, Slab overhead, vec2 ray,
+                  float reach, Casters casters) {
+    float height = casters.top, before = 0.0, off_before = 0.0;
     bool lowest = false;
-    for (int look = 0; look < 3; ++look) {
+    int looks = map.solid ? 3 : 4;
+    for (int look = 0; look < looks; ++look) {
         // Near contact the disc shrinks below a texel; then the texel's own width smooths.
         float wider = sqrt(1.0 + 0.6 / max(height * height * reach * reach, 1e-6));
         vec2 offset = height * (map.lean + wider * ray);
-        Slab slab = slab_at(depths, map, r, offset);
+        Slab slab = slab_near(depths, map, r, overhead, offset);
         bool over = slab.casts && slab.low > 1.05 * height;
         WHEN(over) {
             Slab next = slab_behind(behind, map, r, offset);
@@ -190,7 +236,17 @@ bool meets_caster(sampler2D depths, sampler2D behind, SunMap map, Receiver r, ve
         if (slab.casts && abs(meets - height) <= 0.05 * height) return true;
         if (lowest && !slab.casts) return false;
         lowest = lowest || !slab.casts;
-        height = slab.casts ? meets : casters.bottom;
+        float next = slab.casts ? meets : casters.bottom;
+        // A sheet along the light rises by much from texel to texel: where it meets the line, two looks
+        // at it tell.
+        float off = slab.casts ? meets - height : 0.0;
+        float bend = off_before - off;
+        bool aims = !map.solid && off * off_before != 0.0 && abs(bend) > 1e-3 * abs(off);
+        float aim = height + off * (height - before) / (aims ? bend : 1.0);
+        if (aims && aim > 0.0 && aim < casters.top) next = aim;
+        before = height;
+        off_before = off;
+        height = next;
     }
     return false;
 }
@@ -200,11 +256,13 @@ ivec2 nearest_texels(SunMap map, Receiver r, vec2 offset) {
     return clamp(ivec2(floor(r.here.xy + offset - 0.5)), ivec2(0), ivec2(map.size - 2));
 }
 
-// Heights over the receiver [m] at four texels, and which of them cast a shadow.
-vec4 heights_at(sampler2D depths, SunMap map, Receiver r, ivec2 first, out bvec4 casting) {
+// Heights over the receiver [m] at four texels, those of its own surface there, and which texels cast
+// a shadow.
+vec4 heights_at(sampler2D depths, SunMap map, Receiver r, ivec2 first, out vec4 plane,
+                out bvec4 casting) {
     vec2 offset = vec2(first) + 0.5 - r.here.xy;
-    vec4 plane = vec4(receiver_plane(r, offset), receiver_plane(r, offset + vec2(1.0, 0.0)),
-                      receiver_plane(r, offset + vec2(0.0, 1.0)), receiver_plane(r, offset + 1.0));
+    plane = vec4(receiver_plane(r, offset), receiver_plane(r, offset + vec2(1.0, 0.0)),
+                 receiver_plane(r, offset + vec2(0.0, 1.0)), receiver_plane(r, offset + 1.0));
     first.x += map.column;
     vec4 depth = vec4(texelFetch(depths, first, 0).r, texelFetch(depths, first + ivec2(1, 0), 0).r,
                       texelFetch(depths, first + ivec2(0, 1), 0).r,
@@ -221,25 +279,44 @@ vec4 heights_at(sampler2D depths, SunMap map, Receiver r, ivec2 first, out bvec4
 // highest : that a caster may stand [m]
 vec2 lean_past(sampler2D depths, SunMap map, Receiver r, float highest) {
     bvec4 at_foot, at_top;
+    vec4 plane;
     vec2 offset = 0.5 * highest * map.lean;
     bool leans = length(offset) > 0.05;
     WHEN(leans) {
-        vec4 foot = heights_at(depths, map, r, nearest_texels(map, r, vec2(0.0)), at_foot);
-        vec4 top = heights_at(depths, map, r, nearest_texels(map, r, 2.0 * offset), at_top);
+        vec4 foot = heights_at(depths, map, r, nearest_texels(map, r, vec2(0.0)), plane, at_foot);
+        vec4 top = heights_at(depths, map, r, nearest_texels(map, r, 2.0 * offset), plane, at_top);
         vec4 high = max(mix(vec4(0.0), foot, at_foot), mix(vec4(0.0), top, at_top));
         offset = max(max(high.x, high.y), max(high.z, high.w)) * map.lean;
     }
     return offset;
 }
 
-// Lit share of the four texels nearest to an offset [texels] from a receiver.
+// Mean of what four texels say, where one of them weighs so much along rows and columns.
+float mean_of(vec4 texels, vec2 weight) {
+    return mix(mix(texels.x, texels.y, weight.x), mix(texels.z, texels.w, weight.x), weight.y);
+}
+
+// Lit share of the four texels nearest to an offset [texels] from a receiver; past sheets, of those
+// that do not lie beyond its surface.
 float lit_by_neighbours(sampler2D depths, SunMap map, Receiver r, vec2 offset) {
     ivec2 first = nearest_texels(map, r, offset);
+    vec4 plane;
     bvec4 casting;
-    heights_at(depths, map, r, first, casting);
+    vec4 high = heights_at(depths, map, r, first, plane, casting);
     vec4 lit = vec4(not(casting));
     vec2 weight = clamp(r.here.xy + offset - vec2(first) - 0.5, 0.0, 1.0);
-    return mix(mix(lit.x, lit.y, weight.x), mix(lit.z, lit.w, weight.x), weight.y);
+    float all = 1.0;
+    WHEN(!map.solid) {
+        vec2 corner = vec2(first) + 0.5 - r.here.xy;
+        vec4 known = vec4(1.0);
+        for (int k = 0; k < 4; ++k) {
+            bool beyond = beyond_receiver(r, high[k], plane[k], corner + vec2(k & 1, k >> 1));
+            if (beyond && !casting[k]) known[k] = 0.0;
+        }
+        lit *= known;
+        all = mean_of(known, weight);
+    }
+    return all > 0.0 ? mean_of(lit, weight) / all : 1.0;
 }
 
 // The samples of a group, all on the plane of the group's own receiver.
@@ -276,6 +353,9 @@ vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, Samples samples, 
     // slabs around lie; lower casters near the receivers are looked for on rings towards the disc's middle.
     float high = around.high, spread = sqrt(high * high * reach * reach + 0.6);
     float deepest = high, near = 1.0 - 0.4 * turn.y;
+    bool sheets = !map.solid;
+    Slab overhead = NO_SLAB;
+    WHEN(sheets) overhead = overhead_slab(depths, map, samples.of_group);
     Casters casters = Casters(0.0, high);
     uvec4 blocked = uvec4(0u);   // a bit for each direction
     uint left = samples.group;
@@ -284,7 +364,7 @@ vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, Samples samples, 
         if (ring) near *= 0.55;
         float part = ring ? near : sqrt((float(k) + turn.y) * share);
         vec2 offset = part * spread * direction + (ring ? near * high : high) * map.lean;
-        Slab slab = slab_at(depths, map, next_receiver(samples, left), offset);
+        Slab slab = slab_near(depths, map, next_receiver(samples, left), overhead, offset);
         direction = on * direction;
         if (!slab.casts) continue;
         casters.top = max(casters.top, slab.high);
@@ -314,7 +394,7 @@ vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, Samples samples, 
         uvec4 words = blocked * uvec4(equal(ivec4(k >> 5), ivec4(0, 1, 2, 3)));
         bool shaded = (((words.x | words.y | words.z | words.w) >> uint(k & 31)) & 1u) == 1u;
         bool open = !shaded && !settled;
-        WHEN(open) shaded = meets_caster(depths, behind, map, r, ray, reach, casters);
+        WHEN(open) shaded = meets_caster(depths, behind, map, r, overhead, ray, reach, casters);
         all += light;
         lit += shaded ? vec3(0.0) : light;
     }

@@ -91,7 +91,7 @@ void main() {
     // a quarter of a texel lifts the receiver there. Facets that already face away use its plane.
     vec3 plain_n = mat3(light_from_camera) * n;
     vec3 plane = dot(facet, wi) > 0.0 ? mat3(light_from_camera) * facet : plain_n;
-    here += plain_n * vec3(0.25, 0.25, 0.25 * atlas.map.texel);
+    here += LIFT * plain_n * vec3(1.0, 1.0, atlas.map.texel);
     // Where the surface faces away no light is asked for.
     bool away = dot(n, wi) <= 0.0;
     // All samples of a group see one plane.

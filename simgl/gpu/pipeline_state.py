@@ -25,6 +25,8 @@ class State:
     depth : test and write depth
     depth_func : of the test: "<", or "1" which always passes
     depth_clamp : what lies outside the depth range is drawn at its end, not cut off
+    depth_slopes : surfaces are drawn farther away, by so many times the change of their depth from
+        texel to texel
     cull : "back", "front" or None
     blend : (source, destination) factors, or None
     write_color : write the colour attachments
@@ -34,6 +36,7 @@ class State:
     depth: bool = False
     depth_func: str = "<"
     depth_clamp: bool = False
+    depth_slopes: float = 0.0
     cull: str | None = None
     blend: tuple[int, int] | None = None
     write_color: bool = True
@@ -78,7 +81,7 @@ class State:
         ctx.front_face = "cw"
         ctx.blend_func = self.blend or (moderngl.ONE, moderngl.ZERO)
         ctx.blend_equation = moderngl.FUNC_ADD  # type: ignore[assignment]
-        ctx.polygon_offset = 0.0, 0.0
+        ctx.polygon_offset = self.depth_slopes, 0.0
         ctx.wireframe = False
 
 

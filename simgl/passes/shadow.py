@@ -44,8 +44,11 @@ class ShadowPass:
     # onto the map's top.
     towards_sun = State(depth=True, depth_clamp=True, write_color=False, cull="back")
     from_sun = State(depth=True, depth_clamp=True, write_color=False, cull="front")
-    # Both sides of an open atlas meet the light, and leave it.
+    # Both sides of open sheets meet the light, and leave it.
     open_sheets = State(depth=True, depth_clamp=True, write_color=False)
+    # A sheet is as thick as its depth changes over a texel, so that light which leans against the
+    # map finds no gaps between its texels.
+    under_sheets = State(depth=True, depth_clamp=True, depth_slopes=1.0, write_color=False)
 
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
@@ -130,14 +133,16 @@ class ShadowPass:
         self._clear(atlas.depths)
         column = 0
         for one in maps:
-            self._layer(one, atlas.depths, (column, 0), self.towards_sun, self._program)
+            states = self.towards_sun, self.open_sheets
+            self._layer(one, atlas.depths, (column, 0), states, self._program)
             column += one.size
 
     def _draw_from_sun(self, maps: Sequence[ShadowMap], atlas: _ShadowAtlas) -> None:
         self._caster.bind()
         column = 0
         for one in maps:
-            self._layer(one, atlas.depths, (column, one.size), self.from_sun, self._program)
+            states = self.from_sun, self.under_sheets
+            self._layer(one, atlas.depths, (column, one.size), states, self._program)
             column += one.size
 
     def _draw_behind(self, maps: Sequence[ShadowMap], atlas: _ShadowAtlas) -> None:
@@ -146,7 +151,8 @@ class ShadowPass:
         atlas.textures[0].use(0)
         column = 0
         for one in maps:
-            self._layer(one, atlas.behind, (column, 0), self.towards_sun, self._behind)
+            states = self.towards_sun, self.open_sheets
+            self._layer(one, atlas.behind, (column, 0), states, self._behind)
             column += one.size
 
     def _draw_bounds(self, maps: Sequence[ShadowMap], atlas: _ShadowAtlas) -> None:
@@ -167,14 +173,16 @@ class ShadowPass:
         one: ShadowMap,
         target: moderngl.Framebuffer,
         corner: tuple[int, int],
-        state: State,
+        states: tuple[State, State],
         program: OutlineProgram,
     ) -> None:
-        """Nearest depth of the casters' surfaces into a square of the target."""
+        """Nearest depth of the casters' surfaces into a square of the target.
+
+        states : for solids, and for open sheets
+        """
         area = (*corner, one.size, one.size)
         for caster in one.casters:
-            chosen = self.open_sheets if caster.both_sides else state
-            chosen.apply(self._ctx, target, area, area)
+            states[caster.both_sides].apply(self._ctx, target, area, area)
             clip = caster.clip_from_body
             self._caster.write({"caster_clip_from_body": clip, "caster_map_size": one.size})
             program.draw(caster.model)

@@ -1,0 +1,34 @@
+"""Sunlight on and beside sheets and rods is what rays say, to the pixel."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import moderngl
+import numpy as np
+import pytest
+
+from tests.passes.thin_casters import sun_directions, thin_scenes, wrong_pixels
+
+SUNS = sun_directions(10)
+
+
+# The Sun 0 stands along walls to 0.6 degrees.
+@pytest.mark.parametrize(
+    ("name", "sun"),
+    [
+        ("closed corner of sheets", 0),
+        ("open box", 0),
+        ("open box from 5 cm", 0),
+        ("open box from 5 cm, obliquely", 0),
+        ("folded sheets", 5),
+        ("boom of 2 cm beside a bus from 0.5 m", 2),
+    ],
+)
+def test_no_pixel_leaks_at_creases_of_sheets_nor_speckles_on_rods(
+    gl: moderngl.Context, name: str, sun: int
+) -> None:
+    thin = replace(thin_scenes()[name], width_px=150)
+    wrong, compared = wrong_pixels(gl, thin, SUNS[sun], rays=16)
+    assert np.count_nonzero(compared) > 3000
+    assert np.count_nonzero(wrong) == 0
