@@ -14,6 +14,7 @@ from rich.console import Console
 
 from benchmarks.record import write_record
 from benchmarks.truth import (
+    body_light,
     earth_light,
     geometry,
     highlights,
@@ -36,6 +37,7 @@ _SUBJECTS: dict[str, Callable[[moderngl.Context], Table]] = {
     "moonlight": moonlight.table,
     "lamps": lamps.table,
     "thin_shadows": thin_shadows.table,
+    "body_light": body_light.table,
     "mtf": mtf.table,
     "geometry": geometry.table,
     "moving": moving.table,

@@ -16,7 +16,11 @@ from simgl.scene.textures import SurfaceTextures
 
 def lambertian_scenario(path: Path) -> Scenario:
     """A scenario with every material replaced by a Lambertian one of the same reflectance."""
-    scenario = load_scenario(path)
+    return as_lambertian(load_scenario(path))
+
+
+def as_lambertian(scenario: Scenario) -> Scenario:
+    """The same of a scenario that is loaded."""
     models = {name: _lambertian(model) for name, model in scenario.models.items()}
     return replace(scenario, models=models)
 
