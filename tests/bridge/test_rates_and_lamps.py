@@ -68,8 +68,8 @@ def test_a_target_that_crosses_the_view_is_smeared_by_its_way(client: Client) ->
     smeared = electrons(client, target(velocity=(5.0, 0.0, 0.0)), moving=True)
     way = 0.5 / 39.3 * 533.3
     assert smeared.sum() == pytest.approx(still.sum(), rel=0.01)
-    # A way crossed at a steady speed adds the variance of a uniform distribution; the picture is
-    # made of 14 or so states, which lacks 1/14^2 of it, and samples are 0.2 px apart.
+    # A way crossed at a steady speed adds the variance of a uniform distribution, which the moments
+    # that are drawn have too; samples are 0.2 px apart.
     added = variance(smeared, 1) - variance(still, 1)
     assert added == pytest.approx(way**2 / 12.0, rel=0.03)
     assert abs(variance(smeared, 0) - variance(still, 0)) < 0.05
