@@ -13,7 +13,15 @@ import typer
 from rich.console import Console
 
 from benchmarks.record import write_record
-from benchmarks.truth import earth_light, geometry, highlights, lamps, moonlight, small_targets
+from benchmarks.truth import (
+    between_spacecraft,
+    earth_light,
+    geometry,
+    highlights,
+    lamps,
+    moonlight,
+    small_targets,
+)
 from benchmarks.truth.page import Record, page
 from benchmarks.truth.rows import Table
 from simgl.gpu.context import temporary_context
@@ -26,6 +34,7 @@ _SUBJECTS: dict[str, Callable[[moderngl.Context], Table]] = {
     "lamps": lamps.table,
     "geometry": geometry.table,
     "moonlight": moonlight.table,
+    "between_spacecraft": between_spacecraft.table,
 }
 
 

@@ -61,6 +61,7 @@ def frame_view(
     sample_budget: int,
     samples_per_pixel: int | None = None,
     inter_reflection: bool = True,
+    between_spacecraft: bool = False,
     gather: Gather = "vertex",
     joint_light: JointLight = "exact",
 ) -> FrameView:
@@ -69,6 +70,7 @@ def frame_view(
     sample_budget : geometry samples that a tile may take where ``samples_per_pixel`` is None
     samples_per_pixel : of geometry; more where spacecraft are small
     inter_reflection : light between the surfaces of a spacecraft, and the Earth hidden by them
+    between_spacecraft : light from one to another, too
     gather : that light at vertices, or by rays from every sample
     joint_light : that light where joints have moved parts: pair by pair of rigid groups, or by a
         bake of each pose
@@ -84,7 +86,9 @@ def frame_view(
             R = seen.R_pinhole_from_camera @ placed.R_camera_from_icrf
             camera = replace(placed, camera=seen.pinhole, R_camera_from_icrf=R)
             fine = replace(camera, camera=seen.fine)
-        views = spacecraft_views(state, camera, inter_reflection)
+        # Rays from every sample find the others by themselves.
+        near = between_spacecraft and gather == "vertex"
+        views = spacecraft_views(state, camera, inter_reflection, between_spacecraft=near)
         lamps = lamp_views(state, camera)
         behind = background(state, fine)
         if seen is not None:
