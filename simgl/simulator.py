@@ -260,6 +260,7 @@ class Simulator:
                 sample_budget=self._renderer.sample_budget,
                 samples_per_pixel=self.scenario.samples_per_pixel,
                 inter_reflection=self.scenario.inter_reflection,
+                between_spacecraft=self.scenario.between_spacecraft,
                 gather=self.scenario.gather,
                 joint_light=self.scenario.joint_light,
                 part=part,

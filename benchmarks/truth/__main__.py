@@ -14,6 +14,7 @@ from rich.console import Console
 
 from benchmarks.record import write_record
 from benchmarks.truth import (
+    between_spacecraft,
     body_light,
     earth_light,
     geometry,
@@ -38,6 +39,7 @@ _SUBJECTS: dict[str, Callable[[moderngl.Context], Table]] = {
     "lamps": lamps.table,
     "thin_shadows": thin_shadows.table,
     "body_light": body_light.table,
+    "between_spacecraft": between_spacecraft.table,
     "mtf": mtf.table,
     "geometry": geometry.table,
     "moving": moving.table,

@@ -15,6 +15,7 @@ from simgl.gpu.mesh_tables import COLUMNS, table_rows
 from simgl.passes.mesh_store import VertexLighting
 from simgl.radiosity.incident_light import IncidentLight
 from simgl.radiosity.light_transport import LightTransport
+from simgl.radiosity.neighbour_light import NeighbourLight
 from simgl.radiosity.patch_light import PatchLight
 from simgl.radiosity.solver import earth_share, vertex_irradiance
 from simgl.radiosity.transport_store import JointLight, TransportStore, lit_mesh
@@ -47,6 +48,7 @@ class InterreflectionPass:
     ) -> None:
         self._ctx, self._transports, self._executor = ctx, transports, executor
         self._light = PatchLight()
+        self._neighbours = NeighbourLight(transports, self._light)
         # One for each spacecraft of the largest scene so far.
         self._tables: dict[int, moderngl.Texture] = {}
         self._solved: dict[int, _Solved] = {}
@@ -71,13 +73,19 @@ class InterreflectionPass:
         if spacecraft.incident_light is None:
             return None
         model = spacecraft.model
-        transport = self._transports.of(model, joint_light)
+        transport: LightTransport | None
+        if spacecraft.incident_light.lit_by:
+            transport = self._neighbours.transport(model, joint_light)
+        else:
+            transport = self._transports.of(model, joint_light)
         if transport is None:
             return None
         made_of = model, transport, sky, spacecraft.incident_light.key
         last = self._solved.pop(spacecraft.instance, None)
         if last is None or last.made_of != made_of:
-            lighting = self._solve(spacecraft, spacecraft.incident_light, transport, sky)
+            lighting = self._solve(
+                spacecraft, spacecraft.incident_light, transport, sky, joint_light
+            )
             last = _Solved(made_of=made_of, lighting=lighting)
         self._solved[spacecraft.instance] = last
         return last.lighting
@@ -88,16 +96,26 @@ class InterreflectionPass:
         light: IncidentLight,
         transport: LightTransport,
         sky: SkyRadiance | None,
+        joint_light: JointLight,
     ) -> VertexLighting:
         model = spacecraft.model
         cells = None if sky is None else transport.cells_of(sky)
         gather = transport.of_vertices
         # In another thread while this one is busy with the bounces.
         share = self._executor.submit(earth_share, gather, cells)
-        exitance = self._light.exitance(model, transport, sky, light)
+        near = None
+        if light.lit_by:
+            near = self._neighbours.received(model, sky, light, joint_light)
+            exitance = near.exitance
+        else:
+            exitance = self._light.exitance(model, transport, sky, light)
         values = np.zeros((*gather.shape, _VALUES), dtype=np.float32)
         vertex_irradiance(gather, exitance, values, self._executor)
         values[..., 4] = share.result()
+        if near is not None:
+            values.reshape(-1, _VALUES)[:, :4] += near.at_rows
+            left = values[..., 4].ravel() - near.lost_share(gather, cells)
+            values[..., 4] = np.maximum(left, 0.0).reshape(gather.shape)
         two_sided = transport.sides == 2
         return VertexLighting(
             mesh=lit_mesh(model, transport),

@@ -90,6 +90,17 @@ def bake(
     sides = 2 if open_sheets else 1
     if not sees_itself(mesh, sides):
         return None
+    return traced(mesh, sides=sides, settings=settings, progress=progress)
+
+
+def traced(
+    mesh: Mesh,
+    *,
+    sides: int,
+    settings: BakeSettings,
+    progress: ProgressCallback | None = None,
+) -> LightTransport:
+    """The transport of any body."""
     report = silent if progress is None else progress
     fine = refined(mesh, sides, settings)
     tracer = RayTracer(fine)
@@ -107,6 +118,8 @@ def bake(
             for row in points.of_vertex
         ]
     )
+    if not exposure.any():
+        exposure = np.ones_like(exposure)
     patches = cluster(fine, sides, exposure, settings.patches)
     factors, sky, point_open = _form_factors(fine, tracer, sides, patches, settings.patch_rays)
     report(total, total)

@@ -88,6 +88,17 @@ class PatchLight:
         emitted = surface.reflectors.exitance + surface.reflectors.albedo * irradiance
         return radiosity(transport, surface.reflectors, emitted)
 
+    def reflected(
+        self, model: SpacecraftModel, transport: LightTransport, irradiance: Array32
+    ) -> Array32:
+        """(p, 4) exitance by light (p, 4) from elsewhere after all bounces [W m-2]."""
+        surface = self._surface(model, transport)
+        return radiosity(transport, surface.reflectors, surface.reflectors.albedo * irradiance)
+
+    def albedo(self, model: SpacecraftModel, transport: LightTransport) -> Array32:
+        """(p, 4) of the patches."""
+        return self._surface(model, transport).reflectors.albedo
+
     def of_direct_sun(
         self, model: SpacecraftModel, transport: LightTransport, incident: IncidentLight
     ) -> Array32:

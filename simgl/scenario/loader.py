@@ -168,6 +168,7 @@ def _read_tables(
         seed=render.seed,
         samples_per_pixel=render.samples_per_pixel,
         inter_reflection=render.inter_reflection,
+        between_spacecraft=render.between_spacecraft,
         gather=render.gather,
         joint_light=render.joint_light,
         stars=read_sky(single("sky", SkyTable), f"{where} [sky]", sun),

@@ -73,6 +73,7 @@ class Scenario:
     seed : of all noise
     samples_per_pixel : of geometry; None lets the renderer choose by cost
     inter_reflection : interreflection within a spacecraft, and its occlusion of the Earth
+    between_spacecraft : light from one spacecraft to another at vertices
     gather : interreflection at vertices, or by rays from every sample of every pixel
     joint_light : interreflection where joints have moved parts: from what rigid parts do to each
         other in pairs, or by a bake of each pose
@@ -95,6 +96,7 @@ class Scenario:
     seed: int = 0
     samples_per_pixel: int | None = None
     inter_reflection: bool = True
+    between_spacecraft: bool = False
     gather: Literal["vertex", "pixel"] = "vertex"
     joint_light: Literal["exact", "quick"] = "exact"
     stars: StarCatalogue | None = None

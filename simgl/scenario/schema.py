@@ -317,6 +317,7 @@ class RenderTable(Table, frozen=True, kw_only=True):
     """``[render]``: noise seed and mean geometry samples per pixel (omitted: chosen by cost).
 
     inter_reflection : light between the surfaces of a spacecraft, and the Earth hidden by them
+    between_spacecraft : light from one spacecraft to another at its vertices, too
     gather : that light at vertices, or by rays from every sample of every pixel
     joint_light : that light where joints have moved parts: pair by pair, or all of it for each pose
     """
@@ -324,5 +325,6 @@ class RenderTable(Table, frozen=True, kw_only=True):
     seed: Annotated[int, Meta(ge=0, le=2**32 - 1)] = 0
     samples_per_pixel: Annotated[int, Meta(ge=MIN_SAMPLES, le=256)] | None = None
     inter_reflection: bool = True
+    between_spacecraft: bool = False
     gather: Literal["vertex", "pixel"] = "vertex"
     joint_light: Literal["exact", "quick"] = "exact"

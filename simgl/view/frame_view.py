@@ -63,6 +63,7 @@ def frame_view(
     sample_budget: int,
     samples_per_pixel: int | None = None,
     inter_reflection: bool = True,
+    between_spacecraft: bool = False,
     gather: Gather = "vertex",
     joint_light: JointLight = "exact",
     part: ExposurePart | None = None,
@@ -72,6 +73,7 @@ def frame_view(
     sample_budget : geometry samples that a tile may take where ``samples_per_pixel`` is None
     samples_per_pixel : of geometry; more where spacecraft are small
     inter_reflection : light between the surfaces of a spacecraft, and the Earth hidden by them
+    between_spacecraft : light from one to another, too
     gather : that light at vertices, or by rays from every sample
     joint_light : that light where joints have moved parts: pair by pair of rigid groups, or by a
         bake of each pose
@@ -85,7 +87,9 @@ def frame_view(
 
     def through(seen: PinholeField | None) -> FrameView:
         camera = _through(placed, seen)
-        views = spacecraft_views(state, camera, inter_reflection)
+        # Rays from every sample find the others by themselves.
+        near = between_spacecraft and gather == "vertex"
+        views = spacecraft_views(state, camera, inter_reflection, between_spacecraft=near)
         if part is not None and rows is not None:
             views = [_moving(view, part, rows, real, seen) for view in views]
         lamps = lamp_views(state, camera)

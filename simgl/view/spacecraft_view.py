@@ -8,7 +8,11 @@ import numpy as np
 
 from simgl.arrays import Array, Array32
 from simgl.errors import ConfigError
-from simgl.radiosity.incident_light import IncidentLight, incident_light
+from simgl.radiosity.incident_light import (
+    IncidentLight,
+    incident_light,
+    incident_light_with_neighbours,
+)
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import BodyState, CameraState, EarthState, SceneState
 from simgl.view.aerial_perspective import AirSegment, air_between
@@ -75,13 +79,21 @@ def _refuse_inside(camera: CameraState, name: str, body: BodyState) -> None:
 
 
 def spacecraft_views(
-    state: SceneState, camera: CameraState, inter_reflection: bool
+    state: SceneState,
+    camera: CameraState,
+    inter_reflection: bool,
+    *,
+    between_spacecraft: bool = False,
 ) -> list[SpacecraftView]:
     """All spacecraft that the Earth does not hide from the camera.
+
+    inter_reflection : with the light between the surfaces of each
+    between_spacecraft : and that from those near to it
 
     Raises ConfigError where the camera is inside a body.
     """
     views = []
+    light_on = incident_light_with_neighbours if between_spacecraft else incident_light
     for index, (name, body) in enumerate(state.bodies.items()):
         _refuse_inside(camera, name, body)
         if _hidden_by_earth(state.earth, camera.position, body.pose.position):
@@ -100,7 +112,7 @@ def spacecraft_views(
                 sun_limb=_float32(sun.limb),
                 sun_angular_radius=sun.angular_radius,
                 sky=sky_view(state, name, body),
-                incident_light=incident_light(state, body) if inter_reflection else None,
+                incident_light=light_on(state, body) if inter_reflection else None,
                 shadow=shadow_view(state, body, camera.camera, sun, body_from_camera),
                 air=air_between(state, camera.position, body.pose.position),
             )

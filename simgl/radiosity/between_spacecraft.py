@@ -1,0 +1,363 @@
+"""Light from one spacecraft to another that is near.
+
+A spacecraft sends light as few clusters of its patches, small beside their distance from the other
+one. Each is seen from the places where the other one gathers light, unless a surface stands in
+between: one ray for each place and cluster. Which of them see each other depends on how the two
+stand to each other alone, and is known again while they do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.spatial.transform import Rotation
+
+from simgl.arrays import Array, Array32, IndexArray
+from simgl.radiosity.gather_points import LIFT, unit_rows
+from simgl.radiosity.hemisphere import CELLS_ACROSS, sky_cell
+from simgl.radiosity.light_transport import LightTransport
+from simgl.radiosity.occlusion import inside_others
+from simgl.radiosity.patches import SAMPLES
+from simgl.radiosity.solver import Blocker
+from simgl.radiosity.transport_store import lit_mesh
+from simgl.rays import RayTracer, ray_tracer
+from simgl.scene.posed_mesh import PosedMesh
+from simgl.scene.spacecraft import SpacecraftModel
+
+# Clusters are so wide for each metre of their distance from the other spacecraft, and at most so
+# many: as many as make so many pairs with its places, within these limits.
+_WIDTH, _PAIRS, _LIMITS = 0.25, 800_000, (64, 1024)
+# Poses of one to the other are known in steps of this share of their distance, and this turn [rad].
+STEP = 1.0 / 64.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class NearBody:
+    """A spacecraft with its transport, as others near it see it, in its own axes."""
+
+    model: SpacecraftModel
+    transport: LightTransport
+
+    @cached_property
+    def mesh(self) -> PosedMesh:
+        """What gathers light, with the joints where they are."""
+        return lit_mesh(self.model, self.transport)
+
+    @cached_property
+    def key(self) -> tuple[str, str]:
+        """Equal for equal bodies at equal poses."""
+        return self.transport.digest, self.model.posed_mesh.digest
+
+    @cached_property
+    def places(self) -> tuple[Array32, Array32, IndexArray]:
+        """(s, 3) places that gather light and their normals, and which one each row of vertex and
+        side takes (r,)."""
+        mesh, transport = self.mesh.baked(), self.transport
+        lift = np.float32(LIFT * mesh.radius)
+        positions, normals = [], []
+        outwards = unit_rows(mesh.normals.astype(np.float64)).astype(np.float32)
+        for side in (1.0, -1.0)[: transport.sides]:
+            normals.append(np.float32(side) * outwards)
+            positions.append(mesh.positions + lift * normals[-1])
+        place, normal = np.concatenate(positions), np.concatenate(normals)
+        of_row = transport.gather_point_of_vertex.ravel()
+        # Vertices of one gather point lie side by side; those inside other parts do not stand for
+        # it where another one does.
+        hidden = np.zeros(len(place), dtype=np.bool_)
+        if transport.sides == 1 and transport.form_factors.nnz:
+            tracer = RayTracer(mesh)
+            hidden = inside_others(
+                mesh, tracer, place.astype(np.float64), normal.astype(np.float64)
+            )
+        order = np.lexsort((hidden, of_row))
+        points, first = np.unique(of_row[order], return_index=True)
+        chosen = order[first]
+        number = np.searchsorted(points, transport.gather_point_of_vertex.T.ravel())
+        return place[chosen], normal[chosen], number
+
+    @cached_property
+    def samples(self) -> tuple[Array32, Array32, Array, IndexArray]:
+        """(n, 3) sample points of its patches that are outside other parts and the normals there,
+        their parts of the area [m2] and the patches (n,)."""
+        transport = self.transport
+        patch, sample = np.nonzero(transport.point_open)
+        area = (transport.areas / SAMPLES)[patch].astype(np.float64)
+        return transport.points[patch, sample], transport.normals[patch, sample], area, patch
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LightPath:
+    """How the light of one body, the sender, comes to another one.
+
+    samples : (n,) of the sender that are seen from the receiver
+    means : (c, n) csr, the mean of those in each cluster
+    senders : (c, p) csr, the same of the sender's patches
+    to_places : (s, c) share of the hemisphere above a place that a cluster fills, weighted by the
+        cosine
+    to_patches : (q, c) of the receiver's patches
+    cells : (s, c) cell of the receiver's sky before which the cluster stands
+    """
+
+    samples: IndexArray
+    means: sparse.csr_matrix
+    senders: sparse.csr_matrix
+    to_places: Array32
+    to_patches: Array32
+    cells: NDArray[np.int16]
+
+    def at_patches(self, exitance: Array32) -> Array32:
+        """(q, 4) irradiance of the receiver's patches by the clusters' (c, 4) [W m-2]."""
+        return self.to_patches @ exitance
+
+    def at_places(self, exitance: Array32) -> Array32:
+        """(s, 4) irradiance of the receiver's places [W m-2]."""
+        return self.to_places @ exitance
+
+    @property
+    def largest_share(self) -> float:
+        """Of a patch's hemisphere that the sender fills."""
+        return float(self.to_patches.sum(axis=1).max(initial=0.0))
+
+    @property
+    def nbytes(self) -> int:
+        """Size of its arrays."""
+        return self.to_places.nbytes + self.to_patches.nbytes + self.cells.nbytes
+
+
+def in_steps(other_from_body: Array, reach: float) -> Array:
+    """(4, 4) a pose of one body in the axes of another, in steps small beside their distance.
+
+    reach : [m] between them
+    """
+    result = np.eye(4)
+    step = 2.0 ** np.floor(np.log2(max(STEP * reach, 1e-6)))
+    result[:3, 3] = step * np.round(other_from_body[:3, 3] / step)
+    turn = Rotation.from_matrix(other_from_body[:3, :3]).as_rotvec()
+    result[:3, :3] = Rotation.from_rotvec(STEP * np.round(turn / STEP)).as_matrix()
+    return result
+
+
+def light_path(receiver: NearBody, sender: NearBody, sender_from_receiver: Array) -> LightPath:
+    """How light comes from the sender to the receiver.
+
+    sender_from_receiver : (4, 4) between their axes
+    """
+    turn, shift = sender_from_receiver[:3, :3], sender_from_receiver[:3, 3]
+    open_ = _towards(sender, receiver, turn, shift)
+    if len(open_) == 0:
+        return _no_path(receiver, sender)
+    points, normals = sender.samples[0][open_], sender.samples[1][open_]
+    part, patch = sender.samples[2][open_], sender.samples[3][open_]
+    seen_from = (points - shift) @ turn
+    distance = np.maximum(_distance(receiver, seen_from), _nearest(receiver, sender))
+    limit = int(np.clip(_PAIRS // len(receiver.places[0]), *_LIMITS))
+    cluster = _clusters(points, normals, distance, limit)
+    count = int(cluster.max()) + 1
+    areas = np.bincount(cluster, part, minlength=count).astype(np.float64)
+    share = sparse.csr_matrix(
+        ((part / areas[cluster]).astype(np.float32), (cluster, np.arange(len(cluster)))),
+        shape=(count, len(cluster)),
+    )
+    middle, facing = share @ seen_from, unit_rows(share @ (normals @ turn))
+    clusters = _Clusters(
+        middle=middle,
+        facing=facing,
+        areas=areas,
+        points=seen_from[np.argsort(cluster, kind="stable")],
+        first=np.searchsorted(np.sort(cluster), np.arange(count + 1)),
+    )
+
+    def seen(places: Array32, outwards: Array32) -> tuple[Array32, NDArray[np.int16]]:
+        return _form_factors(receiver, sender, sender_from_receiver, (places, outwards), clusters)
+
+    places, outwards, _ = receiver.places
+    to_places, cells = seen(places, outwards)
+    of_patch = sparse.csr_matrix(
+        (np.ones(len(patch), dtype=np.float32), (np.arange(len(patch)), patch)),
+        shape=(len(patch), len(sender.transport.areas)),
+    )
+    inverse: Array = np.linalg.inv(sender_from_receiver).astype(np.float64)
+    at, chosen = _samples_for(receiver, sender, inverse[:3, :3], inverse[:3, 3])
+    number = np.bincount(at, minlength=len(receiver.transport.areas)).astype(np.float32)
+    mean = sparse.csr_matrix(
+        (1.0 / number[at], (at, np.arange(len(at)))), shape=(len(number), len(at))
+    )
+    return LightPath(
+        samples=open_,
+        means=share,
+        senders=(share @ of_patch).tocsr(),
+        to_places=to_places,
+        to_patches=mean @ seen(receiver.samples[0][chosen], receiver.samples[1][chosen])[0],
+        cells=cells,
+    )
+
+
+def sun_cosines(
+    body: NearBody, samples: IndexArray, direction: Array, blockers: Sequence[Blocker]
+) -> Array32:
+    """(n,) cosines of some of a body's samples to the Sun, 0 where it is not seen.
+
+    direction : (3,) unit, towards the Sun, body axes
+    blockers : other bodies
+    """
+    points, normals = body.samples[0][samples], body.samples[1][samples]
+    cosines = np.maximum(normals @ direction.astype(np.float32), 0.0)
+    lit = np.flatnonzero(cosines > 0.0)
+    rays = np.broadcast_to(direction, (len(lit), 3))
+    hidden = ray_tracer(body.model.posed_mesh).occluded(points[lit], rays)
+    for blocker in blockers:
+        turn, shift = blocker.other_from_body[:3, :3], blocker.other_from_body[:3, 3]
+        hidden |= blocker.tracer.occluded(points[lit] @ turn.T + shift, rays @ turn.T)
+    cosines[lit[hidden]] = 0.0
+    return cosines
+
+
+def _distance(body: NearBody, points: Array) -> Array:
+    """(n,) of points in its axes from the box around a body [m]."""
+    corners = body.model.posed_mesh.hull
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    return np.linalg.norm(np.maximum(np.maximum(low - points, points - high), 0.0), axis=1)
+
+
+def _samples_for(
+    receiver: NearBody, sender: NearBody, turn: Array, shift: Array
+) -> tuple[IndexArray, IndexArray]:
+    """Patch and sample point of the receiver for each place where its patches get light: one of a
+    small patch, all of a large one.
+
+    turn, shift : to the receiver's axes from the sender's
+    """
+    patch = receiver.samples[3]
+    centres, radii = receiver.transport.patch_spheres
+    distance = _distance(sender, (centres - shift) @ turn)
+    large = radii > _WIDTH * np.maximum(distance, _nearest(receiver, sender))
+    first = np.concatenate([[True], patch[1:] != patch[:-1]])
+    chosen = np.flatnonzero(first | large[patch])
+    return patch[chosen], chosen
+
+
+def _nearest(one: NearBody, other: NearBody) -> float:
+    """Distance below which nothing is resolved [m]."""
+    return 0.05 * min(one.model.posed_mesh.radius, other.model.posed_mesh.radius)
+
+
+def _towards(sender: NearBody, receiver: NearBody, turn: Array, shift: Array) -> IndexArray:
+    """The samples of the sender that see any of a few points of the receiver.
+
+    Others, deep inside of it, would stand for clusters that are seen, or hide those they are in.
+    """
+    points, normals, _, _ = sender.samples
+    mesh = receiver.model.posed_mesh
+    corners = np.stack([mesh.hull.min(axis=0), mesh.hull.max(axis=0)])
+    looks = np.concatenate([mesh.centre[None], [0.5 * (mesh.centre + c) for c in _eight(corners)]])
+    tracer = ray_tracer(sender.model.posed_mesh)
+    seen = np.zeros(len(points), dtype=np.bool_)
+    for look in looks @ turn.T + shift:
+        way = look - points
+        rest = np.flatnonzero(~seen & (np.einsum("ij,ij->i", way, normals) > 0.0))
+        reach = np.ones(len(rest), dtype=np.float32)
+        seen[rest] = ~tracer.occluded(points[rest], way[rest], reach)
+    return np.flatnonzero(seen)
+
+
+def _eight(corners: Array) -> Array:
+    """(8, 3) corners of the box between two of them (2, 3)."""
+    return np.stack([c.ravel() for c in np.meshgrid(*corners.T)], axis=1)
+
+
+def _no_path(receiver: NearBody, sender: NearBody) -> LightPath:
+    """Of a sender that the receiver does not see."""
+    places, patches = len(receiver.places[0]), len(receiver.transport.areas)
+    return LightPath(
+        samples=np.zeros(0, dtype=np.int64),
+        means=sparse.csr_matrix((0, 0), dtype=np.float32),
+        senders=sparse.csr_matrix((0, len(sender.transport.areas)), dtype=np.float32),
+        to_places=np.zeros((places, 0), dtype=np.float32),
+        to_patches=np.zeros((patches, 0), dtype=np.float32),
+        cells=np.zeros((places, 0), dtype=np.int16),
+    )
+
+
+def _clusters(points: Array32, normals: Array32, distance: Array, limit: int) -> IndexArray:
+    """(n,) number of the cluster of each sample: those of one cell of space that face alike.
+
+    distance : (n,) from the other spacecraft [m]
+    limit : of the number of clusters
+    """
+    axis = np.argmax(np.abs(normals), axis=1)
+    side = 2 * axis + (np.take_along_axis(normals, axis[:, None], 1)[:, 0] < 0.0)
+    width = _WIDTH
+    while True:
+        level = np.ceil(np.log2(width * distance))
+        cell = np.floor(points / (2.0**level)[:, None]).astype(np.int64)
+        keys = np.column_stack([level.astype(np.int64), side, cell])
+        _, number = np.unique(keys, axis=0, return_inverse=True)
+        if int(number.max()) < limit:
+            return np.asarray(number.ravel(), dtype=np.int64)
+        width *= 1.3
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Clusters:
+    """What sends light, in the receiver's axes.
+
+    middle, facing : (c, 3) and their mean normals; areas : (c,) [m2]
+    points : (n, 3) of their surfaces, those of one cluster from ``first`` (c + 1,) on
+    """
+
+    middle: Array
+    facing: Array
+    areas: Array
+    points: Array
+    first: IndexArray
+
+
+def _form_factors(
+    receiver: NearBody,
+    sender: NearBody,
+    sender_from_receiver: Array,
+    points: tuple[Array32, Array32],
+    clusters: _Clusters,
+) -> tuple[Array32, NDArray[np.int16]]:
+    """(n, c) share of each point's hemisphere that each cluster fills, as a disc of its area, and
+    the cell of the sky behind it.
+
+    points : (n, 3) places and normals
+    """
+    places, normals = points
+    areas = clusters.areas
+    middle, facing = clusters.middle, clusters.facing
+    square = (
+        np.sum(middle**2, axis=1) + np.sum(places**2, axis=1)[:, None] - 2.0 * places @ middle.T
+    )
+    here = normals @ middle.T - np.sum(places * normals, axis=1)[:, None]
+    cosine_at_cluster = places @ facing.T - np.sum(middle * facing, axis=1)
+    square = np.maximum(square, 1e-9)
+    factors = np.maximum(here, 0.0) * np.maximum(cosine_at_cluster, 0.0) * areas
+    factors /= square * (np.pi * square + areas)
+    place, cluster = np.nonzero(factors > 1e-6)
+    # Neighbouring places look at different points of a cluster: what hides a part of it hides it
+    # from as many.
+    number = np.diff(clusters.first)[cluster]
+    point = clusters.first[cluster] + (place * 7 + cluster * 3) % number
+    turn, shift = sender_from_receiver[:3, :3], sender_from_receiver[:3, 3]
+    way = clusters.points[point] - places[place]
+    hidden = np.zeros(len(place), dtype=np.bool_)
+    ways = (
+        (sender, places[place] @ turn.T + shift, way @ turn.T),
+        (receiver, places[place].astype(np.float64), way),
+    )
+    for body, starts, rays in ways:
+        rest = np.flatnonzero(~hidden)
+        reach = np.full(len(rest), 1.0 - 1e-3, dtype=np.float32)
+        tracer = ray_tracer(body.model.posed_mesh)
+        hidden[rest] = tracer.occluded(starts[rest], rays[rest], reach)
+    factors[place[hidden], cluster[hidden]] = 0.0
+    cells = np.zeros(factors.shape, dtype=np.int16)
+    cells[place, cluster] = sky_cell(way, CELLS_ACROSS)
+    return factors.astype(np.float32), cells

@@ -1,0 +1,84 @@
+"""Light from one spacecraft to another: two boxes with closed forms."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import moderngl
+import numpy as np
+
+from simgl.arrays import Array
+from simgl.radiosity.between_spacecraft import NearBody, in_steps, light_path
+from simgl.radiosity.convex_transport import convex_transport
+from simgl.radiosity.incident_light import incident_light, incident_light_with_neighbours
+from tests.radiosity.near_spacecraft import WHITE, from_other_surfaces, square_seen, two_boxes
+from tests.scenes import IN_BANDS
+
+# The light of the one that shines onto the other's face, away from the Sun.
+SUN = (-0.8, 0.0, 0.6)
+
+
+def boxes(gap: float) -> tuple[NearBody, NearBody, Array]:
+    """Two boxes, and the pose of the second in the axes of the first, inverted."""
+    state = (scenario := two_boxes(gap, SUN)).at(scenario.epoch_tai_ns)
+    first, second = (
+        NearBody(model=body.model, transport=convex_transport(body.model))
+        for body in state.bodies.values()
+    )
+    matrix = np.eye(4)
+    matrix[0, 3] = -(1.0 + gap)
+    return first, second, matrix
+
+
+def test_a_square_before_another_fills_the_share_of_its_hemisphere() -> None:
+    first, second, second_from_first = boxes(2.0)
+    shares = light_path(first, second, second_from_first).to_places.sum(axis=1)
+    places, normals, _ = first.places
+    facing = normals[:, 0] > 0.9
+    np.testing.assert_array_equal(shares[normals[:, 0] < 0.1], 0.0)
+    for (_, y, z), share in zip(places[facing], shares[facing], strict=True):
+        # Four rectangles about the place across the gap; with signs where it stands outside.
+        wanted = sum(
+            square_seen((0.5 + i * y) / 2.0, (0.5 + j * z) / 2.0) for i in (-1, 1) for j in (-1, 1)
+        )
+        # Discs of a quarter of their distance.
+        np.testing.assert_allclose(share, wanted, rtol=0.01)
+
+
+def test_what_hides_the_other_one_hides_its_light() -> None:
+    first, second, second_from_first = boxes(2.0)
+    behind = second_from_first.copy()
+    behind[0, 3] = 3.0
+    shares = light_path(first, second, behind).to_places.sum(axis=1)
+    assert not shares[first.places[1][:, 0] > -0.9].any()
+
+
+def test_a_face_in_shadow_shows_the_light_of_the_sunlit_one_across(gl: moderngl.Context) -> None:
+    gap = 2.0
+    light, _ = from_other_surfaces(gl, two_boxes(gap, SUN))
+    seen = 4.0 * square_seen(0.5 / gap, 0.5 / gap)
+    # Back and forth between both faces 0.3 %.
+    wanted = WHITE / np.pi * seen * WHITE * IN_BANDS * 0.8
+    np.testing.assert_allclose(light[62:66, 62:66].mean(), wanted, rtol=0.02)
+
+
+def test_without_the_key_and_from_afar_nothing_comes(gl: moderngl.Context) -> None:
+    alone, _ = from_other_surfaces(gl, two_boxes(2.0, SUN, between_spacecraft=False))
+    assert not alone.any()
+    state = (scenario := two_boxes(2.0, SUN)).at(scenario.epoch_tai_ns)
+    target, chaser = state.bodies["target"], state.bodies["chaser"]
+    assert len(incident_light_with_neighbours(state, target).lit_by) == 1
+    assert incident_light(state, target).lit_by == ()
+    pose = replace(chaser.pose, position=np.array([30.0, 0.0, 0.0]))
+    far = replace(state, bodies={"target": target, "chaser": replace(chaser, pose=pose)})
+    assert incident_light_with_neighbours(far, target).lit_by == ()
+
+
+def test_poses_in_steps_are_within_a_sixty_fourth() -> None:
+    rng = np.random.default_rng(3)
+    for gap in (0.3, 2.0, 50.0):
+        matrix = np.eye(4)
+        matrix[:3, 3] = gap * rng.normal(size=3)
+        stepped = in_steps(matrix, gap)
+        assert np.abs(stepped - matrix).max() <= gap / 64.0
+        np.testing.assert_array_equal(in_steps(stepped, gap), stepped)
