@@ -20,6 +20,13 @@ const int TAPS_OF_SAMPLE = 20;
 // Between successive directions [rad].
 const float GOLDEN_ANGLE = 2.39996323;
 
+// SHEETS: some casters are open. What they need would cost solids a seventh of the time.
+#ifdef SHEETS
+const bool SOLID = false;
+#else
+const bool SOLID = true;
+#endif
+
 struct SunMap {
     float texel;   // edge [m]
     float top;     // height [m] of depth 0
@@ -28,7 +35,6 @@ struct SunMap {
     int column;    // of its first texel in the textures
     int bounds;    // column of its first cell in the texture of bounds
     vec2 lean;     // of the line to the Sun's middle: texels per metre of height
-    bool solid;    // all casters are closed
     int taps;      // directions that stand for the disc, at most 128
 };
 
@@ -162,7 +168,7 @@ Slab slab_at(sampler2D depths, SunMap map, Receiver r, vec2 offset) {
     vec2 middle = vec2(at) + 0.5 - r.here.xy;
     float plane = receiver_plane(r, middle);
     slab.casts = slab.high > plane;
-    slab.beyond = !slab.casts && beyond_receiver(r, slab.high, plane, middle);
+    slab.beyond = !SOLID && !slab.casts && beyond_receiver(r, slab.high, plane, middle);
     slab.low = slab.high;
     slab.ends = true;
     if (slab.casts) {
@@ -180,7 +186,7 @@ Slab slab_behind(sampler2D behind, SunMap map, Receiver r, vec2 offset) {
     float plane = receiver_plane(r, vec2(at) + 0.5 - r.here.xy);
     float depth = texelFetch(behind, at + ivec2(map.column, 0), 0).r;
     float high = map.top - r.here.z - map.depth * depth;
-    return Slab(high, map.solid ? min(plane, high) : high, high > plane, false, false);
+    return Slab(high, SOLID ? min(plane, high) : high, high > plane, false, false);
 }
 
 const Slab NO_SLAB = Slab(0.0, 0.0, false, false, true);
@@ -221,7 +227,7 @@ bool meets_caster(sampler2D depths, sampler2D behind, SunMap map, Receiver r, Sl
                   float reach, Casters casters) {
     float height = casters.top, before = 0.0, off_before = 0.0;
     bool lowest = false;
-    int looks = map.solid ? 3 : 4;
+    int looks = SOLID ? 3 : 4;
     for (int look = 0; look < looks; ++look) {
         // Near contact the disc shrinks below a texel; then the texel's own width smooths.
         float wider = sqrt(1.0 + 0.6 / max(height * height * reach * reach, 1e-6));
@@ -241,7 +247,7 @@ bool meets_caster(sampler2D depths, sampler2D behind, SunMap map, Receiver r, Sl
         // at it tell.
         float off = slab.casts ? meets - height : 0.0;
         float bend = off_before - off;
-        bool aims = !map.solid && off * off_before != 0.0 && abs(bend) > 1e-3 * abs(off);
+        bool aims = !SOLID && off * off_before != 0.0 && abs(bend) > 1e-3 * abs(off);
         float aim = height + off * (height - before) / (aims ? bend : 1.0);
         if (aims && aim > 0.0 && aim < casters.top) next = aim;
         before = height;
@@ -306,7 +312,7 @@ float lit_by_neighbours(sampler2D depths, SunMap map, Receiver r, vec2 offset) {
     vec4 lit = vec4(not(casting));
     vec2 weight = clamp(r.here.xy + offset - vec2(first) - 0.5, 0.0, 1.0);
     float all = 1.0;
-    WHEN(!map.solid) {
+    WHEN(!SOLID) {
         vec2 corner = vec2(first) + 0.5 - r.here.xy;
         vec4 known = vec4(1.0);
         for (int k = 0; k < 4; ++k) {
@@ -353,7 +359,7 @@ vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, Samples samples, 
     // slabs around lie; lower casters near the receivers are looked for on rings towards the disc's middle.
     float high = around.high, spread = sqrt(high * high * reach * reach + 0.6);
     float deepest = high, near = 1.0 - 0.4 * turn.y;
-    bool sheets = !map.solid;
+    bool sheets = !SOLID;
     Slab overhead = NO_SLAB;
     WHEN(sheets) overhead = overhead_slab(depths, map, samples.of_group);
     Casters casters = Casters(0.0, high);

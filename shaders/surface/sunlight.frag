@@ -48,7 +48,7 @@ Atlas atlas_of(bool close) {
     mat4 all_of_it = shadow_from_body[0], closer = shadow_from_body[1], from_body;
     for (int k = 0; k < 4; ++k) from_body[k] = close ? closer[k] : all_of_it[k];
     SunMap map = SunMap(frame.x, frame.y, frame.z, int(atlas.x), int(atlas.y), int(atlas.z),
-                        shadow_lean / frame.x, shadow_solid > 0.5, int(shadow_taps));
+                        shadow_lean / frame.x, int(shadow_taps));
     return Atlas(map, atlas.w, from_body);
 }
 

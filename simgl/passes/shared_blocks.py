@@ -112,10 +112,9 @@ SHADOW = Block(
             # Texels along an edge, first column among the depths, and among the bounds; texels that
             # the Sun's radius spans for each metre of height.
             ("shadow_atlas", "f4", (2, 4)),
-            # 1 where all casters are closed.
-            ("shadow_solid", "f4"),
             # Directions within the Sun's disc that a cell of samples tries.
             ("shadow_taps", "f4"),
+            ("shadow_padding", "f4"),
             # How far the Sun's light moves across the maps for each metre of height [m].
             ("shadow_lean", "f4", 2),
         ]
@@ -293,7 +292,6 @@ def shadow_values(view: SpacecraftView, sample_grid: SampleGrid) -> dict[str, An
         "shadow_atlas": atlas,
         "shadow_taps": np.clip(taps, _MIN_DIRECTIONS, _MAX_DIRECTIONS),
         "shadow_lean": view.shadow.lean,
-        "shadow_solid": not any(c.model.open_sheets for c in maps[0].casters),
     }
 
 

@@ -30,6 +30,7 @@ from simgl.passes.shared_blocks import (
     tile_values,
 )
 from simgl.view.raster_tiles import RasterTile
+from simgl.view.spacecraft_view import SpacecraftView
 
 _GBUFFER_UNITS = gbuffer_units("position", "normal_roughness", "face_normal")
 # In the order of the shadow pass's textures. Sunlight is drawn before what reads the sky.
@@ -85,7 +86,7 @@ class SunlightPass:
         searched = known | {"searched_points": _POINTS_UNIT}
         del known["sun_behind"]
         self._samplers = known, searched
-        # Of spacecraft that stand still, and of those that move.
+        # By how a spacecraft moves, and by whether open sheets shade it.
         self._screens: dict[tuple[str, ...], tuple[Screen, Screen]] = {}
         self._screens_for(())
         self._unknown = Screen(ctx, "surface/unknown", 0.0, [], {"sunlight": _SUNLIGHT_UNIT})
@@ -127,8 +128,7 @@ class SunlightPass:
         if drawn.view.sun_irradiance.any():
             self._bind(tile, points, drawn)
             self.state.apply(self._ctx, sunlight, area, area)
-            motion = drawn.view.motion
-            known, searched = self._screens_for(() if motion is None else motion.variant)
+            known, searched = self._screens_for(_variant(drawn.view))
             known.draw()
             shares.use(_SUNLIGHT_UNIT)
             self._search(points, searched)
@@ -176,3 +176,9 @@ class SunlightPass:
             buffer.release()
         for screen in (self._unknown, *sum(self._screens.values(), ())):
             screen.release()
+
+
+def _variant(view: SpacecraftView) -> tuple[str, ...]:
+    motion = () if view.motion is None else view.motion.variant
+    casters = view.shadow.maps[0].casters
+    return (*motion, "SHEETS") if any(c.model.open_sheets for c in casters) else motion
