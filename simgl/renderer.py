@@ -176,7 +176,7 @@ class Renderer:
         for view, share in chain([first], parts):
             if not any(seen.tiles for seen in view.pinholes):
                 continue
-            area = _touched(view)
+            area = view.touched
             with self.timer.measure("rows"):
                 self._rows.copy(background.textures[0], one.framebuffer, area)
             self._lay_spacecraft(view, one)
@@ -441,15 +441,3 @@ def _parts(tile: RasterTile, view: FrameView) -> list[RasterTile]:
 def _is_separate(view: FrameView, share: Array) -> bool:
     """Whether each row belongs to one part of an exposure, which draws in no other."""
     return bool(np.all(share == 1.0) or (view.field is None and np.all(share[share != 0.0] == 1.0)))
-
-
-def _touched(view: FrameView) -> tuple[int, int, int, int]:
-    """x, y, width, height of the pixels that a view's spacecraft may touch."""
-    d = view.camera.detector
-    if view.field is not None:
-        return 0, 0, d.width, d.height
-    x0 = min((tile.x for tile in view.tiles), default=0)
-    y0 = min((tile.y for tile in view.tiles), default=0)
-    x1 = max((tile.x + tile.width for tile in view.tiles), default=0)
-    y1 = max((tile.y + tile.height for tile in view.tiles), default=0)
-    return x0, y0, x1 - x0, y1 - y0

@@ -55,6 +55,18 @@ class FrameView:
         """The view through each pinhole; all pixels are drawn through one of them."""
         return self, *self.other_pinholes
 
+    @property
+    def touched(self) -> tuple[int, int, int, int]:
+        """x, y, width, height of the pixels that spacecraft may touch."""
+        d = self.camera.detector
+        if self.field is not None:
+            return 0, 0, d.width, d.height
+        x0 = min((tile.x for tile in self.tiles), default=0)
+        y0 = min((tile.y for tile in self.tiles), default=0)
+        x1 = max((tile.x + tile.width for tile in self.tiles), default=0)
+        y1 = max((tile.y + tile.height for tile in self.tiles), default=0)
+        return x0, y0, x1 - x0, y1 - y0
+
 
 def frame_view(
     state: SceneState,
