@@ -16,9 +16,12 @@ from simgl.physics.lunar_model import moonlight
 from simgl.physics.solar_disc import UNIFORM
 from simgl.physics.spectrum import BandLight
 from simgl.scene.earth import Earth
-from simgl.scene.lamps import LampState
+from simgl.scene.lamps import LampState, beam_profile
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.star_catalogue import StarSky
+
+# Share of the lamps' light below which the Moon's is not seen to cast shadows.
+_DROWNED = 0.01
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -236,12 +239,30 @@ class SceneState:
 
     def direct_light(self, point: Array) -> DirectLight:
         """What lights a spacecraft at a point (3,) [m]: the Sun as far as Earth, air and Moon let
-        it, or the Moon where that gives more light, as in the Earth's shadow."""
+        it, or the Moon where that gives more light, as in the Earth's shadow.
+
+        Before a lamp whose light drowns the Moon's, that remains the lesser light, for which no
+        shadows are drawn.
+        """
         sun, moon = self.sun.seen_from(point), self.moonlight(point)
         sun = replace(sun, irradiance=sun.irradiance * self.sunlight(point))
-        if moon is not None and moon.irradiance.sum() > sun.irradiance.sum():
+        if moon is None:
+            return DirectLight(main=sun, lesser=None)
+        by_moon, by_lamps = moon.irradiance.sum(), self._lamplight(point).sum()
+        if by_moon > sun.irradiance.sum() and by_moon > _DROWNED * by_lamps:
             return DirectLight(main=moon, lesser=None)
         return DirectLight(main=sun, lesser=moon)
+
+    def _lamplight(self, point: Array) -> Array:
+        """(4,) irradiance by all lamps of what faces them at a point (3,) [W m-2]."""
+        light = np.zeros(4)
+        for one in self.lamps:
+            offset = point - one.position
+            distance = max(float(np.linalg.norm(offset)), one.lamp.radius)
+            angle = angle_between(offset, one.direction)
+            profile = beam_profile(np.array(angle), one.lamp.half_angle, one.lamp.edge)
+            light += one.lamp.intensity * profile / distance**2
+        return light
 
     def _past_earth(self, point: Array, disc: SunSeen) -> Array:
         """(4,) share of a disc's light that reaches a point (3,) [m] past Earth and air."""

@@ -12,6 +12,7 @@ import pytest
 from simgl.physics.atmosphere import STANDARD
 from simgl.physics.frames import angle_between
 from simgl.physics.lunar_model import moonlight
+from simgl.scene.lamps import Lamp, LampState
 from simgl.simulator import Simulator
 from tests.passes.earth_light_scenes import IRRADIANCE
 from tests.passes.night_light_scenes import (
@@ -100,3 +101,33 @@ def test_the_moonlit_earth_lights_what_looks_at_it(simulator: Simulator) -> None
         phase = angle_between(sun.direction_icrf, -state.moon)
         wanted = moonlight(sun.irradiance, distance, phase) * IRRADIANCE[moon_deg][0] / 1367.0
         np.testing.assert_allclose(irradiance(simulator, state), wanted, rtol=GOAL)
+
+
+def test_before_a_bright_lamp_the_moon_is_part_of_the_sky(simulator: Simulator) -> None:
+    """Its light stays; its shadows would be a hundredth of the lamp's light."""
+    state = night(simulator.scenario, facing(0.0), moon_deg=4.0, moonlight=True)
+    place = state.bodies["plate"].pose.position
+    dark = state.direct_light(place)
+    towards = dark.main.direction_icrf
+    # 2 m before the plate: 1 W over a quarter of a steradian.
+    lamp = Lamp(
+        name="lamp",
+        spacecraft="plate",
+        position_body=np.zeros(3),
+        boresight_body=np.array([0.0, 0.0, 1.0]),
+        look_at=None,
+        power=np.ones(4),
+        half_angle=0.25,
+        edge=0.05,
+        radius=0.01,
+    )
+    lit = [
+        replace(state, lamps=(LampState(lamp=lamp, position=place + 2.0 * towards, direction=d),))
+        for d in (-towards, towards)
+    ]
+    before, behind = (one.direct_light(place) for one in lit)
+    assert before.lesser is not None
+    np.testing.assert_array_equal(before.lesser.irradiance, dark.main.irradiance)
+    assert not before.main.irradiance.any()
+    # A lamp that looks away drowns nothing.
+    np.testing.assert_array_equal(behind.main.irradiance, dark.main.irradiance)
