@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,10 +10,6 @@ import scipy
 from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.camera.camera import Camera
 from simgl.camera.pinhole_fields import FINER, PinholeField, pinhole_fields
-from simgl.lru_cache import MANY, LruCache
-
-# Of the arrays of cameras in the cache, by their geometry: exposures may change with each image.
-_MAX_BYTES = 256 << 20
 
 # Of the warp, as in shaders/warp/warp.frag: spacing of its sample points in fine pixels, and the
 # smallest and largest number of their rows and columns in a pixel.
@@ -31,56 +26,52 @@ _DISC_POINTS = 200
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _WarpSamples:
-    """Sample points of the warp in each pixel, (height, width, ...).
+    """Sample points of the warp in pixels, (...) each.
 
-    down, across : (2,) edges of a pixel in the pinhole's image
+    middle, across, down : (..., 2) of a pixel in the pinhole's image, and its edges
     rows, columns : numbers of sample points in a pixel
-    part : weight of a sample point, solid angle relative to that of an on-axis fine pixel
-    reach : distance at which a point source may still contribute to a pixel [px]
+    part : weight of a sample point, solid angle relative to that of an on-axis fine pixel; 0 where
+        the pixel is drawn through another pinhole
     """
 
-    down: Array32
+    middle: Array32
     across: Array32
+    down: Array32
     rows: IndexArray
     columns: IndexArray
-    part: Array32
-    reach: int
-
-    @property
-    def nbytes(self) -> int:
-        arrays = self.down, self.across, self.rows, self.columns, self.part
-        return sum(array.nbytes for array in arrays)
+    part: Array
 
 
-_cached_samples = LruCache[tuple[Hashable, ...], _WarpSamples](MANY, max_bytes=_MAX_BYTES)
-
-
-def _warp_samples(seen: PinholeField) -> _WarpSamples:
-    return _cached_samples.get(
-        seen.key, lambda: _samples_of_warp(seen), lambda samples: samples.nbytes
-    )
-
-
-def _samples_of_warp(seen: PinholeField) -> _WarpSamples:
+def _warp_samples(seen: PinholeField, x: IndexArray, y: IndexArray) -> _WarpSamples:
+    """Those of the pixels in columns x and rows y."""
+    height, width = seen.drawn.shape
     # One-sided at the edges, as in the shader.
-    down, across = (np.gradient(seen.places, axis=axis) for axis in (0, 1))
-    lengths = [np.linalg.norm(step, axis=-1) for step in (down, across)]
+    left, right = np.maximum(x - 1, 0), np.minimum(x + 1, width - 1)
+    top, bottom = np.maximum(y - 1, 0), np.minimum(y + 1, height - 1)
+    span_x = np.maximum(right - left, 1).astype(np.float32)[..., None]
+    span_y = np.maximum(bottom - top, 1).astype(np.float32)[..., None]
+    across = (seen.places[y, right] - seen.places[y, left]) / span_x
+    down = (seen.places[bottom, x] - seen.places[top, x]) / span_y
     rows, columns = (
-        np.clip(np.ceil(n * FINER / _SPACING), _MIN_ROWS, _MAX_ROWS).astype(np.intp)
-        for n in lengths
+        np.clip(
+            np.ceil(np.linalg.norm(step, axis=-1) * FINER / _SPACING), _MIN_ROWS, _MAX_ROWS
+        ).astype(np.intp)
+        for step in (down, across)
     )
-    part = FINER**2 * seen.solid_angle / (rows * columns)
-    # A star covers 3 x 3 fine pixels, interpolation adds half a one; half a pixel for its position.
-    smallest = min(float(n[seen.drawn].min()) for n in lengths)
-    reach = 2.0 / FINER / max(smallest, 0.25) + 0.5
     return _WarpSamples(
-        down=down,
+        middle=seen.places[y, x],
         across=across,
+        down=down,
         rows=rows,
         columns=columns,
-        part=part.astype(np.float32),
-        reach=int(np.ceil(reach)),
+        part=seen.drawn[y, x] * (FINER**2 * seen.solid_angle[y, x] / (rows * columns)),
     )
+
+
+def _reach(seen: PinholeField) -> int:
+    """Distance at which a point source may still contribute to a pixel [px]."""
+    # A star covers 3 x 3 fine pixels, interpolation adds half a one; half a pixel for its position.
+    return int(np.ceil(2.0 / FINER / max(seen.smallest_step, 0.25) + 0.5))
 
 
 def warped_point_share(camera: Camera, rays: Array) -> Array:
@@ -94,25 +85,27 @@ def warped_point_share(camera: Camera, rays: Array) -> Array:
     """
     complete, share = np.ones(len(rays), dtype=np.bool_), np.zeros(len(rays))
     for seen in pinhole_fields(camera):
-        samples, (star, x, y) = _warp_samples(seen), _windows(camera, seen, rays)
+        star, x, y = _windows(camera, seen, rays)
         inside = _on_seen_pixels(seen, x, y)
         complete &= inside
         x, y, star = x[inside], y[inside], star[inside]
-        part = np.where(seen.drawn[y, x], samples.part[y, x], 0.0)
-        # Most are drawn through one pinhole alone.
-        drawn = np.flatnonzero(part.any(axis=1))
-        x, y, star, part = x[drawn], y[drawn], star[drawn], part[drawn]
-        rows, columns = samples.rows[y, x], samples.columns[y, x]
-        middle, across, down = seen.places[y, x], samples.across[y, x], samples.down[y, x]
-        total = np.zeros(len(star))
+        # Of the pixels around a star those that are drawn here and see a fine pixel of it.
+        one, near = np.nonzero(seen.drawn[y, x])
+        samples = _warp_samples(seen, x[one, near], y[one, near])
+        half = 0.5 * (np.abs(samples.across) + np.abs(samples.down))
+        off = np.abs(samples.middle - star[one] / FINER)
+        lit = np.flatnonzero(np.all(off < half + 2.0 / FINER, axis=-1))
+        one, samples = one[lit], _warp_samples(seen, x[one, near][lit], y[one, near][lit])
+        rows, columns, total = samples.rows, samples.columns, np.zeros(len(one))
         for j, i in np.ndindex(int(rows.max(initial=0)), int(columns.max(initial=0))):
             v, u = (j + 0.5) / rows - 0.5, (i + 0.5) / columns - 0.5
-            at = FINER * (middle + u[..., None] * across + v[..., None] * down)
+            at = samples.middle + u[..., None] * samples.across + v[..., None] * samples.down
+            at = FINER * at
             # Each fine pixel has the star's radiance by its own solid angle.
-            light = _interpolated(at, star[:, None]).prod(axis=-1)
+            light = _interpolated(at, star[one]).prod(axis=-1)
             light /= _cosine_cubed(at / FINER, seen.pinhole)
-            total += np.sum(np.where((j < rows) & (i < columns), part * light, 0.0), axis=1)
-        share[np.flatnonzero(inside)[drawn]] += total
+            total += np.where((j < rows) & (i < columns), samples.part * light, 0.0)
+        share[inside] += np.bincount(one, total, minlength=len(star))
     return np.where(complete, share, 1.0)
 
 
@@ -124,7 +117,7 @@ def _windows(
     with np.errstate(all="ignore"):
         tangents = rays @ seen.R_pinhole_from_camera.T
         tangents = tangents[:, :2] / np.where(tangents[:, 2:] > 0.0, tangents[:, 2:], np.nan)
-    pinhole, reach = seen.pinhole, _warp_samples(seen).reach
+    pinhole, reach = seen.pinhole, _reach(seen)
     star = FINER * (tangents * pinhole.focal_length_px + np.array(pinhole.principal_point))
     # Far away where the lens sees nothing.
     pixel = np.floor(np.nan_to_num(camera.project(rays), nan=-1e6)).astype(np.intp)
@@ -154,8 +147,8 @@ def warped_disc_share(camera: Camera, ray: Array, angular_radius: float) -> floa
         centre = seen.R_pinhole_from_camera @ ray
         if centre[2] < _NEAR_A_PART:
             continue
-        samples, (star, x, y) = _warp_samples(seen), _windows(camera, seen, ray[None])
-        reach = int(np.ceil(_WIDENED * in_image)) + samples.reach
+        star, x, y = _windows(camera, seen, ray[None])
+        reach = int(np.ceil(_WIDENED * in_image)) + _reach(seen)
         rows, columns = (
             np.arange(middle - reach, middle + reach + 1)
             for middle in (int(y[0, y.shape[1] // 2]), int(x[0, x.shape[1] // 2]))
@@ -163,22 +156,22 @@ def warped_disc_share(camera: Camera, ray: Array, angular_radius: float) -> floa
         y, x = np.meshgrid(rows, columns, indexing="ij")
         if not _on_seen_pixels(seen, x.reshape(1, -1), y.reshape(1, -1)).all():
             return 1.0
-        part = np.where(seen.drawn[y, x], samples.part[y, x], 0.0)
-        if not part.any():
+        if not seen.drawn[y, x].any():
             continue
+        samples = _warp_samples(seen, x, y)
         half = FINER * seen.pinhole.focal_length_px * np.tan(angular_radius) / centre[2] ** 2
         corner = np.floor(star[0] - half) - 1.0
         size = int(2.0 * half) + 4
         coverage = _disc_coverage(seen, centre, angular_radius, corner, size)
-        total, along, across = 0.0, samples.rows[y, x], samples.columns[y, x]
+        total, along, across = 0.0, samples.rows, samples.columns
         for j, i in np.ndindex(int(along.max()), int(across.max())):
             v, u = (j + 0.5) / along - 0.5, (i + 0.5) / across - 0.5
-            at = seen.places[y, x] + u[..., None] * samples.across[y, x]
-            at = FINER * (at + v[..., None] * samples.down[y, x]) - corner - 0.5
+            at = samples.middle + u[..., None] * samples.across + v[..., None] * samples.down
+            at = FINER * at - corner - 0.5
             light = scipy.ndimage.map_coordinates(
                 coverage, np.moveaxis(at[..., ::-1], -1, 0), order=1, mode="constant"
             )
-            total += float(np.sum(np.where((j < along) & (i < across), part * light, 0.0)))
+            total += float(np.sum(np.where((j < along) & (i < across), samples.part * light, 0.0)))
         places = _grid(corner, size, 1)
         share += total / float((coverage * _cosine_cubed(places, seen.pinhole)).sum())
     return share or 1.0

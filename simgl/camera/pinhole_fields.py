@@ -64,6 +64,7 @@ class PinholeField:
     solid_angle : (height, width) of the camera's pixels, relative to that of one on the boresight;
         0 where the lens sees nothing
     reach : to which a pixel sees around its middle, at most [px of the pinhole]
+    smallest_step : from a pixel's place to its neighbour's [px of the pinhole]
     """
 
     key: tuple[Hashable, ...]
@@ -75,6 +76,7 @@ class PinholeField:
     drawn: Mask
     solid_angle: Array
     reach: int
+    smallest_step: float
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -88,6 +90,7 @@ class _Part:
     places: Array32
     drawn: Mask
     reach: int
+    smallest_step: float
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -140,6 +143,7 @@ def _field(camera: Camera, index: int, part: _Part, solid_angle: Array) -> Pinho
         drawn=part.drawn,
         solid_angle=solid_angle,
         reach=part.reach,
+        smallest_step=part.smallest_step,
     )
 
 
@@ -222,6 +226,13 @@ def _part(camera: Camera, face: int, rays: Array, drawn: Mask) -> _Part:
         places=np.nan_to_num(seen - low, nan=-1.0).astype(np.float32),
         drawn=drawn,
         reach=margin - _MARGIN,
+        smallest_step=min(
+            float(np.nanmin(np.linalg.norm(step, axis=-1)[both], initial=np.inf))
+            for step, both in (
+                (np.diff(seen, axis=1), drawn[:, 1:] & drawn[:, :-1]),
+                (np.diff(seen, axis=0), drawn[1:] & drawn[:-1]),
+            )
+        ),
     )
 
 

@@ -30,7 +30,7 @@ _WARP = Block(
 )
 
 # Of the cached tables of cameras, 12 bytes a pixel; that of the last one stays.
-_MAX_BYTES = 128 << 20
+_MAX_BYTES = 512 << 20
 
 
 class WarpPass:
