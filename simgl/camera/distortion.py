@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 import scipy
@@ -40,6 +40,10 @@ class _WarpSamples:
     rows: IndexArray
     columns: IndexArray
     part: Array
+
+    def chosen(self, pixels: IndexArray) -> _WarpSamples:
+        """Those of some of the pixels."""
+        return _WarpSamples(**{one.name: getattr(self, one.name)[pixels] for one in fields(self)})
 
 
 def _warp_samples(seen: PinholeField, x: IndexArray, y: IndexArray) -> _WarpSamples:
@@ -95,7 +99,7 @@ def warped_point_share(camera: Camera, rays: Array) -> Array:
         half = 0.5 * (np.abs(samples.across) + np.abs(samples.down))
         off = np.abs(samples.middle - star[one] / FINER)
         lit = np.flatnonzero(np.all(off < half + 2.0 / FINER, axis=-1))
-        one, samples = one[lit], _warp_samples(seen, x[one, near][lit], y[one, near][lit])
+        one, samples = one[lit], samples.chosen(lit)
         rows, columns, total = samples.rows, samples.columns, np.zeros(len(one))
         for j, i in np.ndindex(int(rows.max(initial=0)), int(columns.max(initial=0))):
             v, u = (j + 0.5) / rows - 0.5, (i + 0.5) / columns - 0.5
