@@ -43,12 +43,12 @@ def _line(row: Row) -> str:
     return "| " + " | ".join(cells) + " |"
 
 
-def page(record: Record) -> str:
-    """As Markdown."""
+def page(record: Record, head: str = HEAD) -> str:
+    """As Markdown; head : its title and what it is about."""
     rows = [row for table in record.tables for row in table.rows]
     met = sum(row.met for row in rows)
     parts = [
-        HEAD,
+        head,
         f"Run of {record.date}, {record.minutes:.0f} minutes on {record.machine}: "
         f"{met} of {len(rows)} rows meet their goal.\n",
     ]

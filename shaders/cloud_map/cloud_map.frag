@@ -63,7 +63,8 @@ void main() {
               * bump(east + 40.0 * fronts.y + 12.0 * groups.y, decks[k].y, decks[k].w);
     deck *= 1.0 - on_land;
 
-    float climate = 0.34 * belt + 0.34 * storms - 0.26 * clear - 0.5 * desert + 0.75 * deck;
+    float polar = bump(degrees, 76.0, 12.0) + bump(degrees, -67.0, 9.0);
+    float climate = 0.4 * polar + 0.34 * belt + 0.34 * storms - 0.26 * clear - 0.5 * desert + 0.75 * deck;
     float ragged = clamp(0.75 - 0.35 * storms + 0.25 * clear - 0.5 * deck, 0.15, 1.0);
     float synoptic = 0.75 * wide.w + 0.75 * fronts.w + 0.4 * groups.w;
     float value = climate + (1.0 - 0.75 * deck) * synoptic + 0.38 * cells.w + 0.3 * tufts.w + cover_shift;
@@ -73,7 +74,7 @@ void main() {
 
     // Optical thickness: 4 for trade-wind cumulus, 12 for decks, 70 in the cores of storms.
     float core = 0.7 * min(value, 0.8) + 0.6 * groups.w + 0.7 * cells.w + 0.8 * tufts.w;
-    float thickness = clamp(7.0 * exp(0.6 * deck + 1.6 * core + 0.3 * storms + 0.4 * belt), 1.0, 90.0);
+    float thickness = clamp(2.8 * exp(0.6 * deck + 1.6 * core + 0.3 * storms + 0.4 * belt + 0.3 * polar), 1.0, 90.0);
 
     // Thin high cloud: blown out of towers and ahead of fronts, drawn out to the east.
     vec3 blown = vec3(local.xy, 3.0 * local.z) + 0.5 * (drawn - local);

@@ -73,6 +73,12 @@ float cloud_cover(Broken cloud, float seen) {
     return normal_share(cloud.level + cloud.steepness * seen) * cloud.largest;
 }
 
+// Of values at the codes 0, 1/3, 2/3 and 1, the one at a code.
+float cloud_shape(vec4 at_codes, float code) {
+    vec3 rise = at_codes.yzw - at_codes.xyz;
+    return at_codes.x + dot(rise, clamp(3.0 * code - vec3(0.0, 1.0, 2.0), 0.0, 1.0));
+}
+
 float cloud_thickness(float code) {
     return exp(code * LOG_THICKEST);
 }

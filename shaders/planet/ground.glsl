@@ -1,6 +1,9 @@
 // What land, sea and clouds send up of the light that reaches them [W m-2 sr-1].
 #include "block/planet"
 #include "planet/cloud.glsl"
+#ifdef FROST
+#include "planet/frost.glsl"
+#endif
 #include "planet/night.glsl"
 #include "planet/ocean.glsl"
 #include "planet/place.glsl"
@@ -35,6 +38,7 @@ struct Sight {
 // kinds, shading_kinds : of puffs and cells in that noise
 // overhang             : what towers of closed cloud gain where they look towards the Sun
 // reflected, back      : reflectance for the Sun's light, and for light from all sides
+// shape                : reflectance towards the camera over its mean
 // high_tau             : optical thickness of thin high cloud
 struct Clouds {
     Broken seen;
@@ -44,6 +48,7 @@ struct Clouds {
     float overhang;
     float reflected;
     float back;
+    float shape;
     float high_tau;
 };
 
@@ -64,6 +69,7 @@ Clouds clouds_at(Place here) {
     clouds.overhang = 0.2 * max(2.0 * weather.x - 1.0, 0.0);
     clouds.reflected = cloud_reflectance(thickness, cosine_on_clouds(here));
     clouds.back = cloud_diffuse_reflectance(thickness);
+    clouds.shape = cloud_shape(here.cloud_shape, weather.y);
     clouds.high_tau = clouds_below * high_cloud_thickness * weather.z;
     return clouds;
 }
@@ -148,6 +154,9 @@ Land land_at(Place here) {
     float bed = max(1.0 - 3.0 * abs(along.x) * inversesqrt(max(resolved_hills, 1e-3)), 0.0) - BED_MEAN;
     land *= 1.0 - 0.22 * resolved_hills * bed + grain * (0.07 + growth * vec4(0.11, 0.07, 0.09, 0.0))
                 + hills.x * growth * vec4(0.08, 0.0, 0.05, -0.06);
+#ifdef FROST
+    land = with_snow(land, growth, here.ground.on_map, length(slope), grain);
+#endif
     seen.reflectance = land;
 #ifndef RELIEF_AT_CORNERS
     seen.shore_km = (form.z - ZERO_CODE.z) * SHORE_KM + 0.4 * grain;
@@ -162,6 +171,11 @@ Land land_at(Place here) {
 // What the ground below the clouds sends up.
 vec4 surface_light(Place here, Sea sea, Shade shade) {
     vec4 water = sea.light * shade.through + sea.glint * (1.0 - shade.cover);
+#if defined(FROST) && !defined(LAND)
+    vec2 frayed = noise_at(here.ground, here.levels.y).xy;
+    vec4 white = (here.direct * here.lit + here.diffuse) * (shade.through / PI);
+    water = with_ice(water, white, here.ground.on_map, 0.7071 * (frayed.x + frayed.y));
+#endif
 #ifdef SEA
     return water;
 #else
@@ -185,7 +199,8 @@ Sight through_clouds(Place here, Clouds clouds, Shade shade, vec4 below, float o
     float noise = dot(noise_at(here.cloud, halvings).zw, clouds.kinds);
     float cover = clouds_below * cloud_cover(clouds.seen, noise);
     float relief = 0.35 * (noise - clouds.seen.mean) + clouds.overhang * (noise - shade.noise);
-    vec4 layer = here.white * (cover * reflected * max(1.0 + (1.0 - reflected) * relief, 0.0));
+    vec4 layer = here.white
+               * (cover * reflected * clouds.shape * max(1.0 + (1.0 - reflected) * relief, 0.0));
     float past = 1.0 - cover * clouds.back;
 #ifndef NO_HIGH_CLOUD
     float high_tau = clouds.high_tau * fibres(here.cloud, halvings, here.resolved.x);

@@ -27,6 +27,7 @@ const float SHADOW_SINE = 0.15;
 // ground, cloud, shade : the spot seen, where the ray meets the clouds, where the Sun's light does
 // turn      : of the chart's axes from east and north: cosine, sine
 // mu_sun    : sine of the Sun's height
+// cloud_shape : reflectance of clouds towards the camera over their mean, by thickness (cloud_shape_at)
 // level_sun : horizontal part of its direction, to east and north
 // fray      : on the maps, of a way across and along a meridian by which hills fray them
 // levels    : halvings of the maps and of the chart that a pixel spans
@@ -45,6 +46,7 @@ struct Place {
 #ifdef AIR_INSIDE
     vec4 sky;
 #endif
+    vec4 cloud_shape;
     Spot ground;
     Spot cloud;
     Spot shade;
@@ -59,6 +61,23 @@ struct Place {
     vec2 resolved;
 #endif
 };
+
+#ifdef EARTH_MAPS
+// By the cosines of Sun and camera and the azimuth between them (tools/cloud_reflection.py).
+uniform sampler3D cloud_reflection;
+
+// Reflectance of water clouds of four thicknesses in the Sun's light towards the camera, over its mean.
+vec4 cloud_shape_at(vec3 n, vec3 view) {
+    float mu_sun = dot(n, sun_direction_itrf.xyz), mu_view = dot(n, view);
+    vec3 sun_level = mu_sun * n - sun_direction_itrf.xyz, view_level = view - mu_view * n;
+    float cosine = dot(sun_level, view_level)
+                 * inversesqrt(max(dot(sun_level, sun_level) * dot(view_level, view_level), 1e-12));
+    float azimuth = acos(clamp(cosine, -1.0, 1.0)) / PI;
+    // The first and the last azimuth are middles of texels.
+    azimuth += (0.5 - azimuth) / float(textureSize(cloud_reflection, 0).z);
+    return textureLod(cloud_reflection, vec3(mu_sun, mu_view, azimuth), 0.0);
+}
+#endif
 
 vec2 place_on_map(vec3 n) {
     return vec2(atan(n.y, n.x) / (2.0 * PI) + 0.5, 0.5 - atan(n.z, max(length(n.xy), 1e-4)) / PI);
@@ -115,7 +134,11 @@ Place place_at(vec3 d, float t, float cloud_t, float slant) {
     place.diffuse += glow_irradiance * nightfall(mu_sun);
     high.diffuse += glow_irradiance * nightfall(mu_sun);
 #endif
-    place.white = (high.direct * place.lit + high.diffuse) / PI;
+    vec4 sunlight = high.direct * place.lit;
+    place.white = (sunlight + high.diffuse) / PI;
+    // What the sky sends is reflected evenly.
+    float from_sun = sunlight.g / max(sunlight.g + high.diffuse.g, 1e-20);
+    place.cloud_shape = mix(vec4(1.0), cloud_shape_at(n, place.view), from_sun);
     place.beneath = vec4(0.0);
 #endif
     return place;

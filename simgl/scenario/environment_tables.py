@@ -25,6 +25,7 @@ _MAP_KEYS = (
     "moonlight",
     "airglow",
     "clouds",
+    "ice_and_snow",
     "land_picture",
     "water_picture",
     "night_picture",
@@ -79,7 +80,8 @@ def read_earth(
         earth = Earth(albedo=albedo, air=air)
     else:
         wind, clouds, maps = _read_maps(table, where, base)
-        earth = Earth(air=air, wind=wind, clouds=clouds, maps=maps)
+        frost = maps.land is None if table.ice_and_snow is None else table.ice_and_snow
+        earth = Earth(air=air, wind=wind, clouds=clouds, maps=maps, frost=frost)
         earth = _at_night(earth, table, where, fixed_sun=isinstance(sun, SunInDirection))
     if table.shape == "sphere":
         if table.radius_km is None:

@@ -83,6 +83,7 @@ class EarthTable(Table, frozen=True, kw_only=True):
         with WGS84 and "none" with a sphere. What scatters and dims light over the ground, at the
         limb, before spacecraft inside it, and on sunlight's way past the Earth
     wind_m_s : over the sea
+    ice_and_snow : sea ice and snow by the season; omitted, with the shipped land
     moonlight, airglow : what lights an Earth with maps at night, and the glow of its air; omitted,
         both are there, unless the Sun is fixed by hand
     land_picture, water_picture, night_picture : paths of images in place of the shipped maps
@@ -93,6 +94,7 @@ class EarthTable(Table, frozen=True, kw_only=True):
     albedo: BandValues | None = None
     atmosphere: Literal["standard", "source", "none"] | None = None
     wind_m_s: Annotated[float, Meta(ge=0.0, le=40.0)] | None = None
+    ice_and_snow: bool | None = None
     moonlight: bool | None = None
     airglow: bool | None = None
     clouds: CloudsTable | None = None

@@ -17,9 +17,9 @@ from simgl.physics.atmosphere import Atmosphere
 from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS, WGS84_POLAR_RADIUS
 from simgl.physics.regolith import Regolith
 
-# Of ground and clouds in every band, for multiple scattering between them and the atmosphere; the
-# Bond albedo is 0.29 (CERES EBAF).
-MEAN_ALBEDO = 0.3
+# Of the ground alone and with clouds, in every band, for multiple scattering between them and the
+# atmosphere: what is left of the Earth's albedo in the bands, 0.17 and 0.33, without the air.
+CLEAR_ALBEDO, CLOUDY_ALBEDO = 0.13, 0.27
 
 
 # Textures of this width are possible on every OpenGL 3.3 driver that runs simgl.
@@ -92,6 +92,7 @@ class Earth:
     air : atmosphere; None for a bare ellipsoid
     wind : speed 12.5 m above the sea, which roughens it [m s-1]
     clouds : None for a clear day everywhere
+    frost : sea ice and snow on land change with the seasons
     moonlight, airglow : the Moon, and the glow of the atmosphere, light ground and clouds at night;
         the glow itself is drawn too
     """
@@ -103,6 +104,7 @@ class Earth:
     air: Atmosphere | None = None
     wind: float = 7.0
     clouds: Clouds | None = None
+    frost: bool = False
     moonlight: bool = False
     airglow: bool = False
     maps: EarthMaps = field(default_factory=EarthMaps)
@@ -110,7 +112,9 @@ class Earth:
     @property
     def mean_albedo(self) -> tuple[float, float, float, float]:
         """Of the whole ground, per band."""
-        return (MEAN_ALBEDO,) * 4 if self.albedo is None else self.albedo
+        if self.albedo is not None:
+            return self.albedo
+        return (CLEAR_ALBEDO if self.clouds is None else CLOUDY_ALBEDO,) * 4
 
     @property
     def radii(self) -> tuple[float, float, float]:

@@ -17,6 +17,7 @@ from simgl.physics.atmosphere import AIR_TOP
 from simgl.physics.lunar_model import moonlight
 from simgl.physics.starlight import sky_radiance
 from simgl.scene.earth import Earth
+from simgl.scene.frost import year_share
 from simgl.scene.state import BodyState, CameraState, EarthState, SceneState, SunSeen
 from simgl.view.celestial import CelestialView, EarthCone, ImageCone, celestial
 
@@ -55,6 +56,7 @@ class PlanetView:
     sun_irradiance : (4,) float32 at the Earth [W m-2]
     moonlight : None where the Moon lights nothing
     moonlit : whether the Moon is in the Sun's place
+    year_share : share of the year that is over, for ice and snow
     """
 
     earth: Earth
@@ -65,6 +67,7 @@ class PlanetView:
     sun_irradiance: Array32
     moonlight: Moonlight | None = None
     moonlit: bool = False
+    year_share: float = 0.0
 
     @property
     def height(self) -> float:
@@ -265,6 +268,7 @@ def _earth_from(state: SceneState, earth: EarthState, place: Array, who: str) ->
             outside=outside,
             sun_direction_itrf=_float32(earth.R_itrf_from_icrf @ sun.direction_icrf),
             sun_irradiance=_float32(sun.irradiance),
+            year_share=year_share(state.tai_ns) if earth.earth.frost else 0.0,
         ),
     )
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from simgl.arrays import AnyArray, Array, Array32, IndexArray, Mask
 from simgl.physics.atmosphere import AIR_TOP
+from simgl.scene.frost import frost_limits
 from simgl.view.background import PlanetView
 
 # Edge of a tile [pixels], and into how many along each edge it may be cut.
@@ -41,6 +42,7 @@ class BackgroundTiles:
         second, or the third
     sea, land : likewise those that have no shore on them
     high_clouds : those of the even and the finer ones that may have thin high cloud before them
+    frosted : those of all that may have sea ice or snow on them
     low, high : (rows, columns) sines of the Sun's height there, the least and the most
     pixel : (rows, columns) edge of a pixel on the ground of the even and the finer ones [m]
     """
@@ -55,6 +57,7 @@ class BackgroundTiles:
     sea: Mask
     land: Mask
     high_clouds: Mask
+    frosted: Mask
     low: Array
     high: Array
     pixel: Array
@@ -78,6 +81,7 @@ class BackgroundTiles:
             sea=self.sea & mask,
             land=self.land & mask,
             high_clouds=self.high_clouds & mask,
+            frosted=self.frosted & mask,
         )
 
 
@@ -153,10 +157,21 @@ def tiles_of(
         sea=sea,
         land=land,
         high_clouds=high_clouds,
+        frosted=_frosted(planet, corners),
         low=_lowest(corners.sun),
         high=_highest(corners.sun),
         pixel=pixel / float(intrinsics[0, 0]) * planet.earth.equatorial_radius,
     )
+
+
+def _frosted(planet: PlanetView, corners: Corners) -> Mask:
+    """Whether a tile may have ice or snow on it, with what its corners span as a margin."""
+    sine = corners.normal[..., 2]
+    if not planet.earth.frost:
+        return np.zeros((sine.shape[0] - 1, sine.shape[1] - 1), dtype=bool)
+    south, north = np.sin(frost_limits(planet.year_share))
+    margin = _range(sine) + 1e-3
+    return (_highest(sine) + margin > north) | (_lowest(sine) - margin < south)
 
 
 def _cloud_height(planet: PlanetView) -> float:

@@ -18,6 +18,7 @@ import msgspec
 import pytest
 import typer
 
+from benchmarks.flight.__main__ import HEAD as FLIGHT_HEAD
 from benchmarks.truth.page import Record
 from benchmarks.truth.page import page as truth_page
 from simgl.commands.application import app
@@ -209,3 +210,8 @@ def test_the_frame_times_of_the_readme_are_those_of_the_record() -> None:
             assert float(row[6]) == pytest.approx(frames, abs=0.005), row
     met = sum(goal["ratio"] <= 1.0 for goal in record["goals"])
     assert f"{met} of {len(record['goals'])} lines are met" in (ROOT / "README.md").read_text()
+
+
+def test_the_page_of_flight_data_is_that_of_the_record() -> None:
+    record = msgspec.json.decode((RECORDS / "flight" / "flight.json").read_bytes(), type=Record)
+    assert (ROOT / "docs" / "flight_truth.md").read_text() == truth_page(record, FLIGHT_HEAD)

@@ -233,4 +233,5 @@ def test_the_full_disc_reflects_what_satellites_see(gl: moderngl.Context, longit
     disc = np.pi * shown**2 / (13_000.0 / 160) ** 2
     reflectance = np.pi * image.sum(axis=(0, 1)) / disc / SUN
     mean = np.average(reflectance, weights=SUN)
-    assert 0.25 < mean < 0.35
+    # A Lambertian globe of albedo p shows 2/3 p; earthshine says 0.30 +- 0.03 (docs/earth.md).
+    assert 0.18 < mean < 0.22

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 import moderngl
 import numpy as np
 
+from simgl import assets
 from simgl.arrays import Image8, IndexArray
 from simgl.gpu.fullscreen import Texture
 from simgl.lru_cache import MANY, LruCache
@@ -21,12 +22,13 @@ from simgl.passes.background.earth_maps import (
 )
 from simgl.progress import ProgressCallback, begin_stage
 from simgl.scene.earth import Clouds, Earth, EarthMaps
+from simgl.scene.frost import frost_edges
 from simgl.scene.noise_projection import LEVELS, chart, has_chart
 from simgl.view.background_tiles import MapCells
 
 # In the order of ``EarthTextures.of``.
 MAPS = ["land_map", "form_map", "weather_map"]
-SAMPLERS = [*MAPS, "chart"]
+SAMPLERS = [*MAPS, "frost_edges", "cloud_reflection", "chart"]
 
 # The last weathers of the process, which take seconds on software renderers: two of the usual size.
 _weather = LruCache[tuple[Clouds, EarthMaps], Image8](MANY, max_bytes=64 << 20)
@@ -46,6 +48,7 @@ class EarthTextures:
         self._clouds: Clouds | None = None
         self._weather: list[moderngl.Texture] = []
         self._halved: dict[int, list[moderngl.Texture]] = {}
+        self._tables: list[moderngl.Texture | moderngl.Texture3D] = []
         self._chart_seed: int | None = None
         self._chart: list[moderngl.Texture] = []
         self.chart_variance = np.zeros((LEVELS, 4), dtype=np.float32)
@@ -53,7 +56,7 @@ class EarthTextures:
         self._shores: tuple[IndexArray, IndexArray]
 
     def of(self, earth: Earth) -> list[Texture]:
-        """Land, form, weather and the noise's chart.
+        """In the order of ``SAMPLERS``.
 
         May draw, so it comes before a pass sets its state.
         """
@@ -70,12 +73,14 @@ class EarthTextures:
             high = cell_sums(over_cells(np.maximum, codes[..., 2]) > 0)
             self.cells = MapCells(shores=not_sea, waters=not_land, high_clouds=high)
             self._clouds = earth.clouds
+        if not self._tables:
+            self._tables = [_frost_texture(self._ctx), _cloud_reflection(self._ctx)]
         seed = earth.clouds.seed if earth.clouds else 0
         if not self._chart or seed != self._chart_seed:
             self._forget_chart()
             self._chart = self._charts_of(seed)
             self._chart_seed = seed
-        return [*self._ground, *self._weather, self._chart[0]]
+        return [*self._ground, *self._weather, *self._tables, self._chart[0]]
 
     def prepare(self, earth: Earth, progress: ProgressCallback | None = None) -> None:
         """Make what no earlier run has made, so that no frame waits for it.
@@ -144,6 +149,8 @@ class EarthTextures:
         """Free everything."""
         self._forget_weather()
         self._forget_chart()
+        _release(self._tables)
+        self._tables = []
         _release(self._ground)
         self._ground = []
 
@@ -164,6 +171,24 @@ def _level_copy(ctx: moderngl.Context, complete: moderngl.Texture, level: int) -
     return texture
 
 
-def _release(textures: Iterable[Texture]) -> None:
+def _release(textures: Iterable[moderngl.Texture | moderngl.Texture3D]) -> None:
     for texture in textures:
         texture.release()
+
+
+def _frost_texture(ctx: moderngl.Context) -> moderngl.Texture:
+    """``simgl.scene.frost.frost_edges`` by longitude and month, both of which go round."""
+    edges = frost_edges().astype(np.float32)
+    texture = ctx.texture(edges.shape[1::-1], 3, edges.tobytes(), dtype="f4")
+    texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+    return texture
+
+
+def _cloud_reflection(ctx: moderngl.Context) -> moderngl.Texture3D:
+    """The table of ``tools/cloud_reflection.py``."""
+    table = np.load(assets.data() / "earth" / "cloud_reflection.npy")
+    depth, height, width, thicknesses = table.shape
+    texture = ctx.texture3d((width, height, depth), thicknesses, table.tobytes(), dtype="f4")
+    texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+    texture.repeat_x = texture.repeat_y = texture.repeat_z = False
+    return texture

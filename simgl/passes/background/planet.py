@@ -218,9 +218,7 @@ class PlanetPass:
             ground = ground | tiles.even | tiles.finer
         if "EARTH_MAPS" in variant:
             self._textures.read_maps(self._maps_filter(magnified))
-        for kind, mask in ((), ground & ~dark), (("NIGHT",), ground & dark):
-            if not mask.any():
-                continue
+        for kind, mask in _lights_and_seasons(ground, dark, tiles.frosted):
             program = self._program_for("planet/planet", (*kind, *variant))
             # One large face costs less than its parts.
             full = bool(mask.all())
@@ -297,10 +295,12 @@ class PlanetPass:
             air = AIR_SAMPLERS if "AIR" in variant else ()
             samplers = {sampler: unit for unit, sampler in enumerate((*ground, *air))}
             unread = ["chart"] if "FAR" in variant else []
+            unread += ["frost_edges"] if "FROST" not in variant else []
+            unread += ["cloud_reflection"] if name == "planet/ceiling" else []
             groundless = "SEA" in variant or name == "planet/ceiling"
             unread += ["land_map", "form_map"] if groundless else []
             for sampler in unread:
-                samplers.pop(sampler)
+                samplers.pop(sampler, None)
             if name in ("planet/air", "planet/glow"):
                 read = AIR_SAMPLERS[2:] if "AIR" in variant else ()
                 samplers = {sampler: unit for sampler, unit in samplers.items() if sampler in read}
@@ -352,6 +352,17 @@ def _variant(planet: PlanetView, air: AirBefore | None, *, far: bool) -> tuple[s
     return tuple(define for define, wanted in optional.items() if wanted)
 
 
+def _lights_and_seasons(
+    ground: Mask, dark: Mask, frosted: Mask
+) -> Iterator[tuple[tuple[str, ...], Mask]]:
+    """Tiles that are found by pixels in masks, with what their shader knows of them."""
+    for night in (), ("NIGHT",):
+        for frost in (), ("FROST",):
+            mask = ground & (dark if night else ~dark) & (frosted if frost else ~frosted)
+            if mask.any():
+                yield (*night, *frost), mask
+
+
 def _kinds(tiles: BackgroundTiles, dark: Mask) -> Iterator[tuple[tuple[str, ...], Mask]]:
     """The even and the finer tiles in masks, with what their shader knows of them.
 
@@ -370,6 +381,7 @@ def _kinds(tiles: BackgroundTiles, dark: Mask) -> Iterator[tuple[tuple[str, ...]
         "FACES_ZX": zx & ~yz,
         "FACES_XY": xy & ~yz & ~zx,
         "NIGHT": dark,
+        "FROST": tiles.frosted,
         "SEA": tiles.sea,
         "LAND": tiles.land & small & plain,
         "NO_HIGH_CLOUD": ~tiles.high_clouds & small & plain,

@@ -10,6 +10,7 @@ from simgl.passes.background.earth_maps import HEIGHT
 from simgl.physics.airglow import GLOW_BOTTOM, GLOW_TOP, ground_irradiance, zenith_glow
 from simgl.physics.regolith import Regolith, geometric_albedo
 from simgl.physics.sea_surface import mirror_laws, water_body, wave_slope_variance
+from simgl.scene.frost import ice_reflectance
 from simgl.scene.noise_projection import LEVELS, SIZE, TEXEL_KM
 from simgl.view.background import Background, PlanetView
 
@@ -27,6 +28,8 @@ PLANET = Block(
             ("earth_albedo", "f4", 4),
             # Of the water without its surface's mirror.
             ("water_body", "f4", 4),
+            # Of sea ice in the north and in the south.
+            ("ice_reflectance", "f4", (2, 4)),
             # Of the brightest lamps [W m-2 sr-1].
             ("night_radiance", "f4", 4),
             # The airglow's radiance for each Earth radius of way in its layers, what it sends down
@@ -59,7 +62,8 @@ PLANET = Block(
             ("chart_texels", "f4"),
             ("chart_last", "f4"),
             ("chart_repeats", "f4"),
-            ("planet_padding", "f4"),
+            # Share of the year that is over.
+            ("year_share", "f4"),
             ("planet_padding2", "f4", 2),
         ]
     ),
@@ -135,6 +139,8 @@ def planet_values(
         "earth_sun_irradiance": planet.sun_irradiance,
         "earth_albedo": earth.albedo or (0.0, 0.0, 0.0, 0.0),
         "water_body": water_body(earth.wind),
+        "ice_reflectance": ice_reflectance(planet.year_share),
+        "year_share": planet.year_share,
         "night_radiance": _NIGHT_RADIANCE * lamps,
         "glow": _glow(planet),
         "glow_irradiance": ground_irradiance(radii[0]) * earth.airglow,

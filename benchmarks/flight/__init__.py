@@ -1,0 +1,1 @@
+"""The Earth against what satellites and earthshine measured: ``python -m benchmarks.flight``."""

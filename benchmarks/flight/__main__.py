@@ -1,0 +1,149 @@
+"""``python -m benchmarks.flight --truth DIR --out DIR``: flight.json and docs/flight_truth.md.
+
+Some ten minutes on two cores. The folder of the truth holds CERES's mean albedos of 2018,
+``ceres_2018_all_sky_1deg.csv`` and ``ceres_2018_clear_sky_1deg.csv``: (180, 360) from the south
+pole and 180 deg west on.
+"""
+
+from __future__ import annotations
+
+import time
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated, Any
+
+import msgspec
+import numpy as np
+import typer
+
+from benchmarks.flight.distant_earth import BELTS, DATES, Reflected, apparent_albedo, reflected
+from benchmarks.record import write_record
+from benchmarks.truth.page import Record, page
+from benchmarks.truth.rows import Row, Table, difference
+from simgl.arrays import Array
+from simgl.gpu.context import temporary_context
+from simgl.output import check_writable, complete_file
+
+HEAD = """# The Earth against flight data
+
+What satellites and earthshine measured, and what simgl shows. What misses its goal stays listed.
+Made by `python -m benchmarks.flight --truth DIR --out DIR`.
+
+**Albedo.** CERES measures all wavelengths, simgl's bands end at 400 and 1000 nm. Of the sunlight
+8.5 % lies below, 29.5 % above. A broadband albedo A becomes that of the bands by taking off what is
+reflected outside. Below 400 nm, where air scatters most, that is 0.36 (all-sky) or 0.33 (clear).
+Above 1000 nm, where water, ice and clouds absorb, it is 0.64 A (all-sky: with it 29 of the
+99 W m-2 that the Earth reflects lie outside the bands) or 0.5 A (clear, an estimate; too much for
+snow, whose albedo in the bands is higher still, too little for deserts).
+
+**Earthshine.** p* is the light of the Earth over that of a white Lambertian globe at the same
+phase, from 400 to 700 nm, measured on the dark side of the Moon (Goode et al. 2001; Palle et al.
+2004).
+
+The Earth is seen from the distance of the Moon by cameras all around, on four dates. Its weather
+is that of one seed.
+"""
+
+# Shares of the sunlight below 400 nm and above 1000 nm.
+_BELOW, _ABOVE = 0.085, 0.295
+_PHASES = (30.0, 45.0, 60.0, 75.0, 90.0)
+_EARTHSHINE = 0.297
+
+
+def in_bands(broadband: Array, *, clear: bool) -> Array:
+    """Albedo from 400 to 1000 nm of a broadband one, as the page's head argues."""
+    below, above = (0.33, 0.5) if clear else (0.36, 0.64)
+    outside = _BELOW * below + _ABOVE * above * broadband
+    return np.asarray((broadband - outside) / (1.0 - _BELOW - _ABOVE))
+
+
+def _belts(file: Path) -> Array:
+    """(6,) means over area, from the south."""
+    albedo = np.loadtxt(file, delimiter=",").mean(axis=1)
+    latitudes = np.arange(-89.5, 90.0)
+    belt = np.digitize(latitudes, BELTS[1:-1])
+    area = np.cos(np.radians(latitudes))
+    return np.bincount(belt, area * albedo) / np.bincount(belt, area)
+
+
+def _belt_rows(measured: Array, shown: Reflected, kind: str) -> list[Row]:
+    names = [f"{low:.0f} to {high:.0f} deg" for low, high in pairwise(BELTS)]
+    rows = zip(names, measured, shown.of_belts, strict=True)
+    return [difference(f"{kind}, {name}", float(t), float(s), 0.04) for name, t, s in rows]
+
+
+def _albedo_table(truth: Path, all_sky: Reflected, clear: Reflected) -> Table:
+    rows = []
+    for kind, shown in ("all-sky", all_sky), ("clear-sky", clear):
+        broad = _belts(truth / f"ceres_2018_{kind.removesuffix('-sky')}_sky_1deg.csv")
+        rows += _belt_rows(in_bands(broad, clear=kind == "clear-sky"), shown, kind)
+    rows += [
+        difference("all-sky, the Earth", 0.333, all_sky.over_bands(), 0.02),
+        difference("effect of clouds", 0.155, all_sky.over_bands() - clear.over_bands(), 0.03),
+    ]
+    return Table(
+        title="Albedo",
+        reference="CERES, mean of 2018, made in-band",
+        quantity="share of the sunlight from 400 to 1000 nm that is reflected",
+        error="difference",
+        rows=rows,
+    )
+
+
+def _earthshine_table(shown: Array) -> Table:
+    """shown : (phases, epochs) p* from 400 to 700 nm; epochs of ``DATES`` one after another."""
+    rows = [
+        difference(f"phase angle {phase:.0f} deg", _EARTHSHINE, float(values.mean()), 0.02)
+        for phase, values in zip(_PHASES, shown, strict=True)
+    ]
+    of_dates = shown.mean(axis=0).reshape(len(DATES), -1).mean(axis=1)
+    rows += [
+        difference(f"{date}, mean of phase angles", _EARTHSHINE, float(value), 0.02)
+        for date, value in zip(DATES, of_dates, strict=True)
+    ]
+    return Table(
+        title="Earthshine",
+        reference="measured mean 0.297 at phase angles 30 to 90 deg",
+        quantity="p*, mean over longitudes",
+        error="difference",
+        rows=rows,
+    )
+
+
+def _over_visible(bands: Array, irradiance: Array) -> Array:
+    """Of values (..., 4), the mean over R, G and B weighted by sunlight."""
+    return np.asarray(np.average(bands[..., :3], axis=-1, weights=irradiance[:3]))
+
+
+class _Run(msgspec.Struct, frozen=True, kw_only=True):
+    minutes: float
+    tables: list[Table]
+
+
+def main(
+    truth: Annotated[Path, typer.Option(help="Folder of the flight data.")],
+    out: Annotated[Path, typer.Option(help="Folder for flight.json and flight_truth.md.")],
+    views: Annotated[int, typer.Option(help="Cameras about the Earth.")] = 48,
+    hours: Annotated[int, typer.Option(help="Times of each date.")] = 4,
+) -> None:
+    """Compare simgl's Earth with flight data."""
+    check_writable(out)
+    clear_day: dict[str, Any] = {"cover": 0.0}
+    start = time.monotonic()
+    with temporary_context() as gl:
+        all_sky = reflected(gl, clouds={}, views=views, hours=hours)
+        clear = reflected(gl, clouds=clear_day, views=views, hours=hours)
+        shine = apparent_albedo(gl, phases=_PHASES, clouds={}, hours=2 * hours)
+    tables = [
+        _albedo_table(truth, all_sky, clear),
+        _earthshine_table(_over_visible(shine, all_sky.received.sum(axis=0))),
+    ]
+    minutes = (time.monotonic() - start) / 60.0
+    write_record(out / "flight.json", _Run(minutes=minutes, tables=tables))
+    record = msgspec.json.decode((out / "flight.json").read_bytes(), type=Record)
+    with complete_file(out / "flight_truth.md") as part:
+        part.write_text(page(record, HEAD))
+
+
+if __name__ == "__main__":
+    typer.run(main)

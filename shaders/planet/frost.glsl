@@ -1,0 +1,48 @@
+// Sea ice and snow: how much of a place they cover at this time of the year (simgl/scene/frost.py).
+#include "block/planet"
+
+// By longitude and month: latitudes [deg] to which sea ice comes from the north and from the south, and
+// snow on land from the north.
+uniform sampler2D frost_edges;
+
+// Of dry snow on open ground, R, G, B, N.
+const vec4 SNOW = vec4(0.80, 0.81, 0.82, 0.70);
+// Of an ice sheet where it never melts (Grenfell et al. 1994, J. Geophys. Res. 99, 18669).
+const vec4 DRY_SNOW = vec4(0.96, 0.97, 0.97, 0.88);
+const float ANTARCTICA = -60.0;
+// Within its edge a thirtieth of the pack is open water.
+const float PACK = 0.97;
+
+vec3 edges_at(vec2 on_map) {
+    return textureLod(frost_edges, vec2(on_map.x, year_share), 0.0).xyz;
+}
+
+float degrees_north(vec2 on_map) {
+    return 180.0 * (0.5 - on_map.y);
+}
+
+// What the sea sends up where ice covers part of it.
+//
+// light : of the open sea; ice_light : of a white plane in its place
+// grain : noise that frays the edge
+vec4 with_ice(vec4 light, vec4 white, vec2 on_map, float grain) {
+    float north = degrees_north(on_map);
+    vec3 edges = edges_at(on_map);
+    float inside = north > 0.0 ? north - edges.x : edges.y - north;
+    float share = PACK * smoothstep(-1.2, 1.2, inside + 1.5 * grain);
+    return mix(light, ice_reflectance[north > 0.0 ? 0 : 1] * white, share);
+}
+
+// Reflectance of land under the snow that lies there. Trees stand out of it: what is dark in red and
+// grows stays dark.
+//
+// steepness : tangent of the map's slope; snow comes earlier to mountains
+vec4 with_snow(vec4 land, float growth, vec2 on_map, float steepness, float grain) {
+    float north = degrees_north(on_map);
+    if (north < ANTARCTICA) return max(land, DRY_SNOW * smoothstep(0.2, 0.5, land.b));
+    float inside = north - edges_at(on_map).z + min(60.0 * steepness, 6.0);
+    float share = smoothstep(-2.0, 2.0, inside + 2.0 * grain);
+    float trees = growth * clamp(1.5 - 12.0 * land.r, 0.0, 0.85);
+    vec4 snow = mix(SNOW, land + 0.12, trees);
+    return mix(land, max(land, snow), share);
+}
