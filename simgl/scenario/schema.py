@@ -130,7 +130,7 @@ class OrbitTable(Table, frozen=True, kw_only=True):
 
 
 class MotionFileTable(Table, frozen=True, kw_only=True):
-    """A file of motion: CCSDS OEM or AEM, two-line elements, or a table (CSV).
+    """A file of motion: CCSDS or STK, two-line elements, or a table (CSV).
 
     object : which one, where the file holds several
     longest_gap_s : a longer step between samples is a gap; default five times the median step

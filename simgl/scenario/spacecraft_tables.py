@@ -15,9 +15,10 @@ from simgl.errors import AssetError, ConfigError, did_you_mean
 from simgl.model_files.model_library import UNITS, load_model
 from simgl.model_files.surface_tables import PrimitiveTable, read_primitive
 from simgl.motion.drives import JointLaws
-from simgl.motion.files.motion_reader import read_angles, read_path, read_rotations
+from simgl.motion.files.motion_reader import read_angles, read_attitude, read_path
 from simgl.motion.joints import chain, unknown_joint
-from simgl.motion.orbits import KeplerianOrbit, TwoLineElements
+from simgl.motion.orbits import KeplerianOrbit
+from simgl.motion.samples import Path as SampledPath
 from simgl.motion.trajectory import (
     Attitude,
     FixedAttitude,
@@ -27,7 +28,6 @@ from simgl.motion.trajectory import (
     RelativeOrbit,
     RelativePath,
     RelativeUniformMotion,
-    SampledAttitude,
     Trajectory,
     UniformMotion,
 )
@@ -160,7 +160,7 @@ class MotionReader:
                 longest_gap_s=file.longest_gap_s,
                 allowed_error=file.interpolation_error_m,
             )
-        if isinstance(path, TwoLineElements) or not in_lvlh:
+        if not isinstance(path, SampledPath) or not in_lvlh:
             if t.relative_to is not None:
                 problem = "goes with places in LVLH axes; those of the file are not"
                 raise ConfigError(self._where, "relative_to", problem)
@@ -250,13 +250,12 @@ class MotionReader:
             file = _as_table(t.attitude_file)
             self._refuse("attitude_file", file, "interpolation_error_m", "places")
             with _named_in_errors(self._where, "attitude_file"):
-                rotations, in_lvlh = read_rotations(
+                return read_attitude(
                     self._base / file.file,
                     self._epoch_tai_ns,
                     name=file.object,
                     longest_gap_s=file.longest_gap_s,
                 )
-            return SampledAttitude(rotations=rotations, in_lvlh=in_lvlh)
         if t.quaternion_icrf_from_body_xyzw is not None:
             return FixedAttitude(R_icrf_from_body=self._matrix(given[0]))
         if t.quaternion_lvlh_from_body_xyzw is not None:
