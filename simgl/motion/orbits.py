@@ -15,6 +15,7 @@ from simgl.errors import ConfigError
 from simgl.physics.constants import EARTH_J2, EARTH_MU, WGS84_EQUATORIAL_RADIUS
 from simgl.physics.ephemeris import itrf_from_icrf, utc_julian_date
 
+
 @dataclass(frozen=True, kw_only=True)
 class KeplerianOrbit:
     """An Earth orbit by its elements in GCRF; lengths [m], angles [rad].
