@@ -6,6 +6,7 @@ oem, aem, ccsds_states
 ccsds_kvn, ccsds_xml
                  their two notations
 stk              STK's ephemeris (.e) and attitude (.a)
+spice            meta-kernels, sampled through spice_process, a process of its own
 tle, csv_table   two-line elements; tables with named columns
 motion_record    states and attitudes independent of format, and their conversion to ICRF
 text_lines       lines with numbers, for errors that name file and line

@@ -37,7 +37,7 @@ _ORBITS = ("oem", "opm", "stk_ephemeris", "tle")
 _ATTITUDES = ("aem", "apm", "stk_attitude")
 
 # Largest interpolation error where none is given [m].
-_ALLOWED_ERROR = 1.0
+DEFAULT_ALLOWED_ERROR = 1.0
 # Largest rotation between two attitude samples: for half a turn the direction would be ambiguous.
 _MAX_ROTATION = np.radians(150.0)
 
@@ -92,7 +92,7 @@ def read_path(
         for record in sorted(map(in_icrf, records), key=lambda r: r.span_ns[0])
     )
     curve = SampledPath(source=str(path), segments=segments)
-    allowed_error = _ALLOWED_ERROR if allowed_error is None else allowed_error
+    allowed_error = DEFAULT_ALLOWED_ERROR if allowed_error is None else allowed_error
     if curve.interpolation_error > allowed_error:
         _fail(
             path,
@@ -253,6 +253,8 @@ def _kind(lines: list[Line], path: Path) -> str:
             return kind
     if text.startswith("<"):
         return "xml"
+    if text.startswith("KPL/"):
+        _fail(path, "is a SPICE kernel; a meta-kernel goes with naif_id, or frame for an attitude")
     if text.lower().startswith(stk.VERSION_KEY):
         return stk.kind_of(lines)
     body = [line.text for line in lines if line.text.strip()]
