@@ -66,7 +66,7 @@ def render(
 
     loaded = load(scenario)
     epoch = epoch_at(loaded, at)
-    names = _camera_names(loaded, camera)
+    names = camera_names(loaded, camera)
     for name in names:
         bits = loaded.cameras[name].detector.bits
         if packed and bits > 12:
@@ -122,7 +122,7 @@ def sequence(
     from simgl.sequence.run_sequence import Plan, run
 
     loaded = load(scenario)
-    names = _camera_names(loaded, camera)
+    names = camera_names(loaded, camera)
     plan = Plan(
         scenario=loaded,
         cameras=names,
@@ -193,7 +193,7 @@ def exposure(
         say(advice_text(advice))
 
 
-def _camera_names(scenario: Scenario, wanted: list[str] | None) -> tuple[str, ...]:
+def camera_names(scenario: Scenario, wanted: list[str] | None) -> tuple[str, ...]:
     """The cameras asked for, all if None; raises ConfigError for one that does not exist."""
     where = str(scenario.source or scenario.name)
     if not scenario.cameras:
