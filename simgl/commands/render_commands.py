@@ -23,6 +23,7 @@ from simgl.interruption import set_result_so_far
 from simgl.sequence.epoch_options import EpochOptions, EventOptions
 
 if TYPE_CHECKING:
+    from simgl.campaign.frame_task import Format
     from simgl.scenario.scenario import Scenario
     from simgl.sequence.run_sequence import Output
 
@@ -144,6 +145,7 @@ def campaign(
     ],
     out: ResumableFolder,
     workers: WorkerOptions,
+    format: Annotated[str, typer.Option(help="Further data sets with commas: bop.")] = "",
 ) -> None:
     """Render randomised frames in parallel, with labels for training.
 
@@ -157,11 +159,12 @@ def campaign(
 
     with activity(f"loading {file.name}"):
         loaded = load_campaign(file)
-    job = CampaignJob(campaign=loaded)
+    formats = _formats(format)
+    job = CampaignJob(campaign=loaded, formats=formats)
     resumable(out, loaded.frames, "frames")
     with opened(loaded.scenario) as simulator, activity("drawing frames") as progress:
         executor = select_executor(job, simulator, workers.workers, workers.scheduler)
-        rendered, renderers = run(loaded, out, executor, progress)
+        rendered, renderers = run(loaded, out, executor, progress, formats)
     say(f"{loaded.frames} frames in {out}, {rendered} of them now; labels: {out}/coco.json")
     if len(renderers) > 1:
         say(f"note: taken by different renderers: {'; '.join(renderers)}")
@@ -203,6 +206,18 @@ def camera_names(scenario: Scenario, wanted: list[str] | None) -> tuple[str, ...
             problem = f'"{name}" is not in {where}; {did_you_mean(name, scenario.cameras)}'
             raise ConfigError(COMMAND_LINE, "--camera", problem)
     return tuple(dict.fromkeys(wanted)) if wanted else tuple(scenario.cameras)
+
+
+def _formats(text: str) -> frozenset[Format]:
+    """The data sets that ``bop`` asks for; raises ConfigError for an unknown one."""
+    from simgl.campaign.frame_task import Format
+
+    names = [name.strip() for name in text.split(",") if name.strip()]
+    for name in names:
+        if name not in set(Format):
+            problem = f'has no "{name}"; {did_you_mean(name, [str(f) for f in Format])}'
+            raise ConfigError(COMMAND_LINE, "--format", problem)
+    return frozenset(Format(name) for name in names)
 
 
 def _outputs(text: str) -> frozenset[Output]:
