@@ -61,6 +61,9 @@ class Format(StrEnum):
     """Data sets that a campaign can be written as, besides COCO and SPEED+."""
 
     BOP = "bop"
+    COLMAP = "colmap"
+    NERFSTUDIO = "nerfstudio"
+    YOLO = "yolo"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from simgl import __version__, assets
-from simgl.campaign.bop_format import check_bop, write_bop
 from simgl.campaign.campaign_file import Campaign
+from simgl.campaign.data_sets import check_formats, write_formats
 from simgl.campaign.frame_task import COLUMNS, Format, RenderedFrame
 from simgl.campaign.label_formats import stored_labels, write_camera, write_coco, write_speed
 from simgl.output import check_writable, complete_file
@@ -32,8 +32,7 @@ def run(
     """
     check_writable(folder)
     camera = campaign.scenario.cameras[campaign.camera]
-    if Format.BOP in formats:
-        check_bop(campaign)
+    check_formats(campaign, formats)
     plan: Identity = {
         "simgl": __version__,
         "program": assets.digests(),
@@ -61,7 +60,5 @@ def run(
     labels = stored_labels(folder, campaign.frames)
     write_coco(folder / "coco.json", labels, campaign.scenario.models, campaign.source.stem)
     write_speed(folder / "speed.json", rows)
-    if Format.BOP in formats:
-        labels = stored_labels(folder, campaign.frames)
-        write_bop(folder, labels, campaign.scenario.models, camera)
+    write_formats(folder, campaign, formats, rows)
     return len(missing), tuple(sorted({str(row["renderer"]) for row in rows}))

@@ -145,7 +145,9 @@ def campaign(
     ],
     out: ResumableFolder,
     workers: WorkerOptions,
-    format: Annotated[str, typer.Option(help="Further data sets with commas: bop.")] = "",
+    format: Annotated[
+        str, typer.Option(help="Of bop, colmap, nerfstudio, yolo, with commas.")
+    ] = "",
 ) -> None:
     """Render randomised frames in parallel, with labels for training.
 
@@ -209,7 +211,7 @@ def camera_names(scenario: Scenario, wanted: list[str] | None) -> tuple[str, ...
 
 
 def _formats(text: str) -> frozenset[Format]:
-    """The data sets that ``bop`` asks for; raises ConfigError for an unknown one."""
+    """The data sets that ``bop,yolo`` asks for; raises ConfigError for an unknown one."""
     from simgl.campaign.frame_task import Format
 
     names = [name.strip() for name in text.split(",") if name.strip()]
