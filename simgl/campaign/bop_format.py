@@ -36,8 +36,8 @@ Labels = dict[str, Any]
 SCENE = "bop/train/000000"
 _MILLIMETRE = 1e3
 _MAX_DEPTH = 65_535
-# Rays of one silhouette: beyond, a spacecraft fills more than nine images of 4 megapixels.
-_MAX_RAYS = 40_000_000
+# Rays that are traced at a time, some 100 MB.
+_BLOCK_RAYS = 1_000_000
 
 
 def check_bop(campaign: Campaign) -> None:
@@ -104,18 +104,18 @@ def full_silhouette(info: FrameInfo, body: BodyState) -> Mask:
     canvas = np.zeros((3 * d.height, 3 * d.width), dtype=np.bool_)
     R, origin = pose_in_camera(info, body)
     left, top, right, bottom = _bounds(info.camera, body, R, origin, canvas.shape)
-    columns, rows = np.meshgrid(np.arange(left, right), np.arange(top, bottom))
-    if columns.size > _MAX_RAYS:
-        problem = f"fills {columns.size} pixels of its canvas, at most {_MAX_RAYS} are traced"
-        raise ConfigError(f"[camera.{info.camera.name}]", "", problem)
-    centres = np.stack(
-        [columns.ravel() - d.width, rows.ravel() - d.height, np.ones(columns.size)], axis=1
-    )
-    # Rays of depth 1, in body axes.
-    ways = centres @ np.linalg.inv(camera_matrix(info.camera)).T @ R
-    eye = np.broadcast_to(-R.T @ origin, ways.shape)
-    hits, _ = ray_tracer(body.model.posed_mesh).hits(eye, ways)
-    canvas[top:bottom, left:right] = (hits >= 0).reshape(columns.shape)
+    # Of depth 1, from the pinhole, in body axes.
+    R_body_from_pixels = R.T @ np.linalg.inv(camera_matrix(info.camera))
+    eye, tracer = -R.T @ origin, ray_tracer(body.model.posed_mesh)
+    columns = np.arange(left, right) - d.width
+    height = max(_BLOCK_RAYS // max(len(columns), 1), 1)
+    for first in range(top, bottom, height):
+        last = min(first + height, bottom)
+        x, y = np.meshgrid(columns, np.arange(first, last) - d.height)
+        pixels = np.stack([x.ravel(), y.ravel(), np.ones(x.size)], axis=1)
+        ways = pixels @ R_body_from_pixels.T
+        hits, _ = tracer.hits(np.broadcast_to(eye, ways.shape), ways)
+        canvas[first:last, left:right] = (hits >= 0).reshape(x.shape)
     return canvas
 
 
