@@ -129,6 +129,10 @@ class OrbitTable(Table, frozen=True, kw_only=True):
     j2: bool = False
 
 
+# From the epoch [s]: no instant that simgl knows is farther.
+_InCentury = Annotated[float, Meta(ge=-4.1e9, le=4.1e9)]
+
+
 class MotionFileTable(Table, frozen=True, kw_only=True):
     """A file of motion: CCSDS or STK, two-line elements, or a table (CSV).
 
@@ -146,7 +150,7 @@ class MotionFileTable(Table, frozen=True, kw_only=True):
     interpolation_error_m: Positive | None = None
     naif_id: int | None = None
     frame: str | None = None
-    span_s: tuple[float, float] | None = None
+    span_s: tuple[_InCentury, _InCentury] | None = None
 
 
 class PointAtTable(Table, frozen=True, kw_only=True):

@@ -135,6 +135,7 @@ BY_HAND = [
         " line 8: holds AttitudeTimeYPRAngles, w",
     ),
     ("stk attitude", "0.0 1.0", "0.0 2.0", " line 9: must be a unit quaternion, got norm 2"),
+    ("stk attitude", "\n60.0", "\n6e30", " line 10: time must lie within +-4.1e+09 s, got 6e+30"),
     ("stk attitude", "\n60.0", "\n0.0", " line 10: time must be later than the one before, got 0"),
     ("stk attitude", "Earth", "Earth\nTimeFormat UTCG", " line 6: TimeFormat must be EpSec, got "),
 ]

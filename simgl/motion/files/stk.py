@@ -60,6 +60,8 @@ _READ = (
     "NumberOfEphemerisPoints",
     "NumberOfAttitudePoints",
 )
+# The years 1972 to 2099, from anywhere in them [s].
+_MAX_SECONDS = 4.1e9
 _EULER_SEQUENCES = tuple(a + b + c for a, b, c in product("123", repeat=3) if a != b != c)
 
 
@@ -191,7 +193,10 @@ def _read(lines: list[Line], block: str, sections: Mapping[str, tuple[str, ...]]
         elif key == "end":
             break
         elif section:
-            rows.append((line, line.numbers(line.text.split(), ("time", *sections[section]))))
+            row = line.numbers(line.text.split(), ("time", *sections[section]))
+            if abs(row[0]) > _MAX_SECONDS:
+                line.fail("time", f"must lie within +-{_MAX_SECONDS:g} s, got {row[0]:g}")
+            rows.append((line, row))
         elif key in sections_by_name:
             section = sections_by_name[key]
         elif key.startswith((f"{block.lower()}time", f"{block.lower()}ll")):
