@@ -16,6 +16,7 @@ from PIL import Image
 from simgl_bridge.access import make_keys
 from simgl_bridge.basilisk.recording_replay import recorded
 
+from benchmarks.damaged_files.valid_motion_files import MOTION_FILES, MOTION_READERS
 from simgl import assets, load_model, load_scenario
 from simgl.arrays import AnyArray
 from simgl.campaign.campaign_file import load_campaign
@@ -245,6 +246,7 @@ READERS: dict[str, Reader] = {
     "server.key_secret": _access,
     "client.key": _access,
     "run.bin": lambda folder: list(recorded(folder / "run.bin")),
+    **MOTION_READERS,
 }
 
 
@@ -351,6 +353,7 @@ def write_all(folder: Path) -> None:
         "path.csv": TABLE,
         "joints.csv": JOINTS,
         "angles.csv": JOINTS,
+        **MOTION_FILES,
     }.items():
         (folder / name).write_text(text)
     for name in ("land", "water", "night", "clouds"):

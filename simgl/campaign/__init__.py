@@ -7,6 +7,9 @@
 ``frame_task``       a frame's files and row, as a job for workers
 ``labels``           pose, box, keypoints and mask of each spacecraft in a frame
 ``label_formats``    the labels of all frames as COCO and SPEED+ files
+``bop_format``       a data set of BOP: depth, silhouettes, tables, models
+``pose_formats``     COLMAP, nerfstudio and YOLO
+``data_sets``        which of these are written; what they cannot hold
 ``run_campaign``     the run, which can be resumed
 
 May import the simulator, ``output``, ``workers`` and ``sequence``. A new random value is a key in

@@ -8,11 +8,13 @@ import math
 import tempfile
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from enum import StrEnum
 from pathlib import Path
 
 import numpy as np
 
 from simgl.arrays import Image8
+from simgl.campaign import bop_format
 from simgl.campaign.campaign_file import Campaign
 from simgl.campaign.frame_scene import FrameScene, frame_scene
 from simgl.campaign.labels import pose_in_camera, spacecraft_labels
@@ -55,6 +57,15 @@ KEYS = 1
 _SUFFIXES = {"dn8": "png", "dn16": "png", "view": "png", "exr": "exr"}
 
 
+class Format(StrEnum):
+    """Data sets that a campaign can be written as, besides COCO and SPEED+."""
+
+    BOP = "bop"
+    COLMAP = "colmap"
+    NERFSTUDIO = "nerfstudio"
+    YOLO = "yolo"
+
+
 @dataclass(frozen=True, kw_only=True)
 class RenderedFrame:
     """A finished frame.
@@ -69,9 +80,13 @@ class RenderedFrame:
 
 @dataclass(frozen=True, kw_only=True)
 class CampaignJob:
-    """A campaign as a job for workers."""
+    """A campaign as a job for workers.
+
+    formats : further data sets that frames are written for
+    """
 
     campaign: Campaign
+    formats: frozenset[Format] = frozenset()
 
     @property
     def scenario(self) -> Scenario:
@@ -89,7 +104,16 @@ class CampaignJob:
             scene.state, campaign.camera, products, during=scene.during, seed=scene.seed
         )
         files = {file_name(kind, frame): _content(kind, capture) for kind in campaign.write}
-        files[label_name(frame)] = json.dumps(_labels(campaign, scene, capture), indent=1).encode()
+        labels = _labels(campaign, scene, capture)
+        if Format.BOP in self.formats:
+            assert capture.digital is not None
+            assert capture.truth is not None
+            grey = _content("dn8", capture)
+            more, labels["bop"] = bop_format.frame_files(
+                frame, grey, capture.digital, capture.truth, scene.state
+            )
+            files |= more
+        files[label_name(frame)] = json.dumps(labels, indent=1).encode()
         return RenderedFrame(files=files, row=_row(campaign, scene, capture))
 
 

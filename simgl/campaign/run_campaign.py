@@ -6,7 +6,8 @@ from pathlib import Path
 
 from simgl import __version__, assets
 from simgl.campaign.campaign_file import Campaign
-from simgl.campaign.frame_task import COLUMNS, RenderedFrame
+from simgl.campaign.data_sets import check_formats, write_formats
+from simgl.campaign.frame_task import COLUMNS, Format, RenderedFrame
 from simgl.campaign.label_formats import stored_labels, write_camera, write_coco, write_speed
 from simgl.output import check_writable, complete_file
 from simgl.progress import ProgressCallback, silent
@@ -19,24 +20,30 @@ def run(
     folder: Path,
     executor: Executor[RenderedFrame],
     progress: ProgressCallback = silent,
+    formats: frozenset[Format] = frozenset(),
 ) -> tuple[int, tuple[str, ...]]:
     """Render every frame that the folder does not hold yet, then write the labels of all.
 
     progress : receives the frames done, including those of an earlier run, and their number
+    formats : those of the executor's job
     returns : number of frames rendered now, and the OpenGL renderers of all frames
     Raises ConfigError for a folder that holds another campaign, and for a camera whose lens its
     labels cannot hold.
     """
     check_writable(folder)
+    camera = campaign.scenario.cameras[campaign.camera]
+    check_formats(campaign, formats)
     plan: Identity = {
         "simgl": __version__,
         "program": assets.digests(),
         "frames": campaign.frames,
         "campaign": campaign.identity,
     }
+    if formats:
+        plan = {**plan, "formats": ", ".join(sorted(formats))}
     with Journal(folder, plan, COLUMNS, keys=1) as journal:
         # First, since its format does not hold every lens.
-        write_camera(folder / "camera.json", campaign.scenario.cameras[campaign.camera])
+        write_camera(folder / "camera.json", camera)
         done = {key for (key,) in journal.done()}
         missing = [frame for frame in range(campaign.frames) if frame not in done]
 
@@ -53,4 +60,5 @@ def run(
     labels = stored_labels(folder, campaign.frames)
     write_coco(folder / "coco.json", labels, campaign.scenario.models, campaign.source.stem)
     write_speed(folder / "speed.json", rows)
+    write_formats(folder, campaign, formats, rows)
     return len(missing), tuple(sorted({str(row["renderer"]) for row in rows}))

@@ -3,6 +3,7 @@
 ``command_line``          option groups as dataclasses, and how commands print
 ``render_commands``       render, sequence, campaign, exposure
 ``assess_command``        assess: one epoch, a trajectory, a sweep
+``record_command``        record: ROS 2 messages in a file
 ``bench_command``         bench: a set of scenes, a baseline, a page
 ``inspection_commands``   doctor, view, camera test, model check, model turntable
 

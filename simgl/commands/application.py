@@ -15,6 +15,7 @@ from simgl.commands import inspection_commands, render_commands
 from simgl.commands.assess_command import assess
 from simgl.commands.bench_command import bench
 from simgl.commands.command_line import say, with_quiet
+from simgl.commands.record_command import record
 from simgl.errors import SimglError
 
 app = typer.Typer(
@@ -30,6 +31,7 @@ COMMANDS = (
     inspection_commands.doctor,
     render_commands.render,
     render_commands.sequence,
+    record,
     render_commands.exposure,
     assess,
     bench,

@@ -23,6 +23,7 @@ from simgl.interruption import set_result_so_far
 from simgl.sequence.epoch_options import EpochOptions, EventOptions
 
 if TYPE_CHECKING:
+    from simgl.campaign.frame_task import Format
     from simgl.scenario.scenario import Scenario
     from simgl.sequence.run_sequence import Output
 
@@ -66,7 +67,7 @@ def render(
 
     loaded = load(scenario)
     epoch = epoch_at(loaded, at)
-    names = _camera_names(loaded, camera)
+    names = camera_names(loaded, camera)
     for name in names:
         bits = loaded.cameras[name].detector.bits
         if packed and bits > 12:
@@ -122,7 +123,7 @@ def sequence(
     from simgl.sequence.run_sequence import Plan, run
 
     loaded = load(scenario)
-    names = _camera_names(loaded, camera)
+    names = camera_names(loaded, camera)
     plan = Plan(
         scenario=loaded,
         cameras=names,
@@ -144,6 +145,9 @@ def campaign(
     ],
     out: ResumableFolder,
     workers: WorkerOptions,
+    format: Annotated[
+        str, typer.Option(help="Of bop, colmap, nerfstudio, yolo, with commas.")
+    ] = "",
 ) -> None:
     """Render randomised frames in parallel, with labels for training.
 
@@ -157,11 +161,12 @@ def campaign(
 
     with activity(f"loading {file.name}"):
         loaded = load_campaign(file)
-    job = CampaignJob(campaign=loaded)
+    formats = _formats(format)
+    job = CampaignJob(campaign=loaded, formats=formats)
     resumable(out, loaded.frames, "frames")
     with opened(loaded.scenario) as simulator, activity("drawing frames") as progress:
         executor = select_executor(job, simulator, workers.workers, workers.scheduler)
-        rendered, renderers = run(loaded, out, executor, progress)
+        rendered, renderers = run(loaded, out, executor, progress, formats)
     say(f"{loaded.frames} frames in {out}, {rendered} of them now; labels: {out}/coco.json")
     if len(renderers) > 1:
         say(f"note: taken by different renderers: {'; '.join(renderers)}")
@@ -193,7 +198,7 @@ def exposure(
         say(advice_text(advice))
 
 
-def _camera_names(scenario: Scenario, wanted: list[str] | None) -> tuple[str, ...]:
+def camera_names(scenario: Scenario, wanted: list[str] | None) -> tuple[str, ...]:
     """The cameras asked for, all if None; raises ConfigError for one that does not exist."""
     where = str(scenario.source or scenario.name)
     if not scenario.cameras:
@@ -203,6 +208,18 @@ def _camera_names(scenario: Scenario, wanted: list[str] | None) -> tuple[str, ..
             problem = f'"{name}" is not in {where}; {did_you_mean(name, scenario.cameras)}'
             raise ConfigError(COMMAND_LINE, "--camera", problem)
     return tuple(dict.fromkeys(wanted)) if wanted else tuple(scenario.cameras)
+
+
+def _formats(text: str) -> frozenset[Format]:
+    """The data sets that ``bop,yolo`` asks for; raises ConfigError for an unknown one."""
+    from simgl.campaign.frame_task import Format
+
+    names = [name.strip() for name in text.split(",") if name.strip()]
+    for name in names:
+        if name not in set(Format):
+            problem = f'has no "{name}"; {did_you_mean(name, [str(f) for f in Format])}'
+            raise ConfigError(COMMAND_LINE, "--format", problem)
+    return frozenset(Format(name) for name in names)
 
 
 def _outputs(text: str) -> frozenset[Output]:

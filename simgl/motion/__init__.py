@@ -6,7 +6,7 @@ samples        interpolation of sampled trajectories, attitudes and joint angles
 joints, drives transforms of jointed parts; joint angles over time and sun tracking
 mounts, pointing
                where cameras sit and look
-files          readers of OEM, AEM, TLE and CSV files
+files          readers of CCSDS, STK, TLE and CSV files
 
 Imports ``physics`` and lower layers. A new law is a class with ``state(tai_ns)`` in orbits or
 trajectory and its keys in simgl/scenario/spacecraft_tables.

@@ -78,6 +78,46 @@ class KeplerianOrbit:
         )
 
 
+def keplerian_orbit(position: Array, velocity: Array, tai_ns: int) -> KeplerianOrbit:
+    """The two-body orbit through a state in GCRF.
+
+    position : (3,) [m]
+    velocity : (3,) [m s-1]
+
+    Raises ValueError for a state that is on no closed orbit outside the Earth.
+    """
+    r, v = np.linalg.norm(position), np.linalg.norm(velocity)
+    momentum = np.cross(position, velocity)
+    if r == 0.0 or np.linalg.norm(momentum) == 0.0:
+        raise ValueError("must be a state on an orbit, got a radial velocity")
+    axis = 1.0 / (2.0 / r - v * v / EARTH_MU)
+    pole = momentum / np.linalg.norm(momentum)
+    to_perigee = np.cross(velocity, momentum) / EARTH_MU - position / r
+    eccentricity = float(np.linalg.norm(to_perigee))
+    if eccentricity >= 1.0:
+        raise ValueError(f"must be on a closed orbit, got the eccentricity {eccentricity:.6g}")
+    if axis * (1.0 - eccentricity) <= WGS84_EQUATORIAL_RADIUS:
+        below = (WGS84_EQUATORIAL_RADIUS - axis * (1.0 - eccentricity)) / 1e3
+        raise ValueError(
+            f"must be on an orbit outside the Earth, got a perigee {below:.1f} km under"
+        )
+    # Of an equatorial orbit the node is x; of a circular one any place will do as perigee.
+    node = np.array([-pole[1], pole[0], 0.0])
+    node = node / np.linalg.norm(node) if np.any(node) else np.array([1.0, 0.0, 0.0])
+    across = np.cross(pole, node)
+    perigee = float(np.arctan2(to_perigee @ across, to_perigee @ node))
+    place = float(np.arctan2(position @ across, position @ node))
+    return KeplerianOrbit(
+        semi_major_axis=float(axis),
+        eccentricity=eccentricity,
+        inclination=float(np.arccos(np.clip(pole[2], -1.0, 1.0))),
+        raan=float(np.arctan2(node[1], node[0])),
+        argument_of_perigee=perigee,
+        true_anomaly=place - perigee,
+        epoch_tai_ns=tai_ns,
+    )
+
+
 # The compiled elements cannot be pickled or hashed by content.
 @lru_cache(maxsize=256)
 def _satellite(first: str, second: str) -> Satrec:

@@ -131,19 +131,28 @@ class OrbitTable(Table, frozen=True, kw_only=True):
     j2: bool = False
 
 
+# From the epoch [s]: no instant that simgl knows is farther.
+_InCentury = Annotated[float, Meta(ge=-4.1e9, le=4.1e9)]
+
+
 class MotionFileTable(Table, frozen=True, kw_only=True):
-    """A file of motion: CCSDS OEM or AEM, two-line elements, or a table (CSV).
+    """A file of motion: CCSDS or STK, two-line elements, or a table (CSV).
 
     object : which one, where the file holds several
     longest_gap_s : a longer step between samples is a gap; default five times the median step
     interpolation_error_m : a curve through sampled places that may be off by more is refused;
         default 1 m
+    naif_id, frame : of a SPICE meta-kernel: the body of a trajectory, the axes of an attitude
+    span_s : of a meta-kernel, from when to when it is sampled, from the epoch
     """
 
     file: str
     object: str | None = None
     longest_gap_s: Positive | None = None
     interpolation_error_m: Positive | None = None
+    naif_id: int | None = None
+    frame: str | None = None
+    span_s: tuple[_InCentury, _InCentury] | None = None
 
 
 class PointAtTable(Table, frozen=True, kw_only=True):

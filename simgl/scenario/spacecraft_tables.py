@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 
@@ -15,9 +16,21 @@ from simgl.errors import AssetError, ConfigError, did_you_mean
 from simgl.model_files.model_library import UNITS, load_model
 from simgl.model_files.surface_tables import PrimitiveTable, read_primitive
 from simgl.motion.drives import JointLaws
-from simgl.motion.files.motion_reader import read_angles, read_path, read_rotations
+from simgl.motion.files.motion_reader import (
+    DEFAULT_ALLOWED_ERROR,
+    read_angles,
+    read_attitude,
+    read_path,
+)
+from simgl.motion.files.spice import (
+    DEFAULT_SPAN,
+    SpiceSource,
+    read_spice_path,
+    read_spice_rotations,
+)
 from simgl.motion.joints import chain, unknown_joint
-from simgl.motion.orbits import KeplerianOrbit, TwoLineElements
+from simgl.motion.orbits import KeplerianOrbit
+from simgl.motion.samples import Path as SampledPath
 from simgl.motion.trajectory import (
     Attitude,
     FixedAttitude,
@@ -152,6 +165,14 @@ class MotionReader:
             if getattr(t, key):
                 raise ConfigError(self._where, key, "goes with relative_to, not with trajectory")
         file = _as_table(given)
+        self._refuse("trajectory", file, "frame", "attitude_file")
+        if file.naif_id is not None:
+            if t.relative_to is not None:
+                problem = "goes with places in LVLH axes; those of SPICE are about the Earth"
+                raise ConfigError(self._where, "relative_to", problem)
+            allowed = file.interpolation_error_m or DEFAULT_ALLOWED_ERROR
+            return read_spice_path(self._spice("trajectory", file), file.naif_id, allowed)
+        self._refuse("trajectory", file, "span_s", "naif_id")
         with _named_in_errors(self._where, "trajectory"):
             path, in_lvlh = read_path(
                 self._base / file.file,
@@ -160,7 +181,7 @@ class MotionReader:
                 longest_gap_s=file.longest_gap_s,
                 allowed_error=file.interpolation_error_m,
             )
-        if isinstance(path, TwoLineElements) or not in_lvlh:
+        if not isinstance(path, SampledPath) or not in_lvlh:
             if t.relative_to is not None:
                 problem = "goes with places in LVLH axes; those of the file are not"
                 raise ConfigError(self._where, "relative_to", problem)
@@ -169,6 +190,18 @@ class MotionReader:
             problem = "is missing: the places of the file are in LVLH axes of another spacecraft"
             raise ConfigError(self._where, "relative_to", problem)
         return RelativePath(reference=self._other("relative_to", t.relative_to), path=path)
+
+    def _spice(self, key: str, file: MotionFileTable) -> SpiceSource:
+        """The meta-kernel of a table; raises ConfigError or AssetError."""
+        self._refuse(key, file, "object", "files of several objects; SPICE has naif_id and frame")
+        self._refuse(key, file, "longest_gap_s", "samples in files; SPICE states its coverage")
+        span_s = DEFAULT_SPAN if file.span_s is None else file.span_s
+        if not span_s[0] < span_s[1]:
+            problem = f"must begin before it ends, got {list(span_s)}"
+            raise ConfigError(self._where, f"{key}.span_s", problem)
+        with _named_in_errors(self._where, key):
+            path = Path(self._base / file.file)
+            return SpiceSource(path=path, epoch_tai_ns=self._epoch_tai_ns, span_s=span_s)
 
     def joint_laws(self, model: SpacecraftModel) -> JointLaws:
         """How the joints of its model move; raises ConfigError or AssetError."""
@@ -185,6 +218,8 @@ class MotionReader:
             file = _as_table(t.joint_file)
             self._refuse("joint_file", file, "interpolation_error_m", "places")
             self._refuse("joint_file", file, "object", "files of several objects")
+            for unused in ("naif_id", "frame", "span_s"):
+                self._refuse("joint_file", file, unused, "SPICE meta-kernels")
             with _named_in_errors(self._where, "joint_file"):
                 sampled = read_angles(
                     self._base / file.file, self._epoch_tai_ns, longest_gap_s=file.longest_gap_s
@@ -249,14 +284,18 @@ class MotionReader:
         if t.attitude_file is not None:
             file = _as_table(t.attitude_file)
             self._refuse("attitude_file", file, "interpolation_error_m", "places")
+            self._refuse("attitude_file", file, "naif_id", "trajectory")
+            if file.frame is not None:
+                rotations = read_spice_rotations(self._spice("attitude_file", file), file.frame)
+                return SampledAttitude(rotations=rotations, in_lvlh=False)
+            self._refuse("attitude_file", file, "span_s", "frame")
             with _named_in_errors(self._where, "attitude_file"):
-                rotations, in_lvlh = read_rotations(
+                return read_attitude(
                     self._base / file.file,
                     self._epoch_tai_ns,
                     name=file.object,
                     longest_gap_s=file.longest_gap_s,
                 )
-            return SampledAttitude(rotations=rotations, in_lvlh=in_lvlh)
         if t.quaternion_icrf_from_body_xyzw is not None:
             return FixedAttitude(R_icrf_from_body=self._matrix(given[0]))
         if t.quaternion_lvlh_from_body_xyzw is not None:

@@ -88,6 +88,22 @@ def test_attitudes_are_frame_from_body(tmp_path: Path, header: str) -> None:
     np.testing.assert_allclose(R @ [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], atol=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("header", "row"),
+    [
+        ("time_s,q0,q1,q2,q3", "0.5,0.5,0.5,0.5"),
+        ("time_s,yaw_deg,pitch_deg,roll_deg", "90,0,90"),
+        ("time_s,roll_lvlh_deg,pitch_lvlh_deg,yaw_lvlh_deg", "90,0,90"),
+    ],
+)
+def test_other_orders_of_an_attitude(tmp_path: Path, header: str, row: str) -> None:
+    """A third of a turn about the diagonal: x to y to z; as yaw 90, roll 90 deg about the new x."""
+    rotations, in_lvlh = read_rotations(written(tmp_path, f"{header}\n0,{row}\n"), EPOCH)
+    assert in_lvlh == ("lvlh" in header)
+    R = rotations.matrix(EPOCH)
+    np.testing.assert_allclose(R, [[0, 0, 1], [1, 0, 0], [0, 1, 0]], atol=1e-12)
+
+
 def test_attitudes_may_be_against_lvlh(tmp_path: Path) -> None:
     text = "time_s,q_lvlh_x,q_lvlh_y,q_lvlh_z,q_lvlh_w\n0,0,0,0,1\n10,0,0,0,1\n"
     assert read_rotations(written(tmp_path, text), EPOCH)[1]

@@ -10,8 +10,20 @@ import numpy as np
 import pytest
 
 from simgl.errors import AssetError, ConfigError, SimglError
-from simgl.motion.files.motion_reader import read_path, read_rotations
-from tests.motion.motion_files import AEM, EPOCH, TABLE, TLE, oem, written
+from simgl.motion.files.motion_reader import read_attitude, read_path, read_rotations
+from tests.motion.motion_files import (
+    AEM,
+    APM,
+    EPOCH,
+    STK_ATTITUDE,
+    TABLE,
+    TLE,
+    in_xml,
+    oem,
+    opm,
+    stk_ephemeris,
+    written,
+)
 
 Reader = Callable[[Path], object]
 
@@ -24,12 +36,22 @@ def rotations_of(file: Path) -> object:
     return read_rotations(file, EPOCH)
 
 
+def attitude_of(file: Path) -> object:
+    return read_attitude(file, EPOCH)
+
+
 OEM = oem(60.0, 4)
 GOOD: dict[str, tuple[str, Reader]] = {
     "oem": (OEM, path_of),
     "aem": (AEM, rotations_of),
     "tle": (TLE, path_of),
     "table": (TABLE, path_of),
+    "oem in XML": (in_xml("oem", OEM), path_of),
+    "aem in XML": (in_xml("aem", AEM), rotations_of),
+    "opm": (opm(), path_of),
+    "apm": (APM, attitude_of),
+    "stk ephemeris": (stk_ephemeris(60.0, 4), path_of),
+    "stk attitude": (STK_ATTITUDE, rotations_of),
 }
 
 # File, passage, what stands there instead, and the complaint after the file's name.
@@ -77,6 +99,45 @@ BY_HAND = [
     ("table", "75458", "1,2", " line 3: must hold 7 values, got 8"),
     ("table", "12:00:10", "12:00:00", " line 3: utc must be later than in the row before, got "),
     ("table", "2026-03-20T12:00:20", "", " line 4: utc must be a time such as "),
+    ("oem in XML", "EARTH", "MARS", ' line 9: CENTER_NAME must be EARTH, got "MARS"'),
+    ("oem in XML", ">ICRF", ">TOD", ' line 10: REF_FRAME is "TOD"; (allowed: EME2000, GCRF, '),
+    ("oem in XML", 'units="km"', 'units="m"', ' line 16: X must be in km, got units "m"'),
+    ("oem in XML", "<Y ", "<W ", " line 16: is no well-formed XML: mismatched tag"),
+    ("oem in XML", "EPOCH>", "TIME>", " line 16: is no well-formed XML: mismatched tag"),
+    ("oem in XML", "12:01:00<", "12:00:00<", " line 17: epoch must be later than the one before"),
+    ("oem in XML", "<oem ", "<!DOCTYPE x><oem ", " line 2: <!DOCTYPE> is not allowed in a CCSDS"),
+    ("oem in XML", "<body>", "<body/><body>", " line 2: <oem> must hold one <body>, got 2"),
+    ("aem in XML", "<QC>1.0</QC>", "", " line 19: QC is missing in this <attitudeState>"),
+    ("aem in XML", "<QC>1.0</QC>", "<QC>2.0</QC>", " line 19: must be a unit quaternion, got "),
+    ("aem in XML", "<QC>1.0</QC>", "<QC/>", " line 19: QC has no value"),
+    ("opm", "= EARTH", "= MOON", ' line 7: CENTER_NAME must be EARTH, got "MOON"'),
+    ("opm", "[km]", "[m]", ' line 11: X must be in km, got units "m"'),
+    ("opm", "X_DOT =", "X_DOTS =", " line 1: X_DOT is missing in this segment"),
+    ("opm", "MASS", "MAN_DURATION", " line 17: plans a manoeuvre; a trajectory with manoeuvres "),
+    ("opm", "= UTC", "= UT1", ' line 9: TIME_SYSTEM is "UT1"; did you mean "UTC"?'),
+    ("apm", "A = ICRF", "A = SC_BODY", " line 11: REF_FRAME_A and REF_FRAME_B must be one ref"),
+    ("apm", "A = ICRF", "A = ITRF", ' line 11: REF_FRAME_A turns with the Earth ("ITRF"); that '),
+    ("apm", "Q3 = 0.5", "Q3 = 0.9", " line 13: must be a unit quaternion, got norm "),
+    ("apm", "QUAT_STOP", "QUAT_STOP\nANGVEL_START", " line 18: ANGVEL describes a rotation; "),
+    ("stk ephemeris", "ICRF", "B1950", ' line 8: CoordinateSystem is "B1950"; (allowed: FIXED, '),
+    ("stk ephemeris", "CoordinateSystem ICRF\n", "", " line 3: CoordinateSystem is missing in "),
+    ("stk ephemeris", "Kilometers", "Feet", " line 9: DistanceUnit must be Meters or Kilometers"),
+    ("stk ephemeris", "Earth", "Moon", ' line 7: CentralBody must be Earth, got "Moon"'),
+    ("stk ephemeris", "TimePosVel", "TimePosFoo", " line 10: holds EphemerisTimePosFoo, which is "),
+    ("stk ephemeris", "Interpolation", "Extrapolation", " line 6: ExtrapolationMethod is no keyw"),
+    ("stk ephemeris", "\n1.200000e+02", "\n2.000000e+01", " line 13: time must be later than the"),
+    ("stk ephemeris", "\n1.200000e+02", "\n", " line 13: must hold time x y z vx vy vz, got 6"),
+    ("stk ephemeris", "BEGIN Ephemeris", "BEGIN Sensor", " line 3: must be BEGIN Ephemeris or BEG"),
+    (
+        "stk attitude",
+        "TimeQuaternions",
+        "TimeYPRAngles",
+        " line 8: holds AttitudeTimeYPRAngles, w",
+    ),
+    ("stk attitude", "0.0 1.0", "0.0 2.0", " line 9: must be a unit quaternion, got norm 2"),
+    ("stk attitude", "\n60.0", "\n6e30", " line 10: time must lie within +-4.1e+09 s, got 6e+30"),
+    ("stk attitude", "\n60.0", "\n0.0", " line 10: time must be later than the one before, got 0"),
+    ("stk attitude", "Earth", "Earth\nTimeFormat UTCG", " line 6: TimeFormat must be EpSec, got "),
 ]
 
 
@@ -99,7 +160,7 @@ def test_the_line_says_what_is_wrong(
         (b"\n\n", ": is empty; it must be"),
         (b"\xff\xfe\x00", ": is not UTF-8 text (byte 0)"),
         (b"a\x00b", ": is not text (byte 1 is zero)"),
-        (b"<oem></oem>", ": is XML; it must be"),
+        (b"<oem></oem>", " line 1: <oem> must hold one <body>, got 0"),
         (b"hello world", " line 1: is not the start of a CCSDS OEM"),
         (b"utc,x_m,y_m,z_m\n", " line 1: is followed by no row"),
         (b"CCSDS_OEM_VERS = 2.0\n", ": holds no segment (META_START) after CCSDS_OEM_VERS"),

@@ -11,7 +11,7 @@ import pytest
 from simgl.errors import AssetError, ConfigError, SimglError
 from simgl.physics.frames import lvlh_from_icrf
 from simgl.scenario.loader import load_scenario, scenario_from_dict
-from tests.motion.motion_files import AEM, EPOCH, ORBIT, SECOND, oem
+from tests.motion.motion_files import AEM, APM, EPOCH, ORBIT, SECOND, oem, opm
 
 SCENE = """\
 [epoch]
@@ -55,6 +55,15 @@ def test_bodies_follow_their_files(folder: Path) -> None:
     np.testing.assert_allclose(target.R_icrf_from_body[:2, 0], [np.cos(turn), np.sin(turn)])
     place = lvlh_from_icrf(r, v) @ (chaser.position - target.position)
     np.testing.assert_allclose(place, [-196.0, 3.0, 4.0], atol=1e-5)
+
+
+def test_a_state_and_an_attitude_are_enough(folder: Path) -> None:
+    """60 deg about z, now and later."""
+    (folder / "target.oem").write_text(opm())
+    (folder / "target.aem").write_text(APM)
+    target = load_scenario(scene(folder)).poses(EPOCH + 4 * SECOND)["target"]
+    np.testing.assert_allclose(target.position, ORBIT.state(EPOCH + 4 * SECOND)[0], atol=1e-5)
+    np.testing.assert_allclose(target.R_icrf_from_body[:2, 0], [0.5, np.sqrt(0.75)])
 
 
 CHASER_LINE = 'trajectory = { file = "chaser.csv", longest_gap_s = 100.0 }'

@@ -1,9 +1,13 @@
-"""Key-value notation of CCSDS messages: a header, then segments of metadata and data."""
+"""Key-value notation of CCSDS messages: a header, then segments of metadata and data.
+
+Messages of a single state (OPM, APM) are one segment of keys, with blocks of further keys.
+"""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from simgl.errors import ConfigError, did_you_mean
 from simgl.motion.files.motion_record import Frame
@@ -20,17 +24,22 @@ _FRAMES: dict[str, Frame] = {
     "J2000": "eme2000",
     "ITRF": "itrf",
     "LVLH": "lvlh",
+    "TEME": "teme",
 }
 _BLOCKS = {"META_START", "META_STOP", "DATA_START", "DATA_STOP", *_IGNORED}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Segment:
-    """start : the line META_START; meta : key to value and its line; data : lines with content."""
+    """start : where it begins; meta : key to value and its line; data : lines with content.
+
+    blocks : of a single state, by the name before _START: QUAT, EULER, ANGVEL, MAN, ...
+    """
 
     start: Line
     meta: Mapping[str, tuple[str, Line]]
     data: tuple[Line, ...]
+    blocks: Mapping[str, Segment] = field(default_factory=dict)
 
     def word(self, key: str) -> str:
         """The value of a required key; ConfigError if it is missing."""
@@ -45,6 +54,15 @@ class Segment:
     def fail(self, key: str, problem: str) -> None:
         """Raise ConfigError about a key's line."""
         self.meta[key][1].fail(key, problem)
+
+    def number(self, key: str, unit: str) -> float:
+        """A finite number with its unit in brackets or none; ConfigError for others."""
+        text = self.word(key)
+        line = self.meta[key][1]
+        given = re.fullmatch(r"(.*?)\s*\[(.*)\]", text)
+        if given and given[2] != unit:
+            line.fail(key, f"must be in {unit}, got units {shown(given[2])}")
+        return line.number_of(given[1] if given else text, key)
 
     def scale(self) -> TimeScale:
         """TIME_SYSTEM; ConfigError for an unsupported one."""
@@ -82,6 +100,41 @@ def time_of(line: Line, key: str, text: str, scale: TimeScale) -> int:
         return tai_ns_from_text(text, scale)
     except ValueError as error:
         return line.fail(key, str(error))
+
+
+def single_state(lines: list[Line]) -> list[Segment]:
+    """The one segment of a message of keys alone; ConfigError with the line for malformed ones."""
+    groups: dict[str, dict[str, tuple[str, Line]]] = {"": {}}
+    starts = {"": lines[0]}
+    name, filled = "", [line for line in lines if line.text.strip()]
+    for line in filled:
+        text = line.text.strip()
+        marker = re.fullmatch(r"([A-Z_]+)_(START|STOP)", text)
+        if text.startswith("COMMENT"):
+            continue
+        if marker:
+            name = "" if marker[2] == "STOP" or marker[1] == "META" else marker[1]
+            groups.setdefault(name, {})
+            starts.setdefault(name, line)
+            continue
+        key, equals, value = (part.strip() for part in text.partition("="))
+        if not equals:
+            line.fail("", f"must be KEY = value, got {shown(text)}")
+        if not value:
+            line.fail(key, "has no value")
+        # Manoeuvres repeat their keys; that there is one is all that counts.
+        group = "MAN" if key.startswith("MAN_") else name
+        starts.setdefault(group, line)
+        keys = groups.setdefault(group, {})
+        if key in keys and group != "MAN":
+            line.fail(key, "is given twice in this message")
+        keys[key] = value, line
+    blocks = {
+        block: Segment(start=starts[block], meta=keys, data=())
+        for block, keys in groups.items()
+        if block
+    }
+    return [Segment(start=starts[""], meta=groups[""], data=(), blocks=blocks)]
 
 
 def segments(lines: list[Line], version_key: str) -> list[Segment]:

@@ -2,13 +2,14 @@
 
 Columns are identified by name, in any order; other columns are ignored:
 
-time        utc, tai, tt, gps (texts); tai_ns; time_s (from the scenario's epoch); STK: Time (UTCG),
-            Time (EpSec)
+time        utc, tai, tt, tdb, gps (texts); tai_ns; time_s (from the scenario's epoch);
+            STK: Time (UTCG), Time (EpSec)
 position    x_m ... or x_km, with an optional frame: x_icrf_m, x_eme2000_km, x_itrf_m, x_lvlh_m;
             STK: x (km), Radial (km) with In-Track and Cross-Track
 velocity    vx_m_s ... or vx_km_s, vx_lvlh_m_s; STK: vx (km/sec)
 joints      joint_NAME_deg of hinges, joint_NAME_m of rails
-attitude    qx qy qz qw, q_icrf_x ..., q_lvlh_x ... : frame from body, scalar last; STK: q1 q2 q3 q4
+attitude    qx qy qz qw, q_icrf_x ..., q_lvlh_x ... : frame from body; STK: q1 q2 q3 q4; scalar
+            first: q0 q1 q2 q3; or yaw_deg pitch_deg roll_deg, yaw_lvlh_deg ...: 3-2-1
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from dataclasses import dataclass
 from typing import NoReturn
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from simgl.arrays import Array, IndexArray
 from simgl.errors import ConfigError
@@ -31,7 +33,8 @@ from simgl.physics.times import TimeScale
 _FRAME = "|".join(FRAMES)
 _POSITION = re.compile(rf"([xyz])(?:_({_FRAME}))?[ _]\(?(m|km)\)?")
 _VELOCITY = re.compile(rf"v_?([xyz])(?:_({_FRAME}))?[ _]\(?(k?m)[_/]s(?:ec)?\)?")
-_ATTITUDE = re.compile(rf"q_?(?:({_FRAME})_)?([xyzw1234])")
+_ATTITUDE = re.compile(rf"q_?(?:({_FRAME})_)?([xyzw01234])")
+_ANGLE = re.compile(rf"(yaw|pitch|roll)(?:_({_FRAME}))?_deg")
 # Radial up, in-track ahead, cross-track along the orbit normal, as LVLH axes and signs.
 _TRACK = {"in-track": ("x", 1.0), "cross-track": ("y", -1.0), "radial": ("z", -1.0)}
 _TRACK_POSITION = re.compile(r"(radial|in-track|cross-track) ()(?:\()?(m|km)\)?")
@@ -41,6 +44,7 @@ _TEXT_TIMES: dict[str, TimeScale] = {
     "time (utcg)": "UTC",
     "tai": "TAI",
     "tt": "TT",
+    "tdb": "TDB",
     "gps": "GPS",
 }
 _SECONDS = ("time_s", "time (epsec)", "time (sec)")
@@ -167,21 +171,35 @@ class Table:
     def attitudes(self, name: str) -> AttitudeRecord:
         """Attitudes; ConfigError if the table has none, or other than unit quaternions."""
         columns: dict[str, _Column] = {}
+        angles: dict[str, _Column] = {}
         for index, title in enumerate(self._names):
             if match := _ATTITUDE.fullmatch(title.lower()):
-                axis = match[2].translate(str.maketrans("1234", "xyzw"))
+                # Of five, 0 and 4 would both be the scalar.
+                axis = match[2].translate(str.maketrans("01234", "wxyzw"))
                 self._add(columns, axis, _Column(index, title, frame=_frame_of(match[1])))
-        if len(columns) < 4:
-            self._missing("names no attitude qx, qy, qz, qw")
-        values = self._values([columns[axis] for axis in "xyzw"])
-        for (line, _), quaternion in zip(self._rows, values.tolist(), strict=True):
-            check_norm(line, quaternion)
+            if match := _ANGLE.fullmatch(title.lower()):
+                self._add(angles, match[1], _Column(index, title, frame=_frame_of(match[2])))
+        if columns and angles:
+            self._missing("names both a quaternion and yaw, pitch, roll")
+        if len(columns) < 4 and len(angles) < 3:
+            self._missing("names no attitude qx, qy, qz, qw or yaw_deg, pitch_deg, roll_deg")
         return AttitudeRecord(
             name=name,
             tai_ns=self.tai_ns,
-            q_frame_from_body_xyzw=values,
-            frame=self._frame(list(columns.values())),
+            q_frame_from_body_xyzw=self._quaternions(columns) if columns else self._turns(angles),
+            frame=self._frame(list((columns or angles).values())),
         )
+
+    def _quaternions(self, columns: dict[str, _Column]) -> Array:
+        values = self._values([columns[axis] for axis in "xyzw"])
+        for (line, _), quaternion in zip(self._rows, values.tolist(), strict=True):
+            check_norm(line, quaternion)
+        return values
+
+    def _turns(self, columns: dict[str, _Column]) -> Array:
+        """Yaw about z, then pitch about the new y, then roll about the new x carry the axes."""
+        values = self._values([columns[name] for name in ("yaw", "pitch", "roll")])
+        return Rotation.from_euler("ZYX", values, degrees=True).as_quat()
 
     def joint_angles(self) -> tuple[tuple[str, ...], Array, frozenset[str]]:
         """Joint names, (n, joints) angles [rad] or travels [m], and the names of the rails."""

@@ -10,11 +10,12 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from simgl.arrays import Array, IndexArray
+from simgl.motion.orbits import icrf_from_teme
 from simgl.physics.constants import EARTH_ROTATION_RATE
 from simgl.physics.ephemeris import itrf_from_icrf
 
-Frame = Literal["icrf", "eme2000", "itrf", "lvlh"]
-FRAMES: tuple[Frame, ...] = ("icrf", "eme2000", "itrf", "lvlh")
+Frame = Literal["icrf", "eme2000", "teme", "itrf", "lvlh"]
+FRAMES: tuple[Frame, ...] = ("icrf", "eme2000", "teme", "itrf", "lvlh")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -61,16 +62,13 @@ def in_icrf(record: StateRecord) -> StateRecord:
     if record.frame in ("icrf", "lvlh"):
         return record
     positions, velocities = record.positions, record.velocities
-    if record.frame == "eme2000":
-        R = R_icrf_from_eme2000()
-        positions = positions @ R.T
-        velocities = None if velocities is None else velocities @ R.T
-    else:
-        rotations = np.stack([itrf_from_icrf(int(t)).T for t in record.tai_ns])
-        if velocities is not None:
-            spin = np.array([0.0, 0.0, EARTH_ROTATION_RATE])
-            velocities = np.einsum("nij,nj->ni", rotations, velocities + np.cross(spin, positions))
-        positions = np.einsum("nij,nj->ni", rotations, positions)
+    rotations = _rotations(record.frame, record.tai_ns)
+    if velocities is not None:
+        if record.frame == "itrf":
+            velocities = velocities + np.cross([0.0, 0.0, EARTH_ROTATION_RATE], positions)
+        # TEME turns by 1e-11 rad/s, which adds 0.1 mm/s in a low orbit and is neglected.
+        velocities = np.einsum("nij,nj->ni", rotations, velocities)
+    positions = np.einsum("nij,nj->ni", rotations, positions)
     return replace(record, positions=positions, velocities=velocities, frame="icrf")
 
 
@@ -78,10 +76,15 @@ def attitude_in_icrf(record: AttitudeRecord) -> AttitudeRecord:
     """The record relative to ICRF; a record relative to LVLH stays as it is."""
     if record.frame in ("icrf", "lvlh"):
         return record
-    matrices = (
-        R_icrf_from_eme2000()
-        if record.frame == "eme2000"
-        else np.stack([itrf_from_icrf(int(t)).T for t in record.tai_ns])
-    )
-    rotation = Rotation.from_matrix(matrices) * Rotation.from_quat(record.q_frame_from_body_xyzw)
+    turns = Rotation.from_matrix(_rotations(record.frame, record.tai_ns))
+    rotation = turns * Rotation.from_quat(record.q_frame_from_body_xyzw)
     return replace(record, q_frame_from_body_xyzw=rotation.as_quat(), frame="icrf")
+
+
+def _rotations(frame: Frame, tai_ns: IndexArray) -> Array:
+    """(n, 3, 3) R_icrf_from_frame of EME2000, TEME or ITRF at each time."""
+    if frame == "eme2000":
+        return np.broadcast_to(R_icrf_from_eme2000(), (len(tai_ns), 3, 3))
+    if frame == "teme":
+        return np.stack([icrf_from_teme(int(t)) for t in tai_ns])
+    return np.stack([itrf_from_icrf(int(t)).T for t in tai_ns])

@@ -1,30 +1,35 @@
-"""CCSDS Orbit Ephemeris Messages in key-value form (CCSDS 502.0-B, versions 1 to 3)."""
+"""CCSDS Orbit Ephemeris Messages (CCSDS 502.0-B, versions 1 to 3), their segments."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from simgl.motion.files.ccsds_kvn import Segment, segments, time_of
+from simgl.motion.files.ccsds_kvn import Segment, time_of
 from simgl.motion.files.motion_record import StateRecord
-from simgl.motion.files.text_lines import Line, shown
+from simgl.motion.files.text_lines import shown
 
 VERSION_KEY = "CCSDS_OEM_VERS"
 _COLUMNS = ("X", "Y", "Z", "X_DOT", "Y_DOT", "Z_DOT")
 
 
-def read_oem(lines: list[Line]) -> list[StateRecord]:
+def read_oem(segments: list[Segment]) -> list[StateRecord]:
     """All segments; ConfigError with the line for malformed ones.
 
     Files give km and km/s; accelerations are ignored. USEABLE_START_TIME and USEABLE_STOP_TIME
     limit the span.
     """
-    return [_state_record(segment) for segment in segments(lines, VERSION_KEY)]
+    return [_state_record(segment) for segment in segments]
 
 
-def _state_record(segment: Segment) -> StateRecord:
+def check_centre(segment: Segment) -> None:
+    """Raise ConfigError for states about another body than the Earth."""
     centre = segment.word("CENTER_NAME").upper()
     if centre != "EARTH":
         segment.fail("CENTER_NAME", f"must be EARTH, got {shown(centre)}")
+
+
+def _state_record(segment: Segment) -> StateRecord:
+    check_centre(segment)
     frame, scale = segment.frame("REF_FRAME"), segment.scale()
     times = np.array(segment.times(scale), dtype=np.int64)
     rows = []

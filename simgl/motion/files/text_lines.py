@@ -18,8 +18,12 @@ MAX_BYTES = 256 << 20
 
 def text_of(path: Path) -> str:
     """The file as text; AssetError if it cannot be read, ConfigError if it is not text."""
+    data = read_file(path, MAX_BYTES)
+    if data.startswith((b"DAF/SPK", b"DAF/CK", b"NAIF/DAF")):
+        problem = "is one SPICE kernel; give a meta-kernel (KPL/MK) that names it and the others"
+        raise ConfigError(str(path), "", problem)
     try:
-        text = read_file(path, MAX_BYTES).decode("utf-8-sig")
+        text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise ConfigError(str(path), "", f"is not UTF-8 text (byte {error.start})") from None
     if "\0" in text:

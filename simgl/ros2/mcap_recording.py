@@ -1,0 +1,136 @@
+"""``simgl record --mcap``: a run as a recording of ROS 2 messages in one MCAP file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from simgl import __version__
+from simgl.errors import ConfigError
+from simgl.images import Capture
+from simgl.output import complete_file
+from simgl.progress import ProgressCallback, silent
+from simgl.ros2 import ros_messages
+from simgl.ros2.ros_messages import Message, ros_name, ros_time_ns
+from simgl.scenario.scenario import Scenario
+from simgl.simulator import Product, Simulator
+
+try:
+    from mcap.exceptions import McapError
+    from mcap_ros2.writer import Writer
+except ImportError:
+    problem = 'needs MCAP: pip install "simgl[ros]"'
+    raise ConfigError("command line", "--mcap", problem) from None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Recording:
+    """What to record.
+
+    epochs : [TAI ns], in order
+    depth : also depth images
+    """
+
+    scenario: Scenario
+    cameras: tuple[str, ...]
+    epochs: Sequence[int]
+    depth: bool = False
+
+
+def record(
+    recording: Recording, simulator: Simulator, path: Path, progress: ProgressCallback = silent
+) -> int:
+    """Write the file; it gets its name when it is complete.
+
+    progress : receives the images complete and their number
+    returns : the number of messages
+    Raises ConfigError for names, lenses and times that ROS 2 does not have; OutputError where the
+    file cannot be written.
+    """
+    _check(recording)
+    total = len(recording.epochs) * len(recording.cameras)
+    with complete_file(path) as temporary, temporary.open("wb") as file:
+        try:
+            topics = _Topics(Writer(file))
+            topics.describe(recording.scenario, simulator.renderer_name)
+            for index, tai_ns in enumerate(recording.epochs):
+                captures = []
+                for count, camera in enumerate(recording.cameras):
+                    progress(index * len(recording.cameras) + count, total)
+                    captures.append(_capture(recording, simulator, tai_ns, camera))
+                topics.write_epoch(recording.scenario, tai_ns, captures)
+            progress(total, total)
+            topics.finish()
+        except McapError as error:
+            raise ConfigError(str(path), "", f"could not be encoded: {error}") from None
+    return topics.count
+
+
+def _check(recording: Recording) -> None:
+    """Raise ConfigError for what ROS 2 cannot hold, before anything is drawn."""
+    for name in recording.scenario.models:
+        ros_name("spacecraft", name)
+    for name in recording.cameras:
+        ros_name("camera", name)
+        ros_messages.camera_info(recording.scenario.cameras[name], recording.epochs[0])
+    ros_time_ns(max(recording.epochs))
+
+
+def _capture(recording: Recording, simulator: Simulator, tai_ns: int, camera: str) -> Capture:
+    scenario = recording.scenario
+    products = {Product.DN, Product.TRUTH} if recording.depth else {Product.DN}
+    during = scenario.around(tai_ns)
+    return simulator.capture(scenario.at(tai_ns), camera, products, during=during)
+
+
+class _Topics:
+    """The messages of a file, numbered by topic."""
+
+    def __init__(self, writer: Writer) -> None:
+        self._writer = writer
+        self._schemas = {
+            name: writer.register_msgdef(name, text)
+            for name, text in ros_messages.definitions().items()
+        }
+        self._sequence: dict[str, int] = {}
+
+    @property
+    def count(self) -> int:
+        """Messages written."""
+        return sum(self._sequence.values())
+
+    def describe(self, scenario: Scenario, renderer: str) -> None:
+        """Say in the file where it comes from."""
+        about = {"version": __version__, "scenario": scenario.name, "renderer": renderer}
+        self._writer.add_metadata("simgl", about)
+
+    def write_epoch(self, scenario: Scenario, tai_ns: int, captures: Sequence[Capture]) -> None:
+        """Clock, frames, and for each camera calibration and images."""
+        self._write("/clock", "rosgraph_msgs/msg/Clock", ros_messages.clock(tai_ns), tai_ns)
+        poses = scenario.poses(tai_ns).items()
+        frames = ros_messages.transforms(tai_ns, poses, [one.info for one in captures])
+        self._write("/tf", "tf2_msgs/msg/TFMessage", frames, tai_ns)
+        for capture in captures:
+            self._write_camera(capture, tai_ns)
+
+    def _write_camera(self, capture: Capture, tai_ns: int) -> None:
+        camera = capture.info.camera
+        info = ros_messages.camera_info(camera, tai_ns)
+        self._write(f"/{camera.name}/camera_info", "sensor_msgs/msg/CameraInfo", info, tai_ns)
+        assert capture.digital is not None
+        pixels = ros_messages.image(capture.digital)
+        self._write(f"/{camera.name}/image_raw", "sensor_msgs/msg/Image", pixels, tai_ns)
+        if capture.truth is not None:
+            depth = ros_messages.depth_image(capture.truth)
+            self._write(f"/{camera.name}/depth/image_raw", "sensor_msgs/msg/Image", depth, tai_ns)
+
+    def _write(self, topic: str, kind: str, message: Message, tai_ns: int) -> None:
+        number = self._sequence.get(topic, 0)
+        self._sequence[topic] = number + 1
+        when = ros_time_ns(tai_ns)
+        self._writer.write_message(topic, self._schemas[kind], message, when, when, number)
+
+    def finish(self) -> None:
+        """Write the summary of the file."""
+        self._writer.finish()
