@@ -20,13 +20,15 @@ from simgl.radiosity.hemisphere import frames
 # Of each point; the points of a square of 8 x 8 send different ones, which together fill the lobe.
 RAYS = 4
 # Further ones of points that have to do without their neighbours.
-_MORE_RAYS = 28
+_MORE_RAYS = 12
 # Rays that are traced together, some 300 bytes each.
 _AT_ONCE = 400_000
 # How far the rays of a point count for others: of its lobe's width where they end, and at most so
 # many points to each side. A spread over 0.8 alpha to each side makes a lobe, of half width 1.3
 # alpha, a tenth wider.
 _OF_WIDTH, _MAX_POINTS = 0.8, 12
+# Where fewer of the rays meet anything, a lobe's tail does, which changes slower over the surface.
+_TAIL, _OF_TAIL = 0.02, 2.4
 # So many points to each side tell how far away things are.
 _LOOK_AROUND = 4
 # Lobes as wide as this use two points to each side however close things are: this shows as a soft
@@ -213,7 +215,7 @@ class _Neighbours:
         met = np.where(near[:, 1] > 1e-3, near[:, 1] / RAYS, 0.0)
         # The harmonic mean distance of what rays around met.
         distance = np.where(met > 0.0, near[:, 1] / np.maximum(near[:, 0], 1e-12), 0.0)
-        width = _OF_WIDTH * lobes.alpha * distance
+        width = lobes.alpha * distance * np.where(met < _TAIL, _OF_TAIL, _OF_WIDTH)
         reaches = []
         for runs in (rows, columns):
             points = 0.5 + 0.5 * width / np.maximum(runs.step, 1e-12)
