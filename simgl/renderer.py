@@ -26,6 +26,7 @@ from simgl.passes.background.stars import StarPass
 from simgl.passes.background.sun import SunPass
 from simgl.passes.drawn_spacecraft import DrawnSpacecraft
 from simgl.passes.gbuffer import GBufferPass
+from simgl.passes.glossy import GlossyPass
 from simgl.passes.interreflection import InterreflectionPass
 from simgl.passes.lamp_shadow import LampShadowPass
 from simgl.passes.mesh_store import MeshStore, VertexLighting
@@ -46,7 +47,7 @@ from simgl.scene.earth import Earth
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.view.background import SkyView
 from simgl.view.celestial import CelestialView
-from simgl.view.frame_view import FrameView, Gather, truth_tile
+from simgl.view.frame_view import FrameView, truth_tile
 from simgl.view.raster_tiles import RasterTile, parts
 
 _BANDS = (Format("f4", 4),)
@@ -85,6 +86,7 @@ class Renderer:
         self._visibility = VisibilityPass(ctx, self._meshes)
         self._geometry = GBufferPass(ctx, self._meshes)
         self._sunlight = SunlightPass(ctx)
+        self._glossy = GlossyPass(ctx, self._meshes)
         self._surface = SurfacePass(ctx, self._meshes)
         self._stars = StarPass(ctx)
         self._sun = SunPass(ctx)
@@ -92,7 +94,7 @@ class Renderer:
         self._air = AtmospherePass(ctx)
         self._planet = PlanetPass(ctx, self._air)
         self._probes = EnvironmentProbeStore(ctx, self._executor)
-        self._reference_gather = ReferenceGather(self._transports)
+        self._reference_gather = ReferenceGather(self._transports, self._interreflection.light)
         self._resolve = ResolvePass(ctx)
         self._warp = WarpPass(ctx)
         self._rows = RowsPass(ctx)
@@ -308,7 +310,7 @@ class Renderer:
         with self.timer.measure("lamp_shadow"):
             lamp_maps = self._lamp_shadow.draw(view.lamps)
         for tile in view.tiles:
-            spacecraft = self._spacecraft(tile, view.gather, view.joint_light)
+            spacecraft = self._spacecraft(tile, view)
             for part in _parts(tile, view):
                 with self.timer.measure("visibility"):
                     visibility = self._visibility.draw(part, spacecraft)
@@ -321,16 +323,16 @@ class Renderer:
                     with self.timer.measure("geometry"):
                         self._geometry.look_up(part, points, drawn)
                         self._reference_gather.fill(part, points, drawn)
+                    with self.timer.measure("glossy"):
+                        seen = self._glossy.draw(part, points, drawn)
                     with self.timer.measure("surface"):
-                        sunlight = self._sunlight.draw(part, points, drawn)
+                        light = self._sunlight.draw(part, points, drawn), seen
                         radiance = self._surface.draw(
-                            part, points, drawn, sunlight, view.lamps, lamp_maps, by_light=by_light
+                            part, points, drawn, *light, view.lamps, lamp_maps, by_light=by_light
                         )
                 yield part, points, radiance
 
-    def _spacecraft(
-        self, tile: RasterTile, gather: Gather, joint_light: JointLight
-    ) -> list[DrawnSpacecraft]:
+    def _spacecraft(self, tile: RasterTile, frame: FrameView) -> list[DrawnSpacecraft]:
         """All that the passes after this draw of the spacecraft of a tile."""
         views = tile.spacecraft
         with self.timer.measure("probe"):
@@ -346,20 +348,22 @@ class Renderer:
             ]
             vertex_lightings: Sequence[VertexLighting | None] = [None] * len(views)
             bodies: Sequence[tuple[LitBody, ...]] = [()] * len(views)
-            if gather == "pixel":
-                bodies = self._reference_gather.lit_bodies(views, skies, joint_light)
-            else:
-                vertex_lightings = self._interreflection.draw(views, skies, joint_light)
+            by_rays = frame.gather == "pixel"
+            if not by_rays:
+                vertex_lightings = self._interreflection.draw(views, skies, frame.joint_light)
+            if by_rays or frame.glossy_reflections:
+                bodies = self._reference_gather.lit_bodies(views, skies, frame.joint_light)
         return [
             DrawnSpacecraft(
                 view=view,
                 shadow_maps=maps,
                 probe=probe,
                 vertex_lighting=lighting,
-                lit_bodies=lit_bodies,
+                lit_bodies=near if by_rays else (),
+                mirrored=near if frame.glossy_reflections else (),
                 air=self._air.between(view.air),
             )
-            for view, maps, probe, lighting, lit_bodies in zip(
+            for view, maps, probe, lighting, near in zip(
                 views, shadow_maps, probes, vertex_lightings, bodies, strict=True
             )
         ]
@@ -401,6 +405,7 @@ class Renderer:
             self._visibility,
             self._geometry,
             self._sunlight,
+            self._glossy,
             self._surface,
             self._stars,
             self._sun,

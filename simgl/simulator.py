@@ -262,6 +262,7 @@ class Simulator:
                 inter_reflection=self.scenario.inter_reflection,
                 between_spacecraft=self.scenario.between_spacecraft,
                 gather=self.scenario.gather,
+                glossy_reflections=self.scenario.glossy_reflections,
                 joint_light=self.scenario.joint_light,
                 part=part,
             )

@@ -18,3 +18,11 @@ ivec2 entry_of_point(ivec2 at) {
     ivec2 square = at >> 2, quarter = (at >> 1) & 1;
     return ivec2(4 * square.x + 2 * quarter.y + quarter.x, square.y);
 }
+
+// Which of the listed points a point is (`listed_points` in simgl/passes/shading_points.py).
+//
+// page : from bit 4 on how many listed points come before its page's, below it which points are listed
+int listed_index(uint page, ivec2 at) {
+    uint before = page & ((1u << uint(2 * (at.y & 1) + (at.x & 1))) - 1u);
+    return int((page >> 4u) + (before & 1u) + (before >> 1u & 1u) + (before >> 2u & 1u));
+}

@@ -1,8 +1,7 @@
 #include "surface/material.glsl"
 
 // Radiance of the light from other surfaces of the spacecraft that this one turns to the viewer
-// [W m-2 sr-1]; solved per vertex for every frame (simgl/radiosity/solver.py). To the specular lobes
-// it is uniform over the hemisphere.
+// [W m-2 sr-1]; solved per vertex for every frame (simgl/radiosity/solver.py).
 vec4 bounced_light(Surface s, Albedo albedo) {
-    return (albedo.diffuse + albedo.glossy + albedo.coat) * s.indirect / PI;
+    return albedo.diffuse * s.indirect / PI + albedo.glossy * s.seen + albedo.coat * s.coat_seen;
 }

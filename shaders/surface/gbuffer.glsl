@@ -88,6 +88,9 @@ Surface gbuffer_surface(ivec2 at) {
 #ifdef INTERREFLECTION
     s.indirect = texelFetch(gbuffer_indirect, at, 0);
 #endif
+    // Uniform over the hemisphere, unless rays tell more.
+    s.seen = s.coat_seen = s.indirect / PI;
+    s.sky_share = s.coat_sky_share = s.earth_share;
 #ifdef LAYERED
     s.pattern = s.body;
     s.pattern_from_camera = transpose(mat3(pose));

@@ -15,8 +15,7 @@ vec4 sunlight_at(ivec2 at) {
     vec4 lit = texelFetch(sunlight, at, 0);
     WHEN(lit.x < 0.0) {
         uint page = texelFetch(searched_pages, entry_of_point(at), 0).r;
-        uint before = page & ((1u << uint(2 * (at.y & 1) + (at.x & 1))) - 1u);
-        int index = int((page >> 4u) + (before & 1u) + (before >> 1u & 1u) + (before >> 2u & 1u));
+        int index = listed_index(page, at);
         int square = index >> 4;
         ivec2 place = 4 * ivec2(square & (SQUARES - 1), square / SQUARES);
         lit = texelFetch(searched_sunlight, place + ivec2(index & 3, (index >> 2) & 3), 0);

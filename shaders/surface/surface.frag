@@ -9,6 +9,9 @@
 #ifdef LAMPS
 #include "surface/lamp.glsl"
 #endif
+#ifdef GLOSSY
+#include "surface/seen_lobes.glsl"
+#endif
 
 #ifdef BY_LIGHT
 // In the order of LIGHTS in simgl/passes/surface.py.
@@ -25,13 +28,13 @@ struct Lights {
 // sunlit : share of the sunlight that reaches the surface, per band; lit : of each lamp's light
 Lights lights_of(Surface s, vec4 sunlit, vec4 lit) {
     Lights light = Lights(sun_light(s, sunlit), vec4(0.0), vec4(0.0), vec4(0.0));
-#if defined(SKY) || defined(INTERREFLECTION)
+#if defined(SKY) || defined(INTERREFLECTION) || defined(GLOSSY)
     Albedo albedo = albedo_of(s);
 #endif
 #ifdef SKY
-    light.earth = earth_light(s, albedo) * s.earth_share;
+    light.earth = earth_light(s, albedo);
 #endif
-#ifdef INTERREFLECTION
+#if defined(INTERREFLECTION) || defined(GLOSSY)
     light.other_surfaces = bounced_light(s, albedo);
 #endif
 #ifdef LAMPS
@@ -45,6 +48,9 @@ Lights lights_of(Surface s, vec4 sunlit, vec4 lit) {
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
     Surface s = gbuffer_surface(at);
+#ifdef GLOSSY
+    s = with_seen_lobes(s, at);
+#endif
     vec4 sunlit = sunlight_at(at), lit = vec4(1.0);
 #ifdef LAMPS
     lit = lamps_lit(s);

@@ -61,6 +61,7 @@ class DrawnSpacecraft:
     vertex_lighting : interreflected light at its vertices; None where its surfaces exchange none
     lit_bodies : for the reference gather instead, what rays from it can meet: itself and what is
         near
+    mirrored : the same for what its glossy surfaces see; none where they see uniform light
     air : between it and the camera; None where there is none
     """
 
@@ -69,6 +70,7 @@ class DrawnSpacecraft:
     probe: EnvironmentProbe | None = None
     vertex_lighting: VertexLighting | None = None
     lit_bodies: tuple[LitBody, ...] = ()
+    mirrored: tuple[LitBody, ...] = ()
     air: AirBetween | None = None
 
     @property

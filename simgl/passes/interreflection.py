@@ -41,14 +41,15 @@ class InterreflectionPass:
     read what the first one got.
 
     executor : takes a part of the work on the CPU
+    light : what leaves the patches
     """
 
     def __init__(
         self, ctx: moderngl.Context, transports: TransportStore, executor: Executor
     ) -> None:
         self._ctx, self._transports, self._executor = ctx, transports, executor
-        self._light = PatchLight()
-        self._neighbours = NeighbourLight(transports, self._light)
+        self.light = PatchLight()
+        self._neighbours = NeighbourLight(transports, self.light)
         # One for each spacecraft of the largest scene so far.
         self._tables: dict[int, moderngl.Texture] = {}
         self._solved: dict[int, _Solved] = {}
@@ -108,7 +109,7 @@ class InterreflectionPass:
             near = self._neighbours.received(model, sky, light, joint_light)
             exitance = near.exitance
         else:
-            exitance = self._light.exitance(model, transport, sky, light)
+            exitance = self.light.exitance(model, transport, sky, light)
         values = np.zeros((*gather.shape, _VALUES), dtype=np.float32)
         vertex_irradiance(gather, exitance, values, self._executor)
         values[..., 4] = share.result()

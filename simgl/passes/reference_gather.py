@@ -53,9 +53,9 @@ class _LitPatches:
 class ReferenceGather:
     """Fills the indirect light of the G-buffer: from other surfaces, and the Earth's share."""
 
-    def __init__(self, transports: TransportStore) -> None:
+    def __init__(self, transports: TransportStore, light: PatchLight) -> None:
         self._transports = transports
-        self._light = PatchLight()
+        self._light = light
 
     def lit_bodies(
         self,

@@ -19,6 +19,10 @@ LAYERS, BLOCK, _SQUARES = 16, 2, 256
 # Pages in a row of squares, and texels along the rows of the textures.
 ENTRIES, COLUMNS = 4 * _SQUARES, 4 * _SQUARES
 _PRESENT, _LAYER_BIT, _ROW_BIT = 1 << 31, 26, 13
+# In a texture of listed points: none.
+UNLISTED = 0xFFFFFFFF
+# They fill squares of so many texels one after the other, so that neighbours stay together.
+_EDGE = 4
 # Texture units of the groups, and of what tells a point's group.
 CELL_GROUPS = {"cell_groups": 16, "second_groups": 17, "third_groups": 18, "fourth_groups": 19}
 GROUPS = CELL_GROUPS | {"page_entries": 20}
@@ -55,6 +59,39 @@ def texels_of_pages(pages: IndexArray) -> tuple[IndexArray, IndexArray]:
     """(n,) row and column of the first points of pages in the textures of points."""
     row, column = np.divmod(pages >> 2, _SQUARES)
     return 4 * row + 2 * (pages >> 1 & 1), 4 * column + 2 * (pages & 1)
+
+
+def listed_points(masks: AnyArray) -> tuple[AnyArray, AnyArray]:
+    """Some of the points, square by square, and where to find what came out for them.
+
+    masks : (rows of squares, ENTRIES) uint8, of each page a bit for each of its points that is
+        listed
+    returns : (rows, COLUMNS) uint32, columns of points, and from bit 16 on rows, in the textures;
+        (rows of squares, ENTRIES) uint32, from bit 4 on how many come before the page's, below it
+        the mask
+    """
+    flat = masks.ravel()
+    pages = np.flatnonzero(flat)
+    bits = (flat[pages, None] >> np.arange(4, dtype=np.uint8)) & 1
+    ends = np.cumsum(bits.sum(axis=1, dtype=np.uint32), dtype=np.uint32)
+    before = np.zeros_like(ends)
+    before[1:] = ends[:-1]
+    results = np.zeros(flat.shape, dtype=np.uint32)
+    results[pages] = before << 4 | flat[pages]
+    of, corner = np.nonzero(bits)
+    row, column = texels_of_pages(pages[of])
+    points = (row + corner // 2) << 16 | column + corner % 2
+    rows = -(-len(points) // (_EDGE * COLUMNS))
+    padded = np.full((rows, COLUMNS // _EDGE, _EDGE, _EDGE), UNLISTED, dtype=np.uint32)
+    padded.reshape(-1)[: len(points)] = points
+    return padded.swapaxes(1, 2).reshape(-1, COLUMNS), results.reshape(masks.shape)
+
+
+def in_list_order(values: AnyArray) -> AnyArray:
+    """(n, ...) one after the other as listed, of (rows, COLUMNS, ...) square by square."""
+    rest = values.shape[2:]
+    squares = values.reshape(-1, _EDGE, COLUMNS // _EDGE, _EDGE, *rest)
+    return squares.swapaxes(1, 2).reshape(-1, *rest)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -18,8 +18,8 @@ from simgl.passes.shading_points import (
     GROUPS,
     ShadingPoints,
     gbuffer_units,
+    listed_points,
     point_shader,
-    texels_of_pages,
 )
 from simgl.passes.shared_blocks import (
     SHADOW,
@@ -36,36 +36,6 @@ _GBUFFER_UNITS = gbuffer_units("position", "normal_roughness", "face_normal")
 # In the order of the shadow pass's textures. Sunlight is drawn before what reads the sky.
 _SHADOW_UNITS = {"sun_depths": 12, "sun_behind": 13, "sun_tops": 14}
 _POINTS_UNIT, _SUNLIGHT_UNIT = 22, 11
-# In the texture of points to search: none.
-_NONE = 0xFFFFFFFF
-# They fill squares of so many texels one after the other, so that neighbours stay together.
-_EDGE = 4
-
-
-def searched_points(masks: AnyArray) -> tuple[AnyArray, AnyArray]:
-    """The points to search, square by square, and where to find what came out.
-
-    masks : (rows of squares, ENTRIES) uint8, of each page a bit for each of its points that is to
-        be searched
-    returns : (rows, COLUMNS) uint32, columns of points, and from bit 16 on rows, in the textures;
-        (rows of squares, ENTRIES) uint32, from bit 4 on how many come before the page's, below it
-        the mask
-    """
-    flat = masks.ravel()
-    pages = np.flatnonzero(flat)
-    bits = (flat[pages, None] >> np.arange(4, dtype=np.uint8)) & 1
-    ends = np.cumsum(bits.sum(axis=1, dtype=np.uint32), dtype=np.uint32)
-    before = np.zeros_like(ends)
-    before[1:] = ends[:-1]
-    results = np.zeros(flat.shape, dtype=np.uint32)
-    results[pages] = before << 4 | flat[pages]
-    of, corner = np.nonzero(bits)
-    row, column = texels_of_pages(pages[of])
-    points = (row + corner // 2) << 16 | column + corner % 2
-    rows = -(-len(points) // (_EDGE * COLUMNS))
-    padded = np.full((rows, COLUMNS // _EDGE, _EDGE, _EDGE), _NONE, dtype=np.uint32)
-    padded.reshape(-1)[: len(points)] = points
-    return padded.swapaxes(1, 2).reshape(-1, COLUMNS), results.reshape(masks.shape)
 
 
 class SunlightPass:
@@ -118,7 +88,7 @@ class SunlightPass:
 
         points : those of this spacecraft have been looked up last
         returns : of every point, negative where it was searched; of those that were, and where
-            they are (``searched_points``)
+            they are (``listed_points``)
         """
         area = (0, 0, *points.size)
         (sunlight,) = self._sunlight.covering(points.size, points.depth)
@@ -151,7 +121,7 @@ class SunlightPass:
         masks = self._unknown_points(points)
         if not masks.any():
             return
-        to_search, pages = searched_points(masks)
+        to_search, pages = listed_points(masks)
         self._points.written(to_search).use(_POINTS_UNIT)
         area = (0, 0, COLUMNS, len(to_search))
         (results,) = self._results.covering(area[2:])
@@ -160,7 +130,7 @@ class SunlightPass:
         self._pages.written(pages)
 
     def _unknown_points(self, points: ShadingPoints) -> AnyArray:
-        """(rows of squares, ENTRIES) uint8, as ``searched_points`` takes them."""
+        """(rows of squares, ENTRIES) uint8, as ``listed_points`` takes them."""
         area = (0, 0, ENTRIES, len(points.entries))
         (masks,) = self._masks.covering(area[2:])
         self.colour_only.apply(self._ctx, masks, area, area)

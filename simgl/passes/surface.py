@@ -39,6 +39,8 @@ _SKY_UNITS = {"sky_cube": 12, "sky_lobes": 13, "sky_irradiance": 14}
 _LAMP_UNITS = {"lamp_maps": 15, "lamp_bounds": 21}
 
 _LOBES = {"lobe_table": LOBE_UNIT}
+# In the order of the glossy pass's textures.
+_SEEN_UNITS = {"seen_lobes": 22, "seen_pages": 23}
 
 
 # What each variant of the shader reads besides.
@@ -47,6 +49,7 @@ _MORE_UNITS = {
     "INTERREFLECTION": gbuffer_units("indirect") | _LOBES,
     "LAYERED": gbuffer_units("face_normal") | GROUPS | _LOBES,
     "LAMPS": gbuffer_units("face_normal") | _LAMP_UNITS,
+    "GLOSSY": _SEEN_UNITS | _LOBES,
     "DETAILED": {name: unit for unit, name in enumerate(_TEXTURED, len(GBUFFER))},
 }
 
@@ -85,6 +88,7 @@ class SurfacePass:
         points: ShadingPoints,
         drawn: DrawnSpacecraft,
         sunlight: Sequence[moderngl.Texture],
+        seen: Sequence[moderngl.Texture],
         lamps: Sequence[LampView] = (),
         lamp_maps: Sequence[moderngl.Texture] = (),
         *,
@@ -95,6 +99,7 @@ class SurfacePass:
 
         points : those of this spacecraft have been looked up last
         sunlight : of the sunlight pass
+        seen : of the glossy pass
         lamps : which light every spacecraft, and the textures of their shadow maps
         returns : one texture, or with ``by_light`` one for each of ``LIGHTS``
         """
@@ -107,12 +112,15 @@ class SurfacePass:
         points.bind()
         for unit, texture in zip(_SUNLIGHT_UNITS.values(), sunlight, strict=True):
             texture.use(unit)
+        for unit, texture in zip(_SEEN_UNITS.values(), seen, strict=False):
+            texture.use(unit)
         self._bind_light(drawn, lamp_maps)
         self.state.apply(self._ctx, target, area, area)
         optional = {
             "SKY": drawn.probe is not None,
             "INTERREFLECTION": drawn.interreflects,
             "LAMPS": bool(lamps),
+            "GLOSSY": bool(seen),
             "BY_LIGHT": by_light,
             "AIR_BEFORE": drawn.air is not None,
         }

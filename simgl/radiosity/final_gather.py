@@ -13,6 +13,7 @@ from simgl.environment_map import cube_directions, cube_solid_angles
 from simgl.radiosity.gather_points import LIFT, face_normals
 from simgl.radiosity.hemisphere import frames, sky_cell
 from simgl.rays import AnyRayTracer, ray_tracer
+from simgl.scene.mesh import Mesh, cached_with_mesh
 from simgl.scene.posed_mesh import PosedMesh
 
 # Cells along an edge of each face of the sky's cube.
@@ -52,8 +53,7 @@ class LitBody:
     @cached_property
     def faces(self) -> Array32:
         """(m, 3) unit normals of the triangles."""
-        stored = face_normals(self.mesh.mesh)[0].astype(np.float32)
-        return self.mesh.of_triangles(stored).astype(np.float32)
+        return self.mesh.of_triangles(_stored_faces(self.mesh.mesh, None)).astype(np.float32)
 
     @cached_property
     def worn(self) -> UIntArray:
@@ -61,17 +61,27 @@ class LitBody:
         mesh = self.mesh.mesh
         return mesh.material[mesh.triangles[:, 0]]
 
+    @cached_property
+    def is_viewer(self) -> bool:
+        """Whether it is the body that is looked from."""
+        return bool(np.array_equal(self.body_from_viewer, np.eye(4)))
+
     def places(self, here: Array32) -> Array32:
         """(n, 3) places [m] in its axes."""
+        if self.is_viewer:
+            return here
         return here @ self.body_from_viewer[:3, :3].T + self.body_from_viewer[:3, 3]
 
     def directions(self, here: Array32) -> Array32:
         """(n, 3) directions in its axes."""
-        return here @ self.body_from_viewer[:3, :3].T
+        return here if self.is_viewer else here @ self.body_from_viewer[:3, :3].T
 
     def near(self, places: Array32, directions: Array32) -> IndexArray:
-        """Which rays, in its axes, may meet it: lines through its bounding sphere."""
-        offset = places - self.mesh.centre.astype(np.float32)
+        """Which rays, in the viewer's axes, may meet it: lines through its bounding sphere."""
+        if self.is_viewer:
+            return np.arange(len(places))
+        R, shift = self.body_from_viewer[:3, :3], self.body_from_viewer[:3, 3]
+        offset = places - (self.mesh.centre.astype(np.float32) - shift) @ R
         along = np.einsum("ij,ij->i", offset, directions)
         past = np.einsum("ij,ij->i", offset, offset) - along * along
         ahead = along < np.float32(self.mesh.radius)
@@ -100,6 +110,11 @@ class Points:
             facets=self.facets[chosen],
             spread=self.spread[chosen],
         )
+
+
+@cached_with_mesh
+def _stored_faces(mesh: Mesh, _: None) -> Array32:
+    return face_normals(mesh)[0].astype(np.float32)
 
 
 def gathered(
@@ -197,7 +212,7 @@ def _light_along(
     alive = np.arange(len(origins))
     free = np.zeros(len(origins), dtype=np.bool_)
     for bounce in range(_MAX_BOUNCES):
-        body, triangle, distance = _nearest(origins, directions, bodies)
+        body, triangle, distance = first_met(origins, directions, bodies)
         missed = body < 0
         if bounce == 0:
             free[missed] = True
@@ -205,7 +220,7 @@ def _light_along(
             light[alive[missed]] += through[missed] * sky[_cell(directions[missed], sky)]
         met = np.flatnonzero(~missed)
         places = origins[met] + distance[met, None] * directions[met]
-        radiance, goes_on, albedo, normals = _leaving(
+        radiance, goes_on, albedo, normals = leaving(
             places, directions[met], body[met], triangle[met], bodies
         )
         light[alive[met]] += through[met] * radiance
@@ -233,7 +248,7 @@ def _random(index: IndexArray, stream: int) -> tuple[Array, Array]:
     return (low[:, None] + 0.5) / 2.0**32, (high[:, None] + 0.5) / 2.0**32
 
 
-def _nearest(
+def first_met(
     origins: Array32, directions: Array32, bodies: Sequence[LitBody]
 ) -> tuple[IndexArray, IndexArray, Array32]:
     """What rays meet first: (n,) the body, -1 for none, its triangle, and the distance [m]."""
@@ -242,9 +257,10 @@ def _nearest(
     triangle = np.zeros(count, dtype=np.int64)
     distance = np.full(count, np.inf, dtype=np.float32)
     for number, one in enumerate(bodies):
-        places, towards = one.places(origins), one.directions(directions)
-        near = np.arange(count) if number == 0 else one.near(places, towards)
-        hit, reach = one.tracer.hits(places[near], towards[near])
+        near = one.near(origins, directions)
+        if not len(near):
+            continue
+        hit, reach = one.tracer.hits(one.places(origins[near]), one.directions(directions[near]))
         first = np.flatnonzero((hit >= 0) & (reach < distance[near]))
         body[near[first]] = number
         triangle[near[first]] = hit[first]
@@ -252,7 +268,7 @@ def _nearest(
     return body, triangle, distance
 
 
-def _leaving(
+def leaving(
     places: Array32,
     directions: Array32,
     body: IndexArray,
@@ -293,10 +309,11 @@ def _leaving(
 def _shaded(places: Array32, bodies: Sequence[LitBody]) -> Mask:
     """Whether anything stands between places and the Sun's centre."""
     shaded = np.zeros(len(places), dtype=np.bool_)
-    for number, one in enumerate(bodies):
+    direction = bodies[0].sun_direction
+    for one in bodies:
         rest = np.flatnonzero(~shaded)
-        origins = one.places(places[rest])
+        near = one.near(places[rest], np.broadcast_to(direction, (len(rest), 3)))
+        origins = one.places(places[rest[near]])
         rays = np.broadcast_to(one.sun_direction, origins.shape)
-        near = np.arange(len(rest)) if number == 0 else one.near(origins, rays)
-        shaded[rest[near]] = one.tracer.occluded(origins[near], rays[near])
+        shaded[rest[near]] = one.tracer.occluded(origins, rays)
     return shaded

@@ -170,6 +170,7 @@ def _read_tables(
         inter_reflection=render.inter_reflection,
         between_spacecraft=render.between_spacecraft,
         gather=render.gather,
+        glossy_reflections=render.glossy_reflections,
         joint_light=render.joint_light,
         stars=read_sky(single("sky", SkyTable), f"{where} [sky]", sun),
     )

@@ -75,6 +75,7 @@ class Scenario:
     inter_reflection : interreflection within a spacecraft, and its occlusion of the Earth
     between_spacecraft : light from one spacecraft to another at vertices
     gather : interreflection at vertices, or by rays from every sample of every pixel
+    glossy_reflections : interreflection as glossy surfaces see it by rays, not uniform
     joint_light : interreflection where joints have moved parts: from what rigid parts do to each
         other in pairs, or by a bake of each pose
     stars : None for a sky without them
@@ -98,6 +99,7 @@ class Scenario:
     inter_reflection: bool = True
     between_spacecraft: bool = False
     gather: Literal["vertex", "pixel"] = "vertex"
+    glossy_reflections: bool = False
     joint_light: Literal["exact", "quick"] = "exact"
     stars: StarCatalogue | None = None
     # What counts of them is in the fields above.

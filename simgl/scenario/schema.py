@@ -330,6 +330,7 @@ class RenderTable(Table, frozen=True, kw_only=True):
     inter_reflection : light between the surfaces of a spacecraft, and the Earth hidden by them
     between_spacecraft : light from one spacecraft to another at its vertices, too
     gather : that light at vertices, or by rays from every sample of every pixel
+    glossy_reflections : that light as glossy surfaces see it by rays, not uniform
     joint_light : that light where joints have moved parts: pair by pair, or all of it for each pose
     """
 
@@ -338,4 +339,5 @@ class RenderTable(Table, frozen=True, kw_only=True):
     inter_reflection: bool = True
     between_spacecraft: bool = False
     gather: Literal["vertex", "pixel"] = "vertex"
+    glossy_reflections: bool = False
     joint_light: Literal["exact", "quick"] = "exact"

@@ -37,6 +37,7 @@ class FrameView:
     spacecraft : all that the camera does not see behind the Earth
     tiles : of the other pinhole image, the farthest first
     gather : where light from other surfaces is worked out
+    glossy_reflections : it is followed by rays in the lobes of glossy surfaces
     joint_light : how it is worked out between parts that joints have moved
     """
 
@@ -47,6 +48,7 @@ class FrameView:
     tiles: tuple[RasterTile, ...]
     lamps: tuple[LampView, ...]
     gather: Gather = "vertex"
+    glossy_reflections: bool = False
     joint_light: JointLight = "exact"
     other_pinholes: tuple[FrameView, ...] = ()
 
@@ -77,6 +79,7 @@ def frame_view(
     inter_reflection: bool = True,
     between_spacecraft: bool = False,
     gather: Gather = "vertex",
+    glossy_reflections: bool = False,
     joint_light: JointLight = "exact",
     part: ExposurePart | None = None,
 ) -> FrameView:
@@ -87,6 +90,7 @@ def frame_view(
     inter_reflection : light between the surfaces of a spacecraft, and the Earth hidden by them
     between_spacecraft : light from one to another, too
     gather : that light at vertices, or by rays from every sample
+    glossy_reflections : that light in the lobes of glossy surfaces by rays, not uniform
     joint_light : that light where joints have moved parts: pair by pair of rigid groups, or by a
         bake of each pose
     part : of an exposure, of which this state is the middle; None for the state itself
@@ -120,6 +124,7 @@ def frame_view(
             ),
             lamps=lamps,
             gather=gather,
+            glossy_reflections=glossy_reflections,
             joint_light=joint_light,
         )
 

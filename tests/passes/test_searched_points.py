@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from simgl.arrays import AnyArray
-from simgl.passes.shading_points import COLUMNS, ENTRIES
-from simgl.passes.sunlight import searched_points
+from simgl.passes.shading_points import COLUMNS, ENTRIES, in_list_order, listed_points
 
 NONE = 0xFFFFFFFF
 
@@ -27,7 +26,7 @@ def test_every_point_finds_its_own_result() -> None:
     """Some 4,000 points at random in three rows of squares, more than one row of results holds."""
     masks = np.random.default_rng(7).integers(0, 16, (3, ENTRIES)).astype(np.uint8)
     masks[1, 200:700] = 0
-    points, results = searched_points(masks)
+    points, results = listed_points(masks)
     wanted = set()
     for row in range(4 * len(masks)):
         for column in range(COLUMNS):
@@ -41,10 +40,24 @@ def test_every_point_finds_its_own_result() -> None:
         assert points[place_of(results, row, column)] == row << 16 | column
 
 
+def test_results_are_read_back_in_the_order_of_the_list() -> None:
+    masks = np.random.default_rng(8).integers(0, 16, (2, ENTRIES)).astype(np.uint8)
+    points, results = listed_points(masks)
+    in_order = in_list_order(points)
+    squares = np.flatnonzero(masks.ravel())
+    # The first point of each page stands where the page says.
+    pages = in_order[results.ravel()[squares] >> 4].astype(np.int64)
+    row, column = pages >> 16, pages & 0xFFFF
+    np.testing.assert_array_equal(
+        row // 4 * ENTRIES + column // 4 * 4 + row // 2 % 2 * 2 + column // 2 % 2, squares
+    )
+    assert (in_order[int(np.unpackbits(masks).sum()) :] == NONE).all()
+
+
 def test_one_point_is_one_result() -> None:
     masks = np.zeros((1, ENTRIES), dtype=np.uint8)
     masks[0, -1] = 8
-    points, results = searched_points(masks)
+    points, results = listed_points(masks)
     assert points.shape == (4, COLUMNS)
     assert points[0, 0] == 3 << 16 | COLUMNS - 1
     assert (points.ravel()[1:] == NONE).all()

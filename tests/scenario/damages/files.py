@@ -24,14 +24,15 @@ DAMAGES = (
         SEED,
         "sead = 1",
         ' [render]: sead is not a key here; did you mean "seed"? (allowed: '
-        "between_spacecraft, gather, inter_reflection, joint_light, samples_per_pixel, seed)",
+        "between_spacecraft, gather, glossy_reflections, inter_reflection, joint_light, "
+        "samples_per_pixel, seed)",
     ),
     Damage(
         "unknown key on two lines",
         SEED,
         '"a\\nb" = 1',
         ' [render]: "a\\nb" is not a key here; (allowed: between_spacecraft, gather, '
-        "inter_reflection, joint_light, samples_per_pixel, seed)",
+        "glossy_reflections, inter_reflection, joint_light, samples_per_pixel, seed)",
     ),
     Damage(
         "unknown gather",
