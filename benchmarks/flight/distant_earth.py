@@ -199,7 +199,7 @@ def apparent_albedo(
         sun = sun_position(epoch)
         sun /= np.linalg.norm(sun)
         across = np.cross([0.0, 0.0, 1.0], sun)
-        across /= np.linalg.norm(aside)
+        across /= np.linalg.norm(across)
         a = np.radians(np.asarray(phases))[:, None]
         directions = np.cos(a) * sun + np.sin(a) * across
         scenario = earth_scenario(list(directions), clouds)
