@@ -29,7 +29,7 @@ vec4 with_ice(vec4 light, vec4 white, vec2 on_map, float grain) {
     float north = degrees_north(on_map);
     vec3 edges = edges_at(on_map);
     float inside = north > 0.0 ? north - edges.x : edges.y - north;
-    float share = PACK * smoothstep(-1.2, 1.2, inside + 1.5 * grain);
+    float share = PACK * smoothstep(-1.2, 1.2, inside + 0.7 * grain);
     return mix(light, ice_reflectance[north > 0.0 ? 0 : 1] * white, share);
 }
 
@@ -41,7 +41,7 @@ vec4 with_snow(vec4 land, float growth, vec2 on_map, float steepness, float grai
     float north = degrees_north(on_map);
     if (north < ANTARCTICA) return max(land, DRY_SNOW * smoothstep(0.2, 0.5, land.b));
     float inside = north - edges_at(on_map).z + min(60.0 * steepness, 6.0);
-    float share = smoothstep(-2.0, 2.0, inside + 2.0 * grain);
+    float share = smoothstep(-2.0, 2.0, inside + 1.0 * grain);
     float trees = growth * clamp(1.5 - 12.0 * land.r, 0.0, 0.85);
     vec4 snow = mix(SNOW, land + 0.12, trees);
     return mix(land, max(land, snow), share);

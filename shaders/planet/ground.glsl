@@ -128,7 +128,8 @@ struct Land {
 Land land_at(Place here) {
     float level = here.levels.x;
     // Noise below the maps' resolution, as far as the pixel resolves it: slopes to east and north.
-    vec2 along = noise_at(here.ground, here.levels.y).xy;
+    vec4 noise = noise_at(here.ground, here.levels.y);
+    vec2 along = noise.xy;
     vec2 hills = mat2(here.turn, -here.turn.y, here.turn.x) * along;
     float resolved_hills = here.resolved.y, grain = 0.7071 * (along.x + along.y);
     // It frays what lies between two texels of the maps.
@@ -155,7 +156,7 @@ Land land_at(Place here) {
     land *= 1.0 - 0.22 * resolved_hills * bed + grain * (0.07 + growth * vec4(0.11, 0.07, 0.09, 0.0))
                 + hills.x * growth * vec4(0.08, 0.0, 0.05, -0.06);
 #ifdef FROST
-    land = with_snow(land, growth, here.ground.on_map, length(slope), grain);
+    land = with_snow(land, growth, here.ground.on_map, length(slope), noise.z);
 #endif
     seen.reflectance = land;
 #ifndef RELIEF_AT_CORNERS
@@ -172,9 +173,10 @@ Land land_at(Place here) {
 vec4 surface_light(Place here, Sea sea, Shade shade) {
     vec4 water = sea.light * shade.through + sea.glint * (1.0 - shade.cover);
 #if defined(FROST) && !defined(LAND)
-    vec2 frayed = noise_at(here.ground, here.levels.y).xy;
+    // The clouds' puffs: hills have no floes.
+    float floes = noise_at(here.ground, here.levels.y).z;
     vec4 white = (here.direct * here.lit + here.diffuse) * (shade.through / PI);
-    water = with_ice(water, white, here.ground.on_map, 0.7071 * (frayed.x + frayed.y));
+    water = with_ice(water, white, here.ground.on_map, floes);
 #endif
 #ifdef SEA
     return water;
