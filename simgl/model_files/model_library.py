@@ -153,6 +153,9 @@ def _read_plain_mesh(path: Path, body_from_file: Array) -> SpacecraftModel:
     if triangles.size == 0:
         hint = f"is it a whole {path.suffix[1:].upper()} file?"
         raise AssetError(f"{path}: holds no triangles; {hint}")
+    if points.shape[1] != 3:
+        problem = f"has vertices of {points.shape[1]} coordinates; they must have x, y and z"
+        raise AssetError(f"{path}: {problem}")
     with np.errstate(over="ignore", invalid="ignore"):  # seen in the mesh
         points = points @ body_from_file.T
     return SpacecraftModel(

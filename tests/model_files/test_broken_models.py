@@ -164,6 +164,11 @@ def test_a_glb_whose_chunks_contradict_its_length_is_refused(tmp_path: Path) -> 
         ("a.obj", "a text\nof two lines\n", "holds no triangles; is it a whole OBJ file?"),
         ("a.obj", "", "holds no triangles; is it a whole OBJ file?"),
         ("a.obj", "v 0 0 0\nv 1 0 0\nf 1 2 9\n", "is not a readable OBJ file"),
+        (
+            "a.obj",
+            "v 0 0\nv 1 0\nv 0 1\nf 1 2 3\n",
+            "has vertices of 2 coordinates; they must have x, y and z",
+        ),
         ("a.obj", "v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3", "holds vertices that are not finite"),
         ("a.obj", "v 0 0 1e99\nv 1 0 0\nv 0 1 0\nf 1 2 3", "holds vertices that are not finite"),
         ("a.stl", "a text\nof two lines\n", "holds no triangles; is it a whole STL file?"),

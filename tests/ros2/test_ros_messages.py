@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 
 from simgl.camera.camera import Camera
+from simgl.camera.detector import ORDERS, Mosaic
 from simgl.camera.lens import Lens
 from simgl.camera.projections import Distortion, DoubleSphere, Fisheye, Projection
 from simgl.errors import ConfigError
+from simgl.images import DigitalFrame, FrameInfo
 from simgl.physics.ephemeris import tai_ns_from_utc
-from simgl.ros2.ros_messages import camera_info, ros_name, ros_time_ns
+from simgl.ros2.ros_messages import camera_info, image, ros_name, ros_time_ns
 from simgl.scenario.loader import scenario_from_dict
 
 CAMERA = scenario_from_dict(
@@ -72,6 +74,31 @@ def test_points_fall_where_opencv_puts_them(
 def test_other_lenses_are_refused_by_name(distortion: Projection, complaint: str) -> None:
     with pytest.raises(ConfigError, match=rf"\[camera.nav\]: {complaint}"):
         camera_info(with_lens(distortion), 0)
+
+
+@pytest.mark.parametrize("order", [None, *ORDERS])
+def test_images_hold_the_dn_as_they_are(order: str | None) -> None:
+    """Little-endian, row by row; the mosaic by its first two rows."""
+    band = (0.5, 0.5, 0.5, 0.5)
+    mosaic = Mosaic(order=order, red=band, green=band, blue=band) if order else None
+    camera = replace(CAMERA, detector=replace(CAMERA.detector, mosaic=mosaic))
+    info = FrameInfo(
+        scenario="test",
+        camera=camera,
+        epoch_tai_ns=tai_ns_from_utc("2026-03-20T12:00:00"),
+        position=np.zeros(3),
+        R_camera_from_icrf=np.eye(3),
+        sun_direction_icrf=np.array([0.0, 0.0, 1.0]),
+        sun_irradiance=np.ones(4),
+        seed=0,
+        renderer="none",
+    )
+    dn = np.array([[0, 1, 258], [4095, 3, 4]], dtype=np.uint16)
+    message = image(DigitalFrame(info=info, dn=dn))
+    assert message["encoding"] == (f"bayer_{order.lower()}16" if order else "mono16")
+    assert (message["height"], message["width"], message["step"]) == (2, 3, 6)
+    assert message["data"] == bytes([0, 0, 1, 0, 2, 1, 255, 15, 3, 0, 4, 0])
+    assert message["header"]["frame_id"] == "nav_optical_frame"
 
 
 @pytest.mark.parametrize(
