@@ -24,7 +24,7 @@ from simgl.radiosity.gather_points import (
 from simgl.radiosity.hemisphere import SKY_CELLS, cosine_directions, frames, sky_cell, spins
 from simgl.radiosity.light_refinement import refined_by_light
 from simgl.radiosity.light_transport import LightTransport
-from simgl.radiosity.occlusion import with_own_corners
+from simgl.radiosity.occlusion import with_unshared_corners
 from simgl.radiosity.patches import SAMPLES, SPOTS, Patches, cluster
 from simgl.radiosity.remesh import subdivided
 from simgl.rays import RayTracer
@@ -45,7 +45,7 @@ class BakeSettings:
 
     patches: int = 8000
     patch_rays: int = 96
-    gather_rays: int = 384
+    gather_rays: int = 320
     added_triangles: int = 6_000
     edge_share: float = 1.0 / 60.0
 
@@ -119,7 +119,7 @@ def traced(
     tracer = RayTracer(fine)
     if sides == 1:
         # The triangles keep their order, so that the tracer is that of the new mesh too.
-        fine, points = with_own_corners(fine, tracer)
+        fine, points = with_unshared_corners(fine, tracer)
     else:
         points = gather_points_of(fine, sides)
     total = len(points.origins) + settings.patches

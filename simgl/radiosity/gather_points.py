@@ -86,10 +86,10 @@ def face_normals(mesh: Mesh) -> tuple[Array, Array]:
     return unit_rows(cross), 0.5 * np.linalg.norm(cross, axis=1)
 
 
-def gather_points_of(mesh: Mesh, sides: int, apart: IndexArray | None = None) -> GatherPoints:
+def gather_points_of(mesh: Mesh, sides: int, group: IndexArray | None = None) -> GatherPoints:
     """The gather points of a mesh's vertices; ``sides`` is 2 where surfaces are seen from both.
 
-    apart : (v,) vertices with different numbers have no gather point together; None where all may
+    group : (v,) vertices with different numbers have no gather point together; None where all may
     """
     count = len(mesh.positions)
     triangles = mesh.triangles.astype(np.int64)
@@ -105,8 +105,8 @@ def gather_points_of(mesh: Mesh, sides: int, apart: IndexArray | None = None) ->
     bins = np.round(normals * 512.0).astype(np.int64) + 1024
     keys = np.stack([position_ids(mesh.positions), *bins.T], axis=1)
     row = np.unique(keys @ _KEY_WEIGHTS, return_inverse=True)[1].ravel()
-    if apart is not None:
-        row = np.unique(row * (int(apart.max()) + 1) + apart, return_inverse=True)[1].ravel()
+    if group is not None:
+        row = np.unique(row * (int(group.max()) + 1) + group, return_inverse=True)[1].ravel()
     count_of_side = int(row.max()) + 1
     first = np.zeros(count_of_side, dtype=np.int64)
     first[row] = np.arange(count)

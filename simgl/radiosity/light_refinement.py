@@ -31,9 +31,9 @@ _ALBEDO = np.float32(0.5)
 # Bounces after the first; what is left of light is a tenth then.
 _BOUNCES = 2
 # Rays of a vertex and of an edge's middle.
-_RAYS = 64
+_RAYS = 128
 # Of the Sun's irradiance: a difference counts relative to all light there, and at least to this.
-_FLOOR = 0.005
+_FLOOR = 0.01
 # Relative differences that are not seen.
 _TOLERANCE = 0.04
 _ROUNDS = 5
@@ -163,7 +163,7 @@ def _looked_at(
     normals = unit_rows(mesh.normals[first].astype(np.float64) + mesh.normals[second])
     normals[np.linalg.norm(normals, axis=1) < 0.5] = (0.0, 0.0, 1.0)
     lift = LIFT * lights.mesh.radius
-    light_found = np.empty((len(ends), lights.sides, lights.leaving.shape[1]), dtype=np.float32)
+    middle_light = np.empty((len(ends), lights.sides, lights.leaving.shape[1]), dtype=np.float32)
     different = np.zeros(len(ends))
     for side, turn in enumerate((1.0, -1.0)[: lights.sides]):
         n = turn * normals
@@ -180,9 +180,9 @@ def _looked_at(
         all_light = light.copy()
         all_light[:, :-1] += _cosines(lights.tracer, starts, n, lights.suns)
         error = np.abs(light - mean) / np.maximum(all_light, _FLOOR)
-        light_found[:, side] = np.where(buried[:, None], mean, light)
+        middle_light[:, side] = np.where(buried[:, None], mean, light)
         different = np.maximum(different, np.where(buried, 0.0, error.mean(axis=1)))
-    return light_found, different
+    return middle_light, different
 
 
 def _worst(

@@ -39,7 +39,7 @@ def moved_into_open(mesh: Mesh, tracer: RayTracer, gather: GatherPoints) -> Gath
     return _started_at(gather, corners, hidden, places)
 
 
-def with_own_corners(mesh: Mesh, tracer: RayTracer) -> tuple[Mesh, GatherPoints]:
+def with_unshared_corners(mesh: Mesh, tracer: RayTracer) -> tuple[Mesh, GatherPoints]:
     """A closed body whose partly hidden triangles share no vertices with others, and its gather
     points.
 
@@ -53,12 +53,12 @@ def with_own_corners(mesh: Mesh, tracer: RayTracer) -> tuple[Mesh, GatherPoints]
     partly = np.flatnonzero(np.any(hidden[gather.of_vertex[0][triangles]], axis=1))
     places = _open_places(mesh, tracer, partly)
     separate = np.unique(places.triangle)
-    grown, apart = _with_copies(mesh, separate)
-    gather = gather_points_of(grown, 1, apart)
+    grown, group = _with_copies(mesh, separate)
+    gather = gather_points_of(grown, 1, group)
     corners = gather.of_vertex[0][grown.triangles.astype(np.int64)]
-    own = np.zeros(len(gather.origins), dtype=np.bool_)
-    own[corners[separate]] = True
-    return grown, _started_at(gather, corners, own, places)
+    unshared = np.zeros(len(gather.origins), dtype=np.bool_)
+    unshared[corners[separate]] = True
+    return grown, _started_at(gather, corners, unshared, places)
 
 
 def _with_copies(mesh: Mesh, chosen: IndexArray) -> tuple[Mesh, IndexArray]:
@@ -67,8 +67,8 @@ def _with_copies(mesh: Mesh, chosen: IndexArray) -> tuple[Mesh, IndexArray]:
     triangles = mesh.triangles.astype(np.int64)
     count = len(mesh.positions)
     origin = np.concatenate([np.arange(count), triangles[chosen].ravel()])
-    apart = np.zeros(len(origin), dtype=np.int64)
-    apart[count:] = np.repeat(1 + np.arange(len(chosen)), 3)
+    group = np.zeros(len(origin), dtype=np.int64)
+    group[count:] = np.repeat(1 + np.arange(len(chosen)), 3)
     triangles[chosen] = count + np.arange(3 * len(chosen)).reshape(-1, 3)
     used, corners = np.unique(triangles, return_inverse=True)
     arrays = {
@@ -78,7 +78,7 @@ def _with_copies(mesh: Mesh, chosen: IndexArray) -> tuple[Mesh, IndexArray]:
     }
     return replace(
         mesh, **arrays, triangles=np.asarray(corners.reshape(-1, 3), dtype=np.uint32)
-    ), apart[used]
+    ), group[used]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -8,7 +8,7 @@ import numpy as np
 
 from simgl.radiosity.gather_points import GatherPoints, face_normals
 from simgl.radiosity.light_refinement import refined_by_light
-from simgl.radiosity.occlusion import inside_others, with_own_corners
+from simgl.radiosity.occlusion import inside_others, with_unshared_corners
 from simgl.radiosity.remesh import subdivided
 from simgl.rays import RayTracer
 from simgl.scene.mesh import Mesh, box, plate
@@ -55,18 +55,18 @@ def test_the_same_mesh_is_split_alike() -> None:
 def test_partly_hidden_triangles_see_from_their_own_open_places() -> None:
     mesh = on_the_floor()
     tracer = RayTracer(mesh)
-    grown, points = with_own_corners(mesh, tracer)
+    grown, points = with_unshared_corners(mesh, tracer)
     # The same triangles, in the same order.
     np.testing.assert_array_equal(grown.positions[grown.triangles], mesh.positions[mesh.triangles])
     corners = points.of_vertex[0][grown.triangles.astype(np.int64)]
     uses = np.bincount(corners.ravel(), minlength=len(points.origins))
     middles = grown.positions[grown.triangles].mean(axis=1)
-    own = np.flatnonzero(np.all(uses[corners] == 1, axis=1))
-    assert len(own) > 0
-    assert np.all(hidden_places(mesh, tracer, points)[corners[own]] == 0)
+    unshared = np.flatnonzero(np.all(uses[corners] == 1, axis=1))
+    assert len(unshared) > 0
+    assert np.all(hidden_places(mesh, tracer, points)[corners[unshared]] == 0)
     # Far from the box vertices have light together.
     rim = np.abs(middles[:, :2]).max(axis=1) > 0.9
-    assert not np.any(rim[own])
+    assert not np.any(rim[unshared])
 
 
 def hidden_places(mesh: Mesh, tracer: RayTracer, points: GatherPoints) -> np.ndarray:
