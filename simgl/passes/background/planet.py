@@ -127,7 +127,7 @@ class PlanetPass:
         """
         if background.planet is not None:
             sunlit = self._sunlit(background, background.planet, target, area)
-            self._draw_earth(sunlit, *self._tiles([sunlit]))
+            self._draw_earth(sunlit, self._tiles([sunlit])[0])
             return
         state = self._over(background)
         state.apply(self._ctx, target, area, area)
@@ -198,7 +198,7 @@ class PlanetPass:
                 state=self.more,
                 block=self._moon_block,
             )
-            self._draw_lit(moonlit, *self._tiles([moonlit]), night)
+            self._draw_lit(moonlit, self._tiles([moonlit])[0], night)
         if planet.earth.clouds is not None and planet.height < planet.earth.clouds.height:
             self._draw_ceiling(tiles, replace(sunlit, state=self.before))
             if moonlit is not None:
