@@ -118,7 +118,7 @@ class PatchLight:
         return irradiance
 
     def _surface(self, model: SpacecraftModel, transport: LightTransport) -> _Surface:
-        key = transport.digest, model.open_sheets, model.materials, model.textures.digest
+        key = transport.digest, model.open_sheets, model.surface_digest
 
         def precomputed() -> _Surface:
             surface, sunlit = reflectors(transport, mean_materials(model)), SunlitPatches(transport)

@@ -53,11 +53,16 @@ class CellGrid:
     size: tuple[int, int]
     raster_from_cell: Array
 
-    @property
+    @cached_property
     def reach(self) -> float:
         """How far from a cell's middle its samples lie along an axis of the raster [texels]."""
         # With a little more for rounding.
         return float(0.5 * np.abs(self.raster_from_cell[:, :2]).sum(axis=1).max()) + 0.01
+
+    @cached_property
+    def cell_from_raster(self) -> Array:
+        """(2, 2) of the map back."""
+        return np.asarray(np.linalg.inv(self.raster_from_cell[:, :2]), dtype=np.float64)
 
     @property
     def texels(self) -> int:
