@@ -19,7 +19,7 @@ from simgl.gpu.timers import PassTimer
 from simgl.passes.exposure import ELECTRONS_FORMAT, ExposurePass
 from simgl.passes.optics import OpticsPass
 from simgl.passes.readout import DN_FORMAT, ReadoutPass
-from simgl.passes.spread import SpreadPass
+from simgl.passes.spread import Area, SpreadPass
 
 # Planes that a lens spreads at a time.
 _WORKERS = 2
@@ -84,15 +84,18 @@ class CameraPipeline:
         photons_per_joule: Array,
         radiance: ImageTarget,
         sun: SunInCamera | None = None,
+        lit_area: Area | None = None,
     ) -> ImageTarget:
         """Mean electrons [e-] of a radiance, in ``ELECTRONS_FORMAT``.
+
+        lit_area : outside which the radiance is 0; None where nothing is known of it
 
         A lens that spreads light works on what the detector's filters make of the bands, not on
         the bands: one sum for a monochrome detector, three for one of colour.
         """
         target = self._target("electrons", camera, _ELECTRONS)
         if has_spread(camera):
-            target.write(self._spread_electrons(camera, photons_per_joule, radiance, sun))
+            target.write(self._spread_electrons(camera, photons_per_joule, radiance, sun, lit_area))
             return target
         relative = self._optics.relative_illumination(camera)
         seen = radiance.textures[0]
@@ -138,11 +141,12 @@ class CameraPipeline:
         photons_per_joule: Array,
         radiance: ImageTarget,
         sun: SunInCamera | None,
+        lit_area: Area | None = None,
     ) -> Array32:
         one_second = replace(camera, exposure_time=1.0)
         square = square_electrons_per_irradiance(one_second, photons_per_joule)
         with self._timer.measure("spread"):
-            return self._spread.electrons(camera, square, sun, radiance)
+            return self._spread.electrons(camera, square, sun, radiance, lit_area)
 
     def electrons(
         self, camera: Camera, photons_per_joule: Array, irradiance: ImageTarget

@@ -48,9 +48,11 @@ class LruCache(Generic[Key, Value]):
         nbytes : size of the value, or what measures it once it is made
         """
         with self._lock:
-            if key in self._values:
+            # Keys may take longer to hash than all the rest.
+            present = self._values.get(key)
+            if present is not None:
                 self._values.move_to_end(key)
-                return self._values[key][0]
+                return present[0]
             # Before it is made: it may use again what another one leaves.
             self._make_room(nbytes if isinstance(nbytes, int) else 0)
         value = make()

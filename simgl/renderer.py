@@ -277,11 +277,7 @@ class Renderer:
         for view in self._probes.missing(tuple(views)):
             texels = view.texels
             target = self._targets.of("sky", (texels, 6 * texels), _BANDS)
-            for row, face in enumerate(view.faces):
-                area = 0, row * texels, texels, texels
-                if face.celestial is not None:
-                    target.framebuffer.clear(*face.celestial.radiance, viewport=area)
-                self._planet.draw(face, target.framebuffer, area)
+            self._planet.draw_sky(view, target.framebuffer)
             radiance = target.read().reshape(6, texels, texels, 4)
             if view.moon is not None:
                 radiance = with_small_light(radiance, view.moon.direction, view.moon.irradiance)

@@ -311,7 +311,8 @@ class Simulator:
         if len(colours) == 1:
             photons = still.state.sun.photons_per_joule
             seen = self._lit_for(still, 0)
-            return pipeline.electrons_through(camera, photons, seen.radiance, seen.sun)
+            area = seen.lit_area
+            return pipeline.electrons_through(camera, photons, seen.radiance, seen.sun, area)
         lights = (
             self._lit_for(still, index).lit_for(replace(camera, detector=colour.detector))
             for index, colour in enumerate(colours)

@@ -59,6 +59,12 @@ class StillScene:
             return self.renderer.radiance(self.view)
         return self.renderer.radiance_during(self._behind(), self._parts())
 
+    @property
+    def lit_area(self) -> tuple[int, int, int, int]:
+        """x, y, width, height of the pixels that are not black for sure."""
+        d = self.view.camera.detector
+        return self.view.lit_area if self.moving is None else (0, 0, d.width, d.height)
+
     def _behind(self) -> Iterator[tuple[FrameView, Array]]:
         assert self.moving is not None
         for state, share in self.moving.scene.behind():

@@ -199,16 +199,9 @@ void look_up(ivec2 cell, uint group) {
 #endif
 }
 
-// The points that are not this spacecraft's are left out, so that the depth buffer tells them.
+// Only of the points that gbuffer/marks.frag has marked.
 void main() {
     ivec2 cell;
     uint group = group_of(ivec2(gl_FragCoord.xy), cell);
-    bool in_view = false;
-    WHEN(group != 0u) {
-        uint left = group;
-        ivec2 texel = first_texel(cell) + next_texel(left);
-        in_view = texelFetch(visibility, texel, 0).g >> 22u == instance;
-    }
-    if (!in_view) discard;
-    look_up(cell, group);
+    look_up(cell, max(group, 1u));
 }

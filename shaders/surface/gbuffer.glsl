@@ -1,4 +1,5 @@
 #include "gbuffer/page_places.glsl"
+#include "surface/layers.glsl"
 #include "surface/material.glsl"
 #ifdef MOVING
 #include "common/moving.glsl"
@@ -24,10 +25,6 @@ uniform sampler2D textured_emission;
 uniform sampler2D textured_normal;
 #endif
 
-uint material_of(float label) {
-    return uint(label) & 63u;
-}
-
 #ifdef JOINTED
 // Patterns lie where the surface is stored.
 void turn_back(inout Surface s, uint label) {
@@ -35,17 +32,6 @@ void turn_back(inout Surface s, uint label) {
     s.pattern_from_camera = stored_from_turned(label) * s.pattern_from_camera;
 }
 #endif
-
-// Whether a material varies from sample to sample.
-bool is_patterned(uint material) {
-    return max(material_layers[material].z, material_cells[material].x) > 0.0;
-}
-
-// Whether a material is more than one reflection law, the same all over.
-bool is_layered(uint material) {
-    return material_layers[material].x > 0.0 || material_law[material].w > 0.5
-        || is_patterned(material);
-}
 
 // The surface that a shading point sees.
 Surface gbuffer_surface(ivec2 at) {

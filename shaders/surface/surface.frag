@@ -43,7 +43,7 @@ Lights lights_of(Surface s, vec4 sunlit, vec4 lit) {
     return light;
 }
 
-// Of a spacecraft that has layered materials, those are drawn with LAYERED, the others with PLAIN.
+// Points of layered materials are drawn with LAYERED, the others without.
 
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
@@ -94,8 +94,5 @@ void main() {
     radiance[4] = s.emission;
 #else
     radiance = light.sun + s.emission + light.earth + light.other_surfaces + light.lamps;
-#endif
-#ifdef PLAIN
-    if (is_layered(material_of(texelFetch(gbuffer_position, at, 0).w))) discard;
 #endif
 }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -103,7 +104,7 @@ class Camera:
             return self.lens.distortion.rays(plane)
         return np.concatenate([plane, np.ones_like(plane[..., :1])], axis=-1)
 
-    @property
+    @cached_property
     def half_diagonal_angle(self) -> float:
         """From the boresight to the farthest corner of the image [rad]."""
         d, (x, y) = self.detector, self.principal_point

@@ -49,6 +49,19 @@ class Window:
         """Index of an array of the image."""
         return self.rows, self.columns
 
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of a window of every pixel."""
+        return self.rows.stop - self.rows.start, self.columns.stop - self.columns.start
+
+    def shifted(self, down: int, right: int, size: tuple[int, int]) -> Window:
+        """The same pixels, every one of them, of an image that begins so much earlier."""
+        return Window(
+            rows=slice(self.rows.start + down, self.rows.stop + down),
+            columns=slice(self.columns.start + right, self.columns.stop + right),
+            size=size,
+        )
+
     def between_cells(self) -> tuple[scipy.sparse.csr_array, scipy.sparse.csr_array]:
         """(rows, cells) and (columns, cells) weights of linear interpolation between cells."""
         height, width = self.size

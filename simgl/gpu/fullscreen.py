@@ -45,9 +45,9 @@ class Screen:
         )
         self._array = ctx.vertex_array(self._program, [])
 
-    def draw(self, vertices: int = 3) -> None:
-        """Over the current viewport, with what is bound."""
-        self._array.render(moderngl.TRIANGLES, vertices=vertices)
+    def draw(self, *, opposite: bool = False) -> None:
+        """Over the current viewport, with what is bound; opposite : at the opposite depth."""
+        self._array.render(moderngl.TRIANGLES, vertices=3, first=3 * opposite)
 
     def release(self) -> None:
         """Free everything."""

@@ -23,7 +23,8 @@ class State:
     """What a draw depends on besides its program and textures.
 
     depth : test and write depth
-    depth_func : of the test: "<", or "1" which always passes
+    depth_func : of the test: "<", ">", "!=", or "1" which always passes
+    keep_depth : test, but write none
     depth_clamp : what lies outside the depth range is drawn at its end, not cut off
     depth_slopes : surfaces are drawn farther away, by so many times the change of their depth from
         texel to texel
@@ -35,6 +36,7 @@ class State:
 
     depth: bool = False
     depth_func: str = "<"
+    keep_depth: bool = False
     depth_clamp: bool = False
     depth_slopes: float = 0.0
     cull: str | None = None
@@ -56,7 +58,7 @@ class State:
             one = (self.write_color,) * 4
             count = len(target.color_attachments)
             target.color_mask = one if count == 1 else (one,) * count  # type: ignore[assignment]
-        target.depth_mask = self.depth
+        target.depth_mask = self.depth and not self.keep_depth
         # After its settings: those of a framebuffer that is bound already may not reach OpenGL.
         target.use()
         flags = moderngl.NOTHING

@@ -91,6 +91,20 @@ class ImageTarget:
         """
         self.textures[attachment].read_into(values.data, alignment=1)
 
+    def read_area_into(
+        self, values: AnyArray, area: tuple[int, int, int, int], attachment: int = 0
+    ) -> None:
+        """The same of a rectangle: x, y, width, height [pixels]."""
+        kind = self.formats[attachment]
+        self.framebuffer.read_into(
+            values.data,
+            viewport=area,
+            components=kind.channels,
+            attachment=attachment,
+            alignment=1,
+            dtype=kind.dtype,
+        )
+
     def write(self, values: AnyArray, attachment: int = 0) -> None:
         """Fill an attachment of one value a pixel with (height, width) values."""
         kind = self.formats[attachment]

@@ -79,13 +79,13 @@ class UniformBuffer:
 
     def __init__(self, ctx: moderngl.Context, block: Block) -> None:
         self.block = block
+        self._fields = {name for name in block.dtype.names or () if "_padding" not in name}
         self._buffer = ctx.buffer(reserve=block.dtype.itemsize)
 
     def write(self, values: Mapping[str, Any]) -> None:
         """Pack and upload; every field must be given, but for those named ``..._padding...``."""
         data = np.zeros((), dtype=self.block.dtype)
-        fields = {name for name in self.block.dtype.names or () if "_padding" not in name}
-        missing = fields ^ set(values)
+        missing = self._fields ^ values.keys()
         if missing:
             raise ShaderError(f"block {self.block.name}: fields {sorted(missing)} do not match")
         for name, value in values.items():

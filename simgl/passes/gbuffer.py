@@ -9,7 +9,7 @@ import numpy as np
 
 from simgl.arrays import AnyArray
 from simgl.gpu.fullscreen import Screen
-from simgl.gpu.pipeline_state import State, clear_depth
+from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.render_targets import Format, GrowingTarget, textures_of
 from simgl.gpu.uniform_blocks import UniformBuffer
@@ -19,8 +19,11 @@ from simgl.passes.shading_points import (
     CELL_GROUPS,
     COLUMNS,
     GROUPS,
+    MARKED,
+    OTHERS,
     ShadingPoints,
     blocks_of,
+    draw_marked,
     page_table,
     point_shader,
 )
@@ -43,17 +46,16 @@ _PLAIN, _DETAILED = 4, 7
 
 _VISIBILITY_UNIT, _CORNERS_UNIT, _VERTICES_UNIT, _LIGHT_UNIT = range(4)
 _POINTS = {"visibility": _VISIBILITY_UNIT} | GROUPS
-# Behind all that later passes draw.
-_LOOKED_UP = 0.875
 
 
 class GBufferPass:
     """Groups the samples of each cell, and looks up what the groups see of a spacecraft.
 
-    The depth buffer then says which points are that spacecraft's: 0 for all others.
+    The depth buffer then says which points are that spacecraft's, and which of its materials are
+    layered, so that even a renderer without real branches spends on a point only what it needs.
     """
 
-    state = State(depth=True, depth_func="1")
+    marking = State(depth=True, depth_func="1", write_color=False)
     colour_only = State()
 
     @all_or_nothing
@@ -62,6 +64,8 @@ class GBufferPass:
         self._grouping: dict[int, Screen] = {}
         second = {"second_groups": GROUPS["second_groups"]}
         self._counting = Screen(ctx, "gbuffer/pages", 0.0, [TILE], second)
+        self._unmarked = Screen(ctx, "gbuffer/unmarked", OTHERS, [], {})
+        self._marks: dict[tuple[str, ...], Screen] = {}
         self._lookups: dict[tuple[str, ...], Screen] = {}
         self._tile = UniformBuffer(ctx, TILE)
         self._spacecraft = UniformBuffer(ctx, SPACECRAFT)
@@ -121,15 +125,22 @@ class GBufferPass:
     def look_up(self, tile: RasterTile, points: ShadingPoints, drawn: DrawnSpacecraft) -> None:
         """Fill the points that see one spacecraft."""
         area = (0, 0, *points.size)
-        clear_depth(self._ctx, points.framebuffer, 0.0, area)
         self._tile.write(tile_values(tile, tile.slices[0]))
         self._spacecraft.write(spacecraft_values(drawn.view))
         self._tile.bind()
         self._spacecraft.bind()
         points.visibility.use(_VISIBILITY_UNIT)
         points.bind()
-        self.state.apply(self._ctx, points.framebuffer, area, area)
         model, lighting = drawn.view.model, drawn.vertex_lighting
+        tables = self._meshes.tables(drawn.mesh)
+        tables.corners.use(_CORNERS_UNIT)
+        tables.vertices.use(_VERTICES_UNIT)
+        if "LAYERED" in model.variant:
+            self._meshes.bind_materials(model)
+        self.marking.apply(self._ctx, points.framebuffer, area, area)
+        # Drawn, not cleared: both come to the depth buffer's bits in the same way.
+        self._unmarked.draw()
+        self._marks_for(model.variant).draw()
         variant = tuple(d for d in model.variant if d == "DETAILED")
         if variant:
             self._meshes.bind_surface(model)
@@ -145,10 +156,23 @@ class GBufferPass:
             if motion.joint_rates is not None:
                 self._meshes.bind_joint_rates(motion)
                 variant += ("JOINTS_MOVE",)
-        tables = self._meshes.tables(drawn.mesh)
-        tables.corners.use(_CORNERS_UNIT)
-        tables.vertices.use(_VERTICES_UNIT)
-        self._look_up_for(variant).draw()
+        draw_marked(self._ctx, points.framebuffer, points, self._look_up_for(variant))
+
+    def _marks_for(self, variant: tuple[str, ...]) -> Screen:
+        """The shader that marks the points of models of a variant."""
+        layered = "LAYERED" in variant
+        variant = tuple(d for d in variant if layered and d in ("DETAILED", "LAYERED"))
+        if variant not in self._marks:
+            tables = {"triangle_corners": _CORNERS_UNIT, "mesh_vertices": _VERTICES_UNIT}
+            self._marks[variant] = point_shader(
+                self._ctx,
+                "gbuffer/marks",
+                MARKED,
+                [TILE, SPACECRAFT] + [MATERIALS] * layered,
+                _POINTS | (tables if layered else {}),
+                dict.fromkeys(variant, 1),
+            )
+        return self._marks[variant]
 
     def _grouping_for(self, texels: int) -> Screen:
         if texels not in self._grouping:
@@ -177,7 +201,7 @@ class GBufferPass:
             self._lookups[variant] = point_shader(
                 self._ctx,
                 "gbuffer/gbuffer",
-                _LOOKED_UP,
+                OTHERS,
                 [TILE, SPACECRAFT]
                 + [MATERIALS] * detailed
                 + [JOINTS] * ("JOINTED" in variant)
@@ -196,7 +220,7 @@ class GBufferPass:
             target.release()
         for buffer in (self._tile, self._spacecraft):
             buffer.release()
-        for grouping in (self._counting, *self._grouping.values()):
+        for grouping in (self._counting, self._unmarked, *self._grouping.values()):
             grouping.release()
-        for shader in self._lookups.values():
+        for shader in (*self._marks.values(), *self._lookups.values()):
             shader.release()

@@ -23,7 +23,7 @@ from simgl.passes.shared_blocks import (
     material_values,
 )
 from simgl.passes.texture_store import TextureStore
-from simgl.scene.materials import MAX_MATERIALS, Material
+from simgl.scene.materials import MAX_MATERIALS
 from simgl.scene.mesh import Mesh
 from simgl.scene.posed_mesh import PosedMesh, groups_of_parts
 from simgl.scene.smooth_surfaces import curvatures, smooth_surfaces
@@ -80,9 +80,7 @@ class MeshStore:
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._textures = TextureStore(ctx)
-        self._materials = LruCache[tuple[tuple[Material, ...], str], UniformBuffer](
-            MANY, UniformBuffer.release
-        )
+        self._materials = LruCache[str, UniformBuffer](MANY, UniformBuffer.release)
         self._joints = LruCache[tuple[Joint, ...], _JointsBlock](MANY, _JointsBlock.release)
         self._geometries = LruCache[tuple[str, bytes], VertexBuffers](
             MANY, VertexBuffers.release, max_bytes=MAX_BYTES
@@ -154,7 +152,7 @@ class MeshStore:
             buffer.write(values)
             return buffer
 
-        self._materials.get((model.materials, model.textures.digest), upload).bind()
+        self._materials.get(model.surface_digest, upload).bind()
 
     def bind_surface(self, model: SpacecraftModel) -> None:
         """Bind the Materials block of a model, and its images where it has any detail."""

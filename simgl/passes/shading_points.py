@@ -10,6 +10,7 @@ import numpy as np
 
 from simgl.arrays import AnyArray, IndexArray
 from simgl.gpu.fullscreen import Screen
+from simgl.gpu.pipeline_state import State
 from simgl.gpu.uniform_blocks import Block
 from simgl.passes.shared_blocks import JOINT_RATES, JOINTS, LAMPS, MATERIALS, TILE
 
@@ -105,7 +106,7 @@ class ShadingPoints:
     page_entries, block_pages : R32UI, the same, and the first page of each block
     textures : in the order of the targets of shaders/gbuffer/gbuffer.frag, RGBA32F
     framebuffer : of the textures
-    depth : of the same size: what passes are to draw of a spacecraft
+    depth : of the same size: which of them are whose (``draw_marked``, ``draw_by_material``)
     """
 
     cells: tuple[int, int]
@@ -146,6 +147,45 @@ class ShadingPoints:
 def blocks_of(cells: tuple[int, int]) -> tuple[int, int]:
     """Columns and rows of the blocks of so many cells."""
     return -(-cells[0] // BLOCK), -(-cells[1] // BLOCK)
+
+
+# Depths of screens over the points of one spacecraft: over all of them, and over those of one
+# reflection law or, at the opposite depth, over those of layered materials. The others' points are
+# at the first depth, those of one law behind the second, those of layered materials before its
+# opposite: even a renderer without real branches spends on a point only what it needs.
+OTHERS, BY_MATERIAL, MARKED = 0.0, 0.4, 0.8
+_ALL, _PLAIN, _LAYERED = (
+    State(depth=True, depth_func=f, keep_depth=True) for f in ("!=", "<", ">")
+)
+
+
+def draw_marked(
+    ctx: moderngl.Context, target: moderngl.Framebuffer, points: ShadingPoints, screen: Screen
+) -> None:
+    """Draw all points of the spacecraft that was looked up last, with a screen at ``OTHERS``."""
+    area = (0, 0, *points.size)
+    _ALL.apply(ctx, target, area, area)
+    screen.draw()
+
+
+def draw_by_material(
+    ctx: moderngl.Context,
+    target: moderngl.Framebuffer,
+    points: ShadingPoints,
+    plain: Screen,
+    layered: Screen | None,
+) -> None:
+    """The same with two screens at ``BY_MATERIAL``.
+
+    plain : for points of one reflection law
+    layered : for those of layered materials, None where there are none
+    """
+    area = (0, 0, *points.size)
+    _PLAIN.apply(ctx, target, area, area)
+    plain.draw()
+    if layered is not None:
+        _LAYERED.apply(ctx, target, area, area)
+        layered.draw(opposite=True)
 
 
 def point_shader(

@@ -195,7 +195,7 @@ def tile_values(tile: RasterTile, clip_from_camera: Any) -> dict[str, Any]:
         "tile_edges": tile.edges,
         "sample_steps": tile.sample_steps,
         "sight_origin": tile.sight_origin,
-        "cell_from_raster": np.linalg.inv(to_raster[:, :2]).T.ravel(),
+        "cell_from_raster": tile.cells.cell_from_raster.T.ravel(),
         "raster_from_cell": to_raster[:, :2].T.ravel(),
         "raster_origin": to_raster[:, 2],
         "cells": tile.cells.size,

@@ -15,11 +15,14 @@ import numpy as np
 from simgl.arrays import Array, Array32
 from simgl.camera.camera import Camera
 from simgl.camera.camera_equation import irradiance_per_radiance
-from simgl.camera.convolution import lit_window
+from simgl.camera.convolution import Window, lit_window
 from simgl.camera.distortion import relative_illumination
 from simgl.camera.point_spread import Spread, SpreadLight, SunInCamera
 from simgl.gpu.render_targets import ImageTarget
 from simgl.lru_cache import MANY, LruCache
+
+# x, y, width, height of a rectangle of an image [pixels].
+Area = tuple[int, int, int, int]
 
 # Of the cached kernels of cameras; those of the last camera stay.
 _MAX_BYTES = 512 << 20
@@ -50,7 +53,7 @@ class SpreadPass:
         self._executor = executor
         self._lenses = LruCache[object, _Lens](MANY, max_bytes=_MAX_BYTES)
         # Of the last image; to make new memory for each takes as long as to fill it.
-        self._radiance = np.zeros((0, 0, 4), dtype=np.float32)
+        self._radiance = np.zeros(0, dtype=np.float32)
 
     def bands(self, camera: Camera, sun: SunInCamera | None, radiance: ImageTarget) -> Array32:
         """(height, width, 4) irradiance of each band [W m-2]."""
@@ -58,15 +61,21 @@ class SpreadPass:
         return np.stack([spread.image(band) for band in range(4)], axis=-1)
 
     def electrons(
-        self, camera: Camera, square: Array, sun: SunInCamera | None, radiance: ImageTarget
+        self,
+        camera: Camera,
+        square: Array,
+        sun: SunInCamera | None,
+        radiance: ImageTarget,
+        lit_area: Area | None = None,
     ) -> Array32:
         """(height, width) mean electrons.
 
         square : (4, 4) electrons per irradiance and exposure time of the pixels (0, 0), (1, 0),
             (0, 1), (1, 1) in each band [e- W-1 m2 s-1]
+        lit_area : outside which the radiance is 0; None where nothing is known of it
         """
         weights, filters = np.unique(square, axis=0, return_inverse=True)
-        electrons = self._apply(camera, weights, sun, radiance).mosaic(filters)
+        electrons = self._apply(camera, weights, sun, radiance, lit_area).mosaic(filters)
         electrons *= np.float32(camera.exposure_time)
         return electrons
 
@@ -76,6 +85,7 @@ class SpreadPass:
         weights: Array | None,
         sun: SunInCamera | None,
         radiance: ImageTarget,
+        lit_area: Area | None = None,
     ) -> SpreadLight:
         # Neither exposure time nor electronics: a control loop may set them for every image.
         key = (
@@ -90,15 +100,34 @@ class SpreadPass:
             return _Lens(spread=spread, relative_illumination=relative_illumination(camera))
 
         lens = self._lenses.get(key, made, lambda lens: lens.nbytes)
-        width, height = radiance.size
-        if self._radiance.shape[:2] != (height, width):
-            self._radiance = np.zeros((height, width, 4), dtype=np.float32)
-        radiance.read_into(self._radiance)
-        window = lens.spread.window(lit_window(self._radiance))
+        window, seen = self._window_read(lens.spread, radiance, lit_area)
         # Row by row, so that a band's pixels lie side by side afterwards; small products keep the
         # threads of BLAS asleep, which would busy-wait on the cores that the transforms need.
-        seen = self._radiance[window.pixels].transpose(0, 2, 1)
+        rows = seen.transpose(0, 2, 1)
         sums = lens.spread.mixture * irradiance_per_radiance(camera)
-        planes = sums.astype(np.float32) @ seen
+        planes = sums.astype(np.float32) @ rows
         planes *= lens.relative_illumination[window.pixels][:, None]
         return lens.spread.within(window, list(planes.transpose(1, 0, 2)), sun)
+
+    def _window_read(
+        self, spread: Spread, radiance: ImageTarget, lit_area: Area | None
+    ) -> tuple[Window, Array32]:
+        """What the lens has to know of an image, and the (rows, columns, 4) radiance there.
+
+        Only of the area that may be lit: to read a megapixel takes as long as its transforms.
+        """
+        left, top, width, height = (0, 0, *radiance.size) if lit_area is None else lit_area
+        width, height = max(width, 1), max(height, 1)
+        if self._radiance.size < 4 * width * height:
+            self._radiance = np.zeros(4 * width * height, dtype=np.float32)
+        part = self._radiance[: 4 * width * height].reshape(height, width, 4)
+        radiance.read_area_into(part, (left, top, width, height))
+        lit = lit_window(part).shifted(top, left, radiance.size[::-1])
+        window = spread.window(lit)
+        (rows, columns), (y, x) = window.pixels, (window.rows.start, window.columns.start)
+        if min(y - top, x - left, top + height - rows.stop, left + width - columns.stop) >= 0:
+            return window, part[window.shifted(-top, -left, part.shape[:2]).pixels]
+        seen = np.zeros((*window.shape, 4), dtype=np.float32)
+        inside = lit.shifted(-y, -x, window.shape)
+        seen[inside.pixels] = part[lit.shifted(-top, -left, part.shape[:2]).pixels]
+        return window, seen

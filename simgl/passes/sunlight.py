@@ -16,7 +16,9 @@ from simgl.passes.shading_points import (
     COLUMNS,
     ENTRIES,
     GROUPS,
+    OTHERS,
     ShadingPoints,
+    draw_marked,
     gbuffer_units,
     listed_points,
     point_shader,
@@ -45,7 +47,6 @@ class SunlightPass:
     renderer spends on a point alone what it spends on a whole block.
     """
 
-    state = State(depth=True)
     # Keeps the depth buffer as it is.
     colour_only = State()
 
@@ -76,8 +77,8 @@ class SunlightPass:
             defines = dict.fromkeys(variant, 1)
             known, searched = self._samplers
             self._screens[variant] = (
-                point_shader(self._ctx, name, 0.0, blocks, known, defines),
-                point_shader(self._ctx, name, 0.0, blocks, searched, {"SEARCH": 1, **defines}),
+                point_shader(self._ctx, name, OTHERS, blocks, known, defines),
+                point_shader(self._ctx, name, OTHERS, blocks, searched, {"SEARCH": 1, **defines}),
             )
         return self._screens[variant]
 
@@ -97,9 +98,8 @@ class SunlightPass:
         sunlight.clear(viewport=area)
         if drawn.view.sun_irradiance.any():
             self._bind(tile, points, drawn)
-            self.state.apply(self._ctx, sunlight, area, area)
             known, searched = self._screens_for(_variant(drawn.view))
-            known.draw()
+            draw_marked(self._ctx, sunlight, points, known)
             shares.use(_SUNLIGHT_UNIT)
             self._search(points, searched)
         (results,), (pages,) = self._results.covering((1, 1)), self._pages.covering((1, 1))

@@ -7,14 +7,21 @@ from collections.abc import Sequence
 import moderngl
 
 from simgl.gpu.fullscreen import Screen
-from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.render_targets import GrowingTarget, textures_of
 from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.passes.albedo_table import LOBE_UNIT, lobe_texture
 from simgl.passes.drawn_spacecraft import DrawnSpacecraft
 from simgl.passes.mesh_store import MeshStore
-from simgl.passes.shading_points import GBUFFER, GROUPS, ShadingPoints, gbuffer_units, point_shader
+from simgl.passes.shading_points import (
+    BY_MATERIAL,
+    GBUFFER,
+    GROUPS,
+    ShadingPoints,
+    draw_by_material,
+    gbuffer_units,
+    point_shader,
+)
 from simgl.passes.shared_blocks import (
     JOINTS,
     LAMPS,
@@ -42,7 +49,6 @@ _LOBES = {"lobe_table": LOBE_UNIT}
 # In the order of the glossy pass's textures.
 _SEEN_UNITS = {"seen_lobes": 22, "seen_pages": 23}
 
-
 # What each variant of the shader reads besides.
 _MORE_UNITS = {
     "SKY": gbuffer_units("face_normal") | _SKY_UNITS | _LOBES,
@@ -55,27 +61,13 @@ _MORE_UNITS = {
 
 
 class SurfacePass:
-    """Lights the shading points of a spacecraft.
-
-    The depth buffer says which points a draw is for, so that even a renderer without real branches
-    spends on a point only what it needs:
-
-        0      not of this spacecraft
-        0.94   of it, sunlight unknown
-        0.5    of it, sunlight known
-        0.25   lit, of one reflection law
-        0.375  lit, of several
-    """
-
-    state = State(depth=True)
-    # Keeps the depth buffer as it is.
-    colour_only = State()
+    """Lights the shading points of a spacecraft."""
 
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
         self._ctx, self._meshes = ctx, meshes
         self._lobes = lobe_texture(ctx)
-        self._lit: dict[tuple[str, ...], tuple[Screen, ...]] = {}
+        self._lit: dict[tuple[str, ...], Screen] = {}
         self._tile = UniformBuffer(ctx, TILE)
         self._spacecraft = UniformBuffer(ctx, SPACECRAFT)
         self._lamps = UniformBuffer(ctx, LAMPS)
@@ -105,7 +97,6 @@ class SurfacePass:
         """
         targets = self._targets[len(LIGHTS) if by_light else 1]
         (target,) = targets.covering(points.size, points.depth)
-        area = (0, 0, *points.size)
         self._write(tile, drawn, lamps)
         for unit, texture in enumerate(points.textures):
             texture.use(unit)
@@ -115,7 +106,6 @@ class SurfacePass:
         for unit, texture in zip(_SEEN_UNITS.values(), seen, strict=False):
             texture.use(unit)
         self._bind_light(drawn, lamp_maps)
-        self.state.apply(self._ctx, target, area, area)
         optional = {
             "SKY": drawn.probe is not None,
             "INTERREFLECTION": drawn.interreflects,
@@ -128,8 +118,9 @@ class SurfacePass:
         variant += [define for define, wanted in optional.items() if wanted]
         motion = drawn.view.motion
         variant += [] if motion is None else motion.variant
-        for screen in self._lit_for(tuple(variant)):
-            screen.draw()
+        plain = self._lit_for(tuple(d for d in variant if d not in ("LAYERED", "JOINTED")))
+        layered = self._lit_for(tuple(variant)) if "LAYERED" in variant else None
+        draw_by_material(self._ctx, target, points, plain, layered)
         return textures_of(target)
 
     def _write(self, tile: RasterTile, drawn: DrawnSpacecraft, lamps: Sequence[LampView]) -> None:
@@ -152,18 +143,12 @@ class SurfacePass:
             drawn.probe.lobes.use(_SKY_UNITS["sky_lobes"])
             drawn.probe.irradiance.use(_SKY_UNITS["sky_irradiance"])
 
-    def _lit_for(self, variant: tuple[str, ...]) -> tuple[Screen, ...]:
-        """The shaders for spacecraft of a variant, without what they do not need."""
+    def _lit_for(self, variant: tuple[str, ...]) -> Screen:
         if variant not in self._lit:
-            plain = tuple(define for define in variant if define not in ("LAYERED", "JOINTED"))
-            if "LAYERED" not in variant:
-                self._lit[variant] = (self._lit_screen(plain, -0.5),)
-            else:
-                first = self._lit_screen((*plain, "PLAIN"), -0.5)
-                self._lit[variant] = first, self._lit_screen(variant, -0.25)
+            self._lit[variant] = self._lit_screen(variant)
         return self._lit[variant]
 
-    def _lit_screen(self, variant: tuple[str, ...], depth: float) -> Screen:
+    def _lit_screen(self, variant: tuple[str, ...]) -> Screen:
         samplers = gbuffer_units("position", "normal_roughness") | _SUNLIGHT_UNITS
         blocks = [SPACECRAFT, MATERIALS]
         for define, units in _MORE_UNITS.items():
@@ -174,7 +159,7 @@ class SurfacePass:
         if "LAMPS" in variant:
             blocks.append(LAMPS)
         defines = dict.fromkeys(variant, 1)
-        return point_shader(self._ctx, "surface/surface", depth, blocks, samplers, defines)
+        return point_shader(self._ctx, "surface/surface", BY_MATERIAL, blocks, samplers, defines)
 
     def release(self) -> None:
         """Free everything."""
@@ -183,5 +168,5 @@ class SurfacePass:
         for buffer in (self._tile, self._spacecraft, self._lamps):
             buffer.release()
         self._lobes.release()
-        for screen in sum(self._lit.values(), ()):
+        for screen in self._lit.values():
             screen.release()

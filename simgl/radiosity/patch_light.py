@@ -119,7 +119,7 @@ class PatchLight:
         return cosines[:, :, None] * incident.sun_irradiance.astype(np.float32)
 
     def _surface(self, model: SpacecraftModel, transport: LightTransport) -> _Surface:
-        key = transport.digest, model.open_sheets, model.materials, model.textures.digest
+        key = transport.digest, model.open_sheets, model.surface_digest
 
         def precomputed() -> _Surface:
             surface, sunlit = reflectors(transport, mean_materials(model)), SunlitPatches(transport)

@@ -91,6 +91,11 @@ class Mesh:
         return hull_corners(self.positions.astype(np.float64))
 
     @cached_property
+    def hull_edges(self) -> IndexArray:
+        """(n, 2) corners of ``hull`` that edges join, as ``hull_edges`` gives them."""
+        return hull_edges(self.hull)
+
+    @cached_property
     def part_spheres(self) -> Array:
         """(parts, 4) middle and radius of a sphere around each part [m]; -inf without vertices."""
         count = int(self.part.max(initial=0)) + 1
@@ -135,6 +140,15 @@ def hull_corners(points: Array) -> Array:
         low, high = points.min(axis=0), points.max(axis=0)
         choice = np.indices((2, 2, 2)).reshape(3, -1).T
         return np.where(choice, high, low)
+
+
+def hull_edges(points: Array) -> IndexArray:
+    """(n, 2) which of the points (k, 3) edges of their convex hull join, or more pairs of them."""
+    try:
+        triangles = scipy.spatial.ConvexHull(points).simplices
+    except scipy.spatial.QhullError:  # flat
+        return np.stack(np.triu_indices(len(points), 1), axis=-1)
+    return np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
 
 
 def _single(positions: ArrayLike, normals: ArrayLike, triangles: ArrayLike) -> Mesh:

@@ -13,7 +13,7 @@ import numpy as np
 
 from simgl.arrays import Array, Array32, IndexArray
 from simgl.motion.joints import Joint, relative_motion
-from simgl.scene.mesh import Mesh, cached_with_mesh, hull_corners
+from simgl.scene.mesh import Mesh, cached_with_mesh, hull_corners, hull_edges
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -97,6 +97,11 @@ class PosedMesh:
             return self.mesh.hull
         moved = [g.hull @ motion[g.index, :3, :3].T + motion[g.index, :3, 3] for g in self.groups]
         return np.concatenate(moved)
+
+    @cached_property
+    def hull_edges(self) -> IndexArray:
+        """(n, 2) which points of ``hull`` edges of their convex hull join, or more pairs."""
+        return self.mesh.hull_edges if self.motion is None else hull_edges(self.hull)
 
     @cached_property
     def centre(self) -> Array:

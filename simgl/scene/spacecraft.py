@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from simgl.arrays import Array
+from simgl.content_digest import content_digest
 from simgl.lru_cache import MANY, LruCache
 from simgl.motion.joints import (
     Joint,
@@ -78,6 +79,13 @@ class SpacecraftModel:
         if self.angles:
             variant.append("JOINTED")
         return tuple(variant)
+
+    @cached_property
+    def surface_digest(self) -> str:
+        """Hash of its materials and their images."""
+        if self.stored is not None:
+            return self.stored.surface_digest
+        return content_digest((self.materials, self.textures.digest))
 
     @property
     def nbytes(self) -> int:

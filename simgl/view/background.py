@@ -75,6 +75,16 @@ class PlanetView:
         share = self.outside / (1.0 + float(np.sqrt(1.0 + self.outside)))
         return self.earth.equatorial_radius * share
 
+    def in_moonlight(self, moon: Moonlight) -> PlanetView:
+        """The same with the Moon in the Sun's place, and no light of the Earth's own."""
+        return replace(
+            self,
+            sun_direction_itrf=moon.direction_itrf,
+            sun_irradiance=moon.irradiance,
+            moonlit=True,
+            earth=replace(self.earth, airglow=False),
+        )
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Background:

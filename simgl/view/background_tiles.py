@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -102,21 +103,24 @@ class MapCells:
 
 
 def tiles_of(
-    planet: PlanetView,
+    planets: Sequence[PlanetView],
     intrinsics: Array32,
     size: tuple[int, int],
     cells: MapCells | None = None,
     *,
     noise: bool = True,
-) -> BackgroundTiles:
-    """The tiles of an image.
+) -> list[BackgroundTiles]:
+    """The tiles of each of some images: found together, those of small images take little longer
+    than those of one.
 
-    intrinsics : (3, 3) [pixels]
+    planets : one Earth from one place in one light, before pinholes that look elsewhere
+    intrinsics : (3, 3) of every image [pixels]
     size : width and height [pixels]; the last tiles may reach past it
     cells : of the maps; None where nothing is known of them
-    noise : whether the image shows any
+    noise : whether the images show any
     """
-    corners = corners_on_ground(planet, intrinsics, size)
+    planet = planets[0]
+    corners = corners_on_ground(planets, intrinsics, size)
     even, finer = even_tiles(corners), even_tiles(corners, PARTS)
     finer &= ~even
     # A quarter of the even tiles' error: 1/32 pixel.
@@ -127,7 +131,7 @@ def tiles_of(
         one_face = _on_one_face(corners.normal, margin)
         if not one_face.all():
             two_faces = _on_two_faces(corners.normal, margin) & ~one_face
-    nearest = _nadir_angles(planet, intrinsics, size)
+    nearest = _nadir_angles(planets, intrinsics, size)
     distance = float(np.sqrt(1.0 + planet.outside))
     height = 0.0 if planet.earth.air is None else AIR_TOP / planet.earth.equatorial_radius
     top = 1.0 + max(height, _cloud_height(planet))
@@ -146,29 +150,33 @@ def tiles_of(
         sea = seen & touched.none(cells.shores)
         land = seen & touched.none(cells.waters)
         high_clouds = seen & ~touched.none(cells.high_clouds)
-    return BackgroundTiles(
-        even=even,
-        finer=finer,
-        calm=calm,
-        ground=ground & ~seen,
-        air=air & ~ground,
-        one_face=one_face & seen,
-        two_faces=two_faces & seen,
-        sea=sea,
-        land=land,
-        high_clouds=high_clouds,
-        frosted=_frosted(planet, corners),
-        low=_lowest(corners.sun),
-        high=_highest(corners.sun),
-        pixel=pixel / float(intrinsics[0, 0]) * planet.earth.equatorial_radius,
-    )
+    arrays = {
+        "even": even,
+        "finer": finer,
+        "calm": calm,
+        "ground": ground & ~seen,
+        "air": air & ~ground,
+        "one_face": one_face & seen,
+        "two_faces": np.moveaxis(two_faces & seen, 1, 0),
+        "sea": sea,
+        "land": land,
+        "high_clouds": high_clouds,
+        "frosted": _frosted(planets[0], corners),
+        "low": _lowest(corners.sun),
+        "high": _highest(corners.sun),
+        "pixel": pixel / float(intrinsics[0, 0]) * planet.earth.equatorial_radius,
+    }
+    return [
+        BackgroundTiles(**{name: array[face] for name, array in arrays.items()})
+        for face in range(len(planets))
+    ]
 
 
 def _frosted(planet: PlanetView, corners: Corners) -> Mask:
     """Whether a tile may have ice or snow on it, with what its corners span as a margin."""
     sine = corners.normal[..., 2]
     if not planet.earth.frost:
-        return np.zeros((sine.shape[0] - 1, sine.shape[1] - 1), dtype=bool)
+        return np.zeros_like(_highest(sine), dtype=bool)
     south, north = np.sin(frost_limits(planet.year_share))
     margin = _range(sine) + 1e-3
     return (_highest(sine) + margin > north) | (_lowest(sine) - margin < south)
@@ -180,11 +188,13 @@ def _cloud_height(planet: PlanetView) -> float:
     return 0.0 if clouds is None else clouds.height / planet.earth.equatorial_radius
 
 
-def _nadir_angles(planet: PlanetView, intrinsics: Array32, size: tuple[int, int]) -> Array:
-    """(rows, columns) least angle from nadir within each tile and a pixel about it [rad]."""
+def _nadir_angles(
+    planets: Sequence[PlanetView], intrinsics: Array32, size: tuple[int, int]
+) -> Array:
+    """(images, rows, columns) least angle from nadir in each tile and a pixel about it [rad]."""
     columns, rows = (-(-length // TILE) for length in size)
-    middles = _unit(_rays(planet, intrinsics, (columns, rows), 0.5))
-    nadir = _unit(-planet.camera_in_sphere.astype(np.float64))
+    middles = _unit(_rays(planets, intrinsics, (columns, rows), 0.5))
+    nadir = _unit(-planets[0].camera_in_sphere.astype(np.float64))
     angle = np.arccos(np.clip(middles @ nadir, -1.0, 1.0))
     # No tile is wider than one in the middle of the image.
     half = 0.5 * TILE * float(np.hypot(1.0 / intrinsics[0, 0], 1.0 / intrinsics[1, 1]))
@@ -193,7 +203,7 @@ def _nadir_angles(planet: PlanetView, intrinsics: Array32, size: tuple[int, int]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Corners:
-    """Of the tiles of an image, (rows + 1, columns + 1): where they lie on the ground.
+    """Of the tiles of images, (images, rows + 1, columns + 1): where they lie on the ground.
 
     Of corners beside the Earth, the place on their ray that is nearest to it.
 
@@ -211,14 +221,18 @@ class Corners:
     distance: Array
 
 
-def corners_on_ground(planet: PlanetView, intrinsics: Array32, size: tuple[int, int]) -> Corners:
+def corners_on_ground(
+    planets: Sequence[PlanetView], intrinsics: Array32, size: tuple[int, int]
+) -> Corners:
     """What the corners of tiles see of the ground.
 
+    planets : one Earth from one place, before pinholes that look elsewhere
     intrinsics : (3, 3) [pixels]
     size : of the image, width and height [pixels]; the last tiles may reach past it
     """
     columns, rows = (-(-length // TILE) + 1 for length in size)
-    d = _rays(planet, intrinsics, (columns, rows), 0.0)
+    planet = planets[0]
+    d = _rays(planets, intrinsics, (columns, rows), 0.0)
     place = planet.camera_in_sphere.astype(np.float64)
     dd, od = np.einsum("...i,...i", d, d), d @ place
     discriminant = od * od - dd * planet.outside
@@ -237,7 +251,7 @@ def corners_on_ground(planet: PlanetView, intrinsics: Array32, size: tuple[int, 
 
 
 def even_tiles(corners: Corners, parts: float = 1.0) -> Mask:
-    """(rows, columns) whether a tile lies on the ground and its parts see it change evenly.
+    """(images, rows, columns) whether a tile lies on the ground and its parts see it change evenly.
 
     What bends across a tile bends by the square of ``parts`` less across one of them.
     """
@@ -251,7 +265,7 @@ def even_tiles(corners: Corners, parts: float = 1.0) -> Mask:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Touched:
-    """The cells of a map that tiles may touch, (rows, columns) each: the first, and past the last.
+    """The cells of a map that tiles may touch, (images, rows, columns) each: first, past the last.
 
     inside : whether these are all; not of tiles by the date line
     """
@@ -298,20 +312,22 @@ class _Touched:
 def _on_one_face(normal: Array, margin: float) -> Mask:
     """Whether a tile lies on one face of a cube about the Earth, so far from its edges."""
     size = np.abs(normal)
-    two, one = np.partition(size, 1, axis=-1)[..., 1:].transpose(2, 0, 1)
+    two, one = np.moveaxis(np.partition(size, 1, axis=-1)[..., 1:], -1, 0)
     faces = np.argmax(size, axis=-1) + 3 * (np.max(normal, axis=-1) == one)
     return (_range(faces) == 0) & (_lowest(one * (1.0 - margin) - two) > 0.0)
 
 
 def _on_two_faces(normal: Array, margin: float) -> Mask:
-    """(3, rows, columns) whether a tile lies so far from the faces about each of the axes."""
+    """(3, images, rows, columns) whether a tile lies so far from the faces about each axis."""
     size = np.moveaxis(np.abs(normal), -1, 0)
     far = size.max(axis=0) * (1.0 - margin) - size
     return np.stack([_lowest(of_axis) > 0.0 for of_axis in far])
 
 
-def _rays(planet: PlanetView, intrinsics: Array32, count: tuple[int, int], first: float) -> Array:
-    """(rows, columns, 3) unit directions in camera axes, turned into sphere space.
+def _rays(
+    planets: Sequence[PlanetView], intrinsics: Array32, count: tuple[int, int], first: float
+) -> Array:
+    """(images, rows, columns, 3) unit directions in camera axes, turned into sphere space.
 
     count : columns and rows of places, a tile's edge apart
     first : of the image's first corner, in edges
@@ -321,7 +337,8 @@ def _rays(planet: PlanetView, intrinsics: Array32, count: tuple[int, int], first
     y = (TILE * (np.arange(count[1]) + first) - k[1, 2]) / k[1, 1]
     x, y = np.broadcast_arrays(x, y[:, None])
     rays = _unit(np.stack([x, y, np.ones_like(x)], axis=-1))
-    return rays @ planet.sphere_from_camera.astype(np.float64).T
+    turned = np.stack([planet.sphere_from_camera for planet in planets]).astype(np.float64)
+    return rays @ turned.transpose(0, 2, 1)[:, None]
 
 
 def _unit(vectors: Array) -> Array:
@@ -330,8 +347,8 @@ def _unit(vectors: Array) -> Array:
 
 def _over_corners(of_two: np.ufunc, values: AnyArray) -> AnyArray:
     """What a function of two makes of the four corners of every tile."""
-    across = of_two(values[:, :-1], values[:, 1:])
-    return of_two(across[:-1], across[1:])
+    across = of_two(values[..., :-1], values[..., 1:])
+    return of_two(across[..., :-1, :], across[..., 1:, :])
 
 
 def _lowest(values: AnyArray) -> AnyArray:
@@ -344,3 +361,15 @@ def _highest(values: AnyArray) -> AnyArray:
 
 def _range(values: Array) -> Array:
     return _highest(values) - _lowest(values)
+
+
+def merged(tiles: Mask) -> Mask:
+    """Larger tiles: those all of whose parts are in a mask."""
+    rows, columns = (length // MERGED for length in tiles.shape)
+    full = tiles[: rows * MERGED, : columns * MERGED]
+    return np.asarray(full.reshape(rows, MERGED, columns, MERGED).all(axis=(1, 3)))
+
+
+def split(tiles: Mask, parts: int) -> Mask:
+    """Smaller tiles: the parts of those in a mask."""
+    return tiles.repeat(parts, axis=0).repeat(parts, axis=1)

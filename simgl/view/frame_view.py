@@ -69,6 +69,16 @@ class FrameView:
         y1 = max((tile.y + tile.height for tile in self.tiles), default=0)
         return x0, y0, x1 - x0, y1 - y0
 
+    @property
+    def lit_area(self) -> tuple[int, int, int, int]:
+        """x, y, width, height of the pixels that anything may light; the others are black."""
+        black = all(
+            seen.background.planet is None and seen.background.celestial is None
+            for seen in self.pinholes
+        )
+        d = self.camera.detector
+        return self.touched if black else (0, 0, d.width, d.height)
+
 
 def frame_view(
     state: SceneState,

@@ -8,11 +8,11 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-import scipy
 
 from simgl.arrays import Array, Array32, IndexArray
 from simgl.camera.camera import Camera
 from simgl.sample_grid import PIXEL_CENTRES, SampleGrid, choose_sample_grid, target_samples
+from simgl.scene.mesh import hull_edges
 from simgl.view.small_targets import CELL as WINDOW_CELL
 from simgl.view.small_targets import (
     RasterWindow,
@@ -53,11 +53,16 @@ class CellGrid:
     size: tuple[int, int]
     raster_from_cell: Array
 
-    @property
+    @cached_property
     def reach(self) -> float:
         """How far from a cell's middle its samples lie along an axis of the raster [texels]."""
         # With a little more for rounding.
         return float(0.5 * np.abs(self.raster_from_cell[:, :2]).sum(axis=1).max()) + 0.01
+
+    @cached_property
+    def cell_from_raster(self) -> Array:
+        """(2, 2) of the map back."""
+        return np.asarray(np.linalg.inv(self.raster_from_cell[:, :2]), dtype=np.float64)
 
     @property
     def texels(self) -> int:
@@ -153,24 +158,18 @@ def _float32(values: Array) -> Array32:
     return np.asarray(values, dtype=np.float32)
 
 
-def _before_the_camera(hull: Array) -> Array:
-    """Points whose hull is the part of a convex hull that lies at least ``NEAREST`` away."""
+def _before_the_camera(hull: Array, edges: Callable[[], IndexArray] | None = None) -> Array:
+    """Points whose hull is the part of a convex hull that lies at least ``NEAREST`` away.
+
+    edges : its ``hull_edges``, where they are known
+    """
     near = hull[:, 2] < NEAREST
     if not np.any(near):
         return hull
-    ends = _edges_of(hull)
+    ends = hull_edges(hull) if edges is None else edges()
     a, b = hull[ends[near[ends[:, 0]] != near[ends[:, 1]]].T]
     share = (NEAREST - a[:, 2]) / (b[:, 2] - a[:, 2])
     return np.concatenate([hull[~near], a + share[:, None] * (b - a)])
-
-
-def _edges_of(hull: Array) -> IndexArray:
-    """(n, 2) corners of a convex hull that edges join, or more pairs of them."""
-    try:
-        triangles = scipy.spatial.ConvexHull(hull).simplices
-    except scipy.spatial.QhullError:  # flat
-        return np.stack(np.triu_indices(len(hull), 1), axis=-1)
-    return np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
 
 
 def _in_view(hull: Array, camera: Camera, margin: float) -> bool:
@@ -232,7 +231,10 @@ def _target(
     bulge = 0.0 if view.motion is None else view.motion.sag(camera, float(camera.detector.height))
     if not _in_view(hull, camera, bulge):
         return None
-    outline = in_pixels(_before_the_camera(hull), camera)
+    posed = view.model.posed_mesh
+    # Those of its stored points, which stay while it moves as one.
+    edges = None if view.motion is not None else lambda: posed.hull_edges
+    outline = in_pixels(_before_the_camera(hull, edges), camera)
     margin, settled, low, high = 0.0, None, outline.min(axis=0), outline.max(axis=0)
     if view.motion is not None:
         settled = _target(settled_view(view), camera, rows)

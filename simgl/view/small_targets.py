@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 
 from simgl.arrays import Array
 from simgl.camera.camera import Camera
@@ -27,6 +26,9 @@ _THINNEST = 1e3
 _POINT = 1e-6
 # Of an outline seen edge on, over the square of its extent.
 _MIN_AREA = 1e-6
+# Directions whose farthest points tell where an outline of many points can be.
+_DIRECTIONS = [(float(np.cos(turn)), float(np.sin(turn))) for turn in np.arange(16) * (np.pi / 8.0)]
+_MANY = 200
 # Larger spacecraft fill most of the pixels that they touch.
 _LARGEST = 4.0
 # At so many times its radius, float32 places a spacecraft to 1 % of its radius in depth.
@@ -52,22 +54,55 @@ class RasterWindow:
 
 def in_pixels(points: Array, camera: Camera) -> Array:
     """(n, 2) pixel coordinates of points (n, 3) before the camera [m]."""
-    middle = np.array(camera.principal_point)
-    return points[:, :2] / points[:, 2:] * camera.focal_length_px + middle
+    # Coordinate by coordinate: numpy is slow along rows of two.
+    x, y, depth = points.T
+    scale = camera.focal_length_px / depth
+    across, down = camera.principal_point
+    return np.stack([x * scale + across, y * scale + down]).T
+
+
+def _outer(outline: Array) -> Array:
+    """The points (n, 2) that are not within the polygon of those farthest out along directions.
+
+    They have the same convex hull.
+    """
+    x, y = np.ascontiguousarray(outline.T)
+    farthest = [int(np.argmax(across * x + down * y)) for across, down in _DIRECTIONS]
+    outside = np.zeros(len(outline), dtype=bool)
+    for a, b in zip(farthest, [*farthest[1:], farthest[0]], strict=True):
+        # The corners themselves lie on two of the edges, where rounding may hide them.
+        outside[a] = True
+        outside |= (x[b] - x[a]) * (y - y[a]) < (y[b] - y[a]) * (x - x[a])
+    return outline[outside]
+
+
+def _chain(points: Array) -> Array:
+    """(m, 2) of points (n, 2), sorted and different: the side of their convex hull from the first
+    to the last on which y is largest.
+
+    What lies below the line between two others is no part of it; all such are left out together
+    until none is left.
+    """
+    while len(points) > 2:
+        step = np.diff(points, axis=0)
+        turn = step[:-1, 0] * step[1:, 1] - step[:-1, 1] * step[1:, 0]
+        if np.all(turn < 0.0):
+            break
+        points = points[np.concatenate([[True], turn < 0.0, [True]])]
+    return points
 
 
 def outline_area(outline: Array) -> float:
     """Area of the convex hull of points (n, 2); 0 where they lie on a line."""
-    extent = np.ptp(outline, axis=0)
-    if np.any(extent == 0.0):
-        return 0.0
-    try:
-        # Scaled, since points far from the origin and close together look flat.
-        return float(
-            scipy.spatial.ConvexHull((outline - outline[0]) / extent).volume * np.prod(extent)
-        )
-    except scipy.spatial.QhullError:
-        return 0.0
+    # About one of them, for far from the origin rounding would show.
+    outline = outline - outline[0]
+    if len(outline) > _MANY:
+        outline = _outer(outline)
+    points = outline[np.lexsort((outline[:, 1], outline[:, 0]))]
+    points = points[np.append(True, np.any(points[1:] != points[:-1], axis=1))]
+    around = np.concatenate([_chain(points), -_chain(-points[::-1])])
+    (x, y), (next_x, next_y) = around.T, np.roll(around, -1, axis=0).T
+    return 0.5 * abs(float(np.sum(x * next_y - next_x * y)))
 
 
 def is_small(outline: Array, area: float, pixels: int, samples: float, sample_budget: int) -> bool:
@@ -76,9 +111,8 @@ def is_small(outline: Array, area: float, pixels: int, samples: float, sample_bu
     pixels, sample_budget : that the outline touches, and samples that may be spent on them
     samples : that the outline needs
     """
-    extent = np.ptp(outline, axis=0)
     finest = min(sample_budget / pixels, MAX_SAMPLES)
-    return bool(np.all(extent < _LARGEST)) and area * finest < samples
+    return area * finest < samples and bool(np.all(np.ptp(outline, axis=0) < _LARGEST))
 
 
 def nearer(hull: Array) -> float:

@@ -102,9 +102,9 @@ def test_tiles_leave_out_only_what_none_of_their_pixels_shows(
     sun = tilted_sun(place, 40.0, 240.0)
     known = oblique(gl, place, 30.0, sun, {})
 
-    def of_nothing_known(planet: Any, k: Any, size: Any, cells: Any, *, noise: bool) -> Any:
+    def of_nothing_known(planets: Any, k: Any, size: Any, cells: Any, *, noise: bool) -> Any:
         assert cells is not None
-        return tiles_of(planet, k, size, noise=noise)
+        return tiles_of(planets, k, size, noise=noise)
 
     monkeypatch.setattr("simgl.passes.background.planet.tiles_of", of_nothing_known)
     unknown = oblique(gl, place, 30.0, sun, {})

@@ -19,6 +19,7 @@ from simgl.camera.projections import Distortion
 from simgl.camera_pipeline import CameraPipeline
 from simgl.gpu.render_targets import Format, ImageTarget
 from simgl.images import ElectronFrame, RadianceFrame, TruthFrame
+from simgl.passes.spread import Area
 from simgl.simulator import Capture, Product, Simulator
 from tests.camera.cameras import DIFFRACTION, camera
 from tests.reference.optics import image_irradiance
@@ -86,6 +87,34 @@ def test_behind_colour_filters_a_spread_image_makes_the_electrons_of_its_bands(
     for place, weights in enumerate(square):
         of = np.s_[place // 2 :: 2, place % 2 :: 2]
         np.testing.assert_allclose(found[of], bands[of] @ weights, rtol=1e-4, atol=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("lit", "area"),
+    [
+        (np.s_[60:100, 90:150], (80, 50, 100, 60)),
+        (np.s_[0:30, 200:256], (190, 0, 66, 40)),
+        (np.s_[0:192, 0:256], (0, 0, 256, 192)),
+        (np.s_[0:0, 0:0], (0, 0, 0, 0)),
+    ],
+)
+def test_what_is_black_for_sure_needs_no_reading(
+    gl: moderngl.Context, lit: tuple[slice, slice], area: Area
+) -> None:
+    """Of an image with light in one area, that area tells all: to the bit."""
+    cam = camera(256, spread=DIFFRACTION, veiling_glare=0.01)
+    radiance = np.zeros((192, 256, 4), dtype=np.float32)
+    radiance[lit] = np.random.default_rng(6).random(radiance[lit].shape)
+    photons = np.array([3.3e18, 2.8e18, 2.3e18, 4.2e18])
+    target = ImageTarget(gl, (256, 192), [Format("f4", 4)])
+    target.textures[0].write(radiance.tobytes())
+    with CameraPipeline(gl) as pipeline:
+        whole = pipeline.electrons_through(cam, photons, target).read().copy()
+        known = pipeline.electrons_through(cam, photons, target, None, area).read()
+    gl.detect_framebuffer(0).use()
+    target.release()
+    assert (whole.max() > 0.0) == bool(radiance.any())
+    np.testing.assert_array_equal(known, whole)
 
 
 def test_exposure_and_gain_change_without_new_kernels(

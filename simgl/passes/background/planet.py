@@ -30,15 +30,21 @@ from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS
 from simgl.progress import ProgressCallback
 from simgl.scene.earth import Earth
 from simgl.scene.noise_projection import LEVELS, TEXEL_KM
-from simgl.view.background import Background, Moonlight, PlanetView
-from simgl.view.background_tiles import MERGED, PARTS, TILE, BackgroundTiles, tiles_of
+from simgl.view.background import Background, PlanetView, SkyView
+from simgl.view.background_tiles import (
+    MERGED,
+    PARTS,
+    TILE,
+    BackgroundTiles,
+    merged,
+    split,
+    tiles_of,
+)
 
 # An image whose pixels are shorter than the maps' texels by this factor where it looks straight
 # down needs no mipmaps, which cost software renderers more than all the rest.
 _TEXEL_M = MAP_TEXEL * WGS84_EQUATORIAL_RADIUS
 _MAGNIFIED = 0.25
-
-
 # Sines of the Sun's height: below the first the lamps of cities shine, by the second the air is
 # dark but for its own glow (shaders/planet/night.glsl).
 _DUSK, _DARK = 0.5 / 12.0, -0.1
@@ -80,6 +86,11 @@ class _LitEarth:
         """Edge of a pixel straight below [m]."""
         return self.planet.height / float(self.background.intrinsics[0, 0])
 
+    @property
+    def far(self) -> bool:
+        """Whether pixels resolve nothing of the chart."""
+        return self.mapped and self.nadir_pixel > _FAR
+
 
 class PlanetPass:
     """Draws the Earth as an exact ellipsoid, alone or before what lies beyond it."""
@@ -114,22 +125,68 @@ class PlanetPass:
 
         area : x, y, width, height [pixels]
         """
-        planet = background.planet
-        state = self.state if background.celestial is None else self.before
-        if planet is None:
-            state.apply(self._ctx, target, area, area)
-            if background.celestial is None:
-                target.clear(0.0, 0.0, 0.0, 0.0, viewport=area)
+        if background.planet is not None:
+            sunlit = self._sunlit(background, background.planet, target, area)
+            self._draw_earth(sunlit, self._tiles([sunlit])[0])
             return
-        sunlit = _LitEarth(
+        state = self._over(background)
+        state.apply(self._ctx, target, area, area)
+        if background.celestial is None:
+            target.clear(0.0, 0.0, 0.0, 0.0, viewport=area)
+
+    def draw_sky(self, sky: SkyView, target: moderngl.Framebuffer) -> None:
+        """Fill squares one below another with what the faces of a sky show [W m-2 sr-1]."""
+        edge = sky.texels
+        earths: list[_LitEarth] = []
+        for row, face in enumerate(sky.faces):
+            area = 0, row * edge, edge, edge
+            if face.celestial is not None:
+                target.clear(*face.celestial.radiance, viewport=area)
+            if face.planet is None:
+                self.draw(face, target, area)
+            else:
+                earths.append(self._sunlit(face, face.planet, target, area))
+        for earth, tiles in zip(earths, self._tiles(earths), strict=True):
+            self._draw_earth(earth, tiles)
+
+    def _over(self, background: Background) -> State:
+        return self.state if background.celestial is None else self.before
+
+    def _sunlit(
+        self,
+        background: Background,
+        planet: PlanetView,
+        target: moderngl.Framebuffer,
+        area: tuple[int, int, int, int],
+    ) -> _LitEarth:
+        return _LitEarth(
             planet=planet,
             background=background,
             target=target,
             area=area,
-            state=state,
+            state=self._over(background),
             block=self._block,
         )
-        tiles = self._draw_lit(sunlit)
+
+    def _tiles(self, earths: Sequence[_LitEarth]) -> list[BackgroundTiles]:
+        """Of images of one size from one place in one light."""
+        if not earths:
+            return []
+        one = earths[0]
+        if one.mapped:
+            self._textures.of(one.planet.earth)
+        cells = self._textures.cells if one.mapped else None
+        return tiles_of(
+            [lit.planet for lit in earths],
+            one.background.intrinsics,
+            one.area[2:],
+            cells,
+            noise=not one.far,
+        )
+
+    def _draw_earth(self, sunlit: _LitEarth, tiles: BackgroundTiles) -> None:
+        planet = sunlit.planet
+        self._draw_lit(sunlit, tiles)
         if planet.earth.airglow:
             self._draw_glow(tiles.within(tiles.low < _DARK), sunlit)
         moonlit = None
@@ -137,30 +194,27 @@ class PlanetPass:
         if planet.moonlight is not None and night.any():
             moonlit = replace(
                 sunlit,
-                planet=_in_moonlight(planet, planet.moonlight),
+                planet=planet.in_moonlight(planet.moonlight),
                 state=self.more,
                 block=self._moon_block,
             )
-            self._draw_lit(moonlit, night)
+            self._draw_lit(moonlit, self._tiles([moonlit])[0], night)
         if planet.earth.clouds is not None and planet.height < planet.earth.clouds.height:
             self._draw_ceiling(tiles, replace(sunlit, state=self.before))
             if moonlit is not None:
                 self._draw_ceiling(tiles.within(night), moonlit)
 
-    def _draw_lit(self, lit: _LitEarth, night: Mask | None = None) -> BackgroundTiles:
-        """The Earth in one light; returns the tiles that it covers.
+    def _draw_lit(self, lit: _LitEarth, tiles: BackgroundTiles, night: Mask | None = None) -> None:
+        """The Earth in one light.
 
-        night : tiles to draw, without the lamps of cities; None for all tiles, with them
+        tiles : that it covers
+        night : those to draw, without the lamps of cities; None for all tiles, with them
         """
-        textures: Sequence[Texture] = self._textures.of(lit.planet.earth) if lit.mapped else ()
-        far = lit.mapped and lit.nadir_pixel > _FAR
-        cells = self._textures.cells if lit.mapped else None
-        intrinsics = lit.background.intrinsics
-        tiles = tiles_of(lit.planet, intrinsics, lit.area[2:], cells, noise=not far)
         if night is not None:
             tiles = tiles.within(night & (tiles.high > _DARK))
             if not tiles.any.any():
-                return tiles
+                return
+        textures: Sequence[Texture] = self._textures.of(lit.planet.earth) if lit.mapped else ()
         air = self._air.before(lit.planet)
         lit.state.apply(self._ctx, lit.target, lit.area, lit.area)
         self._bind(lit, textures, air, lamps=night is None)
@@ -171,12 +225,11 @@ class PlanetPass:
         # On a CPU maps whose texels are larger than pixels, where they are not seen at a slant, are
         # read without mipmaps.
         magnified = lit.mapped and not self._hardware and lit.nadir_pixel < _MAGNIFIED * _TEXEL_M
-        narrow = _SPANNED_ANGLE * float(intrinsics[0, 0]) > MERGED * TILE
-        variant, full_edge = _variant(lit.planet, air, far=far), max(lit.area[2:])
+        narrow = _SPANNED_ANGLE * float(lit.background.intrinsics[0, 0]) > MERGED * TILE
+        variant, full_edge = _variant(lit.planet, air, far=lit.far), max(lit.area[2:])
         self._draw_tiles(
             tiles, dark, variant, textures, full_edge, magnified=magnified, narrow=narrow
         )
-        return tiles
 
     def _bind(
         self, lit: _LitEarth, textures: Sequence[Texture], air: AirBefore | None, *, lamps: bool
@@ -279,12 +332,12 @@ class PlanetPass:
             at_step = (maps == of_maps) & (noise == of_noise)
             for kind, mask in _kinds(tiles.within(at_step), dark):
                 program = self._program_for("planet/tiles", ("EVEN", *kind, *variant))
-                merged, even = _merged(mask & tiles.calm), mask & tiles.even
-                rows, columns = (MERGED * length for length in merged.shape)
-                even[:rows, :columns] &= ~_split(merged, MERGED)
-                program.draw(merged, MERGED * TILE, slot=step)
+                larger, even = merged(mask & tiles.calm), mask & tiles.even
+                rows, columns = (MERGED * length for length in larger.shape)
+                even[:rows, :columns] &= ~split(larger, MERGED)
+                program.draw(larger, MERGED * TILE, slot=step)
                 program.draw(even, TILE, slot=step)
-                program.draw(_split(mask & tiles.finer, PARTS), TILE // PARTS, slot=step)
+                program.draw(split(mask & tiles.finer, PARTS), TILE // PARTS, slot=step)
         for unit, texture in enumerate(textures):
             texture.use(unit)
 
@@ -393,29 +446,6 @@ def _kinds(tiles: BackgroundTiles, dark: Mask) -> Iterator[tuple[tuple[str, ...]
     for value in np.unique(which[seen]).tolist():
         known = tuple(kind for bit, kind in enumerate(kinds) if value >> bit & 1)
         yield known, seen & (which == value)
-
-
-def _merged(tiles: Mask) -> Mask:
-    """Larger tiles: those all of whose parts are in a mask."""
-    rows, columns = (length // MERGED for length in tiles.shape)
-    full = tiles[: rows * MERGED, : columns * MERGED]
-    return np.asarray(full.reshape(rows, MERGED, columns, MERGED).all(axis=(1, 3)))
-
-
-def _split(tiles: Mask, parts: int) -> Mask:
-    """Smaller tiles: the parts of those in a mask."""
-    return tiles.repeat(parts, axis=0).repeat(parts, axis=1)
-
-
-def _in_moonlight(planet: PlanetView, moon: Moonlight) -> PlanetView:
-    """The Earth with the Moon in the Sun's place, and no light of its own."""
-    return replace(
-        planet,
-        sun_direction_itrf=moon.direction_itrf,
-        sun_irradiance=moon.irradiance,
-        moonlit=True,
-        earth=replace(planet.earth, airglow=False),
-    )
 
 
 def _moonlit_below(planet: PlanetView) -> float:
