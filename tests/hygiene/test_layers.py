@@ -49,6 +49,7 @@ SHARED_PASSES = {
     "simgl.passes.background.earth_maps",
     "simgl.passes.background.earth_textures",
     "simgl.passes.background.planet_blocks",
+    "simgl.passes.background.tile_kinds",
     "simgl.passes.caster_bounds",
     "simgl.passes.drawn_spacecraft",
     "simgl.passes.mesh_store",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import moderngl
@@ -19,14 +19,14 @@ from simgl.passes.background.air import AIR_SAMPLERS, AIR_VIEW, AirBefore, Atmos
 from simgl.passes.background.air_tables import AIR
 from simgl.passes.background.earth_textures import SAMPLERS, EarthTextures
 from simgl.passes.background.planet_blocks import (
-    MAP_TEXEL,
+    MAP_TEXEL_M,
     PLANET,
     REGOLITH,
     planet_values,
     regolith_values,
 )
+from simgl.passes.background.tile_kinds import kinds_at_corners, lights_and_seasons
 from simgl.physics.atmosphere import AIR_TOP
-from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS
 from simgl.progress import ProgressCallback
 from simgl.scene.earth import Earth
 from simgl.scene.noise_projection import LEVELS, TEXEL_KM
@@ -43,7 +43,6 @@ from simgl.view.background_tiles import (
 
 # An image whose pixels are shorter than the maps' texels by this factor where it looks straight
 # down needs no mipmaps, which cost software renderers more than all the rest.
-_TEXEL_M = MAP_TEXEL * WGS84_EQUATORIAL_RADIUS
 _MAGNIFIED = 0.25
 # Sines of the Sun's height: below the first the lamps of cities shine, by the second the air is
 # dark but for its own glow (shaders/planet/night.glsl).
@@ -55,9 +54,8 @@ _FULL_MOON, _FADES = 2.5e-6, 0.023
 _EVEN = ("EARTH_MAPS", "AIR"), ("EARTH_MAPS", "FAR", "AIR")
 # Pixels larger than this [m] resolve nothing of the chart.
 _FAR = 6e3
-# Where a large tile spans less of a map's texel, it reads the map's slopes at its corners: 0.1 % of
-# the light. Where it spans less of an angle, glint: a glint is 0.2 rad wide.
-_SPANNED_TEXELS, _SPANNED_ANGLE = 0.4, 0.03
+# Where a large tile spans less of an angle, it finds glint, 0.2 rad wide, at its corners.
+_SPANNED_ANGLE = 0.03
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -224,7 +222,7 @@ class PlanetPass:
         dark = tiles.low < (_DUSK if lit.mapped and night is None else -1.0)
         # On a CPU maps whose texels are larger than pixels, where they are not seen at a slant, are
         # read without mipmaps.
-        magnified = lit.mapped and not self._hardware and lit.nadir_pixel < _MAGNIFIED * _TEXEL_M
+        magnified = lit.mapped and not self._hardware and lit.nadir_pixel < _MAGNIFIED * MAP_TEXEL_M
         narrow = _SPANNED_ANGLE * float(lit.background.intrinsics[0, 0]) > MERGED * TILE
         variant, full_edge = _variant(lit.planet, air, far=lit.far), max(lit.area[2:])
         self._draw_tiles(
@@ -271,7 +269,7 @@ class PlanetPass:
             ground = ground | tiles.even | tiles.finer
         if "EARTH_MAPS" in variant:
             self._textures.read_maps(self._maps_filter(magnified))
-        for kind, mask in _lights_and_seasons(ground, dark, tiles.frosted):
+        for kind, mask in lights_and_seasons(ground, dark, tiles.frosted):
             program = self._program_for("planet/planet", (*kind, *variant))
             # One large face costs less than its parts.
             full = bool(mask.all())
@@ -322,7 +320,7 @@ class PlanetPass:
             noise = _halvings(tiles.pixel, 1e3 * TEXEL_KM)
         self._textures.read_maps(self._maps_filter(magnified or not self._hardware))
         if not (magnified or self._hardware):
-            maps = _halvings(tiles.pixel, _TEXEL_M)
+            maps = _halvings(tiles.pixel, MAP_TEXEL_M)
         for step in np.unique((LEVELS * maps + noise)[seen]).tolist():
             of_maps, of_noise = divmod(step, LEVELS)
             if "FAR" not in variant:
@@ -330,7 +328,7 @@ class PlanetPass:
             for unit, halved in enumerate(self._textures.maps_with(of_maps)):
                 halved.use(unit)
             at_step = (maps == of_maps) & (noise == of_noise)
-            for kind, mask in _kinds(tiles.within(at_step), dark):
+            for kind, mask in kinds_at_corners(tiles.within(at_step), dark):
                 program = self._program_for("planet/tiles", ("EVEN", *kind, *variant))
                 larger, even = merged(mask & tiles.calm), mask & tiles.even
                 rows, columns = (MERGED * length for length in larger.shape)
@@ -403,49 +401,6 @@ def _variant(planet: PlanetView, air: AirBefore | None, *, far: bool) -> tuple[s
         "AIR_INSIDE": air is not None and air.inside,
     }
     return tuple(define for define, wanted in optional.items() if wanted)
-
-
-def _lights_and_seasons(
-    ground: Mask, dark: Mask, frosted: Mask
-) -> Iterator[tuple[tuple[str, ...], Mask]]:
-    """Tiles that are found by pixels in masks, with what their shader knows of them."""
-    for night in (), ("NIGHT",):
-        for frost in (), ("FROST",):
-            mask = ground & (dark if night else ~dark) & (frosted if frost else ~frosted)
-            if mask.any():
-                yield (*night, *frost), mask
-
-
-def _kinds(tiles: BackgroundTiles, dark: Mask) -> Iterator[tuple[tuple[str, ...], Mask]]:
-    """The even and the finer tiles in masks, with what their shader knows of them.
-
-    The rare ones, at night or at the corners of the noise's cube, are left few programs.
-    """
-    seen = tiles.even | tiles.finer
-    # Margins of the maps' cells are enough for pixels smaller than a texel.
-    small = tiles.pixel < _TEXEL_M
-    level = tiles.pixel * MERGED * TILE < _SPANNED_TEXELS * _TEXEL_M
-    yz, zx, xy = tiles.two_faces
-    plain = (tiles.one_face | yz | zx | xy) & ~dark
-    kinds = {
-        "ONE_FACE": tiles.one_face,
-        "TWO_FACES": yz | zx | xy,
-        "FACES_YZ": yz,
-        "FACES_ZX": zx & ~yz,
-        "FACES_XY": xy & ~yz & ~zx,
-        "NIGHT": dark,
-        "FROST": tiles.frosted,
-        "SEA": tiles.sea,
-        "LAND": tiles.land & small & plain,
-        "NO_HIGH_CLOUD": ~tiles.high_clouds & small & plain,
-    }
-    kinds["RELIEF_AT_CORNERS"] = kinds["LAND"] & level
-    which = np.zeros(seen.shape, dtype=np.int64)
-    for bit, known_of in enumerate(kinds.values()):
-        which += known_of.astype(np.int64) << bit
-    for value in np.unique(which[seen]).tolist():
-        known = tuple(kind for bit, kind in enumerate(kinds) if value >> bit & 1)
-        yield known, seen & (which == value)
 
 
 def _moonlit_below(planet: PlanetView) -> float:

@@ -8,6 +8,7 @@ from simgl.arrays import Array
 from simgl.gpu.uniform_blocks import Block
 from simgl.passes.background.earth_maps import HEIGHT
 from simgl.physics.airglow import GLOW_BOTTOM, GLOW_TOP, ground_irradiance, zenith_glow
+from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS
 from simgl.physics.regolith import Regolith, geometric_albedo
 from simgl.physics.sea_surface import mirror_laws, water_body, wave_slope_variance
 from simgl.scene.frost import ice_reflectance
@@ -90,6 +91,8 @@ REGOLITH = Block(
 
 # Of the maps on the equator [rad].
 MAP_TEXEL = np.pi / HEIGHT
+# On the equator [m].
+MAP_TEXEL_M = MAP_TEXEL * WGS84_EQUATORIAL_RADIUS
 # Brightest texel of the night map, all bands together [W m-2 sr-1]: 200 nW cm-2 sr-1, the core of
 # a city of millions in VIIRS's day-night band (Elvidge et al. 2017), over 10 km; and its share in
 # each band, between sodium lamps and white ones.

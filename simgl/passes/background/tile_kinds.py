@@ -1,0 +1,58 @@
+"""Which tiles of the Earth one program can draw, and what that program need not look up."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from simgl.arrays import Mask
+from simgl.passes.background.planet_blocks import MAP_TEXEL_M
+from simgl.view.background_tiles import MERGED, TILE, BackgroundTiles
+
+# Where a large tile spans less of a map's texel, it reads the map's slopes at its corners: 0.1 % of
+# the light.
+_SPANNED_TEXELS = 0.4
+
+
+def lights_and_seasons(
+    ground: Mask, dark: Mask, frosted: Mask
+) -> Iterator[tuple[tuple[str, ...], Mask]]:
+    """Tiles that are found by pixels in masks, with what their shader knows of them."""
+    for night in (), ("NIGHT",):
+        for frost in (), ("FROST",):
+            mask = ground & (dark if night else ~dark) & (frosted if frost else ~frosted)
+            if mask.any():
+                yield (*night, *frost), mask
+
+
+def kinds_at_corners(tiles: BackgroundTiles, dark: Mask) -> Iterator[tuple[tuple[str, ...], Mask]]:
+    """The even and the finer tiles in masks, with what their shader knows of them.
+
+    The rare ones, at night or at the corners of the noise's cube, are left few programs.
+    """
+    seen = tiles.even | tiles.finer
+    # Margins of the maps' cells are enough for pixels smaller than a texel.
+    small = tiles.pixel < MAP_TEXEL_M
+    level = tiles.pixel * MERGED * TILE < _SPANNED_TEXELS * MAP_TEXEL_M
+    yz, zx, xy = tiles.two_faces
+    plain = (tiles.one_face | yz | zx | xy) & ~dark
+    kinds = {
+        "ONE_FACE": tiles.one_face,
+        "TWO_FACES": yz | zx | xy,
+        "FACES_YZ": yz,
+        "FACES_ZX": zx & ~yz,
+        "FACES_XY": xy & ~yz & ~zx,
+        "NIGHT": dark,
+        "FROST": tiles.frosted,
+        "SEA": tiles.sea,
+        "LAND": tiles.land & small & plain,
+        "NO_HIGH_CLOUD": ~tiles.high_clouds & small & plain,
+    }
+    kinds["RELIEF_AT_CORNERS"] = kinds["LAND"] & level
+    which = np.zeros(seen.shape, dtype=np.int64)
+    for bit, known_of in enumerate(kinds.values()):
+        which += known_of.astype(np.int64) << bit
+    for value in np.unique(which[seen]).tolist():
+        known = tuple(kind for bit, kind in enumerate(kinds) if value >> bit & 1)
+        yield known, seen & (which == value)
