@@ -136,9 +136,8 @@ def _part(tile: RasterTile, core: Box, margin: int, camera: Camera) -> RasterTil
     box = max(a - margin, x0), max(b - margin, y0), min(c + margin, x1), min(d + margin, y1)
     part = _tile(box, tile.spacecraft, tile.depths, camera, tile.sample_grid)
     # Pixels across the tile's own edges belong to the parts there.
-    low = tuple(_BEYOND[0] if at == edge else at for at, edge in ((a, x0), (b, y0)))
-    high = tuple(_BEYOND[1] if at == edge else at for at, edge in ((c, x1), (d, y1)))
-    return replace(part, core=(*low, *high))
+    ends = zip((a, b, c, d), (x0, y0, x1, y1), tile.core, strict=True)
+    return replace(part, core=tuple(far if at == edge else at for at, edge, far in ends))
 
 
 def pixel_centre_tile(spacecraft: tuple[SpacecraftView, ...], camera: Camera) -> RasterTile:
@@ -341,6 +340,9 @@ def raster_tiles(
         together = tuple(one.view for one in group.targets)
         slices = _depth_slices(group.hull[:, 2])
         tiles.append(_tile(group.box, together, slices, camera, sample_grid))
+    if rows is not None:
+        core = _BEYOND[0], float(rows[0]), _BEYOND[1], float(rows[1])
+        tiles = [replace(tile, core=core) for tile in tiles]
     return tuple(tiles)
 
 
