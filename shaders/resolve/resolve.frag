@@ -241,7 +241,8 @@ Sum sum_of_samples(vec2 middle, mat2 to_raster) {
 #ifdef SOFT
     extent *= 1.0 + ramp;
 #endif
-    int reach = int(ceil(0.5 * extent + 0.5));
+    // The middle of a texel that is counted lies within half the extent of a place in the first one.
+    int reach = int(0.5 * extent + 0.501);
     ivec2 centre = ivec2(floor(middle));
     Sum sum = Sum(vec4(0.0), 0.0, 0.0);
     for (int j = -reach; j <= reach; ++j) {
