@@ -47,8 +47,8 @@ from simgl.scene.earth import Earth
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.view.background import SkyView
 from simgl.view.celestial import CelestialView
-from simgl.view.frame_view import FrameView, truth_tile
-from simgl.view.raster_tiles import RasterTile, parts
+from simgl.view.frame_view import FrameView, lit_parts, truth_tile
+from simgl.view.raster_tiles import RasterTile
 
 _BANDS = (Format("f4", 4),)
 _TRUTH = (Format("f4"), Format("u4"))
@@ -146,7 +146,7 @@ class Renderer:
 
     def radiance(self, view: FrameView) -> ImageTarget:
         """Radiance per band [W m-2 sr-1], RGBA32F; valid until the next call at this size."""
-        target = self._target("radiance", view.camera, _BANDS)
+        target = self._target(f"radiance {view.ramp:g}", view.camera, _BANDS)
         self._all_background(view, target)
         self._lay_spacecraft(view, target)
         return target
@@ -163,7 +163,7 @@ class Renderer:
         """
         parts = iter(parts)
         first = next(parts)
-        target = self._target("radiance", first[0].camera, _BANDS)
+        target = self._target(f"radiance {first[0].ramp:g}", first[0].camera, _BANDS)
         one = self._target("one moment", first[0].camera, _BANDS)
         if _is_separate(*first):
             self._mean_background(behind, one, target)
@@ -212,7 +212,7 @@ class Renderer:
             lens = self._distorted(seen)
             for tile, points, (radiance,) in self._lit_tiles(seen):
                 with self.timer.measure("resolve"):
-                    self._resolve.draw(tile, points, radiance, target.framebuffer, lens)
+                    self._resolve.draw(tile, points, radiance, target.framebuffer, lens, view.ramp)
 
     def _all_background(
         self, view: FrameView, target: ImageTarget, rows: tuple[int, int] | None = None
@@ -307,7 +307,7 @@ class Renderer:
             lamp_maps = self._lamp_shadow.draw(view.lamps)
         for tile in view.tiles:
             spacecraft = self._spacecraft(tile, view)
-            for part in _parts(tile, view):
+            for part in lit_parts(tile, view, _SAMPLES_AT_ONCE):
                 with self.timer.measure("visibility"):
                     visibility = self._visibility.draw(part, spacecraft)
                 # From here on passes read what is still being drawn, and wait for it.
@@ -427,16 +427,6 @@ class Renderer:
 def _blacken(target: ImageTarget) -> None:
     # With the area, for a clear without one keeps to the scissor of the last draw.
     target.framebuffer.clear(viewport=(0, 0, *target.size))
-
-
-def _parts(tile: RasterTile, view: FrameView) -> list[RasterTile]:
-    """A tile in parts that can be lit at once."""
-    columns, rows = tile.raster_size
-    if columns * rows <= _SAMPLES_AT_ONCE:
-        return [tile]
-    if view.field is None:
-        return parts(tile, view.camera, _SAMPLES_AT_ONCE)
-    return parts(tile, view.field.pinhole, _SAMPLES_AT_ONCE, view.field.reach)
 
 
 def _is_separate(view: FrameView, share: Array) -> bool:

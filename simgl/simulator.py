@@ -279,7 +279,7 @@ class Simulator:
         if scene is None:
             return still
         moving = MovingViews(scene=scene, view_of=lambda part: self._view(part.state, camera, part))
-        return replace(still, moving=moving, lit={})
+        return replace(still, moving=moving, lit={}, drawn={})
 
     def _interreflection(self, state: SceneState) -> Literal["off", "quick", "exact"]:
         """See ``FrameInfo``."""
@@ -312,7 +312,7 @@ class Simulator:
             photons = still.state.sun.photons_per_joule
             seen = self._lit_for(still, 0)
             area = seen.lit_area
-            return pipeline.electrons_through(camera, photons, seen.radiance, seen.sun, area)
+            return pipeline.electrons_through(camera, photons, seen.softened, seen.sun, area)
         lights = (
             self._lit_for(still, index).lit_for(replace(camera, detector=colour.detector))
             for index, colour in enumerate(colours)
@@ -375,7 +375,7 @@ class Simulator:
         return LayersFrame(info=still.info, layers=self._renderer.layers(still.view))
 
     def _irradiance(self, still: StillScene) -> IrradianceFrame:
-        target = self._camera_pipeline.irradiance(still.view.camera, still.radiance, still.sun)
+        target = self._camera_pipeline.irradiance(still.view.camera, still.softened, still.sun)
         photons = still.state.sun.photons_per_joule
         return IrradianceFrame(info=still.info, irradiance=target.read(), photons_per_joule=photons)
 

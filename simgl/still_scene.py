@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 from simgl.arrays import Array
 from simgl.camera.camera import Camera
+from simgl.camera.pixel_ramp import pixel_ramp
 from simgl.camera.point_spread import SunInCamera
 from simgl.camera_pipeline import ColourLight
 from simgl.gpu.render_targets import ImageTarget
@@ -51,19 +51,38 @@ class StillScene:
     moving: MovingViews | None = None
     # With the lamps as a detector responds to them: the last, whose radiance is still valid.
     lit: dict[bytes, StillScene] = field(default_factory=dict)
+    # The radiance by the width of its ramps [px].
+    drawn: dict[float, ImageTarget] = field(default_factory=dict)
 
-    @cached_property
+    @property
     def radiance(self) -> ImageTarget:
         """Rendered at the first use; valid until the renderer draws another scene of this size."""
+        return self._with_ramp(0.0)
+
+    @property
+    def softened(self) -> ImageTarget:
+        """The radiance with the ramps between pixels that the camera's point spread takes; valid as
+        ``radiance`` is."""
+        return self._with_ramp(pixel_ramp(self.view.camera))
+
+    def _with_ramp(self, ramp: float) -> ImageTarget:
+        if ramp not in self.drawn:
+            self.drawn[ramp] = self._render(ramp)
+        return self.drawn[ramp]
+
+    def _render(self, ramp: float) -> ImageTarget:
         if self.moving is None:
-            return self.renderer.radiance(self.view)
-        return self.renderer.radiance_during(self._behind(), self._parts())
+            return self.renderer.radiance(replace(self.view, ramp=ramp))
+        parts = ((replace(view, ramp=ramp), share) for view, share in self._parts())
+        return self.renderer.radiance_during(self._behind(), parts)
 
     @property
     def lit_area(self) -> tuple[int, int, int, int]:
-        """x, y, width, height of the pixels that are not black for sure."""
-        d = self.view.camera.detector
-        return self.view.lit_area if self.moving is None else (0, 0, d.width, d.height)
+        """x, y, width, height of the pixels of ``softened`` that are not black for sure."""
+        camera = self.view.camera
+        if self.moving is not None:
+            return 0, 0, camera.detector.width, camera.detector.height
+        return replace(self.view, ramp=pixel_ramp(camera)).lit_area
 
     def _behind(self) -> Iterator[tuple[FrameView, Array]]:
         assert self.moving is not None
@@ -90,19 +109,18 @@ class StillScene:
         return ColourLight(
             camera=camera,
             photons_per_joule=self.state.sun.photons_per_joule,
-            radiance=self.radiance,
+            radiance=self.softened,
             sun=self.sun,
         )
 
     def with_camera(self, camera: Camera, draw: int) -> StillScene:
         """The same scene and radiance with other settings of the camera and another draw."""
         placed = replace(self.state.cameras[camera.name], camera=camera)
-        still = StillScene(
+        return StillScene(
             renderer=self.renderer,
             state=replace(self.state, cameras={**self.state.cameras, camera.name: placed}),
             view=replace(self.view, camera=camera),
             info=replace(self.info, camera=camera, draw=draw),
             lit=self.lit,
+            drawn=self.drawn,
         )
-        still.radiance = self.radiance
-        return still

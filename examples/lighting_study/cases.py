@@ -91,7 +91,7 @@ CASES = (
         title="Over the bright atmosphere",
         figures="59, 60",
         kind="bad: the body merges with the atmosphere, tail cone and wings are dark",
-        text="The back of the body is as bright as the clouds.",
+        text="The back of the body is twice as bright as the clouds.",
         numbers=(
             Number(
                 what="back of the body, sunlit",
@@ -105,6 +105,8 @@ CASES = (
                 says="very similar to the body",
                 pixels=lambda shot: shot.around_target,
                 against=("back of the body, sunlit", 0.67, 1.5),
+                why="Clouds and air reflect here what satellites measure, most of it half as much "
+                "as white felt; the study's atmosphere is brighter.",
             ),
             Number(
                 what="wings",

@@ -5,6 +5,8 @@
 // WINDOW: the raster covers small spacecraft alone, in cells of four samples; a pixel's other samples are
 // known to be empty.
 // DISTORTED: the lens moves samples, so that each has its own way to a pixel.
+// SOFT: between a pixel and its neighbours samples belong to both, by a ramp: a pixel is a square
+// convolved with a square of the ramp's width.
 #include "block/resolve"
 #define GROUPED
 #include "gbuffer/cells.glsl"
@@ -68,19 +70,47 @@ Sum cell_sum(ivec2 cell) {
     return sum;
 }
 
+#ifdef SOFT
+// Share of a sample by its distance from the pixel's middle [px].
+float share_at(vec2 off) {
+    vec2 along = clamp(0.5 * (1.0 + ramp) - abs(off), 0.0, min(1.0, ramp)) / ramp;
+    return along.x * along.y;
+}
+
+vec2 half_square(vec2 at) {
+    vec2 above = max(at, vec2(0.0));
+    return 0.5 * above * above;
+}
+
+// Shares along both axes of all that lies on the low side of a place, from the pixel's middle [px].
+vec2 below(vec2 at) {
+    float outer = 0.5 * (1.0 + ramp), inner = 0.5 * (1.0 - ramp);
+    vec2 rise = half_square(at + outer) - half_square(at + inner);
+    return (rise - half_square(at - inner) + half_square(at - outer)) / ramp;
+}
+#endif
+
 #ifdef WINDOW
 // What a group of a cell gives a pixel, which sees some of its samples.
+#ifdef SOFT
+void add_group(inout Sum sum, ivec2 cell, uint first_page, uint group, vec4 seen, int layer) {
+    const uvec4 PLACES = uvec4(1u, 2u, 1u << uint(STRIDE), 1u << uint(STRIDE + 1));
+    float samples = dot(seen, vec4(notEqual(group & PLACES, uvec4(0u))));
+#else
 void add_group(inout Sum sum, ivec2 cell, uint first_page, uint group, uint seen, int layer) {
     float samples = float(samples_of(group & seen));
+#endif
     vec4 light = point(first_page, cell, layer);
     sum.light += samples > 0.0 ? samples * light : vec4(0.0);
     sum.covered += samples;
 }
 
+#ifndef SOFT
 // Whether a place lies within the unit square about the origin. Of two neighbours one has their edge.
 uint within(vec2 place) {
     return uint(all(greaterThanEqual(place, vec2(-0.5))) && all(lessThan(place, vec2(0.5))));
 }
+#endif
 
 void main() {
     mat2 to_pixel = mat2(pixel_from_raster.xy, pixel_from_raster.zw);
@@ -100,7 +130,12 @@ void main() {
     vec2 origin = inverse(edges) * (window_origin - middle);
     // The cells within the pixel's bounds on the raster.
     mat2 back = inverse(to_square);
-    vec2 at = -(back * origin), reach = 0.5 * (abs(back[0]) + abs(back[1])) + 1.0;
+#ifdef SOFT
+    float half_width = 0.5 * (1.0 + ramp);
+#else
+    float half_width = 0.5;
+#endif
+    vec2 at = -(back * origin), reach = half_width * (abs(back[0]) + abs(back[1])) + 1.0;
     ivec2 first = clamp(ivec2(floor(max(0.5 * (at - reach), 0.0))), ivec2(0), cells);
     ivec2 last = ivec2(ceil(min(0.5 * (at + reach), vec2(cells))));
     Sum sum = Sum(vec4(0.0), 0.0, 0.0);
@@ -112,9 +147,15 @@ void main() {
             // Its four samples, without a loop, since llvmpipe ends all loops of a shader after
             // 65,535 turns together; WHEN is one of them.
             vec2 corner = to_square * (2.0 * vec2(i, j) + 0.5) + origin;
+#ifdef SOFT
+            vec4 seen = vec4(share_at(corner), share_at(corner + to_square[0]),
+                             share_at(corner + to_square[1]),
+                             share_at(corner + to_square[0] + to_square[1]));
+#else
             uint seen = within(corner) | within(corner + to_square[0]) << 1u
                       | within(corner + to_square[1]) << uint(STRIDE)
                       | within(corner + to_square[0] + to_square[1]) << uint(STRIDE + 1);
+#endif
             add_group(row, ivec2(i, j), first_page, groups.x, seen, 0);
             WHEN(samples_of(groups.y) > 0u) {
                 add_group(row, ivec2(i, j), first_page, groups.y, seen, 1);
@@ -154,6 +195,77 @@ Sum sample_sum(ivec2 texel) {
     return Sum(held ? light : vec4(0.0), held ? 1.0 : 0.0, 1.0);
 }
 
+#ifdef SOFT
+// Whether a sample lies where the tile's samples are known.
+bool is_known(ivec2 texel) {
+#ifdef DISTORTED
+    return true;
+#else
+    vec2 seen = floor(vec2(cell_of(texel)) / float(cells_per_pixel)) + tile_origin;
+    return all(greaterThanEqual(seen, core.xy)) && all(lessThan(seen, core.zw));
+#endif
+}
+#endif
+
+#if defined(SOFT) && !defined(DISTORTED)
+// A cell as a whole: light, the covered share and all of it, by its share in a pixel. Of one that does
+// not look the same all over the covered share is negative if its samples have to be weighted.
+Sum soft_sum(ivec2 cell, float all_of_it) {
+    bool inside = all(greaterThanEqual(cell, ivec2(0))) && all(lessThan(cell, cells));
+    cell = clamp(cell, ivec2(0), cells - 1);
+    uvec4 groups = texelFetch(cell_groups, cell, 0);
+    uint first_page = texelFetch(block_pages, cell / BLOCK, 0).r;
+    uint in_first = samples_of(groups.x);
+    bool lit = inside && in_first > 0u, mixed = lit && in_first < groups.x >> TEXELS;
+    vec4 light = point(first_page, cell, 0);
+    Sum sum = Sum(lit ? all_of_it * light : vec4(0.0), lit ? all_of_it : 0.0, all_of_it);
+    if (mixed) sum.covered = -1.0;
+    WHEN(mixed && by_samples == 0) {
+        Sum samples = cell_sum(cell);
+        float each = all_of_it / samples.count;
+        float covered = samples.covered < samples.count ? each * samples.covered : all_of_it;
+        sum = Sum(each * samples.light, covered, all_of_it);
+    }
+    return sum;
+}
+#endif
+
+#if defined(SOFT) || defined(DISTORTED)
+// Sums over the samples of a pixel one by one; of a softened one by their shares in it.
+//
+// middle, to_raster : of the pixel in the raster, and what a pixel right and down is there
+Sum sum_of_samples(vec2 middle, mat2 to_raster) {
+    mat2 to_pixel = inverse(to_raster);
+    float extent = max(abs(to_raster[0].x) + abs(to_raster[1].x),
+                       abs(to_raster[0].y) + abs(to_raster[1].y));
+#ifdef SOFT
+    extent *= 1.0 + ramp;
+#endif
+    // The middle of a texel that is counted lies within half the extent of a place in the first one.
+    int reach = int(0.5 * extent + 0.501);
+    ivec2 centre = ivec2(floor(middle));
+    Sum sum = Sum(vec4(0.0), 0.0, 0.0);
+    for (int j = -reach; j <= reach; ++j) {
+        Sum row = Sum(vec4(0.0), 0.0, 0.0);
+        for (int i = -reach; i <= reach; ++i) {
+            ivec2 texel = centre + ivec2(i, j);
+            vec2 off = to_pixel * (vec2(texel) + 0.5 - middle);
+#ifdef SOFT
+            float part = share_at(off);
+            if (part <= 0.0 || !is_known(texel)) continue;
+            Sum one = sample_sum(texel);
+            add(row, Sum(part * one.light, part * one.covered, part * one.count));
+#else
+            if (any(greaterThan(abs(off), vec2(0.5)))) continue;
+            add(row, sample_sum(texel));
+#endif
+        }
+        add(sum, row);
+    }
+    return sum;
+}
+#endif
+
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     Sum sum = Sum(vec4(0.0), 0.0, 0.0);
@@ -166,20 +278,33 @@ void main() {
     if (any(lessThan(seen, core.xy)) || any(greaterThanEqual(seen, core.zw))) discard;
     vec2 middle = to_raster * (seen - tile_origin) + raster_origin;
     // A pixel is small beside the curvature of the distortion: its edges are straight.
-    to_raster = to_raster * pixel_edges(pixel);
-    mat2 to_pixel = inverse(to_raster);
-    float extent = max(abs(to_raster[0].x) + abs(to_raster[1].x),
-                       abs(to_raster[0].y) + abs(to_raster[1].y));
-    int reach = int(ceil(0.5 * extent + 0.5));
-    ivec2 centre = ivec2(floor(middle));
-    for (int j = -reach; j <= reach; ++j) {
+    sum = sum_of_samples(middle, to_raster * pixel_edges(pixel));
+#elif defined(SOFT)
+    // Cells that look the same all over, and of which no neighbour looks different, count as a whole.
+    float per_pixel = float(cells_per_pixel);
+    int first = int(floor(-0.5 * ramp * per_pixel)), end = cells_per_pixel - first;
+    bool lit = false, bare = false, mixed = false;
+    for (int j = first; j < end; ++j) {
         Sum row = Sum(vec4(0.0), 0.0, 0.0);
-        for (int i = -reach; i <= reach; ++i) {
-            ivec2 texel = centre + ivec2(i, j);
-            if (any(greaterThan(abs(to_pixel * (vec2(texel) + 0.5 - middle)), vec2(0.5)))) continue;
-            add(row, sample_sum(texel));
+        for (int i = first; i < end; ++i) {
+            vec2 low = vec2(i, j) / per_pixel - 0.5;
+            vec2 along = below(low + 1.0 / per_pixel) - below(low);
+            ivec2 offset = ivec2(floor((vec2(i, j) + 0.5) / per_pixel));
+            // Beyond the tile's samples as at their edge.
+            ivec2 known = clamp(pixel + offset, ivec2(core.xy), ivec2(core.zw) - 1);
+            ivec2 corner = cells_per_pixel * (known - offset - ivec2(tile_origin));
+            Sum one = soft_sum(corner + ivec2(i, j), along.x * along.y);
+            lit = lit || one.covered > 0.0;
+            bare = bare || one.covered == 0.0;
+            mixed = mixed || one.covered < 0.0;
+            add(row, one);
         }
         add(sum, row);
+    }
+    WHEN((mixed || lit && bare) && by_samples == 1) {
+        mat2 to_raster = mat2(raster_from_pixel.xy, raster_from_pixel.zw);
+        vec2 middle = to_raster * (vec2(pixel) + 0.5 - tile_origin) + raster_origin;
+        sum = sum_of_samples(middle, to_raster);
     }
 #else
     ivec2 corner = cells_per_pixel * (pixel - ivec2(tile_origin));
@@ -189,8 +314,8 @@ void main() {
         add(sum, row);
     }
 #endif
-    radiance = sum.light / max(sum.count, 1.0);
+    radiance = sum.light / max(sum.count, 1e-6);
     // Drivers divide to the last digit but one, through which the Sun's disc would shine.
-    share = vec4(sum.covered < sum.count ? sum.covered / sum.count : min(sum.count, 1.0));
+    share = vec4(sum.covered < sum.count ? sum.covered / sum.count : float(sum.count > 0.0));
 }
 #endif

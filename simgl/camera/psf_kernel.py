@@ -3,7 +3,8 @@
 Radiance pixels are already averaged over the pixel, so the kernel models the lens only. Samples of
 the point spread do that if it is wide. If it is narrow they miss light between them; then its means
 over a pixel, once and twice, are better. The kernel is the mixture of the three with non-negative
-weights whose MTF is closest to the lens's up to the detector's Nyquist frequency.
+weights whose MTF is closest to the lens's up to the detector's Nyquist frequency. Where pixels are
+softened by a ramp, its middle is then fitted to that MTF pixel by pixel (``kernel_fit``).
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import scipy
 from simgl.arrays import Array
 from simgl.camera.camera import Camera
 from simgl.camera.diffraction import airy_tail, band_wavelengths, defocus_otf
+from simgl.camera.kernel_fit import fitted
 from simgl.camera.lens import Blur
 from simgl.errors import ConfigError
 from simgl.physics.constants import SOLAR_TEMPERATURE
@@ -92,8 +94,11 @@ def lens_reach(camera: Camera, blur: Blur) -> int:
     return int(reach)
 
 
-def lens_kernel(camera: Camera, blur: Blur, band: int, reach: int) -> PsfKernel:
-    """The kernel of a lens in one band at one blur, with the given half width [px]."""
+def lens_kernel(camera: Camera, blur: Blur, band: int, reach: int, ramp: float = 0.0) -> PsfKernel:
+    """The kernel of a lens in one band at one blur, with the given half width [px].
+
+    ramp : by which the pixels that it spreads are softened [px]
+    """
     lens, pitch = camera.lens, camera.detector.pixel_pitch
     assert lens.spread is not None
     tail = 0.0
@@ -112,7 +117,10 @@ def lens_kernel(camera: Camera, blur: Blur, band: int, reach: int) -> PsfKernel:
         core[core < 1e-9 * core.max()] = 0.0
     # Exactly even, so that its spectrum is real.
     core = core + core[::-1, ::-1]
-    return PsfKernel(core * ((1.0 - tail_energy(tail, reach)) / core.sum()), tail)
+    core *= (1.0 - tail_energy(tail, reach)) / core.sum()
+    if ramp > 0.0:
+        core, _ = fitted(core, lambda f: lens_transfer(camera, blur, band, f), ramp)
+    return PsfKernel(core, tail)
 
 
 def _mean_wavelength(band: int) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import moderngl
@@ -30,12 +31,23 @@ _RESOLVE = Block(
             ("window_origin", "f4", 2),
             ("cells_per_pixel", "i4"),
             ("window_samples", "f4"),
-            ("resolve_padding", "f4", 2),
-            # x0, y0, x1, y1 of the image's pixels that are averaged from this tile.
+            # Width of the ramps between pixels [px].
+            ("ramp", "f4"),
+            # 1 where each sample near an edge has its own share in a softened pixel; 0 where a cell
+            # has.
+            ("by_samples", "i4"),
+            # x0, y0, x1, y1 of the image's pixels that are averaged from this tile; of a softened
+            # one, whose samples are known.
             ("core", "f4", 4),
         ]
     ),
 )
+
+
+# Largest number of cells along a pixel's edge of which the samples are weighted one by one.
+_FEW_CELLS = 2
+# Ramp that remains where cells are nearly as wide as it [px].
+_NARROWEST = 0.05
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -68,12 +80,14 @@ class ResolvePass:
         radiance: moderngl.Texture,
         target: moderngl.Framebuffer,
         lens: DistortedView | None = None,
+        ramp: float = 0.0,
     ) -> None:
         """Lay the tile over the radiance that the target already holds.
 
         points, radiance : its shading points, and their radiance
+        ramp : width of the ramps from each pixel to its neighbours [px], at most 2; 0 for none
         """
-        self._draw(self.state, tile, points, radiance, target, lens)
+        self._draw(self.state, tile, points, radiance, target, lens, ramp)
 
     def hide(
         self,
@@ -94,6 +108,7 @@ class ResolvePass:
         radiance: moderngl.Texture,
         target: moderngl.Framebuffer,
         lens: DistortedView | None,
+        ramp: float = 0.0,
     ) -> None:
         box = tile.x, tile.y, tile.width, tile.height
         groups = dict(zip(CELL_GROUPS, points.groups, strict=True))
@@ -102,15 +117,25 @@ class ResolvePass:
             groups = {"cell_groups": groups["cell_groups"]}
         textures = groups | {"block_pages": points.block_pages, "points": radiance}
         defines = [] if tile.window is None else ["WINDOW"]
-        if lens is not None:
-            box = _distorted_box(tile, lens.field)
+        if ramp > 0.0:
+            box = _with_neighbours(box)
+            defines.append("SOFT")
+        core = tile.core
+        if lens is None:
+            core = _within(core, (0, 0, *target.size))
+            if ramp > 0.0:
+                x0, y0, x1, y1 = (int(edge) for edge in _within(core, _corners(box)))
+                box = x0, y0, x1 - x0, y1 - y0
+        else:
+            box = _distorted_box(tile, lens.field, 1 if ramp > 0.0 else 0)
             textures["places"] = lens.places
             defines.append("DISTORTED")
         state.apply(self._ctx, target, (0, 0, *target.size), box)
         self._tile.write(tile_values(tile, tile.slices[0]))
         self._tile.bind()
         self._program_for(tuple(defines), list(textures)).draw(
-            _values(tile), list(textures.values())
+            _values(tile, ramp, by_cells=lens is None and tile.window is None) | {"core": core},
+            list(textures.values()),
         )
 
     def _program_for(self, defines: tuple[str, ...], samplers: list[str]) -> FullscreenProgram:
@@ -128,10 +153,28 @@ class ResolvePass:
         self._tile.release()
 
 
-def _distorted_box(tile: RasterTile, field: PinholeField) -> tuple[int, int, int, int]:
-    """x, y, width, height of the pixels that may see a tile of the pinhole's image."""
+def _with_neighbours(box: tuple[int, int, int, int]) -> tuple[int, int, int, int]:
+    x, y, width, height = box
+    return x - 1, y - 1, width + 2, height + 2
+
+
+def _corners(box: tuple[int, int, int, int]) -> tuple[int, int, int, int]:
+    x, y, width, height = box
+    return x, y, x + width, y + height
+
+
+def _within(a: Sequence[float], b: Sequence[float]) -> tuple[float, ...]:
+    """The part of a box x0, y0, x1, y1 within another."""
+    return (*map(max, a[:2], b[:2]), *map(min, a[2:], b[2:]))
+
+
+def _distorted_box(tile: RasterTile, field: PinholeField, wider: int) -> tuple[int, int, int, int]:
+    """x, y, width, height of the pixels that may see a tile of the pinhole's image.
+
+    wider : than a pixel on each side [px]
+    """
     low, high = np.array([tile.x, tile.y]), np.array([tile.x + tile.width, tile.y + tile.height])
-    places, margin = field.places, field.reach
+    places, margin = field.places, field.reach * (1 + wider)
     inside = field.drawn & np.all((places > low - margin) & (places < high + margin), axis=-1)
     rows, columns = np.flatnonzero(inside.any(axis=1)), np.flatnonzero(inside.any(axis=0))
     if not rows.size:
@@ -140,13 +183,19 @@ def _distorted_box(tile: RasterTile, field: PinholeField) -> tuple[int, int, int
     return x, y, int(columns[-1]) + 1 - x, int(rows[-1]) + 1 - y
 
 
-def _values(tile: RasterTile) -> dict[str, object]:
+def _values(tile: RasterTile, ramp: float, *, by_cells: bool) -> dict[str, object]:
     turn, window = tile.sample_grid.turn, tile.window
     back, origin, samples = np.linalg.inv(turn), np.zeros(2), 0.0
     if window is not None:
         back = window.image_from_raster[:, :2]
         origin = window.image_from_raster[:, 2] - (tile.x, tile.y)
         samples = window.samples_per_pixel
+    cells = tile.sample_grid.cells_per_edge
+    by_samples = cells <= _FEW_CELLS
+    if by_cells and not by_samples:
+        # Light and shares are means over a cell then, which widens a pixel by two squares of its
+        # width: these are part of the ramp, whose variance goes with its square.
+        ramp = float(np.sqrt(max(ramp**2 - 2.0 / cells**2, _NARROWEST**2)))
     return {
         "raster_from_pixel": turn.T.ravel(),
         "pixel_from_raster": back.T.ravel(),
@@ -154,5 +203,6 @@ def _values(tile: RasterTile) -> dict[str, object]:
         "window_origin": origin,
         "cells_per_pixel": tile.sample_grid.cells_per_edge,
         "window_samples": samples,
-        "core": tile.core,
+        "ramp": ramp,
+        "by_samples": int(by_samples),
     }

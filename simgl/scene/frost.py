@@ -8,7 +8,6 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from simgl import assets
 from simgl.arrays import Array
@@ -56,11 +55,13 @@ def frost_edges() -> Array:
     """
     table = np.loadtxt(assets.data() / "earth" / "frost_edges.csv", delimiter=",", skiprows=1)
     table = table[:, 2:].reshape(12, _STRIPS, 3)
-    # A shape-preserving spline makes no overshoots at coasts; three strips more join the ends.
-    around = np.concatenate([table[:, -3:], table, table[:, :3]], axis=1)
-    strips = np.arange(-3, _STRIPS + 3) + 0.5
-    places = (np.arange(_COLUMNS) + 0.5) * _STRIPS / _COLUMNS
-    edges = PchipInterpolator(strips, around, axis=1)(places)
+    steps = np.repeat(table, _COLUMNS // _STRIPS, axis=1)
+    # A bell as wide as two strips keeps the mean of each month, without overshoots at coasts.
+    bell = np.zeros(_COLUMNS)
+    width = 2 * _COLUMNS // _STRIPS
+    bell[np.arange(-width // 2 + 1, width // 2)] = np.hanning(width + 1)[1:-1]
+    spectrum = np.fft.rfft(bell / bell.sum())[:, None]
+    edges = np.fft.irfft(np.fft.rfft(steps, axis=1) * spectrum, _COLUMNS, axis=1)
     return np.asarray(edges + _winding()[:, None])
 
 

@@ -20,7 +20,7 @@ from simgl.scene.state import CameraState, SceneState, SunSeen
 from simgl.view.background import Background, background
 from simgl.view.exposure_parts import ExposurePart
 from simgl.view.lamp_views import LampView, lamp_views
-from simgl.view.raster_tiles import RasterTile, pixel_centre_tile, raster_tiles
+from simgl.view.raster_tiles import RasterTile, parts, pixel_centre_tile, raster_tiles
 from simgl.view.row_clock import RowClock, pose_motion
 from simgl.view.spacecraft_view import SpacecraftView, spacecraft_views
 
@@ -39,6 +39,7 @@ class FrameView:
     gather : where light from other surfaces is worked out
     glossy_reflections : it is followed by rays in the lobes of glossy surfaces
     joint_light : how it is worked out between parts that joints have moved
+    ramp : between neighbouring pixels, for lenses that spread light [px]; 0 for sharp pixels
     """
 
     camera: Camera
@@ -51,6 +52,7 @@ class FrameView:
     glossy_reflections: bool = False
     joint_light: JointLight = "exact"
     other_pinholes: tuple[FrameView, ...] = ()
+    ramp: float = 0.0
 
     @property
     def pinholes(self) -> tuple[FrameView, ...]:
@@ -63,10 +65,14 @@ class FrameView:
         d = self.camera.detector
         if self.field is not None:
             return 0, 0, d.width, d.height
-        x0 = min((tile.x for tile in self.tiles), default=0)
-        y0 = min((tile.y for tile in self.tiles), default=0)
-        x1 = max((tile.x + tile.width for tile in self.tiles), default=0)
-        y1 = max((tile.y + tile.height for tile in self.tiles), default=0)
+        if not self.tiles:
+            return 0, 0, 0, 0
+        # A ramp brings light to the next pixel.
+        more = 1 if self.ramp > 0.0 else 0
+        x0 = max(min(tile.x for tile in self.tiles) - more, 0)
+        y0 = max(min(tile.y for tile in self.tiles) - more, 0)
+        x1 = min(max(tile.x + tile.width for tile in self.tiles) + more, d.width)
+        y1 = min(max(tile.y + tile.height for tile in self.tiles) + more, d.height)
         return x0, y0, x1 - x0, y1 - y0
 
     @property
@@ -218,3 +224,13 @@ def truth_tile(view: FrameView) -> RasterTile | None:
         return None
     camera = view.camera if view.field is None else view.field.centred
     return pixel_centre_tile(spacecraft, camera)
+
+
+def lit_parts(tile: RasterTile, view: FrameView, max_samples: int) -> list[RasterTile]:
+    """A tile of a view in parts of no more samples than that, which can be lit at once."""
+    columns, rows = tile.raster_size
+    if columns * rows <= max_samples:
+        return [tile]
+    if view.field is None:
+        return parts(tile, view.camera, max_samples)
+    return parts(tile, view.field.pinhole, max_samples, view.field.reach)

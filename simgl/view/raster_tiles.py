@@ -35,7 +35,6 @@ NEAREST = 0.01
 SLICE_RATIO = 64.0
 # Beyond every image, on either side.
 _BEYOND = (-1e9, 1e9)
-
 # Of an outline seen edge on [px^2].
 _MIN_AREA = 1e-9
 
@@ -141,9 +140,8 @@ def _part(tile: RasterTile, core: Box, margin: int, camera: Camera) -> RasterTil
     box = max(a - margin, x0), max(b - margin, y0), min(c + margin, x1), min(d + margin, y1)
     part = _tile(box, tile.spacecraft, tile.depths, camera, tile.sample_grid)
     # Pixels across the tile's own edges belong to the parts there.
-    low = tuple(_BEYOND[0] if at == edge else at for at, edge in ((a, x0), (b, y0)))
-    high = tuple(_BEYOND[1] if at == edge else at for at, edge in ((c, x1), (d, y1)))
-    return replace(part, core=(*low, *high))
+    ends = zip((a, b, c, d), (x0, y0, x1, y1), tile.core, strict=True)
+    return replace(part, core=tuple(far if at == edge else at for at, edge, far in ends))
 
 
 def pixel_centre_tile(spacecraft: tuple[SpacecraftView, ...], camera: Camera) -> RasterTile:
@@ -343,6 +341,9 @@ def raster_tiles(
         together = tuple(one.view for one in group.targets)
         slices = _depth_slices(group.hull[:, 2])
         tiles.append(_tile(group.box, together, slices, camera, sample_grid))
+    if rows is not None:
+        core = _BEYOND[0], float(rows[0]), _BEYOND[1], float(rows[1])
+        tiles = [replace(tile, core=core) for tile in tiles]
     return tuple(tiles)
 
 
@@ -395,10 +396,7 @@ def _tile(
         raster_from_camera = window.raster_from_image @ camera.intrinsics
         size = np.array(window.size)
         columns, rows_of_cells = (edge // WINDOW_CELL for edge in window.size)
-        cells = CellGrid(
-            size=(columns, rows_of_cells),
-            raster_from_cell=WINDOW_CELL * np.eye(2, 3),
-        )
+        cells = CellGrid(size=(columns, rows_of_cells), raster_from_cell=WINDOW_CELL * np.eye(2, 3))
         edges = _float32(np.zeros((4, 4)))
     rows = 2.0 * raster_from_camera / size[:, None] - np.array([0.0, 0.0, 1.0])
     slices = []

@@ -53,7 +53,10 @@ SEEN = {
     "azimuth_28": (TargetBackground.MIXED, Verdict.GOOD),
     "azimuth_90": (TargetBackground.EARTH, Verdict.GOOD),
 }
-DIFFERS = {("craft_alone", "tail cone")}
+DIFFERS = {
+    ("craft_alone", "tail cone"),
+    ("too_bright", "background around the spacecraft"),
+}
 
 
 def test_each_case_shows_what_the_study_says_or_what_the_page_admits(simulator: Simulator) -> None:
