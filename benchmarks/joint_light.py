@@ -17,10 +17,9 @@ from pathlib import Path
 import numpy as np
 
 from simgl import load_scenario
-from simgl.arrays import Array
+from simgl.arrays import Array, Array32
 from simgl.radiosity.gather_points import (
     LIFT,
-    QUARTERS,
     cast,
     counts,
     face_normals,
@@ -28,7 +27,6 @@ from simgl.radiosity.gather_points import (
     nearest_open,
 )
 from simgl.radiosity.incident_light import incident_light
-from simgl.radiosity.leaving_light import LeavingLight
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.occlusion import inside_others, moved_into_open
 from simgl.radiosity.patch_light import PatchLight
@@ -44,16 +42,16 @@ RAYS = 256
 ARM = {"yaw": 25.0, "shoulder": 50.0, "elbow": -85.0, "pitch": 35.0, "roll": 90.0}
 
 
-def traced_light(mesh: Mesh, transport: LightTransport, exitance: LeavingLight) -> Array:
+def traced_light(mesh: Mesh, transport: LightTransport, exitance: Array32) -> Array:
     """(v, 4) irradiance of the vertices by rays of their own against the whole body [W m-2]."""
     tracer = RayTracer(mesh)
     points = moved_into_open(mesh, tracer, gather_points_of(mesh, 1))
     seen = cast(mesh, tracer, points, 1, RAYS, lambda _: None)
-    patch = np.repeat(transport.patch_of_side, QUARTERS)
+    patch = transport.patch_of_side
     to_patch = counts(np.arange(len(patch)), patch, (len(patch), len(transport.areas)))
     instead = nearest_open(mesh, points, seen.buried)
     rows = instead[points.of_vertex[0]]
-    return np.asarray((seen.hits[rows] @ to_patch) @ exitance.patches / RAYS)
+    return np.asarray((seen.hits[rows] @ to_patch) @ exitance / RAYS)
 
 
 def outside(mesh: Mesh) -> Array:

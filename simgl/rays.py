@@ -56,23 +56,6 @@ class RayTracer:
         _on_all_cores(trace, len(starts))
         return triangle, distance
 
-    def places(
-        self, origins: ArrayLike, directions: ArrayLike
-    ) -> tuple[NDArray[np.int32], Array32, Array32]:
-        """The same, and (n, 2) where in the triangle: weights of its second and third corner."""
-        starts, ways = _rows(origins), _rows(directions)
-        triangle = np.empty(len(starts), dtype=np.int32)
-        distance = np.empty(len(starts), dtype=np.float32)
-        weights = np.empty((len(starts), 2), dtype=np.float32)
-
-        def trace(part: slice) -> None:
-            hits = self._scene.run(starts[part], ways[part], output=True)
-            triangle[part], distance[part] = hits["primID"], hits["tfar"]
-            weights[part, 0], weights[part, 1] = hits["u"], hits["v"]
-
-        _on_all_cores(trace, len(starts))
-        return triangle, distance, weights
-
     def occluded(
         self, origins: ArrayLike, directions: ArrayLike, reach: Array32 | None = None
     ) -> Mask:

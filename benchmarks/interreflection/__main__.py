@@ -23,7 +23,6 @@ from simgl.environment_map import SkyRadiance, cell_radiance, cube_directions
 from simgl.gpu.context import temporary_context
 from simgl.passes.interreflection import InterreflectionPass
 from simgl.radiosity.hemisphere import CELLS_ACROSS
-from simgl.radiosity.leaving_light import LeavingLight, uneven
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.precomputed_response import PrecomputedResponse
 from simgl.radiosity.solver import lit_normals, radiosity, reflectors, vertex_irradiance
@@ -99,27 +98,20 @@ def agreement(spacecraft: SpacecraftView, transport: LightTransport, count: int)
 
     gather = transport.of_vertices
 
-    def on_vertices(exitance: LeavingLight) -> Array32:
+    def on_vertices(exitance: Array32) -> Array32:
         values = np.empty((*gather.shape, 4), dtype=np.float32)
         vertex_irradiance(gather, exitance, values, EXECUTOR)
         return values
 
     def at_once(cosines: Array32) -> Array32:
-        straight = (cosines[:, :, None] * SUN).astype(np.float32)
-        irradiance = straight.mean(axis=1) + sky
-        patches = radiosity(transport, surface, surface.albedo * irradiance)
-        return on_vertices(LeavingLight(patches=patches, uneven=uneven(surface.albedo, straight)))
+        irradiance = (cosines[:, None] * SUN).astype(np.float32) + sky
+        return on_vertices(radiosity(transport, surface, surface.albedo * irradiance))
 
     worst, squares, values, brightest, traced = 0.0, [], [], 0.0, []
     for direction in directions(count):
-        cosines = sunlit.cosines(direction)
-        straight = (cosines[:, :, None] * SUN).astype(np.float32)
-        exitance = LeavingLight(
-            patches=response.of_sun(direction, SUN) + response.of_sky(cells),
-            uneven=uneven(surface.albedo, straight),
-        )
+        exitance = response.of_sun(direction, SUN) + response.of_sky(cells)
         values_by_response = on_vertices(exitance)
-        expected = at_once(cosines)
+        expected = at_once(sunlit.cosines(direction))
         difference = values_by_response - expected
         worst = max(worst, float(np.abs(difference).max()))
         brightest = max(brightest, float(expected.max()))

@@ -98,7 +98,7 @@ class ReferenceGather:
         if transport is None:
             return None
         model, incident = spacecraft.model, spacecraft.incident_light
-        exitance = self._light.exitance(model, transport, sky, incident).patches
+        exitance = self._light.exitance(model, transport, sky, incident)
         # The Sun's light is subtracted patch by patch: near a shadow's edge neighbours differ.
         direct_sun = self._light.of_direct_sun(model, transport, incident) * incident.sun_irradiance
         indirect = np.maximum(exitance - direct_sun, 0.0).astype(np.float32)

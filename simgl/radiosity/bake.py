@@ -22,10 +22,9 @@ from simgl.radiosity.gather_points import (
     nearest_open,
 )
 from simgl.radiosity.hemisphere import SKY_CELLS, cosine_directions, frames, sky_cell, spins
-from simgl.radiosity.light_refinement import refined_by_light
 from simgl.radiosity.light_transport import LightTransport
-from simgl.radiosity.occlusion import with_unshared_corners
-from simgl.radiosity.patches import SAMPLES, SPOTS, Patches, cluster
+from simgl.radiosity.occlusion import moved_into_open
+from simgl.radiosity.patches import SAMPLES, Patches, cluster
 from simgl.radiosity.remesh import subdivided
 from simgl.rays import RayTracer
 from simgl.scene.mesh import Mesh
@@ -38,14 +37,13 @@ class BakeSettings:
     patches : about as many, which lights shine on, and which vertices and each other look at
     patch_rays : cosine-weighted rays of a patch, a multiple of its sample points
     gather_rays : the same of a vertex
-    added_triangles : about as many more, where surfaces are near to each other; light asks for
-        others (``traced``)
-    edge_share : nearness leaves edges shorter than this share of the body's radius
+    added_triangles : about as many more, where surfaces are near to each other
+    edge_share : edges shorter than this share of the body's radius stay
     """
 
     patches: int = 8000
     patch_rays: int = 96
-    gather_rays: int = 320
+    gather_rays: int = 256
     added_triangles: int = 6_000
     edge_share: float = 1.0 / 60.0
 
@@ -95,12 +93,6 @@ def bake(
     return traced(mesh, sides=sides, settings=settings, progress=progress)
 
 
-# Triangles that light asks for, over those that nearness does.
-_BY_LIGHT = 8.0 / 3.0
-# Of the body's radius: light leaves shorter edges.
-_LIT_EDGE_SHARE = 1.0 / 300.0
-
-
 def traced(
     mesh: Mesh,
     *,
@@ -110,18 +102,11 @@ def traced(
 ) -> LightTransport:
     """The transport of any body."""
     report = silent if progress is None else progress
-    fine = refined_by_light(
-        refined(mesh, sides, settings),
-        sides,
-        int(_BY_LIGHT * settings.added_triangles),
-        _LIT_EDGE_SHARE * mesh.radius,
-    )
+    fine = refined(mesh, sides, settings)
     tracer = RayTracer(fine)
+    points = gather_points_of(fine, sides)
     if sides == 1:
-        # The triangles keep their order, so that the tracer is that of the new mesh too.
-        fine, points = with_unshared_corners(fine, tracer)
-    else:
-        points = gather_points_of(fine, sides)
+        points = moved_into_open(fine, tracer, points)
     total = len(points.origins) + settings.patches
     report(0, total)
     seen = cast(fine, tracer, points, sides, settings.gather_rays, lambda done: report(done, total))
@@ -264,7 +249,10 @@ def _assembled(
     factors, sky, point_open = patch_rays
     instead = nearest_open(mesh, points, seen.buried)
     used, of_vertex = np.unique(instead[points.of_vertex], return_inverse=True)
-    gather = (seen.hits[used] @ to_spots(patches.spot_of_quarter, len(patches.areas))).tocsr()
+    to_patch = counts(
+        np.arange(len(patches.of_side)), patches.of_side, (len(patches.of_side), len(patches.areas))
+    )
+    gather = (seen.hits[used] @ to_patch).tocsr()
     gather.data /= settings.gather_rays
     rows, sky_rays_row = np.unique(seen.sky_rays_row[used], return_inverse=True)
     sky_part, sky_part_seen = lesser_part(
@@ -288,12 +276,6 @@ def _assembled(
         sky_rays_row=sky_rays_row.ravel(),
         gather_point_of_vertex=of_vertex.reshape(points.of_vertex.shape),
     )
-
-
-def to_spots(spot_of_quarter: IndexArray, patches: int) -> sparse.csr_matrix:
-    """(q, spots) csr, 1 at the spot of each quarter of a triangle's side."""
-    quarters = len(spot_of_quarter)
-    return counts(np.arange(quarters), spot_of_quarter, (quarters, patches * SPOTS))
 
 
 def lesser_part(

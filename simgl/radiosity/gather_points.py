@@ -30,10 +30,6 @@ BURIED = 0.25
 GAP = 0.005
 # A gather point's rays start in turn at so many places.
 PLACES = 8
-# Parts of a triangle: those about its corners, then the one in its middle.
-QUARTERS = 4
-# (QUARTERS, 3) weights of the corners at the middle of each.
-QUARTER_MIDDLES = np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4], [2, 2, 2]]) / 6.0
 
 _POINTS_AT_ONCE = 4096
 
@@ -57,8 +53,7 @@ class GatherRays:
     """What the rays of all gather points met.
 
     hit_share : (s,) of the rays, that met the body; across a narrow gap they count little
-    hits : (s, t) csr, rays to each quarter of each (triangle, side): column =
-        (triangle + side * triangles) * QUARTERS + quarter
+    hits : (s, t) csr, rays to each (triangle, side): column = triangle + side * triangles
     occluded : (s, 96) csr, numbers of rays that met the body on their way to a cell of the sky
     sky_rays : (b, 96) counts of all rays to a cell, by the rounded normal
     sky_rays_row : (s,) the row of ``sky_rays`` of each gather point
@@ -86,11 +81,8 @@ def face_normals(mesh: Mesh) -> tuple[Array, Array]:
     return unit_rows(cross), 0.5 * np.linalg.norm(cross, axis=1)
 
 
-def gather_points_of(mesh: Mesh, sides: int, group: IndexArray | None = None) -> GatherPoints:
-    """The gather points of a mesh's vertices; ``sides`` is 2 where surfaces are seen from both.
-
-    group : (v,) vertices with different numbers have no gather point together; None where all may
-    """
+def gather_points_of(mesh: Mesh, sides: int) -> GatherPoints:
+    """The gather points of a mesh's vertices; ``sides`` is 2 where surfaces are seen from both."""
     count = len(mesh.positions)
     triangles = mesh.triangles.astype(np.int64)
     faces, areas = face_normals(mesh)
@@ -105,8 +97,6 @@ def gather_points_of(mesh: Mesh, sides: int, group: IndexArray | None = None) ->
     bins = np.round(normals * 512.0).astype(np.int64) + 1024
     keys = np.stack([position_ids(mesh.positions), *bins.T], axis=1)
     row = np.unique(keys @ _KEY_WEIGHTS, return_inverse=True)[1].ravel()
-    if group is not None:
-        row = np.unique(row * (int(group.max()) + 1) + group, return_inverse=True)[1].ravel()
     count_of_side = int(row.max()) + 1
     first = np.zeros(count_of_side, dtype=np.int64)
     first[row] = np.arange(count)
@@ -187,7 +177,7 @@ def cast(
         directions = _turned(rounded[sky_rays_row[start:stop]], pattern)
         # Ray i starts at place i modulo their number: each has its own part of the sunflower.
         origins = np.tile(points.origins[start:stop], (1, rays // PLACES, 1)).reshape(-1, 3)
-        triangle, distance, weights = tracer.places(origins, directions.reshape(-1, 3))
+        triangle, distance = tracer.hits(origins, directions.reshape(-1, 3))
         met = np.flatnonzero(triangle >= 0)
         triangle = triangle[met].astype(np.int64)
         along = np.einsum("ij,ij->i", faces[triangle], directions.reshape(-1, 3)[met])
@@ -206,7 +196,7 @@ def cast(
         )
         triangle += columns * (behind & (sides == 2))
         rows.append(point)
-        targets.append(triangle * QUARTERS + _quarter(weights[met]))
+        targets.append(triangle)
         skies.append(cells[sky_rays_row[point], met % rays])
         to_body.append(np.where(behind & (sides == 1), 0.0, share))
         before_sky.append(share)
@@ -216,19 +206,12 @@ def cast(
     np.add.at(sky_rays, (np.arange(len(rounded))[:, None], cells), 1.0)
     return GatherRays(
         hit_share=hit_share / rays,
-        hits=_sums(row, np.concatenate(targets), to_body, (count, columns * sides * QUARTERS)),
+        hits=_sums(row, np.concatenate(targets), to_body, (count, columns * sides)),
         occluded=_sums(row, np.concatenate(skies), before_sky, (count, SKY_CELLS)),
         sky_rays=sky_rays,
         sky_rays_row=sky_rays_row,
         buried=buried,
     )
-
-
-def _quarter(weights: Array32) -> IndexArray:
-    """(n,) quarter of a triangle at some weights (n, 2) of its second and third corner."""
-    u, v = weights.T
-    corner = np.where(u > 0.5, 1, np.where(v > 0.5, 2, 3))
-    return np.where(u + v < 0.5, 0, corner)
 
 
 def _turned(normals: Array, pattern: Array) -> Array:

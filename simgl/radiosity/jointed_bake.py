@@ -11,13 +11,13 @@ from scipy import sparse
 from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.motion.joints import Joint
 from simgl.progress import ProgressCallback, silent
-from simgl.radiosity.bake import BakeSettings, lesser_part, patch_directions, refined, to_spots
+from simgl.radiosity.bake import BakeSettings, lesser_part, patch_directions, refined
 from simgl.radiosity.gather_points import (
     BURIED,
-    QUARTERS,
     GatherPoints,
     GatherRays,
     cast,
+    counts,
     face_normals,
     gather_points_of,
     nearest_open,
@@ -222,7 +222,7 @@ def _separate(
 ) -> LightTransport:
     """How light goes with each group by itself."""
     factors, sky, point_open = patch_rays
-    spots = patches.spot_of_quarter.reshape(sides, -1, QUARTERS)
+    of_side = patches.of_side.reshape(sides, -1)
     cells = len(groups) * SKY_CELLS
     gather, part, part_seen, free, free_row = [], [], [], [], []
     of_vertex = np.zeros((sides, len(fine.positions)), dtype=np.int64)
@@ -230,8 +230,9 @@ def _separate(
     for index, group in enumerate(groups):
         seen = group.seen
         instead = nearest_open(group.mesh, group.points, seen.buried)
-        of_group = to_spots(spots[:, group.rigid.triangles].ravel(), len(patches.areas))
-        gather.append((seen.hits @ of_group) / settings.gather_rays)
+        patch = of_side[:, group.rigid.triangles].ravel()
+        to_patch = counts(np.arange(len(patch)), patch, (len(patch), len(patches.areas)))
+        gather.append((seen.hits @ to_patch) / settings.gather_rays)
         lesser, is_seen = lesser_part(
             seen.occluded, sparse.csr_matrix(seen.sky_rays)[seen.sky_rays_row]
         )

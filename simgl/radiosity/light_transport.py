@@ -40,7 +40,7 @@ class GatherMatrix:
     """What each vertex gets, on each of its sides, from patches and sky; r rows in all.
 
     shape : (vertices, sides), whose product is r
-    gather : two csr (r, spots), about as many entries in each
+    gather : two csr (r, p), about as many entries in each
     sky_part : (r, c) csr, and whether it is what is seen, ``sky_part_seen`` (r,)
     sky_rays, sky_rays_row : all of the sky, and its row for each
     between : where all this is of each rigid group by itself, what the others do to it
@@ -64,13 +64,11 @@ class LightTransport:
     areas : (p,) of the patches [m2]
     patch_of_side : (m * sides,) patch of each triangle's front, then of each one's back
     materials : (p, k) share of a patch that each material covers
-    points, normals : (p, n, 3) sample points of the patches [m] and the surface's normals there,
-        those of each spot side by side
+    points, normals : (p, n, 3) sample points of the patches [m] and the surface's normals there
     point_open : (p, n) whether a sample point is outside all other parts
     form_factors : (p, p) csr, share of the light that leaves patch i and arrives at patch j
     sky : (p, 96) csr, share that leaves to each cell of the sky
-    gather : (s, p * SPOTS) csr, share of a gather point's cosine-weighted hemisphere that a spot
-        covers; a spot is a quarter of a patch
+    gather : (s, p) csr, share of a gather point's cosine-weighted hemisphere that a patch covers
     sky_part : (s, 96) csr, of the rays to each cell of the sky those that meet the body or those
         that do not, whichever fill fewer cells; ``sky_part_seen`` (s,) where it is the latter
     sky_rays : (b, 96) csr, all rays to each cell; ``sky_rays_row`` (s,) is a gather point's row

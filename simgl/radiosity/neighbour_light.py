@@ -19,7 +19,6 @@ from simgl.radiosity.between_spacecraft import (
 from simgl.radiosity.convex_transport import convex_transport
 from simgl.radiosity.hemisphere import CELLS_ACROSS
 from simgl.radiosity.incident_light import IncidentLight, LitNeighbour
-from simgl.radiosity.leaving_light import LeavingLight
 from simgl.radiosity.light_transport import GatherMatrix, LightTransport
 from simgl.radiosity.patch_light import PatchLight
 from simgl.radiosity.transport_store import MAX_BYTES, JointLight, TransportStore
@@ -34,12 +33,12 @@ _LEFT, _MAX_JOURNEYS = 0.01, 8
 class FromNeighbours:
     """What a body gets from those around it.
 
-    exitance : what leaves it with that light after all bounces
+    exitance : (p, 4) of its patches with that light after all bounces [W m-2]
     at_rows : (r, 4) of its vertices and their sides [W m-2]
     hidden : (r,) irradiance by the sky behind them over pi, mean of the bands [W m-2 sr-1]
     """
 
-    exitance: LeavingLight
+    exitance: Array32
     at_rows: Array32
     hidden: Array32
 
@@ -104,8 +103,7 @@ class NeighbourLight:
         Light that goes from one neighbour to another is left out.
         """
         receiver = self._body(model, joint_light)
-        separate = self._light.exitance(model, receiver.transport, sky, incident)
-        exitance = separate
+        separate = exitance = self._light.exitance(model, receiver.transport, sky, incident)
         neighbours = [self._lit(receiver, lit, sky, joint_light) for lit in incident.lit_by]
         leaves = max(n.to_body.largest_share * n.to_neighbour.largest_share for n in neighbours)
         for _ in range(_journeys(leaves)):
@@ -113,12 +111,11 @@ class NeighbourLight:
             sent_by = []
             for near in neighbours:
                 sender = near.sender
-                again = near.to_neighbour.at_patches(near.to_neighbour.senders @ exitance.patches)
+                again = near.to_neighbour.at_patches(near.to_neighbour.senders @ exitance)
                 again = self._light.reflected(sender.model, sender.transport, again)
                 sent_by.append(near.sunlit + near.to_body.senders @ (near.exitance + again))
                 at_patches += near.to_body.at_patches(sent_by[-1])
-            again = self._light.reflected(model, receiver.transport, at_patches)
-            exitance = separate.plus(again)
+            exitance = separate + self._light.reflected(model, receiver.transport, at_patches)
         places, _, of_row = receiver.places
         at_places = np.zeros((len(places), 4), dtype=np.float32)
         hidden = np.zeros(len(places), dtype=np.float32)
@@ -140,7 +137,7 @@ class NeighbourLight:
         sender = self._body(other.model, joint_light)
         to_body, to_neighbour = self._both_ways(receiver, sender, lit)
         around = None if sky is None else turned(sky, other.other_from_body[:3, :3].T)
-        sent = self._light.exitance(other.model, sender.transport, around, lit.light).patches
+        sent = self._light.exitance(other.model, sender.transport, around, lit.light)
         sunlit = np.zeros((to_body.means.shape[0], 4), dtype=np.float32)
         sun = lit.light.sun_irradiance.astype(np.float32)
         if sun.any():

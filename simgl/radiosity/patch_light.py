@@ -10,9 +10,7 @@ from simgl.arrays import Array32
 from simgl.environment_map import SkyRadiance
 from simgl.lru_cache import MANY, LruCache
 from simgl.radiosity.incident_light import IncidentLight, Neighbour
-from simgl.radiosity.leaving_light import LeavingLight, uneven
 from simgl.radiosity.light_transport import LightTransport
-from simgl.radiosity.patches import SPOTS
 from simgl.radiosity.posed_transport import PosedTransport
 from simgl.radiosity.precomputed_response import BYTES_OF_PATCH, PrecomputedResponse
 from simgl.radiosity.solver import Reflectors, lamp_irradiance, radiosity, reflectors
@@ -51,24 +49,24 @@ class PatchLight:
         transport: LightTransport,
         sky: SkyRadiance | None,
         incident: IncidentLight,
-    ) -> LeavingLight:
-        """Light that leaves a body after all bounces."""
+    ) -> Array32:
+        """(p, 4) of the patches after all bounces [W m-2]."""
         if isinstance(transport, PosedTransport):
             return self._solved(model, transport, sky, incident)
         surface = self._surface(model, transport)
         response = surface.response
         exitance = response.glow
-        sun, lamps = self._of_sun(surface, transport, incident), _of_lamps(transport, incident)
-        straight, rest = _sum(sun, lamps), lamps
-        if incident.before_sun:
-            rest = straight
-        elif sun is not None:
+        irradiance = np.zeros_like(exitance)
+        sunlit = bool(incident.sun_irradiance.any())
+        if sunlit and incident.before_sun:
+            cosines = self._sun_cosines(surface.sunlit, transport, incident)
+            irradiance += cosines[:, None] * incident.sun_irradiance.astype(np.float32)
+        elif sunlit:
             exitance = exitance + response.of_sun(incident.sun_direction, incident.sun_irradiance)
         if sky is not None:
             exitance = exitance + response.of_sky(transport.cells_of(sky))
-        if rest is not None:
-            exitance = exitance + response.of_irradiance(rest.mean(axis=1))
-        return _leaving(surface, exitance, straight)
+        irradiance += self._of_lamps(transport, incident)
+        return exitance + response.of_irradiance(irradiance) if np.any(irradiance) else exitance
 
     def _solved(
         self,
@@ -76,19 +74,19 @@ class PatchLight:
         transport: PosedTransport,
         sky: SkyRadiance | None,
         incident: IncidentLight,
-    ) -> LeavingLight:
+    ) -> Array32:
         """The same of a pose that does not last: all light together, solved now."""
         surface = self._surface(model, transport)
         irradiance = np.zeros_like(surface.reflectors.albedo)
-        straight = _sum(self._of_sun(surface, transport, incident), _of_lamps(transport, incident))
-        if straight is not None:
-            irradiance += straight.mean(axis=1)
+        if incident.sun_irradiance.any():
+            cosines = self._sun_cosines(surface.sunlit, transport, incident)
+            irradiance += cosines[:, None] * incident.sun_irradiance.astype(np.float32)
         if sky is not None:
             # Rays follow the cosine: each stands for pi over their number.
             irradiance += np.float32(np.pi) * (transport.sky @ transport.cells_of(sky))
+        irradiance += self._of_lamps(transport, incident)
         emitted = surface.reflectors.exitance + surface.reflectors.albedo * irradiance
-        exitance = radiosity(transport, surface.reflectors, emitted)
-        return _leaving(surface, exitance, straight)
+        return radiosity(transport, surface.reflectors, emitted)
 
     def reflected(
         self, model: SpacecraftModel, transport: LightTransport, irradiance: Array32
@@ -107,16 +105,17 @@ class PatchLight:
         """(p, 4) what a Sun of 1 W m-2 adds to the exitance before any bounce."""
         surface = self._surface(model, transport)
         cosines = self._sun_cosines(surface.sunlit, transport, incident)
-        return surface.reflectors.albedo * cosines.mean(axis=1)[:, None]
+        return surface.reflectors.albedo * cosines[:, None]
 
-    def _of_sun(
-        self, surface: _Surface, transport: LightTransport, incident: IncidentLight
-    ) -> Array32 | None:
-        """(p, SPOTS, 4) irradiance of the spots by the Sun [W m-2]; None without."""
-        if not incident.sun_irradiance.any():
-            return None
-        cosines = self._sun_cosines(surface.sunlit, transport, incident)
-        return cosines[:, :, None] * incident.sun_irradiance.astype(np.float32)
+    @staticmethod
+    def _of_lamps(transport: LightTransport, incident: IncidentLight) -> Array32:
+        """(p, 4) irradiance of the patches by all lamps [W m-2]."""
+        irradiance = np.zeros((len(transport.areas), 4), dtype=np.float32)
+        if incident.lamps:
+            blockers = [neighbour.blocker() for neighbour in incident.around]
+            for lamp in incident.lamps:
+                irradiance += lamp_irradiance(transport, lamp, blockers)
+        return irradiance
 
     def _surface(self, model: SpacecraftModel, transport: LightTransport) -> _Surface:
         key = transport.digest, model.open_sheets, model.surface_digest
@@ -140,30 +139,6 @@ class PatchLight:
             return sunlit.cosines(incident.sun_direction, blockers)
 
         return self._cosines.get(_sun_key(transport, incident), traced)
-
-
-def _of_lamps(transport: LightTransport, incident: IncidentLight) -> Array32 | None:
-    """(p, SPOTS, 4) irradiance of the spots by all lamps [W m-2]; None without lamps."""
-    if not incident.lamps:
-        return None
-    blockers = [neighbour.blocker() for neighbour in incident.around]
-    irradiance = np.zeros((len(transport.areas), SPOTS, 4), dtype=np.float32)
-    for lamp in incident.lamps:
-        irradiance += lamp_irradiance(transport, lamp, blockers)
-    return irradiance
-
-
-def _sum(first: Array32 | None, second: Array32 | None) -> Array32 | None:
-    if first is None or second is None:
-        return second if first is None else first
-    return first + second
-
-
-def _leaving(surface: _Surface, exitance: Array32, straight: Array32 | None) -> LeavingLight:
-    """Light of the patches (p, 4), with what is not even over them of Sun and lamps."""
-    if straight is None:
-        return LeavingLight(patches=exitance)
-    return LeavingLight(patches=exitance, uneven=uneven(surface.reflectors.albedo, straight))
 
 
 def _sun_key(transport: LightTransport, incident: IncidentLight) -> bytes:

@@ -10,17 +10,12 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
 from simgl.arrays import Array, IndexArray
-from simgl.radiosity.gather_points import LIFT, QUARTER_MIDDLES, QUARTERS, face_normals
+from simgl.radiosity.gather_points import LIFT, face_normals
 from simgl.radiosity.remesh import position_ids
 from simgl.scene.mesh import Mesh
 
 # Sample points of a patch, spread evenly over its area.
 SAMPLES = 8
-# Parts of a patch of about the same area, for the light that comes straight from a light source.
-# Each has a sample point among the even ones, and its neighbour in the list.
-SPOTS = 4
-# Places in a patch by which it is cut into them.
-_TRIED = 32
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -28,16 +23,13 @@ class Patches:
     """Clusters of triangle sides.
 
     of_side : (m * sides,) patch of each triangle's front, then of each one's back
-    spot_of_quarter : (m * sides * QUARTERS,) spot that each quarter of them is in; patch i has the
-        spots from i * SPOTS on
     areas : (p,) [m2]
     materials : (p, k) share of the area that each material covers
-    points : (p, SAMPLES, 3) just above the surface, those of a spot side by side [m]
+    points : (p, SAMPLES, 3) just above the surface [m]
     normals : (p, SAMPLES, 3) of the triangles there, towards the patch's side
     """
 
     of_side: IndexArray
-    spot_of_quarter: IndexArray
     areas: Array
     materials: Array
     points: Array
@@ -79,10 +71,9 @@ def cluster(mesh: Mesh, sides: int, exposure: Array, count: int) -> Patches:
     shares = np.zeros((len(groups), int(material.max()) + 1))
     np.add.at(shares, (of_side, np.tile(material, sides)), np.tile(areas, sides))
     shares /= np.where(patch_areas > 0.0, patch_areas, 1.0)[:, None]
-    points, normals, cuts = _samples(mesh, groups, faces, areas)
+    points, normals = _samples(mesh, groups, faces, areas)
     return Patches(
         of_side=of_side,
-        spot_of_quarter=_spots(mesh, of_side, cuts),
         areas=patch_areas,
         materials=shares,
         points=points,
@@ -139,84 +130,28 @@ def _halved(groups: list[IndexArray], places: Array, weight: Array, count: int) 
     return [members for _, members in sorted(finished + rest, key=lambda item: item[0])]
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Cuts:
-    """The planes that cut each patch in two, and each of its halves.
-
-    axis : (p, 3) coordinate that the cut of the patch, of its lower and its upper half is across
-    at : (p, 3) [m]
-    """
-
-    axis: IndexArray
-    at: Array
-
-
 def _samples(
     mesh: Mesh, groups: list[IndexArray], faces: Array, areas: Array
-) -> tuple[Array, Array, _Cuts]:
+) -> tuple[Array, Array]:
     """Points spread by area over the triangles of each patch, a little inside their edges."""
     count = len(areas)
     corners = mesh.positions[mesh.triangles].astype(np.float64)
-    steps = (np.arange(_TRIED) + 0.5) / _TRIED
-    chosen = np.empty((len(groups), _TRIED), dtype=np.int64)
+    steps = (np.arange(SAMPLES) + 0.5) / SAMPLES
+    chosen = np.empty((len(groups), SAMPLES), dtype=np.int64)
     for number, members in enumerate(groups):
         reach = np.cumsum(areas[members % count])
         at = np.searchsorted(reach, steps * reach[-1])
         chosen[number] = members[np.minimum(at, len(members) - 1)]
     # The additive sequence of the plastic number (Roberts 2018), folded into a triangle.
-    i = np.arange(len(groups) * _TRIED)
+    i = np.arange(len(groups) * SAMPLES)
     u, v = (0.5 + 0.7548776662466927 * i) % 1.0, (0.5 + 0.5698402909980532 * i) % 1.0
     over = u + v > 1.0
     u, v = np.where(over, 1.0 - u, u), np.where(over, 1.0 - v, v)
     u, v = (0.98 * w + 0.02 / 3.0 for w in (u, v))
     triangle = chosen.ravel() % count
     a, b, c = np.moveaxis(corners[triangle], 1, 0)
-    places = (a + u[:, None] * (b - a) + v[:, None] * (c - a)).reshape(len(groups), _TRIED, 3)
-    order, cuts = _cut_in_four(places)
-    # Of each spot's places two that the sequence does not place by the spot's own order.
-    each = _TRIED // SPOTS
-    among = np.sort(order.reshape(len(groups), SPOTS, each), axis=2)
-    turn = np.arange(len(groups))[:, None] + np.arange(SPOTS)
-    some = np.stack([turn % (each // 2), each // 2 + (turn // 2) % (each // 2)], axis=2)
-    picked = np.take_along_axis(among, some, axis=2).reshape(len(groups), SAMPLES)
-    points = np.take_along_axis(places, picked[:, :, None], axis=1)
-    side = np.take_along_axis(chosen, picked, axis=1)
-    normals = faces[side % count] * np.where(side < count, 1.0, -1.0)[:, :, None]
-    return points + LIFT * mesh.radius * normals, normals, cuts
-
-
-def _cut_in_four(places: Array) -> tuple[IndexArray, _Cuts]:
-    """(p, t) the places (p, t, 3) of each patch, spot by spot, and the cuts between them.
-
-    Each patch is halved across its longest extent, then each half.
-    """
-    count, tried = places.shape[:2]
-    order = np.broadcast_to(np.arange(tried), (count, 1, tried))
-    axes, at = [], []
-    for _ in range(2):
-        inside = places[np.arange(count)[:, None, None], order]
-        axis = np.argmax(inside.max(axis=2) - inside.min(axis=2), axis=2)
-        along = np.take_along_axis(inside, axis[:, :, None, None], axis=3)[..., 0]
-        by_height = np.argsort(along, axis=2, kind="stable")
-        sorted_ = np.take_along_axis(along, by_height, axis=2)
-        half = sorted_.shape[2] // 2
-        axes.append(axis)
-        at.append(0.5 * (sorted_[:, :, half - 1] + sorted_[:, :, half]))
-        order = np.take_along_axis(order, by_height, axis=2).reshape(count, -1, half)
-    cuts = _Cuts(axis=np.concatenate(axes, axis=1), at=np.concatenate(at, axis=1))
-    return order.reshape(count, tried), cuts
-
-
-def _spots(mesh: Mesh, of_side: IndexArray, cuts: _Cuts) -> IndexArray:
-    """(m * sides * QUARTERS,) the spot of each quarter of each triangle's side, by its middle."""
-    corners = mesh.positions[mesh.triangles].astype(np.float64)
-    middles = np.einsum("qk,mkj->mqj", QUARTER_MIDDLES, corners).reshape(-1, 3)
-    places = np.tile(middles, (len(of_side) // len(corners), 1))
-    patch = np.repeat(of_side, QUARTERS)
-
-    def above(cut: IndexArray) -> IndexArray:
-        along = np.take_along_axis(places, cuts.axis[patch, cut][:, None], axis=1)[:, 0]
-        return (along > cuts.at[patch, cut]).astype(np.int64)
-
-    upper = above(np.zeros(len(patch), dtype=np.int64))
-    return patch * SPOTS + 2 * upper + above(1 + upper)
+    points = a + u[:, None] * (b - a) + v[:, None] * (c - a)
+    normals = faces[triangle] * np.where(chosen.ravel() < count, 1.0, -1.0)[:, None]
+    points += LIFT * mesh.radius * normals
+    shape = (len(groups), SAMPLES, 3)
+    return points.reshape(shape), normals.reshape(shape)

@@ -13,13 +13,12 @@ import numpy as np
 from simgl.arrays import Array, Array32
 from simgl.lru_cache import LruCache
 from simgl.radiosity.light_transport import LightTransport
-from simgl.radiosity.patches import SPOTS
 from simgl.radiosity.solver import Reflectors, radiosity
 from simgl.radiosity.sunlit_patches import CAPACITY, Node, SunlitPatches, grid_corners
 
 # Of the responses to all cells of the sky, and to the directions of the Sun that are cached, with
 # the cosines to those.
-BYTES_OF_PATCH = 4 * (4 * 96 + CAPACITY * (4 + SPOTS))
+BYTES_OF_PATCH = 4 * (4 * 96 + CAPACITY * (4 + 1))
 
 
 class PrecomputedResponse:
@@ -90,7 +89,7 @@ class PrecomputedResponse:
         """(p, 4) each for a Sun of 1 W/m2 in that direction; together they take less time."""
         if not nodes:
             return {}
-        cosines = np.stack([self._sunlit.at(node).mean(axis=1) for node in nodes], axis=1)
+        cosines = np.stack([self._sunlit.at(node) for node in nodes], axis=1)
         reflected = self._surface.albedo[:, :, None] * cosines[:, None]
         solved = radiosity(self._transport, self._surface, reflected)
         return {node: np.ascontiguousarray(solved[:, :, i]) for i, node in enumerate(nodes)}

@@ -6,7 +6,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 
-from simgl.arrays import AnyArray, Array, Array32, IndexArray, Mask, UIntArray
+from simgl.arrays import AnyArray, Array, Array32, IndexArray, Mask
 from simgl.scene.mesh import Mesh
 
 
@@ -28,11 +28,15 @@ def subdivided(mesh: Mesh, longest_edge: float | Array) -> Mesh:
     normals are left shorter than 1, which keeps the shading between the old vertices as it was.
     """
     limit = np.broadcast_to(np.asarray(longest_edge, dtype=np.float64), len(mesh.triangles))
-    arrays = _vertex_arrays(mesh)
+    arrays = {
+        f.name: getattr(mesh, f.name)
+        for f in fields(mesh)
+        if f.name != "triangles" and getattr(mesh, f.name) is not None
+    }
     triangles = mesh.triangles.astype(np.int64)
-    again = True
-    while again:
-        arrays, triangles, limit, again = _halve_once(arrays, triangles, limit)
+    halved = True
+    while halved:
+        arrays, triangles, limit, halved = _halve_once(arrays, triangles, limit)
     return replace(mesh, **arrays, triangles=triangles.astype(np.uint32))
 
 
@@ -43,66 +47,23 @@ def _halve_once(
     positions = arrays["positions"]
     corners = positions[triangles].astype(np.float64)
     lengths = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
+    ends = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2)
     place = position_ids(positions)
-    shared = _shared_edges(triangles, place)
+    edges = np.sort(place[ends], axis=2)
+    shared = np.unique(edges[..., 0] * len(positions) + edges[..., 1], return_inverse=True)[1]
+    shared = shared.reshape(-1, 3)
     wanted = np.full(int(shared.max()) + 1, np.inf)
     np.minimum.at(wanted, shared, np.broadcast_to(limit[:, None], shared.shape))
     split = lengths > wanted[shared]
     if not np.any(split):
         return arrays, triangles, limit, False
-    grown, pieces, parent, _ = _split_edges(arrays, triangles, split)
-    return grown, pieces, limit[parent], True
-
-
-def _shared_edges(triangles: IndexArray, place: IndexArray) -> IndexArray:
-    """(m, 3) a number for each edge, the same where ends have the same places (n,)."""
-    edges = np.sort(place[np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2)], axis=2)
-    number = np.unique(edges[..., 0] * len(place) + edges[..., 1], return_inverse=True)[1]
-    return number.reshape(-1, 3)
-
-
-def _split_edges(
-    arrays: dict[str, AnyArray], triangles: IndexArray, split: Mask
-) -> tuple[dict[str, AnyArray], IndexArray, IndexArray, IndexArray]:
-    """Vertices and triangles after some edges (m, 3) got a vertex in their middle, the triangle
-    that each was cut from, and the ends (n, 2) of the edge of each new vertex."""
-    ends = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2)
     pairs = np.sort(ends[split], axis=1)
     unique, number = np.unique(pairs, axis=0, return_inverse=True)
     middle = np.full(split.shape, -1, dtype=np.int64)
-    middle[split] = len(arrays["positions"]) + number.ravel()
+    middle[split] = len(positions) + number.ravel()
     grown = {name: np.concatenate([a, _means(a, unique)]) for name, a in arrays.items()}
     pieces, parent = _cut(triangles, split, middle)
-    return grown, pieces, parent, unique
-
-
-def edges_of(triangles: UIntArray) -> tuple[IndexArray, IndexArray]:
-    """(e, 2) vertices at the ends of all edges, the lower index first, and (m, 3) the number of
-    each triangle's edges; edge k runs from corner k to k + 1."""
-    corners = triangles.astype(np.int64)
-    ends = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2), axis=2)
-    keys, number = np.unique(ends[..., 0] << 32 | ends[..., 1], return_inverse=True)
-    return np.stack([keys >> 32, keys & 0xFFFFFFFF], axis=1), number.reshape(-1, 3)
-
-
-def halved(mesh: Mesh, split: Mask) -> tuple[Mesh, IndexArray]:
-    """The same surface with some edges (m, 3) halved, and those at the same places; also the ends
-    (n, 2) of the edge of each new vertex, the lower index first."""
-    arrays = _vertex_arrays(mesh)
-    triangles = mesh.triangles.astype(np.int64)
-    shared = _shared_edges(triangles, position_ids(mesh.positions))
-    wanted = np.zeros(int(shared.max()) + 1, dtype=np.bool_)
-    wanted[shared[split]] = True
-    grown, pieces, _, pairs = _split_edges(arrays, triangles, wanted[shared])
-    return replace(mesh, **grown, triangles=pieces.astype(np.uint32)), pairs
-
-
-def _vertex_arrays(mesh: Mesh) -> dict[str, AnyArray]:
-    return {
-        f.name: getattr(mesh, f.name)
-        for f in fields(mesh)
-        if f.name != "triangles" and getattr(mesh, f.name) is not None
-    }
+    return grown, pieces, limit[parent], True
 
 
 def _means(values: AnyArray, pairs: IndexArray) -> AnyArray:

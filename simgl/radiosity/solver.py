@@ -10,9 +10,7 @@ import numpy as np
 from scipy import sparse
 
 from simgl.arrays import Array, Array32, IndexArray, Mask
-from simgl.radiosity.leaving_light import LeavingLight
 from simgl.radiosity.light_transport import GatherMatrix, LightTransport
-from simgl.radiosity.patches import SPOTS
 from simgl.rays import AnyRayTracer
 from simgl.scene.materials import Material
 
@@ -152,12 +150,10 @@ def radiosity(transport: LightTransport, surface: Reflectors, emitted: Array32) 
 
 
 def lit_normals(transport: LightTransport, direction: Array, half: int) -> Array32:
-    """(p, SPOTS, 3) normals of one half of the sample points where the Sun is seen, else 0.
+    """(p, 3) mean over one half of each patch's sample points: their normals where the Sun is seen.
 
-    direction : (3,) unit, towards the Sun, body axes; its product with a row is the cosine
+    direction : (3,) unit, towards the Sun, body axes; its product with a row is the mean cosine
     half : 0 or 1
-
-    For a point inside other parts the mean of the others of its patch stands.
     """
     points = transport.points[:, half::2].reshape(-1, 3)
     normals = transport.normals[:, half::2].reshape(-1, 3)
@@ -168,22 +164,14 @@ def lit_normals(transport: LightTransport, direction: Array, half: int) -> Array
     lit = np.zeros((len(points), 3), dtype=np.float32)
     free = facing[~transport.tracer.occluded(points[facing], rays)]
     lit[free] = normals[free]
-    return _means_for_hidden(lit.reshape(*valid.shape, 3), valid)
-
-
-def _means_for_hidden(values: Array32, valid: Mask) -> Array32:
-    """(p, n, 3) values, 0 where not valid (p, n), with the mean of their patch's others there."""
-    if valid.all():
-        return values
     count = np.maximum(valid.sum(axis=1), 1).astype(np.float32)
-    mean = values.sum(axis=1) / count[:, None]
-    return np.where(valid[..., None], values, mean[:, None])
+    return lit.reshape(*valid.shape, 3).sum(axis=1) / count[:, None]
 
 
 def blocked_by(
     transport: LightTransport, direction: Array, blockers: Sequence[Blocker], asked: Mask
 ) -> Array32:
-    """(p, SPOTS) share of each spot's sample points that other bodies hide from the Sun.
+    """(p,) share of each patch's sample points that other bodies hide from the Sun.
 
     asked : (p,) patches that need it; the others get 0
     """
@@ -204,14 +192,14 @@ def blocked_by(
         rays = np.broadcast_to(towards.astype(np.float32), origins.shape)
         met = blocker.tracer.occluded(origins, rays)
         hidden[patches] |= met.reshape(hidden[patches].shape)
-    return hidden.reshape(len(hidden), SPOTS, -1).mean(axis=2, dtype=np.float32)
+    return hidden.mean(axis=1, dtype=np.float32)
 
 
 def lamp_irradiance(
     transport: LightTransport, lamp: SpotLight, blockers: Sequence[Blocker] = ()
 ) -> Array32:
-    """(p, SPOTS, 4) irradiance of a point of each spot by a lamp [W m-2]."""
-    each = np.zeros((len(transport.areas), SPOTS), dtype=np.float32)
+    """(p, 4) mean irradiance of each patch by a lamp [W m-2]."""
+    mean = np.zeros(len(transport.areas))
     patches = _patches_in_beam(transport, lamp)
     points, normals = (a[patches, ::2] for a in (transport.points, transport.normals))
     valid = transport.point_open[patches, ::2]
@@ -220,13 +208,13 @@ def lamp_irradiance(
     cosine = np.einsum("pni,pni->pn", normals, offset) / distance
     off_axis = np.arccos(np.clip(-(offset @ lamp.axis) / distance, -1.0, 1.0))
     beyond = np.clip((off_axis - lamp.half_angle) / lamp.edge, 0.0, 1.0)
-    power: Array32 = cosine * (1.0 - beyond * beyond * (3.0 - 2.0 * beyond)) / distance**2
+    power = cosine * (1.0 - beyond * beyond * (3.0 - 2.0 * beyond)) / distance**2
     power[(cosine <= 0.0) | ~valid] = 0.0
     lit = power > 0.0
     blocked = _blocked_before(transport, lamp, points[lit], offset[lit], blockers)
     power[lit] = np.where(blocked, 0.0, power[lit])
-    each[patches] = _means_for_hidden(power[..., None], valid)[..., 0]
-    return each[..., None] * lamp.intensity.astype(np.float32)
+    mean[patches] = power.sum(axis=1) / np.maximum(valid.sum(axis=1), 1)
+    return (mean[:, None] * lamp.intensity).astype(np.float32)
 
 
 def _patches_in_beam(transport: LightTransport, lamp: SpotLight) -> IndexArray:
@@ -291,25 +279,24 @@ def earth_share(matrix: GatherMatrix, cell_radiance: Array32 | None) -> Array32:
 
 
 def vertex_irradiance(
-    matrix: GatherMatrix, exitance: LeavingLight, values: Array32, executor: Executor
+    matrix: GatherMatrix, exitance: Array32, values: Array32, executor: Executor
 ) -> None:
     """Irradiance of vertices from the body's own surfaces [W m-2].
 
-    exitance : of the body, after all bounces
+    exitance : (p, 4) of the patches, after all bounces
     values : (k, sides, 4 or more) whose first four columns are filled
     executor : works on one half; products of sparse matrices release Python's lock
     """
     first, second = matrix.gather
-    spots = exitance.spots
     flat = values.reshape(-1, values.shape[2])
     middle = first.shape[0]
 
     def fill(part: Array32, gather: sparse.csr_matrix) -> None:
-        part[:, :4] = gather @ spots
+        part[:, :4] = gather @ exitance
 
     rest = executor.submit(fill, flat[middle:], second)
     fill(flat[:middle], first)
     rest.result()
     if matrix.between is not None:
-        flat[:, :4] += matrix.between.spread @ (matrix.between.light @ exitance.patches)
+        flat[:, :4] += matrix.between.spread @ (matrix.between.light @ exitance)
         np.maximum(flat[:, :4], 0.0, out=flat[:, :4])

@@ -1,4 +1,4 @@
-"""Which spots of a body's patches the Sun shines on, as the Sun moves through its sky."""
+"""Which patches of a body the Sun shines on, as the Sun moves through its sky."""
 
 from __future__ import annotations
 
@@ -9,11 +9,10 @@ import numpy as np
 from simgl.arrays import Array, Array32
 from simgl.lru_cache import LruCache
 from simgl.radiosity.light_transport import LightTransport
-from simgl.radiosity.patches import SPOTS
 from simgl.radiosity.solver import Blocker, blocked_by, lit_normals
 
 # Steps of the grid of directions from one end of an axis to the other: half a degree each, the
-# width of the Sun. What light a spot gets is linear between three of them, as in a penumbra.
+# width of the Sun. What light a patch gets is linear between three of them, as in a penumbra.
 _STEPS = 360
 # Directions of the grid in memory; the Sun crosses some of them a minute.
 CAPACITY = 64
@@ -23,7 +22,7 @@ Node = tuple[int, int]
 
 
 class SunlitPatches:
-    """The cosine of each spot to the Sun, traced for directions of a fixed grid.
+    """The mean cosine of each patch to the Sun, traced for directions of a fixed grid.
 
     The grid is an octahedral map (simgl/environment_map.py). Results follow from transport and
     direction alone: those in memory only save tracing.
@@ -34,25 +33,24 @@ class SunlitPatches:
         self._nodes = LruCache[Node, Array32](CAPACITY)
 
     def cosines(self, direction: Array, blockers: Sequence[Blocker] = ()) -> Array32:
-        """(p, SPOTS) cosine of each spot to the Sun where the Sun is seen.
+        """(p,) mean over each patch of its cosine to the Sun where the Sun is seen.
 
         direction : (3,) unit, towards the Sun, body axes
-        blockers : other bodies; what they hide of a spot is hidden evenly in its lit part
+        blockers : other bodies; what they hide of a patch is hidden evenly in its lit part
         """
-        cosines = np.zeros((len(self._transport.areas), SPOTS), dtype=np.float32)
+        cosines = np.zeros(len(self._transport.areas), dtype=np.float32)
         for node, weight in grid_corners(direction):
             cosines += np.float32(weight) * self.at(node)
         if blockers:
-            lit = np.any(cosines > 0.0, axis=1)
-            cosines *= 1.0 - blocked_by(self._transport, direction, blockers, lit)
+            cosines *= 1.0 - blocked_by(self._transport, direction, blockers, cosines > 0.0)
         return cosines
 
     def at(self, node: Node) -> Array32:
-        """(p, SPOTS) the same for a direction of the grid, traced."""
+        """(p,) the same for a direction of the grid, traced."""
         return self._nodes.get(node, lambda: self._traced(node))
 
     def _traced(self, node: Node) -> Array32:
-        # Neighbours take turns between the two sample points of a spot.
+        # Neighbours take turns between two halves of a patch's sample points.
         direction = direction_of(node)
         normals = lit_normals(self._transport, direction, sum(node) % 2)
         return np.maximum(normals @ direction.astype(np.float32), 0.0)

@@ -20,7 +20,6 @@ from simgl.radiosity.hemisphere import SKY_CELLS
 from simgl.radiosity.jointed_bake import bake_jointed
 from simgl.radiosity.jointed_transport import JointedTransport
 from simgl.radiosity.light_transport import LightTransport
-from simgl.radiosity.patches import SPOTS
 from simgl.radiosity.posed_transport import PosedTransport
 from simgl.radiosity.rigid_pairs import NOWHERE
 from simgl.scene.mesh import Mesh
@@ -38,7 +37,7 @@ STEPS: dict[JointLight, float] = {"quick": np.radians(1.0), "exact": np.radians(
 # quick one, up to 50 MB if exact.
 MAX_BYTES = 512 << 20
 # Part of every key: with a change in how bakes are made or stored, old files are not read any more.
-VERSION = 9
+VERSION = 8
 
 _Bake = TypeVar("_Bake")
 _NOT_WRITTEN = "light between surfaces is traced again next time"
@@ -237,7 +236,7 @@ def _check(transport: LightTransport) -> None:
     shapes = {
         "form_factors": (patches, patches),
         "sky": (patches, transport.sky.shape[1]),
-        "gather": (points, patches * SPOTS),
+        "gather": (points, patches),
         "sky_part": (points, transport.sky.shape[1]),
         "sky_rays": (transport.sky_rays.shape[0], transport.sky.shape[1]),
     }

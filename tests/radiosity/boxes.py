@@ -50,7 +50,7 @@ def closed_box() -> LightTransport:
 
 def sunlight(transport: LightTransport) -> Array32:
     """(p, 4) irradiance of the patches by a Sun of 1367 W/m2 in each band."""
-    cosines = SunlitPatches(transport).cosines(SUN).mean(axis=1)
+    cosines = SunlitPatches(transport).cosines(SUN)
     return cosines[:, None] * np.full(4, 1367.0, dtype=np.float32)
 
 

@@ -20,7 +20,6 @@ from simgl.radiosity.bake import BakeSettings, bake
 from simgl.radiosity.gather_points import face_normals
 from simgl.radiosity.jointed_bake import bake_jointed
 from simgl.radiosity.jointed_transport import JointedTransport
-from simgl.radiosity.leaving_light import LeavingLight
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.posed_transport import PosedTransport
 from simgl.radiosity.solver import earth_share, vertex_irradiance
@@ -93,7 +92,7 @@ def vertex_light(transport: LightTransport, exitance: Array32) -> Array32:
     matrix = transport.of_vertices
     values = np.zeros((*matrix.shape, 5), dtype=np.float32)
     with ThreadPoolExecutor(max_workers=1) as executor:
-        vertex_irradiance(matrix, LeavingLight(patches=exitance), values, executor)
+        vertex_irradiance(matrix, exitance, values, executor)
     return values[:, 0, :4]
 
 

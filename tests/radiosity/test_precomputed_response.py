@@ -46,7 +46,7 @@ def test_the_sun_between_solved_directions_is_the_sun_solved_there(number: int) 
     direction = directions(8)[number]
     transport, asked = open_box(), response()
     surface = reflectors(transport, white(0.8))
-    cosines = SunlitPatches(transport).cosines(direction).mean(axis=1)
+    cosines = SunlitPatches(transport).cosines(direction)
     own = surface.albedo * (cosines[:, None] * SUNLIGHT).astype(np.float32)
     agree(asked.of_sun(direction, SUNLIGHT), radiosity(transport, surface, own), own)
 
@@ -65,7 +65,7 @@ def test_lights_add_up() -> None:
     surface = reflectors(transport, white(0.8, emission=5.0))
     random = np.random.default_rng(5)
     lamps: Array32 = random.uniform(0.0, 9.0, (len(transport.areas), 4)).astype(np.float32)
-    sun = SunlitPatches(transport).cosines(direction).mean(axis=1)[:, None] * SUNLIGHT
+    sun = SunlitPatches(transport).cosines(direction)[:, None] * SUNLIGHT
     irradiance = sun.astype(np.float32) + lamps
     irradiance += transport.sky @ (np.float32(np.pi) * cells())
     own = surface.exitance + surface.albedo * irradiance

@@ -46,7 +46,7 @@ def test_free_patches_have_the_exact_cosine() -> None:
     direction = towards(0.3, 0.1)
     found = SunlitPatches(transport).cosines(direction)
     outside = ~inside(transport)
-    cosine = np.maximum(transport.normals[:, ::2] @ direction, 0.0)
+    cosine = np.maximum(transport.normals[:, 0] @ direction, 0.0)
     # float32 sums of three nodes.
     np.testing.assert_allclose(found[outside], cosine[outside], atol=1e-6)
 
@@ -72,7 +72,7 @@ def test_sunlight_in_the_box_is_that_of_the_directions_around() -> None:
     floor = inside(transport) & (transport.normals[:, 0, 2] > 0.9)
     area = transport.areas[floor]
     for angle in (-0.35, -0.5, -0.65):
-        found = SunlitPatches(transport).cosines(towards(angle))[floor].mean(axis=1)
+        found = SunlitPatches(transport).cosines(towards(angle))[floor]
         # Wall of 1 m at x = 0: its shadow is tan(angle) long; the floor is 2 m x 1 m.
         expected = (2.0 - np.tan(abs(angle))) * np.cos(angle)
         # Eight points a patch place the edge to a tenth of a patch of 4 cm.
@@ -104,8 +104,7 @@ def test_another_body_hides_the_patches_in_its_shadow() -> None:
 
 def test_a_half_of_the_points_is_lit_like_the_other() -> None:
     transport = open_box()
-    halves = (lit_normals(transport, towards(-0.4), half) for half in (0, 1))
-    first, second = (half.mean(axis=1) for half in halves)
+    first, second = (lit_normals(transport, towards(-0.4), half) for half in (0, 1))
     area = transport.areas[:, None]
     # Each half places shadows to a fifth of a patch.
     np.testing.assert_allclose((area * first).sum(0), (area * second).sum(0), atol=0.02)

@@ -9,7 +9,6 @@ import numpy as np
 from simgl.arrays import Array32
 from simgl.radiosity.bake import bake
 from simgl.radiosity.hemisphere import SKY_CELLS
-from simgl.radiosity.leaving_light import LeavingLight
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.solver import (
     earth_share,
@@ -32,8 +31,7 @@ def vertex_light(transport: LightTransport, exitance: Array32) -> Array32:
     """(v, sides, 4) irradiance of the vertices from the body's own surfaces."""
     values = np.full((*transport.gather_point_of_vertex.shape[::-1], 4), np.nan, dtype=np.float32)
     with ThreadPoolExecutor(max_workers=1) as executor:
-        light = LeavingLight(patches=exitance)
-        vertex_irradiance(transport.of_vertices, light, values, executor)
+        vertex_irradiance(transport.of_vertices, exitance, values, executor)
     return values
 
 
