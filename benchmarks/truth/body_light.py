@@ -21,6 +21,9 @@ from simgl.simulator import Product, Simulator
 PIXELS, PATHS = 2400, 8192
 # A difference counts relative to the truth, but at least to this share of its mean.
 FLOOR = 0.01
+# Deep in the shadow few paths meet light: pixels whose truth is less certain than this, relative to
+# what differences count by, get so many times more paths.
+_CERTAIN, _MORE = 0.008, 12
 # Dark: less than a twentieth of the light is the Sun's own.
 _DARK = 0.05
 
@@ -60,7 +63,7 @@ def traced(state: SceneState) -> tuple[IndexArray, PixelLight]:
     seen = np.argwhere(paths.seen(camera) > 0.9)[:, ::-1]
     rng = np.random.default_rng(20261123)
     pixels = seen[np.sort(rng.permutation(len(seen))[:PIXELS])]
-    inputs = [str(state.sun), str(camera.camera), str(PATHS)]
+    inputs = [str(state.sun), str(camera.camera), str((PATHS, _CERTAIN, _MORE))]
     inputs += [_hex(camera.R_camera_from_icrf), _hex(camera.position)]
     for body in state.bodies.values():
         inputs += [body.model.mesh.digest, str(body.model.materials)]
@@ -71,9 +74,44 @@ def traced(state: SceneState) -> tuple[IndexArray, PixelLight]:
     arrays = read_arrays(path)
     if arrays is None:
         light = paths.light(camera, pixels, PATHS, rng)
+        unsure = np.flatnonzero(noise(light) > _CERTAIN)
+        if len(unsure) > 0:
+            again = paths.light(camera, pixels[unsure], _MORE * PATHS, rng)
+            light = with_more(light, unsure, again, _MORE)
         arrays = asdict(light)
         write_arrays(path, arrays, "light is traced again next time")
     return pixels, PixelLight(**arrays)
+
+
+def noise(truth: PixelLight) -> Array:
+    """(n,) standard error of R, G and B together, which are as uncertain together, over what
+    differences count relative to."""
+    light = truth.radiance[:, :3].sum(axis=1)
+    return np.asarray(truth.error[:, :3].sum(axis=1) / np.maximum(light, FLOOR * light.mean()))
+
+
+def with_more(light: PixelLight, chosen: IndexArray, again: PixelLight, times: int) -> PixelLight:
+    """Light with so many times more paths for some of its pixels."""
+    share = times / (times + 1.0)
+
+    def mixed(old: Array, new: Array) -> Array:
+        values = old.copy()
+        values[chosen] += share * (new - old[chosen])
+        return values
+
+    error = light.error.copy()
+    error[chosen] = np.hypot((1.0 - share) * error[chosen], share * again.error)
+    radiance = mixed(light.radiance, again.radiance)
+    # Shares of the radiance mix by the light that they are of.
+    first = mixed(
+        light.direct * light.radiance.mean(axis=1), again.direct * again.radiance.mean(axis=1)
+    )
+    return PixelLight(
+        radiance=radiance,
+        error=error,
+        coverage=mixed(light.coverage, again.coverage),
+        direct=first / np.maximum(radiance.mean(axis=1), 1e-30),
+    )
 
 
 def _hex(values: Array) -> str:
