@@ -1,6 +1,6 @@
 """``python -m benchmarks.flight --truth DIR --out DIR``: flight.json and docs/flight_truth.md.
 
-Some ten minutes on two cores. The folder of the truth holds CERES's mean albedos of 2018,
+Two to five minutes on two cores. The folder of the truth holds CERES's mean albedos of 2018,
 ``ceres_2018_all_sky_1deg.csv`` and ``ceres_2018_clear_sky_1deg.csv``: (180, 360) from the south
 pole and 180 deg west on.
 """

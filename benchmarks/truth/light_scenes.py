@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -101,19 +101,26 @@ def _at_rest(
 
 
 def _mesh(parts: list[list[Shape]]) -> Mesh:
+    return joined(
+        # Each shape wears one material.
+        (shape, number, _NAMES.index(str(shaded(shape).materials[0])))
+        for number, shapes in enumerate(parts)
+        for shape in shapes
+    )
+
+
+def joined(shapes: Iterable[tuple[Shape, int, int]]) -> Mesh:
+    """One mesh of shapes, each with the numbers of its part and of its material."""
     positions, normals, triangles, part, material = [], [], [], [], []
     start = 0
-    for number, shapes in enumerate(parts):
-        for shape in shapes:
-            one = shaded(shape)
-            # Each shape wears one material.
-            worn = _NAMES.index(str(one.materials[0]))
-            positions.append(one.positions)
-            normals.append(one.normals)
-            triangles.append(one.triangles + start)
-            part.append(np.full(len(one.positions), number))
-            material.append(np.full(len(one.positions), worn))
-            start += len(one.positions)
+    for shape, number, worn in shapes:
+        one = shaded(shape)
+        positions.append(one.positions)
+        normals.append(one.normals)
+        triangles.append(one.triangles + start)
+        part.append(np.full(len(one.positions), number))
+        material.append(np.full(len(one.positions), worn))
+        start += len(one.positions)
     return Mesh(
         positions=np.concatenate(positions).astype(np.float32),
         normals=np.concatenate(normals).astype(np.float32),

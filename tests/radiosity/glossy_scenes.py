@@ -9,15 +9,15 @@ from typing import Any
 import moderngl
 import numpy as np
 
+from benchmarks.truth.light_scenes import joined
 from simgl.arrays import Array, Mask, UIntArray
 from simgl.motion.trajectory import FixedAttitude, Motion, UniformMotion
 from simgl.scenario.scenario import Scenario
 from simgl.scene.materials import Material
-from simgl.scene.mesh import Mesh
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.simulator import Capture, Product, Simulator
 from tests.scenes import Table, scene
-from tools.spacecraft_models.shapes import Shape, box, shaded
+from tools.spacecraft_models.shapes import Shape, box
 
 WHITE = Material(name="white", reflectance=(0.8, 0.8, 0.8, 0.8))
 RED = Material(name="red", reflectance=(0.7, 0.1, 0.05, 0.6))
@@ -78,32 +78,13 @@ def at_rest(
     settings = {"samples_per_pixel": 5, "glossy_reflections": True, **render}
     empty = scene({}, camera, sun_direction=sun, render=settings)
     parts = tuple(str(i) for i in range(len(shapes)))
-    model = SpacecraftModel(name="target", mesh=_mesh(shapes), parts=parts, materials=materials)
+    mesh = joined((shape, number, worn) for number, (shape, worn) in enumerate(shapes))
+    model = SpacecraftModel(name="target", mesh=mesh, parts=parts, materials=materials)
     still = Motion(
         trajectory=UniformMotion(position=np.zeros(3), velocity=np.zeros(3), epoch_tai_ns=0),
         attitude=FixedAttitude(R_icrf_from_body=np.eye(3)),
     )
     return replace(empty, models={"target": model}, motions={"target": still})
-
-
-def _mesh(shapes: Sequence[tuple[Shape, int]]) -> Mesh:
-    positions, normals, triangles, part, material = [], [], [], [], []
-    start = 0
-    for number, (shape, worn) in enumerate(shapes):
-        one = shaded(shape)
-        positions.append(one.positions)
-        normals.append(one.normals)
-        triangles.append(one.triangles + start)
-        part.append(np.full(len(one.positions), number))
-        material.append(np.full(len(one.positions), worn))
-        start += len(one.positions)
-    return Mesh(
-        positions=np.concatenate(positions).astype(np.float32),
-        normals=np.concatenate(normals).astype(np.float32),
-        triangles=np.concatenate(triangles).astype(np.uint32),
-        part=np.concatenate(part).astype(np.uint32),
-        material=np.concatenate(material).astype(np.uint32),
-    )
 
 
 def from_other_surfaces(gl: moderngl.Context, scenario: Scenario) -> tuple[Array, UIntArray]:
