@@ -9,6 +9,9 @@
 ``label_formats``    the labels of all frames as COCO and SPEED+ files
 ``bop_format``       a data set of BOP: depth, silhouettes, tables, models
 ``pose_formats``     COLMAP, nerfstudio and YOLO
+``truth_maps``       depth and normals for COLMAP and nerfstudio
+``webdataset_format``  shards of WebDataset
+``stream``           frames without files; ``torch_dataset`` as a data set of PyTorch
 ``data_sets``        which of these are written; what they cannot hold
 ``run_campaign``     the run, which can be resumed
 

@@ -73,6 +73,8 @@ def load_campaign(path: Path) -> Campaign:
     target = _named(where, "target", table.target, list(scenario.models))
     if len(set(table.write)) != len(table.write) or not table.write:
         raise ConfigError(where, "write", "must name at least one kind of file, each once")
+    if table.write[0] == "truth":
+        raise ConfigError(where, "write", "must begin with an image: dn8, dn16, view or exr")
     place = f"{where} [draw]"
     _check_ways(table.draw, place)
     mount = scenario.mounts[camera]

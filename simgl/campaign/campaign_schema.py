@@ -78,7 +78,7 @@ class CampaignTable(Table, frozen=True, kw_only=True):
     frames : how many
     seed : of all random values, and of the noise
     camera, target : if omitted the scenario's first ones
-    write : files of each frame; labels name the first kind
+    write : files of each frame; labels name the first kind, which is an image
     """
 
     scenario: str
@@ -86,5 +86,5 @@ class CampaignTable(Table, frozen=True, kw_only=True):
     seed: Annotated[int, Meta(ge=0, le=2**32 - 1)] = 0
     camera: str | None = None
     target: str | None = None
-    write: tuple[Literal["dn8", "dn16", "view", "exr"], ...] = ("dn8",)
+    write: tuple[Literal["dn8", "dn16", "view", "exr", "truth"], ...] = ("dn8",)
     draw: DrawTable = field(default_factory=DrawTable)

@@ -19,6 +19,11 @@ from simgl.campaign.pose_formats import (
     write_nerfstudio,
     write_yolo,
 )
+from simgl.campaign.truth_maps import (
+    write_colmap_maps,
+    write_nerfstudio_depth,
+)
+from simgl.campaign.webdataset_format import write_webdataset
 
 
 def check_formats(campaign: Campaign, formats: frozenset[Format]) -> None:
@@ -47,9 +52,17 @@ def write_formats(folder: Path, campaign: Campaign, formats: frozenset[Format], 
         write_bop(folder, labels, campaign.scenario.models, camera)
     if formats & {Format.COLMAP, Format.NERFSTUDIO}:
         write_masks(folder, stored_labels(folder, campaign.frames), campaign.target)
+    truth = "truth" in campaign.write
     if Format.COLMAP in formats:
         write_colmap(folder, rows, camera)
+        if truth and camera.lens.distortion is None:
+            write_colmap_maps(folder, campaign)
     if Format.NERFSTUDIO in formats:
-        write_nerfstudio(folder, rows, camera, campaign.write[0])
+        write_nerfstudio(folder, rows, camera, campaign.write[0], depth=truth)
+        if truth:
+            write_nerfstudio_depth(folder, campaign)
+    if Format.WEBDATASET in formats:
+        labels = stored_labels(folder, campaign.frames)
+        write_webdataset(folder, campaign, labels, rows)
     if Format.YOLO in formats:
         write_yolo(folder, stored_labels(folder, campaign.frames), campaign)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import hashlib
+import io
 import json
 import math
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from dataclasses import asdict, dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -54,7 +55,7 @@ COLUMNS: Columns = {
 }
 KEYS = 1
 
-_SUFFIXES = {"dn8": "png", "dn16": "png", "view": "png", "exr": "exr"}
+_SUFFIXES = {"dn8": "png", "dn16": "png", "view": "png", "exr": "exr", "truth": "npz"}
 
 
 class Format(StrEnum):
@@ -63,6 +64,7 @@ class Format(StrEnum):
     BOP = "bop"
     COLMAP = "colmap"
     NERFSTUDIO = "nerfstudio"
+    WEBDATASET = "webdataset"
     YOLO = "yolo"
 
 
@@ -100,9 +102,9 @@ class CampaignJob:
         products = {Product.DN, Product.TRUTH}
         if {"view", "exr"} & set(campaign.write):
             products.add(Product.RADIANCE)
-        capture = simulator.capture(
-            scene.state, campaign.camera, products, during=scene.during, seed=scene.seed
-        )
+        if "truth" in campaign.write:
+            products.add(Product.NORMALS)
+        capture = captured(simulator, campaign, scene, products)
         files = {file_name(kind, frame): _content(kind, capture) for kind in campaign.write}
         labels = _labels(campaign, scene, capture)
         if Format.BOP in self.formats:
@@ -114,7 +116,16 @@ class CampaignJob:
             )
             files |= more
         files[label_name(frame)] = json.dumps(labels, indent=1).encode()
-        return RenderedFrame(files=files, row=_row(campaign, scene, capture))
+        return RenderedFrame(files=files, row=frame_row(campaign, scene, capture))
+
+
+def captured(
+    simulator: Simulator, campaign: Campaign, scene: FrameScene, products: Set[Product]
+) -> Capture:
+    """What a campaign's camera takes of a frame's scene, with the frame's own noise."""
+    return simulator.capture(
+        scene.state, campaign.camera, products, during=scene.during, seed=scene.seed
+    )
 
 
 def file_name(kind: str, frame: int) -> str:
@@ -138,6 +149,8 @@ def _content(kind: str, capture: Capture) -> bytes:
     assert digital is not None
     if kind == "dn8":
         return png_bytes(eight_bits(digital))
+    if kind == "truth":
+        return _truth_bytes(capture)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"frame.{_SUFFIXES[kind]}"
         if kind == "dn16":
@@ -149,6 +162,18 @@ def _content(kind: str, capture: Capture) -> bytes:
             else:
                 write_view_png(path, radiance)
         return path.read_bytes()
+
+
+def _truth_bytes(capture: Capture) -> bytes:
+    """Depth, normals and part of each pixel's centre, compressed."""
+    truth, normals = capture.truth, capture.normals
+    assert truth is not None
+    assert normals is not None
+    buffer = io.BytesIO()
+    np.savez_compressed(
+        buffer, depth_m=truth.depth, normals_camera=normals.normals, part_id=truth.part_id
+    )
+    return buffer.getvalue()
 
 
 def _labels(campaign: Campaign, scene: FrameScene, capture: Capture) -> dict[str, object]:
@@ -166,7 +191,8 @@ def _labels(campaign: Campaign, scene: FrameScene, capture: Capture) -> dict[str
     }
 
 
-def _row(campaign: Campaign, scene: FrameScene, capture: Capture) -> Row:
+def frame_row(campaign: Campaign, scene: FrameScene, capture: Capture) -> Row:
+    """The row of a frame, by ``COLUMNS``."""
     info, state = capture.info, scene.state
     assert capture.digital is not None
     assert capture.truth is not None

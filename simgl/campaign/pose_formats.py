@@ -128,31 +128,38 @@ def write_colmap(folder: Path, rows: Rows, camera: Camera) -> None:
     _write_lines(folder / "colmap/points3D.txt", [])
 
 
-def write_nerfstudio(folder: Path, rows: Rows, camera: Camera, kind: str) -> None:
+def write_nerfstudio(folder: Path, rows: Rows, camera: Camera, kind: str, *, depth: bool) -> None:
     """nerfstudio's transforms.json, from camera to world with OpenGL's camera axes.
 
     kind : of the images, a folder of the campaign
+    depth : name a depth image of each frame too
 
     ``sun_direction`` is further to its format: towards the Sun in the world's axes.
     """
     frames = []
-    for row in rows:
+    for frame, row in enumerate(rows):
         R, t = _pose(row)
         world_from_camera = np.eye(4)
         # x right, y up, z backward.
         world_from_camera[:3, :3] = R.T @ np.diag([1.0, -1.0, -1.0])
         world_from_camera[:3, 3] = -R.T @ t
         sun = np.array([row[f"sun_direction_camera_{axis}"] for axis in "xyz"], dtype=np.float64)
-        frames.append(
-            {
-                "file_path": f"../{kind}/{row['file']}",
-                "mask_path": f"../{mask_name(str(row['file']))}",
-                "transform_matrix": world_from_camera.tolist(),
-                "sun_direction": (R.T @ sun).tolist(),
-            }
-        )
+        entry: Labels = {
+            "file_path": f"../{kind}/{row['file']}",
+            "mask_path": f"../{mask_name(str(row['file']))}",
+            "transform_matrix": world_from_camera.tolist(),
+            "sun_direction": (R.T @ sun).tolist(),
+        }
+        if depth:
+            entry["depth_file_path"] = nerfstudio_depth_name(frame)
+        frames.append(entry)
     content = {**nerfstudio_camera(camera), "frames": frames}
     _write(folder / "nerfstudio/transforms.json", json.dumps(content).encode())
+
+
+def nerfstudio_depth_name(frame: int) -> str:
+    """Path of a frame's depth image below the folder of transforms.json."""
+    return f"depth/{frame:06d}.npy"
 
 
 def check_yolo(campaign: Campaign) -> None:

@@ -146,7 +146,7 @@ def campaign(
     out: ResumableFolder,
     workers: WorkerOptions,
     format: Annotated[
-        str, typer.Option(help="Of bop, colmap, nerfstudio, yolo, with commas.")
+        str, typer.Option(help="Of bop, colmap, nerfstudio, webdataset, yolo, with commas.")
     ] = "",
 ) -> None:
     """Render randomised frames in parallel, with labels for training.
