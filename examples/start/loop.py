@@ -13,7 +13,7 @@ PATH = Path(__file__).with_name("scenario.toml")
 STEP_S, SPEED_M_S, STOP_M = 2.0, 2.0, 30.0
 scenario = load_scenario(PATH)
 position_lvlh = np.array([-60.0, 4.0, -3.0])  # of the chaser [m]: 4 m beside the axis and 3 m above
-seen = {}
+seen: dict[str, np.ndarray] = {}
 with launched_server(PATH) as (_, address), Client(address, timeout_s=60.0) as client:
     camera = next(c for c in client.welcome.cameras if c.name == "navcam")
     while (range_m := np.linalg.norm(position_lvlh)) > STOP_M:

@@ -100,7 +100,7 @@ def test_optional_keys_may_be_taken_in(tmp_path: Path) -> None:
         )
         (tmp_path / path.name).write_text(text)
     scenario = load_scenario(tmp_path / "scenario.toml")
-    assert scenario.cameras["navcam"].detector.hot_pixels == 0.0001
+    assert scenario.cameras["navcam"].detector.pattern.hot_pixels == 0.0001
 
 
 def test_the_projects_scenario_renders(small_project: Path) -> None:
