@@ -1,4 +1,4 @@
-"""Folders of shaders, models and data: in the installed package, or at the top of a checkout."""
+"""Folders of shaders, models, examples, data: in the installed package, or in a checkout."""
 
 from __future__ import annotations
 
@@ -25,6 +25,11 @@ def shaders() -> Path:
 def models() -> Path:
     """The folder of shipped spacecraft models, one folder each."""
     return _find("models")
+
+
+def examples() -> Path:
+    """The folder of examples."""
+    return _find("examples")
 
 
 def data() -> Path:

@@ -1,4 +1,7 @@
-"""A GNC loop that steers by brightness: python -m examples.bridge.gnc_stub [ADDRESS]."""
+"""A GNC loop that steers by brightness: python -m examples.bridge.gnc_stub [ADDRESS].
+
+`simgl serve "examples/bridge/box.toml"` first, in another terminal.
+"""
 
 import sys
 

@@ -5,6 +5,7 @@
 ``assess_command``        assess: one epoch, a trajectory, a sweep
 ``record_command``        record: ROS 2 messages in a file
 ``bench_command``         bench: a set of scenes, a baseline, a page
+``start_commands``        new, example: files to begin with
 ``inspection_commands``   doctor, view, camera test, model check, model turntable
 
 ``simgl.cli`` registers them. Whatever is slow to import is imported inside the command, so that

@@ -11,7 +11,7 @@ from typing import Annotated
 
 import typer
 
-from simgl.commands import inspection_commands, render_commands
+from simgl.commands import inspection_commands, render_commands, start_commands
 from simgl.commands.assess_command import assess
 from simgl.commands.bench_command import bench
 from simgl.commands.command_line import say, with_quiet
@@ -29,6 +29,8 @@ model_app = typer.Typer(help="Models by themselves.", no_args_is_help=True)
 
 COMMANDS = (
     inspection_commands.doctor,
+    start_commands.new,
+    start_commands.example,
     render_commands.render,
     render_commands.sequence,
     record,

@@ -26,6 +26,13 @@ def model_names(incomplete: str) -> list[str]:
     return _beginning(incomplete, names) + _paths(incomplete, _MODEL_SUFFIXES)
 
 
+def example_names(incomplete: str) -> list[str]:
+    """Shipped examples."""
+    from simgl.shipped_examples import shipped_examples
+
+    return _beginning(incomplete, ["all", *shipped_examples()])
+
+
 def bench_scenes(incomplete: str) -> list[str]:
     """Shipped benchmark scenes."""
     from simgl.bench.scenes import bench_scenes as scenes

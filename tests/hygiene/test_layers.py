@@ -23,7 +23,7 @@ LAYERS = (
     ("still_scene",),
     ("simulator",),
     ("cli_progress", "output", "workers"),
-    ("doctor", "html_page", "inspection", "maps", "ros2", "sequence", "viewer"),
+    ("doctor", "html_page", "inspection", "maps", "ros2", "sequence", "shipped_examples", "viewer"),
     ("assess", "bench", "campaign"),
     ("", "commands"),
     ("cli",),

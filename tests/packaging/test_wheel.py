@@ -8,9 +8,11 @@ from pathlib import Path
 
 import pytest
 
+from simgl.shipped_examples import shipped_examples
 from tests.patience import run_to_end
 
 ROOT = Path(__file__).resolve().parents[2]
+EXAMPLES = ROOT / "examples"
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +45,16 @@ def test_every_module_shader_model_and_map_is_in_the_wheel(wheel: zipfile.ZipFil
     assert expected <= names
 
 
-def test_tests_and_examples_stay_out(wheel: zipfile.ZipFile) -> None:
+def test_the_examples_in_the_wheel_are_those_that_are_listed(wheel: zipfile.ZipFile) -> None:
+    inside = {Path(n).relative_to("simgl/examples") for n in wheel.namelist() if "/examples/" in n}
+    listed = {file for example in shipped_examples().values() for file in example.files}
+    listed |= {p.relative_to(EXAMPLES) for p in (EXAMPLES / "start").glob("*.*")}
+    # They make folders of scripts packages.
+    marks = {Path(folder, "__init__.py") for folder in ("bridge", "short")}
+    assert inside == listed | marks
+
+
+def test_tests_and_pages_stay_out(wheel: zipfile.ZipFile) -> None:
     tops = {name.split("/")[0] for name in wheel.namelist()}
     assert {t for t in tops if not t.endswith(".dist-info")} == {"simgl", "simgl_bridge"}
 
