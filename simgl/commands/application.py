@@ -16,6 +16,7 @@ from simgl.commands.assess_command import assess
 from simgl.commands.bench_command import bench
 from simgl.commands.command_line import say, with_quiet
 from simgl.commands.record_command import record
+from simgl.commands.ros2_command import ros2
 from simgl.errors import SimglError
 
 app = typer.Typer(
@@ -34,6 +35,7 @@ COMMANDS = (
     render_commands.render,
     render_commands.sequence,
     record,
+    ros2,
     render_commands.exposure,
     assess,
     bench,

@@ -12,7 +12,13 @@ from simgl.images import Capture
 from simgl.output import complete_file
 from simgl.progress import ProgressCallback, silent
 from simgl.ros2 import ros_messages
-from simgl.ros2.ros_messages import Message, ros_name, ros_time_ns
+from simgl.ros2.ros_messages import Message, ros_time_ns
+from simgl.ros2.run_messages import (
+    camera_messages,
+    check_names,
+    clock_message,
+    frame_message,
+)
 from simgl.scenario.scenario import Scenario
 from simgl.simulator import Product, Simulator
 
@@ -48,7 +54,9 @@ def record(
     Raises ConfigError for names, lenses and times that ROS 2 does not have; OutputError where the
     file cannot be written.
     """
-    _check(recording)
+    # Before anything is drawn.
+    check_names(recording.scenario, recording.cameras, recording.epochs[0])
+    ros_time_ns(max(recording.epochs))
     total = len(recording.epochs) * len(recording.cameras)
     with complete_file(path) as temporary, temporary.open("wb") as file:
         try:
@@ -65,16 +73,6 @@ def record(
         except McapError as error:
             raise ConfigError(str(path), "", f"could not be encoded: {error}") from None
     return topics.count
-
-
-def _check(recording: Recording) -> None:
-    """Raise ConfigError for what ROS 2 cannot hold, before anything is drawn."""
-    for name in recording.scenario.models:
-        ros_name("spacecraft", name)
-    for name in recording.cameras:
-        ros_name("camera", name)
-        ros_messages.camera_info(recording.scenario.cameras[name], recording.epochs[0])
-    ros_time_ns(max(recording.epochs))
 
 
 def _capture(recording: Recording, simulator: Simulator, tai_ns: int, camera: str) -> Capture:
@@ -107,23 +105,11 @@ class _Topics:
 
     def write_epoch(self, scenario: Scenario, tai_ns: int, captures: Sequence[Capture]) -> None:
         """Clock, frames, and for each camera calibration and images."""
-        self._write("/clock", "rosgraph_msgs/msg/Clock", ros_messages.clock(tai_ns), tai_ns)
-        poses = scenario.poses(tai_ns).items()
-        frames = ros_messages.transforms(tai_ns, poses, [one.info for one in captures])
-        self._write("/tf", "tf2_msgs/msg/TFMessage", frames, tai_ns)
+        self._write(*clock_message(tai_ns), tai_ns)
+        self._write(*frame_message(tai_ns, scenario.poses(tai_ns), captures), tai_ns)
         for capture in captures:
-            self._write_camera(capture, tai_ns)
-
-    def _write_camera(self, capture: Capture, tai_ns: int) -> None:
-        camera = capture.info.camera
-        info = ros_messages.camera_info(camera, tai_ns)
-        self._write(f"/{camera.name}/camera_info", "sensor_msgs/msg/CameraInfo", info, tai_ns)
-        assert capture.digital is not None
-        pixels = ros_messages.image(capture.digital)
-        self._write(f"/{camera.name}/image_raw", "sensor_msgs/msg/Image", pixels, tai_ns)
-        if capture.truth is not None:
-            depth = ros_messages.depth_image(capture.truth)
-            self._write(f"/{camera.name}/depth/image_raw", "sensor_msgs/msg/Image", depth, tai_ns)
+            for topic, kind, message in camera_messages(capture):
+                self._write(topic, kind, message, tai_ns)
 
     def _write(self, topic: str, kind: str, message: Message, tai_ns: int) -> None:
         number = self._sequence.get(topic, 0)

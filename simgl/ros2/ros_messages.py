@@ -20,7 +20,7 @@ from simgl.camera.camera import Camera
 from simgl.camera.projections import Fisheye
 from simgl.errors import ConfigError
 from simgl.images import DigitalFrame, FrameInfo, TruthFrame
-from simgl.physics.ephemeris import utc_from_tai_ns
+from simgl.physics.ephemeris import tai_ns_from_utc, utc_from_tai_ns
 from simgl.physics.frames import Pose, quaternion_from_matrix
 
 Message = dict[str, Any]
@@ -101,6 +101,13 @@ def ros_time_ns(tai_ns: int) -> int:
     if seconds > _LAST_SECOND:
         raise ConfigError("ROS 2", "time", f"ends on 2038-01-19T03:14:07 UTC, got {utc}")
     return seconds * 1_000_000_000 + int(fraction.ljust(9, "0") if fraction else 0)
+
+
+def tai_ns_from_ros(nanoseconds: int) -> int:
+    """TAI of nanoseconds of the POSIX clock; raises ValueError before 1972."""
+    seconds, fraction = divmod(nanoseconds, 1_000_000_000)
+    utc = datetime.fromtimestamp(seconds, UTC).strftime("%Y-%m-%dT%H:%M:%S")
+    return tai_ns_from_utc(utc) + fraction
 
 
 def time_message(tai_ns: int) -> Message:

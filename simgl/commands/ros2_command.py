@@ -1,0 +1,58 @@
+"""``simgl ros2``: a live node on ROS 2's topics."""
+
+from __future__ import annotations
+
+from threading import Event
+from typing import Annotated
+
+import typer
+
+from simgl.cli_progress import load, opened
+from simgl.commands.command_line import say, with_option_groups
+from simgl.commands.render_commands import Cameras, ScenarioFile, camera_names
+from simgl.sequence.epoch_options import EpochOptions, EventOptions
+
+# ROS 2's domains on Linux.
+_MAX_DOMAIN = 101
+
+
+@with_option_groups
+def ros2(
+    scenario: ScenarioFile,
+    epochs: EpochOptions,
+    event: EventOptions,
+    play: Annotated[
+        bool,
+        typer.Option("--play", help="Publish the scenario's own epochs, at the clock's pace."),
+    ] = False,
+    camera: Cameras = None,
+    depth: Annotated[bool, typer.Option("--depth", help="Also depth images (32FC1).")] = False,
+    domain: Annotated[
+        int,
+        typer.Option(min=0, max=_MAX_DOMAIN, envvar="ROS_DOMAIN_ID", help="Of DDS."),
+    ] = 0,
+) -> None:
+    """Publish images on ROS 2's topics, of the frames that others publish on /tf.
+
+    Each message on /tf with a spacecraft of the scenario gets its images, with its stamp. Needs no
+    ROS 2. On this machine only, unless CYCLONEDDS_URI configures the network.
+
+    Example: simgl ros2 examples/approach.toml
+
+    Example: simgl ros2 examples/approach.toml --play --duration 60 --step 0.5
+    """
+    from simgl.ros2.live_run import LiveRun, open_node
+    from simgl.sequence.epochs import epochs as chosen_epochs
+
+    loaded = load(scenario)
+    names = camera_names(loaded, camera)
+    node = open_node(loaded, names, domain, depth=depth)
+    with opened(loaded) as simulator:
+        run = LiveRun(scenario=loaded, simulator=simulator, node=node, cameras=names, depth=depth)
+        if play:
+            chosen = chosen_epochs(loaded, epochs, names[0], event)
+            late = run.play(chosen, Event())
+            say(f"{len(chosen)} epochs played, {late} of them late")
+            return
+        say(f"follows /tf in domain {domain}: {', '.join(names)}")
+        run.follow(Event())
