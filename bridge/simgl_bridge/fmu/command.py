@@ -16,7 +16,9 @@ def fmu(
     scenario: Annotated[
         Path, typer.Argument(help="Scenario file (TOML).", autocompletion=scenario_files)
     ],
-    out: Annotated[Path, typer.Option("--out", "-o", help="FMU file; an existing one is replaced.")],
+    out: Annotated[
+        Path, typer.Option("--out", "-o", help="FMU file; an existing one is replaced.")
+    ],
     camera: Annotated[
         str | None, typer.Option(help="Camera name; may be left out where there is one.")
     ] = None,

@@ -1,4 +1,4 @@
-"""``modelDescription.xml`` and ``buildDescription.xml`` of an FMU (FMI 3.0.2, sections 2.4, 2.5)."""
+"""``modelDescription.xml`` and ``buildDescription.xml`` of an FMU (FMI 3.0.2, 2.4 and 2.5)."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ def _describe(parent: ET.Element, variable: Variable, reference: int) -> None:
     if variable.causality == "parameter":
         element.set("variability", "fixed")
     elif variable.causality in ("input", "output"):
-        element.set("variability", "discrete")
+        element.set("variability", "continuous" if variable.continuous else "discrete")
     if variable.type == "Enumeration":
         element.set("declaredType", "ImageStatus")
     if variable.type == "Binary":

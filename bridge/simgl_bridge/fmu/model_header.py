@@ -72,7 +72,7 @@ def model_header(model: CameraModel, variables: Sequence[Variable], token: str) 
 
 def c_string(text: str) -> str:
     """A string literal of C, whatever the text holds."""
-    plain = {c for c in range(32, 127)} - set(b'"\\?')
+    plain = set(range(32, 127)) - set(b'"\\?')
     return '"' + "".join(chr(c) if c in plain else f"\\{c:03o}" for c in text.encode()) + '"'
 
 
@@ -99,7 +99,8 @@ def _starts(variable: Variable) -> list[str]:
 
 def _scene_tables(model: CameraModel, at: dict[str, int]) -> list[str]:
     """Names and offsets of spacecraft, joints and lamps."""
-    bodies, joints = [], []
+    bodies: list[str] = []
+    joints: list[str] = []
     for body in model.bodies:
         moved = model.joints(body)
         first = at[structured_name(body, POSE_START)]

@@ -10,8 +10,9 @@ from math import inf
 from typing import Literal
 
 from simgl.errors import ConfigError
-from simgl.physics.ephemeris import sun_position
+from simgl.physics.constants import ASTRONOMICAL_UNIT
 from simgl.scenario.scenario import Scenario
+from simgl.scene.state import SunAtPosition
 from simgl_bridge.bind_address import DEFAULT_ADDRESS
 from simgl_bridge.body_pose import BodyPose
 
@@ -36,6 +37,7 @@ class Variable:
     shape : sizes of an array; empty for a scalar
     start : of parameters and inputs, row by row
     smallest, largest : limits of each element
+    continuous : an importer may interpolate it; other inputs and outputs change at steps
     """
 
     name: str
@@ -48,6 +50,7 @@ class Variable:
     unit: str | None = None
     smallest: float = -inf
     largest: float = inf
+    continuous: bool = False
 
     @property
     def size(self) -> int:
@@ -98,7 +101,8 @@ def variables(model: CameraModel) -> tuple[Variable, ...]:
     for variable in described:
         if variable.name in names:
             where = str(model.scenario.source or model.scenario.name)
-            problem = f'would be two variables of the FMU; call the spacecraft otherwise than "{variable.name.partition(".")[0]}"'
+            body = variable.name.partition(".")[0]
+            problem = f'would be two variables of the FMU; give "{body}" another name'
             raise ConfigError(where, variable.name, problem)
         names.add(variable.name)
     return described
@@ -225,12 +229,21 @@ def _settings(model: CameraModel) -> list[Variable]:
                 type="Float64",
                 causality="input",
                 shape=(3,),
-                start=tuple(sun_position(model.scenario.epoch_tai_ns).tolist()),
+                start=_sun_position(model.scenario),
                 unit="m",
+                continuous=True,
                 description="Earth-centred, ICRF axes",
             )
         )
     return settings
+
+
+def _sun_position(scenario: Scenario) -> tuple[float, ...]:
+    """Where the Sun is at the epoch [m], or far away in the scenario's direction."""
+    sun = scenario.at(scenario.epoch_tai_ns).sun
+    if isinstance(sun, SunAtPosition):
+        return tuple(sun.position.tolist())
+    return tuple((ASTRONOMICAL_UNIT * sun.direction_icrf).tolist())
 
 
 def _body(model: CameraModel, body: str) -> list[Variable]:
@@ -261,6 +274,7 @@ def _body(model: CameraModel, body: str) -> list[Variable]:
             shape=(len(start),),
             start=tuple(start),
             unit=unit,
+            continuous=True,
             description=description,
         )
         for name, start, unit, description in parts
@@ -277,6 +291,7 @@ def _body(model: CameraModel, body: str) -> list[Variable]:
             unit="m" if joint.slides else "rad",
             smallest=joint.limits[0],
             largest=joint.limits[1],
+            continuous=True,
             description="travel of a rail" if joint.slides else "angle of a hinge",
         )
         for joint, angle in zip(state.joints, angles, strict=True)
