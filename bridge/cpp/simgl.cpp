@@ -124,6 +124,19 @@ int64_t simgl_epoch_tai_ns(const simgl_client *client) {
     return client == nullptr ? 0 : client->client.welcome().epoch_tai_ns;
 }
 
+const char *simgl_scene_hash(const simgl_client *client) {
+    return client == nullptr ? "" : client->client.welcome().scene_hash.c_str();
+}
+
+void simgl_plane_hash(const uint16_t *pixels, size_t pixel_count, char hash[33]) {
+    std::vector<unsigned char> bytes(2 * pixel_count);
+    for (size_t i = 0; i < pixel_count; ++i) {
+        bytes[2 * i] = static_cast<unsigned char>(pixels[i] & 0xff);
+        bytes[2 * i + 1] = static_cast<unsigned char>(pixels[i] >> 8);
+    }
+    std::snprintf(hash, 33, "%s", simgl::detail::blake2b_128(bytes.data(), bytes.size()).c_str());
+}
+
 int simgl_camera_size(const simgl_client *client, const char *camera, int32_t *width,
                       int32_t *height) {
     if (client == nullptr || camera == nullptr || width == nullptr || height == nullptr)

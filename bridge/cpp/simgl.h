@@ -83,6 +83,11 @@ void simgl_close(simgl_client *client);
 
 /* Start of the server's scenario; 0 for a client that is NULL. */
 int64_t simgl_epoch_tai_ns(const simgl_client *client);
+/* Hash of everything that the server's scenario holds except its seed; "" for a client that is NULL. */
+const char *simgl_scene_hash(const simgl_client *client);
+/* Hash of an image's content, as records of sessions have it: BLAKE2b with 16 bytes over the
+ * little-endian pixels, in hexadecimal digits. */
+void simgl_plane_hash(const uint16_t *pixels, size_t pixel_count, char hash[33]);
 /* Width and height of a camera in pixels. */
 int simgl_camera_size(const simgl_client *client, const char *camera, int32_t *width,
                       int32_t *height);

@@ -339,7 +339,7 @@ class Value {
 };
 
 // BLAKE2b with 16 bytes, in hexadecimal digits (RFC 7693).
-inline std::string blake2b_128(const std::string &content) {
+inline std::string blake2b_128(const unsigned char *content, std::size_t size) {
     static const std::uint64_t iv[8] = {
         0x6a09e667f3bcc908, 0xbb67ae8584caa73b, 0x3c6ef372fe94f82b, 0xa54ff53a5f1d36f1,
         0x510e527fade682d1, 0x9b05688c2b3e6c1f, 0x1f83d9abfb41bd6b, 0x5be0cd19137e2179};
@@ -357,16 +357,15 @@ inline std::string blake2b_128(const std::string &content) {
     std::uint64_t h[8];
     std::memcpy(h, iv, sizeof h);
     h[0] ^= 0x01010000 ^ 16;
-    const std::size_t blocks = content.empty() ? 1 : (content.size() + 127) / 128;
+    const std::size_t blocks = size == 0 ? 1 : (size + 127) / 128;
     for (std::size_t block = 0; block < blocks; ++block) {
         const bool last = block + 1 == blocks;
         std::uint64_t m[16] = {}, v[16];
-        for (std::size_t i = 0; i < 128 && block * 128 + i < content.size(); ++i)
-            m[i / 8] |= static_cast<std::uint64_t>(
-                            static_cast<unsigned char>(content[block * 128 + i])) << (8 * (i % 8));
+        for (std::size_t i = 0; i < 128 && block * 128 + i < size; ++i)
+            m[i / 8] |= static_cast<std::uint64_t>(content[block * 128 + i]) << (8 * (i % 8));
         std::memcpy(v, h, sizeof h);
         std::memcpy(v + 8, iv, sizeof iv);
-        v[12] ^= last ? content.size() : (block + 1) * 128;
+        v[12] ^= last ? size : (block + 1) * 128;
         if (last) v[14] = ~v[14];
         const auto turn = [](std::uint64_t x, int n) { return x >> n | x << (64 - n); };
         const auto mix = [&](int a, int b, int c, int d, std::uint64_t x, std::uint64_t y) {
@@ -393,6 +392,10 @@ inline std::string blake2b_128(const std::string &content) {
     return digits;
 }
 
+inline std::string blake2b_128(const std::string &content) {
+    return blake2b_128(reinterpret_cast<const unsigned char *>(content.data()), content.size());
+}
+
 } // namespace detail
 
 // One product of an image: row-major, row 0 at the top, little-endian as received.
@@ -403,6 +406,8 @@ class Plane {
 
     const unsigned char *data() const { return frame_.data(); }
     std::size_t size() const { return frame_.size(); }
+    // Hash of the content, as records of sessions have it: BLAKE2b with 16 bytes.
+    std::string hash() const { return detail::blake2b_128(data(), size()); }
     // The pixels in the byte order of this machine, big-endian ones too.
     std::vector<std::uint16_t> u16() const { return numbers<std::uint16_t>("<u2"); }
     std::vector<std::uint32_t> u32() const { return numbers<std::uint32_t>("<u4"); }

@@ -13,6 +13,7 @@ from msgspec import structs
 
 from simgl.arrays import AnyArray, Array, Image16
 from simgl.errors import BridgeError
+from simgl_bridge.hashes import plane_hash
 from simgl_bridge.messages import CameraImage, Images, Plane, Quaternion, SentPose, Vector
 
 # Pixel types of planes, little-endian.
@@ -73,6 +74,11 @@ class Image:
         if "dn" not in self.planes:
             raise BridgeError(f'this image has no "dn", only {", ".join(self.planes)}')
         return self.planes["dn"]
+
+    def plane_hash(self, product: str = "dn") -> str:
+        """Hash of an image's content, as records of sessions have it: 32 hexadecimal digits."""
+        plane = np.ascontiguousarray(self.planes[product])
+        return plane_hash(memoryview(plane.data).cast("B"))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -1,4 +1,4 @@
-"""Hashes that name a scene and a state, the same on any machine and in any process."""
+"""Hashes of a scene, a state and an image, the same on any machine and in any process."""
 
 from __future__ import annotations
 
@@ -87,3 +87,11 @@ def scene_hash(scenario: Scenario) -> str:
     The seed is a separate field of each reply; the folder of the file does not matter.
     """
     return content_digest(replace(scenario, seed=0, source=None), size=16)
+
+
+def plane_hash(plane: memoryview) -> str:
+    """Hash of the content of a plane: BLAKE2b with 16 bytes, in hexadecimal digits.
+
+    plane : bytes as they travel, little-endian and row by row
+    """
+    return hashlib.blake2b(plane, digest_size=16).hexdigest()

@@ -15,7 +15,6 @@ cost the last seconds. A last record that is cut off is ignored.
 
 from __future__ import annotations
 
-import hashlib
 import os
 import struct
 import time
@@ -34,6 +33,7 @@ from simgl import __version__
 from simgl.errors import AssetError, OutputError
 from simgl.output import check_writable
 from simgl_bridge.framing import BadMessageError
+from simgl_bridge.hashes import plane_hash
 from simgl_bridge.messages import CameraImage, ErrorCode, Message, Render, SentPose, State
 from simgl_bridge.operator_log import OperatorLog
 from simgl_bridge.renderer_messages import ServedScene
@@ -99,11 +99,6 @@ class Answered(Message, frozen=True, kw_only=True):
 RECORDS: tuple[type[Message], ...] = (Opened, Configured, Answered)
 _ENCODER = msgspec.msgpack.Encoder()
 _DECODER: msgspec.msgpack.Decoder[Message] = msgspec.msgpack.Decoder(reduce(or_, RECORDS))
-
-
-def plane_hash(plane: memoryview) -> str:
-    """Name of the content of a plane."""
-    return hashlib.blake2b(plane, digest_size=16).hexdigest()
 
 
 class SessionRecorder:

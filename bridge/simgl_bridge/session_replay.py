@@ -13,11 +13,11 @@ from simgl.errors import AssetError, ConfigError, SimglError
 from simgl.scenario.loader import load_scenario
 from simgl.scenario.scenario import Scenario
 from simgl.simulator import Simulator
-from simgl_bridge.hashes import scene_hash, shown_state_hash
+from simgl_bridge.hashes import plane_hash, scene_hash, shown_state_hash
 from simgl_bridge.messages import CameraImage
 from simgl_bridge.render_request import RenderedImages, render_images
 from simgl_bridge.render_session import RenderSession
-from simgl_bridge.session_recording import SUFFIX, Answered, Configured, SessionFile, plane_hash
+from simgl_bridge.session_recording import SUFFIX, Answered, Configured, SessionFile
 
 Say = Callable[[str], None]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ import zmq
 from simgl_bridge import Client
 
 from simgl import Scenario, load_scenario
+from tests.bridge.compiled import cpp_program, what_is_missing
 from tests.bridge.harness import SCENARIO, RawLink, Running, finish, newer, start
 from tests.patience import limit
 
@@ -100,3 +102,12 @@ def newer_address(running: Running) -> Iterator[str]:
     yield front.get_string(zmq.LAST_ENDPOINT)
     stop.set()
     thread.join(limit(10.0))
+
+
+@pytest.fixture(scope="session")
+def build(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
+    """Compiles sources and links them with libzmq: ``build(name, *sources)``."""
+    folder = tmp_path_factory.mktemp("cpp")
+    if missing := what_is_missing(folder):
+        pytest.skip(missing)
+    return partial(cpp_program, folder)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -20,17 +19,15 @@ from simgl_bridge.access import Access, make_keys
 from zmq.auth import load_certificate
 
 from simgl import Scenario, load_scenario
+from tests.bridge.compiled import c_program
 from tests.bridge.harness import LIT_SCENARIO, TURNING, Running
 from tests.bridge.test_responsive_server import SLOW_LOAD, served
 from tests.patience import limit, run_to_end
 
 Starter = Callable[..., Running]
 ROOT = Path(__file__).parents[2]
-CPP = ROOT / "bridge" / "cpp"
-COMPILER = shutil.which(os.environ.get("CXX", "g++"))
 # Deadlines of a probe [s]: an answer is soon there; this one would be waited for in vain.
 SOON, LATE = f"{limit(20.0):g}", f"{limit(60.0):g}"
-WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Werror"]
 
 PROBE = """
 #include <simgl.hpp>
@@ -215,28 +212,6 @@ int main(int argc, char **argv) {
 
 
 @pytest.fixture(scope="module")
-def build(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
-    """Compiles sources and links them with libzmq."""
-    if COMPILER is None:
-        pytest.skip("no C++ compiler (Debian: g++)")
-    folder = tmp_path_factory.mktemp("cpp")
-    probe = folder / "probe.cpp"
-    probe.write_text("#include <zmq.h>\nint main() { zmq_ctx_term(zmq_ctx_new()); }\n")
-    found = subprocess.run([COMPILER, str(probe), "-o", str(folder / "p"), "-lzmq"], check=False)
-    if found.returncode:
-        pytest.skip("no libzmq to compile with (Debian: libzmq3-dev)")
-
-    def compiled(name: str, *sources: Path) -> Path:
-        program = folder / name
-        command = [COMPILER, "-std=c++17", "-O1", *WARNINGS, f"-I{CPP}"]
-        command += [*map(str, sources), "-o", str(program), "-lzmq"]
-        subprocess.run(command, check=True)
-        return program
-
-    return compiled
-
-
-@pytest.fixture(scope="module")
 def probe(build: Callable[..., Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
     source = tmp_path_factory.mktemp("probe") / "probe.cpp"
     source.write_text(PROBE)
@@ -368,17 +343,6 @@ def test_the_cpp_client_knows_a_frozen_and_a_killed_server_and_goes_on_after_a_r
             answers.append(program.ask("nav"))
         assert answers[-1].endswith(" 1")
         assert program.end() == 0
-
-
-def c_program(build: Callable[..., Path], folder: Path, text: str) -> Path:
-    """A program in plain C over the C interface."""
-    source, user = folder / "user.c", folder / "user.o"
-    source.write_text(text)
-    compiler = shutil.which("gcc") or shutil.which("cc")
-    assert compiler is not None
-    command = [compiler, "-std=c99", *WARNINGS, f"-I{CPP}", "-c", str(source), "-o", str(user)]
-    subprocess.run(command, check=True)
-    return build("user", CPP / "simgl.cpp", user)
 
 
 def test_the_c_interface_gets_the_same_image(

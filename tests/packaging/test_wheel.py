@@ -37,6 +37,8 @@ def test_every_module_shader_model_and_map_is_in_the_wheel(wheel: zipfile.ZipFil
         f"simgl/{p}" for p in beneath(ROOT / "simgl", {".py", ".toml", ".jpg", ".jinja", ".typed"})
     }
     expected |= {f"simgl_bridge/{p}" for p in beneath(ROOT / "bridge/simgl_bridge", {".py"})}
+    cpp = beneath(ROOT / "bridge/cpp", {".c", ".cpp", ".h", ".hpp"})
+    expected |= {f"simgl_bridge/cpp/{p}" for p in cpp}
     expected |= {
         f"simgl/shaders/{p}" for p in beneath(ROOT / "shaders", {".glsl", ".vert", ".frag"})
     }

@@ -1,0 +1,65 @@
+"""``simgl fmu``: a camera of a scenario as a functional mock-up unit."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from simgl.commands.completion import scenario_files
+from simgl.errors import ConfigError
+from simgl_bridge.bind_address import DEFAULT_ADDRESS
+
+
+def fmu(
+    scenario: Annotated[
+        Path, typer.Argument(help="Scenario file (TOML).", autocompletion=scenario_files)
+    ],
+    out: Annotated[
+        Path, typer.Option("--out", "-o", help="FMU file; an existing one is replaced.")
+    ],
+    camera: Annotated[
+        str | None, typer.Option(help="Camera name; may be left out where there is one.")
+    ] = None,
+    body: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Spacecraft that the importer places; all if not given. The others follow the "
+            "scenario."
+        ),
+    ] = None,
+    sun: Annotated[
+        bool, typer.Option("--sun", help="The importer places the Sun, too; else the epoch does.")
+    ] = False,
+    address: Annotated[
+        str, typer.Option(help="Where a running simgl serve is looked for; a parameter of the FMU.")
+    ] = DEFAULT_ADDRESS,
+) -> None:
+    """Write a camera as an FMU (FMI 3.0, co-simulation), for Simulink, Dymola, OpenModelica, FMPy.
+
+    Inputs are poses, joints, lamps and exposure; outputs the image, its hash and its times. The
+    FMU uses a running simgl serve, or starts one.
+
+    Example: simgl fmu approach.toml -o camera.fmu
+    """
+    from simgl.cli_progress import load
+    from simgl_bridge.fmu.archive import camera_model, write_fmu
+
+    if out.suffix != ".fmu":
+        raise ConfigError("simgl fmu", "--out", f'must end in .fmu, got "{out}"')
+    model = camera_model(
+        load(scenario),
+        camera=camera,
+        bodies=None if body is None else tuple(body),
+        sends_sun=sun,
+        address=address,
+    )
+    written = write_fmu(model, out)
+    count = sum(v.causality == "input" for v in written.variables)
+    binary = f"binary for {written.platform}" if written.platform else "sources only"
+    print(f"{out}: camera {model.camera}, {count} inputs, {binary}")
+    if written.problem:
+        print(f"no binary: {written.problem}; importers compile the sources")
+    if written.needs_libzmq:
+        print("pyzmq brings no libzmq here: importers of the binary need libzmq.so.5")
