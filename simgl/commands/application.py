@@ -15,6 +15,7 @@ from simgl.commands import inspection_commands, render_commands, start_commands
 from simgl.commands.assess_command import assess
 from simgl.commands.bench_command import bench
 from simgl.commands.command_line import say, with_quiet
+from simgl.commands.events_command import events
 from simgl.commands.record_command import record
 from simgl.errors import SimglError
 
@@ -34,6 +35,7 @@ COMMANDS = (
     render_commands.render,
     render_commands.sequence,
     record,
+    events,
     render_commands.exposure,
     assess,
     bench,
