@@ -161,7 +161,7 @@ class Client:
         """The image that one camera takes of a state; see ``render_all`` for the other parameters.
 
         exposure_time_s, gain_dn_per_e : None takes the camera's own
-        products : of "dn", "radiance", "electrons", "depth", "part_id"
+        products : of ``welcome.products``
         """
         shots = [shot_of(camera, exposure_time_s, gain_dn_per_e, products)]
         return self.render_all(tai_ns, shots, bodies, retry=retry, **options)[camera]
@@ -186,6 +186,7 @@ class Client:
         moving : bodies move with their rates while the shutter is open: motion blur
         draw : which of several images of this time; another number has other noise
         seek : allow a time before that of the last request
+        compression : "zstd" for a link between machines; the images are the same
         """
         self._make_room()
         attempts = 2 if retry else 1

@@ -15,6 +15,7 @@ from simgl.arrays import AnyArray, Array, Image16
 from simgl.errors import BridgeError
 from simgl_bridge.hashes import plane_hash
 from simgl_bridge.messages import CameraImage, Images, Plane, Quaternion, SentPose, Vector
+from simgl_bridge.plane_compression import ZSTD, decompressed
 
 # Pixel types of planes, little-endian.
 DTYPES = ("<u2", "<u4", "<f4")
@@ -188,6 +189,10 @@ def _pixels(plane: Plane, frame: memoryview) -> AnyArray:
         raise BridgeError(f"is no plane: {plane}")
     dtype = np.dtype(plane.dtype)
     expected = math.prod(plane.shape) * dtype.itemsize
+    if plane.compression == ZSTD:
+        frame = memoryview(decompressed(plane.product, frame, expected))
+    elif plane.compression:
+        raise BridgeError(f'plane "{plane.product}" is compressed as "{plane.compression}"')
     if frame.nbytes != expected:
         raise BridgeError(
             f'plane "{plane.product}" announces {expected} bytes and brings {frame.nbytes}'

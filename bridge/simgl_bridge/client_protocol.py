@@ -50,6 +50,7 @@ from simgl_bridge.messages import (
     State,
     Welcome,
 )
+from simgl_bridge.plane_compression import check_wanted
 from simgl_bridge.sockets import HANDSHAKE_FAILURES
 
 # A server's deadline ends this much before the client's own [s].
@@ -93,9 +94,11 @@ class RenderOptions(StateOptions, total=False):
     """Keywords of a lock-step request; those of StateOptions, and:
 
     seek : allow a time before that of the last request
+    compression : of the planes on their way, "zstd" or none; what arrives has the same bytes
     """
 
     seek: bool
+    compression: str
 
 
 def check_timeouts(timeout_s: float | None, ready_timeout_s: float) -> None:
@@ -258,11 +261,13 @@ class ClientProtocol:
         deadline_ms: int | None,
         *,
         seek: bool = False,
+        compression: str = "",
         **options: Unpack[StateOptions],
     ) -> Render:
-        """A lock-step request."""
-        state = self.state(tai_ns, cameras, bodies, **options)
-        return Render(seek=seek, deadline_ms=deadline_ms, **structs.asdict(state))
+        """A lock-step request; ConfigError for a compression that this client cannot undo."""
+        check_wanted(compression)
+        state = structs.asdict(self.state(tai_ns, cameras, bodies, **options))
+        return Render(seek=seek, deadline_ms=deadline_ms, compression=compression, **state)
 
     def state(
         self,

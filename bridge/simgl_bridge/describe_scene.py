@@ -6,6 +6,7 @@ from simgl.camera.camera import Camera
 from simgl.scenario.scenario import Scenario
 from simgl_bridge.hashes import scene_hash
 from simgl_bridge.messages import CameraDescription
+from simgl_bridge.plane_compression import available
 from simgl_bridge.renderer_messages import ServedJoint, ServedModel, ServedScene
 
 
@@ -33,6 +34,7 @@ def served_scene(scenario: Scenario, renderer: str, camera_files: str = "") -> S
         models=models,
         lamps=tuple(scenario.lamps),
         camera_files=camera_files,
+        compressions=available(),
     )
 
 
@@ -52,4 +54,5 @@ def _camera(name: str, camera: Camera) -> CameraDescription:
         exposure_time_s=camera.exposure_time,
         readout_time_s=camera.readout_time,
         transport_latency_s=camera.transport_latency,
+        lidar=camera.lidar is not None,
     )

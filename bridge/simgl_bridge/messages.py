@@ -138,6 +138,7 @@ class CameraDescription(Struct, frozen=True, kw_only=True):
     exposure_time_s, gain_dn_per_e : used where a request gives none
     readout_time_s : from the end of exposure to the last row read
     transport_latency_s : from there until flight software has the image
+    lidar : whether it has a flash LIDAR, and with it the products of one
     """
 
     name: str
@@ -153,6 +154,7 @@ class CameraDescription(Struct, frozen=True, kw_only=True):
     exposure_time_s: float
     readout_time_s: float
     transport_latency_s: float
+    lidar: bool = False
 
 
 class Welcome(Message, frozen=True, kw_only=True):
@@ -172,6 +174,7 @@ class Welcome(Message, frozen=True, kw_only=True):
     lamps : that a request may dim
     scenarios : what Configure may choose; empty where the server has no folder of them
     status : what the server is doing
+    compressions : what a Render may ask for as ``compression``
     """
 
     id: Id | None
@@ -191,6 +194,7 @@ class Welcome(Message, frozen=True, kw_only=True):
     scenarios: tuple[str, ...] = ()
     lamps: tuple[str, ...] = ()
     status: ServerStatus | None = None
+    compressions: tuple[str, ...] = ()
 
 
 class SentPose(Struct, frozen=True, kw_only=True):
@@ -224,7 +228,9 @@ class SentSun(Struct, frozen=True, kw_only=True):
 class Shot(Struct, frozen=True, kw_only=True):
     """The request to one camera; None takes the camera's own value.
 
-    products : of "dn", "radiance", "electrons", "depth", "part_id"
+    products : of "dn", "radiance", "electrons"; "depth" along the boresight and "range" from the
+        pinhole, 0 where no spacecraft is; "part_id"; of a camera with a LIDAR "lidar_range" of one
+        pulse, 0 where none is detected, and its "lidar_electrons"
     """
 
     camera: str
@@ -250,6 +256,8 @@ class Render(Message, frozen=True, kw_only=True):
     seek : allow a time before that of the client's last request
     deadline_ms : from its arrival; then it is answered with DEADLINE, even if it is being drawn.
         nil sets no limit
+    compression : of the planes in the reply, one of Welcome's ``compressions``; empty for none. An
+        older server ignores it: each plane says how it comes
     """
 
     id: Id
@@ -262,6 +270,7 @@ class Render(Message, frozen=True, kw_only=True):
     lamps: dict[str, Share] = {}
     moving: bool = False
     draw: Draw = 0
+    compression: str = ""
 
 
 class State(Message, frozen=True, kw_only=True):
@@ -310,12 +319,15 @@ class Plane(Struct, frozen=True, kw_only=True):
 
     dtype : as numpy writes it, little-endian, such as ``<u2``
     shape : height, width, and bands R, G, B, N for the radiance
+    compression : "zstd" where the frame is one of Zstandard (RFC 8878) that holds the pixels, with
+        its content's size; empty for the pixels themselves
     """
 
     product: str
     dtype: str
     shape: tuple[int, ...]
     unit: str
+    compression: str = ""
 
 
 class CameraImage(Struct, frozen=True, kw_only=True):

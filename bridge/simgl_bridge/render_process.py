@@ -37,8 +37,9 @@ from simgl_bridge.client_sessions import Frames
 from simgl_bridge.describe_scene import served_scene
 from simgl_bridge.framing import BadMessageError, error_of
 from simgl_bridge.hashes import shown_state_hash
-from simgl_bridge.messages import Configure, Error, ErrorCode, Message
+from simgl_bridge.messages import Configure, Error, ErrorCode, Message, Render
 from simgl_bridge.operator_log import OperatorLog
+from simgl_bridge.plane_compression import compressed
 from simgl_bridge.preview import WIDEST
 from simgl_bridge.processes import RendererOptions, end_with_parent
 from simgl_bridge.render_request import RenderedImages, render_images
@@ -169,6 +170,9 @@ class Renderer:
             self.recorder.answered(
                 task.request, state_hash, rendered.bodies, rendered.images, planes
             )
+        if isinstance(task.request, Render) and task.request.compression:
+            images, planes = compressed(rendered.images, planes)
+            rendered = replace(rendered, images=images)
         return _with_preview(rendered, planes, preview=task.preview)
 
     def _png(self, task: DrawForBasilisk) -> bytes:

@@ -41,6 +41,9 @@ PRODUCTS = {
     "electrons": Product.ELECTRONS,
     "depth": Product.TRUTH,
     "part_id": Product.TRUTH,
+    "range": Product.TRUTH,
+    "lidar_range": Product.LIDAR,
+    "lidar_electrons": Product.LIDAR,
 }
 # At the end of where an error is: a table of the scenario.
 _TABLE = re.compile(r"\[[\w.-]+\]$")
@@ -258,5 +261,10 @@ def _pixels(capture: Capture, product: str) -> AnyArray:
         return capture.radiance.radiance
     if product == "electrons" and capture.electrons is not None:
         return capture.electrons.electrons
+    if product.startswith("lidar_"):
+        assert capture.lidar is not None
+        return capture.lidar.range if product == "lidar_range" else capture.lidar.electrons
     assert capture.truth is not None
+    if product == "range":
+        return capture.truth.range.astype(np.float32)
     return capture.truth.depth if product == "depth" else capture.truth.part_id

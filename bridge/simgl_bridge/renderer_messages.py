@@ -85,6 +85,7 @@ class ServedScene(Message, frozen=True, kw_only=True):
     renderer : OpenGL renderer and version
     name : of the scenario
     camera_files : of Basilisk's cameras, for the operator
+    compressions : of planes, that the renderer has
     """
 
     renderer: str
@@ -96,6 +97,7 @@ class ServedScene(Message, frozen=True, kw_only=True):
     models: dict[str, ServedModel]
     lamps: tuple[str, ...]
     camera_files: str = ""
+    compressions: tuple[str, ...] = ()
 
 
 class Drawn(Message, frozen=True, kw_only=True):

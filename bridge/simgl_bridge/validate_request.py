@@ -11,7 +11,17 @@ from simgl_bridge.renderer_messages import ServedJoint, ServedScene
 from simgl_bridge.value_ranges import out_of_range
 
 # Products on the wire, and their units.
-UNITS = {"dn": "DN", "radiance": "W m-2 sr-1", "electrons": "e-", "depth": "m", "part_id": ""}
+UNITS = {
+    "dn": "DN",
+    "radiance": "W m-2 sr-1",
+    "electrons": "e-",
+    "depth": "m",
+    "part_id": "",
+    "range": "m",
+    "lidar_range": "m",
+    "lidar_electrons": "e-",
+}
+_OF_LIDAR = ("lidar_range", "lidar_electrons")
 # A name that a client chose may be in it.
 _LONGEST_FIELD = 120
 # Tolerance of a joint's limits [rad] or [m].
@@ -51,6 +61,9 @@ def check_request(scene: ServedScene, request: ImageRequest) -> None:
     The request has passed ``check_ranges``.
     """
     errors = FieldErrors(request.id)
+    if isinstance(request, Render) and request.compression not in ("", *scene.compressions):
+        wanted, offered = request.compression, scene.compressions
+        errors.unknown_name("compression", wanted, offered, ErrorCode.BAD_VALUE)
     for name in request.lamps:
         if name not in scene.lamps:
             errors.unknown_name("lamps", name, scene.lamps, ErrorCode.NO_LAMP)
@@ -89,5 +102,8 @@ def _check_shot(errors: FieldErrors, field: str, shot: Shot, scene: ServedScene)
         if product not in UNITS:
             place = f"{field}.products[{index}]"
             errors.unknown_name(place, product, UNITS, ErrorCode.BAD_VALUE)
+        if product in _OF_LIDAR and not scene.cameras[shot.camera].lidar:
+            problem = f"{quoted(product)} needs a LIDAR, which camera {quoted(shot.camera)} has not"
+            errors.refuse(f"{field}.products[{index}]", problem)
         if product in shot.products[:index]:
             errors.refuse(f"{field}.products[{index}]", f"repeats {quoted(product)}")

@@ -36,4 +36,5 @@ def welcome(
         scenarios=scenarios,
         lamps=scene.lamps,
         status=status,
+        compressions=scene.compressions,
     )

@@ -1,10 +1,12 @@
 """Everything about a camera: description, presets, and the parts of its model that run on the CPU.
 
-camera, lens, detector, lidar   cameras as data; units SI
+camera, lens, detector, lidar, event_sensor
+                                cameras as data; units SI
 presets, *_schema, *_tables     preset files and ``[camera.NAME]`` tables, read into that data
 spectral_response               response over wavelength; light of other spectra than sunlight
 projections                     where a lens images a ray: pinhole, fisheye, double sphere
 calibration                     files of OpenCV, ROS and Kalibr, read and written
+event_pixels                    from photo-current to the events of an event camera
 camera_equation                 radiance to irradiance and electrons; exposure values
 distortion                      pinhole field of view behind a distorting lens; fall-off
 diffraction, psf_kernel, convolution, ghosts, point_spread

@@ -10,6 +10,7 @@ import numpy as np
 
 from simgl.arrays import Array
 from simgl.camera.detector import Detector
+from simgl.camera.event_sensor import EventSensor
 from simgl.camera.lens import Lens
 from simgl.camera.lidar import Lidar
 from simgl.physics.frames import angle_between
@@ -25,6 +26,7 @@ class Camera:
     readout_time : from the end of exposure to the last row read [s]
     transport_latency : from the last row read to the image in flight software [s]
     lidar : flash LIDAR that uses the lens and the pixels; None for none
+    event_sensor : pixels that report changes of light; None for none
     """
 
     name: str
@@ -34,6 +36,7 @@ class Camera:
     readout_time: float = 0.0
     transport_latency: float = 0.0
     lidar: Lidar | None = None
+    event_sensor: EventSensor | None = None
 
     @property
     def focal_length_px(self) -> float:

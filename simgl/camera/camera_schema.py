@@ -43,6 +43,24 @@ class ParticlesTable(Table, frozen=True, kw_only=True):
     charge_e_um: Positive = 80.0
 
 
+class EventSensorTable(Table, frozen=True, kw_only=True):
+    """``[camera.NAME.event_sensor]``: the camera's pixels report changes of light.
+
+    threshold_on, threshold_off : change of the logarithm of the photo-current
+    threshold_spread : rms fraction by which thresholds differ from pixel to pixel
+    refractory_us : after an event, for which a pixel is blind
+    leak_hz : rate of ON events of a pixel in light that does not change
+    shot_noise_hz : rate of events of a pixel in darkness
+    """
+
+    threshold_on: Annotated[float, Meta(ge=0.01, le=10.0)] = 0.2
+    threshold_off: Annotated[float, Meta(ge=0.01, le=10.0)] = 0.2
+    threshold_spread: Annotated[float, Meta(ge=0.0, le=0.5)] = 0.1
+    refractory_us: Annotated[float, Meta(ge=0.0, le=1e6)] = 100.0
+    leak_hz: Annotated[float, Meta(ge=0.0, le=1e4)] = 0.1
+    shot_noise_hz: Annotated[float, Meta(ge=0.0, le=1e4)] = 1.0
+
+
 Bits = Annotated[int, Meta(ge=8, le=16)]
 MAX_EDGE = 16384
 Pixels = Annotated[int, Meta(ge=1, le=MAX_EDGE)]
@@ -148,5 +166,6 @@ class CameraSettingsTable(DetectorTable, frozen=True, kw_only=True):
     transmission: BandValues = 1.0
     optics: OpticsTable | None = None
     lidar: LidarTable | None = None
+    event_sensor: EventSensorTable | None = None
     quantum_efficiency: BandValues | None = None
     serial: Annotated[int, Meta(ge=0, le=2**32 - 1)] | None = None

@@ -1,4 +1,4 @@
-"""Detectors from preset files and ``[camera.NAME]`` tables."""
+"""Detectors and event sensors from preset files and ``[camera.NAME]`` tables."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from simgl.camera.camera_schema import (
     CameraPresetTable,
     CameraSettingsTable,
     CurveTable,
+    EventSensorTable,
     ParticlesTable,
 )
 from simgl.camera.detector import (
@@ -24,6 +25,7 @@ from simgl.camera.detector import (
     Mosaic,
     Particles,
 )
+from simgl.camera.event_sensor import EventSensor
 from simgl.camera.spectral_response import Curve, ResponseCurve
 from simgl.config.curve_files import check_increasing, read_curve_file
 from simgl.config.path_sandbox import Base
@@ -190,6 +192,25 @@ def read_detector(
         blooming=chosen("blooming"),
         particles=_particles(chosen("particles", None)),
         row_time=_row_time(where, chosen("shutter", "global"), chosen("row_time_us", None)),
+    )
+
+
+def read_event_sensor(
+    where: str, table: EventSensorTable | None, detector: Detector
+) -> EventSensor | None:
+    """The event sensor of a camera with these pixels; None without a table."""
+    if table is None:
+        return None
+    if not detector.dark_current > 0.0:
+        problem = "must be above 0 with an event_sensor: the logarithm of no light has no value"
+        raise ConfigError(where, "dark_current_e_s", problem)
+    return EventSensor(
+        threshold_on=table.threshold_on,
+        threshold_off=table.threshold_off,
+        threshold_spread=table.threshold_spread,
+        refractory_time=table.refractory_us * 1e-6,
+        leak_rate=table.leak_hz,
+        shot_noise_rate=table.shot_noise_hz,
     )
 
 

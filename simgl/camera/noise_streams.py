@@ -38,12 +38,16 @@ class Stream(IntEnum):
     ROW_NOISE = 3
     HITS = 4
     TRACKS = 5
+    EVENTS = 6
+    LEAK = 7
     PRNU = 8
     DEAD = 9
     HOT = 10
     DSNU = 11
     ROWS = 12
     COLUMNS = 13
+    THRESHOLD_ON = 14
+    THRESHOLD_OFF = 15
 
 
 def philox(counter: UIntArray, key: UIntArray) -> UIntArray:
@@ -68,6 +72,11 @@ def camera_salt(name: str) -> int:
 def frame_key(seed: int, camera: str, stream: Stream) -> UIntArray:
     """(2,) key of a source of noise that changes from frame to frame."""
     return np.array([seed, stream ^ camera_salt(camera)], dtype=np.uint32)
+
+
+def pattern_key(serial: int, stream: Stream) -> UIntArray:
+    """(2,) key of a source of fixed-pattern noise."""
+    return np.array([serial, stream], dtype=np.uint32)
 
 
 def epoch_words(tai_ns: int) -> tuple[int, int]:

@@ -17,7 +17,7 @@ from simgl.camera.camera_schema import (
     CameraPresetTable,
     CameraSettingsTable,
 )
-from simgl.camera.detector_tables import read_detector
+from simgl.camera.detector_tables import read_detector, read_event_sensor
 from simgl.camera.lens_schema import OpticsTable
 from simgl.camera.lens_tables import check_optics, read_lidar, read_optics
 from simgl.config.path_sandbox import Base, folder_of
@@ -89,6 +89,7 @@ def read_camera(
         readout_time=table.readout_time_s,
         transport_latency=table.transport_latency_s,
         lidar=read_lidar(table.lidar),
+        event_sensor=read_event_sensor(where, table.event_sensor, detector),
     )
     check_optics(camera, where)
     return camera

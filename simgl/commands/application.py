@@ -15,6 +15,7 @@ from simgl.commands import inspection_commands, render_commands, start_commands
 from simgl.commands.assess_command import assess
 from simgl.commands.bench_command import bench
 from simgl.commands.command_line import say, with_quiet
+from simgl.commands.events_command import events
 from simgl.commands.record_command import record
 from simgl.commands.ros2_command import ros2
 from simgl.errors import SimglError
@@ -36,6 +37,7 @@ COMMANDS = (
     render_commands.sequence,
     record,
     ros2,
+    events,
     render_commands.exposure,
     assess,
     bench,

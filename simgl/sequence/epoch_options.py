@@ -28,14 +28,11 @@ class Event(StrEnum):
 
 
 @dataclass(frozen=True, kw_only=True)
-class EpochOptions:
-    """Epochs as asked for; exactly one of step, count, random and an event says how.
+class SpanOptions:
+    """A span of time as asked for.
 
     start, stop : UTC; the scenario's epoch if no start is given
     duration : instead of a stop [s]
-    step : between frames [s]
-    count : frames spread over the span
-    random : frames at random in the span, by ``seed``
     """
 
     start: Annotated[
@@ -43,6 +40,17 @@ class EpochOptions:
     ] = None
     stop: Annotated[str | None, typer.Option("--to", help="UTC of the end.")] = None
     duration: Annotated[float | None, typer.Option(help="Instead of --to, in seconds.")] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class EpochOptions(SpanOptions):
+    """Epochs as asked for; exactly one of step, count, random and an event says how.
+
+    step : between frames [s]
+    count : frames spread over the span
+    random : frames at random in the span, by ``seed``
+    """
+
     step: Annotated[float | None, typer.Option(help="Seconds between epochs.")] = None
     count: Annotated[int | None, typer.Option(help="Number of epochs at equal steps.")] = None
     random: Annotated[int | None, typer.Option(help="Number of epochs at random.")] = None

@@ -14,7 +14,7 @@ from simgl.errors import ConfigError, did_you_mean
 from simgl.physics.ephemeris import tai_ns_from_utc
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import CameraState, SceneState
-from simgl.sequence.epoch_options import EpochOptions, Event, EventOptions
+from simgl.sequence.epoch_options import EpochOptions, Event, EventOptions, SpanOptions
 
 _COMMAND_LINE = "command line"
 
@@ -29,7 +29,7 @@ def epoch_at(scenario: Scenario, at: str | None) -> int:
     return scenario.epoch_tai_ns if at is None else _time("--at", at)
 
 
-def span(scenario: Scenario, options: EpochOptions) -> tuple[int, int]:
+def span(scenario: Scenario, options: SpanOptions) -> tuple[int, int]:
     """First and last instant [TAI ns]; raises ConfigError where the options contradict."""
     start = scenario.epoch_tai_ns if options.start is None else _time("--from", options.start)
     if (options.stop is None) == (options.duration is None):

@@ -145,10 +145,11 @@ def test_broken_frames_are_explained(
         (shot(exposure_time_s="1 ms"), "BAD_VALUE", "cameras[0].exposure_time_s",
          'cameras[0].exposure_time_s must be a number or nil, got "1 ms"'),
         (shot(products=[]), "BAD_VALUE", "cameras[0].products",
-         "cameras[0].products must name at least one of dn, radiance, electrons, depth, part_id"),
+         "cameras[0].products must name at least one of dn, radiance, electrons, depth, part_id, "
+         "range, lidar_range, lidar_electrons"),
         (shot(products=["dn", "png"]), "BAD_VALUE", "cameras[0].products[1]",
          'cameras[0].products[1] "png" does not exist here; '
-         '(allowed: depth, dn, electrons, part_id, radiance)'),
+         '(allowed: depth, dn, electrons, lidar_electrons, lidar_range, part_id, radiance, range)'),
         (shot(products=["dn", "dn"]), "BAD_VALUE", "cameras[0].products[1]",
          'cameras[0].products[1] repeats "dn"'),
         (pose(position_m=[0.0, 0.0, 0.3]), "BAD_SCENE", "[camera.nav] position",
