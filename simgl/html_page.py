@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import io
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from simgl import assets
+from simgl.figure_style import svg_bytes
 from simgl.output import complete_file
 
 if TYPE_CHECKING:
@@ -41,10 +41,11 @@ def write_html_page(
         temporary.write_text(page + "\n", encoding="utf-8")
 
 
-def base64_png(image: Figure | bytes) -> str:
-    """A plot, or the bytes of a PNG, for the ``src`` of an image."""
-    if isinstance(image, bytes):
-        return base64.b64encode(image).decode()
-    buffer = io.BytesIO()
-    image.savefig(buffer, dpi=100)
-    return base64.b64encode(buffer.getvalue()).decode()
+def png_source(image: bytes) -> str:
+    """The bytes of a PNG, for the ``src`` of an image."""
+    return f"data:image/png;base64,{base64.b64encode(image).decode()}"
+
+
+def plot_source(figure: Figure) -> str:
+    """A plot as SVG, light or dark as the page is, for the ``src`` of an image."""
+    return f"data:image/svg+xml;base64,{base64.b64encode(svg_bytes(figure)).decode()}"

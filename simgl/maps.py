@@ -110,7 +110,7 @@ def _extension(values: AnyArray, norm: Any) -> Any:
     )
 
 
-def _log_norm(values: AnyArray, decades: float = 5.0) -> Any:
+def decades_norm(values: AnyArray, decades: float = 5.0) -> Any:
     """Logarithmic scale of full decades up to the 99.9th percentile; the Sun may lie beyond."""
     from matplotlib.colors import LogNorm
 
@@ -128,7 +128,7 @@ def _positive(values: AnyArray) -> AnyArray:
 def _radiance(info: FrameInfo, radiance: AnyArray) -> Figure:
     total = radiance.sum(axis=-1, dtype=np.float64)
     label = "radiance 400-1000 nm [W m$^{-2}$ sr$^{-1}$]"
-    return _drawn(info, "Radiance", _positive(total), label, _log_norm(total), "inferno")
+    return _drawn(info, "Radiance", _positive(total), label, decades_norm(total), "inferno")
 
 
 def _flux(info: FrameInfo, radiance: AnyArray) -> Figure:
@@ -141,7 +141,7 @@ def _flux(info: FrameInfo, radiance: AnyArray) -> Figure:
 
 def _photons(info: FrameInfo, photons: AnyArray) -> Figure:
     label = "photons 400-1000 nm per pixel and exposure"
-    return _drawn(info, "Photons", _positive(photons), label, _log_norm(photons), "inferno")
+    return _drawn(info, "Photons", _positive(photons), label, decades_norm(photons), "inferno")
 
 
 def electron_map(frame: ElectronFrame) -> Figure:
@@ -166,7 +166,7 @@ def _range(info: FrameInfo, distance: AnyArray, title: str = "Range") -> Figure:
 
 def _returned(info: FrameInfo, electrons: AnyArray) -> Figure:
     label = "electrons of one pulse and of sunlight per pixel"
-    norm = _log_norm(electrons)
+    norm = decades_norm(electrons)
     return _drawn(info, "LIDAR, return", _positive(electrons), label, norm, "inferno")
 
 

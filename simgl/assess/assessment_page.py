@@ -6,15 +6,16 @@ from pathlib import Path
 
 from simgl.assess.trajectory_assessment import Assignment
 from simgl.assess.verdict import Verdict
+from simgl.figure_style import GREEN, NIGHT, ORANGE, PALE, PURPLE
 from simgl.html_page import write_html_page
 from simgl.physics.ephemeris import utc_from_tai_ns
 
 COLOURS = {
-    Verdict.GOOD: "#2e8b57",
-    Verdict.TOO_BRIGHT: "#e0a800",
-    Verdict.TOO_DARK: "#3b4252",
-    Verdict.CONFUSED: "#8e5ea2",
-    Verdict.NOT_IN_VIEW: "#c8ccd4",
+    Verdict.GOOD: GREEN,
+    Verdict.TOO_BRIGHT: ORANGE,
+    Verdict.TOO_DARK: NIGHT,
+    Verdict.CONFUSED: PURPLE,
+    Verdict.NOT_IN_VIEW: PALE,
 }
 
 

@@ -1,4 +1,4 @@
-"""The assessment of a trajectory as one HTML page: numbers, timeline, images, maps."""
+"""The assessment of a trajectory as one HTML page for a review."""
 
 from __future__ import annotations
 
@@ -6,115 +6,98 @@ import itertools
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
-
-from simgl.arrays import Array
 from simgl.assess.assessment_page import COLOURS, write_page
+from simgl.assess.assessment_tables import write_tables
+from simgl.assess.epoch_images import epoch_images, shown_epochs, with_worst_of_requirements
+from simgl.assess.model_limits import model_limits
+from simgl.assess.orbit_plots import geometry_sketch, ground_track
+from simgl.assess.provenance import input_files, provenance
+from simgl.assess.requirement_check import (
+    Check,
+    Outcome,
+    in_unit,
+    passed,
+    requirement_text,
+)
 from simgl.assess.target_background import TargetBackground
+from simgl.assess.time_plots import geometry_plot, image_plot
 from simgl.assess.timeline import Timeline
-from simgl.assess.trajectory_assessment import PRODUCTS, Assignment
+from simgl.assess.trajectory_assessment import Assignment
 from simgl.assess.verdict import Verdict
-from simgl.html_page import base64_png
-from simgl.images import display_from_radiance, display_gain, png_bytes
-from simgl.maps import electron_map
+from simgl.figure_style import BLUE, GREEN, NIGHT, ORANGE, PALE, RED, SKY
+from simgl.html_page import plot_source
 from simgl.sequence.journal import Row
 from simgl.simulator import Simulator
 
-# More gain does not help the eye; stars would become visible before the target.
-_MAX_GAIN = 1024.0
 _BACKGROUND_COLOURS = {
-    TargetBackground.SPACE: "#3b4252",
-    TargetBackground.LIMB: "#4f8fd0",
-    TargetBackground.EARTH: "#8fb996",
-    TargetBackground.MIXED: "#c9a66b",
-    TargetBackground.NONE: "#c8ccd4",
+    TargetBackground.SPACE: NIGHT,
+    TargetBackground.LIMB: SKY,
+    TargetBackground.EARTH: GREEN,
+    TargetBackground.MIXED: ORANGE,
+    TargetBackground.NONE: PALE,
+}
+_OUTCOME_COLOURS = {
+    Outcome.PASS: GREEN,
+    Outcome.MARGINAL: ORANGE,
+    Outcome.FAIL: RED,
+    Outcome.NOT_JUDGED: BLUE,
+}
+_SHARES = {
+    "usable": COLOURS[Verdict.GOOD],
+    "dark": COLOURS[Verdict.TOO_DARK],
+    "saturated": COLOURS[Verdict.TOO_BRIGHT],
 }
 
 
 def write_report(
-    path: Path, work: Assignment, rows: Sequence[Row], timeline: Timeline, simulator: Simulator
+    path: Path,
+    work: Assignment,
+    rows: Sequence[Row],
+    summary: Timeline,
+    simulator: Simulator,
+    checks: Sequence[Check] = (),
+    by: str | None = None,
 ) -> None:
-    """One HTML file that needs no other."""
+    """One HTML file that needs no other, and its tables as CSV beside it.
+
+    checks : of the scenario's requirements
+    by : who assessed; the login name if not given
+    """
+    facts = provenance(work, simulator.renderer_name, by)
+    files = input_files(work.scenario)
+    limits = model_limits(work, rows)
+    broken = [
+        (check.requirement.key, check.worst_tai_ns)
+        for check in checks
+        if check.outcome is not Outcome.PASS
+        and check.worst_tai_ns is not None
+        and check.requirement.of.column is not None
+    ]
+    shown = with_worst_of_requirements(shown_epochs(rows), broken, rows)
+    marked = [("worst", summary.worst.tai_ns)] if summary.worst is not None else []
     backgrounds = itertools.groupby(str(row["backdrop"]) for row in rows)
+    track, sketch = ground_track(work, rows, marked), geometry_sketch(work, rows)
+    write_tables(path.parent, facts | files, checks, summary, limits)
     write_page(
         path,
         "trajectory_report.html.jinja",
         work,
         rows=rows,
-        timeline=timeline,
+        facts=facts,
+        files=files,
+        checks=checks,
+        passed=passed(checks),
+        banded=any(check.margin_band for check in checks),
+        outcome_colours=_OUTCOME_COLOURS,
+        requirement_text=requirement_text,
+        in_unit=in_unit,
+        timeline=summary,
         backgrounds=[(kind, len(list(epochs))) for kind, epochs in backgrounds],
         background_colours={kind.value: colour for kind, colour in _BACKGROUND_COLOURS.items()},
-        plot=_plot(rows),
-        shown=[_images(work, title, row, simulator) for title, row in shown_epochs(rows)],
+        geometry_plot=plot_source(geometry_plot(rows, checks, {})),
+        image_plot=plot_source(image_plot(rows, checks, {}, _SHARES)),
+        ground_track=plot_source(track) if track is not None else None,
+        geometry_sketch=plot_source(sketch) if sketch is not None else None,
+        shown=[epoch_images(work, title, row, simulator, path.parent) for title, row in shown],
+        limits=limits,
     )
-
-
-def _column(rows: Sequence[Row], name: str) -> Array:
-    return np.array([np.nan if row[name] is None else float(row[name] or 0.0) for row in rows])
-
-
-def _plot(rows: Sequence[Row]) -> str:
-    """Quantities over time, as a PNG in base64."""
-    from matplotlib.figure import Figure
-
-    minutes = (_column(rows, "tai_ns") - float(rows[0]["tai_ns"] or 0)) / 60e9
-    figure = Figure(figsize=(10.4, 8.2), layout="constrained")
-    phase, sunlight, pixels, signal, contrast = figure.subplots(5, 1, sharex=True)
-    phase.plot(minutes, _column(rows, "phase_angle_deg"), color="#1f5fa8")
-    phase.set_ylabel("phase angle [deg]")
-    sunlight.plot(minutes, 100.0 * _column(rows, "sunlight"), color="#d08700")
-    sunlight.set(ylabel="sunlight [%]", ylim=(-5.0, 105.0))
-    shares = {"usable": Verdict.GOOD, "dark": Verdict.TOO_DARK, "saturated": Verdict.TOO_BRIGHT}
-    pixels.stackplot(
-        minutes,
-        [100.0 * _column(rows, name) for name in shares],
-        labels=list(shares),
-        colors=[COLOURS[verdict] for verdict in shares.values()],
-    )
-    pixels.set_ylabel("target pixels [%]")
-    pixels.legend(loc="lower left", ncols=3, fontsize=8)
-    signal.semilogy(minutes, np.maximum(_column(rows, "median_snr"), 0.1), color="#2e8b57")
-    signal.set_ylabel("signal over noise")
-    contrast.plot(minutes, _column(rows, "contrast"), color="#8e5ea2")
-    contrast.set(ylabel="contrast", ylim=(-0.05, 1.05), xlabel="minutes")
-    for panel in figure.axes:
-        panel.grid(alpha=0.3)
-        panel.margins(x=0.0)
-    return base64_png(figure)
-
-
-def shown_epochs(rows: Sequence[Row]) -> list[tuple[str, Row]]:
-    """Title and row of the best epoch, the worst in view, and the middle one of each verdict."""
-    in_view = [row for row in rows if row["verdict"] != Verdict.NOT_IN_VIEW.value]
-    if not in_view:
-        return []
-
-    def worth(row: Row) -> tuple[float, float]:
-        return float(row["usable"] or 0.0), float(row["median_snr"] or 0.0)
-
-    titled = [("best", max(in_view, key=worth)), ("worst", min(in_view, key=worth))]
-    for kind in (Verdict.TOO_BRIGHT, Verdict.TOO_DARK, Verdict.CONFUSED, Verdict.GOOD):
-        of_kind = [row for row in in_view if row["verdict"] == kind.value]
-        if of_kind:
-            titled.append((kind.value, of_kind[len(of_kind) // 2]))
-    by_frame: dict[object, tuple[str, Row]] = {}
-    for title, row in titled:
-        by_frame.setdefault(row["frame"], (title, row))
-    return list(by_frame.values())
-
-
-def _images(work: Assignment, title: str, row: Row, simulator: Simulator) -> dict[str, object]:
-    """What the page shows of one epoch; images as PNG in base64."""
-    state = work.scenario.at(int(row["tai_ns"] or 0))
-    capture = simulator.capture(state, work.camera, PRODUCTS)
-    assert capture.radiance is not None
-    assert capture.electrons is not None
-    radiance = capture.radiance.radiance
-    gain = min(display_gain(radiance), _MAX_GAIN)
-    return {
-        "title": title,
-        "row": row,
-        "gain": gain,
-        "image": base64_png(png_bytes(display_from_radiance(radiance, gain))),
-        "electrons": base64_png(electron_map(capture.electrons)),
-    }

@@ -16,7 +16,7 @@ from simgl.assess.assessment_page import COLOURS, write_page
 from simgl.assess.sweep import Sweep, swept
 from simgl.assess.sweep_axes import CAMERA_AXES, SUN_AXES, Axis
 from simgl.assess.verdict import Verdict
-from simgl.html_page import base64_png
+from simgl.html_page import plot_source
 from simgl.sequence.journal import Row
 
 if TYPE_CHECKING:
@@ -94,12 +94,12 @@ def _heat_maps(
     combinations: Sequence[tuple[float, ...]],
     rows: Sequence[Row],
 ) -> Iterator[tuple[str, str]]:
-    """Title and plot, as PNG in base64, over two axes for each combination of the others."""
+    """Title and plot, as SVG, over two axes for each combination of the others."""
     for combination in combinations:
         fixed = list(zip(others, combination, strict=True))
         of_map = [row for row in rows if all(swept(row, axis) == value for axis, value in fixed)]
         title = ", ".join(f"{_TITLES[axis.name]} {value:.3g}" for axis, value in fixed)
-        yield title, base64_png(_heat_map(across, down, of_map))
+        yield title, plot_source(_heat_map(across, down, of_map))
 
 
 def _layout(axes: Sequence[Axis]) -> tuple[Axis, Axis | None, list[Axis]]:

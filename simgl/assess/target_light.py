@@ -9,6 +9,7 @@ import numpy as np
 
 from simgl.arrays import Array, Array32, Mask
 from simgl.assess.exposure_advice import DETECTION, exposure_limits, full_electrons
+from simgl.assess.frame_geometry import FrameGeometry, frame_geometry
 from simgl.assess.target_background import TargetBackground, backdrop, ring_around
 from simgl.camera.camera import Camera
 from simgl.errors import ConfigError, did_you_mean
@@ -36,6 +37,9 @@ class FrameAssessment:
     saturated, dark, usable : shares of them; together 1, all 0 where there are none
     median_snr : signal over noise of the target's pixels; 0 where there are none
     cut_off : the target touches the image's edge
+    size_px : longer side of the box around the target's pixels; 0 where there are none
+    edge_distance_px : pixels between that box and the nearest edge of the image; None where there
+        are none
     backdrop : what is behind it
     contrast : abs(t - b) / (t + b) of target and background, median electrons; None where there is
         no background beside the target
@@ -47,6 +51,7 @@ class FrameAssessment:
     full_electrons : at which a pixel or its converter is full [e-]
     better_exposure : factor from the exposure time to the advised one; None where the target
         gives no light
+    geometry : of Sun, Earth and orbit
     """
 
     target: str
@@ -60,6 +65,8 @@ class FrameAssessment:
     usable: float
     median_snr: float
     cut_off: bool
+    size_px: int
+    edge_distance_px: int | None
     backdrop: TargetBackground
     contrast: float | None
     mean_radiance: tuple[float, float, float, float]
@@ -68,6 +75,12 @@ class FrameAssessment:
     bright_electrons: float
     full_electrons: float
     better_exposure: float | None
+    geometry: FrameGeometry
+
+    @property
+    def sun_exclusion(self) -> float | None:
+        """``sun_to_boresight`` where sunlight reaches the camera; None in full eclipse [rad]."""
+        return self.sun_to_boresight if self.geometry.camera_sunlight > 0.0 else None
 
     @property
     def exitance(self) -> float:
@@ -116,6 +129,7 @@ def assess_frame(
     def share(mask: Mask) -> float:
         return float(mask.sum()) / max(count, 1)
 
+    size, edge_distance = _box(on_target)
     radiance = capture.radiance.radiance[on_target].mean(axis=0) if count else np.zeros(4)
     return FrameAssessment(
         target=target,
@@ -128,7 +142,9 @@ def assess_frame(
         dark=share(dark),
         usable=share(~full & ~dark),
         median_snr=float(np.median(snr)) if count else 0.0,
-        cut_off=_touches_edge(on_target),
+        cut_off=edge_distance == 0,
+        size_px=size,
+        edge_distance_px=edge_distance,
         backdrop=backdrop(ring, state, *pose),
         contrast=_contrast(electrons, image[ring]),
         mean_radiance=_four(radiance),
@@ -137,6 +153,7 @@ def assess_frame(
         bright_electrons=float(np.percentile(electrons, _BRIGHT)) if count else 0.0,
         full_electrons=full_electrons(info.camera),
         better_exposure=_better_exposure(electrons, image[instances == 0], info.camera, criteria),
+        geometry=frame_geometry(state, info.camera.name, target),
     )
 
 
@@ -145,8 +162,15 @@ def _four(values: Array) -> tuple[float, float, float, float]:
     return r, g, b, n
 
 
-def _touches_edge(mask: Mask) -> bool:
-    return bool(mask[0].any() or mask[-1].any() or mask[:, 0].any() or mask[:, -1].any())
+def _box(mask: Mask) -> tuple[int, int | None]:
+    """Longer side of the box around a mask, and its distance from the nearest edge [px]."""
+    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    if rows.size == 0:
+        return 0, None
+    top, bottom, left, right = rows[0], rows[-1], columns[0], columns[-1]
+    height, width = mask.shape
+    edge = min(top, left, height - 1 - bottom, width - 1 - right)
+    return int(max(bottom - top, right - left)) + 1, int(edge)
 
 
 def _signal_to_noise(electrons: Array, camera: Camera) -> Array:

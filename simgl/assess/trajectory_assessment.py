@@ -23,17 +23,49 @@ from simgl.workers.frame_job import Executor
 
 PRODUCTS = frozenset({Product.DN, Product.ELECTRONS, Product.RADIANCE, Product.TRUTH})
 
+_Quantity = tuple[type[str] | type[int] | type[float], Callable[[FrameAssessment], Value]]
+
+
+def _degrees(angle: float | None) -> float | None:
+    return None if angle is None else math.degrees(angle)
+
+
+def _lvlh_columns() -> dict[str, _Quantity]:
+    """Vectors of the geometry in the target's LVLH axes, a column for each component."""
+
+    def column(name: str, axis: int) -> Callable[[FrameAssessment], Value]:
+        def value(assessment: FrameAssessment) -> Value:
+            vector = getattr(assessment.geometry, name)
+            return None if vector is None else float(vector[axis])
+
+        return value
+
+    names = {"camera_lvlh": "camera_{}_lvlh_m", "boresight_lvlh": "boresight_{}_lvlh",
+             "sun_lvlh": "sun_{}_lvlh"}  # fmt: skip
+    return {
+        text.format(letter): (float, column(name, axis))
+        for name, text in names.items()
+        for axis, letter in enumerate("xyz")
+    }
+
+
 # Columns after number, epoch, verdict and reasons: type, and value from the assessment.
-_QUANTITIES: dict[
-    str, tuple[type[str] | type[int] | type[float], Callable[[FrameAssessment], Value]]
-] = {
+_QUANTITIES: dict[str, _Quantity] = {
     "range_m": (float, lambda a: a.range),
     "phase_angle_deg": (float, lambda a: math.degrees(a.phase_angle)),
     "sun_to_boresight_deg": (float, lambda a: math.degrees(a.sun_to_boresight)),
+    "sun_exclusion_deg": (float, lambda a: _degrees(a.sun_exclusion)),
+    "earth_limb_deg": (float, lambda a: _degrees(a.geometry.earth_limb_angle)),
+    "beta_angle_deg": (float, lambda a: _degrees(a.geometry.beta_angle)),
+    "latitude_deg": (float, lambda a: _degrees(a.geometry.latitude)),
+    "longitude_deg": (float, lambda a: _degrees(a.geometry.longitude)),
+    "altitude_m": (float, lambda a: a.geometry.altitude),
     "sunlight": (float, lambda a: a.sunlight),
     "backdrop": (str, lambda a: a.backdrop.value),
     "target_pixels": (int, lambda a: a.target_pixels),
     "cut_off": (int, lambda a: int(a.cut_off)),
+    "target_size_px": (int, lambda a: a.size_px),
+    "edge_distance_px": (int, lambda a: a.edge_distance_px),
     "saturated": (float, lambda a: a.saturated),
     "dark": (float, lambda a: a.dark),
     "usable": (float, lambda a: a.usable),
@@ -49,6 +81,7 @@ _QUANTITIES: dict[
     "bright_electrons": (float, lambda a: a.bright_electrons),
     "full_electrons": (float, lambda a: a.full_electrons),
     "better_exposure": (float, lambda a: a.better_exposure),
+    **_lvlh_columns(),
 }
 COLUMNS: Columns = {
     "frame": int,

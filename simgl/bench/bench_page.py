@@ -11,7 +11,7 @@ import numpy as np
 from simgl.bench.comparison import Change
 from simgl.bench.goals import Goal, machine_factor, times_slower
 from simgl.bench.results import Results, SceneResult
-from simgl.html_page import base64_png, write_html_page
+from simgl.html_page import plot_source, write_html_page
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -38,9 +38,9 @@ def write_bench_page(
         "f": machine_factor(results),
         "changes": changes,
         "note": note,
-        "frames_plot": base64_png(_frames_plot(results.scenes)) if results.scenes else "",
-        "passes_plot": base64_png(_passes_plot(results.scenes)) if _timed(results) else "",
-        "peers_plot": base64_png(_peers_plot(results)) if results.peers else "",
+        "frames_plot": plot_source(_frames_plot(results.scenes)) if results.scenes else "",
+        "passes_plot": plot_source(_passes_plot(results.scenes)) if _timed(results) else "",
+        "peers_plot": plot_source(_peers_plot(results)) if results.peers else "",
         "times_slower": {peer.name: times_slower(results, peer.name) for peer in results.peers},
     }
     write_html_page(path, "bench_report.html.jinja", content)

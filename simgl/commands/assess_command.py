@@ -50,6 +50,9 @@ def assess(
     out: Annotated[
         Path | None, typer.Option(help="Folder for report and tables of a trajectory or a sweep.")
     ] = None,
+    by: Annotated[
+        str | None, typer.Option(help="Who assesses, for the report; the login name if not given.")
+    ] = None,
     json: Json = False,
 ) -> None:
     """Assess how well images show a target: one epoch, a whole trajectory, or a sweep.
@@ -70,7 +73,7 @@ def assess(
     elif at is not None:
         raise ConfigError(COMMAND_LINE, "--at", "is one epoch; --out is for a trajectory")
     else:
-        _trajectory(load(scenario), camera, target, epochs, workers, out, json)
+        _trajectory(load(scenario), camera, target, epochs, workers, out, by, json)
 
 
 def _one_epoch(
@@ -101,12 +104,19 @@ def _trajectory(
     epochs: EpochOptions,
     workers: WorkerOptions,
     out: Path,
+    by: str | None,
     json: bool,
 ) -> None:
-    """Assess a trajectory; write a report and tables."""
+    """Assess a trajectory; write a report and tables. Exit status 1 for a broken requirement."""
     from dataclasses import replace
 
     from simgl.assess.report import write_report
+    from simgl.assess.requirement_check import (
+        check_requirements,
+        checks_document,
+        checks_text,
+        passed,
+    )
     from simgl.assess.timeline import timeline, timeline_document
     from simgl.assess.trajectory_assessment import assignment, moments, run, run_document
     from simgl.sequence.epochs import epochs as chosen_epochs
@@ -121,12 +131,16 @@ def _trajectory(
         rows = run(work, executor, out, progress)
         begin_stage(progress, "writing the report")
         summary = timeline(moments(rows))
-        write_report(report, work, rows, summary, simulator)
+        checks = check_requirements(scenario.requirements, rows)
+        write_report(report, work, rows, summary, simulator, checks, by)
     if json:
-        say_json(run_document(work, rows, report) | timeline_document(summary))
-        return
-    shares = ", ".join(f"{100 * s:.0f} % {v.value}" for v, s in summary.shares.items() if s)
-    say(f"{len(rows)} epochs: {shares}", report)
+        document = run_document(work, rows, report) | timeline_document(summary)
+        say_json({**document, **checks_document(checks)})
+    else:
+        shares = ", ".join(f"{100 * s:.0f} % {v.value}" for v, s in summary.shares.items() if s)
+        say(f"{len(rows)} epochs: {shares}", *checks_text(checks), report)
+    if not passed(checks):
+        raise typer.Exit(1)
 
 
 def _sweep(

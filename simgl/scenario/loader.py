@@ -23,6 +23,7 @@ from simgl.physics.ephemeris import tai_ns_from_utc
 from simgl.scenario.camera_tables import read_mount
 from simgl.scenario.environment_tables import read_earth, read_sky, read_sun
 from simgl.scenario.lamp_tables import read_lamps
+from simgl.scenario.requirements import RequirementsTable, read_requirements
 from simgl.scenario.scenario import Scenario
 from simgl.scenario.schema import (
     AssessTable,
@@ -39,7 +40,10 @@ from simgl.scenario.schema import (
 from simgl.scenario.spacecraft_tables import FILE_KEYS, MotionReader, read_model
 from simgl.scene.spacecraft import SpacecraftModel
 
-_TABLES = ("epoch", "sun", "earth", "sky", "spacecraft", "camera", "lamp", "assess", "render")
+_TABLES = (
+    "epoch", "sun", "earth", "sky", "spacecraft", "camera", "lamp", "assess", "requirements",
+    "render",
+)  # fmt: skip
 _NAME = re.compile(r"[A-Za-z0-9_-]+")
 _MAX_NAME = 100
 # More are a mistake of the program that wrote the file. A sample's place in the G-buffer names its
@@ -132,6 +136,9 @@ def _read_tables(
     lamp_tables = _named_tables(data, "lamp", LampTable, where)
     sun_table, earth_table = single("sun", SunTable), single("earth", EarthTable)
     criteria = UsabilityCriteria(**asdict(single("assess", AssessTable)))
+    requirements = read_requirements(
+        single("requirements", RequirementsTable), f"{where} [requirements]"
+    )
     render = single("render", RenderTable)
     temperature = SOLAR_TEMPERATURE if sun_table.temperature_k is None else sun_table.temperature_k
     sun = read_sun(sun_table, temperature, f"{where} [sun]")
@@ -165,6 +172,7 @@ def _read_tables(
         mounts=mounts,
         lamps=read_lamps(where, lamp_tables, placed_models, base),
         criteria=criteria,
+        requirements=requirements,
         seed=render.seed,
         samples_per_pixel=render.samples_per_pixel,
         inter_reflection=render.inter_reflection,

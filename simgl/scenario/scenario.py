@@ -22,6 +22,7 @@ from simgl.physics.frames import Pose
 from simgl.physics.lunar_model import moon_from_icrf
 from simgl.physics.solar_disc import UNIFORM
 from simgl.physics.spectrum import BandLight
+from simgl.scenario.requirements import Requirement
 from simgl.scenario.schema import UsabilityCriteria
 from simgl.scene.earth import Earth
 from simgl.scene.lamps import Lamp, lamp_state
@@ -70,6 +71,7 @@ class Scenario:
 
     joints : by spacecraft
     criteria : limits of a usable image of a target
+    requirements : what the images of a run must fulfil
     seed : of all noise
     samples_per_pixel : of geometry; None lets the renderer choose by cost
     inter_reflection : interreflection within a spacecraft, and its occlusion of the Earth
@@ -94,6 +96,7 @@ class Scenario:
     lamps: Mapping[str, Lamp] = field(default_factory=dict)
     joints: Mapping[str, JointLaws] = field(default_factory=dict)
     criteria: UsabilityCriteria = field(default_factory=UsabilityCriteria)
+    requirements: tuple[Requirement, ...] = ()
     seed: int = 0
     samples_per_pixel: int | None = None
     inter_reflection: bool = True

@@ -172,7 +172,7 @@ def test_a_sweep_leaves_a_table_and_a_page_and_goes_on(
     assert {"too dark", "too bright"} <= {row["verdict"] for row in rows}
     page = (out / "report.html").read_text()
     # A sheet for each f-number, the shortest axis.
-    assert page.count("data:image/png;base64,") == 2
+    assert page.count("data:image/svg+xml;base64,") == 2
     assert not re.search(r'(src|href)="(?!data:)', page)
     before = (out / "frames.csv").read_bytes()
     with sqlite3.connect(out / "frames.sqlite") as database:

@@ -64,14 +64,15 @@ def test_an_orbit_has_its_night_and_its_day(
     assert all(row["verdict"] == "too dark" for row in eclipsed)
     assert any(row["verdict"] == "good" for row in rows)
     page = html.unescape((out / "report.html").read_text())
-    assert page.count("data:image/png;base64,") >= 5
+    # Two plots over time, ground track, sketch, and the images of three epochs.
+    assert page.count("data:image/svg+xml;base64,") >= 7
     # Nothing is fetched from elsewhere.
     assert not re.search(r'(src|href)="(?!data:)', page)
     assert "Earth's shadow" in page
     # A strip each for verdicts and backgrounds, whose cells take up all epochs.
-    for strip in re.findall(r'<div class="strip">(.*?)</div></div>', page):
+    for strip in re.findall(r'<div class="strip"[^>]*>(.*?)</div></div>', page):
         assert sum(map(int, re.findall(r"flex:(\d+);", strip))) == 24
-    assert page.count('<div class="strip">') == 2
+    assert page.count('<div class="strip"') == 2
     assert float(rows[0]["exitance_w_m2"]) == pytest.approx(
         math.pi * sum(float(rows[0][f"radiance_{band}_w_m2_sr"]) for band in "rgbn"), rel=1e-6
     )

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from simgl.assess.frame_geometry import FrameGeometry
 from simgl.assess.target_background import TargetBackground
 from simgl.assess.target_light import FrameAssessment
 from simgl.assess.timeline import Moment, timeline
@@ -25,6 +26,8 @@ GOOD = FrameAssessment(
     usable=0.89,
     median_snr=40.0,
     cut_off=False,
+    size_px=40,
+    edge_distance_px=12,
     backdrop=TargetBackground.SPACE,
     contrast=0.9,
     mean_radiance=(10.0, 10.0, 10.0, 10.0),
@@ -33,6 +36,7 @@ GOOD = FrameAssessment(
     bright_electrons=10000.0,
     full_electrons=20000.0,
     better_exposure=1.8,
+    geometry=FrameGeometry(camera_sunlight=1.0),
 )
 MINUTE = 60_000_000_000
 

@@ -238,7 +238,7 @@ def test_page_and_tables_show_what_was_measured(
         assert "pip install bpy" in shown
         assert "2.50" in shown  # f
         assert "b before, a now" in shown
-    assert page.count("data:image/png;base64,") == 3
+    assert page.count("data:image/svg+xml;base64,") == 3
     # Whatever is wider than a phone scrolls by itself.
     assert page.count('<div class="wide">') == 4 + 3
     assert "<script" not in page

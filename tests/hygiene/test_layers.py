@@ -22,7 +22,7 @@ LAYERS = (
     ("camera_pipeline", "renderer"),
     ("still_scene",),
     ("simulator",),
-    ("cli_progress", "output", "workers"),
+    ("cli_progress", "figure_style", "output", "workers"),
     ("doctor", "html_page", "inspection", "maps", "ros2", "sequence", "shipped_examples", "viewer"),
     ("assess", "bench", "campaign"),
     ("", "commands"),
