@@ -361,8 +361,15 @@ inline std::string blake2b_128(const unsigned char *content, std::size_t size) {
     for (std::size_t block = 0; block < blocks; ++block) {
         const bool last = block + 1 == blocks;
         std::uint64_t m[16] = {}, v[16];
-        for (std::size_t i = 0; i < 128 && block * 128 + i < size; ++i)
-            m[i / 8] |= static_cast<std::uint64_t>(content[block * 128 + i]) << (8 * (i % 8));
+        unsigned char padded[128] = {};
+        const unsigned char *at = content + block * 128;
+        if (last) {
+            std::copy(at, content + size, padded);
+            at = padded;
+        }
+        // Eight bytes that follow each other: compilers make one load of them.
+        for (std::uint64_t &word : m)
+            for (int i = 0; i < 8; ++i) word |= static_cast<std::uint64_t>(*at++) << (8 * i);
         std::memcpy(v, h, sizeof h);
         std::memcpy(v + 8, iv, sizeof iv);
         v[12] ^= last ? size : (block + 1) * 128;

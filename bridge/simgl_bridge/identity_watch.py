@@ -52,10 +52,16 @@ class IdentityWatch:
     def is_taken_over(self, client: bytes, frame: zmq.Frame, now: float) -> bool:
         """Whether a message takes an identity over from a connection that is still open.
 
+        Messages of a ZeroMQ library that speaks ZMTP 2.0 or older do not tell their connection:
+        such clients are served, and their identities not watched.
+
         frame : of the message
         now : [s, monotonic]
         """
-        connection = int(frame.get(zmq.SRCFD))
+        try:
+            connection = int(frame.get(zmq.SRCFD))
+        except zmq.ZMQError:
+            return False
         if self._client_of.get(connection) == client:
             return False
         self._read_events()

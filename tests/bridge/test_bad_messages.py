@@ -13,6 +13,7 @@ from simgl_bridge import Client, RemoteError
 
 from simgl import Scenario
 from tests.bridge.harness import RawLink, Running
+from tests.bridge.zmtp import ask_by_zmtp_2
 from tests.patience import limit
 
 POSE = {
@@ -273,3 +274,13 @@ def test_no_header_ends_the_service(running: Running, header: bytes) -> None:
         assert "INTERNAL" not in codes
     finally:
         link.close()
+
+
+def test_a_client_of_an_old_zeromq_library_is_served_and_ends_nothing(running: Running) -> None:
+    # Its messages come without the number of their connection.
+    hello = {"type": "hello", "client": "old", "versions": ["simgl/1"]}
+    for _ in range(2):
+        answer = ask_by_zmtp_2(running.address, msgspec.msgpack.encode(hello))
+        assert b"welcome" in answer
+    with Client(running.address, timeout_s=limit(20.0)) as client:
+        assert client.welcome.cameras

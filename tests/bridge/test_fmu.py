@@ -5,7 +5,10 @@ from __future__ import annotations
 import hashlib
 import os
 import re
+import shutil
 import signal
+import subprocess
+import sys
 import time
 import zipfile
 from collections.abc import Iterator
@@ -26,7 +29,7 @@ from simgl.errors import ConfigError
 from tests.bridge.compiled import WARNINGS
 from tests.bridge.fmu_importer import Importer, imported
 from tests.bridge.harness import LIT_SCENARIO, TURNING, Running, finish, free_address, start
-from tests.patience import limit, run_to_end
+from tests.patience import limit, run_to_end, wait_until
 
 fmpy = pytest.importorskip(
     "fmpy", minversion="0.3.32", reason="needs FMPy (pip install fmpy), which needs numpy 2.1.3"
@@ -348,6 +351,28 @@ def test_a_found_server_that_dies_or_freezes_is_an_error_in_time(
             camera.step(0.1)
         assert time.monotonic() - begin < timeout + limit(2.0)
         assert address in camera.errors()[-1]
+
+
+def test_a_server_ends_with_an_importer_that_is_killed(
+    exported: tuple[Path, Scenario], tmp_path: Path
+) -> None:
+    program = (
+        "import pathlib, sys, time\n"
+        "from tests.bridge.fmu_importer import Importer\n"
+        "importer = Importer(pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2]), 'camera')\n"
+        "importer.start(server_address='')\n"
+        "print([line for *_, line in importer.log if 'process' in line][0], flush=True)\n"
+        "time.sleep(1000)\n"
+    )
+    command = [sys.executable, "-c", program, str(exported[0]), str(tmp_path)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as importer:
+        assert importer.stdout is not None
+        line = importer.stdout.readline()
+        process = int(line.split()[-1])
+        assert not gone(process)
+        importer.kill()
+    wait_until(lambda: gone(process), "the end of the server", 20.0)
+    shutil.rmtree(re.findall(r"ipc://(/tmp/simgl-fmu-\w+)", line)[0])
 
 
 def test_what_is_refused_names_the_field(camera: Importer, server: Running) -> None:

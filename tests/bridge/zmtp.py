@@ -75,3 +75,21 @@ class Wire:
 
 def _property(name: bytes, value: bytes) -> bytes:
     return bytes([len(name)]) + name + struct.pack(">I", len(value)) + value
+
+
+def ask_by_zmtp_2(address: str, header: bytes) -> bytes:
+    """What a DEALER socket of a library before ZMTP 3.0 receives in answer to a header.
+
+    Its greeting ends with the kind of the socket and an empty identity; no message has properties.
+    """
+    host, _, port = address.removeprefix("tcp://").rpartition(":")
+    with socket.create_connection((host, int(port)), limit(5.0)) as connection:
+        connection.sendall(b"\xff" + bytes(7) + b"\x01\x7f\x01\x05" + b"\x00\x00")
+        connection.sendall(b"\x01\x07simgl/1" + bytes([0, len(header)]) + header)
+        received = b""
+        # The server's own greeting is no answer.
+        while b"simgl/1" not in received[:-8]:
+            more = connection.recv(65536)
+            assert more, "the server hung up"
+            received += more
+    return received.partition(b"simgl/1")[2]

@@ -41,7 +41,7 @@ def fmu(
     Inputs are poses, joints, lamps and exposure; outputs the image, its hash and its times. The
     FMU uses a running simgl serve, or starts one.
 
-    Example: simgl fmu approach.toml -o camera.fmu
+    Example: simgl fmu approach.toml --out camera.fmu
     """
     from simgl.cli_progress import load
     from simgl_bridge.fmu.archive import camera_model, write_fmu

@@ -75,7 +75,7 @@ def compile_fmu(
     ):
         for source in sources:
             objects.append(str(library.parent / f"{source.stem}.o"))
-            command = [compiler, f"-std={standard}", "-O2", "-fPIC", "-fvisibility=hidden"]
+            command = [compiler, f"-std={standard}", "-O3", "-fPIC", "-fvisibility=hidden"]
             _check(_run([*command, "-c", str(source), "-o", objects[-1]]))
     link = [compilers.cpp, "-shared", *objects, "-o", str(library)]
     # C++ as it is here, also for importers with an older one; ZeroMQ from beside the library.

@@ -1,0 +1,89 @@
+/* A camera of simgl as a Simulink S-function: pose of one spacecraft in, image out, once a sample.
+ *
+ *   g++ -std=c++17 -fPIC -c ../simgl.cpp
+ *   mex -I.. simgl_sfun.c simgl.o -lzmq -lstdc++
+ *
+ * Parameters: address, camera, spacecraft, [height width], sample time [s]. Input: position [m],
+ * velocity [m/s], quaternion ICRF from body (scalar last), angular velocity [rad/s, body axes].
+ * Output: DN as a height x width matrix. Simulink's time 0 is the epoch of the scenario. */
+#define S_FUNCTION_NAME simgl_sfun
+#define S_FUNCTION_LEVEL 2
+#include "simstruc.h"
+
+#include "simgl.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { ADDRESS, CAMERA, SPACECRAFT, SIZE, SAMPLE_TIME, PARAMETERS };
+enum { CLIENT, ROWS, POINTERS };
+static char error[400]; /* Simulink reads it after the call */
+
+static int size_of(SimStruct *S, int axis) { return (int)mxGetPr(ssGetSFcnParam(S, SIZE))[axis]; }
+
+static void mdlInitializeSizes(SimStruct *S) {
+    ssSetNumSFcnParams(S, PARAMETERS);
+    if (ssGetNumSFcnParams(S) != ssGetSFcnParamsCount(S)) return;
+    if (!ssSetNumInputPorts(S, 1) || !ssSetNumOutputPorts(S, 1)) return;
+    ssSetInputPortWidth(S, 0, 13);
+    ssSetInputPortRequiredContiguous(S, 0, 1);
+    ssSetInputPortDirectFeedThrough(S, 0, 1);
+    ssSetOutputPortMatrixDimensions(S, 0, size_of(S, 0), size_of(S, 1));
+    ssSetOutputPortDataType(S, 0, SS_UINT16);
+    ssSetNumSampleTimes(S, 1);
+    ssSetNumPWork(S, POINTERS);
+}
+
+static void mdlInitializeSampleTimes(SimStruct *S) {
+    ssSetSampleTime(S, 0, mxGetScalar(ssGetSFcnParam(S, SAMPLE_TIME)));
+    ssSetOffsetTime(S, 0, 0.0);
+}
+
+#define MDL_START
+static void mdlStart(SimStruct *S) {
+    char address[200];
+    mxGetString(ssGetSFcnParam(S, ADDRESS), address, sizeof address);
+    ssSetPWorkValue(S, ROWS, calloc((size_t)size_of(S, 0) * size_of(S, 1), sizeof(uint16_t)));
+    ssSetPWorkValue(S, CLIENT, simgl_connect_ready(address, 60.0, 600.0, NULL, NULL, error,
+                                                   sizeof error));
+    if (ssGetPWorkValue(S, CLIENT) == NULL) ssSetErrorStatus(S, error);
+}
+
+static void mdlOutputs(SimStruct *S, int_T tid) {
+    char camera[101], name[101];
+    simgl_client *client = ssGetPWorkValue(S, CLIENT);
+    uint16_t *rows = ssGetPWorkValue(S, ROWS), *image = ssGetOutputPortSignal(S, 0);
+    const real_T *pose = ssGetInputPortRealSignal(S, 0);
+    const int height = size_of(S, 0), width = size_of(S, 1);
+    int32_t camera_width = 0, camera_height = 0;
+    simgl_body body = {0};
+    UNUSED_ARG(tid);
+    mxGetString(ssGetSFcnParam(S, CAMERA), camera, sizeof camera);
+    mxGetString(ssGetSFcnParam(S, SPACECRAFT), name, sizeof name);
+    body.name = name;
+    memcpy(body.position_m, pose, sizeof body.position_m);
+    memcpy(body.velocity_m_s, pose + 3, sizeof body.velocity_m_s);
+    memcpy(body.q_icrf_from_body_xyzw, pose + 6, sizeof body.q_icrf_from_body_xyzw);
+    memcpy(body.angular_velocity_rad_s, pose + 10, sizeof body.angular_velocity_rad_s);
+    if (simgl_camera_size(client, camera, &camera_width, &camera_height) == SIMGL_OK &&
+        (camera_width != width || camera_height != height))
+        ssSetErrorStatus(S, "[height width] is not the size of the camera");
+    else if (simgl_render_dn(client, simgl_epoch_tai_ns(client) + llround(1e9 * ssGetT(S)), camera,
+                             &body, 1, 0.0, rows, (size_t)height * width, NULL, error,
+                             sizeof error) != SIMGL_OK)
+        ssSetErrorStatus(S, error);
+    else /* Simulink's matrices lie column by column. */
+        for (int i = 0; i < height * width; ++i) image[i] = rows[i % height * width + i / height];
+}
+
+static void mdlTerminate(SimStruct *S) {
+    simgl_close(ssGetPWorkValue(S, CLIENT));
+    free(ssGetPWorkValue(S, ROWS));
+}
+
+#ifdef MATLAB_MEX_FILE
+#include "simulink.c"
+#else
+#include "cg_sfun.h"
+#endif

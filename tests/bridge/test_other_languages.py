@@ -1,0 +1,53 @@
+"""The clients for Node and Java, written from the page of the protocol alone."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from simgl_bridge import BodyPose, Client
+
+from simgl import Scenario
+from tests.patience import run_to_end
+
+ROOT = Path(__file__).parents[2]
+CLIENTS = ROOT / "examples" / "bridge" / "clients"
+NODE_MODULES = ROOT / ".venv" / "node" / "node_modules"
+JARS = [Path("/usr/share/java") / name for name in ("jeromq.jar", "msgpack-core.jar")]
+
+
+def node_command(folder: Path) -> list[str]:
+    if shutil.which("node") is None or not (NODE_MODULES / "zeromq").is_dir():
+        line = "npm install --prefix .venv/node zeromq@6 @msgpack/msgpack@3"
+        pytest.skip(f"needs Node with its modules: {line}")
+    # Node looks for modules from a program's folder upwards.
+    (folder / "node_modules").symlink_to(NODE_MODULES)
+    return ["node", str(shutil.copy(CLIENTS / "client.mjs", folder))]
+
+
+def java_command(folder: Path) -> list[str]:
+    if shutil.which("javac") is None or not all(jar.exists() for jar in JARS):
+        pytest.skip("needs Debian's default-jdk-headless, libjeromq-java and libmsgpack-java")
+    class_path = ":".join(map(str, JARS))
+    source = str(CLIENTS / "SimglClient.java")
+    run_to_end(["javac", "-Xlint:all", "-Werror", "-cp", class_path, "-d", str(folder), source])
+    return ["java", "-cp", f"{class_path}:{folder}", "SimglClient"]
+
+
+@pytest.mark.parametrize("command", [node_command, java_command])
+def test_other_languages_get_the_native_image(
+    command: Callable[[Path], list[str]], client: Client, scenario: Scenario, tmp_path: Path
+) -> None:
+    program = command(tmp_path)
+    pose = BodyPose(
+        position_m=(0.5, -0.25, 40.0),
+        velocity_m_s=(0.0, 0.0, -0.1),
+        q_icrf_from_body_xyzw=(0.0, 0.0, 0.0, 1.0),
+    )
+    image = client.render(scenario.epoch_tai_ns, "nav", {"chaser": pose})
+    total = image.dn.sum(dtype=np.int64)
+    shown = run_to_end([*program, client.address]).stdout.strip()
+    assert shown == f"64 x 48, sum {total}, {image.state_hash}"
