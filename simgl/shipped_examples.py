@@ -26,6 +26,7 @@ _PATTERNS = (
     "trajectories/*.toml",
     "bridge/*.toml",
     "bridge/*.py",
+    "event_camera/*.toml",
     "campaign/*.toml",
     "campaign/overlay.py",
     "closed_loop/__main__.py",
