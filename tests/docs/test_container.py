@@ -17,7 +17,7 @@ def libraries() -> set[str]:
     """Debian packages besides Python that ./run asks for."""
     run = (ROOT / "run").read_text()
     asked = run[run.index("missing_packages()") : run.index("has_library()")]
-    return {name for name in re.findall(r'\|\| echo "([\w-]+)"', asked)}
+    return set(re.findall(r'\|\| echo "([\w-]+)"', asked))
 
 
 def installed(text: str) -> set[str]:
