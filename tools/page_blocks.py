@@ -52,12 +52,10 @@ def blocks(page: Path) -> Iterator[Block]:
         )
 
 
-def run_page(
-    page: Path, folder: Path, after_block: Callable[[Path], None] = lambda _: None
-) -> None:
+def run_page(page: Path, folder: Path, after_step: Callable[[Path], None] = lambda _: None) -> None:
     """Run the blocks of a page in a folder.
 
-    after_block : is called with the folder after each block, before the next one
+    after_step : is called with the folder after each block and each line of shell
 
     Raises RuntimeError that names page and line where a command ends with a status other than 0.
     """
@@ -65,23 +63,27 @@ def run_page(
     with chdir(folder):
         for block in blocks(page):
             if block.not_run is None:
-                _run(block, f"{page.name}:{block.line}", session)
-                after_block(folder)
+                for _ in _steps(block, f"{page.name}:{block.line}", session):
+                    after_step(folder)
 
 
-def _run(block: Block, where: str, session: dict[str, Any]) -> None:
+def _steps(block: Block, where: str, session: dict[str, Any]) -> Iterator[None]:
+    """Run a block step by step."""
     saved = _SAVED.match(block.text)
     if block.language in ("toml", "python") and saved is not None:
         path = Path(saved["file"])
         path.parent.mkdir(parents=True, exist_ok=True)
         with path.open("a" if saved["append"] else "w", encoding="utf-8") as file:
             file.write(block.text)
+        yield
     elif block.language == "python":
         exec(compile(block.text, where, "exec"), session)
+        yield
     elif block.language == "sh":
         for line in block.text.replace("\\\n", " ").splitlines():
             if line.strip() and (status := _run_line(line)):
                 raise RuntimeError(f"{where}: {line} ends with status {status}")
+            yield
 
 
 def _run_line(line: str) -> int:
