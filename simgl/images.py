@@ -6,7 +6,7 @@ import io
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
@@ -17,8 +17,14 @@ from simgl.camera.camera_equation import irradiance_per_radiance
 from simgl.camera.demosaic import develop
 from simgl.camera.distortion import sight_lines
 from simgl.camera.noise_streams import LARGEST_DRAW
+from simgl.errors import ConfigError
+from simgl.html_table import html_image, html_table
 from simgl.physics.constants import SOLAR_CONSTANT, SOLAR_TEMPERATURE
-from simgl.physics.spectrum import black_body_light
+from simgl.physics.ephemeris import utc_from_tai_ns
+from simgl.physics.spectrum import BANDS, black_body_light
+
+if TYPE_CHECKING:
+    from xarray import DataArray
 
 # Displayed as white, R G B: a white surface that faces a 5777 K Sun of 1367 W m-2 [W m-2 sr-1].
 WHITE_RADIANCE = np.array([154.4, 174.8, 171.9], dtype=np.float32) / np.float32(np.pi)
@@ -67,6 +73,42 @@ class RadianceFrame:
 
     info: FrameInfo
     radiance: Array32
+
+    def to_xarray(self) -> DataArray:
+        """The radiance as a labelled array (row, column, band) that shares its memory.
+
+        Coordinates: centres of the pixels [px], names of the bands, their edges [nm].
+
+        Raises ConfigError where xarray is not installed.
+        """
+        try:
+            from xarray import DataArray
+        except ImportError:
+            raise ConfigError(
+                "to_xarray", "", 'needs xarray: pip install "simgl[xarray]"'
+            ) from None
+        height, width = self.radiance.shape[:2]
+        low, high = 1e9 * np.array(BANDS.edges).T
+        return DataArray(
+            self.radiance,
+            dims=("row", "column", "band"),
+            coords={
+                "row": ("row", np.arange(height) + 0.5, {"units": "px"}),
+                "column": ("column", np.arange(width) + 0.5, {"units": "px"}),
+                "band": list(BANDS.names),
+                "band_from": ("band", low, {"units": "nm"}),
+                "band_to": ("band", high, {"units": "nm"}),
+            },
+            name="radiance",
+            attrs={
+                "units": "W m-2 sr-1",
+                "long_name": "radiance, integrated over the band",
+                "scenario": self.info.scenario,
+                "epoch_utc": utc_from_tai_ns(self.info.epoch_tai_ns),
+                "epoch_tai_ns": self.info.epoch_tai_ns,
+                "exposure_time_s": self.info.camera.exposure_time,
+            },
+        )
 
     def _repr_png_(self) -> bytes:
         return png_bytes(display_from_radiance(self.radiance))
@@ -337,7 +379,7 @@ def unpack_mono12p(data: bytes, height: int, width: int) -> Image16:
 class Capture:
     """One image in the forms that were asked for; the other fields are None.
 
-    In a notebook it shows the first of its frames as PNG.
+    In a notebook it shows the first of its frames, with a table of its settings.
 
     lidar : None also if the camera has no LIDAR
     """
@@ -351,6 +393,25 @@ class Capture:
     truth: TruthFrame | None = None
     normals: NormalsFrame | None = None
     lidar: LidarFrame | None = None
+
+    def _repr_html_(self) -> str:
+        info, camera = self.info, self.info.camera
+        rows = [
+            ("epoch", f"{utc_from_tai_ns(info.epoch_tai_ns)} UTC"),
+            ("pixels", f"{camera.detector.width} x {camera.detector.height}"),
+            ("exposure time", f"{1e3 * camera.exposure_time:g} ms"),
+            ("f-number", f"{camera.lens.f_number:g}"),
+            ("seed, draw", f"{info.seed}, {info.draw}"),
+            ("renderer", info.renderer),
+        ]
+        if self.digital is not None:
+            dn = self.digital.dn
+            rows.append(("DN", f"{dn.min()} to {dn.max()}, mean {dn.mean():.1f}"))
+        if self.radiance is not None:
+            mean = ", ".join(f"{value:.4g}" for value in self.radiance.radiance.mean(axis=(0, 1)))
+            rows.append(("mean radiance R, G, B, N", f"{mean} W m-2 sr-1"))
+        title = f"Capture of {info.scenario}"
+        return html_table(title, (), rows) + html_image(self._repr_png_(), title)
 
     def _repr_png_(self) -> bytes:
         frames = (self.digital, self.radiance, self.electrons, self.truth, self.layers)

@@ -259,6 +259,11 @@ def _efficiencies(test_bench: _TestBench, curve: TransferCurve) -> Iterator[Find
             )
 
 
+def _resolved(rms: float, standard_error: float) -> float:
+    """Smallest difference of an rms that four standard errors of its square make sure of."""
+    return float(np.sqrt(rms**2 + 4.0 * standard_error)) - rms
+
+
 def _findings(
     camera: Camera,
     curve: TransferCurve,
@@ -291,7 +296,8 @@ def _findings(
     yield finding("gain K", "DN/e-", d.gain_dn_per_e, gain, 0.005)
     yield finding("dark noise", "e-", noise, curve.dark_noise, 0.015)
     yield finding("dark current", "e-/s", _mean_dark_current(camera), dark_rate / gain, 0.02)
-    yield finding("DSNU", "e-", dsnu, float(np.sqrt(dark.variance)) / gain, 0.02)
+    minimum = _resolved(dsnu, dark.standard_error / gain**2)
+    yield finding("DSNU", "e-", dsnu, float(np.sqrt(dark.variance)) / gain, 0.02, minimum)
     for name, rms, part, count in (
         ("  of rows", p.rows, dark.rows, len(dark.mean)),
         ("  of columns", p.columns, dark.columns, len(dark.mean[0])),
@@ -301,7 +307,9 @@ def _findings(
             share = 4.0 / np.sqrt(2.0 * count)
             yield finding(name, "e-", rms, float(np.sqrt(part)) / gain, share)
     expected = float(dead / (1.0 - p.dead_pixels))
-    yield finding("PRNU", "%", 100.0 * expected, 100.0 * prnu, 0.02, 0.01)
+    error = (flat.standard_error + dark.standard_error) / (flat.mean.mean() - dark.mean.mean()) ** 2
+    minimum = max(0.01, 100.0 * _resolved(expected, error))
+    yield finding("PRNU", "%", 100.0 * expected, 100.0 * prnu, 0.02, minimum)
     yield finding("linearity error", "%", 0.0, 100.0 * curve.linearity_error, 0.0, 0.05)
     full = full_electrons(camera)
     # Noise clips a few standard deviations below the full well, which is located to one level.

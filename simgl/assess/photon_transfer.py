@@ -134,11 +134,13 @@ class SpatialStatistics:
 
     mean : (height, width) [DN]
     variance : of the pixels, less the remaining temporal noise [DN^2]
+    standard_error : of that variance, by what remains of temporal noise [DN^2]
     rows, columns, pixels : that variance in parts [DN^2]
     """
 
     mean: Array
     variance: float
+    standard_error: float
     rows: float
     columns: float
     pixels: float
@@ -162,6 +164,8 @@ def spatial_statistics(frames: Iterable[Image16]) -> SpatialStatistics:
     return SpatialStatistics(
         mean=mean,
         variance=max(total_variance - temporal / count, 0.0),
+        # Of the variance of a Gaussian in N pixels: sqrt(2 / N) of it.
+        standard_error=temporal / count * float(np.sqrt(2.0 / mean.size)),
         rows=max(rows, 0.0),
         columns=max(columns, 0.0),
         pixels=max(pixels - temporal / count, 0.0),

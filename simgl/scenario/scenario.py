@@ -13,11 +13,12 @@ import numpy as np
 from simgl.arrays import Array
 from simgl.camera.camera import Camera
 from simgl.errors import ConfigError
+from simgl.html_table import html_table
 from simgl.motion.drives import JointLaws
 from simgl.motion.mounts import Mount, camera_pose, camera_velocity
 from simgl.motion.trajectory import Motion, poses
 from simgl.physics.constants import SOLAR_RADIUS
-from simgl.physics.ephemeris import itrf_from_icrf, moon_position, sun_position
+from simgl.physics.ephemeris import itrf_from_icrf, moon_position, sun_position, utc_from_tai_ns
 from simgl.physics.frames import Pose
 from simgl.physics.lunar_model import moon_from_icrf
 from simgl.physics.solar_disc import UNIFORM
@@ -107,6 +108,26 @@ class Scenario:
     stars: StarCatalogue | None = None
     # What counts of them is in the fields above.
     inputs: Mapping[Path, str] = field(default_factory=dict, compare=False)
+
+    def _repr_html_(self) -> str:
+        title = f"Scenario {self.name}, {utc_from_tai_ns(self.epoch_tai_ns)} UTC"
+        models = [
+            (name, model.name, f"{len(model.mesh.triangles):,}", ", ".join(model.keypoints))
+            for name, model in self.models.items()
+        ]
+        cameras = [
+            (
+                name,
+                f"{camera.detector.width} x {camera.detector.height}",
+                f"{1e3 * camera.lens.focal_length:g}",
+                f"{camera.lens.f_number:g}",
+                f"{1e3 * camera.exposure_time:g}",
+            )
+            for name, camera in self.cameras.items()
+        ]
+        of_models = ("spacecraft", "model", "triangles", "keypoints")
+        of_cameras = ("camera", "pixels", "focal length [mm]", "f-number", "exposure time [ms]")
+        return html_table(title, of_models, models) + html_table("Cameras", of_cameras, cameras)
 
     def at(self, tai_ns: int) -> SceneState:
         """The scene at an epoch [TAI ns]."""

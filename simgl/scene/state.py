@@ -9,8 +9,10 @@ import numpy as np
 
 from simgl.arrays import Array
 from simgl.camera.camera import Camera
+from simgl.html_table import html_table
 from simgl.physics.constants import ASTRONOMICAL_UNIT, MOON_RADIUS
 from simgl.physics.eclipse import past_the_moon, sunlit_shares, sunlit_transmission
+from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.physics.frames import Pose, angle_between, unit
 from simgl.physics.lunar_model import moonlight
 from simgl.physics.solar_disc import UNIFORM
@@ -204,6 +206,39 @@ class SceneState:
     lamps: tuple[LampState, ...] = ()
     stars: StarSky | None = None
     R_moon_from_icrf: Array | None = None
+
+    def _repr_html_(self) -> str:
+        first = next(iter(self.bodies), None)
+        bodies = [
+            (
+                name,
+                body.model.name,
+                f"{1e-3 * float(np.linalg.norm(body.pose.position)):.3f}",
+                f"{float(np.linalg.norm(body.pose.position - self._place_of(first))):.3f}",
+                f"{100.0 * self.sunlit_share(body.pose.position):.0f}",
+            )
+            for name, body in self.bodies.items()
+        ]
+        cameras = [self._camera_row(name, first) for name in self.cameras]
+        columns = ("spacecraft", "model", "from origin [km]", f"from {first} [m]", "sunlight [%]")
+        title = f"State at {utc_from_tai_ns(self.tai_ns)} UTC"
+        of_cameras = ("camera", f"range to {first} [m]", "phase angle [deg]", "exposure time [ms]")
+        return html_table(title, columns, bodies) + html_table("Cameras", of_cameras, cameras)
+
+    def _place_of(self, body: str | None) -> Array:
+        return np.zeros(3) if body is None else self.bodies[body].pose.position
+
+    def _camera_row(self, name: str, target: str | None) -> tuple[str, ...]:
+        """Name, range [m], phase angle [deg], exposure time [ms]."""
+        state, place = self.cameras[name], self._place_of(target)
+        line = state.position - place
+        phase = angle_between(self.sun.seen_from(place).direction_icrf, line)
+        return (
+            name,
+            f"{float(np.linalg.norm(line)):.3f}",
+            f"{float(np.rad2deg(phase)):.1f}",
+            f"{1e3 * state.camera.exposure_time:g}",
+        )
 
     def sunlit_share(self, point: Array) -> float:
         """Share of the Sun's light, over all bands, that reaches a point (3,) [m]."""

@@ -107,6 +107,20 @@ def test_every_shipped_camera_gives_back_what_its_preset_says(
     }
 
 
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_camera_without_fixed_pattern_passes(gl: moderngl.Context, seed: int) -> None:
+    """No DSNU and no PRNU are recovered as well as the frames' noise allows, within 4 sigma."""
+    camera = camera_under_test("mt9m034", (128, 128))
+    without = replace(camera.detector, pattern=FixedPattern(), serial=seed)
+    report = examine(gl, replace(camera, detector=without), levels=20, repeats=4)
+    for finding in report.findings:
+        if finding.name in ("DSNU", "PRNU"):
+            assert finding.configured == 0.0
+            assert finding.passed, finding
+            # Read noise of 4 e- in four frames: sqrt(4 * 4^2 / 4 * sqrt(2 / 128^2)) e-.
+            assert finding.unit != "e-" or 0.3 < finding.allowed < 0.6
+
+
 def test_a_camera_that_is_not_as_configured_fails(gl: moderngl.Context, tmp_path: Path) -> None:
     """The laboratory measures what the passes do: 3 % of PRNU do not pass for 1 %."""
     camera = camera_under_test("mt9m034", (256, 256))

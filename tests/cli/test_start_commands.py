@@ -1,4 +1,7 @@
-"""A project to begin with, and copies of the shipped examples: they run, and overwrite nothing."""
+"""A project to begin with, and copies of the shipped examples: they overwrite nothing.
+
+The tutorial runs the project (tests/docs/test_tutorial.py).
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,6 @@ from simgl import load_scenario
 from simgl.commands.application import run
 from simgl.errors import OutputError
 from simgl.shipped_examples import copy_example, new_project, shipped_examples
-from tests.patience import run_to_end
 
 ROOT = Path(__file__).parents[2]
 START = ROOT / "examples" / "start"
@@ -27,17 +29,6 @@ def simgl(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int:
         run()
     assert isinstance(end.value.code, int)
     return end.value.code
-
-
-@pytest.fixture(scope="module")
-def small_project(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A new project with a tenth of the pixels along each side, and the same field of view."""
-    folder = tmp_path_factory.mktemp("new") / "first"
-    new_project(folder)
-    for path in folder.glob("*.toml"):
-        text = re.sub(r"(width|height)_px = (\d+)0\b", r"\1_px = \2", path.read_text())
-        path.write_text(re.sub(r"focal_length_mm = (\d)\.0", r"focal_length_mm = 0.\1", text))
-    return folder
 
 
 def test_a_project_has_its_three_files_and_says_how_to_run_them(
@@ -72,11 +63,14 @@ def test_a_bad_name_gives_one_line_and_no_file(
     assert Path("taken").read_text() == "mine"
 
 
-def test_a_project_that_is_there_stays_as_it_is(small_project: Path) -> None:
-    before = {path: path.read_bytes() for path in small_project.iterdir()}
+def test_a_project_that_is_there_stays_as_it_is(tmp_path: Path) -> None:
+    project = tmp_path / "first"
+    new_project(project)
+    (project / "camera.toml").write_text("mine")
+    before = {path: path.read_bytes() for path in project.iterdir()}
     with pytest.raises(OutputError, match="is there already; nothing was written"):
-        new_project(small_project)
-    assert {path: path.read_bytes() for path in small_project.iterdir()} == before
+        new_project(project)
+    assert {path: path.read_bytes() for path in project.iterdir()} == before
 
 
 @pytest.mark.parametrize("name", ["scenario.toml", "camera.toml"])
@@ -101,30 +95,6 @@ def test_optional_keys_may_be_taken_in(tmp_path: Path) -> None:
         (tmp_path / path.name).write_text(text)
     scenario = load_scenario(tmp_path / "scenario.toml")
     assert scenario.cameras["navcam"].detector.pattern.hot_pixels == 0.0001
-
-
-def test_the_projects_scenario_renders(small_project: Path) -> None:
-    out = small_project / "out"
-    command = [sys.executable, "-m", "simgl", "render", str(small_project / "scenario.toml")]
-    run_to_end([*command, "--out", str(out)])
-    for camera in ("navcam", "overview"):
-        for suffix in ("radiance.exr", "dn.png", "view.png"):
-            assert (out / f"{camera}.{suffix}").stat().st_size > 0
-
-
-def test_the_projects_loop_centres_the_target(small_project: Path) -> None:
-    done = run_to_end([sys.executable, str(small_project / "loop.py")], cwd=small_project)
-    number = r"([-+]?\d+\.\d+)"
-    found = re.findall(rf"range +{number} m  off axis {number} {number} rad", done.stdout)
-    ranges, *angles = zip(*([float(n) for n in row] for row in found), strict=True)
-    assert list(ranges) == sorted(ranges, reverse=True)
-    assert ranges[0] > 60.0
-    for right_or_down in angles:
-        assert abs(right_or_down[0]) > 0.06
-        # Halved in each of eight steps, to 0.06 / 2**7; a pixel of these images is 0.0075 rad, and
-        # the middle of some dozen bright ones moves by a fraction of one.
-        assert abs(right_or_down[-1]) < 0.004
-    assert (small_project / "loop.png").stat().st_size > 0
 
 
 def test_every_example_has_a_name_a_title_and_the_files_that_it_reads(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from tests.hygiene.source import imported_modules, imports, modules
 # lower layer, and from itself. "" is the public interface, simgl/__init__.py.
 LAYERS = (
     ("arrays", "content_digest", "errors", "interruption", "lru_cache", "progress"),
-    ("assets", "decoded_files", "input_files", "sample_grid"),
+    ("assets", "decoded_files", "html_table", "input_files", "sample_grid"),
     ("disk_cache", "file_cache", "gpu", "physics"),
     ("config", "environment_map", "motion"),
     ("camera",),
