@@ -18,23 +18,8 @@ from simgl.commands.command_line import (
     with_option_groups,
 )
 from simgl.commands.completion import camera_presets, model_names, scenario_files
+from simgl.commands.web_options import WEB_PANEL, WebAddress, WebToken, check_goes_with_web
 
-_WEB = "Browser"
-WebAddress = Annotated[
-    str | None,
-    typer.Option(
-        help="HOST:PORT of the page; 127.0.0.1:5580 if not given, and * finds a free port.",
-        rich_help_panel=_WEB,
-    ),
-]
-WebToken = Annotated[
-    Path | None,
-    typer.Option(
-        help="File with the token that browsers must show, made if it is missing; needed to bind "
-        "an address that other machines reach.",
-        rich_help_panel=_WEB,
-    ),
-]
 ModelFile = Annotated[
     str,
     typer.Argument(help="Path of a model file, or a shipped name.", autocompletion=model_names),
@@ -189,7 +174,8 @@ def view(
         Path | None, typer.Option(help="Save the first frame here and close.")
     ] = None,
     web: Annotated[
-        bool, typer.Option("--web", help="In a browser instead of a window.", rich_help_panel=_WEB)
+        bool,
+        typer.Option("--web", help="In a browser instead of a window.", rich_help_panel=WEB_PANEL),
     ] = False,
     web_address: WebAddress = None,
     web_token: WebToken = None,
@@ -208,9 +194,7 @@ def view(
                 raise ConfigError(COMMAND_LINE, option, "is for the window, not for --web")
         _view_in_browsers(scenario, web_address, web_token)
         return
-    for option, given in (("--web-address", web_address), ("--web-token", web_token)):
-        if given is not None:
-            raise ConfigError(COMMAND_LINE, option, "goes with --web")
+    check_goes_with_web(web_address, web_token)
     from simgl.viewer.window import run
 
     run(scenario, target, screenshot)

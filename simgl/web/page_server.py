@@ -12,20 +12,13 @@ import threading
 from concurrent.futures import Future
 from contextlib import suppress
 
+from tornado.httpserver import HTTPServer
+
 from simgl.errors import ConfigError
+from simgl.web.page_handlers import application
 from simgl.web.snapshots import Newest
 from simgl.web.viewers import Viewers
 from simgl.web.web_access import WebAccess
-
-try:
-    from tornado.httpserver import HTTPServer
-
-    from simgl.web.page_handlers import application
-except ImportError as error:
-    if (error.name or "").partition(".")[0] != "tornado":
-        raise
-    problem = 'needs Tornado: pip install "simgl[web]"'
-    raise ConfigError("command line", "--web", problem) from None
 
 # Seconds until a viewer that reads nothing is disconnected.
 PATIENCE = 30.0

@@ -9,6 +9,7 @@ import re
 import secrets
 import stat
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 
 from simgl.errors import ConfigError
@@ -54,8 +55,10 @@ def web_access(address: str, token_file: Path | None) -> WebAccess:
     A token file that does not exist is written, with a token of its own and mode 0600.
 
     Raises ConfigError for an address that is malformed, or open to other machines without a token,
-    and for a token file that is no such file or that other users can read.
+    for a token file that is none or that other users can read, and where Tornado is missing.
     """
+    if find_spec("tornado") is None:
+        raise ConfigError("command line", "--web", 'needs Tornado: pip install "simgl[web]"')
     match = _ADDRESS.fullmatch(address)
     if match is None or (match["port"] != "*" and int(match["port"]) > 65535):
         problem = f'must be HOST:PORT, such as {DEFAULT_WEB_ADDRESS}, got "{address:.80}"'

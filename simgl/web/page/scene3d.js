@@ -46,6 +46,8 @@ varying vec4 tint;
 void main() { gl_FragColor = tint; }`;
 
 const ORBIT = [0.45, 0.85, 1, 1];
+// From nearer than this the orbit's near part is drawn with the spacecraft [m].
+const CLOSE = 1e5;
 
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const sub = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
@@ -251,7 +253,7 @@ export class Scene3d {
     }
     for (const camera of Object.values(scene.cameras)) this.field(camera);
     // Again: the far view's near plane cuts off what is close to the eye.
-    for (const points of Object.values(scene.orbits)) this.lines(points, ORBIT);
+    if (d < CLOSE) for (const points of Object.values(scene.orbits)) this.lines(points, ORBIT);
     const axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
     const colours = [[1, 0.35, 0.35, 1], [0.4, 0.9, 0.4, 1], [0.5, 0.65, 1, 1]];
     axes.forEach((axis, i) => this.lines([this.middle, add(this.middle, axis, 0.22 * d)], colours[i]));
@@ -318,7 +320,7 @@ export class Scene3d {
   drawLabels() {
     const { scene } = this, d = this.distance, taken = [];
     const put = (place, text, colour) => this.label(place, text, colour, taken);
-    for (const [name, craft] of Object.entries(scene.spacecraft)) put(craft.position_m, name, "#fff");
+    for (const [name, craft] of Object.entries(scene.spacecraft)) put(craft.position_m, "• " + name, "#fff");
     for (const [name, camera] of Object.entries(scene.cameras)) put(camera.position_m, "▸ " + name, "#ff9ee6");
     put(add(this.middle, this.sun(), 0.36 * d), "Sun", "#ffd94d");
     [["x", [1, 0, 0], "#ff7a7a"], ["y", [0, 1, 0], "#7be07b"], ["z", [0, 0, 1], "#8fb0ff"]].forEach(
@@ -335,7 +337,7 @@ export class Scene3d {
     taken.push([x, y]);
     const span = document.createElement("span");
     span.textContent = text; span.style.color = colour;
-    span.style.transform = `translate(${x + 6}px, ${y}px)`;
+    span.style.transform = `translate(${x - 3}px, ${y}px)`;
     this.labels.append(span);
   }
 
