@@ -25,6 +25,8 @@ from simgl_bridge.sockets import receive, send
 
 # The view's process, before its arguments.
 _COMMAND = (sys.executable, "-m", "simgl_bridge.web_process")
+# Libraries of linear algebra keep idle threads spinning, which a loop would feel.
+_ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 # A process that was asked to end is killed after this [s].
 _PATIENCE = 2.0
 
@@ -70,7 +72,9 @@ class WebFeed:
             self._socket.bind(address)
             # Ctrl-C is for the server, which ends the view.
             self._process: subprocess.Popen[bytes] | None = subprocess.Popen(
-                [*_COMMAND, address, str(os.getpid()), text], start_new_session=True
+                [*_COMMAND, address, str(os.getpid()), text],
+                start_new_session=True,
+                env={**os.environ, **_ONE_THREAD},
             )
         except BaseException:
             self._context.destroy(linger=0)

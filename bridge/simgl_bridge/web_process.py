@@ -21,9 +21,9 @@ from simgl.physics.constants import ASTRONOMICAL_UNIT
 from simgl.physics.frames import Pose, matrix_from_quaternion
 from simgl.scenario.loader import load_scenario
 from simgl.scenario.scenario import Scenario
+from simgl.scene.state import SceneState
 from simgl.web.displays import CameraImages
 from simgl.web.page_server import PageServer
-from simgl.web.scene_description import Description, scene_description
 from simgl.web.snapshots import Newest, Snapshot
 from simgl.web.web_access import web_access
 from simgl_bridge.messages import CameraImage, Images, SentPose, Statistics
@@ -35,20 +35,21 @@ from simgl_bridge.web_feed import SHOWN_DECODER, WebOptions
 _INTERVAL = 0.1
 # Interval at which viewers and images are looked for where neither comes [s].
 _POLL = 0.2
-# The loop's processes come first.
-_NICENESS = 10
+# Of this machine's processors that showing images may take: two cores are a loop's own.
+_SHARE = 0.02
+# The loop's processes come first, where the system knows no idle class.
+_NICENESS = 19
 _PLANES = ("dn", "electrons", "radiance", "depth")
 
 
-def shown_scene(scenario: Scenario, images: Images) -> Description:
-    """The 3-D view's data of the state that images show."""
+def shown_state(scenario: Scenario, images: Images) -> SceneState:
+    """The state that images show."""
     poses = {name: _pose(sent) for name, sent in images.bodies.items() if name in scenario.models}
     joints = {name: sent.joints for name, sent in images.bodies.items() if sent.joints}
     sun = None
     if images.images:
         sun = ASTRONOMICAL_UNIT * np.array(images.images[0].sun_direction_icrf)
-    state = scenario.with_poses(images.tai_ns, poses, joint_angles=joints, sun=sun)
-    return scene_description(state)
+    return scenario.with_poses(images.tai_ns, poses, joint_angles=joints, sun=sun)
 
 
 def _pose(sent: SentPose) -> Pose:
@@ -116,24 +117,27 @@ class Follower:
         self._scenario, self._newest, self._socket = scenario, newest, socket
         self._before: tuple[float, int] | None = None
         self._images: dict[str, CameraImages] = {}
-        start = scene_description(scenario.at(scenario.epoch_tai_ns))
-        newest.publish(Snapshot(scene=start, images={}, status={"message": ""}))
+        start = scenario.at(scenario.epoch_tai_ns)
+        newest.publish(Snapshot(state=start, images={}, status={"message": ""}))
         socket.send(b"ready")
 
     def run(self) -> None:
         """For as long as the process lives."""
         is_asked = True
+        asked, used = time.monotonic(), time.process_time()
         while True:
             if not is_asked and self._newest.wait_until_wanted(_POLL):
+                # What showing the last one took, on all threads.
+                rest = (time.process_time() - used) / (_SHARE * (os.cpu_count() or 1))
+                time.sleep(max(0.0, asked + max(rest, _INTERVAL) - time.monotonic()))
+                asked, used = time.monotonic(), time.process_time()
                 self._socket.send(b"more")
                 is_asked = True
             if is_asked and self._socket.poll(round(1e3 * _POLL)):
-                start = time.monotonic()
                 frames = receive(self._socket)
                 shown = SHOWN_DECODER.decode(frames[0].buffer)
                 self._publish(shown.images, [f.buffer for f in frames[1:]], shown.statistics)
                 is_asked = False
-                time.sleep(max(0.0, start + _INTERVAL - time.monotonic()))
 
     def _publish(
         self, images: Images, frames: Sequence[memoryview], statistics: Statistics
@@ -147,11 +151,19 @@ class Follower:
         self._images |= camera_images(self._scenario, images, frames)
         message = ""
         try:
-            scene = shown_scene(self._scenario, images)
+            state = shown_state(self._scenario, images)
         except SimglError as error:
-            scene, message = scene_description(self._scenario.at(images.tai_ns)), str(error)
+            state, message = self._scenario.at(self._scenario.epoch_tai_ns), str(error)
         status = {"statistics": statistics_rows(statistics, rate), "message": message}
-        self._newest.publish(Snapshot(scene=scene, images=dict(self._images), status=status))
+        self._newest.publish(Snapshot(state=state, images=dict(self._images), status=status))
+
+
+def _step_back() -> None:
+    """Use the processor only where nobody else wants it."""
+    try:
+        os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
+    except (AttributeError, OSError):
+        os.nice(_NICENESS)
 
 
 def main() -> None:
@@ -159,7 +171,7 @@ def main() -> None:
     address, parent, text = sys.argv[1:]
     end_with_parent(int(parent))
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    os.nice(_NICENESS)
+    _step_back()
     options = msgspec.json.decode(text, type=WebOptions)
     try:
         token_file = None if options.token_file is None else Path(options.token_file)

@@ -20,7 +20,7 @@ from simgl.motion.joints import body_from_stored
 from simgl.motion.orbits import keplerian_orbit
 from simgl.physics.constants import EARTH_MU
 from simgl.physics.ephemeris import utc_from_tai_ns
-from simgl.physics.frames import Pose, angle_between
+from simgl.physics.frames import Pose, angle_between, cross, rotation_about, unit
 from simgl.scenario.scenario import Scenario
 from simgl.scene.posed_mesh import groups_of_parts, rigid_groups
 from simgl.scene.spacecraft import SpacecraftModel
@@ -133,12 +133,22 @@ def field_edge(placed: CameraState) -> Array:
 
 def orbit_points(state: SceneState, pose: Pose) -> list[list[float]] | None:
     """One revolution of the osculating two-body orbit [m]; None where there is none."""
-    period = _period(state, pose)
-    if period is None:
+    if state.earth is None:
         return None
-    orbit = keplerian_orbit(pose.position, pose.velocity, state.tai_ns)
-    times = np.linspace(0.0, period, _ORBIT_POINTS) * 1e9
-    return [orbit.state(state.tai_ns + round(t))[0].tolist() for t in times]
+    try:
+        orbit = keplerian_orbit(pose.position, pose.velocity, state.tai_ns)
+    except ValueError:
+        return None
+    pole = unit(cross(pose.position, pose.velocity))
+    to_perigee = rotation_about(pole, -orbit.true_anomaly) @ unit(pose.position)
+    # Equal steps of the eccentric anomaly from where the spacecraft is; its tangent half angle
+    # formula: Vallado, 4th ed., eq. 2-13.
+    a, e = orbit.semi_major_axis, orbit.eccentricity
+    start = 2.0 * math.atan(math.tan(0.5 * orbit.true_anomaly) * math.sqrt((1.0 - e) / (1.0 + e)))
+    anomaly = start + np.linspace(0.0, 2.0 * math.pi, _ORBIT_POINTS)[:, None]
+    across = a * math.sqrt(1.0 - e * e) * cross(pole, to_perigee)
+    points = a * (np.cos(anomaly) - e) * to_perigee + np.sin(anomaly) * across
+    return points.tolist()
 
 
 def _period(state: SceneState, pose: Pose) -> float | None:

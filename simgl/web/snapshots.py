@@ -10,8 +10,9 @@ from functools import cached_property
 from typing import Any
 
 from simgl.scenario.scenario import Scenario
+from simgl.scene.state import SceneState
 from simgl.web.displays import CameraImages
-from simgl.web.scene_description import Description
+from simgl.web.scene_description import scene_description
 
 # Commands that wait for a session which is busy; of one kind only the last counts.
 _MAX_COMMANDS = 32
@@ -21,19 +22,19 @@ _MAX_COMMANDS = 32
 class Snapshot:
     """One instant as it is shown.
 
-    scene : of ``scene_description``
+    state : whose ``scene_description`` a page shows; a stream of images needs none
     images : by camera, as far as there are any
     status : what else the page shows, as JSON: settings, times of passes, counters, a message
     """
 
-    scene: Description
+    state: SceneState
     images: Mapping[str, CameraImages]
     status: Mapping[str, Any] = field(default_factory=dict)
 
     @cached_property
     def scene_json(self) -> str:
-        """``scene`` encoded, once for all viewers."""
-        return json.dumps(self.scene)
+        """The description of the state, encoded once for all viewers."""
+        return json.dumps(scene_description(self.state))
 
 
 class Newest:

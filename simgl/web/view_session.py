@@ -14,7 +14,6 @@ from simgl.images import Capture, saturated
 from simgl.scene.state import SceneState
 from simgl.simulator import Product, Simulator
 from simgl.web.displays import CameraImages
-from simgl.web.scene_description import scene_description
 from simgl.web.snapshots import Newest, Snapshot
 from simgl.web.view_settings_web import WebSettings, changed, chosen_state
 
@@ -77,7 +76,6 @@ class ViewSession:
                 images[camera] = self._captured(state, camera, products)
             except ConfigError as error:
                 message = str(error)
-        scene = scene_description(state)
         statistics = [["Images drawn", str(self._frames)]]
         status = {
             "settings": self._settings.as_json(),
@@ -85,7 +83,7 @@ class ViewSession:
             "statistics": statistics,
             "message": message,
         }
-        self._newest.publish(Snapshot(scene=scene, images=images, status=status))
+        self._newest.publish(Snapshot(state=state, images=images, status=status))
 
     def _wanted_products(self) -> dict[str, frozenset[Product]]:
         """Products of the cameras that viewers watch; of the first one before anybody does."""

@@ -14,7 +14,6 @@ import numpy as np
 
 from simgl.web.displays import CameraImages
 from simgl.web.page_server import PageServer
-from simgl.web.scene_description import scene_description
 from simgl.web.snapshots import Newest, Snapshot
 from simgl.web.web_access import WebAccess
 from tests.patience import limit
@@ -31,8 +30,8 @@ def snapshot(newest: Newest, value: int = 7, size: int = 48) -> Snapshot:
     images = CameraImages(
         camera=scenario.cameras["nav"], planes={"dn": dn}, saturated_share=0.0, seconds=0.01
     )
-    scene = scene_description(scenario.at(scenario.epoch_tai_ns))
-    return Snapshot(scene=scene, images={"nav": images})
+    state = scenario.at(scenario.epoch_tai_ns)
+    return Snapshot(state=state, images={"nav": images})
 
 
 def shown(access: WebAccess = LOCAL, patience: float = 30.0) -> tuple[Newest, PageServer]:
