@@ -221,11 +221,11 @@ async function readPixel(now = false) {
 }
 
 function showPixel(values) {
-  const { width_px: w, height_px: h } = update.image, box = $("frame").getBoundingClientRect();
+  const { width_px: w, height_px: h } = update.image;
   $("cross").hidden = !values;
   if (!values) { facts($("pixel-facts"), [["", `no pixel there: ${w} × ${h}`]]); return; }
-  $("cross").style.left = `${(values.column + 0.5) / w * box.width}px`;
-  $("cross").style.top = `${(values.row + 0.5) / h * box.height}px`;
+  $("cross").style.left = `${(values.column + 0.5) / w * 100}%`;
+  $("cross").style.top = `${(values.row + 0.5) / h * 100}%`;
   const radiance = values.radiance_w_m2_sr, none = scenario.follows ? "not asked for" : "–";
   const bands = radiance ? radiance.map((v) => number(v)) : null;
   facts($("pixel-facts"), [
