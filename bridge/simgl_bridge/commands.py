@@ -5,11 +5,12 @@ from __future__ import annotations
 import os
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from simgl.commands.completion import scenario_files
+from simgl.commands.web_options import WEB_PANEL, WebAddress, WebToken, check_goes_with_web
 from simgl.errors import ConfigError
 from simgl.interruption import end_by_signals, exit_if_signalled
 from simgl_bridge.bind_address import (
@@ -17,6 +18,9 @@ from simgl_bridge.bind_address import (
     DEFAULT_BASILISK_ADDRESS,
     check_bindable,
 )
+
+if TYPE_CHECKING:
+    from simgl_bridge.web_feed import WebOptions
 
 _BASILISK, _FREE_RUN, _ACCESS = "Basilisk", "Free-run and previews", "Access"
 _RECORDING = "Recording"
@@ -120,6 +124,14 @@ def serve(
             rich_help_panel=_ACCESS,
         ),
     ] = False,
+    web: Annotated[
+        bool,
+        typer.Option(
+            "--web", help="Show what clients are sent in a browser.", rich_help_panel=WEB_PANEL
+        ),
+    ] = False,
+    web_address: WebAddress = None,
+    web_token: WebToken = None,
 ) -> None:
     """Serve a scenario's cameras to a closed-loop simulation over ZeroMQ.
 
@@ -129,6 +141,8 @@ def serve(
     Example: simgl serve approach.toml --address tcp://127.0.0.1:5563
 
     Example: simgl serve --basilisk tcp://127.0.0.1:5556 --camera 1=navcam.toml
+
+    Example: simgl serve approach.toml --web
     """
     from simgl_bridge.access import Access
     from simgl_bridge.processes import (
@@ -148,6 +162,7 @@ def serve(
             "--keys": keys,
             "--insecure": insecure,
             "--record": record,
+            "--web": web,
         }
         for option in (name for name, value in native.items() if value):
             problem = "goes with --address: Basilisk's own protocol has nothing of the kind"
@@ -185,6 +200,7 @@ def serve(
         rate_hz=rate_hz,
         root=root,
         access=access,
+        web=_web_options(scenario, root, web, web_address, web_token, restart),
     )
     with stop_on_signals() as stop:
         parent = os.environ.pop(PARENT_VARIABLE, None)
@@ -193,6 +209,34 @@ def serve(
             service(end)
         elif code := run_restarting(serve_restarted, (service, os.getpid()), end):
             raise typer.Exit(code)
+
+
+def _web_options(
+    scenario: Path | None,
+    root: Path | None,
+    web: bool,
+    address: str | None,
+    token_file: Path | None,
+    restart: bool,
+) -> WebOptions | None:
+    """What the browser view opens; None without ``--web``."""
+    if not web:
+        check_goes_with_web(address, token_file)
+        return None
+    if root is not None:
+        problem = "shows one scenario: it does not go with --root, by which clients choose another"
+        raise ConfigError("simgl serve", "--web", problem)
+    from simgl.web.web_access import DEFAULT_WEB_ADDRESS, web_access
+    from simgl_bridge.web_feed import WebOptions
+
+    address = address or DEFAULT_WEB_ADDRESS
+    # A missing package or a wrong address is named before anything is loaded.
+    web_access(address, token_file)
+    if restart and address.endswith((":*", ":0")):
+        raise ConfigError("simgl serve", "--restart", "needs a --web-address that stays the same")
+    assert scenario is not None
+    token = None if token_file is None else str(token_file)
+    return WebOptions(scenario=str(scenario), address=address, token_file=token)
 
 
 def run(

@@ -21,6 +21,7 @@ from simgl_bridge.render_queue import RenderQueue
 from simgl_bridge.renderer_link import RendererLink
 from simgl_bridge.server import Stop, serve
 from simgl_bridge.simgl1_endpoint import Simgl1Endpoint
+from simgl_bridge.web_feed import WebFeed, WebOptions
 
 
 def serve_until_stopped(
@@ -33,19 +34,28 @@ def serve_until_stopped(
     rate_hz: float | None,
     root: Path | None,
     access: Access,
+    web: WebOptions | None = None,
 ) -> None:
     """Open what ``simgl serve`` was asked for, and serve until ``stop`` is set.
 
     address : of simgl/1, with its previews, free-run and keys; None for none
     basilisk : address of Basilisk's endpoint; None for none
+    web : the browser view; None for none
     """
     endpoints: list[Simgl1Endpoint | BasiliskEndpoint] = []
     with ExitStack() as stack:
         link = stack.enter_context(closing(RendererLink(partial(start_renderer, options))))
         queue = RenderQueue(link)
+        feed = None if web is None else stack.enter_context(closing(WebFeed(web)))
         if address is not None:
             simgl1 = Simgl1Endpoint(
-                queue, address, root=root, access=access, monitor=monitor, rate_hz=rate_hz
+                queue,
+                address,
+                root=root,
+                access=access,
+                monitor=monitor,
+                rate_hz=rate_hz,
+                web=feed,
             )
             endpoints.append(stack.enter_context(simgl1))
         if basilisk is not None:

@@ -47,6 +47,7 @@ from simgl_bridge.validate_request import (
     check_ranges,
     check_request,
 )
+from simgl_bridge.web_feed import WebFeed
 from simgl_bridge.welcome import welcome
 
 # Time for replies under way when the server stops [ms].
@@ -64,6 +65,7 @@ class Simgl1Endpoint:
     root : folder of the scenarios that a client may choose from; None offers none
     monitor : address of the PUB socket with previews; None publishes none
     rate_hz : highest rate of images in free-run; None sets no limit
+    web : the browser view, which sees what clients are sent; closed with the endpoint's server
 
     Raises ConfigError for an address open to strangers and BridgeError where it cannot be bound.
     """
@@ -77,7 +79,9 @@ class Simgl1Endpoint:
         access: Access = ANY_LOCAL,
         monitor: str | None = None,
         rate_hz: float | None = None,
+        web: WebFeed | None = None,
     ) -> None:
+        self._web = web
         self._queue = queue
         self._root = root
         self._boot = uuid.uuid4().hex
@@ -282,6 +286,8 @@ class Simgl1Endpoint:
     def _publish_preview(self, images: Images, drawn: Drawn, payload: Payload) -> None:
         if self._monitor is not None:
             self._monitor.publish(images, drawn, payload[-1].buffer)
+        if self._web is not None:
+            self._web.offer(images, _planes(drawn, payload), self._statistics(0))
 
     # Free-run
 
@@ -305,6 +311,8 @@ class Simgl1Endpoint:
     def update(self, now: float) -> float:
         """Welcome those who wait, queue the newest state, and refuse what is overdue."""
         self._router.update(now)
+        if self._web is not None:
+            self._web.update()
         if self._greeting and self._queue.scene is not None:
             # A client that has left meanwhile is forgotten while the others are welcomed.
             waiting, self._greeting = self._greeting, {}

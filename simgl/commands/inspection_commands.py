@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from simgl.cli_progress import activity
+from simgl.cli_progress import activity, load, opened
 from simgl.commands.command_line import (
     COMMAND_LINE,
     FileFrameOptions,
@@ -18,6 +18,7 @@ from simgl.commands.command_line import (
     with_option_groups,
 )
 from simgl.commands.completion import camera_presets, model_names, scenario_files
+from simgl.commands.web_options import WEB_PANEL, WebAddress, WebToken, check_goes_with_web
 
 ModelFile = Annotated[
     str,
@@ -172,11 +173,43 @@ def view(
     screenshot: Annotated[
         Path | None, typer.Option(help="Save the first frame here and close.")
     ] = None,
+    web: Annotated[
+        bool,
+        typer.Option("--web", help="In a browser instead of a window.", rich_help_panel=WEB_PANEL),
+    ] = False,
+    web_address: WebAddress = None,
+    web_token: WebToken = None,
 ) -> None:
     """Show a scenario in a window: drag to orbit, scroll for range, space plays time.
 
     Example: simgl view examples/azimuths.toml
+
+    Example: simgl view examples/approach.toml --web
     """
+    from simgl.errors import ConfigError
+
+    if web:
+        for option, given in (("--target", target), ("--screenshot", screenshot)):
+            if given is not None:
+                raise ConfigError(COMMAND_LINE, option, "is for the window, not for --web")
+        _view_in_browsers(scenario, web_address, web_token)
+        return
+    check_goes_with_web(web_address, web_token)
     from simgl.viewer.window import run
 
     run(scenario, target, screenshot)
+
+
+def _view_in_browsers(path: Path, address: str | None, token_file: Path | None) -> None:
+    from simgl.web.page_server import PageServer
+    from simgl.web.snapshots import Newest
+    from simgl.web.view_session import ViewSession
+    from simgl.web.web_access import DEFAULT_WEB_ADDRESS, web_access
+
+    access = web_access(address or DEFAULT_WEB_ADDRESS, token_file)
+    loaded = load(path)
+    newest = Newest(loaded)
+    # First of all: an address that is taken is told at once.
+    with PageServer(newest, access) as server, opened(loaded) as simulator:
+        say(f"Open {server.url} in a browser; Ctrl-C ends it.")
+        ViewSession(simulator, newest).run()

@@ -1,0 +1,173 @@
+"""The page in a real browser: it shows, answers keys, fits a phone, and axe sees no fault."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from simgl import Simulator
+from simgl.web.page_server import PageServer
+from simgl.web.snapshots import Newest
+from simgl.web.view_session import ViewSession
+from tests.patience import limit, wait_until
+from tests.web.harness import LOCAL, chromium, next_jpeg, shown, snapshot, stream
+from tests.web.small_scene import box_scenario
+
+playwright = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
+if chromium() is None:
+    pytest.skip("no Chromium is installed", allow_module_level=True)
+
+PHONE, DESK = {"width": 390, "height": 844}, {"width": 1360, "height": 900}
+_FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with playwright.sync_playwright() as runner:
+        program = runner.chromium.launch(executable_path=chromium(), args=_FLAGS)
+        yield program
+        program.close()
+
+
+@pytest.fixture(scope="module")
+def address() -> Iterator[str]:
+    """A session that draws the box with an Earth, on a thread of its own as OpenGL wants it."""
+    scenario = box_scenario(earth={}, sun={})
+    newest, stop = Newest(scenario), threading.Event()
+    failures: list[BaseException] = []
+
+    def draw() -> None:
+        try:
+            with Simulator(scenario) as simulator:
+                ViewSession(simulator, newest).run(stop.is_set)
+        except BaseException as error:
+            failures.append(error)
+
+    thread = threading.Thread(target=draw)
+    with PageServer(newest, LOCAL) as server:
+        thread.start()
+        yield server.url
+        stop.set()
+        thread.join()
+    assert not failures
+
+
+class Page:
+    """A page that is open, with what it loaded and complained of."""
+
+    def __init__(self, browser: Any, address: str, size: dict[str, int]) -> None:
+        self.page = browser.new_page(viewport=size)
+        self.loaded: list[str] = []
+        self.complaints: list[str] = []
+        self.page.on("request", lambda request: self.loaded.append(request.url))
+        self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        self.page.on(
+            "console",
+            lambda m: self.complaints.append(m.text) if m.type == "error" else None,
+        )
+        self.page.goto(address)
+        self.wait("document.getElementById('pixels').naturalWidth > 0")
+        self.wait("document.querySelectorAll('#labels span').length > 3")
+
+    def wait(self, expression: str) -> None:
+        wait_until(lambda: bool(self.page.evaluate(expression)), expression, 30.0)
+
+    def fact(self, group: str, name: str) -> str:
+        """The value beside a name in a list of the page."""
+        terms = self.page.locator(f"#{group} dt").all_inner_texts()
+        return str(self.page.locator(f"#{group} dd").nth(terms.index(name)).inner_text())
+
+
+@pytest.fixture(params=[DESK, PHONE], ids=["desk", "phone"])
+def page(request: pytest.FixtureRequest, browser: Any, address: str) -> Iterator[Page]:
+    opened = Page(browser, address, request.param)
+    yield opened
+    opened.page.close()
+
+
+def test_it_fits_loads_nothing_from_elsewhere_and_axe_finds_no_fault(
+    page: Page, address: str
+) -> None:
+    from axe_playwright_python.sync_playwright import Axe
+
+    wide = page.page.evaluate("document.documentElement.scrollWidth")
+    assert wide == page.page.viewport_size["width"]
+    assert not [url for url in page.loaded if not url.startswith((address, f"blob:{address}"))]
+    faults = Axe().run(page.page).response["violations"]
+    assert [(f["id"], [n["html"] for n in f["nodes"]]) for f in faults] == []
+    assert page.complaints == []
+
+
+def test_controls_work_by_keyboard(browser: Any, address: str) -> None:
+    opened = Page(browser, address, DESK)
+    page = opened.page
+    assert opened.fact("scene-facts", "Range to box") == "12 m"
+    page.locator("#time").focus()
+    for _ in range(5):
+        page.keyboard.press("ArrowRight")
+    opened.wait("document.getElementById('epoch').value.startsWith('2026-03-20 12:00:05')")
+    page.locator("#exposure").focus()
+    page.keyboard.press("End")
+    opened.wait("document.getElementById('image-facts').innerText.includes('10 ms')")
+    page.locator("#sun-given").focus()
+    page.keyboard.press("Space")
+    opened.wait("!document.getElementById('sun-ra').disabled")
+    page.locator("#sun-dec").focus()
+    page.keyboard.press("End")
+    opened.wait("document.getElementById('sun-dec-value').value === '90.0°'")
+    page.locator("#scene3d").focus()
+    # The last label is that of an axis; the first one's place is the middle.
+    before = page.locator("#labels span").last.get_attribute("style")
+    for key in ("ArrowLeft", "ArrowUp", "+", "-", "-"):
+        page.keyboard.press(key)
+    wait_until(
+        lambda: page.locator("#labels span").last.get_attribute("style") != before, "it turns"
+    )
+    page.keyboard.press("Space")
+    opened.wait("document.getElementById('play').textContent === 'Pause'")
+    page.keyboard.press("Space")
+    opened.wait("document.getElementById('play').textContent === 'Play'")
+    page.close()
+
+
+@pytest.mark.parametrize("shown_as", ["radiance", "depth", "electrons", "light: sun"])
+def test_every_display_comes_with_its_scale_and_pixels_in_units(
+    browser: Any, address: str, shown_as: str
+) -> None:
+    opened = Page(browser, address, DESK)
+    opened.page.select_option("#show", shown_as)
+    opened.wait(
+        "!document.getElementById('scale').hidden && document.getElementById('note').hidden"
+    )
+    unit = {"depth": "[m]", "electrons": "[e-]"}.get(shown_as, "[W m-2 sr-1]")
+    assert unit in opened.page.locator("#scale-name").inner_text()
+    opened.page.fill("#pixel-x", "32")
+    opened.page.fill("#pixel-y", "24")
+    wait_until(lambda: " m" in opened.fact("pixel-facts", "Depth"), "the box is in the middle")
+    assert "W m-2 sr-1" in opened.fact("pixel-facts", "Radiance")
+    assert "e-" in opened.fact("pixel-facts", "Mean signal")
+    assert "DN" in opened.fact("pixel-facts", "Digital number")
+    opened.page.close()
+
+
+def test_a_page_beside_24_streams_and_one_that_never_reads_stays_live(browser: Any) -> None:
+    newest, server = shown(patience=limit(30.0))
+    with server:
+        stuck = stream(server, "/stream/nav.mjpg", receive_buffer=4096)
+        links = [(stream(server, "/stream/nav.mjpg"), bytearray()) for _ in range(24)]
+        for link, buffer in links:
+            next_jpeg(link, buffer)
+        opened = Page(browser, server.url, PHONE)
+        for value in range(5):
+            newest.publish(snapshot(newest, value, 256))
+            time.sleep(0.05)
+        last = "document.querySelector('#statistics dd').innerText === '26'"
+        opened.wait(last)
+        opened.page.close()
+        for link, _ in links:
+            link.close()
+        stuck.close()
