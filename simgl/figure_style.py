@@ -48,7 +48,6 @@ _STYLE: dict[Any, Any] = {
     "axes.labelcolor": INK,
     "axes.titlecolor": INK,
     "axes.titlesize": 10.0,
-    "axes.titleweight": "medium",
     "axes.labelsize": _TEXT_SIZE,
     "axes.linewidth": 0.8,
     "axes.spines.top": False,

@@ -22,14 +22,15 @@ def write_html_page(
     template: str,
     content: Mapping[str, object],
     filters: Mapping[str, Callable[..., object]] | None = None,
+    folder: Path | None = None,
 ) -> None:
-    """Fill a template of ``data/templates``.
+    """Fill a template of ``data/templates``, or of a folder whose templates may extend those.
 
     content : the template's names; one that it uses and that is missing is an error
     filters : further filters of the template by name
     """
     environment = Environment(
-        loader=FileSystemLoader(assets.data() / "templates"),
+        loader=FileSystemLoader([*([folder] if folder else []), assets.data() / "templates"]),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,

@@ -103,7 +103,7 @@ def _example(path: Path, root: Path) -> Example:
     if path.name == "__main__.py":
         name, head = relative.parent.as_posix(), path.with_name("__init__.py")
         command = f"python -m examples.{name}"
-        files = [file.relative_to(root) for file in sorted(path.parent.glob("*.py"))]
+        files = [file.relative_to(root) for file in sorted(path.parent.glob("*.*"))]
     else:
         name, head, files = relative.with_suffix("").as_posix(), path, [relative]
         command = f"python examples/{relative.as_posix()}"

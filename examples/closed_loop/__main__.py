@@ -11,13 +11,14 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from simgl_bridge import BodyPose, Client, Image, launched_server
 
 from examples.closed_loop.camera import Pinhole
+from examples.closed_loop.criteria import docked, verdict
 from examples.closed_loop.exposure import Light
-from examples.closed_loop.loop import CAMERA, LAMP, Flight, Frame, Settings, fly
-from examples.closed_loop.monte_carlo import statistics, write_monte_carlo
+from examples.closed_loop.loop import CAMERA, LAMP, Flight, Settings, fly
+from examples.closed_loop.monte_carlo import write_monte_carlo
+from examples.closed_loop.narration import Narrator
 from examples.closed_loop.report import Summary, summarise, write_report
 from simgl import Scenario, SimglError, load_scenario
 from simgl.output import check_writable
@@ -50,6 +51,9 @@ def main(
     flights: list[Flight] = []
     summaries: list[Summary] = []
     paths: list[Path] = []
+    console.print(
+        f"Starting the image server for {SCENARIO.name}: simgl serve, in a process of its own."
+    )
     with launched_server(SCENARIO) as (_, address):
         for index in range(runs):
             settings = Settings(seed=seed + index, image_period=float(round(period)), images=frames)
@@ -61,11 +65,13 @@ def main(
             if runs > 1:
                 # After each run: what is done stays, whatever ends the rest.
                 paths += write_monte_carlo(flights, summaries, out, _machine(summary))
+    pages = [str(path) for path in paths if path.suffix == ".html"]
     if runs > 1:
-        table = statistics(summaries)
-        console.print(f"{table['arrived']} of {table['runs']} runs arrived.")
-    for path in paths:
-        console.print(str(path))
+        count = sum(docked(summary) for summary in summaries)
+        line = f"{count} of {runs} flights DOCKED: all criteria met"
+    else:
+        line = verdict(summaries[0])
+    console.print(f"{line}. Open {' and '.join(pages)}")
 
 
 def _machine(summary: Summary) -> str:
@@ -90,41 +96,24 @@ def _one(scenario: Scenario, address: str, settings: Settings) -> tuple[Flight, 
             lamps = {LAMP: float(light.lamp)}
             return client.render(tai_ns, CAMERA, bodies, light.exposure, lamps=lamps, moving=moving)
 
-        columns = (BarColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-        with Progress(*columns, console=console, transient=True) as progress:
-            task = progress.add_task("searching", total=1.0)
-
-            def on_frame(frame: Frame) -> None:
-                length = settings.plan.near.distance
-                first = 120.0
-                done = 1.0 - (frame.distance - length) / (first - length)
-                light = "lamp" if frame.look.light.lamp else "Sun"
-                sigma = 3.0 * float(frame.sigma[0])
-                progress.update(
-                    task,
-                    completed=min(max(done, 0.0), 1.0),
-                    description=f"t = {frame.time:4.0f} s, {frame.distance:7.2f} m, error "
-                    f"{frame.error[0]:+.3f} (3 sigma {sigma:.3f}) m, {light}",
-                )
-
+        narrator = Narrator(console, start=120.0, end=settings.plan.near.distance)
+        with narrator.telling():
             start = time.perf_counter()
-            flight = fly(scenario, Pinhole.from_card(card), take_image, settings, on_frame)
+            flight = fly(scenario, Pinhole.from_card(card), take_image, settings, narrator.frame)
             wall_time = time.perf_counter() - start
         return flight, summarise(flight, wall_time, client.welcome.renderer)
 
 
 def _say(summary: Summary) -> None:
-    ending = "is at docking range" if summary.arrived else "is still on its way"
     console.print(
-        f"Seed {summary.seed}: the chaser {ending}: {summary.distance_true_m:.3f} m from the "
-        f"board, {1e3 * summary.off_axis_m:.0f} mm off its axis, {summary.misalignment_deg:.2f} "
-        f"deg askew, after {summary.simulated_time_s:.0f} s and {summary.delta_v_m_s:.2f} m/s.\n"
-        f"Estimate by markers: {1e3 * summary.range_error_m:.1f} mm rms along, "
+        f"Seed {summary.seed}, {summary.frames} images at {summary.frames_per_second:.1f} a "
+        f"second, end to end: rendering {summary.render_p50_ms:.0f} ms, bridge "
+        f"{summary.bridge_p50_ms:.1f} ms, flight software {summary.processing_p50_ms:.0f} ms "
+        f"(medians).\n"
+        f"Estimate against truth: {1e3 * summary.range_error_m:.1f} mm rms along, "
         f"{1e3 * summary.lateral_error_m:.1f} mm across, {summary.turn_error_deg:.2f} deg; "
-        f"{100 * summary.within_3_sigma:.1f} % of errors within 3 sigma.\n"
-        f"{summary.frames} frames at {summary.frames_per_second:.1f} a second, end to end; "
-        f"rendering {summary.render_p50_ms:.0f} ms, bridge {summary.bridge_p50_ms:.1f} ms, "
-        f"flight software {summary.processing_p50_ms:.0f} ms (medians)."
+        f"{100 * summary.within_3_sigma:.1f} % of the position errors within 3 sigma; "
+        f"{summary.delta_v_m_s:.2f} m/s spent."
     )
 
 

@@ -10,29 +10,32 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from examples.closed_loop.criteria import docked
 from examples.closed_loop.loop import Flight
-from examples.closed_loop.report import Summary, document, inline_image
+from examples.closed_loop.report import TEMPLATES, Summary
 from simgl.arrays import Array
+from simgl.figure_style import INK, SOFT, figure_style
+from simgl.html_page import plot_source, write_html_page
 from simgl.output import complete_file
 
 PAGE = "monte_carlo.html"
 PLOT = "monte_carlo.png"
 SUMMARY = "monte_carlo.json"
 
-# What is worth a mean and a worst case.
-_FIGURES = (
-    "distance_true_m",
-    "off_axis_m",
-    "misalignment_deg",
-    "range_error_m",
-    "lateral_error_m",
-    "turn_error_deg",
-    "within_3_sigma",
-    "rejected_fixes",
-    "blind_frames",
-    "delta_v_m_s",
-    "simulated_time_s",
-)
+# What is worth a mean and a worst case: in words, and its unit.
+_FIGURES = {
+    "distance_true_m": ("camera's distance from the board at the end", "m"),
+    "off_axis_m": ("camera off the board's axis at the end", "m"),
+    "misalignment_deg": ("camera's axis against the board's at the end", "deg"),
+    "range_error_m": ("error along the approach, rms", "m"),
+    "lateral_error_m": ("error across, rms", "m"),
+    "turn_error_deg": ("error of the target's attitude, rms", "deg"),
+    "within_3_sigma": ("errors of position within 3 sigma", "1"),
+    "rejected_fixes": ("fixes rejected by the filter", "images"),
+    "blind_frames": ("images without a fix", "images"),
+    "delta_v_m_s": ("velocity change", "m/s"),
+    "simulated_time_s": ("flight time", "s"),
+}
 
 
 def statistics(summaries: Sequence[Summary]) -> dict[str, object]:
@@ -68,30 +71,21 @@ def write_monte_carlo(
     """Write page, plot and summary; returns their paths."""
     page, plot_path, summary_path = (folder / name for name in (PAGE, PLOT, SUMMARY))
     table = statistics(summaries)
-    with complete_file(plot_path) as path:
-        plot(flights).savefig(path, dpi=100)
+    with figure_style(), complete_file(plot_path) as path:
+        plots = plot(flights)
+        plots.savefig(path, dpi=100)
     with complete_file(summary_path) as path:
         runs = [asdict(s) for s in summaries]
         content = {"machine": machine, "statistics": table, "runs": runs}
         path.write_text(json.dumps(content, indent=2) + "\n")
-    head = "<tr><th></th><th>mean</th><th>deviation</th><th>least</th><th>most</th></tr>"
-    rows = [
-        f"<tr><th>{name}</th>"
-        + "".join(f'<td class="n">{value:g}</td>' for value in column.values())
-        + "</tr>"
-        for name, column in table.items()
-        if isinstance(column, dict)
-    ]
-    body = [
-        f"<p>{table['arrived']} of {table['runs']} runs arrived. {machine}.</p>",
-        "<table>",
-        head,
-        *rows,
-        "</table>",
-        inline_image(plot_path),
-    ]
-    with complete_file(page) as path:
-        path.write_text(document("Docking: Monte Carlo over seeds", body))
+    shown = {
+        "docked": sum(docked(s) for s in summaries),
+        "runs": len(summaries),
+        "table": [(*_FIGURES[name], table[name]) for name in _FIGURES],
+        "plots": plot_source(plots),
+        "machine": machine,
+    }
+    write_html_page(page, "monte_carlo.html.jinja", shown, folder=TEMPLATES)
     return [page, plot_path, summary_path]
 
 
@@ -108,26 +102,25 @@ def plot(flights: Sequence[Flight]) -> Figure:
         c.plot(time, normalised_errors(flight), linewidth=0.8)
         d.plot(1e3 * flight.final[1], 1e3 * flight.final[2], "o", label=label)
     bound = [3.0 * np.linalg.norm(f.sigma[:3]) for f in flights[0].frames]
-    b.plot([f.distance for f in flights[0].frames], bound, color="black", linewidth=0.8,
+    b.plot([f.distance for f in flights[0].frames], bound, color=INK, linewidth=0.8,
            linestyle=":", label="3 sigma, first run")  # fmt: skip
-    a.set(yscale="log", xlabel="time [s]", ylabel="m", title="Camera to board")
-    b.set(xscale="log", yscale="log", xlabel="distance [m]", ylabel="m",
+    a.set(yscale="log", xlabel="time [s]", ylabel="distance [m]", title="Camera to board")
+    b.set(xscale="log", yscale="log", xlabel="distance [m]", ylabel="error [m]",
           title="Error of position")  # fmt: skip
     b.invert_xaxis()
     b.legend(fontsize="small")
-    c.axhline(6.0, color="black", linewidth=0.8, label="expected mean, 6")
+    c.axhline(6.0, color=INK, linewidth=0.8, label="expected mean, 6")
     # Chi-square of 6 degrees of freedom exceeds this once in 1000.
-    c.axhline(22.5, color="black", linewidth=0.8, linestyle=":", label="99.9 %")
-    c.set(yscale="log", xlabel="time [s]", title="Squared error over the filter's covariance")
+    c.axhline(22.5, color=INK, linewidth=0.8, linestyle=":", label="99.9 %")
+    c.set(yscale="log", xlabel="time [s]", ylabel="normalised squared error [1]",
+          title="Consistency of the filter (NEES)")  # fmt: skip
     c.legend(fontsize="small")
     d.set(
         xlabel="across [mm]",
         ylabel="towards the board's foot [mm]",
         title="Where the camera ends, off the axis",
     )
-    d.axhline(0.0, color="grey", linewidth=0.6)
-    d.axvline(0.0, color="grey", linewidth=0.6)
+    d.axhline(0.0, color=SOFT, linewidth=0.6)
+    d.axvline(0.0, color=SOFT, linewidth=0.6)
     d.set_aspect("equal", adjustable="datalim")
-    for cell in (a, b, c, d):
-        cell.grid(alpha=0.3)
     return figure

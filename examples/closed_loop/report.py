@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import base64
 import csv
-import html
 import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -16,8 +14,22 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
+from examples.closed_loop.criteria import criteria, docked, facts, verdict
 from examples.closed_loop.loop import Flight, Frame, ReportImage
 from simgl.arrays import Array
+from simgl.figure_style import (
+    BLUE,
+    GREEN,
+    LINE,
+    ORANGE,
+    PURPLE,
+    RED,
+    SHADE,
+    SOFT,
+    figure_style,
+    plain_axes,
+)
+from simgl.html_page import plot_source, png_source, write_html_page
 from simgl.output import complete_file
 
 PAGE = "docking.html"
@@ -25,18 +37,10 @@ TABLE = "docking.csv"
 PLOT = "docking_plot.png"
 STRIP = "docking_strip.png"
 SUMMARY = "docking_summary.json"
+TEMPLATES = Path(__file__).parent
 
 # The first image of a server traces light between surfaces, which no other one does again.
 _WARM = 2
-
-STYLE = """
-body { font: 15px/1.5 system-ui, sans-serif; color: #1d2430; margin: 2em auto; max-width: 1100px;
-       padding: 0 1em; }
-h1 { font-size: 1.6em; } h2 { font-size: 1.2em; margin-top: 2em; border-bottom: 1px solid #d5d9e0; }
-table { border-collapse: collapse; margin: .6em 0; } th { text-align: left; font-weight: 600; }
-td, th { padding: .15em .9em .15em 0; vertical-align: top; } td.n { text-align: right; }
-img { max-width: 100%; }
-"""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -125,9 +129,11 @@ def write_report(flight: Flight, summary: Summary, folder: Path) -> list[Path]:
     """Write page, table, plot, strip and summary; returns their paths."""
     paths = [folder / name for name in (PAGE, TABLE, PLOT, STRIP, SUMMARY)]
     page, table, plot_path, strip_path, summary_path = paths
-    for figure, place in ((plot(flight), plot_path), (strip(flight.report_images), strip_path)):
-        with complete_file(place) as path:
-            figure.savefig(path, dpi=100)
+    with figure_style():
+        plots, images = plot(flight), strip(flight.report_images)
+        for figure, place in ((plots, plot_path), (images, strip_path)):
+            with complete_file(place) as path:
+                figure.savefig(path, dpi=100)
     with complete_file(table) as path, path.open("w", newline="") as file:
         rows = [row(frame) for frame in flight.frames]
         writer = csv.DictWriter(file, rows[0])
@@ -135,15 +141,15 @@ def write_report(flight: Flight, summary: Summary, folder: Path) -> list[Path]:
         writer.writerows(rows)
     with complete_file(summary_path) as path:
         path.write_text(json.dumps(asdict(summary), indent=2) + "\n")
-    with complete_file(page) as path:
-        body = [
-            *table_of(asdict(summary)),
-            "<h2>What the camera saw</h2>",
-            inline_image(strip_path),
-            "<h2>Range, errors, light, time</h2>",
-            inline_image(plot_path),
-        ]
-        path.write_text(document("Docking with Space Rider through an eclipse", body))
+    content = {
+        "verdict": verdict(summary),
+        "docked": docked(summary),
+        "criteria": criteria(summary),
+        "facts": facts(summary),
+        "plots": plot_source(plots),
+        "strip": png_source(strip_path.read_bytes()),
+    }
+    write_html_page(page, "docking.html.jinja", content, folder=TEMPLATES)
     return paths
 
 
@@ -181,7 +187,10 @@ def row(frame: Frame) -> dict[str, str]:
 
 
 def plot(flight: Flight) -> Figure:
-    """Distance, errors with 3 sigma, light and wall time, over simulated time."""
+    """Distance, errors with 3 sigma, light and wall time, over simulated time.
+
+    Draw it within ``figure_style``, as ``strip``.
+    """
     frames = flight.frames
     time = np.array([f.time for f in frames])
     errors = np.array([f.error for f in frames])
@@ -189,16 +198,16 @@ def plot(flight: Flight) -> Figure:
     figure = Figure(figsize=(13.5, 11.0), layout="constrained")
     cells = figure.subplots(3, 2, sharex=True).ravel()
 
-    cells[0].plot(time, [f.distance for f in frames], color="black", label="true")
+    cells[0].plot(time, [f.distance for f in frames], color=BLUE, label="true")
     cells[0].axhline(
-        flight.settings.plan.near.distance, color="grey", linewidth=0.8, linestyle=":",
+        flight.settings.plan.near.distance, color=SOFT, linewidth=0.8, linestyle=":",
         label="docking range",
     )  # fmt: skip
     cells[0].set_yscale("log")
     _dress(cells[0], "distance [m]", "Camera to board", frames)
 
     for axis, colour, name in zip(
-        range(3), ("tab:orange", "tab:green", "tab:purple"), ("along track, x", "y", "z"),
+        range(3), (BLUE, RED, GREEN), ("along track, x", "y", "z"),
         strict=True,
     ):  # fmt: skip
         cells[1 if axis == 0 else 2].plot(time, errors[:, axis], color=colour, label=name)
@@ -214,10 +223,17 @@ def plot(flight: Flight) -> Figure:
     _dress(cells[3], "error [deg]", "The target's attitude", frames)
 
     cells[4].plot(time, [f.look.light.exposure * 1e3 for f in frames], ".-", label="exposure [ms]")
-    cells[4].plot(time, [max(f.sunlit, 1e-4) for f in frames], color="goldenrod", label="sunlit")
+    cells[4].plot(
+        time,
+        [max(f.sunlit, 1e-4) for f in frames],
+        color=ORANGE,
+        label="sunlight on the target [1]",
+    )
     cells[4].set_yscale("log")
     cells[4].set_xlabel("time [s]")
-    _dress(cells[4], "ms; share", "Exposure by the images, and what the Sun did", frames)
+    _dress(
+        cells[4], "exposure [ms], sunlight [1]", "Exposure set by the images, and sunlight", frames
+    )
 
     for values, name in (
         ([f.render_time for f in frames[_WARM:]], "rendering"),
@@ -233,20 +249,19 @@ def plot(flight: Flight) -> Figure:
 
 def _band(axes: Axes, time: Array, sigma: Array) -> None:
     axes.fill_between(
-        time, -3.0 * sigma, 3.0 * sigma, color="0.85", label="3 sigma of the filter", zorder=0
+        time, -3.0 * sigma, 3.0 * sigma, color=LINE, label="3 sigma of the filter", zorder=0
     )
 
 
 def _dress(axes: Axes, unit: str, title: str, frames: Sequence[Frame]) -> None:
     dark = [f.time for f in frames if f.sunlit < 0.5]
     if dark:
-        axes.axvspan(dark[0], frames[-1].time, color="navy", alpha=0.08, linewidth=0, zorder=-1)
+        axes.axvspan(dark[0], frames[-1].time, color=SHADE, linewidth=0, zorder=-1)
     for before, after in pairwise(frames):
         if before.phase is not after.phase:
-            axes.axvline(after.time, color="tab:blue", linewidth=0.8, linestyle="--")
+            axes.axvline(after.time, color=PURPLE, linewidth=0.9, linestyle="--")
     axes.set_ylabel(unit)
-    axes.set_title(f"{title} (blue: eclipse)" if dark else title)
-    axes.grid(alpha=0.3)
+    axes.set_title(title)
     axes.legend(loc="best", fontsize="small")
 
 
@@ -256,13 +271,8 @@ def strip(report_images: Sequence[ReportImage]) -> Figure:
     rows = -(-len(report_images) // columns)
     figure = Figure(figsize=(4.0 * columns, 4.4 * rows), layout="constrained")
     cells = figure.subplots(rows, columns, squeeze=False).ravel()
-    figure.supxlabel(
-        "green: what was found, orange: wing tips, red: the markers that were used. "
-        "Grey is the square root of the signal.",
-        fontsize="medium",
-    )
     for cell in cells:
-        cell.set_axis_off()
+        plain_axes(cell)
     for cell, report_image in zip(cells, report_images, strict=False):
         _show(cell, report_image)
         frame = report_image.frame
@@ -284,8 +294,8 @@ def _show(axes: Axes, report_image: ReportImage) -> None:
     if silhouette is not None and silhouette.box[2] - silhouette.box[0] < width // 5:
         # A far target, enlarged below.
         inset = axes.inset_axes((0.58, 0.02, 0.4, 0.4))
-        inset.set_xticks([])
-        inset.set_yticks([])
+        plain_axes(inset)
+        inset.spines[:].set_visible(True)
         views.append(inset)
     for view in views:
         view.imshow(
@@ -313,26 +323,3 @@ def _show(axes: Axes, report_image: ReportImage) -> None:
         views[1].set_ylim(middle_v + half, middle_v - half)
         for spine in views[1].spines.values():
             spine.set_color("0.6")
-
-
-def document(title: str, parts: Sequence[str]) -> str:
-    """A page that needs no other file."""
-    head = f'<meta charset="utf-8"><title>{html.escape(title)}</title><style>{STYLE}</style>'
-    inside = "\n".join(parts)
-    body = f"<h1>{html.escape(title)}</h1>{inside}"
-    return f"<!doctype html><html><head>{head}</head><body>{body}</body></html>\n"
-
-
-def table_of(values: dict[str, object]) -> list[str]:
-    """Names and values as a table."""
-    rows = [
-        f'<tr><th>{html.escape(name)}</th><td class="n">{html.escape(str(value))}</td></tr>'
-        for name, value in values.items()
-    ]
-    return ["<table>", *rows, "</table>"]
-
-
-def inline_image(path: Path) -> str:
-    """A PNG file, within the page."""
-    data = base64.b64encode(path.read_bytes()).decode()
-    return f'<img src="data:image/png;base64,{data}" alt="{html.escape(path.stem)}">'

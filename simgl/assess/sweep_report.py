@@ -16,6 +16,7 @@ from simgl.assess.assessment_page import COLOURS, write_page
 from simgl.assess.sweep import Sweep, swept
 from simgl.assess.sweep_axes import CAMERA_AXES, SUN_AXES, Axis
 from simgl.assess.verdict import Verdict
+from simgl.figure_style import figure_style
 from simgl.html_page import plot_source
 from simgl.sequence.journal import Row
 
@@ -99,7 +100,9 @@ def _heat_maps(
         fixed = list(zip(others, combination, strict=True))
         of_map = [row for row in rows if all(swept(row, axis) == value for axis, value in fixed)]
         title = ", ".join(f"{_TITLES[axis.name]} {value:.3g}" for axis, value in fixed)
-        yield title, plot_source(_heat_map(across, down, of_map))
+        with figure_style():
+            plot = plot_source(_heat_map(across, down, of_map))
+        yield title, plot
 
 
 def _layout(axes: Sequence[Axis]) -> tuple[Axis, Axis | None, list[Axis]]:
@@ -147,15 +150,17 @@ def _heat_map(across: Axis, down: Axis | None, rows: Sequence[Row]) -> Figure:
     bar = figure.colorbar(drawn, ax=left, location="bottom", ticks=range(len(kinds)))
     bar.ax.set_xticklabels([kind.value.replace(" with", "\nwith") for kind in kinds], fontsize=6)
     left.set_title("verdict", fontsize=10)
+    left.grid(False)
     usable, signal = 100.0 * grid("usable"), np.maximum(grid("median_snr"), 1.0)
     top = max(float(signal.max()), 10.0)
     for panel, title, label, values, norm, middle_value in (
         (middle, "usable", "target pixels [%]", usable, Normalize(0.0, 100.0), 50.0),
         (right, "signal over noise", "median over the target", signal, LogNorm(1.0, top), top**0.5),
     ):
-        drawn = panel.imshow(values, aspect="auto", cmap="gray", norm=norm)
+        drawn = panel.imshow(values, aspect="auto", norm=norm)
         figure.colorbar(drawn, ax=panel, location="bottom", label=label)
         panel.set_title(title, fontsize=10)
+        panel.grid(False)
         _numbers(panel, values, values > middle_value)
     for panel in (left, middle, right):
         _ticks(panel, across, down)

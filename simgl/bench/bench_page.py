@@ -11,6 +11,7 @@ import numpy as np
 from simgl.bench.comparison import Change
 from simgl.bench.goals import Goal, machine_factor, times_slower
 from simgl.bench.results import Results, SceneResult
+from simgl.figure_style import BLUE, ORANGE, PALE, RED, SKY, figure_style
 from simgl.html_page import plot_source, write_html_page
 
 if TYPE_CHECKING:
@@ -31,6 +32,10 @@ def write_bench_page(
     changes : to a baseline, empty without one
     note : of a baseline from another machine
     """
+    with figure_style():
+        frames = plot_source(_frames_plot(results.scenes)) if results.scenes else ""
+        passes = plot_source(_passes_plot(results.scenes)) if _timed(results) else ""
+        peers = plot_source(_peers_plot(results)) if results.peers else ""
     content = {
         "results": results,
         "goals": goals,
@@ -38,9 +43,9 @@ def write_bench_page(
         "f": machine_factor(results),
         "changes": changes,
         "note": note,
-        "frames_plot": plot_source(_frames_plot(results.scenes)) if results.scenes else "",
-        "passes_plot": plot_source(_passes_plot(results.scenes)) if _timed(results) else "",
-        "peers_plot": plot_source(_peers_plot(results)) if results.peers else "",
+        "frames_plot": frames,
+        "passes_plot": passes,
+        "peers_plot": peers,
         "times_slower": {peer.name: times_slower(results, peer.name) for peer in results.peers},
     }
     write_html_page(path, "bench_report.html.jinja", content)
@@ -76,10 +81,10 @@ def _frames_plot(scenes: Sequence[SceneResult]) -> Figure:
         np.array([getattr(scene.frame_ms, name) for scene in scenes])
         for name in ("p50", "p99", "worst")
     )
-    colours = ["#8fb2d9" if scene.through_bridge else "#1f5fa8" for scene in scenes]
+    colours = [SKY if scene.through_bridge else BLUE for scene in scenes]
     panel.barh(rows, p50, color=colours, height=0.7, label="p50")
-    panel.hlines(rows, p50, p99, color="#d08700", linewidth=2.5, label="p50 to p99")
-    panel.plot(worst, rows, ".", color="#b03030", label="worst")
+    panel.hlines(rows, p50, p99, color=ORANGE, linewidth=2.5, label="p50 to p99")
+    panel.plot(worst, rows, ".", color=RED, label="worst")
     panel.set_yticks(rows, [_label(scene) for scene in scenes])
     # From a tenth of the fastest, so that its bar has a length.
     panel.set(xscale="log", xlabel="frame time [ms]", xlim=(0.3 * p50.min(), 1.3 * worst.max()))
@@ -103,7 +108,7 @@ def _passes_plot(scenes: Sequence[SceneResult]) -> Figure:
         share = 100.0 * shares[name]
         panel.barh(rows, share, left=left, height=0.7, color=f"C{number}", label=name)
         left += share
-    panel.barh(rows, 100.0 - left, left=left, height=0.7, color="#c8ccd4", label="other")
+    panel.barh(rows, 100.0 - left, left=left, height=0.7, color=PALE, label="other")
     panel.set_yticks(
         rows, [f"{_label(s)}: {total:.0f} ms" for s, total in zip(timed, sums, strict=True)]
     )
@@ -121,7 +126,7 @@ def _peers_plot(results: Results) -> Figure:
     figure, panel = _figure(len(bars))
     rows = np.arange(len(bars))
     values = np.array(list(bars.values()))
-    colours = ["#1f5fa8" if name.startswith("simgl") else "#9aa3b2" for name in bars]
+    colours = [BLUE if name.startswith("simgl") else PALE for name in bars]
     panel.barh(rows, values, color=colours, height=0.7)
     panel.set_yticks(rows, list(bars))
     panel.set(xscale="log", xlabel="frame time [ms]", xlim=(0.3 * values.min(), 2.0 * values.max()))

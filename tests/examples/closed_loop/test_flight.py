@@ -99,7 +99,11 @@ def test_the_estimate_lies_within_what_the_filter_claims(flight: Flight) -> None
 def test_a_report_needs_no_other_file(flight: Flight, tmp_path: Path) -> None:
     paths = write_report(flight, summarise(flight, 10.0, "none"), tmp_path)
     page = paths[0].read_text()
-    assert page.count("data:image/png;base64,") == 2
+    assert page.count("data:image/png;base64,") == page.count("data:image/svg+xml;base64,") == 1
+    # In words with units, not the names of variables.
+    assert "camera off the board&#39;s axis" in page
+    assert "off_axis_m" not in page
+    assert ">DOCKED<" in page
     assert 'src="http' not in page
     assert len((tmp_path / "docking.csv").read_text().splitlines()) == len(flight.frames) + 1
 
@@ -131,7 +135,11 @@ def test_two_processes_leave_pictures_plot_table_and_summary(tmp_path: Path) -> 
     assert len((tmp_path / "docking.csv").read_text().splitlines()) == 5
     many = json.loads((tmp_path / "monte_carlo.json").read_text())
     assert [run["seed"] for run in many["runs"]] == [4, 5]
-    assert "is still on its way" in done.stdout
+    assert "Looking for Space Rider's wing tips" in done.stdout
+    last = done.stdout.splitlines()[-1]
+    assert last.startswith("0 of 2 flights DOCKED")
+    assert "docking.html" in last
+    assert "monte_carlo.html" in last
 
 
 def test_a_folder_that_cannot_be_written_is_one_line_and_exit_code_2(tmp_path: Path) -> None:
