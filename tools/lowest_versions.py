@@ -13,7 +13,18 @@ from pathlib import Path
 _PROJECT = Path(__file__).resolve().parents[1] / "pyproject.toml"
 _REQUIREMENT = re.compile(r"([A-Za-z0-9_.-]+)(?:\[[^]]*\])?>=([0-9.a-z]+)")
 # The documentation is not made with them, and Basilisk is installed apart.
-_EXTRAS = ("dev", "aedat4", "campaign", "compression", "dds", "events", "ros", "spice", "web", "xarray")
+_EXTRAS = (
+    "dev",
+    "aedat4",
+    "campaign",
+    "compression",
+    "dds",
+    "events",
+    "ros",
+    "spice",
+    "web",
+    "xarray",
+)
 
 
 def constraints() -> str:
