@@ -187,7 +187,8 @@ vec4 surface_light(Place here, Sea sea, Shade shade) {
     Land land = land_at(here);
     vec4 light = land.reflectance / PI * (here.direct * land.lit + here.diffuse) * shade.through;
 #ifndef LAND
-    light = mix(light, water, clamp(0.5 + land.shore_km / clamp(here.footprint, 0.4, LARGEST_SHORE_KM), 0.0, 1.0));
+    float across_km = clamp(here.footprint, 0.4, LARGEST_SHORE_KM);
+    light = mix(light, water, clamp(0.5 + land.shore_km / across_km, 0.0, 1.0));
 #endif
 #ifdef NIGHT
     // Lamps are on from sunset.
