@@ -74,7 +74,7 @@ void main() {
 
     // Optical thickness: 4 for trade-wind cumulus, 12 for decks, 70 in the cores of storms.
     float core = 0.7 * min(value, 0.8) + 0.6 * groups.w + 0.7 * cells.w + 0.8 * tufts.w;
-    float thickness = clamp(2.8 * exp(0.6 * deck + 1.6 * core + 0.3 * storms + 0.4 * belt + 0.3 * polar), 1.0, 90.0);
+    float thickness = clamp(3.3 * exp(0.6 * deck + 1.6 * core + 0.3 * storms + 0.4 * belt + 0.3 * polar), 1.0, 90.0);
 
     // Thin high cloud: blown out of towers and ahead of fronts, drawn out to the east.
     vec3 blown = vec3(local.xy, 3.0 * local.z) + 0.5 * (drawn - local);

@@ -20,6 +20,9 @@ uniform sampler2D weather_map;   // share of cloud, thickness code, thin high cl
 // Steps of the maps' codes, as in tools/earth_maps.py.
 const float ROOT_SLOPE_STEP = 255.0 / 120.0;
 const float SHORE_KM = 255.0 / 6.0;
+// The map knows the way to the shore only as far as its codes reach: within a pixel larger than the
+// way between their ends, the mean code is the share of water.
+const float LARGEST_SHORE_KM = 42.0;
 const vec3 ZERO_CODE = vec3(128.0 / 255.0);
 // Mean of max(1 - 3 |g|, 0) for a normal g: 2 phi(0) (1/3 - 1/6) to first order.
 const float BED_MEAN = 0.131;
@@ -184,7 +187,8 @@ vec4 surface_light(Place here, Sea sea, Shade shade) {
     Land land = land_at(here);
     vec4 light = land.reflectance / PI * (here.direct * land.lit + here.diffuse) * shade.through;
 #ifndef LAND
-    light = mix(light, water, clamp(0.5 + land.shore_km / max(here.footprint, 0.4), 0.0, 1.0));
+    float across_km = clamp(here.footprint, 0.4, LARGEST_SHORE_KM);
+    light = mix(light, water, clamp(0.5 + land.shore_km / across_km, 0.0, 1.0));
 #endif
 #ifdef NIGHT
     // Lamps are on from sunset.
