@@ -38,7 +38,6 @@ _BACKGROUND_COLOURS = {
 }
 _OUTCOME_COLOURS = {
     Outcome.PASS: GREEN,
-    Outcome.MARGINAL: ORANGE,
     Outcome.FAIL: RED,
     Outcome.NOT_JUDGED: BLUE,
 }
@@ -87,15 +86,14 @@ def write_report(
         files=files,
         checks=checks,
         passed=passed(checks),
-        banded=any(check.margin_band for check in checks),
         outcome_colours=_OUTCOME_COLOURS,
         requirement_text=requirement_text,
         in_unit=in_unit,
         timeline=summary,
         backgrounds=[(kind, len(list(epochs))) for kind, epochs in backgrounds],
         background_colours={kind.value: colour for kind, colour in _BACKGROUND_COLOURS.items()},
-        geometry_plot=plot_source(geometry_plot(rows, checks, {})),
-        image_plot=plot_source(image_plot(rows, checks, {}, _SHARES)),
+        geometry_plot=plot_source(geometry_plot(rows, checks)),
+        image_plot=plot_source(image_plot(rows, checks, _SHARES)),
         ground_track=plot_source(track) if track is not None else None,
         geometry_sketch=plot_source(sketch) if sketch is not None else None,
         shown=[epoch_images(work, title, row, simulator, path.parent) for title, row in shown],

@@ -21,12 +21,10 @@ _SUNLIT = 0.5
 class Outcome(StrEnum):
     """What becomes of a requirement; only the first one passes.
 
-    MARGINAL : kept without uncertainty, but not at the unfavourable end of its band
     NOT_JUDGED : no epoch counts
     """
 
     PASS = "pass"
-    MARGINAL = "marginal"
     FAIL = "fail"
     NOT_JUDGED = "not judged"
 
@@ -39,7 +37,6 @@ class Check:
     margin : from the limit to the value, negative where it is broken
     worst : the worst value, and its epoch; None for a share of the run
     epochs, broken : how many epochs count, and how many of them break the limit
-    margin_band : of the margin, over the draws of the uncertainty; None without
     """
 
     requirement: Requirement
@@ -50,7 +47,6 @@ class Check:
     worst_tai_ns: int | None = None
     epochs: int = 0
     broken: int = 0
-    margin_band: tuple[float, float] | None = None
 
 
 def check_requirements(requirements: Sequence[Requirement], rows: Sequence[Row]) -> list[Check]:
@@ -192,7 +188,6 @@ def requirement_text(requirement: Requirement) -> str:
 def check_row(check: Check) -> dict[str, object]:
     """A check as a row of requirements.csv, and of the JSON document."""
     one = check.requirement
-    low, high = check.margin_band or (None, None)
     return {
         "requirement": one.key,
         "quantity": one.of.quantity,
@@ -203,8 +198,6 @@ def check_row(check: Check) -> dict[str, object]:
         "outcome": check.outcome.value,
         "value": check.value,
         "margin": check.margin,
-        "margin_low": low,
-        "margin_high": high,
         "worst": check.worst,
         "worst_tai_ns": check.worst_tai_ns,
         "epochs": check.epochs,
@@ -228,8 +221,5 @@ def checks_text(checks: Sequence[Check]) -> list[str]:
         if check.value is not None:
             line += f": {in_unit(one, check.value)}, "
             line += f"margin {in_unit(one, check.margin, signed=True)}"
-        if check.margin_band is not None:
-            low, high = (in_unit(one, edge, signed=True) for edge in check.margin_band)
-            line += f" ({low} .. {high})"
         lines.append(line)
     return lines

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -35,23 +34,6 @@ _LOG_RATIO = 10.0
 _MIN_SNR = 0.1
 
 
-@dataclass(frozen=True, kw_only=True)
-class Band:
-    """What the draws of an uncertainty make of a column.
-
-    minutes : (n,) from the first epoch
-    low, middle, high : (n,) percentiles over the draws
-    """
-
-    minutes: Array
-    low: Array
-    middle: Array
-    high: Array
-
-
-Bands = Mapping[str, Band]
-
-
 def column(rows: Sequence[Row], name: str) -> Array:
     """(rows,) a column of numbers; NaN where it has none."""
     return np.array([np.nan if row[name] is None else float(row[name] or 0.0) for row in rows])
@@ -69,13 +51,11 @@ class TimePlot:
     Use it within ``figure_style``.
     """
 
-    def __init__(
-        self, rows: Sequence[Row], checks: Sequence[Check], bands: Bands, panels: int
-    ) -> None:
+    def __init__(self, rows: Sequence[Row], checks: Sequence[Check], panels: int) -> None:
         from matplotlib.figure import Figure
 
         self.rows, self.minutes = rows, minutes_of(rows)
-        self._bands, self._checks = bands, checks
+        self._checks = checks
         self.figure = Figure(figsize=(_WIDTH, _PANEL_HEIGHT * panels + 0.5), layout="constrained")
         grid = self.figure.subplots(panels, 1, sharex=True, squeeze=False)
         self.panels: list[Axes] = list(grid[:, 0])
@@ -83,15 +63,10 @@ class TimePlot:
     def line(
         self, panel: Axes, name: str, colour: str, label: str = "", scale: float = 1.0
     ) -> None:
-        """A column over time, with its band and the limits that requirements set it."""
+        """A column over time, with the limits that requirements set it."""
         values = scale * column(self.rows, name)
         marker = "o" if len(self.rows) < 40 else ""
         panel.plot(self.minutes, values, color=colour, label=label or None, marker=marker)
-        if (band := self._bands.get(name)) is not None:
-            panel.fill_between(
-                band.minutes, scale * band.low, scale * band.high,
-                color=colour, alpha=0.25, linewidth=0.0, zorder=1.5,
-            )  # fmt: skip
         for check in self._checks:
             if check.requirement.of.column == name:
                 self._limit(panel, check, scale)
@@ -133,11 +108,11 @@ def _spread(panel: Axes, values: Array) -> None:
         panel.yaxis.set_major_formatter("{x:g}")
 
 
-def geometry_plot(rows: Sequence[Row], checks: Sequence[Check], bands: Bands) -> Figure:
+def geometry_plot(rows: Sequence[Row], checks: Sequence[Check]) -> Figure:
     """Range, size, phase angle, Sun and Earth about the boresight, beta angle, sunlight."""
     has_orbit = any(row["beta_angle_deg"] is not None for row in rows)
     with figure_style():
-        plot = TimePlot(rows, checks, bands, 6 if has_orbit else 5)
+        plot = TimePlot(rows, checks, 6 if has_orbit else 5)
         distance, size, phase, exclusion, *orbit, sunlight = plot.panels
         plot.line(distance, "range_m", BLUE)
         distance.set_ylabel("range [m]")
@@ -166,15 +141,13 @@ def geometry_plot(rows: Sequence[Row], checks: Sequence[Check], bands: Bands) ->
         return plot.finish()
 
 
-def image_plot(
-    rows: Sequence[Row], checks: Sequence[Check], bands: Bands, colours: Mapping[str, str]
-) -> Figure:
+def image_plot(rows: Sequence[Row], checks: Sequence[Check], colours: Mapping[str, str]) -> Figure:
     """Shares of the target's pixels, signal-to-noise ratio, contrast, and electrons.
 
     colours : of the shares usable, dark and saturated
     """
     with figure_style():
-        plot = TimePlot(rows, checks, bands, 4)
+        plot = TimePlot(rows, checks, 4)
         shares, signal, contrast, electrons = plot.panels
         names = list(colours)
         shares.stackplot(
