@@ -94,7 +94,9 @@ def test_assess_of_one_epoch_a_trajectory_and_a_sweep(
     assert document["range_m"] == pytest.approx(20.0)
     assert keys(document) == documented("simgl assess")
     span = ["--duration", 60, "--count", 2, "--out", tmp_path / "report"]
-    trajectory, status = printed("assess", scene, *span, "--json")
+    required = tmp_path / "required.toml"
+    required.write_text(scene.read_text() + "\n[requirements]\nmax_range_m = 30.0\n")
+    trajectory, status = printed("assess", required, *span, "--json")
     assert status == 0
     assert len(trajectory["rows"]) == 2
     row = {key.removeprefix("rows.") for key in keys(trajectory) if key.startswith("rows.")}

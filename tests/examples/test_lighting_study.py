@@ -77,7 +77,7 @@ def test_each_case_makes_a_report(simulator: Simulator, tmp_path: Path) -> None:
     write_report(tmp_path / "report.html", work, rows, timeline(moments(rows)), simulator)
     assert len(rows) == 1
     assert rows[0]["verdict"] == SEEN.get(scenario.name, SEEN["azimuth_20"])[1].value
-    assert b"<h1>Light on space_rider</h1>" in (tmp_path / "report.html").read_bytes()
+    assert b"<h1>Light on space_rider, as " in (tmp_path / "report.html").read_bytes()
 
 
 def test_the_page_shows_a_picture_of_each_case_and_they_are_small() -> None:

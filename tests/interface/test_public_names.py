@@ -35,7 +35,10 @@ LARGER_EXAMPLES_USE = {
     "simgl.assess.target_background",
     "simgl.camera.camera_equation",
     "simgl.cli_progress",
+    "simgl.errors",
     "simgl.false_colour",
+    "simgl.figure_style",
+    "simgl.html_page",
     "simgl.motion.mounts",
     "simgl.motion.trajectory",
     "simgl.output",
@@ -43,6 +46,7 @@ LARGER_EXAMPLES_USE = {
     "simgl.physics.ephemeris",
     "simgl.physics.frames",
     "simgl.progress",
+    "simgl.sequence.event_stream",
     "simgl.sequence.video",
     "simgl_bridge.messages",
 }
