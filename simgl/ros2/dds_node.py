@@ -26,8 +26,6 @@ except ImportError:
     problem = 'needs Cyclone DDS: pip install "simgl[dds]"'
     raise ConfigError("simgl ros2", "", problem) from None
 
-# ROS 2's domains on Linux.
-MAX_DOMAIN = 101
 # States, or images, that wait at a reader.
 _QUEUE = 100
 _MAX_BLOCKING_S = 10
