@@ -16,6 +16,7 @@ from simgl_bridge import BodyPose, Client, Image, launched_server
 from examples.closed_loop.camera import Pinhole
 from examples.closed_loop.criteria import docked, verdict
 from examples.closed_loop.exposure import Light
+from examples.closed_loop.film import write_film
 from examples.closed_loop.loop import CAMERA, LAMP, Flight, Settings, fly
 from examples.closed_loop.monte_carlo import write_monte_carlo
 from examples.closed_loop.narration import Narrator
@@ -39,6 +40,7 @@ def main(
         int, typer.Option(min=1, help="More than one: Monte Carlo over as many seeds.")
     ] = 1,
     period: Annotated[float, typer.Option(min=1.0, help="Seconds between images.")] = 5.0,
+    film: Annotated[bool, typer.Option("--film", help="Also write docking.webp.")] = False,
 ) -> None:
     """A CubeSat docks with Space Rider by what its camera shows, from 120 m into an eclipse.
 
@@ -65,6 +67,8 @@ def main(
             if runs > 1:
                 # After each run: what is done stays, whatever ends the rest.
                 paths += write_monte_carlo(flights, summaries, out, _machine(summary))
+    if film:
+        write_film(flights[0].report_images, out)
     pages = [str(path) for path in paths if path.suffix == ".html"]
     if runs > 1:
         count = sum(docked(summary) for summary in summaries)

@@ -70,7 +70,7 @@ class Settings:
     settle: float = 48.0
     image_period: float = 4.0
     images: int | None = None
-    report_images: int = 12
+    report_images: int = 48
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
     spread: tuple[float, ...] = (6.0, 1.5, 1.5, 0.02, 0.02, 0.02)
     delay: bool = True
@@ -430,7 +430,7 @@ def _look(
 def _collect(candidates: list[ReportImage], image: ReportImage, wanted: int) -> None:
     """Append an image; if there are too many, drop every other one."""
     candidates.append(image)
-    if len(candidates) > 8 * wanted:
+    if len(candidates) > 4 * wanted:
         del candidates[1::2]
 
 

@@ -39,6 +39,9 @@ STRIP = "docking_strip.png"
 SUMMARY = "docking_summary.json"
 TEMPLATES = Path(__file__).parent
 
+# So many images stand in the strip.
+_STRIP_IMAGES = 12
+
 # The first image of a server traces light between surfaces, which no other one does again.
 _WARM = 2
 
@@ -266,7 +269,10 @@ def _dress(axes: Axes, unit: str, title: str, frames: Sequence[Frame]) -> None:
 
 
 def strip(report_images: Sequence[ReportImage]) -> Figure:
-    """The kept images with what the chaser found in them, four in a row."""
+    """A dozen of the kept images with what the chaser found in them, four in a row."""
+    count = min(_STRIP_IMAGES, len(report_images))
+    places = np.linspace(0, len(report_images) - 1, count).round().astype(int)
+    report_images = [report_images[place] for place in places]
     columns = min(4, len(report_images))
     rows = -(-len(report_images) // columns)
     figure = Figure(figsize=(4.0 * columns, 4.4 * rows), layout="constrained")
@@ -274,16 +280,21 @@ def strip(report_images: Sequence[ReportImage]) -> Figure:
     for cell in cells:
         plain_axes(cell)
     for cell, report_image in zip(cells, report_images, strict=False):
-        _show(cell, report_image)
-        frame = report_image.frame
-        light = f"{frame.look.light.exposure * 1e3:.3g} ms" + (
-            ", lamp" if frame.look.light.lamp else ""
-        )
-        cell.set_title(f"t = {frame.time:.0f} s, {frame.distance:.2f} m, {light}", fontsize=11)
+        show(cell, report_image)
+        cell.set_title(caption(report_image.frame), fontsize=11)
     return figure
 
 
-def _show(axes: Axes, report_image: ReportImage) -> None:
+def caption(frame: Frame) -> str:
+    """Time, distance and light of an image in a line."""
+    light = f"{frame.look.light.exposure * 1e3:.3g} ms" + (
+        ", lamp" if frame.look.light.lamp else ""
+    )
+    return f"t = {frame.time:.0f} s, {frame.distance:.2f} m, {light}"
+
+
+def show(axes: Axes, report_image: ReportImage) -> None:
+    """Draw an image and what the chaser found in it."""
     look = report_image.frame.look
     # Square root of the signal: shot noise gets the same height everywhere, dim cells show.
     dark = float(np.percentile(report_image.dn, 2.0))

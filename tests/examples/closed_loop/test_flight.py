@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 from simgl_bridge import BodyPose, Client
 from simgl_bridge import Image as BridgeImage
 
@@ -115,12 +116,13 @@ def demo(*arguments: str) -> subprocess.CompletedProcess[str]:
 
 
 def test_two_processes_leave_pictures_plot_table_and_summary(tmp_path: Path) -> None:
-    done = demo("--out", str(tmp_path), "--frames", "4", "--seed", "4", "--runs", "2")
+    done = demo("--out", str(tmp_path), "--frames", "4", "--seed", "4", "--runs", "2", "--film")
     assert done.returncode == 0, done.stderr
     names = {path.name for path in tmp_path.iterdir()}
     assert names == {
         "docking.csv",
         "docking.html",
+        "docking.webp",
         "docking_plot.png",
         "docking_strip.png",
         "docking_summary.json",
@@ -128,6 +130,8 @@ def test_two_processes_leave_pictures_plot_table_and_summary(tmp_path: Path) -> 
         "monte_carlo.json",
         "monte_carlo.png",
     }
+    with Image.open(tmp_path / "docking.webp") as film:
+        assert getattr(film, "n_frames", 1) == 4
     summary = json.loads((tmp_path / "docking_summary.json").read_text())
     assert summary["frames"] == 4
     assert summary["frames_per_second"] > 0.0
