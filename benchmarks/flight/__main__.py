@@ -31,10 +31,16 @@ Made by `python -m benchmarks.flight --truth DIR --out DIR`.
 
 **Albedo.** CERES measures all wavelengths, simgl's bands end at 400 and 1000 nm. Of the sunlight
 8.5 % lies below, 29.5 % above. A broadband albedo A becomes that of the bands by taking off what is
-reflected outside. Below 400 nm, where air scatters most, that is 0.36 (all-sky) or 0.33 (clear).
-Above 1000 nm, where water, ice and clouds absorb, it is 0.64 A (all-sky: with it 29 of the
-99 W m-2 that the Earth reflects lie outside the bands) or 0.5 A (clear, an estimate; too much for
-snow, whose albedo in the bands is higher still, too little for deserts).
+reflected outside.
+
+- Below 400 nm, molecules of an optical depth of 0.556 (at 360 nm, Hansen and Travis 1974) lie over
+  ground that reflects as much as in the bands, where their own share is 0.06, and at least 0.05:
+  0.294 + 0.498 a / (1 - 0.294 a), by Eddington's two-stream method. Ozone takes 24 % of it: all below
+  300 nm, two thirds to 330 nm.
+- Above 1000 nm, where water, ice and clouds absorb, it is 0.64 A (all-sky: with it 29 of the 99 W m-2
+  that the Earth reflects lie outside the bands) or 0.5 A (clear, an estimate; too little for deserts).
+
+Belts are means weighted by the sunlight of a year.
 
 **Earthshine.** p* is the light of the Earth over that of a white Lambertian globe at the same
 phase, from 400 to 700 nm, measured on the dark side of the Moon (Goode et al. 2001; Palle et al.
@@ -52,18 +58,30 @@ _EARTHSHINE = 0.297
 
 def in_bands(broadband: Array, *, clear: bool) -> Array:
     """Albedo from 400 to 1000 nm of a broadband one, as the page's head argues."""
-    below, above = (0.33, 0.5) if clear else (0.36, 0.64)
-    outside = _BELOW * below + _ABOVE * above * broadband
-    return np.asarray((broadband - outside) / (1.0 - _BELOW - _ABOVE))
+    above = 0.5 if clear else 0.64
+    result = broadband
+    # Each round changes it by less than a tenth of the last change.
+    for _ in range(12):
+        ground = np.clip((result - 0.06) / 0.94, 0.05, 1.0)
+        below = 0.76 * (0.294 + 0.498 * ground / (1.0 - 0.294 * ground))
+        outside = _BELOW * below + _ABOVE * above * broadband
+        result = (broadband - outside) / (1.0 - _BELOW - _ABOVE)
+    return np.asarray(result)
 
 
 def _belts(file: Path) -> Array:
-    """(6,) means over area, from the south."""
+    """(6,) means over the sunlight of a year, from the south."""
     albedo = np.loadtxt(file, delimiter=",").mean(axis=1)
-    latitudes = np.arange(-89.5, 90.0)
-    belt = np.digitize(latitudes, BELTS[1:-1])
-    area = np.cos(np.radians(latitudes))
-    return np.bincount(belt, area * albedo) / np.bincount(belt, area)
+    latitudes = np.radians(np.arange(-89.5, 90.0))
+    declination = np.radians(23.44) * np.sin(np.radians(np.arange(360.0)))
+    noon_to_set = np.arccos(np.clip(-np.outer(np.tan(latitudes), np.tan(declination)), -1.0, 1.0))
+    sunlight = (
+        noon_to_set * np.outer(np.sin(latitudes), np.sin(declination))
+        + np.outer(np.cos(latitudes), np.cos(declination)) * np.sin(noon_to_set)
+    ).mean(axis=1)
+    belt = np.digitize(np.degrees(latitudes), BELTS[1:-1])
+    weight = np.cos(latitudes) * sunlight
+    return np.bincount(belt, weight * albedo) / np.bincount(belt, weight)
 
 
 def _belt_rows(measured: Array, shown: Reflected, kind: str) -> list[Row]:

@@ -21,16 +21,13 @@ float degrees_north(vec2 on_map) {
     return 180.0 * (0.5 - on_map.y);
 }
 
-// What the sea sends up where ice covers part of it.
+// Share of the sea that ice covers.
 //
-// light : of the open sea; ice_light : of a white plane in its place
 // grain : noise that frays the edge
-vec4 with_ice(vec4 light, vec4 white, vec2 on_map, float grain) {
-    float north = degrees_north(on_map);
+float ice_share(vec2 on_map, float north, float grain) {
     vec3 edges = edges_at(on_map);
     float inside = north > 0.0 ? north - edges.x : edges.y - north;
-    float share = PACK * smoothstep(-1.2, 1.2, inside + 0.7 * grain);
-    return mix(light, ice_reflectance[north > 0.0 ? 0 : 1] * white, share);
+    return PACK * smoothstep(-1.2, 1.2, inside + 0.7 * grain);
 }
 
 // Reflectance of land under the snow that lies there. Trees stand out of it: what is dark in red and

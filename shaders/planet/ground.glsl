@@ -82,16 +82,18 @@ Clouds clouds_at(Place here) {
 // cover   : fraction of the Sun's light on the ground that they cover
 // noise   : theirs
 // through : fraction of the light that reaches the ground
+// back    : fraction of the light from the ground that they send back
 struct Shade {
     float cover;
     float noise;
     float through;
+    float back;
 };
 
 Shade shade_at(Place here, Clouds clouds) {
     float noise = dot(noise_at(here.shade, here.levels.y).zw, clouds.shading_kinds);
     float cover = cloud_cover(clouds.shading, noise);
-    return Shade(cover, noise, 1.0 - cover * clouds.reflected);
+    return Shade(cover, noise, 1.0 - cover * clouds.reflected, cover * clouds.back);
 }
 
 // Light that the sea sends up: all that clouds dim, and the waves' glint, which takes only light that no
@@ -172,20 +174,33 @@ Land land_at(Place here) {
 }
 #endif
 
+// What ground sends up, with the light that goes back and forth between it and air and clouds, and,
+// where it is brighter than the ground for which the air's light was made, with what the air scatters
+// of that. Ground is taken to be alike for kilometres around.
+//
+// irradiance : on the ground, without what goes back and forth [W m-2]
+vec4 ground_light(vec4 reflectance, vec4 irradiance, Place here, Shade shade) {
+    vec4 seen = reflectance * (1.0 - mean_ground * air_from_below) / (1.0 - reflectance * air_from_below);
+    vec4 below_clouds = shade.through / (1.0 - reflectance * shade.back);
+    return below_clouds / PI * (seen * irradiance + max(seen - mean_ground, vec4(0.0)) * here.aloft);
+}
+
 // What the ground below the clouds sends up.
 vec4 surface_light(Place here, Sea sea, Shade shade) {
     vec4 water = sea.light * shade.through + sea.glint * (1.0 - shade.cover);
 #if defined(FROST) && !defined(LAND)
     // The clouds' puffs: hills have no floes.
     float floes = noise_at(here.ground, here.levels.y).z;
-    vec4 white = (here.direct * here.lit + here.diffuse) * (shade.through / PI);
-    water = with_ice(water, white, here.ground.on_map, floes);
+    float north = degrees_north(here.ground.on_map);
+    vec4 ice = ground_light(ice_reflectance[north > 0.0 ? 0 : 1],
+                            here.direct * here.lit + here.diffuse, here, shade);
+    water = mix(water, ice, ice_share(here.ground.on_map, north, floes));
 #endif
 #ifdef SEA
     return water;
 #else
     Land land = land_at(here);
-    vec4 light = land.reflectance / PI * (here.direct * land.lit + here.diffuse) * shade.through;
+    vec4 light = ground_light(land.reflectance, here.direct * land.lit + here.diffuse, here, shade);
 #ifndef LAND
     float across_km = clamp(here.footprint, 0.4, LARGEST_SHORE_KM);
     light = mix(light, water, clamp(0.5 + land.shore_km / across_km, 0.0, 1.0));

@@ -23,6 +23,8 @@ const float SHADOW_SINE = 0.15;
 // to_ground : transmittance from the ground to the camera
 // white     : radiance of a white layer at the height of the clouds [W m-2 sr-1]
 // beneath   : radiance that the air between ground and clouds adds [W m-2 sr-1]
+// aloft     : irradiance on the ground, times the share of what white ground would send up that the air
+//             scatters towards the camera [W m-2]
 // sky       : radiance of the sky that level waves mirror (AIR_INSIDE; elsewhere the sky's mean)
 // ground, cloud, shade : the spot seen, where the ray meets the clouds, where the Sun's light does
 // turn      : of the chart's axes from east and north: cosine, sine
@@ -43,6 +45,7 @@ struct Place {
     vec4 white;
     vec4 beneath;
 #ifdef EARTH_MAPS
+    vec4 aloft;
 #ifdef AIR_INSIDE
     vec4 sky;
 #endif
@@ -140,6 +143,7 @@ Place place_at(vec3 d, float t, float cloud_t, float slant) {
     float from_sun = sunlight.g / max(sunlight.g + high.diffuse.g, 1e-20);
     place.cloud_shape = mix(vec4(1.0), cloud_shape_at(n, place.view), from_sun);
     place.beneath = vec4(0.0);
+    place.aloft = vec4(0.0);
 #endif
     return place;
 }
@@ -165,8 +169,22 @@ vec4 sky_in_the_sea(Place place) {
 }
 #endif
 
+#if defined(AIR) && defined(EARTH_MAPS) && !defined(AIR_INSIDE)
+// Of the light that leaves white ground, the share that the air scatters into a ray to space. A ray
+// that comes in gets as much of its light to the ground on the way of scattering.
+vec4 scattered_up(vec4 to_space, float mu) {
+    vec2 place = diffuse_place(0.0, mu, vec2(textureSize(diffuse_down, 0)));
+    vec4 all = to_space + textureLod(diffuse_down, place, 0.0) / mu;
+    return max(all * (1.0 - mean_ground * air_from_below) - to_space, vec4(0.0));
+}
+#endif
+
 #ifdef AIR
 Place place_through(AirRay air, Place place) {
+#if defined(EARTH_MAPS) && !defined(AIR_INSIDE)
+    float mu_view = max(dot(place.normal, place.view), 0.05);
+    place.aloft = (place.direct * place.lit + place.diffuse) * scattered_up(air.to_ground, mu_view);
+#endif
     place.to_ground = air.to_ground;
     place.direct *= air.to_ground;
     place.diffuse *= air.to_ground;

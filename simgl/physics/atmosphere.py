@@ -74,6 +74,19 @@ SOURCE = Atmosphere(
 ATMOSPHERES = {a.name: a for a in (STANDARD, SOURCE)}
 
 
+def albedo_from_below(air: Atmosphere) -> Array:
+    """(4,) share of the light from all sides of the ground that the clear air sends back down.
+
+    Two-stream method in Eddington's form without absorption (Meador and Weaver 1980, eq. 24); for
+    molecules within 8 % of the exact value up to an optical depth of 0.25.
+    """
+    forward = np.array(air.aerosol_asymmetry)
+    scattering = np.array(air.rayleigh) + (1.0 - forward) * air.aerosol_albedo * np.array(
+        air.aerosol
+    )
+    return np.asarray(0.75 * scattering / (1.0 + 0.75 * scattering))
+
+
 def _exponential_chord(radius: float, height: Array, scale_height: float) -> Array:
     """Equivalent path length at sea-level density of a grazing ray from space to space [m].
 

@@ -17,7 +17,7 @@ from simgl.physics.atmosphere import Atmosphere
 from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS, WGS84_POLAR_RADIUS
 from simgl.physics.regolith import Regolith
 
-# Of the ground alone and with clouds, in every band, for multiple scattering between them and the
+# Of the ground alone and with clouds of the usual cover, in every band, for multiple scattering between them and the
 # atmosphere: what is left of the Earth's albedo in the bands, 0.17 and 0.33, without the air.
 CLEAR_ALBEDO, CLOUDY_ALBEDO = 0.13, 0.27
 
@@ -114,7 +114,10 @@ class Earth:
         """Of the whole ground, per band."""
         if self.albedo is not None:
             return self.albedo
-        return (CLEAR_ALBEDO if self.clouds is None else CLOUDY_ALBEDO,) * 4
+        if self.clouds is None or self.clouds.image is not None:
+            return (CLEAR_ALBEDO if self.clouds is None else CLOUDY_ALBEDO,) * 4
+        share = self.clouds.cover / Clouds.cover
+        return (CLEAR_ALBEDO + (CLOUDY_ALBEDO - CLEAR_ALBEDO) * share,) * 4
 
     @property
     def radii(self) -> tuple[float, float, float]:

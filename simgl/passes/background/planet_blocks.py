@@ -8,6 +8,7 @@ from simgl.arrays import Array
 from simgl.gpu.uniform_blocks import Block
 from simgl.passes.background.earth_maps import HEIGHT
 from simgl.physics.airglow import GLOW_BOTTOM, GLOW_TOP, ground_irradiance, zenith_glow
+from simgl.physics.atmosphere import albedo_from_below
 from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS
 from simgl.physics.regolith import Regolith, geometric_albedo
 from simgl.physics.sea_surface import mirror_laws, water_body, wave_slope_variance
@@ -31,6 +32,10 @@ PLANET = Block(
             ("water_body", "f4", 4),
             # Of sea ice in the north and in the south.
             ("ice_reflectance", "f4", (2, 4)),
+            # Of the ground that the light scattered by the air is made for, and of the clear air
+            # from below.
+            ("mean_ground", "f4", 4),
+            ("air_from_below", "f4", 4),
             # Of the brightest lamps [W m-2 sr-1].
             ("night_radiance", "f4", 4),
             # The airglow's radiance for each Earth radius of way in its layers, what it sends down
@@ -143,6 +148,8 @@ def planet_values(
         "earth_albedo": earth.albedo or (0.0, 0.0, 0.0, 0.0),
         "water_body": water_body(earth.wind),
         "ice_reflectance": ice_reflectance(planet.year_share),
+        "mean_ground": earth.mean_albedo,
+        "air_from_below": albedo_from_below(earth.air) if earth.air else np.zeros(4),
         "year_share": planet.year_share,
         "night_radiance": _NIGHT_RADIANCE * lamps,
         "glow": _glow(planet),
