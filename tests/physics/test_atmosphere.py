@@ -9,10 +9,8 @@ import pytest
 from scipy.integrate import quad
 
 from simgl.arrays import Array
+from simgl.physics.air_profile import Exponential
 from simgl.physics.atmosphere import (
-    OZONE_FOOT,
-    OZONE_PEAK,
-    OZONE_TOP,
     SOURCE,
     STANDARD,
     Atmosphere,
@@ -99,12 +97,14 @@ def test_air_without_density_is_no_air() -> None:
     nothing = Atmosphere(
         name="nothing",
         rayleigh=(0.0,) * 4,
-        rayleigh_scale_height=8e3,
+        depolarisation=0.0,
         aerosol=(0.0,) * 4,
         aerosol_albedo=(1.0,) * 4,
         aerosol_asymmetry=(0.0,) * 4,
-        aerosol_scale_height=1e3,
         ozone=(0.0,) * 4,
+        rayleigh_profile=Exponential(8e3),
+        aerosol_profile=Exponential(1e3),
+        ozone_profile=Exponential(8e3),
     )
     position = np.array([0.3, 0.2, 6.871e6])
     for degrees in np.linspace(109.0, 112.5, 40):
