@@ -29,6 +29,9 @@ class Profile(Protocol):
     def density(self, height: Array) -> Array:
         """At heights (...) [m]."""
 
+    def __hash__(self) -> int:
+        """Of its values."""
+
 
 @dataclass(frozen=True)
 class Exponential:
@@ -37,6 +40,7 @@ class Exponential:
     scale_height: float
 
     def density(self, height: Array) -> Array:
+        """Relative to the ground's."""
         return np.exp(-height / self.scale_height)
 
 
@@ -48,6 +52,7 @@ class Layers:
     densities: tuple[float, ...]
 
     def density(self, height: Array) -> Array:
+        """In the unit of the table."""
         return np.interp(height, self.heights, self.densities)
 
 
@@ -58,6 +63,7 @@ class Sum:
     parts: tuple[tuple[float, Profile], ...]
 
     def density(self, height: Array) -> Array:
+        """Share of the column in a metre [m-1]."""
         per_column = (share * p.density(height) / column(p) for share, p in self.parts)
         return np.sum([*per_column], axis=0)
 
@@ -91,6 +97,7 @@ class UsStandard1976:
     """
 
     def density(self, height: Array) -> Array:
+        """[kg m-3]"""
         geopotential = _RADIUS * height / (_RADIUS + height)
         layer = np.searchsorted(_FEET[1:], geopotential, side="right")
         rise, foot = geopotential - _FEET[layer], _TEMPERATURES[layer]

@@ -26,7 +26,7 @@ from simgl.physics.air_profile import (
 )
 from simgl.physics.spectrum import PerBand
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(96)
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(160)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -72,7 +72,7 @@ def test_a_column_is_the_integral_of_its_density(profile: Profile) -> None:
 def test_a_vertical_ray_has_the_vertical_depths(air: Atmosphere) -> None:
     depth = optical_depth_to_space(air, 6.371e6, 0.0, np.ones(1))[0]
     expected = np.array(air.rayleigh) + np.array(air.aerosol) + np.array(air.ozone)
-    # 96 nodes pass over the profiles' kinks: 1e-3 of the stratospheric aerosol and the ozone.
+    # 160 nodes pass over the profiles' kinks: 1e-3 of the stratospheric aerosol and the ozone.
     np.testing.assert_allclose(depth, expected, atol=4e-5)
 
 

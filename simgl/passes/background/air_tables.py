@@ -238,9 +238,7 @@ class _Maker:
     def __init__(self, ctx: moderngl.Context, air: Atmosphere) -> None:
         self._ctx = ctx
         self._profile = _texture(ctx, profile_table(air))
-        self._program = FullscreenProgram(
-            ctx, "air/transmittance", _TABLE, [PROFILE], shared=[AIR]
-        )
+        self._program = FullscreenProgram(ctx, "air/transmittance", _TABLE, [PROFILE], shared=[AIR])
         self._rings: dict[str, tuple[FullscreenProgram, Rings, list[str]]] = {}
         self._ring_program("first", _FIRST, ["transmittance_table"], "WITHOUT_DIFFUSE")
         self._ring_program(
