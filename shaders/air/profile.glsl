@@ -7,7 +7,7 @@
 uniform sampler2D air_profile;
 
 Medium medium_at(float height) {
-    float place = table_place(sqrt(max(height, 0.0) / air_top), float(textureSize(air_profile, 0).x));
+    float place = table_place(sqrt(clamp(height / air_top, 0.0, 1.0)), float(textureSize(air_profile, 0).x));
     vec3 density = textureLod(air_profile, vec2(place, 0.5), 0.0).rgb;
     vec4 rayleigh = rayleigh_scattering * density.x;
     vec4 extinction = rayleigh + aerosol_extinction * density.y + ozone_absorption * density.z;

@@ -25,9 +25,9 @@ ALTITUDE = 500e3
 
 
 def along_a_line(air: Atmosphere, start: float, cosine: float) -> Array:
-    """(4,) optical depth from a radius [m] to space, in steps of 8 m at most."""
+    """(4,) optical depth from a radius [m] to space, in steps of 80 m at most."""
     reach = np.sqrt((RADIUS + AIR_TOP) ** 2 - start**2 * (1.0 - cosine**2)) - start * cosine
-    s = np.linspace(0.0, reach, 300_001)
+    s = np.linspace(0.0, reach, 30_001)
     height = np.sqrt(start**2 + s * (2.0 * start * cosine + s)) - RADIUS
     parts = (
         (air.rayleigh, air.rayleigh_profile),
