@@ -9,7 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from simgl.arrays import Array, Mask
-from simgl.physics.atmosphere import AIR_TOP, Atmosphere, extinction
+from simgl.physics.air_profile import AIR_TOP
+from simgl.physics.atmosphere import Atmosphere, densities, extinction
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(32)
 # Weights below this are played for.
@@ -126,10 +127,9 @@ class _World:
         """Light of the Sun towards the camera [sr-1], the next direction, and its share."""
         n, band, air = len(position), self.band, self.air
         height = np.linalg.norm(position, axis=1) - self.radius
-        fall = np.exp(-np.maximum(height, 0.0) / air.rayleigh_scale_height)
-        rayleigh = air.rayleigh[band] / air.rayleigh_scale_height * fall
-        fall = np.exp(-np.maximum(height, 0.0) / air.aerosol_scale_height)
-        aerosol = air.aerosol[band] * air.aerosol_albedo[band] / air.aerosol_scale_height * fall
+        density = densities(air, np.maximum(height, 0.0))
+        rayleigh = air.rayleigh[band] * density[:, 0]
+        aerosol = air.aerosol[band] * air.aerosol_albedo[band] * density[:, 1]
         scattered_share = (rayleigh + aerosol) / self.take(height)
         share_rayleigh = rayleigh / (rayleigh + aerosol)
         g = air.aerosol_asymmetry[band]

@@ -34,11 +34,12 @@ Made by `python -m benchmarks.flight --truth DIR --out DIR`.
 reflected outside.
 
 - Below 400 nm, molecules of an optical depth of 0.556 (at 360 nm, Hansen and Travis 1974) lie over
-  ground that reflects as much as in the bands, where their own share is 0.06, and at least 0.05:
-  0.294 + 0.498 a / (1 - 0.294 a), by Eddington's two-stream method. Ozone takes 24 % of it: all below
-  300 nm, two thirds to 330 nm.
-- Above 1000 nm, where water, ice and clouds absorb, it is 0.64 A (all-sky: with it 29 of the 99 W m-2
-  that the Earth reflects lie outside the bands) or 0.5 A (clear, an estimate; too little for deserts).
+  ground that reflects a, as much as in the bands, where the air's own share is 0.06, and at least
+  0.05: 0.294 + 0.498 a / (1 - 0.294 a), by Eddington's two-stream method. Ozone takes 24 % of it:
+  all below 300 nm, two thirds to 330 nm.
+- Above 1000 nm, where water, ice and clouds absorb, it is 0.64 A (all-sky: with it 29 of the
+  99 W m-2 that the Earth reflects lie outside the bands) or 0.5 A (clear, an estimate; too little
+  for deserts).
 
 Belts are means weighted by the sunlight of a year.
 

@@ -32,5 +32,6 @@ vec4 diffuse_source(Medium medium, float height, float mu, float mu_sun, float n
     vec4 by_aerosol = (aureole * (1.0 - gg * gg) / (e * sqrt(e)) + twice) / (4.0 * PI)
                     + textureLod(diffuse_by_look, look, 0.0)
                     + textureLod(diffuse_by_look_x, look, 0.0) * x;
-    return medium.rayleigh * (3.0 / (16.0 * PI)) * (mean + along) + medium.aerosol * by_aerosol;
+    return medium.rayleigh * (3.0 / (16.0 * PI)) * (rayleigh_shape.x * mean + rayleigh_shape.y * along)
+         + medium.aerosol * by_aerosol;
 }

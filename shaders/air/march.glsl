@@ -1,6 +1,7 @@
 // Light scattered into a ray on its way through the air. All in scalars about the ray's lowest
 // point, so that float32 is enough at any distance from the Earth's centre.
 #include "air/medium.glsl"
+#include "air/profile.glsl"
 #include "air/transmittance.glsl"
 #include "air/diffuse.glsl"
 

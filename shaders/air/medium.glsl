@@ -10,14 +10,6 @@ struct Medium {
     vec4 extinction;
 };
 
-Medium medium_at(float height) {
-    vec2 density = exp(-height / scale_heights);
-    float tent = min(height - ozone_layer.x, ozone_layer.y - height) * ozone_layer.z;
-    vec4 rayleigh = rayleigh_scattering * density.x;
-    vec4 extinction = rayleigh + aerosol_extinction * density.y + ozone_absorption * max(tent, 0.0);
-    return Medium(rayleigh, aerosol_scattering * density.y, extinction);
-}
-
 // r^2 - ground_radius^2, without the cancellation.
 float above_ground(float height) {
     return height * (2.0 * ground_radius + height);
@@ -33,9 +25,9 @@ float sun_above_horizon(float height, float mu_sun) {
 }
 
 // Scattered share per steradian about the cosine `nu` between the light's way before and after.
-// Rayleigh without polarisation; aerosol after Henyey & Greenstein (1941).
+// Rayleigh without polarisation, with King's correction; aerosol after Henyey & Greenstein (1941).
 float rayleigh_phase(float nu) {
-    return 3.0 / (16.0 * PI) * (1.0 + nu * nu);
+    return 3.0 / (16.0 * PI) * (rayleigh_shape.x + rayleigh_shape.y * nu * nu);
 }
 
 vec4 aerosol_phase(float nu) {

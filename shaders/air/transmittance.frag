@@ -1,4 +1,5 @@
 // The table of transmittances to space: optical depth by Gauss' two points in each of many cells.
+#include "air/profile.glsl"
 #include "air/transmittance.glsl"
 #include "block/airtable"
 

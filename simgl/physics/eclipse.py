@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from simgl.arrays import Array
+from simgl.physics.air_profile import AIR_TOP
 from simgl.physics.atmosphere import (
-    AIR_TOP,
     Atmosphere,
     grazing_optical_depth,
     optical_depth_to_space,
@@ -14,9 +14,6 @@ from simgl.physics.atmosphere import (
 from simgl.physics.constants import MOON_RADIUS
 from simgl.physics.frames import angle_between
 from simgl.physics.solar_disc import UNIFORM, limb_profile
-
-# Above this tangent height the atmosphere absorbs less than 1e-5 of any band [m].
-HIGHEST = 120e3
 
 # Above this elevation of the Sun [rad] the transmission is uniform over its disc to 1e-4.
 _HIGH = 0.5
@@ -222,7 +219,7 @@ def sunlit_transmission(
     radius = distance * float(np.sin(edge))
     if high <= edge:
         return np.zeros(4)
-    if not inside and low >= edge and distance * np.sin(low) - radius > HIGHEST:
+    if not inside and low >= edge and distance * np.sin(low) - radius > AIR_TOP:
         return np.ones(4)
     outside, theta = _arcs(sun_angular_radius, separation, max(edge, low))
     complete, complete_theta = _arcs(sun_angular_radius, separation, low)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simgl.arrays import Array
-from simgl.physics.atmosphere import AIR_TOP
+from simgl.physics.air_profile import AIR_TOP
 
 # The axes of the tables, as in shaders/air/diffuse_place.glsl.
 HEIGHTS, SUNS, LOOKS = 32, 96, 24

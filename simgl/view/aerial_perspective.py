@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simgl.arrays import Array
-from simgl.physics.atmosphere import AIR_TOP
+from simgl.physics.air_profile import AIR_TOP
 from simgl.scene.earth import Earth
 from simgl.scene.state import EarthState, SceneState
 

@@ -13,7 +13,7 @@ import numpy as np
 from simgl.arrays import Array, Array32
 from simgl.environment_map import DOWN, FORWARD, RIGHT
 from simgl.errors import ConfigError
-from simgl.physics.atmosphere import AIR_TOP
+from simgl.physics.air_profile import AIR_TOP
 from simgl.physics.lunar_model import moonlight
 from simgl.physics.starlight import sky_radiance
 from simgl.scene.earth import Earth

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from simgl.arrays import AnyArray, Array, Array32, IndexArray, Mask
-from simgl.physics.atmosphere import AIR_TOP
+from simgl.physics.air_profile import AIR_TOP
 from simgl.scene.frost import frost_limits
 from simgl.view.background import PlanetView
 

@@ -12,11 +12,14 @@ from scipy.interpolate import RegularGridInterpolator
 
 from simgl.arrays import Array
 from simgl.errors import ConfigError
+from simgl.passes.background import air_tables
+from simgl.physics.air_profile import AIR_TOP
 from simgl.physics.atmosphere import SOURCE, STANDARD
 from simgl.physics.sea_surface import fresnel, wave_slope_variance
 from simgl.scenario.loader import load_scenario
 from simgl.scene.earth import Earth
 from simgl.simulator import Product, Simulator
+from tests.authorities.us_standard_1976 import density_by_integration
 from tests.passes.air_scenes import RADIUS, Window, sphere, window
 from tests.scenes import lambert, radiance, scene
 
@@ -44,12 +47,12 @@ def column(look: Window, height: float, sun: Array, *, pixel: float, rows: int) 
 def test_nothing_jumps_where_the_camera_enters_the_air(
     gl: moderngl.Context, sun_deg: float
 ) -> None:
-    """Between 99.9 and 100.1 km, along rays with the same lowest height or angle on the ground."""
+    """At its top within 100 m, along rays with the same lowest height or angle on the ground."""
     with window(gl) as look:
         for lowest in (-3e6, -1e4, 1e3, 5e3, 20e3, 60e3):
             for azimuth in (0.0, 90.0, 180.0):
                 seen = []
-                for height in (99.9e3, 100.1e3):
+                for height in (AIR_TOP - 100.0, AIR_TOP + 100.0):
                     dip = np.degrees(np.arccos((RADIUS + lowest) / (RADIUS + height)))
                     view, place = direction(-dip, azimuth), (RADIUS + height) * UP
                     seen.append(look.ray(sphere(0.3), place, view, direction(sun_deg)))
@@ -131,20 +134,64 @@ def test_the_sky_is_blue_at_noon_and_red_at_sunset(gl: moderngl.Context) -> None
     assert dusk[2] > dusk[1]
 
 
-def test_the_limb_falls_with_the_airs_density_and_is_even_where_it_is_opaque(
-    gl: moderngl.Context,
-) -> None:
-    """Green, with the Sun 60 deg from the zenith: above the ozone, as thin air does; below 8 km,
-    where nothing is seen through it, within 15 %."""
-    earth = replace(sphere(0.3), air=STANDARD)
-    place = (RADIUS + 4e5) * UP
-    heights = 1e3 * np.array([2.0, 4.0, 6.0, 8.0, 50.0, 60.0])
+def limb(look: Window, heights: Array) -> Array:
+    """(k, 4) of the standard air by tangent height, from 400 km, with the Sun 60 deg high."""
+    place, earth = (RADIUS + 4e5) * UP, sphere(0.3, STANDARD)
+    angles = np.degrees(np.arccos((RADIUS + heights) / (RADIUS + 4e5)))
+    return np.array([look.ray(earth, place, direction(-a), direction(60.0, 90.0)) for a in angles])
+
+
+def test_the_limb_is_even_where_it_is_opaque(gl: moderngl.Context) -> None:
+    """Green, below 8 km, where nothing is seen through it."""
     with window(gl) as look:
-        angles = np.degrees(np.arccos((RADIUS + heights) / (RADIUS + 4e5)))
-        green = [look.ray(earth, place, direction(-a), direction(30.0, 90.0))[1] for a in angles]
-    assert min(green[:4]) > 0.85 * max(green[:4])
-    # exp(-10 / 8), and the chord through a layer grows with the root of the radius: 0.1 %.
-    np.testing.assert_allclose(green[5] / green[4], np.exp(-10.0 / 8.0), rtol=1e-2)
+        green = limb(look, 1e3 * np.array([2.0, 4.0, 6.0, 8.0]))[:, 1]
+    assert green.min() > 0.85 * green.max()
+
+
+def test_the_limb_ends_at_the_heights_of_the_standards_density(gl: moderngl.Context) -> None:
+    """Where its light has fallen to a share of that at 48 km, by a line integral of our own.
+
+    Thin air is as bright as there is air in the ray: the Sun is high, and the light from below
+    changes by 2 % with the height over the Earth.
+    """
+    seen, integrated = np.arange(46e3, 112e3, 1e3), np.arange(46e3, 84e3, 2e3)
+    chords = []
+    for lowest in RADIUS + integrated:
+        along = np.linspace(0.0, np.sqrt((RADIUS + 120e3) ** 2 - lowest**2), 4001)
+        height = np.hypot(lowest, along) - RADIUS
+        # From 86 to 90 km the standard's density falls by e in 5.6 km.
+        beyond = np.exp(-np.maximum(height - 86e3, 0.0) / 5.6e3)
+        chords.append(np.trapezoid(density_by_integration(height) * beyond, along))
+    with window(gl) as look:
+        light = limb(look, seen)
+    at_48 = np.interp(48e3, integrated, np.log(chords))
+    for band in range(4):
+        log_light = np.log(light[:, band] / light[2, band])
+        for share in (0.5, 0.1, 0.03, 0.01):
+            edge = np.interp(-np.log(share), -log_light, seen)
+            expected = np.interp(-np.log(share), at_48 - np.log(chords), integrated)
+            # 2 % of the light are 140 m of height.
+            assert edge == pytest.approx(expected, abs=140.0), (band, share)
+        # No step: from kilometre to kilometre a scale height of 5.5 to 9 km, past 100 km as below.
+        falls = np.diff(log_light)
+        assert np.all((falls < -1.0 / 9.5) & (falls > -1.0 / 5.0)), band
+        assert np.abs(np.diff(falls)).max() < 0.03, band
+
+
+def test_molecules_scatter_with_kings_correction(
+    gl: moderngl.Context, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Thin air over black ground, the Sun straight ahead and aside: (1 + d) / 2 of it."""
+    # No order after the first.
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setattr(air_tables, "ORDERS", 0)
+    nothing = (0.0, 0.0, 0.0, 0.0)
+    thin = replace(STANDARD, rayleigh=(1e-3,) * 4, aerosol=nothing, ozone=nothing)
+    place = (RADIUS + 60e3) * UP - 1.6e6 * NORTH
+    with window(gl) as look:
+        ahead, aside = (look.ray(sphere(0.0, thin), place, NORTH, sun) for sun in (NORTH, EAST))
+    expected = 0.5 * (1.0 + STANDARD.depolarisation)
+    np.testing.assert_allclose(aside / ahead, expected, rtol=2e-3)
 
 
 @pytest.mark.parametrize(
@@ -171,7 +218,7 @@ def test_the_green_limb_peaks_low_by_day_and_higher_at_the_terminator(
 def test_space_above_the_air_is_black(gl: moderngl.Context) -> None:
     with window(gl) as look:
         place = (RADIUS + 4e5) * UP
-        angle = np.degrees(np.arccos((RADIUS + 101e3) / (RADIUS + 4e5)))
+        angle = np.degrees(np.arccos((RADIUS + AIR_TOP + 1e3) / (RADIUS + 4e5)))
         assert look.ray(sphere(0.3), place, direction(-angle), direction(60.0)).max() == 0.0
         assert look.ray(sphere(0.3), place, direction(20.0), direction(60.0)).max() == 0.0
 

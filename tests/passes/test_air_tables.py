@@ -13,6 +13,7 @@ from simgl.disk_cache import cache_folder
 from simgl.passes.background import air_tables
 from simgl.passes.background.air import _HEIGHTS, _PARTS, _SLOTS
 from simgl.passes.background.air_tables import AIR, TABLES, AirKind, make_tables, tables_of
+from simgl.physics.air_profile import AIR_TOP
 from simgl.physics.atmosphere import SOURCE
 from simgl.physics.skylight import Rings, table_heights, table_suns
 from tests.gpu.glsl_functions import evaluate
@@ -101,7 +102,7 @@ def test_the_shaders_keep_heights_and_suns_where_numpy_does(gl: moderngl.Context
 def _with_air_top(name: str) -> str:
     text = (Path(__file__).parents[2] / "shaders" / name).read_text("utf-8")
     kept = [line for line in text.splitlines() if not line.startswith("#include")]
-    return "const float air_top = 100.0;\n" + "\n".join(kept)
+    return f"const float air_top = {AIR_TOP / 1e3};\n" + "\n".join(kept)
 
 
 def test_no_orders_are_no_diffuse_light(gl: moderngl.Context) -> None:

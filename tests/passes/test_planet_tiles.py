@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from simgl.physics.atmosphere import AIR_TOP, STANDARD
+from simgl.physics.air_profile import AIR_TOP
+from simgl.physics.atmosphere import STANDARD
 from simgl.scene.earth import Earth
 from simgl.view.background import PlanetView
 from simgl.view.background_tiles import TILE, tiles_of

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from simgl.arrays import Array
+from simgl.physics.air_profile import Exponential
 from simgl.physics.atmosphere import SOURCE, Atmosphere
 from simgl.physics.eclipse import (
     past_the_moon,
@@ -106,12 +107,14 @@ def test_air_that_takes_nothing_leaves_the_light_past_a_bare_sphere(beta_deg: fl
     clear = Atmosphere(
         name="clear",
         rayleigh=none,
-        rayleigh_scale_height=8e3,
+        depolarisation=0.0,
         aerosol=none,
         aerosol_albedo=none,
         aerosol_asymmetry=none,
-        aerosol_scale_height=1e3,
         ozone=none,
+        rayleigh_profile=Exponential(8e3),
+        aerosol_profile=Exponential(1e3),
+        ozone_profile=Exponential(8e3),
     )
     # Both leave out the square of the disc's radius, 2e-5, in the cosine of emergence.
     np.testing.assert_allclose(

@@ -25,9 +25,16 @@ from simgl.gpu.release import all_or_nothing, release_all
 from simgl.gpu.render_targets import Format, ImageTarget
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
 from simgl.lru_cache import LruCache
-from simgl.passes.background.air_tables import AIR, SCATTERING, AirKind, AirTables, tables_of
+from simgl.passes.background.air_tables import (
+    AIR,
+    PROFILE,
+    SCATTERING,
+    AirKind,
+    AirTables,
+    tables_of,
+)
 from simgl.passes.shared_blocks import AirBetween
-from simgl.physics.atmosphere import AIR_TOP
+from simgl.physics.air_profile import AIR_TOP
 from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS
 from simgl.physics.frames import angle_between
 from simgl.progress import ProgressCallback
@@ -61,7 +68,7 @@ AIR_VIEW = Block(
 # What a variant of a shader that looks through the air reads, besides the blocks.
 AIR_SAMPLERS = ("transmittance_table", "diffuse_down", "view_light", "view_transmittance")
 
-_MARCH_SAMPLERS = ["transmittance_table", *SCATTERING]
+_MARCH_SAMPLERS = [PROFILE, "transmittance_table", *SCATTERING]
 
 _SEGMENT = Block(
     "AirSegment",
@@ -311,20 +318,20 @@ class AtmospherePass:
     ) -> None:
         """Fill rows of a target, from one on so many, with light or with transmittance."""
         variant = inside, light
+        samplers = _MARCH_SAMPLERS if light else [PROFILE]
         if variant not in self._programs:
             defines = {"AIR_INSIDE": inside, "TRANSMITTANCE": not light}
             self._programs[variant] = FullscreenProgram(
                 self._ctx,
                 "air/view",
                 AIR_VIEW,
-                _MARCH_SAMPLERS if light else [],
+                samplers,
                 shared=[AIR],
                 defines={"STEPS": _STEPS} | {name: 1 for name, wanted in defines.items() if wanted},
             )
         area = 0, rows[0], _COLUMNS, rows[1]
         self.state.apply(self._ctx, target.framebuffer, area, area)
-        textures = [tables.textures[name] for name in _MARCH_SAMPLERS] if light else []
-        self._programs[variant].draw(values, textures)
+        self._programs[variant].draw(values, [tables.textures[name] for name in samplers])
 
     def release(self) -> None:
         """Free everything."""

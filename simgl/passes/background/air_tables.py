@@ -21,7 +21,8 @@ from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import all_or_nothing, release_all
 from simgl.gpu.render_targets import Format, ImageTarget
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
-from simgl.physics.atmosphere import AIR_TOP, OZONE_FOOT, OZONE_PEAK, OZONE_TOP, Atmosphere
+from simgl.physics.air_profile import AIR_TOP, PROFILE_PLACES
+from simgl.physics.atmosphere import Atmosphere, profiles
 from simgl.physics.constants import ASTRONOMICAL_UNIT, SOLAR_RADIUS
 from simgl.physics.skylight import (
     HEIGHTS,
@@ -40,17 +41,15 @@ AIR = Block(
     20,
     np.dtype(
         [
-            # At sea level [km-1]; of the ozone at its peak.
+            # Vertical optical depths.
             ("rayleigh_scattering", "f4", 4),
             ("aerosol_scattering", "f4", 4),
             ("aerosol_extinction", "f4", 4),
             ("ozone_absorption", "f4", 4),
             ("aerosol_asymmetry", "f4", 4),
             ("mean_albedo", "f4", 4),
-            # Foot, top [km], and one over the way from either to the peak.
-            ("ozone_layer", "f4", 4),
-            # Of Rayleigh and aerosol [km].
-            ("scale_heights", "f4", 2),
+            # Of the Rayleigh phase function: even part, and part by the squared cosine.
+            ("rayleigh_shape", "f4", 2),
             ("ground_radius", "f4"),
             ("air_top", "f4"),
             ("sun_half_angle", "f4"),
@@ -76,7 +75,9 @@ _TABLE = Block(
 
 _TRANSMITTANCE = (256, 128)
 _LOOK_SHAPE = (HEIGHTS, LOOKS, SUNS, 4)
-# What a march through the air reads, in the order of its samplers, and the shapes.
+# The sampler of the medium's profiles.
+PROFILE = "air_profile"
+# What a march through the air reads besides, in the order of its samplers, and the shapes.
 SCATTERING = {
     "diffuse_mean": (HEIGHTS, SUNS, 4),
     "diffuse_mxx": (HEIGHTS, SUNS, 4),
@@ -90,7 +91,7 @@ TABLES = {
     "transmittance_table": (*_TRANSMITTANCE[::-1], 4),
     "diffuse_down": (HEIGHTS, SUNS, 4),
 } | SCATTERING
-_SHADERS = ("medium", "places", "transmittance", "diffuse_place", "diffuse", "march")
+_SHADERS = ("medium", "profile", "places", "transmittance", "diffuse_place", "diffuse", "march")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,24 +110,28 @@ class AirKind:
 def air_values(kind: AirKind) -> dict[str, object]:
     """The block AIR."""
     air = kind.air
-    rayleigh = np.array(air.rayleigh) / air.rayleigh_scale_height * 1e3
-    aerosol = np.array(air.aerosol) / air.aerosol_scale_height * 1e3
-    # A tent of unit peak holds as much as half its width at the peak.
-    ozone = np.array(air.ozone) / (0.5 * (OZONE_TOP - OZONE_FOOT)) * 1e3
-    slope = 1e3 / (OZONE_PEAK - OZONE_FOOT)
+    aerosol = np.array(air.aerosol)
+    # With King's correction for the molecules' anisotropy (Chandrasekhar 1950, section 18).
+    even = 2.0 / (2.0 + air.depolarisation)
     return {
-        "rayleigh_scattering": rayleigh,
+        "rayleigh_scattering": air.rayleigh,
         "aerosol_scattering": aerosol * np.array(air.aerosol_albedo),
         "aerosol_extinction": aerosol,
-        "ozone_absorption": ozone,
+        "ozone_absorption": air.ozone,
         "aerosol_asymmetry": air.aerosol_asymmetry,
         "mean_albedo": kind.albedo,
-        "ozone_layer": (OZONE_FOOT / 1e3, OZONE_TOP / 1e3, slope, 0.0),
-        "scale_heights": (air.rayleigh_scale_height / 1e3, air.aerosol_scale_height / 1e3),
+        "rayleigh_shape": (even * (1.0 + air.depolarisation), even * (1.0 - air.depolarisation)),
         "ground_radius": kind.radius / 1e3,
         "air_top": AIR_TOP / 1e3,
         "sun_half_angle": np.arcsin(SOLAR_RADIUS / ASTRONOMICAL_UNIT),
     }
+
+
+def profile_table(air: Atmosphere) -> Array32:
+    """(1, PROFILE_PLACES, 4) of molecules, aerosol and ozone, the column's share in a kilometre."""
+    table = np.zeros((1, PROFILE_PLACES, 4), np.float32)
+    table[0, :, :3] = 1e3 * profiles(air)
+    return table
 
 
 class AirTables:
@@ -137,6 +142,7 @@ class AirTables:
         self.block = UniformBuffer(ctx, AIR)
         self.block.write(air_values(kind))
         self.textures = {name: _texture(ctx, arrays[name]) for name in TABLES}
+        self.textures[PROFILE] = _texture(ctx, profile_table(kind.air))
 
     def release(self) -> None:
         """Free everything."""
@@ -169,7 +175,9 @@ def _key(ctx: moderngl.Context, kind: AirKind) -> str:
     ]
     what = (_FIRST, _NEXT, ORDERS, TABLES, astuple(kind), AIR.dtype.descr)
     driver = ctx.info["GL_RENDERER"], ctx.info["GL_VERSION"]
-    return hashlib.sha256(repr((what, driver, texts)).encode()).hexdigest()
+    digest = hashlib.sha256(repr((what, driver, texts)).encode())
+    digest.update(profile_table(kind.air).tobytes())
+    return digest.hexdigest()
 
 
 def _is_complete(arrays: dict[str, Array32]) -> bool:
@@ -196,7 +204,7 @@ def make_tables(
     air = UniformBuffer(ctx, AIR)
     air.write(air_values(kind))
     air.bind()
-    maker = _Maker(ctx)
+    maker = _Maker(ctx, kind.air)
     g = np.array(kind.air.aerosol_asymmetry)
     try:
         tables = {name: np.zeros(shape, np.float32) for name, shape in TABLES.items()}
@@ -227,9 +235,10 @@ class _Maker:
     """The programs and targets that draw tables; what they draw comes back as arrays."""
 
     @all_or_nothing
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: moderngl.Context, air: Atmosphere) -> None:
         self._ctx = ctx
-        self._program = FullscreenProgram(ctx, "air/transmittance", _TABLE, [], shared=[AIR])
+        self._profile = _texture(ctx, profile_table(air))
+        self._program = FullscreenProgram(ctx, "air/transmittance", _TABLE, [PROFILE], shared=[AIR])
         self._rings: dict[str, tuple[FullscreenProgram, Rings, list[str]]] = {}
         self._ring_program("first", _FIRST, ["transmittance_table"], "WITHOUT_DIFFUSE")
         self._ring_program(
@@ -246,13 +255,18 @@ class _Maker:
         defines = {"ABOVE": rings.above, "AROUND": rings.around, "STEPS": rings.steps}
         defines |= dict.fromkeys(variant, 1)
         program = FullscreenProgram(
-            self._ctx, "air/diffuse", _TABLE, samplers, shared=[AIR], defines=defines
+            self._ctx,
+            "air/diffuse",
+            _TABLE,
+            [PROFILE, *samplers],
+            shared=[AIR],
+            defines=defines,
         )
         self._rings[name] = program, rings, samplers
 
     def transmittance(self) -> Array32:
         values = {"table_size": _TRANSMITTANCE, "nodes": np.zeros((_NODES, 4))}
-        return self._drawn(self._program, values, (), _TRANSMITTANCE, 1)[0]
+        return self._drawn(self._program, values, [self._profile], _TRANSMITTANCE, 1)[0]
 
     def rings(self, name: str, tables: dict[str, Array32]) -> tuple[Array, Array, Array]:
         """Three harmonics of the light on rings, (rings, heights, suns, 4) each."""
@@ -262,7 +276,8 @@ class _Maker:
         nodes[:count, :2] = rings.nodes
         textures = [_texture(self._ctx, tables[name]) for name in samplers]
         values = {"table_size": (SUNS, HEIGHTS), "nodes": nodes}
-        drawn = self._drawn(program, values, textures, (SUNS, HEIGHTS * count), 3)
+        size = SUNS, HEIGHTS * count
+        drawn = self._drawn(program, values, [self._profile, *textures], size, 3)
         for texture in textures:
             texture.release()
         zero, one, two = (a.reshape(count, HEIGHTS, SUNS, 4).astype(np.float64) for a in drawn)
@@ -284,6 +299,7 @@ class _Maker:
         return drawn
 
     def release(self) -> None:
+        self._profile.release()
         self._program.release()
         for program, _, _ in self._rings.values():
             program.release()

@@ -26,7 +26,7 @@ from simgl.passes.background.planet_blocks import (
     regolith_values,
 )
 from simgl.passes.background.tile_kinds import kinds_at_corners, lights_and_seasons
-from simgl.physics.atmosphere import AIR_TOP
+from simgl.physics.air_profile import AIR_TOP
 from simgl.progress import ProgressCallback
 from simgl.scene.earth import Earth
 from simgl.scene.noise_projection import LEVELS, TEXEL_KM

@@ -1,0 +1,15 @@
+// The medium by height. The profiles lie in a table that is even in the root of height, as in
+// simgl/physics/air_profile.py.
+#include "air/medium.glsl"
+#include "air/places.glsl"
+
+// Share of the column of molecules, aerosol and ozone in a kilometre of height.
+uniform sampler2D air_profile;
+
+Medium medium_at(float height) {
+    float place = table_place(sqrt(clamp(height / air_top, 0.0, 1.0)), float(textureSize(air_profile, 0).x));
+    vec3 density = textureLod(air_profile, vec2(place, 0.5), 0.0).rgb;
+    vec4 rayleigh = rayleigh_scattering * density.x;
+    vec4 extinction = rayleigh + aerosol_extinction * density.y + ozone_absorption * density.z;
+    return Medium(rayleigh, aerosol_scattering * density.y, extinction);
+}
