@@ -351,7 +351,7 @@ class Proxy:
         self,
         server: str,
         change: Callable[[Any], Any] = lambda header: header,
-        answer: Callable[[Any], Any] = lambda header: None,
+        answer: Callable[[Any], Any] = lambda _: None,
     ) -> None:
         self._change, self._answer = change, answer
         self._stop = threading.Event()
