@@ -1,4 +1,4 @@
-"""The clients for Node, Java and MATLAB (in Octave), written from the page of the protocol alone."""
+"""Clients for Node, Java and MATLAB (in Octave), written from the page of the protocol alone."""
 
 from __future__ import annotations
 
