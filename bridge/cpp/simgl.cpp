@@ -51,6 +51,13 @@ void check_room(const simgl::Camera &card, std::size_t pixel_count) {
                           card.name + "\" has " + std::to_string(needed));
 }
 
+std::string key(const char *text, const char *what) {
+    need(text, what);
+    // An empty one would connect without keys.
+    if (text[0] == '\0') throw BadArgument(std::string(what) + " is empty");
+    return text;
+}
+
 simgl::Pose pose_of(const simgl_body &body) {
     simgl::Pose pose;
     std::copy_n(body.position_m, 3, pose.position_m.begin());
@@ -69,6 +76,38 @@ simgl::Scene scene_of(const simgl_scene &scene) {
     all.moving = scene.moving != 0;
     all.draw = scene.draw;
     return all;
+}
+
+simgl::Options options_of(const simgl_options &said) {
+    simgl::Options options;
+    options.name = "c";
+    // Zero means not given; the client refuses other invalid values.
+    if (said.timeout_s != 0.0) options.timeout_s = said.timeout_s;
+    if (said.ready_timeout_s != 0.0) options.ready_timeout_s = said.ready_timeout_s;
+    if (said.reconnect_timeout_s != 0.0) options.reconnect_timeout_s = said.reconnect_timeout_s;
+    options.retry = said.retry != 0;
+    if (const simgl_keys *keys = said.keys) {
+        options.server_key = key(keys->server, "keys.server");
+        options.public_key = key(keys->public_key, "keys.public_key");
+        options.secret_key = key(keys->secret_key, "keys.secret_key");
+    }
+    if (const simgl_on_status on_status = said.on_status)
+        options.on_status = [on_status, user = said.user](const simgl::Status &s) {
+            on_status(s.state.c_str(), s.detail.c_str(), s.done, s.total, user);
+        };
+    return options;
+}
+
+// Checked before sending: the server's time would advance with an image that is lost.
+simgl::Shot shot_of(const simgl_shot &said, const simgl::Welcome &welcome) {
+    need(said.camera, "camera");
+    need(said.pixels, "pixels");
+    for (const simgl::Camera &card : welcome.cameras)
+        if (card.name == said.camera) check_room(card, said.pixel_count);
+    simgl::Shot shot{said.camera};
+    if (said.exposure_time_s != 0.0) shot.exposure_time_s = said.exposure_time_s;
+    if (said.gain_dn_per_e != 0.0) shot.gain_dn_per_e = said.gain_dn_per_e;
+    return shot;
 }
 
 void describe(const simgl::Tick &tick, const simgl::Image &image, simgl_image &info) {
@@ -90,28 +129,62 @@ void describe(const simgl::Tick &tick, const simgl::Image &image, simgl_image &i
     std::snprintf(info.state_hash, sizeof info.state_hash, "%s", tick.state_hash.c_str());
 }
 
+void render(simgl::Client &client, std::int64_t tai_ns, const simgl_shot *shots,
+            std::size_t shot_count, const simgl_body *bodies, std::size_t body_count,
+            const simgl_scene &scene) {
+    std::vector<simgl::Shot> asked;
+    for (std::size_t i = 0; i < shot_count; ++i)
+        asked.push_back(shot_of(shots[i], client.welcome()));
+    if (body_count > 0) need(bodies, "bodies");
+    std::map<std::string, simgl::Pose> poses;
+    for (std::size_t i = 0; i < body_count; ++i)
+        add(poses, bodies[i].name, pose_of(bodies[i]), "bodies");
+    const simgl::Tick tick = client.render(tai_ns, asked, poses, scene_of(scene), scene.seek != 0);
+    for (std::size_t i = 0; i < shot_count; ++i) {
+        const simgl::Image &image = tick.image(shots[i].camera);
+        const std::vector<std::uint16_t> dn = image.plane("dn").u16();
+        if (dn.size() > shots[i].pixel_count)
+            throw simgl::BadReply("an image is larger than its camera");
+        std::copy(dn.begin(), dn.end(), shots[i].pixels);
+        if (shots[i].info != nullptr) describe(tick, image, *shots[i].info);
+    }
+}
+
+// The code of what a call throws, and its message.
+template <typename Call> int code_of(char *error, std::size_t error_size, Call call) {
+    int code = SIMGL_OK;
+    try {
+        call();
+    } catch (const BadArgument &failure) {
+        code = SIMGL_BAD_ARGUMENT;
+        tell(error, error_size, failure.what());
+    } catch (const simgl::Refused &failure) {
+        code = SIMGL_REFUSED;
+        tell(error, error_size, failure.what());
+    } catch (const simgl::NoAnswer &failure) {
+        code = SIMGL_NO_ANSWER;
+        tell(error, error_size, failure.what());
+    } catch (const std::exception &failure) {
+        code = SIMGL_BAD_REPLY;
+        tell(error, error_size, failure.what());
+    }
+    return code;
+}
+
 } // namespace
 
 simgl_client *simgl_connect(const char *address, double timeout_s, char *error, size_t error_size) {
-    const double ready_timeout_s = simgl::Options{}.ready_timeout_s;
-    return simgl_connect_ready(address, timeout_s, ready_timeout_s, nullptr, nullptr, error,
-                               error_size);
+    simgl_options options{};
+    options.timeout_s = timeout_s;
+    return simgl_connect_with(address, &options, error, error_size);
 }
 
-simgl_client *simgl_connect_ready(const char *address, double timeout_s, double ready_timeout_s,
-                                  simgl_on_status on_status, void *user, char *error,
-                                  size_t error_size) {
+simgl_client *simgl_connect_with(const char *address, const simgl_options *options, char *error,
+                                 size_t error_size) {
     try {
         need(address, "address");
-        simgl::Options options;
-        options.timeout_s = timeout_s;
-        options.ready_timeout_s = ready_timeout_s;
-        options.name = "c";
-        if (on_status != nullptr)
-            options.on_status = [=](const simgl::Status &s) {
-                on_status(s.state.c_str(), s.detail.c_str(), s.done, s.total, user);
-            };
-        return new simgl_client{simgl::Client(address, options)};
+        return new simgl_client{
+            simgl::Client(address, options_of(options == nullptr ? simgl_options{} : *options))};
     } catch (const std::exception &failure) {
         tell(error, error_size, failure.what());
         return nullptr;
@@ -162,41 +235,24 @@ int simgl_render_scene_dn(simgl_client *client, int64_t tai_ns, const char *came
                           const simgl_body *bodies, size_t body_count, const simgl_scene *scene,
                           double exposure_time_s, uint16_t *pixels, size_t pixel_count,
                           simgl_image *info, char *error, size_t error_size) {
-    try {
+    return code_of(error, error_size, [=] {
         need(client, "client");
-        need(camera, "camera");
-        need(pixels, "pixels");
-        if (body_count > 0) need(bodies, "bodies");
-        // Checked before sending: the server's time would advance with an image that is lost.
-        for (const simgl::Camera &card : client->client.welcome().cameras)
-            if (card.name == camera) check_room(card, pixel_count);
-        std::map<std::string, simgl::Pose> poses;
-        for (size_t i = 0; i < body_count; ++i)
-            add(poses, bodies[i].name, pose_of(bodies[i]), "bodies");
         const simgl_scene said = scene == nullptr ? simgl_scene{} : *scene;
-        simgl::Shot shot{camera};
-        // Zero means not given; the server refuses other invalid values.
-        if (exposure_time_s != 0.0) shot.exposure_time_s = exposure_time_s;
-        if (said.gain_dn_per_e != 0.0) shot.gain_dn_per_e = said.gain_dn_per_e;
-        const simgl::Tick tick =
-            client->client.render(tai_ns, {shot}, poses, scene_of(said), said.seek != 0);
-        const simgl::Image &image = tick.image(camera);
-        const std::vector<std::uint16_t> dn = image.plane("dn").u16();
-        if (dn.size() > pixel_count) throw simgl::BadReply("an image is larger than its camera");
-        std::copy(dn.begin(), dn.end(), pixels);
-        if (info != nullptr) describe(tick, image, *info);
-        return SIMGL_OK;
-    } catch (const BadArgument &failure) {
-        tell(error, error_size, failure.what());
-        return SIMGL_BAD_ARGUMENT;
-    } catch (const simgl::Refused &failure) {
-        tell(error, error_size, failure.what());
-        return SIMGL_REFUSED;
-    } catch (const simgl::NoAnswer &failure) {
-        tell(error, error_size, failure.what());
-        return SIMGL_NO_ANSWER;
-    } catch (const std::exception &failure) {
-        tell(error, error_size, failure.what());
-        return SIMGL_BAD_REPLY;
-    }
+        const simgl_shot shot{camera, exposure_time_s, said.gain_dn_per_e,
+                              pixels, pixel_count,     info};
+        render(client->client, tai_ns, &shot, 1, bodies, body_count, said);
+    });
+}
+
+int simgl_render_cameras_dn(simgl_client *client, int64_t tai_ns, const simgl_shot *shots,
+                            size_t shot_count, const simgl_body *bodies, size_t body_count,
+                            const simgl_scene *scene, char *error, size_t error_size) {
+    return code_of(error, error_size, [=] {
+        need(client, "client");
+        if (shot_count > 0) need(shots, "shots");
+        const simgl_scene said = scene == nullptr ? simgl_scene{} : *scene;
+        if (said.gain_dn_per_e != 0.0)
+            throw BadArgument("scene.gain_dn_per_e: each of several cameras has its own gain");
+        render(client->client, tai_ns, shots, shot_count, bodies, body_count, said);
+    });
 }

@@ -48,7 +48,7 @@ typedef struct {
     int moving; /* bodies move with their rates while the shutter is open: motion blur */
     int seek;   /* allow a time before that of the last request */
     const double *sun_position_m; /* 3 numbers; NULL leaves the Sun to the scenario */
-    double gain_dn_per_e;         /* 0 takes the camera's own */
+    double gain_dn_per_e;         /* 0 takes the camera's own; with several cameras each has its own */
     uint32_t draw;                /* of several images of one time: another has other noise */
 } simgl_scene;
 
@@ -66,18 +66,45 @@ typedef struct {
     char state_hash[33];
 } simgl_image;
 
-/* Returns a client, or NULL with the reason in error. */
-simgl_client *simgl_connect(const char *address, double timeout_s, char *error, size_t error_size);
+/* A camera of a request, and where its image goes: pixels holds pixel_count numbers, at least as
+ * many as the camera has; info may be NULL. */
+typedef struct {
+    const char *camera;
+    double exposure_time_s, gain_dn_per_e; /* 0 takes the camera's own */
+    uint16_t *pixels;
+    size_t pixel_count;
+    simgl_image *info;
+} simgl_shot;
 
 /* Told while a server is starting; see Status in simgl.hpp. */
 typedef void (*simgl_on_status)(const char *state, const char *detail, int64_t done, int64_t total,
                                 void *user);
 
-/* The same, with the time to wait for a server that is starting (600 s above), and what to call
- * meanwhile; on_status may be NULL. */
-simgl_client *simgl_connect_ready(const char *address, double timeout_s, double ready_timeout_s,
-                                  simgl_on_status on_status, void *user, char *error,
-                                  size_t error_size);
+/* Keys for a server that needs them, in ZeroMQ's Z85 form: 40 characters, as they stand behind
+ * public-key and secret-key in the files that simgl keys makes. */
+typedef struct {
+    const char *server; /* the server's public key */
+    const char *public_key, *secret_key; /* of this client */
+} simgl_keys;
+
+/* Of a connection; all zero takes the values in brackets. */
+typedef struct {
+    double timeout_s;       /* of every call [10] */
+    double ready_timeout_s; /* for a server that is starting [600] */
+    /* A connection that broke must be back within this of a request [timeout_s]. */
+    double reconnect_timeout_s;
+    int retry; /* send a request once more where the server lost its renderer over it */
+    const simgl_keys *keys;
+    simgl_on_status on_status; /* called while the server is starting, with user */
+    void *user;
+} simgl_options;
+
+/* Returns a client, or NULL with the reason in error. */
+simgl_client *simgl_connect(const char *address, double timeout_s, char *error, size_t error_size);
+
+/* The same with keys and the other options; NULL takes what is in brackets above. */
+simgl_client *simgl_connect_with(const char *address, const simgl_options *options, char *error,
+                                 size_t error_size);
 /* NULL is allowed. */
 void simgl_close(simgl_client *client);
 
@@ -105,6 +132,12 @@ int simgl_render_scene_dn(simgl_client *client, int64_t tai_ns, const char *came
                           const simgl_body *bodies, size_t body_count, const simgl_scene *scene,
                           double exposure_time_s, uint16_t *pixels, size_t pixel_count,
                           simgl_image *info, char *error, size_t error_size);
+
+/* The DN that several cameras take of one state, in one request. After an error no pixels are to be
+ * used. */
+int simgl_render_cameras_dn(simgl_client *client, int64_t tai_ns, const simgl_shot *shots,
+                            size_t shot_count, const simgl_body *bodies, size_t body_count,
+                            const simgl_scene *scene, char *error, size_t error_size);
 
 #ifdef __cplusplus
 }

@@ -486,23 +486,30 @@ struct Status {
 };
 
 // Options of a connection. The constructor waits up to ready_timeout_s for a server that is
-// starting, and calls on_status meanwhile; every other call ends after timeout_s. Keys are for a server that requires them, in ZeroMQ's Z85 form: the
-// strings after public-key and secret-key in the files that simgl keys makes.
+// starting, and calls on_status meanwhile; every other call ends after timeout_s, and after
+// reconnect_timeout_s where the connection broke before it and is not back. With retry, a request
+// over which the server lost its renderer or its GPU is sent once more, with another timeout_s.
+// Keys are for a server that requires them, in ZeroMQ's Z85 form: the strings after public-key and
+// secret-key in the files that simgl keys makes.
 struct Options {
     double timeout_s = 10.0;
     std::string name = "c++";
     std::string server_key{}, public_key{}, secret_key{};
     double ready_timeout_s = 600.0;
     std::function<void(const Status &)> on_status{};
+    std::optional<double> reconnect_timeout_s{};
+    bool retry = false;
 };
 
 class Client {
   public:
     explicit Client(std::string address, Options options = {})
-        : address_(std::move(address)), timeout_s_(options.timeout_s) {
-        if (!(timeout_s_ > 0.0 && timeout_s_ < 1e6)) throw Error("timeout_s must lie in 0..1e6 s");
-        if (!(options.ready_timeout_s > 0.0 && options.ready_timeout_s < 1e6))
-            throw Error("ready_timeout_s must lie in 0..1e6 s");
+        : address_(std::move(address)), timeout_s_(options.timeout_s),
+          reconnect_timeout_s_(options.reconnect_timeout_s.value_or(options.timeout_s)),
+          retry_(options.retry) {
+        check("timeout_s", timeout_s_);
+        check("ready_timeout_s", options.ready_timeout_s);
+        check("reconnect_timeout_s", reconnect_timeout_s_);
         context_.reset(zmq_ctx_new());
         socket_.reset(zmq_socket(context_.get(), ZMQ_DEALER));
         set_up(options);
@@ -533,9 +540,8 @@ class Client {
                 const std::map<std::string, Pose> &bodies = {}, const Scene &scene = {},
                 bool seek = false) {
         const std::uint64_t id = ++last_id_;
-        const Reply reply =
-            ask(request(id, tai_ns, cameras, bodies, scene, seek), "images", id, "render");
-        return checked(reply, tai_ns, cameras, bodies, scene);
+        const std::string sent = request(id, tai_ns, cameras, bodies, scene, seek);
+        return checked(images(sent, id), tai_ns, cameras, bodies, scene);
     }
 
     // Round-trip time [s].
@@ -560,6 +566,11 @@ class Client {
     struct Close {
         void operator()(void *socket) const { zmq_close(socket); }
     };
+
+    static void check(const char *name, double seconds) {
+        if (!(seconds > 0.0 && seconds < 1e6))
+            throw Error(std::string(name) + " must lie in 0..1e6 s");
+    }
 
     void set(int option, int value) { zmq_setsockopt(socket_.get(), option, &value, sizeof value); }
     void set(int option, const std::string &value) {
@@ -695,6 +706,16 @@ class Client {
         return detail::blake2b_128(w.bytes);
     }
 
+    Reply images(const std::string &sent, std::uint64_t id) {
+        try {
+            return ask(sent, "images", id, "render");
+        } catch (const Refused &failure) {
+            // The server starts another renderer, and an image depends on its request alone.
+            if (!retry_ || (failure.code != "RENDERER_LOST" && failure.code != "GPU_LOST")) throw;
+        }
+        return ask(sent, "images", id, "render");
+    }
+
     Tick checked(const Reply &reply, std::int64_t tai_ns, const std::vector<Shot> &cameras,
                  const std::map<std::string, Pose> &bodies, const Scene &scene) {
         const detail::Value &h = reply.header;
@@ -768,6 +789,8 @@ class Client {
         for (;;) {
             auto wake = deadline;
             if (starting) wake = std::min({deadline, after(heard, timeout_s_), after(ping, 1.0)});
+            // The connection broke before this request; within it that ends the wait at once.
+            if (is_lost()) wake = std::min(wake, after(start, reconnect_timeout_s_));
             const bool broke = wait(wake);
             Reply reply;
             while (receive(reply)) {
@@ -783,6 +806,8 @@ class Client {
             if (broke) throw no_answer("the connection broke", asked);
             const auto now = Clock::now();
             if (starting && now >= deadline) throw no_answer("not ready in time", asked);
+            if (is_lost() && now >= after(start, reconnect_timeout_s_))
+                throw no_answer("no connection in time", asked);
             if (now >= deadline || (starting && now >= after(heard, timeout_s_)))
                 throw no_answer(connected_ ? "no answer in time" : "no connection in time", asked);
             if (starting && now >= after(ping, 1.0)) {
@@ -800,6 +825,8 @@ class Client {
         options.on_status({s["state"].text(), s["detail"].text(), s["done"].whole(),
                            s["total"].whole()});
     }
+
+    bool is_lost() const { return let_in_ && !connected_; }
 
     // Receives what arrived since the last request; replies to abandoned requests are dropped.
     void settle() {
@@ -893,8 +920,8 @@ class Client {
                                    ZMQ_EVENT_HANDSHAKE_FAILED_AUTH;
 
     std::string address_, boot_;
-    double timeout_s_;
-    bool connected_ = false, let_in_ = false;
+    double timeout_s_, reconnect_timeout_s_;
+    bool retry_, connected_ = false, let_in_ = false;
     int restarts_ = 0;
     std::uint64_t last_id_ = 0, last_sequence_ = 0;
     std::optional<Clock::time_point> heard_;

@@ -179,8 +179,8 @@ class Client:
 
         tai_ns : mid-exposure, an integer (a float would lose nanoseconds)
         bodies : spacecraft left out follow the scenario's own laws
-        retry : send the request once more, with another ``timeout_s``, where no answer comes; a
-            server that is still running renders once
+        retry : send the request once more, with another ``timeout_s``, where no answer comes, or
+            the server lost its renderer or GPU over it; one that is still running renders once
         sun_position_m : (3,) Earth-centred ICRF; None leaves the Sun to the scenario
         lamps : lamp to the share of its power that it burns with, 0 to 1; others burn fully
         moving : bodies move with their rates while the shutter is open: motion blur

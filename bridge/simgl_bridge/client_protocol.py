@@ -66,6 +66,8 @@ READY_TIMEOUT = 600.0
 _PING_INTERVAL = 1.0
 # Of these pings; requests count from 1.
 _PING_ID = 0
+# What drew the request is gone, and the server starts another one.
+_LOST = (ErrorCode.RENDERER_LOST, ErrorCode.GPU_LOST)
 # Before a request that was BUSY is sent again [s].
 BUSY_PAUSE = 0.02
 # States of the free-run that are remembered to verify their images.
@@ -141,7 +143,8 @@ class Call(Generic[Reply]):
     timeout_s : until it is given up
     patience_s : given, the server is pinged meanwhile, and the request is given up after this;
         after ``timeout_s`` only where nothing was heard for so long
-    attempts : times that it is sent, each with ``timeout_s``, where no answer comes
+    attempts : times that it is sent, each with ``timeout_s``, where no answer comes or the server
+        lost its renderer
     retry_busy : send it again where the server is BUSY, until ``timeout_s`` is over
     on_change : called when the call is done or to be sent again
     sent : whether it waits for a reply
@@ -189,8 +192,9 @@ class Call(Generic[Reply]):
     def fail(self, error: BridgeError) -> None:
         """End with an error, or send the request again where it may be."""
         now = time.monotonic()
-        busy = isinstance(error, RemoteError) and error.code == ErrorCode.BUSY
-        if isinstance(error, NoAnswerError) and self.attempts > 1:
+        code = error.code if isinstance(error, RemoteError) else None
+        busy = code == ErrorCode.BUSY
+        if (isinstance(error, NoAnswerError) or code in _LOST) and self.attempts > 1:
             self.attempts -= 1
             self.start_over(now)
         elif busy and self.retry_busy and now + BUSY_PAUSE < self.deadline:

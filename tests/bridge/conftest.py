@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-import msgspec
 import pytest
-import zmq
 from simgl_bridge import Client
 
 from simgl import Scenario, load_scenario
 from tests.bridge.compiled import cpp_program, what_is_missing
-from tests.bridge.harness import SCENARIO, RawLink, Running, finish, newer, start
+from tests.bridge.harness import SCENARIO, Proxy, RawLink, Running, finish, newer, start
 from tests.patience import limit
 
 
@@ -79,29 +76,9 @@ def connect() -> Callable[[Running], RawLink]:
 @pytest.fixture
 def newer_address(running: Running) -> Iterator[str]:
     """Where the running server answers as a newer one."""
-    stop = threading.Event()
-    context: zmq.Context[Any] = zmq.Context()
-    front, back = context.socket(zmq.ROUTER), context.socket(zmq.DEALER)
-    front.bind("tcp://127.0.0.1:*")
-    back.connect(running.address)
-
-    def carry() -> None:
-        client = b""
-        while not stop.is_set():
-            if front.poll(10):
-                client, *frames = front.recv_multipart()
-                back.send_multipart(frames)
-            while back.poll(0):
-                version, header, *planes = back.recv_multipart()
-                changed = msgspec.msgpack.encode(newer(msgspec.msgpack.decode(header)))
-                front.send_multipart([client, version, changed, *planes])
-        context.destroy(linger=0)
-
-    thread = threading.Thread(target=carry)
-    thread.start()
-    yield front.get_string(zmq.LAST_ENDPOINT)
-    stop.set()
-    thread.join(limit(10.0))
+    proxy = Proxy(running.address, change=newer)
+    yield proxy.address
+    proxy.close()
 
 
 @pytest.fixture(scope="session")

@@ -338,3 +338,49 @@ def newer(value: Any) -> Any:
     return more | (
         {"code": "FROM_LATER", "retryable": True} if value.get("type") == "error" else {}
     )
+
+
+class Proxy:
+    """Carries the messages of one client to a server and back, on a thread, until ``close``.
+
+    change : of a reply's header
+    answer : to a request's header, instead of the server's reply; None lets the server answer
+    """
+
+    def __init__(
+        self,
+        server: str,
+        change: Callable[[Any], Any] = lambda header: header,
+        answer: Callable[[Any], Any] = lambda _: None,
+    ) -> None:
+        self._change, self._answer = change, answer
+        self._stop = threading.Event()
+        self._context: zmq.Context[Any] = zmq.Context()
+        self._front = self._context.socket(zmq.ROUTER)
+        self._back = self._context.socket(zmq.DEALER)
+        self._front.bind("tcp://127.0.0.1:*")
+        self._back.connect(server)
+        self.address = self._front.get_string(zmq.LAST_ENDPOINT)
+        self._thread = threading.Thread(target=self._carry)
+        self._thread.start()
+
+    def _carry(self) -> None:
+        client = b""
+        while not self._stop.is_set():
+            if self._front.poll(10):
+                client, version, header, *rest = self._front.recv_multipart()
+                answer = self._answer(msgspec.msgpack.decode(header))
+                if answer is None:
+                    self._back.send_multipart([version, header, *rest])
+                else:
+                    self._front.send_multipart([client, version, msgspec.msgpack.encode(answer)])
+            while self._back.poll(0):
+                version, header, *planes = self._back.recv_multipart()
+                changed = msgspec.msgpack.encode(self._change(msgspec.msgpack.decode(header)))
+                self._front.send_multipart([client, version, changed, *planes])
+        self._context.destroy(linger=0)
+
+    def close(self) -> None:
+        """End without a goodbye, as a server that is killed does."""
+        self._stop.set()
+        self._thread.join(limit(10.0))

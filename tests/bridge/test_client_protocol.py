@@ -63,6 +63,18 @@ def test_a_retry_is_due_at_once_and_only_once(protocol: ClientProtocol) -> None:
         call.result()
 
 
+@pytest.mark.parametrize("code", ["RENDERER_LOST", "GPU_LOST"])
+def test_a_retry_is_for_a_lost_renderer_too(protocol: ClientProtocol, code: str) -> None:
+    call = Call(Ping(id=1), Pong, 10.0, attempts=2)
+    protocol.open(call)
+    for _ in range(2):
+        assert not call.done
+        assert protocol.due(call) == pack(Ping(id=1))
+        arrive(protocol, error(1, code))
+    with pytest.raises(RemoteError, match=code):
+        call.result()
+
+
 @pytest.mark.parametrize("retry_busy", [False, True])
 def test_a_busy_server_is_asked_again_after_a_pause(
     protocol: ClientProtocol, retry_busy: bool

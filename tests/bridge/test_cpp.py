@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from simgl_bridge import BodyPose, Client, Shot, launched_server
+from simgl_bridge import BodyPose, Client, ClientKeys, Shot, launched_server
 from simgl_bridge.access import Access, make_keys
 from zmq.auth import load_certificate
 
@@ -210,12 +210,80 @@ int main(int argc, char **argv) {
 }
 """
 
+C_CAMERAS = """
+#include <simgl.h>
+#include <stdio.h>
+static uint16_t wide[64 * 48], small[64 * 48];
+static char error[300];
+int main(int argc, char **argv) {
+    simgl_image info[2];
+    simgl_shot shots[2] = {{"nav", 0.001, 0.0, wide, 64 * 48, &info[0]},
+                           {"side", 0.0, 0.125, small, 64 * 48, &info[1]}};
+    simgl_body chaser = {.name = "chaser", .position_m = {0.5, -0.25, 40.0},
+                         .velocity_m_s = {0.0, 0.0, -0.1},
+                         .q_icrf_from_body_xyzw = {0.0, 0.0, 0.0, 1.0}};
+    simgl_scene gain = {.gain_dn_per_e = 0.5};
+    simgl_keys keys = {argv[2], argv[3], argv[4]}, empty = {argv[2], "", argv[4]};
+    simgl_keys cut = {argv[2], "abc", argv[4]}, none = {0};
+    simgl_options options = {.timeout_s = 20.0, .keys = &keys};
+    simgl_client *client;
+    int64_t now;
+    int i, code;
+    (void)argc;
+    client = simgl_connect_with(argv[1], &options, error, sizeof error);
+    if (client == NULL) return puts(error), 1;
+    now = simgl_epoch_tai_ns(client);
+    code = simgl_render_cameras_dn(client, now, shots, 2, &chaser, 1, NULL, error, sizeof error);
+    if (code != SIMGL_OK) return puts(error), 2;
+    for (i = 0; i < 2; ++i) {
+        char hash[33];
+        simgl_plane_hash(shots[i].pixels, (size_t)info[i].width * (size_t)info[i].height, hash);
+        printf("%s %d %d %g %g %s\\n", shots[i].camera, (int)info[i].width, (int)info[i].height,
+               info[i].exposure_time_s, info[i].gain_dn_per_e, hash);
+    }
+    printf("%s %s\\n", info[0].state_hash, info[1].state_hash);
+    shots[1].pixel_count = 3;
+    code = simgl_render_cameras_dn(client, now, shots, 2, &chaser, 1, NULL, error, sizeof error);
+    printf("%d %s\\n", code, error);
+    shots[1] = shots[0];
+    code = simgl_render_cameras_dn(client, now, shots, 2, &chaser, 1, NULL, error, sizeof error);
+    printf("%d %s\\n", code, error);
+    code = simgl_render_cameras_dn(client, now, shots, 1, &chaser, 1, &gain, error, sizeof error);
+    printf("%d %s\\n", code, error);
+    code = simgl_render_cameras_dn(client, now, NULL, 1, &chaser, 1, NULL, error, sizeof error);
+    printf("%d %s\\n", code, error);
+    simgl_close(client);
+    options.keys = &empty;
+    if (simgl_connect_with(argv[1], &options, error, sizeof error) == NULL) puts(error);
+    options.keys = &cut;
+    if (simgl_connect_with(argv[1], &options, error, sizeof error) == NULL) puts(error);
+    options.keys = &none;
+    if (simgl_connect_with(argv[1], &options, error, sizeof error) == NULL) puts(error);
+    options.timeout_s = -1.0;
+    options.keys = NULL;
+    if (simgl_connect_with(argv[1], &options, error, sizeof error) == NULL) puts(error);
+    if (simgl_connect(argv[1], 20.0, error, sizeof error) == NULL) puts(error);
+    return 0;
+}
+"""
+
 
 @pytest.fixture(scope="module")
 def probe(build: Callable[..., Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
     source = tmp_path_factory.mktemp("probe") / "probe.cpp"
     source.write_text(PROBE)
     return build("probe", source)
+
+
+def guest_list(folder: Path) -> tuple[dict[str, list[str]], Access]:
+    """Public and secret keys by name, and what a server needs that admits the guest alone."""
+    keys: dict[str, list[str]] = {}
+    for name in ("server", "guest", "stranger"):
+        _, secret = make_keys(name, folder)
+        keys[name] = [key.decode() for key in load_certificate(secret) if key is not None]
+    (folder / "allowed").mkdir()
+    (folder / "guest.key").rename(folder / "allowed" / "guest.key")
+    return keys, Access(secret=folder / "server.key_secret", allowed=folder / "allowed")
 
 
 class Program:
@@ -393,6 +461,45 @@ def test_the_c_interface_moves_bodies_dims_lamps_and_places_the_sun(
     assert "NO_JOINT" in bent
 
 
+def test_the_c_interface_has_keys_and_several_cameras(
+    build: Callable[..., Path], tmp_path: Path, start_server: Starter, scenario: Scenario
+) -> None:
+    keys, access = guest_list(tmp_path)
+    address = start_server(scenario, access=access).address
+    program = c_program(build, tmp_path, C_CAMERAS)
+    run = run_to_end([str(program), address, keys["server"][0], *keys["guest"]])
+    *images, states, small, twice, gain, null, empty, cut, none, timeout, keyless = (
+        run.stdout.splitlines()
+    )
+    pose = BodyPose(
+        position_m=(0.5, -0.25, 40.0),
+        velocity_m_s=(0.0, 0.0, -0.1),
+        q_icrf_from_body_xyzw=(0.0, 0.0, 0.0, 1.0),
+    )
+    shots = [Shot(camera="nav", exposure_time_s=0.001), Shot(camera="side", gain_dn_per_e=0.125)]
+    folder = ClientKeys(secret=tmp_path / "guest.key_secret", server=tmp_path / "server.key")
+    with Client(address, timeout_s=limit(20.0), keys=folder) as client:
+        tick = client.render_all(scenario.epoch_tai_ns, shots, {"chaser": pose})
+    expected = []
+    for name in ("nav", "side"):
+        image = tick[name]
+        height, width = image.dn.shape
+        numbers = f"{width} {height} {image.exposure_time_s:g} {image.gain_dn_per_e:g}"
+        expected.append(f"{name} {numbers} {image.plane_hash()}")
+    assert images == expected
+    assert images[0].split()[-1] != images[1].split()[-1]
+    assert states == f"{tick.state_hash} {tick.state_hash}"
+    assert small.startswith('4 pixels has room for 3, camera "side" has ')
+    assert twice == f'1 {address}: BAD_VALUE: cameras[1].camera repeats "nav"'
+    assert gain == "4 scene.gain_dn_per_e: each of several cameras has its own gain"
+    assert null == "4 shots is NULL"
+    assert empty == "keys.public_key is empty"
+    assert cut == "a key is not in ZeroMQ's Z85 form"
+    assert none == "keys.server is NULL"
+    assert timeout == "timeout_s must lie in 0..1e6 s"
+    assert keyless.startswith(f"{address}: the server refused this client: its key")
+
+
 def test_the_c_interface_names_what_a_caller_got_wrong(
     build: Callable[..., Path], tmp_path: Path, running: Running
 ) -> None:
@@ -442,13 +549,7 @@ def test_the_cpp_client_knows_a_server_killed_in_the_middle_of_a_frame_at_once(
 def test_the_cpp_client_comes_in_with_keys_and_is_told_at_once_without(
     probe: Path, start_server: Starter, scenario: Scenario, tmp_path: Path
 ) -> None:
-    keys: dict[str, list[str]] = {}
-    for name in ("server", "guest", "stranger"):
-        _, secret = make_keys(name, tmp_path)
-        keys[name] = [key.decode() for key in load_certificate(secret) if key is not None]
-    (tmp_path / "allowed").mkdir()
-    (tmp_path / "guest.key").rename(tmp_path / "allowed" / "guest.key")
-    access = Access(secret=tmp_path / "server.key_secret", allowed=tmp_path / "allowed")
+    keys, access = guest_list(tmp_path)
     address = start_server(scenario, access=access).address
     public = keys["server"][0]
     guest = Program(probe, address, SOON, public, *keys["guest"])

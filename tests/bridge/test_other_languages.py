@@ -1,4 +1,4 @@
-"""The clients for Node and Java, written from the page of the protocol alone."""
+"""Clients for Node, Java and MATLAB (in Octave), written from the page of the protocol alone."""
 
 from __future__ import annotations
 
@@ -37,7 +37,16 @@ def java_command(folder: Path) -> list[str]:
     return ["java", "-cp", f"{class_path}:{folder}", "SimglClient"]
 
 
-@pytest.mark.parametrize("command", [node_command, java_command])
+def octave_command(folder: Path) -> list[str]:
+    if shutil.which("octave-cli") is None or not all(jar.exists() for jar in JARS):
+        pytest.skip("needs Debian's octave, default-jdk-headless, libjeromq-java, libmsgpack-java")
+    lines = [f"javaaddpath('{jar}');" for jar in JARS]
+    lines += [f"addpath('{CLIENTS}');", "words = argv();", "simgl_client(words{end});"]
+    (folder / "run.m").write_text("\n".join(lines))
+    return ["octave-cli", "--norc", "--quiet", str(folder / "run.m")]
+
+
+@pytest.mark.parametrize("command", [node_command, java_command, octave_command])
 def test_other_languages_get_the_native_image(
     command: Callable[[Path], list[str]], client: Client, scenario: Scenario, tmp_path: Path
 ) -> None:

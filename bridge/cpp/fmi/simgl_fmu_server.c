@@ -18,6 +18,8 @@ extern char **environ;
 #define PARENT_VARIABLE "SIMGL_SERVER_PARENT"
 /* A server that listens answers well within this, whatever it does. */
 #define ATTEMPT_S 2.0
+/* A server that lives takes a broken connection up again within a tenth of a second. */
+#define RECONNECT_S 3.0
 /* A server that was asked to end finishes its image; after this it is killed. */
 #define PATIENCE_S 10.0
 
@@ -49,13 +51,18 @@ static void show_status(const char *state, const char *detail, int64_t done, int
 static simgl_client *connected(const server_request *request, const char *address,
                                double attempt_s, double ready_timeout_s, char *error,
                                size_t error_size) {
-    simgl_client *probe = simgl_connect_ready(address, smaller(attempt_s, request->timeout_s),
-                                              ready_timeout_s, show_status, (void *)request, error,
-                                              error_size);
+    simgl_options options = {.timeout_s = smaller(attempt_s, request->timeout_s),
+                             .ready_timeout_s = ready_timeout_s,
+                             .reconnect_timeout_s = RECONNECT_S,
+                             .retry = 1,
+                             .on_status = show_status,
+                             .user = (void *)request};
+    simgl_client *probe = simgl_connect_with(address, &options, error, error_size);
     if (probe == NULL) return NULL;
     simgl_close(probe);
-    return simgl_connect_ready(address, request->timeout_s, ready_timeout_s, NULL, NULL, error,
-                               error_size);
+    options.timeout_s = request->timeout_s;
+    options.on_status = NULL;
+    return simgl_connect_with(address, &options, error, error_size);
 }
 
 /* The environment of this process with another parent variable; NULL without memory. */

@@ -45,8 +45,7 @@ static void mdlStart(SimStruct *S) {
     char address[200];
     mxGetString(ssGetSFcnParam(S, ADDRESS), address, sizeof address);
     ssSetPWorkValue(S, ROWS, calloc((size_t)size_of(S, 0) * size_of(S, 1), sizeof(uint16_t)));
-    ssSetPWorkValue(S, CLIENT, simgl_connect_ready(address, 60.0, 600.0, NULL, NULL, error,
-                                                   sizeof error));
+    ssSetPWorkValue(S, CLIENT, simgl_connect(address, 60.0, error, sizeof error));
     if (ssGetPWorkValue(S, CLIENT) == NULL) ssSetErrorStatus(S, error);
 }
 
