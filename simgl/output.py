@@ -7,9 +7,10 @@ never see a partial file.
 from __future__ import annotations
 
 import os
+import secrets
 import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -53,24 +54,29 @@ def complete_file(path: Path) -> Iterator[Path]:
 
     Raises OutputError if the folder cannot be written.
     """
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        prefix = f".{path.stem}."
-        handle, name = tempfile.mkstemp(prefix=prefix, suffix=path.suffix, dir=path.parent)
-    except OSError as error:
-        raise OutputError(f"{path.parent}: cannot be written ({error.strerror})") from None
-    os.close(handle)
-    temporary = Path(name)
+    # Known before it exists: a signal may come at any moment.
+    temporary = path.with_name(f".{path.stem}.{secrets.token_hex(8)}{path.suffix}")
     unfinished_files.add(temporary)
     try:
+        _create(temporary)
         yield temporary
         temporary.chmod(0o644)
         temporary.replace(path)
     except OSError as error:
         raise OutputError(f"{path}: cannot be written ({error.strerror})") from None
     finally:
-        temporary.unlink(missing_ok=True)
+        # Nothing to remove where it could not be created.
+        with suppress(OSError):
+            temporary.unlink()
         unfinished_files.discard(temporary)
+
+
+def _create(path: Path) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch(mode=0o600, exist_ok=False)
+    except OSError as error:
+        raise OutputError(f"{path.parent}: cannot be written ({error.strerror})") from None
 
 
 def _text(values: Any) -> str:

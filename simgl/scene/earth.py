@@ -18,7 +18,7 @@ from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS, WGS84_POLAR_RADIUS
 from simgl.physics.regolith import Regolith
 
 # Of the ground alone and with clouds of the usual cover, in every band, for multiple scattering
-# between them and the atmosphere: what is left of the Earth's albedo in the bands, 0.17 and 0.33, without the air.
+# between them and the atmosphere: the albedo in the bands, 0.17 and 0.33, without the air's part.
 CLEAR_ALBEDO, CLOUDY_ALBEDO = 0.13, 0.27
 
 
