@@ -8,6 +8,7 @@ Jupiter and Saturn (rms; SOFA's notes), from 1800 to 2050.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import erfa
 import numpy as np
@@ -54,13 +55,21 @@ def planets(tai_ns: int) -> tuple[Planet, ...]:
     heliocentric, _ = erfa.epv00(day, rest)
     earth = np.asarray(heliocentric["p"])
     result = []
-    for name, number, b_v, v_i in _PLANETS:
+    for (name, number, _, _), of_magnitude_0 in zip(_PLANETS, _magnitude_0(), strict=True):
         from_sun, from_earth = _places(number, day, rest, earth)
         v = magnitude(name, from_sun, from_earth)
-        light = band_irradiance(np.array([v]), np.array([b_v]), np.array([v_i]))[0]
-        position = from_earth * ASTRONOMICAL_UNIT
+        light, position = 10.0 ** (-0.4 * v) * of_magnitude_0, from_earth * ASTRONOMICAL_UNIT
         result.append(Planet(name=name, magnitude=v, position=position, irradiance=light))
     return tuple(result)
+
+
+@lru_cache(maxsize=1)
+def _magnitude_0() -> Array:
+    """(n, 4) irradiance of each planet at V = 0 [W m-2]."""
+    b_v, v_i = (np.array([planet[column] for planet in _PLANETS]) for column in (2, 3))
+    light = band_irradiance(np.zeros(len(b_v)), b_v, v_i)
+    light.flags.writeable = False
+    return light
 
 
 def _places(number: int, day: float, rest: float, earth: Array) -> tuple[Array, Array]:
@@ -113,5 +122,6 @@ def _ring_tilt(from_sun: Array, from_earth: Array) -> float:
     different faces."""
     a, d = _SATURN_POLE
     pole = np.array([np.cos(d) * np.cos(a), np.cos(d) * np.sin(a), np.sin(d)])
-    sun, earth = (np.degrees(np.arcsin(pole @ v / np.linalg.norm(v))) for v in (from_sun, from_earth))
-    return float(np.sin(np.radians(np.sqrt(max(sun * earth, 0.0)))))
+    to_sun, to_earth = (float(pole @ v / np.linalg.norm(v)) for v in (from_sun, from_earth))
+    angles = float(np.arcsin(to_sun) * np.arcsin(to_earth))
+    return float(np.sin(np.sqrt(max(angles, 0.0))))
