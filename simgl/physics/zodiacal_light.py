@@ -110,7 +110,7 @@ def faint_starlight(direction: Array) -> Array:
 
 def _from_table(longitude: Array, latitude: Array, elongation: Array) -> Array:
     """(n,) spectral radiance at 500 nm [1e-8 W m-2 sr-1 um-1]; angles in degrees, from 0."""
-    table = _whole_table()
+    table = _filled_table()
     row = np.clip(np.searchsorted(_LONGITUDES, longitude) - 1, 0, len(_LONGITUDES) - 2)
     column = np.clip(np.searchsorted(_LATITUDES, latitude) - 1, 0, len(_LATITUDES) - 2)
     x = (longitude - _LONGITUDES[row]) / (_LONGITUDES[row + 1] - _LONGITUDES[row])
@@ -123,7 +123,7 @@ def _from_table(longitude: Array, latitude: Array, elongation: Array) -> Array:
 
 
 @lru_cache(maxsize=1)
-def _whole_table() -> Array:
+def _filled_table() -> Array:
     """Logarithm of the table, its gap at the Sun filled."""
     near = _near_sun(_LONGITUDES[:, None], _LATITUDES[None, :])
     return np.log(np.where(_TABLE > 0.0, _TABLE, near))

@@ -21,9 +21,9 @@ from simgl.scene.state import CameraState, SceneState, SunSeen
 
 # A star's light reaches so far from its place [pixels].
 STAR_REACH = 1.5
-# Between nodes of the diffuse sky [rad], and most steps along an edge: the interpolation errs by
-# 1 % from 15 deg off the Sun.
-_DIFFUSE_STEP, _MOST_STEPS = np.radians(1.5), 96
+# Between nodes of the diffuse sky [rad], and at most so many steps along an edge: the interpolation
+# errs by 1 % from 15 deg off the Sun.
+_DIFFUSE_STEP, _MAX_STEPS = np.radians(1.5), 96
 # Light's aberration at 30 + 8 km/s, parallax and a century of the fastest proper motion [rad].
 _STARS_MOVE = 1e-2
 
@@ -257,7 +257,7 @@ def _diffuse_sky(state: SceneState, camera: CameraState, hidden: _Hidden) -> Dif
         return None
     d, k = camera.camera.detector, camera.camera.intrinsics
     columns, rows = (
-        int(np.clip(np.ceil(side / k[0, 0] / _DIFFUSE_STEP), 2, _MOST_STEPS)) + 1
+        int(np.clip(np.ceil(side / k[0, 0] / _DIFFUSE_STEP), 2, _MAX_STEPS)) + 1
         for side in (d.width, d.height)
     )
     x, y = np.meshgrid(np.linspace(0, d.width, columns), np.linspace(0, d.height, rows))
