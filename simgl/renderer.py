@@ -19,6 +19,7 @@ from simgl.gpu.release import all_or_nothing, release_all
 from simgl.gpu.render_targets import Format, ImageTarget, TargetStore, can_draw, largest_edge
 from simgl.gpu.timers import PassTimer
 from simgl.passes.background.air import AtmospherePass
+from simgl.passes.background.diffuse_sky import DiffuseSkyPass
 from simgl.passes.background.environment_probe import EnvironmentProbeStore
 from simgl.passes.background.moon import MoonPass
 from simgl.passes.background.planet import PlanetPass
@@ -88,6 +89,7 @@ class Renderer:
         self._sunlight = SunlightPass(ctx)
         self._glossy = GlossyPass(ctx, self._meshes)
         self._surface = SurfacePass(ctx, self._meshes)
+        self._diffuse_sky = DiffuseSkyPass(ctx)
         self._stars = StarPass(ctx)
         self._sun = SunPass(ctx)
         self._moon = MoonPass(ctx)
@@ -290,7 +292,10 @@ class Renderer:
 
     def _celestial(self, view: CelestialView, target: ImageTarget) -> None:
         """What lies beyond the Earth, the farthest first."""
-        _blacken(target)
+        if view.diffuse is None:
+            _blacken(target)
+        else:
+            self._diffuse_sky.draw(view.diffuse, target.framebuffer)
         if view.stars is not None:
             self._stars.draw(view, view.stars, target.framebuffer)
         if view.sun is not None:
@@ -403,6 +408,7 @@ class Renderer:
             self._sunlight,
             self._glossy,
             self._surface,
+            self._diffuse_sky,
             self._stars,
             self._sun,
             self._moon,

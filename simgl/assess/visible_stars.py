@@ -1,4 +1,4 @@
-"""The stars that an image should show: truth for star trackers."""
+"""The stars and planets that an image should show: truth for star trackers."""
 
 from __future__ import annotations
 
@@ -17,9 +17,10 @@ Body = Literal["earth", "moon", "sun"]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StarSeen:
-    """A catalogue star in an image.
+    """A catalogue star or planet in an image.
 
-    hip : number in the Hipparcos catalogue
+    hip : number in the Hipparcos catalogue; None for a planet
+    planet : its name; None for a star
     magnitude : Johnson's V
     pixel : column and row; the centre of the first pixel is (0.5, 0.5)
     direction_icrf : (3,) unit, with proper motion, parallax and aberration
@@ -27,7 +28,8 @@ class StarSeen:
     hidden_by : the body that hides it, spacecraft not considered; None where it is seen
     """
 
-    hip: int
+    hip: int | None
+    planet: str | None
     magnitude: float
     pixel: tuple[float, float]
     direction_icrf: Array
@@ -36,7 +38,7 @@ class StarSeen:
 
 
 def stars_in_view(state: SceneState, camera: str) -> list[StarSeen]:
-    """The stars within a camera's image, the brightest first.
+    """The stars and planets within a camera's image, the brightest first.
 
     For spacecraft in front see the capture's part ids. Empty where the scene has no stars.
     """
@@ -54,21 +56,24 @@ def stars_in_view(state: SceneState, camera: str) -> list[StarSeen]:
     }
     size = pinhole.camera.detector.width, pinhole.camera.detector.height
     seen = []
-    for i, row in enumerate(places.rows):
+    for i, row in enumerate(places.rows.tolist()):
         x, y = (float(v) for v in places.pixels[i])
         if not (0.0 <= x < size[0] and 0.0 <= y < size[1]):
             continue
+        number = row - len(catalogue.hip)
+        planet = None if number < 0 else state.stars.planets[number]
         seen.append(
             StarSeen(
-                hip=int(catalogue.hip[row]),
-                magnitude=float(catalogue.magnitude[row]),
+                hip=int(catalogue.hip[row]) if planet is None else None,
+                planet=None if planet is None else planet.name,
+                magnitude=float(catalogue.magnitude[row]) if planet is None else planet.magnitude,
                 pixel=(x, y),
                 direction_icrf=places.direction_icrf[i],
-                irradiance=catalogue.irradiance[row],
+                irradiance=places.irradiance[i],
                 hidden_by=next((body for body, behind in hidden.items() if behind[i]), None),
             )
         )
-    return seen
+    return sorted(seen, key=lambda one: one.magnitude)
 
 
 def _within(directions: Array, towards: Array, angular_radius: float) -> Mask:

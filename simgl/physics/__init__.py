@@ -6,7 +6,9 @@ solar_disc, eclipse            limb darkening; sunlight past the Earth, its atmo
 atmosphere, skylight, airglow  optical depths; multiple scattering; light of the upper atmosphere
 land_reflectance, sea_surface, regolith, lunar_model
                                reflectance of planetary surfaces
-starlight, directional_albedo  band irradiance of stars; look-up table of the GGX lobe
+starlight, planets             band irradiance and directions of stars; the bright planets
+zodiacal_light                 light between the stars
+directional_albedo             look-up table of the GGX lobe
 
 Imports ``arrays`` only. A new formula goes to the module of its subject, with its
 source in the docstring and a test against a published number in tests/physics.

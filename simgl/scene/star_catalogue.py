@@ -14,6 +14,7 @@ from simgl.decoded_files import arrays_in
 from simgl.errors import AssetError
 from simgl.file_cache import FileCache
 from simgl.input_files import read_file
+from simgl.physics.planets import Planet, planets
 from simgl.physics.starlight import (
     MILLIARCSECOND,
     band_irradiance,
@@ -52,22 +53,28 @@ class StarSky:
     years : since the catalogue's epoch [Julian years]
     earth_position, earth_velocity : (3,) of the Earth's centre from the solar system's barycentre
         [m], [m s-1]
+    planets : those drawn with the stars
+    diffuse : whether zodiacal light and stars too faint for the catalogue shine between them
     """
 
     catalogue: StarCatalogue
     years: float
     earth_position: Array
     earth_velocity: Array
+    planets: tuple[Planet, ...] = ()
+    diffuse: bool = False
 
 
 def star_sky(catalogue: StarCatalogue, tai_ns: int) -> StarSky:
-    """The stars at an epoch."""
+    """The whole sky at an epoch."""
     position, velocity = earth_from_barycentre(tai_ns)
     return StarSky(
         catalogue=catalogue,
         years=years_since_catalogue(tai_ns),
         earth_position=position,
         earth_velocity=velocity,
+        planets=planets(tai_ns),
+        diffuse=True,
     )
 
 

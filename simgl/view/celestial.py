@@ -16,10 +16,14 @@ from simgl.physics.frames import angle_between
 from simgl.physics.lunar_model import GEOMETRIC_ALBEDO, surface_factor
 from simgl.physics.spectrum import PerBand
 from simgl.physics.starlight import aberrated, directions
+from simgl.physics.zodiacal_light import faint_starlight, zodiacal_radiance
 from simgl.scene.state import CameraState, SceneState, SunSeen
 
 # A star's light reaches so far from its place [pixels].
 STAR_REACH = 1.5
+# Between nodes of the diffuse sky [rad], and at most so many steps along an edge: the interpolation
+# errs by 1 % from 15 deg off the Sun.
+_DIFFUSE_STEP, _MAX_STEPS = np.radians(1.5), 96
 # Light's aberration at 30 + 8 km/s, parallax and a century of the fastest proper motion [rad].
 _STARS_MOVE = 1e-2
 
@@ -101,6 +105,19 @@ class StarPoints:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class DiffuseSky:
+    """Light between the stars at the nodes of a regular grid, the first in the image's corner.
+
+    columns, rows : of nodes
+    radiance : (rows * columns, 4) float32, row by row [W m-2 sr-1]
+    """
+
+    columns: int
+    rows: int
+    radiance: Array32
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class CelestialView:
     """Everything beyond the Earth that an image may show; None where it shows none of a kind.
 
@@ -113,6 +130,7 @@ class CelestialView:
     stars: StarPoints | None
     sun: SunDisc | None
     moon: MoonDisc | None
+    diffuse: DiffuseSky | None = None
     radiance: PerBand = (0.0, 0.0, 0.0, 0.0)
 
 
@@ -126,16 +144,18 @@ class EarthCone:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StarPlaces:
-    """Catalogue stars within an image, in the catalogue's order.
+    """Catalogue stars and planets within an image, the stars first, in the catalogue's order.
 
-    rows : (n,) in the catalogue
+    rows : (n,) in the catalogue; from its length on, in the sky's planets
     direction_icrf : (n, 3) unit, as the moving camera sees them
     pixels : (n, 2) float64
+    irradiance : (n, 4) [W m-2]
     """
 
     rows: IndexArray
     direction_icrf: Array
     pixels: Array
+    irradiance: Array
 
 
 def celestial(
@@ -146,7 +166,8 @@ def celestial(
     points = _star_points(state, camera, hidden)
     sun = _sun_disc(state, camera, cone, hidden)
     moon = _moon_disc(state, camera, cone, hidden)
-    if points is None and sun is None and moon is None:
+    diffuse = _diffuse_sky(state, camera, hidden)
+    if points is None and sun is None and moon is None and diffuse is None:
         return None
     k = camera.camera.intrinsics
     return CelestialView(
@@ -155,11 +176,12 @@ def celestial(
         stars=points,
         sun=sun,
         moon=moon,
+        diffuse=diffuse,
     )
 
 
 def star_places(state: SceneState, camera: CameraState) -> StarPlaces | None:
-    """The stars within an image, or just outside; None where the scene has no stars."""
+    """Stars and planets within an image, or just outside; None where the scene has no stars."""
     if state.stars is None:
         return None
     sky, catalogue = state.stars, state.stars.catalogue
@@ -168,24 +190,33 @@ def star_places(state: SceneState, camera: CameraState) -> StarPlaces | None:
     reach = optics.half_diagonal_angle + _STARS_MOVE + 2.0 * STAR_REACH / optics.focal_length_px
     rows = np.flatnonzero(catalogue.direction @ R[2] > np.cos(min(reach, np.pi)))
     centre = np.zeros(3) if state.earth is None else state.earth.position
-    seen = aberrated(
-        directions(
-            catalogue.direction[rows],
-            catalogue.motion[rows],
-            catalogue.parallax[rows],
-            sky.years,
-            sky.earth_position + camera.position - centre,
-        ),
-        sky.earth_velocity + camera.velocity,
+    still = directions(
+        catalogue.direction[rows],
+        catalogue.motion[rows],
+        catalogue.parallax[rows],
+        sky.years,
+        sky.earth_position + camera.position - centre,
     )
+    light = catalogue.irradiance[rows]
+    if sky.planets:
+        offsets = np.stack([p.position for p in sky.planets]) - (camera.position - centre)
+        still = np.concatenate([still, offsets / np.linalg.norm(offsets, axis=1)[:, None]])
+        light = np.concatenate([light, np.stack([p.irradiance for p in sky.planets])])
+        rows = np.concatenate([rows, len(catalogue.hip) + np.arange(len(sky.planets))])
+    seen = aberrated(still, sky.earth_velocity + camera.velocity)
     in_camera = seen @ R.T
     before = in_camera[:, 2] > 1e-6
-    rows, seen, in_camera = rows[before], seen[before], in_camera[before]
+    rows, seen, in_camera, light = rows[before], seen[before], in_camera[before], light[before]
     k = optics.intrinsics
     pixels = in_camera[:, :2] / in_camera[:, 2:] * k[0, 0] + k[:2, 2]
     size = np.array([d.width, d.height])
     inside = np.all((pixels > -STAR_REACH) & (pixels < size + STAR_REACH), axis=1)
-    return StarPlaces(rows=rows[inside], direction_icrf=seen[inside], pixels=pixels[inside])
+    return StarPlaces(
+        rows=rows[inside],
+        direction_icrf=seen[inside],
+        pixels=pixels[inside],
+        irradiance=light[inside],
+    )
 
 
 @dataclass(frozen=True)
@@ -212,14 +243,32 @@ def _star_points(state: SceneState, camera: CameraState, hidden: _Hidden) -> Sta
     places = star_places(state, camera)
     if places is None:
         return None
-    assert state.stars is not None
     seen = ~hidden.points(places.direction_icrf)
     if not seen.any():
         return None
     return StarPoints(
         pixels=_float32(places.pixels[seen]),
-        irradiance=_float32(state.stars.catalogue.irradiance[places.rows[seen]]),
+        irradiance=_float32(places.irradiance[seen]),
     )
+
+
+def _diffuse_sky(state: SceneState, camera: CameraState, hidden: _Hidden) -> DiffuseSky | None:
+    if state.stars is None or not state.stars.diffuse:
+        return None
+    d, k = camera.camera.detector, camera.camera.intrinsics
+    columns, rows = (
+        int(np.clip(np.ceil(side / k[0, 0] / _DIFFUSE_STEP), 2, _MAX_STEPS)) + 1
+        for side in (d.width, d.height)
+    )
+    x, y = np.meshgrid(np.linspace(0, d.width, columns), np.linspace(0, d.height, rows))
+    rays = np.stack([x.ravel() - k[0, 2], y.ravel() - k[1, 2], np.full(x.size, k[0, 0])], axis=1)
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    seen = rays @ camera.R_camera_from_icrf
+    if hidden.points(seen).all():
+        return None
+    sun = state.sun.seen_from(camera.position).direction_icrf
+    light = zodiacal_radiance(seen, sun) + faint_starlight(seen)
+    return DiffuseSky(columns=columns, rows=rows, radiance=_float32(light))
 
 
 def _sun_disc(
