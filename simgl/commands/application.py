@@ -18,6 +18,7 @@ from simgl.commands.command_line import say, with_quiet
 from simgl.commands.events_command import events
 from simgl.commands.record_command import record
 from simgl.commands.ros2_command import ros2
+from simgl.commands.thermal_command import thermal
 from simgl.errors import SimglError
 
 app = typer.Typer(
@@ -40,6 +41,7 @@ COMMANDS = (
     events,
     render_commands.exposure,
     assess,
+    thermal,
     bench,
     inspection_commands.view,
     render_commands.campaign,

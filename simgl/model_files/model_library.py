@@ -17,7 +17,7 @@ from simgl import assets
 from simgl.arrays import Array
 from simgl.config.path_sandbox import Base, folder_of
 from simgl.config.validation import convert, read_toml
-from simgl.config.value_types import Positive, Table, Vector
+from simgl.config.value_types import NonNegative, Positive, Table, Vector
 from simgl.errors import AssetError, ConfigError, did_you_mean
 from simgl.file_cache import FileCache
 from simgl.input_files import read_file
@@ -25,7 +25,9 @@ from simgl.lru_cache import MANY
 from simgl.model_files.gltf_model import read_gltf
 from simgl.model_files.joint_tables import JointTable, read_joints
 from simgl.model_files.model_from_mesh import PLAIN, check_size, mesh_of_triangles
+from simgl.model_files.surface_tables import ThermalSurfaceTable
 from simgl.scene.spacecraft import SpacecraftModel
+from simgl.scene.thermal_surface import ThermalPart
 
 # Metres in each unit.
 UNITS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "in": 0.0254, "ft": 0.3048, "km": 1e3}
@@ -51,6 +53,15 @@ class AxesTable(Table, frozen=True, kw_only=True):
     z: str
 
 
+class ThermalPartTable(Table, frozen=True, kw_only=True):
+    """Heat in a part's structure, and what its skin is in place of what its materials say."""
+
+    power_w: NonNegative = 0.0
+    heat_capacity_j_k: Positive | None = None
+    sheet_conductance_w_k: NonNegative | None = None
+    surface: ThermalSurfaceTable | None = None
+
+
 class ModelTable(Table, frozen=True, kw_only=True):
     """A model card, such as ``models/NAME/model.toml``; file : from the card's folder."""
 
@@ -62,6 +73,9 @@ class ModelTable(Table, frozen=True, kw_only=True):
     axes: AxesTable
     joint: Annotated[tuple[JointTable, ...], Meta(max_length=255)] = ()
     keypoints: Annotated[dict[str, Vector], Meta(max_length=10_000)] = field(default_factory=dict)
+    thermal: Annotated[dict[str, ThermalPartTable], Meta(max_length=10_000)] = field(
+        default_factory=dict
+    )
 
 
 def shipped_models() -> list[str]:
@@ -118,7 +132,26 @@ def _read_model_card(path: Path, folder: Base) -> SpacecraftModel:
     model = read_gltf(file, table.name, file_to_body, folder_of(file, folder))
     joints = read_joints(table.joint, model, table.keypoints, where)
     keypoints = {k: np.array(v) for k, v in table.keypoints.items()}
-    return replace(model, keypoints=keypoints, joints=joints)
+    thermal = _thermal_parts(table.thermal, model.parts, where)
+    return replace(model, keypoints=keypoints, joints=joints, thermal=thermal)
+
+
+def _thermal_parts(
+    tables: dict[str, ThermalPartTable], parts: tuple[str, ...], where: str
+) -> dict[str, ThermalPart]:
+    result = {}
+    for name, table in tables.items():
+        if name not in parts:
+            raise ConfigError(
+                where, f"thermal.{name}", f"names no part; {did_you_mean(name, parts)}"
+            )
+        result[name] = ThermalPart(
+            power=table.power_w,
+            heat_capacity=table.heat_capacity_j_k,
+            sheet_conductance=table.sheet_conductance_w_k,
+            surface=None if table.surface is None else table.surface.surface(),
+        )
+    return result
 
 
 def _is_binary_stl(content: bytes) -> bool:

@@ -25,6 +25,7 @@ from simgl.scene import mesh as shapes
 from simgl.scene.materials import Material
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.surface_layers import SMOOTHEST, Cells, Coat, Crinkle
+from simgl.scene.thermal_surface import ThermalSurface
 
 Roughness = Annotated[float, Meta(ge=SMOOTHEST, le=1.0)]
 
@@ -61,11 +62,30 @@ class CrinkleTable(Table, frozen=True, kw_only=True):
     slope: Fraction
 
 
+class ThermalSurfaceTable(Table, frozen=True, kw_only=True):
+    """What temperatures depend on: a surface, and the skin that it covers."""
+
+    solar_absorptance: Fraction
+    infrared_emissivity: Fraction
+    heat_capacity_j_m2_k: Positive = 2000.0
+    conductance_w_m2_k: NonNegative = 5.0
+
+    def surface(self) -> ThermalSurface:
+        """The same in SI units."""
+        return ThermalSurface(
+            solar_absorptance=self.solar_absorptance,
+            infrared_emissivity=self.infrared_emissivity,
+            heat_capacity=self.heat_capacity_j_m2_k,
+            conductance=self.conductance_w_m2_k,
+        )
+
+
 class MaterialTable(Table, frozen=True, kw_only=True):
     """A material; Lambertian if it has no roughness.
 
     conserving : adds the light of multiple scattering between microfacets, which glTF's model loses
     emission_w_m2_sr : emitted radiance, one number or four bands, 0 or more
+    thermal : absorptance and emissivity, and the skin below
     """
 
     reflectance: BandValues
@@ -76,6 +96,7 @@ class MaterialTable(Table, frozen=True, kw_only=True):
     cells: CellsTable | None = None
     crinkle: CrinkleTable | None = None
     emission_w_m2_sr: BandValues = 0.0
+    thermal: ThermalSurfaceTable | None = None
 
 
 class FinishTable(MaterialTable, frozen=True, kw_only=True):
@@ -221,6 +242,7 @@ def _material(table: MaterialTable, name: str, where: str, prefix: str) -> Mater
         if crinkle is None
         else Crinkle(facet_size=crinkle.facet_size_m, slope=crinkle.slope),
         emission=amounts(table.emission_w_m2_sr, where, f"{prefix}emission_w_m2_sr"),
+        thermal=None if table.thermal is None else table.thermal.surface(),
     )
 
 

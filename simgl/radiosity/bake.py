@@ -21,7 +21,7 @@ from simgl.radiosity.gather_points import (
     gather_points_of,
     nearest_open,
 )
-from simgl.radiosity.hemisphere import SKY_CELLS, cosine_directions, frames, sky_cell, spins
+from simgl.radiosity.hemisphere import CELLS_ACROSS, cosine_directions, frames, sky_cell, spins
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.occlusion import moved_into_open
 from simgl.radiosity.patches import SAMPLES, Patches, cluster
@@ -121,7 +121,7 @@ def traced(
     if not exposure.any():
         exposure = np.ones_like(exposure)
     patches = cluster(fine, sides, exposure, settings.patches)
-    factors, sky, point_open = _form_factors(fine, tracer, sides, patches, settings.patch_rays)
+    factors, sky, point_open = patch_form_factors(fine, tracer, sides, patches, settings.patch_rays)
     report(total, total)
     return _assembled(fine, sides, points, seen, patches, (factors, sky, point_open), settings)
 
@@ -203,10 +203,20 @@ def patch_directions(normals: Array, rays: int) -> Array:
     return np.asarray(np.einsum("psij,skj->pski", turn, pattern, optimize=True))
 
 
-def _form_factors(
-    mesh: Mesh, tracer: RayTracer, sides: int, patches: Patches, rays: int
+def patch_form_factors(
+    mesh: Mesh,
+    tracer: RayTracer,
+    sides: int,
+    patches: Patches,
+    rays: int,
+    cells_across: int = CELLS_ACROSS,
 ) -> tuple[sparse.csr_matrix, sparse.csr_matrix, Mask]:
-    """Form factors of patches, their view of the sky, and which sample points are outside."""
+    """Form factors of patches, their view of the sky, and which sample points are outside.
+
+    rays : of each patch, a multiple of its sample points
+    cells_across : of the sky's cells on each face of a cube
+    returns : (p, p), (p, 6 cells_across^2) shares of cosine-weighted directions, (p, SAMPLES)
+    """
     count = len(patches.areas)
     faces, _ = face_normals(mesh)
     directions = patch_directions(patches.normals, rays)
@@ -229,7 +239,8 @@ def _form_factors(
     scale = sparse.diags_array(1.0 / np.maximum(used, 1), dtype=np.float64)
     to_body, to_sky = valid & met, valid & ~met
     factors = counts(patch[to_body], patches.of_side[target[to_body]], (count, count))
-    sky = counts(patch[to_sky], sky_cell(flat[to_sky]), (count, SKY_CELLS))
+    cell = sky_cell(flat[to_sky], cells_across)
+    sky = counts(patch[to_sky], cell, (count, 6 * cells_across**2))
     return (
         (scale @ factors).tocsr().astype(np.float32),
         (scale @ sky).tocsr().astype(np.float32),

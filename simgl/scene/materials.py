@@ -7,6 +7,7 @@ from math import isfinite
 
 from simgl.scene.surface_layers import SMOOTHEST, Bands, Cells, Coat, Crinkle
 from simgl.scene.textures import Maps
+from simgl.scene.thermal_surface import ThermalSurface
 
 # Of one model, with the default for surfaces without one: those of a uniform block.
 MAX_MATERIALS = 64
@@ -27,6 +28,7 @@ class Material:
     conserving : adds multiple scattering between microfacets; False is the model of glTF, whose
         lobe gets darker with roughness
     coat, cells, crinkle : layers on or in the surface
+    thermal : absorptance, emissivity and skin; None where they are estimated from the above
     """
 
     name: str
@@ -41,6 +43,8 @@ class Material:
     coat: Coat | None = None
     cells: Cells | None = None
     crinkle: Crinkle | None = None
+    # Visible images do not depend on it.
+    thermal: ThermalSurface | None = field(default=None, compare=False)
 
     @property
     def layered(self) -> bool:

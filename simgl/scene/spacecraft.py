@@ -21,6 +21,7 @@ from simgl.scene.materials import Material
 from simgl.scene.mesh import Mesh
 from simgl.scene.posed_mesh import PosedMesh
 from simgl.scene.textures import SurfaceTextures
+from simgl.scene.thermal_surface import ThermalPart
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,6 +48,7 @@ class SpacecraftModel:
     angles : of the joints in their order [rad], travel [m] of sliding ones; empty if all are as
         stored
     stored : the model with all joints as stored, if this one is moved
+    thermal : what heats and holds heat in its parts, by their names
     """
 
     name: str
@@ -61,6 +63,8 @@ class SpacecraftModel:
     joints: tuple[Joint, ...] = ()
     angles: tuple[float, ...] = ()
     stored: SpacecraftModel | None = None
+    # Visible images do not depend on it.
+    thermal: Mapping[str, ThermalPart] = field(default_factory=dict, compare=False)
 
     @cached_property
     def variant(self) -> tuple[str, ...]:

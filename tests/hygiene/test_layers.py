@@ -17,7 +17,7 @@ LAYERS = (
     ("images", "scene"),
     ("false_colour", "flash_lidar", "model_files", "rays"),
     ("radiosity", "scenario"),
-    ("view",),
+    ("thermal", "view"),
     ("passes",),
     ("camera_pipeline", "renderer"),
     ("still_scene",),
@@ -25,6 +25,7 @@ LAYERS = (
     ("cli_progress", "figure_style", "output", "workers"),
     (
         "doctor",
+        "heat_map",
         "html_page",
         "inspection",
         "maps",

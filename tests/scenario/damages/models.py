@@ -10,7 +10,7 @@ DAMAGES = (
         MODEL,
         'model = "./scene.toml"',
         ": epoch is not a key here; (allowed: axes, description, file, joint, keypoints, name, "
-        "source, unit_m)",
+        "source, thermal, unit_m)",
     ),
     Damage(
         "unknown key of a primitive",
@@ -25,7 +25,7 @@ DAMAGES = (
         "{ reflectance = 0.5, rough = 0.2 }",
         " [spacecraft.plate]: model.plate.material.rough is not a key here; did you mean "
         '"roughness"? (allowed: cells, coat, conserving, crinkle, emission_w_m2_sr, metallic, '
-        "reflectance, roughness)",
+        "reflectance, roughness, thermal)",
     ),
     Damage(
         "unknown primitive",
@@ -114,7 +114,8 @@ DAMAGES = (
         "{ reflectance = 0.5 }",
         "0.5",
         " [spacecraft.plate]: model.plate.material must be a text or a table of reflectance, "
-        "metallic, roughness, conserving, coat, cells, crinkle, emission_w_m2_sr, got 0.5",
+        "metallic, roughness, conserving, coat, cells, crinkle, emission_w_m2_sr, thermal, "
+        "got 0.5",
     ),
     Damage(
         "more than a whole coat",
@@ -141,6 +142,19 @@ DAMAGES = (
         "reflectance = 0.5, crinkle = { facet_size = 0.02, slope = 0.1 }",
         " [spacecraft.plate]: model.plate.material.crinkle.facet_size is not a key here; did you "
         'mean "facet_size_m"? (allowed: facet_size_m, slope)',
+    ),
+    Damage(
+        "absorptance above 1",
+        "reflectance = 0.5",
+        "reflectance = 0.5, thermal = { solar_absorptance = 1.2, infrared_emissivity = 0.9 }",
+        " [spacecraft.plate]: model.plate.material.thermal.solar_absorptance must be a number "
+        "<= 1.0, got 1.2",
+    ),
+    Damage(
+        "thermal properties without emissivity",
+        "reflectance = 0.5",
+        "reflectance = 0.5, thermal = { solar_absorptance = 0.2 }",
+        " [spacecraft.plate]: model.plate.material.thermal.infrared_emissivity is missing",
     ),
     Damage(
         "facets too steep",

@@ -1,0 +1,8 @@
+"""Temperatures of spacecraft: a thermal network of the patches of a mesh, lit by the scene.
+
+``body`` makes the ``network`` of a model (nodes: its patches, and one for the structure of each
+part) from ``view_factors``; ``heat_loads`` has the light that a scene sends to it; ``history``
+steps it along a trajectory. Nothing of it draws. May import ``radiosity``, ``scenario`` and what
+lies below. A new source of heat belongs into ``heat_loads``, a new path between nodes into
+``body``.
+"""

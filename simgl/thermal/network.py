@@ -1,0 +1,146 @@
+"""A thermal network: nodes that store, conduct and radiate heat, stepped implicitly in time."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import LinearOperator, SuperLU, gmres, splu
+
+from simgl.arrays import Array
+from simgl.errors import SimglError
+from simgl.lru_cache import LruCache
+from simgl.physics.constants import STEFAN_BOLTZMANN
+
+# Cosmic background (Fixsen 2009) [K].
+SPACE_TEMPERATURE = 2.7255
+
+# Newton's method ends where the heat that is not accounted for is below this share of what flows
+# through each node, and through all of them together.
+BALANCE = 3e-7
+_MAX_STEPS = 60
+# The factorised matrix takes all nodes to be as warm, so that it depends on nothing but the length
+# of the step: a step is a pure function, to the last bit [K].
+_REFERENCE = 280.0
+# Long enough that nothing is stored any more, short enough for the matrix to stay regular: a node
+# without any coupling stays as it is.
+_FOR_EVER = 1e13  # [s]
+_COLDEST = 2.0  # [K]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ThermalNetwork:
+    """Heat balance of n nodes, C dT/dt = Q - L T - sigma X T^4 + sigma g T_space^4.
+
+    capacity : (n,) C [J K-1], above 0
+    conduction : (n, n) csr L, conductances [W K-1] as a Laplacian: rows sum to 0
+    coupling : (n, n) csr, symmetric, zero diagonal: the radiative exchange area between two nodes,
+        area times emissivity times Gebhart's factor [m2]
+    to_space : (n,) g, the same to space [m2]
+    """
+
+    capacity: Array
+    conduction: sparse.csr_matrix
+    coupling: sparse.csr_matrix
+    to_space: Array
+    space_temperature: float = SPACE_TEMPERATURE
+    _factors: LruCache[float, SuperLU] = field(default_factory=lambda: LruCache(4), repr=False)
+
+    def __post_init__(self) -> None:
+        if not np.all(self.capacity > 0.0):
+            raise ValueError("every node needs a heat capacity above 0")
+
+    @cached_property
+    def emitting_area(self) -> Array:
+        """(n,) sum of a node's radiative exchange areas [m2]."""
+        return np.asarray(self.coupling.sum(axis=1)).ravel() + self.to_space
+
+    @cached_property
+    def _coupling32(self) -> sparse.csr_matrix:
+        """Half the memory to read, good enough for the direction of a step."""
+        return self.coupling.astype(np.float32)
+
+    @cached_property
+    def digest(self) -> str:
+        """Hash of the content."""
+        h = hashlib.sha256(repr(self.space_temperature).encode())
+        for matrix in (self.conduction, self.coupling):
+            for array in (matrix.data, matrix.indices, matrix.indptr):
+                h.update(array.tobytes())
+        h.update(self.capacity.tobytes() + self.to_space.tobytes())
+        return h.hexdigest()
+
+    def net_heat(self, temperatures: Array, heat: Array) -> Array:
+        """(n,) heat that nodes gain [W].
+
+        temperatures : (n,) [K]
+        heat : (n,) absorbed light and internal power [W]
+        """
+        fourth = STEFAN_BOLTZMANN * temperatures**4
+        space = STEFAN_BOLTZMANN * self.space_temperature**4
+        gained = heat - self.conduction @ temperatures + self.coupling @ fourth
+        return np.asarray(gained - self.emitting_area * fourth + self.to_space * space)
+
+    def step(self, temperatures: Array, heat: Array, seconds: float) -> Array:
+        """(n,) temperatures after a time, by the implicit Euler method [K].
+
+        temperatures : (n,) before [K]
+        heat : (n,) mean of absorbed light and internal power over the step [W]
+
+        Newton's method on the heat balance of the end of the step; the linear systems are solved by
+        GMRES, preconditioned by the factorised matrix without the radiation between nodes. Raises
+        SimglError where no balance is reached.
+        """
+        t = np.maximum(temperatures, _COLDEST)
+        stored = self.capacity / seconds
+        for _ in range(_MAX_STEPS):
+            residual = self.net_heat(t, heat) - stored * (t - temperatures)
+            if self._balanced(t, heat, residual):
+                return t
+            slope = 4.0 * STEFAN_BOLTZMANN * t**3
+            change = self._solved(stored, slope, t, residual, seconds)
+            # From far below, Newton's method on T^4 shoots up to where emission is far too strong.
+            t = np.clip(t + change, 0.5 * t, 2.0 * t)
+        raise SimglError(f"no heat balance after {_MAX_STEPS} iterations of {seconds:g} s")
+
+    def steady(self, heat: Array, start: Array | None = None) -> Array:
+        """(n,) temperatures at which every node gives off what it gets [K].
+
+        start : (n,) first guess; a node that couples to nothing stays there
+        """
+        first = np.full(len(self.capacity), 280.0) if start is None else start
+        return self.step(first, heat, _FOR_EVER)
+
+    def _balanced(self, t: Array, heat: Array, residual: Array) -> bool:
+        flows = np.abs(heat) + self.emitting_area * STEFAN_BOLTZMANN * t**4 + 1e-30
+        total = np.abs(residual).sum() <= BALANCE * flows.sum()
+        return bool(total and np.all(np.abs(residual) <= BALANCE * flows.max()))
+
+    def _solved(
+        self, stored: Array, slope: Array, t: Array, residual: Array, seconds: float
+    ) -> Array:
+        def factorised() -> SuperLU:
+            emission = self.emitting_area * 4.0 * STEFAN_BOLTZMANN * _REFERENCE**3
+            matrix = self.conduction + sparse.diags_array(stored + emission)
+            return splu(sparse.csc_matrix(matrix))
+
+        solve = self._factors.get(seconds, factorised).solve
+        diagonal_now = stored + self.emitting_area * slope
+
+        def matrix(x: Array) -> Array:
+            light = self._coupling32 @ (slope * x).astype(np.float32)
+            return diagonal_now * x + self.conduction @ x - light
+
+        count = len(t)
+        change, _ = gmres(
+            LinearOperator((count, count), matvec=matrix, dtype=np.float64),
+            residual,
+            rtol=1e-3,
+            restart=30,
+            maxiter=3,
+            M=LinearOperator((count, count), matvec=solve, dtype=np.float64),
+        )
+        return np.asarray(change)

@@ -1,0 +1,144 @@
+"""Heat from Sun and Earth, against view factors in closed form."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from simgl.physics.constants import SOLAR_CONSTANT
+from simgl.scenario.loader import scenario_from_dict
+from simgl.scenario.scenario import Scenario
+from simgl.thermal.body import thermal_body
+from simgl.thermal.heat_loads import BOND_ALBEDO, OUTGOING_LONGWAVE, heat_loads
+from simgl.thermal.history import thermal_history
+from tests.thermal.thermal_scenes import SUNLIGHT, in_sunlight, surface
+
+RADIUS, HEIGHT = 6371e3, 500e3
+
+
+def over_a_sphere(sun: tuple[float, float, float]) -> Scenario:
+    """A box of 1 m over a spherical Earth, its -x face to nadir, the Sun in a direction."""
+    return scenario_from_dict(
+        {
+            "epoch": {"utc": "2026-03-20T12:00:00"},
+            "sun": {
+                "irradiance_w_m2": SUNLIGHT,
+                "temperature_k": 5772.0,
+                "angular_diameter_deg": 0.526,
+                "direction_icrf": list(sun),
+            },
+            "earth": {"shape": "sphere", "radius_km": 1e-3 * RADIUS, "albedo": 0.3},
+            "spacecraft": {
+                "body": {
+                    "model": {"box": {"size_m": [1.0, 1.0, 1.0], "material": surface(1.0, 1.0)}},
+                    "position_icrf_m": [RADIUS + HEIGHT, 0.0, 0.0],
+                }
+            },
+        }
+    )
+
+
+@pytest.fixture(scope="module")
+def noon() -> Scenario:
+    """The Sun behind the box, over its nadir."""
+    return over_a_sphere((1.0, 0.0, 0.0))
+
+
+def test_the_earth_on_faces_of_a_box(noon: Scenario) -> None:
+    body = thermal_body("body", noon.models["body"], 60)
+    loads = heat_loads(body, noon.at(noon.epoch_tai_ns))
+    x = body.patches.normals[:, 0, 0]
+    h = (RADIUS + HEIGHT) / RADIUS
+    # View factors from a plate to a sphere (Hamilton & Morgan 1952): towards it 1 / h^2, at right
+    # angles to it, and away from it.
+    root = np.sqrt(h * h - 1.0)
+    sideways = (np.arctan(1.0 / root) - root / h**2) / np.pi
+    for chosen, factor in ((x < -0.5, h**-2), (np.abs(x) < 0.5, sideways), (x > 0.5, 0.0)):
+        mean = float(loads.earth_infrared[chosen].mean())
+        # 512 rays on cells of 7.5 deg, a quarter of which the limb crosses.
+        assert mean / OUTGOING_LONGWAVE == pytest.approx(factor, abs=0.005)
+
+
+def test_sunlight_reflected_at_the_subsolar_point(noon: Scenario) -> None:
+    body = thermal_body("body", noon.models["body"], 60)
+    loads = heat_loads(body, noon.at(noon.epoch_tai_ns))
+    nadir = body.patches.normals[:, 0, 0] < -0.5
+    # The integral of the ground's Lambertian radiance over the cap that is seen, with mu the cosine
+    # of the angle at the Earth's centre.
+    h = (RADIUS + HEIGHT) / RADIUS
+    mu = np.linspace(1.0 / h, 1.0, 20001)
+    distance2 = 1.0 + h * h - 2.0 * h * mu
+    kernel = mu * (h * mu - 1.0) * (h - mu) / distance2**2
+    factor = 2.0 * np.trapezoid(kernel, mu)
+    expected = BOND_ALBEDO * SUNLIGHT * factor
+    assert float(loads.albedo[nadir].mean()) == pytest.approx(expected, rel=0.01)
+
+
+def test_no_sunlight_in_the_earths_shadow() -> None:
+    night = over_a_sphere((-1.0, 0.0, 0.0))
+    body = thermal_body("body", night.models["body"], 60)
+    loads = heat_loads(body, night.at(night.epoch_tai_ns))
+    assert not loads.sunlight.any()
+    assert loads.earth_infrared.max() > 0.8 * OUTGOING_LONGWAVE
+
+
+def test_a_spacecraft_in_front_takes_the_sunlight() -> None:
+    shade = {
+        "model": {"box": {"size_m": [2.0, 2.0, 0.1], "material": surface(1.0, 1.0)}},
+        "position_icrf_m": [0.0, 0.0, 5.0],
+    }
+    model = {"box": {"size_m": [1.0, 1.0, 1.0], "material": surface(1.0, 1.0)}}
+    scenario = in_sunlight(model, spacecraft={
+        "body": {"model": model, "position_icrf_m": [0.0, 0.0, 0.0]}, "shade": shade,
+    })  # fmt: skip
+    state = scenario.at(scenario.epoch_tai_ns)
+    shaded, lit = (
+        heat_loads(thermal_body(name, scenario.models[name], 60), state).sunlight
+        for name in ("body", "shade")
+    )
+    assert shaded.max() == 0.0
+    assert lit.max() == pytest.approx(SUNLIGHT, rel=1e-4)
+
+
+def test_the_ephemeris_sun_has_its_total_irradiance() -> None:
+    scenario = scenario_from_dict(
+        {
+            "epoch": {"utc": "2026-04-03T12:00:00"},
+            "spacecraft": {
+                "body": {
+                    "model": {"sphere": {"radius_m": 1.0, "material": surface(1.0, 1.0)}},
+                    "orbit": {"altitude_km": 36000.0, "inclination_deg": 0.0},
+                }
+            },
+        }
+    )
+    body = thermal_body("body", scenario.models["body"], 100)
+    state = scenario.at(scenario.epoch_tai_ns)
+    caught = float(body.patches.areas @ heat_loads(body, state).sunlight) / np.pi
+    # In early April the Earth passes 1 au, to 0.1 % of the distance.
+    assert caught == pytest.approx(SOLAR_CONSTANT, rel=3e-3)
+
+
+def test_a_history_is_a_pure_function_and_says_what_it_is(noon: Scenario) -> None:
+    body = thermal_body("body", noon.models["body"], 60)
+    again = thermal_body("body", noon.models["body"], 60)
+    epochs = [noon.epoch_tai_ns + i * 10_000_000_000 for i in range(4)]
+    first, second = (list(thermal_history(b, noon, epochs)) for b in (body, again))
+    for a, b in zip(first, second, strict=True):
+        np.testing.assert_array_equal(a.temperatures, b.temperatures)
+        assert a.digest == b.digest
+    assert first[0].history == "steady"
+    assert first[-1].history == "from the steady state"
+    assert len({state.digest for state in first}) == len(first)
+    # Another past, another name.
+    shorter = list(thermal_history(body, noon, epochs[1:]))
+    assert shorter[-1].digest != first[-1].digest
+
+
+def test_a_periodic_start_comes_back(noon: Scenario) -> None:
+    body = thermal_body("body", noon.models["body"], 60)
+    epochs = [noon.epoch_tai_ns + i * 60_000_000_000 for i in range(20)]
+    states = list(thermal_history(body, noon, epochs, "periodic"))
+    change = np.abs(states[-1].temperatures - states[0].temperatures).max()
+    assert change < 0.05
+    assert states[0].history == "periodic"

@@ -1,0 +1,92 @@
+"""``simgl thermal`` and the thermal table of a model card."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import pytest
+from PIL import Image
+from typer.testing import CliRunner
+
+from simgl import assets
+from simgl.commands.application import app
+from simgl.errors import ConfigError
+from simgl.model_files.model_library import load_model
+from simgl.thermal.body import thermal_body
+
+SCENARIO = """
+[epoch]
+utc = "2026-03-20T12:00:00"
+[earth]
+shape = "sphere"
+radius_km = 6371.0
+albedo = 0.3
+[spacecraft.box]
+model = { box = { size_m = [1.0, 1.0, 1.0], material = "white_paint" } }
+orbit = { altitude_km = 500.0, inclination_deg = 51.6 }
+"""
+
+
+def card(folder: Path, thermal: str) -> Path:
+    """A model card of the shipped wedge with a thermal table."""
+    source = assets.models() / "wedge"
+    text = (source / "model.toml").read_text()
+    for file in source.glob("*.glb"):
+        (folder / file.name).write_bytes(file.read_bytes())
+    path = folder / "card.toml"
+    path.write_text(text + thermal)
+    return path
+
+
+def test_a_run_writes_a_table_and_a_heat_map(tmp_path: Path) -> None:
+    scenario = tmp_path / "box.toml"
+    scenario.write_text(SCENARIO)
+    out = tmp_path / "out"
+    words = ["thermal", str(scenario), "--duration", "60", "--patches", "60", "--out", str(out)]
+    result = CliRunner().invoke(app, words, catch_exceptions=False)
+    assert result.exit_code == 0
+    with (out / "box.thermal.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [row["seconds"] for row in rows] == ["0.000", "30.000", "60.000"]
+    for row in rows:
+        low, mean, high = (float(row[f"box.{k}_k"]) for k in ("min", "mean", "max"))
+        assert 150.0 < low < mean < high < 350.0
+    with Image.open(out / "box.thermal.png") as image:
+        assert len(image.getcolors(1 << 20) or []) > 50
+
+
+@pytest.mark.parametrize(
+    ("words", "line"),
+    [
+        (["--step", "0"], "--step must lie in 0.01..3600 s, got 0"),
+        (["--spacecraft", "bix"], '--spacecraft "bix": did you mean "box"?'),
+    ],
+)
+def test_bad_options_give_one_line(tmp_path: Path, words: list[str], line: str) -> None:
+    scenario = tmp_path / "box.toml"
+    scenario.write_text(SCENARIO)
+    words = ["thermal", str(scenario), "--duration", "60", "--out", str(tmp_path), *words]
+    result = CliRunner().invoke(app, words)
+    assert isinstance(result.exception, ConfigError)
+    assert line in str(result.exception)
+
+
+def test_a_model_card_heats_a_part(tmp_path: Path) -> None:
+    plain = load_model("wedge")
+    part = plain.parts[0]
+    surface = "{ solar_absorptance = 0.3, infrared_emissivity = 0.7 }"
+    heated = load_model(
+        str(card(tmp_path, f'\n[thermal."{part}"]\npower_w = 40.0\nsurface = {surface}\n'))
+    )
+    body = thermal_body("wedge", heated, 40)
+    assert body.power.sum() == 40.0
+    assert body.emissivity == pytest.approx(0.7)
+    # A structure behind a surface of 0.7 that radiates 40 W is warmer than space, the plain is not.
+    cold = thermal_body("wedge", plain, 40)
+    assert body.network.steady(body.power).min() > cold.network.steady(cold.power).max() + 50.0
+
+
+def test_a_thermal_table_of_no_part_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match=r"thermal\.wing names no part"):
+        load_model(str(card(tmp_path, "\n[thermal.wing]\npower_w = 1.0\n")))
