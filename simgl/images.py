@@ -29,6 +29,12 @@ if TYPE_CHECKING:
 # Displayed as white, R G B: a white surface that faces a 5777 K Sun of 1367 W m-2 [W m-2 sr-1].
 WHITE_RADIANCE = np.array([154.4, 174.8, 171.9], dtype=np.float32) / np.float32(np.pi)
 
+# Linear sRGB of the bands R G B over those of the white: exact for sunlight and for sunlight that
+# molecules scattered, and for other spectra least squares (CIE 1931 observer, adapted to the Sun).
+SRGB_FROM_BANDS = np.array(
+    [[0.816, 0.253, -0.069], [-0.109, 1.166, -0.057], [-0.042, -0.011, 1.053]], dtype=np.float32
+)
+
 # Reference of the white balance, R G B N.
 _WHITE_PHOTONS = black_body_light(SOLAR_CONSTANT, SOLAR_TEMPERATURE).photon_irradiance
 
@@ -290,13 +296,14 @@ def display_from_dn(dn: Image16, camera: Camera, gain: float = 1.0) -> Image8:
 
 
 def display_from_radiance(radiance: Array32, gain: float = 1.0) -> Image8:
-    """(height, width, 3) sRGB image of the bands R, G, B.
+    """(height, width, 3) sRGB image of the bands R, G, B, in the colours that people see.
 
     White is a white surface that faces the Sun at 1 au, so that images are comparable.
 
     gain : factor of the brightness
     """
-    return srgb_from_linear(radiance[..., :3] * (np.float32(gain) / WHITE_RADIANCE))
+    bands = radiance[..., :3] * (np.float32(gain) / WHITE_RADIANCE)
+    return srgb_from_linear(bands @ SRGB_FROM_BANDS.T)
 
 
 def display_gain(radiance: Array32) -> float:

@@ -1,4 +1,4 @@
-// What a screen shows of a radiance image: exposure, white point, sRGB transfer.
+// What a screen shows of a radiance image: exposure, white point, colours, sRGB transfer.
 //
 // The only place where light is clamped. The image keeps row 0 at its top, the window at its bottom.
 #include "block/display"
@@ -17,5 +17,8 @@ void main() {
     vec2 place = (gl_FragCoord.xy - rectangle.xy) / rectangle.zw;
     vec2 texel = vec2(place.x, 1.0 - place.y) * vec2(textureSize(radiance, 0));
     vec4 L = texelFetch(radiance, ivec2(texel), 0);
-    shown = vec4(srgb_from_linear(L.rgb / white_radiance.rgb), 1.0);
+    vec3 bands = L.rgb / white_radiance.rgb;
+    vec3 linear = srgb_from_bands[0].rgb * bands.r + srgb_from_bands[1].rgb * bands.g
+                + srgb_from_bands[2].rgb * bands.b;
+    shown = vec4(srgb_from_linear(linear), 1.0);
 }

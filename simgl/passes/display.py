@@ -8,7 +8,7 @@ import numpy as np
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.uniform_blocks import Block
-from simgl.images import WHITE_RADIANCE
+from simgl.images import SRGB_FROM_BANDS, WHITE_RADIANCE
 
 _DISPLAY = Block(
     "Display",
@@ -19,6 +19,8 @@ _DISPLAY = Block(
             ("white_radiance", "f4", 4),
             # x, y, width, height of the image in the window [px], y upwards
             ("rectangle", "f4", 4),
+            # Columns of linear sRGB from the bands R, G, B over the white
+            ("srgb_from_bands", "f4", (3, 4)),
         ]
     ),
 )
@@ -46,7 +48,12 @@ class DisplayPass:
         """
         self.state.apply(self._ctx, target, rectangle)
         white = WHITE_RADIANCE * 2.0**-exposure_value
-        self._program.draw({"white_radiance": (*white, 1.0), "rectangle": rectangle}, [radiance])
+        values = {
+            "white_radiance": (*white, 1.0),
+            "rectangle": rectangle,
+            "srgb_from_bands": np.pad(SRGB_FROM_BANDS.T, ((0, 0), (0, 1))),
+        }
+        self._program.draw(values, [radiance])
 
     def release(self) -> None:
         """Free everything."""
