@@ -195,7 +195,7 @@ def test_a_state_without_a_server_is_not_acknowledged(running: Running) -> None:
         Client(proxy.address, timeout_s=limit(1.0)) as client,
         # It dies between two states.
         sending([message(0), message(1)], proxy.close) as sender,
-        pytest.raises(NoAnswerError, match="the connection broke|no connection within"),
+        pytest.raises(NoAnswerError, match=r"the connection broke|no connection within"),
     ):
         followed(client, sender.port)
     assert len(sender.acknowledged) == 1
