@@ -24,6 +24,7 @@ from simgl.images import (
     DigitalFrame,
     FrameInfo,
     LayersFrame,
+    NormalsFrame,
     RadianceFrame,
     TruthFrame,
     display_from_dn,
@@ -116,8 +117,16 @@ def _header(info: FrameInfo) -> dict[str, Any]:
     }
 
 
-def write_exr(path: Path, radiance: RadianceFrame, truth: TruthFrame | None = None) -> None:
-    """Float32 channels R G B N [W m-2 sr-1]; with truth also Z [m] and uint32 partId."""
+def write_exr(
+    path: Path,
+    radiance: RadianceFrame,
+    truth: TruthFrame | None = None,
+    normals: NormalsFrame | None = None,
+) -> None:
+    """Float32 channels R G B N [W m-2 sr-1]; with truth also Z [m] and uint32 partId.
+
+    normals : also ``normal.X``, ``normal.Y``, ``normal.Z``, unit vectors in camera axes
+    """
     channels: dict[str, Any] = {
         name: np.ascontiguousarray(radiance.radiance[..., i]) for i, name in enumerate("RGBN")
     }
@@ -128,6 +137,9 @@ def write_exr(path: Path, radiance: RadianceFrame, truth: TruthFrame | None = No
         seen = np.unique(truth.part_id)
         names = {i: truth.part_names[i] for i in seen.tolist() if i}
         header["partNames"] = ", ".join(f"{i}={name}" for i, name in names.items()) or "none seen"
+    if normals is not None:
+        for index, axis in enumerate("XYZ"):
+            channels[f"normal.{axis}"] = np.ascontiguousarray(normals.normals[..., index])
     _write_channels(path, header, channels)
 
 
@@ -189,7 +201,9 @@ def write_capture(capture: Capture, folder: Path, name: str, *, packed: bool = F
     """
     writers: list[tuple[str, Callable[[Path], None]]] = []
     if (radiance := capture.radiance) is not None:
-        writers.append(("radiance.exr", lambda p: write_exr(p, radiance, capture.truth)))
+        writers.append(
+            ("radiance.exr", lambda p: write_exr(p, radiance, capture.truth, capture.normals))
+        )
         writers.append(("view.png", lambda p: write_view_png(p, radiance)))
     if (layers := capture.layers) is not None:
         writers.append(("layers.exr", lambda p: write_layers_exr(p, layers)))

@@ -158,7 +158,7 @@ def _content(kind: str, capture: Capture) -> bytes:
         else:
             assert radiance is not None
             if kind == "exr":
-                write_exr(path, radiance, capture.truth)
+                write_exr(path, radiance, capture.truth, capture.normals)
             else:
                 write_view_png(path, radiance)
         return path.read_bytes()

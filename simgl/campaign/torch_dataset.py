@@ -6,10 +6,14 @@ from collections.abc import Callable, Iterator, Sequence, Set
 from os import PathLike
 from typing import Any
 
-from torch.utils.data import IterableDataset, get_worker_info
-
 from simgl.campaign.stream import Sample, stream
+from simgl.errors import ConfigError
 from simgl.simulator import Product
+
+try:
+    from torch.utils.data import IterableDataset, get_worker_info
+except ImportError:
+    raise ConfigError("CampaignDataset", "", "needs PyTorch: pip install torch") from None
 
 
 class CampaignDataset(IterableDataset[Any]):  # type: ignore[misc, unused-ignore]

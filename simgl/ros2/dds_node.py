@@ -53,6 +53,7 @@ class RosNode:
     def __init__(self, topics: dict[str, str], domain: int) -> None:
         reliable = Policy.Reliability.Reliable(duration(seconds=_MAX_BLOCKING_S))
         qos = Qos(reliable, Policy.Durability.Volatile, Policy.History.KeepLast(_QUEUE))
+        self._qos = qos
         try:
             # A user's configuration is Cyclone's to read.
             self._domain = None if _CONFIGURATION in os.environ else Domain(domain, _LOOPBACK)
@@ -72,6 +73,10 @@ class RosNode:
     def _topic(self, topic: str, kind: str) -> Topic:
         # One object for what is both written and read.
         return Topic(self._participant, f"rt{topic}", TYPES[kind])
+
+    def reader(self, topic: str, kind: str) -> DataReader:
+        """A reader of what other nodes publish on a topic."""
+        return DataReader(self._participant, self._topic(topic, kind), qos=self._qos)
 
     def is_heard(self, topic: str) -> bool:
         """Whether anybody listens to a topic that is published here."""

@@ -378,9 +378,12 @@ class Proxy:
                 version, header, *planes = self._back.recv_multipart()
                 changed = msgspec.msgpack.encode(self._change(msgspec.msgpack.decode(header)))
                 self._front.send_multipart([client, version, changed, *planes])
-        self._context.destroy(linger=0)
+        # The server may serve others at once.
+        self._back.send_multipart([b"simgl/1", msgspec.msgpack.encode({"type": "bye"})])
+        self._front.close(linger=0)
+        self._context.destroy(linger=100)
 
     def close(self) -> None:
-        """End without a goodbye, as a server that is killed does."""
+        """End without a goodbye to the client, as a server that is killed does."""
         self._stop.set()
         self._thread.join(limit(10.0))

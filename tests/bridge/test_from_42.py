@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from simgl_bridge import BodyPose, Client, RemoteError, Shot
+from simgl_bridge import BodyPose, Client, NoAnswerError, RemoteError, Shot
 from simgl_bridge.from_42.following import Followed, follow
 from simgl_bridge.from_42.spacecraft_source import SpacecraftSource, sources_of
 from simgl_bridge.from_42.state_message import StateMessage, parse_state
@@ -25,7 +25,7 @@ from simgl_bridge.from_42.text_socket import TextSocket
 from simgl import BridgeError, ConfigError, Scenario
 from simgl.physics.ephemeris import tai_ns_from_utc
 from simgl.physics.frames import matrix_from_quaternion, rotation_about
-from tests.bridge.harness import Running
+from tests.bridge.harness import Gate, Proxy, Running
 from tests.patience import limit
 
 RECORDED = Path(__file__).with_name("recorded_from_42.txt").read_bytes()
@@ -165,6 +165,20 @@ def test_42_goes_on_when_the_images_of_its_state_are_there(
             assert native.dn.max() > 10 * native.dn.min()
 
 
+def test_42_waits_for_a_frame_that_takes_longer_than_an_answer(running: Running) -> None:
+    gate = Gate()
+    running.simulator.hook = gate
+    with (
+        Client(running.address, timeout_s=0.3) as client,
+        sending([message(0)]) as sender,
+    ):
+        letting_go = threading.Timer(1.0, gate.open)
+        letting_go.start()
+        assert followed(client, sender.port) == Followed(states=1, rendered=1)
+        letting_go.join()
+    running.simulator.hook = None
+
+
 def test_a_period_renders_the_first_state_of_each_interval(running: Running) -> None:
     steps = [0, 1, 2, 5, 6, 9, 10, 11]
     with (
@@ -173,6 +187,18 @@ def test_a_period_renders_the_first_state_of_each_interval(running: Running) -> 
     ):
         result = followed(client, sender.port, period_ns=500_000_000)
     assert (result.states, result.rendered) == (8, 3)
+
+
+def test_a_state_without_a_server_is_not_acknowledged(running: Running) -> None:
+    proxy = Proxy(running.address)
+    with (
+        Client(proxy.address, timeout_s=limit(1.0)) as client,
+        # It dies between two states.
+        sending([message(0), message(1)], proxy.close) as sender,
+        pytest.raises(NoAnswerError, match=r"the connection broke|no connection within"),
+    ):
+        followed(client, sender.port)
+    assert len(sender.acknowledged) == 1
 
 
 def test_a_state_that_is_refused_is_not_acknowledged(running: Running) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import OpenEXR
 import pytest
 import webdataset
 from PIL import Image
@@ -24,7 +25,7 @@ from simgl.workers.executors import run_serial
 from tests.campaign.small import CAMPAIGN, DRAW, written
 
 FORMATS = frozenset({Format.COLMAP, Format.NERFSTUDIO, Format.WEBDATASET})
-HEAD = CAMPAIGN.replace("frames = 12", 'frames = 3\nwrite = ["dn16", "truth"]')
+HEAD = CAMPAIGN.replace("frames = 12", 'frames = 3\nwrite = ["dn16", "exr", "truth"]')
 NEAR = DRAW.replace("[1.5, 12.0]", "[2.5, 5.0]")
 # Of 1.5 mm and pixels of 3.75 um.
 FOCAL_PX = 400.0
@@ -78,6 +79,15 @@ def test_neighbours_on_a_face_differ_by_a_step_perpendicular_to_its_normal(
             assert np.mean(off_plane < 1e-5) > 0.95
         # A surface that is seen faces the camera.
         assert ((points * normals).sum(axis=-1)[same] < 0.0).all()
+
+
+def test_exr_has_depth_and_normals_too(folder: Path) -> None:
+    with OpenEXR.File(str(folder / "exr/000000.exr"), separate_channels=True) as file:
+        channels = {name: c.pixels for name, c in file.parts[0].channels.items()}
+    stored = truth(folder, 0)
+    np.testing.assert_array_equal(channels["Z"], stored["depth_m"])
+    normals = np.stack([channels[f"normal.{axis}"] for axis in "XYZ"], axis=-1)
+    np.testing.assert_array_equal(normals, stored["normals_camera"])
 
 
 def test_colmap_reads_its_maps_by_columns(folder: Path) -> None:

@@ -171,6 +171,48 @@ def test_an_attitude_comes_back(folder: Path, frame: str, offset: float) -> None
     np.testing.assert_allclose(x, [np.cos(angle), np.sin(angle), 0.0], atol=1e-7)
 
 
+# Of a Moon whose prime meridian turns about ICRF's z axis.
+PCK = """\
+KPL/PCK
+\\begindata
+BODY301_POLE_RA = ( 270.0 0.0 0.0 )
+BODY301_POLE_DEC = ( 90.0 0.0 0.0 )
+BODY301_PM = ( 38.0 13.17 0.0 )
+\\begintext
+"""
+MOON_KM = np.array([384e3, 0.0, 0.0, 0.0, 1.0, 0.0])
+
+
+def test_a_spacecraft_beyond_the_earth_comes_by_the_body_that_it_goes_about(folder: Path) -> None:
+    """Its kernel is relative to the Moon, and another one has the Moon."""
+    (folder / "moon.tpc").write_text(PCK)
+    when = EPOCH + round(123.4 * SECOND)
+    seconds = np.arange(-900.0, 1801.0, 30.0)
+    about = [np.concatenate(ORBIT.state(EPOCH + round(s * SECOND))) / 1e3 for s in seconds]
+    moon = [MOON_KM + s * np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0]) for s in seconds]
+    spiceypy.kclear()
+    try:
+        spiceypy.furnsh(str(folder / "a.tls"))
+        et = [ephemeris_time(EPOCH + round(s * SECOND)) for s in seconds]
+        turn = np.radians(38.0 + 13.17 * ephemeris_time(when) / 86400.0)
+        handle, ends = spiceypy.spkopn(str(folder / "moon.bsp"), "test", 0), (et[0], et[-1])
+        spiceypy.spkw13(handle, -998, 301, "J2000", *ends, "lunar", 7, len(et), np.array(about), et)
+        spiceypy.spkw09(handle, 301, 399, "J2000", *ends, "moon", 1, len(et), np.array(moon), et)
+        spiceypy.spkcls(handle)
+    finally:
+        spiceypy.kclear()
+    (folder / "moon.tm").write_text(META.format("'a.tls' 'moon.bsp' 'moon.tpc'"))
+    path = read_spice_path(source(folder, name="moon.tm"), -998, 1.0)
+    r, v = path.state(when)
+    r_about, v_about = ORBIT.state(when)
+    np.testing.assert_allclose(r, np.add(r_about, (384e6, 123.4e3, 0.0)), atol=1e-3)
+    np.testing.assert_allclose(v, np.add(v_about, (0.0, 1e3, 0.0)), atol=1e-5)
+    # Axes that a PCK defines, by the time since J2000.
+    rotations = read_spice_rotations(source(folder, name="moon.tm"), "IAU_MOON")
+    x = rotations.matrix(when) @ [1.0, 0.0, 0.0]
+    np.testing.assert_allclose(x, [np.cos(turn), np.sin(turn), 0.0], atol=1e-7)
+
+
 @pytest.mark.parametrize("place", [DE421[0], DE421[-1]], ids=lambda p: p.utc)
 def test_sun_and_moon_stand_where_simgl_has_them(folder: Path, place: Places) -> None:
     """Through SPICE's time scale and axes: 0.01 and 10 arcsec, what simgl states of its own."""

@@ -10,10 +10,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from simgl_bridge.client import Client
+from simgl_bridge.client_errors import RemoteError
 from simgl_bridge.client_images import ImageSet
 from simgl_bridge.from_42.spacecraft_source import SpacecraftSource
 from simgl_bridge.from_42.text_socket import TextSocket
-from simgl_bridge.messages import Shot
+from simgl_bridge.messages import ErrorCode, Shot
 
 
 @dataclass
@@ -56,16 +57,27 @@ def follow(
             last_slot = slot
             poses = {name: sent.pose(message) for name, sent in spacecraft.items()}
             state_id = client.send_state(message.tai_ns, cameras, poses, moving=moving)
-            sequence = _images_of(client, state_id, sequence).sequence
+            sequence = _images_of(client, state_id, sequence, source).sequence
             followed.rendered += 1
         source.acknowledge()
     return followed
 
 
-def _images_of(client: Client, state_id: int, after: int) -> ImageSet:
-    """The images of a state; those of states before it are passed over."""
+def _images_of(client: Client, state_id: int, after: int, source: TextSocket) -> ImageSet:
+    """The images of a state; those of states before it are passed over.
+
+    A frame may take longer than an answer: the server then says that it draws.
+    """
+    is_drawn = True
     while True:
-        images = client.next_images(after)
+        try:
+            images = client.next_images(after)
+        except RemoteError as error:
+            if error.code != ErrorCode.DEADLINE or source.is_stopped or not is_drawn:
+                raise
+            status = client.status()
+            is_drawn = status is not None and status.state == "drawing"
+            continue
         if images.state_id == state_id:
             return images
         after = images.sequence

@@ -34,6 +34,11 @@ class TextSocket:
         self._received = b""
         self._socket = self._connect(host, port)
 
+    @property
+    def is_stopped(self) -> bool:
+        """Whether the wait is to end."""
+        return self._stop.is_set()
+
     def _connect(self, host: str, port: int) -> socket.socket:
         deadline = time.monotonic() + self._patience_s
         while True:
@@ -42,7 +47,7 @@ class TextSocket:
                 connection.setblocking(False)
                 return connection
             except OSError as error:
-                if time.monotonic() + _PAUSE > deadline or self._stop.is_set():
+                if time.monotonic() + _PAUSE > deadline or self.is_stopped:
                     problem = f"42 does not answer within {self._patience_s:g} s"
                     raise BridgeError(f"{self.address}: {problem} ({error})") from None
                 time.sleep(_PAUSE)
@@ -57,7 +62,7 @@ class TextSocket:
             if len(self._received) > _MAX_MESSAGE:
                 problem = f"a message of more than {_MAX_MESSAGE} bytes; is this 42?"
                 raise BridgeError(f"{self.address}: {problem}")
-            if self._stop.is_set():
+            if self.is_stopped:
                 return None
             if select([self._socket], [], [], _PAUSE)[0]:
                 if not (received := self._receive()):

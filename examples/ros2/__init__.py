@@ -1,0 +1,1 @@
+"""A closed loop over ROS 2's topics."""
