@@ -68,7 +68,7 @@ class PrecomputedResponse:
         corners = grid_corners(direction)
         # Held here: a node that is stored may evict one that is still needed.
         known = {
-            node: found for node, _ in corners if (found := self._nodes.find(node)) is not None
+            node: cached for node, _ in corners if (cached := self._nodes.find(node)) is not None
         }
         known |= self._solved([node for node, _ in corners if node not in known])
         exitance = np.zeros_like(self._surface.albedo)
