@@ -18,6 +18,7 @@ from simgl.false_colour import (
     relative_flux,
     scene_value,
 )
+from simgl.figure_style import DN_MAP, LIGHT_MAP, VALUE_MAP, figure_style
 from simgl.images import ElectronFrame, FrameInfo
 from simgl.output import complete_file
 from simgl.physics.ephemeris import utc_from_tai_ns
@@ -52,15 +53,14 @@ def write_maps(capture: Capture, folder: Path, name: str) -> list[Path]:
     paths = []
     for kind, draw in maps:
         path = folder / f"{name}.map.{kind}.png"
-        figure = draw()
-        with complete_file(path) as temporary:
-            figure.savefig(temporary, dpi=_DPI)
+        with figure_style(), complete_file(path) as temporary:
+            draw().savefig(temporary, dpi=_DPI)
         paths.append(path)
     return paths
 
 
 _DPI = 100
-_MARGINS = 0.4, 1.7, 0.45, 0.55  # left, right, bottom, top [inch]
+_MARGINS = 0.65, 1.7, 0.6, 0.6  # left, right, bottom, top [inch]
 
 
 def _sheet(info: FrameInfo, title: str, shape: tuple[int, ...]) -> tuple[Figure, Axes]:
@@ -83,7 +83,8 @@ def _sheet(info: FrameInfo, title: str, shape: tuple[int, ...]) -> tuple[Figure,
         fontsize=11,
         va="center",
     )
-    axes.tick_params(labelsize=9)
+    axes.grid(False)
+    axes.set(xlabel="column [px]", ylabel="row [px]")
     return figure, axes
 
 
@@ -96,8 +97,6 @@ def _drawn(
     box = axes.get_position()
     bar = figure.add_axes((box.x1 + 0.015, box.y0, 0.02, box.height))
     figure.colorbar(shown, cax=bar, label=label, extend=_extension(values, norm))
-    bar.tick_params(labelsize=9)
-    bar.yaxis.label.set_fontsize(10)
     return figure
 
 
@@ -128,7 +127,7 @@ def _positive(values: AnyArray) -> AnyArray:
 def _radiance(info: FrameInfo, radiance: AnyArray) -> Figure:
     total = radiance.sum(axis=-1, dtype=np.float64)
     label = "radiance 400-1000 nm [W m$^{-2}$ sr$^{-1}$]"
-    return _drawn(info, "Radiance", _positive(total), label, decades_norm(total), "inferno")
+    return _drawn(info, "Radiance", _positive(total), label, decades_norm(total), LIGHT_MAP)
 
 
 def _flux(info: FrameInfo, radiance: AnyArray) -> Figure:
@@ -136,12 +135,12 @@ def _flux(info: FrameInfo, radiance: AnyArray) -> Figure:
 
     label = f"relative luminance x {SOURCE_SOLAR_CONSTANT:g} [W m$^{{-2}}$]"
     norm = Normalize(0.0, SOURCE_SOLAR_CONSTANT)
-    return _drawn(info, "Relative flux", relative_flux(radiance), label, norm, "gray")
+    return _drawn(info, "Relative flux", relative_flux(radiance), label, norm, DN_MAP)
 
 
 def _photons(info: FrameInfo, photons: AnyArray) -> Figure:
     label = "photons 400-1000 nm per pixel and exposure"
-    return _drawn(info, "Photons", _positive(photons), label, decades_norm(photons), "inferno")
+    return _drawn(info, "Photons", _positive(photons), label, decades_norm(photons), LIGHT_MAP)
 
 
 def electron_map(frame: ElectronFrame) -> Figure:
@@ -151,7 +150,7 @@ def electron_map(frame: ElectronFrame) -> Figure:
     detector = frame.info.camera.detector
     norm = LogNorm(max(detector.read_noise, 1.0), detector.full_well)
     title, label = "Mean electrons, read noise to full well", "electrons per pixel and exposure"
-    return _drawn(frame.info, title, _positive(frame.electrons), label, norm, "inferno")
+    return _drawn(frame.info, title, _positive(frame.electrons), label, norm, LIGHT_MAP)
 
 
 def _range(info: FrameInfo, distance: AnyArray, title: str = "Range") -> Figure:
@@ -161,13 +160,13 @@ def _range(info: FrameInfo, distance: AnyArray, title: str = "Range") -> Figure:
     low, high = (distance[seen].min(), distance[seen].max()) if seen.any() else (0.0, 1.0)
     shown = np.where(seen, distance, np.nan)
     norm = Normalize(float(low), float(max(high, low * (1.0 + 1e-6))))
-    return _drawn(info, title, shown, "range [m]", norm, "viridis_r")
+    return _drawn(info, title, shown, "range [m]", norm, f"{VALUE_MAP}_r")
 
 
 def _returned(info: FrameInfo, electrons: AnyArray) -> Figure:
     label = "electrons of one pulse and of sunlight per pixel"
     norm = decades_norm(electrons)
-    return _drawn(info, "LIDAR, return", _positive(electrons), label, norm, "inferno")
+    return _drawn(info, "LIDAR, return", _positive(electrons), label, norm, LIGHT_MAP)
 
 
 def _false_colours(info: FrameInfo, radiance: AnyArray) -> Figure:
@@ -193,6 +192,6 @@ def _false_colours(info: FrameInfo, radiance: AnyArray) -> Figure:
         [math.log2(step.value) for step in named], [f"{s.name}  {s.value:.4g}" for s in named]
     )
     bar.yaxis.tick_right()
-    bar.tick_params(labelsize=9)
+    bar.grid(False)
     bar.set_xticks([])
     return figure

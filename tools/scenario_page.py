@@ -28,6 +28,7 @@ from simgl.camera.lens_schema import (
 from simgl.config.value_types import Table
 from simgl.model_files.surface_tables import MaterialTable, PrimitiveTable
 from simgl.scenario import schema
+from simgl.scenario.uncertainty import UncertaintyTable
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "scenario_reference.md"
@@ -63,6 +64,7 @@ TABLES: Mapping[str, type[Table]] = {
     "[camera.NAME.lidar]": LidarTable,
     "[lamp.NAME]": schema.LampTable,
     "[assess]": schema.AssessTable,
+    "[uncertainty]": UncertaintyTable,
     "[render]": schema.RenderTable,
     "Preset file": CameraPresetTable,
     "Preset file, [qe], [window], [micro_lens]": CurveTable,

@@ -15,6 +15,7 @@ from examples.lighting_study.shot import Shot
 from simgl import exposure_value
 from simgl.arrays import Image8
 from simgl.camera.camera_equation import blender_exposure
+from simgl.figure_style import DN_MAP, figure_style, plain_axes
 
 TEMPLATE = Path(__file__).with_name("page_template.md")
 # The study's exposure, and the settings of its software that it names.
@@ -79,23 +80,24 @@ def sheet(shot: Shot) -> Image8:
     from matplotlib.figure import Figure
 
     height, width = shot.flux.shape
-    figure = Figure(figsize=(13.6, 0.6 + 3.9 * height / width), dpi=100, layout="constrained")
-    left, middle, right = figure.subplots(1, 3)
-    left.imshow(shot.image, interpolation="antialiased")
-    left.set_title("picture", fontsize=10)
-    for panel, values, top, title in (
-        (middle, shot.flux, 1367.0, "relative luminance x 1367 [W m$^{-2}$]"),
-        (right, shot.exitance, 814.5, "$\\pi$ x radiance, 400-1000 nm [W m$^{-2}$]"),
-    ):
-        drawn = panel.imshow(values, cmap="gray", vmin=0.0, vmax=top, interpolation="antialiased")
-        bar = figure.colorbar(drawn, ax=panel, shrink=0.9, extend="max")
-        bar.ax.tick_params(labelsize=8)
-        panel.set_title(title, fontsize=10)
-    for panel in (left, middle, right):
-        panel.set_xticks([])
-        panel.set_yticks([])
     buffer = io.BytesIO()
-    figure.savefig(buffer, format="png")
+    with figure_style():
+        figure = Figure(figsize=(13.6, 0.6 + 3.9 * height / width), dpi=100, layout="constrained")
+        left, middle, right = figure.subplots(1, 3)
+        left.imshow(shot.image, interpolation="antialiased")
+        left.set_title("picture")
+        for panel, values, top, title in (
+            (middle, shot.flux, 1367.0, "relative luminance × 1367 [W m⁻²]"),
+            (right, shot.exitance, 814.5, "π × radiance, 400-1000 nm [W m⁻²]"),
+        ):
+            drawn = panel.imshow(
+                values, cmap=DN_MAP, vmin=0.0, vmax=top, interpolation="antialiased"
+            )
+            figure.colorbar(drawn, ax=panel, shrink=0.9, extend="max")
+            panel.set_title(title)
+        for panel in (left, middle, right):
+            plain_axes(panel)
+        figure.savefig(buffer, format="png")
     return np.asarray(Image.open(buffer).convert("RGB"))
 
 

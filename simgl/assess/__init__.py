@@ -5,6 +5,7 @@
 ``frame_geometry``                                    Sun, Earth and orbit at one epoch
 ``trajectory_assessment``, ``timeline``               a trajectory: table and summary
 ``requirement_check``                                 requirements of a scenario against the table
+``uncertainty_draws``, ``uncertainty_bands``          Monte Carlo draws, and what they say together
 ``report``, ``assessment_tables``                     the page for a review, its tables as CSV
 ``provenance``, ``model_limits``                      who and with what; what is not modelled
 ``time_plots``, ``orbit_plots``, ``epoch_images``     the figures of the page

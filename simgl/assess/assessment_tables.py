@@ -9,8 +9,10 @@ from pathlib import Path
 from simgl.assess.model_limits import ModelLimit
 from simgl.assess.requirement_check import Check, check_row
 from simgl.assess.timeline import Timeline
+from simgl.assess.uncertainty_bands import UncertaintyBands, band_rows, draw_rows, spread_row
 from simgl.output import complete_file
 from simgl.physics.ephemeris import utc_from_tai_ns
+from simgl.sequence.journal import Row
 
 
 def write_table(path: Path, rows: Sequence[Mapping[str, object]], names: Sequence[str]) -> None:
@@ -53,3 +55,15 @@ def write_tables(
     write_table(folder / "stretches.csv", stretches, list(stretches[0]))
     texts = [{"what": one.what, "text": one.text, "epochs": one.epochs} for one in limits]
     write_table(folder / "not_modelled.csv", texts, ("what", "text", "epochs"))
+
+
+def write_uncertainty_tables(folder: Path, bands: UncertaintyBands, rows: Sequence[Row]) -> None:
+    """uncertainty.csv, uncertainty_draws.csv and uncertainty_bands.csv."""
+    spreads = [spread_row(spread) for spread in bands.spreads]
+    if spreads:
+        write_table(folder / "uncertainty.csv", spreads, list(spreads[0]))
+    for name, of_table in (
+        ("uncertainty_draws.csv", list(draw_rows(bands))),
+        ("uncertainty_bands.csv", list(band_rows(bands, rows))),
+    ):
+        write_table(folder / name, of_table, list(of_table[0]))

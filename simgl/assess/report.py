@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from simgl.assess.assessment_page import COLOURS, write_page
-from simgl.assess.assessment_tables import write_tables
+from simgl.assess.assessment_tables import write_tables, write_uncertainty_tables
 from simgl.assess.epoch_images import epoch_images, shown_epochs, with_worst_of_requirements
 from simgl.assess.model_limits import model_limits
 from simgl.assess.orbit_plots import geometry_sketch, ground_track
@@ -20,9 +20,10 @@ from simgl.assess.requirement_check import (
     requirement_text,
 )
 from simgl.assess.target_background import TargetBackground
-from simgl.assess.time_plots import geometry_plot, image_plot
+from simgl.assess.time_plots import NO_BANDS, geometry_plot, image_plot
 from simgl.assess.timeline import Timeline
 from simgl.assess.trajectory_assessment import Assignment
+from simgl.assess.uncertainty_bands import UncertaintyBands, draw_text
 from simgl.assess.verdict import Verdict
 from simgl.figure_style import BLUE, GREEN, NIGHT, ORANGE, PALE, RED, SKY
 from simgl.html_page import plot_source
@@ -56,12 +57,15 @@ def write_report(
     simulator: Simulator,
     checks: Sequence[Check] = (),
     by: str | None = None,
+    uncertainty: UncertaintyBands | None = None,
 ) -> None:
     """One HTML file that needs no other, and its tables as CSV beside it.
 
     checks : of the scenario's requirements
     by : who assessed; the login name if not given
+    uncertainty : what the draws of the scenario's uncertainties say
     """
+    bands = NO_BANDS if uncertainty is None else uncertainty.bands
     facts = provenance(work, simulator.renderer_name, by)
     files = input_files(work.scenario)
     limits = model_limits(work, rows)
@@ -77,6 +81,8 @@ def write_report(
     backgrounds = itertools.groupby(str(row["backdrop"]) for row in rows)
     track, sketch = ground_track(work, rows, marked), geometry_sketch(work, rows)
     write_tables(path.parent, facts | files, checks, summary, limits)
+    if uncertainty is not None:
+        write_uncertainty_tables(path.parent, uncertainty, rows)
     write_page(
         path,
         "trajectory_report.html.jinja",
@@ -86,14 +92,16 @@ def write_report(
         files=files,
         checks=checks,
         passed=passed(checks),
+        uncertainty=uncertainty,
+        draw_text=draw_text,
         outcome_colours=_OUTCOME_COLOURS,
         requirement_text=requirement_text,
         in_unit=in_unit,
         timeline=summary,
         backgrounds=[(kind, len(list(epochs))) for kind, epochs in backgrounds],
         background_colours={kind.value: colour for kind, colour in _BACKGROUND_COLOURS.items()},
-        geometry_plot=plot_source(geometry_plot(rows, checks)),
-        image_plot=plot_source(image_plot(rows, checks, _SHARES)),
+        geometry_plot=plot_source(geometry_plot(rows, checks, bands)),
+        image_plot=plot_source(image_plot(rows, checks, _SHARES, bands)),
         ground_track=plot_source(track) if track is not None else None,
         geometry_sketch=plot_source(sketch) if sketch is not None else None,
         shown=[epoch_images(work, title, row, simulator, path.parent) for title, row in shown],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +15,7 @@ from simgl.figure_style import (
     GREEN,
     INK,
     ORANGE,
+    PAPER,
     PURPLE,
     RED,
     SHADE,
@@ -27,7 +29,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+NO_BANDS: Mapping[str, Array] = MappingProxyType({})
 _WIDTH, _PANEL_HEIGHT = 10.4, 1.55
+# A quantity that changes by less than this share of itself is constant.
+_CONSTANT = 1e-6
 # A quantity that spans more than this ratio is drawn over a logarithmic axis.
 _LOG_RATIO = 10.0
 # A signal-to-noise ratio below this is none, on a logarithmic axis.
@@ -48,14 +53,22 @@ def minutes_of(rows: Sequence[Row]) -> Array:
 class TimePlot:
     """Panels over one time axis, with the Earth's shadow behind them.
 
+    bands : (3, rows) 5, 50 and 95 % of columns that draws vary
+
     Use it within ``figure_style``.
     """
 
-    def __init__(self, rows: Sequence[Row], checks: Sequence[Check], panels: int) -> None:
+    def __init__(
+        self,
+        rows: Sequence[Row],
+        checks: Sequence[Check],
+        panels: int,
+        bands: Mapping[str, Array] = NO_BANDS,
+    ) -> None:
         from matplotlib.figure import Figure
 
         self.rows, self.minutes = rows, minutes_of(rows)
-        self._checks = checks
+        self._checks, self._bands = checks, bands
         self.figure = Figure(figsize=(_WIDTH, _PANEL_HEIGHT * panels + 0.5), layout="constrained")
         grid = self.figure.subplots(panels, 1, sharex=True, squeeze=False)
         self.panels: list[Axes] = list(grid[:, 0])
@@ -63,13 +76,19 @@ class TimePlot:
     def line(
         self, panel: Axes, name: str, colour: str, label: str = "", scale: float = 1.0
     ) -> None:
-        """A column over time, with the limits that requirements set it."""
+        """A column over time, with its band and the limits that requirements set it."""
         values = scale * column(self.rows, name)
         marker = "o" if len(self.rows) < 40 else ""
         panel.plot(self.minutes, values, color=colour, label=label or None, marker=marker)
+        if (band := self._bands.get(name)) is not None:
+            self.band(panel, scale * band[0], scale * band[2], colour)
         for check in self._checks:
             if check.requirement.of.column == name:
                 self._limit(panel, check, scale)
+
+    def band(self, panel: Axes, low: Array, high: Array, colour: str) -> None:
+        """What lies between two values at each epoch."""
+        panel.fill_between(self.minutes, low, high, color=colour, alpha=0.3, linewidth=0)
 
     def _limit(self, panel: Axes, check: Check, scale: float) -> None:
         limit = scale * check.requirement.limit
@@ -84,6 +103,10 @@ class TimePlot:
         """The figure, with shadow, ticks and the label of its time axis."""
         for panel in self.panels:
             self._shade(panel)
+            low, high = panel.get_ylim()
+            if high - low < _CONSTANT * abs(high):
+                # Its rounding errors are no news.
+                panel.set_ylim(0.99 * low, 1.01 * high)
             panel.margins(x=0.01)
         start = utc_from_tai_ns(int(self.rows[0]["tai_ns"] or 0))[:19]
         self.panels[-1].set_xlabel(f"time from {start.replace('T', ' ')} UTC [min]")
@@ -108,11 +131,13 @@ def _spread(panel: Axes, values: Array) -> None:
         panel.yaxis.set_major_formatter("{x:g}")
 
 
-def geometry_plot(rows: Sequence[Row], checks: Sequence[Check]) -> Figure:
+def geometry_plot(
+    rows: Sequence[Row], checks: Sequence[Check], bands: Mapping[str, Array] = NO_BANDS
+) -> Figure:
     """Range, size, phase angle, Sun and Earth about the boresight, beta angle, sunlight."""
     has_orbit = any(row["beta_angle_deg"] is not None for row in rows)
     with figure_style():
-        plot = TimePlot(rows, checks, 6 if has_orbit else 5)
+        plot = TimePlot(rows, checks, 6 if has_orbit else 5, bands)
         distance, size, phase, exclusion, *orbit, sunlight = plot.panels
         plot.line(distance, "range_m", BLUE)
         distance.set_ylabel("range [m]")
@@ -141,13 +166,18 @@ def geometry_plot(rows: Sequence[Row], checks: Sequence[Check]) -> Figure:
         return plot.finish()
 
 
-def image_plot(rows: Sequence[Row], checks: Sequence[Check], colours: Mapping[str, str]) -> Figure:
+def image_plot(
+    rows: Sequence[Row],
+    checks: Sequence[Check],
+    colours: Mapping[str, str],
+    bands: Mapping[str, Array] = NO_BANDS,
+) -> Figure:
     """Shares of the target's pixels, signal-to-noise ratio, contrast, and electrons.
 
     colours : of the shares usable, dark and saturated
     """
     with figure_style():
-        plot = TimePlot(rows, checks, 4)
+        plot = TimePlot(rows, checks, 4, bands)
         shares, signal, contrast, electrons = plot.panels
         names = list(colours)
         shares.stackplot(
@@ -162,6 +192,11 @@ def image_plot(rows: Sequence[Row], checks: Sequence[Check], colours: Mapping[st
                 if check.requirement.of.column == name:
                     shares.axhline(100.0 * check.requirement.limit, color=RED, linewidth=1.0,
                                    linestyle=(0, (5, 2)))  # fmt: skip
+        if bands:
+            # Of the borders between the areas: above the usable, below the saturated.
+            usable, saturated = 100.0 * bands["usable"], 100.0 * bands["saturated"]
+            plot.band(shares, usable[0], usable[2], PAPER)
+            plot.band(shares, 100.0 - saturated[2], 100.0 - saturated[0], PAPER)
         shares.set(ylabel="target pixels [%]", ylim=(0.0, 100.0))
         shares.legend(loc="upper center", bbox_to_anchor=(0.5, 1.22), ncols=3)
         plot.line(signal, "median_snr", GREEN)

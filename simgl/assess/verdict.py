@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from enum import StrEnum
+from typing import Protocol
 
 from simgl.assess.target_light import FrameAssessment
 from simgl.scenario.schema import UsabilityCriteria
@@ -19,9 +20,31 @@ class Verdict(StrEnum):
     CONFUSED = "confused with background"
 
 
-def verdict(
-    assessment: FrameAssessment, limits: UsabilityCriteria
-) -> tuple[Verdict, tuple[str, ...]]:
+class ImageFigures(Protocol):
+    """What a verdict needs to know of an image, as in ``FrameAssessment``."""
+
+    @property
+    def target_pixels(self) -> int:
+        """Pixels that see the target."""
+
+    @property
+    def saturated(self) -> float:
+        """Share of them that is full."""
+
+    @property
+    def dark(self) -> float:
+        """Share of them in the noise."""
+
+    @property
+    def median_snr(self) -> float:
+        """Of these pixels."""
+
+    @property
+    def contrast(self) -> float | None:
+        """To what is behind; None without a background."""
+
+
+def verdict(assessment: ImageFigures, limits: UsabilityCriteria) -> tuple[Verdict, tuple[str, ...]]:
     """The verdict and its reasons, the most important first; none for a good image."""
     if assessment.target_pixels < limits.least_pixels:
         text = f"{assessment.target_pixels} pixels of the target, {limits.least_pixels} are needed"

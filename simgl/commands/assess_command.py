@@ -119,6 +119,8 @@ def _trajectory(
     )
     from simgl.assess.timeline import timeline, timeline_document
     from simgl.assess.trajectory_assessment import assignment, moments, run, run_document
+    from simgl.assess.uncertainty_bands import bands_document, bands_text, uncertainty_bands
+    from simgl.assess.uncertainty_draws import draws_of, run_draws
     from simgl.sequence.epochs import epochs as chosen_epochs
     from simgl.workers.executors import select_executor
 
@@ -129,16 +131,22 @@ def _trajectory(
     with opened(scenario) as simulator, activity("drawing frames") as progress:
         executor = select_executor(work, simulator, workers.workers, workers.scheduler)
         rows = run(work, executor, out, progress)
+        checks = check_requirements(scenario.requirements, rows)
+        bands, draws = None, draws_of(work, rows, checks)
+        if draws is not None:
+            begin_stage(progress, "drawing uncertainties")
+            drawing = select_executor(draws, simulator, workers.workers, workers.scheduler)
+            drawn = run_draws(draws, drawing, out / "uncertainty", progress)
+            bands = uncertainty_bands(draws, rows, drawn)
         begin_stage(progress, "writing the report")
         summary = timeline(moments(rows))
-        checks = check_requirements(scenario.requirements, rows)
-        write_report(report, work, rows, summary, simulator, checks, by)
+        write_report(report, work, rows, summary, simulator, checks, by, bands)
     if json:
         document = run_document(work, rows, report) | timeline_document(summary)
-        say_json({**document, **checks_document(checks)})
+        say_json({**document, **checks_document(checks), **bands_document(bands)})
     else:
         shares = ", ".join(f"{100 * s:.0f} % {v.value}" for v, s in summary.shares.items() if s)
-        say(f"{len(rows)} epochs: {shares}", *checks_text(checks), report)
+        say(f"{len(rows)} epochs: {shares}", *checks_text(checks), *bands_text(bands), report)
     if not passed(checks):
         raise typer.Exit(1)
 

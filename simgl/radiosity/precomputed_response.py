@@ -66,10 +66,14 @@ class PrecomputedResponse:
         irradiance : (4,) on a surface that faces it [W m-2]
         """
         corners = grid_corners(direction)
-        solved = self._solved([node for node, _ in corners if node not in self._nodes])
+        # Held here: a node that is stored may evict one that is still needed.
+        known = {
+            node: cached for node, _ in corners if (cached := self._nodes.find(node)) is not None
+        }
+        known |= self._solved([node for node, _ in corners if node not in known])
         exitance = np.zeros_like(self._surface.albedo)
         for node, weight in corners:
-            per_irradiance = self._nodes.get(node, partial(solved.__getitem__, node))
+            per_irradiance = self._nodes.get(node, partial(known.__getitem__, node))
             exitance += per_irradiance * (weight * irradiance).astype(np.float32)
         return exitance
 

@@ -6,6 +6,7 @@ spacecraft_tables   [spacecraft.NAME]: model, trajectory, attitude, joints
 camera_tables       [camera.NAME]: mount and pointing (its lens and detector: simgl.camera)
 environment_tables  [sun], [earth], [sky]
 lamp_tables         [lamp.NAME]
+uncertainty         [uncertainty]: what draws of an assessment vary
 table_checks        checks that several tables share
 scenario            Scenario, and SceneState from it at any time
 

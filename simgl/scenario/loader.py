@@ -38,11 +38,12 @@ from simgl.scenario.schema import (
     UsabilityCriteria,
 )
 from simgl.scenario.spacecraft_tables import FILE_KEYS, MotionReader, read_model
+from simgl.scenario.uncertainty import Uncertainty, UncertaintyTable
 from simgl.scene.spacecraft import SpacecraftModel
 
 _TABLES = (
     "epoch", "sun", "earth", "sky", "spacecraft", "camera", "lamp", "assess", "requirements",
-    "render",
+    "uncertainty", "render",
 )  # fmt: skip
 _NAME = re.compile(r"[A-Za-z0-9_-]+")
 _MAX_NAME = 100
@@ -139,6 +140,7 @@ def _read_tables(
     requirements = read_requirements(
         single("requirements", RequirementsTable), f"{where} [requirements]"
     )
+    uncertainty = single("uncertainty", UncertaintyTable)
     render = single("render", RenderTable)
     temperature = SOLAR_TEMPERATURE if sun_table.temperature_k is None else sun_table.temperature_k
     sun = read_sun(sun_table, temperature, f"{where} [sun]")
@@ -173,6 +175,7 @@ def _read_tables(
         lamps=read_lamps(where, lamp_tables, placed_models, base),
         criteria=criteria,
         requirements=requirements,
+        uncertainty=Uncertainty(**asdict(uncertainty)) if "uncertainty" in data else None,
         seed=render.seed,
         samples_per_pixel=render.samples_per_pixel,
         inter_reflection=render.inter_reflection,

@@ -25,6 +25,7 @@ from simgl.physics.solar_disc import UNIFORM
 from simgl.physics.spectrum import BandLight
 from simgl.scenario.requirements import Requirement
 from simgl.scenario.schema import UsabilityCriteria
+from simgl.scenario.uncertainty import Uncertainty
 from simgl.scene.earth import Earth
 from simgl.scene.lamps import Lamp, lamp_state
 from simgl.scene.spacecraft import SpacecraftModel
@@ -73,6 +74,7 @@ class Scenario:
     joints : by spacecraft
     criteria : limits of a usable image of a target
     requirements : what the images of a run must fulfil
+    uncertainty : what the draws of an assessment vary; None for no draws
     seed : of all noise
     samples_per_pixel : of geometry; None lets the renderer choose by cost
     inter_reflection : interreflection within a spacecraft, and its occlusion of the Earth
@@ -98,6 +100,7 @@ class Scenario:
     joints: Mapping[str, JointLaws] = field(default_factory=dict)
     criteria: UsabilityCriteria = field(default_factory=UsabilityCriteria)
     requirements: tuple[Requirement, ...] = ()
+    uncertainty: Uncertainty | None = None
     seed: int = 0
     samples_per_pixel: int | None = None
     inter_reflection: bool = True

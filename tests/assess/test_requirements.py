@@ -126,6 +126,7 @@ def test_a_run_that_breaks_a_requirement_says_so_and_ends_with_1(
 ) -> None:
     scenario, out = tmp_path / "scene.toml", tmp_path / "out"
     text = "[requirements]\nmax_range_m = 31.0\nmin_sun_exclusion_deg = 179.0\n"
+    text += "[uncertainty]\ndraws = 3\nweathers = 0\n"
     scenario.write_text(SCENE + text)
     options = ["--duration", "60", "--count", "2", "--out", str(out), "--by", "T. Tester", "--json"]
     monkeypatch.setattr(sys, "argv", ["simgl", "assess", str(scenario), *options])
@@ -138,11 +139,14 @@ def test_a_run_that_breaks_a_requirement_says_so_and_ends_with_1(
     assert (reach["outcome"], exclusion["outcome"]) == ("pass", "fail")
     # 30 m between the origins of camera and target.
     assert reach["margin"] == pytest.approx(1.0, abs=1e-6)
+    kept = [one["passing"] for one in document["uncertainty"]["requirements"]]
+    assert kept == [3, 0]
     page = (out / "report.html").read_text()
+    assert "3 of 3</td>" in page
     assert "T. Tester" in page
     assert 'class="verdict fail">FAIL<' in page
     with (out / "requirements.csv").open() as file:
         assert [row["outcome"] for row in csv.DictReader(file)] == ["pass", "fail"]
-    for table in ("stretches", "provenance", "not_modelled"):
+    for table in ("stretches", "provenance", "not_modelled", "uncertainty", "uncertainty/frames"):
         assert len((out / f"{table}.csv").read_text().splitlines()) > 1
     assert len(list((out / "images").glob("*.dn.png"))) >= 1

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from simgl.arrays import Array, Array32
+from simgl.lru_cache import LruCache
 from simgl.radiosity.hemisphere import SKY_CELLS
 from simgl.radiosity.precomputed_response import PrecomputedResponse
 from simgl.radiosity.solver import RESIDUAL, radiosity, reflectors
@@ -90,3 +91,12 @@ def test_what_is_kept_is_bounded() -> None:
     for direction in directions(40):
         asked.of_sun(direction, SUNLIGHT)
     assert len(asked._nodes.values()) == 64
+
+
+def test_a_direction_stored_late_does_not_evict_one_that_is_needed() -> None:
+    """Neighbours share directions of the grid; here no more are stored than one of them needs."""
+    asked = response()
+    asked._nodes = LruCache(3)
+    for step in np.linspace(0.0, 0.03, 30):
+        direction = np.array([0.4 + step, 0.3 - 0.6 * step, 0.3])
+        asked.of_sun(direction / np.linalg.norm(direction), SUNLIGHT)

@@ -10,14 +10,14 @@ DAMAGES = (
         "[render]",
         "[rendering]",
         ': rendering is not a table here; did you mean "render"? (allowed: assess, camera, '
-        "earth, epoch, lamp, render, requirements, sky, spacecraft, sun)",
+        "earth, epoch, lamp, render, requirements, sky, spacecraft, sun, uncertainty)",
     ),
     Damage(
         "unknown table on two lines",
         "[render]",
         '["a\\nb"]',
         ': "a\\nb" is not a table here; (allowed: assess, camera, earth, epoch, lamp, render, '
-        "requirements, sky, spacecraft, sun)",
+        "requirements, sky, spacecraft, sun, uncertainty)",
     ),
     Damage(
         "unknown key",
