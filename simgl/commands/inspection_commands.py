@@ -171,7 +171,10 @@ def view(
         str | None, typer.Option(help="Spacecraft to circle; the first if not given.")
     ] = None,
     screenshot: Annotated[
-        Path | None, typer.Option(help="Save the first frame here and close.")
+        Path | None, typer.Option(help="Save the first image here, without text, and close.")
+    ] = None,
+    camera: Annotated[
+        str | None, typer.Option(help="Camera to look through; circles the target if not given.")
     ] = None,
     web: Annotated[
         bool,
@@ -180,7 +183,7 @@ def view(
     web_address: WebAddress = None,
     web_token: WebToken = None,
 ) -> None:
-    """Show a scenario in a window: drag to orbit, scroll for range, space plays time.
+    """Show a scenario in a window: drag to orbit, scroll for range, h for help.
 
     Example: simgl view examples/azimuths.toml
 
@@ -189,7 +192,8 @@ def view(
     from simgl.errors import ConfigError
 
     if web:
-        for option, given in (("--target", target), ("--screenshot", screenshot)):
+        of_the_window = {"--target": target, "--screenshot": screenshot, "--camera": camera}
+        for option, given in of_the_window.items():
             if given is not None:
                 raise ConfigError(COMMAND_LINE, option, "is for the window, not for --web")
         _view_in_browsers(scenario, web_address, web_token)
@@ -197,7 +201,7 @@ def view(
     check_goes_with_web(web_address, web_token)
     from simgl.viewer.window import run
 
-    run(scenario, target, screenshot)
+    run(scenario, target, screenshot, camera)
 
 
 def _view_in_browsers(path: Path, address: str | None, token_file: Path | None) -> None:
