@@ -165,8 +165,8 @@ def model_turntable(
 
 def view(
     scenario: Annotated[
-        Path, typer.Argument(help="Scenario file (TOML).", autocompletion=scenario_files)
-    ],
+        Path | None, typer.Argument(help="Scenario file (TOML).", autocompletion=scenario_files)
+    ] = None,
     target: Annotated[
         str | None, typer.Option(help="Spacecraft to circle; the first if not given.")
     ] = None,
@@ -175,6 +175,10 @@ def view(
     ] = None,
     camera: Annotated[
         str | None, typer.Option(help="Camera to look through; circles the target if not given.")
+    ] = None,
+    follow: Annotated[
+        str | None,
+        typer.Option(help="Show a running server's previews: its --monitor, tcp://HOST:PORT."),
     ] = None,
     web: Annotated[
         bool,
@@ -188,11 +192,25 @@ def view(
     Example: simgl view examples/azimuths.toml
 
     Example: simgl view examples/approach.toml --web
+
+    Example: simgl view --follow tcp://127.0.0.1:5564
     """
     from simgl.errors import ConfigError
 
+    of_the_window = {"--target": target, "--screenshot": screenshot, "--camera": camera}
+    if follow is not None:
+        with_scenario = {"SCENARIO": scenario, **of_the_window, "--web": web or None}
+        for option, given in with_scenario.items():
+            if given is not None:
+                raise ConfigError(COMMAND_LINE, option, "does not go with --follow")
+        check_goes_with_web(web_address, web_token)
+        from simgl.viewer.window import follow as follow_server
+
+        follow_server(follow)
+        return
+    if scenario is None:
+        raise ConfigError(COMMAND_LINE, "SCENARIO", "is missing; or name a server by --follow")
     if web:
-        of_the_window = {"--target": target, "--screenshot": screenshot, "--camera": camera}
         for option, given in of_the_window.items():
             if given is not None:
                 raise ConfigError(COMMAND_LINE, option, "is for the window, not for --web")

@@ -15,6 +15,7 @@ from simgl.cli_progress import activity
 from simgl.errors import ContextError
 from simgl.gpu.context import REQUIRED_VERSION, close_context
 from simgl.scenario.loader import load_scenario
+from simgl.viewer.followed import FollowedPreviews, PreviewSource, preview_source
 from simgl.viewer.subject import Size
 from simgl.viewer.view_commands import title
 from simgl.viewer.view_settings import opening_settings
@@ -115,6 +116,33 @@ def opened(
             viewport = Viewport(ctx, scenario, settings, progress)
         with viewport, WindowPainter(ctx) as painter:
             yield WindowSession(window, ctx, viewport, painter)
+
+
+@contextmanager
+def opened_on_server(address: str, source: PreviewSource) -> Iterator[WindowSession]:
+    """A window on the previews of a running server.
+
+    Raises ContextError without a display.
+    """
+    subject = FollowedPreviews(address, source)
+    with (
+        _window_with_context(subject.caption(None)) as (window, ctx),
+        WindowPainter(ctx) as painter,
+    ):
+        yield WindowSession(window, ctx, subject, painter)
+
+
+def follow(address: str) -> None:
+    """Show a running server's previews until the window is closed; see ``opened_on_server``.
+
+    Raises ConfigError where the bridge is not installed, BridgeError for what is no address.
+    """
+    source = preview_source(address)
+    try:
+        with opened_on_server(address, source) as session:
+            session.run()
+    finally:
+        source.close()
 
 
 def run(

@@ -76,9 +76,12 @@ class OpenedWindow:
 
 @contextmanager
 def opened_window(
-    display: str, folder: Path, scenario: Path, *options: str, dots_per_inch: int = 96
+    display: str, folder: Path, *arguments: str, dots_per_inch: int = 96
 ) -> Iterator[OpenedWindow]:
-    """Opened on a display, with a folder as its working directory; closed by q at the end."""
+    """Opened on a display, with a folder as its working directory; closed by q at the end.
+
+    arguments : of ``window_program``
+    """
     environment = {k: v for k, v in os.environ.items() if not k.startswith(("WAYLAND", "XDG_"))}
     root = str(Path(__file__).parents[2])
     environment["PYTHONPATH"] = os.pathsep.join(
@@ -88,7 +91,7 @@ def opened_window(
     person.move(*ASIDE)
     command = [sys.executable, "-W", "error", "-m", "tests.viewer.window_program"]
     with subprocess.Popen(
-        [*command, str(scenario), *options],
+        [*command, *arguments],
         env={**environment, "DISPLAY": display},
         cwd=folder,
         stdin=subprocess.PIPE,

@@ -49,7 +49,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def _opened(display: str, folder: Path) -> Iterator[OpenedWindow]:
     scenario, shaders = str(folder / "two_balls.toml"), str(folder / "shaders")
-    with opened_window(display, folder, Path(scenario), "--shaders", shaders) as window:
+    with opened_window(display, folder, scenario, "--shaders", shaders) as window:
         yield window
 
 

@@ -1,6 +1,6 @@
 """``simgl view`` in a process that also tells what its window says: a line of JSON for each read.
 
-python -m tests.viewer.window_program SCENARIO [--shaders FOLDER]
+python -m tests.viewer.window_program SCENARIO [--shaders FOLDER] | --follow ADDRESS
 """
 
 from __future__ import annotations
@@ -13,9 +13,10 @@ import threading
 from pathlib import Path
 
 import glfw
+from simgl_bridge.preview import Watch
 
 from simgl import assets
-from simgl.viewer.window import opened
+from simgl.viewer.window import opened, opened_on_server
 from simgl.viewer.window_session import WindowSession
 
 _asked: queue.SimpleQueue[str] = queue.SimpleQueue()
@@ -48,13 +49,16 @@ def _listen() -> None:
 def main() -> None:
     """The process."""
     arguments = argparse.ArgumentParser()
-    arguments.add_argument("scenario", type=Path)
+    arguments.add_argument("scenario", type=Path, nargs="?")
+    arguments.add_argument("--follow")
     arguments.add_argument("--shaders", type=Path)
     given = arguments.parse_args()
     if given.shaders is not None:
         assets.shaders = lambda: given.shaders
     WindowSession._step = _answering_step  # type: ignore[method-assign, assignment]
-    with opened(given.scenario) as session:
+    follow = given.follow
+    watched = opened_on_server(follow, Watch(follow)) if follow else opened(given.scenario)
+    with watched as session:
         threading.Thread(target=_listen, daemon=True).start()
         session.run()
 
