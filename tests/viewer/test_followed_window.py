@@ -9,7 +9,7 @@ import pytest
 import zmq
 from simgl_bridge.framing import pack
 from simgl_bridge.messages import Preview
-from simgl_bridge.preview import Watch
+from simgl_bridge.preview import PreviewImage, Watch
 
 from simgl.arrays import Image8
 from simgl.viewer.overlay_boxes import BoxStyle, text_box
@@ -42,7 +42,7 @@ def test_the_newest_preview_replaces_those_that_nobody_took() -> None:
         port = server.bind_to_random_port("tcp://127.0.0.1")
         with Watch(f"tcp://127.0.0.1:{port}") as watch:
             assert watch.newest() is None
-            first = []
+            first: list[PreviewImage] = []
 
             def arrived() -> bool:
                 # A subscription takes a moment to arrive.
@@ -56,10 +56,14 @@ def test_the_newest_preview_replaces_those_that_nobody_took() -> None:
             wait_until(lambda: watch.newest() is None, "an empty queue")
             send(server, 2, 20)
             send(server, 3, 30)
-            taken = []
-            wait_until(lambda: bool(taken.extend(filter(None, [watch.newest()])) or taken), "more")
-            while taken[-1].sequence < 103:
-                taken.extend(filter(None, [watch.newest()]))
+            taken: list[PreviewImage] = []
+
+            def both_arrived() -> bool:
+                newest = watch.newest()
+                taken.extend([newest] if newest else [])
+                return bool(taken) and taken[-1].sequence == 103
+
+            wait_until(both_arrived, "two more")
             # Whether both came at once or one by one, none is missed without being counted.
             assert sum(one.missed + 1 for one in taken) == 2
             assert taken[-1].pixels[5, 5].tolist() == [30, 30, 30]
