@@ -39,6 +39,13 @@ _ON_DARK = {
     SHADE: "#262d39",
     PALE: "#5a6372",
 }
+
+
+def on_dark(colour: str) -> str:
+    """What a colour of this style, "#rrggbb", becomes on a dark page."""
+    return _ON_DARK.get(colour, colour)
+
+
 _TEXT_SIZE = 9.0
 _STYLE: dict[Any, Any] = {
     "figure.facecolor": PAPER,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -113,6 +113,21 @@ class Watch:
     def __next__(self) -> PreviewImage:
         if not self._socket.poll(self._timeout_ms):
             raise StopIteration
+        return self._received()
+
+    def newest(self) -> PreviewImage | None:
+        """The newest preview that has arrived since the last one, without waiting.
+
+        None where there is none. What came before it counts as missed.
+        """
+        newest, missed = None, 0
+        # Ten a second come at most, two are queued: this ends.
+        while self._socket.poll(0):
+            newest = self._received()
+            missed += newest.missed + 1
+        return None if newest is None else replace(newest, missed=missed - 1)
+
+    def _received(self) -> PreviewImage:
         preview, pixels = _unpacked(self._address, self._socket.recv_multipart())
         last = self._last
         before = last.number if last and last.boot == preview.boot else preview.number - 1

@@ -1,4 +1,4 @@
-"""The approach as a moving picture: the kept images with what the chaser found in them."""
+"""The approach as a film: the kept images with what the chaser found in them."""
 
 from __future__ import annotations
 
@@ -16,29 +16,29 @@ from simgl.output import complete_file
 
 FILM = "docking.webp"
 
-_PICTURE_TIME_MS = 160
-# The last picture stays.
+_IMAGE_TIME_MS = 160
+# The last image stays.
 _LAST_TIME_MS = 2000
 
 
 def write_film(report_images: Sequence[ReportImage], folder: Path) -> Path:
     """Write an animated WebP file of 400 x 430 pixels; returns its path."""
     with figure_style():
-        first, *rest = [_picture(report_image) for report_image in report_images]
+        first, *rest = [_image(report_image) for report_image in report_images]
     with complete_file(folder / FILM) as path:
         first.save(
             path,
             format="WEBP",
             save_all=True,
             append_images=rest,
-            duration=[_PICTURE_TIME_MS] * len(rest) + [_LAST_TIME_MS],
+            duration=[_IMAGE_TIME_MS] * len(rest) + [_LAST_TIME_MS],
             loop=0,
             quality=60,
         )
     return folder / FILM
 
 
-def _picture(report_image: ReportImage) -> Image.Image:
+def _image(report_image: ReportImage) -> Image.Image:
     figure = Figure(figsize=(4.0, 4.3), dpi=100, layout="constrained")
     canvas = FigureCanvasAgg(figure)
     axes = figure.subplots()

@@ -17,7 +17,7 @@ from simgl import SimglError, contact_sheet
 from simgl.arrays import Image8
 from simgl.cli_progress import activity
 from simgl.output import check_writable, complete_file
-from simgl.sequence.video import write_mp4
+from simgl.video import write_mp4
 
 QUALITY = 82
 FRAME_RATE = 4

@@ -23,6 +23,10 @@ const float SHORE_KM = 255.0 / 6.0;
 // The map knows the way to the shore only as far as its codes reach: within a pixel larger than the
 // way between their ends, the mean code is the share of water.
 const float LARGEST_SHORE_KM = 42.0;
+// Light that the air scatters comes from so far around: a scale height of the air on either side, and the
+// map's halving of such texels.
+const float AROUND_KM = 16.0;
+const float AROUND_LEVEL = 1.0;
 const vec3 ZERO_CODE = vec3(128.0 / 255.0);
 // Mean of max(1 - 3 |g|, 0) for a normal g: 2 phi(0) (1/3 - 1/6) to first order.
 const float BED_MEAN = 0.131;
@@ -123,8 +127,11 @@ vec2 mapped_slope(vec4 form) {
 }
 
 // The land at a place.
+//
+// around : its reflectance over tens of kilometres, over which air and clouds mix what it sends up
 struct Land {
     vec4 reflectance;
+    vec4 around;
     float lit;        // cosine of the Sun on its slopes
     float shore_km;   // way into the sea, negative on land
     float lamps;      // radiance of cities over that of the brightest
@@ -164,6 +171,13 @@ Land land_at(Place here) {
     land = with_snow(land, growth, here.ground.on_map, length(slope), noise.z);
 #endif
     seen.reflectance = land;
+    vec4 around = textureLod(land_map, here.ground.on_map, max(level, AROUND_LEVEL));
+    around *= around;
+#ifdef FROST
+    around = with_snow(around, clamp(4.0 * (around.a - 1.2 * around.r), 0.0, 1.0),
+                       here.ground.on_map, length(slope), 0.0);
+#endif
+    seen.around = around;
 #ifndef RELIEF_AT_CORNERS
     seen.shore_km = (form.z - ZERO_CODE.z) * SHORE_KM + 0.4 * grain;
     // Lamps shine most where the ground is level. For slopes of variance v along both axes the mean
@@ -174,15 +188,22 @@ Land land_at(Place here) {
 }
 #endif
 
-// What ground sends up, with the light that goes back and forth between it and air and clouds, and,
-// where it is brighter than the ground for which the air's light was made, with what the air scatters
-// of that. Ground is taken to be alike for kilometres around.
-//
-// irradiance : on the ground, without what goes back and forth [W m-2]
-vec4 ground_light(vec4 reflectance, vec4 irradiance, Place here, Shade shade) {
-    vec4 seen = reflectance * (1.0 - mean_ground * air_from_below) / (1.0 - reflectance * air_from_below);
-    vec4 below_clouds = shade.through / (1.0 - reflectance * shade.back);
-    return below_clouds / PI * (seen * irradiance + max(seen - mean_ground, vec4(0.0)) * here.aloft);
+// What ground gets of the light that goes back and forth between it and the air, over the same for ground
+// of the Earth's mean.
+vec4 by_air(vec4 around) {
+    return (1.0 - mean_ground * air_from_below) / (1.0 - around * air_from_below);
+}
+
+// The share of the light that comes through the clouds, with what they send back to the ground.
+vec4 by_clouds(vec4 around, Shade shade) {
+    return shade.through / (1.0 - around * shade.back);
+}
+
+// What the air scatters towards the camera of the light of ground that is brighter than the one for
+// which the air's light was made [W m-2 sr-1].
+vec4 light_aloft(vec4 around, Place here, Shade shade) {
+    vec4 more = max(around * by_air(around) - mean_ground, vec4(0.0));
+    return more / PI * here.aloft * by_clouds(around, shade);
 }
 
 // What the ground below the clouds sends up.
@@ -192,18 +213,24 @@ vec4 surface_light(Place here, Sea sea, Shade shade) {
     // The clouds' puffs: hills have no floes.
     float floes = noise_at(here.ground, here.levels.y).z;
     float north = degrees_north(here.ground.on_map);
-    vec4 ice = ground_light(ice_reflectance[north > 0.0 ? 0 : 1],
-                            here.direct * here.lit + here.diffuse, here, shade);
-    water = mix(water, ice, ice_share(here.ground.on_map, north, floes));
+    vec4 ice = ice_reflectance[north > 0.0 ? 0 : 1];
+    vec4 on_ice = (here.direct * here.lit + here.diffuse) * by_air(ice) * by_clouds(ice, shade);
+    water = mix(water, ice / PI * on_ice, ice_share(here.ground.on_map, north, floes))
+          + ice_share(here.ground.on_map, north, 0.0) * light_aloft(ice, here, shade);
 #endif
 #ifdef SEA
     return water;
 #else
     Land land = land_at(here);
-    vec4 light = ground_light(land.reflectance, here.direct * land.lit + here.diffuse, here, shade);
-#ifndef LAND
+    vec4 irradiance = (here.direct * land.lit + here.diffuse)
+                    * by_air(land.around) * by_clouds(land.around, shade);
+    vec4 light = land.reflectance / PI * irradiance, aloft = light_aloft(land.around, here, shade);
+#ifdef LAND
+    light += aloft;
+#else
     float across_km = clamp(here.footprint, 0.4, LARGEST_SHORE_KM);
-    light = mix(light, water, clamp(0.5 + land.shore_km / across_km, 0.0, 1.0));
+    light = mix(light, water, clamp(0.5 + land.shore_km / across_km, 0.0, 1.0))
+          + clamp(0.5 - land.shore_km / AROUND_KM, 0.0, 1.0) * aloft;
 #endif
 #ifdef NIGHT
     // Lamps are on from sunset.

@@ -165,13 +165,20 @@ def model_turntable(
 
 def view(
     scenario: Annotated[
-        Path, typer.Argument(help="Scenario file (TOML).", autocompletion=scenario_files)
-    ],
+        Path | None, typer.Argument(help="Scenario file (TOML).", autocompletion=scenario_files)
+    ] = None,
     target: Annotated[
         str | None, typer.Option(help="Spacecraft to circle; the first if not given.")
     ] = None,
     screenshot: Annotated[
-        Path | None, typer.Option(help="Save the first frame here and close.")
+        Path | None, typer.Option(help="Save the first image here, without text, and close.")
+    ] = None,
+    camera: Annotated[
+        str | None, typer.Option(help="Camera to look through; circles the target if not given.")
+    ] = None,
+    follow: Annotated[
+        str | None,
+        typer.Option(help="Show a running server's previews: its --monitor, tcp://HOST:PORT."),
     ] = None,
     web: Annotated[
         bool,
@@ -180,16 +187,31 @@ def view(
     web_address: WebAddress = None,
     web_token: WebToken = None,
 ) -> None:
-    """Show a scenario in a window: drag to orbit, scroll for range, space plays time.
+    """Show a scenario in a window: drag to orbit, scroll for range, h for help.
 
     Example: simgl view examples/azimuths.toml
 
     Example: simgl view examples/approach.toml --web
+
+    Example: simgl view --follow tcp://127.0.0.1:5564
     """
     from simgl.errors import ConfigError
 
+    of_the_window = {"--target": target, "--screenshot": screenshot, "--camera": camera}
+    if follow is not None:
+        with_scenario = {"SCENARIO": scenario, **of_the_window, "--web": web or None}
+        for option, given in with_scenario.items():
+            if given is not None:
+                raise ConfigError(COMMAND_LINE, option, "does not go with --follow")
+        check_goes_with_web(web_address, web_token)
+        from simgl.viewer.window import follow as follow_server
+
+        follow_server(follow)
+        return
+    if scenario is None:
+        raise ConfigError(COMMAND_LINE, "SCENARIO", "is missing; or name a server by --follow")
     if web:
-        for option, given in (("--target", target), ("--screenshot", screenshot)):
+        for option, given in of_the_window.items():
             if given is not None:
                 raise ConfigError(COMMAND_LINE, option, "is for the window, not for --web")
         _view_in_browsers(scenario, web_address, web_token)
@@ -197,7 +219,7 @@ def view(
     check_goes_with_web(web_address, web_token)
     from simgl.viewer.window import run
 
-    run(scenario, target, screenshot)
+    run(scenario, target, screenshot, camera)
 
 
 def _view_in_browsers(path: Path, address: str | None, token_file: Path | None) -> None:

@@ -55,6 +55,18 @@ def angle_between(a: Array, b: Array) -> float:
     return math.atan2(math.sqrt(across.dot(across)), a.dot(b))
 
 
+def direction_icrf(right_ascension: float, declination: float) -> Array:
+    """(3,) unit vector in ICRF axes of two angles [rad]."""
+    across = math.cos(declination)
+    return np.array(
+        [
+            across * math.cos(right_ascension),
+            across * math.sin(right_ascension),
+            math.sin(declination),
+        ]
+    )
+
+
 def matrix_from_quaternion(q_a_from_b_xyzw: ArrayLike) -> Array:
     """R_a_from_b of a unit quaternion; ValueError for other quaternions.
 

@@ -4,7 +4,6 @@
 ``epochs``         regular and random epochs, and those at which an event begins
 ``journal``        the table of a run in SQLite, and the loop over the frames that it lacks
 ``run_sequence``   ``simgl sequence``: files of each frame and camera, then its row
-``video``          MP4 of a sequence's frames
 ``event_stream``   ``simgl events``: what an event camera sees between sub-frames
 ``event_files``    its events in HDF5, AEDAT4 or npz
 

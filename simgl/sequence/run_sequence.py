@@ -20,8 +20,8 @@ from simgl.physics.frames import quaternion_from_matrix
 from simgl.progress import ProgressCallback, silent
 from simgl.scenario.scenario import Scenario
 from simgl.sequence.journal import Columns, Identity, Journal, Row, Value
-from simgl.sequence.video import write_mp4
 from simgl.simulator import Capture, Product, Simulator
+from simgl.video import write_mp4
 
 
 class Output(StrEnum):

@@ -1,20 +1,29 @@
-"""What the user chose to see, as a frozen value, and the keys that change it."""
+"""What the user chose to see, as a frozen value."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
+from collections.abc import Hashable
 from dataclasses import dataclass, replace
 
 from simgl.errors import ConfigError, did_you_mean
-from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.scenario.scenario import Scenario
-from simgl.viewer.orbit_camera import OrbitCamera, opening_camera, range_limits
+from simgl.viewer.orbit_camera import OrbitCamera, opening_camera
 
-# An arrow key moves time by this many seconds of playing.
-_STEP = 10
 # Limits of the speed, as doublings: 1/64 of real time to an orbit in 1.3 s.
 _SLOWEST, _FASTEST = -6, 12
+
+
+# Planes of ``displays.display`` side by side by the name of the view; "seen" is radiance as an eye
+# with the display's exposure would see it.
+ORBIT_VIEWS = {"radiance as seen": ("seen",), "radiance in false colours": ("radiance",)}
+CAMERA_VIEWS = {
+    "DN beside radiance": ("dn", "radiance"),
+    "DN": ("dn",),
+    "radiance in false colours": ("radiance",),
+    "radiance as seen": ("seen",),
+    "mean electrons": ("electrons",),
+    "depth": ("depth",),
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,22 +33,44 @@ class ViewSettings:
     tai_ns : instant of the scene
     target, orbit : the spacecraft in the centre and the camera about it
     camera : the scenario camera to look through; None for the orbit camera
-    exposure_thirds : brightening of the display in thirds of an EV
+    orbit_view, camera_view : what is shown of either, of ``ORBIT_VIEWS`` and ``CAMERA_VIEWS``
+    exposure_thirds : longer exposure than the scenario's, and a brighter display, in thirds of an
+        EV
+    gain_thirds : more gain than the scenario's, in thirds of an EV
+    sun_deg : right ascension and declination of the Sun; None for where the scenario has it
     speed_doublings : the scene's seconds for each of the user's are two to this power
+    histogram : whether that of DN is shown
     """
 
     tai_ns: int
     target: str
     orbit: OrbitCamera
     camera: str | None = None
+    orbit_view: str = "radiance as seen"
+    camera_view: str = "DN beside radiance"
     exposure_thirds: int = 0
+    gain_thirds: int = 0
+    sun_deg: tuple[float, float] | None = None
     speed_doublings: int = 0
     playing: bool = False
+    histogram: bool = True
 
     @property
     def exposure_value(self) -> float:
         """[EV]."""
         return self.exposure_thirds / 3.0
+
+    @property
+    def shown(self) -> tuple[str, tuple[str, ...]]:
+        """The view and its planes."""
+        if self.camera is None:
+            return self.orbit_view, ORBIT_VIEWS[self.orbit_view]
+        return self.camera_view, CAMERA_VIEWS[self.camera_view]
+
+    @property
+    def gain_factor(self) -> float:
+        """Of the scenario's gain."""
+        return 2.0 ** (self.gain_thirds / 3.0)
 
     @property
     def speed(self) -> float:
@@ -56,17 +87,23 @@ class ViewSettings:
         return replace(self, speed_doublings=speed)
 
     def same_image(self, other: ViewSettings) -> bool:
-        """Whether both need the same radiance."""
-        keys = [
-            (s.tai_ns, s.camera, None if s.camera else (s.target, s.orbit)) for s in (self, other)
-        ]
-        return keys[0] == keys[1]
+        """Whether both need the same capture."""
+        return self._of_the_image == other._of_the_image
+
+    @property
+    def _of_the_image(self) -> tuple[Hashable, ...]:
+        if self.camera is None:
+            return self.tai_ns, self.sun_deg, self.target, self.orbit
+        settings = self.camera, self.exposure_thirds, self.gain_thirds
+        return self.tai_ns, self.sun_deg, settings
 
 
-def opening_settings(scenario: Scenario, target: str | None) -> ViewSettings:
-    """The first image: the scenario's epoch, a spacecraft in the centre.
+def opening_settings(
+    scenario: Scenario, target: str | None, camera: str | None = None
+) -> ViewSettings:
+    """The first image: the scenario's epoch, a spacecraft in the centre or a camera's view.
 
-    Raises ConfigError for a scenario without spacecraft, or a target that it does not have.
+    Raises ConfigError for a scenario without spacecraft, or a target or camera that it lacks.
     """
     if not scenario.models:
         raise ConfigError(
@@ -75,84 +112,14 @@ def opening_settings(scenario: Scenario, target: str | None) -> ViewSettings:
     if target is not None and target not in scenario.models:
         problem = f'"{target}" is not in {scenario.name}; {did_you_mean(target, scenario.models)}'
         raise ConfigError("command line", "--target", problem)
+    if camera is not None and camera not in scenario.cameras:
+        problem = f'"{camera}" is not in {scenario.name}; {did_you_mean(camera, scenario.cameras)}'
+        raise ConfigError("command line", "--camera", problem)
     name = next(iter(scenario.models)) if target is None else target
     state = scenario.at(scenario.epoch_tai_ns)
     return ViewSettings(
-        tai_ns=scenario.epoch_tai_ns, target=name, orbit=opening_camera(state, name)
+        tai_ns=scenario.epoch_tai_ns,
+        target=name,
+        orbit=opening_camera(state, name),
+        camera=camera,
     )
-
-
-def _next_target(settings: ViewSettings, scenario: Scenario) -> ViewSettings:
-    """The next spacecraft, seen from the same side and as large."""
-    names = list(scenario.models)
-    name = names[(names.index(settings.target) + 1) % len(names)]
-    nearest, farthest = range_limits(scenario.models[name])
-    distance = settings.orbit.range * nearest / settings.orbit.nearest
-    orbit = replace(
-        settings.orbit, range=min(distance, farthest), nearest=nearest, farthest=farthest
-    )
-    return replace(settings, target=name, orbit=orbit, camera=None)
-
-
-def _next_camera(settings: ViewSettings, scenario: Scenario) -> ViewSettings:
-    names = [None, *scenario.cameras]
-    return replace(settings, camera=names[(names.index(settings.camera) + 1) % len(names)])
-
-
-def _brighter(thirds: int) -> Callable[[ViewSettings, Scenario], ViewSettings]:
-    return lambda settings, _: replace(settings, exposure_thirds=settings.exposure_thirds + thirds)
-
-
-@dataclass(frozen=True)
-class Command:
-    """A key's effect on what is shown.
-
-    keys : characters, or names of keys that type none
-    """
-
-    keys: tuple[str, ...]
-    meaning: str
-    effect: Callable[[ViewSettings, Scenario], ViewSettings]
-
-
-COMMANDS = (
-    Command(
-        ("space",),
-        "play or pause",
-        lambda view, _: replace(view, playing=not view.playing),
-    ),
-    Command(("right",), f"{_STEP} s of playing forward", lambda view, _: view.later(_STEP)),
-    Command(("left",), f"{_STEP} s of playing back", lambda view, _: view.later(-_STEP)),
-    Command(("]",), "time twice as fast", lambda view, _: view.faster(1)),
-    Command(("[",), "time half as fast", lambda view, _: view.faster(-1)),
-    Command(("up", "+", "="), "brighter by 1/3 EV", _brighter(1)),
-    Command(("down", "-"), "darker by 1/3 EV", _brighter(-1)),
-    Command(("c",), "next camera of the scenario, then back to the orbit", _next_camera),
-    Command(("t",), "next spacecraft", _next_target),
-)
-
-HELP = "\n".join(
-    f"  {keys:<14}{meaning}"
-    for keys, meaning in (
-        ("drag", "circle the spacecraft"),
-        ("scroll", "nearer or farther"),
-        *((" ".join(command.keys), command.meaning) for command in COMMANDS),
-        ("s", "save a screenshot in the working directory"),
-        ("h", "print this help"),
-        ("q escape", "close"),
-    )
-)
-
-
-def title(settings: ViewSettings, fps: float | None = None) -> str:
-    """The window's title: subject, time, brightness and speed."""
-    orbit = settings.orbit
-    azimuth, elevation = math.degrees(orbit.azimuth), math.degrees(orbit.elevation)
-    orbit_text = f"{settings.target} az {azimuth:.0f} el {elevation:.0f} deg, {orbit.range:.4g} m"
-    parts = [
-        settings.camera or orbit_text,
-        f"{utc_from_tai_ns(settings.tai_ns)[:21]} UTC",
-        f"{settings.exposure_value:+.1f} EV",
-        f"{'playing' if settings.playing else 'paused'} x{settings.speed:g}",
-    ]
-    return " | ".join(["simgl", *parts, *([] if fps is None else [f"{fps:.0f} fps"])])

@@ -3,7 +3,6 @@
     ViewSession, or a follower of a server -> Snapshot -> Newest -> PageServer -> browsers
 
 ``scene_description``  what the 3-D view shows of a state, as plain data
-``displays``           a camera's arrays as images with a scale; what a pixel holds
 ``snapshots``          one instant as it is shown; the newest one, shared by threads
 ``view_settings_web``  what the viewers of a scenario chose, and the commands that change it
 ``view_session``       renders a scenario as its viewers ask for
@@ -12,6 +11,6 @@
 ``page_handlers``, ``page_server``  HTTP, WebSocket and MJPEG, on a thread; need the package tornado
 ``page/``              the page itself: HTML, style and scripts; loads nothing from elsewhere
 
-May import the simulator. A new way to show an image is a branch in ``displays.display`` and an
-option in ``page/view.js``.
+May import the simulator. A new way to show an image is a branch in ``simgl.displays.display`` and
+an option in ``page/view.js``.
 """

@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 import math
 import struct
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -20,9 +19,10 @@ from simgl.motion.joints import body_from_stored
 from simgl.motion.orbits import keplerian_orbit
 from simgl.physics.constants import EARTH_MU
 from simgl.physics.ephemeris import utc_from_tai_ns
-from simgl.physics.frames import Pose, angle_between, cross, rotation_about, unit
+from simgl.physics.frames import Pose, cross, rotation_about, unit
 from simgl.scenario.scenario import Scenario
 from simgl.scene.posed_mesh import groups_of_parts, rigid_groups
+from simgl.scene.sights import reach, sights
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import CameraState, SceneState
 
@@ -43,7 +43,7 @@ def scenario_description(scenario: Scenario) -> Description:
         "epoch_utc": utc_from_tai_ns(scenario.epoch_tai_ns),
         "span_s": span(state),
         "spacecraft": {
-            name: {"radius_m": _reach(model), "triangles": len(model.mesh.triangles)}
+            name: {"radius_m": reach(model), "triangles": len(model.mesh.triangles)}
             for name, model in scenario.models.items()
         },
         "cameras": {
@@ -101,19 +101,9 @@ def _camera(state: SceneState, placed: CameraState) -> Description:
         "field_edge": (edge @ placed.R_camera_from_icrf).tolist(),
         "sees": {
             name: {"range_m": distance, "phase_angle_deg": math.degrees(phase)}
-            for name, distance, phase in _sights(state, placed)
+            for name, distance, phase in sights(state, placed)
         },
     }
-
-
-def _sights(state: SceneState, placed: CameraState) -> Iterator[tuple[str, float, float]]:
-    """Name, range [m] and phase angle [rad] of the spacecraft that the camera does not sit on."""
-    for name, body in state.bodies.items():
-        to_camera = placed.position - body.pose.position
-        distance = float(np.linalg.norm(to_camera))
-        if distance > _reach(body.model):
-            sun_direction = state.sun.seen_from(body.pose.position).direction_icrf
-            yield name, distance, angle_between(sun_direction, to_camera)
 
 
 def field_edge(placed: CameraState) -> Array:
@@ -172,11 +162,6 @@ def _earth(state: SceneState) -> Description | None:
         "R_icrf_from_itrf": state.earth.R_itrf_from_icrf.T.tolist(),
         "sun_direction": sun.direction_icrf.tolist(),
     }
-
-
-def _reach(model: SpacecraftModel) -> float:
-    """Radius of a sphere about the body's origin that holds the model [m]."""
-    return float(np.linalg.norm(model.mesh.centre)) + model.mesh.radius
 
 
 def _joint_transforms(model: SpacecraftModel) -> list[list[list[float]]]:

@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+from simgl.displays import CameraImages
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState
-from simgl.web.displays import CameraImages
 from simgl.web.scene_description import scene_description
 
 # Commands that wait for a session which is busy; of one kind only the last counts.

@@ -6,14 +6,10 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 
-import numpy as np
-
-from simgl.arrays import AnyArray
+from simgl.displays import CameraImages, images_of
 from simgl.errors import ConfigError
-from simgl.images import Capture, saturated
 from simgl.scene.state import SceneState
 from simgl.simulator import Product, Simulator
-from simgl.web.displays import CameraImages
 from simgl.web.snapshots import Newest, Snapshot
 from simgl.web.view_settings_web import WebSettings, changed, chosen_state
 
@@ -107,20 +103,3 @@ class ViewSession:
         self._passes = dict(self._simulator.timer.seconds)
         self._frames += 1
         return images_of(capture, seconds)
-
-
-def images_of(capture: Capture, seconds: float) -> CameraImages:
-    """The arrays of a capture by the names that the page gives them."""
-    assert capture.digital is not None
-    camera = capture.info.camera
-    planes: dict[str, AnyArray] = {"dn": capture.digital.dn}
-    if capture.electrons is not None:
-        planes["electrons"] = capture.electrons.electrons
-    if capture.radiance is not None:
-        planes["radiance"] = capture.radiance.radiance
-    if capture.truth is not None:
-        planes["depth"] = capture.truth.depth
-    if capture.layers is not None:
-        planes |= {f"light: {name}": layer for name, layer in capture.layers.layers.items()}
-    share = float(np.mean(saturated(capture.digital.dn, camera.detector)))
-    return CameraImages(camera=camera, planes=planes, saturated_share=share, seconds=seconds)

@@ -7,11 +7,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-import numpy as np
-
-from simgl.arrays import Array
 from simgl.errors import ConfigError
 from simgl.physics.constants import ASTRONOMICAL_UNIT
+from simgl.physics.frames import direction_icrf
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState
 
@@ -53,19 +51,8 @@ class WebSettings:
 def chosen_state(scenario: Scenario, settings: WebSettings) -> SceneState:
     """The scene as it was chosen; raises ConfigError where a trajectory has no data."""
     tai_ns = scenario.epoch_tai_ns + round(settings.time * 1e9)
-    sun = None if settings.sun is None else ASTRONOMICAL_UNIT * _direction(*settings.sun)
+    sun = None if settings.sun is None else ASTRONOMICAL_UNIT * direction_icrf(*settings.sun)
     return scenario.with_poses(tai_ns, {}, settings.exposure_times, sun=sun)
-
-
-def _direction(right_ascension: float, declination: float) -> Array:
-    across = math.cos(declination)
-    return np.array(
-        [
-            across * math.cos(right_ascension),
-            across * math.sin(right_ascension),
-            math.sin(declination),
-        ]
-    )
 
 
 def changed(

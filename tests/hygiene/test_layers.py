@@ -10,19 +10,20 @@ from tests.hygiene.source import imported_modules, imports, modules
 # lower layer, and from itself. "" is the public interface, simgl/__init__.py.
 LAYERS = (
     ("arrays", "content_digest", "errors", "interruption", "lru_cache", "progress"),
-    ("assets", "decoded_files", "html_table", "input_files", "sample_grid"),
+    ("assets", "decoded_files", "figure_style", "html_table", "input_files", "sample_grid"),
     ("disk_cache", "file_cache", "gpu", "physics"),
     ("config", "environment_map", "motion"),
     ("camera",),
     ("images", "scene"),
-    ("false_colour", "flash_lidar", "model_files", "rays"),
+    ("displays", "false_colour", "flash_lidar", "model_files", "rays"),
     ("radiosity", "scenario"),
     ("thermal", "view"),
     ("passes",),
     ("camera_pipeline", "renderer"),
     ("still_scene",),
     ("simulator",),
-    ("cli_progress", "figure_style", "output", "workers"),
+    ("cli_progress", "output", "workers"),
+    ("video",),
     (
         "doctor",
         "heat_map",

@@ -18,7 +18,7 @@ LONGEST = 450  # lines
 # Commands and the window talk to the person who started them; everything else returns or raises.
 SPEAKERS = {
     "simgl.cli_progress", "simgl.commands.application", "simgl.commands.command_line",
-    "simgl.viewer.window"
+    "simgl.viewer.window_session"
 }  # fmt: skip
 
 # Modules whose import needs a display or starts the program.

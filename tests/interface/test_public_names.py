@@ -47,7 +47,7 @@ LARGER_EXAMPLES_USE = {
     "simgl.physics.frames",
     "simgl.progress",
     "simgl.sequence.event_stream",
-    "simgl.sequence.video",
+    "simgl.video",
     "simgl_bridge.messages",
 }
 

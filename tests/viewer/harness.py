@@ -11,9 +11,9 @@ from simgl.renderer import Renderer
 from simgl.scenario.scenario import Scenario
 from simgl.view.frame_view import frame_view
 from simgl.viewer.orbit_camera import OrbitCamera
+from simgl.viewer.view_commands import BY_KEY
 from simgl.viewer.view_settings import ViewSettings
 from simgl.viewer.viewport import viewer_state
-from simgl.viewer.window import BY_KEY
 
 
 def press(look: ViewSettings, scenario: Scenario, *keys: str) -> ViewSettings:
@@ -37,9 +37,9 @@ def assert_shows(
 ) -> None:
     """A window's picture is what a headless renderer makes of the same state."""
     height, width, _ = picture.shape
-    state = viewer_state(scenario, look, (width, height))
+    state, camera = viewer_state(scenario, look, (width, height))
     with Renderer(gl) as renderer:
-        view = frame_view(state, "viewer", sample_budget=renderer.sample_budget)
+        view = frame_view(state, camera, sample_budget=renderer.sample_budget)
         radiance = renderer.radiance(view).read() * np.float32(2.0**look.exposure_value)
     difference = np.abs(picture.astype(int) - display_from_radiance(radiance)).max(axis=2)
     # Another driver may place a sample on an edge differently: one pixel in a thousand may differ.

@@ -12,16 +12,23 @@ from simgl.physics.frames import lvlh_from_icrf
 from simgl.scenario.loader import scenario_from_dict
 from simgl.scenario.scenario import Scenario
 from simgl.viewer.orbit_camera import FIELD_OF_VIEW
-from simgl.viewer.view_settings import HELP, ViewSettings, opening_settings, title
-from simgl.viewer.viewport import fitted, viewer_state, window_camera
-from simgl.viewer.window import BY_KEY
+from simgl.viewer.subject import fitted
+from simgl.viewer.view_commands import (
+    BY_KEY,
+    HELP_OF_SCENARIOS,
+    HELP_OF_WINDOW,
+    chosen_state,
+    title,
+)
+from simgl.viewer.view_settings import ViewSettings, opening_settings
+from simgl.viewer.viewport import viewer_state, window_camera
 from tests.viewer.harness import orbit_camera, press
 
 
 def test_the_first_look_sees_the_lit_side_from_outside_the_whole_craft(
     scenario: Scenario, look: ViewSettings
 ) -> None:
-    state = viewer_state(scenario, look, (960, 640))
+    state, _ = viewer_state(scenario, look, (960, 640))
     ball, camera = state.bodies["ball"], state.cameras["viewer"]
     outwards = camera.position - ball.pose.position
     assert np.dot(outwards, state.sun.seen_from(ball.pose.position).direction_icrf) > 0.0
@@ -79,13 +86,32 @@ def test_t_goes_round_the_spacecraft_at_the_same_apparent_size(
     assert back.orbit.range == pytest.approx(look.orbit.range)
 
 
-def test_a_scenario_camera_keeps_its_field_and_shape_in_the_window(
+def test_a_scenario_camera_gets_its_exposure_and_gain_from_keys(
     scenario: Scenario, look: ViewSettings
 ) -> None:
-    state = viewer_state(scenario, press(look, scenario, "c"), (960, 640))
-    shown, own = state.cameras["viewer"].camera, scenario.cameras["square"]
-    assert (shown.detector.width, shown.detector.height) == (640, 640)
-    assert shown.fields_of_view == pytest.approx(own.fields_of_view)
+    through = press(look, scenario, "c", "up", "up", "up", "b", "b", "b")
+    state, name = viewer_state(scenario, through, (960, 640))
+    camera, own = state.cameras[name].camera, scenario.cameras["square"]
+    assert (camera.name, camera.detector.width) == ("square", 200)
+    assert camera.exposure_time == pytest.approx(2.0 * own.exposure_time)
+    assert camera.detector.gain_dn_per_e == pytest.approx(0.5 * own.detector.gain_dn_per_e)
+    assert press(through, scenario, "x", "c") == look
+
+
+def test_the_sun_moves_by_five_degrees_from_where_it_stands(
+    scenario: Scenario, look: ViewSettings
+) -> None:
+    before = scenario.at(look.tai_ns).sun.seen_from(np.zeros(3)).direction_icrf
+    east = press(look, scenario, "l")
+    after = chosen_state(scenario, east).sun.seen_from(np.zeros(3)).direction_icrf
+    # On the grid of 5 deg: at most half a step beside the step, in either angle.
+    assert np.degrees(np.arccos(before @ after)) < 5.0 + 2.5 + 2.5
+    assert east.sun_deg is not None
+    assert np.allclose(np.mod(east.sun_deg, 5.0), 0.0)
+    north = press(east, scenario, "i")
+    further = chosen_state(scenario, north).sun.seen_from(np.zeros(3)).direction_icrf
+    assert np.degrees(np.arccos(after @ further)) == pytest.approx(5.0, abs=1e-6)
+    assert press(look, scenario, *["k"] * 99).sun_deg == (east.sun_deg[0] - 5.0, -90.0)
 
 
 def test_a_picture_is_centred_in_the_window_without_stretching() -> None:
@@ -105,8 +131,10 @@ def test_the_title_says_what_when_and_how(scenario: Scenario, look: ViewSettings
 
 
 def test_help_names_every_key() -> None:
-    for key in (*BY_KEY, "drag", "scroll", "s", "h", "q", "escape"):
-        assert f" {key} " in HELP
+    named = " ".join(keys for keys, _ in (*HELP_OF_SCENARIOS, *HELP_OF_WINDOW)).split()
+    for key in (*BY_KEY, "drag", "scroll", "s", "h", "o", "r", "q", "escape"):
+        assert key in named or (key.isdecimal() and "1..9" in named), key
+    assert len(named) == len(set(named))
 
 
 def test_a_scenario_without_spacecraft_is_refused() -> None:

@@ -9,8 +9,10 @@ from simgl.arrays import Array32, Image8
 from simgl.images import display_from_radiance
 from simgl.passes.display import DisplayPass
 from simgl.scenario.scenario import Scenario
+from simgl.viewer.overlay_boxes import BoxStyle
 from simgl.viewer.view_settings import ViewSettings
-from simgl.viewer.viewport import Viewport, read_window
+from simgl.viewer.viewport import Viewport
+from simgl.viewer.window_painter import WindowPainter, Words, read_window
 from tests.viewer.harness import assert_shows, press
 
 
@@ -70,15 +72,19 @@ def test_a_smaller_picture_is_enlarged_upright_into_its_rectangle(gl: moderngl.C
     assert code_difference(picture, expected) <= 1
 
 
-def test_the_painter_shows_the_renderers_radiance_and_leaves_nothing(
+def test_the_painter_shows_the_captures_radiance_and_leaves_nothing(
     gl: moderngl.Context, scenario: Scenario, look: ViewSettings
 ) -> None:
     window = gl.framebuffer([gl.renderbuffer((96, 64), 4)])
     brighter = press(look, scenario, "up")
-    with Viewport(gl, scenario) as painter:
-        painter.render(look, (96, 64))
-        painter.show(brighter, (96, 64), window)
+    with Viewport(gl, scenario, look) as viewport, WindowPainter(gl) as painter:
+        viewport.update((96, 64))
+        viewport.press("up")
+        viewport.update((96, 64))
+        painter.draw(viewport, Words(text=False), BoxStyle(), window, (96, 64))
         picture = read_window(window, (96, 64))
+        # Boxes leave nothing either.
+        painter.draw(viewport, Words(message="brighter"), BoxStyle(), window, (96, 64))
     gl.detect_framebuffer(0).use()
     window.color_attachments[0].release()
     window.release()

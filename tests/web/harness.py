@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from simgl.web.displays import CameraImages
+from simgl.displays import CameraImages
 from simgl.web.page_server import PageServer
 from simgl.web.snapshots import Newest, Snapshot
 from simgl.web.web_access import WebAccess

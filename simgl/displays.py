@@ -13,7 +13,8 @@ from PIL import Image
 
 from simgl.arrays import AnyArray, Array32, Image8
 from simgl.camera.camera import Camera
-from simgl.images import display_from_dn, display_from_linear
+from simgl.figure_style import LIGHT_MAP, VALUE_MAP
+from simgl.images import Capture, display_from_dn, display_from_linear, saturated
 
 # Decades of radiance that the false colours span, down from the brightest.
 _DECADES = 4
@@ -139,9 +140,9 @@ def radiance_display(radiance: Array32) -> Display:
         low=low,
         high=high,
         logarithmic=True,
-        colours=_scale_colours("inferno"),
+        colours=_scale_colours(LIGHT_MAP),
     )
-    return Display(pixels=_coloured(share, "inferno"), scale=scale)
+    return Display(pixels=_coloured(share, LIGHT_MAP), scale=scale)
 
 
 def _depth(depth: Array32) -> Display:
@@ -151,7 +152,7 @@ def _depth(depth: Array32) -> Display:
     low, high = float(depth[seen].min()), float(depth[seen].max())
     # A plate across the boresight has one depth.
     high = high if high > low else low + 1e-3 * abs(low)
-    pixels = _coloured((depth - low) / (high - low), "viridis")
+    pixels = _coloured((depth - low) / (high - low), VALUE_MAP)
     pixels[~seen] = _NOTHING
     scale = Scale(
         quantity="depth along the boresight",
@@ -159,7 +160,7 @@ def _depth(depth: Array32) -> Display:
         low=low,
         high=high,
         logarithmic=False,
-        colours=_scale_colours("viridis"),
+        colours=_scale_colours(VALUE_MAP),
     )
     return Display(pixels=pixels, scale=scale)
 
@@ -211,3 +212,25 @@ def pixel_values(images: CameraImages, column: int, row: int) -> dict[str, Any] 
         "dn": at("dn"),
         "depth_m": at("depth"),
     }
+
+
+def images_of(capture: Capture, seconds: float) -> CameraImages:
+    """The arrays of a capture by their names, as far as there are any.
+
+    seconds : that rendering took
+    """
+    camera = capture.info.camera
+    planes: dict[str, AnyArray] = {}
+    share = None
+    if capture.digital is not None:
+        planes["dn"] = capture.digital.dn
+        share = float(np.mean(saturated(capture.digital.dn, camera.detector)))
+    if capture.electrons is not None:
+        planes["electrons"] = capture.electrons.electrons
+    if capture.radiance is not None:
+        planes["radiance"] = capture.radiance.radiance
+    if capture.truth is not None:
+        planes["depth"] = capture.truth.depth
+    if capture.layers is not None:
+        planes |= {f"light: {name}": layer for name, layer in capture.layers.layers.items()}
+    return CameraImages(camera=camera, planes=planes, saturated_share=share, seconds=seconds)
