@@ -42,10 +42,11 @@ static void mdlInitializeSampleTimes(SimStruct *S) {
 
 #define MDL_START
 static void mdlStart(SimStruct *S) {
+    const simgl_options options = {.timeout_s = 60.0, .reconnect_timeout_s = 3.0, .retry = 1};
     char address[200];
     mxGetString(ssGetSFcnParam(S, ADDRESS), address, sizeof address);
     ssSetPWorkValue(S, ROWS, calloc((size_t)size_of(S, 0) * size_of(S, 1), sizeof(uint16_t)));
-    ssSetPWorkValue(S, CLIENT, simgl_connect(address, 60.0, error, sizeof error));
+    ssSetPWorkValue(S, CLIENT, simgl_connect_with(address, &options, error, sizeof error));
     if (ssGetPWorkValue(S, CLIENT) == NULL) ssSetErrorStatus(S, error);
 }
 
