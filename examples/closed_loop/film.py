@@ -45,5 +45,6 @@ def _image(report_image: ReportImage) -> Image.Image:
     plain_axes(axes)
     show(axes, report_image)
     axes.set_title(caption(report_image.frame), fontsize=10)
-    canvas.draw()
-    return Image.frombuffer("RGBA", canvas.get_width_height(), canvas.buffer_rgba()).convert("RGB")
+    canvas.draw()  # type: ignore[no-untyped-call]
+    pixels = canvas.buffer_rgba()  # type: ignore[no-untyped-call]
+    return Image.frombuffer("RGBA", canvas.get_width_height(), pixels).convert("RGB")
