@@ -268,8 +268,8 @@ def _light_up_to(disc_radius: float, separation: float, limb: Array) -> Callable
 
     def light(radius: Array) -> Array:
         within = np.clip((separation - radius) / disc_radius, -1.0, 1.0)
-        found: Array = sums(np.arccos(within))
-        return found
+        light_within: Array = sums(np.arccos(within))
+        return light_within
 
     return light
 

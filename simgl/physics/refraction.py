@@ -53,11 +53,13 @@ class BentRays:
     def seen_at(self, true: Array, band: int) -> Array:
         """(k,) apparent angles from nadir of what lies at true angles (k,); the highest of several.
 
-        What the ground hides stays where it is.
+        What the ground hides is lifted like what is seen along the ground.
         """
         ends = np.maximum.accumulate(self.true[:, band])
+        lifts = np.interp(true, ends, self.bending[:, band])
+        # Of the rays, not of their ends, which may coincide.
         seen = np.interp(true, ends, self.apparent[:, band])
-        return np.where((true < ends[0]) | (true > ends[-1]), true, seen)
+        return np.where((true < ends[0]) | (true > ends[-1]), true + lifts, seen)
 
 
 def rays_from_space(air: Atmosphere, radius: float, distance: float) -> BentRays:
@@ -102,14 +104,14 @@ def rays_from_inside(
 @lru_cache(maxsize=8)
 def _through(air: Atmosphere, radius: float) -> tuple[Array, Array, Array]:
     """Of rays from space to space: impact parameter less radius, bending, depth; (_RAYS, 4)."""
-    found = []
+    columns = []
     for band in range(4):
         layers = _Layers.of(air, radius, band)
         places = np.linspace(0.0, 1.0, _RAYS) ** 2
         impact = layers.x[0] + (layers.x[-1] - layers.x[0]) * places
         sums = 2.0 * layers.outwards(impact, layers.x[0])
-        found.append((impact - radius, sums[:, 0], sums[:, 1 + band]))
-    height, bending, depth = np.stack(found, axis=-1)
+        columns.append((impact - radius, sums[:, 0], sums[:, 1 + band]))
+    height, bending, depth = np.stack(columns, axis=-1)
     return height, bending, depth
 
 
@@ -145,12 +147,13 @@ class _Layers:
         a = impact[:, None]
         x = np.maximum(self.x, np.maximum(a, start))
         steps = np.diff(self.x)
-        bending = np.diff(np.arccosh(x / a), axis=1) @ (-np.diff(self.log_index) / steps)
+        angle = np.arccosh(np.maximum(x / a, 1.0))
+        bending = np.diff(angle, axis=1) @ (-np.diff(self.log_index) / steps)
         # Along the way ds, which is dr / dx times x dx / sqrt(x^2 - a^2), the extinction is linear
         # in x: the part of its rise that comes with x - x0 follows from the same integrals.
         root = np.sqrt((x - a) * (x + a))
         ways = np.diff(root, axis=1)
-        moments = 0.5 * np.diff(x * root + a * a * np.arccosh(x / a), axis=1) - ways * self.x[:-1]
+        moments = 0.5 * np.diff(x * root + a * a * angle, axis=1) - ways * self.x[:-1]
         slope = np.diff(self.r) / steps
         rises = np.diff(self.extinction, axis=0) / steps[:, None]
         depth = (ways * slope) @ self.extinction[:-1] + (moments * slope) @ rises

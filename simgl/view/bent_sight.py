@@ -1,0 +1,142 @@
+"""Where what lies beyond the Earth's air is seen through it: stars, and discs on the sky.
+
+Images are those of green light; the dispersion of air moves those of other bands by 1 %.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from simgl.arrays import Array
+from simgl.physics.air_profile import AIR_TOP
+from simgl.physics.atmosphere import Atmosphere
+from simgl.physics.eclipse import limb_angle
+from simgl.physics.frames import angle_between
+from simgl.physics.refraction import BentRays, rays_from_inside, rays_from_space
+from simgl.scene.state import SceneState
+
+_GREEN = 1
+# Step for the share of a star's light that bending leaves together [rad]: 0.5 km of the limb's
+# height at 400 km.
+_STEP = 2e-4
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SeenDisc:
+    """A disc on the sky as it is seen: a cone whose section is an ellipse.
+
+    direction : (3,) unit, of its middle
+    axes : (2, 3) unit, of its section, square to the direction
+    half_angles : (2,) along these [rad]
+    """
+
+    direction: Array
+    axes: Array
+    half_angles: Array
+
+    @classmethod
+    def round(cls, direction: Array, angular_radius: float) -> SeenDisc:
+        """Seen along straight rays."""
+        first = np.cross(direction, np.eye(3)[int(np.argmin(np.abs(direction)))])
+        first /= np.linalg.norm(first)
+        axes = np.stack([first, np.cross(direction, first)])
+        return cls(direction=direction, axes=axes, half_angles=np.full(2, angular_radius))
+
+
+@dataclass(frozen=True, eq=False)
+class BentSight:
+    """A place's sight past the Earth through its air.
+
+    position : (3,) from the Earth's centre in its axes [m]
+    """
+
+    air: Atmosphere
+    radii: Array
+    position: Array
+    R_itrf_from_icrf: Array
+
+    @classmethod
+    def at(cls, state: SceneState, place: Array) -> BentSight | None:
+        """Of a place (3,) in ICRF [m]; None where no air bends rays."""
+        if state.earth is None or state.earth.earth.air is None:
+            return None
+        if not any(state.earth.earth.air.refractivity):
+            return None
+        turn = state.earth.R_itrf_from_icrf
+        position = turn @ (place - state.earth.position)
+        return cls(state.earth.earth.air, np.array(state.earth.earth.radii), position, turn)
+
+    @cached_property
+    def _distance(self) -> float:
+        return float(np.linalg.norm(self.position))
+
+    @cached_property
+    def _height(self) -> float:
+        """Above the sphere through the ellipsoid's point below."""
+        return self._distance * (1.0 - 1.0 / float(np.linalg.norm(self.position / self.radii)))
+
+    @cached_property
+    def _rays_inside(self) -> BentRays:
+        radius = self._distance - self._height
+        # Near the zenith, where a ray has no side to bend to, the last one stands for all.
+        return rays_from_inside(self.air, radius, self._height, 0.0, np.pi - 0.03)
+
+    def _rays(self, direction: Array, from_nadir: float) -> BentRays | None:
+        """Near a direction (3,) in ICRF; None where the ray misses the air."""
+        if self._height < AIR_TOP:
+            return self._rays_inside
+        if from_nadir > 0.5 * np.pi:
+            return None
+        limb = limb_angle(self.position, self.R_itrf_from_icrf @ direction, self.radii)
+        radius = self._distance * float(np.sin(limb))
+        if self._distance * np.sin(from_nadir) > radius + AIR_TOP:
+            return None
+        return rays_from_space(self.air, radius, self._distance)
+
+    def disc(self, direction: Array, angular_radius: float) -> SeenDisc:
+        """A round disc, flattened: its top and its bottom are exact."""
+        nadir = -self.R_itrf_from_icrf.T @ self.position / self._distance
+        middle = angle_between(nadir, direction)
+        # Its top may be in the air where its middle is not.
+        rays = self._rays(direction, middle - angular_radius)
+        sideways = np.cross(nadir, direction)
+        length = float(np.linalg.norm(sideways))
+        if rays is None or length < 1e-9:
+            return SeenDisc.round(direction, angular_radius)
+        ends = middle + angular_radius * np.array([-1.0, 1.0])
+        bottom, top = rays.seen_at(ends, _GREEN)
+        seen = 0.5 * (bottom + top)
+        upwards = np.cross(sideways / length, nadir)
+        wider = np.sin(seen) / np.sin(middle)
+        return SeenDisc(
+            direction=np.cos(seen) * nadir + np.sin(seen) * upwards,
+            axes=np.stack([sideways / length, np.cos(seen) * upwards - np.sin(seen) * nadir]),
+            half_angles=np.array([wider * angular_radius, 0.5 * (top - bottom)]),
+        )
+
+    def points(self, directions: Array) -> tuple[Array, Array]:
+        """(n, 3) directions of points, and (n,) the share of their light that bending leaves.
+
+        directions : (n, 3) unit, along straight rays
+        """
+        seen, shares = directions.copy(), np.ones(len(directions))
+        nadir = -self.R_itrf_from_icrf.T @ self.position / self._distance
+        highest = np.pi
+        if self._height >= AIR_TOP:
+            # The ellipsoid lies within the sphere of its greatest radius.
+            highest = float(np.arcsin(min((max(self.radii) + AIR_TOP) / self._distance, 1.0)))
+        for i in np.flatnonzero(directions @ nadir > np.cos(highest)):
+            true = angle_between(nadir, directions[i])
+            rays = self._rays(directions[i], true)
+            if rays is None or true < 1e-9:
+                continue
+            steps = true + _STEP * np.array([-1.0, 0.0, 1.0])
+            low, at, high = rays.seen_at(steps, _GREEN)
+            upwards = directions[i] - np.cos(true) * nadir
+            upwards /= np.linalg.norm(upwards)
+            seen[i] = np.cos(at) * nadir + np.sin(at) * upwards
+            shares[i] = (high - low) / (2.0 * _STEP) * np.sin(at) / np.sin(true)
+        return seen, np.minimum(shares, 1.0)
