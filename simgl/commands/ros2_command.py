@@ -10,10 +10,14 @@ import typer
 from simgl.cli_progress import load, opened
 from simgl.commands.command_line import say, with_option_groups
 from simgl.commands.render_commands import Cameras, ScenarioFile, camera_names
+from simgl.errors import ConfigError
 from simgl.sequence.epoch_options import EpochOptions, EventOptions
 
 # ROS 2's domains on Linux.
 _MAX_DOMAIN = 101
+
+# Cyclone binds its receiving sockets to all interfaces and has no setting that changes it.
+_OPEN_PORTS = "is needed: DDS opens its ports (7400 and up) on all networks, not on loopback alone"
 
 
 @with_option_groups
@@ -27,6 +31,10 @@ def ros2(
     ] = False,
     camera: Cameras = None,
     depth: Annotated[bool, typer.Option("--depth", help="Also depth images (32FC1).")] = False,
+    all_interfaces: Annotated[
+        bool,
+        typer.Option("--all-interfaces", help="Agree that DDS opens its ports on all networks."),
+    ] = False,
     domain: Annotated[
         int,
         typer.Option(min=0, max=_MAX_DOMAIN, envvar="ROS_DOMAIN_ID", help="Of DDS."),
@@ -35,15 +43,18 @@ def ros2(
     """Publish images on ROS 2's topics, of the frames that others publish on /tf.
 
     Each message on /tf with a spacecraft of the scenario gets its images, with its stamp. Needs no
-    ROS 2. On this machine only, unless CYCLONEDDS_URI configures the network.
+    ROS 2. Sends on this machine only, unless CYCLONEDDS_URI configures the network; but DDS
+    receives on all networks, which --all-interfaces agrees to.
 
-    Example: simgl ros2 examples/approach.toml
+    Example: simgl ros2 examples/approach.toml --all-interfaces
 
-    Example: simgl ros2 examples/approach.toml --play --duration 60 --step 0.5
+    Example: simgl ros2 examples/approach.toml --all-interfaces --play --duration 60 --step 0.5
     """
     from simgl.ros2.live_run import LiveRun, open_node
     from simgl.sequence.epochs import epochs as chosen_epochs
 
+    if not all_interfaces:
+        raise ConfigError("simgl ros2", "--all-interfaces", _OPEN_PORTS)
     loaded = load(scenario)
     names = camera_names(loaded, camera)
     node = open_node(loaded, names, domain, depth=depth)

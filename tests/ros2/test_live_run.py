@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from rosbags.typesys import Stores, get_typestore
 
+from simgl.commands.application import app
 from simgl.errors import ConfigError
 from simgl.ros2 import ros_messages
 from simgl.ros2.ros_messages import WORLD, ros_time_ns, tai_ns_from_ros
@@ -109,6 +110,7 @@ def test_the_bytes_on_the_network_are_those_of_ros(scenario: Scenario) -> None:
 @contextmanager
 def node_process(path: Path, domain: int, *options: str) -> Iterator[subprocess.Popen[str]]:
     command = [sys.executable, "-m", "simgl", "ros2", str(path), "--domain", str(domain), *options]
+    command.append("--all-interfaces")
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
         yield process
@@ -186,6 +188,11 @@ def test_a_run_plays_at_the_pace_of_the_clock(path: Path, domain: int) -> None:
     assert process.returncode == 0, problem
     assert "3 epochs played" in out
     assert time.monotonic() - start > 1.0
+
+
+def test_ports_on_all_networks_are_never_opened_unasked(path: Path) -> None:
+    with pytest.raises(ConfigError, match="--all-interfaces is needed"):
+        app(["ros2", str(path)], standalone_mode=False)
 
 
 class StubNode:
