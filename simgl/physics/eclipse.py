@@ -25,31 +25,38 @@ _ACROSS_NODES, _ACROSS_WEIGHTS = np.polynomial.legendre.leggauss(16)
 
 
 def limb_angle(position: Array, direction: Array, radii: Array) -> float:
-    """Angle between nadir and the ellipsoid's limb on the side of a direction [rad].
+    """Angle between nadir and the ellipsoid's limb on the side of a direction (3,) [rad].
+
+    As ``limb_angles``; straight down any side will do.
+    """
+    nadir = -position / np.linalg.norm(position)
+    if np.linalg.norm(np.cross(nadir, direction)) < 1e-12:
+        direction = np.eye(3)[int(np.argmin(np.abs(nadir)))]
+    return float(limb_angles(position, direction[None], radii)[0])
+
+
+def limb_angles(position: Array, directions: Array, radii: Array) -> Array:
+    """(n,) angles between nadir and the ellipsoid's limb on the sides of directions [rad].
 
     position : (3,) observer outside the ellipsoid, from its centre in its axes [m]
-    direction : (3,) unit; gives with nadir the plane of the limb point
+    directions : (n, 3) unit; each gives with nadir the plane of a limb point
     radii : (3,) semi-axes [m]
 
     With space scaled by the semi-axes, a ray is tangent where the discriminant of its intersection
     with the unit sphere vanishes: a quadratic in the tangent of the angle.
     """
     nadir = -position / np.linalg.norm(position)
-    side = direction - np.dot(direction, nadir) * nadir
-    length = float(np.linalg.norm(side))
-    if length < 1e-12:
-        side = np.cross(nadir, np.eye(3)[int(np.argmin(np.abs(nadir)))])
-        length = float(np.linalg.norm(side))
-    side = side / length
-    o, n, e = position / radii, nadir / radii, side / radii
+    sides = directions - np.outer(directions @ nadir, nadir)
+    sides /= np.linalg.norm(sides, axis=1)[:, None]
+    o, n, e = position / radii, nadir / radii, sides / radii
     c = float(np.dot(o, o)) - 1.0
-    p, q = float(np.dot(o, n)), float(np.dot(o, e))
-    a2 = q * q - c * float(np.dot(e, e))
-    a1 = p * q - c * float(np.dot(n, e))
+    p, q = float(np.dot(o, n)), e @ o
+    a2 = q * q - c * np.sum(e * e, axis=1)
+    a1 = p * q - c * (e @ n)
     a0 = p * p - c * float(np.dot(n, n))
     # Outside the ellipsoid a2 < 0 < a0, so exactly one tangent is positive.
-    tangent = (-a1 - np.sqrt(a1 * a1 - a2 * a0)) / a2
-    return float(np.arctan(tangent))
+    tangents: Array = (-a1 - np.sqrt(a1 * a1 - a2 * a0)) / a2
+    return np.arctan(tangents)
 
 
 def _overlap(a: float, b: float, d: float) -> float:

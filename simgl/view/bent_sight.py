@@ -5,20 +5,23 @@ Images are those of green light; the dispersion of air moves those of other band
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from simgl.arrays import Array
+from simgl.arrays import Array, IndexArray
 from simgl.physics.air_profile import AIR_TOP
 from simgl.physics.atmosphere import Atmosphere
-from simgl.physics.eclipse import limb_angle
+from simgl.physics.eclipse import limb_angle, limb_angles
 from simgl.physics.frames import angle_between
 from simgl.physics.refraction import BentRays, rays_from_inside, rays_from_space
 from simgl.scene.state import SceneState
 
 _GREEN = 1
+# Nothing is lifted by more, and limbs that differ by less bend alike within 0.2 % [rad].
+_MOST, _ALIKE = 0.03, 1e-3
 # Step for the share of a star's light that bending leaves together [rad]: 0.5 km of the limb's
 # height at 400 km.
 _STEP = 2e-4
@@ -124,19 +127,35 @@ class BentSight:
         """
         seen, shares = directions.copy(), np.ones(len(directions))
         nadir = -self.R_itrf_from_icrf.T @ self.position / self._distance
-        highest = np.pi
-        if self._height >= AIR_TOP:
-            # The ellipsoid lies within the sphere of its greatest radius.
-            highest = float(np.arcsin(min((max(self.radii) + AIR_TOP) / self._distance, 1.0)))
-        for i in np.flatnonzero(directions @ nadir > np.cos(highest)):
-            true = angle_between(nadir, directions[i])
-            rays = self._rays(directions[i], true)
-            if rays is None or true < 1e-9:
-                continue
-            steps = true + _STEP * np.array([-1.0, 0.0, 1.0])
-            low, at, high = rays.seen_at(steps, _GREEN)
-            upwards = directions[i] - np.cos(true) * nadir
-            upwards /= np.linalg.norm(upwards)
-            seen[i] = np.cos(at) * nadir + np.sin(at) * upwards
-            shares[i] = (high - low) / (2.0 * _STEP) * np.sin(at) / np.sin(true)
-        return seen, np.minimum(shares, 1.0)
+        cosine = directions @ nadir
+        sideways = np.linalg.norm(directions - np.outer(cosine, nadir), axis=1)
+        true = np.arctan2(sideways, cosine)
+        for rows, rays, off in self._alike(directions, true):
+            steps = true[rows, None] - off[:, None] + _STEP * np.array([-1.0, 0.0, 1.0])
+            low, at, high = rays.seen_at(steps, _GREEN).T
+            at = at + off
+            upwards = directions[rows] - np.outer(cosine[rows], nadir)
+            upwards /= sideways[rows, None]
+            seen[rows] = np.outer(np.cos(at), nadir) + np.sin(at)[:, None] * upwards
+            spread = (high - low) / (2.0 * _STEP) * np.sin(at) / np.sin(true[rows])
+            shares[rows] = np.minimum(spread, 1.0)
+        return seen, shares
+
+    def _alike(
+        self, directions: Array, true: Array
+    ) -> Iterator[tuple[IndexArray, BentRays, Array]]:
+        """Rows of directions within the air whose limbs are alike; and by how much they are off."""
+        if self._height < AIR_TOP:
+            rows = np.flatnonzero((true > 1e-3) & (true < np.pi - 1e-3))
+            yield rows, self._rays_inside, np.zeros(len(rows))
+            return
+        sizes = np.array([min(self.radii), max(self.radii) + AIR_TOP])
+        low, high = np.arcsin(np.minimum(sizes / self._distance, 1.0))
+        rows = np.flatnonzero((true > low - _MOST) & (true < high))
+        limbs = limb_angles(self.position, directions[rows] @ self.R_itrf_from_icrf.T, self.radii)
+        steps = np.round(limbs / _ALIKE)
+        for step in np.unique(steps):
+            those = steps == step
+            radius = self._distance * float(np.sin(step * _ALIKE))
+            rays = rays_from_space(self.air, radius, self._distance)
+            yield rows[those], rays, limbs[those] - step * _ALIKE
