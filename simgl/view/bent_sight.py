@@ -21,7 +21,7 @@ from simgl.scene.state import SceneState
 
 _GREEN = 1
 # Nothing is lifted by more, and limbs that differ by less bend alike within 0.2 % [rad].
-_MOST, _ALIKE = 0.03, 1e-3
+_LIFT, _ALIKE = 0.03, 1e-3
 # Step for the share of a star's light that bending leaves together [rad]: 0.5 km of the limb's
 # height at 400 km.
 _STEP = 2e-4
@@ -151,7 +151,7 @@ class BentSight:
             return
         sizes = np.array([min(self.radii), max(self.radii) + AIR_TOP])
         low, high = np.arcsin(np.minimum(sizes / self._distance, 1.0))
-        rows = np.flatnonzero((true > low - _MOST) & (true < high))
+        rows = np.flatnonzero((true > low - _LIFT) & (true < high))
         limbs = limb_angles(self.position, directions[rows] @ self.R_itrf_from_icrf.T, self.radii)
         steps = np.round(limbs / _ALIKE)
         for step in np.unique(steps):
