@@ -21,7 +21,7 @@ from simgl.scene.state import SceneState
 
 _GREEN = 1
 # Nothing is lifted by more, and limbs that differ by less bend alike within 0.2 % [rad].
-_LIFT, _ALIKE = 0.03, 1e-3
+LIFT, _ALIKE = 0.03, 1e-3
 # Step for the share of a star's light that bending leaves together [rad]: 0.5 km of the limb's
 # height at 400 km.
 _STEP = 2e-4
@@ -127,31 +127,34 @@ class BentSight:
         """
         seen, shares = directions.copy(), np.ones(len(directions))
         nadir = -self.R_itrf_from_icrf.T @ self.position / self._distance
-        cosine = directions @ nadir
-        sideways = np.linalg.norm(directions - np.outer(cosine, nadir), axis=1)
-        true = np.arctan2(sideways, cosine)
-        for rows, rays, off in self._alike(directions, true):
-            steps = true[rows, None] - off[:, None] + _STEP * np.array([-1.0, 0.0, 1.0])
+        for rows, rays, off in self._alike(directions, directions @ nadir):
+            cosine = directions[rows] @ nadir
+            upwards = directions[rows] - np.outer(cosine, nadir)
+            sine = np.linalg.norm(upwards, axis=1)
+            true = np.arctan2(sine, cosine)
+            steps = (true - off)[:, None] + _STEP * np.array([-1.0, 0.0, 1.0])
             low, at, high = rays.seen_at(steps, _GREEN).T
             at = at + off
-            upwards = directions[rows] - np.outer(cosine[rows], nadir)
-            upwards /= sideways[rows, None]
-            seen[rows] = np.outer(np.cos(at), nadir) + np.sin(at)[:, None] * upwards
-            spread = (high - low) / (2.0 * _STEP) * np.sin(at) / np.sin(true[rows])
+            level = upwards / sine[:, None]
+            seen[rows] = np.outer(np.cos(at), nadir) + np.sin(at)[:, None] * level
+            spread = (high - low) / (2.0 * _STEP) * np.sin(at) / sine
             shares[rows] = np.minimum(spread, 1.0)
         return seen, shares
 
     def _alike(
-        self, directions: Array, true: Array
+        self, directions: Array, cosine: Array
     ) -> Iterator[tuple[IndexArray, BentRays, Array]]:
-        """Rows of directions within the air whose limbs are alike; and by how much they are off."""
+        """Rows of directions within the air whose limbs are alike; and by how much they are off.
+
+        cosine : (n,) of their angles from nadir
+        """
         if self._height < AIR_TOP:
-            rows = np.flatnonzero((true > 1e-3) & (true < np.pi - 1e-3))
+            rows = np.flatnonzero(np.abs(cosine) < 1.0 - 1e-6)
             yield rows, self._rays_inside, np.zeros(len(rows))
             return
         sizes = np.array([min(self.radii), max(self.radii) + AIR_TOP])
         low, high = np.arcsin(np.minimum(sizes / self._distance, 1.0))
-        rows = np.flatnonzero((true > low - _LIFT) & (true < high))
+        rows = np.flatnonzero((cosine < np.cos(max(low - LIFT, 0.0))) & (cosine > np.cos(high)))
         limbs = limb_angles(self.position, directions[rows] @ self.R_itrf_from_icrf.T, self.radii)
         steps = np.round(limbs / _ALIKE)
         for step in np.unique(steps):

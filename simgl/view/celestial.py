@@ -17,7 +17,7 @@ from simgl.physics.lunar_model import GEOMETRIC_ALBEDO, surface_factor
 from simgl.physics.spectrum import PerBand
 from simgl.physics.starlight import aberrated, directions
 from simgl.scene.state import CameraState, SceneState, SunSeen
-from simgl.view.bent_sight import BentSight, SeenDisc
+from simgl.view.bent_sight import LIFT, BentSight, SeenDisc
 
 # A star's light reaches so far from its place [pixels].
 STAR_REACH = 1.5
@@ -240,8 +240,10 @@ def _sun_disc(
     state: SceneState, camera: CameraState, cone: ImageCone, hidden: _Hidden
 ) -> SunDisc | None:
     seen: SunSeen = state.sun.seen_from(camera.position)
-    disc = _seen_disc(state, camera, seen.direction_icrf, seen.angular_radius)
-    if not state.sun.visible or hidden.disc(disc):
+    if not state.sun.visible:
+        return None
+    disc = _seen_disc(state, camera, cone, seen.direction_icrf, seen.angular_radius)
+    if disc is None or hidden.disc(disc):
         return None
     ellipse = _ellipse(camera, cone, disc)
     if ellipse is None or not seen.irradiance.any():
@@ -257,8 +259,8 @@ def _moon_disc(
     offset = state.moon - camera.position
     distance = float(np.linalg.norm(offset))
     towards, radius = offset / distance, float(np.arcsin(min(MOON_RADIUS / distance, 1.0)))
-    disc = _seen_disc(state, camera, towards, radius)
-    if hidden.disc(disc):
+    disc = _seen_disc(state, camera, cone, towards, radius)
+    if disc is None or hidden.disc(disc):
         return None
     ellipse = _ellipse(camera, cone, disc)
     if ellipse is None:
@@ -281,8 +283,15 @@ def _moon_disc(
 
 
 def _seen_disc(
-    state: SceneState, camera: CameraState, direction: Array, angular_radius: float
-) -> SeenDisc:
+    state: SceneState,
+    camera: CameraState,
+    cone: ImageCone,
+    direction: Array,
+    angular_radius: float,
+) -> SeenDisc | None:
+    """A round disc past the Earth's air; None where it is out of view."""
+    if not cone.holds(camera.R_camera_from_icrf[2], direction, angular_radius + LIFT):
+        return None
     bent = BentSight.at(state, camera.position)
     if bent is None:
         return SeenDisc.round(direction, angular_radius)
