@@ -6,9 +6,18 @@
 // Share of the column of molecules, aerosol and ozone in a kilometre of height.
 uniform sampler2D air_profile;
 
-Medium medium_at(float height) {
+vec3 densities_at(float height) {
     float place = table_place(sqrt(clamp(height / air_top, 0.0, 1.0)), float(textureSize(air_profile, 0).x));
-    vec3 density = textureLod(air_profile, vec2(place, 0.5), 0.0).rgb;
+    return textureLod(air_profile, vec2(place, 0.5), 0.0).rgb;
+}
+
+// The refractive index in green, less 1.
+float refractivity_at(float height) {
+    return refraction * densities_at(height).x;
+}
+
+Medium medium_at(float height) {
+    vec3 density = densities_at(height);
     vec4 rayleigh = rayleigh_scattering * density.x;
     vec4 extinction = rayleigh + aerosol_extinction * density.y + ozone_absorption * density.z;
     return Medium(rayleigh, aerosol_scattering * density.y, extinction);

@@ -12,6 +12,20 @@
 // The fourth root of the light, or the eighth of the transmittance.
 out vec4 root;
 
+// A ray bends about the Earth and comes lower than the straight one, whose d is given: d of the
+// straight ray from a camera at `r` that comes as low. n r stays the same along a level ray; what
+// would graze the ground or meet it stays as low as the ground.
+float straight_as_low(float d, float r) {
+    float seen = -d / (ground_radius + sqrt(ground_radius * ground_radius - d));
+    float at_camera = refractivity_at(r - ground_radius);
+    float height = seen;
+    for (int i = 0; i < 5; ++i) {
+        float lowest = refractivity_at(height);
+        height = max(seen - (ground_radius + seen) * (lowest - at_camera) / (1.0 + lowest), 0.0);
+    }
+    return d + (seen - height) * (2.0 * ground_radius + seen + height);
+}
+
 void main() {
     float across = table_value(gl_FragCoord.x, view_columns);
     float cos_azimuth = 1.0 - 2.0 * across * across;
@@ -27,7 +41,7 @@ void main() {
         b = -sqrt(c + d);
     } else if (row < GROUND_ROWS + LIMB_ROWS - 0.5) {
         float x = (row - GROUND_ROWS) / (LIMB_ROWS - 1.0);
-        d = -reach * limb_of_row(x);
+        d = straight_as_low(-reach * limb_of_row(x), r);
         // At the top of the air, and at a camera's own level inside it, without a remainder.
         b = -sqrt(max(c + d, 0.0));
     } else {

@@ -125,7 +125,8 @@ def _of_the_epochs(work: Assignment, rows: Sequence[Row]) -> Iterator[ModelLimit
             dark,
         )
     partly = sum(_DARK <= float(row["sunlight"] or 0.0) < 1.0 - _DARK for row in rows)
-    if partly and earth.air is not None:
+    bends = earth.air is not None and any(earth.air.refractivity)
+    if partly and earth.air is not None and not bends:
         yield ModelLimit(
             "penumbra",
             "Sunlight through the atmosphere is dimmed and reddened, but not refracted.",
@@ -134,7 +135,10 @@ def _of_the_epochs(work: Assignment, rows: Sequence[Row]) -> Iterator[ModelLimit
     behind = [str(row["backdrop"]) for row in rows]
     over_limb = sum(b in (TargetBackground.LIMB, TargetBackground.MIXED) for b in behind)
     if over_limb:
-        yield ModelLimit("limb", "No refraction in the atmosphere behind the target.", over_limb)
+        text = "Ground and clouds at the limb behind the target are not lifted by refraction."
+        if not bends:
+            text = "No refraction in the atmosphere behind the target."
+        yield ModelLimit("limb", text, over_limb)
     over_earth = sum(b in (TargetBackground.EARTH, TargetBackground.MIXED) for b in behind)
     if not over_earth:
         return

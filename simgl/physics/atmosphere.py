@@ -40,6 +40,8 @@ class Atmosphere:
     aerosol_albedo : single-scattering albedo of the aerosol
     aerosol_asymmetry : mean cosine of its scattering angle
     ozone : absorption
+    refractivity : refractive index of the air on the ground less 1; it falls with the molecules'
+        profile. Zeros leave rays straight
     rayleigh_profile, aerosol_profile, ozone_profile : of each, up to ``AIR_TOP``
     """
 
@@ -50,6 +52,7 @@ class Atmosphere:
     aerosol_albedo: PerBand
     aerosol_asymmetry: PerBand
     ozone: PerBand
+    refractivity: PerBand
     rayleigh_profile: Profile
     aerosol_profile: Profile
     ozone_profile: Profile
@@ -63,7 +66,8 @@ _STRATOSPHERIC = 0.005 / 0.08
 # the centre of the visible bands and at 840 nm, near the photon mean of N. Aerosol: 0.08 at 550 nm,
 # a mean of clean continental and maritime air, Angstrom exponent 1. Ozone: 300 Dobson units in the
 # Chappuis band, at the centres of the bands. Depolarisation: 0.0279 (Young 1981, Appl. Opt. 20,
-# 533), King's factor 1.048.
+# 533), King's factor 1.048. Refractivity: dry air of 15 deg C and 101325 Pa after Ciddor (1996,
+# Appl. Opt. 35, 1566), at the same wavelengths as Rayleigh scattering.
 STANDARD = Atmosphere(
     name="standard",
     rayleigh=(0.0493, 0.0973, 0.2213, 0.0175),
@@ -72,6 +76,7 @@ STANDARD = Atmosphere(
     aerosol_albedo=(0.95, 0.95, 0.95, 0.95),
     aerosol_asymmetry=(0.7, 0.7, 0.7, 0.7),
     ozone=(0.0200, 0.0282, 0.0030, 0.0003),
+    refractivity=(2.7632e-4, 2.7784e-4, 2.8053e-4, 2.7482e-4),
     rayleigh_profile=UsStandard1976(),
     aerosol_profile=Sum(
         ((1.0 - _STRATOSPHERIC, Exponential(1.2e3)), (_STRATOSPHERIC, STRATOSPHERIC_AEROSOL))
@@ -89,6 +94,7 @@ SOURCE = Atmosphere(
     aerosol_albedo=(0.9, 0.9, 0.9, 0.9),
     aerosol_asymmetry=(0.76, 0.76, 0.76, 0.76),
     ozone=(0.0, 0.0, 0.0, 0.0),
+    refractivity=(0.0, 0.0, 0.0, 0.0),
     rayleigh_profile=Exponential(8e3),
     aerosol_profile=Exponential(1.2e3),
     ozone_profile=MIDLATITUDE_OZONE,

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
+from scipy.integrate import cumulative_simpson
+from scipy.interpolate import CubicHermiteSpline
 
 from simgl.arrays import Array
 from simgl.physics.air_profile import AIR_TOP
-from simgl.physics.atmosphere import (
-    Atmosphere,
-    grazing_optical_depth,
-    optical_depth_to_space,
-)
+from simgl.physics.atmosphere import Atmosphere, optical_depth_to_space
 from simgl.physics.constants import MOON_RADIUS
 from simgl.physics.frames import angle_between
+from simgl.physics.refraction import BentRays, rays_from_inside, rays_from_space
 from simgl.physics.solar_disc import UNIFORM, limb_profile
 
 # Above this elevation of the Sun [rad] the transmission is uniform over its disc to 1e-4.
@@ -24,31 +25,38 @@ _ACROSS_NODES, _ACROSS_WEIGHTS = np.polynomial.legendre.leggauss(16)
 
 
 def limb_angle(position: Array, direction: Array, radii: Array) -> float:
-    """Angle between nadir and the ellipsoid's limb on the side of a direction [rad].
+    """Angle between nadir and the ellipsoid's limb on the side of a direction (3,) [rad].
+
+    As ``limb_angles``; straight down any side will do.
+    """
+    nadir = -position / np.linalg.norm(position)
+    if np.linalg.norm(np.cross(nadir, direction)) < 1e-12:
+        direction = np.eye(3)[int(np.argmin(np.abs(nadir)))]
+    return float(limb_angles(position, direction[None], radii)[0])
+
+
+def limb_angles(position: Array, directions: Array, radii: Array) -> Array:
+    """(n,) angles between nadir and the ellipsoid's limb on the sides of directions [rad].
 
     position : (3,) observer outside the ellipsoid, from its centre in its axes [m]
-    direction : (3,) unit; gives with nadir the plane of the limb point
+    directions : (n, 3) unit; each gives with nadir the plane of a limb point
     radii : (3,) semi-axes [m]
 
     With space scaled by the semi-axes, a ray is tangent where the discriminant of its intersection
     with the unit sphere vanishes: a quadratic in the tangent of the angle.
     """
     nadir = -position / np.linalg.norm(position)
-    side = direction - np.dot(direction, nadir) * nadir
-    length = float(np.linalg.norm(side))
-    if length < 1e-12:
-        side = np.cross(nadir, np.eye(3)[int(np.argmin(np.abs(nadir)))])
-        length = float(np.linalg.norm(side))
-    side = side / length
-    o, n, e = position / radii, nadir / radii, side / radii
+    sides = directions - np.outer(directions @ nadir, nadir)
+    sides /= np.linalg.norm(sides, axis=1)[:, None]
+    o, n, e = position / radii, nadir / radii, sides / radii
     c = float(np.dot(o, o)) - 1.0
-    p, q = float(np.dot(o, n)), float(np.dot(o, e))
-    a2 = q * q - c * float(np.dot(e, e))
-    a1 = p * q - c * float(np.dot(n, e))
+    p, q = float(np.dot(o, n)), e @ o
+    a2 = q * q - c * np.sum(e * e, axis=1)
+    a1 = p * q - c * (e @ n)
     a0 = p * p - c * float(np.dot(n, n))
     # Outside the ellipsoid a2 < 0 < a0, so exactly one tangent is positive.
-    tangent = (-a1 - np.sqrt(a1 * a1 - a2 * a0)) / a2
-    return float(np.arctan(tangent))
+    tangents: Array = (-a1 - np.sqrt(a1 * a1 - a2 * a0)) / a2
+    return np.arctan(tangents)
 
 
 def _overlap(a: float, b: float, d: float) -> float:
@@ -100,13 +108,17 @@ def _arcs(disc_radius: float, separation: float, start: float) -> tuple[Array, A
     # theta = separation - disc_radius cos(phi): arcs vanish smoothly at both ends.
     first = float(np.arccos(np.clip((separation - start) / disc_radius, -1.0, 1.0)))
     phi = first + 0.5 * (np.pi - first) * (_NODES + 1.0)
+    widths, theta = _arc_widths(disc_radius, separation, phi)
+    return widths * 0.5 * (np.pi - first) * _WEIGHTS * disc_radius * np.sin(phi), theta
+
+
+def _arc_widths(disc_radius: float, separation: float, phi: Array) -> tuple[Array, Array]:
+    """(k,) lengths of the arcs at theta = separation - disc_radius cos(phi), and (k,) theta."""
     theta = separation - disc_radius * np.cos(phi)
     cosine = (np.cos(disc_radius) - np.cos(theta) * np.cos(separation)) / (
         np.sin(theta) * np.sin(separation)
     )
-    half_width = np.arccos(np.clip(cosine, -1.0, 1.0))
-    step = 0.5 * (np.pi - first) * _WEIGHTS * disc_radius * np.sin(phi)
-    return 2.0 * half_width * np.sin(theta) * step, theta
+    return 2.0 * np.arccos(np.clip(cosine, -1.0, 1.0)) * np.sin(theta), theta
 
 
 def visible_light_fraction(
@@ -200,8 +212,9 @@ def sunlit_transmission(
 ) -> Array:
     """(4,) fraction of the Sun's light in each band that passes the Earth and its atmosphere.
 
-    Mean over the Sun's disc of the transmission along grazing rays, 0 for rays that hit the ground.
-    Arguments as for ``sunlit_shares``; the point may lie inside the atmosphere.
+    Mean over the Sun's disc of the transmission along bent rays, 0 for rays that hit the ground. A
+    part of the disc sends less light where refraction makes it look smaller: along a ray radiance
+    stays. Arguments as for ``sunlit_shares``; the point may lie inside the atmosphere.
     """
     separation = angle_between(-position, sun_direction)
     distance = float(np.linalg.norm(position))
@@ -213,25 +226,59 @@ def sunlit_transmission(
         return np.exp(-optical_depth_to_space(air, below, distance - below, cosine)[0])
     if not inside and separation - sun_angular_radius > 0.5 * np.pi:
         return np.ones(4)
-    edge = limb_angle(position, sun_direction, radii)
-    low, high = separation - sun_angular_radius, separation + sun_angular_radius
     # Radius of the sphere with the same limb angle.
-    radius = distance * float(np.sin(edge))
-    if high <= edge:
-        return np.zeros(4)
-    if not inside and low >= edge and distance * np.sin(low) - radius > AIR_TOP:
+    radius = distance * float(np.sin(limb_angle(position, sun_direction, radii)))
+    low, high = separation - sun_angular_radius, separation + sun_angular_radius
+    if not inside and distance * np.sin(max(low, 0.0)) - radius > AIR_TOP:
         return np.ones(4)
-    outside, theta = _arcs(sun_angular_radius, separation, max(edge, low))
-    complete, complete_theta = _arcs(sun_angular_radius, separation, low)
     if inside:
-        depth = optical_depth_to_space(air, radius, distance - radius, -np.cos(theta))
+        rays = rays_from_inside(air, radius, distance - radius, low, high)
     else:
-        depth = grazing_optical_depth(air, radius, distance * np.sin(theta) - radius)
-    if not limb.any():
-        return outside @ np.exp(-depth) / np.sum(complete)
-    seen = _arc_profile(sun_angular_radius, separation, theta, limb)
-    total = _arc_profile(sun_angular_radius, separation, complete_theta, limb)
-    return outside @ (seen * np.exp(-depth)) / (complete @ total)
+        rays = rays_from_space(air, radius, distance)
+    if high <= rays.true.min():
+        return np.zeros(4)
+    return _past_bent_rays(rays, _light_up_to(sun_angular_radius, separation, limb))
+
+
+def _past_bent_rays(rays: BentRays, light: Callable[[Array], Array]) -> Array:
+    """(4,) share of a disc's light that reaches a place along bent rays.
+
+    light : (k, 4) of the disc's light within angles (k,) from nadir
+
+    Between two rays the disc's light between their true angles fills the cell between the apparent
+    ones with the same radiance: by the cells' ratio more or less of it arrives.
+    """
+    everything = light(np.array([np.pi]))[0]
+    shares = np.zeros(4)
+    for band in range(4):
+        seen, true, depth = rays.apparent[:, band], rays.true[:, band], rays.depth[:, band]
+        up_to = light(true)[:, band]
+        passed = np.exp(-0.5 * (depth[1:] + depth[:-1]))
+        cells, ends = np.diff(np.cos(seen)), np.diff(np.cos(true))
+        ratio = np.divide(cells, ends, out=np.zeros_like(cells), where=ends != 0.0)
+        shares[band] = np.sum(ratio * passed * np.diff(up_to)) + everything[band] - up_to[-1]
+    return np.maximum(shares, 0.0) / everything
+
+
+def _light_up_to(disc_radius: float, separation: float, limb: Array) -> Callable[[Array], Array]:
+    """A disc's light within circles about another centre, (k, 4) by their radii (k,).
+
+    By arcs as in ``_arcs``, summed by Simpson's rule.
+    """
+    phi = np.linspace(0.0, np.pi, 257)
+    width, theta = _arc_widths(disc_radius, separation, phi)
+    profile = np.ones((1, 4))
+    if limb.any():
+        profile = _arc_profile(disc_radius, separation, theta, limb)
+    slopes = (width * np.sin(phi))[:, None] * profile
+    sums = CubicHermiteSpline(phi, cumulative_simpson(slopes, x=phi, axis=0, initial=0.0), slopes)
+
+    def light(radius: Array) -> Array:
+        within = np.clip((separation - radius) / disc_radius, -1.0, 1.0)
+        light_within: Array = sums(np.arccos(within))
+        return light_within
+
+    return light
 
 
 def past_the_moon(

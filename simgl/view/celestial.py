@@ -18,14 +18,16 @@ from simgl.physics.spectrum import PerBand
 from simgl.physics.starlight import aberrated, directions
 from simgl.physics.zodiacal_light import faint_starlight, zodiacal_radiance
 from simgl.scene.state import CameraState, SceneState, SunSeen
+from simgl.view.bent_sight import LIFT, BentSight, SeenDisc
 
 # A star's light reaches so far from its place [pixels].
 STAR_REACH = 1.5
 # Between nodes of the diffuse sky [rad], and at most so many steps along an edge: the interpolation
 # errs by 1 % from 15 deg off the Sun.
 _DIFFUSE_STEP, _MAX_STEPS = np.radians(1.5), 96
-# Light's aberration at 30 + 8 km/s, parallax and a century of the fastest proper motion [rad].
-_STARS_MOVE = 1e-2
+# Light's aberration at 30 + 8 km/s, parallax and a century of the fastest proper motion, and what
+# the air lifts them [rad].
+_STARS_MOVE = 3e-2
 
 
 @dataclass(frozen=True)
@@ -147,15 +149,17 @@ class StarPlaces:
     """Catalogue stars and planets within an image, the stars first, in the catalogue's order.
 
     rows : (n,) in the catalogue; from its length on, in the sky's planets
-    direction_icrf : (n, 3) unit, as the moving camera sees them
+    direction_icrf : (n, 3) unit, as the moving camera sees them, through the air where it is
     pixels : (n, 2) float64
-    irradiance : (n, 4) [W m-2]
+    irradiance : (n, 4) without the air [W m-2]
+    share : (n,) of their light that is left where the air spreads it
     """
 
     rows: IndexArray
     direction_icrf: Array
     pixels: Array
     irradiance: Array
+    share: Array
 
 
 def celestial(
@@ -204,9 +208,13 @@ def star_places(state: SceneState, camera: CameraState) -> StarPlaces | None:
         light = np.concatenate([light, np.stack([p.irradiance for p in sky.planets])])
         rows = np.concatenate([rows, len(catalogue.hip) + np.arange(len(sky.planets))])
     seen = aberrated(still, sky.earth_velocity + camera.velocity)
+    bent, share = BentSight.at(state, camera.position), np.ones(len(rows))
+    if bent is not None:
+        seen, share = bent.points(seen)
     in_camera = seen @ R.T
     before = in_camera[:, 2] > 1e-6
-    rows, seen, in_camera, light = rows[before], seen[before], in_camera[before], light[before]
+    rows, seen, in_camera = rows[before], seen[before], in_camera[before]
+    light, share = light[before], share[before]
     k = optics.intrinsics
     pixels = in_camera[:, :2] / in_camera[:, 2:] * k[0, 0] + k[:2, 2]
     size = np.array([d.width, d.height])
@@ -216,6 +224,7 @@ def star_places(state: SceneState, camera: CameraState) -> StarPlaces | None:
         direction_icrf=seen[inside],
         pixels=pixels[inside],
         irradiance=light[inside],
+        share=share[inside],
     )
 
 
@@ -226,11 +235,11 @@ class _Hidden:
     earth: EarthCone | None
     pixel: float
 
-    def disc(self, direction: Array, angular_radius: float) -> bool:
+    def disc(self, disc: SeenDisc) -> bool:
         if self.earth is None:
             return False
-        away = angle_between(self.earth.direction_icrf, direction)
-        return away + angular_radius + 2.0 * self.pixel < self.earth.angular_radius
+        away = angle_between(self.earth.direction_icrf, disc.direction)
+        return away + float(disc.half_angles.max()) + 2.0 * self.pixel < self.earth.angular_radius
 
     def points(self, direction: Array) -> Mask:
         if self.earth is None:
@@ -248,7 +257,7 @@ def _star_points(state: SceneState, camera: CameraState, hidden: _Hidden) -> Sta
         return None
     return StarPoints(
         pixels=_float32(places.pixels[seen]),
-        irradiance=_float32(places.irradiance[seen]),
+        irradiance=_float32(places.irradiance[seen] * places.share[seen, None]),
     )
 
 
@@ -275,9 +284,12 @@ def _sun_disc(
     state: SceneState, camera: CameraState, cone: ImageCone, hidden: _Hidden
 ) -> SunDisc | None:
     seen: SunSeen = state.sun.seen_from(camera.position)
-    if not state.sun.visible or hidden.disc(seen.direction_icrf, seen.angular_radius):
+    if not state.sun.visible:
         return None
-    ellipse = _ellipse(camera, cone, seen.direction_icrf, seen.angular_radius)
+    disc = _seen_disc(state, camera, cone, seen.direction_icrf, seen.angular_radius)
+    if disc is None or hidden.disc(disc):
+        return None
+    ellipse = _ellipse(camera, cone, disc)
     if ellipse is None or not seen.irradiance.any():
         return None
     return SunDisc(ellipse=ellipse, radiance=_float32(seen.radiance), limb=_float32(seen.limb))
@@ -291,9 +303,10 @@ def _moon_disc(
     offset = state.moon - camera.position
     distance = float(np.linalg.norm(offset))
     towards, radius = offset / distance, float(np.arcsin(min(MOON_RADIUS / distance, 1.0)))
-    if hidden.disc(towards, radius):
+    disc = _seen_disc(state, camera, cone, towards, radius)
+    if disc is None or hidden.disc(disc):
         return None
-    ellipse = _ellipse(camera, cone, towards, radius)
+    ellipse = _ellipse(camera, cone, disc)
     if ellipse is None:
         return None
     sun = state.sun.seen_from(state.moon)
@@ -313,18 +326,34 @@ def _moon_disc(
     )
 
 
-def _ellipse(
-    camera: CameraState, cone: ImageCone, direction: Array, angular_radius: float
-) -> Ellipse | None:
+def _seen_disc(
+    state: SceneState,
+    camera: CameraState,
+    cone: ImageCone,
+    direction: Array,
+    angular_radius: float,
+) -> SeenDisc | None:
+    """A round disc past the Earth's air; None where it is out of view."""
+    if not cone.holds(camera.R_camera_from_icrf[2], direction, angular_radius + LIFT):
+        return None
+    bent = BentSight.at(state, camera.position)
+    if bent is None:
+        return SeenDisc.round(direction, angular_radius)
+    return bent.disc(direction, angular_radius)
+
+
+def _ellipse(camera: CameraState, cone: ImageCone, disc: SeenDisc) -> Ellipse | None:
     """A disc's ellipse; None where it is out of view, or reaches 90 deg from the boresight."""
     R, k = camera.R_camera_from_icrf, camera.camera.intrinsics
-    if not cone.holds(R[2], direction, angular_radius):
+    widest = float(disc.half_angles.max())
+    if not cone.holds(R[2], disc.direction, widest):
         return None
-    if angle_between(R[2], direction) + angular_radius > np.radians(89.9):
+    if angle_between(R[2], disc.direction) + widest > np.radians(89.9):
         return None
-    # Rays r to the disc: (s.r)^2 >= cos^2 r.r; with r linear in homogeneous pixels, a conic.
-    s = R @ direction
-    form_of_rays = np.outer(s, s) - np.cos(angular_radius) ** 2 * np.eye(3)
+    # Rays r to the disc, s its middle, e its axes: (s.r)^2 >= sum (e.r)^2 / tan^2 of its half
+    # angles; with r linear in homogeneous pixels, a conic.
+    s, axes = R @ disc.direction, disc.axes @ R.T / np.tan(disc.half_angles)[:, None]
+    form_of_rays = np.outer(s, s) - axes.T @ axes
     camera_from_pixel = np.linalg.inv(k)
     conic = camera_from_pixel.T @ form_of_rays @ camera_from_pixel
     centre = -np.linalg.solve(conic[:2, :2], conic[:2, 2])

@@ -178,11 +178,39 @@ def test_the_limb_ends_at_the_heights_of_the_standards_density(gl: moderngl.Cont
         assert np.abs(np.diff(falls)).max() < 0.03, band
 
 
+def test_bending_lifts_the_limb(
+    gl: moderngl.Context, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Air at 5 km looks as high as n r of it: 1.1 km higher. By its transmittance."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setattr(air_tables, "ORDERS", 0)
+    straight = replace(STANDARD, refractivity=(0.0, 0.0, 0.0, 0.0))
+    place = (RADIUS + 4e5) * UP
+    seen = np.arange(3e3, 12e3, 250.0)
+    angles = np.degrees(np.arccos((RADIUS + seen) / (RADIUS + 4e5)))
+    passed = {}
+    with window(gl) as look:
+        for air in (STANDARD, straight):
+            pictures = [
+                look.picture(sphere(0.0, air), place, direction(-a), direction(-80.0), behind=1.0)[
+                    1, 1, 1
+                ]
+                for a in angles
+            ]
+            passed[air] = np.log(np.array(pictures, np.float64))
+    for true in (3e3, 5e3, 8e3):
+        # What the straight ray at this height lets pass is seen so much higher.
+        lifted = np.interp(np.interp(true, seen, passed[straight]), passed[STANDARD], seen)
+        density = float(density_by_integration(np.array(true))) / 1.225
+        lift = STANDARD.refractivity[1] * density * (RADIUS + true)
+        assert lifted - true == pytest.approx(lift, abs=30.0)
+
+
 def test_molecules_scatter_with_kings_correction(
     gl: moderngl.Context, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Thin air over black ground, the Sun straight ahead and aside: (1 + d) / 2 of it."""
-    # No order after the first.
+    # No light that was scattered before.
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.setattr(air_tables, "ORDERS", 0)
     nothing = (0.0, 0.0, 0.0, 0.0)

@@ -89,6 +89,7 @@ def test_air_without_density_is_no_air() -> None:
         aerosol_albedo=(1.0,) * 4,
         aerosol_asymmetry=(0.0,) * 4,
         ozone=(0.0,) * 4,
+        refractivity=(0.0,) * 4,
         rayleigh_profile=Exponential(8e3),
         aerosol_profile=Exponential(1e3),
         ozone_profile=Exponential(8e3),

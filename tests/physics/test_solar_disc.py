@@ -112,6 +112,7 @@ def test_air_that_takes_nothing_leaves_the_light_past_a_bare_sphere(beta_deg: fl
         aerosol_albedo=none,
         aerosol_asymmetry=none,
         ozone=none,
+        refractivity=none,
         rayleigh_profile=Exponential(8e3),
         aerosol_profile=Exponential(1e3),
         ozone_profile=Exponential(8e3),

@@ -53,8 +53,9 @@ AIR = Block(
             ("ground_radius", "f4"),
             ("air_top", "f4"),
             ("sun_half_angle", "f4"),
-            ("air_padding", "f4"),
-            ("air_padding2", "f4", 2),
+            # Refractive index less 1, over the molecules' density [km].
+            ("refraction", "f4"),
+            ("air_padding", "f4", 2),
         ]
     ),
 )
@@ -124,6 +125,7 @@ def air_values(kind: AirKind) -> dict[str, object]:
         "ground_radius": kind.radius / 1e3,
         "air_top": AIR_TOP / 1e3,
         "sun_half_angle": np.arcsin(SOLAR_RADIUS / ASTRONOMICAL_UNIT),
+        "refraction": air.refractivity[1] / (1e3 * profiles(air)[0, 0]),
     }
 
 
