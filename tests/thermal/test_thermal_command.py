@@ -9,6 +9,7 @@ import numpy as np
 import OpenEXR
 import pytest
 from PIL import Image
+from scipy.ndimage import binary_erosion
 from typer.testing import CliRunner
 
 from simgl import assets
@@ -81,9 +82,10 @@ def test_a_camera_sees_it_in_the_infrared(tmp_path: Path) -> None:
     assert header["thermalHistory"] == "from the steady state"
     seen = np.isfinite(kelvin)
     assert 0.05 < seen.mean() < 0.9
-    # White paint emits 0.85 of a black body and reflects the Earth.
-    black = band_radiance((7.5e-6, 13.5e-6), kelvin[seen])
-    assert np.all((radiance[seen] > 0.5 * black) & (radiance[seen] < 1.2 * black))
+    # White paint emits 0.85 of a black body and reflects the Earth, which edges mix in.
+    inside = binary_erosion(seen)
+    share = radiance[inside] / band_radiance((7.5e-6, 13.5e-6), kelvin[inside])
+    assert 0.75 < np.percentile(share, 10) < np.percentile(share, 90) < 1.2
     with Image.open(tmp_path / "thermal.infrared.dn.png") as image:
         assert image.size == (40, 30)
 
