@@ -140,10 +140,11 @@ def write_exr(
     if normals is not None:
         for index, axis in enumerate("XYZ"):
             channels[f"normal.{axis}"] = np.ascontiguousarray(normals.normals[..., index])
-    _write_channels(path, header, channels)
+    write_channels(path, header, channels)
 
 
-def _write_channels(path: Path, header: dict[str, Any], channels: dict[str, Any]) -> None:
+def write_channels(path: Path, header: dict[str, Any], channels: dict[str, Any]) -> None:
+    """An EXR file of any channels by name, (h, w) float32 or uint32."""
     with complete_file(path) as temporary:
         try:
             OpenEXR.File(header, channels).write(str(temporary))
@@ -162,12 +163,12 @@ def write_layers_exr(path: Path, frame: LayersFrame) -> None:
         for i, band in enumerate("RGBN")
     }
     layers = {"layers": f"R, G, B, N of {', '.join(frame.layers)} and their sum"}
-    _write_channels(path, _header(frame.info) | layers, channels)
+    write_channels(path, _header(frame.info) | layers, channels)
 
 
 def write_dn_png(path: Path, frame: DigitalFrame) -> None:
     """Digital numbers, unscaled, in a 16-bit grey PNG."""
-    _write_png(path, frame.dn)
+    write_png(path, frame.dn)
 
 
 def write_mono12p(path: Path, frame: DigitalFrame) -> None:
@@ -178,10 +179,11 @@ def write_mono12p(path: Path, frame: DigitalFrame) -> None:
 
 def write_view_png(path: Path, frame: RadianceFrame) -> None:
     """An sRGB preview of the radiance: a white surface that faces the Sun is white."""
-    _write_png(path, display_from_radiance(frame.radiance))
+    write_png(path, display_from_radiance(frame.radiance))
 
 
-def _write_png(path: Path, pixels: Image8 | Image16) -> None:
+def write_png(path: Path, pixels: Image8 | Image16) -> None:
+    """A PNG of pixels as they are."""
     with complete_file(path) as temporary:
         Image.fromarray(pixels).save(temporary)
 
@@ -207,13 +209,13 @@ def write_capture(capture: Capture, folder: Path, name: str, *, packed: bool = F
         writers.append(("view.png", lambda p: write_view_png(p, radiance)))
     if (layers := capture.layers) is not None:
         writers.append(("layers.exr", lambda p: write_layers_exr(p, layers)))
-        writers.append(("layers.png", lambda p: _write_png(p, display_from_layers(layers))))
+        writers.append(("layers.png", lambda p: write_png(p, display_from_layers(layers))))
     if (digital := capture.digital) is not None:
         writers.append(("dn.png", lambda p: write_dn_png(p, digital)))
         camera = digital.info.camera
         if camera.detector.mosaic is not None:
             colours = display_from_dn(digital.dn, camera)
-            writers.append(("colour.png", lambda p: _write_png(p, colours)))
+            writers.append(("colour.png", lambda p: write_png(p, colours)))
         if packed:
             writers.append(("dn.mono12p", lambda p: write_mono12p(p, digital)))
     for suffix, write in writers:

@@ -10,7 +10,7 @@ import typer
 
 from simgl.cli_progress import activity, load
 from simgl.commands.command_line import COMMAND_LINE, say, with_option_groups
-from simgl.commands.render_commands import ScenarioFile
+from simgl.commands.render_commands import ScenarioFile, camera_names
 from simgl.errors import ConfigError, did_you_mean
 from simgl.sequence.epoch_options import SpanOptions
 
@@ -35,19 +35,27 @@ def thermal(
         InitialState,
         typer.Option(help="Steady state of the first epoch, or as if the span repeated."),
     ] = InitialState.STEADY,
+    camera: Annotated[
+        str | None, typer.Option(help="Also its thermal image of the last epoch.")
+    ] = None,
+    detector: Annotated[
+        str, typer.Option(help="Of --camera: bolometer_lwir or insb_mwir.")
+    ] = "bolometer_lwir",
     patches: Annotated[int, typer.Option(min=20, max=6000, help="Patches, about.")] = 1500,
 ) -> None:
     """Integrate the temperatures of a spacecraft along its trajectory.
 
     Writes NAME.thermal.csv with each part's temperatures, and NAME.thermal.png, a heat map of the
-    last epoch in K. Example: simgl thermal examples/servicer.toml --duration 600 --out out/thermal
+    last epoch in K; with --camera, CAMERA.infrared.exr, .dn.png and .map.png. Example:
+    simgl thermal examples/servicer.toml --duration 600 --camera beside --out out/thermal
     """
-    from simgl.heat_map import write_heat_map, write_temperatures
+    from simgl.heat_map import write_heat_map, write_infrared, write_temperatures
     from simgl.output import check_writable
     from simgl.sequence.epochs import regular
     from simgl.sequence.epochs import span as chosen_span
     from simgl.thermal.body import thermal_body
     from simgl.thermal.history import thermal_history
+    from simgl.thermal.infrared_detector import load_infrared_detector
 
     loaded = load(scenario)
     names = list(loaded.models)
@@ -62,20 +70,33 @@ def thermal(
     if last == first:
         raise ConfigError(COMMAND_LINE, "--to", "must be later than the start")
     epochs = list(dict.fromkeys([*regular(first, last, round(step * 1e9)), last]))
+    if camera is not None:
+        camera_names(loaded, [camera])
+    pixels = load_infrared_detector(detector)
     check_writable(out)
+    bodies = {}
     with activity("tracing how the surfaces see each other") as progress:
-        body = thermal_body(name, loaded.models[name], patches)
-        progress.begin_stage("heat along the trajectory")
-        states = list(thermal_history(body, loaded, epochs, initial.value, progress))
-    table, image = out / f"{name}.thermal.csv", out / f"{name}.thermal.png"
-    write_temperatures(table, body, states)
-    write_heat_map(image, body, states[-1])
+        for other in names if camera is not None else [name]:
+            body = thermal_body(other, loaded.models[other], patches)
+            progress.begin_stage(f"heat of {other} along the trajectory")
+            states = list(thermal_history(body, loaded, epochs, initial.value, progress))
+            bodies[other] = body, states
+        body, states = bodies[name]
+        table, image = out / f"{name}.thermal.csv", out / f"{name}.thermal.png"
+        write_temperatures(table, body, states)
+        write_heat_map(image, body, states[-1])
+        paths = [table, image]
+        if camera is not None:
+            progress.begin_stage("thermal image")
+            last_states = {other: (b, of_body[-1]) for other, (b, of_body) in bodies.items()}
+            paths += write_infrared(
+                out, loaded.at(epochs[-1]), camera, last_states, pixels, loaded.seed
+            )
     coldest, hottest = (
         f(float(f(s.temperatures[: body.patch_count])) for s in states) for f in (min, max)
     )
     say(
         f"{len(states)} epochs, {body.patch_count} patches: {coldest:.1f} to {hottest:.1f} K",
         f"state {states[-1].digest}, {states[-1].history}",
-        table,
-        image,
+        *paths,
     )

@@ -217,3 +217,17 @@ def _shared_edges(mesh: Mesh, patches: Patches, sides: int) -> tuple[IndexArray,
     first, second = np.concatenate(firsts), np.concatenate(seconds)
     differ = first != second
     return first[differ], second[differ], np.concatenate(edge)[differ]
+
+
+def patches_met(body: ThermalBody, triangle: IndexArray, direction: Array) -> IndexArray:
+    """(k,) the patch on the side that rays meet.
+
+    triangle : (k,) of the body's mesh; -1 gives any patch
+    direction : (3,) or (k, 3) of the rays, in the axes of the stored mesh
+    """
+    index = np.maximum(triangle, 0).astype(np.int64)
+    normals, areas = face_normals(body.mesh)
+    if len(body.patches.of_side) > len(areas):
+        away = np.einsum("ij,ij->i", normals[index], np.broadcast_to(direction, (len(index), 3)))
+        index = index + len(areas) * (away > 0.0)
+    return body.patches.of_side[index]

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from simgl.arrays import Array, Mask
+from simgl.arrays import Array, IndexArray, Mask
 from simgl.environment_map import cube_directions, cube_solid_angles
 from simgl.physics.constants import SOLAR_TEMPERATURE
+from simgl.physics.earth_infrared import MEAN_LONGWAVE
 from simgl.physics.spectrum import BANDS
 from simgl.physics.thermal_radiation import band_fraction
 from simgl.radiosity.gather_points import face_normals
@@ -16,11 +18,10 @@ from simgl.rays import ray_tracer
 from simgl.scene.posed_mesh import PosedMesh
 from simgl.scene.state import BodyState, EarthState, SceneState
 from simgl.thermal.body import ThermalBody
+from simgl.thermal.ground_seen import ground_seen
 from simgl.thermal.view_factors import CELLS_ACROSS, absorbed_light
 
-# Of the Earth in the mean (Stephens et al. 2012; Loeb et al. 2018): long-wave flux that leaves it
-# [W m-2], and the share of sunlight that it reflects.
-OUTGOING_LONGWAVE = 240.0
+# Share of sunlight that the Earth reflects (Loeb et al. 2018, rounded).
 BOND_ALBEDO = 0.30
 
 # Directions in a cell of the sky along each edge, over which its radiance is averaged.
@@ -63,7 +64,7 @@ def heat_loads(body: ThermalBody, state: SceneState) -> HeatLoads:
     sunlight = _sunlight(body, state, seen, posed)
     albedo, infrared = np.zeros(count), np.zeros(count)
     if state.earth is not None:
-        albedo, infrared = _earthlight(body, state, state.earth, seen, posed)
+        albedo, infrared = _earthlight(body, state, state.earth)
     solar = absorbed_light(body.views, body.absorptance, sunlight + albedo)
     warm = absorbed_light(body.views, body.emissivity, infrared)
     heat = body.power.copy()
@@ -139,58 +140,52 @@ def _shaded_by_others(state: SceneState, seen: BodyState, starts: Array, rays: A
     return shaded
 
 
-def _earthlight(
-    body: ThermalBody, state: SceneState, earth: EarthState, seen: BodyState, posed: PosedMesh
-) -> tuple[Array, Array]:
+def _earthlight(body: ThermalBody, state: SceneState, earth: EarthState) -> tuple[Array, Array]:
     """(p,) reflected sunlight and long-wave radiation of the Earth on the patches [W m-2].
 
-    The Earth is a Lambertian ellipsoid of one albedo and one long-wave flux. Each cell of the sky
-    has its mean radiance; patches see the cells that their body leaves free.
+    The Earth is a Lambertian ellipsoid of one albedo and one long-wave flux.
     """
     sun = state.sun.seen_from(earth.position)
+    position = state.bodies[body.name].pose.position
     reflected = BOND_ALBEDO * total_sunlight(sun.irradiance) / np.pi
-    fine = CELLS_ACROSS * _FINER
-    directions = cube_directions(fine).reshape(-1, 3)
-    weight = np.tile(cube_solid_angles(fine).ravel(), 6)
-    groups = int(body.group.max(initial=0)) + 1
-    motion = _motion(posed, groups)
-    albedo, infrared = np.zeros(body.patch_count), np.zeros(body.patch_count)
-    for group in range(groups):
-        chosen = np.flatnonzero(body.group == group)
-        if len(chosen) == 0:
-            continue
-        R_icrf_from_stored = seen.pose.R_icrf_from_body @ motion[group, :3, :3]
-        lines = directions @ R_icrf_from_stored.T
-        met, cosine = _ground(lines, seen.pose.position, earth, sun.direction_icrf)
-        rows = body.views.sky[chosen]
-        weights = _cell_sums(weight)
-        sunlit = _cell_sums(weight * met * np.maximum(cosine, 0.0)) / weights
-        covered = _cell_sums(weight * met) / weights
-        albedo[chosen] = np.pi * reflected * (rows @ sunlit)
-        infrared[chosen] = OUTGOING_LONGWAVE * (rows @ covered)
+
+    def radiances(lines: Array) -> Array:
+        ground = ground_seen(lines, position, earth, sun.direction_icrf)
+        sunlit = reflected * ground.met * np.maximum(ground.sun_cosine, 0.0)
+        return np.stack([sunlit, MEAN_LONGWAVE / np.pi * ground.met], axis=1)
+
+    albedo, infrared = light_of_sky(body, state, radiances).T
     return albedo, infrared
 
 
+def light_of_sky(
+    body: ThermalBody, state: SceneState, radiances: Callable[[Array], Array]
+) -> Array:
+    """(p, m) light of the sky on the patches, where the body leaves it free.
+
+    radiances : of m lights along lines of sight (k, 3), ICRF, from the body: (k, m)
+
+    Each cell of the sky has its mean radiance.
+    """
+    seen = state.bodies[body.name]
+    fine = CELLS_ACROSS * _FINER
+    directions = cube_directions(fine).reshape(-1, 3)
+    weight = np.tile(cube_solid_angles(fine).ravel(), 6)[:, None]
+    motion = _motion(seen.model.posed_mesh, int(body.group.max(initial=0)) + 1)
+    result: list[tuple[IndexArray, Array]] = []
+    for group in np.unique(body.group):
+        R_icrf_from_stored = seen.pose.R_icrf_from_body @ motion[group, :3, :3]
+        light = radiances(directions @ R_icrf_from_stored.T)
+        mean = _cell_sums(weight * light) / _cell_sums(weight)
+        chosen = np.flatnonzero(body.group == group)
+        result.append((chosen, np.pi * (body.views.sky[chosen] @ mean)))
+    lights = np.zeros((body.patch_count, result[0][1].shape[1]))
+    for chosen, values in result:
+        lights[chosen] = values
+    return lights
+
+
 def _cell_sums(values: Array) -> Array:
-    """(6 CELLS_ACROSS^2,) sums over the finer directions of each cell of the sky."""
-    shape = 6, CELLS_ACROSS, _FINER, CELLS_ACROSS, _FINER
-    return values.reshape(shape).sum(axis=(2, 4)).ravel()
-
-
-def _ground(
-    lines: Array, position: Array, earth: EarthState, sun_direction: Array
-) -> tuple[Array, Array]:
-    """(k,) whether lines of sight (k, 3) meet the ellipsoid, and the Sun's cosine there."""
-    turn = earth.R_itrf_from_icrf
-    radii = np.asarray(earth.radii)
-    eye = (turn @ (position - earth.position)) / radii
-    ways = (lines @ turn.T) / radii
-    a = np.einsum("ki,ki->k", ways, ways)
-    b = ways @ eye
-    inside = b * b - a * (eye @ eye - 1.0)
-    met = (inside > 0.0) & (b < 0.0)
-    distance = (-b - np.sqrt(np.maximum(inside, 0.0))) / a
-    # The gradient of the ellipsoid's equation.
-    normal = (eye + distance[:, None] * ways) / radii
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
-    return met.astype(np.float64), normal @ (turn @ sun_direction)
+    """(6 CELLS_ACROSS^2, m) sums of (k, m) over the finer directions of each cell of the sky."""
+    shape = 6, CELLS_ACROSS, _FINER, CELLS_ACROSS, _FINER, values.shape[1]
+    return values.reshape(shape).sum(axis=(2, 4)).reshape(-1, values.shape[1])

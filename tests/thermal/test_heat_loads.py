@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from simgl.physics.constants import SOLAR_CONSTANT
+from simgl.physics.earth_infrared import MEAN_LONGWAVE
 from simgl.scenario.loader import scenario_from_dict
 from simgl.scenario.scenario import Scenario
 from simgl.thermal.body import thermal_body
-from simgl.thermal.heat_loads import BOND_ALBEDO, OUTGOING_LONGWAVE, heat_loads
+from simgl.thermal.heat_loads import BOND_ALBEDO, heat_loads
 from simgl.thermal.history import thermal_history
 from tests.thermal.thermal_scenes import SUNLIGHT, in_sunlight, surface
 
@@ -56,7 +57,7 @@ def test_the_earth_on_faces_of_a_box(noon: Scenario) -> None:
     for chosen, factor in ((x < -0.5, h**-2), (np.abs(x) < 0.5, sideways), (x > 0.5, 0.0)):
         mean = float(loads.earth_infrared[chosen].mean())
         # 512 rays on cells of 7.5 deg, a quarter of which the limb crosses.
-        assert mean / OUTGOING_LONGWAVE == pytest.approx(factor, abs=0.005)
+        assert mean / MEAN_LONGWAVE == pytest.approx(factor, abs=0.005)
 
 
 def test_sunlight_reflected_at_the_subsolar_point(noon: Scenario) -> None:
@@ -79,7 +80,7 @@ def test_no_sunlight_in_the_earths_shadow() -> None:
     body = thermal_body("body", night.models["body"], 60)
     loads = heat_loads(body, night.at(night.epoch_tai_ns))
     assert not loads.sunlight.any()
-    assert loads.earth_infrared.max() > 0.8 * OUTGOING_LONGWAVE
+    assert loads.earth_infrared.max() > 0.8 * MEAN_LONGWAVE
 
 
 def test_a_spacecraft_in_front_takes_the_sunlight() -> None:

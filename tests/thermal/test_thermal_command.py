@@ -5,14 +5,18 @@ from __future__ import annotations
 import csv
 from pathlib import Path
 
+import numpy as np
+import OpenEXR
 import pytest
 from PIL import Image
+from scipy.ndimage import binary_erosion
 from typer.testing import CliRunner
 
 from simgl import assets
 from simgl.commands.application import app
 from simgl.errors import ConfigError
 from simgl.model_files.model_library import load_model
+from simgl.physics.thermal_radiation import band_radiance
 from simgl.thermal.body import thermal_body
 
 SCENARIO = """
@@ -25,6 +29,13 @@ albedo = 0.3
 [spacecraft.box]
 model = { box = { size_m = [1.0, 1.0, 1.0], material = "white_paint" } }
 orbit = { altitude_km = 500.0, inclination_deg = 51.6 }
+[camera.thermal]
+about = { target = "box", azimuth_deg = 30.0, elevation_deg = 20.0, range_m = 10.0 }
+width_px = 40
+height_px = 30
+focal_length_mm = 1.2
+pixel_pitch_um = 12.0
+exposure_time_s = 0.001
 """
 
 
@@ -56,9 +67,33 @@ def test_a_run_writes_a_table_and_a_heat_map(tmp_path: Path) -> None:
         assert len(image.getcolors(1 << 20) or []) > 50
 
 
+def test_a_camera_sees_it_in_the_infrared(tmp_path: Path) -> None:
+    scenario = tmp_path / "box.toml"
+    scenario.write_text(SCENARIO)
+    words = ["thermal", str(scenario), "--duration", "30", "--patches", "60", "--camera"]
+    words += ["thermal", "--out", str(tmp_path)]
+    result = CliRunner().invoke(app, words, catch_exceptions=False)
+    assert result.exit_code == 0
+    with OpenEXR.File(str(tmp_path / "thermal.infrared.exr"), separate_channels=True) as file:
+        header, channels = dict(file.header()), file.channels()
+        kelvin = channels["temperature"].pixels.copy()
+        radiance = channels["radiance"].pixels.copy()
+    assert header["thermalState"] in result.output
+    assert header["thermalHistory"] == "from the steady state"
+    seen = np.isfinite(kelvin)
+    assert 0.05 < seen.mean() < 0.9
+    # White paint emits 0.85 of a black body and reflects the Earth, which edges mix in.
+    inside = binary_erosion(seen)
+    share = radiance[inside] / band_radiance((7.5e-6, 13.5e-6), kelvin[inside])
+    assert 0.75 < np.percentile(share, 10) < np.percentile(share, 90) < 1.2
+    with Image.open(tmp_path / "thermal.infrared.dn.png") as image:
+        assert image.size == (40, 30)
+
+
 @pytest.mark.parametrize(
     ("words", "line"),
     [
+        (["--camera", "thermel"], "thermel"),
         (["--step", "0"], "--step must lie in 0.01..3600 s, got 0"),
         (["--spacecraft", "bix"], '--spacecraft "bix": did you mean "box"?'),
     ],
