@@ -12,6 +12,7 @@
 ``sweep_axes``, ``sweep``, ``sweep_report``           Sun angles and camera settings at one epoch
 ``assessment_page``                                   what the pages of all of them show
 ``photon_transfer``, ``emva1288``, ``camera_plots``   a camera tested by EMVA 1288
+``infrared_measurement``                              a thermal detector tested: NETD, response
 ``visible_stars``                                     catalogue stars in an image, as truth
 
 May import the simulator, ``sequence`` (epochs, journal) and ``workers``. A new quantity of a frame

@@ -19,6 +19,7 @@ from simgl.commands.command_line import (
 )
 from simgl.commands.completion import camera_presets, model_names, scenario_files
 from simgl.commands.web_options import WEB_PANEL, WebAddress, WebToken, check_goes_with_web
+from simgl.errors import ConfigError
 
 ModelFile = Annotated[
     str,
@@ -73,8 +74,14 @@ def camera_test(
 ) -> None:
     """Measure a camera as a laboratory would (EMVA 1288), and compare with its preset.
 
+    Thermal detectors have NETD, response, MTF and time constant measured, without plots.
     Example: simgl camera test mt9m034 --out out/camera
     """
+    from simgl.thermal.infrared_detector import infrared_detectors
+
+    if preset in infrared_detectors():
+        _infrared_test(preset, out, json)
+        return
     from simgl.assess.camera_plots import plot_report
     from simgl.assess.emva1288 import camera_under_test, examine, report_document, table
     from simgl.gpu.context import temporary_context
@@ -96,6 +103,26 @@ def camera_test(
         if not json:
             say(path)
     if not report.passed:
+        raise typer.Exit(1)
+
+
+def _infrared_test(preset: str, out: Path | None, json: bool) -> None:
+    from simgl.assess.infrared_measurement import (
+        examine_infrared,
+        infrared_document,
+        infrared_table,
+    )
+    from simgl.thermal.infrared_detector import load_infrared_detector
+
+    if out is not None:
+        raise ConfigError(COMMAND_LINE, "--out", f"goes with cameras; {preset} has no plots")
+    detector = load_infrared_detector(preset)
+    results = examine_infrared(detector)
+    if json:
+        say_json(infrared_document(detector, results))
+    else:
+        say_rich(infrared_table(detector, results))
+    if not all(result.passed for result in results):
         raise typer.Exit(1)
 
 

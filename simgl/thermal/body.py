@@ -20,8 +20,10 @@ from simgl.scene.thermal_surface import ThermalPart, ThermalSurface
 from simgl.thermal.network import ThermalNetwork
 from simgl.thermal.view_factors import ViewFactors, radiative_coupling, view_factors
 
-# Of the structure below a unit of skin, an estimate: 3 mm of aluminium [J m-2 K-1].
-STRUCTURE_HEAT_CAPACITY = 7300.0
+# Of the structure within a part, an estimate: 300 kg m-3 of 900 J kg-1 K-1, between a honeycomb
+# panel (200) and a small satellite (1000) [J m-3 K-1]; and of a part without volume [J K-1].
+STRUCTURE_HEAT_CAPACITY = 270e3
+_MIN_STRUCTURE = 1.0
 # Of the skin along itself, an estimate: 0.6 mm of aluminium facesheet, 0.1 W K-1.
 SHEET_CONDUCTANCE = 0.1
 # Of a surface that says nothing, an estimate: most paints and plastics, and bare metal.
@@ -103,8 +105,7 @@ def thermal_body(name: str, model: SpacecraftModel, count: int = 1500) -> Therma
     structures = len(parts)
     rest = sparse.csr_matrix((structures, structures))
     skin = patches.areas * surfaces.heat_capacity
-    of_part = np.bincount(part, patches.areas, minlength=structures)
-    default = np.maximum(STRUCTURE_HEAT_CAPACITY * of_part, 1.0)
+    default = np.maximum(STRUCTURE_HEAT_CAPACITY * _volumes(mesh, structures), _MIN_STRUCTURE)
     structure = [
         d if p.heat_capacity is None else p.heat_capacity
         for d, p in zip(default, parts, strict=True)
@@ -163,6 +164,19 @@ def _surfaces(model: SpacecraftModel, patches: Patches, part: IndexArray) -> _Pa
             for name in names:
                 values[name][part == index] = getattr(given, name)
     return _PatchSurfaces(**values)
+
+
+def _volumes(mesh: Mesh, parts: int) -> Array:
+    """(parts,) volume that the triangles of each part enclose [m3]; of open ones, about."""
+    corners = mesh.positions[mesh.triangles].astype(np.float64)
+    part = mesh.part[mesh.triangles[:, 0]].astype(np.int64)
+    count = np.maximum(np.bincount(part, minlength=parts), 1)
+    middles = np.stack(
+        [np.bincount(part, c, minlength=parts) / count for c in corners.mean(axis=1).T], axis=1
+    )
+    a, b, c = np.moveaxis(corners - middles[part, None], 1, 0)
+    tetrahedra = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0
+    return np.abs(np.bincount(part, tetrahedra, minlength=parts))
 
 
 def _conduction(

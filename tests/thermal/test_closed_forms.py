@@ -12,7 +12,7 @@ from simgl.scene.materials import Material
 from simgl.scene.mesh import Mesh, box, plate
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.thermal_surface import ThermalPart, ThermalSurface
-from simgl.thermal.body import thermal_body
+from simgl.thermal.body import STRUCTURE_HEAT_CAPACITY, thermal_body
 from simgl.thermal.heat_loads import heat_loads
 from simgl.thermal.history import steady_state
 from simgl.thermal.network import SPACE_TEMPERATURE
@@ -137,3 +137,10 @@ def test_sunlight_on_a_sphere_is_its_cross_section() -> None:
     # The mesh of 192 segments has a cross-section 3.6e-4 smaller than the sphere's; the band
     # fraction of the Sun adds nothing at 5772 K.
     assert caught == pytest.approx(np.pi * SUNLIGHT, rel=5e-4)
+
+
+def test_the_structure_of_a_part_goes_with_its_volume() -> None:
+    size = (1.0, 2.0, 0.02)
+    body = thermal_body("body", painted(moved(box(size), (5.0, 0.0, 0.0)), grey(0.8)), 60)
+    expected = STRUCTURE_HEAT_CAPACITY * float(np.prod(size))
+    assert body.network.capacity[-1] == pytest.approx(expected, rel=1e-5)
