@@ -17,6 +17,21 @@ extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.viewcode"]
 html_theme = "furo"
 html_title = "simgl"
 html_show_sphinx = False
+html_static_path = ["_static"]
+templates_path = ["_templates"]
+html_js_files = ["site.js"]
+html_theme_options = {"top_of_page_buttons": []}
+# The theme's, with the version and its siblings.
+html_sidebars = {
+    "**": [
+        "sidebar/brand.html",
+        "sidebar/versions.html",
+        "sidebar/search.html",
+        "sidebar/scroll-start.html",
+        "sidebar/navigation.html",
+        "sidebar/scroll-end.html",
+    ]
+}
 
 myst_heading_anchors = 3
 autodoc_member_order = "bysource"
