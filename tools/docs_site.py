@@ -22,8 +22,8 @@ def build(site: Path) -> Path:
     docstring.
     """
     folder = site / version("simgl")
-    words = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", ROOT / "docs", folder]
-    subprocess.run(words, check=True)
+    words = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", str(ROOT / "docs")]
+    subprocess.run([*words, str(folder)], check=True)
     list_versions(site)
     return folder / "index.html"
 

@@ -58,7 +58,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     toc = "```{toctree}\n:caption: Pages\n" + "\n".join(PAGES[1:]) + "\n```\n"
     (source / "index.md").write_text(f"# Start\n\nA page.\n\n{toc}")
     built = root / "site" / "2.0"
-    words = [sys.executable, "-m", "sphinx", "-q", "-Q", source, built]
+    words = [sys.executable, "-m", "sphinx", "-q", "-Q", str(source), str(built)]
     subprocess.run(words, check=True)
     (root / "site" / "1.0").mkdir()
     (root / "site" / "1.0" / "index.html").write_text("")
