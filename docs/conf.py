@@ -50,7 +50,9 @@ def parameters_from_entries(lines: list[str]) -> list[str]:
     in_entries = False
     for line in lines:
         if entry := _ENTRY.match(line):
-            line, in_entries = f":param {entry[1]}: {entry[2]}", True
+            # Sphinx takes what stands before a space for a type.
+            names = entry[1].replace(", ", ",")
+            line, in_entries = f":param {names}: {entry[2]}", True
         elif in_entries and line and not line.startswith(" "):
             converted.append("")
             in_entries = False

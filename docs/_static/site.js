@@ -2,6 +2,15 @@
 // and the list of versions beside this one.
 "use strict";
 
+// Another element in the place of one, with its content.
+function replaceTag(element, tag) {
+    const other = document.createElement(tag);
+    other.className = element.className;
+    other.append(...element.childNodes);
+    element.replaceWith(other);
+    return other;
+}
+
 function completeMarkup() {
     document.querySelectorAll("[role=heading]:not([aria-level])").forEach((heading) => {
         heading.setAttribute("aria-level", "2");
@@ -12,17 +21,13 @@ function completeMarkup() {
     });
     document.querySelectorAll("th").forEach((head) => {
         if (head.textContent.trim() === "") {
-            const cell = document.createElement("td");
-            cell.className = head.className;
-            head.replaceWith(cell);
+            replaceTag(head, "td");
         }
     });
-    // Signatures over several lines are lists of parameters without terms.
+    // Signatures over several lines are lists of parameters, not of terms.
     document.querySelectorAll("dt > dl").forEach((list) => {
-        list.setAttribute("role", "list");
-        list.querySelectorAll(":scope > dd").forEach((entry) => {
-            entry.setAttribute("role", "listitem");
-        });
+        list.querySelectorAll(":scope > dd").forEach((entry) => replaceTag(entry, "li"));
+        replaceTag(list, "ul").style = "list-style: none; margin: 0 0 0 2rem; padding: 0";
     });
     const main = document.querySelector("[role=main]");
     if (main !== null && document.querySelector("h1") === null) {
