@@ -17,6 +17,21 @@ extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.viewcode"]
 html_theme = "furo"
 html_title = "simgl"
 html_show_sphinx = False
+html_static_path = ["_static"]
+templates_path = ["_templates"]
+html_js_files = ["site.js"]
+html_theme_options: dict[str, Any] = {"top_of_page_buttons": []}
+# The theme's, with the version and its siblings.
+html_sidebars = {
+    "**": [
+        "sidebar/brand.html",
+        "sidebar/versions.html",
+        "sidebar/search.html",
+        "sidebar/scroll-start.html",
+        "sidebar/navigation.html",
+        "sidebar/scroll-end.html",
+    ]
+}
 
 myst_heading_anchors = 3
 autodoc_member_order = "bysource"
@@ -35,7 +50,9 @@ def parameters_from_entries(lines: list[str]) -> list[str]:
     in_entries = False
     for line in lines:
         if entry := _ENTRY.match(line):
-            line, in_entries = f":param {entry[1]}: {entry[2]}", True
+            # Sphinx takes what stands before a space for a type.
+            names = entry[1].replace(", ", ",")
+            line, in_entries = f":param {names}: {entry[2]}", True
         elif in_entries and line and not line.startswith(" "):
             converted.append("")
             in_entries = False
