@@ -61,6 +61,10 @@ class OpenedWindow:
         """Wait until a box has these lines."""
         self.wait_for(lambda said: said["boxes"].get(name) == lines, f"{name}: {lines}")
 
+    def wait_for_pixel(self, name: str) -> None:
+        """Wait until the values of a pixel are shown, such as "pixel 3, 4"."""
+        self.wait_for(lambda said: said["boxes"].get("pixel", [""])[0] == name, name)
+
     def press(self, *keys: str, says: str) -> dict[str, Any]:
         """Press keys, and wait until the window says something."""
         self.person.key(*keys)

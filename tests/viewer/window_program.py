@@ -10,6 +10,7 @@ import json
 import queue
 import sys
 import threading
+from contextlib import ExitStack
 from pathlib import Path
 
 import glfw
@@ -56,9 +57,12 @@ def main() -> None:
     if given.shaders is not None:
         assets.shaders = lambda: given.shaders
     WindowSession._step = _answering_step  # type: ignore[method-assign, assignment]
-    follow = given.follow
-    watched = opened_on_server(follow, Watch(follow)) if follow else opened(given.scenario)
-    with watched as session:
+    with ExitStack() as stack:
+        if given.follow:
+            source = stack.enter_context(Watch(given.follow))
+            session = stack.enter_context(opened_on_server(given.follow, source))
+        else:
+            session = stack.enter_context(opened(given.scenario))
         threading.Thread(target=_listen, daemon=True).start()
         session.run()
 
