@@ -2,7 +2,6 @@
 // that see the same smooth surface are a group, and share one shading point.
 //
 // A group is a set of texels of the cell's window: bit 5 * row + column.
-#include "common/when.glsl"
 #include "block/tile"
 #include "gbuffer/paging.glsl"
 
@@ -66,8 +65,8 @@ uniform usampler2D cell_groups, second_groups, third_groups, fourth_groups;
 // The groups of four layers of a cell, from a multiple of four on.
 uvec4 groups_from(ivec2 cell, int layer) {
     uvec4 groups = texelFetch(cell_groups, cell, 0);
-    WHEN(layer >= 4) groups = texelFetch(second_groups, cell, 0);
-    WHEN(layer >= 8) {
+    if (layer >= 4) groups = texelFetch(second_groups, cell, 0);
+    if (layer >= 8) {
         groups = texelFetch(third_groups, cell, 0);
         if (layer >= 12) groups = texelFetch(fourth_groups, cell, 0);
     }

@@ -24,7 +24,7 @@ void main() {
     uint chosen_groups[LAYERS], count = 0u;
     for (int layer = 0; layer < LAYERS; ++layer) {
         chosen_groups[layer] = 0u;
-        WHEN(left != 0u) {
+        if (left != 0u) {
             uint chosen = 0u, group = 0u;
             for (int k = 0; k < CELL_TEXELS * CELL_TEXELS; ++k) {
                 uint bit = 1u << (STRIDE * (k / CELL_TEXELS) + k % CELL_TEXELS);

@@ -32,7 +32,7 @@ void main() {
     for (int k = 0; k < 4; ++k) {
         ivec2 at = first + ivec2(k & 1, k >> 1);
         bool listed = false;
-        WHEN(is_present(at)) {
+        if (is_present(at)) {
             Surface s = gbuffer_surface(at);
             uint material = material_of(texelFetch(gbuffer_position, at, 0).w);
             float spread = texelFetch(gbuffer_normal_roughness, at, 0).w;

@@ -65,7 +65,7 @@ Sum cell_sum(ivec2 cell) {
         sum.covered += samples;
         groups = uvec4(groups.yzw, 0u);
         ++layer;
-        WHEN((layer & 3) == 0) groups = groups_from(cell, layer);
+        if ((layer & 3) == 0) groups = groups_from(cell, layer);
     }
     return sum;
 }
@@ -145,7 +145,7 @@ void main() {
             uvec4 groups = texelFetch(cell_groups, ivec2(i, j), 0);
             uint first_page = texelFetch(block_pages, ivec2(i, j) / BLOCK, 0).r;
             // Its four samples, without a loop, since llvmpipe ends all loops of a shader after
-            // 65,535 turns together; WHEN is one of them.
+            // 65,535 turns together.
             vec2 corner = to_square * (2.0 * vec2(i, j) + 0.5) + origin;
 #ifdef SOFT
             vec4 seen = vec4(share_at(corner), share_at(corner + to_square[0]),
@@ -157,7 +157,7 @@ void main() {
                       | within(corner + to_square[0] + to_square[1]) << uint(STRIDE + 1);
 #endif
             add_group(row, ivec2(i, j), first_page, groups.x, seen, 0);
-            WHEN(samples_of(groups.y) > 0u) {
+            if (samples_of(groups.y) > 0u) {
                 add_group(row, ivec2(i, j), first_page, groups.y, seen, 1);
                 add_group(row, ivec2(i, j), first_page, groups.z, seen, 2);
                 add_group(row, ivec2(i, j), first_page, groups.w, seen, 3);
@@ -186,7 +186,7 @@ Sum sample_sum(ivec2 texel) {
     bool held;
     int layer = place_in(groups, bit, held);
     bool more = !held && samples_of(groups.w) > 0u;
-    WHEN(more) {
+    if (more) {
         for (int from = 4; from < LAYERS && !held; from += 4)
             layer = from + place_in(groups_from(cell, from), bit, held);
     }
@@ -220,7 +220,7 @@ Sum soft_sum(ivec2 cell, float all_of_it) {
     vec4 light = point(first_page, cell, 0);
     Sum sum = Sum(lit ? all_of_it * light : vec4(0.0), lit ? all_of_it : 0.0, all_of_it);
     if (mixed) sum.covered = -1.0;
-    WHEN(mixed && by_samples == 0) {
+    if (mixed && by_samples == 0) {
         Sum samples = cell_sum(cell);
         float each = all_of_it / samples.count;
         float covered = samples.covered < samples.count ? each * samples.covered : all_of_it;
@@ -301,7 +301,7 @@ void main() {
         }
         add(sum, row);
     }
-    WHEN((mixed || lit && bare) && by_samples == 1) {
+    if ((mixed || lit && bare) && by_samples == 1) {
         mat2 to_raster = mat2(raster_from_pixel.xy, raster_from_pixel.zw);
         vec2 middle = to_raster * (vec2(pixel) + 0.5 - tile_origin) + raster_origin;
         sum = sum_of_samples(middle, to_raster);

@@ -206,7 +206,7 @@ float lamp_lit(Surface s, Lamp lamp, vec3 v) {
     // Where the aperture spans less than a texel, only the texels smooth the edge.
     bool soft = high > r.slack && high * widest >= 1.0;
     float lit = lit_by_point(lamp, r, soft ? lamp.hard_near : 0.0);
-    WHEN(soft && lit > 0.0) lit *= lit_by_aperture(lamp, r, high);
+    if (soft && lit > 0.0) lit *= lit_by_aperture(lamp, r, high);
     return lit;
 }
 
@@ -233,7 +233,7 @@ vec4 lamps_lit(Surface s) {
     for (int i = 0; i < lamp_count; ++i) {
         Lamp lamp = lamp_at(i);
         LampLight light = light_of(s, lamp);
-        WHEN(light.beam > 0.0) lit[i] = lamp_lit(s, lamp, s.place - lamp.place);
+        if (light.beam > 0.0) lit[i] = lamp_lit(s, lamp, s.place - lamp.place);
     }
     return lit;
 }
@@ -250,7 +250,7 @@ vec4 lamp_light(Surface s, vec4 lit) {
         float facing = disc_cosine(dot(s.n, wi), light.disc.radius) * past_relief(s, wi);
         // With its centre below the surface's own horizon the disc is cut already.
         float reached = light.beam * facing * (dot(s.n, wi) > 0.0 ? lit[i] : 1.0);
-        WHEN(reached > 0.0)
+        if (reached > 0.0)
             radiance += reflection(s, light.disc) * lamp.intensity * (reached / (light.r * light.r));
     }
     return radiance;

@@ -107,7 +107,7 @@ void main() {
                              sun_limb_u, sun_limb_v, evenly_spread(vec2(cell)));
 #else
     lit_fraction = vec4(around.dark || away ? 0.0 : 1.0);
-    WHEN(around.near && !away) {
+    if (around.near && !away) {
         uint left = group;
         vec2 middle = point_of(group);
         vec2 offset = lean_past(sun_depths, atlas.map, of_group, around.high);
