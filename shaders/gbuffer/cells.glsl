@@ -92,7 +92,7 @@ uint group_of(ivec2 at, out ivec2 cell) {
 vec2 point_of(uint group) {
     vec2 sum = vec2(0.0);
     uint left = group;
-    while (left != 0u) sum += vec2(next_texel(left)) + 0.5;
+    do sum += vec2(next_texel(left)) + 0.5; while (left != 0u);
     return sum / float(samples_of(group));
 }
 #endif

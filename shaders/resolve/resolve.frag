@@ -59,14 +59,18 @@ Sum cell_sum(ivec2 cell) {
     uint first_page = texelFetch(block_pages, cell / BLOCK, 0).r;
     Sum sum = Sum(vec4(0.0), 0.0, float(groups.x >> TEXELS));
     // The groups come first, most of them within the first four.
-    for (int layer = 0; layer < LAYERS && samples_of(groups.x) > 0u;) {
-        float samples = float(samples_of(groups.x));
-        sum.light += samples * point(first_page, cell, layer);
-        sum.covered += samples;
-        groups = uvec4(groups.yzw, 0u);
-        ++layer;
+    int layer = 0;
+    do {
+        do {
+            float samples = float(samples_of(groups.x));
+            vec4 light = point(first_page, cell, layer);
+            sum.light += samples > 0.0 ? samples * light : vec4(0.0);
+            sum.covered += samples;
+            groups = uvec4(groups.yzw, 0u);
+            ++layer;
+        } while (samples_of(groups.x) > 0u);
         if ((layer & 3) == 0) groups = groups_from(cell, layer);
-    }
+    } while (samples_of(groups.x) > 0u && layer < LAYERS);
     return sum;
 }
 
@@ -308,11 +312,13 @@ void main() {
     }
 #else
     ivec2 corner = cells_per_pixel * (pixel - ivec2(tile_origin));
-    for (int j = 0; j < cells_per_pixel; ++j) {
+    int j = 0;
+    do {
         Sum row = Sum(vec4(0.0), 0.0, 0.0);
-        for (int i = 0; i < cells_per_pixel; ++i) add(row, cell_sum(corner + ivec2(i, j)));
+        int i = 0;
+        do add(row, cell_sum(corner + ivec2(i, j))); while (++i < cells_per_pixel);
         add(sum, row);
-    }
+    } while (++j < cells_per_pixel);
 #endif
     radiance = sum.light / max(sum.count, 1e-6);
     // Drivers divide to the last digit but one, through which the Sun's disc would shine.

@@ -134,11 +134,9 @@ Around casters_around(sampler2D tops, SunMap map, Receiver r, float reach, float
     float above = map.top - r.here.z + lower, high = above, low = 0.0;
     float slack = r.slack + 2.0 * spread * r.tilt;
     float radius = 0.0;
-    int level = CONE + 1;
-    for (int i = 0; i < 4; ++i) {
-        float less = high * (reach + half_lean) + 1.0 + spread;
-        int finer = caster_level(less);
-        if (finer >= level || high <= slack) break;
+    float less = high * (reach + half_lean) + 1.0 + spread;
+    int level, finer = caster_level(less), turn = 0;
+    do {
         level = finer;
         radius = less;
         // The cone's bounds hold for the receiver's own place.
@@ -146,7 +144,9 @@ Around casters_around(sampler2D tops, SunMap map, Receiver r, float reach, float
         vec2 bounds = depths_around(tops, map, place, level);
         high = min(high, above - map.depth * bounds.x);
         low = above - 2.0 * lower - map.depth * bounds.y;
-    }
+        less = high * (reach + half_lean) + 1.0 + spread;
+        finer = caster_level(less);
+    } while (++turn < 4 && finer < level && high > slack);
     // Where casters of much the same height stand over all of the neighbourhood, all is dark. They
     // stand over the receiver's own plane where they are higher than it is anywhere there.
     float window = 1.5 * radius + 16.0 + half_lean * above;

@@ -112,11 +112,11 @@ void main() {
         vec2 middle = point_of(group);
         vec2 offset = lean_past(sun_depths, atlas.map, of_group, around.high);
         float lit = 0.0;
-        while (left != 0u) {
+        do {
             Receiver receiver = of_group;
             receiver.here += steps * (vec2(next_texel(left)) + 0.5 - middle);
             lit += lit_by_neighbours(sun_depths, atlas.map, receiver, offset);
-        }
+        } while (left != 0u);
         lit_fraction = vec4(lit / float(samples_of(group)));
     }
     if (around.search && !away) lit_fraction = vec4(-1.0);

@@ -66,7 +66,7 @@ void main() {
     float share = 1.0 / float(samples_of(left));
     Pattern pattern = pattern_of(s, material);
     Lights light = Lights(vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0));
-    while (left != 0u) {
+    do {
         vec2 offset = vec2(next_texel(left)) + 0.5 - middle;
         if (!patterned) offset = vec2(0.0);
         Lights one = lights_of(sample_surface(s, material, pattern, offset), sunlit, lit);
@@ -74,7 +74,7 @@ void main() {
         light.earth += share * one.earth;
         light.other_surfaces += share * one.other_surfaces;
         light.lamps += share * one.lamps;
-    }
+    } while (left != 0u);
 #else
     Lights light = lights_of(s, sunlit, lit);
 #endif
