@@ -80,12 +80,11 @@ uint group_at(ivec2 cell, int layer) {
     return place == 0 ? groups.x : place == 1 ? groups.y : place == 2 ? groups.z : groups.w;
 }
 
-// The group of a shading point, 0 where there is none; its cell.
-uint group_of(ivec2 at, out ivec2 cell) {
-    int layer;
-    bool present = cell_of_point(at, cell, layer);
-    uint group = group_at(clamp(cell, ivec2(0), cells - 1), layer) & ((1u << TEXELS) - 1u);
-    return present ? group : 0u;
+// Of each shading point its group, 0 where there is none (gbuffer/point_groups.frag).
+uniform usampler2D point_groups;
+
+uint group_of(ivec2 at) {
+    return texelFetch(point_groups, at, 0).r;
 }
 
 // Where a group's shading point lies in the window: the mean of its samples' middles.

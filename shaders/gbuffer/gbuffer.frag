@@ -201,7 +201,6 @@ void look_up(ivec2 cell, uint group) {
 
 // Only of the points that gbuffer/marks.frag has marked.
 void main() {
-    ivec2 cell;
-    uint group = group_of(ivec2(gl_FragCoord.xy), cell);
-    look_up(cell, max(group, 1u));
+    ivec2 at = ivec2(gl_FragCoord.xy);
+    look_up(cell_of_point(at), max(group_of(at), 1u));
 }

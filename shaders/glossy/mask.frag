@@ -10,8 +10,8 @@ out uint mask;
 
 // Whether a point is there, and one of this spacecraft.
 bool is_present(ivec2 at) {
-    ivec2 cell;
-    uint group = group_of(at, cell);
+    ivec2 cell = cell_of_point(at);
+    uint group = group_of(at);
     if (group == 0u) return false;
     return texelFetch(visibility, first_texel(cell) + next_texel(group), 0).g >> 22u == instance;
 }

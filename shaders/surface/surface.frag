@@ -58,8 +58,7 @@ void main() {
 #ifdef LAYERED
     // Patterns are finer than a cell: the mean over its samples. What has none is shaded once.
     uint material = material_of(texelFetch(gbuffer_position, at, 0).w);
-    ivec2 cell;
-    uint group = group_of(at, cell);
+    uint group = group_of(at);
     vec2 middle = point_of(group);
     bool patterned = is_patterned(material);
     uint left = patterned ? group : lowest_of(group);
