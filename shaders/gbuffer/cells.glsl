@@ -2,7 +2,6 @@
 // that see the same smooth surface are a group, and share one shading point.
 //
 // A group is a set of texels of the cell's window: bit 5 * row + column.
-#include "common/when.glsl"
 #include "block/tile"
 #include "gbuffer/paging.glsl"
 
@@ -66,8 +65,8 @@ uniform usampler2D cell_groups, second_groups, third_groups, fourth_groups;
 // The groups of four layers of a cell, from a multiple of four on.
 uvec4 groups_from(ivec2 cell, int layer) {
     uvec4 groups = texelFetch(cell_groups, cell, 0);
-    WHEN(layer >= 4) groups = texelFetch(second_groups, cell, 0);
-    WHEN(layer >= 8) {
+    if (layer >= 4) groups = texelFetch(second_groups, cell, 0);
+    if (layer >= 8) {
         groups = texelFetch(third_groups, cell, 0);
         if (layer >= 12) groups = texelFetch(fourth_groups, cell, 0);
     }
@@ -81,19 +80,18 @@ uint group_at(ivec2 cell, int layer) {
     return place == 0 ? groups.x : place == 1 ? groups.y : place == 2 ? groups.z : groups.w;
 }
 
-// The group of a shading point, 0 where there is none; its cell.
-uint group_of(ivec2 at, out ivec2 cell) {
-    int layer;
-    bool present = cell_of_point(at, cell, layer);
-    uint group = group_at(clamp(cell, ivec2(0), cells - 1), layer) & ((1u << TEXELS) - 1u);
-    return present ? group : 0u;
+// Of each shading point its group, 0 where there is none (gbuffer/point_groups.frag).
+uniform usampler2D point_groups;
+
+uint group_of(ivec2 at) {
+    return texelFetch(point_groups, at, 0).r;
 }
 
 // Where a group's shading point lies in the window: the mean of its samples' middles.
 vec2 point_of(uint group) {
     vec2 sum = vec2(0.0);
     uint left = group;
-    while (left != 0u) sum += vec2(next_texel(left)) + 0.5;
+    do sum += vec2(next_texel(left)) + 0.5; while (left != 0u);
     return sum / float(samples_of(group));
 }
 #endif

@@ -102,7 +102,7 @@ float detail(uint group, vec2 first, Facet facet, mat3 normals, uvec3 corner, ui
     textured_reflectance = textured_emission = textured_normal = vec4(0.0);
     vec3 mean_n = vec3(0.0);
     uint left = group;
-    while (left != 0u) {
+    do {
         vec3 sight = sight_at(first + vec2(next_texel(left)) + 0.5);
         vec3 w = weights_at(facet, sight);
         vec3 w_u = weights_at(facet, sight + sample_steps[0].xyz) - w;
@@ -114,7 +114,7 @@ float detail(uint group, vec2 first, Facet facet, mat3 normals, uvec3 corner, ui
         textured_emission += share * vec4(t.emission, t.metallic);
         textured_normal.w += share * t.roughness2;
         mean_n += share * t.n;
-    }
+    } while (left != 0u);
     textured_normal.xyz = normalize(mean_n);
     // As for an image's relief (Toksvig 2005).
     float shortened = length(mean_n);
@@ -128,13 +128,13 @@ void look_up(ivec2 cell, uint group) {
     ivec2 nearest = ivec2(0);
     float nearest2 = 1e9;
     uint left = group;
-    while (left != 0u) {
+    do {
         ivec2 texel = next_texel(left);
         vec2 away = vec2(texel) + 0.5 - middle;
         float distance2 = dot(away, away);
         if (distance2 < nearest2) nearest = texel;
         nearest2 = min(nearest2, distance2);
-    }
+    } while (left != 0u);
     uvec2 seen = texelFetch(visibility, ivec2(first) + nearest, 0).rg;
     uvec3 corner = corners_of(max(seen.x, 1u) - 1u);
     bool back = (seen.y & 1u) == 1u;
@@ -201,7 +201,6 @@ void look_up(ivec2 cell, uint group) {
 
 // Only of the points that gbuffer/marks.frag has marked.
 void main() {
-    ivec2 cell;
-    uint group = group_of(ivec2(gl_FragCoord.xy), cell);
-    look_up(cell, max(group, 1u));
+    ivec2 at = ivec2(gl_FragCoord.xy);
+    look_up(cell_of_point(at), max(group_of(at), 1u));
 }

@@ -22,21 +22,20 @@ void main() {
             left |= uint(inside && seen != 0u) << (STRIDE * j + i);
         }
     uint chosen_groups[LAYERS], count = 0u;
-    for (int layer = 0; layer < LAYERS; ++layer) {
-        chosen_groups[layer] = 0u;
-        WHEN(left != 0u) {
-            uint chosen = 0u, group = 0u;
-            for (int k = 0; k < CELL_TEXELS * CELL_TEXELS; ++k) {
-                uint bit = 1u << (STRIDE * (k / CELL_TEXELS) + k % CELL_TEXELS);
-                bool here = (left & bit) != 0u;
-                if (here && chosen == 0u) chosen = surface[k];
-                if (here && surface[k] == chosen) group |= bit;
-            }
-            left ^= group;
-            chosen_groups[layer] = group;
-            count += uint(group != 0u);
+    for (int layer = 0; layer < LAYERS; ++layer) chosen_groups[layer] = 0u;
+    int layer = 0;
+    do {
+        uint chosen = 0u, group = 0u;
+        for (int k = 0; k < CELL_TEXELS * CELL_TEXELS; ++k) {
+            uint bit = 1u << (STRIDE * (k / CELL_TEXELS) + k % CELL_TEXELS);
+            bool here = (left & bit) != 0u;
+            if (here && chosen == 0u) chosen = surface[k];
+            if (here && surface[k] == chosen) group |= bit;
         }
-    }
+        left ^= group;
+        chosen_groups[layer] = group;
+        count += uint(group != 0u);
+    } while (++layer < LAYERS && left != 0u);
     chosen_groups[0] |= total << TEXELS;
     chosen_groups[4] |= count << TEXELS;
     for (int k = 0; k < LAYERS / 4; ++k)

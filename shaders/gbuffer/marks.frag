@@ -19,8 +19,8 @@ const uint VERTEX_TEXELS = 2u;
 uniform usampler2D visibility;
 
 void main() {
-    ivec2 cell;
-    uint group = group_of(ivec2(gl_FragCoord.xy), cell);
+    ivec2 at = ivec2(gl_FragCoord.xy), cell = cell_of_point(at);
+    uint group = group_of(at);
     uint left = max(group, 1u);
     uvec2 seen = texelFetch(visibility, max(first_texel(cell) + next_texel(left), 0), 0).rg;
     if (group == 0u || seen.y >> 22u != instance) discard;

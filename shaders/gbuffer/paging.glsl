@@ -6,11 +6,17 @@
 // the column of the block.
 uniform usampler2D page_entries;
 
-// The cell and layer of a shading point; whether there is any.
+// The cell of a shading point.
+ivec2 cell_of_point(ivec2 at) {
+    uint entry = texelFetch(page_entries, entry_of_point(at), 0).r;
+    return BLOCK * ivec2(entry & 8191u, (entry >> 13u) & 8191u) + (at & 1);
+}
+
+// The same, with its layer; whether there is any.
 bool cell_of_point(ivec2 at, out ivec2 cell, out int layer) {
     uint entry = texelFetch(page_entries, entry_of_point(at), 0).r;
     layer = int(entry >> 26u) & 15;
-    cell = BLOCK * ivec2(entry & 8191u, (entry >> 13u) & 8191u) + (at & 1);
+    cell = cell_of_point(at);
     return entry != 0u && all(lessThan(cell, cells));
 }
 #endif

@@ -10,8 +10,8 @@ out uint mask;
 
 // Whether a point is there, and one of this spacecraft.
 bool is_present(ivec2 at) {
-    ivec2 cell;
-    uint group = group_of(at, cell);
+    ivec2 cell = cell_of_point(at);
+    uint group = group_of(at);
     if (group == 0u) return false;
     return texelFetch(visibility, first_texel(cell) + next_texel(group), 0).g >> 22u == instance;
 }
@@ -32,7 +32,7 @@ void main() {
     for (int k = 0; k < 4; ++k) {
         ivec2 at = first + ivec2(k & 1, k >> 1);
         bool listed = false;
-        WHEN(is_present(at)) {
+        if (is_present(at)) {
             Surface s = gbuffer_surface(at);
             uint material = material_of(texelFetch(gbuffer_position, at, 0).w);
             float spread = texelFetch(gbuffer_normal_roughness, at, 0).w;

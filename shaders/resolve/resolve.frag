@@ -59,14 +59,18 @@ Sum cell_sum(ivec2 cell) {
     uint first_page = texelFetch(block_pages, cell / BLOCK, 0).r;
     Sum sum = Sum(vec4(0.0), 0.0, float(groups.x >> TEXELS));
     // The groups come first, most of them within the first four.
-    for (int layer = 0; layer < LAYERS && samples_of(groups.x) > 0u;) {
-        float samples = float(samples_of(groups.x));
-        sum.light += samples * point(first_page, cell, layer);
-        sum.covered += samples;
-        groups = uvec4(groups.yzw, 0u);
-        ++layer;
-        WHEN((layer & 3) == 0) groups = groups_from(cell, layer);
-    }
+    int layer = 0;
+    do {
+        do {
+            float samples = float(samples_of(groups.x));
+            vec4 light = point(first_page, cell, layer);
+            sum.light += samples > 0.0 ? samples * light : vec4(0.0);
+            sum.covered += samples;
+            groups = uvec4(groups.yzw, 0u);
+            ++layer;
+        } while (samples_of(groups.x) > 0u);
+        if ((layer & 3) == 0) groups = groups_from(cell, layer);
+    } while (samples_of(groups.x) > 0u && layer < LAYERS);
     return sum;
 }
 
@@ -145,7 +149,7 @@ void main() {
             uvec4 groups = texelFetch(cell_groups, ivec2(i, j), 0);
             uint first_page = texelFetch(block_pages, ivec2(i, j) / BLOCK, 0).r;
             // Its four samples, without a loop, since llvmpipe ends all loops of a shader after
-            // 65,535 turns together; WHEN is one of them.
+            // 65,535 turns together.
             vec2 corner = to_square * (2.0 * vec2(i, j) + 0.5) + origin;
 #ifdef SOFT
             vec4 seen = vec4(share_at(corner), share_at(corner + to_square[0]),
@@ -157,7 +161,7 @@ void main() {
                       | within(corner + to_square[0] + to_square[1]) << uint(STRIDE + 1);
 #endif
             add_group(row, ivec2(i, j), first_page, groups.x, seen, 0);
-            WHEN(samples_of(groups.y) > 0u) {
+            if (samples_of(groups.y) > 0u) {
                 add_group(row, ivec2(i, j), first_page, groups.y, seen, 1);
                 add_group(row, ivec2(i, j), first_page, groups.z, seen, 2);
                 add_group(row, ivec2(i, j), first_page, groups.w, seen, 3);
@@ -186,7 +190,7 @@ Sum sample_sum(ivec2 texel) {
     bool held;
     int layer = place_in(groups, bit, held);
     bool more = !held && samples_of(groups.w) > 0u;
-    WHEN(more) {
+    if (more) {
         for (int from = 4; from < LAYERS && !held; from += 4)
             layer = from + place_in(groups_from(cell, from), bit, held);
     }
@@ -220,7 +224,7 @@ Sum soft_sum(ivec2 cell, float all_of_it) {
     vec4 light = point(first_page, cell, 0);
     Sum sum = Sum(lit ? all_of_it * light : vec4(0.0), lit ? all_of_it : 0.0, all_of_it);
     if (mixed) sum.covered = -1.0;
-    WHEN(mixed && by_samples == 0) {
+    if (mixed && by_samples == 0) {
         Sum samples = cell_sum(cell);
         float each = all_of_it / samples.count;
         float covered = samples.covered < samples.count ? each * samples.covered : all_of_it;
@@ -301,18 +305,20 @@ void main() {
         }
         add(sum, row);
     }
-    WHEN((mixed || lit && bare) && by_samples == 1) {
+    if ((mixed || lit && bare) && by_samples == 1) {
         mat2 to_raster = mat2(raster_from_pixel.xy, raster_from_pixel.zw);
         vec2 middle = to_raster * (vec2(pixel) + 0.5 - tile_origin) + raster_origin;
         sum = sum_of_samples(middle, to_raster);
     }
 #else
     ivec2 corner = cells_per_pixel * (pixel - ivec2(tile_origin));
-    for (int j = 0; j < cells_per_pixel; ++j) {
+    int j = 0;
+    do {
         Sum row = Sum(vec4(0.0), 0.0, 0.0);
-        for (int i = 0; i < cells_per_pixel; ++i) add(row, cell_sum(corner + ivec2(i, j)));
+        int i = 0;
+        do add(row, cell_sum(corner + ivec2(i, j))); while (++i < cells_per_pixel);
         add(sum, row);
-    }
+    } while (++j < cells_per_pixel);
 #endif
     radiance = sum.light / max(sum.count, 1e-6);
     // Drivers divide to the last digit but one, through which the Sun's disc would shine.

@@ -1,5 +1,4 @@
 #include "common/constants.glsl"
-#include "common/when.glsl"
 
 // Metallic-roughness reflection, the model of glTF 2.0 (Appendix B): a GGX microfacet lobe (Walter et
 // al. 2007) with height-correlated Smith masking (Heitz 2014) and Schlick's Fresnel (1994), over a
@@ -137,7 +136,7 @@ vec4 lobe(float alpha, vec3 n, Disc light, vec3 wo, vec3 h, float VoH) {
     float r = light.radius;
     vec4 result = vec4(min(reflected, 1.0 / (PI * r * r * length(vec2(NoL, 0.424 * r)))));
     // Seven widths of the disc's image away its darkening is less than 1e-3 of what is left.
-    WHEN(light.limb_u.g + light.limb_v.g > 0.0 && image.trace > 0.02 * image.u)
+    if (light.limb_u.g + light.limb_v.g > 0.0 && image.trace > 0.02 * image.u)
         result *= limb_seen(image, alpha, light.limb_u, light.limb_v);
     return result;
 }

@@ -48,13 +48,12 @@ vec4 earth_light(Surface s, Albedo albedo) {
     mat3 to_sky = mat3(sky_from_camera);
     vec2 place = octahedral_place(to_sky * s.n, float(textureSize(sky_irradiance, 0).x));
     vec4 light = s.earth_share * albedo.diffuse / PI * textureLod(sky_irradiance, place, 0.0);
-    // The base's lobe and the coat's, in a loop: a CPU renderer skips what no sample needs of a
-    // loop, but runs both sides of every branch.
-    int lobes = s.coat > 0.0 ? 2 : s.lambertian ? 0 : 1;
-    for (int k = 0; k < lobes; ++k) {
-        float alpha = k == 0 ? s.alpha : s.coat_alpha;
-        vec4 share = k == 0 ? s.sky_share * albedo.glossy : vec4(s.coat_sky_share * albedo.coat);
-        light += share * glossy_sky(to_sky * lobe_axis(s, alpha), alpha);
+    if (!s.lambertian)
+        light += s.sky_share * albedo.glossy * glossy_sky(to_sky * lobe_axis(s, s.alpha), s.alpha);
+    // Points without a coat are mostly drawn with a shader that has none.
+    if (s.coat > 0.0) {
+        vec3 axis = to_sky * lobe_axis(s, s.coat_alpha);
+        light += s.coat_sky_share * albedo.coat * glossy_sky(axis, s.coat_alpha);
     }
     return light;
 }

@@ -111,7 +111,7 @@ Pattern pattern_of(inout Surface s, uint material) {
     p.box = abs(s.pattern_from_camera * p.dx) + abs(s.pattern_from_camera * p.dy);
     p.facet = layers.z;
     p.facets = Crinkle(vec2(0.0), 0.0);
-    WHEN(p.facet > 0.0) {
+    if (p.facet > 0.0) {
         float footprint = sqrt(max(dot(p.dx, p.dx), dot(p.dy, p.dy)));
         p.facets = crinkle_of(footprint, p.facet, layers.w);
         s.alpha = sqrt(widened(s.alpha * s.alpha, p.facets.hidden));
@@ -128,9 +128,9 @@ Surface sample_surface(Surface s, uint material, Pattern p, vec2 offset) {
     vec3 step = offset.x * p.dx + offset.y * p.dy;
     s.place += step;
     s.pattern += s.pattern_from_camera * step;
-    WHEN(p.cells) lay_cells(s, material, p.box);
-    WHEN(p.facetted) crumple(s, p.facet, p.facets);
-    WHEN(p.conserving) s.gain = scattered_again(normal_reflectance(s), viewer_cosine(s), s.alpha);
+    if (p.cells) lay_cells(s, material, p.box);
+    if (p.facetted) crumple(s, p.facet, p.facets);
+    if (p.conserving) s.gain = scattered_again(normal_reflectance(s), viewer_cosine(s), s.alpha);
     return s;
 }
 #endif

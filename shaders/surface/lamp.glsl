@@ -112,14 +112,14 @@ vec2 aperture_reach(Lamp lamp) {
 float casters_above(Lamp lamp, LampReceiver r, float widest) {
     float high = lamp.hard_near - r.near;
     ivec2 cell = clamp(ivec2(r.place + 0.5), ivec2(0), ivec2(lamp_map_size - 1)) >> 3;
-    int level = CASTER_LEVELS;
-    for (int i = 0; i < 3; ++i) {
-        int finer = caster_level(max(high, 0.0) * widest + 2.0);
-        if (finer >= level) break;
+    int level, finer = caster_level(max(high, 0.0) * widest + 2.0), turn = 0;
+    if (finer >= CASTER_LEVELS) return high;
+    do {
         level = finer;
         ivec2 at = cell + ivec2(lamp.first_bounds + level * (lamp_map_size >> 3), 0);
         high = min(high, texelFetch(lamp_bounds, at, 0).g - r.near);
-    }
+        finer = caster_level(max(high, 0.0) * widest + 2.0);
+    } while (++turn < 3 && finer < level);
     return high;
 }
 
@@ -181,16 +181,18 @@ float lit_by_aperture(Lamp lamp, LampReceiver r, float high) {
         direction = GOLDEN_TURN * direction;
         bool shaded = ((blocked >> uint(k)) & 1u) == 1u, lowest = false;
         float height = top;
-        for (int look = 0; look < 3 && !shaded; ++look) {
+        int look = 0;
+        bool decided = shaded;
+        do {
             // Near contact the disc shrinks below a texel; then the texel's own width smooths.
             float wider = sqrt(1.0 + 0.6 / max(height * height * widest * widest, 1e-6));
             LampSlab slab = lamp_slab(lamp, r, height * wider * ray);
             float meets = clamp(height, slab.low, slab.high);
-            shaded = slab.casts && abs(meets - height) <= 0.05 * height;
-            if (lowest && !slab.casts) break;
+            shaded = decided || slab.casts && abs(meets - height) <= 0.05 * height;
+            decided = shaded || lowest && !slab.casts;
             lowest = lowest || !slab.casts;
             height = slab.casts ? meets : bottom;
-        }
+        } while (++look < 3 && !decided);
         lit += shaded ? 0.0 : 1.0;
     }
     return lit / float(LAMP_TAPS);
@@ -206,7 +208,7 @@ float lamp_lit(Surface s, Lamp lamp, vec3 v) {
     // Where the aperture spans less than a texel, only the texels smooth the edge.
     bool soft = high > r.slack && high * widest >= 1.0;
     float lit = lit_by_point(lamp, r, soft ? lamp.hard_near : 0.0);
-    WHEN(soft && lit > 0.0) lit *= lit_by_aperture(lamp, r, high);
+    if (soft && lit > 0.0) lit *= lit_by_aperture(lamp, r, high);
     return lit;
 }
 
@@ -230,11 +232,12 @@ LampLight light_of(Surface s, Lamp lamp) {
 // Share of each lamp's light that reaches a surface past all casters.
 vec4 lamps_lit(Surface s) {
     vec4 lit = vec4(1.0);
-    for (int i = 0; i < lamp_count; ++i) {
+    int i = 0;
+    do {
         Lamp lamp = lamp_at(i);
         LampLight light = light_of(s, lamp);
-        WHEN(light.beam > 0.0) lit[i] = lamp_lit(s, lamp, s.place - lamp.place);
-    }
+        if (light.beam > 0.0) lit[i] = lamp_lit(s, lamp, s.place - lamp.place);
+    } while (++i < lamp_count);
     return lit;
 }
 
@@ -243,15 +246,16 @@ vec4 lamps_lit(Surface s) {
 // lit : share of each lamp's light that reaches it
 vec4 lamp_light(Surface s, vec4 lit) {
     vec4 radiance = vec4(0.0);
-    for (int i = 0; i < lamp_count; ++i) {
+    int i = 0;
+    do {
         Lamp lamp = lamp_at(i);
         LampLight light = light_of(s, lamp);
         vec3 wi = light.disc.wi;
         float facing = disc_cosine(dot(s.n, wi), light.disc.radius) * past_relief(s, wi);
         // With its centre below the surface's own horizon the disc is cut already.
         float reached = light.beam * facing * (dot(s.n, wi) > 0.0 ? lit[i] : 1.0);
-        WHEN(reached > 0.0)
+        if (reached > 0.0)
             radiance += reflection(s, light.disc) * lamp.intensity * (reached / (light.r * light.r));
-    }
+    } while (++i < lamp_count);
     return radiance;
 }

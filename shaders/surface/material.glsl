@@ -1,6 +1,5 @@
 #include "block/spacecraft"
 #include "block/materials"
-#include "common/when.glsl"
 #include "surface/albedo.glsl"
 #include "surface/brdf.glsl"
 #include "surface/cells.glsl"
@@ -95,7 +94,7 @@ vec4 reflection(Surface s, Disc light) {
     vec4 f = s.reflectance / PI;
     if (!s.lambertian)
         f = brdf(s.reflectance, s.metallic, s.alpha, s.gain, s.n, light, s.wo);
-    WHEN(s.coat > 0.0) {
+    if (s.coat > 0.0) {
         f *= coat_transmission(s, dot(s.n, light.wi)) * coat_transmission(s, viewer_cosine(s));
         f += s.coat * coat_brdf(COAT_F0, s.coat_alpha, s.n, light, s.wo);
     }
@@ -131,7 +130,7 @@ vec4 glossy_albedo(Surface s) {
 // Directional albedo of the clear coat's lobe, of width s.coat_alpha; grey.
 float coat_albedo(Surface s) {
     float share = 0.0;
-    WHEN(s.coat > 0.0)
+    if (s.coat > 0.0)
         share = s.coat * lobe_albedo(vec4(COAT_F0), viewer_cosine(s), s.coat_alpha).r;
     return share;
 }

@@ -14,7 +14,7 @@ const int SEEN_COLUMNS = 1023;   // of simgl/passes/glossy.py: a point's texels 
 Surface with_seen_lobes(Surface s, ivec2 at) {
     uint page = texelFetch(seen_pages, entry_of_point(at), 0).r;
     bool listed = (page >> uint(2 * (at.y & 1) + (at.x & 1)) & 1u) == 1u;
-    WHEN(listed) {
+    if (listed) {
         int texel = 3 * listed_index(page, at);
         ivec2 place = ivec2(texel % SEEN_COLUMNS, texel / SEEN_COLUMNS);
         vec2 past = texelFetch(seen_lobes, place + ivec2(2, 0), 0).xy;

@@ -10,7 +10,6 @@
 // The map is drawn along a direction near the Sun's, so that it serves many frames: the lines to the
 // Sun lean against it.
 
-#include "common/when.glsl"
 #include "surface/caster_bounds.glsl"
 
 // Besides the directions that stand for the disc, so many near its middle look for casters.
@@ -135,11 +134,9 @@ Around casters_around(sampler2D tops, SunMap map, Receiver r, float reach, float
     float above = map.top - r.here.z + lower, high = above, low = 0.0;
     float slack = r.slack + 2.0 * spread * r.tilt;
     float radius = 0.0;
-    int level = CONE + 1;
-    for (int i = 0; i < 4; ++i) {
-        float less = high * (reach + half_lean) + 1.0 + spread;
-        int finer = caster_level(less);
-        if (finer >= level || high <= slack) break;
+    float less = high * (reach + half_lean) + 1.0 + spread;
+    int level, finer = caster_level(less), turn = 0;
+    do {
         level = finer;
         radius = less;
         // The cone's bounds hold for the receiver's own place.
@@ -147,7 +144,9 @@ Around casters_around(sampler2D tops, SunMap map, Receiver r, float reach, float
         vec2 bounds = depths_around(tops, map, place, level);
         high = min(high, above - map.depth * bounds.x);
         low = above - 2.0 * lower - map.depth * bounds.y;
-    }
+        less = high * (reach + half_lean) + 1.0 + spread;
+        finer = caster_level(less);
+    } while (++turn < 4 && finer < level && high > slack);
     // Where casters of much the same height stand over all of the neighbourhood, all is dark. They
     // stand over the receiver's own plane where they are higher than it is anywhere there.
     float window = 1.5 * radius + 16.0 + half_lean * above;
@@ -234,7 +233,7 @@ bool meets_caster(sampler2D depths, sampler2D behind, SunMap map, Receiver r, Sl
         vec2 offset = height * (map.lean + wider * ray);
         Slab slab = slab_near(depths, map, r, overhead, offset);
         bool over = slab.casts && slab.low > 1.05 * height;
-        WHEN(over) {
+        if (over) {
             Slab next = slab_behind(behind, map, r, offset);
             if (next.casts) slab = next;
         }
@@ -288,7 +287,7 @@ vec2 lean_past(sampler2D depths, SunMap map, Receiver r, float highest) {
     vec4 plane;
     vec2 offset = 0.5 * highest * map.lean;
     bool leans = length(offset) > 0.05;
-    WHEN(leans) {
+    if (leans) {
         vec4 foot = heights_at(depths, map, r, nearest_texels(map, r, vec2(0.0)), plane, at_foot);
         vec4 top = heights_at(depths, map, r, nearest_texels(map, r, 2.0 * offset), plane, at_top);
         vec4 high = max(mix(vec4(0.0), foot, at_foot), mix(vec4(0.0), top, at_top));
@@ -312,7 +311,7 @@ float lit_by_neighbours(sampler2D depths, SunMap map, Receiver r, vec2 offset) {
     vec4 lit = vec4(not(casting));
     vec2 weight = clamp(r.here.xy + offset - vec2(first) - 0.5, 0.0, 1.0);
     float all = 1.0;
-    WHEN(!SOLID) {
+    if (!SOLID) {
         vec2 corner = vec2(first) + 0.5 - r.here.xy;
         vec4 known = vec4(1.0);
         for (int k = 0; k < 4; ++k) {
@@ -361,7 +360,7 @@ vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, Samples samples, 
     float deepest = high, near = 1.0 - 0.4 * turn.y;
     bool sheets = !SOLID;
     Slab overhead = NO_SLAB;
-    WHEN(sheets) overhead = overhead_slab(depths, map, samples.of_group);
+    if (sheets) overhead = overhead_slab(depths, map, samples.of_group);
     Casters casters = Casters(0.0, high);
     uvec4 blocked = uvec4(0u);   // a bit for each direction
     uint left = samples.group;
@@ -400,7 +399,7 @@ vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, Samples samples, 
         uvec4 words = blocked * uvec4(equal(ivec4(k >> 5), ivec4(0, 1, 2, 3)));
         bool shaded = (((words.x | words.y | words.z | words.w) >> uint(k & 31)) & 1u) == 1u;
         bool open = !shaded && !settled;
-        WHEN(open) shaded = meets_caster(depths, behind, map, r, overhead, ray, reach, casters);
+        if (open) shaded = meets_caster(depths, behind, map, r, overhead, ray, reach, casters);
         all += light;
         lit += shaded ? vec3(0.0) : light;
     }

@@ -13,7 +13,7 @@ uniform usampler2D searched_pages;
 // The share at a shading point.
 vec4 sunlight_at(ivec2 at) {
     vec4 lit = texelFetch(sunlight, at, 0);
-    WHEN(lit.x < 0.0) {
+    if (lit.x < 0.0) {
         uint page = texelFetch(searched_pages, entry_of_point(at), 0).r;
         int index = listed_index(page, at);
         int square = index >> 4;
@@ -33,7 +33,7 @@ vec4 sun_light(Surface s, vec4 lit) {
     // no map along the centre's rays can tell more. At most 0.1 % of the full sunlight is left there.
     if (dot(s.n, wi) <= 0.0) lit = vec4(1.0);
     vec4 irradiance = sun_irradiance * facing * lit, light = vec4(0.0);
-    WHEN(any(greaterThan(irradiance, vec4(0.0)))) {
+    if (any(greaterThan(irradiance, vec4(0.0)))) {
         Disc disc = Disc(wi, sun_angular_radius, sun_limb_u, sun_limb_v);
         light = reflection(s, disc) * irradiance;
     }

@@ -96,27 +96,26 @@ void main() {
     bool away = dot(n, wi) <= 0.0;
     // All samples of a group see one plane.
     Receiver of_group = receiver_at(atlas.map, here, plane);
-    ivec2 cell;
-    uint group = group_of(at, cell);
+    uint group = group_of(at);
     // So far the cell's samples lie from its middle [texels of the map].
     vec2 spread = cell_reach * (abs(steps[0].xy) + abs(steps[1].xy));
     Around around = casters_around(sun_tops, atlas.map, of_group, atlas.reach, max(spread.x, spread.y));
 #ifdef SEARCH
     Samples samples = Samples(of_group, steps, point_of(group), group, int(samples_of(group)));
     lit_fraction = disc_past(sun_depths, sun_behind, atlas.map, samples, around, atlas.reach,
-                             sun_limb_u, sun_limb_v, evenly_spread(vec2(cell)));
+                             sun_limb_u, sun_limb_v, evenly_spread(vec2(cell_of_point(at))));
 #else
     lit_fraction = vec4(around.dark || away ? 0.0 : 1.0);
-    WHEN(around.near && !away) {
+    if (around.near && !away) {
         uint left = group;
         vec2 middle = point_of(group);
         vec2 offset = lean_past(sun_depths, atlas.map, of_group, around.high);
         float lit = 0.0;
-        while (left != 0u) {
+        do {
             Receiver receiver = of_group;
             receiver.here += steps * (vec2(next_texel(left)) + 0.5 - middle);
             lit += lit_by_neighbours(sun_depths, atlas.map, receiver, offset);
-        }
+        } while (left != 0u);
         lit_fraction = vec4(lit / float(samples_of(group)));
     }
     if (around.search && !away) lit_fraction = vec4(-1.0);

@@ -58,15 +58,14 @@ void main() {
 #ifdef LAYERED
     // Patterns are finer than a cell: the mean over its samples. What has none is shaded once.
     uint material = material_of(texelFetch(gbuffer_position, at, 0).w);
-    ivec2 cell;
-    uint group = group_of(at, cell);
+    uint group = group_of(at);
     vec2 middle = point_of(group);
     bool patterned = is_patterned(material);
     uint left = patterned ? group : lowest_of(group);
     float share = 1.0 / float(samples_of(left));
     Pattern pattern = pattern_of(s, material);
     Lights light = Lights(vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0));
-    while (left != 0u) {
+    do {
         vec2 offset = vec2(next_texel(left)) + 0.5 - middle;
         if (!patterned) offset = vec2(0.0);
         Lights one = lights_of(sample_surface(s, material, pattern, offset), sunlit, lit);
@@ -74,7 +73,7 @@ void main() {
         light.earth += share * one.earth;
         light.other_surfaces += share * one.other_surfaces;
         light.lamps += share * one.lamps;
-    }
+    } while (left != 0u);
 #else
     Lights light = lights_of(s, sunlit, lit);
 #endif

@@ -18,9 +18,10 @@ from simgl.passes.mesh_store import MeshStore
 from simgl.passes.shading_points import (
     CELL_GROUPS,
     COLUMNS,
-    GROUPS,
     MARKED,
     OTHERS,
+    PAGE_ENTRIES,
+    POINT_GROUPS,
     ShadingPoints,
     blocks_of,
     draw_marked,
@@ -45,7 +46,7 @@ EMPTY = -1.0
 _PLAIN, _DETAILED = 4, 7
 
 _VISIBILITY_UNIT, _CORNERS_UNIT, _VERTICES_UNIT, _LIGHT_UNIT = range(4)
-_POINTS = {"visibility": _VISIBILITY_UNIT} | GROUPS
+_POINTS = {"visibility": _VISIBILITY_UNIT} | POINT_GROUPS | PAGE_ENTRIES
 
 
 class GBufferPass:
@@ -62,8 +63,10 @@ class GBufferPass:
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
         self._ctx, self._meshes = ctx, meshes
         self._grouping: dict[int, Screen] = {}
-        second = {"second_groups": GROUPS["second_groups"]}
+        second = {"second_groups": CELL_GROUPS["second_groups"]}
         self._counting = Screen(ctx, "gbuffer/pages", 0.0, [TILE], second)
+        paged = CELL_GROUPS | PAGE_ENTRIES
+        self._paging = Screen(ctx, "gbuffer/point_groups", 0.0, [TILE], paged)
         self._unmarked = Screen(ctx, "gbuffer/unmarked", OTHERS, [], {})
         self._marks: dict[tuple[str, ...], Screen] = {}
         self._lookups: dict[tuple[str, ...], Screen] = {}
@@ -71,6 +74,7 @@ class GBufferPass:
         self._spacecraft = UniformBuffer(ctx, SPACECRAFT)
         self._groups = GrowingTarget(ctx, [range(len(CELL_GROUPS))], Format("u4", 4))
         self._counts = GrowingTarget(ctx, [[0]], Format("u1"))
+        self._point_groups = GrowingTarget(ctx, [[0]], Format("u4"))
         self._page_entries = GrowingTarget(ctx, [[0]], Format("u4"))
         self._block_pages = GrowingTarget(ctx, [[0]], Format("u4"))
         self._targets = {n: GrowingTarget(ctx, [range(n)]) for n in (_PLAIN, _DETAILED)}
@@ -91,6 +95,8 @@ class GBufferPass:
         self.colour_only.apply(self._ctx, groups, (0, 0, *cells), (0, 0, *cells))
         self._grouping_for(tile.cells.texels).draw()
         entries, first = page_table(self._page_counts(textures_of(groups)[1], blocks))
+        page_entries = self._page_entries.written(entries)
+        point_groups = self._groups_of_points(textures_of(groups), page_entries, len(entries))
         detailed = any("DETAILED" in drawn.view.model.variant for drawn in spacecraft)
         size = COLUMNS, 4 * len(entries)
         (target,) = self._targets[_DETAILED if detailed else _PLAIN].covering(size)
@@ -104,8 +110,9 @@ class GBufferPass:
             cells=cells,
             visibility=visibility,
             groups=textures_of(groups),
+            point_groups=point_groups,
             entries=entries,
-            page_entries=self._page_entries.written(entries),
+            page_entries=page_entries,
             block_pages=self._block_pages.written(first),
             textures=textures_of(target),
             framebuffer=target,
@@ -115,12 +122,25 @@ class GBufferPass:
     def _page_counts(self, second_groups: moderngl.Texture, blocks: tuple[int, int]) -> AnyArray:
         """(rows, columns) uint8, of each block of cells."""
         (counts,) = self._counts.covering(blocks)
-        second_groups.use(GROUPS["second_groups"])
+        second_groups.use(CELL_GROUPS["second_groups"])
         area = (0, 0, *blocks)
         self.colour_only.apply(self._ctx, counts, area, area)
         self._counting.draw()
         data = counts.read(viewport=area, components=1, alignment=1, dtype="u1")
         return np.frombuffer(data, dtype=np.uint8).reshape(blocks[::-1])
+
+    def _groups_of_points(
+        self, groups: Sequence[moderngl.Texture], page_entries: moderngl.Texture, rows: int
+    ) -> moderngl.Texture:
+        """R32UI, of so many rows of squares: all passes over the points read one texel of it."""
+        area = (0, 0, COLUMNS, 4 * rows)
+        (target,) = self._point_groups.covering(area[2:])
+        for unit, texture in zip(CELL_GROUPS.values(), groups, strict=True):
+            texture.use(unit)
+        page_entries.use(PAGE_ENTRIES["page_entries"])
+        self.colour_only.apply(self._ctx, target, area, area)
+        self._paging.draw()
+        return textures_of(target)[0]
 
     def look_up(self, tile: RasterTile, points: ShadingPoints, drawn: DrawnSpacecraft) -> None:
         """Fill the points that see one spacecraft."""
@@ -215,12 +235,18 @@ class GBufferPass:
 
     def release(self) -> None:
         """Free everything."""
-        growing = (self._groups, self._counts, self._page_entries, self._block_pages)
+        growing = (
+            self._groups,
+            self._counts,
+            self._point_groups,
+            self._page_entries,
+            self._block_pages,
+        )
         for target in (*growing, *self._targets.values()):
             target.release()
         for buffer in (self._tile, self._spacecraft):
             buffer.release()
-        for grouping in (self._counting, self._unmarked, *self._grouping.values()):
+        for grouping in (self._counting, self._paging, self._unmarked, *self._grouping.values()):
             grouping.release()
         for shader in (*self._marks.values(), *self._lookups.values()):
             shader.release()

@@ -23,7 +23,8 @@ from simgl.passes.shading_points import (
     COLUMNS,
     ENTRIES,
     GBUFFER,
-    GROUPS,
+    PAGE_ENTRIES,
+    POINT_GROUPS,
     UNLISTED,
     ShadingPoints,
     gbuffer_units,
@@ -119,7 +120,7 @@ class GlossyPass:
                 listed |= detail
             if "INTERREFLECTION" in variant:
                 masked |= gbuffer_units("face_normal", "indirect")
-            masked |= GROUPS | {"visibility": _VISIBILITY_UNIT}
+            masked |= POINT_GROUPS | PAGE_ENTRIES | {"visibility": _VISIBILITY_UNIT}
             listed |= {"listed_points": _POINTS_UNIT}
             blocks = [SPACECRAFT, MATERIALS]
             self._screens[variant] = (

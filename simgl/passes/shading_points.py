@@ -24,9 +24,9 @@ _PRESENT, _LAYER_BIT, _ROW_BIT = 1 << 31, 26, 13
 UNLISTED = 0xFFFFFFFF
 # They fill squares of so many texels one after the other, so that neighbours stay together.
 _EDGE = 4
-# Texture units of the groups, and of what tells a point's group.
+# Texture units of the groups of cells, and of what tells a point's group, and its cell.
 CELL_GROUPS = {"cell_groups": 16, "second_groups": 17, "third_groups": 18, "fourth_groups": 19}
-GROUPS = CELL_GROUPS | {"page_entries": 20}
+POINT_GROUPS, PAGE_ENTRIES = {"point_groups": 16}, {"page_entries": 20}
 # Channels of the G-buffer, in the order of the targets of shaders/gbuffer/gbuffer.frag.
 GBUFFER = ("position", "normal_roughness", "face_normal", "indirect")
 
@@ -102,6 +102,7 @@ class ShadingPoints:
     cells : columns and rows
     visibility : of the visibility pass
     groups : in the order of ``CELL_GROUPS``, RGBA32UI: of each cell the samples of its groups
+    point_groups : R32UI, of each point the samples of its group, 0 where there is none
     entries : (rows of squares, ENTRIES) of ``page_table``
     page_entries, block_pages : R32UI, the same, and the first page of each block
     textures : in the order of the targets of shaders/gbuffer/gbuffer.frag, RGBA32F
@@ -112,6 +113,7 @@ class ShadingPoints:
     cells: tuple[int, int]
     visibility: moderngl.Texture
     groups: tuple[moderngl.Texture, ...]
+    point_groups: moderngl.Texture
     entries: AnyArray
     page_entries: moderngl.Texture
     block_pages: moderngl.Texture
@@ -140,8 +142,8 @@ class ShadingPoints:
 
     def bind(self) -> None:
         """Bind what every shader of points reads."""
-        for unit, texture in zip(GROUPS.values(), (*self.groups, self.page_entries), strict=True):
-            texture.use(unit)
+        self.point_groups.use(POINT_GROUPS["point_groups"])
+        self.page_entries.use(PAGE_ENTRIES["page_entries"])
 
 
 def blocks_of(cells: tuple[int, int]) -> tuple[int, int]:

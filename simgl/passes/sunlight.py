@@ -15,8 +15,9 @@ from simgl.passes.drawn_spacecraft import DrawnSpacecraft
 from simgl.passes.shading_points import (
     COLUMNS,
     ENTRIES,
-    GROUPS,
     OTHERS,
+    PAGE_ENTRIES,
+    POINT_GROUPS,
     ShadingPoints,
     draw_marked,
     gbuffer_units,
@@ -53,8 +54,8 @@ class SunlightPass:
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        known = _GBUFFER_UNITS | GROUPS | _SHADOW_UNITS
-        searched = known | {"searched_points": _POINTS_UNIT}
+        known = _GBUFFER_UNITS | POINT_GROUPS | _SHADOW_UNITS
+        searched = known | PAGE_ENTRIES | {"searched_points": _POINTS_UNIT}
         del known["sun_behind"]
         self._samplers = known, searched
         # By how a spacecraft moves, and by whether open sheets shade it.

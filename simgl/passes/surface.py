@@ -16,7 +16,7 @@ from simgl.passes.mesh_store import MeshStore
 from simgl.passes.shading_points import (
     BY_MATERIAL,
     GBUFFER,
-    GROUPS,
+    POINT_GROUPS,
     ShadingPoints,
     draw_by_material,
     gbuffer_units,
@@ -53,7 +53,7 @@ _SEEN_UNITS = {"seen_lobes": 22, "seen_pages": 23}
 _MORE_UNITS = {
     "SKY": gbuffer_units("face_normal") | _SKY_UNITS | _LOBES,
     "INTERREFLECTION": gbuffer_units("indirect") | _LOBES,
-    "LAYERED": gbuffer_units("face_normal") | GROUPS | _LOBES,
+    "LAYERED": gbuffer_units("face_normal") | POINT_GROUPS | _LOBES,
     "LAMPS": gbuffer_units("face_normal") | _LAMP_UNITS,
     "GLOSSY": _SEEN_UNITS | _LOBES,
     "DETAILED": {name: unit for unit, name in enumerate(_TEXTURED, len(GBUFFER))},
