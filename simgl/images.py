@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -21,7 +21,7 @@ from simgl.errors import ConfigError
 from simgl.html_table import html_image, html_table
 from simgl.physics.constants import SOLAR_CONSTANT, SOLAR_TEMPERATURE
 from simgl.physics.ephemeris import utc_from_tai_ns
-from simgl.physics.spectrum import BANDS, black_body_light
+from simgl.physics.spectrum import BANDS, Bands, black_body_light
 
 if TYPE_CHECKING:
     from xarray import DataArray
@@ -31,9 +31,28 @@ WHITE_RADIANCE = np.array([154.4, 174.8, 171.9], dtype=np.float32) / np.float32(
 
 # Linear sRGB of the bands R G B over those of the white: exact for sunlight and for sunlight that
 # molecules scattered, and for other spectra least squares (CIE 1931 observer, adapted to the Sun).
-SRGB_FROM_BANDS = np.array(
+SRGB_FROM_RGBN = np.array(
     [[0.816, 0.253, -0.069], [-0.109, 1.166, -0.057], [-0.042, -0.011, 1.053]], dtype=np.float32
 )
+
+
+def shown_channels(bands: Bands) -> list[int]:
+    """The channels shown as red, green and blue: the first three; the last one fills up fewer."""
+    return [min(channel, len(bands.edges) - 1) for channel in range(3)]
+
+
+def white_radiance(bands: Bands) -> Array32:
+    """(3,) radiance of ``shown_channels`` that is displayed as white [W m-2 sr-1]."""
+    if bands == BANDS:
+        return WHITE_RADIANCE
+    sunlight = black_body_light(1367.0, 5777.0, bands).irradiance / np.pi
+    return sunlight[shown_channels(bands)].astype(np.float32)
+
+
+def srgb_from_bands(bands: Bands) -> Array32:
+    """(3, 3) linear sRGB of ``shown_channels`` over those of the white."""
+    return SRGB_FROM_RGBN if bands == BANDS else np.eye(3, dtype=np.float32)
+
 
 # Reference of the white balance, R G B N.
 _WHITE_PHOTONS = black_body_light(SOLAR_CONSTANT, SOLAR_TEMPERATURE).photon_irradiance
@@ -68,6 +87,11 @@ class FrameInfo:
     draw: int = 0
     interreflection: Literal["off", "quick", "exact"] = "exact"
 
+    @property
+    def bands(self) -> Bands:
+        """Of the channels of its frames; further ones hold zeros."""
+        return self.camera.detector.bands
+
     def __post_init__(self) -> None:
         if not 0 <= self.draw <= LARGEST_DRAW:
             raise ValueError(f"draw must lie in 0..{LARGEST_DRAW}, got {self.draw}")
@@ -75,7 +99,7 @@ class FrameInfo:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RadianceFrame:
-    """radiance : (height, width, 4) float32, bands R, G, B, N [W m-2 sr-1]."""
+    """radiance : (height, width, 4) float32, channels of ``FrameInfo.bands`` [W m-2 sr-1]."""
 
     info: FrameInfo
     radiance: Array32
@@ -94,14 +118,15 @@ class RadianceFrame:
                 "to_xarray", "", 'needs xarray: pip install "simgl[xarray]"'
             ) from None
         height, width = self.radiance.shape[:2]
-        low, high = 1e9 * np.array(BANDS.edges).T
+        bands = self.info.bands
+        low, high = 1e9 * np.array(bands.edges).T
         return DataArray(
-            self.radiance,
+            self.radiance[..., : len(bands.edges)],
             dims=("row", "column", "band"),
             coords={
                 "row": ("row", np.arange(height) + 0.5, {"units": "px"}),
                 "column": ("column", np.arange(width) + 0.5, {"units": "px"}),
-                "band": list(BANDS.names),
+                "band": list(bands.names),
                 "band_from": ("band", low, {"units": "nm"}),
                 "band_to": ("band", high, {"units": "nm"}),
             },
@@ -117,16 +142,16 @@ class RadianceFrame:
         )
 
     def _repr_png_(self) -> bytes:
-        return png_bytes(display_from_radiance(self.radiance))
+        return png_bytes(display_from_radiance(self.radiance, bands=self.info.bands))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LayersFrame:
     """A radiance frame in parts that sum to it.
 
-    layers : (height, width, 4) float32 each, bands R, G, B, N [W m-2 sr-1]: directly reflected
-        light of "sun", "earth" and "lamp"; "inter_reflected" light; "emitted" light; and the
-        "background" of Earth, sky and the Sun's disc
+    layers : (height, width, 4) float32 each, channels as of radiance [W m-2 sr-1]: directly
+        reflected light of "sun", "earth" and "lamp"; "inter_reflected" light; "emitted" light; and
+        the "background" of Earth, sky and the Sun's disc
     """
 
     info: FrameInfo
@@ -145,7 +170,7 @@ class LayersFrame:
 class IrradianceFrame:
     """Irradiance of the image plane.
 
-    irradiance : (height, width, 4) float32, bands R, G, B, N [W m-2]
+    irradiance : (height, width, 4) float32, channels as of radiance [W m-2]
     photons_per_joule : (4,) of the Sun's spectrum in each band [J-1]
     """
 
@@ -161,8 +186,8 @@ class IrradianceFrame:
         return self.irradiance @ (self.photons_per_joule * area_time)
 
     def _repr_png_(self) -> bytes:
-        scale = irradiance_per_radiance(self.info.camera)
-        return png_bytes(display_from_radiance((self.irradiance / scale).astype(np.float32)))
+        radiance = self.irradiance / np.float32(irradiance_per_radiance(self.info.camera))
+        return png_bytes(display_from_radiance(radiance, bands=self.info.bands))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -288,27 +313,32 @@ def display_from_linear(linear: Array32) -> Image8:
 def display_from_dn(dn: Image16, camera: Camera, gain: float = 1.0) -> Image8:
     """(height, width, 3) sRGB image of digital numbers, pedestal black, full scale white.
 
-    Grey for a monochrome detector; for a colour one, white surfaces in sunlight are neutral.
+    Grey for a monochrome detector, and for bands other than R, G, B, N; for a colour one, white
+    surfaces in sunlight are neutral.
 
     gain : factor of the brightness
     """
-    return srgb_from_linear(develop(dn, camera.detector, _WHITE_PHOTONS, gain))
+    detector = camera.detector
+    if detector.bands != BANDS:
+        detector = replace(detector, mosaic=None)
+    return srgb_from_linear(develop(dn, detector, _WHITE_PHOTONS, gain))
 
 
-def display_from_radiance(radiance: Array32, gain: float = 1.0) -> Image8:
-    """(height, width, 3) sRGB image of the bands R, G, B, in the colours that people see.
+def display_from_radiance(radiance: Array32, gain: float = 1.0, bands: Bands = BANDS) -> Image8:
+    """(height, width, 3) sRGB image of the bands R, G, B in the colours that people see,
+    or of the first three bands; grey for one.
 
     White is a white surface that faces the Sun at 1 au, so that images are comparable.
 
     gain : factor of the brightness
     """
-    bands = radiance[..., :3] * (np.float32(gain) / WHITE_RADIANCE)
-    return srgb_from_linear(bands @ SRGB_FROM_BANDS.T)
+    shown = radiance[..., shown_channels(bands)] * (np.float32(gain) / white_radiance(bands))
+    return srgb_from_linear(shown @ srgb_from_bands(bands).T)
 
 
-def display_gain(radiance: Array32) -> float:
+def display_gain(radiance: Array32, bands: Bands = BANDS) -> float:
     """Largest power of two that saturates at most 1 % of the lit pixels; 1 for a black image."""
-    brightest = (radiance[..., :3] / WHITE_RADIANCE).max(axis=-1)
+    brightest = (radiance[..., shown_channels(bands)] / white_radiance(bands)).max(axis=-1)
     lit = brightest[brightest > 0.0]
     return 2.0 ** -math.ceil(math.log2(float(np.percentile(lit, 99.0)))) if lit.size else 1.0
 
@@ -318,11 +348,12 @@ def display_from_layers(frame: LayersFrame) -> Image8:
 
     Layers that are black at 1024 times the gain of the total are omitted.
     """
-    total_gain = display_gain(frame.total)
-    panels = {f"whole x {total_gain:g}": display_from_radiance(frame.total, total_gain)}
+    bands = frame.info.bands
+    total_gain = display_gain(frame.total, bands)
+    panels = {f"whole x {total_gain:g}": display_from_radiance(frame.total, total_gain, bands)}
     for name, radiance in frame.layers.items():
-        gain = min(display_gain(radiance), 1024.0 * total_gain)
-        image = display_from_radiance(radiance, gain)
+        gain = min(display_gain(radiance, bands), 1024.0 * total_gain)
+        image = display_from_radiance(radiance, gain, bands)
         if image.any():
             panels[f"{name} x {gain:g}"] = image
     return contact_sheet(panels, columns=3)
@@ -415,8 +446,10 @@ class Capture:
             dn = self.digital.dn
             rows.append(("DN", f"{dn.min()} to {dn.max()}, mean {dn.mean():.1f}"))
         if self.radiance is not None:
-            mean = ", ".join(f"{value:.4g}" for value in self.radiance.radiance.mean(axis=(0, 1)))
-            rows.append(("mean radiance R, G, B, N", f"{mean} W m-2 sr-1"))
+            names = info.bands.names
+            values = self.radiance.radiance[..., : len(names)].mean(axis=(0, 1))
+            mean = ", ".join(f"{value:.4g}" for value in values)
+            rows.append((f"mean radiance {', '.join(names)}", f"{mean} W m-2 sr-1"))
         title = f"Capture of {info.scenario}"
         return html_table(title, (), rows) + html_image(self._repr_png_(), title)
 

@@ -22,6 +22,7 @@ from simgl.figure_style import DN_MAP, LIGHT_MAP, VALUE_MAP, figure_style
 from simgl.images import ElectronFrame, FrameInfo
 from simgl.output import complete_file
 from simgl.physics.ephemeris import utc_from_tai_ns
+from simgl.physics.spectrum import BANDS
 from simgl.simulator import Capture
 
 if TYPE_CHECKING:
@@ -36,8 +37,10 @@ def write_maps(capture: Capture, folder: Path, name: str) -> list[Path]:
     """
     maps: list[tuple[str, Callable[[], Figure]]] = []
     if (radiance := capture.radiance) is not None:
+        maps.append(("radiance", lambda: _radiance(radiance.info, radiance.radiance)))
+    # The study's displays weight R, G and B.
+    if radiance is not None and radiance.info.bands == BANDS:
         maps += [
-            ("radiance", lambda: _radiance(radiance.info, radiance.radiance)),
             ("flux", lambda: _flux(radiance.info, radiance.radiance)),
             ("false_colour", lambda: _false_colours(radiance.info, radiance.radiance)),
         ]
@@ -124,9 +127,14 @@ def _positive(values: AnyArray) -> AnyArray:
     return np.maximum(values, np.finfo(np.float32).tiny)
 
 
+def _range_nm(info: FrameInfo) -> str:
+    edges = 1e9 * np.array(info.bands.edges)
+    return f"{edges.min():.10g}-{edges.max():.10g} nm"
+
+
 def _radiance(info: FrameInfo, radiance: AnyArray) -> Figure:
     total = radiance.sum(axis=-1, dtype=np.float64)
-    label = "radiance 400-1000 nm [W m$^{-2}$ sr$^{-1}$]"
+    label = f"radiance {_range_nm(info)} [W m$^{{-2}}$ sr$^{{-1}}$]"
     return _drawn(info, "Radiance", _positive(total), label, decades_norm(total), LIGHT_MAP)
 
 
@@ -139,7 +147,7 @@ def _flux(info: FrameInfo, radiance: AnyArray) -> Figure:
 
 
 def _photons(info: FrameInfo, photons: AnyArray) -> Figure:
-    label = "photons 400-1000 nm per pixel and exposure"
+    label = f"photons {_range_nm(info)} per pixel and exposure"
     return _drawn(info, "Photons", _positive(photons), label, decades_norm(photons), LIGHT_MAP)
 
 

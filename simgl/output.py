@@ -35,6 +35,7 @@ from simgl.images import (
 from simgl.interruption import unfinished_files
 from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.physics.frames import quaternion_from_matrix
+from simgl.physics.spectrum import BANDS
 from simgl.simulator import Capture
 
 
@@ -91,6 +92,7 @@ def _header(info: FrameInfo) -> dict[str, Any]:
 
     camera = info.camera
     k = camera.intrinsics
+    channels = "RGBN" if info.bands == BANDS else "Bands"
     return {
         "compression": OpenEXR.ZIP_COMPRESSION,
         "type": OpenEXR.scanlineimage,
@@ -98,8 +100,8 @@ def _header(info: FrameInfo) -> dict[str, Any]:
         "renderer": info.renderer,
         "scenario": info.scenario,
         "camera": camera.name,
-        "bandsNm": "R 600-700, G 500-600, B 400-500, N 700-1000",
-        "unitsRGBN": "W m-2 sr-1, integrated over the band",
+        "bandsNm": info.bands.edges_nm,
+        f"units{channels}": "W m-2 sr-1, integrated over the band",
         "unitsZ": "m along the boresight, 0 where no spacecraft is",
         "epochUtc": utc_from_tai_ns(info.epoch_tai_ns),
         "epochTaiNs": str(info.epoch_tai_ns),
@@ -111,7 +113,7 @@ def _header(info: FrameInfo) -> dict[str, Any]:
         "intrinsicsFxFyCxCyPx": _text((k[0, 0], k[1, 1], k[0, 2], k[1, 2])),
         "fNumber": _text(camera.lens.f_number),
         "sunDirectionIcrf": _text(info.sun_direction_icrf),
-        "sunIrradianceRGBNWM2": _text(info.sun_irradiance),
+        f"sunIrradiance{channels}WM2": _text(info.sun_irradiance[: len(info.bands.edges)]),
         "seed": str(info.seed),
         "interreflection": info.interreflection,
     }
@@ -123,12 +125,14 @@ def write_exr(
     truth: TruthFrame | None = None,
     normals: NormalsFrame | None = None,
 ) -> None:
-    """Float32 channels R G B N [W m-2 sr-1]; with truth also Z [m] and uint32 partId.
+    """Float32 channels R G B N, or those of the scenario's bands [W m-2 sr-1]; with truth also
+    Z [m] and uint32 partId.
 
     normals : also ``normal.X``, ``normal.Y``, ``normal.Z``, unit vectors in camera axes
     """
     channels: dict[str, Any] = {
-        name: np.ascontiguousarray(radiance.radiance[..., i]) for i, name in enumerate("RGBN")
+        name: np.ascontiguousarray(radiance.radiance[..., i])
+        for i, name in enumerate(radiance.info.bands.names)
     }
     header = _header(radiance.info)
     if truth is not None:
@@ -155,14 +159,16 @@ def write_channels(path: Path, header: dict[str, Any], channels: dict[str, Any])
 
 
 def write_layers_exr(path: Path, frame: LayersFrame) -> None:
-    """Float32 channels ``sun.R`` ... [W m-2 sr-1] of each layer; R G B N are their sum."""
+    """Float32 channels ``sun.R`` ... [W m-2 sr-1] of each layer; R G B N, or the scenario's bands,
+    are their sum."""
     prefixed = {"": frame.total} | {f"{name}.": layer for name, layer in frame.layers.items()}
     channels = {
         f"{prefix}{band}": np.ascontiguousarray(radiance[..., i])
         for prefix, radiance in prefixed.items()
-        for i, band in enumerate("RGBN")
+        for i, band in enumerate(frame.info.bands.names)
     }
-    layers = {"layers": f"R, G, B, N of {', '.join(frame.layers)} and their sum"}
+    names = ", ".join(frame.info.bands.names)
+    layers = {"layers": f"{names} of {', '.join(frame.layers)} and their sum"}
     write_channels(path, _header(frame.info) | layers, channels)
 
 
@@ -179,7 +185,7 @@ def write_mono12p(path: Path, frame: DigitalFrame) -> None:
 
 def write_view_png(path: Path, frame: RadianceFrame) -> None:
     """An sRGB preview of the radiance: a white surface that faces the Sun is white."""
-    write_png(path, display_from_radiance(frame.radiance))
+    write_png(path, display_from_radiance(frame.radiance, bands=frame.info.bands))
 
 
 def write_png(path: Path, pixels: Image8 | Image16) -> None:

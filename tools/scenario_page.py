@@ -42,6 +42,7 @@ then is said in its row or there. Bands are R, G, B, N.
 """
 TABLES: Mapping[str, type[Table]] = {
     "[epoch]": schema.EpochTable,
+    "[bands]": schema.BandsTable,
     "[sun]": schema.SunTable,
     "[earth]": schema.EarthTable,
     "[earth.clouds]": schema.CloudsTable,

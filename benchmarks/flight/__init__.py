@@ -1,1 +1,1 @@
-"""The Earth against what satellites and earthshine measured: ``python -m benchmarks.flight``."""
+"""Earth and Moon against flight data: ``python -m benchmarks.flight``."""

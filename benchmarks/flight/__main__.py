@@ -1,8 +1,9 @@
 """``python -m benchmarks.flight --truth DIR --out DIR``: flight.json and docs/flight_truth.md.
 
-Two to five minutes on two cores. The folder of the truth holds CERES's mean albedos of 2018,
+Two to six minutes on two cores. The folder of the truth holds CERES's mean albedos of 2018,
 ``ceres_2018_all_sky_1deg.csv`` and ``ceres_2018_clear_sky_1deg.csv``: (180, 360) from the south
-pole and 180 deg west on.
+pole and 180 deg west on; and images of the Moon, ``moon_msg3_seviri_2013-01-01T145644.nc`` and
+``moon_mtsat2_2013-07-25T035138.nc``.
 """
 
 from __future__ import annotations
@@ -12,19 +13,21 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any
 
+import moderngl
 import msgspec
 import numpy as np
 import typer
 
 from benchmarks.flight.distant_earth import BELTS, DATES, Reflected, apparent_albedo, reflected
+from benchmarks.flight.moon_images import correlation, disc_reflectance, measured, rendered
 from benchmarks.record import write_record
 from benchmarks.truth.page import Record, page
-from benchmarks.truth.rows import Row, Table, difference
+from benchmarks.truth.rows import Row, Table, difference, relative
 from simgl.arrays import Array
 from simgl.gpu.context import temporary_context
 from simgl.output import check_writable, complete_file
 
-HEAD = """# The Earth against flight data
+HEAD = """# Earth and Moon against flight data
 
 What satellites and earthshine measured, and what simgl shows. What misses its goal stays listed.
 Made by `python -m benchmarks.flight --truth DIR --out DIR`.
@@ -49,6 +52,14 @@ phase, from 400 to 700 nm, measured on the dark side of the Moon (Goode et al. 2
 
 The Earth is seen from the distance of the Moon by cameras all around, on four dates. Its weather
 is that of one seed.
+
+**The Moon.** Two images that imagers in geostationary orbit took of it (lunar observations of the
+Global Space-based Inter-Calibration System; EUMETSAT and JMA are acknowledged). The reflectance of
+the disc is its light over that of a white Lambertian disc. SEVIRI's calibration lies 5 to 8 % under
+models of the Moon's light, so simgl should lie 3 to 8 % above it. simgl's band is moved to the
+channel's wavelength by the model of Kieffer & Stone (2005). The correlation is between the
+image and simgl's, laid over it by the affine map that fits best: of the frame with its black sky,
+and of the lit disc alone. MTSAT-2 scanned with visible jumps from line to line.
 """
 
 # Shares of the sunlight below 400 nm and above 1000 nm.
@@ -129,6 +140,49 @@ def _earthshine_table(shown: Array) -> Table:
     )
 
 
+# Of SEVIRI's channels: name, simgl's band, the Moon's reflectance at the wavelength over that of
+# the band, solar irradiance at 1 au [W m-2 um-1].
+_SEVIRI = (("635 nm, R", 0, 0.986, 1617.0), ("810 nm, N", 3, 1.020, 1112.8))
+# Lunar models over SEVIRI's calibration, and half the range.
+_MODELS_OVER_SEVIRI, _RANGE = 1.055, 0.025
+
+
+def moon_tables(gl: moderngl.Context, truth: Path) -> list[Table]:
+    """The Moon's light and its picture."""
+    seviri = measured(truth / "moon_msg3_seviri_2013-01-01T145644.nc")
+    mtsat = measured(truth / "moon_mtsat2_2013-07-25T035138.nc")
+    by_seviri, by_mtsat = rendered(gl, seviri), rendered(gl, mtsat)
+    light = []
+    for channel, (name, band, to_channel, sunlight) in enumerate(_SEVIRI):
+        level = _MODELS_OVER_SEVIRI * disc_reflectance(seviri, channel, sunlight, by_seviri)
+        shown = to_channel * float(by_seviri.reflectance[band])
+        light.append(relative(name, level, shown, _RANGE))
+    alike = []
+    for name, image, seen, band, goals in (
+        ("SEVIRI, phase angle 47 deg", seviri, by_seviri, 0, (0.03, 0.1)),
+        ("MTSAT-2, phase angle 33 deg", mtsat, by_mtsat, 3, (0.03, 0.1)),
+    ):
+        likeness = correlation(image, 0, seen.bands[..., band])
+        for part, value, goal in zip(("frame", "lit disc"), likeness, goals, strict=True):
+            alike.append(difference(f"{name}, {part}", 1.0, value, goal))
+    return [
+        Table(
+            title="Light of the Moon",
+            reference="SEVIRI on Meteosat-10, 2013-01-01, raised by 5.5 % to lunar models",
+            quantity="reflectance of the disc",
+            error="relative",
+            rows=light,
+        ),
+        Table(
+            title="Picture of the Moon",
+            reference="the image itself",
+            quantity="correlation",
+            error="difference",
+            rows=alike,
+        ),
+    ]
+
+
 def _over_visible(bands: Array, irradiance: Array) -> Array:
     """Of values (..., 4), the mean over R, G and B weighted by sunlight."""
     return np.asarray(np.average(bands[..., :3], axis=-1, weights=irradiance[:3]))
@@ -145,7 +199,7 @@ def main(
     views: Annotated[int, typer.Option(help="Cameras about the Earth.")] = 48,
     hours: Annotated[int, typer.Option(help="Times of each date.")] = 4,
 ) -> None:
-    """Compare simgl's Earth with flight data."""
+    """Compare simgl's Earth and Moon with flight data."""
     check_writable(out)
     clear_day: dict[str, Any] = {"cover": 0.0}
     start = time.monotonic()
@@ -153,9 +207,11 @@ def main(
         all_sky = reflected(gl, clouds={}, views=views, hours=hours)
         clear = reflected(gl, clouds=clear_day, views=views, hours=hours)
         shine = apparent_albedo(gl, phases=_PHASES, clouds={}, hours=2 * hours)
+        of_moon = moon_tables(gl, truth)
     tables = [
         _albedo_table(truth, all_sky, clear),
         _earthshine_table(_over_visible(shine, all_sky.received.sum(axis=0))),
+        *of_moon,
     ]
     minutes = (time.monotonic() - start) / 60.0
     write_record(out / "flight.json", _Run(minutes=minutes, tables=tables))

@@ -318,7 +318,8 @@ class Plane(Struct, frozen=True, kw_only=True):
     """One payload frame: row-major, row 0 at the top of the image.
 
     dtype : as numpy writes it, little-endian, such as ``<u2``
-    shape : height, width, and bands R, G, B, N for the radiance
+    shape : height, width, and four channels of the radiance: the bands R, G, B, N, or those of the
+        scenario and zeros beyond them
     compression : "zstd" where the frame is one of Zstandard (RFC 8878) that holds the pixels, with
         its content's size; empty for the pixels themselves
     """
@@ -340,7 +341,7 @@ class CameraImage(Struct, frozen=True, kw_only=True):
     readout_end_tai_ns : when the last row is read
     available_tai_ns : when flight software receives the image
     sun_direction_icrf : unit, from the camera towards the Sun
-    sun_irradiance_w_m2 : per band R, G, B, N at the camera, unobstructed
+    sun_irradiance_w_m2 : per channel at the camera, unobstructed
     saturated_pixels : at full scale or full well; nil without DN
     render_us : rendering time, read-back included
     planes : one payload frame each, in this order, after those of the cameras before

@@ -17,7 +17,7 @@ void main() {
     vec2 place = (gl_FragCoord.xy - rectangle.xy) / rectangle.zw;
     vec2 texel = vec2(place.x, 1.0 - place.y) * vec2(textureSize(radiance, 0));
     vec4 L = texelFetch(radiance, ivec2(texel), 0);
-    vec3 bands = L.rgb / white_radiance.rgb;
+    vec3 bands = vec3(L[shown_channels.x], L[shown_channels.y], L[shown_channels.z]) / white_radiance.rgb;
     vec3 linear = srgb_from_bands[0].rgb * bands.r + srgb_from_bands[1].rgb * bands.g
                 + srgb_from_bands[2].rgb * bands.b;
     shown = vec4(srgb_from_linear(linear), 1.0);

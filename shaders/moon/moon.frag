@@ -1,7 +1,7 @@
 // The Moon: mean radiance of each pixel [W m-2 sr-1], and the share of it that the disc covers.
 //
-// Light by the law of simgl/physics/lunar_model.py, L = moon_radiance mu0 / (mu0 + mu), a mean over points
-// of the pixel; the covered share exact along rows, by Gauss's rule across them.
+// Light by the law of simgl/physics/lunar_model.py, L = moon_radiance times the disc function times the
+// map, a mean over points of the pixel; the covered share exact along rows, by Gauss's rule across them.
 #include "block/moondisc"
 #include "common/constants.glsl"
 #include "common/ellipse.glsl"
@@ -18,7 +18,7 @@ float disc_function(vec2 place) {
     place *= min(0.9999 / max(length(place), 1e-6), 1.0);
     float mu = sqrt(max(1.0 - dot(place, place), 0.0));
     float mu0 = max(dot(vec3(place, mu), moon_sun.xyz), 0.0);
-    return mu0 / max(mu0 + mu, 1e-6);
+    return mix(0.5 * mu0, mu0 / max(mu0 + mu, 1e-6), moon_sun.w);
 }
 
 // Reflectance at a place of the disc over the mean of the whole; `level` of the map's pyramid.
@@ -48,17 +48,20 @@ void main() {
     // Texels along a point's share of the disc, where the map is seen face on.
     float across = length(to_disc[0]) * (high.x - low.x) / float(points);
     float level = log2(max(across * float(textureSize(seas, 0).y) / PI, 1.0));
-    float sum = 0.0, count = 0.0;
+    float sum = 0.0, ground = 0.0, count = 0.0;
     for (int j = 0; j < points; ++j) {
         for (int i = 0; i < points; ++i) {
             vec2 place = to_disc * mix(low, high, (vec2(i, j) + 0.5) / float(points));
             float on_disc = step(dot(place, place), 1.0);
-            sum += on_disc * disc_function(place) * shade(place, level);
+            float here = on_disc * shade(place, level);
+            sum += disc_function(place) * here;
+            ground += here;
             count += on_disc;
         }
     }
     vec2 middle = to_disc * (0.5 * (low + high));
-    float mean = count > 0.0 ? sum / count : disc_function(middle) * shade(middle, level);
-    radiance = moon_radiance * mean * covered;
+    vec2 mean = vec2(sum, ground) / max(count, 1.0);
+    if (count == 0.0) mean = vec2(disc_function(middle), 1.0) * shade(middle, level);
+    radiance = (moon_radiance * mean.x + earthshine * mean.y) * covered;
     share = vec4(covered);
 }

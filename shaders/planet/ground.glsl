@@ -1,8 +1,13 @@
 // What land, sea and clouds send up of the light that reaches them [W m-2 sr-1].
 #include "block/planet"
+#include "common/constants.glsl"
+#include "common/when.glsl"
 #include "planet/cloud.glsl"
 #ifdef FROST
 #include "planet/frost.glsl"
+#endif
+#ifdef NIGHT
+#include "planet/cities.glsl"
 #endif
 #include "planet/night.glsl"
 #include "planet/ocean.glsl"
@@ -134,7 +139,9 @@ struct Land {
     vec4 around;
     float lit;        // cosine of the Sun on its slopes
     float shore_km;   // way into the sea, negative on land
-    float lamps;      // radiance of cities over that of the brightest
+    vec2 lamps_at;    // place on the maps, bent by hills as towns are
+    float lamps;      // code of the map of lights
+    vec2 roads;       // light of roads and of streets over its mean
 };
 
 Land land_at(Place here) {
@@ -180,9 +187,12 @@ Land land_at(Place here) {
     seen.around = around;
 #ifndef RELIEF_AT_CORNERS
     seen.shore_km = (form.z - ZERO_CODE.z) * SHORE_KM + 0.4 * grain;
-    // Lamps shine most where the ground is level. For slopes of variance v along both axes the mean
-    // of exp(-1.5 slope^2) is 1 / (1 + 3 v).
-    seen.lamps = form.w * form.w * exp(-1.5 * dot(along, along)) * (1.0 + 3.0 * resolved_hills);
+    seen.lamps = form.w;
+    // By half a kilometre for a slope of 1, along meridians as along parallels.
+    seen.lamps_at = here.ground.on_map + 0.3 * here.fray * hills.yx;
+    // Roads run where a slope turns. For slopes of variance v the mean of exp(-50 slope^2) is
+    // 1 / sqrt(1 + 100 v).
+    seen.roads = exp(-50.0 * along * along) * sqrt(1.0 + 100.0 * resolved_hills);
 #endif
     return seen;
 }
@@ -234,7 +244,8 @@ vec4 surface_light(Place here, Sea sea, Shade shade) {
 #endif
 #ifdef NIGHT
     // Lamps are on from sunset.
-    light += here.to_ground * night_radiance * (land.lamps * dusk(here.mu_sun));
+    light += here.to_ground * dusk(here.mu_sun)
+           * city_lights(land.lamps, land.lamps_at, here.footprint, land.roads.x, land.roads.y);
 #endif
     return light;
 #endif

@@ -9,7 +9,7 @@ import numpy as np
 
 from simgl.arrays import Array
 from simgl.camera.spectral_response import ResponseCurve
-from simgl.physics.spectrum import PerBand
+from simgl.physics.spectrum import BANDS, Bands, PerBand
 
 ORDERS = ("RGGB", "BGGR", "GRBG", "GBRG")
 
@@ -43,7 +43,7 @@ class Mosaic:
     """Colour filters over squares of 2 x 2 pixels (Bayer).
 
     order : colours of the square row by row from the top left, one of ``ORDERS``
-    red, green, blue : electrons per photon in each band R, G, B, N of a pixel under that filter
+    red, green, blue : electrons per photon in each band of a pixel under that filter
     curves : the same of red, green and blue over wavelength; None where it is constant in each band
     """
 
@@ -105,7 +105,8 @@ class Detector:
 
     width, height : [px]
     pixel_pitch : [m]
-    quantum_efficiency : electrons per photon in each band R, G, B, N of a pixel without filter
+    quantum_efficiency : electrons per photon in each band of a pixel without filter
+    bands : those bands, and of all else that the camera sees
     full_well : [e-]
     read_noise : [e- rms]
     bits : resolution of the converter
@@ -144,6 +145,7 @@ class Detector:
     blooming: float = 0.0
     particles: Particles | None = None
     row_time: float = 0.0
+    bands: Bands = BANDS
 
     @property
     def dark_current(self) -> float:
@@ -188,13 +190,14 @@ class Detector:
         """Its pixels by the filter before them; all of them for a monochrome detector."""
         mosaic = self.mosaic
         if mosaic is None:
-            curve = self.curve or ResponseCurve(bands=self.quantum_efficiency)
+            curve = self.curve or ResponseCurve(bands=self.quantum_efficiency, intervals=self.bands)
             return (ColourPixels(self, self.quantum_efficiency, curve),)
         blind = (0.0, 0.0, 0.0, 0.0)
         pixels = []
         for index, colour in enumerate(("red", "green", "blue")):
             qe = getattr(mosaic, colour)
-            curve = ResponseCurve(bands=qe) if mosaic.curves is None else mosaic.curves[index]
+            flat = ResponseCurve(bands=qe, intervals=self.bands)
+            curve = flat if mosaic.curves is None else mosaic.curves[index]
             one = replace(mosaic, **{"red": blind, "green": blind, "blue": blind, colour: qe})
             pixels.append(ColourPixels(replace(self, mosaic=one), qe, curve))
         return tuple(pixels)

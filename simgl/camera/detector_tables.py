@@ -26,12 +26,12 @@ from simgl.camera.detector import (
     Particles,
 )
 from simgl.camera.event_sensor import EventSensor
-from simgl.camera.spectral_response import Curve, ResponseCurve
+from simgl.camera.spectral_response import ResponseCurve
 from simgl.config.curve_files import check_increasing, read_curve_file
 from simgl.config.path_sandbox import Base
 from simgl.config.value_types import fractions
 from simgl.errors import AssetError, ConfigError
-from simgl.physics.spectrum import PerBand, photon_mean
+from simgl.physics.spectrum import BANDS, Bands, Curve, PerBand, channels, photon_mean
 
 _PATTERN_KEYS = {
     "prnu": "prnu",
@@ -43,8 +43,8 @@ _PATTERN_KEYS = {
     "hot_current": "hot_current_e_s",
 }
 
-# Curves are multiplied at these wavelengths [nm]: all bands, in steps of 1 nm.
-_WAVELENGTHS: Array = np.linspace(400.0, 1000.0, 601)
+# Curves are multiplied at these wavelengths [nm]: all that bands may hold, in steps of 1 nm.
+_WAVELENGTHS: Array = np.linspace(300.0, 2500.0, 2201)
 
 
 def _curve(table: CurveTable, path: Path, key: str, folder: Base) -> Curve:
@@ -70,17 +70,11 @@ def _curve(table: CurveTable, path: Path, key: str, folder: Base) -> Curve:
 
 
 def _sampled(curves: Sequence[Curve]) -> Array:
-    """(601,) product of curves at ``_WAVELENGTHS``."""
+    """(2201,) product of curves at ``_WAVELENGTHS``."""
     product = np.ones(len(_WAVELENGTHS))
     for wavelength, value in curves:
         product = product * np.interp(_WAVELENGTHS, wavelength, value, left=0.0, right=0.0)
     return product
-
-
-def _over_bands(curve: Array, sun_temperature: float) -> PerBand:
-    """Mean of a curve in each band, weighted by the Sun's photons."""
-    red, green, blue, nir = photon_mean(1e-9 * _WAVELENGTHS, curve, sun_temperature).tolist()
-    return red, green, blue, nir
 
 
 class SpectralResponse:
@@ -91,17 +85,20 @@ class SpectralResponse:
         preset: CameraPresetTable,
         path: Path,
         sun_temperature: float,
+        bands: Bands = BANDS,
         qe: PerBand | None = None,
         folder: Base | None = None,
     ) -> None:
         """
         path : of the preset
         sun_temperature : [K]
+        bands : that the scenario's light has
         qe : of pixels without filter, instead of the preset's curves
         folder : base of the curves' CSV paths; by default the preset's folder
         """
         folder = path.parent if folder is None else folder
         self._temperature = sun_temperature
+        self._bands = bands
         self._qe = qe
         self._common = [_curve(preset.qe, path, "qe", folder)]
         for key in ("window", "micro_lens"):
@@ -120,26 +117,28 @@ class SpectralResponse:
         return bool(self._filters)
 
     def plain(self) -> PerBand:
-        """Quantum efficiency of a pixel without filter, R, G, B, N."""
-        if self._qe is not None:
-            return self._qe
-        return _over_bands(_sampled(self._common), self._temperature)
+        """Quantum efficiency of a pixel without filter in each band."""
+        return self._over_bands(self._common) if self._qe is None else self._qe
 
     def under(self, colour: str) -> PerBand:
         """Quantum efficiency of a pixel under a filter, "red", "green" or "blue"."""
         if self._qe is None:
-            curves = [*self._common, self._filters[colour]]
-            return _over_bands(_sampled(curves), self._temperature)
-        share = _over_bands(_sampled([self._filters[colour]]), self._temperature)
-        r, g, b, n = (a * f for a, f in zip(self._qe, share, strict=True))
-        return r, g, b, n
+            return self._over_bands([*self._common, self._filters[colour]])
+        share = self._over_bands([self._filters[colour]])
+        return channels(a * f for a, f in zip(self._qe, share, strict=True))
 
     def curve(self, colour: str | None = None) -> ResponseCurve:
         """The same over wavelength, of a pixel without filter or under one."""
         filters = () if colour is None else (self._filters[colour],)
         if self._qe is not None:
-            return ResponseCurve(bands=self._qe, factors=filters)
-        return ResponseCurve(factors=(*self._common, *filters))
+            return ResponseCurve(bands=self._qe, intervals=self._bands, factors=filters)
+        return ResponseCurve(intervals=self._bands, factors=(*self._common, *filters))
+
+    def _over_bands(self, curves: Sequence[Curve]) -> PerBand:
+        """Mean of a product of curves in each band, weighted by the Sun's photons."""
+        product = _sampled(curves)
+        a, b, c, d = photon_mean(1e-9 * _WAVELENGTHS, product, self._temperature, self._bands)
+        return float(a), float(b), float(c), float(d)
 
 
 def read_detector(
@@ -150,6 +149,7 @@ def read_detector(
     path: Path,
     sun_temperature: float,
     folder: Base,
+    bands: Bands = BANDS,
 ) -> Detector:
     """A preset's detector with the overrides of a ``[camera.NAME]`` table.
 
@@ -158,6 +158,7 @@ def read_detector(
     path : of the preset
     sun_temperature : of the spectrum that weights the curves [K]
     folder : base of the curves' CSV paths
+    bands : that the scenario's light has
 
     Raises ConfigError for impossible values, AssetError for missing files.
     """
@@ -169,8 +170,11 @@ def read_detector(
 
     _refuse_without_effect(where, table, chosen)
     qe = table.quantum_efficiency
-    given_qe = None if qe is None else fractions(qe, where, "quantum_efficiency")
-    response = SpectralResponse(preset, path, sun_temperature, given_qe, folder)
+    given_qe = None
+    if qe is not None:
+        of_rgbn = fractions(qe, where, "quantum_efficiency")
+        given_qe = bands.of_rgbn(of_rgbn, sun_temperature)
+    response = SpectralResponse(preset, path, sun_temperature, bands, given_qe, folder)
     return Detector(
         width=chosen("width_px"),
         height=chosen("height_px"),
@@ -192,6 +196,7 @@ def read_detector(
         blooming=chosen("blooming"),
         particles=_particles(chosen("particles", None)),
         row_time=_row_time(where, chosen("shutter", "global"), chosen("row_time_us", None)),
+        bands=bands,
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from simgl.arrays import Array
-from simgl.physics.spectrum import BANDS, planck_radiance
+from simgl.physics.spectrum import BANDS, Bands, planck_radiance
 
 # Gauss-Legendre nodes per band: the mean of the transfer function is accurate to 1e-6.
 _WAVELENGTHS = 5
@@ -48,15 +48,15 @@ def defocus_otf(share: Array, waves: float) -> Array:
     return 4.0 / np.pi * (1.0 - r) * total
 
 
-def band_wavelengths(temperature: float) -> tuple[Array, Array]:
+def band_wavelengths(temperature: float, bands: Bands = BANDS) -> tuple[Array, Array]:
     """Quadrature nodes: wavelengths (4, n) [m] and their fractions (4, n) of a band's photons.
 
-    Photons, not power, make electrons.
+    Photons, not power, make electrons. Within a band a filter counts as even.
 
     temperature : of the black body that emits the light [K]
     """
     node, weight = np.polynomial.legendre.leggauss(_WAVELENGTHS)
-    edges = np.array(BANDS.edges)
+    edges = bands.channel_edges
     middle, half = edges.mean(axis=1, keepdims=True), 0.5 * np.diff(edges, axis=1)
     wavelengths = middle + half * node
     photons = weight * wavelengths * planck_radiance(wavelengths, temperature)

@@ -23,6 +23,7 @@ from simgl.config.path_sandbox import Base
 from simgl.decoded_files import array_in, decoded_image
 from simgl.errors import AssetError, ConfigError
 from simgl.input_files import read_file
+from simgl.physics.spectrum import Bands, band_of
 
 # Cooke triplet (Taylor 1893), the usual textbook example of 50 mm, f/5 and a field of 40 deg:
 # radius and gap [mm], and index behind each surface.
@@ -61,10 +62,13 @@ def read_optics(table: OpticsTable, where: str, base: Base) -> dict[str, Any]:
     }
 
 
-def read_lidar(table: LidarTable | None) -> Lidar | None:
+def read_lidar(table: LidarTable | None, bands: Bands, where: str) -> Lidar | None:
     """The LIDAR of a table; None without one."""
     if table is None:
         return None
+    if band_of(np.array([table.wavelength_nm * 1e-9]), bands)[0] < 0:
+        problem = f"must lie in a band ({bands.edges_nm}), got {table.wavelength_nm:g}"
+        raise ConfigError(where, "lidar.wavelength_nm", problem)
     return Lidar(
         wavelength=table.wavelength_nm * 1e-9,
         pulse_energy=table.pulse_energy_mj * 1e-3,
@@ -76,6 +80,7 @@ def read_lidar(table: LidarTable | None) -> Lidar | None:
         gate=table.gate_us * 1e-6,
         range_noise=table.range_noise_m,
         threshold=table.threshold_e,
+        bands=bands,
     )
 
 

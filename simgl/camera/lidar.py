@@ -8,7 +8,7 @@ import numpy as np
 
 from simgl.arrays import Array
 from simgl.physics.constants import LIGHT_SPEED, PLANCK
-from simgl.physics.spectrum import BANDS
+from simgl.physics.spectrum import BANDS, Bands
 
 # Full width at half maximum of a Gaussian in standard deviations.
 _FWHM = 2.0 * np.sqrt(2.0 * np.log(2.0))
@@ -28,6 +28,7 @@ class Lidar:
     gate : time during which sunlight is collected [s]
     range_noise : standard deviation of a range with ample signal [m]
     threshold : smallest signal that gives a range [e-]
+    bands : that the scenario's light has
     """
 
     wavelength: float
@@ -40,11 +41,12 @@ class Lidar:
     gate: float
     range_noise: float
     threshold: float
+    bands: Bands = BANDS
 
     @property
     def band(self) -> int:
         """Index of the band that contains the wavelength."""
-        inside = [low <= self.wavelength <= high for low, high in BANDS.edges]
+        inside = [low <= self.wavelength <= high for low, high in self.bands.edges]
         return inside.index(True)
 
     @property
@@ -56,7 +58,7 @@ class Lidar:
     @property
     def filter_share(self) -> float:
         """Fraction of the band's width that the filter transmits."""
-        low, high = BANDS.edges[self.band]
+        low, high = self.bands.edges[self.band]
         return min(self.filter_width / (high - low), 1.0)
 
 

@@ -32,16 +32,18 @@ def pixel_ramp(camera: Camera) -> float:
         return 0.0
     if not spread.diffraction and all(zone.blur.aberration == 0.0 for zone in spread.zones):
         return 0.0
-    return _ramps.get((camera.lens, camera.detector.pixel_pitch), lambda: _closest(camera))
+    key = (camera.lens, camera.detector.pixel_pitch, camera.detector.bands)
+    return _ramps.get(key, lambda: _closest(camera))
 
 
 def _closest(camera: Camera) -> float:
     spread = camera.lens.spread
     assert spread is not None
     # The visible bands by their sunlight, or one for all: near infrared, which diffraction spreads
-    # most, would do with any.
-    light = black_body_light(SOLAR_CONSTANT, SOLAR_TEMPERATURE).irradiance
-    bands = range(3) if spread.diffraction else range(1)
+    # most, would do with any. Of other bands the first three.
+    seen = camera.detector.bands
+    light = black_body_light(SOLAR_CONSTANT, SOLAR_TEMPERATURE, seen).irradiance
+    bands = range(min(len(seen.edges), 3)) if spread.diffraction else range(1)
     misses = np.zeros(len(_RAMPS))
     for zone in spread.zones:
         reach = lens_reach(camera, zone.blur)

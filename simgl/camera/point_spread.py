@@ -119,6 +119,8 @@ class Spread:
         self._camera = camera
         self._map = map if executor is None else executor.map
         self._outcome = np.eye(4) if weights is None else weights
+        d = camera.detector
+        light = black_body_light(SOLAR_CONSTANT, SOLAR_TEMPERATURE, d.bands).irradiance
         zones = None if camera.lens.spread is None else _zone_kernels(camera)
         kernels = zones or []
         if zones is None or zones[0][0].tail == zones[0][3].tail:
@@ -128,16 +130,14 @@ class Spread:
         elif len(self._outcome) == 1:
             (single,), shares = self._outcome, _shares(zones[0])
             self.mixture, self._mixing = single * shares, np.ones((1, 2))
-            kernels = [list(_pair(row, shares, single)) for row in zones]
+            kernels = [list(_pair(row, shares, single * light)) for row in zones]
         else:
             self.mixture, self._mixing = np.eye(4), self._outcome
-        d = camera.detector
         self._zones = None if zones is None else _zone_weights(camera)
         self._convolver = None
         if zones is not None:
             self._convolver = Convolver(kernels, self._mixing, d.width, d.height, executor)
-        white = black_body_light(SOLAR_CONSTANT, SOLAR_TEMPERATURE).irradiance / np.pi
-        plate = irradiance_per_radiance(camera) * white
+        plate = irradiance_per_radiance(camera) * (light / np.pi)
         self._limits = BRIGHT_PLATES * self.mixture @ plate
         self._ghosts = ghosts(camera.lens.surfaces, camera.lens.focal_length)
 
@@ -291,14 +291,13 @@ def _shares(kernels: Sequence[PsfKernel]) -> Array:
     return np.stack([1.0 - long, long])
 
 
-def _pair(
-    kernels: Sequence[PsfKernel], shares: Array, weights: Array
-) -> tuple[PsfKernel, PsfKernel]:
+def _pair(kernels: Sequence[PsfKernel], shares: Array, light: Array) -> tuple[PsfKernel, PsfKernel]:
     """Two kernels whose mixtures approximate the kernels of all bands (least squares).
+
+    light : (4,) of the Sun, weighted as the bands are summed
 
     The kernel of white in sunlight, the sum of all, counts a hundredfold, which makes it exact.
     """
-    light = weights * black_body_light(SOLAR_CONSTANT, SOLAR_TEMPERATURE).irradiance
     cores = light[:, None] * np.stack([kernel.core.ravel() for kernel in kernels])
     of_light = (shares * light).T
     fitted, *_ = np.linalg.lstsq(

@@ -24,6 +24,7 @@ from simgl.config.path_sandbox import Base, folder_of
 from simgl.config.validation import convert, read_toml, shown
 from simgl.config.value_types import fractions
 from simgl.errors import AssetError, ConfigError, did_you_mean
+from simgl.physics.spectrum import BANDS, Bands
 
 
 def shipped_presets() -> list[str]:
@@ -49,13 +50,19 @@ def load_preset(path: Path) -> CameraPresetTable:
 
 
 def read_camera(
-    where: str, name: str, table: CameraSettingsTable, sun_temperature: float, base: Base
+    where: str,
+    name: str,
+    table: CameraSettingsTable,
+    sun_temperature: float,
+    base: Base,
+    bands: Bands = BANDS,
 ) -> Camera:
     """A camera: its preset with the overrides of the table.
 
     where : of the table, for errors
     sun_temperature : of the spectrum that weights the quantum efficiency [K]
     base : folder of relative paths
+    bands : that the scenario's light has
 
     Raises ConfigError for impossible values, AssetError for missing files.
     """
@@ -69,13 +76,14 @@ def read_camera(
     calibration = _calibration(where, table, base)
     if calibration is not None and calibration.size is not None:
         table = _with_size(where, table, calibration.size)
-    detector = read_detector(where, name, table, preset, path, sun_temperature, curves)
+    detector = read_detector(where, name, table, preset, path, sun_temperature, curves, bands)
     optics = table.optics or preset.optics or OpticsTable()
     if calibration is not None:
         optics = replace(optics, distortion=None)
+    transmission = fractions(table.transmission, where, "transmission")
     lens = Lens(
         f_number=table.f_number,
-        transmission=fractions(table.transmission, where, "transmission"),
+        transmission=bands.of_rgbn(transmission, sun_temperature),
         **_image_plane(where, table, calibration, detector),
         **read_optics(optics, where, base),
     )
@@ -88,7 +96,7 @@ def read_camera(
         exposure_time=table.exposure_time_s,
         readout_time=table.readout_time_s,
         transport_latency=table.transport_latency_s,
-        lidar=read_lidar(table.lidar),
+        lidar=read_lidar(table.lidar, bands, where),
         event_sensor=read_event_sensor(where, table.event_sensor, detector),
     )
     check_optics(camera, where)

@@ -61,7 +61,7 @@ def lens_transfer(camera: Camera, blur: Blur, band: int, frequency: Array) -> Ar
     lens, pitch = camera.lens, camera.detector.pixel_pitch
     transfer = np.exp(-2.0 * (np.pi * blur.aberration / pitch * frequency) ** 2)
     if lens.spread is not None and lens.spread.diffraction:
-        wavelengths, shares = band_wavelengths(SOLAR_TEMPERATURE)
+        wavelengths, shares = band_wavelengths(SOLAR_TEMPERATURE, camera.detector.bands)
         wave = np.zeros_like(transfer)
         for wavelength, share in zip(wavelengths[band], shares[band], strict=True):
             # Path difference at the edge of the pupil: dz / (8 N^2).
@@ -82,7 +82,7 @@ def lens_reach(camera: Camera, blur: Blur) -> int:
     radius = (4.0 * blur.aberration + 0.5 * abs(blur.defocus) / lens.f_number) / pitch
     if lens.spread.diffraction:
         # The tail's formula holds from about the twentieth dark ring on.
-        radius += 20.0 * _mean_wavelength(1) * lens.f_number / pitch
+        radius += 20.0 * _mean_wavelength(camera, 1) * lens.f_number / pitch
     reach = SMALLEST_REACH
     while reach < 2.0 * radius:
         reach *= 2
@@ -103,7 +103,7 @@ def lens_kernel(camera: Camera, blur: Blur, band: int, reach: int, ramp: float =
     assert lens.spread is not None
     tail = 0.0
     if lens.spread.diffraction:
-        tail = airy_tail(_mean_wavelength(band), lens.f_number, pitch)
+        tail = airy_tail(_mean_wavelength(camera, band), lens.f_number, pitch)
     if not lens.spread.diffraction and blur == Blur():
         point = np.zeros((2 * reach + 1, 2 * reach + 1))
         point[reach, reach] = 1.0
@@ -123,8 +123,8 @@ def lens_kernel(camera: Camera, blur: Blur, band: int, reach: int, ramp: float =
     return PsfKernel(core, tail)
 
 
-def _mean_wavelength(band: int) -> float:
-    wavelengths, shares = band_wavelengths(SOLAR_TEMPERATURE)
+def _mean_wavelength(camera: Camera, band: int) -> float:
+    wavelengths, shares = band_wavelengths(SOLAR_TEMPERATURE, camera.detector.bands)
     return float(np.sum(wavelengths[band] * shares[band]))
 
 
@@ -142,7 +142,7 @@ def _mixed(camera: Camera, blur: Blur, band: int, size: int) -> Array:
     lens, pitch = camera.lens, camera.detector.pixel_pitch
     last = np.inf
     if lens.spread is not None and lens.spread.diffraction:
-        wavelengths, _ = band_wavelengths(SOLAR_TEMPERATURE)
+        wavelengths, _ = band_wavelengths(SOLAR_TEMPERATURE, camera.detector.bands)
         last = pitch / (float(wavelengths[band].min()) * lens.f_number)
     if blur.aberration > 0.0:
         # exp(-2 (pi s f)^2) is below 1e-9 from here on.

@@ -6,8 +6,10 @@ import csv
 from itertools import pairwise
 from pathlib import Path
 
+from simgl.config.path_sandbox import Base
 from simgl.config.validation import read_text
-from simgl.errors import ConfigError
+from simgl.errors import AssetError, ConfigError
+from simgl.physics.spectrum import Curve
 
 # Characters of a line with two numbers, and more blanks than anybody leaves.
 _LONGEST_LINE = 1000
@@ -34,6 +36,26 @@ def read_curve_file(path: Path) -> tuple[list[float], list[float]]:
         wavelength.append(nm)
         value.append(share)
     return wavelength, value
+
+
+def read_fractions(name: str, base: Base, where: str, key: str) -> Curve:
+    """A curve of values 0..1 over wavelength [nm] in a CSV file.
+
+    base : folder of relative paths
+    where, key : the place in the file that names this one, for errors
+
+    Raises ConfigError for impossible values, AssetError for a missing file.
+    """
+    try:
+        file = base / name
+        wavelength, value = read_curve_file(file)
+    except AssetError as error:
+        raise AssetError(f"{where}: {key}: {error}") from None
+    check_increasing(str(file), "wavelength_nm", wavelength)
+    for one in value:
+        if not 0.0 <= one <= 1.0:
+            raise ConfigError(str(file), key, f"must lie in 0..1, got {one:g}")
+    return tuple(wavelength), tuple(value)
 
 
 def check_increasing(where: str, key: str, wavelength: list[float]) -> None:

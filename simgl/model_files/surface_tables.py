@@ -9,6 +9,8 @@ from typing import Annotated, Any
 from msgspec import Meta
 
 from simgl import assets
+from simgl.config.curve_files import read_fractions
+from simgl.config.path_sandbox import Base
 from simgl.config.validation import convert, read_toml
 from simgl.config.value_types import (
     BandValues,
@@ -21,6 +23,7 @@ from simgl.config.value_types import (
 )
 from simgl.errors import AssetError, ConfigError, did_you_mean
 from simgl.file_cache import FileCache
+from simgl.physics.spectrum import BANDS
 from simgl.scene import mesh as shapes
 from simgl.scene.materials import Material
 from simgl.scene.spacecraft import SpacecraftModel
@@ -83,12 +86,13 @@ class ThermalSurfaceTable(Table, frozen=True, kw_only=True):
 class MaterialTable(Table, frozen=True, kw_only=True):
     """A material; Lambertian if it has no roughness.
 
+    reflectance : base colour: one number, four for R, G, B and N, or a CSV file of nm and values
     conserving : adds the light of multiple scattering between microfacets, which glTF's model loses
     emission_w_m2_sr : emitted radiance, one number or four bands, 0 or more
     thermal : absorptance and emissivity, and the skin below
     """
 
-    reflectance: BandValues
+    reflectance: BandValues | str
     metallic: Fraction = 0.0
     roughness: Roughness | None = None
     conserving: bool = False
@@ -160,14 +164,17 @@ class PrimitiveTable(Table, frozen=True, kw_only=True):
     cylinder: CylinderTable | None = None
 
 
-def read_primitive(table: PrimitiveTable, name: str, where: str) -> SpacecraftModel:
-    """The model of a calibration shape; its only part and its material get ``name``."""
+def read_primitive(table: PrimitiveTable, name: str, where: str, base: Base) -> SpacecraftModel:
+    """The model of a calibration shape; its only part and its material get ``name``.
+
+    base : folder of relative paths
+    """
     shapes_given = [kind for kind in table.__struct_fields__ if getattr(table, kind) is not None]
     if len(shapes_given) != 1:
         raise ConfigError(where, "model", "needs exactly one of plate, sphere, box, cylinder")
     kind = shapes_given[0]
     shape: PlateTable | SphereTable | BoxTable | CylinderTable = getattr(table, kind)
-    material = material_of(shape.material, name, where, f"model.{kind}.material")
+    material = material_of(shape.material, name, where, f"model.{kind}.material", base)
     return SpacecraftModel(name=name, mesh=shape.mesh(), parts=(name,), materials=(material,))
 
 
@@ -183,7 +190,7 @@ def _read_finishes(path: Path) -> dict[str, Material]:
     finishes = {}
     for name, data in read_toml(path).items():
         where = f"{path} [{name}]"
-        finishes[name] = _material(convert(data, FinishTable, where), name, where, "")
+        finishes[name] = _material(convert(data, FinishTable, where), name, where, "", path.parent)
     return finishes
 
 
@@ -209,30 +216,39 @@ def load_finish(name: str) -> Material:
     return _finishes()[name]
 
 
-def material_of(given: str | MaterialTable, name: str, where: str, key: str) -> Material:
+def material_of(
+    given: str | MaterialTable, name: str, where: str, key: str, base: Base
+) -> Material:
     """The material that a table describes, or the finish of that name.
 
     name : what a material from a table is called
     where, key : the place in the file, for errors
+    base : folder of relative paths
     """
     if isinstance(given, MaterialTable):
-        return _material(given, name, where, f"{key}.")
+        return _material(given, name, where, f"{key}.", base)
     try:
         return load_finish(given)
     except AssetError as error:
         raise ConfigError(where, key, f"names {error}") from None
 
 
-def _material(table: MaterialTable, name: str, where: str, prefix: str) -> Material:
+def _material(table: MaterialTable, name: str, where: str, prefix: str, base: Base) -> Material:
     """prefix : precedes the table's keys in error messages"""
     for key in ("metallic", "conserving"):
         if getattr(table, key) and table.roughness is None:
             problem = "goes with roughness; without it the material is Lambertian"
             raise ConfigError(where, f"{prefix}{key}", problem)
-    coat, crinkle = table.coat, table.crinkle
+    coat, crinkle, spectrum = table.coat, table.crinkle, None
+    if isinstance(table.reflectance, str):
+        spectrum = read_fractions(table.reflectance, base, where, f"{prefix}reflectance")
+        reflectance = BANDS.photon_mean_of(spectrum)
+    else:
+        reflectance = fractions(table.reflectance, where, f"{prefix}reflectance")
     return Material(
         name=name,
-        reflectance=fractions(table.reflectance, where, f"{prefix}reflectance"),
+        reflectance=reflectance,
+        spectrum=spectrum,
         metallic=table.metallic,
         roughness=table.roughness,
         conserving=table.conserving,

@@ -8,18 +8,21 @@ import numpy as np
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.uniform_blocks import Block
-from simgl.images import SRGB_FROM_BANDS, WHITE_RADIANCE
+from simgl.images import shown_channels, srgb_from_bands, white_radiance
+from simgl.physics.spectrum import BANDS, Bands
 
 _DISPLAY = Block(
     "Display",
     8,
     np.dtype(
         [
-            # R, G, B shown as full white [W m-2 sr-1]; the fourth is not shown
+            # of the three channels shown: full white [W m-2 sr-1]; the fourth is not used
             ("white_radiance", "f4", 4),
             # x, y, width, height of the image in the window [px], y upwards
             ("rectangle", "f4", 4),
-            # Columns of linear sRGB from the bands R, G, B over the white
+            # shown as red, green and blue; the fourth is not used
+            ("shown_channels", "i4", 4),
+            # Columns of linear sRGB from these over the white
             ("srgb_from_bands", "f4", (3, 4)),
         ]
     ),
@@ -41,17 +44,20 @@ class DisplayPass:
         target: moderngl.Framebuffer,
         rectangle: tuple[int, int, int, int],
         exposure_value: float = 0.0,
+        bands: Bands = BANDS,
     ) -> None:
         """Fill a rectangle (x, y, width, height; y upwards) of an 8-bit target, its top row last.
 
         exposure_value : brightens by two to this power [EV]; at 0 the Sun's white is full white
+        bands : of the radiance
         """
         self.state.apply(self._ctx, target, rectangle)
-        white = WHITE_RADIANCE * 2.0**-exposure_value
+        white = white_radiance(bands) * 2.0**-exposure_value
         values = {
             "white_radiance": (*white, 1.0),
             "rectangle": rectangle,
-            "srgb_from_bands": np.pad(SRGB_FROM_BANDS.T, ((0, 0), (0, 1))),
+            "shown_channels": (*shown_channels(bands), 0),
+            "srgb_from_bands": np.pad(srgb_from_bands(bands).T, ((0, 0), (0, 1))),
         }
         self._program.draw(values, [radiance])
 

@@ -92,6 +92,7 @@ class SpreadPass:
             camera.lens,
             camera.geometry,
             camera.detector.pixel_pitch,
+            camera.detector.bands,
             None if weights is None else weights.tobytes(),
         )
 

@@ -16,6 +16,7 @@ import numpy as np
 from simgl.arrays import Array
 from simgl.physics.constants import ASTRONOMICAL_UNIT, LIGHT_SPEED
 from simgl.physics.ephemeris import julian_date_tt
+from simgl.physics.spectrum import BANDS, Bands
 from simgl.physics.starlight import band_irradiance
 
 # Name, number in plan94, B-V of the whole disc (Allen's Astrophysical Quantities, 4th ed., table
@@ -49,13 +50,13 @@ class Planet:
     irradiance: Array
 
 
-def planets(tai_ns: int) -> tuple[Planet, ...]:
+def planets(tai_ns: int, bands: Bands = BANDS) -> tuple[Planet, ...]:
     """Mercury, Venus, Mars, Jupiter and Saturn at an epoch."""
     day, rest = julian_date_tt(tai_ns)
     heliocentric, _ = erfa.epv00(day, rest)
     earth = np.asarray(heliocentric["p"])
     result = []
-    for (name, number, _, _), of_magnitude_0 in zip(_PLANETS, _magnitude_0(), strict=True):
+    for (name, number, _, _), of_magnitude_0 in zip(_PLANETS, _magnitude_0(bands), strict=True):
         from_sun, from_earth = _places(number, day, rest, earth)
         v = magnitude(name, from_sun, from_earth)
         light, position = 10.0 ** (-0.4 * v) * of_magnitude_0, from_earth * ASTRONOMICAL_UNIT
@@ -63,11 +64,11 @@ def planets(tai_ns: int) -> tuple[Planet, ...]:
     return tuple(result)
 
 
-@lru_cache(maxsize=1)
-def _magnitude_0() -> Array:
+@lru_cache(maxsize=8)
+def _magnitude_0(bands: Bands) -> Array:
     """(n, 4) irradiance of each planet at V = 0 [W m-2]."""
     b_v, v_i = (np.array([planet[column] for planet in _PLANETS]) for column in (2, 3))
-    light = band_irradiance(np.zeros(len(b_v)), b_v, v_i)
+    light = band_irradiance(np.zeros(len(b_v)), b_v, v_i, bands)
     light.flags.writeable = False
     return light
 

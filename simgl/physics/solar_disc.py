@@ -14,12 +14,13 @@ import numpy as np
 
 from simgl.arrays import Array
 from simgl.physics.constants import SOLAR_TEMPERATURE
-from simgl.physics.spectrum import BANDS, BandLight, Bands, planck_radiance
+from simgl.physics.spectrum import BANDS, BandLight, Bands, channels, planck_radiance
 
 UNIFORM = np.zeros((2, 4))
 
 # Wavelength [um], u2, v2 of the continuum in 1 - u2 - v2 + u2 mu + v2 mu^2: Allen's Astrophysical
-# Quantities, 4th ed. (Cox 2000), section 14.7. Linear in between.
+# Quantities, 4th ed. (Cox 2000), section 14.7. Linear in between; beyond, the ends hold,
+# an estimate: at 2 um the limb is brighter than that.
 _LIMB_TABLE = np.array(
     [
         (0.40, 0.91, -0.05),
@@ -59,14 +60,15 @@ def limb_darkening(temperature: float = SOLAR_TEMPERATURE, bands: Bands = BANDS)
     their mean by irradiance, which has the same form.
     """
     result = []
-    for low, high in bands.edges:
-        points = np.arange(low, high, 1e-9) + 0.5e-9
+    for index in range(len(bands.edges)):
+        points = bands.steps(index)
         u2, v2 = (np.interp(points * 1e6, _LIMB_TABLE[:, 0], c) for c in _LIMB_TABLE[:, 1:].T)
         u, v = u2 + 2.0 * v2, -v2
-        weight = planck_radiance(points, temperature) / _disc_mean(u, v)
+        weight = planck_radiance(points, temperature) * bands.transmission(points)
+        weight = weight / _disc_mean(u, v)
         centre = np.sum(weight)
         result.append((np.sum(weight * u) / centre, np.sum(weight * v) / centre))
-    return np.array(result).T
+    return np.array([channels(coefficients) for coefficients in np.array(result).T])
 
 
 def limb_profile(mu: Array, limb: Array) -> Array:

@@ -13,7 +13,7 @@ import numpy as np
 from simgl.arrays import Array
 from simgl.physics.constants import ASTRONOMICAL_UNIT, LIGHT_SPEED
 from simgl.physics.ephemeris import julian_date_tt
-from simgl.physics.spectrum import BANDS, Bands
+from simgl.physics.spectrum import BANDS, Bands, Curve, rgbn_curve
 
 EPOCH_JD_TT = 2448349.0625  # J1991.25
 DAYS_PER_YEAR = 365.25
@@ -27,6 +27,14 @@ _ZERO_POINTS = np.array([6.32e-2, 3.631e-2, 1.126e-2])
 # Vega (alpha_lyr_stis_011; V 0.03, no colour) and the Sun (sun_reference_stis_001; V -26.76,
 # B-V 0.653, V-I 0.702). They differ from the mean by 2.0, 0.7, 0.3 and 1.1 %.
 _MEASURED = np.array([1.0164, 1.0332, 1.0630, 1.0705])
+# The same ratio beyond 1000 nm at J, H, Ks [nm]: zero points of 2MASS (Cohen et al. 2003, AJ 126,
+# 1090), Vega 0.03, the Sun -27.90, -28.25, -28.30 (Willmer 2018, ApJS 236, 47). Both lie within
+# 5 % of the mean; stars of class M are fainter in H and Ks by up to 20 %.
+_MEASURED_BEYOND: Curve = ((1235.0, 1662.0, 2159.0), (1.252, 1.385, 1.316))
+# Longest wavelength of the interpolation by Wien's law [m].
+_WIEN_TO = 1000e-9
+# Points of a filter's curve.
+_FILTER_STEPS = 2000
 
 
 def band_irradiance(v: Array, b_v: Array, v_i: Array, bands: Bands = BANDS) -> Array:
@@ -36,22 +44,50 @@ def band_irradiance(v: Array, b_v: Array, v_i: Array, bands: Bands = BANDS) -> A
 
     ln(E wavelength^5) is linear in 1 / wavelength on either side of V, as in Wien's law.
     Accurate to 2 % for stars like Vega and the Sun, to some 10 % for class M with its molecular
-    bands.
+    bands; below 400 nm an estimate: hot stars have up to half as much there.
     """
     magnitudes = np.stack([v + b_v, v, v - v_i], axis=-1)
     logarithm = np.log(_ZERO_POINTS * _WAVELENGTHS**5) - 0.4 * np.log(10.0) * magnitudes
     at = 1.0 / _WAVELENGTHS
     blue = (logarithm[:, 0] - logarithm[:, 1]) / (at[0] - at[1])
     red = (logarithm[:, 2] - logarithm[:, 1]) / (at[2] - at[1])
-    result = np.empty((len(v), 4))
+    result = np.zeros((len(v), 4))
+    measured = _measured(bands)
     for band, (low, high) in enumerate(bands.edges):
         # Smooth except at V: steps of 10 nm are accurate to 1e-4.
-        count = round((high - low) / 10e-9)
+        count = max(round((high - low) / 10e-9), 1 if bands.filter is None else _FILTER_STEPS)
         points = low + (np.arange(count) + 0.5) * (high - low) / count
         slope = np.where(points < _WAVELENGTHS[1], blue[:, None], red[:, None])
         curve = np.exp(logarithm[:, 1:2] + slope * (1.0 / points - at[1])) / points**5
-        result[:, band] = _MEASURED[band] * (high - low) * curve.mean(axis=1)
+        curve = curve * _past_wien(points, red) * bands.transmission(points)
+        result[:, band] = measured[band] * (high - low) * curve.mean(axis=1)
     return result
+
+
+def _measured(bands: Bands) -> Array:
+    """(4,) measured irradiance over that of the interpolation in each band."""
+    if bands == BANDS:
+        return _MEASURED
+    below, values = rgbn_curve(_MEASURED.tolist())
+    return np.array(
+        bands.photon_mean_of(
+            (
+                (*below, 1e9 * _WIEN_TO, *_MEASURED_BEYOND[0]),
+                (*values, values[-1], *_MEASURED_BEYOND[1]),
+            )
+        )
+    )
+
+
+def _past_wien(points: Array, red: Array) -> Array:
+    """(n, wavelengths) Planck's law over Wien's beyond 1000 nm, 1 up to there.
+
+    points : [m]
+    red : (n,) slope of ln(E wavelength^5) over 1 / wavelength beyond V [m]
+    """
+    exponent = np.maximum(-red, 1e-7)[:, None]
+    planck = np.expm1(-exponent / _WIEN_TO) / np.expm1(-exponent / np.maximum(points, _WIEN_TO))
+    return np.where(points <= _WIEN_TO, 1.0, planck)
 
 
 # Stars of tenth magnitude in a square degree that are as bright as the sky between the planets
@@ -61,10 +97,10 @@ def band_irradiance(v: Array, b_v: Array, v_i: Array, bands: Bands = BANDS) -> A
 _SKY_S10 = 200.0
 
 
-@lru_cache(maxsize=1)
-def sky_radiance() -> Array:
+@lru_cache(maxsize=8)
+def sky_radiance(bands: Bands = BANDS) -> Array:
     """(4,) mean of stars and zodiacal light over the sky, in the Sun's colours [W m-2 sr-1]."""
-    star = band_irradiance(np.array([10.0]), np.array([0.653]), np.array([0.702]))[0]
+    star = band_irradiance(np.array([10.0]), np.array([0.653]), np.array([0.702]), bands)[0]
     radiance = _SKY_S10 * star * np.degrees(1.0) ** 2
     radiance.flags.writeable = False
     return radiance

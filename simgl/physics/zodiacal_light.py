@@ -11,7 +11,7 @@ from functools import lru_cache
 import numpy as np
 
 from simgl.arrays import Array
-from simgl.physics.spectrum import BANDS
+from simgl.physics.spectrum import BANDS, Bands
 from simgl.physics.starlight import band_irradiance
 
 # Spectral radiance at 500 nm [1e-8 W m-2 sr-1 um-1]: table 17. Rows by ecliptic longitude from the
@@ -70,7 +70,7 @@ def ecliptic_from_icrf() -> Array:
     return np.array([[1.0, 0.0, 0.0], [0.0, c, s], [0.0, -s, c]])
 
 
-def zodiacal_radiance(direction: Array, sun_direction: Array) -> Array:
+def zodiacal_radiance(direction: Array, sun_direction: Array, bands: Bands = BANDS) -> Array:
     """(n, 4) radiance per band, seen from near the Earth [W m-2 sr-1].
 
     direction : (n, 3) unit, ICRF
@@ -88,11 +88,11 @@ def zodiacal_radiance(direction: Array, sun_direction: Array) -> Array:
     at_500_nm = _from_table(longitude, np.abs(latitude), elongation) * 1e-8
     # Of elongations up to 30 deg, and from 90 deg on.
     share = np.clip((elongation - 30.0) / 60.0, 0.0, 1.0)[:, None]
-    near, far = _width_in_band(1.2, 0.8), _width_in_band(0.9, 0.6)
+    near, far = _width_in_band(1.2, 0.8, bands), _width_in_band(0.9, 0.6, bands)
     return at_500_nm[:, None] * (near + share * (far - near))
 
 
-def faint_starlight(direction: Array) -> Array:
+def faint_starlight(direction: Array, bands: Bands = BANDS) -> Array:
     """(n, 4) mean radiance of stars too faint for the catalogue [W m-2 sr-1].
 
     direction : (n, 3) unit, ICRF
@@ -105,7 +105,7 @@ def faint_starlight(direction: Array) -> Array:
     sine = np.maximum(np.abs(direction @ pole), 1e-3)
     thickness = -np.log1p(-_POLE / _PLANE)
     s10 = _PLANE * -np.expm1(-thickness / sine)
-    return s10[:, None] * (_S10 * 1e-8 * _width_in_band(0.0, 0.0))
+    return s10[:, None] * (_S10 * 1e-8 * _width_in_band(0.0, 0.0, bands))
 
 
 def _from_table(longitude: Array, latitude: Array, elongation: Array) -> Array:
@@ -134,17 +134,17 @@ def _near_sun(longitude: Array, latitude: Array) -> Array:
     return 11500.0 * (distance / 15.0) ** _FALL
 
 
-@lru_cache(maxsize=4)
-def _width_in_band(below: float, above: float) -> Array:
+@lru_cache(maxsize=16)
+def _width_in_band(below: float, above: float, bands: Bands) -> Array:
     """(4,) band radiance over the spectral radiance at 500 nm [um].
 
     below, above : reddening per factor of ten in wavelength, on either side of 500 nm
     """
     # The Sun's spectral irradiance at 500 nm is 1.28e-8 W m-2 um-1 sr-1 for one S10; the star of
     # the Sun's colours gives the bands beside it.
-    star = band_irradiance(np.array([10.0]), np.array([0.653]), np.array([0.702]))[0]
+    star = band_irradiance(np.array([10.0]), np.array([0.653]), np.array([0.702]), bands)[0]
     widths = star * np.degrees(1.0) ** 2 / (_S10 * 1e-8)
-    middle = np.array([0.5 * (low + high) for low, high in BANDS.edges]) / 500e-9
+    middle = np.array([0.5 * (low + high) for low, high in bands.channel_edges.tolist()]) / 500e-9
     slope = np.where(middle < 1.0, below, above)
     widths = widths * (1.0 + slope * np.log10(middle))
     widths.flags.writeable = False

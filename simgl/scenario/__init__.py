@@ -4,6 +4,7 @@ schema              every table, key, unit and limit; a new key starts here
 loader              file or dictionary -> Scenario; load_scenario, scenario_from_dict
 spacecraft_tables   [spacecraft.NAME]: model, trajectory, attitude, joints
 camera_tables       [camera.NAME]: mount and pointing (its lens and detector: simgl.camera)
+bands_table         [bands]
 environment_tables  [sun], [earth], [sky]
 lamp_tables         [lamp.NAME]
 uncertainty         [uncertainty]: what draws of an assessment vary

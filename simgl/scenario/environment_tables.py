@@ -12,7 +12,7 @@ from simgl.errors import AssetError, ConfigError
 from simgl.physics.atmosphere import ATMOSPHERES
 from simgl.physics.constants import ASTRONOMICAL_UNIT, SOLAR_CONSTANT, SOLAR_RADIUS
 from simgl.physics.solar_disc import UNIFORM, astm_g173_light, limb_darkening
-from simgl.physics.spectrum import black_body_light
+from simgl.physics.spectrum import BANDS, Bands, black_body_light
 from simgl.scenario.scenario import EphemerisSun
 from simgl.scenario.schema import CloudsTable, EarthTable, SkyTable, SunTable
 from simgl.scene.earth import Clouds, Earth, EarthMaps, MapImage, load_map
@@ -32,19 +32,24 @@ _MAP_KEYS = (
 )
 
 
-def read_sun(table: SunTable, temperature: float, where: str) -> EphemerisSun | SunInDirection:
+def read_sun(
+    table: SunTable, temperature: float, where: str, bands: Bands
+) -> EphemerisSun | SunInDirection:
     """The Sun of a scenario; temperature of its spectrum [K]."""
     total = SOLAR_CONSTANT if table.irradiance_w_m2 is None else table.irradiance_w_m2
     if table.spectrum == "astm_g173":
         if table.temperature_k is not None:
             raise ConfigError(where, "temperature_k", 'contradicts spectrum = "astm_g173"')
+        if bands != BANDS:
+            problem = 'must be "planck" with [bands]: "astm_g173" is known in R, G, B and N alone'
+            raise ConfigError(where, "spectrum", problem)
         light = astm_g173_light(total)
     else:
-        light = black_body_light(total, temperature)
+        light = black_body_light(total, temperature, bands)
     # A disc whose size or direction is given is uniform, as in textbook cases.
     given = table.angular_diameter_deg is not None or table.direction_icrf is not None
     darkened = not given if table.limb_darkening is None else table.limb_darkening
-    limb = limb_darkening(temperature) if darkened else UNIFORM
+    limb = limb_darkening(temperature, bands) if darkened else UNIFORM
     radius = SOLAR_RADIUS
     if table.angular_diameter_deg is not None:
         radius = ASTRONOMICAL_UNIT * np.sin(np.radians(0.5 * table.angular_diameter_deg))
@@ -63,6 +68,12 @@ def read_earth(
     table: EarthTable, where: str, base: Base, sun: EphemerisSun | SunInDirection
 ) -> Earth | None:
     """The Earth of a scenario; None in deep space. Relative paths start at ``base``."""
+    if sun.bands != BANDS and table.shape != "none":
+        problem = (
+            f'must be "none" with [bands], got "{table.shape}": '
+            "the Earth and its air are known in R, G, B and N alone"
+        )
+        raise ConfigError(where, "shape", problem)
     if table.radius_km is not None and table.shape != "sphere":
         raise ConfigError(where, "radius_km", f'goes with shape = "sphere", got "{table.shape}"')
     albedo = None if table.albedo is None else fractions(table.albedo, where, "albedo")
@@ -112,7 +123,8 @@ def read_sky(
     # A fixed Sun makes a test scene: no Moon, and stars only where they are asked for.
     stars = not isinstance(sun, SunInDirection) if table.stars is None else table.stars
     if stars:
-        return shipped_stars(FAINTEST if (v := table.faintest_star_mag) is None else v)
+        faintest = FAINTEST if table.faintest_star_mag is None else table.faintest_star_mag
+        return shipped_stars(faintest, bands=sun.bands)
     if table.faintest_star_mag is not None:
         problem = "goes with stars = true; a Sun fixed by hand leaves stars out"
         raise ConfigError(where, "faintest_star_mag", problem)

@@ -7,9 +7,18 @@ import numpy as np
 from simgl.arrays import Array
 from simgl.config.curve_files import check_increasing, read_curve_file
 from simgl.config.path_sandbox import Base
+from simgl.config.validation import shown
 from simgl.config.value_types import direction
 from simgl.errors import AssetError, ConfigError
-from simgl.physics.spectrum import LineSpectrum, black_body_light, black_body_lines, lines_of
+from simgl.physics.spectrum import (
+    BANDS,
+    Bands,
+    LineSpectrum,
+    black_body_light,
+    black_body_lines,
+    lines_of,
+)
+from simgl.scenario.bands_table import LONGEST_NM, SHORTEST_NM
 from simgl.scenario.schema import LampTable
 from simgl.scenario.table_checks import named_spacecraft, place_on
 from simgl.scene.lamps import Lamp
@@ -22,7 +31,11 @@ WIDEST_DEG = 75.0
 
 
 def read_lamps(
-    where: str, tables: dict[str, LampTable], models: dict[str, SpacecraftModel], base: Base
+    where: str,
+    tables: dict[str, LampTable],
+    models: dict[str, SpacecraftModel],
+    base: Base,
+    bands: Bands,
 ) -> dict[str, Lamp]:
     """The lamps of a scenario by name.
 
@@ -32,11 +45,16 @@ def read_lamps(
     if len(tables) > MAX_LAMPS:
         problem = f"holds {len(tables)} lamps, at most {MAX_LAMPS} are possible"
         raise ConfigError(where, "lamp", problem)
-    return {n: _lamp(f"{where} [lamp.{n}]", n, t, models, base) for n, t in tables.items()}
+    return {n: _lamp(f"{where} [lamp.{n}]", n, t, models, base, bands) for n, t in tables.items()}
 
 
 def _lamp(
-    where: str, name: str, table: LampTable, models: dict[str, SpacecraftModel], base: Base
+    where: str,
+    name: str,
+    table: LampTable,
+    models: dict[str, SpacecraftModel],
+    base: Base,
+    bands: Bands,
 ) -> Lamp:
     model = models[named_spacecraft(table.on, models, where, "on")]
     if table.look_at is not None:
@@ -49,7 +67,7 @@ def _lamp(
     if outer > WIDEST_DEG:
         problem = f"and edge_deg must together stay within {WIDEST_DEG:g}, got {outer:g}"
         raise ConfigError(where, "half_angle_deg", problem)
-    power, spectrum = _light(where, table, base)
+    power, spectrum = _light(where, table, base, bands)
     return Lamp(
         name=name,
         spacecraft=table.on,
@@ -66,7 +84,9 @@ def _lamp(
     )
 
 
-def _light(where: str, table: LampTable, base: Base) -> tuple[Array, LineSpectrum | None]:
+def _light(
+    where: str, table: LampTable, base: Base, bands: Bands
+) -> tuple[Array, LineSpectrum | None]:
     """(4,) power in each band [W], and the spectrum where it is known within the bands."""
     keys = ("wavelength_nm", "temperature_k", "band_shares")
     spectra = [k for k in keys if getattr(table, k) is not None]
@@ -77,44 +97,54 @@ def _light(where: str, table: LampTable, base: Base) -> tuple[Array, LineSpectru
             problem = "contradicts power_w for each band; give power_w as one number"
             raise ConfigError(where, spectra[0], problem)
         _refuse_negative(where, "power_w", table.power_w)
-        return np.array(table.power_w), None
+        return np.array(bands.power_of_rgbn(table.power_w)), None
     _refuse_negative(where, "power_w", (table.power_w,))
     if len(spectra) != 1:
         given = " and ".join(spectra) if spectra else "none of them"
         problem = f"as one number needs wavelength_nm, temperature_k or band_shares; got {given}"
         raise ConfigError(where, "power_w", problem)
     if table.wavelength_nm is not None:
-        spectrum = _line_spectrum(where, table.wavelength_nm, table.line_weights, base)
-        return table.power_w * spectrum.band_shares, spectrum
+        spectrum = _line_spectrum(where, table.wavelength_nm, table.line_weights, base, bands)
+        return table.power_w * spectrum.band_shares(bands), spectrum
     if table.temperature_k is not None:
-        power = black_body_light(table.power_w, table.temperature_k).irradiance
-        return power, black_body_lines(table.temperature_k)
+        power = black_body_light(table.power_w, table.temperature_k, bands).irradiance
+        return power, black_body_lines(table.temperature_k, bands).through_filter(bands)
     assert table.band_shares is not None
     if sum(table.band_shares) > 1.0 + 1e-9:
         problem = f"must add up to at most 1, got {sum(table.band_shares):g}"
         raise ConfigError(where, "band_shares", problem)
-    return table.power_w * np.array(table.band_shares), None
+    return table.power_w * np.array(bands.power_of_rgbn(table.band_shares)), None
 
 
 def _line_spectrum(
-    where: str, given: float | list[float] | str, weights: list[float] | None, base: Base
+    where: str,
+    given: float | list[float] | str,
+    weights: list[float] | None,
+    base: Base,
+    bands: Bands,
 ) -> LineSpectrum:
-    """Of a line [nm], of several, or of a file."""
+    """Of a line [nm], of several, or of a file: what passes the filter of the bands."""
     if isinstance(given, str):
-        return _curve_spectrum(where, given, base)
+        return _curve_spectrum(where, given, base, bands)
     lines = given if isinstance(given, list) else [given]
     weights = [1.0] * len(lines) if weights is None else weights
     if len(weights) != len(lines) or not lines:
         problem = f"needs one number for each of {len(lines)} lines, got {len(weights)}"
         raise ConfigError(where, "line_weights", problem)
+    low, high = (400.0, 1000.0) if bands == BANDS else (SHORTEST_NM, LONGEST_NM)
     for line in lines:
-        if not 400.0 <= line <= 1000.0:
-            raise ConfigError(where, "wavelength_nm", f"must lie in 400..1000, got {line:g}")
+        if not low <= line <= high:
+            problem = f"must lie in {low:g}..{high:g}, got {line:g}"
+            raise ConfigError(where, "wavelength_nm", problem)
     share = np.array(weights) / sum(weights)
-    return LineSpectrum(wavelength=np.array(lines) * 1e-9, share=share)
+    spectrum = LineSpectrum(wavelength=np.array(lines) * 1e-9, share=share).through_filter(bands)
+    if not spectrum.band_shares(bands).any():
+        problem = f"must have a line in [bands] ({bands.edges_nm}), got {shown(lines)}"
+        raise ConfigError(where, "wavelength_nm", problem)
+    return spectrum
 
 
-def _curve_spectrum(where: str, name: str, base: Base) -> LineSpectrum:
+def _curve_spectrum(where: str, name: str, base: Base, bands: Bands) -> LineSpectrum:
     try:
         file = base / name
     except AssetError as error:
@@ -123,9 +153,10 @@ def _curve_spectrum(where: str, name: str, base: Base) -> LineSpectrum:
     check_increasing(str(file), "wavelength_nm", wavelength)
     if not all(0.0 <= value < np.inf for value in power) or not any(power):
         raise ConfigError(str(file), "power", "must be 0 or more, and more somewhere")
-    spectrum = lines_of(np.array(wavelength) * 1e-9, np.array(power))
-    if not spectrum.band_shares.any():
-        raise ConfigError(str(file), "power", "must not be 0 all over 400..1000 nm")
+    spectrum = lines_of(np.array(wavelength) * 1e-9, np.array(power), bands).through_filter(bands)
+    if not spectrum.band_shares(bands).any():
+        within = "400..1000 nm" if bands == BANDS else f"[bands] ({bands.edges_nm})"
+        raise ConfigError(str(file), "power", f"must not be 0 all over {within}")
     return spectrum
 
 

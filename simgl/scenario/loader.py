@@ -20,6 +20,7 @@ from simgl.errors import ConfigError, did_you_mean
 from simgl.input_files import recorded_inputs
 from simgl.physics.constants import SOLAR_TEMPERATURE
 from simgl.physics.ephemeris import tai_ns_from_utc
+from simgl.scenario.bands_table import read_bands
 from simgl.scenario.camera_tables import read_mount
 from simgl.scenario.environment_tables import read_earth, read_sky, read_sun
 from simgl.scenario.lamp_tables import read_lamps
@@ -27,6 +28,7 @@ from simgl.scenario.requirements import RequirementsTable, read_requirements
 from simgl.scenario.scenario import Scenario
 from simgl.scenario.schema import (
     AssessTable,
+    BandsTable,
     CameraTable,
     EarthTable,
     EpochTable,
@@ -39,11 +41,12 @@ from simgl.scenario.schema import (
 )
 from simgl.scenario.spacecraft_tables import FILE_KEYS, MotionReader, read_model
 from simgl.scenario.uncertainty import Uncertainty, UncertaintyTable
+from simgl.scene.band_materials import model_in_bands
 from simgl.scene.spacecraft import SpacecraftModel
 
 _TABLES = (
-    "epoch", "sun", "earth", "sky", "spacecraft", "camera", "lamp", "assess", "requirements",
-    "uncertainty", "render",
+    "epoch", "bands", "sun", "earth", "sky", "spacecraft", "camera", "lamp", "assess",
+    "requirements", "uncertainty", "render",
 )  # fmt: skip
 _NAME = re.compile(r"[A-Za-z0-9_-]+")
 _MAX_NAME = 100
@@ -143,7 +146,8 @@ def _read_tables(
     uncertainty = single("uncertainty", UncertaintyTable)
     render = single("render", RenderTable)
     temperature = SOLAR_TEMPERATURE if sun_table.temperature_k is None else sun_table.temperature_k
-    sun = read_sun(sun_table, temperature, f"{where} [sun]")
+    bands = read_bands(single("bands", BandsTable), f"{where} [bands]", base)
+    sun = read_sun(sun_table, temperature, f"{where} [sun]", bands)
     if render.gather == "pixel" and not render.inter_reflection:
         raise ConfigError(f"{where} [render]", "gather", "goes with inter_reflection, which is off")
     _check_models(models, spacecraft_tables, where)
@@ -152,13 +156,14 @@ def _read_tables(
         at = f"{where} [spacecraft.{body}]"
         model = models[body] if body in models else read_model(at, body, table, base)
         reader = MotionReader(at, body, table, spacecraft_tables, epoch_tai_ns, base)
-        placed_models[body], motions[body] = model, reader.motion()
+        placed_models[body] = model_in_bands(model, bands, temperature)
+        motions[body] = reader.motion()
         joints[body] = reader.joint_laws(model)
     cameras, mounts = {}, {}
     with_earth = earth_table.shape != "none"
     for camera, settings in camera_tables.items():
         at = f"{where} [camera.{camera}]"
-        cameras[camera] = read_camera(at, camera, settings, temperature, base)
+        cameras[camera] = read_camera(at, camera, settings, temperature, base, bands)
         mounts[camera] = read_mount(at, settings, placed_models, earth=with_earth)
     _check_criteria(criteria, f"{where} [assess]", placed_models, cameras)
     return Scenario(
@@ -172,7 +177,7 @@ def _read_tables(
         joints=joints,
         cameras=cameras,
         mounts=mounts,
-        lamps=read_lamps(where, lamp_tables, placed_models, base),
+        lamps=read_lamps(where, lamp_tables, placed_models, base, bands),
         criteria=criteria,
         requirements=requirements,
         uncertainty=Uncertainty(**asdict(uncertainty)) if "uncertainty" in data else None,

@@ -22,7 +22,7 @@ from simgl.physics.ephemeris import itrf_from_icrf, moon_position, sun_position,
 from simgl.physics.frames import Pose
 from simgl.physics.lunar_model import moon_from_icrf
 from simgl.physics.solar_disc import UNIFORM
-from simgl.physics.spectrum import BandLight
+from simgl.physics.spectrum import BandLight, Bands
 from simgl.scenario.requirements import Requirement
 from simgl.scenario.schema import UsabilityCriteria
 from simgl.scenario.uncertainty import Uncertainty
@@ -55,6 +55,11 @@ class EphemerisSun:
     radius: float = SOLAR_RADIUS
     visible: bool = True
     limb: Array = field(default_factory=UNIFORM.copy)
+
+    @property
+    def bands(self) -> Bands:
+        """Of its light."""
+        return self.light_at_1_au.bands
 
     def at(self, tai_ns: int, position: Array | None = None) -> Sun:
         """The Sun at an epoch, or at a position (3,) in place of the ephemeris' [m]."""
@@ -111,6 +116,11 @@ class Scenario:
     stars: StarCatalogue | None = None
     # What counts of them is in the fields above.
     inputs: Mapping[Path, str] = field(default_factory=dict, compare=False)
+
+    @property
+    def bands(self) -> Bands:
+        """Of all light and reflectances."""
+        return self.sun.bands
 
     def _repr_html_(self) -> str:
         title = f"Scenario {self.name}, {utc_from_tai_ns(self.epoch_tai_ns)} UTC"
@@ -228,7 +238,7 @@ class Scenario:
             cameras=states,
             lamps=lamps,
             R_moon_from_icrf=None if moon is None else moon_from_icrf(tai_ns),
-            stars=None if self.stars is None else star_sky(self.stars, tai_ns),
+            stars=None if self.stars is None else star_sky(self.stars, tai_ns, self.bands),
         )
 
     def _sun(self, tai_ns: int, position: Array | None) -> Sun:

@@ -55,6 +55,20 @@ class SunTable(Table, frozen=True, kw_only=True):
     visible: bool = True
 
 
+class BandsTable(Table, frozen=True, kw_only=True):
+    """``[bands]``: the wavelengths of all light; omitted, R, G, B and N.
+
+    edges_nm : one to four bands from 300 to 2500 nm, which do not overlap
+    filter : CSV file with a curve of transmission before the lens; without ``edges_nm`` one band is
+        as wide as the curve
+    names : of the channels in files; by default the edges, such as "840-860nm"
+    """
+
+    edges_nm: Annotated[list[tuple[float, float]], Meta(min_length=1, max_length=4)] | None = None
+    filter: str | None = None
+    names: Annotated[list[str], Meta(min_length=1, max_length=4)] | None = None
+
+
 class CloudsTable(Table, frozen=True, kw_only=True):
     """``[earth.clouds]``: the weather.
 

@@ -74,7 +74,7 @@ def read_model(where: str, name: str, table: SpacecraftTable, base: Base) -> Spa
             if getattr(table, key) is not None:
                 problem = "goes with a mesh file; a primitive is in metres and body axes"
                 raise ConfigError(where, key, problem)
-        return read_primitive(table.model, name, where)
+        return read_primitive(table.model, name, where, base)
     if table.unit is not None and table.unit_m is not None:
         raise ConfigError(where, "unit_m", "contradicts unit; give one of them")
     unit_m = table.unit_m if table.unit is None else UNITS[table.unit]

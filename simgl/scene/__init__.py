@@ -4,6 +4,7 @@ state             SceneState: everything that an image depends on, at one instan
 spacecraft, mesh  SpacecraftModel and its triangles, primitives, moved joints
 smooth_surfaces   pieces of a mesh that a pixel may average
 materials, surface_layers, textures, mean_materials   surfaces
+band_materials    models in the bands of a scenario
 lamps             spot lights and their irradiance
 lamp_response     the lamps as the pixels of a detector respond to their spectra
 earth             the Earth's shape, maps, clouds, atmosphere

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from math import isfinite
 
+from simgl.physics.spectrum import Curve
 from simgl.scene.surface_layers import SMOOTHEST, Bands, Cells, Coat, Crinkle
 from simgl.scene.textures import Maps
 from simgl.scene.thermal_surface import ThermalSurface
@@ -17,7 +18,8 @@ MAX_MATERIALS = 64
 class Material:
     """A metallic-roughness surface, or a Lambertian one where ``roughness`` is None.
 
-    reflectance : base colour per band R, G, B, N, 0..1
+    reflectance : base colour per band, 0..1
+    spectrum : of a measured material, from which the reflectance was averaged [nm]
     metallic : 0 dielectric (diffuse base under a 4 % specular), 1 metal (reflectance is F0)
     roughness : perceptual roughness, alpha = roughness^2; None means purely Lambertian
     emission : emitted radiance, the same in all directions [W m-2 sr-1]
@@ -40,6 +42,8 @@ class Material:
     cutoff: float | None = None
     maps: Maps = field(default_factory=Maps)
     conserving: bool = False
+    # Its effect is in the reflectance.
+    spectrum: Curve | None = field(default=None, compare=False, repr=False)
     coat: Coat | None = None
     cells: Cells | None = None
     crinkle: Crinkle | None = None

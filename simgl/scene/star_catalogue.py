@@ -15,6 +15,7 @@ from simgl.errors import AssetError
 from simgl.file_cache import FileCache
 from simgl.input_files import read_file
 from simgl.physics.planets import Planet, planets
+from simgl.physics.spectrum import BANDS, Bands
 from simgl.physics.starlight import (
     MILLIARCSECOND,
     band_irradiance,
@@ -65,7 +66,7 @@ class StarSky:
     diffuse: bool = False
 
 
-def star_sky(catalogue: StarCatalogue, tai_ns: int) -> StarSky:
+def star_sky(catalogue: StarCatalogue, tai_ns: int, bands: Bands = BANDS) -> StarSky:
     """The whole sky at an epoch."""
     position, velocity = earth_from_barycentre(tai_ns)
     return StarSky(
@@ -73,16 +74,18 @@ def star_sky(catalogue: StarCatalogue, tai_ns: int) -> StarSky:
         years=years_since_catalogue(tai_ns),
         earth_position=position,
         earth_velocity=velocity,
-        planets=planets(tai_ns),
+        planets=planets(tai_ns, bands),
         diffuse=True,
     )
 
 
 # Of 3 MB at most.
-_catalogues = FileCache[tuple[Path, float], StarCatalogue](8)
+_catalogues = FileCache[tuple[Path, float, Bands], StarCatalogue](8)
 
 
-def shipped_stars(faintest: float = FAINTEST, path: Path | None = None) -> StarCatalogue:
+def shipped_stars(
+    faintest: float = FAINTEST, path: Path | None = None, bands: Bands = BANDS
+) -> StarCatalogue:
     """The shipped stars down to a magnitude V.
 
     path : of another file of the same form
@@ -90,21 +93,24 @@ def shipped_stars(faintest: float = FAINTEST, path: Path | None = None) -> StarC
     Raises AssetError where the file is missing, damaged or of another form.
     """
     file = assets.data() / "sky" / "hipparcos.npz" if path is None else path
-    return _catalogues.get((file, faintest), lambda: _read_stars(file, faintest))
+    key = file, faintest, bands
+    return _catalogues.get(key, lambda: _read_stars(file, faintest, bands))
 
 
-def _read_stars(path: Path, faintest: float) -> StarCatalogue:
+def _read_stars(path: Path, faintest: float, bands: Bands) -> StarCatalogue:
     try:
         content = read_file(path)
     except AssetError as error:
         raise AssetError(f"{error}; reinstall simgl") from None
     try:
-        return _catalogue(arrays_in(content), faintest)
+        return _catalogue(arrays_in(content), faintest, bands)
     except (KeyError, ValueError, TypeError):
         raise AssetError(f"{path}: is not a whole star catalogue; reinstall simgl") from None
 
 
-def _catalogue(columns: dict[str, NDArray[np.generic]], faintest: float) -> StarCatalogue:
+def _catalogue(
+    columns: dict[str, NDArray[np.generic]], faintest: float, bands: Bands
+) -> StarCatalogue:
     """The catalogue of the columns that ``tools.star_catalogue`` writes."""
     v = columns["v"].astype(np.float64) / 1e3
     count = int(np.searchsorted(v, faintest, side="right"))
@@ -121,5 +127,5 @@ def _catalogue(columns: dict[str, NDArray[np.generic]], faintest: float) -> Star
         direction=np.stack([cd * ca, cd * sa, sd], axis=1),
         motion=pm_east[:, None] * east + pm_north[:, None] * north,
         parallax=MILLIARCSECOND * numbers["parallax_mas"],
-        irradiance=band_irradiance(v[:count], numbers["b_v"] / 1e3, numbers["v_i"] / 1e3),
+        irradiance=band_irradiance(v[:count], numbers["b_v"] / 1e3, numbers["v_i"] / 1e3, bands),
     )

@@ -16,7 +16,7 @@ from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.physics.frames import Pose, angle_between, unit
 from simgl.physics.lunar_model import moonlight
 from simgl.physics.solar_disc import UNIFORM
-from simgl.physics.spectrum import BandLight
+from simgl.physics.spectrum import BandLight, Bands
 from simgl.scene.earth import Earth
 from simgl.scene.lamps import LampState, beam_profile
 from simgl.scene.spacecraft import SpacecraftModel
@@ -80,6 +80,11 @@ class SunAtPosition:
         """(4,) [J-1]."""
         return self.light_at_1_au.photons_per_joule
 
+    @property
+    def bands(self) -> Bands:
+        """Of its light."""
+        return self.light_at_1_au.bands
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SunInDirection:
@@ -111,6 +116,11 @@ class SunInDirection:
     def photons_per_joule(self) -> Array:
         """(4,) [J-1]."""
         return self.light.photons_per_joule
+
+    @property
+    def bands(self) -> Bands:
+        """Of its light."""
+        return self.light.bands
 
 
 Sun = SunAtPosition | SunInDirection
@@ -207,6 +217,11 @@ class SceneState:
     stars: StarSky | None = None
     R_moon_from_icrf: Array | None = None
 
+    @property
+    def bands(self) -> Bands:
+        """Of all light and reflectances."""
+        return self.sun.bands
+
     def _repr_html_(self) -> str:
         first = next(iter(self.bodies), None)
         bodies = [
@@ -267,7 +282,7 @@ class SceneState:
         phase = angle_between(sun.direction_icrf, -offset)
         seen = SunSeen(
             direction_icrf=offset / distance,
-            irradiance=moonlight(sun.irradiance, distance, phase),
+            irradiance=moonlight(sun.irradiance, distance, phase, self.bands),
             angular_radius=float(np.arcsin(MOON_RADIUS / distance)),
         )
         return replace(seen, irradiance=seen.irradiance * self._past_earth(point, seen))

@@ -15,6 +15,7 @@ from simgl.environment_map import DOWN, FORWARD, RIGHT
 from simgl.errors import ConfigError
 from simgl.physics.air_profile import AIR_TOP
 from simgl.physics.lunar_model import moonlight
+from simgl.physics.spectrum import Bands
 from simgl.physics.starlight import sky_radiance
 from simgl.scene.earth import Earth
 from simgl.scene.frost import year_share
@@ -180,7 +181,7 @@ def sky_view(state: SceneState, name: str, body: BodyState) -> SkyView | None:
     cone = ImageCone(float(np.arctan(np.sqrt(2.0))), 1.0 / half)
     moonlit = replace(earth.view, moonlight=_moonlight(state, state.earth))
     earth = replace(earth, view=moonlit)
-    stars = None if state.stars is None else _even_sky(half)
+    stars = None if state.stars is None else _even_sky(half, state.bands)
     faces = tuple(
         _background(intrinsics, axes @ R_body_from_icrf, cone, seen, earth, stars)
         for axes in np.stack([RIGHT, DOWN, FORWARD], axis=1)
@@ -196,9 +197,9 @@ def sky_view(state: SceneState, name: str, body: BodyState) -> SkyView | None:
     )
 
 
-def _even_sky(half: float) -> CelestialView:
+def _even_sky(half: float, bands: Bands) -> CelestialView:
     """Stars and zodiacal light before a face of a sky that is twice ``half`` texels wide."""
-    red, green, blue, near_infrared = sky_radiance().tolist()
+    red, green, blue, near_infrared = sky_radiance(bands).tolist()
     return CelestialView(
         focal_length=half,
         principal_point=(half, half),
@@ -293,7 +294,7 @@ def _moonlight(state: SceneState, earth: EarthState) -> Moonlight | None:
     phase = float(np.arccos(np.clip(cosine, -1.0, 1.0)))
     return Moonlight(
         direction_itrf=_float32(earth.R_itrf_from_icrf @ towards / distance),
-        irradiance=_float32(moonlight(sun.irradiance, distance, phase)),
+        irradiance=_float32(moonlight(sun.irradiance, distance, phase, state.bands)),
     )
 
 

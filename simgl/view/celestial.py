@@ -13,11 +13,11 @@ import numpy as np
 from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.physics.constants import MOON_RADIUS
 from simgl.physics.frames import angle_between
-from simgl.physics.lunar_model import GEOMETRIC_ALBEDO, surface_factor
+from simgl.physics.lunar_model import earthlight, lommel_seeliger_share, surface_factor
 from simgl.physics.spectrum import PerBand
 from simgl.physics.starlight import aberrated, directions
 from simgl.physics.zodiacal_light import faint_starlight, zodiacal_radiance
-from simgl.scene.state import CameraState, SceneState, SunSeen
+from simgl.scene.state import CameraState, EarthState, SceneState, SunSeen
 from simgl.view.bent_sight import LIFT, BentSight, SeenDisc
 
 # A star's light reaches so far from its place [pixels].
@@ -83,14 +83,18 @@ class MoonDisc:
     disc_from_pixel : (2, 2) float64; turns offsets from the centre into units of the radius, along
         two axes square to the line of sight
     sun : (3,) unit, along these axes and towards the camera
-    radiance : (4,) where the disc function mu0 / (mu0 + mu) is 1 [W m-2 sr-1]
+    lommel_seeliger : share of mu0 / (mu0 + mu) in the disc function, the rest is mu0 / 2
+    radiance : (4,) where the disc function is 1 [W m-2 sr-1]
+    earthshine : (4,) of the face that the Earth lights [W m-2 sr-1]
     moon_from_disc : (3, 3) from these three axes to the Moon's own; None for a Moon without seas
     """
 
     ellipse: Ellipse
     disc_from_pixel: Array
     sun: Array32
+    lommel_seeliger: float
     radiance: Array32
+    earthshine: Array32
     moon_from_disc: Array32 | None
 
 
@@ -276,7 +280,8 @@ def _diffuse_sky(state: SceneState, camera: CameraState, hidden: _Hidden) -> Dif
     if hidden.points(seen).all():
         return None
     sun = state.sun.seen_from(camera.position).direction_icrf
-    light = zodiacal_radiance(seen, sun) + faint_starlight(seen)
+    bands = state.bands
+    light = zodiacal_radiance(seen, sun, bands) + faint_starlight(seen, bands)
     return DiffuseSky(columns=columns, rows=rows, radiance=_float32(light))
 
 
@@ -316,14 +321,27 @@ def _moon_disc(
     turned = None
     if state.R_moon_from_icrf is not None:
         turned = _float32(state.R_moon_from_icrf @ disc_from_icrf.T)
-    light = sun.irradiance * GEOMETRIC_ALBEDO * (2.0 / np.pi * surface_factor(phase))
     return MoonDisc(
         ellipse=ellipse,
         disc_from_pixel=disc_from_pixel,
         sun=_float32(disc_from_icrf @ sun.direction_icrf),
-        radiance=_float32(light),
+        lommel_seeliger=lommel_seeliger_share(phase),
+        radiance=_float32(sun.irradiance * surface_factor(phase, state.bands)),
+        earthshine=_float32(_earthshine(state, state.earth)),
         moon_from_disc=turned,
     )
+
+
+def _earthshine(state: SceneState, earth: EarthState | None) -> Array:
+    """(4,) radiance of the Moon by the Earth's light, as seen from near the Earth [W m-2 sr-1]."""
+    if earth is None or state.moon is None:
+        return np.zeros(4)
+    to_moon = state.moon - earth.position
+    sun = state.sun.seen_from(earth.position)
+    phase = angle_between(sun.direction_icrf, to_moon)
+    light = earthlight(sun.irradiance, float(np.linalg.norm(to_moon)), phase, state.bands)
+    # At full phase the disc function is 1/2 all over.
+    return 0.5 * surface_factor(0.0, state.bands) * light
 
 
 def _seen_disc(

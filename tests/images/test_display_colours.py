@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from simgl.arrays import Array
-from simgl.images import SRGB_FROM_BANDS, WHITE_RADIANCE, display_from_radiance
+from simgl.images import SRGB_FROM_RGBN, WHITE_RADIANCE, display_from_radiance
 from simgl.physics.spectrum import planck_radiance
 
 WAVELENGTH: Array = np.arange(400, 700) + 0.5  # [nm]
@@ -48,7 +48,7 @@ def seen(spectrum: Array) -> Array:
 def shown(spectrum: Array) -> Array:
     """(3,) linear sRGB of it in a preview."""
     bands = [spectrum[part].sum() / SUNLIGHT[part].sum() for part in PARTS]
-    return np.asarray(SRGB_FROM_BANDS @ bands)
+    return np.asarray(SRGB_FROM_RGBN @ bands)
 
 
 PARTS = slice(200, 300), slice(100, 200), slice(0, 100)

@@ -13,7 +13,7 @@ from simgl.arrays import Array
 from simgl.physics.airglow import GLOW_BOTTOM, GLOW_TOP, path_in_layers, zenith_glow
 from simgl.physics.atmosphere import STANDARD, grazing_optical_depth
 from simgl.physics.constants import MOON_RADIUS
-from simgl.physics.lunar_model import GEOMETRIC_ALBEDO, surface_factor
+from simgl.physics.lunar_model import lommel_seeliger_share, surface_factor
 from simgl.physics.starlight import sky_radiance
 from simgl.scenario.loader import scenario_from_dict
 from simgl.scenario.scenario import Scenario
@@ -136,10 +136,11 @@ def moon_irradiance(state: SceneState) -> Array:
     n = n + y[:, None] * np.cross(towards, u)
     mu0, mu = np.maximum(n @ sun.direction_icrf, 0.0), -(n @ towards)
     phase = float(np.arccos(-towards @ sun.direction_icrf))
-    law = 2.0 / np.pi * surface_factor(phase) * np.mean(mu0 / (mu0 + mu))
+    s = lommel_seeliger_share(phase)
+    law = surface_factor(phase) * np.mean(s * mu0 / (mu0 + mu) + (1.0 - s) * 0.5 * mu0)
     solid_angle = np.pi * np.sin(np.arcsin(MOON_RADIUS / distance)) ** 2
     cosine = max(float(towards @ pose.R_icrf_from_body[:, 2]), 0.0)
-    return sun.irradiance * GEOMETRIC_ALBEDO * (law * solid_angle * cosine)
+    return np.asarray(sun.irradiance * law * (solid_angle * cosine))
 
 
 def _over_nadir_angles(normal: Array, radiance: Any, edges: Array) -> Array:

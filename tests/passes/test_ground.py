@@ -110,6 +110,25 @@ def test_cities_shine_at_night_and_nothing_else_does(gl: moderngl.Context) -> No
     assert day.sum(axis=2).min() > 1e3 * total.max()
 
 
+def test_towns_are_points_that_leave_the_map_its_light(
+    gl: moderngl.Context, tmp_path: Path
+) -> None:
+    """Of an even map most light comes from few pixels near by, and from afar all is even."""
+    night, code = -up_at(20.0, 10.0), 128.0 / 255.0
+    path = tmp_path / "night.png"
+    # Codes up to 16 are taken for noise.
+    Image.fromarray(np.full((90, 180), 144, dtype=np.uint8)).save(path)
+    earth = {**CLEAR, "night_picture": str(path)}
+    near = looking_down(gl, (23.0, 9.0), night, earth, pixels=320).sum(axis=2)
+    expected = 2e-3 * (0.75 * code**2 + 0.25 * 5.18 * code**5)
+    # 65 cells of 37 km have a third of the light, of variance 4: 8 %, and finer grids 3 %.
+    np.testing.assert_allclose(near.mean(), expected, rtol=0.2)
+    brightest = np.sort(near.ravel())[::-1]
+    assert brightest[: len(brightest) // 10].sum() > 0.4 * brightest.sum()
+    far = looking_down(gl, (23.0, 9.0), night, earth, altitude=2e4, width=3200.0, pixels=32)
+    np.testing.assert_allclose(far[12:20, 12:20].sum(axis=2), expected, rtol=0.1)
+
+
 def test_the_weather_has_the_cover_that_was_asked_for_whatever_its_seed(
     gl: moderngl.Context,
 ) -> None:

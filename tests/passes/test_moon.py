@@ -11,14 +11,13 @@ import pytest
 from simgl.arrays import Array
 from simgl.physics.constants import ASTRONOMICAL_UNIT, MOON_RADIUS
 from simgl.physics.eclipse import past_the_moon
-from simgl.physics.lunar_model import disc_brightness
+from simgl.physics.lunar_model import disc_reflectance
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState, SunAtPosition
 from simgl.simulator import Simulator
 from tests.passes.skies import picture, received, sky_scene, taken, turned
 
 DISTANCE = 384_400e3  # [m]
-SUN_V = -26.76  # Willmer (2018)
 
 
 def sun_at(state: SceneState, position: Array) -> SunAtPosition:
@@ -60,14 +59,14 @@ def test_the_picture_sums_to_the_measured_phase_curve(
     with Simulator(scenario, gl) as simulator:
         for phase_deg in (0.5, 45.0, 90.0, 135.0):
             state = moonlit(scenario, phase_deg, RIGHT)
-            light = received(taken(simulator, state), state.cameras["cam"].camera)[1]
-            sunlight = state.sun.seen_from(np.zeros(3)).irradiance[1]
-            v = SUN_V - 2.5 * np.log10(light / sunlight)
-            expected = -12.74 - 2.5 * np.log10(disc_brightness(np.radians(phase_deg)))
+            light = received(taken(simulator, state), state.cameras["cam"].camera)
+            reflectance = light / state.sun.seen_from(np.zeros(3)).irradiance
+            reflectance *= (DISTANCE / MOON_RADIUS) ** 2
+            expected = disc_reflectance(np.radians(phase_deg))
             # Points 1/192 of the disc apart: 0.5 % of the crescent's light at 135 deg, where the
             # law is steepest; the Sun is nearer to the camera than to the Moon by up to 0.2 %,
             # which is 0.4 %.
-            np.testing.assert_allclose(v, expected, atol=0.01)
+            np.testing.assert_allclose(reflectance, expected, rtol=0.01)
 
 
 def test_a_full_moon_is_a_flat_disc_of_its_angular_size(gl: moderngl.Context) -> None:
@@ -185,3 +184,20 @@ def test_the_seas_leave_the_full_moon_its_light(gl: moderngl.Context) -> None:
                 # The map's mean over the disc is 1; the half with the eastern seas need not be.
                 ratio = received(real, optics) / received(plain, optics)
                 np.testing.assert_allclose(ratio, 1.0, atol=tolerance)
+
+
+def test_earthshine_lights_the_night_side_of_the_moon(gl: moderngl.Context) -> None:
+    """At 120 deg the Earth is 60 deg from full: p* 0.28 in G of a white Lambertian globe."""
+    scenario = sky_scene(
+        {**camera(40.0), "position_icrf_m": [0.0, 1e7, 0.0]}, earth={"albedo": 0.3}
+    )
+    state = moonlit(scenario, 120.0, RIGHT)
+    image = picture(gl, scenario, state)[..., 1]
+    a = np.radians(60.0)
+    globe = 2.0 / (3.0 * np.pi) * (np.sin(a) + (np.pi - a) * np.cos(a))
+    sunlight = state.sun.seen_from(np.zeros(3)).irradiance[1]
+    earthlight = 0.28 * globe * sunlight * (6371.0e3 / DISTANCE) ** 2
+    # The full Moon's radiance under it; the night side of the disc, off the limb.
+    expected = earthlight * disc_reflectance(0.0)[1] / np.pi
+    # 60 deg to 2e-3, by the Sun's distance.
+    np.testing.assert_allclose(image[64, 40], expected, rtol=5e-3)

@@ -20,6 +20,8 @@ _MOON_DISC = Block(
     np.dtype(
         [
             ("moon_radiance", "f4", 4),
+            ("earthshine", "f4", 4),
+            # Direction, and the share of Lommel-Seeliger in the disc function.
             ("moon_sun", "f4", 4),
             # Columns of the 2 x 2 matrix from pixels to units of the disc's radius.
             ("disc_from_pixel", "f4", 4),
@@ -62,7 +64,8 @@ class MoonPass:
             "moon_from_disc": to_moon,
             "has_seas": float(moon.moon_from_disc is not None),
             "moon_radiance": moon.radiance,
-            "moon_sun": (*moon.sun, 0.0),
+            "earthshine": moon.earthshine,
+            "moon_sun": (*moon.sun, moon.lommel_seeliger),
             "disc_from_pixel": moon.disc_from_pixel.T.ravel(),
             "half_size": np.sqrt(np.diag(np.linalg.inv(moon.ellipse.form))),
             "points": int(np.clip(points, 1, _MAX_POINTS)),

@@ -37,7 +37,9 @@ PLANET = Block(
             ("mean_ground", "f4", 4),
             ("air_from_below", "f4", 4),
             # Of the brightest lamps [W m-2 sr-1].
-            ("night_radiance", "f4", 4),
+            # Of lamps of either kind, where the map is brightest.
+            ("sodium_lamps", "f4", 4),
+            ("white_lamps", "f4", 4),
             # The airglow's radiance for each Earth radius of way in its layers, what it sends down
             # to horizontal ground [W m-2], and as ``outside``, from the layers' bottoms and tops.
             ("glow", "f4", 4),
@@ -100,8 +102,11 @@ MAP_TEXEL = np.pi / HEIGHT
 MAP_TEXEL_M = MAP_TEXEL * WGS84_EQUATORIAL_RADIUS
 # Brightest texel of the night map, all bands together [W m-2 sr-1]: 200 nW cm-2 sr-1, the core of
 # a city of millions in VIIRS's day-night band (Elvidge et al. 2017), over 10 km; and its share in
-# each band, between sodium lamps and white ones.
-_NIGHT_RADIANCE = 2e-3 * np.array([0.40, 0.32, 0.06, 0.22])
+# each band: of high-pressure sodium lamps, whose lines lie at 560 to 620 and 819 nm, and of white
+# diodes of 4000 K.
+_BRIGHTEST = 2e-3
+_SODIUM_LAMPS = _BRIGHTEST * np.array([0.40, 0.35, 0.04, 0.21])
+_WHITE_LAMPS = _BRIGHTEST * np.array([0.33, 0.43, 0.20, 0.04])
 # Optical thickness of the thickest of the thin high clouds.
 _HIGH_CLOUD = 1.5
 
@@ -151,7 +156,8 @@ def planet_values(
         "mean_ground": earth.mean_albedo,
         "air_from_below": albedo_from_below(earth.air) if earth.air else np.zeros(4),
         "year_share": planet.year_share,
-        "night_radiance": _NIGHT_RADIANCE * lamps,
+        "sodium_lamps": _SODIUM_LAMPS * lamps,
+        "white_lamps": _WHITE_LAMPS * lamps,
         "glow": _glow(planet),
         "glow_irradiance": ground_irradiance(radii[0]) * earth.airglow,
         "glow_outside": planet.outside - layers * (2.0 + layers),

@@ -9,15 +9,15 @@ DAMAGES = (
         "unknown table",
         "[render]",
         "[rendering]",
-        ': rendering is not a table here; did you mean "render"? (allowed: assess, camera, '
-        "earth, epoch, lamp, render, requirements, sky, spacecraft, sun, uncertainty)",
+        ': rendering is not a table here; did you mean "render"? (allowed: assess, bands, '
+        "camera, earth, epoch, lamp, render, requirements, sky, spacecraft, sun, uncertainty)",
     ),
     Damage(
         "unknown table on two lines",
         "[render]",
         '["a\\nb"]',
-        ': "a\\nb" is not a table here; (allowed: assess, camera, earth, epoch, lamp, render, '
-        "requirements, sky, spacecraft, sun, uncertainty)",
+        ': "a\\nb" is not a table here; (allowed: assess, bands, camera, earth, epoch, lamp, '
+        "render, requirements, sky, spacecraft, sun, uncertainty)",
     ),
     Damage(
         "unknown key",

@@ -109,6 +109,65 @@ DAMAGES = (
         ' [sun]: spectrum must be one of "astm_g173", "planck", got "am0"',
     ),
     Damage(
+        "bands beyond the infrared",
+        RENDER,
+        f"[bands]\nedges_nm = [[840.0, 860.0], [2400.0, 2600.0]]\n{RENDER}",
+        " [bands]: edges_nm must hold bands from 300 to 2500, at least 1 wide, got [2400, 2600]",
+    ),
+    Damage(
+        "bands that overlap",
+        RENDER,
+        f"[bands]\nedges_nm = [[500.0, 600.0], [450.0, 550.0]]\n{RENDER}",
+        " [bands]: edges_nm must not overlap; one band ends at 550, another begins at 500",
+    ),
+    Damage(
+        "five bands",
+        RENDER,
+        f"[bands]\nedges_nm = {[[400.0 + n, 401.0 + n] for n in range(5)]}\n{RENDER}",
+        " [bands]: edges_nm must be a list of length <= 4, got [[400.0, 401.0], [401.0, 402.0], "
+        "[402.0, 403.0], [403.0, 404.0], [404.0, 405.0]]",
+    ),
+    Damage(
+        "names of bands that are none",
+        RENDER,
+        f'[bands]\nnames = ["a"]\n{RENDER}',
+        " [bands]: names goes with edges_nm or filter",
+    ),
+    Damage(
+        "names of too few bands",
+        RENDER,
+        f'[bands]\nedges_nm = [[400.0, 500.0], [500.0, 600.0]]\nnames = ["a", "a"]\n{RENDER}',
+        " [bands]: names must be 2 different names, one for each band",
+    ),
+    Damage(
+        "a band named as the depth",
+        RENDER,
+        f'[bands]\nedges_nm = [[400.0, 500.0]]\nnames = ["Z"]\n{RENDER}',
+        " [bands]: names must be of letters, digits, _ and -, at most 32, and not Z and partId",
+    ),
+    Damage(
+        "measured Sun in other bands",
+        SUNWARD,
+        f'{SUNWARD}\nspectrum = "astm_g173"\n[bands]\nedges_nm = [[840.0, 860.0]]',
+        ' [sun]: spectrum must be "planck" with [bands]: "astm_g173" is known in R, G, B and N '
+        "alone",
+    ),
+    Damage(
+        "Earth in other bands",
+        SHAPE,
+        'shape = "sphere"\nradius_km = 6371.0\n[bands]\nedges_nm = [[840.0, 860.0]]',
+        ' [earth]: shape must be "none" with [bands], got "sphere": the Earth and its air are '
+        "known in R, G, B and N alone",
+    ),
+    Damage(
+        "lamp in none of the bands",
+        RENDER,
+        LAMP.replace("temperature_k = 3000.0", "wavelength_nm = 940.0").replace(
+            "[render]", "[bands]\nedges_nm = [[840.0, 860.0]]\n[render]"
+        ),
+        " [lamp.spot]: wavelength_nm must have a line in [bands] (840-860nm 840-860), got [940.0]",
+    ),
+    Damage(
         "limb darkening by a number",
         SUNWARD,
         f"{SUNWARD}\nlimb_darkening = 0.6",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tests.scenario.damages.damage import LOOK, MODEL, Damage
+from tests.scenario.damages.damage import LOOK, MODEL, RENDER, Damage
 
 DAMAGES = (
     Damage(
@@ -44,5 +44,18 @@ DAMAGES = (
         LOOK,
         f'{LOOK}\npreset = "mine.toml"',
         " [camera.nav]: preset: FOLDER/mine.toml: cannot be read (No such file or directory)",
+    ),
+    Damage(
+        "filter file missing",
+        RENDER,
+        f'[bands]\nfilter = "no.csv"\n{RENDER}',
+        " [bands]: filter: FOLDER/no.csv: cannot be read (No such file or directory)",
+    ),
+    Damage(
+        "curve of a material missing",
+        "reflectance = 0.5",
+        'reflectance = "no.csv"',
+        " [spacecraft.plate]: model.plate.material.reflectance: FOLDER/no.csv: cannot "
+        "be read (No such file or directory)",
     ),
 )

@@ -62,11 +62,11 @@ DAMAGES = (
         "[0.5, 0.5, 0.5]",
     ),
     Damage(
-        "colour name for bands",
+        "truth for bands",
         "reflectance = 0.5",
-        'reflectance = "white"',
-        " [spacecraft.plate]: model.plate.material.reflectance must be a number or a list, got "
-        '"white"',
+        "reflectance = true",
+        " [spacecraft.plate]: model.plate.material.reflectance must be a number or a text or a "
+        "list, got true",
     ),
     Damage(
         "number for a model",
