@@ -2,66 +2,56 @@
 //
 // Each scale has a grid along parallels and meridians with one town to a cell, wholly within it, so that
 // a place belongs to one town alone. A town's light is random, by a power law of mean 1; so is the sum.
-#include "block/planet"
 
 // The shipped map's mean square over its mean fifth power.
 const float CITY_CORE = 5.18;
+// Widest cell [km]; a parallel of these has so many around that all smaller ones fit in.
+const float WIDEST_CELL = 24.0;
 
-uint scrambled(uint x) {
-    x ^= x >> 16; x *= 0x7feb352du;
-    x ^= x >> 15; x *= 0x846ca68bu;
-    return x ^ (x >> 16);
-}
-
-// Four numbers of 0..1 for a cell of a grid.
-vec4 of_cell(ivec2 cell, uint grid) {
-    uint x = scrambled(uint(cell.x) + 0x9e3779b9u * (uint(cell.y) + 7919u * grid));
-    uint y = scrambled(x + 0x85ebca6bu);
-    return vec4(x & 0xffffu, x >> 16, y & 0xffffu, y >> 16) / 65535.0;
+// Three numbers of 0..1 for a cell of a grid; 10 bits each.
+vec3 of_cell(ivec2 cell, uint grid) {
+    uint x = uint(cell.x) * 0x9e3779b9u + (uint(cell.y) + 7919u * grid) * 0x85ebca6bu;
+    x ^= x >> 15; x *= 0x7feb352du;
+    x ^= x >> 13;
+    return (vec3(x & 1023u, (x >> 10) & 1023u, x >> 22) + 0.5) / 1024.0;
 }
 
 // Light over its mean of the towns of a grid, and the share of it that white lamps send.
 //
-// on_map : place on the maps
-// cell, radius : of the grid and of a mean town [km]
-// footprint : of the pixel [km]; towns are at least as wide as it
-vec2 towns(vec2 on_map, float cell, float radius, float footprint, uint grid) {
-    float parallel = on_map.y * PI * planet_km / cell;
-    float row = floor(parallel);
-    float around = 2.0 * planet_km * PI * max(sin((row + 0.5) * cell / planet_km), 0.02) / cell;
-    vec2 place = vec2(on_map.x * around, parallel);
-    vec4 chance = of_cell(ivec2(floor(place)), grid);
-    // A power law, of which one of 120 is cut; with that the mean is 1.
-    float light = min(0.438 * pow(max(chance.z, 1e-4), -0.6), 8.0);
-    // Brighter towns are wider, not brighter everywhere. To where light ends, in cells.
-    float wide = radius * (0.6 + 0.8 * chance.w) * sqrt(light);
-    float reach = min(3.2 * sqrt(wide * wide + 0.16 * footprint * footprint) / cell, 0.49);
+// place : in cells of the grid
+// radius, footprint : of a mean town, of the pixel, in cells; towns are at least as wide as that
+vec2 towns(vec2 place, float radius, float footprint, uint grid) {
+    vec3 chance = of_cell(ivec2(floor(place)), grid);
+    // The law of exponent -2 in the number of towns, of which one of 240 is cut; the mean is 1.
+    float light = 0.515 * inversesqrt(chance.z);
+    // Brighter towns are wider, not brighter everywhere. To where light ends.
+    float reach = min(3.2 * sqrt(radius * radius * light + 0.16 * footprint * footprint), 0.49);
     vec2 away = (fract(place) - mix(vec2(reach), vec2(1.0 - reach), chance.xy)) / reach;
     float fall = max(1.0 - dot(away, away), 0.0);
     // Over the mean of the fall's cube in the cell.
-    float resolved = light * fall * fall * fall * 4.0 / (PI * reach * reach);
-    float white = step(0.6, fract(chance.w * 7.0 + chance.x));
-    float smooth_share = smoothstep(0.25, 0.7, footprint / cell);
-    return vec2(mix(resolved, 1.0, smooth_share), mix(white, 0.4, smooth_share));
+    float resolved = min(light, 8.0) * fall * fall * fall * (4.0 / PI) / (reach * reach);
+    float even = clamp(2.0 * footprint - 0.4, 0.0, 1.0);
+    return vec2(mix(resolved, 1.0, even), mix(step(0.6, fract(61.0 * chance.z)), 0.4, even));
 }
 
 // Radiance of lamps at a place [W m-2 sr-1].
 //
 // code : of the map of lights; its square is the mean radiance, a core is as much narrower as its
 //        fifth power, of the same light over all land
-// road, street : light of roads between towns and within them over its mean
-vec4 city_lights(float code, vec2 on_map, float footprint, float road, float street) {
-    vec4 light = vec4(0.0);
-    WHEN(code > 0.0) {
-        vec2 city = towns(on_map, 37.0, 4.0, footprint, 1u);
-        vec2 town = towns(on_map, 13.0, 1.1, footprint, 2u);
-        vec2 village = towns(on_map, 5.9, 0.4, footprint, 3u);
-        float mean = code * code, streets = 0.6 + 0.4 * street;
-        float core = 0.25 * CITY_CORE * mean * mean * code * streets;
-        vec4 parts = vec4(0.2 * city.x * streets, 0.25 * town.x, 0.2 * village.x, 0.1 * road) * mean;
-        float white = dot(parts, vec4(city.y, town.y, village.y, 0.2)) + 0.4 * core;
-        float sum = dot(parts, vec4(1.0)) + core;
-        light = (sum - white) * sodium_lamps + white * white_lamps;
-    }
-    return light;
+// on_map : place on the maps
+// footprint : of the pixel [km]
+// road : light of roads over its mean
+vec4 city_lights(float code, vec2 on_map, float footprint, float road) {
+    float parallel = on_map.y * (PI * planet_km / WIDEST_CELL);
+    float around = max(sin((floor(parallel) + 0.5) * (WIDEST_CELL / planet_km)), 0.02);
+    vec2 place = vec2(on_map.x * (2.0 * PI * planet_km / WIDEST_CELL) * around, parallel);
+    float spanned = footprint / WIDEST_CELL;
+    vec2 town = towns(place, 0.10, spanned, 1u);
+    vec2 village = towns(4.0 * place, 0.075, 4.0 * spanned, 2u);
+    float mean = code * code, streets = 0.6 + 0.4 * road;
+    float core = 0.25 * CITY_CORE * mean * mean * code * streets;
+    vec3 parts = vec3(0.35 * town.x * streets, 0.3 * village.x, 0.1 * road) * mean;
+    float white = dot(parts, vec3(town.y, village.y, 0.2)) + 0.4 * core;
+    float sum = dot(parts, vec3(1.0)) + core;
+    return (sum - white) * sodium_lamps + white * white_lamps;
 }

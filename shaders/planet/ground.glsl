@@ -1,7 +1,6 @@
 // What land, sea and clouds send up of the light that reaches them [W m-2 sr-1].
 #include "block/planet"
 #include "common/constants.glsl"
-#include "common/when.glsl"
 #include "planet/cloud.glsl"
 #ifdef FROST
 #include "planet/frost.glsl"
@@ -141,7 +140,7 @@ struct Land {
     float shore_km;   // way into the sea, negative on land
     vec2 lamps_at;    // place on the maps, bent by hills as towns are
     float lamps;      // code of the map of lights
-    vec2 roads;       // light of roads and of streets over its mean
+    float road;       // light of roads over its mean
 };
 
 Land land_at(Place here) {
@@ -192,7 +191,7 @@ Land land_at(Place here) {
     seen.lamps_at = here.ground.on_map + 0.3 * here.fray * hills.yx;
     // Roads run where a slope turns. For slopes of variance v the mean of exp(-50 slope^2) is
     // 1 / sqrt(1 + 100 v).
-    seen.roads = exp(-50.0 * along * along) * sqrt(1.0 + 100.0 * resolved_hills);
+    seen.road = exp(-50.0 * along.x * along.x) * sqrt(1.0 + 100.0 * resolved_hills);
 #endif
     return seen;
 }
@@ -245,7 +244,7 @@ vec4 surface_light(Place here, Sea sea, Shade shade) {
 #ifdef NIGHT
     // Lamps are on from sunset.
     light += here.to_ground * dusk(here.mu_sun)
-           * city_lights(land.lamps, land.lamps_at, here.footprint, land.roads.x, land.roads.y);
+           * city_lights(land.lamps, land.lamps_at, here.footprint, land.road);
 #endif
     return light;
 #endif
