@@ -10,6 +10,7 @@ from typing import Protocol
 from simgl.arrays import Array32, Image8, Image16
 from simgl.camera.detector import Detector
 from simgl.displays import Scale
+from simgl.physics.spectrum import BANDS, Bands
 
 Size = tuple[int, int]
 
@@ -30,6 +31,7 @@ class Panel:
     pixels : (height, width, 3) sRGB, perhaps subsampled; None where ``radiance`` is shown
     radiance : (height, width, 4) [W m-2 sr-1], shown as an eye would see it
     exposure_value : brightens the radiance by two to this power [EV]
+    bands : of the radiance
     scale : of the colours, where they stand for values
     """
 
@@ -38,6 +40,7 @@ class Panel:
     pixels: Image8 | None = None
     radiance: Array32 | None = None
     exposure_value: float = 0.0
+    bands: Bands = BANDS
     scale: Scale | None = None
 
 

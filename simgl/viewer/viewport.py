@@ -268,6 +268,7 @@ def _panel(images: CameraImages, plane: str, exposure_value: float) -> Panel:
             size=size,
             radiance=images.planes["radiance"],
             exposure_value=exposure_value,
+            bands=detector.bands,
         )
     made = display(images, plane, _WIDEST)
     assert made is not None

@@ -121,7 +121,7 @@ class WindowPainter:
             texture = self._ctx.texture((width, height), channels, data.tobytes(), dtype="f4")
             texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
             self._radiance = panel.radiance, texture
-        self._display.draw(self._radiance[1], target, rectangle, panel.exposure_value)
+        self._display.draw(self._radiance[1], target, rectangle, panel.exposure_value, panel.bands)
 
     def _placed(
         self, subject: Subject, words: Words, style: BoxStyle, window: Size

@@ -13,7 +13,7 @@ from simgl.arrays import Array
 from simgl.images import SRGB_FROM_RGBN, WHITE_RADIANCE, display_from_radiance
 from simgl.physics.spectrum import planck_radiance
 
-WAVELENGTH: Array = np.arange(400, 700) + 0.5  # [nm]
+WAVELENGTH: Array = np.arange(400.5, 700.0)  # [nm]
 SUNLIGHT = planck_radiance(WAVELENGTH * 1e-9, 5777.0)
 SRGB_FROM_XYZ = np.array(
     [
