@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from simgl.arrays import Array, Array32, Image8
-from simgl.images import WHITE_RADIANCE
+from simgl.display_colours import WHITE_RADIANCE
 
 # Weights of the primaries of ITU-R BT.709.
 _LUMA = np.array([0.2126, 0.7152, 0.0722])

@@ -5,10 +5,10 @@ from __future__ import annotations
 import moderngl
 import numpy as np
 
+from simgl.display_colours import shown_channels, srgb_from_bands, white_radiance
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.uniform_blocks import Block
-from simgl.images import shown_channels, srgb_from_bands, white_radiance
 from simgl.physics.spectrum import BANDS, Bands
 
 _DISPLAY = Block(

@@ -12,7 +12,7 @@ LAYERS = (
     ("arrays", "content_digest", "errors", "interruption", "lru_cache", "progress"),
     ("assets", "decoded_files", "figure_style", "html_table", "input_files", "sample_grid"),
     ("disk_cache", "file_cache", "gpu", "physics"),
-    ("config", "environment_map", "motion"),
+    ("config", "display_colours", "environment_map", "motion"),
     ("camera",),
     ("images", "scene"),
     ("displays", "false_colour", "flash_lidar", "model_files", "rays"),

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from simgl.arrays import Array
-from simgl.images import SRGB_FROM_RGBN, WHITE_RADIANCE, display_from_radiance
+from simgl.display_colours import SRGB_FROM_RGBN, WHITE_RADIANCE
+from simgl.images import display_from_radiance
 from simgl.physics.spectrum import planck_radiance
 
 WAVELENGTH: Array = np.arange(400.5, 700.0)  # [nm]

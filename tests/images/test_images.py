@@ -8,8 +8,8 @@ import moderngl
 import numpy as np
 from PIL import Image
 
+from simgl.display_colours import WHITE_RADIANCE
 from simgl.images import (
-    WHITE_RADIANCE,
     contact_sheet,
     display_from_dn,
     display_from_radiance,
