@@ -8,7 +8,7 @@ import numpy as np
 from PIL import Image
 
 from simgl.arrays import Array, Image8
-from simgl.images import WHITE_RADIANCE
+from simgl.display_colours import WHITE_RADIANCE
 
 # Full red and full blue: simgl brighter or darker by this much.
 _FULL = 0.3

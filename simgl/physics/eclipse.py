@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from scipy.integrate import cumulative_simpson
-from scipy.interpolate import CubicHermiteSpline
+import scipy
 
 from simgl.arrays import Array
 from simgl.physics.air_profile import AIR_TOP
@@ -271,7 +270,8 @@ def _light_up_to(disc_radius: float, separation: float, limb: Array) -> Callable
     if limb.any():
         profile = _arc_profile(disc_radius, separation, theta, limb)
     slopes = (width * np.sin(phi))[:, None] * profile
-    sums = CubicHermiteSpline(phi, cumulative_simpson(slopes, x=phi, axis=0, initial=0.0), slopes)
+    values = scipy.integrate.cumulative_simpson(slopes, x=phi, axis=0, initial=0.0)
+    sums = scipy.interpolate.CubicHermiteSpline(phi, values, slopes)
 
     def light(radius: Array) -> Array:
         within = np.clip((separation - radius) / disc_radius, -1.0, 1.0)
