@@ -27,10 +27,10 @@ const float SHORE_KM = 255.0 / 6.0;
 // The map knows the way to the shore only as far as its codes reach: within a pixel larger than the
 // way between their ends, the mean code is the share of water.
 const float LARGEST_SHORE_KM = 42.0;
-// Light that the air scatters comes from so far around: a scale height of the air on either side, and the
-// map's halving of such texels.
+// Light that the air scatters comes from so far around: scale heights of the air on either side. The map's
+// halving for it is even over a tile, whose corners alone may be asked.
 const float AROUND_KM = 16.0;
-const float AROUND_LEVEL = 1.0;
+const float AROUND_LEVEL = 3.0;
 const vec3 ZERO_CODE = vec3(128.0 / 255.0);
 // Mean of max(1 - 3 |g|, 0) for a normal g: 2 phi(0) (1/3 - 1/6) to first order.
 const float BED_MEAN = 0.131;
@@ -123,6 +123,17 @@ Sea sea_at(Place here) {
                * glint(here.normal, sun_direction_itrf.xyz, here.view, wave_slope_variance));
 }
 
+// What ground gets of the light that goes back and forth between it and the air, over the same for ground
+// of the Earth's mean.
+vec4 by_air(vec4 around) {
+    return (1.0 - mean_ground * air_from_below) / (1.0 - around * air_from_below);
+}
+
+// By how much ground is brighter, with that, than the one for which the air's light was made.
+vec4 brighter(vec4 around) {
+    return max(around * by_air(around) - mean_ground, vec4(0.0));
+}
+
 #ifndef SEA
 // Slopes of the map to the east and north; codes are their roots.
 vec2 mapped_slope(vec4 form) {
@@ -130,12 +141,27 @@ vec2 mapped_slope(vec4 form) {
     return root * abs(root);
 }
 
+// How much grows there, by its colours.
+float growth_of(vec4 land) {
+    return clamp(4.0 * (land.a - 1.2 * land.r), 0.0, 1.0);
+}
+
+// A place with what the land around it sends to air and clouds.
+Place with_land_around(Place here) {
+    vec4 land = textureLod(land_map, here.ground.on_map, max(here.levels.x, AROUND_LEVEL));
+    land *= land;
+#ifdef FROST
+    land = with_snow(land, growth_of(land), here.ground.on_map, 0.0, 0.0);
+#endif
+    here.gain = by_air(land);
+    here.land_aloft = here.aloft * brighter(land);
+    here.around = land;
+    return here;
+}
+
 // The land at a place.
-//
-// around : its reflectance over tens of kilometres, over which air and clouds mix what it sends up
 struct Land {
     vec4 reflectance;
-    vec4 around;
     float lit;        // cosine of the Sun on its slopes
     float shore_km;   // way into the sea, negative on land
     vec2 lamps_at;    // place on the maps, bent by hills as towns are
@@ -168,7 +194,7 @@ Land land_at(Place here) {
     // Ground and growth change from hill to hill, growth most where there is some; the gains are
     // chosen by eye.
     land *= land;
-    float growth = clamp(4.0 * (land.a - 1.2 * land.r), 0.0, 1.0);
+    float growth = growth_of(land);
     // Valleys and dry beds run where a slope turns; their mean darkness is taken off.
     float bed = max(1.0 - 3.0 * abs(along.x) * inversesqrt(max(resolved_hills, 1e-3)), 0.0) - BED_MEAN;
     land *= 1.0 - 0.22 * resolved_hills * bed + grain * (0.07 + growth * vec4(0.11, 0.07, 0.09, 0.0))
@@ -177,13 +203,6 @@ Land land_at(Place here) {
     land = with_snow(land, growth, here.ground.on_map, length(slope), noise.z);
 #endif
     seen.reflectance = land;
-    vec4 around = textureLod(land_map, here.ground.on_map, max(level, AROUND_LEVEL));
-    around *= around;
-#ifdef FROST
-    around = with_snow(around, clamp(4.0 * (around.a - 1.2 * around.r), 0.0, 1.0),
-                       here.ground.on_map, length(slope), 0.0);
-#endif
-    seen.around = around;
 #ifndef RELIEF_AT_CORNERS
     seen.shore_km = (form.z - ZERO_CODE.z) * SHORE_KM + 0.4 * grain;
     seen.lamps = form.w;
@@ -197,22 +216,13 @@ Land land_at(Place here) {
 }
 #endif
 
-// What ground gets of the light that goes back and forth between it and the air, over the same for ground
-// of the Earth's mean.
-vec4 by_air(vec4 around) {
-    return (1.0 - mean_ground * air_from_below) / (1.0 - around * air_from_below);
-}
-
-// The share of the light that comes through the clouds, with what they send back to the ground.
+// The share of the light that comes through the clouds, with what they send back to the ground: to first
+// order in the differences between bands, which is right to 2 % over snow.
+//
+// around : the ground's reflectance
 vec4 by_clouds(vec4 around, Shade shade) {
-    return shade.through / (1.0 - around * shade.back);
-}
-
-// What the air scatters towards the camera of the light of ground that is brighter than the one for
-// which the air's light was made [W m-2 sr-1].
-vec4 light_aloft(vec4 around, Place here, Shade shade) {
-    vec4 more = max(around * by_air(around) - mean_ground, vec4(0.0));
-    return more / PI * here.aloft * by_clouds(around, shade);
+    float grey = around.g, again = 1.0 / (1.0 - grey * shade.back);
+    return shade.through * again * (1.0 + (around - grey) * (shade.back * again));
 }
 
 // What the ground below the clouds sends up.
@@ -223,23 +233,23 @@ vec4 surface_light(Place here, Sea sea, Shade shade) {
     float floes = noise_at(here.ground, here.levels.y).z;
     float north = degrees_north(here.ground.on_map);
     vec4 ice = ice_reflectance[north > 0.0 ? 0 : 1];
-    vec4 on_ice = (here.direct * here.lit + here.diffuse) * by_air(ice) * by_clouds(ice, shade);
+    vec4 below_ice = by_clouds(ice, shade);
+    vec4 on_ice = (here.direct * here.lit + here.diffuse) * by_air(ice) * below_ice;
     water = mix(water, ice / PI * on_ice, ice_share(here.ground.on_map, north, floes))
-          + ice_share(here.ground.on_map, north, 0.0) * light_aloft(ice, here, shade);
+          + ice_share(here.ground.on_map, north, 0.0) * below_ice * brighter(ice) * here.aloft;
 #endif
 #ifdef SEA
     return water;
 #else
     Land land = land_at(here);
-    vec4 irradiance = (here.direct * land.lit + here.diffuse)
-                    * by_air(land.around) * by_clouds(land.around, shade);
-    vec4 light = land.reflectance / PI * irradiance, aloft = light_aloft(land.around, here, shade);
+    vec4 below = by_clouds(here.around, shade);
+    vec4 light = land.reflectance / PI * here.gain * (here.direct * land.lit + here.diffuse) * below;
 #ifdef LAND
-    light += aloft;
+    light += here.land_aloft * below;
 #else
     float across_km = clamp(here.footprint, 0.4, LARGEST_SHORE_KM);
     light = mix(light, water, clamp(0.5 + land.shore_km / across_km, 0.0, 1.0))
-          + clamp(0.5 - land.shore_km / AROUND_KM, 0.0, 1.0) * aloft;
+          + clamp(0.5 - land.shore_km / AROUND_KM, 0.0, 1.0) * below * here.land_aloft;
 #endif
 #ifdef NIGHT
     // Lamps are on from sunset.

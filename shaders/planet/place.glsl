@@ -23,8 +23,10 @@ const float SHADOW_SINE = 0.15;
 // to_ground : transmittance from the ground to the camera
 // white     : radiance of a white layer at the height of the clouds [W m-2 sr-1]
 // beneath   : radiance that the air between ground and clouds adds [W m-2 sr-1]
-// aloft     : irradiance on the ground, times the share of what white ground would send up that the air
-//             scatters towards the camera [W m-2]
+// aloft     : what the air would scatter towards the camera of the light of white ground [W m-2 sr-1]
+// gain, land_aloft, around : of land over tens of kilometres, over which air and clouds mix what it sends up:
+//             the light that it gets with what the air sends back, over that of ground of the Earth's
+//             mean; what the air scatters of its light beyond that of such ground; its reflectance
 // sky       : radiance of the sky that level waves mirror (AIR_INSIDE; elsewhere the sky's mean)
 // ground, cloud, shade : the spot seen, where the ray meets the clouds, where the Sun's light does
 // turn      : of the chart's axes from east and north: cosine, sine
@@ -46,6 +48,11 @@ struct Place {
     vec4 beneath;
 #ifdef EARTH_MAPS
     vec4 aloft;
+#ifndef SEA
+    vec4 gain;
+    vec4 land_aloft;
+    vec4 around;
+#endif
 #ifdef AIR_INSIDE
     vec4 sky;
 #endif
@@ -182,8 +189,9 @@ vec4 scattered_up(vec4 to_space, float mu) {
 #ifdef AIR
 Place place_through(AirRay air, Place place) {
 #if defined(EARTH_MAPS) && !defined(AIR_INSIDE)
-    float mu_view = max(dot(place.normal, place.view), 0.05);
-    place.aloft = (place.direct * place.lit + place.diffuse) * scattered_up(air.to_ground, mu_view);
+    // Beyond 60 deg from the zenith as there: no corner of a tile differs much from the next.
+    float mu_view = max(dot(place.normal, place.view), 0.5);
+    place.aloft = (place.direct * place.lit + place.diffuse) / PI * scattered_up(air.to_ground, mu_view);
 #endif
     place.to_ground = air.to_ground;
     place.direct *= air.to_ground;

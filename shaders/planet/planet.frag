@@ -37,6 +37,9 @@ void main() {
 #ifdef AIR
     here = place_through(air, here);
 #endif
+#if defined(EARTH_MAPS) && !defined(SEA)
+    here = with_land_around(here);
+#endif
     Sight sight = ground_sight(here, on_earth, on_clouds);
     radiance += sight.light;
     beyond *= sight.transmittance;

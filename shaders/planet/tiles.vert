@@ -20,6 +20,9 @@ void main() {
     place = place_at(ray.d, outside / (root - ray.od), cloud_t, max(root / stretch, 1e-3));
     AirRay air = air_ray(ray.d / stretch, ray.od / stretch, discriminant / ray.dd, 1.0);
     place = place_through(air, place);
+#ifndef SEA
+    place = with_land_around(place);
+#endif
     light = air.light;
 #ifdef RELIEF_AT_CORNERS
     place.slope = mapped_slope(textureLod(form_map, place.ground.on_map, place.levels.x));
