@@ -16,9 +16,9 @@ from simgl.errors import ConfigError
 from simgl.physics.air_profile import AIR_TOP
 from simgl.physics.lunar_model import moonlight
 from simgl.physics.spectrum import Bands
-from simgl.physics.starlight import sky_radiance
 from simgl.scene.earth import Earth
 from simgl.scene.frost import year_share
+from simgl.scene.star_catalogue import StarSky
 from simgl.scene.state import BodyState, CameraState, EarthState, SceneState, SunSeen
 from simgl.view.celestial import CelestialView, EarthCone, ImageCone, celestial
 
@@ -181,7 +181,7 @@ def sky_view(state: SceneState, name: str, body: BodyState) -> SkyView | None:
     cone = ImageCone(float(np.arctan(np.sqrt(2.0))), 1.0 / half)
     moonlit = replace(earth.view, moonlight=_moonlight(state, state.earth))
     earth = replace(earth, view=moonlit)
-    stars = None if state.stars is None else _even_sky(half, state.bands)
+    stars = None if state.stars is None else _even_sky(half, state.stars, state.bands)
     faces = tuple(
         _background(intrinsics, axes @ R_body_from_icrf, cone, seen, earth, stars)
         for axes in np.stack([RIGHT, DOWN, FORWARD], axis=1)
@@ -197,9 +197,9 @@ def sky_view(state: SceneState, name: str, body: BodyState) -> SkyView | None:
     )
 
 
-def _even_sky(half: float, bands: Bands) -> CelestialView:
+def _even_sky(half: float, stars: StarSky, bands: Bands) -> CelestialView:
     """Stars and zodiacal light before a face of a sky that is twice ``half`` texels wide."""
-    red, green, blue, near_infrared = sky_radiance(bands).tolist()
+    red, green, blue, near_infrared = stars.mean_radiance(bands).tolist()
     return CelestialView(
         focal_length=half,
         principal_point=(half, half),
