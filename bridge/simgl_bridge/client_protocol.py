@@ -374,7 +374,7 @@ class ClientProtocol:
     def _handle_error(self, reply: Error) -> None:
         error = RemoteError(self.address, reply)
         refused = reply.id is not None and self._states.find(reply.id) is not None
-        told = False
+        reported = False
         for call in self._open_calls():
             # Without an id the server could not tell which request it was: none must wait in vain.
             if reply.id is None or reply.id == call.id:
@@ -384,8 +384,8 @@ class ClientProtocol:
                 concerned = refused and (isinstance(call.request, Next) or not call.sent)
             if concerned:
                 call.fail(error)
-                told = True
-        if refused and not told:
+                reported = True
+        if refused and not reported:
             self._refusal = error
 
     def handle_event(self, event: int) -> bool:

@@ -51,7 +51,7 @@ _FLATTENING = (11500.0 / 3140.0) ** (-1.0 / _FALL)
 # Nearer to the Sun the corona shines, which is left out [deg].
 _NEAREST = 1.0
 # Left out of the mean over the sky [deg].
-_BESIDE_SUN = 30.0
+_AROUND_SUN = 30.0
 
 # One star of tenth magnitude in a square degree, in this unit and at 500 nm (section 2.2).
 _S10 = 1.28
@@ -124,7 +124,7 @@ def mean_diffuse_sky(bands: Bands = BANDS) -> Array:
     direction = np.stack([across * np.cos(angle), across * np.sin(angle), z], axis=1)
     # On the ecliptic; the mean is the same wherever it stands there.
     sun = np.array([1.0, 0.0, 0.0])
-    far = direction[direction @ sun < np.cos(np.radians(_BESIDE_SUN))]
+    far = direction[direction @ sun < np.cos(np.radians(_AROUND_SUN))]
     light = zodiacal_radiance(far, sun, bands).mean(axis=0) + faint_starlight(far, bands).mean(
         axis=0
     )

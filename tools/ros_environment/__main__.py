@@ -40,8 +40,8 @@ def _mend_paths(folder: Path, python: Path) -> None:
     said = subprocess.run([python, "-c", program], check=True, capture_output=True, text=True)
     of_python, of_numpy = said.stdout.splitlines()
 
-    def local(found: re.Match[str]) -> str:
-        return of_numpy if "numpy" in found[0] else of_python
+    def local(matched: re.Match[str]) -> str:
+        return of_numpy if "numpy" in matched[0] else of_python
 
     for path in (folder / "share").rglob("*.cmake"):
         text = path.read_text()
