@@ -9,7 +9,15 @@ from tests.hygiene.source import imported_modules, imports, modules
 # Packages and modules directly below simgl/, lowest layer first. A package may import from every
 # lower layer, and from itself. "" is the public interface, simgl/__init__.py.
 LAYERS = (
-    ("arrays", "content_digest", "errors", "interruption", "lru_cache", "progress"),
+    (
+        "arrays",
+        "content_digest",
+        "errors",
+        "idle_priority",
+        "interruption",
+        "lru_cache",
+        "progress",
+    ),
     ("assets", "decoded_files", "figure_style", "html_table", "input_files", "sample_grid"),
     ("disk_cache", "file_cache", "gpu", "physics"),
     ("config", "display_colours", "environment_map", "motion"),
