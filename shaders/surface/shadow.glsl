@@ -296,6 +296,13 @@ vec2 lean_past(sampler2D depths, SunMap map, Receiver r, float highest) {
     return offset;
 }
 
+// From a receiver to the place on its surface that it stands over, down the slope from there [texels].
+// A receiver on a sheet counts where it stands, on the sheet's sunny side.
+vec2 to_surface(SunMap map, Receiver r) {
+    vec2 gradient = r.slope / map.texel;
+    return SOLID ? LIFT * gradient * inversesqrt(1.0 + dot(gradient, gradient)) : vec2(0.0);
+}
+
 // Mean of what four texels say, where one of them weighs so much along rows and columns.
 float mean_of(vec4 texels, vec2 weight) {
     return mix(mix(texels.x, texels.y, weight.x), mix(texels.z, texels.w, weight.x), weight.y);
@@ -324,9 +331,6 @@ float lit_near_step(SunMap map, Receiver r, float lit, vec2 edge, float rise) {
 // Lit share of the four texels nearest to an offset [texels] from a receiver; past sheets, of those
 // that do not lie beyond its surface.
 float lit_by_neighbours(sampler2D depths, SunMap map, Receiver r, vec2 offset) {
-    // From a solid's surface itself: the receiver stands over it, down the slope.
-    vec2 gradient = r.slope / map.texel;
-    if (SOLID) offset += LIFT * gradient * inversesqrt(1.0 + dot(gradient, gradient));
     ivec2 first = nearest_texels(map, r, offset);
     vec4 plane;
     bvec4 casting;
