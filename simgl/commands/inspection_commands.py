@@ -83,7 +83,7 @@ def camera_test(
     Thermal detectors have NETD, response, MTF and time constant measured, without plots.
     Example: simgl camera test mt9m034 --out out/camera
     """
-    from simgl.thermal.infrared_detector import infrared_detectors
+    from simgl.camera.infrared_detector import infrared_detectors
 
     if preset in infrared_detectors():
         _infrared_test(preset, out, json)
@@ -118,7 +118,7 @@ def _infrared_test(preset: str, out: Path | None, json: bool) -> None:
         infrared_document,
         infrared_table,
     )
-    from simgl.thermal.infrared_detector import load_infrared_detector
+    from simgl.camera.infrared_detector import load_infrared_detector
 
     if out is not None:
         raise ConfigError(COMMAND_LINE, "--out", f"goes with cameras; {preset} has no plots")
