@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 
 import moderngl
 import numpy as np
 
 from simgl import assets
-from simgl.arrays import Array, Image8, IndexArray
+from simgl.arrays import Array, Array32, Image8, IndexArray
 from simgl.gpu.fullscreen import Texture
 from simgl.lru_cache import MANY, LruCache
 from simgl.passes.background.cloud_map import has_weather, weather_map
@@ -34,9 +35,23 @@ MAPS = ["land_map", "form_map", "weather_map"]
 SAMPLERS = [*MAPS, "frost_edges", "cloud_reflection", "chart"]
 # Of ``EarthTextures.in_bands``, with their units.
 BAND_SAMPLERS = {"land_kind": 12, "cloud_bands": 13}
+# Of these what clouds and their ground in the thermal infrared take.
+WEATHER = ["form_map", "weather_map", "chart"]
 
 # The last weathers of the process, which take seconds on software renderers: two of the usual size.
 _weather = LruCache[tuple[Clouds, EarthMaps], Image8](MANY, max_bytes=64 << 20)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Weather:
+    """Clouds of an Earth.
+
+    textures : in the order of ``WEATHER``
+    chart_variance : (LEVELS, 4) of their noise, by halvings
+    """
+
+    textures: tuple[Texture, ...]
+    chart_variance: Array32
 
 
 class EarthTextures:
@@ -95,6 +110,12 @@ class EarthTextures:
             kinds.filter = (moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR)
             self._bands = [kinds, _table_texture(self._ctx, cloud_table(earth.bands))]
         return list(self._bands)
+
+    def weather(self, earth: Earth) -> Weather:
+        """Its clouds; valid as long as ``of``."""
+        textures = self.of(earth)
+        chosen = tuple(textures[SAMPLERS.index(name)] for name in WEATHER)
+        return Weather(textures=chosen, chart_variance=self.chart_variance)
 
     def prepare(self, earth: Earth, progress: ProgressCallback | None = None) -> None:
         """Make what no earlier run has made, so that no frame waits for it.

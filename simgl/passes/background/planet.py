@@ -17,7 +17,12 @@ from simgl.gpu.tile_quads import TileQuads
 from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.passes.background.air import AIR_SAMPLERS, AIR_VIEW, AirBefore, AtmospherePass
 from simgl.passes.background.air_tables import AIR
-from simgl.passes.background.earth_textures import BAND_SAMPLERS, SAMPLERS, EarthTextures
+from simgl.passes.background.earth_textures import (
+    BAND_SAMPLERS,
+    SAMPLERS,
+    EarthTextures,
+    Weather,
+)
 from simgl.passes.background.planet_blocks import (
     GROUND_BANDS,
     MAP_TEXEL_M,
@@ -124,6 +129,14 @@ class PlanetPass:
         """Make what does not depend on a view, unless an earlier run has made it."""
         if earth.albedo is None:
             self._textures.prepare(earth, progress)
+
+    def weather(self, earth: Earth) -> Weather | None:
+        """What an Earth's clouds are drawn from; None for an Earth of one albedo."""
+        if earth.albedo is not None:
+            return None
+        weather = self._textures.weather(earth)
+        self._textures.read_maps(self._maps_filter(magnified=False))
+        return weather
 
     def draw(
         self, background: Background, target: moderngl.Framebuffer, area: tuple[int, int, int, int]
