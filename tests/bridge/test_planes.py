@@ -23,7 +23,7 @@ from tests.patience import limit
 
 Starter = Callable[..., Running]
 EVERY = ("dn", "radiance", "electrons", "depth", "part_id", "range", "lidar_range",
-         "lidar_electrons")  # fmt: skip
+         "lidar_electrons", "thermal_radiance", "temperature")  # fmt: skip
 
 
 @pytest.fixture(scope="module")
