@@ -11,10 +11,19 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from simgl.arrays import AnyArray, Array32, Image8
+from simgl.arrays import AnyArray, Array32, Image8, Image16
 from simgl.camera.camera import Camera
+from simgl.camera.demosaic import develop_squares
 from simgl.figure_style import LIGHT_MAP, VALUE_MAP
-from simgl.images import Capture, display_from_dn, display_from_linear, saturated
+from simgl.images import (
+    WHITE_PHOTONS,
+    Capture,
+    display_from_dn,
+    display_from_linear,
+    saturated,
+    srgb_from_linear,
+)
+from simgl.physics.spectrum import BANDS
 
 # Decades of radiance that the false colours span, down from the brightest.
 _DECADES = 4
@@ -117,6 +126,20 @@ def display(images: CameraImages, shown: str, widest: int) -> Display | None:
     if shown == "depth":
         return _depth(plane)
     return radiance_display(plane)
+
+
+def thumbnail_from_dn(dn: Image16, camera: Camera, widest: int) -> Image8:
+    """As ``display_from_dn``, with as few pixels as ``widest`` needs, each a pixel of the image.
+
+    Of a colour detector each is a square of 2 x 2 filters, so that nothing is interpolated.
+
+    widest : columns at most
+    """
+    detector = camera.detector
+    step = -(-dn.shape[1] // widest)
+    if detector.mosaic is None or detector.bands != BANDS:
+        return display_from_dn(dn[::step, ::step], camera)
+    return srgb_from_linear(develop_squares(dn, detector, WHITE_PHOTONS, max(step, 2)))
 
 
 def radiance_display(radiance: Array32) -> Display:

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from xarray import DataArray
 
 # Reference of the white balance, R G B N.
-_WHITE_PHOTONS = black_body_light(SOLAR_CONSTANT, SOLAR_TEMPERATURE).photon_irradiance
+WHITE_PHOTONS = black_body_light(SOLAR_CONSTANT, SOLAR_TEMPERATURE).photon_irradiance
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -320,9 +320,13 @@ def display_from_dn(dn: Image16, camera: Camera, gain: float = 1.0) -> Image8:
     gain : factor of the brightness
     """
     detector = camera.detector
-    if detector.bands != BANDS:
-        detector = replace(detector, mosaic=None)
-    return srgb_from_linear(develop(dn, detector, _WHITE_PHOTONS, gain))
+    if detector.mosaic is not None and detector.bands == BANDS:
+        return srgb_from_linear(develop(dn, detector, WHITE_PHOTONS, gain))
+    # There are fewer values than pixels.
+    values = np.arange(int(dn.max(initial=0)) + 1, dtype=np.uint16)
+    grey = replace(detector, mosaic=None)
+    codes = srgb_from_linear(develop(values[None], grey, WHITE_PHOTONS, gain))[0]
+    return codes.take(dn, axis=0)
 
 
 def display_from_radiance(radiance: Array32, gain: float = 1.0, bands: Bands = BANDS) -> Image8:

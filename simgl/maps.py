@@ -196,7 +196,7 @@ def _returned(info: FrameInfo, electrons: AnyArray) -> Figure:
 def _false_colours(info: FrameInfo, radiance: AnyArray) -> Figure:
     value = exposure_value(info.camera.lens.f_number, info.camera.exposure_time)
     setting = blender_exposure(value)
-    title = f"False colours, EV {value:.2f} (source's setting {setting:.2f})"
+    title = f"False colours, EV {value:.2f} (Blender exposure {setting:.2f})"
     image = false_colour(scene_value(radiance, setting))
     figure, axes = _sheet(info, title, image.shape)
     axes.imshow(image, interpolation="nearest", extent=(0, image.shape[1], image.shape[0], 0))

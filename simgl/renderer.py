@@ -145,7 +145,7 @@ class Renderer:
             self._planet.prepare(earth, progress)
         for model in models:
             begin_stage(progress, f"light between surfaces of {model.name}")
-            self._transports.of(model, joint_light, progress)
+            self._transports.prepare(model, joint_light, progress)
 
     def radiance(self, view: FrameView) -> ImageTarget:
         """Radiance per band [W m-2 sr-1], RGBA32F; valid until the next call at this size."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Literal, TypeVar
 
 import moderngl
@@ -182,7 +182,7 @@ class Simulator:
         with current(self._ctx), freed_on_error(self._ctx):
             for place, (camera, products) in enumerate(cameras.items()):
                 still = self._still(state, camera, seed, draw)
-                if still.view.camera.thermal is not None:
+                if still.camera.thermal is not None:
                     if temperatures is None:
                         temperatures = self.thermal_bodies.steady(state)
                     seen = self._thermal_capture(still, frozenset(products), temperatures)
@@ -213,10 +213,10 @@ class Simulator:
         another field of view.
         """
         still = self._still(state, camera, draw=first_draw)
-        if still.view.camera.thermal is not None:
+        if still.camera.thermal is not None:
             problem = "sees thermal radiation; a bracket is of visible light"
             raise ConfigError(self.scenario.name, f'camera "{camera}"', problem)
-        every = [still.view.camera, *settings]
+        every = [still.camera, *settings]
         if len({(c.name, c.detector.pixel_pitch, c.geometry) for c in every}) > 1:
             raise ValueError("a setting changes the size or the field of the picture")
         captures = []
@@ -244,7 +244,6 @@ class Simulator:
             problem = f"is not in the scenario; {did_you_mean(camera, state.cameras)}"
             raise ConfigError(self.scenario.name, f'camera "{camera}"', problem)
         self._check_size(state.cameras[camera].camera)
-        view = self._view(state, camera)
         placed = state.cameras[camera]
         sun = state.sun.seen_from(placed.position)
         info = FrameInfo(
@@ -260,6 +259,7 @@ class Simulator:
             draw=draw,
             interreflection=self._interreflection(state),
         )
+        view = cache(lambda: self._view(state, camera))
         return StillScene(self._renderer, state, view, info)
 
     def _view(self, state: SceneState, camera: str, part: ExposurePart | None = None) -> FrameView:
@@ -289,7 +289,7 @@ class Simulator:
         self, still: StillScene, during: Callable[[int], SceneState] | None
     ) -> StillScene:
         """The scene while the shutter is open; the still one where nothing moves visibly."""
-        camera = still.view.camera.name
+        camera = still.camera.name
         scene = None if during is None else moving_scene(still.state, camera, during)
         if scene is None:
             return still
@@ -323,7 +323,7 @@ class Simulator:
         self, still: StillScene, products: frozenset[Product], temperatures: Temperatures
     ) -> Capture:
         """What a thermal camera captures."""
-        check_products(still.view.camera, products, self.scenario.name)
+        check_products(still.camera, products, self.scenario.name)
         frames = self._scene_frames(still, products)
         if products & {Product.DN, Product.THERMAL}:
             thermal, digital = thermal_frames(still, self.thermal_bodies, temperatures)
@@ -336,7 +336,7 @@ class Simulator:
 
     def _electrons(self, still: StillScene) -> ImageTarget:
         """Mean electrons of the scene."""
-        camera, pipeline = still.view.camera, self._camera_pipeline
+        camera, pipeline = still.camera, self._camera_pipeline
         colours = lit_for_detector(still.state, camera.detector)
         if len(colours) == 1:
             photons = still.state.sun.photons_per_joule
@@ -352,7 +352,7 @@ class Simulator:
     def _lit_for(self, still: StillScene, index: int) -> StillScene:
         """The scene with its lamps as the pixels of a colour respond to them; the last one found
         again, for the settings of a bracket."""
-        camera = still.view.camera
+        camera = still.camera
 
         def colour(state: SceneState) -> DetectorLight:
             return lit_for_detector(state, camera.detector)[index]
@@ -387,7 +387,7 @@ class Simulator:
         if electrons is None or Product.DN not in products:
             return _Drawn(frames)
         dn = self._camera_pipeline.digital(
-            still.view.camera, info.epoch_tai_ns, info.seed, electrons, info.draw, place
+            still.camera, info.epoch_tai_ns, info.seed, electrons, info.draw, place
         )
         return _Drawn(frames, dn)
 
@@ -405,7 +405,7 @@ class Simulator:
         return LayersFrame(info=still.info, layers=self._renderer.layers(still.view))
 
     def _irradiance(self, still: StillScene) -> IrradianceFrame:
-        target = self._camera_pipeline.irradiance(still.view.camera, still.softened, still.sun)
+        target = self._camera_pipeline.irradiance(still.camera, still.softened, still.sun)
         photons = still.state.sun.photons_per_joule
         return IrradianceFrame(info=still.info, irradiance=target.read(), photons_per_joule=photons)
 

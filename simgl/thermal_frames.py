@@ -19,7 +19,7 @@ def thermal_frames(
 
     temperatures : of every spacecraft
     """
-    info, camera = still.info, still.view.camera
+    info, camera = still.info, still.camera
     detector = camera.thermal
     assert detector is not None
     of_bodies = {

@@ -251,6 +251,8 @@ class ClientProtocol:
         self._last_heard: float | None = None
         self._calls: dict[int | None, Call[Any]] = {}
         self._states: LruCache[int, State] = LruCache(MAX_STATES)
+        # Of a state, when no call could be told.
+        self._refusal: RemoteError | None = None
 
     # Requests
 
@@ -313,8 +315,11 @@ class ClientProtocol:
     # Calls
 
     def open(self, call: Call[Any]) -> None:
-        """Begin a call, which ``close`` ends."""
+        """Begin a call, which ``close`` ends; it fails at once for a state refused before."""
         self._calls[call.id] = call
+        if self._refusal is not None:
+            call.fail(self._refusal)
+            self._refusal = None
 
     def close(self, call: Call[Any]) -> None:
         """Forget a call; a reply that comes late is dropped."""
@@ -377,16 +382,20 @@ class ClientProtocol:
 
     def _handle_error(self, reply: Error) -> None:
         error = RemoteError(self.address, reply)
+        refused = reply.id is not None and self._states.find(reply.id) is not None
+        reported = False
         for call in self._open_calls():
             # Without an id the server could not tell which request it was: none must wait in vain.
             if reply.id is None or reply.id == call.id:
                 concerned = call.sent or reply.code == ErrorCode.SHARED_IDENTITY
             else:
                 # A refused state is reported by the next call that waits.
-                concerned = isinstance(call.request, Next) or not call.sent
-                concerned = concerned and self._states.find(reply.id) is not None
+                concerned = refused and (isinstance(call.request, Next) or not call.sent)
             if concerned:
                 call.fail(error)
+                reported = True
+        if refused and not reported:
+            self._refusal = error
 
     def handle_event(self, event: int) -> bool:
         """Process an event of the socket's monitor; whether the connection broke.

@@ -301,16 +301,39 @@ float mean_of(vec4 texels, vec2 weight) {
     return mix(mix(texels.x, texels.y, weight.x), mix(texels.z, texels.w, weight.x), weight.y);
 }
 
+// Lit share of a receiver beside a step up, of what its four texels say.
+//
+// lit : that share; edge : towards the step, across its edge
+// rise : of the step's top over the receiver's surface, along the light [m]
+//
+// Texels tell of their middles, so any step seems to shade what lies within a texel of it, its sunny
+// side too. But a step stands upright on the receiver's own surface: its top overhangs its foot, as
+// the light sees it, by so much, and that is all that it shades. On the sunny side this is negative.
+// The top's edge may lie anywhere between the middles that cast and those that do not; the foot,
+// which hides what is behind, lies beyond the receiver. High casters may stand anywhere.
+float lit_near_step(SunMap map, Receiver r, float lit, vec2 edge, float rise) {
+    vec2 gradient = r.slope / map.texel;
+    float steepness2 = 1.0 + dot(gradient, gradient);
+    float along = dot(gradient, edge) / max(length(edge), 1e-6);
+    float overhang_texels = (rise + r.lift) / map.texel * along / steepness2;
+    float shaded = clamp(overhang_texels, 0.0, 1.0 - lit);
+    float height_texels = rise / map.texel * inversesqrt(steepness2);
+    return mix(lit / (lit + shaded), lit, smoothstep(1.0, 3.0, height_texels));
+}
+
 // Lit share of the four texels nearest to an offset [texels] from a receiver; past sheets, of those
 // that do not lie beyond its surface.
 float lit_by_neighbours(sampler2D depths, SunMap map, Receiver r, vec2 offset) {
+    // From a solid's surface itself: the receiver stands over it, down the slope.
+    vec2 gradient = r.slope / map.texel;
+    if (SOLID) offset += LIFT * gradient * inversesqrt(1.0 + dot(gradient, gradient));
     ivec2 first = nearest_texels(map, r, offset);
     vec4 plane;
     bvec4 casting;
     vec4 high = heights_at(depths, map, r, first, plane, casting);
-    vec4 lit = vec4(not(casting));
+    vec4 dark = vec4(casting);
+    vec4 lit = 1.0 - dark;
     vec2 weight = clamp(r.here.xy + offset - vec2(first) - 0.5, 0.0, 1.0);
-    float all = 1.0;
     if (!SOLID) {
         vec2 corner = vec2(first) + 0.5 - r.here.xy;
         vec4 known = vec4(1.0);
@@ -318,10 +341,17 @@ float lit_by_neighbours(sampler2D depths, SunMap map, Receiver r, vec2 offset) {
             bool beyond = beyond_receiver(r, high[k], plane[k], corner + vec2(k & 1, k >> 1));
             if (beyond && !casting[k]) known[k] = 0.0;
         }
-        lit *= known;
-        all = mean_of(known, weight);
+        float all = mean_of(known, weight);
+        return all > 0.0 ? mean_of(lit * known, weight) / all : 1.0;
     }
-    return all > 0.0 ? mean_of(lit, weight) / all : 1.0;
+    float share = mean_of(lit, weight), shaded = mean_of(dark, weight);
+    if (shaded > 0.0 && share > 0.0) {
+        vec2 edge = vec2(mix(dark.y - dark.x, dark.w - dark.z, weight.y),
+                         mix(dark.z - dark.x, dark.w - dark.y, weight.x));
+        float rise = mean_of(dark * (high - plane), weight) / shaded;
+        share = lit_near_step(map, r, share, edge, rise);
+    }
+    return share;
 }
 
 // The samples of a group, all on the plane of the group's own receiver.

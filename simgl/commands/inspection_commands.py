@@ -51,9 +51,15 @@ def doctor(
             line = f"{finding.report.renderer}, OpenGL {finding.report.version} ({kind})"
             say_rich(f"[green]ok[/]      {title}: {line}")
         elif finding.error is not None:
-            needed = "[yellow]missing[/]" if finding.backend == "osmesa" else "[red]failed[/] "
             line = f"{finding.error.reason}\n        mend: {finding.error.remedy}"
-            say_rich(f"{needed} {title}: {line}")
+            if finding.backend != "osmesa":
+                say_rich(f"[red]failed[/]  {title}: {line}")
+            elif usable:
+                say_rich(
+                    f"[green]ok[/]      {title}: not there; a substitute that EGL makes needless"
+                )
+            else:
+                say_rich(f"[yellow]missing[/] {title}: {line}")
     if not usable:
         say_rich("[red]No usable OpenGL.[/]")
         raise typer.Exit(2)

@@ -9,7 +9,15 @@ from tests.hygiene.source import imported_modules, imports, modules
 # Packages and modules directly below simgl/, lowest layer first. A package may import from every
 # lower layer, and from itself. "" is the public interface, simgl/__init__.py.
 LAYERS = (
-    ("arrays", "content_digest", "errors", "interruption", "lru_cache", "progress"),
+    (
+        "arrays",
+        "content_digest",
+        "errors",
+        "idle_priority",
+        "interruption",
+        "lru_cache",
+        "progress",
+    ),
     ("assets", "decoded_files", "figure_style", "html_table", "input_files", "sample_grid"),
     ("disk_cache", "file_cache", "gpu", "physics"),
     ("config", "display_colours", "environment_map", "motion"),
@@ -57,13 +65,16 @@ LIMITED_TO = {
 SHARED_PASSES = {
     "simgl.passes.albedo_table",
     "simgl.passes.background.air",
+    "simgl.passes.background.air_march",
     "simgl.passes.background.air_tables",
     "simgl.passes.background.cloud_map",
     "simgl.passes.background.discs",
     "simgl.passes.background.earth_maps",
     "simgl.passes.background.earth_textures",
     "simgl.passes.background.planet_blocks",
+    "simgl.passes.background.planet_variants",
     "simgl.passes.background.tile_kinds",
+    "simgl.passes.background.earth_air",
     "simgl.passes.caster_bounds",
     "simgl.passes.drawn_spacecraft",
     "simgl.passes.mesh_store",
