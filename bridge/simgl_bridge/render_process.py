@@ -20,8 +20,8 @@ import zmq
 from simgl.arrays import Image16
 from simgl.camera.camera import Camera
 from simgl.cli_progress import Activity, activity
+from simgl.displays import thumbnail_from_dn
 from simgl.errors import SimglError
-from simgl.images import display_from_dn
 from simgl.interruption import report_faults
 from simgl.scenario.loader import load_scenario
 from simgl.scenario.scenario import Scenario
@@ -239,8 +239,7 @@ def _with_preview(
 
 def _preview(camera: Camera, dn: Image16) -> tuple[str, Any]:
     """Name of a camera and (height, width, 3) uint8 sRGB pixels of its image."""
-    step = -(-dn.shape[1] // WIDEST)
-    return camera.name, np.ascontiguousarray(display_from_dn(dn[::step, ::step], camera))
+    return camera.name, np.ascontiguousarray(thumbnail_from_dn(dn, camera, WIDEST))
 
 
 def open_renderer(options: RendererOptions, link: ServerLink) -> Renderer:

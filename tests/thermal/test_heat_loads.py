@@ -17,8 +17,10 @@ from tests.thermal.thermal_scenes import SUNLIGHT, in_sunlight, surface
 RADIUS, HEIGHT = 6371e3, 500e3
 
 
-def over_a_sphere(sun: tuple[float, float, float]) -> Scenario:
-    """A box of 1 m over a spherical Earth, its -x face to nadir, the Sun in a direction."""
+def over_a_sphere(
+    sun: tuple[float, float, float], above: tuple[int, int, int] = (1, 0, 0)
+) -> Scenario:
+    """A box of 1 m over a place of a spherical Earth, the Sun in a direction."""
     return scenario_from_dict(
         {
             "epoch": {"utc": "2026-03-20T12:00:00"},
@@ -32,7 +34,7 @@ def over_a_sphere(sun: tuple[float, float, float]) -> Scenario:
             "spacecraft": {
                 "body": {
                     "model": {"box": {"size_m": [1.0, 1.0, 1.0], "material": surface(1.0, 1.0)}},
-                    "position_icrf_m": [RADIUS + HEIGHT, 0.0, 0.0],
+                    "position_icrf_m": [(RADIUS + HEIGHT) * axis for axis in above],
                 }
             },
         }
@@ -45,7 +47,9 @@ def noon() -> Scenario:
     return over_a_sphere((1.0, 0.0, 0.0))
 
 
-def test_the_earth_on_faces_of_a_box(noon: Scenario) -> None:
+def test_the_earth_on_faces_of_a_box(noon: Scenario, monkeypatch: pytest.MonkeyPatch) -> None:
+    # The same flux everywhere, for which there are closed forms.
+    monkeypatch.setattr("simgl.physics.earth_infrared._PER_KELVIN", 0.0)
     body = thermal_body("body", noon.models["body"], 60)
     loads = heat_loads(body, noon.at(noon.epoch_tai_ns))
     x = body.patches.normals[:, 0, 0]
@@ -58,6 +62,22 @@ def test_the_earth_on_faces_of_a_box(noon: Scenario) -> None:
         mean = float(loads.earth_infrared[chosen].mean())
         # 512 rays on cells of 7.5 deg, a quarter of which the limb crosses.
         assert mean / MEAN_LONGWAVE == pytest.approx(factor, abs=0.005)
+
+
+def test_the_tropics_are_warmer_below_than_the_poles() -> None:
+    # Over the pole and over the equator, a plate that looks down: flux by latitude.
+    warm, cold = (over_a_sphere((1.0, 0.0, 0.0), place) for place in ((1, 0, 0), (0, 0, 1)))
+    fluxes = []
+    for scenario, axis in ((warm, 0), (cold, 2)):
+        body = thermal_body("body", scenario.models["body"], 60)
+        loads = heat_loads(body, scenario.at(scenario.epoch_tai_ns))
+        down = body.patches.normals[:, 0, axis] < -0.5
+        h = (RADIUS + HEIGHT) / RADIUS
+        fluxes.append(float(loads.earth_infrared[down].mean()) * h * h)
+    # By North's climate 14 K warmer than the mean, and 28 K colder, in March by 10 K cos(2 pi
+    # (79 - 205) / 365) more; at 2.09 W m-2 K-1. Seen are places up to 22 deg away: 2 K on the way.
+    assert fluxes[0] == pytest.approx(MEAN_LONGWAVE + 2.09 * 14.0, abs=4.0)
+    assert fluxes[1] == pytest.approx(MEAN_LONGWAVE - 2.09 * (28.0 + 5.6), abs=4.0)
 
 
 def test_sunlight_reflected_at_the_subsolar_point(noon: Scenario) -> None:
