@@ -7,6 +7,7 @@ import time
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
 import pytest
 
 from simgl import Simulator
@@ -177,3 +178,16 @@ def test_a_page_beside_24_streams_and_one_that_never_reads_stays_live(browser: A
         for link, _ in links:
             link.close()
         stuck.close()
+
+
+def test_the_numbers_of_a_scale_differ_where_depths_hardly_do(browser: Any) -> None:
+    newest, server = shown()
+    depth = np.linspace(198.5, 200.9, 48 * 48, dtype=np.float32).reshape(48, 48)
+    newest.publish(snapshot(newest, depth=depth))
+    with server:
+        opened = Page(browser, server.url, PHONE)
+        opened.page.select_option("#show", "depth")
+        opened.wait("document.querySelectorAll('#ticks span').length === 5")
+        ticks = opened.page.locator("#ticks span").all_inner_texts()
+        assert len(set(ticks)) == 5
+        opened.page.close()
