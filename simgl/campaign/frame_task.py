@@ -101,7 +101,8 @@ class CampaignJob:
         scene = frame_scene(campaign, frame)
         products = {Product.DN, Product.TRUTH}
         if {"view", "exr"} & set(campaign.write):
-            products.add(Product.RADIANCE)
+            seen = scene.state.cameras[campaign.camera].camera
+            products.add(Product.RADIANCE if seen.thermal is None else Product.THERMAL)
         if "truth" in campaign.write:
             products.add(Product.NORMALS)
         capture = captured(simulator, campaign, scene, products)
