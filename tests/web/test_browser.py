@@ -77,6 +77,9 @@ class Page:
     def wait(self, expression: str) -> None:
         wait_until(lambda: bool(self.page.evaluate(expression)), expression, 30.0)
 
+    def wait_fact(self, group: str, name: str, text: str) -> None:
+        wait_until(lambda: text in self.fact(group, name), f"{name} {text}")
+
     def fact(self, group: str, name: str) -> str:
         """The value beside a name in a list of the page."""
         terms = self.page.locator(f"#{group} dt").all_inner_texts()
@@ -123,9 +126,7 @@ def test_every_display_comes_with_its_scale_and_pixels_in_units(desk: Page, show
     desk.page.fill("#pixel-y", "24")
     for column, depth in (("0", "no spacecraft"), ("32", " m")):
         desk.page.fill("#pixel-x", column)
-        wait_until(
-            lambda d=depth: d in desk.fact("pixel-facts", "Depth"), "the box is in the middle"
-        )
+        desk.wait_fact("pixel-facts", "Depth", depth)
     assert "W m-2 sr-1" in desk.fact("pixel-facts", "Radiance")
     assert "e-" in desk.fact("pixel-facts", "Mean signal")
     assert "DN" in desk.fact("pixel-facts", "Digital number")
