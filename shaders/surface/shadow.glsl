@@ -261,6 +261,14 @@ ivec2 nearest_texels(SunMap map, Receiver r, vec2 offset) {
     return clamp(ivec2(floor(r.here.xy + offset - 0.5)), ivec2(0), ivec2(map.size - 2));
 }
 
+// Heights over the receiver [m] of four texels of the texture, from one of them on.
+vec4 heights_of(sampler2D depths, SunMap map, Receiver r, ivec2 at) {
+    vec4 depth = vec4(texelFetch(depths, at, 0).r, texelFetch(depths, at + ivec2(1, 0), 0).r,
+                      texelFetch(depths, at + ivec2(0, 1), 0).r,
+                      texelFetch(depths, at + ivec2(1, 1), 0).r);
+    return map.top - r.here.z - map.depth * depth;
+}
+
 // Heights over the receiver [m] at four texels, those of its own surface there, and which texels cast
 // a shadow.
 vec4 heights_at(sampler2D depths, SunMap map, Receiver r, ivec2 first, out vec4 plane,
@@ -268,11 +276,7 @@ vec4 heights_at(sampler2D depths, SunMap map, Receiver r, ivec2 first, out vec4 
     vec2 offset = vec2(first) + 0.5 - r.here.xy;
     plane = vec4(receiver_plane(r, offset), receiver_plane(r, offset + vec2(1.0, 0.0)),
                  receiver_plane(r, offset + vec2(0.0, 1.0)), receiver_plane(r, offset + 1.0));
-    first.x += map.column;
-    vec4 depth = vec4(texelFetch(depths, first, 0).r, texelFetch(depths, first + ivec2(1, 0), 0).r,
-                      texelFetch(depths, first + ivec2(0, 1), 0).r,
-                      texelFetch(depths, first + ivec2(1, 1), 0).r);
-    vec4 high = map.top - r.here.z - map.depth * depth;
+    vec4 high = heights_of(depths, map, r, first + ivec2(map.column, 0));
     // A little above the receiver's own surface.
     casting = greaterThan(high, plane + r.slack);
     return high;
@@ -296,12 +300,19 @@ vec2 lean_past(sampler2D depths, SunMap map, Receiver r, float highest) {
     return offset;
 }
 
+// From a receiver to the place on its surface that it stands over, down the slope from there [texels].
+// A receiver on a sheet counts where it stands, on the sheet's sunny side.
+vec2 to_surface(SunMap map, Receiver r) {
+    vec2 gradient = r.slope / map.texel;
+    return SOLID ? LIFT * gradient * inversesqrt(1.0 + dot(gradient, gradient)) : vec2(0.0);
+}
+
 // Mean of what four texels say, where one of them weighs so much along rows and columns.
 float mean_of(vec4 texels, vec2 weight) {
     return mix(mix(texels.x, texels.y, weight.x), mix(texels.z, texels.w, weight.x), weight.y);
 }
 
-// Lit share of a receiver beside a step up, of what its four texels say.
+// Lit share of a receiver beside a low step that stands on its surface, of what its four texels say.
 //
 // lit : that share; edge : towards the step, across its edge
 // rise : of the step's top over the receiver's surface, along the light [m]
@@ -324,9 +335,6 @@ float lit_near_step(SunMap map, Receiver r, float lit, vec2 edge, float rise) {
 // Lit share of the four texels nearest to an offset [texels] from a receiver; past sheets, of those
 // that do not lie beyond its surface.
 float lit_by_neighbours(sampler2D depths, SunMap map, Receiver r, vec2 offset) {
-    // From a solid's surface itself: the receiver stands over it, down the slope.
-    vec2 gradient = r.slope / map.texel;
-    if (SOLID) offset += LIFT * gradient * inversesqrt(1.0 + dot(gradient, gradient));
     ivec2 first = nearest_texels(map, r, offset);
     vec4 plane;
     bvec4 casting;
@@ -349,7 +357,10 @@ float lit_by_neighbours(sampler2D depths, SunMap map, Receiver r, vec2 offset) {
         vec2 edge = vec2(mix(dark.y - dark.x, dark.w - dark.z, weight.y),
                          mix(dark.z - dark.x, dark.w - dark.y, weight.x));
         float rise = mean_of(dark * (high - plane), weight) / shaded;
-        share = lit_near_step(map, r, share, edge, rise);
+        // Of the casters, those that end below the receiver stand on its surface.
+        vec4 low = heights_of(depths, map, r, first + ivec2(map.column, map.size));
+        float standing = mean_of(dark * vec4(lessThan(low, plane)), weight) / shaded;
+        share = mix(share, lit_near_step(map, r, share, edge, rise), standing);
     }
     return share;
 }

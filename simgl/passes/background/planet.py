@@ -15,7 +15,8 @@ from simgl.gpu.pipeline_state import SRC1_COLOR, State
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.tile_quads import TileQuads
 from simgl.gpu.uniform_blocks import UniformBuffer
-from simgl.passes.background.air import AIR_SAMPLERS, AIR_VIEW, AirBefore, AtmospherePass
+from simgl.passes.background.air import AIR_SAMPLERS, AirBefore, AtmospherePass
+from simgl.passes.background.air_march import AIR_VIEW
 from simgl.passes.background.air_tables import AIR
 from simgl.passes.background.earth_textures import (
     BAND_SAMPLERS,
