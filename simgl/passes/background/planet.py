@@ -17,7 +17,7 @@ from simgl.gpu.tile_quads import TileQuads
 from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.passes.background.air import AIR_SAMPLERS, AIR_VIEW, AirBefore, AtmospherePass
 from simgl.passes.background.air_tables import AIR
-from simgl.passes.background.earth_textures import SAMPLERS, EarthTextures
+from simgl.passes.background.earth_textures import CHARTS, SAMPLERS, EarthTextures
 from simgl.passes.background.planet_blocks import (
     MAP_TEXEL_M,
     PLANET,
@@ -240,7 +240,13 @@ class PlanetPass:
         for unit, texture in enumerate((*textures, *(air.textures if air else ()))):
             texture.use(unit)
         values = planet_values(lit.background, lit.planet, lit.area, lamps=lamps)
-        lit.block.write(values | {"chart_variance": self._textures.chart_variance})
+        lit.block.write(
+            values
+            | {
+                "chart_variance": self._textures.chart_variance,
+                "cloud_variance": self._textures.cloud_variance,
+            }
+        )
         lit.block.bind()
 
     def _draw_tiles(
@@ -324,7 +330,8 @@ class PlanetPass:
         for step in np.unique((LEVELS * maps + noise)[seen]).tolist():
             of_maps, of_noise = divmod(step, LEVELS)
             if "FAR" not in variant:
-                self._textures.chart_with(of_noise).use(len(SAMPLERS) - 1)
+                for unit, chart in enumerate(self._textures.charts_with(of_noise)):
+                    chart.use(SAMPLERS.index(CHARTS[0]) + unit)
             for unit, halved in enumerate(self._textures.maps_with(of_maps)):
                 halved.use(unit)
             at_step = (maps == of_maps) & (noise == of_noise)
@@ -345,7 +352,7 @@ class PlanetPass:
             ground = SAMPLERS if "EARTH_MAPS" in variant else []
             air = AIR_SAMPLERS if "AIR" in variant else ()
             samplers = {sampler: unit for unit, sampler in enumerate((*ground, *air))}
-            unread = ["chart"] if "FAR" in variant else []
+            unread = [*CHARTS] if "FAR" in variant else []
             unread += ["frost_edges"] if "FROST" not in variant else []
             unread += ["cloud_reflection"] if name == "planet/ceiling" else []
             groundless = "SEA" in variant or name == "planet/ceiling"
