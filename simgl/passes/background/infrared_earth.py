@@ -78,7 +78,8 @@ class InfraredEarthPass:
             return
         variance = np.zeros((LEVELS, 4)) if weather is None else weather.variance
         values = planet_values(background, planet, area, lamps=False)
-        self._planet.write(values | {"cloud_variance": variance})
+        # Hills and fibres are not drawn.
+        self._planet.write(values | {"chart_variance": 0.0, "cloud_variance": variance})
         self._planet.bind()
         reflected = earth.air.reflectance / np.pi * np.array(earth.sunlight)
         climate = shader_values(earth.day, planet.earth.equatorial_radius)
