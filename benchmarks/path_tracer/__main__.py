@@ -171,7 +171,7 @@ def _write(out: Path, name: str, exposure: Capture, traced: Traced, difference: 
     assert exposure.radiance is not None
     write_exr(out / f"{name}.simgl.exr", exposure.radiance)
     gain = GAINS.get(name.partition(".")[0], 1.0)
-    white = WHITE_RADIANCE / gain
+    white = WHITE_RADIANCE.astype(np.float64) / gain
     left = difference_images.shown(
         exposure.radiance.radiance[..., list(VISIBLE)].astype(np.float64), white
     )
