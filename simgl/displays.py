@@ -32,6 +32,8 @@ _BEYOND = 0.1
 # Colours of a scale that the page draws beside the image.
 _SCALE_STEPS = 9
 _JPEG_QUALITY = 88
+# Of linear light, to which thumbnails of colour detectors are rounded.
+_STEPS_OF_LIGHT = 4095
 # The colour of what has no value, such as depth where no spacecraft is.
 _NOTHING = np.array([24, 24, 28], dtype=np.uint8)
 
@@ -139,7 +141,11 @@ def thumbnail_from_dn(dn: Image16, camera: Camera, widest: int) -> Image8:
     step = -(-dn.shape[1] // widest)
     if detector.mosaic is None or detector.bands != BANDS:
         return display_from_dn(dn[::step, ::step], camera)
-    return srgb_from_linear(develop_squares(dn, detector, WHITE_PHOTONS, max(step, 2)))
+    linear = develop_squares(dn, detector, WHITE_PHOTONS, max(step, 2))
+    # A quarter of the time of the curve itself; a step is less than a code.
+    codes = srgb_from_linear(np.linspace(0.0, 1.0, _STEPS_OF_LIGHT + 1, dtype=np.float32))
+    steps = np.clip(linear, 0.0, 1.0) * np.float32(_STEPS_OF_LIGHT) + np.float32(0.5)
+    return codes.take(steps.astype(np.uint16))
 
 
 def radiance_display(radiance: Array32) -> Display:

@@ -97,10 +97,12 @@ class RenderOptions(StateOptions, total=False):
 
     seek : allow a time before that of the last request
     compression : of the planes on their way, "zstd" or none; what arrives has the same bytes
+    thermal_from : ``thermal_state`` of the image before: temperatures go on from there
     """
 
     seek: bool
     compression: str
+    thermal_from: str
 
 
 def check_timeouts(timeout_s: float | None, ready_timeout_s: float) -> None:
@@ -268,12 +270,19 @@ class ClientProtocol:
         *,
         seek: bool = False,
         compression: str = "",
+        thermal_from: str = "",
         **options: Unpack[StateOptions],
     ) -> Render:
         """A lock-step request; ConfigError for a compression that this client cannot undo."""
         check_wanted(compression)
         state = structs.asdict(self.state(tai_ns, cameras, bodies, **options))
-        return Render(seek=seek, deadline_ms=deadline_ms, compression=compression, **state)
+        return Render(
+            seek=seek,
+            deadline_ms=deadline_ms,
+            compression=compression,
+            thermal_from=thermal_from,
+            **state,
+        )
 
     def state(
         self,
@@ -448,6 +457,7 @@ class ClientProtocol:
             lamps=request.lamps,
             moving=request.moving,
             draw=request.draw,
+            thermal_from=request.thermal_from if isinstance(request, Render) else "",
         )
         if (reply.tai_ns, reply.state_hash) != (request.tai_ns, expected):
             raise BridgeError(

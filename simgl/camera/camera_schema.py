@@ -172,6 +172,7 @@ class CameraSettingsTable(DetectorTable, frozen=True, kw_only=True):
     skew_px : shift to the right of what lies 45 deg below the boresight
     calibration : file of OpenCV, ROS or Kalibr with all of these, image size and distortion
     quantum_efficiency : electrons per photon without filters, one number or four bands
+    thermal : sees thermal radiation by a detector for it; keys of visible light are refused then
     serial : seed of the camera's fixed pattern; by default from its name
     """
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -157,10 +158,10 @@ class InfraredDetector:
         blurred = diffracted(radiance, self)
         response = abs(self.response(NETD_TEMPERATURE))
         signal = self.signal(blurred)
-        gain = 1.0 + t.gain_spread * _normal(shape, *seed, _GAIN)
-        offset = t.offset_spread_k * _normal(shape, *seed, _OFFSET)
+        gain = 1.0 + t.gain_spread * _pattern(shape, *seed, _GAIN)
+        offset = t.offset_spread_k * _pattern(shape, *seed, _OFFSET)
         walk = t.drift_k_per_sqrt_min * np.sqrt(self.minutes_since_shutter)
-        offset = offset + walk * _normal(shape, *seed, _DRIFT)
+        offset = offset + walk * _pattern(shape, *seed, _DRIFT)
         noisy = signal * gain + offset * response
         noisy += self.noise(signal) * _normal(shape, *seed, _TEMPORAL, tai_ns, draw)
         if t.kind == "photon":
@@ -171,6 +172,12 @@ class InfraredDetector:
 def _normal(shape: tuple[int, ...], *key: int) -> Array:
     """Normal deviates that depend on the key alone."""
     return np.random.default_rng(key).standard_normal(shape)
+
+
+@lru_cache(maxsize=12)
+def _pattern(shape: tuple[int, ...], *key: int) -> Array:
+    """The same of a detector's own pattern, for all of its frames."""
+    return _normal(shape, *key)
 
 
 def lagged(before: Array, radiance: Array, seconds: float, detector: InfraredDetector) -> Array:
@@ -195,14 +202,20 @@ def diffracted(radiance: Array, detector: InfraredDetector) -> Array:
     # Slow to import, and for thermal cameras alone.
     from scipy import fft
 
+    return np.asarray(fft.idctn(fft.dctn(radiance) * _mtf(radiance.shape, detector)))
+
+
+@lru_cache(maxsize=4)
+def _mtf(shape: tuple[int, ...], detector: InfraredDetector) -> Array:
+    """(h, w) of the pupil at the frequencies of a cosine transform."""
     t = detector.table
-    height, width = radiance.shape
+    height, width = shape
     # The cosine transform of the mirrored image: frequencies are k / (2 n) cycles per pixel.
     rows, columns = (np.arange(n) / (2.0 * n) for n in (height, width))
     frequency = np.hypot(rows[:, None], columns) / (1e-6 * t.pixel_pitch_um)
     wavelengths = np.linspace(*detector.band, _WAVELENGTHS)
-    mtf = np.mean([diffraction_mtf(frequency * w * t.f_number) for w in wavelengths], axis=0)
-    return np.asarray(fft.idctn(fft.dctn(radiance) * mtf))
+    mtf = [diffraction_mtf(frequency * w * t.f_number) for w in wavelengths]
+    return np.asarray(np.mean(mtf, axis=0))
 
 
 def measured_netd(

@@ -14,15 +14,14 @@ Brandt 2008).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
 
 from simgl import assets
 from simgl.arrays import Array, Array32
-from simgl.physics.constants import SOLAR_TEMPERATURE
-from simgl.physics.spectrum import BANDS, CHANNELS, Bands, planck_radiance
+from simgl.physics.spectral_form import parts_of_form, photon_shares
+from simgl.physics.spectrum import CHANNELS, Bands
 
 # Effective radii of grains [m]: of dry snow, of wet and melting snow and ice, of cloud droplets,
 # and of the crystals of high clouds. Estimates by kind.
@@ -95,18 +94,6 @@ def even_reflectance(nm: Array) -> Array:
     return np.ones(np.shape(nm))
 
 
-def _photons(bands: Bands, index: int) -> tuple[Array, Array]:
-    """Wavelengths [nm] of a band, and their shares of its photons."""
-    points = bands.steps(index)
-    photons = planck_radiance(points, SOLAR_TEMPERATURE) * points * bands.transmission(points)
-    return points * 1e9, photons / np.sum(photons)
-
-
-def mean_over(values: Array, bands: Bands, index: int) -> float:
-    """Mean over a band of values at the middles of its steps (``Bands.steps``), by photons."""
-    return float(np.sum(values * _photons(bands, index)[1]))
-
-
 @lru_cache(maxsize=16)
 def _parts(bands: Bands) -> tuple[Array, Array]:
     """(3, 4) sand, leaves and snow in R, G, B, N; (3, 4, 4) the parts of their means over the bands
@@ -114,32 +101,8 @@ def _parts(bands: Bands) -> tuple[Array, Array]:
     curves = (sand_reflectance, leaf_reflectance, lambda nm: snow_reflectance(nm, SNOW_GRAIN))
     wide, parts = np.zeros((3, CHANNELS)), np.zeros((3, CHANNELS, CHANNELS))
     for kind, curve in enumerate(curves):
-        wide[kind], parts[kind] = _parts_of(curve, bands)
+        wide[kind], parts[kind] = parts_of_form(curve, bands)
     return wide, parts
-
-
-def _parts_of(curve: object, bands: Bands) -> tuple[Array, Array]:
-    assert callable(curve)
-    wide = np.array([mean_over(curve(BANDS.steps(k) * 1e9), BANDS, k) for k in range(CHANNELS)])
-    parts = np.zeros((CHANNELS, CHANNELS))
-    for index in range(len(bands.edges)):
-        nm, share = _photons(bands, index)
-        # R, G, B, N of a wavelength.
-        of = np.select([nm < 500.0, nm < 600.0, nm < 700.0], [2, 1, 0], 3)
-        for k in range(CHANNELS):
-            parts[index, k] = np.sum((curve(nm) * share)[of == k])
-    return wide, parts
-
-
-def scaled(values: Sequence[float], curve: object, bands: Bands) -> Array:
-    """(4,) reflectance in the bands of a surface with a spectrum and values in R, G, B, N.
-
-    curve : its reflectance at wavelengths (n,) [nm], of which only the form counts
-    """
-    if bands == BANDS:
-        return np.array(values)
-    wide, parts = _parts_of(curve, bands)
-    return np.asarray(parts @ (np.array(values) / wide))
 
 
 def land_in_bands(land: Array32, bands: Bands) -> Array32:
@@ -171,7 +134,7 @@ def water_mirror(bands: Bands) -> Array:
     """(4,) reflectance of flat water over that of an index of 1.34, per band."""
     result = np.zeros(CHANNELS)
     for index in range(len(bands.edges)):
-        nm, share = _photons(bands, index)
+        nm, share = photon_shares(bands, index)
         n = _column("water_index", nm)
         result[index] = np.sum(((n - 1.0) / (n + 1.0)) ** 2 * share) / (0.34 / 2.34) ** 2
     return result
@@ -222,7 +185,7 @@ def cloud_table(bands: Bands) -> Array:
     white, _ = two_streams(np.zeros(1), _DROPLET_G, tau[None, :, None], mu)
     table = np.ones((2, CLOUD_PLACES, CLOUD_PLACES, CHANNELS))
     for index in range(len(bands.edges)):
-        nm, share = _coarse(*_photons(bands, index))
+        nm, share = _coarse(*photon_shares(bands, index))
         absorption, n = _column("water_absorption", nm), _column("water_index", nm)
         lost = _lost_by_a_grain(absorption, n, nm, DROPLET)
         reflected, through = two_streams(lost, _DROPLET_G, tau[None, :, None], mu)
@@ -245,7 +208,7 @@ def ice_cloud(bands: Bands) -> Array:
     tau, mu = np.array([1.0]), np.array([0.5])
     white, _ = two_streams(np.zeros(1), 0.74, tau, mu)
     for index in range(len(bands.edges)):
-        nm, share = _photons(bands, index)
+        nm, share = photon_shares(bands, index)
         absorption = _column("ice_absorption", nm)
         lost = _lost_by_a_grain(absorption, np.full(nm.shape, 1.3), nm, CRYSTAL)
         result[index] = np.sum(two_streams(lost, 0.74, tau, mu)[0] / white * share)

@@ -7,7 +7,8 @@ from functools import lru_cache
 import numpy as np
 
 from simgl.arrays import Array
-from simgl.physics.earth_spectra import even_reflectance, foam_reflectance, scaled
+from simgl.physics.earth_spectra import even_reflectance, foam_reflectance
+from simgl.physics.spectral_form import scaled
 from simgl.physics.spectrum import BANDS, Bands
 
 # Reflectance of clear ocean water without surface reflection, R, G, B, N: pi times the

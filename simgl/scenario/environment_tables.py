@@ -41,10 +41,7 @@ def read_sun(
     if table.spectrum == "astm_g173":
         if table.temperature_k is not None:
             raise ConfigError(where, "temperature_k", 'contradicts spectrum = "astm_g173"')
-        if bands != BANDS:
-            problem = 'must be "planck" with [bands]: "astm_g173" is known in R, G, B and N alone'
-            raise ConfigError(where, "spectrum", problem)
-        light = astm_g173_light(total)
+        light = astm_g173_light(total, bands)
     else:
         light = black_body_light(total, temperature, bands)
     # A disc whose size or direction is given is uniform, as in textbook cases.

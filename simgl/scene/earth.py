@@ -17,8 +17,9 @@ from simgl.file_cache import FileCache
 from simgl.input_files import read_file
 from simgl.physics.atmosphere import Air
 from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS, WGS84_POLAR_RADIUS
-from simgl.physics.earth_spectra import cloud_table, even_reflectance, land_in_bands, scaled
+from simgl.physics.earth_spectra import cloud_table, even_reflectance, land_in_bands
 from simgl.physics.regolith import Regolith
+from simgl.physics.spectral_form import scaled
 from simgl.physics.spectrum import BANDS, Bands, PerBand, channels
 
 # Of the ground alone and with clouds of the usual cover, in every band, for multiple scattering

@@ -11,7 +11,8 @@ import numpy as np
 
 from simgl import assets
 from simgl.arrays import Array
-from simgl.physics.earth_spectra import MELTING_GRAIN, SNOW_GRAIN, scaled, snow_reflectance
+from simgl.physics.earth_spectra import MELTING_GRAIN, SNOW_GRAIN, snow_reflectance
+from simgl.physics.spectral_form import scaled
 from simgl.physics.spectrum import BANDS, Bands
 
 # Of the table: strips of longitude, 10 deg wide from 180 deg west on.

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
+from simgl.errors import SimglError
 from simgl.lru_cache import LruCache
 from simgl.progress import ProgressCallback, begin_stage
 from simgl.scene.spacecraft import SpacecraftModel
@@ -16,6 +18,25 @@ from simgl.thermal.history import ThermalState, advanced, steady_state
 Temperatures = Mapping[str, ThermalState]
 # Spacecraft whose networks stay, and steps of a history.
 _MANY, _STEPS = 64, 256
+# Temperatures that are remembered by name.
+_NAMED, _NAMED_BYTES = 4096, 256 << 20
+
+
+class UnknownTemperaturesError(SimglError):
+    """No temperatures of a name are remembered."""
+
+
+def name_of(temperatures: Temperatures) -> str:
+    """Hash of all that the temperatures of a scene depend on."""
+    names = [state.digest for state in temperatures.values()]
+    if len(names) == 1:
+        return names[0]
+    return hashlib.blake2b("+".join(names).encode(), digest_size=16).hexdigest()
+
+
+def history_of(temperatures: Temperatures) -> str:
+    """How they came about: "steady" without a history."""
+    return ", ".join(sorted({state.history for state in temperatures.values()}))
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +76,42 @@ class ThermalBodies:
             name: advanced(self.of(name, body.model), before[name], state)
             for name, body in state.bodies.items()
         }
+
+
+class RememberedTemperatures:
+    """Temperatures by their names, which later ones go on from.
+
+    A name stands for all the light since the start: whoever asks, and whatever else was asked
+    between, the same request gives the same temperatures.
+    """
+
+    def __init__(self) -> None:
+        self._by_name: LruCache[str, Temperatures] = LruCache(_NAMED, max_bytes=_NAMED_BYTES)
+
+    def reached(self, bodies: ThermalBodies, state: SceneState, before: str) -> Temperatures:
+        """Those of a scene, going on from others.
+
+        before : their name, whose time may be that of the scene; empty for the steady state
+
+        Raises UnknownTemperaturesError for a name that is not remembered, and SimglError for
+        temperatures that are later than the scene.
+        """
+        if not before:
+            temperatures = bodies.steady(state)
+        else:
+            earlier = self._by_name.find(before)
+            if earlier is None:
+                raise UnknownTemperaturesError("is not remembered; start without it")
+            known_ns = max(one.tai_ns for one in earlier.values())
+            if known_ns > state.tai_ns:
+                problem = f"is of {1e-9 * (known_ns - state.tai_ns):g} s later than tai_ns"
+                raise SimglError(problem)
+            if known_ns == state.tai_ns:
+                return earlier
+            temperatures = bodies.advanced(earlier, state)
+        size = sum(one.temperatures.nbytes * 3 for one in temperatures.values())
+        self._by_name.put(name_of(temperatures), temperatures, size)
+        return temperatures
 
 
 class TemperatureHistory:

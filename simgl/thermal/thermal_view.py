@@ -28,6 +28,7 @@ from simgl.thermal.ground_seen import (
 from simgl.thermal.heat_loads import light_of_sky
 from simgl.thermal.history import ThermalState
 from simgl.thermal.network import SPACE_TEMPERATURE
+from simgl.thermal.scene_temperatures import history_of, name_of
 
 # Light goes on between patches until a reflection adds less than this share of the brightest one,
 # at most so often.
@@ -103,8 +104,8 @@ def thermal_view(state: SceneState, detector: InfraredDetector, bodies: Bodies) 
         planck=_planck(detector.table.kind, detector.band),
         space=(watts, counted),
         earth=_earth(state, detector),
-        digest="+".join(of.digest for _, of in bodies.values()),
-        history=", ".join(sorted({of.history for _, of in bodies.values()})),
+        digest=name_of({name: of for name, (_, of) in bodies.items()}),
+        history=history_of({name: of for name, (_, of) in bodies.items()}),
     )
 
 

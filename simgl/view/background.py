@@ -176,14 +176,14 @@ def sky_view(state: SceneState, name: str, body: BodyState) -> SkyView | None:
     owner = _first_within(state, body, _SAME_SKY * earth.view.height)
     of_state = _skies.setdefault(state, {})
     if owner not in of_state:
-        of_state[owner] = _own_sky(state, state.earth, name, owner)
+        of_state[owner] = _sky_around(state, state.earth, name, owner)
     if owner is body:
         return of_state[owner]
     R_sky_from_body = owner.pose.R_icrf_from_body.T @ body.pose.R_icrf_from_body
     return replace(of_state[owner], R_sky_from_body=R_sky_from_body)
 
 
-def _own_sky(state: SceneState, about: EarthState, name: str, owner: BodyState) -> SkyView:
+def _sky_around(state: SceneState, about: EarthState, name: str, owner: BodyState) -> SkyView:
     """What a spacecraft sees that looks along its own axes; name : of one that sees the same."""
     earth = _earth_from(state, about, owner.pose.position, f"[spacecraft.{name}]")
     R_body_from_icrf = owner.pose.R_icrf_from_body.T

@@ -135,5 +135,5 @@ def test_sunlight_past_the_limb_reddens_by_wavelength() -> None:
     light = sunlit_transmission(position, sun, 0.00465, radii, air_in_bands(bands))
     assert light[0] < 0.1 < light[1] < light[2] < light[3] < 1.0
     green = sunlit_transmission(position, sun, 0.00465, radii, STANDARD)[1]
-    # The default's G is 550 nm. Its ozone is 0.002 more of the vertical, here 40 times that.
+    # The default's G is 550 nm. Its ozone is 0.002 more of the vertical, 40 times that here.
     assert light[1] == pytest.approx(green, rel=0.12)

@@ -11,11 +11,11 @@ from simgl.physics.earth_spectra import (
     ice_cloud,
     land_in_bands,
     leaf_reflectance,
-    scaled,
     snow_reflectance,
     two_streams,
     water_mirror,
 )
+from simgl.physics.spectral_form import scaled
 from simgl.physics.spectrum import BANDS, Bands
 
 R_G_B_N = Bands(names=("w", "x", "y", "z"))

@@ -32,7 +32,12 @@ _LAND, _RELIEF, _SHORE = ("land_rgb.jpg", "land_nir.jpg"), "relief.webp", "shore
 _NIGHT = "night.jpg"
 # What makes the maps, for the files that they are cached in.
 MADE_BY = (__name__, "simgl.physics.land_reflectance", "numpy", "scipy", "pillow")
-_BANDS_MADE_BY = (*MADE_BY, "simgl.physics.earth_spectra", "simgl.physics.spectrum")
+_BANDS_MADE_BY = (
+    *MADE_BY,
+    "simgl.physics.earth_spectra",
+    "simgl.physics.spectral_form",
+    "simgl.physics.spectrum",
+)
 
 
 # For the simulators of a process: two of each kind at the size of the shipped ones.

@@ -21,7 +21,8 @@ def knows_ground_bands(name: str, variant: tuple[str, ...]) -> bool:
 def band_samplers(name: str, variant: tuple[str, ...]) -> dict[str, int]:
     """Of bands of a scenario, with their units."""
     samplers = dict(BAND_SAMPLERS) if knows_ground_bands(name, variant) else {}
-    if "SEA" in variant:
+    # Only noise and snow ask what grows.
+    if "SEA" in variant or ("FAR" in variant and "FROST" not in variant):
         samplers.pop("land_kind", None)
     from_space = "AIR" in variant and "AIR_INSIDE" not in variant
     if "BANDS" in variant and from_space and name in ("planet/planet", "planet/tiles"):

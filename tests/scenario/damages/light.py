@@ -146,13 +146,6 @@ DAMAGES = (
         " [bands]: names must be of letters, digits, _ and -, at most 32, and not Z and partId",
     ),
     Damage(
-        "measured Sun in other bands",
-        SUNWARD,
-        f'{SUNWARD}\nspectrum = "astm_g173"\n[bands]\nedges_nm = [[840.0, 860.0]]',
-        ' [sun]: spectrum must be "planck" with [bands]: "astm_g173" is known in R, G, B and N '
-        "alone",
-    ),
-    Damage(
         "air of the study in other bands",
         SHAPE,
         'atmosphere = "source"\n[bands]\nedges_nm = [[840.0, 860.0]]',
