@@ -33,7 +33,7 @@ _QUALITY = 88
 def main(
     out: Annotated[Path, typer.Option(help="Folder for the pictures.")],
     scene: Annotated[list[str] | None, typer.Option(help="Only these scenes.")] = None,
-    paths: Annotated[int, typer.Option(help="Paths a pixel.", min=64)] = 1024,
+    paths: Annotated[int, typer.Option(help="Paths a pixel.", min=64)] = 512,
 ) -> None:
     """Draw simgl, Mitsuba 3, and their difference, scene by scene."""
     check_writable(out)
