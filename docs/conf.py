@@ -20,6 +20,7 @@ html_show_sphinx = False
 html_static_path = ["_static"]
 templates_path = ["_templates"]
 html_js_files = ["site.js"]
+html_css_files = ["site.css"]
 html_theme_options: dict[str, Any] = {"top_of_page_buttons": []}
 # The theme's, with the version and its siblings.
 html_sidebars = {

@@ -9,13 +9,14 @@ from pathlib import PurePath
 from typing import Any
 
 import numpy as np
+from msgspec import Struct, structs
 
 
 def content_digest(value: Any, size: int = 32) -> str:
     """BLAKE2b of all that a value holds, in hexadecimal digits.
 
-    value : numbers, texts, paths, arrays, and mappings, sequences and dataclasses of them; fields
-        that do not take part in comparisons do not count, and of a path only the name does
+    value : numbers, texts, paths, arrays, and mappings, sequences, dataclasses and tables of them;
+        fields that do not take part in comparisons do not count, and of a path only the name does
     size : of the hash [bytes]
 
     Raises TypeError for another type.
@@ -33,6 +34,8 @@ def _update(digest: hashlib.blake2b, value: Any) -> None:
             if field.compare:
                 digest.update(field.name.encode() + b"\0")
                 _update(digest, getattr(value, field.name))
+    elif isinstance(value, Struct):
+        _update(digest, structs.asdict(value))
     elif isinstance(value, np.ndarray):
         digest.update(f"{value.dtype.str} {value.shape}\0".encode())
         digest.update(np.ascontiguousarray(value).tobytes())

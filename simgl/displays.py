@@ -11,10 +11,19 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from simgl.arrays import AnyArray, Array32, Image8
+from simgl.arrays import AnyArray, Array32, Image8, Image16
 from simgl.camera.camera import Camera
+from simgl.camera.demosaic import develop_squares
 from simgl.figure_style import LIGHT_MAP, VALUE_MAP
-from simgl.images import Capture, display_from_dn, display_from_linear, saturated
+from simgl.images import (
+    WHITE_PHOTONS,
+    Capture,
+    display_from_dn,
+    display_from_linear,
+    saturated,
+    srgb_from_linear,
+)
+from simgl.physics.spectrum import BANDS
 
 # Decades of radiance that the false colours span, down from the brightest.
 _DECADES = 4
@@ -23,6 +32,8 @@ _BEYOND = 0.1
 # Colours of a scale that the page draws beside the image.
 _SCALE_STEPS = 9
 _JPEG_QUALITY = 88
+# Of linear light, to which thumbnails of colour detectors are rounded.
+_STEPS_OF_LIGHT = 4095
 # The colour of what has no value, such as depth where no spacecraft is.
 _NOTHING = np.array([24, 24, 28], dtype=np.uint8)
 
@@ -117,6 +128,24 @@ def display(images: CameraImages, shown: str, widest: int) -> Display | None:
     if shown == "depth":
         return _depth(plane)
     return radiance_display(plane)
+
+
+def thumbnail_from_dn(dn: Image16, camera: Camera, widest: int) -> Image8:
+    """As ``display_from_dn``, with as few pixels as ``widest`` needs, each a pixel of the image.
+
+    Of a colour detector each is a square of 2 x 2 filters, so that nothing is interpolated.
+
+    widest : columns at most
+    """
+    detector = camera.detector
+    step = -(-dn.shape[1] // widest)
+    if detector.mosaic is None or detector.bands != BANDS:
+        return display_from_dn(dn[::step, ::step], camera)
+    linear = develop_squares(dn, detector, WHITE_PHOTONS, max(step, 2))
+    # A quarter of the time of the curve itself; a step is less than a code.
+    codes = srgb_from_linear(np.linspace(0.0, 1.0, _STEPS_OF_LIGHT + 1, dtype=np.float32))
+    steps = np.clip(linear, 0.0, 1.0) * np.float32(_STEPS_OF_LIGHT) + np.float32(0.5)
+    return codes.take(steps.astype(np.uint16))
 
 
 def radiance_display(radiance: Array32) -> Display:

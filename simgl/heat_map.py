@@ -8,20 +8,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import OpenEXR
 
 from simgl.arrays import AnyArray, Array
 from simgl.figure_style import LIGHT_MAP, figure_style, plain_axes
-from simgl.output import complete_file, write_channels, write_png
+from simgl.output import complete_file
 from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.physics.frames import unit
-from simgl.physics.thermal_radiation import band_radiance, band_temperature
 from simgl.rays import RayTracer
-from simgl.scene.state import SceneState
 from simgl.thermal.body import ThermalBody, patches_met
 from simgl.thermal.history import ThermalState
-from simgl.thermal.infrared_detector import InfraredDetector
-from simgl.thermal.infrared_image import Bodies, infrared_image
 
 # Direction from the body to the viewer; body axes, -z up in the image.
 _VIEWS = {
@@ -119,64 +114,3 @@ def _seen_from(body: ThermalBody, state: ThermalState, side: Array) -> AnyArray:
     patch = patches_met(body, triangle.astype(np.int64), -side)
     seen = np.where(triangle >= 0, state.temperatures[patch], np.nan)
     return seen.reshape(_PIXELS, _PIXELS)
-
-
-def write_infrared(
-    folder: Path,
-    state: SceneState,
-    camera: str,
-    bodies: Bodies,
-    detector: InfraredDetector,
-    seed: int,
-) -> list[Path]:
-    """Files of a thermal camera: radiance as EXR, DN as PNG, brightness temperature as a heat map.
-
-    The EXR file has the band radiance [W m-2 sr-1] and the surfaces' temperature [K], and names the
-    thermal states by their hash.
-    """
-
-    def watts(temperature: Array) -> Array:
-        return band_radiance(detector.band, temperature)
-
-    seen = infrared_image(state, camera, bodies, detector.band, watts)
-    counted = seen
-    if detector.table.kind == "photon":
-        counted = infrared_image(state, camera, bodies, detector.band, detector.emission)
-    dn = detector.digitised(counted.radiance, seed, state.tai_ns)
-    paths = [folder / f"{camera}.infrared.{kind}" for kind in ("exr", "dn.png", "map.png")]
-    low, high = detector.table.band_um
-    header = {
-        "compression": OpenEXR.ZIP_COMPRESSION,
-        "type": OpenEXR.scanlineimage,
-        "camera": camera,
-        "bandUm": f"{low:g}-{high:g}",
-        "unitsRadiance": "W m-2 sr-1, integrated over the band",
-        "unitsTemperature": "K, not a number beyond spacecraft",
-        "epochUtc": utc_from_tai_ns(state.tai_ns),
-        "thermalState": seen.digest,
-        "thermalHistory": seen.history,
-    }
-    channels = {"radiance": seen.radiance, "temperature": seen.temperature}
-    write_channels(paths[0], header, {k: v.astype(np.float32) for k, v in channels.items()})
-    write_png(paths[1], dn)
-    title = f"{camera}, {low:g} to {high:g} \u00b5m, {utc_from_tai_ns(state.tai_ns)} UTC"
-    _write_map(paths[2], band_temperature(detector.band, seen.radiance), title)
-    return paths
-
-
-def _write_map(path: Path, kelvin: Array, title: str) -> None:
-    from matplotlib.colors import Normalize
-    from matplotlib.figure import Figure
-
-    norm = Normalize(*np.percentile(kelvin, [1.0, 99.5]))
-    height, width = kelvin.shape
-    with figure_style():
-        figure = Figure(figsize=(9.6, 8.0 * height / width + 0.7))
-        axes = figure.add_axes((0.02, 0.03, 0.83, 0.87))
-        drawn = axes.imshow(kelvin, norm=norm, cmap=LIGHT_MAP, interpolation="nearest")
-        plain_axes(axes)
-        axes.set_title(title)
-        bar = figure.colorbar(drawn, cax=figure.add_axes((0.87, 0.06, 0.02, 0.8)), extend="both")
-        bar.set_label("brightness temperature [K]")
-        with complete_file(path) as temporary:
-            figure.savefig(temporary, dpi=100)

@@ -1,4 +1,4 @@
-"""Frames of a capture, each an array with one unit; their display, PNG and Mono12p encoding."""
+"""Frames of a capture, each an array with one unit; their display and PNG encoding."""
 
 from __future__ import annotations
 
@@ -23,12 +23,13 @@ from simgl.html_table import html_image, html_table
 from simgl.physics.constants import SOLAR_CONSTANT, SOLAR_TEMPERATURE
 from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.physics.spectrum import BANDS, Bands, black_body_light
+from simgl.physics.thermal_radiation import band_temperature
 
 if TYPE_CHECKING:
     from xarray import DataArray
 
 # Reference of the white balance, R G B N.
-_WHITE_PHOTONS = black_body_light(SOLAR_CONSTANT, SOLAR_TEMPERATURE).photon_irradiance
+WHITE_PHOTONS = black_body_light(SOLAR_CONSTANT, SOLAR_TEMPERATURE).photon_irradiance
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -249,6 +250,33 @@ class LidarFrame:
         return png_bytes(display_from_linear(_nearness(self.range)))
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ThermalFrame:
+    """What a thermal camera sees, before its detector.
+
+    radiance : (height, width) float32, integrated over the camera's band [W m-2 sr-1]
+    temperature : (height, width) float32, mean of the surfaces in a pixel [K]; 0 for no spacecraft
+    state : hash of the temperatures of all spacecraft
+    history : how these came about: "steady" without a history
+    """
+
+    info: FrameInfo
+    radiance: Array32
+    temperature: Array32
+    state: str
+    history: str
+
+    @property
+    def brightness_temperature(self) -> Array:
+        """(height, width) of black bodies of the radiance [K]."""
+        thermal = self.info.camera.thermal
+        assert thermal is not None
+        return band_temperature(thermal.band, self.radiance)
+
+    def _repr_png_(self) -> bytes:
+        return png_bytes(display_from_thermal(self))
+
+
 def _nearness(distance: Array32) -> Array32:
     """Nearest distance over distance; 0 where the distance is 0."""
     seen = distance > 0.0
@@ -286,15 +314,17 @@ def display_from_linear(linear: Array32) -> Image8:
 def display_from_dn(dn: Image16, camera: Camera, gain: float = 1.0) -> Image8:
     """(height, width, 3) sRGB image of digital numbers, pedestal black, full scale white.
 
-    Grey for a monochrome detector, and for bands other than R, G, B, N; for a colour one, white
-    surfaces in sunlight are neutral.
+    Grey without colour filters or of bands other than R, G, B, N; else sunlit white is neutral.
 
     gain : factor of the brightness
     """
     detector = camera.detector
-    if detector.bands != BANDS:
-        detector = replace(detector, mosaic=None)
-    return srgb_from_linear(develop(dn, detector, _WHITE_PHOTONS, gain))
+    if detector.mosaic is not None and detector.bands == BANDS:
+        return srgb_from_linear(develop(dn, detector, WHITE_PHOTONS, gain))
+    # There are fewer values than pixels.
+    values = np.arange(int(dn.max(initial=0)) + 1, dtype=np.uint16)
+    grey = replace(detector, mosaic=None)
+    return srgb_from_linear(develop(values[None], grey, WHITE_PHOTONS, gain))[0].take(dn, axis=0)
 
 
 def display_from_radiance(radiance: Array32, gain: float = 1.0, bands: Bands = BANDS) -> Image8:
@@ -314,6 +344,17 @@ def display_gain(radiance: Array32, bands: Bands = BANDS) -> float:
     brightest = (radiance[..., shown_channels(bands)] / white_radiance(bands)).max(axis=-1)
     lit = brightest[brightest > 0.0]
     return 2.0 ** -math.ceil(math.log2(float(np.percentile(lit, 99.0)))) if lit.size else 1.0
+
+
+# Brightness temperatures that are black and white [K]: high cloud, and panels in sunlight.
+_COLD, _WARM = 200.0, 350.0
+
+
+def display_from_thermal(frame: ThermalFrame) -> Image8:
+    """(height, width, 3) grey image of brightness temperature, black at 200 K, white at 350 K."""
+    share = np.clip((frame.brightness_temperature - _COLD) / (_WARM - _COLD), 0.0, 1.0)
+    grey = np.round(255.0 * share).astype(np.uint8)
+    return np.repeat(grey[..., None], 3, axis=2)
 
 
 def display_from_layers(frame: LayersFrame) -> Image8:
@@ -354,38 +395,6 @@ def png_bytes(image: Image8) -> bytes:
     return buffer.getvalue()
 
 
-def pack_mono12p(dn: Image16) -> bytes:
-    """GenICam's Mono12p (PFNC): two pixels in three bytes, low bits first, rows without padding.
-
-    An odd number of pixels ends with four zero bits. Raises ValueError beyond 12 bits.
-    """
-    flat = dn.ravel()
-    if flat.size and int(flat.max()) > 0xFFF:
-        raise ValueError(f"Mono12p holds 0..4095, got {int(flat.max())}")
-    pairs = np.zeros((-(-flat.size // 2), 2), dtype=np.uint16)
-    pairs.ravel()[: flat.size] = flat
-    first, second = pairs.T
-    packed = np.empty((len(pairs), 3), dtype=np.uint8)
-    packed[:, 0] = first & 0xFF
-    packed[:, 1] = (first >> 8) | ((second & 0xF) << 4)
-    packed[:, 2] = second >> 4
-    data = packed.tobytes()
-    return data[: -(-flat.size * 3 // 2)]
-
-
-def unpack_mono12p(data: bytes, height: int, width: int) -> Image16:
-    """(height, width) pixels of Mono12p data; ValueError for data of another length."""
-    count = height * width
-    wanted = -(-count * 3 // 2)
-    if len(data) != wanted:
-        raise ValueError(f"{width} x {height} pixels take {wanted} bytes, got {len(data)}")
-    padded = np.zeros(-(-count // 2) * 3, dtype=np.uint16)
-    padded[: len(data)] = np.frombuffer(data, dtype=np.uint8)
-    low, middle, high = padded.reshape(-1, 3).T
-    pairs = np.stack([low | ((middle & 0xF) << 8), (middle >> 4) | (high << 4)], axis=1)
-    return pairs.ravel()[:count].reshape(height, width)
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Capture:
     """One image in the forms that were asked for; the other fields are None.
@@ -393,6 +402,7 @@ class Capture:
     In a notebook it shows the first of its frames, with a table of its settings.
 
     lidar : None also if the camera has no LIDAR
+    thermal : None also if the camera sees visible light
     """
 
     info: FrameInfo
@@ -404,6 +414,7 @@ class Capture:
     truth: TruthFrame | None = None
     normals: NormalsFrame | None = None
     lidar: LidarFrame | None = None
+    thermal: ThermalFrame | None = None
 
     def _repr_html_(self) -> str:
         info, camera = self.info, self.info.camera
@@ -423,12 +434,16 @@ class Capture:
             values = self.radiance.radiance[..., : len(names)].mean(axis=(0, 1))
             mean = ", ".join(f"{value:.4g}" for value in values)
             rows.append((f"mean radiance {', '.join(names)}", f"{mean} W m-2 sr-1"))
+        if self.thermal is not None:
+            low, high = (f(self.thermal.brightness_temperature) for f in (np.min, np.max))
+            rows.append(("brightness temperature", f"{low:.1f} to {high:.1f} K"))
+            rows.append(("temperatures", f"{self.thermal.history}, {self.thermal.state}"))
         title = f"Capture of {info.scenario}"
         return html_table(title, (), rows) + html_image(self._repr_png_(), title)
 
     def _repr_png_(self) -> bytes:
         frames = (self.digital, self.radiance, self.electrons, self.truth, self.layers)
-        others = (self.irradiance, self.normals, self.lidar)
+        others = (self.thermal, self.irradiance, self.normals, self.lidar)
         for frame in (*frames, *others):
             if frame is not None:
                 return frame._repr_png_()

@@ -19,7 +19,7 @@ from simgl.false_colour import (
     scene_value,
 )
 from simgl.figure_style import DN_MAP, LIGHT_MAP, VALUE_MAP, figure_style
-from simgl.images import ElectronFrame, FrameInfo
+from simgl.images import ElectronFrame, FrameInfo, ThermalFrame
 from simgl.output import complete_file
 from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.physics.spectrum import BANDS
@@ -53,6 +53,8 @@ def write_maps(capture: Capture, folder: Path, name: str) -> list[Path]:
     if (lidar := capture.lidar) is not None:
         maps.append(("lidar", lambda: _range(lidar.info, lidar.range, "LIDAR, range")))
         maps.append(("lidar_return", lambda: _returned(lidar.info, lidar.electrons)))
+    if (thermal := capture.thermal) is not None:
+        maps.append(("brightness_temperature", lambda: thermal_map(thermal)))
     paths = []
     for kind, draw in maps:
         path = folder / f"{name}.map.{kind}.png"
@@ -122,6 +124,20 @@ def decades_norm(values: AnyArray, decades: float = 5.0) -> Any:
     return LogNorm(high / 10.0**decades, high)
 
 
+def thermal_map(frame: ThermalFrame) -> Figure:
+    """Map of the brightness temperature, without the coldest and warmest pixels."""
+    from matplotlib.colors import Normalize
+
+    thermal = frame.info.camera.thermal
+    assert thermal is not None
+    low, high = thermal.table.band_um
+    kelvin = frame.brightness_temperature
+    norm = Normalize(*np.percentile(kelvin, [1.0, 99.5]))
+    label = f"brightness temperature {low:g}-{high:g} \u00b5m [K]"
+    title = f"Thermal radiance; temperatures {frame.history}"
+    return _drawn(frame.info, title, kelvin, label, norm, LIGHT_MAP)
+
+
 def _positive(values: AnyArray) -> AnyArray:
     """The values with zeros replaced, for a logarithmic scale."""
     return np.maximum(values, np.finfo(np.float32).tiny)
@@ -180,7 +196,7 @@ def _returned(info: FrameInfo, electrons: AnyArray) -> Figure:
 def _false_colours(info: FrameInfo, radiance: AnyArray) -> Figure:
     value = exposure_value(info.camera.lens.f_number, info.camera.exposure_time)
     setting = blender_exposure(value)
-    title = f"False colours, EV {value:.2f} (source's setting {setting:.2f})"
+    title = f"False colours, EV {value:.2f} (Blender exposure {setting:.2f})"
     image = false_colour(scene_value(radiance, setting))
     figure, axes = _sheet(info, title, image.shape)
     axes.imshow(image, interpolation="nearest", extent=(0, image.shape[1], image.shape[0], 0))

@@ -26,13 +26,15 @@ from simgl.images import (
     LayersFrame,
     NormalsFrame,
     RadianceFrame,
+    ThermalFrame,
     TruthFrame,
     display_from_dn,
     display_from_layers,
     display_from_radiance,
-    pack_mono12p,
+    display_from_thermal,
 )
 from simgl.interruption import unfinished_files
+from simgl.mono12p import pack_mono12p
 from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.physics.frames import quaternion_from_matrix
 from simgl.physics.spectrum import BANDS
@@ -134,17 +136,27 @@ def write_exr(
         name: np.ascontiguousarray(radiance.radiance[..., i])
         for i, name in enumerate(radiance.info.bands.names)
     }
-    header = _header(radiance.info)
-    if truth is not None:
-        channels["Z"] = np.ascontiguousarray(truth.depth)
-        channels["partId"] = np.ascontiguousarray(truth.part_id)
-        seen = np.unique(truth.part_id)
-        names = {i: truth.part_names[i] for i in seen.tolist() if i}
-        header["partNames"] = ", ".join(f"{i}={name}" for i, name in names.items()) or "none seen"
+    header, channels = _with_truth(_header(radiance.info), channels, truth)
     if normals is not None:
         for index, axis in enumerate("XYZ"):
             channels[f"normal.{axis}"] = np.ascontiguousarray(normals.normals[..., index])
     write_channels(path, header, channels)
+
+
+def _with_truth(
+    header: dict[str, Any], channels: dict[str, Any], truth: TruthFrame | None
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Header and channels with depth and part ids, where there are any."""
+    if truth is None:
+        return header, channels
+    seen = np.unique(truth.part_id)
+    names = {i: truth.part_names[i] for i in seen.tolist() if i}
+    listed = ", ".join(f"{i}={name}" for i, name in names.items()) or "none seen"
+    more = {
+        "Z": np.ascontiguousarray(truth.depth),
+        "partId": np.ascontiguousarray(truth.part_id),
+    }
+    return header | {"partNames": listed}, channels | more
 
 
 def write_channels(path: Path, header: dict[str, Any], channels: dict[str, Any]) -> None:
@@ -172,6 +184,29 @@ def write_layers_exr(path: Path, frame: LayersFrame) -> None:
     write_channels(path, _header(frame.info) | layers, channels)
 
 
+def write_thermal_exr(path: Path, frame: ThermalFrame, truth: TruthFrame | None = None) -> None:
+    """Float32 channels ``radiance`` [W m-2 sr-1] and ``temperature`` [K]; with truth as
+    ``write_exr``.
+
+    The header names the state of the temperatures and their history.
+    """
+    camera = frame.info.camera
+    assert camera.thermal is not None
+    header = _header(frame.info)
+    for key in ("bandsNm", *(k for k in header if k.startswith(("unitsRGBN", "unitsBands")))):
+        del header[key]
+    low, high = camera.thermal.table.band_um
+    header |= {
+        "bandUm": f"{low:g}-{high:g}",
+        "unitsRadiance": "W m-2 sr-1, integrated over the band",
+        "unitsTemperature": "K, mean of the surfaces in a pixel, 0 where no spacecraft is",
+        "thermalState": frame.state,
+        "thermalHistory": frame.history,
+    }
+    channels = {"radiance": frame.radiance, "temperature": frame.temperature}
+    write_channels(path, *_with_truth(header, channels, truth))
+
+
 def write_dn_png(path: Path, frame: DigitalFrame) -> None:
     """Digital numbers, unscaled, in a 16-bit grey PNG."""
     write_png(path, frame.dn)
@@ -188,6 +223,24 @@ def write_view_png(path: Path, frame: RadianceFrame) -> None:
     write_png(path, display_from_radiance(frame.radiance, bands=frame.info.bands))
 
 
+def write_view(path: Path, capture: Capture) -> None:
+    """The preview of a capture with radiance, or of a thermal camera's with its frame."""
+    if capture.thermal is not None:
+        write_png(path, display_from_thermal(capture.thermal))
+    else:
+        assert capture.radiance is not None
+        write_view_png(path, capture.radiance)
+
+
+def write_light(path: Path, capture: Capture) -> None:
+    """The EXR file of a capture with radiance, or of a thermal camera's with its frame."""
+    if capture.thermal is not None:
+        write_thermal_exr(path, capture.thermal, capture.truth)
+    else:
+        assert capture.radiance is not None
+        write_exr(path, capture.radiance, capture.truth, capture.normals)
+
+
 def write_png(path: Path, pixels: Image8 | Image16) -> None:
     """A PNG of pixels as they are."""
     with complete_file(path) as temporary:
@@ -199,6 +252,8 @@ def write_capture(capture: Capture, folder: Path, name: str, *, packed: bool = F
 
     radiance : ``NAME.radiance.exr``, float32 [W m-2 sr-1], with depth and part ids if truth is
         there; ``NAME.view.png``, an sRGB preview
+    thermal : ``NAME.thermal.exr``, radiance in the band and temperature; ``NAME.view.png``, the
+        brightness temperature from 200 to 350 K
     layers : ``NAME.layers.exr`` and ``NAME.layers.png``
     digital : ``NAME.dn.png``, 16 bits; from a colour detector also ``NAME.colour.png``
 
@@ -213,6 +268,9 @@ def write_capture(capture: Capture, folder: Path, name: str, *, packed: bool = F
             ("radiance.exr", lambda p: write_exr(p, radiance, capture.truth, capture.normals))
         )
         writers.append(("view.png", lambda p: write_view_png(p, radiance)))
+    if (thermal := capture.thermal) is not None:
+        writers.append(("thermal.exr", lambda p: write_thermal_exr(p, thermal, capture.truth)))
+        writers.append(("view.png", lambda p: write_png(p, display_from_thermal(thermal))))
     if (layers := capture.layers) is not None:
         writers.append(("layers.exr", lambda p: write_layers_exr(p, layers)))
         writers.append(("layers.png", lambda p: write_png(p, display_from_layers(layers))))

@@ -46,6 +46,8 @@ from simgl.radiosity.final_gather import LitBody
 from simgl.radiosity.transport_store import JointLight, TransportStore
 from simgl.scene.earth import Earth
 from simgl.scene.spacecraft import SpacecraftModel
+from simgl.thermal.thermal_view import ThermalView
+from simgl.thermal_renderer import ThermalRenderer
 from simgl.view.background import SkyView
 from simgl.view.celestial import CelestialView
 from simgl.view.frame_view import FrameView, lit_parts, truth_tile
@@ -63,9 +65,6 @@ _SURE_PIXELS = 1 << 22
 # rasterises with few of its units, takes 3.4 ns (NVIDIA H100), so this is 2 ms.
 _SAMPLE_BUDGET_CPU = 125_000
 _SAMPLE_BUDGET_GPU = 500_000
-
-# Larger tiles are lit in parts: a sample takes some 30 bytes while it is worked on.
-_SAMPLES_AT_ONCE = 10_000_000
 
 
 class Renderer:
@@ -102,6 +101,8 @@ class Renderer:
         self._rows = RowsPass(ctx)
         self._truth = TruthPass(ctx, self._meshes)
         self._targets = TargetStore(ctx)
+        shared = self._visibility, self._geometry, self._resolve, self._warp, self._planet
+        self._thermal = ThermalRenderer(ctx, self.timer, *shared)
 
     def check_size(self, camera: Camera) -> None:
         """Raise ConfigError for a camera whose images this driver cannot draw."""
@@ -142,9 +143,10 @@ class Renderer:
             begin_stage(progress, "tables of the air")
             self._air.prepare(earth, progress)
             self._planet.prepare(earth, progress)
+            self._probes.prepare()
         for model in models:
             begin_stage(progress, f"light between surfaces of {model.name}")
-            self._transports.of(model, joint_light, progress)
+            self._transports.prepare(model, joint_light, progress)
 
     def radiance(self, view: FrameView) -> ImageTarget:
         """Radiance per band [W m-2 sr-1], RGBA32F; valid until the next call at this size."""
@@ -312,7 +314,7 @@ class Renderer:
             lamp_maps = self._lamp_shadow.draw(view.lamps)
         for tile in view.tiles:
             spacecraft = self._spacecraft(tile, view)
-            for part in lit_parts(tile, view, _SAMPLES_AT_ONCE):
+            for part in lit_parts(tile, view):
                 with self.timer.measure("visibility"):
                     visibility = self._visibility.draw(part, spacecraft)
                 # From here on passes read what is still being drawn, and wait for it.
@@ -369,6 +371,10 @@ class Renderer:
             )
         ]
 
+    def thermal(self, view: FrameView, scene: ThermalView) -> ImageTarget:
+        """What a thermal camera sees, as ``ThermalRenderer`` gives it."""
+        return self._thermal.draw(view, scene)
+
     def truth(self, view: FrameView, *, normals: bool = False) -> ImageTarget:
         """Depth [m], part ids and, if wanted, normals at pixel centres, R32F, R32UI, RGBA32F."""
         formats = _TRUTH_NORMALS if normals or view.field is not None else _TRUTH
@@ -413,6 +419,7 @@ class Renderer:
             self._sun,
             self._moon,
             self._planet,
+            self._thermal,
             self._air,
             self._probes,
             self._interreflection,

@@ -29,6 +29,7 @@ _PATTERNS = (
     "bands/led_camera.toml",
     "bands/star_tracker.toml",
     "bands/swir.toml",
+    "bands/swir_earth.toml",
     "event_camera/*.toml",
     "campaign/*.toml",
     "campaign/overlay.py",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
-from enum import StrEnum
+from functools import cache, cached_property
 from typing import Literal, TypeVar
 
 import moderngl
@@ -31,35 +31,22 @@ from simgl.images import (
     RadianceFrame,
     TruthFrame,
 )
+from simgl.products import ALL_PRODUCTS as ALL_PRODUCTS
+from simgl.products import Product as Product
+from simgl.products import check_products
+from simgl.products import products_of as products_of
 from simgl.progress import ProgressCallback, begin_stage
 from simgl.renderer import Renderer
 from simgl.scenario.scenario import Scenario
 from simgl.scene.lamp_response import DetectorLight, lit_for_detector
 from simgl.scene.state import SceneState
 from simgl.still_scene import MovingViews, StillScene
+from simgl.thermal.scene_temperatures import TemperatureHistory, Temperatures, ThermalBodies
+from simgl.thermal_frames import thermal_frames
 from simgl.view.exposure_parts import ExposurePart, moving_scene
 from simgl.view.frame_view import FrameView, frame_view
 from simgl.view.lidar_pulse import pulse_view
 
-
-class Product(StrEnum):
-    """What a capture can contain; each is a field of ``Capture`` of that name, DN is ``digital``.
-
-    >>> simgl.Product("radiance") is simgl.Product.RADIANCE
-    True
-    """
-
-    DN = "dn"
-    ELECTRONS = "electrons"
-    RADIANCE = "radiance"
-    LAYERS = "layers"
-    IRRADIANCE = "irradiance"
-    TRUTH = "truth"
-    NORMALS = "normals"
-    LIDAR = "lidar"
-
-
-ALL_PRODUCTS = frozenset(Product)
 # Independent of the camera's settings.
 _OF_THE_SCENE = frozenset({Product.RADIANCE, Product.LAYERS, Product.TRUTH, Product.NORMALS})
 
@@ -105,6 +92,7 @@ class Simulator:
         progress: ProgressCallback | None = None,
     ) -> None:
         self.scenario = scenario
+        self.thermal_bodies = ThermalBodies(scenario.thermal_patches)
         self._owns_ctx = ctx is None
         with preserve_current():
             self._ctx = open_context() if ctx is None else ctx
@@ -130,6 +118,17 @@ class Simulator:
         """Times of the passes, once enabled."""
         return self._renderer.timer
 
+    @cached_property
+    def temperatures(self) -> TemperatureHistory:
+        """Of the spacecraft, along the laws of the scenario from its epoch on."""
+        scenario = self.scenario
+        return TemperatureHistory(
+            self.thermal_bodies,
+            scenario.at,
+            scenario.epoch_tai_ns,
+            round(1e9 * scenario.thermal_step),
+        )
+
     @property
     def gl_error(self) -> str:
         """The OpenGL error since the last query, "GL_NO_ERROR" if there is none."""
@@ -144,6 +143,7 @@ class Simulator:
         during: Callable[[int], SceneState] | None = None,
         seed: int | None = None,
         draw: int = 0,
+        temperatures: Temperatures | None = None,
     ) -> Capture:
         """The image that a camera of the scene captures.
 
@@ -153,11 +153,13 @@ class Simulator:
         seed : of the noise, in place of the scenario's
         draw : which of several images of this epoch: equal numbers have equal noise, others
             independent noise; 0 to 2^32 - 1
+        temperatures : of the spacecraft, for thermal cameras, such as ``TemperatureHistory`` gives;
+            without them those of the steady state, which the frame says
 
-        Raises ConfigError for an unknown camera and for one inside a body, ValueError for a draw
-        out of range.
+        Raises ConfigError for an unknown camera, for one inside a body and for a product that it
+        has not, ValueError for a draw out of range.
         """
-        (capture,) = self.captures(state, {camera: products}, during, seed, draw)
+        (capture,) = self.captures(state, {camera: products}, during, seed, draw, temperatures)
         return capture
 
     def captures(
@@ -167,6 +169,7 @@ class Simulator:
         during: Callable[[int], SceneState] | None = None,
         seed: int | None = None,
         draw: int = 0,
+        temperatures: Temperatures | None = None,
     ) -> tuple[Capture, ...]:
         """The images of several cameras of one scene, each as ``capture`` makes it.
 
@@ -179,6 +182,12 @@ class Simulator:
         with current(self._ctx), freed_on_error(self._ctx):
             for place, (camera, products) in enumerate(cameras.items()):
                 still = self._still(state, camera, seed, draw)
+                if still.camera.thermal is not None:
+                    if temperatures is None:
+                        temperatures = self.thermal_bodies.steady(state)
+                    seen = self._thermal_capture(still, frozenset(products), temperatures)
+                    unread.append(_Drawn(seen))
+                    continue
                 frames = self._scene_frames(still, frozenset(products))
                 counts = Product.DN in products or Product.ELECTRONS in products
                 electrons = self._electrons(self._over_exposure(still, during)) if counts else None
@@ -204,7 +213,10 @@ class Simulator:
         another field of view.
         """
         still = self._still(state, camera, draw=first_draw)
-        every = [still.view.camera, *settings]
+        if still.camera.thermal is not None:
+            problem = "sees thermal radiation; a bracket is of visible light"
+            raise ConfigError(self.scenario.name, f'camera "{camera}"', problem)
+        every = [still.camera, *settings]
         if len({(c.name, c.detector.pixel_pitch, c.geometry) for c in every}) > 1:
             raise ValueError("a setting changes the size or the field of the picture")
         captures = []
@@ -232,7 +244,6 @@ class Simulator:
             problem = f"is not in the scenario; {did_you_mean(camera, state.cameras)}"
             raise ConfigError(self.scenario.name, f'camera "{camera}"', problem)
         self._check_size(state.cameras[camera].camera)
-        view = self._view(state, camera)
         placed = state.cameras[camera]
         sun = state.sun.seen_from(placed.position)
         info = FrameInfo(
@@ -248,21 +259,25 @@ class Simulator:
             draw=draw,
             interreflection=self._interreflection(state),
         )
+        view = cache(lambda: self._view(state, camera))
         return StillScene(self._renderer, state, view, info)
 
     def _view(self, state: SceneState, camera: str, part: ExposurePart | None = None) -> FrameView:
         """What a camera draws of a state, or of the part of an exposure of which that is the
         middle."""
+        placed = state.cameras.get(camera)
+        # Thermal radiation takes no visible light between surfaces.
+        lit = placed is None or placed.camera.thermal is None
         try:
             return frame_view(
                 state,
                 camera,
                 sample_budget=self._renderer.sample_budget,
                 samples_per_pixel=self.scenario.samples_per_pixel,
-                inter_reflection=self.scenario.inter_reflection,
-                between_spacecraft=self.scenario.between_spacecraft,
+                inter_reflection=lit and self.scenario.inter_reflection,
+                between_spacecraft=lit and self.scenario.between_spacecraft,
                 gather=self.scenario.gather,
-                glossy_reflections=self.scenario.glossy_reflections,
+                glossy_reflections=lit and self.scenario.glossy_reflections,
                 joint_light=self.scenario.joint_light,
                 part=part,
             )
@@ -274,7 +289,7 @@ class Simulator:
         self, still: StillScene, during: Callable[[int], SceneState] | None
     ) -> StillScene:
         """The scene while the shutter is open; the still one where nothing moves visibly."""
-        camera = still.view.camera.name
+        camera = still.camera.name
         scene = None if during is None else moving_scene(still.state, camera, during)
         if scene is None:
             return still
@@ -304,9 +319,24 @@ class Simulator:
             lidar=made(Product.LIDAR, lambda: self._lidar(still)),
         )
 
+    def _thermal_capture(
+        self, still: StillScene, products: frozenset[Product], temperatures: Temperatures
+    ) -> Capture:
+        """What a thermal camera captures."""
+        check_products(still.camera, products, self.scenario.name)
+        frames = self._scene_frames(still, products)
+        if products & {Product.DN, Product.THERMAL}:
+            thermal, digital = thermal_frames(still, self.thermal_bodies, temperatures)
+            frames = replace(
+                frames,
+                thermal=thermal if Product.THERMAL in products else None,
+                digital=digital() if Product.DN in products else None,
+            )
+        return frames
+
     def _electrons(self, still: StillScene) -> ImageTarget:
         """Mean electrons of the scene."""
-        camera, pipeline = still.view.camera, self._camera_pipeline
+        camera, pipeline = still.camera, self._camera_pipeline
         colours = lit_for_detector(still.state, camera.detector)
         if len(colours) == 1:
             photons = still.state.sun.photons_per_joule
@@ -322,7 +352,7 @@ class Simulator:
     def _lit_for(self, still: StillScene, index: int) -> StillScene:
         """The scene with its lamps as the pixels of a colour respond to them; the last one found
         again, for the settings of a bracket."""
-        camera = still.view.camera
+        camera = still.camera
 
         def colour(state: SceneState) -> DetectorLight:
             return lit_for_detector(state, camera.detector)[index]
@@ -357,7 +387,7 @@ class Simulator:
         if electrons is None or Product.DN not in products:
             return _Drawn(frames)
         dn = self._camera_pipeline.digital(
-            still.view.camera, info.epoch_tai_ns, info.seed, electrons, info.draw, place
+            still.camera, info.epoch_tai_ns, info.seed, electrons, info.draw, place
         )
         return _Drawn(frames, dn)
 
@@ -375,7 +405,7 @@ class Simulator:
         return LayersFrame(info=still.info, layers=self._renderer.layers(still.view))
 
     def _irradiance(self, still: StillScene) -> IrradianceFrame:
-        target = self._camera_pipeline.irradiance(still.view.camera, still.softened, still.sun)
+        target = self._camera_pipeline.irradiance(still.camera, still.softened, still.sun)
         photons = still.state.sun.photons_per_joule
         return IrradianceFrame(info=still.info, irradiance=target.read(), photons_per_joule=photons)
 

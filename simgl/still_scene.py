@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from functools import cache
 
 from simgl.arrays import Array
 from simgl.camera.camera import Camera
@@ -41,18 +42,29 @@ class MovingViews:
 class StillScene:
     """The scene as one camera sees it at one instant.
 
+    make_view : what the camera draws, made at the first call and kept
     moving : over its exposure instead; None for the instant
     """
 
     renderer: Renderer
     state: SceneState
-    view: FrameView
+    make_view: Callable[[], FrameView]
     info: FrameInfo
     moving: MovingViews | None = None
     # With the lamps as a detector responds to them: the last, whose radiance is still valid.
     lit: dict[bytes, StillScene] = field(default_factory=dict)
     # The radiance by the width of its ramps [px].
     drawn: dict[float, ImageTarget] = field(default_factory=dict)
+
+    @property
+    def view(self) -> FrameView:
+        """What the camera draws; raises ConfigError where it stands inside a body or the Earth."""
+        return self.make_view()
+
+    @property
+    def camera(self) -> Camera:
+        """With the settings of this image."""
+        return self.info.camera
 
     @property
     def radiance(self) -> ImageTarget:
@@ -63,7 +75,7 @@ class StillScene:
     def softened(self) -> ImageTarget:
         """The radiance with the ramps between pixels that the camera's point spread takes; valid as
         ``radiance`` is."""
-        return self._with_ramp(pixel_ramp(self.view.camera))
+        return self._with_ramp(pixel_ramp(self.camera))
 
     def _with_ramp(self, ramp: float) -> ImageTarget:
         if ramp not in self.drawn:
@@ -79,7 +91,7 @@ class StillScene:
     @property
     def lit_area(self) -> tuple[int, int, int, int]:
         """x, y, width, height of the pixels of ``softened`` that are not black for sure."""
-        camera = self.view.camera
+        camera = self.camera
         if self.moving is not None:
             return 0, 0, camera.detector.width, camera.detector.height
         return replace(self.view, ramp=pixel_ramp(camera)).lit_area
@@ -119,7 +131,7 @@ class StillScene:
         return StillScene(
             renderer=self.renderer,
             state=replace(self.state, cameras={**self.state.cameras, camera.name: placed}),
-            view=replace(self.view, camera=camera),
+            make_view=cache(lambda: replace(self.view, camera=camera)),
             info=replace(self.info, camera=camera, draw=draw),
             lit=self.lit,
             drawn=self.drawn,

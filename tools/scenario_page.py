@@ -17,7 +17,13 @@ from typing import Any
 import msgspec
 from msgspec import inspect
 
-from simgl.camera.camera_schema import CameraPresetTable, CurveTable, FiltersTable, ParticlesTable
+from simgl.camera.camera_schema import (
+    CameraPresetTable,
+    CurveTable,
+    FiltersTable,
+    ParticlesTable,
+    ThermalCameraTable,
+)
 from simgl.camera.lens_schema import (
     DistortionTable,
     FieldZoneTable,
@@ -63,10 +69,12 @@ TABLES: Mapping[str, type[Table]] = {
     "[camera.NAME.optics] field_zones": FieldZoneTable,
     "[camera.NAME.optics] surfaces": LensSurfaceTable,
     "[camera.NAME.lidar]": LidarTable,
+    "[camera.NAME.thermal]": ThermalCameraTable,
     "[lamp.NAME]": schema.LampTable,
     "[assess]": schema.AssessTable,
     "[uncertainty]": UncertaintyTable,
     "[render]": schema.RenderTable,
+    "[thermal]": schema.ThermalTable,
     "Preset file": CameraPresetTable,
     "Preset file, [qe], [window], [micro_lens]": CurveTable,
     "Preset file, [filters]": FiltersTable,

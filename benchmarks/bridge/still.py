@@ -43,10 +43,16 @@ class StillSimulator:
         return dn
 
     def capture(
-        self, state: SceneState, camera: str, products: Any, during: Any = None, draw: int = 0
+        self,
+        state: SceneState,
+        camera: str,
+        products: Any,
+        during: Any = None,
+        draw: int = 0,
+        temperatures: Any = None,
     ) -> Capture:
         """The image, with the pose of the state."""
-        del products, during
+        del products, during, temperatures
         camera_state = state.cameras[camera]
         sun = state.sun.seen_from(camera_state.position)
         info = FrameInfo(

@@ -31,6 +31,7 @@ from benchmarks.path_tracer.tracer import (
 from benchmarks.record import write_record
 from simgl import Capture, Product, Scenario, Simulator
 from simgl.bench.peers.lambertian import lambertian_scenario
+from simgl.display_colours import WHITE_RADIANCE
 from simgl.output import check_writable, write_exr
 from simgl.scene.state import SceneState, SunInDirection
 from simgl.view.frame_view import Gather
@@ -170,10 +171,11 @@ def _write(out: Path, name: str, exposure: Capture, traced: Traced, difference: 
     assert exposure.radiance is not None
     write_exr(out / f"{name}.simgl.exr", exposure.radiance)
     gain = GAINS.get(name.partition(".")[0], 1.0)
+    white = WHITE_RADIANCE / gain
     left = difference_images.shown(
-        exposure.radiance.radiance[..., list(VISIBLE)].astype(np.float64), gain
+        exposure.radiance.radiance[..., list(VISIBLE)].astype(np.float64), white
     )
-    middle = difference_images.shown(traced.radiance, gain)
+    middle = difference_images.shown(traced.radiance, white)
     right = difference_images.signed(difference.relative)
     difference_images.write_png(out / f"{name}.simgl.png", left)
     difference_images.write_png(out / f"{name}.reference.png", middle)

@@ -187,6 +187,8 @@ class Client:
         draw : which of several images of this time; another number has other noise
         seek : allow a time before that of the last request
         compression : "zstd" for a link between machines; the images are the same
+        thermal_from : of thermal cameras ``thermal_state`` of the image before: temperatures go on
+            from there; without it they are those of the steady state
         """
         self._make_room()
         attempts = 2 if retry else 1

@@ -43,6 +43,7 @@ class Image:
     part_names : part id to "spacecraft/part", where part ids were asked for
     interreflection : "off"; "exact"; or "quick": with joints moved and ``joint_light = "quick"``;
         empty from servers that do not tell
+    thermal_state, thermal_history : of a thermal camera's temperatures, see ``thermal_from``
     """
 
     planes: Mapping[str, AnyArray]
@@ -68,6 +69,8 @@ class Image:
     render_time_s: float
     part_names: Mapping[int, str]
     interreflection: str
+    thermal_state: str
+    thermal_history: str
 
     @property
     def dn(self) -> Image16:

@@ -97,10 +97,12 @@ class RenderOptions(StateOptions, total=False):
 
     seek : allow a time before that of the last request
     compression : of the planes on their way, "zstd" or none; what arrives has the same bytes
+    thermal_from : ``thermal_state`` of the image before: temperatures go on from there
     """
 
     seek: bool
     compression: str
+    thermal_from: str
 
 
 def check_timeouts(timeout_s: float | None, ready_timeout_s: float) -> None:
@@ -249,6 +251,8 @@ class ClientProtocol:
         self._last_heard: float | None = None
         self._calls: dict[int | None, Call[Any]] = {}
         self._states: LruCache[int, State] = LruCache(MAX_STATES)
+        # Of a state, when no call could be told.
+        self._refusal: RemoteError | None = None
 
     # Requests
 
@@ -266,12 +270,19 @@ class ClientProtocol:
         *,
         seek: bool = False,
         compression: str = "",
+        thermal_from: str = "",
         **options: Unpack[StateOptions],
     ) -> Render:
         """A lock-step request; ConfigError for a compression that this client cannot undo."""
         check_wanted(compression)
         state = structs.asdict(self.state(tai_ns, cameras, bodies, **options))
-        return Render(seek=seek, deadline_ms=deadline_ms, compression=compression, **state)
+        return Render(
+            seek=seek,
+            deadline_ms=deadline_ms,
+            compression=compression,
+            thermal_from=thermal_from,
+            **state,
+        )
 
     def state(
         self,
@@ -304,8 +315,11 @@ class ClientProtocol:
     # Calls
 
     def open(self, call: Call[Any]) -> None:
-        """Begin a call, which ``close`` ends."""
+        """Begin a call, which ``close`` ends; it fails at once for a state refused before."""
         self._calls[call.id] = call
+        if self._refusal is not None:
+            call.fail(self._refusal)
+            self._refusal = None
 
     def close(self, call: Call[Any]) -> None:
         """Forget a call; a reply that comes late is dropped."""
@@ -368,16 +382,20 @@ class ClientProtocol:
 
     def _handle_error(self, reply: Error) -> None:
         error = RemoteError(self.address, reply)
+        refused = reply.id is not None and self._states.find(reply.id) is not None
+        reported = False
         for call in self._open_calls():
             # Without an id the server could not tell which request it was: none must wait in vain.
             if reply.id is None or reply.id == call.id:
                 concerned = call.sent or reply.code == ErrorCode.SHARED_IDENTITY
             else:
                 # A refused state is reported by the next call that waits.
-                concerned = isinstance(call.request, Next) or not call.sent
-                concerned = concerned and self._states.find(reply.id) is not None
+                concerned = refused and (isinstance(call.request, Next) or not call.sent)
             if concerned:
                 call.fail(error)
+                reported = True
+        if refused and not reported:
+            self._refusal = error
 
     def handle_event(self, event: int) -> bool:
         """Process an event of the socket's monitor; whether the connection broke.
@@ -439,6 +457,7 @@ class ClientProtocol:
             lamps=request.lamps,
             moving=request.moving,
             draw=request.draw,
+            thermal_from=request.thermal_from if isinstance(request, Render) else "",
         )
         if (reply.tai_ns, reply.state_hash) != (request.tai_ns, expected):
             raise BridgeError(

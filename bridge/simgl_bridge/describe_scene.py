@@ -55,4 +55,5 @@ def _camera(name: str, camera: Camera) -> CameraDescription:
         readout_time_s=camera.readout_time,
         transport_latency_s=camera.transport_latency,
         lidar=camera.lidar is not None,
+        thermal=camera.thermal is not None,
     )

@@ -27,6 +27,7 @@ def state_hash(
     lamps: Mapping[str, float] = MappingProxyType({}),
     moving: bool = False,
     draw: int = 0,
+    thermal_from: str = "",
 ) -> str:
     """Hash of the state that images show, computed by server and client alike.
 
@@ -40,7 +41,8 @@ def state_hash(
     float 32. Names sort by Unicode code points, which is the order of their UTF-8 bytes. Where
     lamps were sent, ``moving`` is set or ``draw`` is not 0, a sixth entry follows: ``[[[lamp,
     share], ...], [[name, angular_velocity_rad_s], ...]]``, lamps and spacecraft sorted by name, the
-    second list nil without ``moving``. A ``draw`` that is not 0 is the seventh entry.
+    second list nil without ``moving``. A ``draw`` that is not 0 is the seventh entry. A
+    ``thermal_from`` that is not empty is the last entry, a text.
     """
     sorted_bodies = [
         [
@@ -64,6 +66,8 @@ def state_hash(
         state.append([shares, rates if moving else None])
     if draw:
         state.append(int(draw))
+    if thermal_from:
+        state.append(thermal_from)
     return hashlib.blake2b(msgspec.msgpack.encode(state), digest_size=16).hexdigest()
 
 
@@ -78,6 +82,7 @@ def shown_state_hash(request: Render | State, images: Sequence[CameraImage], see
         lamps=request.lamps,
         moving=request.moving,
         draw=request.draw,
+        thermal_from=request.thermal_from if isinstance(request, Render) else "",
     )
 
 

@@ -73,6 +73,8 @@ class ErrorCode(StrEnum):
     """The spacecraft's model has no such movable joint."""
     NO_LAMP = "NO_LAMP"
     """The scenario has no such lamp."""
+    NO_THERMAL_STATE = "NO_THERMAL_STATE"
+    """The server knows no such temperatures: it was restarted, or has had too many since."""
     NO_SCENARIO = "NO_SCENARIO"
     """There is no such scenario in the server's folder, or the server has none to choose from."""
     BAD_SCENE = "BAD_SCENE"
@@ -139,6 +141,7 @@ class CameraDescription(Struct, frozen=True, kw_only=True):
     readout_time_s : from the end of exposure to the last row read
     transport_latency_s : from there until flight software has the image
     lidar : whether it has a flash LIDAR, and with it the products of one
+    thermal : whether it sees thermal radiation
     """
 
     name: str
@@ -155,6 +158,7 @@ class CameraDescription(Struct, frozen=True, kw_only=True):
     readout_time_s: float
     transport_latency_s: float
     lidar: bool = False
+    thermal: bool = False
 
 
 class Welcome(Message, frozen=True, kw_only=True):
@@ -230,7 +234,9 @@ class Shot(Struct, frozen=True, kw_only=True):
 
     products : of "dn", "radiance", "electrons"; "depth" along the boresight and "range" from the
         pinhole, 0 where no spacecraft is; "part_id"; of a camera with a LIDAR "lidar_range" of one
-        pulse, 0 where none is detected, and its "lidar_electrons"
+        pulse, 0 where none is detected, and its "lidar_electrons"; of a thermal camera
+        "thermal_radiance" in its band and "temperature", 0 where no spacecraft is, but not
+        "radiance" and "electrons"
     """
 
     camera: str
@@ -258,6 +264,9 @@ class Render(Message, frozen=True, kw_only=True):
         nil sets no limit
     compression : of the planes in the reply, one of Welcome's ``compressions``; empty for none. An
         older server ignores it: each plane says how it comes
+    thermal_from : for thermal cameras, ``thermal_state`` of an earlier image of this server:
+        temperatures go on from there, by the mean of the light then and now. Empty for those of the
+        steady state
     """
 
     id: Id
@@ -271,6 +280,7 @@ class Render(Message, frozen=True, kw_only=True):
     moving: bool = False
     draw: Draw = 0
     compression: str = ""
+    thermal_from: str = ""
 
 
 class State(Message, frozen=True, kw_only=True):
@@ -348,6 +358,9 @@ class CameraImage(Struct, frozen=True, kw_only=True):
     part_names : part id to "spacecraft/part", where part ids were asked for
     interreflection : "off"; "exact"; or "quick": with joints moved and ``joint_light = "quick"``;
         empty from servers that do not tell
+    thermal_state : of a thermal camera, hash of the temperatures of all spacecraft: of the steady
+        state, or of the one before, the time since and the light now
+    thermal_history : how these came about: "steady" for a request without ``thermal_from``
     """
 
     camera: str
@@ -367,6 +380,8 @@ class CameraImage(Struct, frozen=True, kw_only=True):
     planes: tuple[Plane, ...]
     part_names: dict[int, str] = {}
     interreflection: str = ""
+    thermal_state: str = ""
+    thermal_history: str = ""
 
 
 class Images(Message, frozen=True, kw_only=True):

@@ -1,4 +1,7 @@
-"""The monitor: small preview images on a PUB socket that never waits and may drop any."""
+"""The monitor: small preview images on a PUB socket that never waits and may drop any.
+
+They are made while somebody follows.
+"""
 
 from __future__ import annotations
 
@@ -16,6 +19,7 @@ from simgl_bridge.access import Access, ClientKeys, bind, reason
 from simgl_bridge.framing import BadMessageError, pack, unpack_reply
 from simgl_bridge.messages import Images, Preview
 from simgl_bridge.renderer_messages import Drawn
+from simgl_bridge.sockets import receive
 
 # Shortest time between two previews [s].
 INTERVAL = 0.1
@@ -29,16 +33,20 @@ class Monitor:
     """Publishes a preview of the last images, ten times a second at most."""
 
     def __init__(self, context: zmq.Context[Any], address: str, access: Access) -> None:
-        self._socket = context.socket(zmq.PUB)
+        # A PUB socket that tells of the first subscription and the last one that ends.
+        self._socket = context.socket(zmq.XPUB)
         self._socket.setsockopt(zmq.SNDHWM, QUEUE)
         self.address = bind(self._socket, address, access)
         self._number = 0
         self._skipped = 0
         self._due = 0.0
+        self._topics = 0
 
     def is_due(self, now: float) -> bool:
-        """Whether a preview may be published at a time [s, monotonic]."""
-        return now >= self._due
+        """Whether a preview is wanted at a time [s, monotonic], and may be published."""
+        while frames := receive(self._socket):
+            self._topics += {b"\x01": 1, b"\x00": -1}.get(frames[0].bytes[:1], 0)
+        return self._topics > 0 and now >= self._due
 
     def publish(self, images: Images, drawn: Drawn, pixels: memoryview) -> None:
         """Publish the preview that came with images; without one they are counted.

@@ -20,8 +20,8 @@ import zmq
 from simgl.arrays import Image16
 from simgl.camera.camera import Camera
 from simgl.cli_progress import Activity, activity
+from simgl.displays import thumbnail_from_dn
 from simgl.errors import SimglError
-from simgl.images import display_from_dn
 from simgl.interruption import report_faults
 from simgl.scenario.loader import load_scenario
 from simgl.scenario.scenario import Scenario
@@ -239,8 +239,7 @@ def _with_preview(
 
 def _preview(camera: Camera, dn: Image16) -> tuple[str, Any]:
     """Name of a camera and (height, width, 3) uint8 sRGB pixels of its image."""
-    step = -(-dn.shape[1] // WIDEST)
-    return camera.name, np.ascontiguousarray(display_from_dn(dn[::step, ::step], camera))
+    return camera.name, np.ascontiguousarray(thumbnail_from_dn(dn, camera, WIDEST))
 
 
 def open_renderer(options: RendererOptions, link: ServerLink) -> Renderer:
@@ -264,13 +263,37 @@ def open_renderer(options: RendererOptions, link: ServerLink) -> Renderer:
 
     def open_simulator(scenario: Scenario) -> Simulator:
         with activity("opening OpenGL") as shown:
-            return Simulator(scenario, progress=_Preparation(shown, link))
+            preparation = _Preparation(shown, link)
+            simulator = Simulator(scenario, progress=preparation)
+            preparation.begin_stage("first images")
+            _draw_first(simulator)
+            return simulator
 
     session = RenderSession(scenario, root=root, open_simulator=open_simulator)
     renderer = Renderer(session, overrides, recorder)
     if recorder is not None:
         recorder.opened(renderer.scene, scenario_file=scenario.source, root=root)
     return renderer
+
+
+def _draw_first(simulator: Simulator) -> None:
+    """Draw each camera at the scenario's epoch: the first request then waits for no shader.
+
+    Not by rays from every sample, which take longer than the shaders.
+    """
+    scenario = simulator.scenario
+    if scenario.gather == "pixel":
+        return
+    try:
+        state = scenario.at(scenario.epoch_tai_ns)
+        for camera in state.cameras:
+            simulator.capture(state, camera)
+    except SimglError:
+        # A scene that has no image at its epoch may have some at the client's poses.
+        return
+    except BaseException:
+        simulator.close()
+        raise
 
 
 class _Preparation:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, Protocol
@@ -15,19 +16,26 @@ from scipy.spatial.transform import Rotation
 
 from simgl.arrays import AnyArray, Array, Image16
 from simgl.camera.camera import Camera
-from simgl.errors import ConfigError
+from simgl.errors import ConfigError, SimglError
 from simgl.images import saturation_level
 from simgl.physics.frames import Pose, matrix_from_quaternion, quaternion_from_matrix
 from simgl.scenario.scenario import Scenario
 from simgl.scene.lamps import LampState
 from simgl.scene.state import BodyState, SceneState
 from simgl.simulator import Capture, Product
+from simgl.thermal.scene_temperatures import (
+    Temperatures,
+    UnknownTemperaturesError,
+    history_of,
+    name_of,
+)
 from simgl_bridge.body_pose import BodyPose
-from simgl_bridge.framing import BadMessageError
+from simgl_bridge.framing import BadMessageError, one_line
 from simgl_bridge.messages import (
     CameraImage,
     ErrorCode,
     Plane,
+    Render,
     SentPose,
     Shot,
     Vector,
@@ -44,6 +52,8 @@ PRODUCTS = {
     "range": Product.TRUTH,
     "lidar_range": Product.LIDAR,
     "lidar_electrons": Product.LIDAR,
+    "thermal_radiance": Product.THERMAL,
+    "temperature": Product.THERMAL,
 }
 # At the end of where an error is: a table of the scenario.
 _TABLE = re.compile(r"\[[\w.-]+\]$")
@@ -65,8 +75,15 @@ class ImageSource(Protocol):
         products: frozenset[Product],
         during: Callable[[int], SceneState] | None = None,
         draw: int = 0,
+        temperatures: Temperatures | None = None,
     ) -> Capture:
         """The capture of a camera; ``during`` gives the scene at other epochs."""
+
+    def temperatures(self, state: SceneState, before: str) -> Temperatures:
+        """Of the spacecraft, from earlier ones of that name on; steady for none.
+
+        Raises UnknownTemperaturesError, and SimglError for temperatures that are not earlier.
+        """
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -91,6 +108,7 @@ def render_images(render_session: ImageSource, request: ImageRequest) -> Rendere
     """
     state = requested_state(render_session.scenario, request)
     during = partial(requested_state, render_session.scenario, request) if request.moving else None
+    temperatures = _temperatures(render_session, state, request)
     images: list[CameraImage] = []
     pixels: list[AnyArray] = []
     digital = None
@@ -98,17 +116,55 @@ def render_images(render_session: ImageSource, request: ImageRequest) -> Rendere
         start = time.perf_counter()
         products = frozenset(PRODUCTS[name] for name in shot.products)
         try:
-            capture = render_session.capture(state, shot.camera, products, during, request.draw)
+            capture = render_session.capture(
+                state, shot.camera, products, during, request.draw, temperatures
+            )
         except ConfigError as error:
             raise bad_scene(error, request.id) from None
         frames = {name: _pixels(capture, name) for name in shot.products}
-        images.append(_camera_image(state, shot, capture, frames, time.perf_counter() - start))
+        image = _camera_image(state, shot, capture, frames, time.perf_counter() - start)
+        if temperatures and state.cameras[shot.camera].camera.thermal is not None:
+            image = structs.replace(
+                image,
+                thermal_state=name_of(temperatures),
+                thermal_history=history_of(temperatures),
+            )
+        images.append(image)
         pixels.extend(frames.values())
         if digital is None and capture.digital is not None:
             digital = (capture.info.camera, capture.digital.dn)
     # The numbers that were sent, not those converted to a matrix and back.
     used = {name: _as_used(body, request.bodies.get(name)) for name, body in state.bodies.items()}
     return RenderedImages(bodies=used, images=tuple(images), pixels=tuple(pixels), digital=digital)
+
+
+def reach_temperatures(render_session: ImageSource, request: ImageRequest) -> None:
+    """Work out the temperatures of a request without its images, for those that go on from them.
+
+    What is refused is refused when its images are asked for.
+    """
+    with suppress(BadMessageError):
+        _temperatures(render_session, requested_state(render_session.scenario, request), request)
+
+
+def _temperatures(
+    render_session: ImageSource, state: SceneState, request: ImageRequest
+) -> Temperatures | None:
+    """Of the spacecraft, where a camera of the request sees them."""
+    before = request.thermal_from if isinstance(request, Render) else ""
+    if all(state.cameras[shot.camera].camera.thermal is None for shot in request.cameras):
+        if before:
+            problem = "goes with a thermal camera, and none is asked for"
+            raise BadMessageError(ErrorCode.BAD_VALUE, "thermal_from", problem, request.id)
+        return None
+    try:
+        return render_session.temperatures(state, before)
+    except UnknownTemperaturesError as error:
+        code = ErrorCode.NO_THERMAL_STATE
+        raise BadMessageError(code, "thermal_from", str(error), request.id) from None
+    except SimglError as error:
+        problem = one_line(str(error), 200)
+        raise BadMessageError(ErrorCode.BAD_VALUE, "thermal_from", problem, request.id) from None
 
 
 def requested_state(
@@ -261,6 +317,9 @@ def _pixels(capture: Capture, product: str) -> AnyArray:
         return capture.radiance.radiance
     if product == "electrons" and capture.electrons is not None:
         return capture.electrons.electrons
+    if capture.thermal is not None and product in ("thermal_radiance", "temperature"):
+        thermal = capture.thermal
+        return thermal.radiance if product == "thermal_radiance" else thermal.temperature
     if product.startswith("lidar_"):
         assert capture.lidar is not None
         return capture.lidar.range if product == "lidar_range" else capture.lidar.electrons

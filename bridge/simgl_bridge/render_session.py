@@ -13,6 +13,7 @@ from simgl.scenario.loader import load_scenario
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState
 from simgl.simulator import Capture, Product, Simulator
+from simgl.thermal.scene_temperatures import RememberedTemperatures, Temperatures
 from simgl_bridge.public_text import public_text
 from simgl_bridge.scenario_folder import scenario_names
 
@@ -44,6 +45,7 @@ class RenderSession:
         self._simulator: Simulator | None = open_simulator(scenario)
         self.renderer_name = self._simulator.renderer_name
         self.scenario = scenario
+        self._temperatures = RememberedTemperatures()
 
     def capture(
         self,
@@ -52,18 +54,22 @@ class RenderSession:
         products: frozenset[Product] = frozenset({Product.DN}),
         during: Callable[[int], SceneState] | None = None,
         draw: int = 0,
+        temperatures: Temperatures | None = None,
     ) -> Capture:
         """The capture of one camera of a state.
 
         during : gives the scene at other epochs while the shutter is open; None for a fixed scene
         draw : which of several images of this epoch
+        temperatures : of the spacecraft, for thermal cameras; None for the steady state
 
         Raises ConfigError where there is none, and GpuLostError where OpenGL failed; the next
         capture then starts with a new context.
         """
         simulator = self._opened_simulator()
         try:
-            capture = simulator.capture(state, camera, products, during, draw=draw)
+            capture = simulator.capture(
+                state, camera, products, during, draw=draw, temperatures=temperatures
+            )
             error = simulator.gl_error
         except (moderngl.Error, ContextError) as failure:
             self._drop_context(simulator)
@@ -72,6 +78,16 @@ class RenderSession:
             self._drop_context(simulator)
             raise GpuLostError(f"OpenGL reports {error}")
         return capture
+
+    def temperatures(self, state: SceneState, before: str) -> Temperatures:
+        """Temperatures of the spacecraft, which are remembered by their name.
+
+        before : name of those that they go on from; empty for the steady state
+
+        Raises UnknownTemperaturesError for a name that is not remembered, and SimglError for
+        temperatures that are not earlier.
+        """
+        return self._temperatures.reached(self._opened_simulator().thermal_bodies, state, before)
 
     def _opened_simulator(self) -> Simulator:
         if self._simulator is None:
@@ -116,6 +132,7 @@ class RenderSession:
         simulator = self._open(scenario)
         self.close()
         self._simulator, self.scenario = simulator, scenario
+        self._temperatures = RememberedTemperatures()
         self.renderer_name = simulator.renderer_name
 
     def close(self) -> None:

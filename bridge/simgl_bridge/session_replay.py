@@ -15,7 +15,7 @@ from simgl.scenario.scenario import Scenario
 from simgl.simulator import Simulator
 from simgl_bridge.hashes import plane_hash, scene_hash, shown_state_hash
 from simgl_bridge.messages import CameraImage
-from simgl_bridge.render_request import RenderedImages, render_images
+from simgl_bridge.render_request import RenderedImages, reach_temperatures, render_images
 from simgl_bridge.render_session import RenderSession
 from simgl_bridge.session_recording import SUFFIX, Answered, Configured, SessionFile
 
@@ -90,6 +90,8 @@ def replay_session(
             elif isinstance(record, Answered):
                 answered += 1
                 if (answered - 1) % every:
+                    # Later requests may go on from its temperatures.
+                    reach_temperatures(renderer, record.request)
                     continue
                 differences = list(_differences(renderer, record, planes))
                 result.frames += 1

@@ -20,8 +20,12 @@ UNITS = {
     "range": "m",
     "lidar_range": "m",
     "lidar_electrons": "e-",
+    "thermal_radiance": "W m-2 sr-1",
+    "temperature": "K",
 }
 _OF_LIDAR = ("lidar_range", "lidar_electrons")
+_OF_THERMAL = ("thermal_radiance", "temperature")
+_OF_VISIBLE = ("radiance", "electrons", *_OF_LIDAR)
 # A name that a client chose may be in it.
 _LONGEST_FIELD = 120
 # Tolerance of a joint's limits [rad] or [m].
@@ -104,6 +108,12 @@ def _check_shot(errors: FieldErrors, field: str, shot: Shot, scene: ServedScene)
             errors.unknown_name(place, product, UNITS, ErrorCode.BAD_VALUE)
         if product in _OF_LIDAR and not scene.cameras[shot.camera].lidar:
             problem = f"{quoted(product)} needs a LIDAR, which camera {quoted(shot.camera)} has not"
+            errors.refuse(f"{field}.products[{index}]", problem)
+        if product in _OF_THERMAL and not scene.cameras[shot.camera].thermal:
+            problem = f"{quoted(product)} needs a thermal camera; {quoted(shot.camera)} is none"
+            errors.refuse(f"{field}.products[{index}]", problem)
+        if product in _OF_VISIBLE and scene.cameras[shot.camera].thermal:
+            problem = f"{quoted(product)} is of visible light; {quoted(shot.camera)} is thermal"
             errors.refuse(f"{field}.products[{index}]", problem)
         if product in shot.products[:index]:
             errors.refuse(f"{field}.products[{index}]", f"repeats {quoted(product)}")

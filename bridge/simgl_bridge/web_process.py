@@ -18,6 +18,7 @@ import zmq
 from simgl.arrays import AnyArray
 from simgl.displays import CameraImages
 from simgl.errors import SimglError
+from simgl.idle_priority import run_when_idle
 from simgl.physics.constants import ASTRONOMICAL_UNIT
 from simgl.physics.frames import Pose, matrix_from_quaternion
 from simgl.scenario.loader import load_scenario
@@ -35,10 +36,9 @@ from simgl_bridge.web_feed import SHOWN_DECODER, WebOptions
 _INTERVAL = 0.1
 # Interval at which viewers and images are looked for where neither comes [s].
 _POLL = 0.2
-# Of this machine's processors that showing images may take: two cores are a loop's own.
+# Of each processor but one, which is the loop's own, that showing images may take; of a single one
+# too.
 _SHARE = 0.02
-# The loop's processes come first, where the system knows no idle class.
-_NICENESS = 19
 _PLANES = ("dn", "electrons", "radiance", "depth")
 
 
@@ -110,6 +110,21 @@ def statistics_rows(statistics: Statistics, rate_hz: float) -> list[list[str]]:
     ]
 
 
+def _rest(asked: float, used: float) -> None:
+    """Wait until another image may be asked for.
+
+    asked : when the last one was [s, monotonic]
+    used : processor time of this process then [s]
+    """
+    share = _SHARE * max(1, (os.cpu_count() or 1) - 1)
+    while True:
+        # The last one may still be encoded, on another thread.
+        interval = max(_INTERVAL, (time.process_time() - used) / share)
+        if (rest := asked + interval - time.monotonic()) <= 0.0:
+            return
+        time.sleep(rest)
+
+
 class Follower:
     """Asks the server for images while somebody looks on, and publishes them."""
 
@@ -127,9 +142,7 @@ class Follower:
         asked, used = time.monotonic(), time.process_time()
         while True:
             if not is_asked and self._newest.wait_until_wanted(_POLL):
-                # What showing the last one took, on all threads.
-                rest = (time.process_time() - used) / (_SHARE * (os.cpu_count() or 1))
-                time.sleep(max(0.0, asked + max(rest, _INTERVAL) - time.monotonic()))
+                _rest(asked, used)
                 asked, used = time.monotonic(), time.process_time()
                 self._socket.send(b"more")
                 is_asked = True
@@ -158,26 +171,19 @@ class Follower:
         self._newest.publish(Snapshot(state=state, images=dict(self._images), status=status))
 
 
-def _step_back() -> None:
-    """Use the processor only where nobody else wants it."""
-    try:
-        os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
-    except (AttributeError, OSError):
-        os.nice(_NICENESS)
-
-
 def main() -> None:
     """The process."""
     address, parent, text = sys.argv[1:]
     end_with_parent(int(parent))
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    _step_back()
     options = msgspec.json.decode(text, type=WebOptions)
     try:
         token_file = None if options.token_file is None else Path(options.token_file)
         access = web_access(options.address, token_file)
         scenario = load_scenario(Path(options.scenario))
         newest = Newest(scenario, follows=f'what clients of "{scenario.name}" are sent')
+        # From here on, with all threads: the start takes seconds, as that of the renderer does.
+        run_when_idle(owns_session=True)
         with PageServer(newest, access) as server, zmq.Context() as context:
             print(f"Open {server.url} in a browser.", flush=True)
             socket = context.socket(zmq.PAIR)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from simgl import __version__
+
 if TYPE_CHECKING:
     from examples.closed_loop.report import Summary
 
@@ -102,5 +104,6 @@ def facts(summary: Summary) -> dict[str, str]:
         f"{summary.render_p99_ms:.0f} ms), bridge {summary.bridge_p50_ms:.1f} ms, flight software "
         f"{summary.processing_p50_ms:.0f} ms (medians)",
         "Seed": str(summary.seed),
+        "Version of simgl": __version__,
         "Renderer": summary.renderer,
     }

@@ -9,7 +9,8 @@
 #include "air/march.glsl"
 #include "air/view.glsl"
 
-// The fourth root of the light, or the eighth of the transmittance.
+// The fourth root of the light, or the eighth of the transmittance. SUMMED: what its terms add to the
+// bands, of which air/root.frag takes the root.
 out vec4 root;
 
 // A ray bends about the Earth and comes lower than the straight one, whose d is given: d of the
@@ -56,7 +57,13 @@ void main() {
     Passage air = march(way, STEPS);
     // As roots, which bend less between rows: deep in the limb both fall by e within a kilometre.
     // Deep in the night the moments of the diffuse light may undershoot zero.
+#ifdef SUMMED
 #ifdef TRANSMITTANCE
+    root = band_shares * air.transmittance;
+#else
+    root = band_shares * max(air.light, 0.0);
+#endif
+#elif defined(TRANSMITTANCE)
     root = sqrt(sqrt(sqrt(air.transmittance)));
 #else
     root = sqrt(sqrt(max(air.light, 0.0)));

@@ -1,6 +1,10 @@
 // What land, sea and clouds send up of the light that reaches them [W m-2 sr-1].
 #include "block/planet"
 #include "common/constants.glsl"
+#include "air/places.glsl"
+#if defined(BANDS) && defined(EARTH_MAPS)
+#include "block/groundbands"
+#endif
 #include "planet/cloud.glsl"
 #ifdef FROST
 #include "planet/frost.glsl"
@@ -18,6 +22,14 @@
 #ifndef SEA
 uniform sampler2D land_map;   // square roots of reflectance R, G, B, N
 uniform sampler2D form_map;   // slopes to the east and north, shore, night lights
+#endif
+#if defined(BANDS) && defined(EARTH_MAPS)
+#ifndef SEA
+uniform sampler2D land_kind;   // how much grows, how dark it is in red, how white the map is
+#endif
+// By code of the thickness and root of the Sun's cosine: reflectance over that of a cloud that absorbs
+// nothing; share of the Sun's light that does not come through (simgl/physics/earth_spectra.py).
+uniform sampler3D cloud_bands;
 #endif
 uniform sampler2D weather_map;   // share of cloud, thickness code, thin high cloud, kind
 
@@ -51,6 +63,8 @@ struct Sight {
 // reflected, back      : reflectance for the Sun's light, and for light from all sides
 // shape                : reflectance towards the camera over its mean
 // high_tau             : optical thickness of thin high cloud
+// darkened, lost       : reflectance over that without absorption; of the Sun's light, what does not
+//                        come through (BANDS)
 struct Clouds {
     Broken seen;
     Broken shading;
@@ -60,6 +74,10 @@ struct Clouds {
     float back;
     float shape;
     float high_tau;
+#ifdef BANDS
+    vec4 darkened;
+    vec4 lost;
+#endif
 };
 
 float cosine_on_clouds(Place here) {
@@ -83,6 +101,12 @@ Clouds clouds_at(Place here) {
     clouds.back = cloud_diffuse_reflectance(thickness);
     clouds.shape = cloud_shape(here.cloud_shape, weather.y);
     clouds.high_tau = clouds_below * high_cloud_thickness * weather.z;
+#ifdef BANDS
+    vec2 size = vec2(textureSize(cloud_bands, 0));
+    vec2 place = vec2(table_place(weather.y, size.x), table_place(sqrt(max(here.mu_sun, 0.0)), size.y));
+    clouds.darkened = textureLod(cloud_bands, vec3(place, 0.25), 0.0);
+    clouds.lost = textureLod(cloud_bands, vec3(place, 0.75), 0.0);
+#endif
     return clouds;
 }
 
@@ -95,14 +119,23 @@ Clouds clouds_at(Place here) {
 struct Shade {
     float cover;
     float noise;
+#ifdef BANDS
+    vec4 through;
+#else
     float through;
+#endif
     float back;
 };
 
 Shade shade_at(Place here, Clouds clouds) {
     float noise = clouds_noise(here.shade, here.levels.y, clouds.kinds);
     float cover = cloud_cover(clouds.shading, noise);
-    return Shade(cover, noise, 1.0 - cover * clouds.reflected, cover * clouds.back);
+#ifdef BANDS
+    vec4 through = 1.0 - cover * clouds.lost;
+#else
+    float through = 1.0 - cover * clouds.reflected;
+#endif
+    return Shade(cover, noise, through, cover * clouds.back);
 }
 
 // Light that the sea sends up: all that clouds dim, and the waves' glint, which takes only light that no
@@ -119,9 +152,16 @@ Sea sea_at(Place here) {
 #else
     vec4 sky = here.diffuse / PI;
 #endif
+#ifdef BANDS
+    sky *= water_mirror;
+    float waves = glint(here.normal, sun_direction_itrf.xyz, here.view, wave_slope_variance);
+    return Sea(water_body / PI * (here.direct * here.lit + here.diffuse) + sky * sky_in_waves(mu_view),
+               here.direct * waves * water_mirror);
+#else
     return Sea(water_body / PI * (here.direct * here.lit + here.diffuse) + sky * sky_in_waves(mu_view),
                here.direct
                * glint(here.normal, sun_direction_itrf.xyz, here.view, wave_slope_variance));
+#endif
 }
 
 // What ground gets of the light that goes back and forth between it and the air, over the same for ground
@@ -143,16 +183,40 @@ vec2 mapped_slope(vec4 form) {
 }
 
 // How much grows there, by its colours.
-float growth_of(vec4 land) {
+//
+// kind : of the map there, that bands do not tell (BANDS)
+float growth_of(vec4 land, vec3 kind) {
+#ifdef BANDS
+    return kind.x;
+#else
     return clamp(4.0 * (land.a - 1.2 * land.r), 0.0, 1.0);
+#endif
 }
+
+vec3 kind_at(vec2 on_map, float level) {
+#ifdef BANDS
+    return textureLod(land_kind, on_map, level).xyz;
+#else
+    return vec3(0.0);
+#endif
+}
+
+// By how much growth changes from hill to hill: with the grain, and with the slope.
+#ifdef BANDS
+#define BY_GRAIN growth_by_grain
+#define BY_SLOPE growth_by_slope
+#else
+#define BY_GRAIN vec4(0.11, 0.07, 0.09, 0.0)
+#define BY_SLOPE vec4(0.08, 0.0, 0.05, -0.06)
+#endif
 
 // A place with what the land around it sends to air and clouds.
 Place with_land_around(Place here) {
     vec4 land = textureLod(land_map, here.ground.on_map, max(here.levels.x, AROUND_LEVEL));
     land *= land;
 #ifdef FROST
-    land = with_snow(land, growth_of(land), here.ground.on_map, 0.0, 0.0);
+    vec3 kind = kind_at(here.ground.on_map, max(here.levels.x, AROUND_LEVEL));
+    land = with_snow(land, growth_of(land, kind), kind, here.ground.on_map, 0.0, 0.0);
 #endif
     here.gain = by_air(land);
     here.land_aloft = here.aloft * brighter(land);
@@ -195,13 +259,14 @@ Land land_at(Place here) {
     // Ground and growth change from hill to hill, growth most where there is some; the gains are
     // chosen by eye.
     land *= land;
-    float growth = growth_of(land);
+    vec3 kind = kind_at(frayed, level);
+    float growth = growth_of(land, kind);
     // Valleys and dry beds run where a slope turns; their mean darkness is taken off.
     float bed = max(1.0 - 3.0 * abs(along.x) * inversesqrt(max(resolved_hills, 1e-3)), 0.0) - BED_MEAN;
-    land *= 1.0 - 0.22 * resolved_hills * bed + grain * (0.07 + growth * vec4(0.11, 0.07, 0.09, 0.0))
-                + hills.x * growth * vec4(0.08, 0.0, 0.05, -0.06);
+    land *= 1.0 - 0.22 * resolved_hills * bed + grain * (0.07 + growth * BY_GRAIN)
+                + hills.x * growth * BY_SLOPE;
 #ifdef FROST
-    land = with_snow(land, growth, here.ground.on_map, length(slope), noise.z);
+    land = with_snow(land, growth, kind, here.ground.on_map, length(slope), noise.z);
 #endif
     seen.reflectance = land;
 #ifndef RELIEF_AT_CORNERS
@@ -222,8 +287,12 @@ Land land_at(Place here) {
 //
 // around : the ground's reflectance
 vec4 by_clouds(vec4 around, Shade shade) {
+#ifdef BANDS
+    return shade.through / (1.0 - around * shade.back);
+#else
     float grey = around.g, again = 1.0 / (1.0 - grey * shade.back);
     return shade.through * again * (1.0 + (around - grey) * (shade.back * again));
+#endif
 }
 
 // What the ground below the clouds sends up.
@@ -270,6 +339,9 @@ Sight through_clouds(Place here, Clouds clouds, Shade shade, vec4 below, float o
     float relief = 0.35 * (noise - clouds.seen.mean) + clouds.overhang * (noise - shade.noise);
     vec4 layer = (here.white + here.sunny * max((1.0 - reflected) * relief, -1.0))
                * (cover * reflected * clouds.shape);
+#ifdef BANDS
+    layer *= clouds.darkened;
+#endif
     float past = 1.0 - cover * clouds.back;
 #ifndef NO_HIGH_CLOUD
     float high_tau = clouds.high_tau * fibres(here.cloud, halvings, here.resolved.y);
@@ -277,7 +349,11 @@ Sight through_clouds(Place here, Clouds clouds, Shade shade, vec4 below, float o
     // asymmetry g of 0.74.
     float high = high_tau / (high_tau + 7.7 * cosine_on_clouds(here));
     float past_high = (1.0 - high) * (1.0 - high_tau / (high_tau + 7.7));
+#ifdef BANDS
+    layer = here.white_high * ice_cloud * high + layer * past_high;
+#else
     layer = here.white * high + layer * past_high;
+#endif
     past *= past_high;
 #endif
     layer -= here.beneath * (1.0 - past);

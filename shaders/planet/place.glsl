@@ -28,6 +28,7 @@ const float SHADOW_SINE = 0.15;
 // to_ground : transmittance from the ground to the camera
 // white     : radiance of a white layer at the height of the clouds [W m-2 sr-1]
 // sunny     : what of that is the Sun's light
+// white_high : the same at the height of thin high clouds, above most of the water vapour (BANDS)
 // beneath   : radiance that the air between ground and clouds adds [W m-2 sr-1]
 // aloft     : what the air would scatter towards the camera of the light of white ground [W m-2 sr-1]
 // gain, land_aloft, around : of land over tens of kilometres, over which air and clouds mix what it sends up:
@@ -55,6 +56,9 @@ struct Place {
     vec4 sunny;
     vec4 beneath;
 #ifdef EARTH_MAPS
+#ifdef BANDS
+    vec4 white_high;
+#endif
     vec4 aloft;
 #ifndef SEA
     vec4 gain;
@@ -80,6 +84,24 @@ struct Place {
     vec4 resolved_clouds;
 #endif
 };
+
+#ifdef BANDS
+// Height of thin high clouds [km].
+const float HIGH_CLOUD_KM = 10.0;
+#if defined(AIR) && !defined(AIR_INSIDE)
+// By heights up to 16 km and the roots of the cosines of Sun and camera from the vertical
+// (simgl/passes/background/air_tables.py).
+uniform sampler3D air_pairs;
+
+// What passes the air down to a height [km] and up again, over the product of both.
+vec4 past_twice(float height, float mu_sun, float mu_view) {
+    vec3 size = vec3(textureSize(air_pairs, 0));
+    vec3 place = vec3(sqrt(clamp(vec2(mu_view, mu_sun), 0.0, 1.0)), height / 16.0);
+    return textureLod(air_pairs, vec3(table_place(place.x, size.x), table_place(place.y, size.y),
+                                      table_place(place.z, size.z)), 0.0);
+}
+#endif
+#endif
 
 #ifdef EARTH_MAPS
 // By the cosines of Sun and camera and the azimuth between them (tools/cloud_reflection.py).
@@ -160,7 +182,13 @@ Place place_at(vec3 d, float t, float cloud_t, float slant) {
     place.white = (sunlight + high.diffuse) / PI;
     place.sunny = sunlight / PI;
     // What the sky sends is reflected evenly.
+#ifdef BANDS
+    float from_sun = dot(sunlight, vec4(1.0)) / max(dot(sunlight + high.diffuse, vec4(1.0)), 1e-20);
+    Daylight highest = air_daylight_at(HIGH_CLOUD_KM, mu_sun);
+    place.white_high = (highest.direct * place.lit + highest.diffuse) / PI;
+#else
     float from_sun = sunlight.g / max(sunlight.g + high.diffuse.g, 1e-20);
+#endif
     place.cloud_shape = mix(vec4(1.0), cloud_shape_at(n, place.view), from_sun);
     place.beneath = vec4(0.0);
     place.aloft = vec4(0.0);
@@ -209,6 +237,12 @@ Place place_through(AirRay air, Place place) {
     place.to_ground = air.to_ground;
     place.direct *= air.to_ground;
     place.diffuse *= air.to_ground;
+#if defined(BANDS) && !defined(AIR_INSIDE)
+    vec2 mu = vec2(dot(place.normal, sun_direction_itrf.xyz), dot(place.normal, place.view));
+    vec4 twice = past_twice(0.0, mu.x, mu.y);
+    place.direct *= twice;
+    place.diffuse *= twice;
+#endif
 #ifdef EARTH_MAPS
 #ifdef AIR_INSIDE
     vec4 mirrored = sky_in_the_sea(place);
@@ -220,6 +254,14 @@ Place place_through(AirRay air, Place place) {
     AirRay over = air_before(air, cloud_km);
     place.white *= over.to_ground;
     place.sunny *= over.to_ground;
+#ifdef BANDS
+    place.white_high *= air_before(air, HIGH_CLOUD_KM).to_ground;
+#ifndef AIR_INSIDE
+    place.white *= past_twice(cloud_km, mu.x, mu.y);
+    place.sunny *= past_twice(cloud_km, mu.x, mu.y);
+    place.white_high *= past_twice(HIGH_CLOUD_KM, mu.x, mu.y);
+#endif
+#endif
     place.beneath = air.light - over.light;
 #endif
     return place;

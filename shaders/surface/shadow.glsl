@@ -261,6 +261,14 @@ ivec2 nearest_texels(SunMap map, Receiver r, vec2 offset) {
     return clamp(ivec2(floor(r.here.xy + offset - 0.5)), ivec2(0), ivec2(map.size - 2));
 }
 
+// Heights over the receiver [m] of four texels of the texture, from one of them on.
+vec4 heights_of(sampler2D depths, SunMap map, Receiver r, ivec2 at) {
+    vec4 depth = vec4(texelFetch(depths, at, 0).r, texelFetch(depths, at + ivec2(1, 0), 0).r,
+                      texelFetch(depths, at + ivec2(0, 1), 0).r,
+                      texelFetch(depths, at + ivec2(1, 1), 0).r);
+    return map.top - r.here.z - map.depth * depth;
+}
+
 // Heights over the receiver [m] at four texels, those of its own surface there, and which texels cast
 // a shadow.
 vec4 heights_at(sampler2D depths, SunMap map, Receiver r, ivec2 first, out vec4 plane,
@@ -268,11 +276,7 @@ vec4 heights_at(sampler2D depths, SunMap map, Receiver r, ivec2 first, out vec4 
     vec2 offset = vec2(first) + 0.5 - r.here.xy;
     plane = vec4(receiver_plane(r, offset), receiver_plane(r, offset + vec2(1.0, 0.0)),
                  receiver_plane(r, offset + vec2(0.0, 1.0)), receiver_plane(r, offset + 1.0));
-    first.x += map.column;
-    vec4 depth = vec4(texelFetch(depths, first, 0).r, texelFetch(depths, first + ivec2(1, 0), 0).r,
-                      texelFetch(depths, first + ivec2(0, 1), 0).r,
-                      texelFetch(depths, first + ivec2(1, 1), 0).r);
-    vec4 high = map.top - r.here.z - map.depth * depth;
+    vec4 high = heights_of(depths, map, r, first + ivec2(map.column, 0));
     // A little above the receiver's own surface.
     casting = greaterThan(high, plane + r.slack);
     return high;
@@ -296,9 +300,36 @@ vec2 lean_past(sampler2D depths, SunMap map, Receiver r, float highest) {
     return offset;
 }
 
+// From a receiver to the place on its surface that it stands over, down the slope from there [texels].
+// A receiver on a sheet counts where it stands, on the sheet's sunny side.
+vec2 to_surface(SunMap map, Receiver r) {
+    vec2 gradient = r.slope / map.texel;
+    return SOLID ? LIFT * gradient * inversesqrt(1.0 + dot(gradient, gradient)) : vec2(0.0);
+}
+
 // Mean of what four texels say, where one of them weighs so much along rows and columns.
 float mean_of(vec4 texels, vec2 weight) {
     return mix(mix(texels.x, texels.y, weight.x), mix(texels.z, texels.w, weight.x), weight.y);
+}
+
+// Lit share of a receiver beside a low step that stands on its surface, of what its four texels say.
+//
+// lit : that share; edge : towards the step, across its edge
+// rise : of the step's top over the receiver's surface, along the light [m]
+//
+// Texels tell of their middles, so any step seems to shade what lies within a texel of it, its sunny
+// side too. But a step stands upright on the receiver's own surface: its top overhangs its foot, as
+// the light sees it, by so much, and that is all that it shades. On the sunny side this is negative.
+// The top's edge may lie anywhere between the middles that cast and those that do not; the foot,
+// which hides what is behind, lies beyond the receiver. High casters may stand anywhere.
+float lit_near_step(SunMap map, Receiver r, float lit, vec2 edge, float rise) {
+    vec2 gradient = r.slope / map.texel;
+    float steepness2 = 1.0 + dot(gradient, gradient);
+    float along = dot(gradient, edge) / max(length(edge), 1e-6);
+    float overhang_texels = (rise + r.lift) / map.texel * along / steepness2;
+    float shaded = clamp(overhang_texels, 0.0, 1.0 - lit);
+    float height_texels = rise / map.texel * inversesqrt(steepness2);
+    return mix(lit / (lit + shaded), lit, smoothstep(1.0, 3.0, height_texels));
 }
 
 // Lit share of the four texels nearest to an offset [texels] from a receiver; past sheets, of those
@@ -308,9 +339,9 @@ float lit_by_neighbours(sampler2D depths, SunMap map, Receiver r, vec2 offset) {
     vec4 plane;
     bvec4 casting;
     vec4 high = heights_at(depths, map, r, first, plane, casting);
-    vec4 lit = vec4(not(casting));
+    vec4 dark = vec4(casting);
+    vec4 lit = 1.0 - dark;
     vec2 weight = clamp(r.here.xy + offset - vec2(first) - 0.5, 0.0, 1.0);
-    float all = 1.0;
     if (!SOLID) {
         vec2 corner = vec2(first) + 0.5 - r.here.xy;
         vec4 known = vec4(1.0);
@@ -318,10 +349,20 @@ float lit_by_neighbours(sampler2D depths, SunMap map, Receiver r, vec2 offset) {
             bool beyond = beyond_receiver(r, high[k], plane[k], corner + vec2(k & 1, k >> 1));
             if (beyond && !casting[k]) known[k] = 0.0;
         }
-        lit *= known;
-        all = mean_of(known, weight);
+        float all = mean_of(known, weight);
+        return all > 0.0 ? mean_of(lit * known, weight) / all : 1.0;
     }
-    return all > 0.0 ? mean_of(lit, weight) / all : 1.0;
+    float share = mean_of(lit, weight), shaded = mean_of(dark, weight);
+    if (shaded > 0.0 && share > 0.0) {
+        vec2 edge = vec2(mix(dark.y - dark.x, dark.w - dark.z, weight.y),
+                         mix(dark.z - dark.x, dark.w - dark.y, weight.x));
+        float rise = mean_of(dark * (high - plane), weight) / shaded;
+        // Of the casters, those that end below the receiver stand on its surface.
+        vec4 low = heights_of(depths, map, r, first + ivec2(map.column, map.size));
+        float standing = mean_of(dark * vec4(lessThan(low, plane)), weight) / shaded;
+        share = mix(share, lit_near_step(map, r, share, edge, rise), standing);
+    }
+    return share;
 }
 
 // The samples of a group, all on the plane of the group's own receiver.

@@ -109,7 +109,8 @@ void main() {
     if (around.near && !away) {
         uint left = group;
         vec2 middle = point_of(group);
-        vec2 offset = lean_past(sun_depths, atlas.map, of_group, around.high);
+        vec2 offset = to_surface(atlas.map, of_group)
+                    + lean_past(sun_depths, atlas.map, of_group, around.high);
         float lit = 0.0;
         do {
             Receiver receiver = of_group;

@@ -348,11 +348,12 @@ def table(report: CameraReport, name: str) -> Table:
     """Configured and recovered quantities, for a terminal."""
     d = report.camera.detector
     title = f"{name}, {d.width} x {d.height} pixels, serial {d.serial}\n{report.renderer}"
-    rows = Table(title=title)
+    # Without lines it fits 80 columns.
+    rows = Table(title=title, box=None, padding=(0, 2, 0, 0), pad_edge=False)
     rows.add_column("", no_wrap=True)
-    rows.add_column("unit")
+    rows.add_column("unit", no_wrap=True)
     for column in ("configured", "recovered", "difference", "allowed"):
-        rows.add_column(column, justify="right")
+        rows.add_column(column, justify="right", no_wrap=True)
     for f in report.findings:
         rows.add_row(
             f.name,
@@ -364,7 +365,7 @@ def table(report: CameraReport, name: str) -> Table:
             style=None if f.passed else "red",
         )
     curve = report.curve
-    rows.add_section()
+    rows.add_row()
     for label, unit, value in (
         ("absolute threshold", "photons", curve.threshold),
         ("dynamic range", "dB", 20.0 * np.log10(curve.dynamic_range)),

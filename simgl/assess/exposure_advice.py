@@ -155,10 +155,13 @@ def advice_text(advice: ExposureAdvice) -> str:
 
     def line(name: str, time: float) -> str:
         if not math.isfinite(time):
-            return f"{name:<24}no limit"
+            return f"{name:<22}{'no limit':>13}"
         value = exposure_value(advice.camera.lens.f_number, time)
         setting = blender_exposure(value)
-        return f"{name:<24}{1e3 * time:.4g} ms   EV {value:.2f}   source's setting {setting:.2f}"
+        amount, unit = (time, "s ") if time >= 1.0 else (1e3 * time, "ms")
+        return (
+            f"{name:<22}{amount:>10.4g} {unit}   EV {value:6.2f}   Blender exposure {setting:6.2f}"
+        )
 
     lines = [
         line("no saturation up to", advice.unsaturated),

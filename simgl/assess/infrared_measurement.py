@@ -11,7 +11,7 @@ from rich.table import Table
 
 from simgl.arrays import Array
 from simgl.camera.diffraction import diffraction_mtf
-from simgl.thermal.infrared_detector import (
+from simgl.camera.infrared_detector import (
     NETD_TEMPERATURE,
     InfraredDetector,
     lagged,
@@ -65,7 +65,7 @@ def examine_infrared(detector: InfraredDetector) -> list[InfraredResult]:
 
 def _flat(detector: InfraredDetector, kelvin: float, number: int) -> Array:
     radiance = np.full((128, 128), float(detector.emission(np.array(kelvin))))
-    return detector.digitised(radiance, 1, number).astype(np.float64)
+    return detector.digitised(radiance, (1,), number).astype(np.float64)
 
 
 def _rise(detector: InfraredDetector) -> float:
@@ -78,7 +78,7 @@ def _bar_target(detector: InfraredDetector) -> InfraredResult:
     low, high = detector.emission(np.array([NETD_TEMPERATURE - 10.0, NETD_TEMPERATURE + 10.0]))
     phase = 2.0 * np.pi * _FREQUENCY * (np.arange(128) + 0.5)
     target = 0.5 * (low + high) + 0.5 * (high - low) * np.cos(phase) * np.ones((128, 1))
-    dn = detector.digitised(target, 1, 20).astype(np.float64)
+    dn = detector.digitised(target, (1,), 20).astype(np.float64)
     ends = detector.signal(np.array([low, high]))
     per_dn = detector.electrons_per_dn if detector.table.kind == "photon" else 1.0
     amplitude = 2.0 * float(np.mean((dn - dn.mean()) * np.cos(phase)))
@@ -95,7 +95,7 @@ def _step_response(detector: InfraredDetector) -> InfraredResult:
     ends = detector.emission(np.array([NETD_TEMPERATURE, NETD_TEMPERATURE + 50.0]))
     before, after = (np.full((128, 128), float(value)) for value in ends)
     frames = [before, lagged(before, after, seconds, detector), after]
-    cold, held, warm = (detector.digitised(f, 1, 30 + i).mean() for i, f in enumerate(frames))
+    cold, held, warm = (detector.digitised(f, (1,), 30 + i).mean() for i, f in enumerate(frames))
     measured = -1e3 * seconds / float(np.log((warm - held) / (warm - cold)))
     expected = detector.table.time_constant_ms
     return InfraredResult("time constant", "ms", expected, measured, 0.01)

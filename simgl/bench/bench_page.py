@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from simgl.bench.comparison import Change
-from simgl.bench.goals import Goal, machine_factor, times_slower
+from simgl.bench.goals import Goal, factor_spread, machine_factor, times_slower
 from simgl.bench.results import Results, SceneResult
 from simgl.figure_style import BLUE, ORANGE, PALE, RED, SKY, figure_style
 from simgl.html_page import plot_source, write_html_page
@@ -41,6 +41,7 @@ def write_bench_page(
         "goals": goals,
         "any_goal": any(goal.value is not None for goal in goals),
         "f": machine_factor(results),
+        "f_spread": factor_spread(results),
         "changes": changes,
         "note": note,
         "frames_plot": frames,

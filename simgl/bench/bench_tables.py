@@ -8,7 +8,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 
 from simgl.bench.comparison import Change
-from simgl.bench.goals import Goal, machine_factor
+from simgl.bench.goals import Goal, factor_spread, machine_factor
 from simgl.bench.results import Results
 
 
@@ -115,10 +115,18 @@ def _peers(results: Results) -> Table:
     return table
 
 
+def factor_text(results: Results) -> str:
+    """f, and between what its processes found it."""
+    f, spread = machine_factor(results), factor_spread(results)
+    if f is None:
+        return "f is not known without pyrender"
+    between = "" if spread is None else f" ({spread[0]:.2f} to {spread[1]:.2f} by process)"
+    return f"f = {f:.2f}{between}"
+
+
 def goals_table(results: Results, goals: Sequence[Goal]) -> Table:
     """Goals of what was measured; times are allowed f times the goal."""
-    f = machine_factor(results)
-    factor = "f is not known without pyrender" if f is None else f"f = {f:.2f}"
+    factor = factor_text(results)
     numbers = ["here", "goal", "goal x f", "ratio", "met"]
     table = _table(f"goals, {factor}", ["what"], numbers)
     marks = {None: "", True: "[green]yes[/]", False: "[red]no[/]"}

@@ -52,6 +52,14 @@ def machine_factor(results: Results) -> float | None:
     return None if frame is None else frame.seconds / PYRENDER_S
 
 
+def factor_spread(results: Results) -> tuple[float, float] | None:
+    """f by the fastest and by the slowest process of pyrender; None without several."""
+    frame = _peer(results, "pyrender")
+    if frame is None or len(frame.process_seconds) < 2:
+        return None
+    return min(frame.process_seconds) / PYRENDER_S, max(frame.process_seconds) / PYRENDER_S
+
+
 def _peer(results: Results, name: str) -> PeerResult | None:
     sizes = (p for p in results.peers if p.name == name and p.width == REPORTED_SIZE)
     return next(sizes, None)
@@ -115,10 +123,12 @@ def cpu_goals(results: Results) -> list[Goal]:
 
 
 def results_document(results: Results) -> bytes:
-    """Content of ``simgl bench --json``: the results, f and the goals, as indented JSON."""
+    """Content of ``simgl bench --json``: the results, f with its spread, and the goals, as indented
+    JSON."""
     document = {
         **msgspec.to_builtins(results),
         "f": machine_factor(results),
+        "f_spread": factor_spread(results),
         "goals": msgspec.to_builtins(all_goals(results)),
     }
     return msgspec.json.format(msgspec.json.encode(document), indent=2) + b"\n"

@@ -96,7 +96,8 @@ class ImageDifference(msgspec.Struct, frozen=True, kw_only=True):
 class PeerResult(msgspec.Struct, frozen=True, kw_only=True):
     """Another renderer on the target of source_600 before a black sky.
 
-    seconds : of a frame, median
+    seconds : of a frame, median; of several processes the median of theirs
+    process_seconds : of each process, where there were several
     difference : None at a size where simgl's image was not made
     """
 
@@ -106,6 +107,7 @@ class PeerResult(msgspec.Struct, frozen=True, kw_only=True):
     height: int
     frames: int
     seconds: float
+    process_seconds: list[float] = []
     difference: ImageDifference | None = None
 
 

@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from simgl import __version__
 from simgl.bench.child_process import ChildError, empty_caches, seconds_of
 from simgl.bench.machine import machine
-from simgl.bench.peers.run_peers import time_peers
+from simgl.bench.peers.run_peers import time_before_scenes, time_peers
 from simgl.bench.results import Results, TableResult
 from simgl.bench.scene_request import SceneReply, SceneRequest
 from simgl.bench.scenes import BenchSet, TimedScene
@@ -44,6 +44,7 @@ def run(
     results = Results(
         machine=machine(), renderer="", version=__version__, scenes=[], tables=[], failed={}
     )
+    before_s = time_before_scenes(peers_python, progress) if chosen.peers else []
     for timed in chosen.scenes:
         begin_stage(progress, f"{timed.scene}, a frame every {timed.step_s:g} s")
         try:
@@ -65,7 +66,7 @@ def run(
     results = replace(results, start_up=start_up)
     yield results
     if chosen.peers:
-        peers, absent = time_peers(peers_python, progress)
+        peers, absent = time_peers(peers_python, progress, before_s)
         yield replace(results, peers=peers, absent_peers=absent)
 
 

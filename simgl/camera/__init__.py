@@ -7,6 +7,7 @@ spectral_response               response over wavelength; light of other spectra
 projections                     where a lens images a ray: pinhole, fisheye, double sphere
 calibration                     files of OpenCV, ROS and Kalibr, read and written
 event_pixels                    from photo-current to the events of an event camera
+infrared_detector               thermal detectors: bolometers and photon detectors, radiance to DN
 camera_equation                 radiance to irradiance and electrons; exposure values
 distortion                      pinhole field of view behind a distorting lens; fall-off
 diffraction, psf_kernel, convolution, ghosts, point_spread

@@ -11,6 +11,7 @@ import numpy as np
 from simgl.arrays import Array
 from simgl.camera.detector import Detector
 from simgl.camera.event_sensor import EventSensor
+from simgl.camera.infrared_detector import InfraredDetector
 from simgl.camera.lens import Lens
 from simgl.camera.lidar import Lidar
 from simgl.physics.frames import angle_between
@@ -27,6 +28,7 @@ class Camera:
     transport_latency : from the last row read to the image in flight software [s]
     lidar : flash LIDAR that uses the lens and the pixels; None for none
     event_sensor : pixels that report changes of light; None for none
+    thermal : detector of thermal radiation in place of visible light; None for visible light
     """
 
     name: str
@@ -37,6 +39,7 @@ class Camera:
     transport_latency: float = 0.0
     lidar: Lidar | None = None
     event_sensor: EventSensor | None = None
+    thermal: InfraredDetector | None = None
 
     @property
     def focal_length_px(self) -> float:

@@ -61,6 +61,29 @@ class EventSensorTable(Table, frozen=True, kw_only=True):
     shot_noise_hz: Annotated[float, Meta(ge=0.0, le=1e4)] = 1.0
 
 
+class ThermalCameraTable(Table, frozen=True, kw_only=True):
+    """``[camera.NAME.thermal]``: the camera sees thermal radiation in place of visible light.
+
+    detector : a preset, with its optics, size and pitch of pixels; the keys below override it
+    band_um : lowest and highest wavelength
+    transmission : of the optics, which emit where they absorb
+    netd_mk : of a bolometer, at 300 K
+    range_k : of a bolometer, temperatures of black bodies at its lowest and highest DN
+    integration_time_ms : of a photon detector
+    minutes_since_shutter : since a bolometer's offsets were last corrected
+    """
+
+    detector: str
+    band_um: tuple[Positive, Positive] | None = None
+    f_number: Annotated[float, Meta(ge=0.5)] | None = None
+    transmission: Annotated[float, Meta(gt=0.0, le=1.0)] | None = None
+    optics_temperature_k: Annotated[float, Meta(ge=2.0, le=400.0)] | None = None
+    netd_mk: NonNegative | None = None
+    range_k: tuple[Positive, Positive] | None = None
+    integration_time_ms: Annotated[float, Meta(gt=0.0, le=1000.0)] | None = None
+    minutes_since_shutter: Annotated[float, Meta(ge=0.0, le=1e5)] = 0.0
+
+
 Bits = Annotated[int, Meta(ge=8, le=16)]
 MAX_EDGE = 16384
 Pixels = Annotated[int, Meta(ge=1, le=MAX_EDGE)]
@@ -149,6 +172,7 @@ class CameraSettingsTable(DetectorTable, frozen=True, kw_only=True):
     skew_px : shift to the right of what lies 45 deg below the boresight
     calibration : file of OpenCV, ROS or Kalibr with all of these, image size and distortion
     quantum_efficiency : electrons per photon without filters, one number or four bands
+    thermal : sees thermal radiation by a detector for it; keys of visible light are refused then
     serial : seed of the camera's fixed pattern; by default from its name
     """
 
@@ -167,5 +191,6 @@ class CameraSettingsTable(DetectorTable, frozen=True, kw_only=True):
     optics: OpticsTable | None = None
     lidar: LidarTable | None = None
     event_sensor: EventSensorTable | None = None
+    thermal: ThermalCameraTable | None = None
     quantum_efficiency: BandValues | None = None
     serial: Annotated[int, Meta(ge=0, le=2**32 - 1)] | None = None

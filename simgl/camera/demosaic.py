@@ -110,8 +110,7 @@ def develop(dn: Image16, detector: Detector, white: Array, gain: float = 1.0) ->
     white : (4,) photons per band of a surface that is displayed white
     gain : factor of the brightness
     """
-    span = (detector.largest_dn - detector.pedestal) / gain
-    linear = ((dn - np.float32(detector.pedestal)) / np.float32(span)).astype(np.float32)
+    linear = _linear(dn, detector, gain)
     mosaic = detector.mosaic
     if mosaic is None:
         return np.repeat(linear[..., None], 3, axis=2)
@@ -122,3 +121,29 @@ def develop(dn: Image16, detector: Detector, white: Array, gain: float = 1.0) ->
     linear = np.minimum(linear, np.float32(gains.min() * gain))
     rgb = demosaic(linear, mosaic.order)
     return rgb @ colour_matrix(mosaic, white).T.astype(np.float32)
+
+
+def develop_squares(dn: Image16, detector: Detector, white: Array, step: int) -> Array32:
+    """As ``develop`` of a colour detector, from single squares of 2 x 2 filters.
+
+    step : pixels from one square to the next, at least 2
+
+    returns : (height // step, width // step, 3), at least one row and column
+    """
+    mosaic = detector.mosaic
+    assert mosaic is not None
+    # Whole squares that begin on the pattern.
+    rows, columns = (np.arange(0, max(n - n % step, 1), step) // 2 * 2 for n in dn.shape)
+    gains = white_balance(mosaic, white)
+    rgb = np.zeros((len(rows), len(columns), 3), dtype=np.float32)
+    for place, letter in enumerate(mosaic.order):
+        colour = _COLOURS.index(letter)
+        square = dn[place // 2 :, place % 2 :][np.ix_(rows, columns)]
+        linear = _linear(square, detector, 1.0) * np.float32(gains[colour])
+        rgb[..., colour] += np.minimum(linear, np.float32(gains.min())) / mosaic.order.count(letter)
+    return rgb @ colour_matrix(mosaic, white).T.astype(np.float32)
+
+
+def _linear(dn: Image16, detector: Detector, gain: float) -> Array32:
+    span = (detector.largest_dn - detector.pedestal) / gain
+    return ((dn - np.float32(detector.pedestal)) / np.float32(span)).astype(np.float32)

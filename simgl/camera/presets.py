@@ -20,6 +20,7 @@ from simgl.camera.camera_schema import (
 from simgl.camera.detector_tables import read_detector, read_event_sensor
 from simgl.camera.lens_schema import OpticsTable
 from simgl.camera.lens_tables import check_optics, read_lidar, read_optics
+from simgl.camera.thermal_tables import read_thermal, thermal_pixels
 from simgl.config.path_sandbox import Base, folder_of
 from simgl.config.validation import convert, read_toml, shown
 from simgl.config.value_types import fractions
@@ -66,6 +67,7 @@ def read_camera(
 
     Raises ConfigError for impossible values, AssetError for missing files.
     """
+    thermal = read_thermal(where, table)
     try:
         path = preset_path(table.preset, base)
         preset = load_preset(path)
@@ -77,12 +79,14 @@ def read_camera(
     if calibration is not None and calibration.size is not None:
         table = _with_size(where, table, calibration.size)
     detector = read_detector(where, name, table, preset, path, sun_temperature, curves, bands)
+    if thermal is not None:
+        detector = thermal_pixels(thermal, bands, detector.serial)
     optics = table.optics or preset.optics or OpticsTable()
     if calibration is not None:
         optics = replace(optics, distortion=None)
     transmission = fractions(table.transmission, where, "transmission")
     lens = Lens(
-        f_number=table.f_number,
+        f_number=table.f_number if thermal is None else thermal.table.f_number,
         transmission=bands.of_rgbn(transmission, sun_temperature),
         **_image_plane(where, table, calibration, detector),
         **read_optics(optics, where, base),
@@ -93,11 +97,12 @@ def read_camera(
         name=name,
         lens=lens,
         detector=detector,
-        exposure_time=table.exposure_time_s,
+        exposure_time=table.exposure_time_s if thermal is None else thermal.exposure_time,
         readout_time=table.readout_time_s,
         transport_latency=table.transport_latency_s,
         lidar=read_lidar(table.lidar, bands, where),
         event_sensor=read_event_sensor(where, table.event_sensor, detector),
+        thermal=thermal,
     )
     check_optics(camera, where)
     return camera

@@ -51,9 +51,15 @@ def doctor(
             line = f"{finding.report.renderer}, OpenGL {finding.report.version} ({kind})"
             say_rich(f"[green]ok[/]      {title}: {line}")
         elif finding.error is not None:
-            needed = "[yellow]missing[/]" if finding.backend == "osmesa" else "[red]failed[/] "
             line = f"{finding.error.reason}\n        mend: {finding.error.remedy}"
-            say_rich(f"{needed} {title}: {line}")
+            if finding.backend != "osmesa":
+                say_rich(f"[red]failed[/]  {title}: {line}")
+            elif usable:
+                say_rich(
+                    f"[green]ok[/]      {title}: not there; a substitute that EGL makes needless"
+                )
+            else:
+                say_rich(f"[yellow]missing[/] {title}: {line}")
     if not usable:
         say_rich("[red]No usable OpenGL.[/]")
         raise typer.Exit(2)
@@ -77,7 +83,7 @@ def camera_test(
     Thermal detectors have NETD, response, MTF and time constant measured, without plots.
     Example: simgl camera test mt9m034 --out out/camera
     """
-    from simgl.thermal.infrared_detector import infrared_detectors
+    from simgl.camera.infrared_detector import infrared_detectors
 
     if preset in infrared_detectors():
         _infrared_test(preset, out, json)
@@ -112,7 +118,7 @@ def _infrared_test(preset: str, out: Path | None, json: bool) -> None:
         infrared_document,
         infrared_table,
     )
-    from simgl.thermal.infrared_detector import load_infrared_detector
+    from simgl.camera.infrared_detector import load_infrared_detector
 
     if out is not None:
         raise ConfigError(COMMAND_LINE, "--out", f"goes with cameras; {preset} has no plots")

@@ -63,7 +63,7 @@ def render(
     """
     from simgl.output import check_writable, write_capture
     from simgl.sequence.epochs import epoch_at
-    from simgl.simulator import Product
+    from simgl.simulator import Product, products_of
 
     loaded = load(scenario)
     epoch = epoch_at(loaded, at)
@@ -76,7 +76,7 @@ def render(
     for spacecraft, model in loaded.models.items():
         for note in model.notes:
             say(f"note: {spacecraft}: {note}")
-    products = {Product.DN, Product.RADIANCE, Product.TRUTH}
+    products = {Product.DN, Product.RADIANCE, Product.THERMAL, Product.TRUTH}
     if layers:
         products.add(Product.LAYERS)
     if maps:
@@ -93,8 +93,15 @@ def render(
     with opened(loaded) as simulator:
         for name in names:
             with activity(f"drawing {name}"):
-                during = loaded.around(epoch)
-                capture = simulator.capture(state, name, products, during=during, draw=draw)
+                seen = loaded.cameras[name]
+                capture = simulator.capture(
+                    state,
+                    name,
+                    products & products_of(seen),
+                    during=loaded.around(epoch),
+                    draw=draw,
+                    temperatures=None if seen.thermal is None else simulator.temperatures.at(epoch),
+                )
                 paths = write_capture(capture, out, name, packed=packed)
                 if maps:
                     from simgl.maps import write_maps

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from threading import Event
 from typing import Annotated
 
@@ -42,9 +43,10 @@ def ros2(
 ) -> None:
     """Publish images on ROS 2's topics, of the frames that others publish on /tf.
 
-    Each message on /tf with a spacecraft of the scenario gets its images, with its stamp. Needs no
-    ROS 2. Sends on this machine only, unless CYCLONEDDS_URI configures the network; but DDS
-    receives on all networks, which --all-interfaces agrees to.
+    Each message on /tf with a spacecraft of the scenario gets its images, with its stamp. Where
+    ROS 2 is installed it is a node by rclpy; else it needs Cyclone DDS only. It is announced on
+    this machine only, unless variables of ROS or CYCLONEDDS_URI say otherwise; but DDS receives on
+    all networks, which --all-interfaces agrees to.
 
     Example: simgl ros2 examples/approach.toml --all-interfaces
 
@@ -58,12 +60,12 @@ def ros2(
     loaded = load(scenario)
     names = camera_names(loaded, camera)
     node = open_node(loaded, names, domain, depth=depth)
-    with opened(loaded) as simulator:
+    with closing(node), opened(loaded) as simulator:
         run = LiveRun(scenario=loaded, simulator=simulator, node=node, cameras=names, depth=depth)
         if play:
             chosen = chosen_epochs(loaded, epochs, names[0], event)
             late = run.play(chosen, Event())
             say(f"{len(chosen)} epochs played, {late} of them late")
             return
-        say(f"follows /tf in domain {domain}: {', '.join(names)}")
+        say(f"follows /tf in domain {domain} ({node.middleware}): {', '.join(names)}")
         run.follow(Event())

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from simgl.cli_progress import activity, load
+from simgl.cli_progress import activity, load, opened
 from simgl.commands.command_line import COMMAND_LINE, say, with_option_groups
 from simgl.commands.render_commands import ScenarioFile, camera_names
 from simgl.errors import ConfigError, did_you_mean
 from simgl.sequence.epoch_options import SpanOptions
+
+if TYPE_CHECKING:
+    from simgl.scenario.scenario import Scenario
+    from simgl.thermal.scene_temperatures import Temperatures
 
 
 class InitialState(StrEnum):
@@ -36,26 +41,22 @@ def thermal(
         typer.Option(help="Steady state of the first epoch, or as if the span repeated."),
     ] = InitialState.STEADY,
     camera: Annotated[
-        str | None, typer.Option(help="Also its thermal image of the last epoch.")
+        str | None, typer.Option(help="A thermal camera: also its image of the last epoch.")
     ] = None,
-    detector: Annotated[
-        str, typer.Option(help="Of --camera: bolometer_lwir or insb_mwir.")
-    ] = "bolometer_lwir",
     patches: Annotated[int, typer.Option(min=20, max=6000, help="Patches, about.")] = 1500,
 ) -> None:
     """Integrate the temperatures of a spacecraft along its trajectory.
 
     Writes NAME.thermal.csv with each part's temperatures, and NAME.thermal.png, a heat map of the
-    last epoch in K; with --camera, CAMERA.infrared.exr, .dn.png and .map.png. Example:
-    simgl thermal examples/servicer.toml --duration 600 --camera beside --out out/thermal
+    last epoch in K; with --camera the files of simgl render for it. Example:
+    simgl thermal examples/servicer.toml --duration 600 --out out/thermal
     """
-    from simgl.heat_map import write_heat_map, write_infrared, write_temperatures
+    from simgl.heat_map import write_heat_map, write_temperatures
     from simgl.output import check_writable
     from simgl.sequence.epochs import regular
     from simgl.sequence.epochs import span as chosen_span
     from simgl.thermal.body import thermal_body
     from simgl.thermal.history import thermal_history
-    from simgl.thermal.infrared_detector import load_infrared_detector
 
     loaded = load(scenario)
     names = list(loaded.models)
@@ -72,7 +73,9 @@ def thermal(
     epochs = list(dict.fromkeys([*regular(first, last, round(step * 1e9)), last]))
     if camera is not None:
         camera_names(loaded, [camera])
-    pixels = load_infrared_detector(detector)
+        if loaded.cameras[camera].thermal is None:
+            problem = f'"{camera}" sees visible light; a thermal one has [camera.{camera}.thermal]'
+            raise ConfigError(COMMAND_LINE, "--camera", problem)
     check_writable(out)
     bodies = {}
     with activity("tracing how the surfaces see each other") as progress:
@@ -86,12 +89,9 @@ def thermal(
         write_temperatures(table, body, states)
         write_heat_map(image, body, states[-1])
         paths = [table, image]
-        if camera is not None:
-            progress.begin_stage("thermal image")
-            last_states = {other: (b, of_body[-1]) for other, (b, of_body) in bodies.items()}
-            paths += write_infrared(
-                out, loaded.at(epochs[-1]), camera, last_states, pixels, loaded.seed
-            )
+    if camera is not None:
+        last_states = {other: of_body[-1] for other, (_, of_body) in bodies.items()}
+        paths += _image(loaded, camera, epochs[-1], patches, last_states, out)
     coldest, hottest = (
         f(float(f(s.temperatures[: body.patch_count])) for s in states) for f in (min, max)
     )
@@ -100,3 +100,24 @@ def thermal(
         f"state {states[-1].digest}, {states[-1].history}",
         *paths,
     )
+
+
+def _image(
+    scenario: Scenario,
+    camera: str,
+    tai_ns: int,
+    patches: int,
+    temperatures: Temperatures,
+    folder: Path,
+) -> list[Path]:
+    """The files of a thermal camera's image."""
+    from simgl.maps import write_maps
+    from simgl.output import write_capture
+    from simgl.simulator import Product
+
+    products = {Product.DN, Product.THERMAL, Product.TRUTH}
+    with opened(replace(scenario, thermal_patches=patches)) as simulator:
+        capture = simulator.capture(
+            scenario.at(tai_ns), camera, products, temperatures=temperatures
+        )
+    return [*write_capture(capture, folder, camera), *write_maps(capture, folder, camera)]

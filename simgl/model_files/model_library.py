@@ -15,6 +15,7 @@ from msgspec import Meta, field
 
 from simgl import assets
 from simgl.arrays import Array
+from simgl.config.curve_files import read_fractions
 from simgl.config.path_sandbox import Base, folder_of
 from simgl.config.validation import convert, read_toml
 from simgl.config.value_types import NonNegative, Positive, Table, Vector
@@ -26,6 +27,8 @@ from simgl.model_files.gltf_model import read_gltf
 from simgl.model_files.joint_tables import JointTable, read_joints
 from simgl.model_files.model_from_mesh import PLAIN, check_size, mesh_of_triangles
 from simgl.model_files.surface_tables import ThermalSurfaceTable
+from simgl.physics.spectrum import BANDS
+from simgl.scene.materials import MAX_MATERIALS, Material
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.thermal_surface import ThermalPart
 
@@ -63,7 +66,11 @@ class ThermalPartTable(Table, frozen=True, kw_only=True):
 
 
 class ModelTable(Table, frozen=True, kw_only=True):
-    """A model card, such as ``models/NAME/model.toml``; file : from the card's folder."""
+    """A model card, such as ``models/NAME/model.toml``.
+
+    file : from the card's folder
+    reflectance : measured curves by materials, CSV files from the card's folder
+    """
 
     name: str
     file: str
@@ -74,6 +81,9 @@ class ModelTable(Table, frozen=True, kw_only=True):
     joint: Annotated[tuple[JointTable, ...], Meta(max_length=255)] = ()
     keypoints: Annotated[dict[str, Vector], Meta(max_length=10_000)] = field(default_factory=dict)
     thermal: Annotated[dict[str, ThermalPartTable], Meta(max_length=10_000)] = field(
+        default_factory=dict
+    )
+    reflectance: Annotated[dict[str, str], Meta(max_length=MAX_MATERIALS)] = field(
         default_factory=dict
     )
 
@@ -133,7 +143,27 @@ def _read_model_card(path: Path, folder: Base) -> SpacecraftModel:
     joints = read_joints(table.joint, model, table.keypoints, where)
     keypoints = {k: np.array(v) for k, v in table.keypoints.items()}
     thermal = _thermal_parts(table.thermal, model.parts, where)
-    return replace(model, keypoints=keypoints, joints=joints, thermal=thermal)
+    materials = _measured(model.materials, table.reflectance, where, folder)
+    return replace(model, keypoints=keypoints, joints=joints, thermal=thermal, materials=materials)
+
+
+def _measured(
+    materials: tuple[Material, ...], curves: dict[str, str], where: str, folder: Base
+) -> tuple[Material, ...]:
+    """Materials, some of which have a measured curve in place of their colour."""
+    names = [material.name for material in materials]
+    measured = {}
+    for name, file in curves.items():
+        key = f"reflectance.{name}"
+        if name not in names:
+            raise ConfigError(where, key, f"names no material; {did_you_mean(name, names)}")
+        measured[name] = read_fractions(file, folder, where, key)
+    return tuple(
+        replace(one, reflectance=BANDS.photon_mean_of(curve), spectrum=curve, form=None)
+        if (curve := measured.get(one.name)) is not None
+        else one
+        for one in materials
+    )
 
 
 def _thermal_parts(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -103,10 +103,22 @@ class MaterialTable(Table, frozen=True, kw_only=True):
     thermal: ThermalSurfaceTable | None = None
 
 
-class FinishTable(MaterialTable, frozen=True, kw_only=True):
-    """A finish in ``simgl/data/finishes.toml``: a material and the source of its numbers."""
+class SpectrumTable(Table, frozen=True, kw_only=True):
+    """A spectrum of which the form counts, and its source."""
 
     source: str
+    wavelength_nm: list[float]
+    reflectance: list[float]
+
+
+class FinishTable(MaterialTable, frozen=True, kw_only=True):
+    """A finish in ``simgl/data/finishes.toml``: a material and the source of its numbers.
+
+    spectrum : in other bands than R, G, B and N, scaled to the reflectance in each of these
+    """
+
+    source: str
+    spectrum: SpectrumTable | None = None
 
 
 class PlateTable(Table, frozen=True, kw_only=True):
@@ -190,7 +202,12 @@ def _read_finishes(path: Path) -> dict[str, Material]:
     finishes = {}
     for name, data in read_toml(path).items():
         where = f"{path} [{name}]"
-        finishes[name] = _material(convert(data, FinishTable, where), name, where, "", path.parent)
+        table = convert(data, FinishTable, where)
+        finish = _material(table, name, where, "", path.parent)
+        if table.spectrum is not None:
+            form = tuple(table.spectrum.wavelength_nm), tuple(table.spectrum.reflectance)
+            finish = replace(finish, form=form)
+        finishes[name] = finish
     return finishes
 
 

@@ -1,7 +1,8 @@
 """Extinction of the clear atmosphere per band: vertical optical depths, and profiles by height.
 
 Each constituent has a vertical optical depth and a profile; both give the optical depth of any
-path. Lengths in m, bands R, G, B, N.
+path. Lengths in m, bands R, G, B, N. Air in other bands (``BandAir``) is a sum of such airs: what
+passes a band of many lines falls by no one exponential.
 """
 
 from __future__ import annotations
@@ -29,6 +30,14 @@ from simgl.physics.spectrum import PerBand
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(160)
 
 
+@dataclass(frozen=True)
+class Absorber:
+    """Vertical optical depths of a gas from sea level, and its profile."""
+
+    depth: PerBand
+    profile: Profile
+
+
 @dataclass(frozen=True, kw_only=True)
 class Atmosphere:
     """Vertical optical depths from sea level, and profiles by height.
@@ -43,6 +52,7 @@ class Atmosphere:
     refractivity : refractive index of the air on the ground less 1; it falls with the molecules'
         profile. Zeros leave rays straight
     rayleigh_profile, aerosol_profile, ozone_profile : of each, up to ``AIR_TOP``
+    absorbers : gases besides ozone
     """
 
     name: str
@@ -56,6 +66,48 @@ class Atmosphere:
     rayleigh_profile: Profile
     aerosol_profile: Profile
     ozone_profile: Profile
+    absorbers: tuple[Absorber, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class BandAir:
+    """Air in bands of a scenario: in each a sum of terms, in which light falls exponentially.
+
+    parts : four terms each, with the same profiles
+    shares : of each part, (4, 4): how much of a band's light (rows) a term has (columns)
+    refractivity : per band, as in ``Atmosphere``
+    """
+
+    name: str
+    parts: tuple[Atmosphere, ...]
+    shares: tuple[tuple[PerBand, PerBand, PerBand, PerBand], ...]
+    refractivity: PerBand
+
+    @property
+    def all_shares(self) -> Array:
+        """(4, terms) how much of each band's light its terms have."""
+        return np.concatenate([np.array(one) for one in self.shares], axis=1)
+
+
+Air = Atmosphere | BandAir
+
+
+def parts_of(air: Air) -> tuple[Atmosphere, ...]:
+    """Those that it is a sum of."""
+    return air.parts if isinstance(air, BandAir) else (air,)
+
+
+def band_transmittance(air: Air, depth: Array) -> Array:
+    """(..., 4) transmittance in each band of optical depths in all terms (..., terms)."""
+    passed = np.exp(-depth)
+    return passed @ air.all_shares.T if isinstance(air, BandAir) else passed
+
+
+def band_depths(air: Air, depth: Array) -> Array:
+    """(..., 4) effective optical depth in each band of those in all terms (..., terms)."""
+    if isinstance(air, BandAir):
+        return -np.log(np.maximum(band_transmittance(air, depth), 1e-300))
+    return depth
 
 
 # Part of the aerosol that is in the stratosphere: 0.005 of 0.08 at 550 nm, the years without
@@ -103,29 +155,49 @@ SOURCE = Atmosphere(
 ATMOSPHERES = {a.name: a for a in (STANDARD, SOURCE)}
 
 
-def albedo_from_below(air: Atmosphere) -> Array:
+def albedo_from_below(air: Air) -> Array:
     """(4,) share of the light from all sides of the ground that the clear air sends back down.
 
     Two-stream method in Eddington's form without absorption (Meador and Weaver 1980, eq. 24); for
-    molecules within 8 % of the exact value up to an optical depth of 0.25.
+    molecules within 8 % of the exact value up to an optical depth of 0.25. Other gases dim it by
+    one diffuse passage (1.66 of the vertical).
     """
+    if isinstance(air, BandAir):
+        of_terms = np.concatenate([_from_below(part) for part in air.parts])
+        return np.asarray(air.all_shares @ of_terms)
+    return _from_below(air)
+
+
+def _from_below(air: Atmosphere) -> Array:
     onward = (1.0 - np.array(air.aerosol_asymmetry)) * np.array(air.aerosol_albedo)
     scattering = np.array(air.rayleigh) + onward * np.array(air.aerosol)
-    return np.asarray(0.75 * scattering / (1.0 + 0.75 * scattering))
+    sent_back = np.asarray(0.75 * scattering / (1.0 + 0.75 * scattering))
+    if not air.absorbers:
+        return sent_back
+    return sent_back * np.exp(-1.66 * np.sum([gas.depth for gas in air.absorbers], axis=0))
 
 
 @lru_cache(maxsize=16)
-def profiles(air: Atmosphere) -> Array:
-    """(PROFILE_PLACES, 3) share of the columns of molecules, aerosol and ozone [m-1].
+def profiles(air: Air) -> Array:
+    """(PROFILE_PLACES, constituents) share of the columns of molecules, aerosol, ozone and other
+    gases [m-1].
 
     By ``profile_place`` of the height. The shaders interpolate the same table.
     """
-    shapes = (air.rayleigh_profile, air.aerosol_profile, air.ozone_profile)
-    return np.stack([shape(profile) for profile in shapes], axis=-1)
+    one = parts_of(air)[0]
+    shapes = (one.rayleigh_profile, one.aerosol_profile, one.ozone_profile)
+    gases = (gas.profile for gas in one.absorbers)
+    return np.stack([shape(profile) for profile in (*shapes, *gases)], axis=-1)
 
 
-def densities(air: Atmosphere, height: Array) -> Array:
-    """(..., 3) share of the columns of molecules, aerosol and ozone at heights (...) [m-1]."""
+def absorption(air: Atmosphere) -> Array:
+    """(PROFILE_PLACES, 4) absorption of the gases besides ozone [m-1], as ``profiles``."""
+    gases = np.array([gas.depth for gas in air.absorbers]).reshape(-1, 4)
+    return np.asarray(profiles(air)[:, 3:] @ gases)
+
+
+def densities(air: Air, height: Array) -> Array:
+    """(..., constituents) share of the columns of ``profiles`` at heights (...) [m-1]."""
     table = profiles(air)
     at = profile_place(height) * (PROFILE_PLACES - 1)
     below = np.minimum(at.astype(np.intp), PROFILE_PLACES - 2)
@@ -134,18 +206,24 @@ def densities(air: Atmosphere, height: Array) -> Array:
     return between * (height < AIR_TOP)[..., None]
 
 
-def extinction(air: Atmosphere, height: Array) -> Array:
-    """(..., 4) extinction coefficient at heights (...) [m-1]."""
+def extinction(air: Air, height: Array) -> Array:
+    """(..., terms) extinction coefficient at heights (...) [m-1]; terms are bands in one part."""
     return densities(air, height) @ _depths(air)
 
 
-def _depths(air: Atmosphere) -> Array:
-    """(3, 4) vertical optical depths of molecules, aerosol and ozone."""
-    return np.array([air.rayleigh, air.aerosol, air.ozone])
+def _depths(air: Air) -> Array:
+    """(constituents, terms) vertical optical depths."""
+    return np.concatenate(
+        [
+            [one.rayleigh, one.aerosol, one.ozone, *(gas.depth for gas in one.absorbers)]
+            for one in parts_of(air)
+        ],
+        axis=1,
+    )
 
 
-def grazing_optical_depth(air: Atmosphere, radius: float, height: Array) -> Array:
-    """(k, 4) optical depth of straight rays from space to space with given tangent heights.
+def grazing_optical_depth(air: Air, radius: float, height: Array) -> Array:
+    """(k, terms) optical depth of straight rays from space to space with given tangent heights.
 
     radius : of the ground [m]
     height : (k,) tangent heights above it [m]
@@ -160,8 +238,8 @@ def grazing_optical_depth(air: Atmosphere, radius: float, height: Array) -> Arra
     return columns @ _depths(air)
 
 
-def optical_depth_to_space(air: Atmosphere, radius: float, height: float, cosines: Array) -> Array:
-    """(k, 4) optical depth from a point inside the atmosphere to space, for rays above the ground.
+def optical_depth_to_space(air: Air, radius: float, height: float, cosines: Array) -> Array:
+    """(k, terms) optical depth from a point inside the air to space, for rays above the ground.
 
     radius : of the ground [m]
     height : of the point above it [m]
@@ -177,8 +255,8 @@ def optical_depth_to_space(air: Atmosphere, radius: float, height: float, cosine
     return np.where(cosines[:, None] < 0.0, grazing - upward, upward)
 
 
-def _rising_depth(air: Atmosphere, radius: float, height: float, cosines: Array) -> Array:
-    """(k, 4) optical depth of rising rays to space; quadrature nodes are dense at their start."""
+def _rising_depth(air: Air, radius: float, height: float, cosines: Array) -> Array:
+    """(k, terms) optical depth of rising rays to space; nodes are dense at their start."""
     start = radius + height
     above = (radius + AIR_TOP) ** 2 - start**2
     length = above / (start * cosines + np.sqrt((start * cosines) ** 2 + above))

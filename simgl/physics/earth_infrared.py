@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from simgl.arrays import Array
+from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS
 
 # Radiance of a black body of temperatures [K], of any band and unit.
 Emission = Callable[[Array], Array]
@@ -29,8 +30,13 @@ _DAY, _WARMEST_HOUR = 4.0, 14.0
 # Long-wave flux that leaves the Earth: its mean (Loeb et al. 2018) and how it changes with the
 # ground's temperature (North 1975, after Budyko) [W m-2, W m-2 K-1].
 MEAN_LONGWAVE, _PER_KELVIN = 240.0, 2.09
-# [K m-1] of the standard atmosphere; how far below the ground the absorbing air is [K].
-_LAPSE, _AIR_COLDER = 6.5e-3, 20.0
+# Share of that mean swing that sea and land have, so that 29 % of land give the mean.
+_SEA_SWING, _LAND_SWING = 0.2, 2.96
+# [K m-1] of the standard atmosphere; how far below the ground the absorbing air is [K]; its scale
+# height, which is that of water vapour [m]; and the tropopause, which nothing is colder than [K].
+_LAPSE, _AIR_COLDER, _AIR_SCALE, _COLDEST_AIR = 6.5e-3, 20.0, 2.5e3, 200.0
+# Of thin high cloud [m].
+_HIGH_CLOUD = 10e3
 
 
 @dataclass(frozen=True)
@@ -85,6 +91,39 @@ def outgoing_longwave(sin_latitude: ArrayLike, day: float) -> Array:
     return MEAN_LONGWAVE + _PER_KELVIN * (zonal_temperature(sin_latitude, day) - _MEAN)
 
 
+def grazing_mass(radius: float = WGS84_EQUATORIAL_RADIUS) -> float:
+    """Air along a path that leaves the ground horizontally over that at zenith: sqrt(pi R/2H)."""
+    return float(np.sqrt(0.5 * np.pi * radius / _AIR_SCALE))
+
+
+def air_mass(view_cosine: Array) -> Array:
+    """(...) air along a path that leaves the ground at a cosine, over that at zenith.
+
+    1 / sqrt(mu^2 + 2 H / pi R): an exponential layer around a sphere, exact along the vertical and
+    the horizon, 8 % off between.
+    """
+    return np.asarray(1.0 / np.sqrt(np.asarray(view_cosine) ** 2 + grazing_mass() ** -2))
+
+
+def shader_values(day: float, radius: float) -> dict[str, float]:
+    """The climate as simgl/passes/background/infrared_earth.py hands it on; lengths in km."""
+    return {
+        "mean_temperature": _MEAN,
+        "second_harmonic": _SECOND,
+        "season": _YEAR * float(np.cos(2.0 * np.pi * (day - _WARMEST_DAY) / 365.2425)),
+        "warmest_hour": 2.0 * np.pi * (_WARMEST_HOUR - 12.0) / 24.0,
+        "sea_swing": _DAY * _SEA_SWING,
+        "land_swing": _DAY * _LAND_SWING,
+        "mean_land": (1.0 - _SEA_SWING) / (_LAND_SWING - _SEA_SWING),
+        "air_colder": _AIR_COLDER,
+        "lapse": 1e3 * _LAPSE,
+        "air_scale_km": 1e-3 * _AIR_SCALE,
+        "grazing_mass": grazing_mass(radius),
+        "coldest_air": _COLDEST_AIR,
+        "high_cloud_km": 1e-3 * _HIGH_CLOUD,
+    }
+
+
 def earth_radiance(
     temperature: Array, view_cosine: Array, air: InfraredAir, emission: Emission
 ) -> Array:
@@ -94,16 +133,16 @@ def earth_radiance(
     view_cosine : (...) of the angle between the vertical and the line of sight there
     emission : radiance of a black body in the band
 
-    Clear: t B(T) + (1 - t) B(T - 20 K) with t the transmission along the path of plane layers;
-    cloudy: B(T - 6.5 K km-1 h). Below 3 deg of elevation the path stays as it is there.
+    Clear: t B(T) + (1 - t) B(T - 20 K) with t the transmission along the path; cloudy:
+    B(T - 6.5 K km-1 h).
     """
-    grid = np.linspace(150.0, 340.0, 400)
+    grid = np.linspace(150.0, 340.0, 191)
     known = emission(grid)
 
     def black(t: Array) -> Array:
         return np.interp(t, grid, known)
 
-    path = air.transmission ** (1.0 / np.maximum(view_cosine, 0.05))
+    path = air.transmission ** air_mass(view_cosine)
     clear = path * black(temperature) + (1.0 - path) * black(temperature - _AIR_COLDER)
     cloud = black(temperature - _LAPSE * air.cloud_height)
     return np.asarray((1.0 - air.cloud_cover) * clear + air.cloud_cover * cloud)

@@ -9,7 +9,7 @@ import scipy
 
 from simgl.arrays import Array
 from simgl.physics.air_profile import AIR_TOP
-from simgl.physics.atmosphere import Atmosphere, optical_depth_to_space
+from simgl.physics.atmosphere import Air, band_transmittance, optical_depth_to_space
 from simgl.physics.constants import MOON_RADIUS
 from simgl.physics.frames import angle_between
 from simgl.physics.refraction import BentRays, rays_from_inside, rays_from_space
@@ -206,7 +206,7 @@ def sunlit_transmission(
     sun_direction: Array,
     sun_angular_radius: float,
     radii: Array,
-    air: Atmosphere,
+    air: Air,
     limb: Array = UNIFORM,
 ) -> Array:
     """(4,) fraction of the Sun's light in each band that passes the Earth and its atmosphere.
@@ -222,7 +222,8 @@ def sunlit_transmission(
     inside = distance - below < AIR_TOP
     if inside and separation > 0.5 * np.pi + _HIGH:
         cosine = np.array([-np.cos(separation)])
-        return np.exp(-optical_depth_to_space(air, below, distance - below, cosine)[0])
+        depth = optical_depth_to_space(air, below, distance - below, cosine)[0]
+        return band_transmittance(air, depth)
     if not inside and separation - sun_angular_radius > 0.5 * np.pi:
         return np.ones(4)
     # Radius of the sphere with the same limb angle.

@@ -21,7 +21,7 @@ import numpy as np
 
 from simgl.arrays import Array
 from simgl.physics.air_profile import AIR_TOP, PROFILE_PLACES
-from simgl.physics.atmosphere import Atmosphere, extinction, profiles
+from simgl.physics.atmosphere import Air, band_depths, extinction, profiles
 
 # Rays of a table, and how far apart the radii are that have tables of their own [m]. Between them
 # bending and depth go with the root of the radius: 1e-5 in a step.
@@ -62,7 +62,7 @@ class BentRays:
         return np.where((true < ends[0]) | (true > ends[-1]), true + lifts, seen)
 
 
-def rays_from_space(air: Atmosphere, radius: float, distance: float) -> BentRays:
+def rays_from_space(air: Air, radius: float, distance: float) -> BentRays:
     """Of the limb from a place outside the air.
 
     radius, distance : of the ground, and of the place from the Earth's centre [m]
@@ -74,9 +74,7 @@ def rays_from_space(air: Atmosphere, radius: float, distance: float) -> BentRays
     return BentRays(apparent=apparent, bending=scale * bending, depth=scale * depth)
 
 
-def rays_from_inside(
-    air: Atmosphere, radius: float, height: float, low: float, high: float
-) -> BentRays:
+def rays_from_inside(air: Air, radius: float, height: float, low: float, high: float) -> BentRays:
     """From a place inside the air at a height above the ground [m].
 
     low, high : true angles from nadir that are looked at; those below the horizon are left out
@@ -97,12 +95,12 @@ def rays_from_inside(
     return BentRays(
         apparent=np.repeat(seen[:, None], 4, axis=1),
         bending=np.outer(sums[:, 0], of_green),
-        depth=sums[:, 1:],
+        depth=band_depths(air, sums[:, 1:]),
     )
 
 
 @lru_cache(maxsize=8)
-def _through(air: Atmosphere, radius: float) -> tuple[Array, Array, Array]:
+def _through(air: Air, radius: float) -> tuple[Array, Array, Array]:
     """Of rays from space to space: impact parameter less radius, bending, depth; (_RAYS, 4)."""
     columns = []
     for band in range(4):
@@ -110,7 +108,8 @@ def _through(air: Atmosphere, radius: float) -> tuple[Array, Array, Array]:
         places = np.linspace(0.0, 1.0, _RAYS) ** 2
         impact = layers.x[0] + (layers.x[-1] - layers.x[0]) * places
         sums = 2.0 * layers.outwards(impact, layers.x[0])
-        columns.append((impact - radius, sums[:, 0], sums[:, 1 + band]))
+        depth = band_depths(air, sums[:, 1:])[:, band]
+        columns.append((impact - radius, sums[:, 0], depth))
     height, bending, depth = np.stack(columns, axis=-1)
     return height, bending, depth
 
@@ -121,7 +120,7 @@ class _Layers:
 
     r, x : (n,) radius, and the same times the refractive index
     log_index : (n,) logarithm of the refractive index
-    extinction : (n, 4) [m-1]
+    extinction : (n, terms) [m-1]
     """
 
     r: Array
@@ -130,7 +129,7 @@ class _Layers:
     extinction: Array
 
     @classmethod
-    def of(cls, air: Atmosphere, radius: float, band: int) -> _Layers:
+    def of(cls, air: Air, radius: float, band: int) -> _Layers:
         height = AIR_TOP * np.linspace(0.0, 1.0, PROFILE_PLACES) ** 2
         density = profiles(air)[:, 0]
         # As dense as at the top beyond it, or the last layer would end with a step.
@@ -140,7 +139,7 @@ class _Layers:
         return cls(r, *bent, extinction(air, height))
 
     def outwards(self, impact: Array, start: float) -> Array:
-        """(k, 5) of rays with impact parameters (k,): bending from x = ``start`` outwards, depths.
+        """(k, 1 + terms) of rays with impact parameters (k,): bending from x = ``start``, depths.
 
         From where they are lowest, for those that never come down to it.
         """

@@ -7,6 +7,9 @@ from functools import lru_cache
 import numpy as np
 
 from simgl.arrays import Array
+from simgl.physics.earth_spectra import even_reflectance, foam_reflectance
+from simgl.physics.spectral_form import scaled
+from simgl.physics.spectrum import BANDS, Bands
 
 # Reflectance of clear ocean water without surface reflection, R, G, B, N: pi times the
 # remote-sensing reflectance at a chlorophyll concentration of 0.1 mg m-3 (Morel and Maritorena
@@ -85,7 +88,8 @@ def foam_cover(wind: float) -> float:
     return float(min(2.95e-6 * wind**3.52, 1.0))
 
 
-def water_body(wind: float) -> Array:
+def water_body(wind: float, bands: Bands = BANDS) -> Array:
     """(4,) diffuse reflectance of water and foam, without Fresnel reflection; wind [m s-1]."""
     foam = foam_cover(wind)
-    return (1.0 - foam) * CLEAR_WATER + foam * FOAM
+    water = scaled(CLEAR_WATER.tolist(), even_reflectance, bands)
+    return (1.0 - foam) * water + foam * scaled(FOAM.tolist(), foam_reflectance, bands)

@@ -12,8 +12,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from simgl import assets
 from simgl.arrays import Array
-from simgl.physics.constants import SOLAR_TEMPERATURE
+from simgl.physics.constants import LIGHT_SPEED, PLANCK, SOLAR_TEMPERATURE
 from simgl.physics.spectrum import BANDS, BandLight, Bands, channels, planck_radiance
 
 UNIFORM = np.zeros((2, 4))
@@ -40,14 +41,38 @@ _G173_PHOTONS = (3.2633479e18, 2.7663860e18, 2.2741035e18, 4.1971167e18)
 _G173_TOTAL = 1366.1  # [W m-2] over all wavelengths, the solar constant of that spectrum
 
 
-def astm_g173_light(total_irradiance: float) -> BandLight:
+# Steps in which its table is integrated over other bands [m].
+_G173_STEP = 1e-10
+
+
+def astm_g173_light(total_irradiance: float, bands: Bands = BANDS) -> BandLight:
     """Sunlight outside the atmosphere with the measured spectrum of ASTM G173-03.
 
     total_irradiance : over all wavelengths [W m-2]
     """
+    if bands != BANDS:
+        return _g173_in_bands(total_irradiance, bands)
     return BandLight(
         irradiance=total_irradiance / _G173_TOTAL * np.array(_G173_IRRADIANCE),
         photons_per_joule=np.array(_G173_PHOTONS),
+    )
+
+
+def _g173_in_bands(total_irradiance: float, bands: Bands) -> BandLight:
+    """By the table ``simgl/data/sunlight.csv``, linear between its points."""
+    nm, irradiance = np.loadtxt(assets.data() / "sunlight.csv", delimiter=",", skiprows=1).T
+    power, photons = [], []
+    for low, high in bands.edges:
+        count = max(round((high - low) / _G173_STEP), 20)
+        wavelength = low + (high - low) * (np.arange(count) + 0.5) / count
+        step = (high - low) / count * 1e9
+        parts = np.interp(wavelength * 1e9, nm, irradiance) * bands.transmission(wavelength) * step
+        power.append(np.sum(parts))
+        photons.append(np.sum(parts * wavelength) / (PLANCK * LIGHT_SPEED))
+    return BandLight(
+        irradiance=total_irradiance / _G173_TOTAL * np.array(channels(power)),
+        photons_per_joule=np.array(channels(np.array(photons) / np.array(power))),
+        bands=bands,
     )
 
 

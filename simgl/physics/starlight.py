@@ -5,8 +5,6 @@ Catalogue directions are unit vectors in ICRS axes at the epoch J1991.25 (TT).
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import erfa
 import numpy as np
 
@@ -88,22 +86,6 @@ def _past_wien(points: Array, red: Array) -> Array:
     exponent = np.maximum(-red, 1e-7)[:, None]
     planck = np.expm1(-exponent / _WIEN_TO) / np.expm1(-exponent / np.maximum(points, _WIEN_TO))
     return np.where(points <= _WIEN_TO, 1.0, planck)
-
-
-# Stars of tenth magnitude in a square degree that are as bright as the sky between the planets
-# (S10): zodiacal light, 60 at the ecliptic's pole to 200 on it at 90 deg from the Sun (Leinert et
-# al. 1998, A&AS 127, 1), 110 on the mean; stars, 90 on the mean, of which the catalogue's to
-# magnitude 7.5 are 30. Any one direction differs by a factor of two.
-_SKY_S10 = 200.0
-
-
-@lru_cache(maxsize=8)
-def sky_radiance(bands: Bands = BANDS) -> Array:
-    """(4,) mean of stars and zodiacal light over the sky, in the Sun's colours [W m-2 sr-1]."""
-    star = band_irradiance(np.array([10.0]), np.array([0.653]), np.array([0.702]), bands)[0]
-    radiance = _SKY_S10 * star * np.degrees(1.0) ** 2
-    radiance.flags.writeable = False
-    return radiance
 
 
 def years_since_catalogue(tai_ns: int) -> float:

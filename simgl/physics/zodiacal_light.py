@@ -50,6 +50,8 @@ _FALL = -2.3
 _FLATTENING = (11500.0 / 3140.0) ** (-1.0 / _FALL)
 # Nearer to the Sun the corona shines, which is left out [deg].
 _NEAREST = 1.0
+# Left out of the mean over the sky [deg].
+_AROUND_SUN = 30.0
 
 # One star of tenth magnitude in a square degree, in this unit and at 500 nm (section 2.2).
 _S10 = 1.28
@@ -106,6 +108,28 @@ def faint_starlight(direction: Array, bands: Bands = BANDS) -> Array:
     thickness = -np.log1p(-_POLE / _PLANE)
     s10 = _PLANE * -np.expm1(-thickness / sine)
     return s10[:, None] * (_S10 * 1e-8 * _width_in_band(0.0, 0.0, bands))
+
+
+@lru_cache(maxsize=8)
+def mean_diffuse_sky(bands: Bands = BANDS) -> Array:
+    """(4,) mean of zodiacal light and faint stars over the sky [W m-2 sr-1].
+
+    Without the 30 deg around the Sun: while it does not outshine them, the Earth covers them.
+    """
+    # A midpoint rule, even on the sphere.
+    sine = (np.arange(90) + 0.5) / 45.0 - 1.0
+    longitude = (np.arange(180) + 0.5) * (2.0 * np.pi / 180.0)
+    z, angle = (axis.ravel() for axis in np.meshgrid(sine, longitude, indexing="ij"))
+    across = np.sqrt(1.0 - z**2)
+    direction = np.stack([across * np.cos(angle), across * np.sin(angle), z], axis=1)
+    # On the ecliptic; the mean is the same wherever it stands there.
+    sun = np.array([1.0, 0.0, 0.0])
+    far = direction[direction @ sun < np.cos(np.radians(_AROUND_SUN))]
+    light = zodiacal_radiance(far, sun, bands).mean(axis=0) + faint_starlight(far, bands).mean(
+        axis=0
+    )
+    light.flags.writeable = False
+    return light
 
 
 def _from_table(longitude: Array, latitude: Array, elongation: Array) -> Array:

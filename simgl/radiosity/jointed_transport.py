@@ -171,6 +171,13 @@ class JointedTransport:
             separate=separate.of_vertices,
         )
 
+    def meet(self, values: Sequence[float]) -> None:
+        """Trace the pairs of groups at a pose; poses near to it then ask for few others.
+
+        values : of the joints [rad] or [m]
+        """
+        self._met(values)
+
     def _met(self, values: Sequence[float]) -> tuple[IndexArray, Mask]:
         """(p, n, k) what the rays meet at a pose, and (p, n) the sample points that are outside."""
         reach, target = self.reach.ravel().copy(), self.target.ravel().copy()

@@ -83,6 +83,19 @@ class TransportStore:
             lambda transport: 0 if transport is None else transport.nbytes,
         )
 
+    def prepare(
+        self,
+        model: SpacecraftModel,
+        joint_light: JointLight = "exact",
+        progress: ProgressCallback | None = None,
+    ) -> None:
+        """Trace what ``of`` will need: for the pose of the model and, with "quick", for all others
+        but for the pairs of groups that joints then move."""
+        self.of(model, joint_light, progress)
+        if joint_light == "quick" and model.joints:
+            coarse = model.coarsely_posed(STEPS[joint_light])
+            self._jointed_of(model, progress).meet(coarse.angles or (0.0,) * len(model.joints))
+
     def _jointed_of(
         self, model: SpacecraftModel, progress: ProgressCallback | None
     ) -> JointedTransport:

@@ -31,18 +31,20 @@ _QUEUE = 100
 _MAX_BLOCKING_S = 10
 # Cyclone's own configuration; it names networks, and so on.
 _CONFIGURATION = "CYCLONEDDS_URI"
-# Without one: this machine only.
+# Without one: this machine only. Type descriptions of Fast DDS (vendor 1.15), which ROS 2 sends
+# since Kilted, are ones that Cyclone refuses: types then count by their names.
 _LOOPBACK = """<CycloneDDS><Domain Id="any">
 <General><Interfaces><NetworkInterface name="lo" multicast="false"/></Interfaces>
 <AllowMulticast>false</AllowMulticast></General>
 <Discovery><ParticipantIndex>auto</ParticipantIndex>
 <MaxAutoParticipantIndex>40</MaxAutoParticipantIndex>
 <Peers><Peer address="127.0.0.1"/></Peers></Discovery>
+<Compatibility><IgnoreTypeInformation>1.15</IgnoreTypeInformation></Compatibility>
 </Domain></CycloneDDS>"""
 
 
-class RosNode:
-    """A participant that writes topics of ROS 2 and reads ``/tf``.
+class DdsNode:
+    """A participant of DDS that writes topics of ROS 2 and reads ``/tf``.
 
     topics : topic to type of what will be published
     domain : ROS_DOMAIN_ID
@@ -73,6 +75,11 @@ class RosNode:
     def _topic(self, topic: str, kind: str) -> Topic:
         # One object for what is both written and read.
         return Topic(self._participant, f"rt{topic}", TYPES[kind])
+
+    @property
+    def middleware(self) -> str:
+        """What carries the messages."""
+        return "Cyclone DDS, without ROS"
 
     def reader(self, topic: str, kind: str) -> DataReader:
         """A reader of what other nodes publish on a topic."""

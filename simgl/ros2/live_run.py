@@ -7,19 +7,20 @@ import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib.util import find_spec
 from threading import Event
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from simgl.errors import SimglError
 from simgl.images import Capture
 from simgl.physics.frames import Pose, matrix_from_quaternion
-from simgl.ros2.dds_node import RosNode
 from simgl.ros2.ros_messages import WORLD, tai_ns_from_ros
 from simgl.ros2.run_messages import (
     CLOCK,
     TF,
+    TopicMessage,
     camera_messages,
     camera_topics,
     check_names,
@@ -33,6 +34,26 @@ from simgl.simulator import Product, Simulator
 _LOG = logging.getLogger(__name__)
 # Between two looks at a request to stop [s].
 _PAUSE_S = 0.2
+
+
+class RosNode(Protocol):
+    """What writes topics of ROS 2 and reads ``/tf``."""
+
+    @property
+    def middleware(self) -> str:
+        """What carries the messages."""
+
+    def is_heard(self, topic: str) -> bool:
+        """Whether anybody listens to a topic that is published here."""
+
+    def publish(self, message: TopicMessage) -> None:
+        """Write a message where somebody listens."""
+
+    def next_frames(self, timeout_s: float) -> Any:
+        """The next message on ``/tf`` in the order of arrival; None where none comes in time."""
+
+    def close(self) -> None:
+        """Leave the domain."""
 
 
 @dataclass(kw_only=True)
@@ -136,12 +157,21 @@ class LiveRun:
 
 
 def open_node(scenario: Scenario, cameras: tuple[str, ...], domain: int, *, depth: bool) -> RosNode:
-    """The node of a run; raises ConfigError for names, lenses and domains that cannot be."""
+    """The node of a run: of an installed ROS 2, else of DDS alone.
+
+    Raises ConfigError for names, lenses and domains that cannot be.
+    """
     check_names(scenario, cameras, scenario.epoch_tai_ns)
     topics = {"/clock": CLOCK, "/tf": TF}
     for camera in cameras:
         topics |= camera_topics(camera, depth=depth)
-    return RosNode(topics, domain)
+    if find_spec("rclpy") and find_spec("tf2_msgs"):
+        from simgl.ros2.rclpy_node import RclpyNode
+
+        return RclpyNode(topics, domain)
+    from simgl.ros2.dds_node import DdsNode
+
+    return DdsNode(topics, domain)
 
 
 def _pose(transform: Any, known: Pose) -> Pose:

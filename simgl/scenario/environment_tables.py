@@ -9,7 +9,8 @@ import numpy as np
 from simgl.config.path_sandbox import Base
 from simgl.config.value_types import direction, fractions
 from simgl.errors import AssetError, ConfigError
-from simgl.physics.atmosphere import ATMOSPHERES
+from simgl.physics.atmosphere import ATMOSPHERES, STANDARD, Air
+from simgl.physics.band_air import air_in_bands
 from simgl.physics.constants import ASTRONOMICAL_UNIT, SOLAR_CONSTANT, SOLAR_RADIUS
 from simgl.physics.solar_disc import UNIFORM, astm_g173_light, limb_darkening
 from simgl.physics.spectrum import BANDS, Bands, black_body_light
@@ -40,10 +41,7 @@ def read_sun(
     if table.spectrum == "astm_g173":
         if table.temperature_k is not None:
             raise ConfigError(where, "temperature_k", 'contradicts spectrum = "astm_g173"')
-        if bands != BANDS:
-            problem = 'must be "planck" with [bands]: "astm_g173" is known in R, G, B and N alone'
-            raise ConfigError(where, "spectrum", problem)
-        light = astm_g173_light(total)
+        light = astm_g173_light(total, bands)
     else:
         light = black_body_light(total, temperature, bands)
     # A disc whose size or direction is given is uniform, as in textbook cases.
@@ -68,12 +66,6 @@ def read_earth(
     table: EarthTable, where: str, base: Base, sun: EphemerisSun | SunInDirection
 ) -> Earth | None:
     """The Earth of a scenario; None in deep space. Relative paths start at ``base``."""
-    if sun.bands != BANDS and table.shape != "none":
-        problem = (
-            f'must be "none" with [bands], got "{table.shape}": '
-            "the Earth and its air are known in R, G, B and N alone"
-        )
-        raise ConfigError(where, "shape", problem)
     if table.radius_km is not None and table.shape != "sphere":
         raise ConfigError(where, "radius_km", f'goes with shape = "sphere", got "{table.shape}"')
     albedo = None if table.albedo is None else fractions(table.albedo, where, "albedo")
@@ -85,14 +77,15 @@ def read_earth(
         _refuse_map_keys(table, where, 'shape = "none"')
         return None
     default = "standard" if table.shape == "wgs84" else "none"
-    air = ATMOSPHERES.get(table.atmosphere or default)
+    bands = sun.bands
+    air = _air_of(table.atmosphere or default, bands, where)
     if albedo is not None:
         _refuse_map_keys(table, where, "albedo")
-        earth = Earth(albedo=albedo, air=air)
+        earth = Earth(bands=bands, albedo=bands.of_rgbn(albedo), air=air)
     else:
         wind, clouds, maps = _read_maps(table, where, base)
         frost = maps.land is None if table.ice_and_snow is None else table.ice_and_snow
-        earth = Earth(air=air, wind=wind, clouds=clouds, maps=maps, frost=frost)
+        earth = Earth(bands=bands, air=air, wind=wind, clouds=clouds, maps=maps, frost=frost)
         earth = _at_night(earth, table, where, fixed_sun=isinstance(sun, SunInDirection))
     if table.shape == "sphere":
         if table.radius_km is None:
@@ -100,6 +93,17 @@ def read_earth(
         radius = table.radius_km * 1e3
         return replace(earth, equatorial_radius=radius, polar_radius=radius)
     return earth
+
+
+def _air_of(name: str, bands: Bands, where: str) -> Air | None:
+    """Air by its name; None for none."""
+    air = ATMOSPHERES.get(name)
+    if bands == BANDS or air is None:
+        return air
+    if air != STANDARD:
+        problem = f'must be "standard" or "none" with [bands], got "{name}"'
+        raise ConfigError(where, "atmosphere", f"{problem}: it is known in R, G, B and N alone")
+    return air_in_bands(bands)
 
 
 def _at_night(earth: Earth, table: EarthTable, where: str, *, fixed_sun: bool) -> Earth:

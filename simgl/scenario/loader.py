@@ -37,6 +37,7 @@ from simgl.scenario.schema import (
     SkyTable,
     SpacecraftTable,
     SunTable,
+    ThermalTable,
     UsabilityCriteria,
 )
 from simgl.scenario.spacecraft_tables import FILE_KEYS, MotionReader, read_model
@@ -46,7 +47,7 @@ from simgl.scene.spacecraft import SpacecraftModel
 
 _TABLES = (
     "epoch", "bands", "sun", "earth", "sky", "spacecraft", "camera", "lamp", "assess",
-    "requirements", "uncertainty", "render",
+    "requirements", "uncertainty", "render", "thermal",
 )  # fmt: skip
 _NAME = re.compile(r"[A-Za-z0-9_-]+")
 _MAX_NAME = 100
@@ -144,7 +145,7 @@ def _read_tables(
         single("requirements", RequirementsTable), f"{where} [requirements]"
     )
     uncertainty = single("uncertainty", UncertaintyTable)
-    render = single("render", RenderTable)
+    render, thermal = single("render", RenderTable), single("thermal", ThermalTable)
     temperature = SOLAR_TEMPERATURE if sun_table.temperature_k is None else sun_table.temperature_k
     bands = read_bands(single("bands", BandsTable), f"{where} [bands]", base)
     sun = read_sun(sun_table, temperature, f"{where} [sun]", bands)
@@ -189,6 +190,8 @@ def _read_tables(
         glossy_reflections=render.glossy_reflections,
         joint_light=render.joint_light,
         stars=read_sky(single("sky", SkyTable), f"{where} [sky]", sun),
+        thermal_patches=thermal.patches,
+        thermal_step=thermal.step_s,
     )
 
 

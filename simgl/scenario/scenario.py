@@ -89,6 +89,8 @@ class Scenario:
     joint_light : interreflection where joints have moved parts: from what rigid parts do to each
         other in pairs, or by a bake of each pose
     stars : None for a sky without them
+    thermal_patches : of each spacecraft, about, for its temperatures
+    thermal_step : between the times at which a history of temperatures has its light [s]
     inputs : the files that it was read from, with the SHA-256 of each
     """
 
@@ -114,6 +116,8 @@ class Scenario:
     glossy_reflections: bool = False
     joint_light: Literal["exact", "quick"] = "exact"
     stars: StarCatalogue | None = None
+    thermal_patches: int = 1500
+    thermal_step: float = 30.0
     # What counts of them is in the fields above.
     inputs: Mapping[Path, str] = field(default_factory=dict, compare=False)
 

@@ -274,6 +274,17 @@ class CameraTable(CameraSettingsTable, frozen=True, kw_only=True):
     keep_from_sun_deg: Annotated[float, Meta(gt=0.0, lt=180.0)] | None = None
 
 
+class ThermalTable(Table, frozen=True, kw_only=True):
+    """``[thermal]``: how temperatures of spacecraft are worked out for thermal cameras.
+
+    patches : of each spacecraft, about
+    step_s : between the times at which a history has its light
+    """
+
+    patches: Annotated[int, Meta(ge=20, le=6000)] = 1500
+    step_s: Annotated[float, Meta(ge=0.01, le=3600.0)] = 30.0
+
+
 class LampTable(Table, frozen=True, kw_only=True):
     """``[lamp.NAME]``: a spot light on a spacecraft, with its own shadows.
 

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simgl.arrays import Array
-from simgl.physics.spectrum import BANDS, CHANNELS, Bands
+from simgl.physics.spectral_form import scaled
+from simgl.physics.spectrum import BANDS, CHANNELS, Bands, PerBand, channels
 from simgl.scene.materials import Material
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.textures import Image
@@ -20,7 +21,8 @@ def model_in_bands(model: SpacecraftModel, bands: Bands, temperature: float) -> 
     model : in the bands R, G, B, N
     temperature : of the sunlight that weights the wavelengths [K]
 
-    Curves are averaged, other numbers hold all over their band (``Bands.of_rgbn``). Images and
+    Curves are averaged, finishes follow the form of their spectra, other numbers hold all over
+    their band (``Bands.of_rgbn``). Images and
     vertex colours have three channels; a fourth band follows those of the first, as N does red.
     """
     if bands == BANDS:
@@ -47,19 +49,29 @@ def model_in_bands(model: SpacecraftModel, bands: Bands, temperature: float) -> 
 
 
 def _material(material: Material, bands: Bands, temperature: float) -> Material:
-    cells, curve = material.cells, material.spectrum
+    cells = material.cells
     if cells is not None:
         cells = replace(
             cells,
             gap_reflectance=bands.of_rgbn(cells.gap_reflectance, temperature),
             metal_reflectance=bands.of_rgbn(cells.metal_reflectance, temperature),
         )
-    of_bands = bands.of_rgbn(material.reflectance, temperature)
     return replace(
         material,
-        reflectance=of_bands if curve is None else bands.photon_mean_of(curve, temperature),
+        reflectance=_reflectance(material, bands, temperature),
         emission=bands.power_of_rgbn(material.emission),
         cells=cells,
+    )
+
+
+def _reflectance(material: Material, bands: Bands, temperature: float) -> PerBand:
+    if material.spectrum is not None:
+        return bands.photon_mean_of(material.spectrum, temperature)
+    form = material.form
+    if form is None:
+        return bands.of_rgbn(material.reflectance, temperature)
+    return channels(
+        np.clip(scaled(material.reflectance, lambda nm: np.interp(nm, *form), bands), 0.0, 1.0)
     )
 
 

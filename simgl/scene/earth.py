@@ -5,21 +5,29 @@ from __future__ import annotations
 import hashlib
 import os
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 
+import numpy as np
 from PIL import Image
 
 from simgl.decoded_files import decoded_image
 from simgl.errors import AssetError
 from simgl.file_cache import FileCache
 from simgl.input_files import read_file
-from simgl.physics.atmosphere import Atmosphere
+from simgl.physics.atmosphere import Air
 from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS, WGS84_POLAR_RADIUS
+from simgl.physics.earth_spectra import cloud_table, even_reflectance, land_in_bands
 from simgl.physics.regolith import Regolith
+from simgl.physics.spectral_form import scaled
+from simgl.physics.spectrum import BANDS, Bands, PerBand, channels
 
 # Of the ground alone and with clouds of the usual cover, in every band, for multiple scattering
 # between them and the atmosphere: the albedo in the bands, 0.17 and 0.33, without the air's part.
 CLEAR_ALBEDO, CLOUDY_ALBEDO = 0.13, 0.27
+# In other bands that of the sea stays, as waves do most of it, and that of the land, of which these
+# are the means and the share of the Earth, follows its spectrum.
+_MEAN_LAND, _LAND_SHARE = (0.178, 0.169, 0.138, 0.292), 0.29
 
 
 # Textures of this width are possible on every OpenGL 3.3 driver that runs simgl.
@@ -86,7 +94,8 @@ class Clouds:
 class Earth:
     """Semi-axes [m] and the surface's reflectance.
 
-    albedo : Lambert albedo per band R, G, B, N, without clouds; None uses the maps and the clouds
+    bands : of all that follows, and of the light
+    albedo : Lambert albedo per band, without clouds; None uses the maps and the clouds
     regolith : reflection law of airless ground in place of Lambert's, scaled to the geometric
         albedo of a Lambertian globe of ``albedo``
     air : atmosphere; None for a bare ellipsoid
@@ -99,9 +108,10 @@ class Earth:
 
     equatorial_radius: float = WGS84_EQUATORIAL_RADIUS
     polar_radius: float = WGS84_POLAR_RADIUS
+    bands: Bands = BANDS
     albedo: tuple[float, float, float, float] | None = None
     regolith: Regolith | None = None
-    air: Atmosphere | None = None
+    air: Air | None = None
     wind: float = 7.0
     clouds: Clouds | None = None
     frost: bool = False
@@ -114,15 +124,30 @@ class Earth:
         """Of the whole ground, per band."""
         if self.albedo is not None:
             return self.albedo
-        if self.clouds is None or self.clouds.image is not None:
-            return (CLEAR_ALBEDO if self.clouds is None else CLOUDY_ALBEDO,) * 4
-        share = self.clouds.cover / Clouds.cover
+        if self.clouds is None:
+            share = 0.0
+        else:
+            share = 1.0 if self.clouds.image is not None else self.clouds.cover / Clouds.cover
+        if self.bands != BANDS:
+            return _mean_albedo(self.bands, share)
         return (CLEAR_ALBEDO + (CLOUDY_ALBEDO - CLEAR_ALBEDO) * share,) * 4
 
     @property
     def radii(self) -> tuple[float, float, float]:
         """Semi-axes along the Earth-fixed x, y, z [m]."""
         return self.equatorial_radius, self.equatorial_radius, self.polar_radius
+
+
+@lru_cache(maxsize=16)
+def _mean_albedo(bands: Bands, cloudy: float) -> PerBand:
+    """Of the ground in bands, with so much of the usual clouds; an estimate."""
+    land = land_in_bands(np.array([_MEAN_LAND], dtype=np.float32), bands)[0].astype(np.float64)
+    sea = CLEAR_ALBEDO - _LAND_SHARE * float(np.mean(_MEAN_LAND))
+    lit = scaled((1.0,) * 4, even_reflectance, bands)
+    clear = sea * lit + _LAND_SHARE * land
+    # Clouds of medium thickness, the Sun at 60 deg from the zenith.
+    dark = cloud_table(bands)[0, 11, 8] * lit
+    return channels(clear + (CLOUDY_ALBEDO - CLEAR_ALBEDO) * cloudy * dark)
 
 
 _maps = FileCache[tuple[Path, str], MapImage](64)

@@ -11,6 +11,9 @@ import numpy as np
 
 from simgl import assets
 from simgl.arrays import Array
+from simgl.physics.earth_spectra import MELTING_GRAIN, SNOW_GRAIN, snow_reflectance
+from simgl.physics.spectral_form import scaled
+from simgl.physics.spectrum import BANDS, Bands
 
 # Of the table: strips of longitude, 10 deg wide from 180 deg west on.
 _STRIPS = 36
@@ -91,8 +94,27 @@ def frost_limits(year: float) -> tuple[float, float]:
     return float(np.radians(south)), float(np.radians(north))
 
 
-def ice_reflectance(year: float) -> Array:
+# Reflectance of dry snow on open ground, and of an ice sheet where it never melts, R, G, B, N
+# (shaders/planet/frost.glsl).
+_SNOW, _DRY_SNOW = (0.80, 0.81, 0.82, 0.70), (0.96, 0.97, 0.97, 0.88)
+
+
+def snow_in_bands(bands: Bands) -> Array:
+    """(2, 4) of snow on open ground and of an ice sheet, per band."""
+    return np.array([scaled(one, _dry, bands) for one in (_SNOW, _DRY_SNOW)])
+
+
+def _dry(nm: Array) -> Array:
+    return snow_reflectance(nm, SNOW_GRAIN)
+
+
+def _wet(nm: Array) -> Array:
+    return snow_reflectance(nm, MELTING_GRAIN)
+
+
+def ice_reflectance(year: float, bands: Bands = BANDS) -> Array:
     """(2, 4) of sea ice in the north and in the south, per band."""
     first, second, along = _between_months(year)
     melting = (1.0 - along) * _MELTING[:, first] + along * _MELTING[:, second]
-    return np.asarray(_COLD_ICE + melting[:, None] * (_MELTING_ICE - _COLD_ICE))
+    cold, wet = scaled(_COLD_ICE.tolist(), _dry, bands), scaled(_MELTING_ICE.tolist(), _wet, bands)
+    return np.asarray(cold + melting[:, None] * (wet - cold))

@@ -20,6 +20,7 @@ class Material:
 
     reflectance : base colour per band, 0..1
     spectrum : of a measured material, from which the reflectance was averaged [nm]
+    form : spectrum of a finish's kind, which is scaled to the reflectance in R, G, B, N [nm]
     metallic : 0 dielectric (diffuse base under a 4 % specular), 1 metal (reflectance is F0)
     roughness : perceptual roughness, alpha = roughness^2; None means purely Lambertian
     emission : emitted radiance, the same in all directions [W m-2 sr-1]
@@ -44,6 +45,7 @@ class Material:
     conserving: bool = False
     # Its effect is in the reflectance.
     spectrum: Curve | None = field(default=None, compare=False, repr=False)
+    form: Curve | None = field(default=None, compare=False, repr=False)
     coat: Coat | None = None
     cells: Cells | None = None
     crinkle: Crinkle | None = None

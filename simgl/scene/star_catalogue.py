@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,7 @@ from simgl.physics.starlight import (
     earth_from_barycentre,
     years_since_catalogue,
 )
+from simgl.physics.zodiacal_light import mean_diffuse_sky
 
 # The shipped catalogue ends here [mag].
 FAINTEST = 7.5
@@ -46,6 +48,11 @@ class StarCatalogue:
     parallax: Array
     irradiance: Array
 
+    @cached_property
+    def mean_radiance(self) -> Array:
+        """(4,) of all stars, spread over the sky [W m-2 sr-1]."""
+        return self.irradiance.sum(axis=0) / (4.0 * np.pi)
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StarSky:
@@ -64,6 +71,11 @@ class StarSky:
     earth_velocity: Array
     planets: tuple[Planet, ...] = ()
     diffuse: bool = False
+
+    def mean_radiance(self, bands: Bands) -> Array:
+        """(4,) of all that shines in it but the planets, spread over the sky [W m-2 sr-1]."""
+        stars = self.catalogue.mean_radiance
+        return stars + mean_diffuse_sky(bands) if self.diffuse else stars
 
 
 def star_sky(catalogue: StarCatalogue, tai_ns: int, bands: Bands = BANDS) -> StarSky:

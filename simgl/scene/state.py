@@ -216,6 +216,8 @@ class SceneState:
     lamps: tuple[LampState, ...] = ()
     stars: StarSky | None = None
     R_moon_from_icrf: Array | None = None
+    # By place: each spacecraft asks for its own light, its shadows, its sky and its patches.
+    _direct: dict[bytes, DirectLight] = field(default_factory=dict, init=False, repr=False)
 
     @property
     def bands(self) -> Bands:
@@ -294,6 +296,12 @@ class SceneState:
         Before a lamp whose light drowns the Moon's, that remains the lesser light, for which no
         shadows are drawn.
         """
+        place = point.tobytes()
+        if place not in self._direct:
+            self._direct[place] = self._direct_light(point)
+        return self._direct[place]
+
+    def _direct_light(self, point: Array) -> DirectLight:
         sun, moon = self.sun.seen_from(point), self.moonlight(point)
         sun = replace(sun, irradiance=sun.irradiance * self.sunlight(point))
         if moon is None:

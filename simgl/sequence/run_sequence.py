@@ -14,13 +14,13 @@ import numpy as np
 from simgl import __version__, assets
 from simgl.content_digest import content_digest
 from simgl.images import saturated
-from simgl.output import check_writable, write_dn_png, write_exr, write_view_png
+from simgl.output import check_writable, write_dn_png, write_light, write_view
 from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.physics.frames import quaternion_from_matrix
 from simgl.progress import ProgressCallback, silent
 from simgl.scenario.scenario import Scenario
 from simgl.sequence.journal import Columns, Identity, Journal, Row, Value
-from simgl.simulator import Capture, Product, Simulator
+from simgl.simulator import Capture, Product, Simulator, products_of
 from simgl.video import write_mp4
 
 
@@ -33,11 +33,12 @@ class Output(StrEnum):
     MP4 = "mp4"
 
 
+# Of these a camera has those for its light.
 _PRODUCTS = {
     Output.DN: {Product.DN},
-    Output.VIEW: {Product.RADIANCE},
-    Output.EXR: {Product.RADIANCE, Product.TRUTH},
-    Output.MP4: {Product.RADIANCE},
+    Output.VIEW: {Product.RADIANCE, Product.THERMAL},
+    Output.EXR: {Product.RADIANCE, Product.THERMAL, Product.TRUTH},
+    Output.MP4: {Product.RADIANCE, Product.THERMAL},
 }
 
 COLUMNS: Columns = {
@@ -169,9 +170,15 @@ def run(plan: Plan, simulator: Simulator, folder: Path, progress: ProgressCallba
 
 
 def _capture(plan: Plan, simulator: Simulator, tai_ns: int, camera: str) -> Capture:
-    products = {Product.DN}.union(*(_PRODUCTS[output] for output in plan.outputs))
-    during = plan.scenario.around(tai_ns)
-    return simulator.capture(plan.scenario.at(tai_ns), camera, products, during=during)
+    seen = plan.scenario.cameras[camera]
+    wanted = {Product.DN}.union(*(_PRODUCTS[output] for output in plan.outputs))
+    return simulator.capture(
+        plan.scenario.at(tai_ns),
+        camera,
+        wanted & products_of(seen),
+        during=plan.scenario.around(tai_ns),
+        temperatures=None if seen.thermal is None else simulator.temperatures.at(tai_ns),
+    )
 
 
 def _write(plan: Plan, capture: Capture, folder: Path, frame: int) -> None:
@@ -180,9 +187,7 @@ def _write(plan: Plan, capture: Capture, folder: Path, frame: int) -> None:
         assert capture.digital is not None
         write_dn_png(frame_path(folder, camera, frame, "dn.png"), capture.digital)
     if plan.outputs & {Output.VIEW, Output.MP4}:
-        assert capture.radiance is not None
-        write_view_png(frame_path(folder, camera, frame, "view.png"), capture.radiance)
+        write_view(frame_path(folder, camera, frame, "view.png"), capture)
     if Output.EXR in plan.outputs:
-        assert capture.radiance is not None
-        path = frame_path(folder, camera, frame, "radiance.exr")
-        write_exr(path, capture.radiance, capture.truth)
+        kind = "radiance" if capture.thermal is None else "thermal"
+        write_light(frame_path(folder, camera, frame, f"{kind}.exr"), capture)

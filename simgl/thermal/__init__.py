@@ -2,8 +2,8 @@
 
 ``body`` makes the ``network`` of a model (nodes: its patches, and one for the structure of each
 part) from ``view_factors``; ``heat_loads`` has the light that a scene sends to it; ``history``
-steps it along a trajectory. ``infrared_image`` is what a camera sees of them before the Earth
-(``ground_seen``), ``infrared_detector`` what it makes of that. Nothing of it needs OpenGL. May
-import ``radiosity``, ``scenario`` and what lies below. A new source of heat belongs into
-``heat_loads``, a new path between nodes into ``body``.
+steps it along a trajectory, ``scene_temperatures`` all spacecraft of a scene. ``thermal_view`` is
+what a thermal camera sees of them and of the Earth (``ground_seen``), which passes then draw.
+Nothing of it needs OpenGL. May import ``radiosity``, ``scenario`` and what lies below. A new source
+of heat belongs into ``heat_loads``, a new path between nodes into ``body``.
 """

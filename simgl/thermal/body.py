@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy import sparse
@@ -63,6 +64,31 @@ class ThermalBody:
     def patch_count(self) -> int:
         """Nodes that are patches."""
         return len(self.patches.areas)
+
+    @property
+    def sides(self) -> int:
+        """Of a triangle that are patches: 2 of open sheets."""
+        return len(self.patches.of_side) // len(self.mesh.triangles)
+
+    @cached_property
+    def at_vertices(self) -> sparse.csr_matrix:
+        """(vertices x sides, p) means of patches over the triangles about each vertex, by area.
+
+        A vertex has one part and one material, so that nothing is mixed across their borders.
+        Patches inside other parts count where there is nothing else.
+        """
+        count, sides = len(self.mesh.positions), self.sides
+        areas = face_normals(self.mesh)[1]
+        weight = np.tile(np.maximum(areas, 1e-12 * max(float(areas.max()), 1e-30)), sides)
+        weight *= np.where(self.views.covered[self.patches.of_side], 1e-6, 1.0)
+        corners = np.tile(self.mesh.triangles.astype(np.int64), (sides, 1))
+        side = np.repeat(np.arange(sides), len(areas))
+        rows = (sides * corners + side[:, None]).ravel()
+        columns = np.repeat(self.patches.of_side, 3)
+        shape = sides * count, self.patch_count
+        sums = sparse.csr_matrix((np.repeat(weight, 3), (rows, columns)), shape=shape)
+        total = np.maximum(np.asarray(sums.sum(axis=1)).ravel(), 1e-300)
+        return sparse.csr_matrix(sparse.diags_array(1.0 / total) @ sums)
 
     @property
     def part_names(self) -> tuple[str, ...]:

@@ -7,22 +7,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simgl.arrays import Array, IndexArray, Mask
-from simgl.environment_map import cube_directions, cube_solid_angles
-from simgl.physics.constants import SOLAR_TEMPERATURE
-from simgl.physics.earth_infrared import MEAN_LONGWAVE
-from simgl.physics.spectrum import BANDS
-from simgl.physics.thermal_radiation import band_fraction
+from simgl.arrays import Array, Mask
+from simgl.environment_map import cube_cell, cube_directions, cube_solid_angles
+from simgl.physics.earth_infrared import outgoing_longwave
 from simgl.radiosity.gather_points import face_normals
 from simgl.rays import ray_tracer
+from simgl.scene.earth import Clouds, Earth
 from simgl.scene.posed_mesh import PosedMesh
 from simgl.scene.state import BodyState, EarthState, SceneState
 from simgl.thermal.body import ThermalBody
-from simgl.thermal.ground_seen import ground_seen
+from simgl.thermal.ground_seen import day_of_year, ground_seen, total_sunlight
 from simgl.thermal.view_factors import CELLS_ACROSS, absorbed_light
 
-# Share of sunlight that the Earth reflects (Loeb et al. 2018, rounded).
-BOND_ALBEDO = 0.30
+# Share of sunlight that an Earth with maps reflects: without clouds, and with those of the usual
+# cover (Loeb et al. 2018, rounded).
+_CLEAR_ALBEDO, _USUAL_ALBEDO = 0.15, 0.30
 
 # Directions in a cell of the sky along each edge, over which its radiance is averaged.
 _FINER = 4
@@ -40,16 +39,6 @@ class HeatLoads:
     albedo: Array
     earth_infrared: Array
     heat: Array
-
-
-def total_sunlight(irradiance: Array) -> float:
-    """The Sun's irradiance over all wavelengths of that in the bands (4,) [W m-2].
-
-    The Sun is a black body of 5772 K: another temperature by 5 K changes this by 0.02 %.
-    """
-    edges = [edge for band in BANDS.edges for edge in band]
-    share = float(band_fraction((min(edges), max(edges)), SOLAR_TEMPERATURE))
-    return float(irradiance.sum()) / share
 
 
 def heat_loads(body: ThermalBody, state: SceneState) -> HeatLoads:
@@ -140,19 +129,36 @@ def _shaded_by_others(state: SceneState, seen: BodyState, starts: Array, rays: A
     return shaded
 
 
+def bond_albedo(earth: Earth, irradiance: Array) -> float:
+    """Share of all sunlight that an Earth reflects.
+
+    irradiance : (4,) of the Sun in the bands, which stand for all wavelengths where the Earth has
+        an albedo of its own
+    """
+    if earth.albedo is not None:
+        return float(irradiance @ np.array(earth.albedo) / irradiance.sum())
+    clouds = earth.clouds
+    if clouds is None or clouds.image is not None:
+        return _CLEAR_ALBEDO if clouds is None else _USUAL_ALBEDO
+    share = clouds.cover / Clouds.cover
+    return min(_CLEAR_ALBEDO + (_USUAL_ALBEDO - _CLEAR_ALBEDO) * share, 1.0)
+
+
 def _earthlight(body: ThermalBody, state: SceneState, earth: EarthState) -> tuple[Array, Array]:
     """(p,) reflected sunlight and long-wave radiation of the Earth on the patches [W m-2].
 
-    The Earth is a Lambertian ellipsoid of one albedo and one long-wave flux.
+    The long-wave flux is that of the climate by latitude and season which thermal images show.
     """
     sun = state.sun.seen_from(earth.position)
     position = state.bodies[body.name].pose.position
-    reflected = BOND_ALBEDO * total_sunlight(sun.irradiance) / np.pi
+    reflected = bond_albedo(earth.earth, sun.irradiance) * total_sunlight(sun.irradiance) / np.pi
+    day = day_of_year(state.tai_ns)
 
     def radiances(lines: Array) -> Array:
         ground = ground_seen(lines, position, earth, sun.direction_icrf)
         sunlit = reflected * ground.met * np.maximum(ground.sun_cosine, 0.0)
-        return np.stack([sunlit, MEAN_LONGWAVE / np.pi * ground.met], axis=1)
+        flux = outgoing_longwave(ground.normal[:, 2], day)
+        return np.stack([sunlit, flux / np.pi * ground.met], axis=1)
 
     albedo, infrared = light_of_sky(body, state, radiances).T
     return albedo, infrared
@@ -165,23 +171,24 @@ def light_of_sky(
 
     radiances : of m lights along lines of sight (k, 3), ICRF, from the body: (k, m)
 
-    Each cell of the sky has its mean radiance.
+    Each cell of the sky has its mean radiance. It is evaluated once, on a cube in ICRF axes.
     """
     seen = state.bodies[body.name]
     fine = CELLS_ACROSS * _FINER
     directions = cube_directions(fine).reshape(-1, 3)
     weight = np.tile(cube_solid_angles(fine).ravel(), 6)[:, None]
+    light = radiances(directions)
     motion = _motion(seen.model.posed_mesh, int(body.group.max(initial=0)) + 1)
-    result: list[tuple[IndexArray, Array]] = []
-    for group in np.unique(body.group):
-        R_icrf_from_stored = seen.pose.R_icrf_from_body @ motion[group, :3, :3]
-        light = radiances(directions @ R_icrf_from_stored.T)
-        mean = _cell_sums(weight * light) / _cell_sums(weight)
-        chosen = np.flatnonzero(body.group == group)
-        result.append((chosen, np.pi * (body.views.sky[chosen] @ mean)))
-    lights = np.zeros((body.patch_count, result[0][1].shape[1]))
-    for chosen, values in result:
-        lights[chosen] = values
+    rotations, of_group = np.unique(motion[:, :3, :3], axis=0, return_inverse=True)
+    lights = np.zeros((body.patch_count, light.shape[1]))
+    for number, rotation in enumerate(rotations):
+        chosen = np.flatnonzero(of_group.ravel()[body.group] == number)
+        if not len(chosen):
+            continue
+        R_icrf_from_stored = seen.pose.R_icrf_from_body @ rotation
+        turned = light[cube_cell(directions @ R_icrf_from_stored.T, fine)]
+        mean = _cell_sums(weight * turned) / _cell_sums(weight)
+        lights[chosen] = np.pi * (body.views.sky[chosen] @ mean)
     return lights
 
 

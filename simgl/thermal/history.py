@@ -16,7 +16,7 @@ from simgl.progress import ProgressCallback, silent
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState
 from simgl.thermal.body import ThermalBody
-from simgl.thermal.heat_loads import heat_loads
+from simgl.thermal.heat_loads import HeatLoads, heat_loads
 
 Start = Literal["steady", "periodic"]
 
@@ -30,39 +30,56 @@ class ThermalState:
     """Temperatures of a body at an epoch.
 
     temperatures : (n,) of its nodes [K]
+    sunlight : (p,) on its patches now, from outside [W m-2]
+    heat : (n,) that its nodes absorb now, and internal power [W]
     history : how they came about: "steady" without a history, else "periodic" or "steady" start
-    digest : hash of all that they depend on: the network, the start, and each step's light
+    digest : hash of all that they depend on: the network, the start, and the light at each epoch
     """
 
     tai_ns: int
     temperatures: Array
+    sunlight: Array
+    heat: Array
     history: str
     digest: str
 
 
 def steady_state(body: ThermalBody, state: SceneState) -> ThermalState:
     """What a body's temperatures would be, had the scene stood as it is for ever."""
-    heat = heat_loads(body, state).heat
+    loads = heat_loads(body, state)
     return ThermalState(
         tai_ns=state.tai_ns,
-        temperatures=body.network.steady(heat),
+        temperatures=body.network.steady(loads.heat),
+        sunlight=loads.sunlight,
+        heat=loads.heat,
         history="steady",
-        digest=_digest(body.network.digest, b"steady", heat),
+        digest=_digest(body.network.digest, b"steady", loads.heat),
     )
 
 
-def advanced(body: ThermalBody, before: ThermalState, heat: Array, tai_ns: int) -> ThermalState:
-    """The state at a later epoch.
+def advanced(body: ThermalBody, before: ThermalState, state: SceneState) -> ThermalState:
+    """The state in a later scene; the light between is the mean of both ends.
 
-    heat : (n,) mean over the time between [W]
+    Raises SimglError for a scene that is not later.
     """
+    return _advanced(body, before, heat_loads(body, state), state.tai_ns)
+
+
+def _advanced(
+    body: ThermalBody, before: ThermalState, loads: HeatLoads, tai_ns: int
+) -> ThermalState:
     seconds = 1e-9 * (tai_ns - before.tai_ns)
+    if seconds <= 0.0:
+        raise SimglError(f"temperatures go on from an earlier time, not from {-seconds:g} s later")
+    mean = 0.5 * (before.heat + loads.heat)
     history = before.history if " " in before.history else f"from the {before.history} state"
     return ThermalState(
         tai_ns=tai_ns,
-        temperatures=body.network.step(before.temperatures, heat, seconds),
+        temperatures=body.network.step(before.temperatures, mean, seconds),
+        sunlight=loads.sunlight,
+        heat=loads.heat,
         history=history,
-        digest=_digest(before.digest, repr(seconds).encode(), heat),
+        digest=_digest(before.digest, repr(seconds).encode(), loads.heat),
     )
 
 
@@ -75,29 +92,38 @@ def thermal_history(
 ) -> Iterator[ThermalState]:
     """A body's state at each epoch, the first included.
 
-    epochs : [TAI ns], increasing; the implicit steps between them take the light of their middles
+    epochs : [TAI ns], increasing; the steps between them take the mean light of their ends
     start : the steady state of the first epoch, or the state that comes back when the span repeats
     """
     report = silent if progress is None else progress
     ends = list(epochs)
-    middles = [(a + b) // 2 for a, b in pairwise(ends)]
-    heats = []
-    for number, middle in enumerate(middles):
-        heats.append(heat_loads(body, scenario.at(middle)).heat)
-        report(number + 1, len(middles))
-    state = steady_state(body, scenario.at(ends[0]))
+    loads = []
+    for number, end in enumerate(ends):
+        loads.append(heat_loads(body, scenario.at(end)))
+        report(number + 1, len(ends))
+    first = loads[0]
     if start == "periodic":
         seconds = [1e-9 * (b - a) for a, b in pairwise(ends)]
-        first = _periodic(body, heats, seconds)
+        heats = [0.5 * (a.heat + b.heat) for a, b in pairwise(loads)]
+        temperatures = _periodic(body, heats, seconds)
         key = hashlib.blake2b(body.network.digest.encode(), digest_size=16)
         for heat, length in zip(heats, seconds, strict=True):
             key.update(heat.tobytes() + repr(length).encode())
-        state = ThermalState(
-            tai_ns=ends[0], temperatures=first, history="periodic", digest=key.hexdigest()
-        )
+        digest = key.hexdigest()
+    else:
+        temperatures = body.network.steady(first.heat)
+        digest = _digest(body.network.digest, b"steady", first.heat)
+    state = ThermalState(
+        tai_ns=ends[0],
+        temperatures=temperatures,
+        sunlight=first.sunlight,
+        heat=first.heat,
+        history=start,
+        digest=digest,
+    )
     yield state
-    for heat, end in zip(heats, ends[1:], strict=True):
-        state = advanced(body, state, heat, end)
+    for light, end in zip(loads[1:], ends[1:], strict=True):
+        state = _advanced(body, state, light, end)
         yield state
 
 

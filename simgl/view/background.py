@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -16,9 +17,9 @@ from simgl.errors import ConfigError
 from simgl.physics.air_profile import AIR_TOP
 from simgl.physics.lunar_model import moonlight
 from simgl.physics.spectrum import Bands
-from simgl.physics.starlight import sky_radiance
 from simgl.scene.earth import Earth
 from simgl.scene.frost import year_share
+from simgl.scene.star_catalogue import StarSky
 from simgl.scene.state import BodyState, CameraState, EarthState, SceneState, SunSeen
 from simgl.view.celestial import CelestialView, EarthCone, ImageCone, celestial
 
@@ -142,6 +143,10 @@ class SkyView:
     key: tuple[object, ...]
 
 
+# Of each state that is in use, by the spacecraft: all cameras and all that share a sky ask for it.
+_skies = WeakKeyDictionary[SceneState, dict[BodyState, SkyView]]()
+
+
 def background(state: SceneState, camera: CameraState) -> Background:
     """What a camera sees behind the spacecraft.
 
@@ -169,19 +174,27 @@ def sky_view(state: SceneState, name: str, body: BodyState) -> SkyView | None:
         return None
     earth = _earth_from(state, state.earth, body.pose.position, f"[spacecraft.{name}]")
     owner = _first_within(state, body, _SAME_SKY * earth.view.height)
+    of_state = _skies.setdefault(state, {})
+    if owner not in of_state:
+        of_state[owner] = _sky_around(state, state.earth, name, owner)
+    if owner is body:
+        return of_state[owner]
+    R_sky_from_body = owner.pose.R_icrf_from_body.T @ body.pose.R_icrf_from_body
+    return replace(of_state[owner], R_sky_from_body=R_sky_from_body)
+
+
+def _sky_around(state: SceneState, about: EarthState, name: str, owner: BodyState) -> SkyView:
+    """What a spacecraft sees that looks along its own axes; name : of one that sees the same."""
+    earth = _earth_from(state, about, owner.pose.position, f"[spacecraft.{name}]")
     R_body_from_icrf = owner.pose.R_icrf_from_body.T
-    R_sky_from_body = np.eye(3)
-    if owner is not body:
-        earth = _earth_from(state, state.earth, owner.pose.position, f"[spacecraft.{name}]")
-        R_sky_from_body = R_body_from_icrf @ body.pose.R_icrf_from_body
     seen = state.sun.seen_from(owner.pose.position)
     texels = _sky_texels(earth.view)
     half = 0.5 * texels
     intrinsics = np.array([[half, 0.0, half], [0.0, half, half], [0.0, 0.0, 1.0]])
     cone = ImageCone(float(np.arctan(np.sqrt(2.0))), 1.0 / half)
-    moonlit = replace(earth.view, moonlight=_moonlight(state, state.earth))
+    moonlit = replace(earth.view, moonlight=_moonlight(state, about))
     earth = replace(earth, view=moonlit)
-    stars = None if state.stars is None else _even_sky(half, state.bands)
+    stars = None if state.stars is None else _even_sky(half, state.stars, state.bands)
     faces = tuple(
         _background(intrinsics, axes @ R_body_from_icrf, cone, seen, earth, stars)
         for axes in np.stack([RIGHT, DOWN, FORWARD], axis=1)
@@ -191,15 +204,15 @@ def sky_view(state: SceneState, name: str, body: BodyState) -> SkyView | None:
     return SkyView(
         faces=faces,
         texels=texels,
-        R_sky_from_body=R_sky_from_body,
+        R_sky_from_body=np.eye(3),
         moon=moon,
         key=tuple(value for part in parts for value in _key(part)),
     )
 
 
-def _even_sky(half: float, bands: Bands) -> CelestialView:
+def _even_sky(half: float, stars: StarSky, bands: Bands) -> CelestialView:
     """Stars and zodiacal light before a face of a sky that is twice ``half`` texels wide."""
-    red, green, blue, near_infrared = sky_radiance(bands).tolist()
+    red, green, blue, near_infrared = stars.mean_radiance(bands).tolist()
     return CelestialView(
         focal_length=half,
         principal_point=(half, half),

@@ -13,7 +13,7 @@ import numpy as np
 
 from simgl.arrays import Array, IndexArray
 from simgl.physics.air_profile import AIR_TOP
-from simgl.physics.atmosphere import Atmosphere
+from simgl.physics.atmosphere import Air
 from simgl.physics.eclipse import limb_angle, limb_angles
 from simgl.physics.frames import angle_between
 from simgl.physics.refraction import BentRays, rays_from_inside, rays_from_space
@@ -56,7 +56,7 @@ class BentSight:
     position : (3,) from the Earth's centre in its axes [m]
     """
 
-    air: Atmosphere
+    air: Air
     radii: Array
     position: Array
     R_itrf_from_icrf: Array

@@ -26,6 +26,9 @@ from simgl.view.spacecraft_view import SpacecraftView, spacecraft_views
 
 Gather = Literal["vertex", "pixel"]
 
+# Larger tiles are lit in parts: a sample takes some 30 bytes while it is worked on.
+_SAMPLES_AT_ONCE = 10_000_000
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FrameView:
@@ -226,11 +229,11 @@ def truth_tile(view: FrameView) -> RasterTile | None:
     return pixel_centre_tile(spacecraft, camera)
 
 
-def lit_parts(tile: RasterTile, view: FrameView, max_samples: int) -> list[RasterTile]:
-    """A tile of a view in parts of no more samples than that, which can be lit at once."""
+def lit_parts(tile: RasterTile, view: FrameView) -> list[RasterTile]:
+    """A tile of a view in parts of so many samples as can be lit at once."""
     columns, rows = tile.raster_size
-    if columns * rows <= max_samples:
+    if columns * rows <= _SAMPLES_AT_ONCE:
         return [tile]
     if view.field is None:
-        return parts(tile, view.camera, max_samples)
-    return parts(tile, view.field.pinhole, max_samples, view.field.reach)
+        return parts(tile, view.camera, _SAMPLES_AT_ONCE)
+    return parts(tile, view.field.pinhole, _SAMPLES_AT_ONCE, view.field.reach)

@@ -14,6 +14,7 @@ import moderngl
 from simgl.cli_progress import activity
 from simgl.errors import ContextError
 from simgl.gpu.context import REQUIRED_VERSION, close_context
+from simgl.idle_priority import run_when_idle
 from simgl.scenario.loader import load_scenario
 from simgl.viewer.followed import FollowedPreviews, PreviewSource, preview_source
 from simgl.viewer.subject import Size
@@ -138,6 +139,7 @@ def follow(address: str) -> None:
     Raises ConfigError where the bridge is not installed, BridgeError for what is no address.
     """
     source = preview_source(address)
+    run_when_idle()
     try:
         with opened_on_server(address, source) as session:
             session.run()

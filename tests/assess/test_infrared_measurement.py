@@ -10,8 +10,8 @@ import pytest
 from typer.testing import CliRunner
 
 from simgl.assess.infrared_measurement import InfraredResult, examine_infrared
+from simgl.camera.infrared_detector import infrared_detectors
 from simgl.commands.application import app
-from simgl.thermal.infrared_detector import infrared_detectors
 
 
 @pytest.mark.parametrize("name", sorted(infrared_detectors()))

@@ -31,7 +31,7 @@ def test_the_json_report_has_the_promised_form(tmp_path: Path) -> None:
     report = json.loads(out.read_text())
     assert set(report) == {
         "machine", "renderer", "version", "scenes", "tables", "start_up", "peers", "absent_peers",
-        "failed", "f", "goals"
+        "failed", "f", "f_spread", "goals"
     }  # fmt: skip
     assert report["failed"] == {}
     assert report["f"] is None

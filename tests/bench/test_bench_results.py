@@ -11,10 +11,11 @@ import pytest
 
 from simgl.bench import goals
 from simgl.bench.bench_page import write_bench_page
-from simgl.bench.bench_tables import all_tables
+from simgl.bench.bench_tables import all_tables, factor_text
 from simgl.bench.child_process import ChildError, seconds_of
 from simgl.bench.comparison import compare, different_machine, slower_than
 from simgl.bench.frame_times import frame_statistics, round_medians_ms
+from simgl.bench.peers import run_peers
 from simgl.bench.peers.run_peers import image_difference, time_peers
 from simgl.bench.results import (
     ImageDifference,
@@ -91,6 +92,33 @@ def test_a_goal_holds_times_the_machines_factor() -> None:
     assert line.value == 180.0
     assert line.ratio == pytest.approx(1.6)
     assert line.met is False
+
+
+def test_the_factor_is_the_median_of_processes_before_and_after_the_scenes(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """0.05 and 0.07 s before, 0.054, 0.069 and 0.06 after: f = 0.06 / 0.06, 0.83 to 1.17."""
+    seconds = {600: iter([0.05, 0.07, 0.054, 0.069, 0.06]), 1280: iter([0.12])}
+
+    def result(_: str, one: run_peers.Peer, size: tuple[int, int], __: Path) -> PeerResult:
+        found = peer(one.name, next(seconds[size[0]]))
+        return msgspec.structs.replace(found, width=size[0], height=size[1])
+
+    monkeypatch.setattr(run_peers, "seconds_of", lambda *_: 1.0)
+    monkeypatch.setattr(run_peers, "PEERS", run_peers.PEERS[:1])
+    monkeypatch.setattr(run_peers, "_result", result)
+    before = run_peers.time_before_scenes("python", silent)
+    assert before == [0.05, 0.07]
+    peers, absent = time_peers("python", silent, before)
+    assert absent == {}
+    given = results(scene("earth_1280", p50=46.0), peers=peers)
+    assert goals.machine_factor(given) == pytest.approx(1.0)
+    assert goals.factor_spread(given) == pytest.approx((0.05 / 0.06, 0.07 / 0.06))
+    assert factor_text(given) == "f = 1.00 (0.83 to 1.17 by process)"
+    # Met is by f alone: 46 ms of 45.
+    assert by_name(goals.all_goals(given), "earth_1280").met is False
+    # The larger image says nothing of f.
+    assert [one.process_seconds for one in peers] == [[0.05, 0.07, 0.054, 0.069, 0.06], []]
 
 
 def test_without_pyrender_times_have_no_verdict_but_ratios_have() -> None:

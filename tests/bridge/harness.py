@@ -30,6 +30,7 @@ from simgl_bridge.simgl1_endpoint import Simgl1Endpoint
 from benchmarks.bridge.scene import SMALL
 from simgl import Capture, Product, Scenario, Simulator
 from simgl.scene.state import SceneState
+from simgl.thermal.scene_temperatures import Temperatures
 from tests.patience import limit
 
 # The scene of the long runs with a second camera.
@@ -76,11 +77,12 @@ class WatchedSimulator(Simulator):
         during: Callable[[int], SceneState] | None = None,
         seed: int | None = None,
         draw: int = 0,
+        temperatures: Temperatures | None = None,
     ) -> Capture:
         self.captured += 1
         if self.hook is not None:
             self.hook()
-        return super().capture(state, camera, products, during, seed, draw)
+        return super().capture(state, camera, products, during, seed, draw, temperatures)
 
 
 class Gate:

@@ -124,3 +124,16 @@ def test_a_refused_state_fails_the_next_call_that_waits(protocol: ClientProtocol
     assert not pending.done
     with pytest.raises(RemoteError, match="NO_CAMERA"):
         images.result()
+
+
+def test_a_state_refused_while_nobody_waited_fails_the_next_call(protocol: ClientProtocol) -> None:
+    state = protocol.state(0, [Shot(camera="nav")], None)
+    protocol.remember(state)
+    arrive(protocol, error(state.id, "NOT_OWNER"))
+    first, second = Call(Next(id=11), Pong, 10.0), Call(Next(id=12), Pong, 10.0)
+    protocol.open(first)
+    with pytest.raises(RemoteError, match="NOT_OWNER"):
+        first.result()
+    # It is told once.
+    protocol.open(second)
+    assert not second.done

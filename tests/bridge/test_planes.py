@@ -24,6 +24,7 @@ from tests.patience import limit
 Starter = Callable[..., Running]
 EVERY = ("dn", "radiance", "electrons", "depth", "part_id", "range", "lidar_range",
          "lidar_electrons")  # fmt: skip
+OF_THERMAL = ("thermal_radiance", "temperature")
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +45,7 @@ def test_lidar_and_range_are_those_of_the_capture(linked: Client, with_lidar: Sc
     now = with_lidar.epoch_tai_ns
     with linked as client:
         assert {c.name: c.lidar for c in client.welcome.cameras} == {"nav": True, "side": False}
-        assert client.welcome.products == EVERY
+        assert client.welcome.products == (*EVERY, *OF_THERMAL)
         image = client.render(now, "nav", products=EVERY)
     with Simulator(with_lidar) as simulator:
         products = {Product.LIDAR, Product.TRUTH}

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from simgl.arrays import Array32
+from simgl.camera.camera import Camera
 from simgl.camera.demosaic import demosaic, develop, mosaic_masks
 from simgl.camera.detector import ORDERS, Detector, Mosaic
+from simgl.displays import thumbnail_from_dn
 from simgl.images import display_from_dn
 from simgl.physics.spectrum import black_body_light
 from tests.passes.exposures import camera
@@ -22,7 +24,11 @@ def colour_detector(order: str = "RGGB") -> Detector:
         green=(0.05, 0.43, 0.13, 0.03),
         blue=(0.01, 0.07, 0.38, 0.02),
     )
-    return camera(width=64, height=48, mosaic=mosaic, bits=12, pedestal=64.0).detector
+    return colour_camera(mosaic).detector
+
+
+def colour_camera(mosaic: Mosaic | None) -> Camera:
+    return camera(width=64, height=48, mosaic=mosaic, bits=12, pedestal=64.0)
 
 
 def mosaicked(rgb: Array32, order: str) -> Array32:
@@ -89,3 +95,25 @@ def test_a_monochrome_detector_shows_grey() -> None:
     dn = np.array([[95, 2095, 4095]], dtype=np.uint16)
     np.testing.assert_array_equal(display_from_dn(dn, cam)[0, :, 0], [0, 188, 255])
     assert np.ptp(display_from_dn(dn, cam), axis=-1).max() == 0
+
+
+@pytest.mark.parametrize("order", ORDERS)
+@pytest.mark.parametrize("widest", [64, 31, 20, 9, 2])
+def test_a_thumbnail_of_any_width_has_the_colours_of_its_image(order: str, widest: int) -> None:
+    """A uniform surface: whatever is left out, each square keeps its pattern."""
+    cam = colour_camera(colour_detector(order).mosaic)
+    dn = np.zeros((48, 64), dtype=np.uint16)
+    for letter, mask in mosaic_masks(order, 48, 64).items():
+        dn[mask] = {"R": 900, "G": 700, "B": 300}[letter]
+    shown = thumbnail_from_dn(dn, cam, widest)
+    assert shown.shape[1] <= widest
+    # The same arithmetic up to rounding.
+    expected = display_from_dn(dn, cam)[24, 32].astype(int)
+    assert np.abs(shown - expected).max() <= 1
+
+
+def test_a_grey_thumbnail_has_pixels_of_its_image() -> None:
+    cam = colour_camera(None)
+    dn = np.arange(48 * 64, dtype=np.uint16).reshape(48, 64)
+    shown = thumbnail_from_dn(dn, cam, 20)
+    np.testing.assert_array_equal(shown, display_from_dn(dn, cam)[::4, ::4])

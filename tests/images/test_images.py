@@ -8,6 +8,7 @@ import moderngl
 import numpy as np
 from PIL import Image
 
+from simgl.camera.demosaic import develop
 from simgl.display_colours import WHITE_RADIANCE
 from simgl.images import (
     contact_sheet,
@@ -76,3 +77,11 @@ def test_a_contact_sheet_holds_the_pictures_row_by_row() -> None:
         assert sheet[y - 11 : y, x : x + 40].min() < 128
         assert sheet[y - 11 : y, x : x + 40].max() == 255
     assert np.all(sheet[31:, 40:] == 255)
+
+
+def test_each_dn_of_a_grey_image_is_shown_as_development_says() -> None:
+    """All 65,536 values of a detector of 12 bits whose numbers may be larger."""
+    camera = scene({}, {"position_icrf_m": [0, 0, 0], "boresight": [1, 0, 0]}).cameras["cam"]
+    dn = np.arange(65536, dtype=np.uint16).reshape(256, 256)
+    expected = srgb_from_linear(develop(dn, camera.detector, np.ones(4), 2.0))
+    np.testing.assert_array_equal(display_from_dn(dn, camera, 2.0), expected)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from simgl.images import pack_mono12p, unpack_mono12p
+from simgl.mono12p import pack_mono12p, unpack_mono12p
 
 
 def test_two_pixels_fill_three_bytes_low_bits_first() -> None:

@@ -14,13 +14,17 @@ from simgl.physics.airglow import GLOW_BOTTOM, GLOW_TOP, path_in_layers, zenith_
 from simgl.physics.atmosphere import STANDARD, grazing_optical_depth
 from simgl.physics.constants import MOON_RADIUS
 from simgl.physics.lunar_model import lommel_seeliger_share, surface_factor
-from simgl.physics.starlight import sky_radiance
+from simgl.physics.zodiacal_light import mean_diffuse_sky
 from simgl.scenario.loader import scenario_from_dict
 from simgl.scenario.scenario import Scenario
+from simgl.scene.star_catalogue import shipped_stars
 from simgl.scene.state import SceneState
 from simgl.simulator import Product, Simulator
 from tests.passes.earth_light_scenes import attitude, plate
 from tests.scenes import lambert
+
+# Stars and diffuse light of the whole sky, spread over it [W m-2 sr-1].
+SKY = shipped_stars().mean_radiance + mean_diffuse_sky()
 
 R, ALTITUDE = 6.371e6, 4.0e5
 
@@ -187,13 +191,13 @@ def _stars(normal: tuple[float, ...]) -> Array:
     limb = float(np.arcsin(R / (R + ALTITUDE)))
 
     def radiance(angle: Array) -> Array:
-        return sky_radiance() * _passed((R + ALTITUDE) * np.sin(np.minimum(angle, np.pi / 2)) - R)
+        return SKY * _passed((R + ALTITUDE) * np.sin(np.minimum(angle, np.pi / 2)) - R)
 
     edges = np.concatenate([limb + np.radians([0.0, 0.2, 0.6, 1.0, 1.6]), [1.5, np.pi / 2]])
     below = _over_nadir_angles(np.array(normal), radiance, edges)
     whole = np.array([np.pi / 2, 2.0, 2.6, np.pi])
     return below + _over_nadir_angles(
-        np.array(normal), lambda angle: np.tile(sky_radiance(), (len(angle), 1)), whole
+        np.array(normal), lambda angle: np.tile(SKY, (len(angle), 1)), whole
     )
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from simgl.arrays import Array
 from simgl.environment_map import DOWN, FORWARD
-from simgl.passes.background import air as air_pass
+from simgl.passes.background import earth_air
 from simgl.passes.background.air_tables import AirKind, make_tables, tables_of
 from simgl.physics.atmosphere import SOURCE
 from simgl.physics.skylight import table_suns
@@ -43,7 +43,7 @@ def test_single_scattering_is_within_a_hundredth_at_every_row(
         del progress
         return make_tables(ctx, kind, orders=0)
 
-    monkeypatch.setattr(air_pass, "tables_of", of_no_orders)
+    monkeypatch.setattr(earth_air, "tables_of", of_no_orders)
     black, errors = sphere(0.0), {}
     with window(gl) as look:
         for row in rows():

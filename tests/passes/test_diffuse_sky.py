@@ -47,6 +47,37 @@ def test_the_milky_way_is_brighter_than_the_poles_of_the_galaxy() -> None:
     np.testing.assert_allclose(in_plane / at_pole, 160.0 / 30.0, rtol=1e-3)
 
 
+def test_spacecraft_are_lit_by_the_sky_that_cameras_see(gl: moderngl.Context) -> None:
+    """Six pictures of the sky, added up but for the 30 deg around the Sun, spread over it."""
+    side = 96
+    scenario = sky_scene(
+        {"boresight": [0, 1, 0], "width_px": side, "height_px": side, "pixel_pitch_um": 10.0}
+        | {"focal_length_mm": 0.01 * side / 2}
+    )
+    state = scenario.at(scenario.epoch_tai_ns)
+    assert state.stars is not None
+    stars = replace(state.stars, planets=())
+    state = replace(state, stars=stars)
+    sun = state.sun.seen_from(np.zeros(3)).direction_icrf
+    across = (np.arange(side) + 0.5) / (side / 2) - 1.0
+    x, y = np.meshgrid(across, across)
+    solid_angle = (x**2 + y**2 + 1.0) ** -1.5 * (2.0 / side) ** 2
+    rays = np.stack([x, y, np.ones_like(x)], axis=-1)
+    rays /= np.linalg.norm(rays, axis=-1, keepdims=True)
+    light, seen = np.zeros(4), 0.0
+    with Simulator(scenario, gl) as simulator:
+        for axis in range(3):
+            for sign in (1.0, -1.0):
+                looking = turned(state, sign * np.eye(3)[axis], np.eye(3)[axis - 1])
+                directions = rays @ looking.cameras["cam"].R_camera_from_icrf
+                weight = solid_angle * (directions @ sun < np.cos(np.radians(30.0)))
+                light += np.einsum("ij,ijk->k", weight, taken(simulator, looking))
+                seen += weight.sum()
+    np.testing.assert_allclose(seen, 2.0 * np.pi * (1.0 + np.cos(np.radians(30.0))), rtol=1e-3)
+    # Few stars give much of the catalogue's light, and some of them stand beside the Sun.
+    np.testing.assert_allclose(light / seen, stars.mean_radiance(state.bands), rtol=0.03)
+
+
 @pytest.mark.parametrize("focal_length_mm", [2.0, 50.0])
 def test_no_seams_and_no_gaps(gl: moderngl.Context, focal_length_mm: float) -> None:
     """Neighbouring pixels differ by the field's gradient alone."""

@@ -125,6 +125,71 @@ def test_a_thin_boom_casts(gl: moderngl.Context) -> None:
     np.testing.assert_allclose(missing[44], 0.02, atol=0.003)
 
 
+@pytest.mark.parametrize("incidence", [20.0, 60.0])
+@pytest.mark.parametrize("height", [0.003, 0.006])
+def test_a_low_step_shades_its_lee_by_its_height_and_nothing_to_windward(
+    gl: moderngl.Context, height: float, incidence: float
+) -> None:
+    """A slab of half a metre on a floor, in pixels of 15 mm: a shadow map's texels are about as
+    large as the step is high."""
+    scenario = scene(
+        {
+            "floor": {"model": box((1.4, 1.4, 0.2)), "position_icrf_m": [0, 0, -0.1]},
+            "slab": {"model": box((0.5, 0.5, 0.1)), "position_icrf_m": [0, 0, height - 0.05]},
+        },
+        {
+            "position_icrf_m": [0, 0, 32.0],
+            "boresight": [0, 0, -1],
+            "up": [0, 1, 0],
+            "focal_length_mm": 8.0,
+        },
+        sun_direction=sun_at(incidence),
+        render={"inter_reflection": False},
+    )
+    image = radiance(gl, scenario)[..., 1].astype(np.float64)
+    pixel = 32.0 / scenario.cameras["cam"].focal_length_px
+    x = (np.arange(128) + 0.5 - 64.0) * pixel
+    middle = np.abs(x) < 0.2
+    full = 0.5 / np.pi * GREEN * np.cos(np.radians(incidence))
+    missing = (1.0 - image[middle] / full)[:, np.abs(x) < 0.6]
+    sunny = x[np.abs(x) < 0.6] > 0.0
+    assert missing[:, sunny].sum(axis=1).max() * pixel < 1e-4
+    shadow = height * np.tan(np.radians(incidence))
+    lee = missing[:, ~sunny].sum(axis=1).mean() * pixel
+    # A tenth of a texel; there are three on a pixel's width.
+    assert abs(lee - shadow) < 0.1 * pixel / 3.0
+
+
+@pytest.mark.parametrize("incidence", [20.0, 60.0])
+def test_a_rod_that_floats_over_a_floor_by_its_own_height_casts_all_of_its_shadow(
+    gl: moderngl.Context, incidence: float
+) -> None:
+    """12 mm wide, 6 mm high and 6 mm over the floor, in pixels of 15 mm: it is no step."""
+    scenario = scene(
+        {
+            "floor": {"model": box((1.4, 1.4, 0.2)), "position_icrf_m": [0, 0, -0.1]},
+            "rod": {"model": box((0.012, 1.0, 0.006)), "position_icrf_m": [0, 0, 0.009]},
+        },
+        {
+            "position_icrf_m": [0, 0, 32.0],
+            "boresight": [0, 0, -1],
+            "up": [0, 1, 0],
+            "focal_length_mm": 8.0,
+        },
+        sun_direction=sun_at(incidence),
+        render={"inter_reflection": False, "samples_per_pixel": 64},
+    )
+    image = radiance(gl, scenario)[..., 1].astype(np.float64)
+    pixel = 32.0 / scenario.cameras["cam"].focal_length_px
+    x = (np.arange(128) + 0.5 - 64.0) * pixel
+    full = 0.5 / np.pi * GREEN * np.cos(np.radians(incidence))
+    missing = (1.0 - image[np.abs(x) < 0.3] / full)[:, np.abs(x) < 0.6].sum(axis=1).mean() * pixel
+    # The rod itself hides the shadow's start: what is left is the way of its top's sunny edge.
+    shadow = 0.012 * np.tan(np.radians(incidence))
+    # A quarter of a texel; there are three on a pixel's width.
+    assert abs(missing - shadow) < 0.25 * pixel / 3.0
+
+
 def test_a_dozen_craft_in_one_tile_keep_their_own_shadows(gl: moderngl.Context) -> None:
     """Plates in a row, every second one under a blind: more maps than are kept between frames."""
     craft: dict[str, Any] = {}

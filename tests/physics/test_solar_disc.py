@@ -16,7 +16,7 @@ from simgl.physics.eclipse import (
     visible_light_fraction,
 )
 from simgl.physics.solar_disc import UNIFORM, astm_g173_light, limb_darkening, limb_profile
-from simgl.physics.spectrum import black_body_light
+from simgl.physics.spectrum import Bands, black_body_light
 from tests.authorities.eclipse import ALTITUDE, EARTH_RADIUS, SUN_HALF_ANGLE_DEG
 
 SUN = np.radians(SUN_HALF_ANGLE_DEG)
@@ -151,3 +151,19 @@ def test_the_measured_spectrums_bands_are_those_of_the_table() -> None:
     light = astm_g173_light(1366.1)
     np.testing.assert_allclose(light.irradiance[1] / 100.0, 1.86, rtol=0.02)
     np.testing.assert_allclose(light.irradiance, [158.768, 184.677, 186.519, 311.320], atol=5e-4)
+
+
+def test_the_measured_sun_in_bands_that_are_r_g_b_n_is_that_of_the_default() -> None:
+    other = astm_g173_light(1361.0, Bands(names=("w", "x", "y", "z")))
+    default = astm_g173_light(1361.0)
+    # Five digits of the table, and steps of 0.1 nm.
+    np.testing.assert_allclose(other.irradiance, default.irradiance, rtol=1e-4)
+    np.testing.assert_allclose(other.photons_per_joule, default.photons_per_joule, rtol=1e-4)
+
+
+def test_the_measured_sun_is_weaker_than_a_black_body_in_the_ultraviolet() -> None:
+    bands = Bands(names=("u",), edges=((300e-9, 400e-9),))
+    measured = astm_g173_light(1366.1, bands).irradiance[0]
+    # ASTM E490-00a: of 1366.1 W m-2 8.0 % lie below 400 nm and 1.2 % below 300 nm.
+    assert measured == pytest.approx((0.080 - 0.012) * 1366.1, rel=0.03)
+    assert measured < 0.9 * black_body_light(1366.1, 5772.0, bands).irradiance[0]

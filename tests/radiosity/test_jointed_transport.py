@@ -15,7 +15,7 @@ from scipy import sparse
 from simgl.arrays import Array32, Mask
 from simgl.disk_cache import cache_folder
 from simgl.motion.joints import Joint, body_from_stored
-from simgl.radiosity import jointed_transport, rigid_pairs
+from simgl.radiosity import jointed_transport, rigid_pairs, transport_store
 from simgl.radiosity.bake import BakeSettings, bake
 from simgl.radiosity.gather_points import face_normals
 from simgl.radiosity.jointed_bake import bake_jointed
@@ -23,9 +23,10 @@ from simgl.radiosity.jointed_transport import JointedTransport
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.posed_transport import PosedTransport
 from simgl.radiosity.solver import earth_share, vertex_irradiance
-from simgl.radiosity.transport_store import jointed_transport_of
+from simgl.radiosity.transport_store import TransportStore, jointed_transport_of
 from simgl.scene.mesh import Mesh, box
 from simgl.scene.posed_mesh import PosedMesh
+from simgl.scene.spacecraft import SpacecraftModel
 from tests.radiosity.shapes import joined, moved
 
 SETTINGS = BakeSettings(patches=600, patch_rays=192, gather_rays=128, added_triangles=600)
@@ -189,6 +190,37 @@ def test_only_pairs_on_two_sides_of_a_joint_that_moved_are_traced(
     posed(transport, ROOM, 5.5, 0.1)
     posed(transport, ROOM, 5.0, 0.0)
     assert len(traced) == 6 + 4 + 4
+
+
+def test_no_frame_waits_for_a_bake_of_parts_that_begin_to_move(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """All stand as stored at the start, when time may be spent; in the loop only pairs are new."""
+    traced: list[object] = []
+
+    def counted(*args: Any) -> rigid_pairs.Ends:
+        traced.append(args)
+        return rigid_pairs.ends(*args)
+
+    # Room for the pairs of this test alone.
+    prepared = replace(room())
+    monkeypatch.setattr(transport_store, "transport_of", lambda *_, **__: None)
+    monkeypatch.setattr(transport_store, "jointed_transport_of", lambda *_, **__: prepared)
+    monkeypatch.setattr(jointed_transport, "ends", counted)
+    model = SpacecraftModel(
+        name="room",
+        mesh=ROOM,
+        parts=("floor", "shutter", "ceiling"),
+        materials=(),
+        joints=ROOM_JOINTS,
+    )
+    transports = TransportStore()
+    transports.prepare(model, "quick")
+    assert len(traced) == 6
+    monkeypatch.setattr(transport_store, "jointed_transport_of", None)
+    assert transports.of(model.posed({"rail_2": 0.1}), "quick") is not None
+    # The ceiling with each of the others, both ways.
+    assert len(traced) == 6 + 4
 
 
 def test_a_pose_of_turned_parts_agrees_with_a_bake_of_that_pose() -> None:

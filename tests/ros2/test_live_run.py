@@ -28,7 +28,7 @@ from tests.patience import limit, wait_until
 
 pytest.importorskip("cyclonedds", reason="Cyclone DDS is not installed")
 from simgl.ros2 import dds_types
-from simgl.ros2.dds_node import RosNode
+from simgl.ros2.dds_node import DdsNode
 from simgl.ros2.dds_types import TYPES, sample_of
 from simgl.ros2.live_run import LiveRun, open_node
 
@@ -126,7 +126,7 @@ class Peer:
         from cyclonedds.sub import DataReader
         from cyclonedds.topic import Topic
 
-        self.node = RosNode({"/tf": TF}, domain)
+        self.node = DdsNode({"/tf": TF}, domain)
         participant = self.node._participant
         self._readers = {
             t: DataReader(participant, Topic(participant, f"rt{t}", dds_types.Image))

@@ -9,16 +9,19 @@ from simgl.physics.constants import SOLAR_CONSTANT
 from simgl.physics.earth_infrared import MEAN_LONGWAVE
 from simgl.scenario.loader import scenario_from_dict
 from simgl.scenario.scenario import Scenario
+from simgl.scene.earth import Clouds, Earth
 from simgl.thermal.body import thermal_body
-from simgl.thermal.heat_loads import BOND_ALBEDO, heat_loads
+from simgl.thermal.heat_loads import bond_albedo, heat_loads
 from simgl.thermal.history import thermal_history
 from tests.thermal.thermal_scenes import SUNLIGHT, in_sunlight, surface
 
-RADIUS, HEIGHT = 6371e3, 500e3
+RADIUS, HEIGHT, ALBEDO = 6371e3, 500e3, 0.12
 
 
-def over_a_sphere(sun: tuple[float, float, float]) -> Scenario:
-    """A box of 1 m over a spherical Earth, its -x face to nadir, the Sun in a direction."""
+def over_a_sphere(
+    sun: tuple[float, float, float], above: tuple[int, int, int] = (1, 0, 0)
+) -> Scenario:
+    """A box of 1 m over a place of a spherical Earth, the Sun in a direction."""
     return scenario_from_dict(
         {
             "epoch": {"utc": "2026-03-20T12:00:00"},
@@ -28,11 +31,11 @@ def over_a_sphere(sun: tuple[float, float, float]) -> Scenario:
                 "angular_diameter_deg": 0.526,
                 "direction_icrf": list(sun),
             },
-            "earth": {"shape": "sphere", "radius_km": 1e-3 * RADIUS, "albedo": 0.3},
+            "earth": {"shape": "sphere", "radius_km": 1e-3 * RADIUS, "albedo": ALBEDO},
             "spacecraft": {
                 "body": {
                     "model": {"box": {"size_m": [1.0, 1.0, 1.0], "material": surface(1.0, 1.0)}},
-                    "position_icrf_m": [RADIUS + HEIGHT, 0.0, 0.0],
+                    "position_icrf_m": [(RADIUS + HEIGHT) * axis for axis in above],
                 }
             },
         }
@@ -45,7 +48,9 @@ def noon() -> Scenario:
     return over_a_sphere((1.0, 0.0, 0.0))
 
 
-def test_the_earth_on_faces_of_a_box(noon: Scenario) -> None:
+def test_the_earth_on_faces_of_a_box(noon: Scenario, monkeypatch: pytest.MonkeyPatch) -> None:
+    # The same flux everywhere, for which there are closed forms.
+    monkeypatch.setattr("simgl.physics.earth_infrared._PER_KELVIN", 0.0)
     body = thermal_body("body", noon.models["body"], 60)
     loads = heat_loads(body, noon.at(noon.epoch_tai_ns))
     x = body.patches.normals[:, 0, 0]
@@ -60,6 +65,22 @@ def test_the_earth_on_faces_of_a_box(noon: Scenario) -> None:
         assert mean / MEAN_LONGWAVE == pytest.approx(factor, abs=0.005)
 
 
+def test_the_tropics_are_warmer_below_than_the_poles() -> None:
+    # Over the pole and over the equator, a plate that looks down: flux by latitude.
+    warm, cold = (over_a_sphere((1.0, 0.0, 0.0), place) for place in ((1, 0, 0), (0, 0, 1)))
+    fluxes = []
+    for scenario, axis in ((warm, 0), (cold, 2)):
+        body = thermal_body("body", scenario.models["body"], 60)
+        loads = heat_loads(body, scenario.at(scenario.epoch_tai_ns))
+        down = body.patches.normals[:, 0, axis] < -0.5
+        h = (RADIUS + HEIGHT) / RADIUS
+        fluxes.append(float(loads.earth_infrared[down].mean()) * h * h)
+    # By North's climate 14 K warmer than the mean, and 28 K colder, in March by 10 K cos(2 pi
+    # (79 - 205) / 365) more; at 2.09 W m-2 K-1. Seen are places up to 22 deg away: 2 K on the way.
+    assert fluxes[0] == pytest.approx(MEAN_LONGWAVE + 2.09 * 14.0, abs=4.0)
+    assert fluxes[1] == pytest.approx(MEAN_LONGWAVE - 2.09 * (28.0 + 5.6), abs=4.0)
+
+
 def test_sunlight_reflected_at_the_subsolar_point(noon: Scenario) -> None:
     body = thermal_body("body", noon.models["body"], 60)
     loads = heat_loads(body, noon.at(noon.epoch_tai_ns))
@@ -71,8 +92,22 @@ def test_sunlight_reflected_at_the_subsolar_point(noon: Scenario) -> None:
     distance2 = 1.0 + h * h - 2.0 * h * mu
     kernel = mu * (h * mu - 1.0) * (h - mu) / distance2**2
     factor = 2.0 * np.trapezoid(kernel, mu)
-    expected = BOND_ALBEDO * SUNLIGHT * factor
+    expected = ALBEDO * SUNLIGHT * factor
     assert float(loads.albedo[nadir].mean()) == pytest.approx(expected, rel=0.01)
+
+
+def test_the_earth_reflects_what_the_scenario_says() -> None:
+    sun = np.array([150.0, 170.0, 160.0, 300.0])
+    assert bond_albedo(Earth(albedo=(0.1, 0.1, 0.1, 0.1)), sun) == pytest.approx(0.1)
+    # Of unlike bands the mean by sunlight.
+    assert bond_albedo(Earth(albedo=(0.0, 0.0, 0.0, 0.5)), sun) == pytest.approx(150.0 / 780.0)
+    clear, usual, more = (
+        bond_albedo(Earth(clouds=clouds), sun) for clouds in (None, Clouds(), Clouds(cover=0.9))
+    )
+    # CERES: 0.15 of clear skies, 0.29 of all.
+    assert clear == pytest.approx(0.15, abs=0.01)
+    assert usual == pytest.approx(0.29, abs=0.02)
+    assert clear < usual < more < 0.5
 
 
 def test_no_sunlight_in_the_earths_shadow() -> None:

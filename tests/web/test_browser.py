@@ -7,6 +7,7 @@ import time
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
 import pytest
 
 from simgl import Simulator
@@ -76,24 +77,37 @@ class Page:
     def wait(self, expression: str) -> None:
         wait_until(lambda: bool(self.page.evaluate(expression)), expression, 30.0)
 
+    def wait_fact(self, group: str, name: str, text: str) -> None:
+        wait_until(lambda: text in self.fact(group, name), f"{name} {text}")
+
     def fact(self, group: str, name: str) -> str:
         """The value beside a name in a list of the page."""
         terms = self.page.locator(f"#{group} dt").all_inner_texts()
         return str(self.page.locator(f"#{group} dd").nth(terms.index(name)).inner_text())
 
 
-@pytest.fixture(params=[DESK, PHONE], ids=["desk", "phone"])
-def page(request: pytest.FixtureRequest, browser: Any, address: str) -> Iterator[Page]:
-    opened = Page(browser, address, request.param)
+@pytest.fixture(scope="module")
+def desk(browser: Any, address: str) -> Iterator[Page]:
+    """Opened once; what it is told stays."""
+    opened = Page(browser, address, DESK)
     yield opened
     opened.page.close()
 
 
+@pytest.fixture
+def phone(browser: Any, address: str) -> Iterator[Page]:
+    opened = Page(browser, address, PHONE)
+    yield opened
+    opened.page.close()
+
+
+@pytest.mark.parametrize("device", ["desk", "phone"])
 def test_it_fits_loads_nothing_from_elsewhere_and_axe_finds_no_fault(
-    page: Page, address: str
+    device: str, request: pytest.FixtureRequest, address: str
 ) -> None:
     from axe_playwright_python.sync_playwright import Axe
 
+    page: Page = request.getfixturevalue(device)
     wide = page.page.evaluate("document.documentElement.scrollWidth")
     assert wide == page.page.viewport_size["width"]
     assert not [url for url in page.loaded if not url.startswith((address, f"blob:{address}"))]
@@ -102,23 +116,38 @@ def test_it_fits_loads_nothing_from_elsewhere_and_axe_finds_no_fault(
     assert page.complaints == []
 
 
-def test_controls_work_by_keyboard(browser: Any, address: str) -> None:
-    opened = Page(browser, address, DESK)
-    page = opened.page
-    assert opened.fact("scene-facts", "Range to box") == "12 m"
+@pytest.mark.parametrize("shown_as", ["radiance", "depth", "electrons", "light: sun"])
+def test_every_display_comes_with_its_scale_and_pixels_in_units(desk: Page, shown_as: str) -> None:
+    # One after the other, each has another unit than the last.
+    unit = {"depth": "[m]", "electrons": "[e-]"}.get(shown_as, "[W m-2 sr-1]")
+    desk.page.select_option("#show", shown_as)
+    desk.wait("!document.getElementById('scale').hidden && document.getElementById('note').hidden")
+    desk.wait(f"document.getElementById('scale-name').innerText.includes('{unit}')")
+    desk.page.fill("#pixel-y", "24")
+    for column, depth in (("0", "no spacecraft"), ("32", " m")):
+        desk.page.fill("#pixel-x", column)
+        desk.wait_fact("pixel-facts", "Depth", depth)
+    assert "W m-2 sr-1" in desk.fact("pixel-facts", "Radiance")
+    assert "e-" in desk.fact("pixel-facts", "Mean signal")
+    assert "DN" in desk.fact("pixel-facts", "Digital number")
+
+
+def test_controls_work_by_keyboard(desk: Page) -> None:
+    page = desk.page
+    assert desk.fact("scene-facts", "Range to box") == "12 m"
     page.locator("#time").focus()
     for _ in range(5):
         page.keyboard.press("ArrowRight")
-    opened.wait("document.getElementById('epoch').value.startsWith('2026-03-20 12:00:05')")
+    desk.wait("document.getElementById('epoch').value.startsWith('2026-03-20 12:00:05')")
     page.locator("#exposure").focus()
     page.keyboard.press("End")
-    opened.wait("document.getElementById('image-facts').innerText.includes('10 ms')")
+    desk.wait("document.getElementById('image-facts').innerText.includes('10 ms')")
     page.locator("#sun-given").focus()
     page.keyboard.press("Space")
-    opened.wait("!document.getElementById('sun-ra').disabled")
+    desk.wait("!document.getElementById('sun-ra').disabled")
     page.locator("#sun-dec").focus()
     page.keyboard.press("End")
-    opened.wait("document.getElementById('sun-dec-value').value === '90.0°'")
+    desk.wait("document.getElementById('sun-dec-value').value === '90.0°'")
     page.locator("#scene3d").focus()
     # The last label is that of an axis; the first one's place is the middle.
     before = page.locator("#labels span").last.get_attribute("style")
@@ -128,30 +157,9 @@ def test_controls_work_by_keyboard(browser: Any, address: str) -> None:
         lambda: page.locator("#labels span").last.get_attribute("style") != before, "it turns"
     )
     page.keyboard.press("Space")
-    opened.wait("document.getElementById('play').textContent === 'Pause'")
+    desk.wait("document.getElementById('play').textContent === 'Pause'")
     page.keyboard.press("Space")
-    opened.wait("document.getElementById('play').textContent === 'Play'")
-    page.close()
-
-
-@pytest.mark.parametrize("shown_as", ["radiance", "depth", "electrons", "light: sun"])
-def test_every_display_comes_with_its_scale_and_pixels_in_units(
-    browser: Any, address: str, shown_as: str
-) -> None:
-    opened = Page(browser, address, DESK)
-    opened.page.select_option("#show", shown_as)
-    opened.wait(
-        "!document.getElementById('scale').hidden && document.getElementById('note').hidden"
-    )
-    unit = {"depth": "[m]", "electrons": "[e-]"}.get(shown_as, "[W m-2 sr-1]")
-    assert unit in opened.page.locator("#scale-name").inner_text()
-    opened.page.fill("#pixel-x", "32")
-    opened.page.fill("#pixel-y", "24")
-    wait_until(lambda: " m" in opened.fact("pixel-facts", "Depth"), "the box is in the middle")
-    assert "W m-2 sr-1" in opened.fact("pixel-facts", "Radiance")
-    assert "e-" in opened.fact("pixel-facts", "Mean signal")
-    assert "DN" in opened.fact("pixel-facts", "Digital number")
-    opened.page.close()
+    desk.wait("document.getElementById('play').textContent === 'Play'")
 
 
 def test_a_page_beside_24_streams_and_one_that_never_reads_stays_live(browser: Any) -> None:
@@ -171,3 +179,16 @@ def test_a_page_beside_24_streams_and_one_that_never_reads_stays_live(browser: A
         for link, _ in links:
             link.close()
         stuck.close()
+
+
+def test_the_numbers_of_a_scale_differ_where_depths_hardly_do(browser: Any) -> None:
+    newest, server = shown()
+    depth = np.linspace(198.5, 200.9, 48 * 48, dtype=np.float32).reshape(48, 48)
+    newest.publish(snapshot(newest, depth=depth))
+    with server:
+        opened = Page(browser, server.url, PHONE)
+        opened.page.select_option("#show", "depth")
+        opened.wait("document.querySelectorAll('#ticks span').length === 5")
+        ticks = opened.page.locator("#ticks span").all_inner_texts()
+        assert len(set(ticks)) == 5
+        opened.page.close()

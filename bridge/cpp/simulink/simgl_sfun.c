@@ -24,8 +24,8 @@ static int size_of(SimStruct *S, int axis) { return (int)mxGetPr(ssGetSFcnParam(
 
 static void mdlInitializeSizes(SimStruct *S) {
     ssSetNumSFcnParams(S, PARAMETERS);
-    if (ssGetNumSFcnParams(S) != ssGetSFcnParamsCount(S)) return;
-    if (!ssSetNumInputPorts(S, 1) || !ssSetNumOutputPorts(S, 1)) return;
+    if (ssGetNumSFcnParams(S) != ssGetSFcnParamsCount(S) || !ssSetNumInputPorts(S, 1) ||
+        !ssSetNumOutputPorts(S, 1)) return;
     ssSetInputPortWidth(S, 0, 13);
     ssSetInputPortRequiredContiguous(S, 0, 1);
     ssSetInputPortDirectFeedThrough(S, 0, 1);
@@ -56,22 +56,19 @@ static void mdlOutputs(SimStruct *S, int_T tid) {
     uint16_t *rows = ssGetPWorkValue(S, ROWS), *image = ssGetOutputPortSignal(S, 0);
     const real_T *pose = ssGetInputPortRealSignal(S, 0);
     const int height = size_of(S, 0), width = size_of(S, 1);
-    int32_t camera_width = 0, camera_height = 0;
-    simgl_body body = {0};
+    int32_t columns = 0, lines = 0;
+    simgl_body body = {.name = name};
     UNUSED_ARG(tid);
     mxGetString(ssGetSFcnParam(S, CAMERA), camera, sizeof camera);
     mxGetString(ssGetSFcnParam(S, SPACECRAFT), name, sizeof name);
-    body.name = name;
     memcpy(body.position_m, pose, sizeof body.position_m);
     memcpy(body.velocity_m_s, pose + 3, sizeof body.velocity_m_s);
     memcpy(body.q_icrf_from_body_xyzw, pose + 6, sizeof body.q_icrf_from_body_xyzw);
     memcpy(body.angular_velocity_rad_s, pose + 10, sizeof body.angular_velocity_rad_s);
-    if (simgl_camera_size(client, camera, &camera_width, &camera_height) == SIMGL_OK &&
-        (camera_width != width || camera_height != height))
+    if (!simgl_camera_size(client, camera, &columns, &lines) && (columns != width || lines != height))
         ssSetErrorStatus(S, "[height width] is not the size of the camera");
     else if (simgl_render_dn(client, simgl_epoch_tai_ns(client) + llround(1e9 * ssGetT(S)), camera,
-                             &body, 1, 0.0, rows, (size_t)height * width, NULL, error,
-                             sizeof error) != SIMGL_OK)
+                             &body, 1, 0.0, rows, (size_t)height * width, NULL, error, sizeof error))
         ssSetErrorStatus(S, error);
     else /* Simulink's matrices lie column by column. */
         for (int i = 0; i < height * width; ++i) image[i] = rows[i % height * width + i / height];

@@ -5,9 +5,11 @@ from __future__ import annotations
 import statistics
 import sys
 import tempfile
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import msgspec
 import numpy as np
 
 from simgl.arrays import Array
@@ -20,6 +22,9 @@ from simgl.progress import ProgressCallback, begin_stage
 
 # Of one renderer with all its frames [s].
 _LIMIT_S = 600.0
+# Processes of pyrender at simgl's size, whose time is f: frames agree within one of them, and
+# differ by 30 % from one process to the next.
+_BEFORE_SCENES, _AFTER_SCENES = 2, 3
 _GAMMA = 2.2
 
 
@@ -53,16 +58,37 @@ PEERS = (
 )
 
 
-def time_peers(python: str, progress: ProgressCallback) -> tuple[list[PeerResult], dict[str, str]]:
-    """Results of the renderers that an interpreter has, and of the others why there is none."""
+def time_before_scenes(python: str, progress: ProgressCallback) -> list[float]:
+    """Medians of the first processes of pyrender [s]; none where it fails, as ``time_peers`` will
+    tell."""
+    pyrender = PEERS[0]
+    with tempfile.TemporaryDirectory(prefix="simgl-bench-") as folder:
+        scene = Path(folder, "scene.npz")
+        begin_stage(progress, "f, before the scenes")
+        try:
+            seconds_of(_scene_command(scene), _LIMIT_S)
+            return [
+                _result(python, pyrender, pyrender.sizes[0], scene).seconds
+                for _ in range(_BEFORE_SCENES)
+            ]
+        except (ChildError, AssetError, ValueError):
+            return []
+
+
+def time_peers(
+    python: str, progress: ProgressCallback, before_s: Sequence[float] = ()
+) -> tuple[list[PeerResult], dict[str, str]]:
+    """Results of the renderers that an interpreter has, and of the others why there is none.
+
+    before_s : ``time_before_scenes``
+    """
     results: list[PeerResult] = []
     absent: dict[str, str] = {}
     with tempfile.TemporaryDirectory(prefix="simgl-bench-") as folder:
         scene = Path(folder, "scene.npz")
         begin_stage(progress, "the scene of other renderers")
         try:
-            command = [sys.executable, "-m", "simgl.bench.peers.peer_scene", str(scene)]
-            seconds_of(command, _LIMIT_S)
+            seconds_of(_scene_command(scene), _LIMIT_S)
         except ChildError as error:
             return [], {peer.name: f"no scene for it: {error}" for peer in PEERS}
         for peer in PEERS:
@@ -72,10 +98,29 @@ def time_peers(python: str, progress: ProgressCallback) -> tuple[list[PeerResult
             try:
                 for size in peer.sizes:
                     begin_stage(progress, f"{peer.name}, {size[0]} x {size[1]}")
-                    results.append(_result(python, peer, size, scene))
+                    result = _result(python, peer, size, scene)
+                    if peer is PEERS[0] and size == peer.sizes[0]:
+                        result = _over_processes(python, result, scene, before_s)
+                    results.append(result)
             except (ChildError, AssetError, ValueError) as error:
                 absent[peer.name] = str(error)
     return results, absent
+
+
+def _scene_command(scene: Path) -> list[str]:
+    return [sys.executable, "-m", "simgl.bench.peers.peer_scene", str(scene)]
+
+
+def _over_processes(
+    python: str, first: PeerResult, scene: Path, before_s: Sequence[float]
+) -> PeerResult:
+    """pyrender's result with the times of further processes."""
+    size = first.width, first.height
+    later = [_result(python, PEERS[0], size, scene).seconds for _ in range(1, _AFTER_SCENES)]
+    seconds = [*before_s, first.seconds, *later]
+    return msgspec.structs.replace(
+        first, seconds=round(statistics.median(seconds), 4), process_seconds=seconds
+    )
 
 
 def _installed(python: str, module: str) -> bool:

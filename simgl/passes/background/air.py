@@ -25,14 +25,16 @@ from simgl.gpu.release import all_or_nothing, release_all
 from simgl.gpu.render_targets import Format, ImageTarget
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
 from simgl.lru_cache import LruCache
-from simgl.passes.background.air_tables import (
-    AIR,
-    PROFILE,
-    SCATTERING,
-    AirKind,
-    AirTables,
-    tables_of,
+from simgl.passes.background.air_march import (
+    AIR_VIEW,
+    COLUMNS,
+    MARCHED,
+    STEPS,
+    AirMarch,
+    MarchedRows,
 )
+from simgl.passes.background.air_tables import AIR, medium_defines
+from simgl.passes.background.earth_air import PAIRS, AirTables, EarthAir, medium_samplers
 from simgl.passes.shared_blocks import AirBetween
 from simgl.physics.air_profile import AIR_TOP
 from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS
@@ -42,33 +44,8 @@ from simgl.scene.earth import Earth
 from simgl.view.aerial_perspective import AirSegment
 from simgl.view.background import PlanetView
 
-AIR_VIEW = Block(
-    "AirView",
-    22,
-    np.dtype(
-        [
-            # Of the camera, in sphere space, and the horizontal direction towards the Sun there.
-            ("camera_up", "f4", 4),
-            ("sun_side", "f4", 4),
-            # Cosine and sine of the Sun's angle from the camera's zenith.
-            ("camera_sun", "f4", 2),
-            # r^2 - R^2 of the camera, and of its horizon's far end: its own, or the top's [R^2].
-            ("outside_air", "f4"),
-            ("horizon_reach", "f4"),
-            # One over the camera's place in sphere space; its height [km].
-            ("camera_nearness", "f4"),
-            ("camera_height", "f4"),
-            ("view_columns", "f4"),
-            # Of the table that is marched, from the target's.
-            ("first_row", "f4"),
-        ]
-    ),
-)
-
 # What a variant of a shader that looks through the air reads, besides the blocks.
 AIR_SAMPLERS = ("transmittance_table", "diffuse_down", "view_light", "view_transmittance")
-
-_MARCH_SAMPLERS = [PROFILE, "transmittance_table", *SCATTERING]
 
 _SEGMENT = Block(
     "AirSegment",
@@ -87,10 +64,6 @@ _SEGMENT = Block(
 # As in shaders/air/view.glsl; of the half circle of azimuths.
 _GROUND_ROWS, _LIMB_ROWS, _SKY_ROWS = 64, 128, 64
 _ROWS = _GROUND_ROWS + _LIMB_ROWS + _SKY_ROWS
-_COLUMNS = 96
-# Cells of a ray: single scattering within 0.1 % of twice as many.
-_STEPS = 48
-
 # The steps of a view: of its height, relative, and between the Sun's nodes [rad]: 400 m at 400 km,
 # and 3.6 s on the way round. At the terminator light falls by e in 1.5 degrees, low in the limb's
 # blue within half of one: half a step of height is 0.3 % there.
@@ -130,10 +103,12 @@ class AirBefore:
 
     inside : whether the camera stands in it
     textures : in the order of AIR_SAMPLERS
+    pairs : table of what passes it twice, of an air in which light falls by no one exponential
     """
 
     inside: bool
     textures: tuple[moderngl.Texture | moderngl.Texture3D, ...]
+    pairs: moderngl.Texture | moderngl.Texture3D | None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -144,7 +119,7 @@ class _Nodes:
     cached : index of the node whose rows a part has in a slot
     """
 
-    kind: AirKind
+    kind: EarthAir
     height: float
     inside: bool
     transmittance: ImageTarget
@@ -170,10 +145,10 @@ class AtmospherePass:
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        self._programs: dict[tuple[bool, bool], FullscreenProgram] = {}
-        self._between: FullscreenProgram | None = None
+        self._march = AirMarch(ctx)
+        self._between: dict[bool, FullscreenProgram] = {}
         self._view = UniformBuffer(ctx, AIR_VIEW)
-        self._tables = LruCache[AirKind, AirTables](_MAX_KINDS, AirTables.release)
+        self._tables = LruCache[EarthAir, AirTables](_MAX_KINDS, AirTables.release)
         self._mix = FullscreenProgram(ctx, "air/mix", _MIX, ["node_light"])
         self._nodes = LruCache[tuple[object, ...], _Nodes](
             _HEIGHTS, lambda nodes: release_all(ctx, nodes.transmittance, nodes.light)
@@ -189,10 +164,8 @@ class AtmospherePass:
         if kind is not None:
             self._tables_of(kind, progress)
 
-    def _tables_of(self, kind: AirKind, progress: ProgressCallback | None = None) -> AirTables:
-        return self._tables.get(
-            kind, lambda: AirTables(self._ctx, kind, tables_of(self._ctx, kind, progress))
-        )
+    def _tables_of(self, kind: EarthAir, progress: ProgressCallback | None = None) -> AirTables:
+        return self._tables.get(kind, lambda: AirTables(self._ctx, kind, progress))
 
     def before(self, planet: PlanetView) -> AirBefore | None:
         """The air before a pinhole, its blocks bound; None where there is none.
@@ -215,7 +188,8 @@ class AtmospherePass:
             self._view.write(_view_values(planet, kind.radius, height, angle))
             shared = (tables.textures[name] for name in AIR_SAMPLERS[:2])
             of_view = *light.textures, *nodes.transmittance.textures
-            air = AirBefore(inside=nodes.inside, textures=(*shared, *of_view))
+            pairs = tables.textures.get(PAIRS)
+            air = AirBefore(inside=nodes.inside, textures=(*shared, *of_view), pairs=pairs)
             self._last = key, air
         self._view.bind()
         return self._last[1]
@@ -225,21 +199,31 @@ class AtmospherePass:
         kind = None if segment is None else _kind_of(segment.earth)
         if segment is None or kind is None:
             return None
-        tables = self._tables_of(kind)
-        if self._between is None:
-            self._between = FullscreenProgram(
-                self._ctx, "air/between", _SEGMENT, _MARCH_SAMPLERS, {"STEPS": _STEPS}, shared=[AIR]
-            )
         target = ImageTarget(self._ctx, (1, 1), (Format("f4", 4),) * 2)
-        self.state.apply(self._ctx, target.framebuffer, (0, 0, 1, 1))
-        tables.block.bind()
         ends = segment.near / 1e3, segment.far / 1e3
         values = {
             "segment_place": (segment.height / 1e3, segment.mu, *ends),
             "segment_sun": (segment.mu_sun, segment.nu),
         }
-        self._between.draw(values, [tables.textures[name] for name in _MARCH_SAMPLERS])
-        light, transmittance = (target.read(i)[0, 0].astype(np.float64) for i in (0, 1))
+        light, transmittance = np.zeros(4), np.zeros(4)
+        for part in self._tables_of(kind).parts:
+            samplers = [*medium_samplers(part.air), *MARCHED]
+            absorbs = bool(part.air.absorbers)
+            if absorbs not in self._between:
+                self._between[absorbs] = FullscreenProgram(
+                    self._ctx,
+                    "air/between",
+                    _SEGMENT,
+                    samplers,
+                    {"STEPS": STEPS} | medium_defines(part.air),
+                    shared=[AIR],
+                )
+            self.state.apply(self._ctx, target.framebuffer, (0, 0, 1, 1))
+            part.block.bind()
+            self._between[absorbs].draw(values, [part.textures[name] for name in samplers])
+            of_terms = (target.read(i)[0, 0].astype(np.float64) for i in (0, 1))
+            of_bands = [part.shares @ one for one in of_terms]
+            light, transmittance = light + of_bands[0], transmittance + of_bands[1]
         release_all(self._ctx, target)
         return AirBetween(light=light * segment.sun_irradiance, transmittance=transmittance)
 
@@ -271,7 +255,7 @@ class AtmospherePass:
         return target
 
     def _nodes_of(
-        self, tables: AirTables, kind: AirKind, height: float, *, moonlit: bool
+        self, tables: AirTables, kind: EarthAir, height: float, *, moonlit: bool
     ) -> _Nodes:
         """Of the Sun or of the Moon: each keeps its own angles while the other's are read."""
         # A step on the other side of the air's top has rows of another kind.
@@ -291,7 +275,8 @@ class AtmospherePass:
                 cached={},
             )
             values = _values(kind.radius, step, 0.0)
-            self._march(tables, nodes.transmittance, (0, rows), values, inside=inside, light=False)
+            wanted = MarchedRows(nodes.transmittance, 0, rows, inside=inside, light=False)
+            self._march.fill(tables, wanted, values)
             return nodes
 
         return self._nodes.get((kind, step, inside, moonlit), made)
@@ -302,36 +287,10 @@ class AtmospherePass:
         nodes.cached.pop((part, slot), None)
         angle = _node_angle(index + part / _PARTS, nodes.height)
         values = _values(nodes.kind.radius, nodes.height, angle) | {"first_row": -slot * nodes.rows}
-        rows = slot * nodes.rows + part * nodes.part_rows, nodes.part_rows
-        self._march(tables, nodes.light, rows, values, inside=nodes.inside, light=True)
+        first = slot * nodes.rows + part * nodes.part_rows
+        wanted = MarchedRows(nodes.light, first, nodes.part_rows, inside=nodes.inside, light=True)
+        self._march.fill(tables, wanted, values)
         nodes.cached[part, slot] = index
-
-    def _march(
-        self,
-        tables: AirTables,
-        target: ImageTarget,
-        rows: tuple[int, int],
-        values: dict[str, object],
-        *,
-        inside: bool,
-        light: bool,
-    ) -> None:
-        """Fill rows of a target, from one on so many, with light or with transmittance."""
-        variant = inside, light
-        samplers = _MARCH_SAMPLERS if light else [PROFILE]
-        if variant not in self._programs:
-            defines = {"AIR_INSIDE": inside, "TRANSMITTANCE": not light}
-            self._programs[variant] = FullscreenProgram(
-                self._ctx,
-                "air/view",
-                AIR_VIEW,
-                samplers,
-                shared=[AIR],
-                defines={"STEPS": _STEPS} | {name: 1 for name, wanted in defines.items() if wanted},
-            )
-        area = 0, rows[0], _COLUMNS, rows[1]
-        self.state.apply(self._ctx, target.framebuffer, area, area)
-        self._programs[variant].draw(values, [tables.textures[name] for name in samplers])
 
     def release(self) -> None:
         """Free everything."""
@@ -340,19 +299,17 @@ class AtmospherePass:
         self._nodes.clear()
         self._mix.release()
         self._tables.clear()
-        for program in self._programs.values():
+        self._march.release()
+        for program in self._between.values():
             program.release()
-        self._programs.clear()
-        if self._between is not None:
-            self._between.release()
-            self._between = None
+        self._between.clear()
         self._view.release()
 
 
-def _kind_of(earth: Earth) -> AirKind | None:
+def _kind_of(earth: Earth) -> EarthAir | None:
     if earth.air is None:
         return None
-    return AirKind(air=earth.air, radius=earth.equatorial_radius, albedo=earth.mean_albedo)
+    return EarthAir(air=earth.air, radius=earth.equatorial_radius, albedo=earth.mean_albedo)
 
 
 def _sun_in_sphere(planet: PlanetView) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
@@ -363,7 +320,7 @@ def _sun_in_sphere(planet: PlanetView) -> np.ndarray[tuple[int], np.dtype[np.flo
 
 
 def _new_table(ctx: moderngl.Context, rows: int) -> ImageTarget:
-    target = ImageTarget(ctx, (_COLUMNS, rows), (Format("f4", 4),))
+    target = ImageTarget(ctx, (COLUMNS, rows), (Format("f4", 4),))
     for texture in target.textures:
         texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
         texture.repeat_x = texture.repeat_y = False
@@ -423,7 +380,7 @@ def _values(radius: float, height: float, angle: float) -> dict[str, object]:
         "horizon_reach": min(outside, reach),
         "camera_nearness": 1.0 / np.sqrt(1.0 + outside),
         "camera_height": height / 1e3,
-        "view_columns": _COLUMNS,
+        "view_columns": COLUMNS,
         "first_row": 0.0,
     }
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import astuple, dataclass
+from dataclasses import astuple, dataclass, replace
 
 import moderngl
 import numpy as np
@@ -22,7 +22,7 @@ from simgl.gpu.release import all_or_nothing, release_all
 from simgl.gpu.render_targets import Format, ImageTarget
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
 from simgl.physics.air_profile import AIR_TOP, PROFILE_PLACES
-from simgl.physics.atmosphere import Atmosphere, profiles
+from simgl.physics.atmosphere import Atmosphere, absorption, profiles
 from simgl.physics.constants import ASTRONOMICAL_UNIT, SOLAR_RADIUS
 from simgl.physics.skylight import (
     HEIGHTS,
@@ -34,7 +34,7 @@ from simgl.physics.skylight import (
 )
 from simgl.progress import ProgressCallback
 
-_Texture = moderngl.Texture | moderngl.Texture3D
+Texture = moderngl.Texture | moderngl.Texture3D
 
 AIR = Block(
     "Air",
@@ -56,6 +56,8 @@ AIR = Block(
             # Refractive index less 1, over the molecules' density [km].
             ("refraction", "f4"),
             ("air_padding", "f4", 2),
+            # Of terms (columns) in the light of bands (rows).
+            ("band_shares", "f4", (4, 4)),
         ]
     ),
 )
@@ -76,8 +78,8 @@ _TABLE = Block(
 
 _TRANSMITTANCE = (256, 128)
 _LOOK_SHAPE = (HEIGHTS, LOOKS, SUNS, 4)
-# The sampler of the medium's profiles.
-PROFILE = "air_profile"
+# The samplers of the medium's profiles, and of gases besides ozone where there are any.
+PROFILE, ABSORPTION = "air_profile", "air_absorption"
 # What a march through the air reads besides, in the order of its samplers, and the shapes.
 SCATTERING = {
     "diffuse_mean": (HEIGHTS, SUNS, 4),
@@ -97,10 +99,9 @@ _SHADERS = ("medium", "profile", "places", "transmittance", "diffuse_place", "di
 
 @dataclass(frozen=True, kw_only=True)
 class AirKind:
-    """What the tables depend on.
+    """What one set of tables depends on: air in which light falls exponentially.
 
-    radius : of the ground [m]
-    albedo : mean of the ground, per band
+    albedo : mean of the ground, per term
     """
 
     air: Atmosphere
@@ -108,7 +109,12 @@ class AirKind:
     albedo: tuple[float, float, float, float]
 
 
-def air_values(kind: AirKind) -> dict[str, object]:
+def medium_defines(air: Atmosphere) -> dict[str, int]:
+    """Of the variant that marches through an air."""
+    return {"ABSORBERS": 1} if air.absorbers else {}
+
+
+def air_values(kind: AirKind, shares: Array) -> dict[str, object]:
     """The block AIR."""
     air = kind.air
     aerosol = np.array(air.aerosol)
@@ -126,31 +132,28 @@ def air_values(kind: AirKind) -> dict[str, object]:
         "air_top": AIR_TOP / 1e3,
         "sun_half_angle": np.arcsin(SOLAR_RADIUS / ASTRONOMICAL_UNIT),
         "refraction": air.refractivity[1] / (1e3 * profiles(air)[0, 0]),
+        "band_shares": shares,
     }
 
 
 def profile_table(air: Atmosphere) -> Array32:
     """(1, PROFILE_PLACES, 4) of molecules, aerosol and ozone, the column's share in a kilometre."""
     table = np.zeros((1, PROFILE_PLACES, 4), np.float32)
-    table[0, :, :3] = 1e3 * profiles(air)
+    table[0, :, :3] = 1e3 * profiles(air)[:, :3]
     return table
 
 
-class AirTables:
-    """The tables as textures, and the block that goes with them."""
+def medium_textures(ctx: moderngl.Context, air: Atmosphere) -> dict[str, Texture]:
+    """What tells the densities of an air, by its samplers."""
+    textures = {PROFILE: texture_of(ctx, profile_table(air))}
+    if air.absorbers:
+        textures[ABSORPTION] = texture_of(ctx, absorption_table(air))
+    return textures
 
-    @all_or_nothing
-    def __init__(self, ctx: moderngl.Context, kind: AirKind, arrays: dict[str, Array32]) -> None:
-        self.block = UniformBuffer(ctx, AIR)
-        self.block.write(air_values(kind))
-        self.textures = {name: _texture(ctx, arrays[name]) for name in TABLES}
-        self.textures[PROFILE] = _texture(ctx, profile_table(kind.air))
 
-    def release(self) -> None:
-        """Free everything."""
-        self.block.release()
-        for texture in self.textures.values():
-            texture.release()
+def absorption_table(air: Atmosphere) -> Array32:
+    """(1, PROFILE_PLACES, 4) absorption of gases besides ozone in a kilometre, per term."""
+    return (1e3 * absorption(air)[None]).astype(np.float32)
 
 
 def tables_of(
@@ -175,10 +178,12 @@ def _key(ctx: moderngl.Context, kind: AirKind) -> str:
     texts += [
         (shaders / f"{name}.frag").read_text("utf-8") for name in ("transmittance", "diffuse")
     ]
-    what = (_FIRST, _NEXT, ORDERS, TABLES, astuple(kind), AIR.dtype.descr)
+    air = replace(kind.air, absorbers=())
+    what = (_FIRST, _NEXT, ORDERS, TABLES, astuple(replace(kind, air=air)), AIR.dtype.descr)
     driver = ctx.info["GL_RENDERER"], ctx.info["GL_VERSION"]
     digest = hashlib.sha256(repr((what, driver, texts)).encode())
     digest.update(profile_table(kind.air).tobytes())
+    digest.update(absorption_table(kind.air).tobytes())
     return digest.hexdigest()
 
 
@@ -204,7 +209,7 @@ def make_tables(
     About 3 s on two cores of a CPU renderer, nearly all of it in the diffuse light.
     """
     air = UniformBuffer(ctx, AIR)
-    air.write(air_values(kind))
+    air.write(air_values(kind, np.eye(4)))
     air.bind()
     maker = _Maker(ctx, kind.air)
     g = np.array(kind.air.aerosol_asymmetry)
@@ -239,8 +244,11 @@ class _Maker:
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context, air: Atmosphere) -> None:
         self._ctx = ctx
-        self._profile = _texture(ctx, profile_table(air))
-        self._program = FullscreenProgram(ctx, "air/transmittance", _TABLE, [PROFILE], shared=[AIR])
+        self._medium = medium_textures(ctx, air)
+        self._defines = medium_defines(air)
+        self._program = FullscreenProgram(
+            ctx, "air/transmittance", _TABLE, [*self._medium], self._defines, shared=[AIR]
+        )
         self._rings: dict[str, tuple[FullscreenProgram, Rings, list[str]]] = {}
         self._ring_program("first", _FIRST, ["transmittance_table"], "WITHOUT_DIFFUSE")
         self._ring_program(
@@ -255,12 +263,12 @@ class _Maker:
 
     def _ring_program(self, name: str, rings: Rings, samplers: list[str], *variant: str) -> None:
         defines = {"ABOVE": rings.above, "AROUND": rings.around, "STEPS": rings.steps}
-        defines |= dict.fromkeys(variant, 1)
+        defines |= self._defines | dict.fromkeys(variant, 1)
         program = FullscreenProgram(
             self._ctx,
             "air/diffuse",
             _TABLE,
-            [PROFILE, *samplers],
+            [*self._medium, *samplers],
             shared=[AIR],
             defines=defines,
         )
@@ -268,7 +276,7 @@ class _Maker:
 
     def transmittance(self) -> Array32:
         values = {"table_size": _TRANSMITTANCE, "nodes": np.zeros((_NODES, 4))}
-        return self._drawn(self._program, values, [self._profile], _TRANSMITTANCE, 1)[0]
+        return self._drawn(self._program, values, [*self._medium.values()], _TRANSMITTANCE, 1)[0]
 
     def rings(self, name: str, tables: dict[str, Array32]) -> tuple[Array, Array, Array]:
         """Three harmonics of the light on rings, (rings, heights, suns, 4) each."""
@@ -276,10 +284,10 @@ class _Maker:
         count = rings.above + rings.below
         nodes = np.zeros((_NODES, 4))
         nodes[:count, :2] = rings.nodes
-        textures = [_texture(self._ctx, tables[name]) for name in samplers]
+        textures = [texture_of(self._ctx, tables[name]) for name in samplers]
         values = {"table_size": (SUNS, HEIGHTS), "nodes": nodes}
         size = SUNS, HEIGHTS * count
-        drawn = self._drawn(program, values, [self._profile, *textures], size, 3)
+        drawn = self._drawn(program, values, [*self._medium.values(), *textures], size, 3)
         for texture in textures:
             texture.release()
         zero, one, two = (a.reshape(count, HEIGHTS, SUNS, 4).astype(np.float64) for a in drawn)
@@ -289,7 +297,7 @@ class _Maker:
         self,
         program: FullscreenProgram,
         values: dict[str, object],
-        textures: Sequence[_Texture],
+        textures: Sequence[Texture],
         size: tuple[int, int],
         outputs: int,
     ) -> list[Array32]:
@@ -301,16 +309,18 @@ class _Maker:
         return drawn
 
     def release(self) -> None:
-        self._profile.release()
+        for texture in self._medium.values():
+            texture.release()
         self._program.release()
         for program, _, _ in self._rings.values():
             program.release()
 
 
-def _texture(ctx: moderngl.Context, array: Array32) -> _Texture:
+def texture_of(ctx: moderngl.Context, array: Array32) -> Texture:
+    """A table (rows, columns, 4), or (layers, rows, columns, 4), held beyond its ends."""
     *depth, height, width, _ = array.shape
     size, data = (width, height), array.tobytes()
-    texture: _Texture
+    texture: Texture
     if depth:
         texture = ctx.texture3d((*size, depth[0]), 4, data, dtype="f4")
         texture.repeat_z = False

@@ -15,7 +15,9 @@ from simgl import assets
 from simgl.arrays import Image8, IndexArray, Mask
 from simgl.disk_cache import Arrays, computed_once
 from simgl.lru_cache import MANY, LruCache
+from simgl.physics.earth_spectra import land_in_bands
 from simgl.physics.land_reflectance import near_infrared, reflectance_from_display
+from simgl.physics.spectrum import BANDS, Bands
 from simgl.scene.earth import EarthMaps, MapImage
 
 # Texels of the shipped maps are 9.8 km long on the equator.
@@ -30,6 +32,12 @@ _LAND, _RELIEF, _SHORE = ("land_rgb.jpg", "land_nir.jpg"), "relief.webp", "shore
 _NIGHT = "night.jpg"
 # What makes the maps, for the files that they are cached in.
 MADE_BY = (__name__, "simgl.physics.land_reflectance", "numpy", "scipy", "pillow")
+_BANDS_MADE_BY = (
+    *MADE_BY,
+    "simgl.physics.earth_spectra",
+    "simgl.physics.spectral_form",
+    "simgl.physics.spectrum",
+)
 
 
 # For the simulators of a process: two of each kind at the size of the shipped ones.
@@ -94,6 +102,39 @@ def make_land_map(image: MapImage | None) -> Image8:
     rgb = reflectance_from_display(np.asarray(image.read("RGB")))
     roots = np.sqrt(np.dstack([rgb, near_infrared(rgb)]))
     return np.round(255.0 * roots).astype(np.uint8)
+
+
+def land_map_in_bands(image: MapImage | None, bands: Bands) -> Image8:
+    """(h, w, 4) square roots of reflectance in the bands, 255 for 1."""
+    if bands == BANDS:
+        return land_map(image)
+    inputs = (land_inputs(image), bands, _digest(None, "spectra.csv"))
+    return map_once(_BANDS_MADE_BY, inputs, lambda: _land_in_bands(image, bands))
+
+
+def _land_in_bands(image: MapImage | None, bands: Bands) -> Image8:
+    codes = land_map(image)
+    # Row by row: of all at once the steps between take gigabytes.
+    rows = (land_in_bands((row / np.float32(255.0)) ** 2, bands) for row in codes)
+    return np.stack([np.round(255.0 * np.sqrt(row)).astype(np.uint8) for row in rows])
+
+
+def kind_map(image: MapImage | None) -> Image8:
+    """(h, w, 4) how much grows on land, how dark it is there in red, and how white: what tells
+    snow and leaves by R, G, B, N (shaders/planet/ground.glsl), for bands that do not.
+    """
+    codes = land_map(image)
+    result = np.zeros_like(codes)
+    for row, values in zip(result, codes, strict=True):
+        red, _, blue, near = ((values / np.float32(255.0)) ** 2).T
+        white = np.clip((blue - 0.2) / 0.3, 0.0, 1.0)
+        kinds = (
+            np.clip(4.0 * (near - 1.2 * red), 0.0, 1.0),
+            np.clip(1.5 - 12.0 * red, 0.0, 0.85),
+            white * white * (3.0 - 2.0 * white),
+        )
+        row[:, :3] = np.round(255.0 * np.stack(kinds, axis=-1))
+    return result
 
 
 def form_map(water: MapImage | None, night: MapImage | None) -> Image8:
@@ -186,9 +227,11 @@ def map_texture(ctx: moderngl.Context, values: Image8) -> moderngl.Texture:
     return texture
 
 
-def ground_textures(ctx: moderngl.Context, maps: EarthMaps) -> list[moderngl.Texture]:
+def ground_textures(
+    ctx: moderngl.Context, maps: EarthMaps, bands: Bands = BANDS
+) -> list[moderngl.Texture]:
     """``land_map`` and ``form_map``."""
     return [
-        map_texture(ctx, land_map(maps.land)),
+        map_texture(ctx, land_map_in_bands(maps.land, bands)),
         map_texture(ctx, form_map(maps.water, maps.night)),
     ]

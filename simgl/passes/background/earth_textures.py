@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 
 import moderngl
 import numpy as np
 
 from simgl import assets
-from simgl.arrays import Image8, IndexArray
+from simgl.arrays import Array, Array32, Image8, IndexArray
 from simgl.gpu.fullscreen import Texture
 from simgl.lru_cache import MANY, LruCache
 from simgl.passes.background.cloud_map import has_weather, weather_map
 from simgl.passes.background.earth_maps import (
     cell_sums,
     ground_textures,
+    kind_map,
     map_texture,
     over_cells,
     shores,
     size_of,
 )
+from simgl.physics.earth_spectra import cloud_table
+from simgl.physics.spectrum import Bands
 from simgl.progress import ProgressCallback, begin_stage
 from simgl.scene.earth import Clouds, Earth, EarthMaps
 from simgl.scene.frost import frost_edges
@@ -30,9 +34,25 @@ from simgl.view.background_tiles import MapCells
 MAPS = ["land_map", "form_map", "weather_map"]
 CHARTS = ["chart", "cloud_chart"]
 SAMPLERS = [*MAPS, "frost_edges", "cloud_reflection", *CHARTS]
+# Of ``EarthTextures.in_bands``, with their units.
+BAND_SAMPLERS = {"land_kind": 12, "cloud_bands": 13}
+# Of these what clouds and their ground in the thermal infrared take.
+WEATHER = ["form_map", "weather_map", "cloud_chart"]
 
 # The last weathers of the process, which take seconds on software renderers: two of the usual size.
 _weather = LruCache[tuple[Clouds, EarthMaps], Image8](MANY, max_bytes=64 << 20)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Weather:
+    """Clouds of an Earth.
+
+    textures : in the order of ``WEATHER``
+    variance : (LEVELS, 4) of their noise, by halvings
+    """
+
+    textures: tuple[Texture, ...]
+    variance: Array32
 
 
 class EarthTextures:
@@ -45,12 +65,13 @@ class EarthTextures:
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        self._maps: EarthMaps | None = None
+        self._maps: tuple[EarthMaps, Bands] | None = None
         self._ground: list[moderngl.Texture] = []
         self._clouds: Clouds | None = None
         self._weather: list[moderngl.Texture] = []
         self._halved: dict[int, list[moderngl.Texture]] = {}
         self._tables: list[moderngl.Texture | moderngl.Texture3D] = []
+        self._bands: list[moderngl.Texture | moderngl.Texture3D] = []
         self._chart_seed: int | None = None
         self._chart: list[list[moderngl.Texture]] = []
         self.chart_variance = np.zeros((LEVELS, 4), dtype=np.float32)
@@ -63,11 +84,11 @@ class EarthTextures:
 
         May draw, so it comes before a pass sets its state.
         """
-        if not self._ground or earth.maps != self._maps:
+        if not self._ground or (earth.maps, earth.bands) != self._maps:
             self.release()
             self._shores = shores(earth.maps)
-            self._ground = ground_textures(self._ctx, earth.maps)
-            self._maps = earth.maps
+            self._ground = ground_textures(self._ctx, earth.maps, earth.bands)
+            self._maps = earth.maps, earth.bands
         if not self._weather or earth.clouds != self._clouds:
             self._forget_weather()
             codes = self._weather_of(earth.clouds, earth.maps)
@@ -84,6 +105,20 @@ class EarthTextures:
             self._chart = self._charts_of(seed)
             self._chart_seed = seed
         return [*self._ground, *self._weather, *self._tables, *self._chart[0]]
+
+    def in_bands(self, earth: Earth) -> list[Texture]:
+        """What tells land and clouds in bands of a scenario, in the order of ``BAND_SAMPLERS``."""
+        if not self._bands:
+            kinds = map_texture(self._ctx, kind_map(earth.maps.land))
+            kinds.filter = (moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR)
+            self._bands = [kinds, _table_texture(self._ctx, cloud_table(earth.bands))]
+        return list(self._bands)
+
+    def weather(self, earth: Earth) -> Weather:
+        """Its clouds; valid as long as ``of``."""
+        textures = self.of(earth)
+        chosen = tuple(textures[SAMPLERS.index(name)] for name in WEATHER)
+        return Weather(textures=chosen, variance=self.cloud_variance)
 
     def prepare(self, earth: Earth, progress: ProgressCallback | None = None) -> None:
         """Make what no earlier run has made, so that no frame waits for it.
@@ -156,6 +191,8 @@ class EarthTextures:
         self._forget_chart()
         _release(self._tables)
         self._tables = []
+        _release(self._bands)
+        self._bands = []
         _release(self._ground)
         self._ground = []
 
@@ -191,9 +228,14 @@ def _frost_texture(ctx: moderngl.Context) -> moderngl.Texture:
 
 def _cloud_reflection(ctx: moderngl.Context) -> moderngl.Texture3D:
     """The table of ``tools/cloud_reflection.py``."""
-    table = np.load(assets.data() / "earth" / "cloud_reflection.npy")
-    depth, height, width, thicknesses = table.shape
-    texture = ctx.texture3d((width, height, depth), thicknesses, table.tobytes(), dtype="f4")
+    return _table_texture(ctx, np.load(assets.data() / "earth" / "cloud_reflection.npy"))
+
+
+def _table_texture(ctx: moderngl.Context, table: Array) -> moderngl.Texture3D:
+    """(depth, height, width, 4) numbers, held beyond their ends."""
+    depth, height, width, count = table.shape
+    data = table.astype(np.float32).tobytes()
+    texture = ctx.texture3d((width, height, depth), count, data, dtype="f4")
     texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
     texture.repeat_x = texture.repeat_y = texture.repeat_z = False
     return texture

@@ -15,18 +15,34 @@ from simgl.gpu.pipeline_state import SRC1_COLOR, State
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.tile_quads import TileQuads
 from simgl.gpu.uniform_blocks import UniformBuffer
-from simgl.passes.background.air import AIR_SAMPLERS, AIR_VIEW, AirBefore, AtmospherePass
+from simgl.passes.background.air import AIR_SAMPLERS, AirBefore, AtmospherePass
+from simgl.passes.background.air_march import AIR_VIEW
 from simgl.passes.background.air_tables import AIR
-from simgl.passes.background.earth_textures import CHARTS, SAMPLERS, EarthTextures
+from simgl.passes.background.earth_textures import (
+    BAND_SAMPLERS,
+    CHARTS,
+    SAMPLERS,
+    EarthTextures,
+    Weather,
+)
 from simgl.passes.background.planet_blocks import (
+    GROUND_BANDS,
     MAP_TEXEL_M,
     PLANET,
     REGOLITH,
+    ground_band_values,
     planet_values,
     regolith_values,
 )
+from simgl.passes.background.planet_variants import (
+    PAIRS_UNIT,
+    band_samplers,
+    knows_ground_bands,
+    variant_of,
+)
 from simgl.passes.background.tile_kinds import kinds_at_corners, lights_and_seasons
 from simgl.physics.air_profile import AIR_TOP
+from simgl.physics.spectrum import BANDS
 from simgl.progress import ProgressCallback
 from simgl.scene.earth import Earth
 from simgl.scene.noise_projection import LEVELS, TEXEL_KM
@@ -51,7 +67,9 @@ _DUSK, _DARK = 0.5 / 12.0, -0.1
 # while the sine falls by so much: 2,000 lx at 2.4 deg, 3.4 at -6 (Bond and Henderson 1963).
 _FULL_MOON, _FADES = 2.5e-6, 0.023
 # Variants that find light and place at the corners of tiles; the others are cheap or rare.
-_EVEN = ("EARTH_MAPS", "AIR"), ("EARTH_MAPS", "FAR", "AIR")
+_EVEN = tuple(
+    (*bands, "EARTH_MAPS", *far, "AIR") for bands in ((), ("BANDS",)) for far in ((), ("FAR",))
+)
 # Pixels larger than this [m] resolve nothing of the chart.
 _FAR = 6e3
 # Where a large tile spans less of an angle, it finds glint, 0.2 rad wide, at its corners.
@@ -105,6 +123,7 @@ class PlanetPass:
         self._programs: dict[tuple[str, ...], TileQuads] = {}
         self._block, self._moon_block = UniformBuffer(ctx, PLANET), UniformBuffer(ctx, PLANET)
         self._regolith = UniformBuffer(ctx, REGOLITH)
+        self._ground_bands = UniformBuffer(ctx, GROUND_BANDS)
         self._textures = EarthTextures(ctx)
         self._hardware = not is_software(ctx)
 
@@ -112,6 +131,14 @@ class PlanetPass:
         """Make what does not depend on a view, unless an earlier run has made it."""
         if earth.albedo is None:
             self._textures.prepare(earth, progress)
+
+    def weather(self, earth: Earth) -> Weather | None:
+        """What an Earth's clouds are drawn from; None for an Earth of one albedo."""
+        if earth.albedo is not None:
+            return None
+        weather = self._textures.weather(earth)
+        self._textures.read_maps(self._maps_filter(magnified=False))
+        return weather
 
     def draw(
         self, background: Background, target: moderngl.Framebuffer, area: tuple[int, int, int, int]
@@ -224,7 +251,7 @@ class PlanetPass:
         # read without mipmaps.
         magnified = lit.mapped and not self._hardware and lit.nadir_pixel < _MAGNIFIED * MAP_TEXEL_M
         narrow = _SPANNED_ANGLE * float(lit.background.intrinsics[0, 0]) > MERGED * TILE
-        variant, full_edge = _variant(lit.planet, air, far=lit.far), max(lit.area[2:])
+        variant, full_edge = variant_of(lit.planet, air, far=lit.far), max(lit.area[2:])
         self._draw_tiles(
             tiles, dark, variant, textures, full_edge, magnified=magnified, narrow=narrow
         )
@@ -239,6 +266,8 @@ class PlanetPass:
             self._regolith.bind()
         for unit, texture in enumerate((*textures, *(air.textures if air else ()))):
             texture.use(unit)
+        if lit.planet.earth.bands != BANDS:
+            self._bind_bands(lit, air)
         values = planet_values(lit.background, lit.planet, lit.area, lamps=lamps)
         lit.block.write(
             values
@@ -248,6 +277,17 @@ class PlanetPass:
             }
         )
         lit.block.bind()
+
+    def _bind_bands(self, lit: _LitEarth, air: AirBefore | None) -> None:
+        """What only an Earth in bands of a scenario reads."""
+        if lit.mapped:
+            self._ground_bands.write(ground_band_values(lit.planet.earth.bands))
+            self._ground_bands.bind()
+            textures = self._textures.in_bands(lit.planet.earth)
+            for unit, texture in zip(BAND_SAMPLERS.values(), textures, strict=True):
+                texture.use(unit)
+        if air is not None and air.pairs is not None:
+            air.pairs.use(PAIRS_UNIT)
 
     def _draw_tiles(
         self,
@@ -359,6 +399,7 @@ class PlanetPass:
             unread += ["land_map", "form_map"] if groundless else []
             for sampler in unread:
                 samplers.pop(sampler, None)
+            samplers |= band_samplers(name, variant)
             if name in ("planet/air", "planet/glow"):
                 read = AIR_SAMPLERS[2:] if "AIR" in variant else ()
                 samplers = {sampler: unit for sampler, unit in samplers.items() if sampler in read}
@@ -372,10 +413,12 @@ class PlanetPass:
                     PLANET,
                     *(blocks if "AIR" in variant else ()),
                     *([REGOLITH] if "REGOLITH" in variant else ()),
+                    *([GROUND_BANDS] if knows_ground_bands(name, variant) else ()),
                 ],
                 spare=(
                     *(() if "AIR" in variant else blocks),
                     *(() if "REGOLITH" in variant else (REGOLITH,)),
+                    *(() if knows_ground_bands(name, variant) else (GROUND_BANDS,)),
                 ),
             )
         return self._programs[key]
@@ -394,20 +437,8 @@ class PlanetPass:
         self._block.release()
         self._moon_block.release()
         self._regolith.release()
+        self._ground_bands.release()
         self._textures.release()
-
-
-def _variant(planet: PlanetView, air: AirBefore | None, *, far: bool) -> tuple[str, ...]:
-    """The defines of the shaders that draw an Earth; far : pixels resolve nothing of the chart."""
-    mapped = planet.earth.albedo is None
-    optional = {
-        "EARTH_MAPS": mapped,
-        "REGOLITH": not mapped and planet.earth.regolith is not None,
-        "FAR": far,
-        "AIR": air is not None,
-        "AIR_INSIDE": air is not None and air.inside,
-    }
-    return tuple(define for define, wanted in optional.items() if wanted)
 
 
 def _moonlit_below(planet: PlanetView) -> float:

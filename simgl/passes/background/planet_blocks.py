@@ -7,12 +7,14 @@ import numpy as np
 from simgl.arrays import Array
 from simgl.gpu.uniform_blocks import Block
 from simgl.passes.background.earth_maps import HEIGHT
-from simgl.physics.airglow import GLOW_BOTTOM, GLOW_TOP, ground_irradiance, zenith_glow
+from simgl.physics.airglow import GLOW_DEPTH, glow_bottom, ground_irradiance, zenith_glow
 from simgl.physics.atmosphere import albedo_from_below
 from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS
+from simgl.physics.earth_spectra import ice_cloud, water_mirror
 from simgl.physics.regolith import Regolith, geometric_albedo
 from simgl.physics.sea_surface import mirror_laws, water_body, wave_slope_variance
-from simgl.scene.frost import ice_reflectance
+from simgl.physics.spectrum import Bands
+from simgl.scene.frost import ice_reflectance, snow_in_bands
 from simgl.scene.noise_projection import LEVELS, SIZE, TEXEL_KM
 from simgl.view.background import Background, PlanetView
 
@@ -79,6 +81,25 @@ PLANET = Block(
     ),
 )
 
+GROUND_BANDS = Block(
+    "GroundBands",
+    26,
+    np.dtype(
+        [
+            # Reflectance of dry snow on open ground, and of an ice sheet.
+            ("snow_in_bands", "f4", 4),
+            ("dry_snow_in_bands", "f4", 4),
+            # By how much growth changes from hill to hill: with the grain, and with the slope.
+            ("growth_by_grain", "f4", 4),
+            ("growth_by_slope", "f4", 4),
+            # Reflectance of flat water over that of an index of 1.34; of thin high cloud over that
+            # of one that absorbs nothing.
+            ("water_mirror", "f4", 4),
+            ("ice_cloud", "f4", 4),
+        ]
+    ),
+)
+
 REGOLITH = Block(
     "Regolith",
     25,
@@ -113,6 +134,23 @@ _WHITE_LAMPS = _BRIGHTEST * np.array([0.33, 0.43, 0.20, 0.04])
 _HIGH_CLOUD = 1.5
 
 
+# By R, G, B, N, as in shaders/planet/ground.glsl.
+_BY_GRAIN, _BY_SLOPE = np.array([0.11, 0.07, 0.09, 0.0]), np.array([0.08, 0.0, 0.05, -0.06])
+
+
+def ground_band_values(bands: Bands) -> dict[str, object]:
+    """The block of land, sea and clouds in bands of a scenario."""
+    snow, dry_snow = snow_in_bands(bands)
+    return {
+        "snow_in_bands": snow,
+        "dry_snow_in_bands": dry_snow,
+        "growth_by_grain": bands.of_rgbn(_BY_GRAIN.tolist()),
+        "growth_by_slope": bands.of_rgbn(_BY_SLOPE.tolist()),
+        "water_mirror": water_mirror(bands),
+        "ice_cloud": ice_cloud(bands),
+    }
+
+
 def regolith_values(ground: Regolith) -> dict[str, object]:
     """The block of a ground of grains."""
     tangent = np.tan(ground.roughness)
@@ -128,11 +166,17 @@ def regolith_values(ground: Regolith) -> dict[str, object]:
     }
 
 
+def _lamps(radiance: Array, bands: Bands) -> Array:
+    """(4,) of lamps whose radiance in R, G, B, N is even there; no light beyond 1000 nm."""
+    return np.array(bands.power_of_rgbn(radiance.tolist()))
+
+
 def _glow(planet: PlanetView) -> Array:
     """(4,) radiance of the airglow for each Earth radius of way [W m-2 sr-1]."""
-    below = planet.height < float(GLOW_BOTTOM.max())
-    each = planet.earth.equatorial_radius / (GLOW_TOP - GLOW_BOTTOM)
-    return each * zenith_glow(from_below=below) * planet.earth.airglow
+    bands = planet.earth.bands
+    below = planet.height < float(glow_bottom(bands).max())
+    each = planet.earth.equatorial_radius / GLOW_DEPTH
+    return each * zenith_glow(from_below=below, bands=bands) * planet.earth.airglow
 
 
 def planet_values(
@@ -145,7 +189,8 @@ def planet_values(
     earth, clouds = planet.earth, planet.earth.clouds
     radii = np.array(earth.radii)
     cloud_height = clouds.height / radii[0] if clouds else 0.0
-    layers = np.stack([GLOW_BOTTOM, GLOW_TOP]) / radii[0]
+    bottom = glow_bottom(earth.bands)
+    layers = np.stack([bottom, bottom + GLOW_DEPTH]) / radii[0]
     return {
         "sphere_from_camera": matrix,
         "camera_in_sphere": (*planet.camera_in_sphere, 0.0),
@@ -153,15 +198,15 @@ def planet_values(
         "sun_direction_itrf": (*planet.sun_direction_itrf, 0.0),
         "earth_sun_irradiance": planet.sun_irradiance,
         "earth_albedo": earth.albedo or (0.0, 0.0, 0.0, 0.0),
-        "water_body": water_body(earth.wind),
-        "ice_reflectance": ice_reflectance(planet.year_share),
+        "water_body": water_body(earth.wind, earth.bands),
+        "ice_reflectance": ice_reflectance(planet.year_share, earth.bands),
         "mean_ground": earth.mean_albedo,
         "air_from_below": albedo_from_below(earth.air) if earth.air else np.zeros(4),
         "year_share": planet.year_share,
-        "sodium_lamps": _SODIUM_LAMPS * lamps,
-        "white_lamps": _WHITE_LAMPS * lamps,
+        "sodium_lamps": _lamps(_SODIUM_LAMPS, earth.bands) * lamps,
+        "white_lamps": _lamps(_WHITE_LAMPS, earth.bands) * lamps,
         "glow": _glow(planet),
-        "glow_irradiance": ground_irradiance(radii[0]) * earth.airglow,
+        "glow_irradiance": ground_irradiance(radii[0], earth.bands) * earth.airglow,
         "glow_outside": planet.outside - layers * (2.0 + layers),
         "outside": planet.outside,
         "cloud_outside": planet.outside - cloud_height * (2.0 + cloud_height),

@@ -146,18 +146,11 @@ DAMAGES = (
         " [bands]: names must be of letters, digits, _ and -, at most 32, and not Z and partId",
     ),
     Damage(
-        "measured Sun in other bands",
-        SUNWARD,
-        f'{SUNWARD}\nspectrum = "astm_g173"\n[bands]\nedges_nm = [[840.0, 860.0]]',
-        ' [sun]: spectrum must be "planck" with [bands]: "astm_g173" is known in R, G, B and N '
-        "alone",
-    ),
-    Damage(
-        "Earth in other bands",
+        "air of the study in other bands",
         SHAPE,
-        'shape = "sphere"\nradius_km = 6371.0\n[bands]\nedges_nm = [[840.0, 860.0]]',
-        ' [earth]: shape must be "none" with [bands], got "sphere": the Earth and its air are '
-        "known in R, G, B and N alone",
+        'atmosphere = "source"\n[bands]\nedges_nm = [[840.0, 860.0]]',
+        ' [earth]: atmosphere must be "standard" or "none" with [bands], got "source": it is known '
+        "in R, G, B and N alone",
     ),
     Damage(
         "lamp in none of the bands",

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
-import scipy.fft
 
 from simgl import assets
 from simgl.arrays import Array, Image16
@@ -37,6 +37,8 @@ class InfraredDetectorTable(Table, frozen=True, kw_only=True):
     source: str
     kind: Literal["bolometer", "photon"]
     band_um: tuple[Positive, Positive]
+    width_px: int
+    height_px: int
     pixel_pitch_um: Positive
     f_number: Positive
     transmission: Fraction
@@ -60,10 +62,12 @@ class InfraredDetector:
     """A thermal detector with its optics; see ``InfraredDetectorTable`` for what is in it.
 
     band [m]; lengths, times and temperatures in SI units.
+    minutes_since_shutter : since the offsets were last corrected [min]
     """
 
     name: str
     table: InfraredDetectorTable
+    minutes_since_shutter: float = 0.0
 
     @property
     def band(self) -> tuple[float, float]:
@@ -76,10 +80,20 @@ class InfraredDetector:
         radiance = band_radiance if self.table.kind == "bolometer" else band_photon_radiance
         return radiance(self.band, temperature)
 
+    def watts(self, temperature: Array) -> Array:
+        """Radiance of a black body in the band [W m-2 sr-1]."""
+        return band_radiance(self.band, temperature)
+
     @property
     def levels(self) -> int:
         """Number of DN."""
         return int(2**self.table.bits)
+
+    @property
+    def exposure_time(self) -> float:
+        """Over which a pixel sees: integration time, or a bolometer's time constant [s]."""
+        t = self.table
+        return 1e-3 * (t.integration_time_ms if t.kind == "photon" else t.time_constant_ms)
 
     @property
     def collected(self) -> float:
@@ -131,25 +145,25 @@ class InfraredDetector:
         return np.sqrt(np.maximum(signal, 0.0) + t.read_noise_e**2)
 
     def digitised(
-        self, radiance: Array, seed: int, tai_ns: int, minutes_since_shutter: float = 0.0
+        self, radiance: Array, seed: tuple[int, ...], tai_ns: int, draw: int = 0
     ) -> Image16:
         """(h, w) DN of a radiance image, with all noise.
 
         radiance : (h, w) as ``emission`` counts it
-        seed : of the fixed pattern
+        seed : of the fixed pattern; numbers from 0 on
         tai_ns : of the frame; noise in time depends on both
-        minutes_since_shutter : since the offsets were last corrected [min]
+        draw : which of several images of this epoch
         """
         t, shape = self.table, radiance.shape
         blurred = diffracted(radiance, self)
         response = abs(self.response(NETD_TEMPERATURE))
         signal = self.signal(blurred)
-        gain = 1.0 + t.gain_spread * _normal(shape, seed, _GAIN)
-        offset = t.offset_spread_k * _normal(shape, seed, _OFFSET)
-        walk = t.drift_k_per_sqrt_min * np.sqrt(minutes_since_shutter)
-        offset = offset + walk * _normal(shape, seed, _DRIFT)
+        gain = 1.0 + t.gain_spread * _pattern(shape, *seed, _GAIN)
+        offset = t.offset_spread_k * _pattern(shape, *seed, _OFFSET)
+        walk = t.drift_k_per_sqrt_min * np.sqrt(self.minutes_since_shutter)
+        offset = offset + walk * _pattern(shape, *seed, _DRIFT)
         noisy = signal * gain + offset * response
-        noisy += self.noise(signal) * _normal(shape, seed, _TEMPORAL, tai_ns)
+        noisy += self.noise(signal) * _normal(shape, *seed, _TEMPORAL, tai_ns, draw)
         if t.kind == "photon":
             noisy = np.minimum(noisy, t.full_well_e) / self.electrons_per_dn
         return np.clip(np.floor(noisy + 0.5), 0, self.levels - 1).astype(np.uint16)
@@ -158,6 +172,12 @@ class InfraredDetector:
 def _normal(shape: tuple[int, ...], *key: int) -> Array:
     """Normal deviates that depend on the key alone."""
     return np.random.default_rng(key).standard_normal(shape)
+
+
+@lru_cache(maxsize=12)
+def _pattern(shape: tuple[int, ...], *key: int) -> Array:
+    """The same of a detector's own pattern, for all of its frames."""
+    return _normal(shape, *key)
 
 
 def lagged(before: Array, radiance: Array, seconds: float, detector: InfraredDetector) -> Array:
@@ -179,14 +199,23 @@ def diffracted(radiance: Array, detector: InfraredDetector) -> Array:
     Beyond the edges the image goes on as its mirror image. Pixels are means over their area
     already, so that only the pupil's transfer function is applied.
     """
+    # Slow to import, and for thermal cameras alone.
+    from scipy import fft
+
+    return np.asarray(fft.idctn(fft.dctn(radiance) * _mtf(radiance.shape, detector)))
+
+
+@lru_cache(maxsize=4)
+def _mtf(shape: tuple[int, ...], detector: InfraredDetector) -> Array:
+    """(h, w) of the pupil at the frequencies of a cosine transform."""
     t = detector.table
-    height, width = radiance.shape
+    height, width = shape
     # The cosine transform of the mirrored image: frequencies are k / (2 n) cycles per pixel.
     rows, columns = (np.arange(n) / (2.0 * n) for n in (height, width))
     frequency = np.hypot(rows[:, None], columns) / (1e-6 * t.pixel_pitch_um)
     wavelengths = np.linspace(*detector.band, _WAVELENGTHS)
-    mtf = np.mean([diffraction_mtf(frequency * w * t.f_number) for w in wavelengths], axis=0)
-    return np.asarray(scipy.fft.idctn(scipy.fft.dctn(radiance) * mtf))
+    mtf = [diffraction_mtf(frequency * w * t.f_number) for w in wavelengths]
+    return np.asarray(np.mean(mtf, axis=0))
 
 
 def measured_netd(
@@ -199,7 +228,7 @@ def measured_netd(
 
     def frame(kelvin: float, number: int) -> Array:
         flat = np.full((size, size), float(detector.emission(np.array(kelvin))))
-        return detector.digitised(flat, 1, number).astype(np.float64)
+        return detector.digitised(flat, (1,), number).astype(np.float64)
 
     # The difference of two frames has no fixed pattern.
     noise = float((frame(temperature, 1) - frame(temperature, 2)).std()) / np.sqrt(2.0)

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from simgl.errors import AssetError
-from simgl.thermal.infrared_detector import (
+from simgl.camera.infrared_detector import (
     diffracted,
     infrared_detectors,
     lagged,
     load_infrared_detector,
     measured_netd,
 )
+from simgl.errors import AssetError
 
 
 def test_the_bolometers_netd_is_that_of_its_data_sheet() -> None:
@@ -39,7 +41,7 @@ def test_netd_of_a_cooled_detector_falls_with_temperature_as_signals_rise() -> N
 def test_a_wider_scene_fits_its_dn(name: str) -> None:
     detector = load_infrared_detector(name)
     radiance = detector.emission(np.linspace(220.0, 350.0, 64).reshape(8, 8))
-    dn = detector.digitised(radiance, 1, 2)
+    dn = detector.digitised(radiance, (1,), 2)
     assert 0 < dn.min() < dn.max() < detector.levels - 1
 
 
@@ -71,13 +73,14 @@ def test_diffraction_keeps_the_light_and_has_the_mtf_of_a_pupil() -> None:
 def test_the_shutter_takes_off_the_drift() -> None:
     detector = load_infrared_detector("bolometer_lwir")
     flat = np.full((128, 128), float(detector.emission(np.array(300.0))))
-    fresh = detector.digitised(flat, 1, 5).astype(np.float64)
-    drifted = detector.digitised(flat, 1, 5, minutes_since_shutter=4.0).astype(np.float64)
+    fresh = detector.digitised(flat, (1,), 5).astype(np.float64)
+    later = replace(detector, minutes_since_shutter=4.0)
+    drifted = later.digitised(flat, (1,), 5).astype(np.float64)
     # 0.05 K per root minute: 0.1 K after four; 16,384 pixels give it to 0.6 %.
     walk = float((drifted - fresh).std()) / detector.response(300.0)
     assert walk == pytest.approx(0.1, rel=0.03)
     # The fixed pattern stays, noise does not.
-    other = detector.digitised(flat, 1, 6).astype(np.float64)
+    other = detector.digitised(flat, (1,), 6).astype(np.float64)
     assert np.corrcoef(fresh.ravel(), other.ravel())[0, 1] > 0.15
 
 

@@ -1,0 +1,44 @@
+"""Variants of the planet's shaders: their defines, and what those of bands of a scenario read."""
+
+from __future__ import annotations
+
+from simgl.passes.background.air import AirBefore
+from simgl.passes.background.earth_air import PAIRS
+from simgl.passes.background.earth_textures import BAND_SAMPLERS
+from simgl.physics.spectrum import BANDS
+from simgl.view.background import PlanetView
+
+# Of the table of what passes the air twice, after ``BAND_SAMPLERS``.
+PAIRS_UNIT = 14
+
+
+def knows_ground_bands(name: str, variant: tuple[str, ...]) -> bool:
+    """Whether a program draws ground and clouds of maps in bands of a scenario."""
+    drawn = name in ("planet/planet", "planet/tiles")
+    return drawn and "BANDS" in variant and "EARTH_MAPS" in variant
+
+
+def band_samplers(name: str, variant: tuple[str, ...]) -> dict[str, int]:
+    """Of bands of a scenario, with their units."""
+    samplers = dict(BAND_SAMPLERS) if knows_ground_bands(name, variant) else {}
+    # Only noise and snow ask what grows.
+    if "SEA" in variant or ("FAR" in variant and "FROST" not in variant):
+        samplers.pop("land_kind", None)
+    from_space = "AIR" in variant and "AIR_INSIDE" not in variant
+    if "BANDS" in variant and from_space and name in ("planet/planet", "planet/tiles"):
+        samplers[PAIRS] = PAIRS_UNIT
+    return samplers
+
+
+def variant_of(planet: PlanetView, air: AirBefore | None, *, far: bool) -> tuple[str, ...]:
+    """The defines of the shaders that draw an Earth; far : pixels resolve nothing of the chart."""
+    mapped = planet.earth.albedo is None
+    optional = {
+        "BANDS": planet.earth.bands != BANDS,
+        "EARTH_MAPS": mapped,
+        "REGOLITH": not mapped and planet.earth.regolith is not None,
+        "FAR": far,
+        "AIR": air is not None,
+        "AIR_INSIDE": air is not None and air.inside,
+    }
+    return tuple(define for define, wanted in optional.items() if wanted)

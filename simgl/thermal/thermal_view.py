@@ -1,0 +1,166 @@
+"""What a thermal camera sees of a scene: values at vertices, the Earth's climate, Planck's law.
+
+The passes draw it (simgl/passes/thermal.py, simgl/passes/background/infrared_earth.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from simgl.arrays import Array, Array32
+from simgl.camera.infrared_detector import InfraredDetector
+from simgl.physics.earth_infrared import Emission, InfraredAir
+from simgl.physics.thermal_radiation import band_photon_radiance, band_radiance
+from simgl.scene.posed_mesh import PosedMesh
+from simgl.scene.state import SceneState
+from simgl.thermal.body import ThermalBody
+from simgl.thermal.ground_seen import (
+    day_of_year,
+    infrared_air,
+    sky_radiance,
+    sunlight_in,
+    total_sunlight,
+)
+from simgl.thermal.heat_loads import light_of_sky
+from simgl.thermal.history import ThermalState
+from simgl.thermal.network import SPACE_TEMPERATURE
+from simgl.thermal.scene_temperatures import history_of, name_of
+
+# Light goes on between patches until a reflection adds less than this share of the brightest one,
+# at most so often.
+_DARK, _MAX_BOUNCES = 1e-5, 1000
+# Planck's law is looked up at so many temperatures up to the highest [K]: 1e-5 at 300 K in 3 to
+# 5 um.
+PLANCK_STEPS, HOTTEST = 4096, 1024.0
+
+Bodies = Mapping[str, tuple[ThermalBody, ThermalState]]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ThermalLight:
+    """A body in the thermal infrared.
+
+    mesh : as it is drawn
+    values : (vertices, sides, 4) float32: temperature [K], hemispherical emissivity, and the mean
+        radiance that is reflected, in W and as the detector counts
+    """
+
+    mesh: PosedMesh
+    values: Array32
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class InfraredEarth:
+    """The Earth in a band.
+
+    air : and clouds
+    day : of the year
+    sunlight : the Sun's irradiance of the ground in the band, in W and as counted [m-2]
+    """
+
+    air: InfraredAir
+    day: float
+    sunlight: tuple[float, float]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ThermalView:
+    """All that a thermal frame takes besides the camera's view.
+
+    lights : by spacecraft
+    planck : (PLANCK_STEPS, 2) float32, radiance of a black body at 0..``HOTTEST`` K, in
+        W m-2 sr-1 and as the detector counts
+    space : (2,) the same of deep space
+    earth : None where there is none
+    digest : of the thermal states of all spacecraft
+    history : how these came about
+    """
+
+    lights: Mapping[str, ThermalLight]
+    planck: Array32
+    space: tuple[float, float]
+    earth: InfraredEarth | None
+    digest: str
+    history: str
+
+
+def thermal_view(state: SceneState, detector: InfraredDetector, bodies: Bodies) -> ThermalView:
+    """A scene in the band of a detector.
+
+    bodies : every spacecraft with its temperatures
+
+    A patch sends emissivity times Planck's law, and reflects diffusely what the Earth, the Sun and
+    other patches of its body send in the band. Temperatures are means at the corners of triangles
+    of one part and material, and go over from one to the next.
+    """
+    emissions = detector.watts, detector.emission
+    watts, counted = (float(e(np.array(SPACE_TEMPERATURE))) for e in emissions)
+    return ThermalView(
+        lights={name: _light(state, body, of, detector) for name, (body, of) in bodies.items()},
+        planck=_planck(detector.table.kind, detector.band),
+        space=(watts, counted),
+        earth=_earth(state, detector),
+        digest=name_of({name: of for name, (_, of) in bodies.items()}),
+        history=history_of({name: of for name, (_, of) in bodies.items()}),
+    )
+
+
+@lru_cache(maxsize=16)
+def _planck(kind: str, band: tuple[float, float]) -> Array32:
+    temperatures = np.linspace(0.0, HOTTEST, PLANCK_STEPS)[1:]
+    counted = band_radiance if kind == "bolometer" else band_photon_radiance
+    columns = [radiance(band, temperatures) for radiance in (band_radiance, counted)]
+    return np.concatenate([np.zeros((1, 2)), np.stack(columns, axis=1)]).astype(np.float32)
+
+
+def _earth(state: SceneState, detector: InfraredDetector) -> InfraredEarth | None:
+    earth = state.earth
+    if earth is None:
+        return None
+    total = total_sunlight(state.sun.seen_from(earth.position).irradiance)
+    watts, counted = (sunlight_in(e, total) for e in (detector.watts, detector.emission))
+    return InfraredEarth(
+        air=infrared_air(earth, detector.band),
+        day=day_of_year(state.tai_ns),
+        sunlight=(watts, counted),
+    )
+
+
+def _light(
+    state: SceneState, body: ThermalBody, thermal: ThermalState, detector: InfraredDetector
+) -> ThermalLight:
+    count = body.patch_count
+    # A bolometer counts watts.
+    emissions: list[Emission] = [detector.watts]
+    if detector.table.kind == "photon":
+        emissions.append(detector.emission)
+
+    def radiances(lines: Array) -> Array:
+        position = state.bodies[body.name].pose.position
+        return sky_radiance(state, position, lines, detector.band, emissions)
+
+    sky = light_of_sky(body, state, radiances)
+    rho = 1.0 - body.emissivity
+    reflected = []
+    for emission, of_sky in zip(emissions, sky.T, strict=True):
+        sent = np.pi * body.emissivity * emission(thermal.temperatures[:count])
+        incoming = of_sky + thermal.sunlight * sunlight_in(emission, 1.0)
+        light = bounce = incoming + body.views.factors @ sent
+        for _ in range(_MAX_BOUNCES):
+            bounce = body.views.factors @ (rho * bounce)
+            light = light + bounce
+            if float(bounce.max()) <= _DARK * float(light.max()):
+                break
+        reflected.append(light / np.pi)
+    patches = np.stack(
+        [thermal.temperatures[:count], body.emissivity, reflected[0], reflected[-1]], axis=1
+    )
+    posed = state.bodies[body.name].model.posed_mesh
+    return ThermalLight(
+        mesh=PosedMesh(mesh=body.mesh, joints=posed.joints, motion=posed.motion),
+        values=(body.at_vertices @ patches).reshape(-1, body.sides, 4).astype(np.float32),
+    )

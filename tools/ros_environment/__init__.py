@@ -1,0 +1,1 @@
+"""An environment with ROS 2's rclpy, for the tests."""
