@@ -158,11 +158,11 @@ def anvils(seed: int, width: int = 2048) -> Array32:
         up = (np.pi / 2 - (rows[:, None] + 0.5) * texel - latitude) / size
         east = ((columns + 0.5) * texel - np.pi - longitude) * np.cos(latitude) / size
         along = np.cos(wind) * east + np.sin(wind) * up
-        beside = np.cos(wind) * up - np.sin(wind) * east
+        sideways = np.cos(wind) * up - np.sin(wind) * east
         # Sharp towards the wind, drawn out with it.
-        r = np.hypot(np.where(along > 0.0, along / 1.8, along / 0.7), beside / 0.8)
+        r = np.hypot(np.where(along > 0.0, along / 1.8, along / 0.7), sideways / 0.8)
         anvil = _ramp((1.0 - r) / np.where(along > 0.0, 0.7, 0.3))
-        core = _ramp(1.0 - np.hypot(along + 0.1, beside) / 0.55)
+        core = _ramp(1.0 - np.hypot(along + 0.1, sideways) / 0.55)
         at = np.ix_(rows, np.mod(columns, width))
         parts[at] = np.maximum(parts[at], np.stack([anvil, core], axis=-1))
     return parts
