@@ -47,7 +47,9 @@ def _image(boresight: list[float], bands: list[list[float]] | None, **earth: Any
         state = scenario.at(scenario.epoch_tai_ns)
         taken = simulator.capture(state, "cam", {Product.RADIANCE}).radiance
         assert taken is not None
-        white = np.maximum(state.sun.light.irradiance, 1e-30) / np.pi
+        white = (
+            np.maximum(state.sun.seen_from(np.array([_ORBIT, 0.0, 0.0])).irradiance, 1e-30) / np.pi
+        )
         return np.asarray(taken.radiance / white)
 
 
