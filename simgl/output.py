@@ -223,6 +223,24 @@ def write_view_png(path: Path, frame: RadianceFrame) -> None:
     write_png(path, display_from_radiance(frame.radiance, bands=frame.info.bands))
 
 
+def write_view(path: Path, capture: Capture) -> None:
+    """The preview of a capture with radiance, or of a thermal camera's with its frame."""
+    if capture.thermal is not None:
+        write_png(path, display_from_thermal(capture.thermal))
+    else:
+        assert capture.radiance is not None
+        write_view_png(path, capture.radiance)
+
+
+def write_light(path: Path, capture: Capture) -> None:
+    """The EXR file of a capture with radiance, or of a thermal camera's with its frame."""
+    if capture.thermal is not None:
+        write_thermal_exr(path, capture.thermal, capture.truth)
+    else:
+        assert capture.radiance is not None
+        write_exr(path, capture.radiance, capture.truth, capture.normals)
+
+
 def write_png(path: Path, pixels: Image8 | Image16) -> None:
     """A PNG of pixels as they are."""
     with complete_file(path) as temporary:

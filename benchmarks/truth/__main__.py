@@ -25,6 +25,7 @@ from benchmarks.truth import (
     moving,
     mtf,
     small_targets,
+    thermal,
     thin_shadows,
 )
 from benchmarks.truth.page import Record, page
@@ -45,6 +46,7 @@ _SUBJECTS: dict[str, Callable[[moderngl.Context], Table]] = {
     "mtf": mtf.table,
     "geometry": geometry.table,
     "moving": moving.table,
+    "thermal": thermal.table,
 }
 
 

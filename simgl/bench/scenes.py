@@ -21,6 +21,10 @@ def _every(cameras: Sequence[str], frame: int) -> Sequence[str]:  # noqa: ARG001
     return cameras
 
 
+def _second(cameras: Sequence[str], frame: int) -> Sequence[str]:  # noqa: ARG001
+    return cameras[1:2]
+
+
 def _in_turn(cameras: Sequence[str], frame: int) -> Sequence[str]:
     return [cameras[frame % len(cameras)]]
 
@@ -78,12 +82,15 @@ def scene_files() -> dict[str, Path]:
 def bench_scenes() -> dict[str, BenchScene]:
     """The shipped scenes by name: one of each file, captured by its first camera.
 
-    ``four_cameras`` captures each state by all of them, ``one_of_four`` by the next in turn.
+    ``four_cameras`` captures each state by all of them, ``one_of_four`` by the next in turn;
+    ``visible_640`` is ``thermal_640`` by its other camera, for visible light.
     """
     files = scene_files()
     scenes = {name: BenchScene(name=name, path=path) for name, path in files.items()}
     for name, cameras in {"four_cameras": _every, "one_of_four": _in_turn}.items():
         scenes[name] = BenchScene(name=name, path=files["four_cameras"], cameras=cameras)
+    path = files["thermal_640"]
+    scenes["visible_640"] = BenchScene(name="visible_640", path=path, cameras=_second)
     return scenes
 
 
@@ -119,7 +126,7 @@ SETS = {
     ),
     "peers": BenchSet(scenes=_at(0.1, "source_600", linked=False), peers=True),
     "full": BenchSet(
-        scenes=_at(0.1, *sorted({*scene_files(), "one_of_four"})),
+        scenes=_at(0.1, *sorted({*scene_files(), "one_of_four", "visible_640"})),
         starts=("help", "warm", "cold"),
         earth_tables=True,
         peers=True,

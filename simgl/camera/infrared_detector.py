@@ -206,7 +206,7 @@ def diffracted(radiance: Array, detector: InfraredDetector) -> Array:
 
 
 @lru_cache(maxsize=4)
-def _mtf(shape: tuple[int, int], detector: InfraredDetector) -> Array:
+def _mtf(shape: tuple[int, ...], detector: InfraredDetector) -> Array:
     """(h, w) of the pupil at the frequencies of a cosine transform."""
     t = detector.table
     height, width = shape

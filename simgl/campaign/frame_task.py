@@ -20,7 +20,7 @@ from simgl.campaign.campaign_file import Campaign
 from simgl.campaign.frame_scene import FrameScene, frame_scene
 from simgl.campaign.labels import pose_in_camera, spacecraft_labels
 from simgl.images import DigitalFrame, png_bytes, saturated
-from simgl.output import write_dn_png, write_exr, write_view_png
+from simgl.output import write_dn_png, write_light, write_view
 from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.physics.frames import quaternion_from_matrix, unit
 from simgl.scenario.scenario import Scenario
@@ -146,7 +146,7 @@ def eight_bits(frame: DigitalFrame) -> Image8:
 
 def _content(kind: str, capture: Capture) -> bytes:
     """The bytes of one kind of file."""
-    digital, radiance = capture.digital, capture.radiance
+    digital = capture.digital
     assert digital is not None
     if kind == "dn8":
         return png_bytes(eight_bits(digital))
@@ -157,11 +157,8 @@ def _content(kind: str, capture: Capture) -> bytes:
         if kind == "dn16":
             write_dn_png(path, digital)
         else:
-            assert radiance is not None
-            if kind == "exr":
-                write_exr(path, radiance, capture.truth, capture.normals)
-            else:
-                write_view_png(path, radiance)
+            write = write_light if kind == "exr" else write_view
+            write(path, capture)
         return path.read_bytes()
 
 

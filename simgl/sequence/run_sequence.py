@@ -13,15 +13,8 @@ import numpy as np
 
 from simgl import __version__, assets
 from simgl.content_digest import content_digest
-from simgl.images import display_from_thermal, saturated
-from simgl.output import (
-    check_writable,
-    write_dn_png,
-    write_exr,
-    write_png,
-    write_thermal_exr,
-    write_view_png,
-)
+from simgl.images import saturated
+from simgl.output import check_writable, write_dn_png, write_light, write_view
 from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.physics.frames import quaternion_from_matrix
 from simgl.progress import ProgressCallback, silent
@@ -194,17 +187,7 @@ def _write(plan: Plan, capture: Capture, folder: Path, frame: int) -> None:
         assert capture.digital is not None
         write_dn_png(frame_path(folder, camera, frame, "dn.png"), capture.digital)
     if plan.outputs & {Output.VIEW, Output.MP4}:
-        path = frame_path(folder, camera, frame, "view.png")
-        if capture.thermal is not None:
-            write_png(path, display_from_thermal(capture.thermal))
-        else:
-            assert capture.radiance is not None
-            write_view_png(path, capture.radiance)
+        write_view(frame_path(folder, camera, frame, "view.png"), capture)
     if Output.EXR in plan.outputs:
-        if capture.thermal is not None:
-            path = frame_path(folder, camera, frame, "thermal.exr")
-            write_thermal_exr(path, capture.thermal, capture.truth)
-        else:
-            assert capture.radiance is not None
-            path = frame_path(folder, camera, frame, "radiance.exr")
-            write_exr(path, capture.radiance, capture.truth)
+        kind = "radiance" if capture.thermal is None else "thermal"
+        write_light(frame_path(folder, camera, frame, f"{kind}.exr"), capture)

@@ -12,14 +12,16 @@ from simgl.environment_map import cube_cell, cube_directions, cube_solid_angles
 from simgl.physics.earth_infrared import outgoing_longwave
 from simgl.radiosity.gather_points import face_normals
 from simgl.rays import ray_tracer
+from simgl.scene.earth import Clouds, Earth
 from simgl.scene.posed_mesh import PosedMesh
 from simgl.scene.state import BodyState, EarthState, SceneState
 from simgl.thermal.body import ThermalBody
 from simgl.thermal.ground_seen import day_of_year, ground_seen, total_sunlight
 from simgl.thermal.view_factors import CELLS_ACROSS, absorbed_light
 
-# Share of sunlight that the Earth reflects (Loeb et al. 2018, rounded).
-BOND_ALBEDO = 0.30
+# Share of sunlight that an Earth with maps reflects: without clouds, and with those of the usual
+# cover (Loeb et al. 2018, rounded).
+_CLEAR_ALBEDO, _USUAL_ALBEDO = 0.15, 0.30
 
 # Directions in a cell of the sky along each edge, over which its radiance is averaged.
 _FINER = 4
@@ -127,6 +129,21 @@ def _shaded_by_others(state: SceneState, seen: BodyState, starts: Array, rays: A
     return shaded
 
 
+def bond_albedo(earth: Earth, irradiance: Array) -> float:
+    """Share of all sunlight that an Earth reflects.
+
+    irradiance : (4,) of the Sun in the bands, which stand for all wavelengths where the Earth has
+        an albedo of its own
+    """
+    if earth.albedo is not None:
+        return float(irradiance @ np.array(earth.albedo) / irradiance.sum())
+    clouds = earth.clouds
+    if clouds is None or clouds.image is not None:
+        return _CLEAR_ALBEDO if clouds is None else _USUAL_ALBEDO
+    share = clouds.cover / Clouds.cover
+    return min(_CLEAR_ALBEDO + (_USUAL_ALBEDO - _CLEAR_ALBEDO) * share, 1.0)
+
+
 def _earthlight(body: ThermalBody, state: SceneState, earth: EarthState) -> tuple[Array, Array]:
     """(p,) reflected sunlight and long-wave radiation of the Earth on the patches [W m-2].
 
@@ -134,7 +151,7 @@ def _earthlight(body: ThermalBody, state: SceneState, earth: EarthState) -> tupl
     """
     sun = state.sun.seen_from(earth.position)
     position = state.bodies[body.name].pose.position
-    reflected = BOND_ALBEDO * total_sunlight(sun.irradiance) / np.pi
+    reflected = bond_albedo(earth.earth, sun.irradiance) * total_sunlight(sun.irradiance) / np.pi
     day = day_of_year(state.tai_ns)
 
     def radiances(lines: Array) -> Array:

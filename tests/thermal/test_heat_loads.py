@@ -9,12 +9,13 @@ from simgl.physics.constants import SOLAR_CONSTANT
 from simgl.physics.earth_infrared import MEAN_LONGWAVE
 from simgl.scenario.loader import scenario_from_dict
 from simgl.scenario.scenario import Scenario
+from simgl.scene.earth import Clouds, Earth
 from simgl.thermal.body import thermal_body
-from simgl.thermal.heat_loads import BOND_ALBEDO, heat_loads
+from simgl.thermal.heat_loads import bond_albedo, heat_loads
 from simgl.thermal.history import thermal_history
 from tests.thermal.thermal_scenes import SUNLIGHT, in_sunlight, surface
 
-RADIUS, HEIGHT = 6371e3, 500e3
+RADIUS, HEIGHT, ALBEDO = 6371e3, 500e3, 0.12
 
 
 def over_a_sphere(
@@ -30,7 +31,7 @@ def over_a_sphere(
                 "angular_diameter_deg": 0.526,
                 "direction_icrf": list(sun),
             },
-            "earth": {"shape": "sphere", "radius_km": 1e-3 * RADIUS, "albedo": 0.3},
+            "earth": {"shape": "sphere", "radius_km": 1e-3 * RADIUS, "albedo": ALBEDO},
             "spacecraft": {
                 "body": {
                     "model": {"box": {"size_m": [1.0, 1.0, 1.0], "material": surface(1.0, 1.0)}},
@@ -91,8 +92,22 @@ def test_sunlight_reflected_at_the_subsolar_point(noon: Scenario) -> None:
     distance2 = 1.0 + h * h - 2.0 * h * mu
     kernel = mu * (h * mu - 1.0) * (h - mu) / distance2**2
     factor = 2.0 * np.trapezoid(kernel, mu)
-    expected = BOND_ALBEDO * SUNLIGHT * factor
+    expected = ALBEDO * SUNLIGHT * factor
     assert float(loads.albedo[nadir].mean()) == pytest.approx(expected, rel=0.01)
+
+
+def test_the_earth_reflects_what_the_scenario_says() -> None:
+    sun = np.array([150.0, 170.0, 160.0, 300.0])
+    assert bond_albedo(Earth(albedo=(0.1, 0.1, 0.1, 0.1)), sun) == pytest.approx(0.1)
+    # Of unlike bands the mean by sunlight.
+    assert bond_albedo(Earth(albedo=(0.0, 0.0, 0.0, 0.5)), sun) == pytest.approx(150.0 / 780.0)
+    clear, usual, more = (
+        bond_albedo(Earth(clouds=clouds), sun) for clouds in (None, Clouds(), Clouds(cover=0.9))
+    )
+    # CERES: 0.15 of clear skies, 0.29 of all.
+    assert clear == pytest.approx(0.15, abs=0.01)
+    assert usual == pytest.approx(0.29, abs=0.02)
+    assert clear < usual < more < 0.5
 
 
 def test_no_sunlight_in_the_earths_shadow() -> None:

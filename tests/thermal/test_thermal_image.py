@@ -127,10 +127,8 @@ def test_a_sphere_sends_its_hemispherical_emissivity(
     assert flux / area == pytest.approx(emissivity, rel=0.005)
 
 
-@pytest.mark.parametrize("emissivity", [0.9, 0.2])
-def test_a_closed_box_looks_black_whatever_its_emissivity(
-    gl: moderngl.Context, emissivity: float
-) -> None:
+def within_a_closed_box(gl: moderngl.Context, emissivity: float) -> ThermalFrame:
+    """What a camera sees in a box of 300 K."""
     model: SpacecraftModel = painted(turned_inside_out(box((1.0, 2.0, 3.0))), grey(emissivity))
     within = thermal_camera(LONG, position_icrf_m=[0.1, 0.2, 0.3], focal_length_px=20.0)
     scenario = scenario_from_dict(
@@ -143,7 +141,24 @@ def test_a_closed_box_looks_black_whatever_its_emissivity(
         },
         models={"body": model},
     )
-    seen = frame(gl, scenario, 300.0)
+    return frame(gl, scenario, 300.0)
+
+
+def black_plate_brightness(gl: moderngl.Context, band_um: list[float]) -> float:
+    """Brightness temperature of a black plate of 300 K [K]."""
+    return float(frame(gl, scene(sheet(1.0), band_um), 300.0).brightness_temperature[30, 30])
+
+
+def closed_box_brightness(gl: moderngl.Context, emissivity: float) -> float:
+    """Mean brightness temperature within a closed box of 300 K [K]."""
+    return float(within_a_closed_box(gl, emissivity).brightness_temperature.mean())
+
+
+@pytest.mark.parametrize("emissivity", [0.9, 0.2])
+def test_a_closed_box_looks_black_whatever_its_emissivity(
+    gl: moderngl.Context, emissivity: float
+) -> None:
+    seen = within_a_closed_box(gl, emissivity)
     expected = float(band_radiance((8e-6, 14e-6), 300.0))
     # The sum of reflections ends 1e-5 before its end, times 1 / emissivity.
     np.testing.assert_allclose(seen.radiance, expected, rtol=1e-3)

@@ -1,0 +1,1 @@
+"""A spacecraft through the Earth's shadow, in visible light and in the thermal infrared."""
