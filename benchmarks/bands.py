@@ -13,7 +13,6 @@ import numpy as np
 from simgl.arrays import Array
 from simgl.physics.band_air import gas_transmittance
 from simgl.scenario.loader import scenario_from_dict
-from simgl.scene.state import SunInDirection
 from simgl.simulator import Product, Simulator
 
 _ORBIT = 6778e3
@@ -48,8 +47,9 @@ def _image(boresight: list[float], bands: list[list[float]] | None, **earth: Any
         state = scenario.at(scenario.epoch_tai_ns)
         taken = simulator.capture(state, "cam", {Product.RADIANCE}).radiance
         assert taken is not None
-        assert isinstance(state.sun, SunInDirection)
-        white = np.maximum(state.sun.light.irradiance, 1e-30) / np.pi
+        white = (
+            np.maximum(state.sun.seen_from(np.array([_ORBIT, 0.0, 0.0])).irradiance, 1e-30) / np.pi
+        )
         return np.asarray(taken.radiance / white)
 
 

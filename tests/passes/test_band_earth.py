@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import moderngl
 import numpy as np
 import pytest
+from PIL import Image
 
-from simgl.arrays import Array
+from simgl.arrays import Array, Image8
+from simgl.passes.background import earth_textures
 from simgl.passes.background.earth_air import pair_table
 from simgl.physics.band_air import air_in_bands
+from simgl.physics.spectrum import BANDS as DEFAULT
 from simgl.physics.spectrum import Bands
 from simgl.scenario.loader import scenario_from_dict
+from simgl.scene.earth import Clouds, Earth, EarthMaps, load_map
 from simgl.simulator import Product, Simulator
 from tests.scenes import Table
 
@@ -107,6 +112,28 @@ def test_a_sunlit_board_before_the_earth_has_the_electrons_of_its_sunlight(
     expected *= np.pi / (4.0 * 4.0**2) * (5e-6) ** 2 * 1e-4
     assert electrons[32, 32] == pytest.approx(expected, rel=5e-3)
     assert radiance[2, 2].min() > 0.0
+
+
+def test_clouds_are_made_of_the_default_s_land_in_any_bands(
+    gl: moderngl.Context, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pixels = np.random.default_rng(1).integers(0, 255, (32, 64, 3), dtype=np.uint8)
+    Image.fromarray(pixels).save(tmp_path / "land.png")
+    maps = EarthMaps(land=load_map(tmp_path / "land.png", "RGB"))
+    seen: list[bytes] = []
+
+    def drawn(_ctx: object, _clouds: object, _maps: object, ground: Any) -> Image8:
+        seen.append(ground[0].read())
+        return np.zeros((256, 512, 4), dtype=np.uint8)
+
+    monkeypatch.setattr(earth_textures, "weather_map", drawn)
+    edges = ((1550e-9, 1700e-9),)
+    for bands, seed in ((DEFAULT, 901), (Bands(names=("s",), edges=edges), 902)):
+        textures = earth_textures.EarthTextures(gl)
+        textures.of(Earth(bands=bands, maps=maps, clouds=Clouds(seed=seed)))
+        textures.release()
+    # Of the infrared's land the clouds would be others, and kept for all bands.
+    assert seen[0] == seen[1]
 
 
 def test_light_that_passes_lines_twice_is_the_longer_way_s() -> None:

@@ -230,7 +230,7 @@ def map_texture(ctx: moderngl.Context, values: Image8) -> moderngl.Texture:
 def ground_textures(
     ctx: moderngl.Context, maps: EarthMaps, bands: Bands = BANDS
 ) -> list[moderngl.Texture]:
-    """``land_map`` and ``form_map``."""
+    """``land_map_in_bands`` and ``form_map``."""
     return [
         map_texture(ctx, land_map_in_bands(maps.land, bands)),
         map_texture(ctx, form_map(maps.water, maps.night)),

@@ -23,7 +23,7 @@ from simgl.passes.background.earth_maps import (
     size_of,
 )
 from simgl.physics.earth_spectra import cloud_table
-from simgl.physics.spectrum import Bands
+from simgl.physics.spectrum import BANDS, Bands
 from simgl.progress import ProgressCallback, begin_stage
 from simgl.scene.earth import Clouds, Earth, EarthMaps
 from simgl.scene.frost import frost_edges
@@ -91,7 +91,7 @@ class EarthTextures:
             self._maps = earth.maps, earth.bands
         if not self._weather or earth.clouds != self._clouds:
             self._forget_weather()
-            codes = self._weather_of(earth.clouds, earth.maps)
+            codes = self._weather_of(earth)
             self._weather = [map_texture(self._ctx, codes)]
             not_sea, not_land = self._shores
             high = cell_sums(over_cells(np.maximum, codes[..., 2]) > 0)
@@ -147,13 +147,22 @@ class EarthTextures:
             self._halved[level] = [_level_copy(self._ctx, complete, level) for complete in maps]
         return self._halved[level] if level else maps
 
-    def _weather_of(self, clouds: Clouds | None, maps: EarthMaps) -> Image8:
-        if clouds is None:
+    def _weather_of(self, earth: Earth) -> Image8:
+        if earth.clouds is None:
             return np.zeros((1, 1, 4), dtype=np.uint8)
-        key = clouds, maps
-        return _weather.get(
-            key, lambda: weather_map(self._ctx, clouds, maps, self._ground), size_of
-        )
+        clouds, maps = earth.clouds, earth.maps
+
+        def made() -> Image8:
+            if earth.bands == BANDS:
+                return weather_map(self._ctx, clouds, maps, self._ground)
+            # Clouds are where the land is green or bare: by R, G, B and N, whatever is drawn.
+            ground = ground_textures(self._ctx, maps)
+            try:
+                return weather_map(self._ctx, clouds, maps, ground)
+            finally:
+                _release(ground)
+
+        return _weather.get((clouds, maps), made, size_of)
 
     def _charts_of(self, seed: int) -> list[list[moderngl.Texture]]:
         """The noise of ground and clouds with its halvings as mipmaps, and each halving alone.
