@@ -52,10 +52,10 @@ def _image(boresight: list[float], bands: list[list[float]] | None, **earth: Any
 
 
 def _rows() -> Iterator[tuple[str, float, float, float]]:
-    aside = [-0.8, 0.6, 0.2]
-    default = _image(aside, None)
+    slanted = [-0.8, 0.6, 0.2]
+    default = _image(slanted, None)
     bands = [[545.0, 555.0], [640.0, 660.0], [759.0, 771.0], [745.0, 757.0]]
-    other = _image(aside, bands)
+    other = _image(slanted, bands)
     green = other[..., 0].mean() / default[..., 1].mean()
     yield "Earth with maps and clouds: 545-555 nm over G", green, 1.0, 0.02
     cloud = default[..., 0] > np.percentile(default[..., 0], 95)

@@ -18,7 +18,7 @@ too: with m odd the six axes are points of the map, and bilinear interpolation i
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
@@ -182,6 +182,15 @@ def irradiance(sky: SkyRadiance) -> Array32:
     return total.reshape(COARSE, COARSE, 4)
 
 
+def prepare_sums(texels: Iterable[int]) -> None:
+    """Make what ``irradiance`` and ``prefiltered`` need for skies of so many texels along an edge,
+    unless an earlier run has made it."""
+    for n in texels:
+        _irradiance_operator(n)
+    for level in range(len(_POINTS)):
+        _lobe_operator(level)
+
+
 def prefiltered(sky: SkyRadiance, plane_irradiance: Array32) -> Array32:
     """(5, m, m, 4) mean radiance that glossy lobes of each ``ROUGHNESS`` see [W m-2 sr-1].
 
@@ -241,7 +250,7 @@ class _IrradianceOperator:
 _MATRICES = ("vectors", "above", "cut")
 
 
-@lru_cache(maxsize=2)
+@lru_cache(maxsize=3)
 def _irradiance_operator(n: int) -> _IrradianceOperator:
     """For a sky of n texels along an edge; made once on a machine."""
 

@@ -314,8 +314,7 @@ def display_from_linear(linear: Array32) -> Image8:
 def display_from_dn(dn: Image16, camera: Camera, gain: float = 1.0) -> Image8:
     """(height, width, 3) sRGB image of digital numbers, pedestal black, full scale white.
 
-    Grey for a monochrome detector, and for bands other than R, G, B, N; for a colour one, white
-    surfaces in sunlight are neutral.
+    Grey without colour filters or of bands other than R, G, B, N; else sunlit white is neutral.
 
     gain : factor of the brightness
     """
@@ -325,8 +324,7 @@ def display_from_dn(dn: Image16, camera: Camera, gain: float = 1.0) -> Image8:
     # There are fewer values than pixels.
     values = np.arange(int(dn.max(initial=0)) + 1, dtype=np.uint16)
     grey = replace(detector, mosaic=None)
-    codes = srgb_from_linear(develop(values[None], grey, WHITE_PHOTONS, gain))[0]
-    return codes.take(dn, axis=0)
+    return srgb_from_linear(develop(values[None], grey, WHITE_PHOTONS, gain))[0].take(dn, axis=0)
 
 
 def display_from_radiance(radiance: Array32, gain: float = 1.0, bands: Bands = BANDS) -> Image8:

@@ -143,6 +143,7 @@ class Renderer:
             begin_stage(progress, "tables of the air")
             self._air.prepare(earth, progress)
             self._planet.prepare(earth, progress)
+            self._probes.prepare()
         for model in models:
             begin_stage(progress, f"light between surfaces of {model.name}")
             self._transports.prepare(model, joint_light, progress)

@@ -263,13 +263,37 @@ def open_renderer(options: RendererOptions, link: ServerLink) -> Renderer:
 
     def open_simulator(scenario: Scenario) -> Simulator:
         with activity("opening OpenGL") as shown:
-            return Simulator(scenario, progress=_Preparation(shown, link))
+            preparation = _Preparation(shown, link)
+            simulator = Simulator(scenario, progress=preparation)
+            preparation.begin_stage("first images")
+            _draw_first(simulator)
+            return simulator
 
     session = RenderSession(scenario, root=root, open_simulator=open_simulator)
     renderer = Renderer(session, overrides, recorder)
     if recorder is not None:
         recorder.opened(renderer.scene, scenario_file=scenario.source, root=root)
     return renderer
+
+
+def _draw_first(simulator: Simulator) -> None:
+    """Draw each camera at the scenario's epoch: the first request then waits for no shader.
+
+    Not by rays from every sample, which take longer than the shaders.
+    """
+    scenario = simulator.scenario
+    if scenario.gather == "pixel":
+        return
+    try:
+        state = scenario.at(scenario.epoch_tai_ns)
+        for camera in state.cameras:
+            simulator.capture(state, camera)
+    except SimglError:
+        # A scene that has no image at its epoch may have some at the client's poses.
+        return
+    except BaseException:
+        simulator.close()
+        raise
 
 
 class _Preparation:

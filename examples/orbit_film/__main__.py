@@ -12,6 +12,7 @@ import numpy as np
 import typer
 from PIL import Image
 
+from examples.orbit_film.places import PLACES, SEASONS, places
 from examples.orbit_film.views import orbit_frames, views
 from simgl import SimglError, contact_sheet
 from simgl.arrays import Image8
@@ -19,7 +20,7 @@ from simgl.cli_progress import activity
 from simgl.output import check_writable, complete_file
 from simgl.video import write_mp4
 
-QUALITY = 82
+QUALITY = 72
 FRAME_RATE = 4
 
 
@@ -28,11 +29,14 @@ def main(
         "out/orbit_film"
     ),
 ) -> None:
-    """The film as MP4, its 24 frames on a sheet, and a sheet of the Earth from every distance."""
+    """The film as MP4, its 24 frames on a sheet, and sheets of the Earth: from every distance,
+    fifteen places, four seasons."""
     check_writable(out)
     with activity("opening OpenGL") as progress:
         frames = dict(orbit_frames(progress))
         others = dict(views(progress))
+        fifteen = dict(places(PLACES, progress))
+        seasons = dict(places(SEASONS, progress))
     with TemporaryDirectory() as folder:
         paths = [Path(folder) / f"{k:06}.png" for k in range(len(frames))]
         for path, image in zip(paths, frames.values(), strict=True):
@@ -41,6 +45,8 @@ def main(
     print(out / "orbit.mp4")
     _write_sheet(out / "orbit_film.jpg", frames, columns=4, width=300)
     _write_sheet(out / "earth_views.jpg", others, columns=3, width=480)
+    _write_sheet(out / "earth_places.jpg", fifteen, columns=3, width=480)
+    _write_sheet(out / "earth_seasons.jpg", seasons, columns=2, width=480)
 
 
 def _write_sheet(path: Path, images: Mapping[str, Image8], *, columns: int, width: int) -> None:

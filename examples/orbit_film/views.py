@@ -53,39 +53,48 @@ def orbit_frames(progress: ProgressCallback | None = None) -> Iterator[tuple[str
     with Simulator(scenario, progress=progress) as simulator:
         for frame in range(FRAMES):
             after_ns = frame * PERIOD_NS // FRAMES
-            radiance = _radiance(simulator, scenario, "chaser", scenario.epoch_tai_ns + after_ns)
-            yield _shown(f"{after_ns / 60e9:.0f} min", radiance)
+            radiance = radiance_of(simulator, scenario, "chaser", scenario.epoch_tai_ns + after_ns)
+            yield shown(f"{after_ns / 60e9:.0f} min", radiance)
 
 
 def views(progress: ProgressCallback | None = None) -> Iterator[tuple[str, Image8]]:
     """Name with the gain, and the image, of every view; the last has a craft in it."""
     earth = scenario_from_dict(
-        {"epoch": {"utc": _UTC}, "camera": {name: _camera(*place) for name, place in VIEWS.items()}}
+        {
+            "epoch": {"utc": _UTC},
+            "camera": {name: camera_over(_UTC, *place) for name, place in VIEWS.items()},
+        }
     )
     for scenario in (earth, load_scenario(LIMB)):
         with Simulator(scenario, progress=progress) as simulator:
             for name in scenario.cameras:
-                radiance = _radiance(simulator, scenario, name, scenario.epoch_tai_ns)
+                radiance = radiance_of(simulator, scenario, name, scenario.epoch_tai_ns)
                 # The square image of the craft is cut to the others' shape.
-                yield _shown(name, radiance if scenario is earth else radiance[75:525])
+                yield shown(name, radiance if scenario is earth else radiance[75:525])
 
 
-def _radiance(simulator: Simulator, scenario: Scenario, camera: str, tai_ns: int) -> Array32:
+def radiance_of(simulator: Simulator, scenario: Scenario, camera: str, tai_ns: int) -> Array32:
     frame = simulator.capture(scenario.at(tai_ns), camera, {Product.RADIANCE}).radiance
     assert frame is not None
     return frame.radiance
 
 
-def _shown(name: str, radiance: Array32) -> tuple[str, Image8]:
+def shown(name: str, radiance: Array32) -> tuple[str, Image8]:
     gain = min(display_gain(radiance), DARKEST_GAIN)
     return f"{name}, x {gain:g}", display_from_radiance(radiance, gain)
 
 
-def _camera(
-    latitude: float, longitude: float, height_km: float, slant: float, azimuth: float, field: float
+def camera_over(
+    utc: str,
+    latitude: float,
+    longitude: float,
+    height_km: float,
+    slant: float,
+    azimuth: float,
+    field: float,
 ) -> dict[str, Any]:
-    """A camera over a place, as a scenario's table."""
-    R_icrf_from_itrf = itrf_from_icrf(tai_ns_from_utc(_UTC)).T
+    """A camera over a place at a time, as a scenario's table; angles in degrees as in ``VIEWS``."""
+    R_icrf_from_itrf = itrf_from_icrf(tai_ns_from_utc(utc)).T
     lat, lon, s, a = np.radians([latitude, longitude, slant, azimuth])
     up = np.array([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)])
     east = np.array([-np.sin(lon), np.cos(lon), 0.0])

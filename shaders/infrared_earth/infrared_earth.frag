@@ -13,7 +13,7 @@
 #include "planet/puffs.glsl"
 
 uniform sampler2D form_map;      // slopes to the east and north, shore, night lights
-uniform sampler2D weather_map;   // share of cloud, thickness code, thin high cloud, raggedness
+uniform sampler2D weather_map;   // share of cloud, thickness code, thin high cloud, kind
 #endif
 
 out vec4 seen;
@@ -62,9 +62,11 @@ void main() {
 #ifdef EARTH_MAPS
         // Clouds absorb half of what they scatter in visible light.
         vec4 weather = textureLod(weather_map, on_map, levels.x);
-        float halving = chart_level(levels.y), resolved = chart_variance[int(halving)].x;
-        float noise = dot(noise_at(spot_on(on_map, n), halving).zw, cloud_kinds(weather.w));
-        Broken broken = broken_up(weather.x, resolved, cloud_softness(weather.w));
+        float halving = chart_level(levels.y);
+        vec4 kinds = cloud_kinds(weather.w), shares = kinds * kinds;
+        float noise = clouds_noise(spot_on(on_map, n), halving, kinds);
+        float resolved = dot(shares, cloud_variance[int(halving)]);
+        Broken broken = broken_up(weather.x, resolved, cloud_softness(shares));
         float mu = max(cosine, 0.1);
         float opaque = 1.0 - exp(-0.5 * cloud_thickness(weather.y) / mu);
         // Thick clouds are high, and their towers higher.

@@ -51,14 +51,16 @@ void main() {
     vec2 texels = footprint * stretch / vec2(map_texel_km, chart_texel_km);
     vec2 levels = max(log2(texels), 0.0);
     levels.y = chart_level(levels.y);
-    float resolved = chart_variance[int(levels.y)].x;
+    float resolved_fibres = chart_variance[int(levels.y)].y;
     Spot spot = spot_at(n, place_on_map(n));
     vec4 weather = textureLod(weather_map, spot.on_map, levels.x);
-    float noise = dot(noise_at(spot, levels.y).zw, cloud_kinds(weather.w));
-    Broken cloud = broken_up(weather.x, resolved, cloud_softness(weather.w));
+    vec4 kinds = cloud_kinds(weather.w);
+    float noise = clouds_noise(spot, levels.y, kinds);
+    vec4 shares = kinds * kinds;
+    Broken cloud = broken_up(weather.x, dot(shares, cloud_variance[int(levels.y)]), cloud_softness(shares));
     float cover = cloud_cover(cloud, noise);
     float thick = max(1.0 + 0.5 * (noise - cloud.mean), 0.2);
-    float high_tau = high_cloud_thickness * weather.z * fibres(spot, levels.y, resolved);
+    float high_tau = high_cloud_thickness * weather.z * fibres(spot, levels.y, resolved_fibres);
 
     Daylight above = air_daylight_at(cloud_km, mu_sun);
 #ifdef NIGHT

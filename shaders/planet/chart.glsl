@@ -1,8 +1,9 @@
-// Noise over the whole sphere from one periodic image (simgl/scene/noise_projection.py), laid on the six faces
-// of a cube about it: slopes of hills, and the clouds' puffs and cells.
+// Noise over the whole sphere from two periodic images (simgl/scene/noise_projection.py), laid on the six
+// faces of a cube about it.
 #include "block/planet"
 
-uniform sampler2D chart;
+uniform sampler2D chart;         // slopes of hills, floes, fibres of ice cloud
+uniform sampler2D cloud_chart;   // closed cells, open cells, cumulus in streets, lumps
 
 // Codes are 0.5 + value / CHART_RANGE.
 const float CHART_RANGE = 8.0;
@@ -20,8 +21,9 @@ vec2 place_on_face(vec3 n, float face) {
     return place + 0.08 * sin(place.yx * vec2(1.1, 1.3)) + face * vec2(0.37, 0.71);
 }
 
+// The first axis runs east on all but the faces of the poles.
 vec2 chart_x(vec3 n) { return place_on_face(n.yzx, n.x < 0.0 ? 1.0 : 2.0); }
-vec2 chart_y(vec3 n) { return place_on_face(n.zxy, n.y < 0.0 ? 3.0 : 4.0); }
+vec2 chart_y(vec3 n) { return place_on_face(vec3(-n.x, n.zy), n.y < 0.0 ? 3.0 : 4.0); }
 vec2 chart_z(vec3 n) { return place_on_face(n, n.z < 0.0 ? 5.0 : 6.0); }
 
 // What of a face each of the three axes has that a place lies nearest to; they sum to 1.
@@ -41,7 +43,7 @@ vec2 chart_place(vec3 n) {
 vec2 chart_turn(vec3 n, vec3 east, vec3 north) {
     vec3 a = abs(n);
     vec3 along = a.x > max(a.y, a.z) ? vec3(0.0, sign(n.x), 0.0)
-               : a.y > a.z ? vec3(0.0, 0.0, sign(n.y)) : vec3(sign(n.z), 0.0, 0.0);
+               : a.y > a.z ? vec3(-sign(n.y), 0.0, 0.0) : vec3(sign(n.z), 0.0, 0.0);
     return normalize(vec2(dot(along, east), dot(along, north)));
 }
 
@@ -57,12 +59,12 @@ float chart_level(float spanned) {
 #endif
 }
 
-// Slopes, puffs and cells, each of variance 1 where `level` is 0: halvings of the image.
-vec4 chart_at(vec2 place, float level) {
+// What a chart says, each of variance 1 where `level` is 0: halvings of the image.
+vec4 chart_at(sampler2D image, vec2 place, float level) {
 #ifdef EVEN
     level = 0.0;
 #endif
-    return (textureLod(chart, place, level) - 0.5) * CHART_RANGE;
+    return (textureLod(image, place, level) - 0.5) * CHART_RANGE;
 }
 
 // What two faces have of the noise where their axes are so near, as far as no third one has any: they
@@ -73,8 +75,8 @@ vec2 chart_weights(vec2 nearness) {
 }
 
 // The noise anywhere.
-vec4 chart_about(vec3 n, float level) {
+vec4 chart_about(sampler2D image, vec3 n, float level) {
     vec3 share = chart_shares(n);
-    return (share.x * chart_at(chart_x(n), level) + share.y * chart_at(chart_y(n), level)
-            + share.z * chart_at(chart_z(n), level)) * inversesqrt(dot(share, share));
+    return (share.x * chart_at(image, chart_x(n), level) + share.y * chart_at(image, chart_y(n), level)
+            + share.z * chart_at(image, chart_z(n), level)) * inversesqrt(dot(share, share));
 }

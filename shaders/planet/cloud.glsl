@@ -35,9 +35,9 @@ float normal_quantile(float share) {
     return odds * (0.3544 + 7.2377 / (26.732 + odds * odds));
 }
 
-// How soft a cloud's edge is: the noise's rms over which it grows from nothing to its thickness.
-float cloud_softness(float ragged) {
-    return 0.65 - 0.5 * ragged;
+// How soft a cloud's edge is, by its kinds' shares: the noise's rms over which it grows from nothing to its thickness.
+float cloud_softness(vec4 shares) {
+    return dot(shares, vec4(0.5, 0.3, 0.2, 0.3));
 }
 
 // How noise breaks up cloud of which `share` of the surroundings is full.

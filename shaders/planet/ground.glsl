@@ -31,7 +31,7 @@ uniform sampler2D land_kind;   // how much grows, how dark it is in red, how whi
 // nothing; share of the Sun's light that does not come through (simgl/physics/earth_spectra.py).
 uniform sampler3D cloud_bands;
 #endif
-uniform sampler2D weather_map;   // share of cloud, thickness code, thin high cloud, raggedness
+uniform sampler2D weather_map;   // share of cloud, thickness code, thin high cloud, kind
 
 // Steps of the maps' codes, as in tools/earth_maps.py.
 const float ROOT_SLOPE_STEP = 255.0 / 120.0;
@@ -58,8 +58,8 @@ struct Sight {
 // The clouds about a place.
 //
 // seen, shading        : how noise breaks up those that the camera sees, and those before the Sun
-// kinds, shading_kinds : of puffs and cells in that noise
-// overhang             : what towers of closed cloud gain where they look towards the Sun
+// kinds                : what the kinds of cloud have of that noise
+// overhang             : what towers of closed cloud gain where they look towards the Sun, more where it is low
 // reflected, back      : reflectance for the Sun's light, and for light from all sides
 // shape                : reflectance towards the camera over its mean
 // high_tau             : optical thickness of thin high cloud
@@ -68,8 +68,7 @@ struct Sight {
 struct Clouds {
     Broken seen;
     Broken shading;
-    vec2 kinds;
-    vec2 shading_kinds;
+    vec4 kinds;
     float overhang;
     float reflected;
     float back;
@@ -86,16 +85,18 @@ float cosine_on_clouds(Place here) {
 }
 
 Clouds clouds_at(Place here) {
-    float level = here.levels.x, resolved = here.resolved.x;
+    float level = here.levels.x;
     vec4 shading = textureLod(weather_map, here.shade.on_map, level);
     vec4 weather = textureLod(weather_map, here.cloud.on_map, level);
     float thickness = cloud_thickness(weather.y);
     Clouds clouds;
-    clouds.seen = broken_up(weather.x, resolved, cloud_softness(weather.w));
-    clouds.shading = broken_up(shading.x, resolved, cloud_softness(shading.w));
+    // Those before the Sun are of the same kind.
     clouds.kinds = cloud_kinds(weather.w);
-    clouds.shading_kinds = cloud_kinds(shading.w);
-    clouds.overhang = 0.2 * max(2.0 * weather.x - 1.0, 0.0);
+    vec4 shares = clouds.kinds * clouds.kinds;
+    float resolved = dot(shares, here.resolved_clouds), softness = cloud_softness(shares);
+    clouds.seen = broken_up(weather.x, resolved, softness);
+    clouds.shading = broken_up(shading.x, resolved, softness);
+    clouds.overhang = 0.2 / (0.2 + cosine_on_clouds(here)) * max(2.0 * weather.x - 1.0, 0.0);
     clouds.reflected = cloud_reflectance(thickness, cosine_on_clouds(here));
     clouds.back = cloud_diffuse_reflectance(thickness);
     clouds.shape = cloud_shape(here.cloud_shape, weather.y);
@@ -127,7 +128,7 @@ struct Shade {
 };
 
 Shade shade_at(Place here, Clouds clouds) {
-    float noise = dot(noise_at(here.shade, here.levels.y).zw, clouds.shading_kinds);
+    float noise = clouds_noise(here.shade, here.levels.y, clouds.kinds);
     float cover = cloud_cover(clouds.shading, noise);
 #ifdef BANDS
     vec4 through = 1.0 - cover * clouds.lost;
@@ -236,10 +237,10 @@ struct Land {
 Land land_at(Place here) {
     float level = here.levels.x;
     // Noise below the maps' resolution, as far as the pixel resolves it: slopes to east and north.
-    vec4 noise = noise_at(here.ground, here.levels.y);
+    vec4 noise = noise_at(chart, here.ground, here.levels.y);
     vec2 along = noise.xy;
     vec2 hills = mat2(here.turn, -here.turn.y, here.turn.x) * along;
-    float resolved_hills = here.resolved.y, grain = 0.7071 * (along.x + along.y);
+    float resolved_hills = here.resolved.x, grain = 0.7071 * (along.x + along.y);
     // It frays what lies between two texels of the maps.
     vec2 frayed = here.ground.on_map + here.fray * hills.yx;
 #ifdef RELIEF_AT_CORNERS
@@ -273,9 +274,9 @@ Land land_at(Place here) {
     seen.lamps = form.w;
     // By half a kilometre for a slope of 1, along meridians as along parallels.
     seen.lamps_at = here.ground.on_map + 0.3 * here.fray * hills.yx;
-    // Roads run where a slope turns. For slopes of variance v the mean of exp(-50 slope^2) is
-    // 1 / sqrt(1 + 100 v).
-    seen.road = exp(-50.0 * along.x * along.x) * sqrt(1.0 + 100.0 * resolved_hills);
+    // Roads run where a slope turns. For slopes of variance v the mean of exp(-20 slope^2) is
+    // 1 / sqrt(1 + 40 v).
+    seen.road = exp(-20.0 * along.x * along.x) * sqrt(1.0 + 40.0 * resolved_hills);
 #endif
     return seen;
 }
@@ -299,7 +300,7 @@ vec4 surface_light(Place here, Sea sea, Shade shade) {
     vec4 water = sea.light * shade.through + sea.glint * (1.0 - shade.cover);
 #if defined(FROST) && !defined(LAND)
     // The clouds' puffs: hills have no floes.
-    float floes = noise_at(here.ground, here.levels.y).z;
+    float floes = noise_at(chart, here.ground, here.levels.y).z;
     float north = degrees_north(here.ground.on_map);
     vec4 ice = ice_reflectance[north > 0.0 ? 0 : 1];
     vec4 below_ice = by_clouds(ice, shade);
@@ -330,20 +331,20 @@ vec4 surface_light(Place here, Sea sea, Shade shade) {
 }
 
 // The clouds between the ground and the camera, over the light from below them. Where the noise is
-// high they are thick; what looks towards the Sun is bright.
+// high they are thick; what looks towards the Sun is bright, what looks away has the sky's light alone.
 Sight through_clouds(Place here, Clouds clouds, Shade shade, vec4 below, float on_earth, float on_clouds) {
     float reflected = clouds.reflected, halvings = here.levels.y;
-    float noise = dot(noise_at(here.cloud, halvings).zw, clouds.kinds);
+    float noise = clouds_noise(here.cloud, halvings, clouds.kinds);
     float cover = clouds_below * cloud_cover(clouds.seen, noise);
     float relief = 0.35 * (noise - clouds.seen.mean) + clouds.overhang * (noise - shade.noise);
-    vec4 layer = here.white
-               * (cover * reflected * clouds.shape * max(1.0 + (1.0 - reflected) * relief, 0.0));
+    vec4 layer = (here.white + here.sunny * max((1.0 - reflected) * relief, -1.0))
+               * (cover * reflected * clouds.shape);
 #ifdef BANDS
     layer *= clouds.darkened;
 #endif
     float past = 1.0 - cover * clouds.back;
 #ifndef NO_HIGH_CLOUD
-    float high_tau = clouds.high_tau * fibres(here.cloud, halvings, here.resolved.x);
+    float high_tau = clouds.high_tau * fibres(here.cloud, halvings, here.resolved.y);
     // Thin ice clouds reflect tau / (tau + 7.7 mu): the two-stream limit (1 - g) tau / 2 for an
     // asymmetry g of 0.74.
     float high = high_tau / (high_tau + 7.7 * cosine_on_clouds(here));

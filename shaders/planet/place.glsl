@@ -9,6 +9,11 @@
 #include "air/air.glsl"
 #endif
 
+// Sines of the Sun's height at which its upper limb sets for level ground, and for the tops of relief 2 km over
+// the ground around. From there the horizon dips by 0.0269 rad (Earth radius 7/6, for the ray's bend);
+// refraction lifts the Sun by 0.0099 there, and its radius is 0.0047.
+const float SETS_BELOW = -0.0047, SETS_ON_TOPS = -0.0415;
+
 // Lower than this sine the Sun throws no longer shadows [km of way per km of height].
 const float SHADOW_SINE = 0.15;
 
@@ -18,10 +23,11 @@ const float SHADOW_SINE = 0.15;
 // view      : unit, towards the camera, ITRF
 // footprint : of the pixel [km]
 // lit       : effective cosine of the Sun's disc
-// direct    : irradiance by the Sun on a plane that faces it, at the ground [W m-2]
+// direct    : irradiance by the Sun on a plane that faces it, at the ground, where it is up [W m-2]
 // diffuse   : irradiance by the sky on the horizontal ground [W m-2]
 // to_ground : transmittance from the ground to the camera
 // white     : radiance of a white layer at the height of the clouds [W m-2 sr-1]
+// sunny     : what of that is the Sun's light
 // white_high : the same at the height of thin high clouds, above most of the water vapour (BANDS)
 // beneath   : radiance that the air between ground and clouds adds [W m-2 sr-1]
 // aloft     : what the air would scatter towards the camera of the light of white ground [W m-2 sr-1]
@@ -36,7 +42,8 @@ const float SHADOW_SINE = 0.15;
 // level_sun : horizontal part of its direction, to east and north
 // fray      : on the maps, of a way across and along a meridian by which hills fray them
 // levels    : halvings of the maps and of the chart that a pixel spans
-// resolved  : variance of clouds' puffs and of hills' slopes that it resolves
+// resolved  : variance of hills' slopes and of ice fibres that it resolves
+// resolved_clouds : of the kinds of cloud
 struct Place {
     vec3 normal;
     vec3 view;
@@ -46,6 +53,7 @@ struct Place {
     vec4 diffuse;
     vec4 to_ground;
     vec4 white;
+    vec4 sunny;
     vec4 beneath;
 #ifdef EARTH_MAPS
 #ifdef BANDS
@@ -73,6 +81,7 @@ struct Place {
     vec2 fray;
     vec2 levels;
     vec2 resolved;
+    vec4 resolved_clouds;
 #endif
 };
 
@@ -140,7 +149,9 @@ Place place_at(vec3 d, float t, float cloud_t, float slant) {
     float mu_sun = dot(n, sun_direction_itrf.xyz);
     place.lit = disc_cosine(mu_sun, sun_angular_radius);
     Daylight day = air_daylight(mu_sun);
-    place.direct = day.direct;
+    // On fewer and fewer tops, whose slopes would face the Sun below the horizon all night.
+    float risen = clamp((mu_sun - SETS_ON_TOPS) / (SETS_BELOW - SETS_ON_TOPS), 0.0, 1.0);
+    place.direct = day.direct * (risen * risen);
     place.diffuse = day.diffuse;
     place.to_ground = vec4(1.0);
 #ifdef EARTH_MAPS
@@ -161,6 +172,7 @@ Place place_at(vec3 d, float t, float cloud_t, float slant) {
     place.levels = max(log2(texels), 0.0);
     place.levels.y = chart_level(place.levels.y);
     place.resolved = chart_variance[int(place.levels.y)].xy;
+    place.resolved_clouds = cloud_variance[int(place.levels.y)];
     Daylight high = air_daylight_at(cloud_km, mu_sun);
 #ifdef NIGHT
     place.diffuse += glow_irradiance * nightfall(mu_sun);
@@ -168,6 +180,7 @@ Place place_at(vec3 d, float t, float cloud_t, float slant) {
 #endif
     vec4 sunlight = high.direct * place.lit;
     place.white = (sunlight + high.diffuse) / PI;
+    place.sunny = sunlight / PI;
     // What the sky sends is reflected evenly.
 #ifdef BANDS
     float from_sun = dot(sunlight, vec4(1.0)) / max(dot(sunlight + high.diffuse, vec4(1.0)), 1e-20);
@@ -240,10 +253,12 @@ Place place_through(AirRay air, Place place) {
 #endif
     AirRay over = air_before(air, cloud_km);
     place.white *= over.to_ground;
+    place.sunny *= over.to_ground;
 #ifdef BANDS
     place.white_high *= air_before(air, HIGH_CLOUD_KM).to_ground;
 #ifndef AIR_INSIDE
     place.white *= past_twice(cloud_km, mu.x, mu.y);
+    place.sunny *= past_twice(cloud_km, mu.x, mu.y);
     place.white_high *= past_twice(HIGH_CLOUD_KM, mu.x, mu.y);
 #endif
 #endif

@@ -1,8 +1,8 @@
 // What the chart's noise makes of clouds, below the weather map's texels.
 #include "planet/chart.glsl"
 
-// A place of the clouds' noise and of the maps: on the maps, longitude and latitude, 0..1 eastwards
-// and southwards; on the chart, for puffs and for fibres, where one face is enough for all of a tile, or
+// A place of the noise and of the maps: on the maps, longitude and latitude, 0..1 eastwards
+// and southwards; on the charts, for all else and for fibres, where one face is enough for all of a tile, or
 // two (TWO_FACES), with how near their axes are; and the vertical where not.
 struct Spot {
     vec2 on_map;
@@ -18,18 +18,17 @@ struct Spot {
 #endif
 };
 
-// Puffs drawn out along the chart's first axis, sheared and bent, are fibres: where on the chart to read
-// them for a place on it.
+// Fibres run along the chart's first axis, drawn out, sheared and bent: where on the chart to read them for
+// a place on it.
 vec2 along_fibres(vec2 place) {
     float bend = 0.02 * sin(7.0 * place.x + 3.0 * place.y) + 0.05 * sin(2.3 * place.x);
-    return vec2(place.x / 9.0, place.y + 0.15 * place.x + bend);
+    return vec2(place.x / 3.0, place.y + 0.15 * place.x + bend);
 }
 
-// Ice falls and is blown out along the wind, which is easterly or westerly but for the caps of the poles:
-// on the faces about the y axis the chart's second axis runs east.
+// Ice falls and is blown out along the wind, which is easterly or westerly but for the caps of the poles.
 vec2 fibre_place(vec3 n) {
     vec3 a = abs(n);
-    return along_fibres(a.x > max(a.y, a.z) ? chart_x(n) : a.y > a.z ? chart_y(n).yx : chart_z(n));
+    return along_fibres(a.x > max(a.y, a.z) ? chart_x(n) : a.y > a.z ? chart_y(n) : chart_z(n));
 }
 
 // The spot at a vertical, where that is on the maps.
@@ -38,10 +37,10 @@ Spot spot_on(vec2 on_map, vec3 n) {
     return Spot(on_map, chart_place(n), fibre_place(n));
 #elif defined(FACES_XY)
     return Spot(on_map, vec4(chart_x(n), chart_y(n)),
-                vec4(along_fibres(chart_x(n)), along_fibres(chart_y(n).yx)), abs(n.xy));
+                vec4(along_fibres(chart_x(n)), along_fibres(chart_y(n))), abs(n.xy));
 #elif defined(FACES_YZ)
     return Spot(on_map, vec4(chart_y(n), chart_z(n)),
-                vec4(along_fibres(chart_y(n).yx), along_fibres(chart_z(n))), abs(n.yz));
+                vec4(along_fibres(chart_y(n)), along_fibres(chart_z(n))), abs(n.yz));
 #elif defined(FACES_ZX)
     return Spot(on_map, vec4(chart_z(n), chart_x(n)),
                 vec4(along_fibres(chart_z(n)), along_fibres(chart_x(n))), abs(n.zx));
@@ -51,23 +50,30 @@ Spot spot_on(vec2 on_map, vec3 n) {
 }
 
 // The noise at a spot; none where pixels are too large for it.
-vec4 noise_at(Spot spot, float level) {
+vec4 noise_at(sampler2D image, Spot spot, float level) {
 #ifdef FAR
     return vec4(0.0);
 #elif defined(ONE_FACE)
-    return chart_at(spot.on_chart, level);
+    return chart_at(image, spot.on_chart, level);
 #elif defined(TWO_FACES)
     vec2 weight = chart_weights(spot.nearness);
-    return weight.x * chart_at(spot.on_charts.xy, level) + weight.y * chart_at(spot.on_charts.zw, level);
+    return weight.x * chart_at(image, spot.on_charts.xy, level)
+         + weight.y * chart_at(image, spot.on_charts.zw, level);
 #else
-    return chart_about(spot.up, level);
+    return chart_about(image, spot.up, level);
 #endif
 }
 
-// What puffs and cells have of the clouds' noise: cells where they lie in decks, puffs elsewhere.
-vec2 cloud_kinds(float ragged) {
-    float cells = clamp(2.2 - 4.0 * ragged, 0.0, 1.0);
-    return sqrt(vec2(1.0 - cells, cells));
+// What closed cells, open cells, cumulus and lumps have of a mix of their noises, by the map's code: one after
+// the other they lie at 0, 1/3, 2/3 and 1. Squares are shares of the variance, which is 1.
+vec4 cloud_kinds(float code) {
+    vec4 near = max(1.0 - abs(3.0 * code - vec4(0.0, 1.0, 2.0, 3.0)), 0.0);
+    return near * inversesqrt(dot(near, near));
+}
+
+// The noise of a mix at a spot.
+float clouds_noise(Spot spot, float level, vec4 kinds) {
+    return dot(noise_at(cloud_chart, spot, level), kinds);
 }
 
 // Thickness of high cloud at a spot over its mean, which is 1.
@@ -78,15 +84,15 @@ float fibres(Spot spot, float level, float resolved) {
     return 1.0;
 #else
 #ifdef ONE_FACE
-    float noise = chart_at(spot.along_fibres, level).z;
+    float noise = chart_at(chart, spot.along_fibres, level).w;
 #elif defined(TWO_FACES)
-    float noise = dot(chart_weights(spot.nearness), vec2(chart_at(spot.along_fibres.xy, level).z,
-                                                         chart_at(spot.along_fibres.zw, level).z));
+    float noise = dot(chart_weights(spot.nearness), vec2(chart_at(chart, spot.along_fibres.xy, level).w,
+                                                         chart_at(chart, spot.along_fibres.zw, level).w));
 #else
     vec3 n = spot.up, share = chart_shares(n);
-    float noise = share.x * chart_at(along_fibres(chart_x(n)), level).z
-                + share.y * chart_at(along_fibres(chart_y(n).yx), level).z
-                + share.z * chart_at(along_fibres(chart_z(n)), level).z;
+    float noise = share.x * chart_at(chart, along_fibres(chart_x(n)), level).w
+                + share.y * chart_at(chart, along_fibres(chart_y(n)), level).w
+                + share.z * chart_at(chart, along_fibres(chart_z(n)), level).w;
     noise *= inversesqrt(dot(share, share));
 #endif
     // Spread like the exponential of a normal variable, whose mean is taken off.

@@ -1,7 +1,7 @@
-"""Noise on charts of the sphere: hills and puffs of cloud, finer than the maps' texels.
+"""Noise on charts of the sphere: hills and kinds of cloud, finer than the maps' texels.
 
-One periodic image for all six faces of a cube about the Earth; shaders/planet/chart.glsl lays it
-out. Made in Fourier space, so that it repeats without a seam.
+One pair of periodic images for all six faces of a cube about the Earth; shaders/planet/chart.glsl
+lays it out. Made in Fourier space, so that it repeats without a seam.
 """
 
 from __future__ import annotations
@@ -22,14 +22,18 @@ RANGE = 4.0
 # Mipmap levels whose texels may still show something of it.
 LEVELS = 8
 
-# Cycles along an edge of the longest waves: 64 km of cloud and 10 km of hills, beyond which the
+# Cycles along an edge of the longest waves: 64 km of cloud and 18 km of hills, beyond which the
 # maps have waves of their own.
-_CLOUDS, _HILLS = 4.0, 25.0
+_CLOUDS, _HILLS = 4.0, 14.0
 # Of an octave's waves over those of the last, in height of ground and in cloud: the latter's
 # variance falls by 2^-0.64 an octave, as that of liquid water does in stratus (Davis et al. 1999).
-_HILL_WEIGHT, _PUFF_WEIGHT = 0.4, 0.8
-# Cells of stratocumulus on the image: 20 km wide each.
-_CELLS = 160
+_HILL_WEIGHT, _PUFF_WEIGHT = 0.5, 0.8
+# Cells on the image: closed ones of stratocumulus, 20 km wide, and open ones, 32 km wide
+# (Wood and Hartmann 2006: 10 to 50 km).
+_CLOSED, _OPEN = 160, 64
+# Longest waves [cycles] of what lies on cells, and of cumulus: 16 and 7 km. Streets of cumulus are
+# 8 km apart, two to three times the height of their layer (Weston 1980).
+_ON_CELLS, _CUMULUS, _STREETS = 16.0, 36.0, 32.0
 # The ground's hills stay where they are, whatever the clouds do.
 _GROUND_SEED = 20260320
 
@@ -55,33 +59,34 @@ def _packed(codes: tuple[Image8, ...], left: Array32) -> dict[str, AnyArray]:
 
 
 def _is_complete(arrays: dict[str, AnyArray]) -> bool:
-    shapes = {f"codes_{level}": (SIZE >> level, SIZE >> level, 4) for level in range(LEVELS)}
-    return {name: array.shape for name, array in arrays.items()} == shapes | {"left": (LEVELS, 2)}
+    shapes = {f"codes_{level}": (SIZE >> level, SIZE >> level, 8) for level in range(LEVELS)}
+    return {name: array.shape for name, array in arrays.items()} == shapes | {"left": (LEVELS, 6)}
 
 
 def make_chart(seed: int) -> tuple[tuple[Image8, ...], Array32]:
     """Noise by texel at each halving, and how much of its variance is left there.
 
     seed : of the clouds
-    returns : LEVELS arrays, the first (SIZE, SIZE, 4), of codes of a field of hills' slopes along
-        columns and rows, their rms 1, and of two fields of cloud, puffs and cells, both spread like
-        a standard normal variable; and (LEVELS, 2) the variance of clouds and slopes at each
+    returns : LEVELS arrays, the first (SIZE, SIZE, 8), of codes of a field of hills' slopes along
+        columns and rows, their rms 1, of floes and of fibres of ice cloud; then of the kinds of
+        cloud: closed cells, open cells, cumulus in streets, lumps. All but slopes are spread like
+        a standard normal variable. And (LEVELS, 6) the variance of slopes, fibres and the kinds
+        at each
     """
     ground, clouds = np.random.default_rng(_GROUND_SEED), np.random.default_rng([seed, 1])
-    puffs = _normal(_octaves(clouds, _CLOUDS, _PUFF_WEIGHT, folded=True), clouds)
-    cells = _normal(
-        _walled_cells(clouds) + 0.6 * _standard(_octaves(clouds, _CLOUDS, 0.9, folded=True)), clouds
-    )
-    values = np.dstack([_slopes(ground), puffs, cells])
+    lumps = _normal(_octaves(clouds, _CLOUDS, _PUFF_WEIGHT, folded=True), clouds)
+    fields = [_fibres(clouds), _closed_cells(clouds), _open_cells(clouds), _cumulus(clouds)]
+    fibres, *cells = (_normal(field, clouds) for field in fields)
+    values = np.dstack([_slopes(ground), lumps, fibres, *cells, lumps])
     codes, left = [], []
     for _ in range(LEVELS):
         codes.append(
             np.round(255.0 * np.clip(0.5 + 0.5 / RANGE * values, 0.0, 1.0)).astype(np.uint8)
         )
-        slope_x, slope_y, puff, cell = (_read(values[..., k], clouds).var() for k in range(4))
-        left.append((puff + cell, slope_x + slope_y))
+        slope_x, slope_y, _, *others = (_read(values[..., k], clouds).var() for k in range(8))
+        left.append((0.5 * (slope_x + slope_y), *others))
         half = values.shape[0] // 2
-        values = values.reshape(half, 2, half, 2, 4).mean(axis=(1, 3))
+        values = values.reshape(half, 2, half, 2, 8).mean(axis=(1, 3))
     variances = np.array(left, dtype=np.float32)
     return tuple(codes), variances / variances[0]
 
@@ -113,20 +118,77 @@ def _octaves(
 def _slopes(rng: np.random.Generator) -> Array32:
     """(n, n, 2) gradient of heights."""
     x, y, _ = _frequencies()
-    heights = np.fft.rfft2(_octaves(rng, _HILLS, _HILL_WEIGHT, folded=True))
+    # Plains lie between hills.
+    rugged = np.exp(0.15 * _standard(_octaves(rng, _CLOUDS, 0.7)))
+    hills = _standard(_octaves(rng, _HILLS, _HILL_WEIGHT, folded=True))
+    heights = np.fft.rfft2(rugged * hills)
     parts = [np.fft.irfft2(1j * axis * heights) for axis in (x, y)]
     return _standard(np.stack(parts, axis=-1).astype(np.float32))
 
 
-def _walled_cells(rng: np.random.Generator) -> Array32:
+def _fibres(rng: np.random.Generator) -> Array32:
+    """(n, n) streaks along rows, drawn out the more the finer they are, in patches."""
+    x, y, _ = _frequencies()
+    # As long along rows as the square root of their width.
+    k = np.hypot(x * (1.0 + np.abs(x) / 4.0), y)
+    power = np.where(k < 2.0, 0.0, np.maximum(k, 2.0) ** -1.05)
+    streaks = _coloured(rng, power)
+    # Fibres fall out of their heads to one side, bent as the wind below is slower.
+    bend = 12.0 * _standard(_octaves(rng, 2.0, 0.3))
+    rows, columns = np.mgrid[:SIZE, :SIZE].astype(np.float32)
+    return _standard(
+        scipy.ndimage.map_coordinates(streaks, (rows + bend, columns), order=1, mode="grid-wrap")
+    )
+
+
+def _closed_cells(rng: np.random.Generator) -> Array32:
     """(n, n) domes that meet along creases, as wide as high."""
-    places = rng.uniform(0.0, SIZE, (_CELLS, 2))
-    y, x = np.mgrid[:SIZE, :SIZE] + 0.5
-    # Their walls are bent.
-    bend = 8.0 * np.stack([_standard(_octaves(rng, _CLOUDS, 0.5)) for _ in range(2)], axis=-1)
-    at = np.mod(np.stack([x, y], axis=-1) + bend, SIZE).reshape(-1, 2)
-    near, _ = scipy.spatial.KDTree(places, boxsize=SIZE).query(at, k=2)
-    return _standard(np.log(4.0 + near[:, 1] - near[:, 0]).reshape(SIZE, SIZE).astype(np.float32))
+    near = _to_walls(rng, _CLOSED)
+    domes = _standard(np.log(16.0 + near[1] - near[0]))
+    return domes + 0.6 * _standard(_octaves(rng, _ON_CELLS, _PUFF_WEIGHT, folded=True))
+
+
+def _open_cells(rng: np.random.Generator) -> Array32:
+    """(n, n) walls about empty cells, thickest where three meet, made of cumulus."""
+    near = _to_walls(rng, _OPEN)
+    walls = -np.log(14.0 + near[1] - near[0]) - 0.6 * np.log(20.0 + near[2] - near[0])
+    return _standard(walls) + 0.5 * _standard(_octaves(rng, _ON_CELLS, 0.9, folded=True))
+
+
+def _cumulus(rng: np.random.Generator) -> Array32:
+    """(n, n) small clouds in streets along rows that bend, and in swarms."""
+    x, y, k = _frequencies()
+    k = np.maximum(k, 0.1)
+    across = np.log2(np.maximum(np.abs(y), 0.1) / _STREETS) / 0.8
+    streets = _coloured(rng, np.exp(-(across**2) - (x / 6.0) ** 2))
+    bend = 12.0 * _standard(_octaves(rng, 2.0, 0.4))
+    rows, columns = np.mgrid[:SIZE, :SIZE].astype(np.float32)
+    streets = scipy.ndimage.map_coordinates(
+        streets, (rows + bend, columns), order=1, mode="grid-wrap"
+    )
+    swarms = _coloured(rng, np.where(k > 20.0, 0.0, k**-1.2))
+    # Heads of many sizes: round between creases.
+    fine = np.where((k < _CUMULUS) | (k > SIZE / 5.0), 0.0, k**-1.1)
+    heads = np.abs(_coloured(rng, fine)) + np.abs(_coloured(rng, fine))
+    return _standard(heads) + 0.4 * streets + 0.6 * swarms
+
+
+def _coloured(rng: np.random.Generator, amplitude: Array32) -> Array32:
+    """(n, n) a field of random waves of these amplitudes, its variance 1."""
+    white = np.fft.rfft2(rng.standard_normal((SIZE, SIZE), dtype=np.float32))
+    return _standard(np.fft.irfft2(white * amplitude).astype(np.float32))
+
+
+def _to_walls(rng: np.random.Generator, cells: int) -> Array32:
+    """(3, n, n) ways to the three nearest of the cells' middles [texels]."""
+    places = rng.uniform(0.0, SIZE, (cells, 2))
+    # Every second texel is enough for them, and their walls are bent.
+    y, x = np.mgrid[:SIZE:2, :SIZE:2] + 0.5
+    bend = [10.0 * _standard(_octaves(rng, _CLOUDS, 0.6)[::2, ::2]) for _ in range(2)]
+    at = np.mod(np.stack([x + bend[0], y + bend[1]], axis=-1), SIZE).reshape(-1, 2)
+    near, _ = scipy.spatial.KDTree(places, boxsize=SIZE).query(at, k=3)
+    ways = near.T.reshape(3, SIZE // 2, SIZE // 2).astype(np.float32)
+    return scipy.ndimage.zoom(ways, (1, 2, 2), order=1, mode="grid-wrap", grid_mode=True)
 
 
 def _standard(field: Array32) -> Array32:

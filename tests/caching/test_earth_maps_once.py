@@ -32,7 +32,7 @@ def start(gl: moderngl.Context, tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     computed: list[str] = []
     code = np.zeros((8, 16, 4), dtype=np.uint8)
-    chart = tuple(np.zeros((SIZE >> n, SIZE >> n, 4), dtype=np.uint8) for n in range(LEVELS))
+    chart = tuple(np.zeros((SIZE >> n, SIZE >> n, 8), dtype=np.uint8) for n in range(LEVELS))
 
     def stand_in(module: object, name: str, value: object) -> None:
         def compute(*_: object) -> Any:
@@ -47,7 +47,7 @@ def start(gl: moderngl.Context, tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     stand_in(cloud_map, "noise_volume", np.zeros((128, 128, 128, 4), dtype=np.uint8))
     stand_in(cloud_map, "weather_codes", code + 2)
     stand_in(cloud_map, "_from_image", code + 3)
-    stand_in(noise_projection, "make_chart", (chart, np.ones((LEVELS, 2), dtype=np.float32)))
+    stand_in(noise_projection, "make_chart", (chart, np.ones((LEVELS, 6), dtype=np.float32)))
 
     def textures_of(earth: Earth) -> list[str]:
         _forget()

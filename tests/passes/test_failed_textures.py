@@ -36,8 +36,8 @@ def test_the_textures_of_another_earth_may_fail_and_those_before_come_back(
         return np.full((8, 16, 4), clouds.seed, dtype=np.uint8)
 
     def small_chart(seed: int) -> tuple[list[Image8], Array32]:
-        levels = [np.full((8 >> n, 8 >> n, 4), seed, dtype=np.uint8) for n in range(3)]
-        return levels, np.zeros((LEVELS, 2), dtype=np.float32)
+        levels = [np.full((8 >> n, 8 >> n, 8), seed, dtype=np.uint8) for n in range(3)]
+        return levels, np.zeros((LEVELS, 6), dtype=np.float32)
 
     monkeypatch.setattr(earth_textures, "weather_map", codes)
     monkeypatch.setattr(earth_textures, "chart", small_chart)

@@ -176,6 +176,21 @@ def test_the_mean_of_a_cloudy_scene_does_not_hang_on_distance(gl: moderngl.Conte
     np.testing.assert_allclose(near.mean(axis=(0, 1)), far.mean(axis=(0, 1)), rtol=0.01)
 
 
+@pytest.mark.parametrize("degrees_below", [3.0, 9.0])
+def test_no_slope_catches_the_sun_below_the_horizon_of_its_top(
+    gl: moderngl.Context, degrees_below: float
+) -> None:
+    """Alps at twilight: from 2 km over the land around, the horizon dips by 1.54 deg, and
+    refraction and half of the disc let the Sun set 0.84 deg later, at 2.4 deg. Skylight alone is
+    even."""
+    place = (46.4, 9.5)
+    earth = {"clouds": {"cover": 0.0}, "airglow": False, "moonlight": False}
+    sun = tilted_sun(place, 90.0 + degrees_below, 90.0)
+    infrared = looking_down(gl, place, sun, earth, width=60.0)[..., 3]
+    # The sky's light differs by 1.5 over half a degree; growth reflects 0.35, rock 0.2.
+    assert infrared.max() < 2.5 * np.median(infrared)
+
+
 @pytest.fixture
 def square_cloud(tmp_path: Path) -> str:
     """A picture of one cloud: 100 km square over the Sahara."""

@@ -11,6 +11,7 @@ import urllib.request
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
 from simgl.displays import CameraImages
 from simgl.web.page_server import PageServer
@@ -22,13 +23,18 @@ from tests.web.small_scene import box_scenario
 LOCAL = WebAccess(host="127.0.0.1", port=0)
 
 
-def snapshot(newest: Newest, value: int = 7, size: int = 48) -> Snapshot:
-    """The scene with an image of noise, which JPEG does not make small."""
+def snapshot(
+    newest: Newest, value: int = 7, size: int = 48, **planes: npt.NDArray[np.float32]
+) -> Snapshot:
+    """The scene with an image of noise, which JPEG does not make small, and with other planes."""
     scenario = newest.scenario[1]
     rng = np.random.default_rng(value)
     dn = rng.integers(0, 4096, (size, size), dtype=np.uint16)
     images = CameraImages(
-        camera=scenario.cameras["nav"], planes={"dn": dn}, saturated_share=0.0, seconds=0.01
+        camera=scenario.cameras["nav"],
+        planes={"dn": dn, **planes},
+        saturated_share=0.0,
+        seconds=0.01,
     )
     state = scenario.at(scenario.epoch_tai_ns)
     return Snapshot(state=state, images={"nav": images})

@@ -7,6 +7,7 @@ import time
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
 import pytest
 
 from simgl import Simulator
@@ -76,6 +77,9 @@ class Page:
     def wait(self, expression: str) -> None:
         wait_until(lambda: bool(self.page.evaluate(expression)), expression, 30.0)
 
+    def wait_fact(self, group: str, name: str, text: str) -> None:
+        wait_until(lambda: text in self.fact(group, name), f"{name} {text}")
+
     def fact(self, group: str, name: str) -> str:
         """The value beside a name in a list of the page."""
         terms = self.page.locator(f"#{group} dt").all_inner_texts()
@@ -122,9 +126,7 @@ def test_every_display_comes_with_its_scale_and_pixels_in_units(desk: Page, show
     desk.page.fill("#pixel-y", "24")
     for column, depth in (("0", "no spacecraft"), ("32", " m")):
         desk.page.fill("#pixel-x", column)
-        wait_until(
-            lambda d=depth: d in desk.fact("pixel-facts", "Depth"), "the box is in the middle"
-        )
+        desk.wait_fact("pixel-facts", "Depth", depth)
     assert "W m-2 sr-1" in desk.fact("pixel-facts", "Radiance")
     assert "e-" in desk.fact("pixel-facts", "Mean signal")
     assert "DN" in desk.fact("pixel-facts", "Digital number")
@@ -177,3 +179,16 @@ def test_a_page_beside_24_streams_and_one_that_never_reads_stays_live(browser: A
         for link, _ in links:
             link.close()
         stuck.close()
+
+
+def test_the_numbers_of_a_scale_differ_where_depths_hardly_do(browser: Any) -> None:
+    newest, server = shown()
+    depth = np.linspace(198.5, 200.9, 48 * 48, dtype=np.float32).reshape(48, 48)
+    newest.publish(snapshot(newest, depth=depth))
+    with server:
+        opened = Page(browser, server.url, PHONE)
+        opened.page.select_option("#show", "depth")
+        opened.wait("document.querySelectorAll('#ticks span').length === 5")
+        ticks = opened.page.locator("#ticks span").all_inner_texts()
+        assert len(set(ticks)) == 5
+        opened.page.close()

@@ -8,7 +8,7 @@ import moderngl
 import numpy as np
 
 from simgl import assets
-from simgl.arrays import Image8
+from simgl.arrays import Array32, Image8
 from simgl.disk_cache import is_computed
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.glsl import assemble
@@ -17,7 +17,7 @@ from simgl.gpu.release import release_all
 from simgl.gpu.render_targets import Format, ImageTarget
 from simgl.gpu.uniform_blocks import Block
 from simgl.passes.background.earth_maps import MADE_BY, form_inputs, land_inputs, map_once
-from simgl.scene.cyclones import DECKS, seed_shift, swirls
+from simgl.scene.cyclones import DECKS, anvils, commas, seed_shift, swirls
 from simgl.scene.earth import Clouds, EarthMaps, MapImage
 from simgl.scene.noise_volume import SIZE, noise_volume
 
@@ -94,15 +94,15 @@ def weather_codes(
     ground: Sequence[moderngl.Texture],
     width: int = 4096,
 ) -> Image8:
-    """(h, w, 4) share of cloud, code of its thickness, thin high cloud, raggedness.
+    """(h, w, 4) share of cloud, code of its thickness, thin high cloud, code of its kind.
 
     clouds : without an image
     noise : of the same seed; ground : as ``simgl.passes.background.earth_maps`` gives them
     width : of the map; its height is half of that
     """
-    samplers = ["noise_volume", "swirls", "land_map", "form_map"]
+    samplers = ["noise_volume", "swirls", "commas", "anvils", "land_map", "form_map"]
     program = FullscreenProgram(ctx, _SHADER, _WEATHER, samplers)
-    wind = _wind_texture(ctx, clouds.seed)
+    drawn = [_field_texture(ctx, make(clouds.seed)) for make in (swirls, commas, anvils)]
     small = ImageTarget(ctx, _SMALL, [Format("f4", 4)])
     full = ImageTarget(ctx, (width, width // 2), [Format("f1", 4)])
     given: dict[str, object] = {"decks": DECKS, "seed_shift": (*seed_shift(clouds.seed), 0.0)}
@@ -111,14 +111,14 @@ def weather_codes(
         area = (0, 0, *target.size)
         State().apply(ctx, target.framebuffer, area, area)
         size = {"map_size": target.size, "cover_shift": shift}
-        program.draw(given | size, [noise, wind, *ground])
+        program.draw(given | size, [noise, *drawn, *ground])
 
     try:
         draw(full, _shift_for(clouds.cover, small, draw))
         codes = np.frombuffer(full.textures[0].read(alignment=1), dtype=np.uint8)
         return codes.reshape(width // 2, width, 4)
     finally:
-        release_all(ctx, program, wind, small, full)
+        release_all(ctx, program, *drawn, small, full)
 
 
 def _from_image(clouds: Clouds, image: MapImage) -> Image8:
@@ -127,13 +127,15 @@ def _from_image(clouds: Clouds, image: MapImage) -> Image8:
     values = np.zeros((*share.shape, 4), dtype=np.uint8)
     values[..., 0] = share
     values[..., 1] = np.uint8(np.clip(np.round(255.0 * code), 0, 255))
-    values[..., 3] = 128
+    # Lumps (shaders/planet/puffs.glsl).
+    values[..., 3] = 255
     return values
 
 
-def _wind_texture(ctx: moderngl.Context, seed: int) -> moderngl.Texture:
-    origin = swirls(seed)
-    texture = ctx.texture(origin.shape[1::-1], 3, origin.tobytes(), dtype="f4", alignment=1)
+def _field_texture(ctx: moderngl.Context, field: Array32) -> moderngl.Texture:
+    """A map of the whole Earth (h, w, parts)."""
+    size, parts = field.shape[1::-1], field.shape[2]
+    texture = ctx.texture(size, parts, field.tobytes(), dtype="f4", alignment=1)
     texture.repeat_x, texture.repeat_y = True, False
     return texture
 

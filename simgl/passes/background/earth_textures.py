@@ -32,11 +32,12 @@ from simgl.view.background_tiles import MapCells
 
 # In the order of ``EarthTextures.of``.
 MAPS = ["land_map", "form_map", "weather_map"]
-SAMPLERS = [*MAPS, "frost_edges", "cloud_reflection", "chart"]
+CHARTS = ["chart", "cloud_chart"]
+SAMPLERS = [*MAPS, "frost_edges", "cloud_reflection", *CHARTS]
 # Of ``EarthTextures.in_bands``, with their units.
 BAND_SAMPLERS = {"land_kind": 12, "cloud_bands": 13}
 # Of these what clouds and their ground in the thermal infrared take.
-WEATHER = ["form_map", "weather_map", "chart"]
+WEATHER = ["form_map", "weather_map", "cloud_chart"]
 
 # The last weathers of the process, which take seconds on software renderers: two of the usual size.
 _weather = LruCache[tuple[Clouds, EarthMaps], Image8](MANY, max_bytes=64 << 20)
@@ -47,17 +48,18 @@ class Weather:
     """Clouds of an Earth.
 
     textures : in the order of ``WEATHER``
-    chart_variance : (LEVELS, 4) of their noise, by halvings
+    variance : (LEVELS, 4) of their noise, by halvings
     """
 
     textures: tuple[Texture, ...]
-    chart_variance: Array32
+    variance: Array32
 
 
 class EarthTextures:
     """Keeps those of the last Earth that had maps.
 
-    chart_variance : (LEVELS, 4) variance of the noise of clouds and hills by halvings
+    chart_variance : (LEVELS, 4) variance of the noise of hills and of ice fibres by halvings
+    cloud_variance : (LEVELS, 4) of the kinds of cloud
     cells : what the cells of the maps hold
     """
 
@@ -71,8 +73,9 @@ class EarthTextures:
         self._tables: list[moderngl.Texture | moderngl.Texture3D] = []
         self._bands: list[moderngl.Texture | moderngl.Texture3D] = []
         self._chart_seed: int | None = None
-        self._chart: list[moderngl.Texture] = []
+        self._chart: list[list[moderngl.Texture]] = []
         self.chart_variance = np.zeros((LEVELS, 4), dtype=np.float32)
+        self.cloud_variance = np.zeros((LEVELS, 4), dtype=np.float32)
         self.cells: MapCells | None = None
         self._shores: tuple[IndexArray, IndexArray]
 
@@ -101,7 +104,7 @@ class EarthTextures:
             self._forget_chart()
             self._chart = self._charts_of(seed)
             self._chart_seed = seed
-        return [*self._ground, *self._weather, *self._tables, self._chart[0]]
+        return [*self._ground, *self._weather, *self._tables, *self._chart[0]]
 
     def in_bands(self, earth: Earth) -> list[Texture]:
         """What tells land and clouds in bands of a scenario, in the order of ``BAND_SAMPLERS``."""
@@ -115,7 +118,7 @@ class EarthTextures:
         """Its clouds; valid as long as ``of``."""
         textures = self.of(earth)
         chosen = tuple(textures[SAMPLERS.index(name)] for name in WEATHER)
-        return Weather(textures=chosen, chart_variance=self.chart_variance)
+        return Weather(textures=chosen, variance=self.cloud_variance)
 
     def prepare(self, earth: Earth, progress: ProgressCallback | None = None) -> None:
         """Make what no earlier run has made, so that no frame waits for it.
@@ -128,8 +131,8 @@ class EarthTextures:
             begin_stage(progress, "maps of the Earth")
             self.of(earth)
 
-    def chart_with(self, level: int) -> moderngl.Texture:
-        """The chart at a halving alone, for the last sampler in place of all of them."""
+    def charts_with(self, level: int) -> list[moderngl.Texture]:
+        """The charts at a halving alone, for ``CHARTS`` in place of all of them."""
         return self._chart[1 + level]
 
     def read_maps(self, smaller: int) -> None:
@@ -152,20 +155,21 @@ class EarthTextures:
             key, lambda: weather_map(self._ctx, clouds, maps, self._ground), size_of
         )
 
-    def _charts_of(self, seed: int) -> list[moderngl.Texture]:
-        """The noise with its halvings as mipmaps, and each halving alone.
+    def _charts_of(self, seed: int) -> list[list[moderngl.Texture]]:
+        """The noise of ground and clouds with its halvings as mipmaps, and each halving alone.
 
         Software renderers read mipmaps at several times the cost of a texture that has none.
         """
         levels, variance = chart(seed)
-        complete = _chart_texture(self._ctx, levels[0])
-        complete.build_mipmaps(max_level=len(levels) - 1)
-        for level, codes in enumerate(levels):
-            complete.write(codes.tobytes(), level=level, alignment=1)
-        complete.filter = (moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR)
-        charts = [complete, *(_chart_texture(self._ctx, codes) for codes in levels)]
-        self.chart_variance[:, :2] = variance
-        return charts
+        self.chart_variance[:, :2], self.cloud_variance[:] = variance[:, :2], variance[:, 2:]
+        each = [(codes[..., :4].copy(), codes[..., 4:].copy()) for codes in levels]
+        complete = [_chart_texture(self._ctx, codes) for codes in each[0]]
+        for k, texture in enumerate(complete):
+            texture.build_mipmaps(max_level=len(levels) - 1)
+            for level, codes in enumerate(each):
+                texture.write(codes[k].tobytes(), level=level, alignment=1)
+            texture.filter = (moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR)
+        return [complete, *([_chart_texture(self._ctx, codes) for codes in two] for two in each)]
 
     # What is released is forgotten with it: the next of a kind may fail to be made.
 
@@ -177,7 +181,8 @@ class EarthTextures:
         self._halved.clear()
 
     def _forget_chart(self) -> None:
-        _release(self._chart)
+        for charts in self._chart:
+            _release(charts)
         self._chart = []
 
     def release(self) -> None:

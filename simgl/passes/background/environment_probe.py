@@ -8,10 +8,18 @@ from concurrent.futures import Executor, Future
 import moderngl
 
 from simgl.arrays import Array32
-from simgl.environment_map import COARSE, FINE, ROUGHNESS, SkyRadiance, irradiance, prefiltered
+from simgl.environment_map import (
+    COARSE,
+    FINE,
+    ROUGHNESS,
+    SkyRadiance,
+    irradiance,
+    prefiltered,
+    prepare_sums,
+)
 from simgl.lru_cache import LruCache
 from simgl.passes.drawn_spacecraft import EnvironmentProbe, SkyTextures
-from simgl.view.background import SkyView
+from simgl.view.background import LIMB_TEXELS, SKY_TEXELS, TERMINATOR_TEXELS, SkyView
 
 # Probes are cached for so many views; an image of more spacecraft caches as many as it needs.
 CAPACITY = 8
@@ -32,6 +40,10 @@ class EnvironmentProbeStore:
         self._probes = LruCache[tuple[object, ...], EnvironmentProbe](CAPACITY, self._unused.append)
         # Added, and being integrated.
         self._added: dict[tuple[object, ...], tuple[SkyRadiance, Future[_Integrals]]] = {}
+
+    def prepare(self) -> None:
+        """Make what skies of every size need, in the executor's thread: an orbit meets them all."""
+        self._executor.submit(prepare_sums, (SKY_TEXELS, TERMINATOR_TEXELS, LIMB_TEXELS))
 
     def missing(self, views: Sequence[SkyView | None]) -> list[SkyView]:
         """The different views whose radiance has to be added before ``of`` knows their probes."""

@@ -76,9 +76,9 @@ class InfraredEarthPass:
         if planet is None or earth is None:
             target.clear(*scene.space, 0.0, 0.0, viewport=area)
             return
-        variance = np.zeros((LEVELS, 4)) if weather is None else weather.chart_variance
+        variance = np.zeros((LEVELS, 4)) if weather is None else weather.variance
         values = planet_values(background, planet, area, lamps=False)
-        self._planet.write(values | {"chart_variance": variance})
+        self._planet.write(values | {"cloud_variance": variance})
         self._planet.bind()
         reflected = earth.air.reflectance / np.pi * np.array(earth.sunlight)
         climate = shader_values(earth.day, planet.earth.equatorial_radius)

@@ -20,6 +20,7 @@ from simgl.passes.background.air_march import AIR_VIEW
 from simgl.passes.background.air_tables import AIR
 from simgl.passes.background.earth_textures import (
     BAND_SAMPLERS,
+    CHARTS,
     SAMPLERS,
     EarthTextures,
     Weather,
@@ -268,7 +269,13 @@ class PlanetPass:
         if lit.planet.earth.bands != BANDS:
             self._bind_bands(lit, air)
         values = planet_values(lit.background, lit.planet, lit.area, lamps=lamps)
-        lit.block.write(values | {"chart_variance": self._textures.chart_variance})
+        lit.block.write(
+            values
+            | {
+                "chart_variance": self._textures.chart_variance,
+                "cloud_variance": self._textures.cloud_variance,
+            }
+        )
         lit.block.bind()
 
     def _bind_bands(self, lit: _LitEarth, air: AirBefore | None) -> None:
@@ -363,7 +370,8 @@ class PlanetPass:
         for step in np.unique((LEVELS * maps + noise)[seen]).tolist():
             of_maps, of_noise = divmod(step, LEVELS)
             if "FAR" not in variant:
-                self._textures.chart_with(of_noise).use(len(SAMPLERS) - 1)
+                for unit, chart in enumerate(self._textures.charts_with(of_noise)):
+                    chart.use(SAMPLERS.index(CHARTS[0]) + unit)
             for unit, halved in enumerate(self._textures.maps_with(of_maps)):
                 halved.use(unit)
             at_step = (maps == of_maps) & (noise == of_noise)
@@ -384,7 +392,7 @@ class PlanetPass:
             ground = SAMPLERS if "EARTH_MAPS" in variant else []
             air = AIR_SAMPLERS if "AIR" in variant else ()
             samplers = {sampler: unit for unit, sampler in enumerate((*ground, *air))}
-            unread = ["chart"] if "FAR" in variant else []
+            unread = [*CHARTS] if "FAR" in variant else []
             unread += ["frost_edges"] if "FROST" not in variant else []
             unread += ["cloud_reflection"] if name == "planet/ceiling" else []
             groundless = "SEA" in variant or name == "planet/ceiling"

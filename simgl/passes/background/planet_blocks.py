@@ -53,8 +53,10 @@ PLANET = Block(
             ("intrinsics", "f4", 4),
             # Of the image: its first corner [pixels], and clip space per pixel.
             ("area", "f4", 4),
-            # Variance of the noise of clouds and of hills by the chart's halvings.
+            # Variance of the noise of hills and of ice fibres by the chart's halvings, and of
+            # closed cells, open cells, cumulus and lumps.
             ("chart_variance", "f4", (LEVELS, 4)),
+            ("cloud_variance", "f4", (LEVELS, 4)),
             ("outside", "f4"),
             # The same from the sphere that the clouds lie on.
             ("cloud_outside", "f4"),

@@ -132,7 +132,7 @@ function showImage(hasPixels) {
   } else if (scenario.follows) note(image ? "The loop does not ask for this; see Show." : "Waiting for an image of this camera.");
   else note(update.message ? "There is no image." : "Drawing.");
   if (!isWatched) note("Drawing.");
-  $("pixels").style.visibility = hasPixels || !image ? "visible" : "hidden";
+  $("pixels").style.visibility = picture && (hasPixels || !image) ? "visible" : "hidden";
   if (scenario.follows && image) for (const option of $("show").options) option.disabled = !image.planes.includes(option.value);
   showScale(image && image.scale);
   if (!image) { facts($("image-facts"), []); return; }
@@ -151,8 +151,11 @@ function showScale(scale) {
     const t = i / count;
     return scale.logarithmic ? scale.low * (scale.high / scale.low) ** t : scale.low + t * (scale.high - scale.low);
   });
-  $("ticks").replaceChildren(...ticks.map((v) => { const s = document.createElement("span"); s.textContent = number(v, 3); return s; }));
-  $("bar").setAttribute("aria-label", `Colour scale from ${number(scale.low, 3)} to ${number(scale.high, 3)} ${scale.unit}`);
+  // As many digits as tell them apart: depths of a far target differ little.
+  let digits = 3, texts;
+  do texts = ticks.map((v) => number(v, digits)); while (new Set(texts).size <= count && digits++ < 9);
+  $("ticks").replaceChildren(...texts.map((text) => { const s = document.createElement("span"); s.textContent = text; return s; }));
+  $("bar").setAttribute("aria-label", `Colour scale from ${texts[0]} to ${texts[count]} ${scale.unit}`);
 }
 
 function showScene() {
@@ -209,15 +212,18 @@ function showTimes() {
     ["Images sent to viewers", String(update.sent)], ["Dropped for slow viewers", String(update.dropped)]]);
 }
 
-let pixelChosen = false, pixelBusy = false, pixelAt = -1e9;
+let pixelChosen = false, pixelBusy = false, pixelAgain = false, pixelAt = -1e9;
 async function readPixel(now = false) {
-  if (!pixelChosen || pixelBusy || !update || !update.image || (!now && performance.now() - pixelAt < 250)) return;
-  pixelBusy = true; pixelAt = performance.now();
+  if (!pixelChosen || !update || !update.image || (!now && performance.now() - pixelAt < 250)) return;
+  // Another pixel that is chosen while one is being read; the scene may stand still afterwards.
+  if (pixelBusy) { pixelAgain ||= now; return; }
+  pixelBusy = true; pixelAgain = false; pixelAt = performance.now();
   const [x, y] = [$("pixel-x").value, $("pixel-y").value];
   try {
     const reply = await fetch(`pixel.json?camera=${encodeURIComponent($("camera").value)}&x=${x}&y=${y}`);
     showPixel(reply.ok ? await reply.json() : null);
   } catch { showPixel(null); } finally { pixelBusy = false; }
+  if (pixelAgain) await readPixel(true);
 }
 
 function showPixel(values) {

@@ -10,7 +10,7 @@ DAMAGES = (
         MODEL,
         'model = "./scene.toml"',
         ": epoch is not a key here; (allowed: axes, description, file, joint, keypoints, name, "
-        "source, thermal, unit_m)",
+        "reflectance, source, thermal, unit_m)",
     ),
     Damage(
         "unknown key of a primitive",
