@@ -435,8 +435,6 @@ class Capture:
             mean = ", ".join(f"{value:.4g}" for value in values)
             rows.append((f"mean radiance {', '.join(names)}", f"{mean} W m-2 sr-1"))
         if self.thermal is not None:
-            low, high = (f(self.thermal.brightness_temperature) for f in (np.min, np.max))
-            rows.append(("brightness temperature", f"{low:.1f} to {high:.1f} K"))
             rows.append(("temperatures", f"{self.thermal.history}, {self.thermal.state}"))
         title = f"Capture of {info.scenario}"
         return html_table(title, (), rows) + html_image(self._repr_png_(), title)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import moderngl
 import numpy as np
@@ -61,8 +61,8 @@ def _in_sunlight() -> Iterator[Row]:
         yield difference(f"plate insulated behind, {name}", ratio**0.25, seen, _GOAL)
 
 
-def _warmest(model: dict[str, object], count: int) -> float:
-    scenario = in_sunlight(model)
+def _warmest(model: Mapping[str, object], count: int) -> float:
+    scenario = in_sunlight(dict(model))
     body = thermal_body("body", scenario.models["body"], count)
     state = steady_state(body, scenario.at(scenario.epoch_tai_ns))
     return float(state.temperatures[: body.patch_count].max())

@@ -45,10 +45,12 @@ def main(
                 "visible": {Product.RADIANCE},
                 "infrared": {Product.THERMAL},
             }
-            seen = simulator.captures(state, wanted, temperatures=simulator.temperatures.at(tai_ns))
+            visible, infrared = simulator.captures(
+                state, wanted, temperatures=simulator.temperatures.at(tai_ns)
+            )
             sunlit = float(state.sunlit_share(state.bodies["client"].pose.position))
-            frames.append(_panel(*seen, minute, sunlit))
-            rows.append(f"{minute},{sunlit:.3f}," + _temperatures(seen[1]))
+            frames.append(_panel(visible, infrared, minute, sunlit))
+            rows.append(f"{minute},{sunlit:.3f}," + _temperatures(infrared))
             progress(number + 1, len(MINUTES))
     with complete_file(out / "thermal_film.webp") as temporary:
         first, *others = (Image.fromarray(frame) for frame in frames)
@@ -60,7 +62,7 @@ def main(
             duration=FRAME_MS,
             loop=0,
             quality=QUALITY,
-            method=6,
+            method=4,
         )
     with complete_file(out / "thermal_film.csv") as temporary:
         temporary.write_text("\n".join(rows) + "\n")
@@ -83,7 +85,7 @@ def _panel(visible: Capture, infrared: Capture, minute: int, sunlit: float) -> I
     sheet = Image.new("RGB", (2 * SIZE[0] + 5 * _BAR, SIZE[1] + _LINE), "black")
     pen, font = ImageDraw.Draw(sheet), ImageFont.load_default(size=0.65 * _LINE)
     light = "sunlight" if sunlit > 0.99 else "Earth's shadow" if sunlit < 0.01 else "penumbra"
-    names = f"{minute} min, {light}: visible", "7.5 to 13.5 \u00b5m, brightness temperature"
+    names = f"{minute} min, {light}: visible", "7.5 to 13.5 um, brightness temperature"
     for column, (picture, name) in enumerate(zip(pictures, names, strict=True)):
         small = Image.fromarray(picture).resize(SIZE, Image.Resampling.LANCZOS)
         sheet.paste(small, (column * SIZE[0], _LINE))

@@ -81,7 +81,12 @@ class ThermalNetwork:
         values[0, :count], values[1, count:] = conduction.data, pairs.data[main]
         by_row = np.lexsort((columns, rows))
         starts = np.searchsorted(rows[by_row], np.arange(len(self.capacity) + 1))
-        return _Direction(*values[:, by_row], columns[by_row], starts)
+        return _Direction(
+            conduction=values[0, by_row],
+            coupling=values[1, by_row],
+            columns=columns[by_row],
+            rows=starts,
+        )
 
     @cached_property
     def digest(self) -> str:
@@ -187,7 +192,7 @@ def _gmres(matrix: Callable[[Array], Array], right: Array) -> Array:
     wanted = np.zeros(_MAX_DIRECTIONS + 1)
     wanted[0] = scale
     basis[0] = right / scale
-    parts = np.zeros(0)
+    parts: Array = np.zeros(0)
     for count in range(1, _MAX_DIRECTIONS + 1):
         image, known = matrix(basis[count - 1]), basis[:count]
         shares = known @ image
@@ -195,7 +200,7 @@ def _gmres(matrix: Callable[[Array], Array], right: Array) -> Array:
         length = float(np.linalg.norm(image))
         projected[:count, count - 1], projected[count, count - 1] = shares, length
         system = projected[: count + 1, :count]
-        parts = np.linalg.lstsq(system, wanted[: count + 1], rcond=None)[0]
+        parts = np.asarray(np.linalg.lstsq(system, wanted[: count + 1], rcond=None)[0], np.float64)
         left = float(np.linalg.norm(system @ parts - wanted[: count + 1]))
         if left <= _ACCURACY * scale or length == 0.0:
             break
