@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 from PIL import Image
 
 from simgl.arrays import Array, Image8
@@ -14,9 +15,9 @@ _FULL = 0.3
 _SCALE = 3
 
 
-def shown(radiance: Array, white: float | Array) -> Image8:
+def shown(radiance: Array, white: ArrayLike) -> Image8:
     """(height, width, 3) sRGB of R, G, B radiance; so much of each [W m-2 sr-1] is white."""
-    linear = np.clip(radiance / white, 0.0, 1.0)
+    linear = np.clip(radiance / np.asarray(white), 0.0, 1.0)
     low, high = 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055
     return np.asarray(np.where(linear <= 0.0031308, low, high) * 255.0 + 0.5, dtype=np.uint8)
 
