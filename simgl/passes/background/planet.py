@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import moderngl
 import numpy as np
 
-from simgl.arrays import Array, IndexArray, Mask
+from simgl.arrays import Mask
 from simgl.gpu.context import is_software
 from simgl.gpu.fullscreen import Texture
 from simgl.gpu.pipeline_state import SRC1_COLOR, State
@@ -40,7 +40,7 @@ from simgl.passes.background.planet_variants import (
     knows_ground_bands,
     variant_of,
 )
-from simgl.passes.background.tile_kinds import kinds_at_corners, lights_and_seasons
+from simgl.passes.background.tile_kinds import halvings, kinds_at_corners, lights_and_seasons
 from simgl.physics.air_profile import AIR_TOP
 from simgl.physics.spectrum import BANDS
 from simgl.progress import ProgressCallback
@@ -363,10 +363,10 @@ class PlanetPass:
         noise = np.zeros(seen.shape, dtype=np.int64)
         maps = noise
         if "FAR" not in variant:
-            noise = _halvings(tiles.pixel, 1e3 * TEXEL_KM)
+            noise = halvings(tiles.pixel, 1e3 * TEXEL_KM)
         self._textures.read_maps(self._maps_filter(magnified or not self._hardware))
         if not (magnified or self._hardware):
-            maps = _halvings(tiles.pixel, MAP_TEXEL_M)
+            maps = halvings(tiles.pixel, MAP_TEXEL_M)
         for step in np.unique((LEVELS * maps + noise)[seen]).tolist():
             of_maps, of_noise = divmod(step, LEVELS)
             if "FAR" not in variant:
@@ -447,9 +447,3 @@ def _moonlit_below(planet: PlanetView) -> float:
         return -1.0
     share = float(planet.moonlight.irradiance.sum() / max(planet.sun_irradiance.sum(), 1e-30))
     return _DUSK + _FADES * float(np.log(max(share, 1e-30) / _FULL_MOON))
-
-
-def _halvings(pixel: Array, texel: float) -> IndexArray:
-    """Of an image whose texels are so long, for pixels of such edges [m]; 0 beside the planet."""
-    steps = np.rint(np.log2(np.maximum(pixel / texel, 1.0)))
-    return np.minimum(steps, LEVELS - 1).astype(np.int64)

@@ -6,8 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from simgl.arrays import Mask
+from simgl.arrays import Array, IndexArray, Mask
 from simgl.passes.background.planet_blocks import MAP_TEXEL_M
+from simgl.scene.noise_projection import LEVELS
 from simgl.view.background_tiles import MERGED, TILE, BackgroundTiles
 
 # Where a large tile spans less of a map's texel, it reads the map's slopes at its corners: 0.1 % of
@@ -56,3 +57,9 @@ def kinds_at_corners(tiles: BackgroundTiles, dark: Mask) -> Iterator[tuple[tuple
     for value in np.unique(which[seen]).tolist():
         known = tuple(kind for bit, kind in enumerate(kinds) if value >> bit & 1)
         yield known, seen & (which == value)
+
+
+def halvings(pixel: Array, texel: float) -> IndexArray:
+    """Of an image whose texels are so long, for pixels of such edges [m]; 0 beside the planet."""
+    steps = np.rint(np.log2(np.maximum(pixel / texel, 1.0)))
+    return np.minimum(steps, LEVELS - 1).astype(np.int64)
