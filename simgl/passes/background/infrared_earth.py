@@ -78,7 +78,8 @@ class InfraredEarthPass:
             return
         variance = np.zeros((LEVELS, 4)) if weather is None else weather.variance
         values = planet_values(background, planet, area, lamps=False)
-        self._planet.write(values | {"cloud_variance": variance})
+        unread = {"chart_variance": np.zeros((LEVELS, 4))}
+        self._planet.write(values | unread | {"cloud_variance": variance})
         self._planet.bind()
         reflected = earth.air.reflectance / np.pi * np.array(earth.sunlight)
         climate = shader_values(earth.day, planet.earth.equatorial_radius)
