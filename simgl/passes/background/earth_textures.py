@@ -114,6 +114,11 @@ class EarthTextures:
             self._bands = [kinds, _table_texture(self._ctx, cloud_table(earth.bands))]
         return list(self._bands)
 
+    @property
+    def variances(self) -> dict[str, object]:
+        """Those of the block of the planet."""
+        return {"chart_variance": self.chart_variance, "cloud_variance": self.cloud_variance}
+
     def weather(self, earth: Earth) -> Weather:
         """Its clouds; valid as long as ``of``."""
         textures = self.of(earth)

@@ -269,13 +269,7 @@ class PlanetPass:
         if lit.planet.earth.bands != BANDS:
             self._bind_bands(lit, air)
         values = planet_values(lit.background, lit.planet, lit.area, lamps=lamps)
-        lit.block.write(
-            values
-            | {
-                "chart_variance": self._textures.chart_variance,
-                "cloud_variance": self._textures.cloud_variance,
-            }
-        )
+        lit.block.write(values | self._textures.variances)
         lit.block.bind()
 
     def _bind_bands(self, lit: _LitEarth, air: AirBefore | None) -> None:
