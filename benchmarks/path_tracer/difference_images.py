@@ -29,7 +29,7 @@ def signed(relative: Array) -> Image8:
     return np.asarray(np.stack([red, rest, blue], axis=2) * 255.0 + 0.5, dtype=np.uint8)
 
 
-def beside_each_other(*images: Image8) -> Image8:
+def in_a_row(*images: Image8) -> Image8:
     """Pictures in a row, each pixel three wide."""
     row = np.hstack(images)
     return np.asarray(np.kron(row, np.ones((_SCALE, _SCALE, 1), dtype=np.uint8)), dtype=np.uint8)
@@ -37,4 +37,4 @@ def beside_each_other(*images: Image8) -> Image8:
 
 def write_png(path: Path, *images: Image8) -> None:
     """Pictures in a row as a file."""
-    Image.fromarray(beside_each_other(*images)).save(path)
+    Image.fromarray(in_a_row(*images)).save(path)

@@ -72,8 +72,8 @@ def main(
 def _temperatures(seen: Capture) -> str:
     assert seen.thermal is not None
     kelvin = seen.thermal.temperature
-    of_craft = kelvin[kelvin > 0.0]
-    return f"{of_craft.max():.1f},{of_craft.mean():.1f},{of_craft.min():.1f}"
+    of_spacecraft = kelvin[kelvin > 0.0]
+    return f"{of_spacecraft.max():.1f},{of_spacecraft.mean():.1f},{of_spacecraft.min():.1f}"
 
 
 def _panel(visible: Capture, infrared: Capture, minute: int, sunlit: float) -> Image8:
@@ -81,12 +81,12 @@ def _panel(visible: Capture, infrared: Capture, minute: int, sunlit: float) -> I
     assert visible.radiance is not None
     assert infrared.thermal is not None
     kelvin = infrared.thermal.brightness_temperature
-    pictures = [display_from_radiance(visible.radiance.radiance), _coloured(kelvin)]
+    images = [display_from_radiance(visible.radiance.radiance), _coloured(kelvin)]
     sheet = Image.new("RGB", (2 * SIZE[0] + 5 * _BAR, SIZE[1] + _LINE), "black")
     pen, font = ImageDraw.Draw(sheet), ImageFont.load_default(size=0.65 * _LINE)
     light = "sunlight" if sunlit > 0.99 else "Earth's shadow" if sunlit < 0.01 else "penumbra"
     names = f"{minute} min, {light}: visible", "7.5 to 13.5 um, brightness temperature"
-    for column, (picture, name) in enumerate(zip(pictures, names, strict=True)):
+    for column, (picture, name) in enumerate(zip(images, names, strict=True)):
         small = Image.fromarray(picture).resize(SIZE, Image.Resampling.LANCZOS)
         sheet.paste(small, (column * SIZE[0], _LINE))
         pen.text((column * SIZE[0] + 6, 3), name, fill="white", font=font)

@@ -1,4 +1,4 @@
-"""``python -m benchmarks.path_tracer.pictures --out DIR``: what lights itself, and by how much it
+"""``python -m benchmarks.path_tracer.image_sheets --out DIR``: what lights itself, and by how much it
 differs from a path tracer.
 
 The scenes of the truth tables: simgl, Mitsuba 3 and their difference in one picture each.
@@ -17,7 +17,7 @@ from PIL import Image
 from rich.console import Console
 
 from benchmarks.path_tracer.compare import difference
-from benchmarks.path_tracer.difference_images import beside_each_other, shown, signed
+from benchmarks.path_tracer.difference_images import in_a_row, shown, signed
 from benchmarks.path_tracer.tracer import VISIBLE, trace
 from benchmarks.truth.light_scenes import scenes
 from simgl import Product, Scenario, Simulator
@@ -47,14 +47,14 @@ def main(
         state = scenario.at(scenario.epoch_tai_ns)
         traced = trace(state, state.cameras["cam"], VISIBLE, paths, out, lambda: None)
         image = _simgl(scenario)
-        found = difference(image, traced.radiance, traced.error)
+        compared = difference(image, traced.radiance, traced.error)
         white = WHITE_RADIANCE * np.quantile(traced.radiance / WHITE_RADIANCE, _WHITE)
-        picture = beside_each_other(
-            shown(image, white), shown(traced.radiance, white), signed(found.relative)
+        picture = in_a_row(
+            shown(image, white), shown(traced.radiance, white), signed(compared.relative)
         )
         with complete_file(out / f"light_{name.lower().replace(' ', '_')}.jpg") as part:
             Image.fromarray(picture).save(part, format="JPEG", quality=_QUALITY)
-        agreement = found.agreement
+        agreement = compared.agreement
         console.print(
             f"{name}: {agreement.within_10_percent:.1%} of the pixels within 10 %, "
             f"sum {agreement.mean_ratio - 1.0:+.2%}; tracer: noise {agreement.noise_median:.1%} "
