@@ -1,5 +1,5 @@
-"""``python -m benchmarks.path_tracer.image_sheets --out DIR``: what lights itself, and by how much it
-differs from a path tracer.
+"""Spacecraft that light themselves, and by how much they differ from a path tracer:
+``python -m benchmarks.path_tracer.image_sheets --out DIR``.
 
 The scenes of the truth tables: simgl, Mitsuba 3 and their difference in one picture each.
 
