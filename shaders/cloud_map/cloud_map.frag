@@ -79,7 +79,7 @@ void main() {
     // No kind of cloud ends along a parallel.
     float wound = degrees + 14.0 * fronts.z + 7.0 * groups.z;
     float trades = bump(wound, 20.0, 12.0) + bump(wound, -20.0, 12.0);
-    float rain = clamp(1.6 * belt + 1.2 * wide.w + 0.3 * on_land - 1.5 * clear * sea - 2.0 * desert - deck, 0.0, 1.0);
+    float rain = clamp(1.6 * belt + 1.2 * wide.w + 0.1 * on_land - 1.5 * clear * sea - 2.0 * desert - deck, 0.0, 1.0);
     anvil *= smoothstep(0.25, 0.6, rain);
 
     // Shares of shallow clouds: cumulus in the trades and on land by day, open cells, decks.
@@ -94,7 +94,7 @@ void main() {
     float synoptic = 0.75 * wide.w + 0.75 * fronts.w + 0.4 * groups.w;
     float value = climate + synoptic + 0.38 * cells.w + 0.3 * tufts.w;
     float fine = 0.2 * groups.w + 0.12 * cells.w + 0.06 * tufts.w;
-    value = mix(value, 0.25 * synoptic - 0.10 + fine, cumulus);
+    value = mix(value, 0.25 * synoptic - 0.20 * on_land + fine, cumulus);
     value = mix(value, 0.2 * synoptic + 0.03 + fine, cold * (1.0 - polar));
     value = mix(value, 0.25 * synoptic + 0.22 + fine, decked);
     value += 0.45 * front + 0.6 * anvil.r + cover_shift;

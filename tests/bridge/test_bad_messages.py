@@ -150,7 +150,8 @@ def test_broken_frames_are_explained(
          "range, lidar_range, lidar_electrons"),
         (shot(products=["dn", "png"]), "BAD_VALUE", "cameras[0].products[1]",
          'cameras[0].products[1] "png" does not exist here; '
-         '(allowed: depth, dn, electrons, lidar_electrons, lidar_range, part_id, radiance, range)'),
+         '(allowed: depth, dn, electrons, lidar_electrons, lidar_range, part_id, radiance, range, '
+         'temperature, thermal_radiance)'),
         (shot(products=["dn", "dn"]), "BAD_VALUE", "cameras[0].products[1]",
          'cameras[0].products[1] repeats "dn"'),
         (pose(position_m=[0.0, 0.0, 0.3]), "BAD_SCENE", "[camera.nav] position",

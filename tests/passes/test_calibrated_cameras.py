@@ -43,9 +43,9 @@ def test_a_large_body_shows_no_seams_of_its_parts(
         sun_direction=(0.3, -0.4, -1.0),
         render={"samples_per_pixel": 64, "inter_reflection": False},
     )
-    monkeypatch.setattr("simgl.renderer._SAMPLES_AT_ONCE", 1 << 40)
+    monkeypatch.setattr("simgl.view.frame_view._SAMPLES_AT_ONCE", 1 << 40)
     whole = radiance(gl, scenario)[..., 1]
-    monkeypatch.setattr("simgl.renderer._SAMPLES_AT_ONCE", 400_000)
+    monkeypatch.setattr("simgl.view.frame_view._SAMPLES_AT_ONCE", 400_000)
     parts = radiance(gl, scenario)[..., 1]
     assert whole.max() > 30.0
     # Other samples, since the grid starts at the corner of a part: on a limb 8 of 64 more or less.

@@ -308,7 +308,7 @@ def test_a_tile_lit_in_parts_is_that_lit_at_once(
         render={"samples_per_pixel": 64},
     )
     whole = capture(gl, one).radiance
-    monkeypatch.setattr("simgl.renderer._SAMPLES_AT_ONCE", 100_000)
+    monkeypatch.setattr("simgl.view.frame_view._SAMPLES_AT_ONCE", 100_000)
     cut = capture(gl, one).radiance
     assert whole is not None
     assert cut is not None

@@ -10,14 +10,14 @@ DAMAGES = (
         "[render]",
         "[rendering]",
         ': rendering is not a table here; did you mean "render"? (allowed: assess, bands, '
-        "camera, earth, epoch, lamp, render, requirements, sky, spacecraft, sun, uncertainty)",
+        "camera, earth, epoch, lamp, render, requirements, sky, spacecraft, sun, thermal, uncertainty)",
     ),
     Damage(
         "unknown table on two lines",
         "[render]",
         '["a\\nb"]',
         ': "a\\nb" is not a table here; (allowed: assess, bands, camera, earth, epoch, lamp, '
-        "render, requirements, sky, spacecraft, sun, uncertainty)",
+        "render, requirements, sky, spacecraft, sun, thermal, uncertainty)",
     ),
     Damage(
         "unknown key",
