@@ -10,7 +10,8 @@ DAMAGES = (
         "[render]",
         "[rendering]",
         ': rendering is not a table here; did you mean "render"? (allowed: assess, bands, '
-        "camera, earth, epoch, lamp, render, requirements, sky, spacecraft, sun, thermal, uncertainty)",
+        "camera, earth, epoch, lamp, render, requirements, sky, spacecraft, sun, thermal, "
+        "uncertainty)",
     ),
     Damage(
         "unknown table on two lines",
