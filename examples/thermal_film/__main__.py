@@ -21,8 +21,8 @@ from simgl.figure_style import LIGHT_MAP
 from simgl.output import check_writable, complete_file
 
 SCENE = Path(__file__).with_name("scene.toml")
-# From the epoch: sunlight, the shadow from 8 to 41, and sunlight again [min].
-MINUTES = range(3, 50)
+# From the epoch: five minutes of sunlight, the shadow of 35, and five more [min].
+MINUTES = range(25, 72)
 FRAME_MS = 160
 # Of the colours [K].
 COLD, WARM = 200.0, 350.0
