@@ -168,9 +168,9 @@ def same(a: sparse.csr_matrix, b: sparse.csr_matrix) -> bool:
     )
 
 
-def test_only_pairs_on_two_sides_of_a_joint_that_moved_are_traced(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+@pytest.fixture
+def traced(monkeypatch: pytest.MonkeyPatch) -> list[object]:
+    """The pairs of parts whose rays are traced from here on."""
     traced: list[object] = []
 
     def counted(*args: Any) -> rigid_pairs.Ends:
@@ -178,6 +178,10 @@ def test_only_pairs_on_two_sides_of_a_joint_that_moved_are_traced(
         return rigid_pairs.ends(*args)
 
     monkeypatch.setattr(jointed_transport, "ends", counted)
+    return traced
+
+
+def test_only_pairs_on_two_sides_of_a_joint_that_moved_are_traced(traced: list[object]) -> None:
     # The shutter on a rail of the ceiling.
     joints = replace(ROOM_JOINTS[0], parent=1), ROOM_JOINTS[1]
     transport = replace(room(), joints=joints)
@@ -193,20 +197,13 @@ def test_only_pairs_on_two_sides_of_a_joint_that_moved_are_traced(
 
 
 def test_no_frame_waits_for_a_bake_of_parts_that_begin_to_move(
-    monkeypatch: pytest.MonkeyPatch,
+    monkeypatch: pytest.MonkeyPatch, traced: list[object]
 ) -> None:
     """All stand as stored at the start, when time may be spent; in the loop only pairs are new."""
-    traced: list[object] = []
-
-    def counted(*args: Any) -> rigid_pairs.Ends:
-        traced.append(args)
-        return rigid_pairs.ends(*args)
-
     # Room for the pairs of this test alone.
     prepared = replace(room())
     monkeypatch.setattr(transport_store, "transport_of", lambda *_, **__: None)
     monkeypatch.setattr(transport_store, "jointed_transport_of", lambda *_, **__: prepared)
-    monkeypatch.setattr(jointed_transport, "ends", counted)
     model = SpacecraftModel(
         name="room",
         mesh=ROOM,
