@@ -64,14 +64,17 @@ def server_process(module: str, *arguments: str, address: str) -> Iterator[int]:
     with tempfile.TemporaryFile() as log:
         process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=log)
         try:
-            _wait(process, address)
+            if not _answers(process, address):
+                log.seek(0)
+                said = log.read().decode(errors="replace").strip()
+                raise BridgeError(f"{address}: the server did not start: {said}")
             yield process.pid
         finally:
             process.terminate()
             process.wait(20)
 
 
-def _wait(process: subprocess.Popen[bytes], address: str) -> None:
+def _answers(process: subprocess.Popen[bytes], address: str) -> bool:
     for _ in range(240):
         if process.poll() is not None:
             break
@@ -79,8 +82,8 @@ def _wait(process: subprocess.Popen[bytes], address: str) -> None:
             Client(address, timeout_s=0.25).close()
         except BridgeError:
             continue
-        return
-    raise BridgeError(f"{address}: the server did not start")
+        return True
+    return False
 
 
 def scenario_file(folder: Path) -> Path:

@@ -46,7 +46,7 @@ class StillSimulator:
         self,
         state: SceneState,
         camera: str,
-        products: Any,
+        products: Any = None,
         during: Any = None,
         draw: int = 0,
         temperatures: Any = None,
