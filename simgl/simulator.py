@@ -163,6 +163,21 @@ class Simulator:
         (capture,) = self.captures(state, {camera: products}, during, seed, draw, temperatures)
         return capture
 
+    def capture_at(
+        self, tai_ns: int, camera: str, products: Collection[Product], draw: int = 0
+    ) -> Capture:
+        """The image at a time [TAI ns] when all follow the scenario's laws: as ``capture`` makes it
+        of the moving scene, with the temperatures since the scenario's epoch."""
+        thermal = camera in self.scenario.cameras and self.scenario.cameras[camera].thermal
+        return self.capture(
+            self.scenario.at(tai_ns),
+            camera,
+            products,
+            during=self.scenario.around(tai_ns),
+            draw=draw,
+            temperatures=self.temperatures.at(tai_ns) if thermal else None,
+        )
+
     def captures(
         self,
         state: SceneState,
