@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 from typing import Literal, TypeVar
 
 import moderngl
@@ -46,6 +46,7 @@ from simgl.thermal_frames import thermal_frames
 from simgl.view.exposure_parts import ExposurePart, moving_scene
 from simgl.view.frame_view import FrameView, frame_view
 from simgl.view.lidar_pulse import pulse_view
+from simgl.view.thermal_exposure import thermal_exposure
 
 # Independent of the camera's settings.
 _OF_THE_SCENE = frozenset({Product.RADIANCE, Product.LAYERS, Product.TRUTH, Product.NORMALS})
@@ -162,6 +163,21 @@ class Simulator:
         (capture,) = self.captures(state, {camera: products}, during, seed, draw, temperatures)
         return capture
 
+    def capture_at(
+        self, tai_ns: int, camera: str, products: Collection[Product], draw: int = 0
+    ) -> Capture:
+        """The image at a time [TAI ns] when all follow the scenario's laws: as ``capture`` makes it
+        of the moving scene, with the temperatures since the scenario's epoch."""
+        thermal = camera in self.scenario.cameras and self.scenario.cameras[camera].thermal
+        return self.capture(
+            self.scenario.at(tai_ns),
+            camera,
+            products,
+            during=self.scenario.around(tai_ns),
+            draw=draw,
+            temperatures=self.temperatures.at(tai_ns) if thermal else None,
+        )
+
     def captures(
         self,
         state: SceneState,
@@ -185,7 +201,7 @@ class Simulator:
                 if still.camera.thermal is not None:
                     if temperatures is None:
                         temperatures = self.thermal_bodies.steady(state)
-                    seen = self._thermal_capture(still, frozenset(products), temperatures)
+                    seen = self._thermal_capture(still, frozenset(products), temperatures, during)
                     unread.append(_Drawn(seen))
                     continue
                 frames = self._scene_frames(still, frozenset(products))
@@ -320,13 +336,23 @@ class Simulator:
         )
 
     def _thermal_capture(
-        self, still: StillScene, products: frozenset[Product], temperatures: Temperatures
+        self,
+        still: StillScene,
+        products: frozenset[Product],
+        temperatures: Temperatures,
+        during: Callable[[int], SceneState] | None,
     ) -> Capture:
         """What a thermal camera captures."""
+        camera = still.camera.name
         check_products(still.camera, products, self.scenario.name)
         frames = self._scene_frames(still, products)
         if products & {Product.DN, Product.THERMAL}:
-            thermal, digital = thermal_frames(still, self.thermal_bodies, temperatures)
+            held = None if during is None else thermal_exposure(still.state, camera, during)
+            parts = [
+                (state, cache(partial(self._view, state, camera)), share)
+                for state, share in held or ()
+            ]
+            thermal, digital = thermal_frames(still, self.thermal_bodies, temperatures, parts)
             frames = replace(
                 frames,
                 thermal=thermal if Product.THERMAL in products else None,
