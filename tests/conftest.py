@@ -11,12 +11,13 @@ from collections.abc import Iterator
 import moderngl
 import pytest
 
+from simgl.disk_cache import cache_folder
 from simgl.gpu.context import current
 from simgl.radiosity.bake import sees_itself
 from simgl.scene.mesh import Mesh
 from tests.orphans import Guard
 from tests.patience import limit
-from tests.reference_compiler import check_programs, reference_compiler
+from tests.reference_compiler import check_programs, reference_compiler, version
 from tests.watched_context import WatchedContext
 
 # Of one test, with the fixtures that it is the first to need [s].
@@ -76,7 +77,8 @@ def _programs_pass_the_reference_compiler() -> Iterator[None]:
         yield
         return
     with pytest.MonkeyPatch.context() as patch:
-        check_programs(patch, compiler)
+        passed = cache_folder("reference_compiler")
+        check_programs(patch, compiler, passed, version(compiler))
         yield
 
 
