@@ -7,6 +7,7 @@ import shutil
 import signal
 import subprocess
 from collections.abc import Iterator
+from pathlib import Path
 
 import moderngl
 import pytest
@@ -23,6 +24,27 @@ from tests.watched_context import WatchedContext
 # Of one test, with the fixtures that it is the first to need [s].
 _LONGEST_TEST = 300.0
 _GUARD = pytest.StashKey[Guard]()
+# Files that take longer than 20 s of processor time, longest first. With one process a file, those
+# that begin last end last.
+_SLOWEST = (
+    "passes/test_air_truth.py",
+    "passes/test_earth_from_space.py",
+    "docs/test_tutorial.py",
+    "passes/test_air.py",
+    "passes/test_earth_light.py",
+    "passes/test_air_tables.py",
+    "campaign/test_run_campaign.py",
+    "examples/closed_loop/test_flight.py",
+    "viewer/test_window_events.py",
+    "bridge/test_fmu.py",
+    "passes/test_calibrated_cameras.py",
+    "assess/test_trajectory.py",
+    "simulator/test_moving.py",
+    "bridge/test_cpp.py",
+    "bridge/test_responsive_server.py",
+    "bridge/test_failures.py",
+    "bridge/test_endings.py",
+)
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -37,6 +59,13 @@ def pytest_configure(config: pytest.Config) -> None:
     if config.option.timeout is None:
         config.option.timeout = limit(_LONGEST_TEST)
     config.stash[_GUARD] = Guard()
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """The slowest files come first."""
+    rank = {Path(__file__).parent / name: place for place, name in enumerate(_SLOWEST)}
+    assert all(path.exists() for path in rank)
+    items.sort(key=lambda item: rank.get(item.path, len(rank)))
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:
