@@ -8,11 +8,11 @@ uniform sampler2D source;   // depths; with JOINED such planes
 // Change of depth from one column and one row to the next, depth at the cell's middle.
 out vec4 plane;
 
-// Least depth of texels over a plane through a cell's middle, where the plane of another cell lies under
+// Nearest depth of texels over a plane through a cell's middle, where the plane of another cell lies under
 // them.
-float least_over(vec4 own, vec4 other, vec2 away) {
-    vec2 bend = abs(other.xy - own.xy);
-    return other.z - dot(own.xy, away) - 3.5 * (bend.x + bend.y);
+float nearest_over(vec4 centre, vec4 other, vec2 away) {
+    vec2 bend = abs(other.xy - centre.xy);
+    return other.z - dot(centre.xy, away) - 3.5 * (bend.x + bend.y);
 }
 
 void main() {
@@ -20,11 +20,11 @@ void main() {
 #ifdef JOINED
     ivec2 last = textureSize(source, 0) - 1;
     plane = texelFetch(source, at, 0);
-    vec4 own = plane;
+    vec4 centre = plane;
     for (int j = -1; j <= 1; ++j)
         for (int i = -1; i <= 1; ++i) {
             ivec2 other = clamp(at + ivec2(i, j), ivec2(0), last);
-            plane.z = min(plane.z, least_over(own, texelFetch(source, other, 0), 8.0 * vec2(other - at)));
+            plane.z = min(plane.z, nearest_over(centre, texelFetch(source, other, 0), 8.0 * vec2(other - at)));
         }
 #else
     ivec2 first = 8 * at + ivec2(int(source_column), 0);

@@ -136,11 +136,11 @@ void main() {
 #endif
     // So far the cell's samples lie from its middle [texels of the map].
     vec2 spread = cell_reach * (abs(steps[0].xy) + abs(steps[1].xy));
-    float apart = max(spread.x, spread.y);
+    float sample_reach = max(spread.x, spread.y);
 #ifdef LISTED
     float highest = texelFetch(sunlight, at, 0).y;
 #else
-    Around around = casters_around(sun_tops, atlas.map, of_group, atlas.reach, apart);
+    Around around = casters_around(sun_tops, atlas.map, of_group, atlas.reach, sample_reach);
 #endif
 #ifdef SEARCH
     Samples samples = Samples(of_group, steps, point_of(group), group, int(samples_of(group)));
@@ -152,7 +152,7 @@ void main() {
     lit_fraction = vec4(around.dark || away ? 0.0 : 1.0);
 #ifdef PLANES
     // Texels that smooth an edge lie up to two away from the samples.
-    bool unknown = around.near && !free_of_casters(sun_planes, atlas.map, of_group, apart + 2.0);
+    bool unknown = around.near && !free_of_casters(sun_planes, atlas.map, of_group, sample_reach + 2.0);
     if (unknown && !away) lit_fraction.xy = vec2(NEIGHBOURS_TELL, around.high);
 #else
     if (around.near && !away)
