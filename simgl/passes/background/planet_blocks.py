@@ -57,6 +57,8 @@ PLANET = Block(
             # closed cells, open cells, cumulus and lumps.
             ("chart_variance", "f4", (LEVELS, 4)),
             ("cloud_variance", "f4", (LEVELS, 4)),
+            # Halvings by which the maps of land, form and weather are coarser than the finest.
+            ("map_halvings", "f4", 4),
             ("outside", "f4"),
             # The same from the sphere that the clouds lie on.
             ("cloud_outside", "f4"),
@@ -67,7 +69,7 @@ PLANET = Block(
             ("wave_slope_variance", "f4"),
             # 1 where the camera is above the clouds.
             ("clouds_below", "f4"),
-            # Of a texel of the maps on the equator, and of the chart [km].
+            # Of a texel of the finest map on the equator, and of the chart [km].
             ("map_texel_km", "f4"),
             ("chart_texel_km", "f4"),
             # The chart's last halving, and its repetitions between a face's middle and edge.
@@ -119,7 +121,7 @@ REGOLITH = Block(
     ),
 )
 
-# Of the maps on the equator [rad].
+# Of the finest map on the equator [rad].
 MAP_TEXEL = np.pi / HEIGHT
 # On the equator [m].
 MAP_TEXEL_M = MAP_TEXEL * WGS84_EQUATORIAL_RADIUS
