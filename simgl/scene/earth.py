@@ -104,6 +104,7 @@ class Earth:
     frost : sea ice and snow on land change with the seasons
     moonlight, airglow : the Moon, and the glow of the atmosphere, light ground and clouds at night;
         the glow itself is drawn too
+    airglow_waves : rms of the waves in that glow over its mean
     aurora_kp : magnetic activity Kp, 0 to 9, of the aurora; None draws none
     """
 
@@ -118,6 +119,7 @@ class Earth:
     frost: bool = False
     moonlight: bool = False
     airglow: bool = False
+    airglow_waves: float = 0.0
     aurora_kp: float | None = None
     maps: EarthMaps = field(default_factory=EarthMaps)
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import moderngl
 import numpy as np
+import pytest
 
 from simgl.physics import aurora
 from tests.scenes import radiance, scene
@@ -94,3 +95,26 @@ def test_there_is_none_by_day_and_none_unless_asked_for(gl: moderngl.Context) ->
     np.testing.assert_array_equal(day[0], day[1])
     night = [seen(gl, *over, kp=kp, field=0.5) for kp in (None, 0.0)]
     assert (night[1] - night[0]).max() > 1e-6
+
+
+def test_waves_in_the_airglow_have_their_rms_and_keep_its_mean(gl: moderngl.Context) -> None:
+    """Over 2,000 km of a dark sea: some 20 of the bands' trains and a few of the widest waves."""
+    over = np.array([0.0, -9.4e6, 0.0]), np.array([0.0, 1.0, 0.0])
+    camera = {
+        "position_icrf_m": over[0].tolist(),
+        "boresight": over[1].tolist(),
+        "up": [0.0, 0.0, 1.0],
+        "width_px": 96,
+        "height_px": 96,
+        "pixel_pitch_um": 5.0,
+        "focal_length_mm": 0.7,
+    }
+    glow = DARK | {"atmosphere": "standard", "airglow": True}
+    even, waving = (
+        radiance(gl, scene({}, camera, sun_direction=(0.0, 1.0, 0.0), earth=glow | more))
+        for more in ({}, {"airglow_waves": 0.2})
+    )
+    ratio = waving[..., 1] / even[..., 1]
+    assert ratio.mean() == pytest.approx(1.0, abs=0.05)
+    # The ground's share of the light, a few percent, has no waves.
+    assert ratio.std() == pytest.approx(0.2, rel=0.25)

@@ -78,7 +78,9 @@ PLANET = Block(
             ("chart_repeats", "f4"),
             # Share of the year that is over.
             ("year_share", "f4"),
-            ("planet_padding2", "f4", 2),
+            # Of the airglow: rms of its waves over its mean, depth of its layers [km].
+            ("glow_waves", "f4"),
+            ("glow_depth_km", "f4"),
         ]
     ),
 )
@@ -205,6 +207,8 @@ def planet_values(
         "mean_ground": earth.mean_albedo,
         "air_from_below": albedo_from_below(earth.air) if earth.air else np.zeros(4),
         "year_share": planet.year_share,
+        "glow_waves": earth.airglow_waves,
+        "glow_depth_km": 1e-3 * GLOW_DEPTH,
         "sodium_lamps": _lamps(_SODIUM_LAMPS, earth.bands) * lamps,
         "white_lamps": _lamps(_WHITE_LAMPS, earth.bands) * lamps,
         "glow": _glow(planet),
