@@ -348,7 +348,7 @@ float mean_of(vec4 texels, vec2 weight) {
 // the light sees it, by so much, and that is all that it shades. On the sunny side this is negative.
 // The top's edge may lie anywhere between the middles that cast and those that do not; the foot,
 // which hides what is behind, lies beyond the receiver.
-float lit_beside_step(SunMap map, Receiver r, float lit, vec2 edge, float rise) {
+float lit_near_step(SunMap map, Receiver r, float lit, vec2 edge, float rise) {
     vec2 gradient = r.slope / map.texel;
     float along = dot(gradient, edge) / max(length(edge), 1e-6);
     float overhang_texels = (rise + r.lift) / map.texel * along / (1.0 + dot(gradient, gradient));
@@ -392,7 +392,7 @@ float lit_by_neighbours(sampler2D depths, SunMap map, Receiver r, vec2 offset) {
         float standing = mean_of(dark * vec4(lessThan(low, plane)), weight) / shaded;
         // High casters may stand anywhere.
         float low_step = 1.0 - smoothstep(LOW_STEP, HIGH_STEP, rise / texel_height(r));
-        share = mix(share, lit_beside_step(map, r, share, edge, rise), standing * low_step);
+        share = mix(share, lit_near_step(map, r, share, edge, rise), standing * low_step);
     }
     return share;
 }
@@ -419,7 +419,7 @@ float lit_past_steps(sampler2D depths, sampler2D behind, SunMap map, Receiver r,
     float lit = 1.0 - shaded;
     if (shaded > 0.0 && lit > 0.0) {
         float rise = mean_of(dark * rises, weight) / shaded;
-        lit = lit_beside_step(map, r, lit, edge_of(dark, weight), rise);
+        lit = lit_near_step(map, r, lit, edge_of(dark, weight), rise);
     }
     return lit;
 }
