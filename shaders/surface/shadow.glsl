@@ -169,6 +169,17 @@ const float LOW_STEP = 1.0, HIGH_STEP = 3.0;
 // Height of one texel over the receiver's surface, along the light [m].
 float texel_height(Receiver r) { return r.lift / LIFT; }
 
+// Whether no caster stands over a receiver, nor over those on the same plane, in the texels up to
+// `reach` away: none stands over the plane that the map's cell holds (shadow/planes.frag).
+bool free_of_casters(sampler2D planes, SunMap map, Receiver r, float reach) {
+    ivec2 cell = clamp(ivec2(r.here.xy) >> 3, ivec2(0), ivec2((map.size >> 3) - 1));
+    vec3 over = texelFetch(planes, cell + ivec2(map.column >> 3, 0), 0).xyz;
+    vec2 place = r.here.xy - 8.0 * (vec2(cell) + 0.5);
+    vec2 slope = abs(map.depth * over.xy + r.slope);
+    float high = map.top - r.here.z - map.depth * (over.z + dot(over.xy, place)) + r.drop;
+    return reach <= 8.0 && high + reach * (slope.x + slope.y) <= r.slack;
+}
+
 // What stands over the receiver at an offset [texels] from it.
 //
 // low_step : steps on the receiver's surface lower than so many texels cast nothing here
@@ -341,7 +352,7 @@ float mean_of(vec4 texels, vec2 weight) {
 // the light sees it, by so much, and that is all that it shades. On the sunny side this is negative.
 // The top's edge may lie anywhere between the middles that cast and those that do not; the foot,
 // which hides what is behind, lies beyond the receiver.
-float lit_beside_step(SunMap map, Receiver r, float lit, vec2 edge, float rise) {
+float lit_near_step(SunMap map, Receiver r, float lit, vec2 edge, float rise) {
     vec2 gradient = r.slope / map.texel;
     float along = dot(gradient, edge) / max(length(edge), 1e-6);
     float overhang_texels = (rise + r.lift) / map.texel * along / (1.0 + dot(gradient, gradient));
@@ -385,7 +396,7 @@ float lit_by_neighbours(sampler2D depths, SunMap map, Receiver r, vec2 offset) {
         float standing = mean_of(dark * vec4(lessThan(low, plane)), weight) / shaded;
         // High casters may stand anywhere.
         float low_step = 1.0 - smoothstep(LOW_STEP, HIGH_STEP, rise / texel_height(r));
-        share = mix(share, lit_beside_step(map, r, share, edge, rise), standing * low_step);
+        share = mix(share, lit_near_step(map, r, share, edge, rise), standing * low_step);
     }
     return share;
 }
@@ -412,7 +423,7 @@ float lit_past_steps(sampler2D depths, sampler2D behind, SunMap map, Receiver r,
     float lit = 1.0 - shaded;
     if (shaded > 0.0 && lit > 0.0) {
         float rise = mean_of(dark * rises, weight) / shaded;
-        lit = lit_beside_step(map, r, lit, edge_of(dark, weight), rise);
+        lit = lit_near_step(map, r, lit, edge_of(dark, weight), rise);
     }
     return lit;
 }
@@ -451,10 +462,11 @@ float low_step_of(int k, vec2 turn) {
 // Share of the disc's light that passes the casters around a group of samples, per band: their mean.
 // Each sample takes its share of the directions that fill the disc together.
 //
+// highest : that a caster may stand over them [m]
 // reach : texels per metre of height to the disc's edge
 // limb_u, limb_v : darkening of the disc towards its limb, per band
 // turn : two numbers 0..1 that vary from group to group
-vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, Samples samples, Around around, float reach,
+vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, Samples samples, float highest, float reach,
                vec4 limb_u, vec4 limb_v, vec2 turn) {
     float angle = 6.28318531 * turn.x;
     vec2 first = vec2(cos(angle), sin(angle)), direction = first;
@@ -463,7 +475,7 @@ vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, Samples samples, 
     float share = 1.0 / float(taps);
     // Directions are tried first at the bound's height. What they meet tells between which heights the
     // slabs around lie; lower casters near the receivers are looked for on rings towards the disc's middle.
-    float high = around.high, spread = sqrt(high * high * reach * reach + 0.6);
+    float high = highest, spread = sqrt(high * high * reach * reach + 0.6);
     float deepest = high, near = 1.0 - 0.4 * turn.y;
     bool sheets = !SOLID;
     Slab overhead = NO_SLAB;
