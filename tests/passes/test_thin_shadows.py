@@ -49,6 +49,6 @@ def test_a_grazed_floor_is_dark_along_the_foot_of_the_wall_that_shades_it(
     sun = SUNS[4]
     scenario = replace(thin_scenes()["closed corner of sheets"], width_px=150).scenario(sun)
     image = radiance(gl, scenario)[..., 1] / (REFLECTANCE / np.pi * GREEN)
-    # Pixels in full light: a hundredth of the crease, which runs over 100 rows. A texel's middle that
-    # falls on the crease itself shows the wall and the floor at once.
+    # Pixels in full light: a hundredth of the crease, which runs over 100 rows. A texel's middle
+    # that falls on the crease itself shows the wall and the floor at once.
     assert image.sum() / sun[2] < 0.01 * 100.0
