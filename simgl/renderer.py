@@ -150,7 +150,7 @@ class Renderer:
 
     def radiance(self, view: FrameView) -> ImageTarget:
         """Radiance per band [W m-2 sr-1], RGBA32F; valid until the next call at this size."""
-        target = self._target(f"radiance {view.ramp:g}", view.camera, _BANDS)
+        target = self._target(f"radiance {view.ramps}", view.camera, _BANDS)
         self._all_background(view, target)
         self._lay_spacecraft(view, target)
         return target
@@ -167,7 +167,7 @@ class Renderer:
         """
         parts = iter(parts)
         first = next(parts)
-        target = self._target(f"radiance {first[0].ramp:g}", first[0].camera, _BANDS)
+        target = self._target(f"radiance {first[0].ramps}", first[0].camera, _BANDS)
         one = self._target("one moment", first[0].camera, _BANDS)
         if _is_separate(*first):
             self._mean_background(behind, one, target)
@@ -216,7 +216,7 @@ class Renderer:
             lens = self._distorted(seen)
             for tile, points, (radiance,) in self._lit_tiles(seen):
                 with self.timer.measure("resolve"):
-                    self._resolve.draw(tile, points, radiance, target.framebuffer, lens, view.ramp)
+                    self._resolve.draw(tile, points, radiance, target.framebuffer, lens, view.ramps)
 
     def _all_background(
         self, view: FrameView, target: ImageTarget, rows: tuple[int, int] | None = None

@@ -25,6 +25,8 @@ _MAP_KEYS = (
     "wind_m_s",
     "moonlight",
     "airglow",
+    "airglow_waves",
+    "aurora_kp",
     "clouds",
     "ice_and_snow",
     "land_picture",
@@ -117,6 +119,8 @@ def _at_night(earth: Earth, table: EarthTable, where: str, *, fixed_sun: bool) -
         earth,
         moonlight=not fixed_sun if table.moonlight is None else table.moonlight,
         airglow=airglow if table.airglow is None else table.airglow,
+        airglow_waves=table.airglow_waves or 0.0,
+        aurora_kp=table.aurora_kp,
     )
 
 

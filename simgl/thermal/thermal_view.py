@@ -6,7 +6,7 @@ The passes draw it (simgl/passes/thermal.py, simgl/passes/background/infrared_ea
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -107,6 +107,17 @@ def thermal_view(state: SceneState, detector: InfraredDetector, bodies: Bodies) 
         digest=name_of({name: of for name, (_, of) in bodies.items()}),
         history=history_of({name: of for name, (_, of) in bodies.items()}),
     )
+
+
+def posed_as(scene: ThermalView, state: SceneState) -> ThermalView:
+    """The same temperatures and light with the joints of a state some milliseconds away."""
+
+    def posed(name: str, light: ThermalLight) -> ThermalLight:
+        now = state.bodies[name].model.posed_mesh
+        mesh = PosedMesh(mesh=light.mesh.mesh, joints=now.joints, motion=now.motion)
+        return replace(light, mesh=mesh)
+
+    return replace(scene, lights={name: posed(name, one) for name, one in scene.lights.items()})
 
 
 @lru_cache(maxsize=16)

@@ -89,7 +89,7 @@ class PlanetView:
             sun_direction_itrf=moon.direction_itrf,
             sun_irradiance=moon.irradiance,
             moonlit=True,
-            earth=replace(self.earth, airglow=False),
+            earth=replace(self.earth, airglow=False, aurora_kp=None),
         )
 
 

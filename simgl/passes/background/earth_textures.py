@@ -14,6 +14,7 @@ from simgl.gpu.fullscreen import Texture
 from simgl.lru_cache import MANY, LruCache
 from simgl.passes.background.cloud_map import has_weather, weather_map
 from simgl.passes.background.earth_maps import (
+    HEIGHT,
     cell_sums,
     ground_textures,
     kind_map,
@@ -115,9 +116,18 @@ class EarthTextures:
         return list(self._bands)
 
     @property
-    def variances(self) -> dict[str, object]:
-        """Those of the block of the planet."""
-        return {"chart_variance": self.chart_variance, "cloud_variance": self.cloud_variance}
+    def _coarser(self) -> list[float]:
+        """Halvings by which the maps are coarser than the finest shipped one, as in ``MAPS``."""
+        return [float(np.log2(HEIGHT / one.height)) for one in (*self._ground, *self._weather)]
+
+    @property
+    def of_block(self) -> dict[str, object]:
+        """What the block of the planet holds of them."""
+        return {
+            "chart_variance": self.chart_variance,
+            "cloud_variance": self.cloud_variance,
+            "map_halvings": (*self._coarser, 0.0),
+        }
 
     def weather(self, earth: Earth) -> Weather:
         """Its clouds; valid as long as ``of``."""
@@ -149,7 +159,10 @@ class EarthTextures:
         """The maps at a halving alone, in the order of ``MAPS``; those of ``of`` for none."""
         maps = [*self._ground, *self._weather]
         if level and level not in self._halved:
-            self._halved[level] = [_level_copy(self._ctx, complete, level) for complete in maps]
+            self._halved[level] = [
+                _level_copy(self._ctx, complete, max(level - round(coarser), 0))
+                for complete, coarser in zip(maps, self._coarser, strict=True)
+            ]
         return self._halved[level] if level else maps
 
     def _weather_of(self, earth: Earth) -> Image8:
