@@ -33,8 +33,8 @@ SKY_TEXELS, TERMINATOR_TEXELS, LIMB_TEXELS = 64, 128, 256
 # From the horizontal, of a Sun that is high, of one that lights little but the limb, and, past the
 # limb, of one that leaves even high air dark [rad].
 _HIGH_SUN, _LIMB_SUN, _TWILIGHT = np.radians(5.0), np.radians(-9.0), np.radians(10.0)
-# Where ground and air are lit along the limb, seen from the dark: angles inside and outside the limb
-# [rad], and so many places around the Earth.
+# Ground and air are lit along the limb, seen from the dark, at angles inside and outside it [rad]
+# and at so many places around the Earth.
 _LIT_BAND, _LIT_PLACES = np.radians([-25.0, -15.0, -7.0, 0.0, 4.0]), 90
 # Spacecraft see the same sky where the ground lies in directions this close [rad].
 _SAME_SKY = 1e-4
