@@ -370,5 +370,5 @@ def material_values(
             values["material_metal_reflectance"][row] = cells.metal_reflectance
     layered = np.zeros(128, dtype=bool)
     layered[: len(materials)] = [material.layered for material in materials]
-    values["layered_materials"] = np.packbits(layered, bitorder="little").view("<u4")
-    return values
+    bits = np.packbits(layered, bitorder="little").view("<u4")
+    return {**values, "layered_materials": bits}
