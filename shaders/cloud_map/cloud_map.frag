@@ -62,7 +62,7 @@ void main() {
     vec4 land = textureLod(land_map, uv, 4.0);
     land *= land;
     float on_land = step(textureLod(form_map, uv, 0.0).b, 0.5);
-    float desert = on_land * clamp((land.r - 1.15 * land.b - 0.04) * 7.0, 0.0, 1.0);
+    float desert = on_land * clamp((land.r - land.b - 0.06) * 6.5, 0.0, 1.0);
 
     float deck = 0.0;
     for (int k = 0; k < decks.length(); ++k)

@@ -49,11 +49,11 @@ void main() {
 
     float footprint = planet_km * t / (intrinsics.x * sqrt(mu));
     vec2 texels = footprint * stretch / vec2(map_texel_km, chart_texel_km);
-    vec2 levels = max(log2(texels), 0.0);
-    levels.y = chart_level(levels.y);
+    vec2 levels = log2(texels);
+    levels.y = chart_level(max(levels.y, 0.0));
     float resolved_fibres = chart_variance[int(levels.y)].y;
     Spot spot = spot_at(n, place_on_map(n));
-    vec4 weather = textureLod(weather_map, spot.on_map, levels.x);
+    vec4 weather = textureLod(weather_map, spot.on_map, levels.x - map_halvings.z);
     vec4 kinds = cloud_kinds(weather.w);
     float noise = clouds_noise(spot, levels.y, kinds);
     vec4 shares = kinds * kinds;

@@ -18,6 +18,9 @@
 #ifdef REGOLITH
 #include "planet/regolith.glsl"
 #endif
+#ifdef EARTH_MAPS
+#include "planet/wind.glsl"
+#endif
 
 #ifndef SEA
 uniform sampler2D land_map;   // square roots of reflectance R, G, B, N
@@ -42,7 +45,7 @@ const float LARGEST_SHORE_KM = 42.0;
 // Light that the air scatters comes from so far around: scale heights of the air on either side. The map's
 // halving for it is even over a tile, whose corners alone may be asked.
 const float AROUND_KM = 16.0;
-const float AROUND_LEVEL = 3.0;
+const float AROUND_LEVEL = 4.0;
 const vec3 ZERO_CODE = vec3(128.0 / 255.0);
 // Mean of max(1 - 3 |g|, 0) for a normal g: 2 phi(0) (1/3 - 1/6) to first order.
 const float BED_MEAN = 0.131;
@@ -85,7 +88,7 @@ float cosine_on_clouds(Place here) {
 }
 
 Clouds clouds_at(Place here) {
-    float level = here.levels.x;
+    float level = here.levels.x - map_halvings.z;
     vec4 shading = textureLod(weather_map, here.shade.on_map, level);
     vec4 weather = textureLod(weather_map, here.cloud.on_map, level);
     float thickness = cloud_thickness(weather.y);
@@ -145,6 +148,14 @@ struct Sea {
     vec4 glint;
 };
 
+// Mean square slope of the waves at a place: by the wind there where it may change the glint.
+float slope_variance_at(Place here) {
+    vec3 half_way = normalize(sun_direction_itrf.xyz + here.view);
+    float cosine = max(dot(half_way, here.normal), 0.05);
+    if (wind_varies == 0.0 || 1.0 / (cosine * cosine) - 1.0 > 9.0 * wave_slope_variance) return wave_slope_variance;
+    return 0.003 + (wave_slope_variance - 0.003) * wind_at(here.normal, here.footprint);
+}
+
 Sea sea_at(Place here) {
     float mu_view = max(dot(here.normal, here.view), 0.0);
 #ifdef AIR_INSIDE
@@ -154,13 +165,13 @@ Sea sea_at(Place here) {
 #endif
 #ifdef BANDS
     sky *= water_mirror;
-    float waves = glint(here.normal, sun_direction_itrf.xyz, here.view, wave_slope_variance);
+    float waves = glint(here.normal, sun_direction_itrf.xyz, here.view, slope_variance_at(here));
     return Sea(water_body / PI * (here.direct * here.lit + here.diffuse) + sky * sky_in_waves(mu_view),
                here.direct * waves * water_mirror);
 #else
     return Sea(water_body / PI * (here.direct * here.lit + here.diffuse) + sky * sky_in_waves(mu_view),
                here.direct
-               * glint(here.normal, sun_direction_itrf.xyz, here.view, wave_slope_variance));
+               * glint(here.normal, sun_direction_itrf.xyz, here.view, slope_variance_at(here)));
 #endif
 }
 
@@ -189,7 +200,7 @@ float growth_of(vec4 land, vec3 kind) {
 #ifdef BANDS
     return kind.x;
 #else
-    return clamp(4.0 * (land.a - 1.2 * land.r), 0.0, 1.0);
+    return clamp(4.0 * (land.a - 1.35 * land.r), 0.0, 1.0);
 #endif
 }
 
@@ -212,10 +223,11 @@ vec3 kind_at(vec2 on_map, float level) {
 
 // A place with what the land around it sends to air and clouds.
 Place with_land_around(Place here) {
-    vec4 land = textureLod(land_map, here.ground.on_map, max(here.levels.x, AROUND_LEVEL));
+    float level = max(here.levels.x, AROUND_LEVEL) - map_halvings.x;
+    vec4 land = textureLod(land_map, here.ground.on_map, level);
     land *= land;
 #ifdef FROST
-    vec3 kind = kind_at(here.ground.on_map, max(here.levels.x, AROUND_LEVEL));
+    vec3 kind = kind_at(here.ground.on_map, level);
     land = with_snow(land, growth_of(land, kind), kind, here.ground.on_map, 0.0, 0.0);
 #endif
     here.gain = by_air(land);
@@ -235,7 +247,7 @@ struct Land {
 };
 
 Land land_at(Place here) {
-    float level = here.levels.x;
+    float level = here.levels.x - map_halvings.x;
     // Noise below the maps' resolution, as far as the pixel resolves it: slopes to east and north.
     vec4 noise = noise_at(chart, here.ground, here.levels.y);
     vec2 along = noise.xy;
@@ -246,7 +258,7 @@ Land land_at(Place here) {
 #ifdef RELIEF_AT_CORNERS
     vec2 slope = here.slope;
 #else
-    vec4 form = textureLod(form_map, frayed, level);
+    vec4 form = textureLod(form_map, frayed, here.levels.x - map_halvings.y);
     vec2 slope = mapped_slope(form);
 #endif
     vec4 land = textureLod(land_map, frayed, level);

@@ -41,7 +41,8 @@ const float SHADOW_SINE = 0.15;
 // cloud_shape : reflectance of clouds towards the camera over their mean, by thickness (cloud_shape_at)
 // level_sun : horizontal part of its direction, to east and north
 // fray      : on the maps, of a way across and along a meridian by which hills fray them
-// levels    : halvings of the maps and of the chart that a pixel spans
+// levels    : halvings of the finest map and of the chart that a pixel spans; of the map less than none
+//             where a pixel is smaller than its texels
 // resolved  : variance of hills' slopes and of ice fibres that it resolves
 // resolved_clouds : of the kinds of cloud
 struct Place {
@@ -169,8 +170,8 @@ Place place_at(vec3 d, float t, float cloud_t, float slant) {
     place.level_sun = vec2(n.x * sun.y - n.y * sun.x, sun.z - mu_sun * n.z) / across;
     place.fray = vec2(0.5 / across, 1.0) / (planet_km * PI);
     vec2 texels = place.footprint / vec2(map_texel_km, chart_texel_km);
-    place.levels = max(log2(texels), 0.0);
-    place.levels.y = chart_level(place.levels.y);
+    place.levels = log2(texels);
+    place.levels.y = chart_level(max(place.levels.y, 0.0));
     place.resolved = chart_variance[int(place.levels.y)].xy;
     place.resolved_clouds = cloud_variance[int(place.levels.y)];
     Daylight high = air_daylight_at(cloud_km, mu_sun);

@@ -37,7 +37,7 @@ GLOW_BOTTOM = np.array([82e3, 91e3, 91e3, 82e3])
 GLOW_DEPTH = 10e3
 GLOW_TOP = GLOW_BOTTOM + GLOW_DEPTH
 
-_RAYLEIGH = 1e10 / (4.0 * np.pi)  # [photons m-2 s-1 sr-1]
+RAYLEIGH = 1e10 / (4.0 * np.pi)  # [photons m-2 s-1 sr-1]
 
 # Wavelength [m], radiance at the zenith [R]. Continua and groups of bands are given at their mean
 # wavelength, weighted by energy.
@@ -87,7 +87,7 @@ def zenith_glow(*, from_below: bool, bands: Bands = BANDS) -> Array:
         absorbed = _INFRARED[:0] if from_below else _INFRARED_ABSORBED_BELOW
         lines = np.concatenate([lines, _INFRARED, absorbed])
     wavelength, rayleighs = lines.T
-    radiance = rayleighs * _RAYLEIGH * PLANCK * LIGHT_SPEED / wavelength
+    radiance = rayleighs * RAYLEIGH * PLANCK * LIGHT_SPEED / wavelength
     if bands != BANDS:
         return _in_bands(wavelength, radiance, bands)
     return np.array(

@@ -125,7 +125,7 @@ def land_kinds(land: Array32) -> Array32:
     red, _, blue, near = np.moveaxis(land, -1, 0)
     snow = np.clip((blue - 0.3) / 0.3, 0.0, 1.0)
     # Some shade falls on all leaves, and no land is nothing but leaves.
-    leaves = np.clip(4.0 * (near - 1.2 * red), 0.0, 0.9) * (1.0 - snow)
+    leaves = np.clip(4.0 * (near - 1.35 * red), 0.0, 0.9) * (1.0 - snow)
     return np.stack([leaves, snow], axis=-1).astype(np.float32)
 
 

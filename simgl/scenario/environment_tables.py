@@ -25,6 +25,8 @@ _MAP_KEYS = (
     "wind_m_s",
     "moonlight",
     "airglow",
+    "airglow_waves",
+    "aurora_kp",
     "clouds",
     "ice_and_snow",
     "land_picture",
@@ -85,7 +87,15 @@ def read_earth(
     else:
         wind, clouds, maps = _read_maps(table, where, base)
         frost = maps.land is None if table.ice_and_snow is None else table.ice_and_snow
-        earth = Earth(bands=bands, air=air, wind=wind, clouds=clouds, maps=maps, frost=frost)
+        earth = Earth(
+            bands=bands,
+            air=air,
+            wind=wind,
+            wind_varies=table.wind_m_s is None,
+            clouds=clouds,
+            maps=maps,
+            frost=frost,
+        )
         earth = _at_night(earth, table, where, fixed_sun=isinstance(sun, SunInDirection))
     if table.shape == "sphere":
         if table.radius_km is None:
@@ -117,6 +127,8 @@ def _at_night(earth: Earth, table: EarthTable, where: str, *, fixed_sun: bool) -
         earth,
         moonlight=not fixed_sun if table.moonlight is None else table.moonlight,
         airglow=airglow if table.airglow is None else table.airglow,
+        airglow_waves=table.airglow_waves or 0.0,
+        aurora_kp=table.aurora_kp,
     )
 
 

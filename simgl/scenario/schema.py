@@ -96,10 +96,12 @@ class EarthTable(Table, frozen=True, kw_only=True):
     atmosphere : "standard", "source" (the lighting study's own set) or "none"; default "standard"
         with WGS84 and "none" with a sphere. What scatters and dims light over the ground, at the
         limb, before spacecraft inside it, and on sunlight's way past the Earth
-    wind_m_s : over the sea
+    wind_m_s : over the sea, the same everywhere; omitted, about 7 and changing from place to place
     ice_and_snow : sea ice and snow by the season; omitted, with the shipped land
     moonlight, airglow : what lights an Earth with maps at night, and the glow of its air; omitted,
         both are there, unless the Sun is fixed by hand
+    airglow_waves : rms of the waves in the airglow over its mean; omitted, it is even
+    aurora_kp : magnetic activity Kp of the aurora over the night side; omitted, there is none
     land_picture, water_picture, night_picture : paths of images in place of the shipped maps
     """
 
@@ -111,6 +113,8 @@ class EarthTable(Table, frozen=True, kw_only=True):
     ice_and_snow: bool | None = None
     moonlight: bool | None = None
     airglow: bool | None = None
+    airglow_waves: Annotated[float, Meta(ge=0.0, le=0.5)] | None = None
+    aurora_kp: Annotated[float, Meta(ge=0.0, le=9.0)] | None = None
     clouds: CloudsTable | None = None
     land_picture: str | None = None
     water_picture: str | None = None

@@ -27,7 +27,7 @@ from simgl.physics.spectrum import BANDS, Bands, PerBand, channels
 CLEAR_ALBEDO, CLOUDY_ALBEDO = 0.13, 0.27
 # In other bands that of the sea stays, as waves do most of it, and that of the land, of which these
 # are the means and the share of the Earth, follows its spectrum.
-_MEAN_LAND, _LAND_SHARE = (0.178, 0.169, 0.138, 0.292), 0.29
+_MEAN_LAND, _LAND_SHARE = (0.210, 0.194, 0.162, 0.337), 0.29
 
 
 # Textures of this width are possible on every OpenGL 3.3 driver that runs simgl.
@@ -100,10 +100,13 @@ class Earth:
         albedo of a Lambertian globe of ``albedo``
     air : atmosphere; None for a bare ellipsoid
     wind : speed 12.5 m above the sea, which roughens it [m s-1]
+    wind_varies : from place to place, about that mean
     clouds : None for a clear day everywhere
     frost : sea ice and snow on land change with the seasons
     moonlight, airglow : the Moon, and the glow of the atmosphere, light ground and clouds at night;
         the glow itself is drawn too
+    airglow_waves : rms of the waves in that glow over its mean
+    aurora_kp : magnetic activity Kp, 0 to 9, of the aurora; None draws none
     """
 
     equatorial_radius: float = WGS84_EQUATORIAL_RADIUS
@@ -113,10 +116,13 @@ class Earth:
     regolith: Regolith | None = None
     air: Air | None = None
     wind: float = 7.0
+    wind_varies: bool = False
     clouds: Clouds | None = None
     frost: bool = False
     moonlight: bool = False
     airglow: bool = False
+    airglow_waves: float = 0.0
+    aurora_kp: float | None = None
     maps: EarthMaps = field(default_factory=EarthMaps)
 
     @property

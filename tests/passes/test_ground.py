@@ -10,6 +10,7 @@ import moderngl
 import numpy as np
 import pytest
 from PIL import Image
+from scipy.ndimage import map_coordinates
 
 from simgl.passes.background.cloud_map import noise_texture, weather_codes
 from simgl.passes.background.earth_maps import HEIGHT, WIDTH, form_map, ground_textures, land_map
@@ -78,9 +79,83 @@ def test_the_maps_have_the_means_that_the_documentation_states() -> None:
     weights = rows * is_land
     # Land, with lakes counted as water, is 28.7 % of the Earth (29.2 % less 0.5 % of lakes).
     assert weights.sum() / (rows.sum() * WIDTH) == pytest.approx(0.287, abs=0.005)
-    reflectance = (land_map(None) / 255.0) ** 2
+    reflectance = (land_map(None)[::2, ::2] / np.float32(255.0)) ** 2
+    weights = on_map_of(reflectance, weights)
     mean = [np.average(reflectance[..., band], weights=weights) for band in range(4)]
-    np.testing.assert_allclose(mean, [0.178, 0.169, 0.138, 0.292], atol=0.005)
+    np.testing.assert_allclose(mean, [0.210, 0.194, 0.162, 0.337], atol=0.005)
+
+
+def on_map_of(other: Array, values: Array) -> Array:
+    """(h, w) the texels of a map at the places of another's."""
+    rows, columns = (
+        ((np.arange(n) + 0.5) * m / n).astype(int)
+        for n, m in zip(other.shape[:2], values.shape, strict=True)
+    )
+    return np.asarray(values[np.ix_(rows, columns)])
+
+
+def texel_at(latitude: float, longitude: float, shape: tuple[int, ...]) -> tuple[float, float]:
+    """Row and column, whole in the middles of texels."""
+    return (
+        (90.0 - latitude) / 180.0 * shape[0] - 0.5,
+        (longitude + 180.0) / 360.0 * shape[1] - 0.5,
+    )
+
+
+def test_the_sand_of_libya_4_is_as_bright_as_satellites_are_calibrated_by() -> None:
+    codes = land_map(None)
+    row, column = (round(x) for x in texel_at(28.55, 23.39, codes.shape))
+    site = (codes[row - 7 : row + 8, column - 7 : column + 8] / 255.0) ** 2
+    np.testing.assert_allclose(site.mean(axis=(0, 1)), [0.45, 0.34, 0.25, 0.58], rtol=0.05)
+
+
+CAPES = {
+    "Cabo da Roca": (38.7806, -9.4989),
+    "Lizard Point": (49.9600, -5.2022),
+    "Cape Agulhas": (-34.8288, 20.0092),
+    "Cape Byron": (-28.6386, 153.6363),
+    "Land's End": (50.0660, -5.7150),
+    "Dungeness": (50.9133, 0.9760),
+    "Cap Gris-Nez": (50.8694, 1.5831),
+    "Cape Hatteras": (35.2506, -75.5288),
+    "Montauk Point": (41.0710, -71.8570),
+    "Cabo de Sao Vicente": (37.0228, -8.9963),
+    "Cabo Finisterre": (42.8824, -9.2719),
+    "Point Conception": (34.4486, -120.4710),
+    "Cape Leeuwin": (-34.3744, 115.1361),
+    "Cape Flattery": (48.3917, -124.7367),
+    "Kap Arkona": (54.6796, 13.4326),
+}
+
+
+def test_shores_stand_where_lighthouses_do() -> None:
+    """Tips of capes, which texels of 4.9 km round off: within half of one, 1.2 km in the mean."""
+    shore = form_map(None, None)[..., 2]
+    places = np.transpose([texel_at(*cape, shape=shore.shape) for cape in CAPES.values()])
+    km = (map_coordinates(shore, places, order=1, output=np.float32) - 128.0) / 6.0
+    assert np.abs(km).max() < 2.45
+    assert np.abs(km).mean() < 1.2
+
+
+@pytest.mark.parametrize(
+    ("name", "place"),
+    {
+        "Geneva, 8 km wide": (46.45, 6.55),
+        "Constance, 10 km": (47.60, 9.40),
+        "Garda, 10 km": (45.60, 10.67),
+        "Balaton, 8 km": (46.85, 17.75),
+        "Tanganyika": (-6.0, 29.5),
+        "Titicaca": (-15.8, -69.4),
+        "Congo at Mbandaka, 6 km": (0.05, 18.2),
+        "Congo at Bumba, 6 km": (2.15, 22.45),
+        "Amazon at Santarem, 5 km": (-2.38, -54.73),
+        "Brahmaputra, 5 km": (25.5, 89.7),
+    }.items(),
+)
+def test_lakes_and_broad_rivers_are_water(name: str, place: tuple[float, float]) -> None:
+    shore = form_map(None, None)[..., 2]
+    row, column = texel_at(*place, shape=shore.shape)
+    assert map_coordinates(shore, [[row], [column]], order=1, output=np.float32)[0] > 128.0, name
 
 
 def test_leaves_are_bright_and_water_black_in_the_near_infrared(gl: moderngl.Context) -> None:
@@ -232,3 +307,23 @@ def test_a_cloud_throws_its_shadow_away_from_the_sun(
         # The picture's edges are a pixel of 11 km wide, 3.5 of these pixels.
         middle = np.average(axis, weights=shadow)
         assert abs(middle - np.average(axis, weights=expected)) < 3.5
+
+
+def test_a_wind_that_differs_from_place_to_place_shows_in_the_glint_alone(
+    gl: moderngl.Context,
+) -> None:
+    place = (-20.0, -120.0)
+    even, varying = CLEAR | {"wind_m_s": 7.0}, CLEAR
+    seen = {}
+    # Below the Sun near the zenith stands the glint's middle, 85 deg off it none.
+    for name, sun in {
+        "glint": tilted_sun(place, 5.0, 90.0),
+        "off": tilted_sun(place, 85.0, 90.0),
+    }.items():
+        seen[name] = [looking_down(gl, place, sun, earth) for earth in (even, varying)]
+    np.testing.assert_array_equal(*seen["off"])
+    ratio = (seen["glint"][1] / seen["glint"][0])[..., 3]
+    # In its middle the glint falls with the slopes' variance, nine tenths of which are the
+    # wind's: an rms of 0.2, and calms of half the wind.
+    assert 0.03 < ratio.std() < 0.4
+    assert 0.6 < ratio.mean() < 1.6

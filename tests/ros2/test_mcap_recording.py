@@ -135,9 +135,9 @@ def test_a_thermal_camera_has_the_temperatures_of_the_trajectory(
     plan = Recording(scenario=scenario, cameras=("ir",), epochs=[later], depth=False)
     with Simulator(scenario, gl) as simulator:
         record(plan, simulator, path)
-        state, during = scenario.at(later), scenario.around(later)
+        during = scenario.around(later)
         warm, steady = (
-            simulator.capture(state, "ir", during=during, temperatures=t).digital
+            simulator.capture(scenario.at(later), "ir", during=during, temperatures=t).digital
             for t in (simulator.temperatures.at(later), None)
         )
     assert warm is not None

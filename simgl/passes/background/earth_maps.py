@@ -20,8 +20,8 @@ from simgl.physics.land_reflectance import near_infrared, reflectance_from_displ
 from simgl.physics.spectrum import BANDS, Bands
 from simgl.scene.earth import EarthMaps, MapImage
 
-# Texels of the shipped maps are 9.8 km long on the equator.
-WIDTH, HEIGHT = 4096, 2048
+# Of the finest shipped map, of form: its texels are 4.9 km long on the equator.
+WIDTH, HEIGHT = 8192, 4096
 _SHORE_STEPS_PER_KM = 6.0
 _KM_PER_DEGREE = 111.19
 # Cells by which open sea and land are told, from pole to pole, and the distance to a shore.
@@ -41,8 +41,8 @@ _BANDS_MADE_BY = (
 
 
 # For the simulators of a process: two of each kind at the size of the shipped ones.
-_land_maps = LruCache[MapImage | None, Image8](MANY, max_bytes=64 << 20)
-_form_maps = LruCache[tuple[MapImage | None, MapImage | None], Image8](MANY, max_bytes=64 << 20)
+_land_maps = LruCache[MapImage | None, Image8](MANY, max_bytes=128 << 20)
+_form_maps = LruCache[tuple[MapImage | None, MapImage | None], Image8](MANY, max_bytes=256 << 20)
 
 
 def _path(name: str) -> Path:
@@ -129,7 +129,7 @@ def kind_map(image: MapImage | None) -> Image8:
         red, _, blue, near = ((values / np.float32(255.0)) ** 2).T
         white = np.clip((blue - 0.2) / 0.3, 0.0, 1.0)
         kinds = (
-            np.clip(4.0 * (near - 1.2 * red), 0.0, 1.0),
+            np.clip(4.0 * (near - 1.35 * red), 0.0, 1.0),
             np.clip(1.5 - 12.0 * red, 0.0, 0.85),
             white * white * (3.0 - 2.0 * white),
         )
@@ -221,7 +221,8 @@ def cell_sums(cells: Mask) -> IndexArray:
 def map_texture(ctx: moderngl.Context, values: Image8) -> moderngl.Texture:
     """An equirectangular map as a texture that joins at 180 deg."""
     height, width, channels = values.shape
-    texture = ctx.texture((width, height), channels, values.tobytes(), alignment=1)
+    values = np.ascontiguousarray(values)
+    texture = ctx.texture((width, height), channels, values.data, alignment=1)
     texture.build_mipmaps()
     texture.repeat_x, texture.repeat_y = True, False
     return texture

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import moderngl
 import numpy as np
 
 from simgl import assets
-from simgl.arrays import Array, Array32, Image8, IndexArray
+from simgl.arrays import Array, Image8, IndexArray
 from simgl.gpu.fullscreen import Texture
 from simgl.lru_cache import MANY, LruCache
 from simgl.passes.background.cloud_map import has_weather, weather_map
 from simgl.passes.background.earth_maps import (
+    HEIGHT,
     cell_sums,
     ground_textures,
     kind_map,
@@ -48,11 +49,11 @@ class Weather:
     """Clouds of an Earth.
 
     textures : in the order of ``WEATHER``
-    variance : (LEVELS, 4) of their noise, by halvings
+    of_block : what the block of the planet holds of them
     """
 
     textures: tuple[Texture, ...]
-    variance: Array32
+    of_block: Mapping[str, object]
 
 
 class EarthTextures:
@@ -115,15 +116,24 @@ class EarthTextures:
         return list(self._bands)
 
     @property
-    def variances(self) -> dict[str, object]:
-        """Those of the block of the planet."""
-        return {"chart_variance": self.chart_variance, "cloud_variance": self.cloud_variance}
+    def _coarser(self) -> list[float]:
+        """Halvings by which the maps are coarser than the finest shipped one, as in ``MAPS``."""
+        return [float(np.log2(HEIGHT / one.height)) for one in (*self._ground, *self._weather)]
+
+    @property
+    def of_block(self) -> dict[str, object]:
+        """What the block of the planet holds of them."""
+        return {
+            "chart_variance": self.chart_variance,
+            "cloud_variance": self.cloud_variance,
+            "map_halvings": (*self._coarser, 0.0),
+        }
 
     def weather(self, earth: Earth) -> Weather:
         """Its clouds; valid as long as ``of``."""
         textures = self.of(earth)
         chosen = tuple(textures[SAMPLERS.index(name)] for name in WEATHER)
-        return Weather(textures=chosen, variance=self.cloud_variance)
+        return Weather(textures=chosen, of_block=self.of_block)
 
     def prepare(self, earth: Earth, progress: ProgressCallback | None = None) -> None:
         """Make what no earlier run has made, so that no frame waits for it.
@@ -149,7 +159,10 @@ class EarthTextures:
         """The maps at a halving alone, in the order of ``MAPS``; those of ``of`` for none."""
         maps = [*self._ground, *self._weather]
         if level and level not in self._halved:
-            self._halved[level] = [_level_copy(self._ctx, complete, level) for complete in maps]
+            self._halved[level] = [
+                _level_copy(self._ctx, complete, max(level - round(coarser), 0))
+                for complete, coarser in zip(maps, self._coarser, strict=True)
+            ]
         return self._halved[level] if level else maps
 
     def _weather_of(self, earth: Earth) -> Image8:

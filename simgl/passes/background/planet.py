@@ -18,6 +18,7 @@ from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.passes.background.air import AIR_SAMPLERS, AirBefore, AtmospherePass
 from simgl.passes.background.air_march import AIR_VIEW
 from simgl.passes.background.air_tables import AIR
+from simgl.passes.background.aurora import AURORA, aurora_values
 from simgl.passes.background.earth_textures import (
     BAND_SAMPLERS,
     CHARTS,
@@ -59,7 +60,7 @@ from simgl.view.background_tiles import (
 
 # An image whose pixels are shorter than the maps' texels by this factor where it looks straight
 # down needs no mipmaps, which cost software renderers more than all the rest.
-_MAGNIFIED = 0.25
+_MAGNIFIED = 0.5
 # Sines of the Sun's height: below the first the lamps of cities shine, by the second the air is
 # dark but for its own glow (shaders/planet/night.glsl).
 _DUSK, _DARK = 0.5 / 12.0, -0.1
@@ -124,6 +125,7 @@ class PlanetPass:
         self._block, self._moon_block = UniformBuffer(ctx, PLANET), UniformBuffer(ctx, PLANET)
         self._regolith = UniformBuffer(ctx, REGOLITH)
         self._ground_bands = UniformBuffer(ctx, GROUND_BANDS)
+        self._aurora = UniformBuffer(ctx, AURORA)
         self._textures = EarthTextures(ctx)
         self._hardware = not is_software(ctx)
 
@@ -160,19 +162,23 @@ class PlanetPass:
             target.clear(0.0, 0.0, 0.0, 0.0, viewport=area)
 
     def draw_sky(self, sky: SkyView, target: moderngl.Framebuffer) -> None:
-        """Fill squares one below another with what the faces of a sky show [W m-2 sr-1]."""
-        edge = sky.texels
-        earths: list[_LitEarth] = []
-        for row, face in enumerate(sky.faces):
-            area = 0, row * edge, edge, edge
+        """Fill squares one below another with what the faces of a sky show [W m-2 sr-1].
+
+        A face of fewer texels fills the first rows and columns of its square.
+        """
+        by_texels: dict[int, list[_LitEarth]] = {}
+        for row, (face, edge) in enumerate(zip(sky.faces, sky.face_texels, strict=True)):
+            area = 0, row * sky.texels, edge, edge
             if face.celestial is not None:
                 target.clear(*face.celestial.radiance, viewport=area)
             if face.planet is None:
                 self.draw(face, target, area)
             else:
-                earths.append(self._sunlit(face, face.planet, target, area))
-        for earth, tiles in zip(earths, self._tiles(earths), strict=True):
-            self._draw_earth(earth, tiles)
+                sunlit = self._sunlit(face, face.planet, target, area)
+                by_texels.setdefault(edge, []).append(sunlit)
+        for earths in by_texels.values():
+            for earth, tiles in zip(earths, self._tiles(earths), strict=True):
+                self._draw_earth(earth, tiles)
 
     def _over(self, background: Background) -> State:
         return self.state if background.celestial is None else self.before
@@ -214,6 +220,8 @@ class PlanetPass:
         self._draw_lit(sunlit, tiles)
         if planet.earth.airglow:
             self._draw_glow(tiles.within(tiles.low < _DARK), sunlit)
+        if planet.earth.aurora_kp is not None and (tiles.any & (tiles.low < _DARK)).any():
+            self._draw_aurora(tiles, sunlit, planet.earth.aurora_kp)
         moonlit = None
         night = tiles.any & (tiles.low < _moonlit_below(planet))
         if planet.moonlight is not None and night.any():
@@ -269,7 +277,7 @@ class PlanetPass:
         if lit.planet.earth.bands != BANDS:
             self._bind_bands(lit, air)
         values = planet_values(lit.background, lit.planet, lit.area, lamps=lamps)
-        lit.block.write(values | self._textures.variances)
+        lit.block.write(values | self._textures.of_block)
         lit.block.bind()
 
     def _bind_bands(self, lit: _LitEarth, air: AirBefore | None) -> None:
@@ -328,6 +336,20 @@ class PlanetPass:
         self._program_for("planet/glow", maps).draw(tiles.even | tiles.finer, TILE)
         rim = self._program_for("planet/glow", (*maps, "AIR", *inside))
         rim.draw(tiles.ground | tiles.air, TILE)
+
+    def _draw_aurora(self, tiles: BackgroundTiles, lit: _LitEarth, kp: float) -> None:
+        """The aurora, on top of all else; reads what the Earth was drawn with.
+
+        It stands higher than the air, so tiles beyond the Earth are drawn too.
+        """
+        self.more.apply(self._ctx, lit.target, lit.area, lit.area)
+        self._aurora.write(aurora_values(lit.planet, kp))
+        self._aurora.bind()
+        maps = ("EARTH_MAPS",) if lit.mapped else ()
+        inside = ("AIR_INSIDE",) if lit.planet.height < AIR_TOP else ()
+        rim = tiles.ground | tiles.air
+        self._program_for("planet/aurora", maps).draw(~rim, TILE)
+        self._program_for("planet/aurora", (*maps, "AIR", *inside)).draw(rim, TILE)
 
     def _draw_ceiling(self, tiles: BackgroundTiles, lit: _LitEarth) -> None:
         """The clouds over a camera beneath them, over all else."""
@@ -394,7 +416,7 @@ class PlanetPass:
             for sampler in unread:
                 samplers.pop(sampler, None)
             samplers |= band_samplers(name, variant)
-            if name in ("planet/air", "planet/glow"):
+            if name in ("planet/air", "planet/glow", "planet/aurora"):
                 read = AIR_SAMPLERS[2:] if "AIR" in variant else ()
                 samplers = {sampler: unit for sampler, unit in samplers.items() if sampler in read}
             blocks = [AIR, AIR_VIEW]
@@ -408,6 +430,7 @@ class PlanetPass:
                     *(blocks if "AIR" in variant else ()),
                     *([REGOLITH] if "REGOLITH" in variant else ()),
                     *([GROUND_BANDS] if knows_ground_bands(name, variant) else ()),
+                    *([AURORA] if name == "planet/aurora" else ()),
                 ],
                 spare=(
                     *(() if "AIR" in variant else blocks),
@@ -432,6 +455,7 @@ class PlanetPass:
         self._moon_block.release()
         self._regolith.release()
         self._ground_bands.release()
+        self._aurora.release()
         self._textures.release()
 
 

@@ -57,6 +57,8 @@ PLANET = Block(
             # closed cells, open cells, cumulus and lumps.
             ("chart_variance", "f4", (LEVELS, 4)),
             ("cloud_variance", "f4", (LEVELS, 4)),
+            # Halvings by which the maps of land, form and weather are coarser than the finest.
+            ("map_halvings", "f4", 4),
             ("outside", "f4"),
             # The same from the sphere that the clouds lie on.
             ("cloud_outside", "f4"),
@@ -67,7 +69,7 @@ PLANET = Block(
             ("wave_slope_variance", "f4"),
             # 1 where the camera is above the clouds.
             ("clouds_below", "f4"),
-            # Of a texel of the maps on the equator, and of the chart [km].
+            # Of a texel of the finest map on the equator, and of the chart [km].
             ("map_texel_km", "f4"),
             ("chart_texel_km", "f4"),
             # The chart's last halving, and its repetitions between a face's middle and edge.
@@ -76,6 +78,12 @@ PLANET = Block(
             ("chart_repeats", "f4"),
             # Share of the year that is over.
             ("year_share", "f4"),
+            # Of the airglow: rms of its waves over its mean, depth of its layers [km].
+            ("glow_waves", "f4"),
+            ("glow_depth_km", "f4"),
+            # 1 where the wind over the sea differs from place to place.
+            ("wind_varies", "f4"),
+            ("planet_padding", "f4"),
             ("planet_padding2", "f4", 2),
         ]
     ),
@@ -119,7 +127,7 @@ REGOLITH = Block(
     ),
 )
 
-# Of the maps on the equator [rad].
+# Of the finest map on the equator [rad].
 MAP_TEXEL = np.pi / HEIGHT
 # On the equator [m].
 MAP_TEXEL_M = MAP_TEXEL * WGS84_EQUATORIAL_RADIUS
@@ -203,6 +211,9 @@ def planet_values(
         "mean_ground": earth.mean_albedo,
         "air_from_below": albedo_from_below(earth.air) if earth.air else np.zeros(4),
         "year_share": planet.year_share,
+        "glow_waves": earth.airglow_waves,
+        "wind_varies": float(earth.wind_varies),
+        "glow_depth_km": 1e-3 * GLOW_DEPTH,
         "sodium_lamps": _lamps(_SODIUM_LAMPS, earth.bands) * lamps,
         "white_lamps": _lamps(_WHITE_LAMPS, earth.bands) * lamps,
         "glow": _glow(planet),

@@ -33,8 +33,8 @@ def kinds_at_corners(tiles: BackgroundTiles, dark: Mask) -> Iterator[tuple[tuple
     The rare ones, at night or at the corners of the noise's cube, are left few programs.
     """
     seen = tiles.even | tiles.finer
-    # Margins of the maps' cells are enough for pixels smaller than a texel.
-    small = tiles.pixel < MAP_TEXEL_M
+    # Margins of the maps' cells are enough for pixels smaller than 10 km.
+    small = tiles.pixel < 2.0 * MAP_TEXEL_M
     level = tiles.pixel * MERGED * TILE < _SPANNED_TEXELS * MAP_TEXEL_M
     yz, zx, xy = tiles.two_faces
     plain = (tiles.one_face | yz | zx | xy) & ~dark
