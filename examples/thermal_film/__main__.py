@@ -23,8 +23,8 @@ from simgl.output import check_writable, complete_file
 
 SCENE = Path(__file__).with_name("scene.toml")
 # From the epoch: five minutes of sunlight, the shadow of 35, and five more [min].
-MINUTES = range(30, 78, 2)
-FRAME_MS = 250
+MINUTES = range(30, 78, 3)
+FRAME_MS = 350
 # Of the colours [K].
 COLD, WARM = 200.0, 350.0
 SIZE = 480, 384

@@ -71,6 +71,11 @@ class ThermalBody:
         return len(self.patches.of_side) // len(self.mesh.triangles)
 
     @cached_property
+    def faces(self) -> tuple[Array, Array]:
+        """(m, 3) normals and (m,) areas of its triangles, as stored."""
+        return face_normals(self.mesh)
+
+    @cached_property
     def at_vertices(self) -> sparse.csr_matrix:
         """(vertices x sides, p) means of patches over the triangles about each vertex, by area.
 
@@ -78,7 +83,7 @@ class ThermalBody:
         Patches inside other parts count where there is nothing else.
         """
         count, sides = len(self.mesh.positions), self.sides
-        areas = face_normals(self.mesh)[1]
+        areas = self.faces[1]
         weight = np.tile(np.maximum(areas, 1e-12 * max(float(areas.max()), 1e-30)), sides)
         weight *= np.where(self.views.covered[self.patches.of_side], 1e-6, 1.0)
         corners = np.tile(self.mesh.triangles.astype(np.int64), (sides, 1))
@@ -266,7 +271,7 @@ def patches_met(body: ThermalBody, triangle: IndexArray, direction: Array) -> In
     direction : (3,) or (k, 3) of the rays, in the axes of the stored mesh
     """
     index = np.maximum(triangle, 0).astype(np.int64)
-    normals, areas = face_normals(body.mesh)
+    normals, areas = body.faces
     if len(body.patches.of_side) > len(areas):
         away = np.einsum("ij,ij->i", normals[index], np.broadcast_to(direction, (len(index), 3)))
         index = index + len(areas) * (away > 0.0)

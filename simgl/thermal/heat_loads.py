@@ -11,7 +11,6 @@ from scipy import sparse
 from simgl.arrays import Array, Mask
 from simgl.environment_map import cube_cell, cube_directions, cube_solid_angles
 from simgl.physics.earth_infrared import outgoing_longwave
-from simgl.radiosity.gather_points import face_normals
 from simgl.rays import ray_tracer
 from simgl.scene.earth import Clouds, Earth
 from simgl.scene.posed_mesh import PosedMesh
@@ -130,7 +129,7 @@ def _facing(body: ThermalBody, directions: Array) -> Array:
 
     directions : (p, 3) of each patch, as stored
     """
-    normals, areas = face_normals(body.mesh)
+    normals, areas = body.faces
     of_side = body.patches.of_side
     sides = len(of_side) // len(areas)
     signs = np.repeat([1.0, -1.0][:sides], len(areas))
@@ -215,7 +214,7 @@ def light_of_sky(
     fine = SKY_CELLS
     directions = cube_directions(fine).reshape(-1, 3)
     weight = np.tile(cube_solid_angles(fine).ravel(), 6)[:, None]
-    light = radiances(directions)
+    whole, light = _cell_sums(weight), radiances(directions)
     motion = _motion(seen.model.posed_mesh, int(body.group.max(initial=0)) + 1)
     rotations, of_group = np.unique(motion[:, :3, :3], axis=0, return_inverse=True)
     lights = np.zeros((body.patch_count, light.shape[1]))
@@ -225,7 +224,7 @@ def light_of_sky(
             continue
         R_icrf_from_stored = seen.pose.R_icrf_from_body @ rotation
         turned = light[cube_cell(directions @ R_icrf_from_stored.T, fine)]
-        mean = _cell_sums(weight * turned) / _cell_sums(weight)
+        mean = _cell_sums(weight * turned) / whole
         lights[chosen] = np.pi * (body.views.sky[chosen] @ mean)
     return lights if hidden is None else np.maximum(lights - np.pi * (hidden @ light), 0.0)
 

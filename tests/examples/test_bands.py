@@ -156,3 +156,28 @@ def test_stars_of_a_tracker_from_400_to_900_nm(gl: moderngl.Context) -> None:
     # In each band a star counts as sunlight of its irradiance: 1.3 % too much for Rigel, whose
     # light leans towards the blue end.
     assert 0.005 < off[24436] < 0.02
+
+
+def test_a_star_tracker_has_the_limb_behind_its_stars(gl: moderngl.Context) -> None:
+    # The polar night's limb 6.5 deg below the boresight: a star 4 deg above it keeps its electrons.
+    path = EXAMPLES / "star_tracker.toml"
+    data = tomllib.loads(path.read_text())
+    camera = data["camera"]["tracker"] | {"width_px": 512, "height_px": 512}
+    boresight = np.array(camera["boresight"]) / np.linalg.norm(camera["boresight"])
+    up = np.array([0.0, 0.0, 1.0]) - boresight[2] * boresight
+    down = np.arcsin(6371.0 / 6900.0) + np.radians(6.5)
+    towards = np.cos(down) * boresight - np.sin(down) * up / np.linalg.norm(up)
+    position = -6.9e6 * towards
+    camera["position_icrf_m"] = position.tolist()
+    data["camera"]["tracker"] = camera
+    seen = {}
+    for shape in ("wgs84", "none"):
+        data["earth"] = {"shape": shape}
+        scenario = scenario_from_dict(data, source=path)
+        seen[shape] = _electrons(_taken(gl, scenario))
+    x, y = STARS[27435][:2]
+    around = {name: image[y - 8 : y + 9, x - 8 : x + 9] for name, image in seen.items()}
+    light = {name: part.sum() - 17**2 * np.median(part) for name, part in around.items()}
+    assert light["wgs84"] == pytest.approx(light["none"], rel=GOAL)
+    # The Earth covers the lowest rows and hides their stars.
+    assert np.abs(seen["wgs84"][490:] - seen["none"][490:]).max() > 100.0
